@@ -96,6 +96,9 @@ def headers(*folders):
     return [str(path) for folder in folders for path in sorted((RUNTIME / folder).glob("*.h"))]
 
 
+DRIVER = headers("closing", "record", "hybrid", "hybrid/events", "hybrid/contact")
+
+
 def packages():
     """The runtime, the compiler, and the benchmarks."""
     parts = [f"mechc_bench.{name}" for name in find_packages("benchmarks")]
@@ -120,18 +123,6 @@ setup(
             depends=[*SHARED, *headers("abi")],
         ),
         Extension(
-            "mechc.native._run",
-            ["src/mechc/native/_run.pyx"],
-            include_dirs=[str(RUNTIME)],
-            depends=[*SHARED, *headers("abi")],
-        ),
-        Extension(
-            "mechc.native._steps",
-            ["src/mechc/native/_steps.pyx"],
-            include_dirs=[str(RUNTIME)],
-            depends=[*SHARED, *headers("abi")],
-        ),
-        Extension(
             "mechc.native._inputs",
             ["src/mechc/native/_inputs.pyx"],
             include_dirs=[str(RUNTIME)],
@@ -143,21 +134,17 @@ setup(
             ["src/mechc/native/_batch.pyx"],
             include_dirs=[str(RUNTIME)],
             extra_compile_args=["-O3"],
-            depends=[*SHARED, *headers("abi", "batch", "closing", "events")],
+            depends=[*SHARED, *headers("abi", "batch"), *DRIVER],
         ),
-        Extension(
-            "mechc.native._events",
-            ["src/mechc/native/_events.pyx"],
-            include_dirs=[str(RUNTIME)],
-            extra_compile_args=["-O3"],
-            depends=[*SHARED, *headers("abi", "closing", "events")],
-        ),
-        Extension(
-            "mechc.native._contact",
-            ["src/mechc/native/_contact.pyx"],
-            include_dirs=[str(RUNTIME)],
-            extra_compile_args=["-O3"],
-            depends=[*SHARED, *headers("abi", "closing", "events")],
+        *(
+            Extension(
+                f"mechc.native.{name}",
+                [f"src/mechc/native/{name}.pyx"],
+                include_dirs=[str(RUNTIME)],
+                extra_compile_args=["-O3"],
+                depends=[*SHARED, *headers("abi"), *DRIVER],
+            )
+            for name in ("_events", "_motion", "_steps")
         ),
         Extension(
             "mechc.native._closing",

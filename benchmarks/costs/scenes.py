@@ -4,8 +4,7 @@ Every scene is compiled in an empty cache.  Operations: of one right-hand side (
 speeds, without the solution for the accelerations), of parameters alone once a run, and of all
 outputs at once.  C: what is written for the scene and one instruction set, without the runtime.
 Binary: the whole, with all methods.  Seconds: until the first value, and until all is compiled.
-Times of a right-hand side are minima, each call fed by the last; the last columns are
-backend="numpy", one state at a call and a thousand.
+Times of a right-hand side are minima, each call fed by the last.
 """
 
 from __future__ import annotations
@@ -38,7 +37,7 @@ USUAL = ("energy", "momenta", "points", "multipliers")
 ALL = (*USUAL, "accelerations", "state_jacobian", "parameter_jacobian")
 HEAD = (
     "scene", "rhs ops", "once a run", "all ops", "C bytes", "binary bytes", "ns a call", "first s",
-    "whole s", "numpy us", "numpy ns/1000",
+    "whole s",
 )  # fmt: skip
 
 
@@ -105,7 +104,6 @@ def measured(case: Case) -> dict[str, Any]:
         "ns a call": _nanoseconds(model, y[0]),
         "first s": first,
         "whole s": whole,
-        **_numpy(case, y),
         "fix": dict(case.fix),
         "outputs": list(case.outputs),
         "stages s": dict(model.build["seconds"]),
@@ -129,11 +127,3 @@ def _nanoseconds(model: mechc.Model, y: Any) -> float:
         * 1e9
     )
 
-
-def _numpy(case: Case, y: Any) -> dict[str, float]:
-    """The right-hand side without C: microseconds of one, nanoseconds of each of a thousand."""
-    model = mechc.compile(case.described(), fix=case.fix, outputs=case.outputs, backend="numpy")
-    many = np.repeat(y, 1000, axis=0)
-    one = min(clocked(lambda: model.rhs(0.0, y[0])) for _ in range(200))
-    each = min(clocked(lambda: model.rhs(0.0, many)) for _ in range(20)) / len(many)
-    return {"numpy us": one * 1e6, "numpy ns/1000": each * 1e9}

@@ -39,10 +39,10 @@ TOPOLOGIES = {
 
 
 @cache
-def compiled(name: str, backend: str = "c") -> mechc.Model:
+def compiled(name: str) -> mechc.Model:
     """The scene of a topology; q_k and u_k are the angle and the speed of crank k."""
     mechanism = _mechanism(name, *TOPOLOGIES[name])
-    return mechc.compile(mechanism, outputs=("energy",), backend=backend)
+    return mechc.compile(mechanism, outputs=("energy",))
 
 
 def _mechanism(name: str, cranks: int, rods: tuple[tuple[int, int], ...]) -> Mechanism:

@@ -63,7 +63,7 @@ SCRIPTS = {
         ("--quick",), ("--full",), None,
     ),
     "scenes": Script(
-        "compiled scenes compared with NumPy", "costs.scenes", None, (), None
+        "operations, bytes and seconds of compiled scenes", "costs.scenes", None, (), None
     ),
 }  # fmt: skip
 

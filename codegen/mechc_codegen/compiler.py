@@ -1,4 +1,4 @@
-"""The compiler: mechanism -> equations -> program -> C, or Python over NumPy arrays.
+"""The compiler: mechanism -> equations -> program -> C.
 
 :func:`build_scene` and :func:`optimised` read as its table of contents; each stage is a folder.
 """
@@ -21,7 +21,6 @@ from mechc_codegen.drawing.plan import picture_plan
 from mechc_codegen.emit.c import emit
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.metadata import scene_metadata
-from mechc_codegen.emit.numpy import Listing, emit_numpy
 from mechc_codegen.emit.units.instruction_sets import (
     InstructionSet,
     instruction_sets,
@@ -58,15 +57,6 @@ def build_scene(
     sets = tuple(with_fitting_lanes(each, made.equations) for each in sets)
     texts = clock.time("emit", lambda: emit(*made.parts, sets, request))
     return extension(mechanism.name, texts, sets, clock.seconds)
-
-
-def build_listing(
-    mechanism: Mechanism, request: OutputRequest = DEFAULT_REQUEST
-) -> tuple[Listing, dict[str, float]]:
-    """The same for machines without a C compiler; with the seconds of each stage."""
-    clock = Stopwatch()
-    made = optimised(mechanism, request, clock)
-    return clock.time("emit", lambda: emit_numpy(*made.parts, request)), clock.seconds
 
 
 def build_standalone(

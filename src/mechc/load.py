@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from mechc.compilation.find import checked_backend, library_system
+from mechc.compilation.find import library_system
 from mechc.compilation.library.catalogue import LIBRARY
 from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.model import Model
@@ -26,7 +26,6 @@ def load(
     instruction_set: str | None = None,
     fix: Mapping[str, float] | None = None,
     outputs: Iterable[str] | None = None,
-    backend: str = "c",
     **options: Any,
 ) -> Model:
     """A mechanism of the library.
@@ -44,9 +43,6 @@ def load(
     fix, outputs
         Parameters to replace by numbers, and names of outputs, as in :func:`compile`; such a
         variant is compiled on demand too.
-    backend
-        ``"c"``, or ``"numpy"``: derived and evaluated in this process without any compiled code,
-        slowly (docs/backends.md: what it lacks).
     options
         Options that differ from the default, for instance ``friction=True``,
         ``crank_torque="2*sin(3*t)"`` or ``links=5`` (``mechc show NAME`` lists them).  Such a
@@ -64,7 +60,7 @@ def load(
         If a variant has to be compiled and cannot be.
     """
     system = library_system(
-        name, instruction_set=instruction_set, fix=fix, outputs=outputs, backend=backend, **options
+        name, instruction_set=instruction_set, fix=fix, outputs=outputs, **options
     )
     return Model.of_system(system)
 
@@ -84,9 +80,8 @@ def compile(
     reactions: Iterable[Any] | None = None,
     form: str | None = None,
     drawing: Any = None,
-    backend: str = "c",
 ) -> Model:
-    """Compile a user-defined mechanism; cached, needs a C compiler unless ``backend="numpy"``.
+    """Compile a user-defined mechanism; cached, needs a C compiler.
 
     Parameters
     ----------
@@ -140,9 +135,6 @@ def compile(
     drawing
         A :class:`mechc.Drawing`: links, pivots and paths besides those that are found from the
         description (docs/drawing.md).  It compiles nothing.
-    backend
-        ``"c"``; or ``"numpy"`` where there is no compiler: the same model, slower, which does not
-        pass change points and has no batches (docs/backends.md).
 
     In all of these a key is a symbol or its printed name; all but ``fix`` and ``outputs`` are
     for SymPy objects.
@@ -175,7 +167,6 @@ def compile(
         reactions=None if reactions is None else _several(reactions),
         form=form,
         drawing=drawing,
-        backend=checked_backend(backend),
     )
     return Model.of_system(system) if held is None else _with_all_held(system, held)
 

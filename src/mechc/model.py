@@ -14,6 +14,12 @@ from mechc.compilation.find import system_of
 from mechc.configurations import ONE_SET
 from mechc.fits import Fits
 from mechc.results.solution import Solution
+from mechc.simulation.events.run_events import (
+    Compiler,
+    RunEvents,
+    refuse_backwards,
+    run_events,
+)
 from mechc.simulation.initialise import checked_state, state_as_given
 from mechc.simulation.settings import (
     LARGEST_TRAJECTORY,
@@ -82,11 +88,6 @@ class Model(Fits):
     def options(self) -> Mapping[str, Any]:
         """The options this variant of a shipped mechanism was compiled with."""
         return dict(self.system.reference.options)
-
-    @property
-    def backend(self) -> str:
-        """``"c"``, or ``"numpy"`` where there is no compiled code."""
-        return self.system.reference.backend
 
     @property
     def instruction_set(self) -> str:
@@ -356,14 +357,14 @@ class Model(Fits):
         if by and model.inputs:
             model = model._breaking_at_samples(by)
         system, p = model.system, self._one_set(params, SIMULATE_ONE_SET)
-        chosen = _checked_events(events, system, p) if events else ()
+        chosen = _run_events(events, system, p, span)
         keeps = checkpoints is not None
         if keeps:
-            refuse_beside_checkpoints(chosen, by)
+            refuse_beside_checkpoints(chosen or (), by)
         policy = checked_policy(
             system, rtol=rtol, atol=atol, method=method, first_step=first_step, max_step=max_step,
             max_steps=max_steps,
-            dense=bool(dense or keeps or times is not None or len(chosen) or len(sensitivities)),
+            dense=bool(dense or keeps or times is not None or chosen or len(sensitivities)),
             on_change_point=on_change_point, max_bytes=max_bytes, checkpoints=checkpoints,
         )  # fmt: skip
         if keeps or by:
@@ -437,6 +438,7 @@ class Model(Fits):
         max_step: float = math.inf,
         max_steps: int = 10_000_000,
         on_change_point: str = "continue",
+        events: Sequence[Any] = (),
     ) -> Stepper:
         """The motion from y0 at time t, to be advanced step by step: in a loop with the world.
 
@@ -446,8 +448,6 @@ class Model(Fits):
 
         Raises
         ------
-        MechcError
-            If the model has no compiled code.
         AssemblyError, MissingInputError, UnknownNameError, ValueOutOfBoundsError, ValueError
             As :meth:`simulate`.
         """
@@ -462,7 +462,8 @@ class Model(Fits):
         start, _ = checked_span((t, t))
         if isinstance(y0, Mapping):
             y0 = model._start(y0, p, start)
-        return Stepper(system, start, checked_state(system, y0, p, start), p, policy)
+        found = _run_events(events, system, p, (start, math.inf))
+        return Stepper(system, start, checked_state(system, y0, p, start), p, policy, found)
 
     def _start(self, given: Mapping[Any, float], p: Array, t: float) -> Array:
         """The state from coordinates and speeds in one mapping."""
@@ -517,17 +518,23 @@ class Model(Fits):
         return model_html(self.system)
 
 
-def _checked_events(events: Sequence[Any], system: System, p: Array) -> Sequence[Any]:
+def _run_events(
+    events: Any, system: System, p: Array, span: tuple[float, float]
+) -> RunEvents | None:
+    """The events of a run; None without any."""
+    if isinstance(events, (tuple, list)) and not events:
+        return None
     from mechc.compilation.event_unit import COMPILER
-    from mechc.simulation.events.expressions import Compiler, checked_events
 
-    return checked_events(events, system, p, Compiler(*COMPILER))
+    found = run_events(events, system, p, Compiler(*COMPILER))
+    refuse_backwards(found.laws, span)
+    return found if len(found) else None
 
 
 def _run_again(
     sol: Solution, made: Callable[..., Solution], span: tuple[float, float], state: Array,
-    times: Array | None, events: Sequence[Any], progress: Callable[[float], None] | None, y0: Array,
-    policy: Policy,
+    times: Array | None, events: RunEvents | None, progress: Callable[[float], None] | None,
+    y0: Array, policy: Policy,
 ) -> Solution:  # fmt: skip
     """The motion of a solution by another policy."""
     again = run(made, sol.system, span, state, sol.params, policy, times, events, progress, y0)

@@ -14,7 +14,7 @@ from mechc.errors import CompilerError, MechcError, MissingInputError, MissingPa
 from mechc.model import Model
 from mechc.results.solution import Solution
 from mechc.results.untrusted import mapping_of, printable, short, text_of
-from mechc.simulation.contact.recorded import steps_of
+from mechc.simulation.contact_steps import steps_of
 from mechc.simulation.events.event import EventRecord
 from mechc.simulation.record import Piece, Record
 from mechc.simulation.settings import LARGEST_TRAJECTORY, Policy

@@ -75,7 +75,7 @@ def test_a_fixed_parameter_takes_its_operations_with_it():
     whole = operations_of_all(four_bar, fixed)
     left = operations_of_all(four_bar, DEFAULT_REQUEST)
     assert whole == left  # nothing is fixed there
-    report = mechc.load("four_bar", fix={"g": 0}, outputs=(), backend="numpy").report()
+    report = mechc.load("four_bar", fix={"g": 0}, outputs=()).report()
     assert "loads: 3, of which 3 vanish" in report
     assert "with nothing fixed" in report
     gone, free = map(int, re.search(r"; (\d+) of (\d+) operations of the outputs", report).groups())
@@ -138,7 +138,7 @@ def test_a_plane_has_no_third_dimension():
     for name in ("points", "point_velocities", "linear_momenta"):
         assert set(told[name].elements[2::3]) == {0}, name
     assert set(told["angular_momenta"].elements[0::3]) == {0}
-    report = mechc.compile(planar_chain(8), outputs=("points",), backend="numpy").report()
+    report = mechc.compile(planar_chain(8), outputs=("points",)).report()
     assert "three numbers a motion of a link; 22 of 54 components" in report
 
 
@@ -176,5 +176,5 @@ def test_the_report_says_what_each_stage_took_and_shows_itself_in_a_notebook():
 def test_names_in_a_report_are_text():
     """The report of a scene with a hostile name has no tag but those of its tables."""
     hostile = replace(planar_chain(3), title="<script>alert(1)</script>")
-    page = mechc.compile(hostile, outputs=(), backend="numpy").report()._repr_html_()
+    page = mechc.compile(hostile, outputs=()).report()._repr_html_()
     assert set(re.findall(r"</?(\w+)", page)) <= {"b", "table", "tr", "th", "td"}

@@ -81,7 +81,6 @@ def test_the_tension_of_a_pendulum_is_that_of_its_circle():
     kane, T = pendulum()
     model = mechc.compile(
         kane, reactions=T, outputs={"twice": 2 * T}, defaults={m: 2.0, g: 9.81, r: 0.7},
-        backend="numpy",
     )  # fmt: skip
     assert set(model.parameters) == {"m", "g", "r"}
     for q, u in ((0.4, 1.3), (2.0, -0.2), (np.pi / 2, 3.0)):
@@ -96,7 +95,7 @@ def test_the_contact_forces_of_a_rolling_disc_are_sympys():
     kane = rolling_disc(forces)
     model = mechc.compile(
         kane, reactions=forces, outputs={"contact": list(forces)},
-        defaults={m: 3.0, g: 9.81, r: 0.4}, backend="numpy",
+        defaults={m: 3.0, g: 9.81, r: 0.4},
     )  # fmt: skip
     for lean, speeds in ((0.3, (0.1, 4.0, 0.6)), (-0.7, (-1.0, 2.0, -0.3))):
         y = model.assemble(
@@ -120,7 +119,7 @@ def test_reactions_that_cannot_be_found_are_refused(change, match):
     kane, T = pendulum()
     kane._forcelist = [(p, v.xreplace({T: change(T, kane.q[0])})) for p, v in kane.forcelist]
     with pytest.raises(mechc.MechanismError, match=match):
-        mechc.compile(kane, reactions=[T], backend="numpy")
+        mechc.compile(kane, reactions=[T])
 
 
 def test_a_force_that_moves_the_mechanism_is_no_reaction():
@@ -128,7 +127,7 @@ def test_a_force_that_moves_the_mechanism_is_no_reaction():
     bob, vector = kane.forcelist[0]
     kane._forcelist = [(bob, vector + T * kane._inertial.x)]
     with pytest.raises(mechc.MechanismError, match="acts on the motion"):
-        mechc.compile(kane, reactions=["T"], backend="numpy")
+        mechc.compile(kane, reactions=["T"])
 
 
 def test_reactions_need_auxiliary_speeds():
@@ -138,4 +137,4 @@ def test_reactions_need_auxiliary_speeds():
     kane = me.KanesMethod(N, [q], [u], [q.diff(t) - u])
     kane.kanes_equations([me.Particle("p", P, m)], [(P, F * N.x)])
     with pytest.raises(mechc.MechanismError, match="has no auxiliary speeds"):
-        mechc.compile(kane, reactions=[F], backend="numpy")
+        mechc.compile(kane, reactions=[F])

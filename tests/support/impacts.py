@@ -75,3 +75,54 @@ def rod():
     kane = KanesMethod(frame, [x, y, theta], [v_x, v_y, omega], kd_eqs=rates)
     kane.kanes_equations([body], [(centre, -m * g * frame.y)])
     return mechc.compile(kane, name="rod", defaults={"m": 1.0, "g": 9.81, "l": 1.0})
+
+
+class FreeBody:
+    """A body with the unit mass matrix, and contacts at its start whose rows are parameters."""
+
+    def __init__(self, contacts):
+        self.contacts, self.freedoms = contacts, 4 * contacts
+        q, u = (dynamicsymbols(f"{name}_:{self.freedoms}") for name in "qu")
+        self.normal, self.tangent = (
+            symbols(f"{name}_:{contacts}(:{self.freedoms})") for name in ("normal", "tangent")
+        )
+        self.friction, self.restitution = (
+            symbols(f"{name}_:{contacts}") for name in ("friction", "restitution")
+        )
+        parameters = (*self.normal, *self.tangent, *self.friction, *self.restitution)
+        frame, origin, none = ReferenceFrame("N"), Point("O"), Symbol("none")
+        origin.set_vel(frame, 0)
+        bodies, loads = [], []
+        for k in range(self.freedoms):  # the load is none: it names the parameters
+            point = origin.locatenew(f"P_{k}", q[k] * frame.x)
+            point.set_vel(frame, u[k] * frame.x)
+            bodies.append(Particle(f"body_{k}", point, 1))
+            loads.append((point, none * sum(parameters) * u[k] * frame.x))
+        t = dynamicsymbols._t
+        kane = KanesMethod(frame, q, u, kd_eqs=[a.diff(t) - b for a, b in zip(q, u, strict=True)])
+        kane.kanes_equations(bodies, loads)
+        self.model = mechc.compile(kane, name="free_body", defaults={"none": 0.0})
+
+        def along(rows, k, values):
+            row = rows[k * self.freedoms : (k + 1) * self.freedoms]
+            return sum(a * b for a, b in zip(row, values, strict=True))
+
+        self.gaps = [along(self.normal, k, q) for k in range(contacts)]
+        self.slips = [along(self.tangent, k, u) for k in range(contacts)]
+
+    def hit(self, normal, tangent, u, friction, restitution, law="newton"):
+        """The change of the speeds u (n,) by the impact at all contacts, rows (contacts, n) and
+        coefficients (contacts,) given, and the run."""
+        n, none = len(u), np.zeros(self.freedoms - len(u))
+        rows = [np.concatenate([row, none]) for row in (*normal, *tangent)]
+        names = (*self.normal, *self.tangent, *self.friction, *self.restitution)
+        values = np.concatenate([*rows, friction, restitution])
+        stops = [
+            mechc.Stop(self.gaps[k], self.restitution[k], friction=self.friction[k],
+                       slip=self.slips[k], law=law)
+            for k in range(self.contacts)
+        ]  # fmt: skip
+        start = np.concatenate([np.zeros(self.freedoms), u, none])
+        sol = self.model.simulate(1e-9, start, dict(zip(names, values, strict=True)), events=stops)
+        assert np.abs(sol.y[0, self.freedoms + n :]).max(initial=0.0) == 0.0
+        return sol.y[0, self.freedoms : self.freedoms + n] - u, sol

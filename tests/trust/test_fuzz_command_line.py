@@ -18,7 +18,7 @@ HOSTILE = [
 MECHANISMS = ["four_bar"] * 8 + ["pendulum", "planar_chain", "five_bar", ""]
 NUMBERS = ["1", "0.5", "85deg", "3500mm", "1e-3", "30deg/s", "2min", "-0", "1e308", "5e-324", "1°"]
 NAMES = ["theta_0", "theta_2", "omega_0", "l_3", "m_1", "g", "wheel", "time", "energy"]
-OPTIONS = ["friction=x=y", "wheels", "name=x", "fix=1", "outputs=energy", "backend=numpy",
+OPTIONS = ["friction=x=y", "wheels", "name=x", "fix=1", "outputs=energy",
            "instruction_set=avx2", "crank_torque=__import__('os')", "crank_torque=1/0", "options",
            "crank_torque=log(tanh(tan(cos(1/t))**-12))"]  # fmt: skip
 REDUCTIONS = ["max(theta_2)", "mean(energy)", "first(theta_0 > 1)", "min(abs(omega_0))",

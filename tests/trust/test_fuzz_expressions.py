@@ -134,7 +134,7 @@ def test_what_is_read_is_derived_soon(seed, thorough):
 
         def call():
             try:
-                model = mechc.load("four_bar", crank_torque=text, backend="numpy")
+                model = mechc.load("four_bar", crank_torque=text)
             except mechc.MechcError as refused:
                 raise ValueError(text) from refused
             start = model.assemble({"theta_0": 1.4})

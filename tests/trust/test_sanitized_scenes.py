@@ -60,7 +60,7 @@ def built(scene, folder):
 
 def starts(scene):
     """States and parameters: each member with other speeds, as far as the constraints let it."""
-    model = mechc.load(scene, **SCENES[scene], backend="numpy", outputs=("energy",))
+    model = mechc.load(scene, **SCENES[scene], outputs=("energy",))
     start = model.assemble()
     factors = 1.0 + 0.01 * np.arange(MEMBERS)
     nq = len(model.coordinates)

@@ -49,7 +49,7 @@ def test_accelerations_at_a_general_state_are_the_published_ones(model):
 
 def test_the_library_has_the_same_bicycle_by_its_constraints(model):
     """Written as a mechanism with five constraint rows, instead of read from Kane's method."""
-    library = mechc.load("bicycle", outputs=("energy",), backend="numpy")
+    library = mechc.load("bicycle", outputs=("energy",))
     assert len(library.constraint_names) == 5
     assert library.defaults == pytest.approx(values(), rel=1e-15)
     y = np.zeros(len(places(model)))

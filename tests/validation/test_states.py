@@ -236,7 +236,6 @@ def test_numpy_in_place_of_c_moves_states_too(pid):
         states={"z": 1 - q},
         inputs={"T": 40 * (1 - q) + 30 * z - 9 * u},
         defaults={"m": 1.0, "l": 1.0, "z": 0.1},
-        backend="numpy",
         outputs=(),
     )
     y0 = model.assemble({"q": 0.2})

@@ -11,7 +11,7 @@ import numpy as np
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.inputs.accept import accepted
 from mechc.inputs.driven_scene import with_inputs
-from mechc.inputs.sampled import Sampled
+from mechc.inputs.sampled import Sampled, with_held
 from mechc.inputs.signals import Signal
 from mechc.system.names import names_of
 from mechc.system.parameters import Array
@@ -19,11 +19,12 @@ from mechc.system.system import System
 
 
 class BatchInputs(NamedTuple):
-    """Numbers by name, arrays () or (n,), signals, and controllers by the names of their inputs,
-    one for all members or one for each."""
+    """Numbers by name, arrays () or (n,), signals, functions of Python, and controllers by the
+    names of their inputs, one for all members or one for each."""
 
     numbers: Mapping[str, Array]
     signals: Mapping[str, Signal]
+    functions: Mapping[str, Any] = MappingProxyType({})
     controllers: Mapping[tuple[str, ...], Sequence[Sampled]] = MappingProxyType({})
 
     def cut(self, first: int, last: int) -> BatchInputs:
@@ -32,7 +33,22 @@ class BatchInputs(NamedTuple):
         controllers = {
             names: c[first:last] if len(c) > 1 else c for names, c in self.controllers.items()
         }
-        return BatchInputs(rows, self.signals, controllers)
+        return self._replace(numbers=rows, controllers=controllers)
+
+    def held(self, span: tuple[float, float]) -> BatchInputs:
+        """Of one member: with a signal to be filled in place of each controller."""
+        given = {names: several[0] for names, several in self.controllers.items()}
+        signals, _ = with_held(given, span)
+        return self._replace(signals={**self.signals, **signals}, controllers={})
+
+    @property
+    def calls_python(self) -> bool:
+        """Whether any of them is a function of this process."""
+        return bool(self.functions or self.controllers)
+
+    def without_functions(self) -> BatchInputs:
+        """What can be kept, and sent elsewhere."""
+        return self._replace(functions={}, controllers={})
 
     @property
     def own(self) -> dict[str, Array]:
@@ -43,7 +59,7 @@ class BatchInputs(NamedTuple):
         """What one member is given; 0 where it has a controller."""
         numbers = {n: float(c[member] if np.ndim(c) else c) for n, c in self.numbers.items()}
         controlled = (name for names in self.controllers for name in names)
-        return {**numbers, **self.signals, **dict.fromkeys(controlled, 0.0)}
+        return {**numbers, **self.signals, **self.functions, **dict.fromkeys(controlled, 0.0)}
 
 
 NONE = BatchInputs({}, {})
@@ -55,8 +71,7 @@ def checked_inputs(system: System, given: Mapping[str, Any] | None) -> BatchInpu
     Raises
     ------
     UnknownNameError, ValueOutOfBoundsError
-        For unknown names; for Python functions of time, which are called in single runs only; for
-        numbers that are not finite.
+        For unknown names, and numbers that are not finite.
     """
     slots = system.data.get("inputs", ())
     if system.driven is None:
@@ -68,9 +83,18 @@ def checked_inputs(system: System, given: Mapping[str, Any] | None) -> BatchInpu
     others = {key: value for key, value in dict(given or {}).items() if key not in controllers}
     every = {**system.driven.given, **accepted(others, orders)}
     signals = {name: value for name, value in every.items() if isinstance(value, Signal)}
-    numbers = {n: _numbers(n, value) for n, value in every.items() if n not in signals}
+    functions = {name: value for name, value in every.items() if _is_called(value)}
+    known = {*signals, *functions}
+    numbers = {n: _numbers(n, value) for n, value in every.items() if n not in known}
     named = {tuple(names_of(key)): several for key, several in controllers.items()}
-    return BatchInputs(numbers, signals, named)
+    return BatchInputs(numbers, signals, functions, named)
+
+
+def _is_called(value: Any) -> bool:
+    """Whether it is a function, or several that are its derivatives."""
+    if isinstance(value, Signal):
+        return False
+    return callable(value) or (isinstance(value, (tuple, list)) and any(map(callable, value)))
 
 
 def _controllers(given: Any) -> tuple[Sampled, ...]:
@@ -82,12 +106,6 @@ def _controllers(given: Any) -> tuple[Sampled, ...]:
 
 
 def _numbers(name: str, value: Any) -> Array:
-    if callable(value) or (isinstance(value, (tuple, list)) and any(map(callable, value))):
-        raise ValueOutOfBoundsError(
-            f"the input {name} is a Python function, which a batch does not call: give a number, "
-            "one a member, samples (times, values) or a mechc.Signal; or permanently an "
-            "expression, with mechc.compile(..., inputs={...})"
-        )
     try:
         column = np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
@@ -125,17 +143,14 @@ def check_driven(system: System, inputs: BatchInputs, times: Array, assembled: b
         )
 
 
-def in_segments(system: System, inputs: BatchInputs, span: tuple[float, float], rtol: float,
-                count: int) -> Any:  # fmt: skip
-    """What :class:`mechc.native._batch.Runs` takes; None for a scene without inputs."""
-    if system.driven is None:
-        return None
-    own = inputs.own
-    ends, values, places = system.driven.in_segments(*span, rtol, list(own))
+def own_numbers(system: System, inputs: BatchInputs, count: int) -> tuple[Array, Any]:
+    """The inputs that differ between members (n, k), and the places of their signals (k,)."""
+    own, driven = inputs.own, system.driven
     numbers = np.zeros((count, len(own)))
     for i, column in enumerate(own.values()):
         numbers[:, i] = column
-    return ends, values, numbers, places
+    places = np.zeros(0) if driven is None else driven.places(list(own))
+    return numbers, np.asarray(places, np.intc)
 
 
 def evaluated(

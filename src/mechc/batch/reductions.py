@@ -41,7 +41,7 @@ _CALL = re.compile(r"\s*(\w+)\s*\((.*)\)\s*", re.DOTALL)
 _ENTRY = re.compile(r"\s*([^\W\d]\w*)\s*(?:\[\s*(\d+(?:\s*,\s*\d+)*)\s*\])?\s*")
 _LEVEL = re.compile(r"(.*)([<>=])([^<>=]*)", re.DOTALL)
 
-Primitive = tuple[int, int, int, int, int, int, float, int]  # the argument of the compiled loop
+Primitive = tuple[int, int, int, int, int, int, float]  # the argument of the compiled loop
 
 
 @dataclass(frozen=True)
@@ -77,9 +77,7 @@ class _Quantity:
     meaning: NamedQuantity
 
     def primitive(self, kind: int, direction: int = 0, level: float = 0.0) -> Primitive:
-        return (
-            kind, self.form, self.output, self.second, self.component, direction, level, 0,
-        )  # fmt: skip
+        return kind, self.form, self.output, self.second, self.component, direction, level
 
 
 def read_reduction(system: System, text: str) -> Reduction:
@@ -117,7 +115,7 @@ def read_stop(system: System, text: str) -> Primitive:
     """
     typed = text.strip() if isinstance(text, str) else ""
     crossing = read_reduction(system, typed if typed.startswith("first") else f"first({typed})")
-    return *crossing.primitives[0][:7], 1
+    return crossing.primitives[0]
 
 
 def _first(system: System, short: str, inside: str) -> Reduction:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,13 +12,17 @@ import numpy as np
 from mechc.assembly.sizes import allowed_gaps
 from mechc.assembly.speeds import consistent
 from mechc.batch.assemble import configurations
-from mechc.batch.driven import driven_by, evaluated, in_segments
-from mechc.batch.hybrid.contact import Found, run_in_contact
-from mechc.batch.reductions import read_reduction, read_stop
+from mechc.batch.driven import driven_by, evaluated, own_numbers
+from mechc.batch.events import changes_any_parameter
+from mechc.batch.reductions import Reduction, read_reduction, read_stop
 from mechc.batch.sensitivities import Members
 from mechc.batch.spec import Recipe
+from mechc.errors import EventError
 from mechc.native._batch import Runs
-from mechc.native._codes import CHANGE_POINT_POLICIES, COUNTERS, FINISHED, LAST, LEAST, METHODS
+from mechc.native._codes import COUNTERS, FINISHED, LAST, LEAST
+from mechc.simulation.events.outcome import function_failed
+from mechc.simulation.events.run_events import RunEvents
+from mechc.simulation.initialise import request_of
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -45,51 +49,86 @@ def run_members(
     Each is the same run as ``model.simulate``, so the states are the same to the last bit for any
     number of threads.  Ctrl-C keeps the finished members.
     """
-    unit = system.scene.of_members
+    scene = system.scene.of_members
     system = driven_by(system, recipe.inputs)
     values = parameter_rows(system, recipe)
-    length = system.parameter_set.lengths(values)
     y0, assembled, miss, complete = starts(system, recipe, values, threads)
     reductions = [read_reduction(system, text) for text in recipe.reductions]
-    primitives = [p for reduction in reductions for p in reduction.primitives]
-    primitives += [read_stop(system, recipe.until)] if recipe.until else []
-    events = recipe.events
-    in_c = None if events is None or events.one_by_one else events.compiled()
-    needs_dense = in_c is not None or any(p[0] != LAST for p in primitives)
-    runs = Runs(
-        unit, _options(recipe, needs_dense), y0, values, length,
-        system.dimensionless.astype(np.uint8), assembled, recipe.t_eval, primitives,
-        allowed_gaps(system, values, recipe.span[0]),
-        in_segments(system, recipe.inputs, recipe.span, recipe.policy.rtol, recipe.count),
-        in_c,
-    )  # fmt: skip
-    complete = complete and drive(runs, threads, report)
-    results = {"y0": y0, "y": runs.y, "t": runs.t, "status": runs.status.astype(np.int16)}
-    results |= {name: runs.counts[:, i].astype(np.int64) for name, i in COUNTERS.items()}
-    results |= {name: runs.least[:, i] for name, i in LEAST.items()}
+    events = None if recipe.events is None else recipe.events.read(system, _first(system, values))
+    changes = changes_any_parameter(events)
+    job = _runs(system, scene, recipe, values, y0, assembled, reductions, events, changes)
+    one_thread = recipe.inputs.calls_python or (events is not None and events.bound.calls_python)
+    complete = complete and drive(job, 1 if one_thread else threads, report)
+    _raise_failure(system, events)
+    results = _results(recipe, y0, job, events)
     if miss is not None:
         results["miss"] = miss
-    if events is not None:
-        shape = recipe.count, len(events.directions)
-        results["event_counts"] = np.zeros(shape, np.int64)
-        results["event_latest"] = np.full(shape, np.nan)
-        results["lowered_impacts"] = np.zeros(recipe.count, np.int64)
-    if in_c is not None:
-        results["event_counts"][:] = runs.event_counts
-        results["event_latest"][:] = runs.event_latest
     first = 0
     for i, reduction in enumerate(reductions):
         last = first + len(reduction.primitives)
-        results[f"reduction_{i}"] = reduction.combine(runs.reduced[:, first:last])
+        results[f"reduction_{i}"] = reduction.combine(job.reduced[:, first:last])
         first = last
-    found = Found(results, runs.at_times, _along(values, runs.at_times, events))
-    complete = complete and run_in_contact(system, recipe, values, found)
-    results |= _histories(system, recipe, found.values_at, runs.at_times)
+    along = job.p_at_times if changes else values[:, None]
+    results |= _histories(system, recipe, along, job.at_times)
     if recipe.sensitivities:
-        job = Members(system, recipe, values, y0, runs.status == FINISHED)
-        complete = complete and drive(job, threads)
-        results |= job.results
+        derivatives = Members(system, recipe, values, y0, job.status == FINISHED)
+        complete = complete and drive(derivatives, threads)
+        results |= derivatives.results
     return results, complete
+
+
+def _runs(
+    system: System, scene: Any, recipe: Recipe, values: Array, y0: Array, assembled: Array | None,
+    reductions: Sequence[Reduction], events: RunEvents | None, keeps_params: bool,
+) -> Runs:  # fmt: skip
+    """The compiled loop over the members."""
+    policy = recipe.policy
+    quantities = [primitive for reduction in reductions for primitive in reduction.primitives]
+    until = read_stop(system, recipe.until) if recipe.until else None
+    in_steps = len(recipe.t_eval) > 0 or any(each[0] != LAST for each in quantities)
+    dense = in_steps or events is not None or until is not None
+    driven: Any = system.driven
+    if driven is not None:
+        driven.restart(recipe.span[0])
+    numbers, places = own_numbers(system, recipe.inputs, recipe.count)
+    request = request_of(
+        system, recipe.span, _first(system, values), policy._replace(dense=dense), events, scene
+    )
+    return Runs(
+        request, policy.method in LOCKSTEP, *recipe.span, y0, values, assembled, recipe.t_eval,
+        quantities, until, allowed_gaps(system, values, recipe.span[0]), numbers, places,
+        keeps_params,
+    )  # fmt: skip
+
+
+def _first(system: System, values: Array) -> Array:
+    """The parameters of the first member, where there is one."""
+    return values[0] if len(values) else system.parameter_set.defaults
+
+
+def _raise_failure(system: System, events: RunEvents | None) -> None:
+    """Raise the error of a function of Python that failed."""
+    if system.driven is not None:
+        system.driven.raise_failure()
+    if events is not None and events.bound.failure is not None:
+        failed = function_failed(events)
+        if failed is None:
+            raise KeyboardInterrupt
+        raise EventError(str(failed), None) from failed.__cause__
+
+
+def _results(
+    recipe: Recipe, y0: Array, runs: Runs, events: RunEvents | None
+) -> dict[str, Array]:
+    """What every batch has, by name, members first."""
+    results = {"y0": y0, "y": runs.y, "t": runs.t, "status": runs.status.astype(np.int16)}
+    results |= {name: runs.counts[:, i].astype(np.int64) for name, i in COUNTERS.items()}
+    results |= {name: runs.least[:, i] for name, i in LEAST.items()}
+    if events is not None:
+        results["event_counts"] = runs.event_counts.astype(np.int64)
+        results["event_latest"] = runs.event_latest
+        results["lowered_impacts"] = runs.lowered.astype(np.int64)
+    return results
 
 
 def parameter_rows(system: System, recipe: Recipe) -> Array:
@@ -100,24 +139,6 @@ def parameter_rows(system: System, recipe: Recipe) -> Array:
     given = np.array([name in recipe.params for name in system.parameters], np.uint8)
     system.parameter_set.completed(values, given)
     return values
-
-
-def _options(recipe: Recipe, reduces: bool) -> dict[str, Any]:
-    policy = recipe.policy
-    return {
-        "t0": recipe.span[0],
-        "t1": recipe.span[1],
-        "rtol": policy.rtol,
-        "atol": policy.atol,
-        "first_step": policy.first_step,
-        "max_step": policy.max_step,
-        "max_steps": policy.max_steps,
-        "method": METHODS[policy.method],
-        "dense": reduces or len(recipe.t_eval) > 0,
-        "lockstep": policy.method in LOCKSTEP,
-        "may_stiffen": policy.stiff_switch,
-        "on_change_point": CHANGE_POINT_POLICIES[policy.on_change_point],
-    }
 
 
 def starts(
@@ -152,13 +173,6 @@ def _with_speeds(
         return y, closed
     kept = consistent(system, y, recipe.speeds, values, recipe.span[0])
     return kept.y, closed & kept.keep
-
-
-def _along(values: Array, states: Array, events: Any) -> Array:
-    """Parameters of members at t_eval (n, nt, np), or (n, 1, np) where no reset changes them."""
-    if events is None or not events.one_by_one:
-        return values[:, None]
-    return np.repeat(values[:, None], states.shape[1], axis=1)
 
 
 def _histories(system: System, recipe: Recipe, values: Array, states: Array) -> dict[str, Array]:

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from mechc.batch.hybrid.controlled import run_controlled
-from mechc.batch.hybrid.events import batch_events
+from mechc.batch.controlled import run_controlled
+from mechc.batch.events import batch_events
 from mechc.batch.results import Batch
 from mechc.batch.run import cores, run_members
 from mechc.batch.sensitivities import check_names, one_number_each
@@ -77,7 +77,7 @@ def simulate_batch(
         Name -> number, one a member (n,), samples ``(times, values)`` or a :class:`mechc.Signal`
         that all members have; besides those of ``model.with_inputs``.  A :class:`mechc.Sampled`
         controller, or a list of them (n,), one a member; they are called for one member after
-        another.  Other Python functions are not taken.
+        another.  With functions of Python, which all members share, one thread computes.
     t_eval
         Times (nt,) at which to keep states, and ``outputs`` if any are named.
     states
@@ -91,11 +91,11 @@ def simulate_batch(
         A crossing at which a member's run ends, with the status ``"stopped by an event"``:
         ``"theta_0 > 360deg"``, of a quantity as in ``reduce``.
     events
-        Expressions, and :class:`mechc.Event` of expressions with their resets, as in
-        ``simulate``, which give the same motion to the last bit.  ``batch.event_counts`` (n, k) has
+        As in ``simulate``, whose motions these are to the last bit.  With functions of Python
+        one thread computes.  ``batch.event_counts`` (n, k) has
         how many zeros each of k events had, ``batch.event_latest`` (n, k) the time of the last, NaN
         without one, ``batch.lowered_impacts`` (n,) how many impacts had less than the whole
-        restitution, as :class:`mechc.Stop` says.  Not with ``until``.
+        restitution, as :class:`mechc.Stop` says.
     sensitivities
         Names that derivatives of the states are by, as in ``simulate``, one number each:
         parameters, coordinates and speeds that members are assembled with, inputs, values of
@@ -131,22 +131,21 @@ def simulate_batch(
     ------
     UnknownNameError, ValueOutOfBoundsError, MechcError, ValueError
         For wrong arguments; before anything is computed.
+    InputError, EventError
+        If a function of Python fails.
     """
     recipe = _recipe(
         system, t_span, y0, params, t_eval, states, outputs, reduce, until, rtol, atol, method,
         first_step, max_step, max_steps, on_change_point, inputs,
     )  # fmt: skip
-    controlled = bool(recipe.inputs.controllers)
-    found = batch_events(system, recipe.span, events, until or "", controlled)
+    found = batch_events(system, recipe.span, events)
     by = one_number_each(system, names_of(sensitivities))
     recipe = replace(
         recipe, events=found, sensitivities=by,
         sensitivity_error_control=bool(sensitivity_error_control and by),
     )  # fmt: skip
-    if controlled and (out is not None or client is not None):
-        raise ValueOutOfBoundsError(
-            "sampled controllers are functions of this process: leave out= and client= away"
-        )
+    if out is not None or client is not None:
+        _refuse_functions(recipe)
     if recipe.sensitivities:
         refuse_without_derivatives(recipe.policy.method)
         check_names(system, recipe)
@@ -203,6 +202,15 @@ def _reduction(each: Any) -> str:
             f"a reduction is a text such as 'max(theta_2)' or ('max', symbol), not {brief(each)}"
         )
     return f"{each[0]}({name_of(each[1])})"
+
+
+def _refuse_functions(recipe: Recipe) -> None:
+    """Refuse what no other process has, and what does not identify a batch."""
+    if recipe.inputs.calls_python or (recipe.events is not None and not recipe.events.key):
+        raise ValueOutOfBoundsError(
+            "controllers, and events and inputs that are functions of Python, are those of this "
+            "process: leave out= and client= away, or give expressions and signals"
+        )
 
 
 def _checked_threads(threads: int | None) -> int:
@@ -276,8 +284,8 @@ def _collect(
             complete = complete and whole
     except KeyboardInterrupt:
         complete = False
-    kept = recipe.inputs._replace(controllers={})  # functions, which are not kept
-    return Batch(system, replace(recipe, inputs=kept), arrays, complete)
+    kept = replace(recipe, inputs=recipe.inputs.without_functions())
+    return Batch(system, kept, arrays, complete)
 
 
 def _empty(values: Array, count: int) -> Array:

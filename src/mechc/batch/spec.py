@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from mechc.batch.driven import NONE, BatchInputs, check_driven, checked_inputs
-from mechc.batch.hybrid.events import BatchEvents
+from mechc.batch.events import BatchEvents
 from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.inputs.signals import Signal
 from mechc.simulation.settings import Policy

@@ -52,22 +52,6 @@ def key_of(digest: str) -> str:
     return compiler_signature(digest, *environment(), files)
 
 
-def without_c(
-    described: Described, reference: ModelReference, seconds: Seconds | None = None
-) -> System:
-    """Derived in this process and not cached: only text that was written here is executed."""
-    from mechc_codegen.compiler import build_listing
-
-    from mechc.numpy_backend.scene import NumpyScene
-
-    seconds = dict(seconds or {})
-    described = lru_cache(described)
-    mechanism, requested = timed(seconds, "describe", described)
-    listing, stages = build_listing(mechanism, requested)
-    scene = timed(seconds, "load", lambda: NumpyScene(listing))
-    return system_with(scene, reference, {**seconds, **stages}, described)
-
-
 def compiled_before(reference: ModelReference) -> System:
     """A scene that is in this user's cache, by its key.
 

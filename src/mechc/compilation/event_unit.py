@@ -1,4 +1,4 @@
-"""Events as expressions: typed ones read, and all of a run compiled into one small unit."""
+"""Expressions of events: typed ones read, and all of a run compiled into one small unit."""
 
 from __future__ import annotations
 
@@ -38,31 +38,37 @@ def typed_expression(text: str, names: Mapping[str, Any]) -> Any:
 
 @one_at_a_time
 def event_functions(
-    events: Sequence[tuple[Any, Mapping[int, Any] | None, Any, bool]], width: int, parameters: int
-) -> EventFunctions | None:
-    """Compiled values, slopes and resets of events, from the cache where they are known.
+    events: Sequence[tuple[Any, Mapping[int, Any] | None]], contacts: Sequence[Any], width: int,
+    parameters: int,
+) -> EventFunctions | None:  # fmt: skip
+    """Compiled functions of events and contacts, from the cache where they are known.
 
-    None for functions that have no form in C, and without a C compiler.
+    None for functions that have no form in C, where there are none, and without a C compiler.
     """
-    told = tuple((value, reset and tuple(reset.items()), *more) for value, reset, *more in events)
-    asked = (told, width, parameters)
+    plain = tuple((value, reset and tuple(reset.items())) for value, reset in events)
+    asked = (plain, tuple(contacts), width, parameters)
     if asked not in _known:
         if len(_known) >= MOST_KNOWN:
             _known.clear()
-        _known[asked] = _made(events, width, parameters)
+        _known[asked] = _compiled_functions(events, contacts, width, parameters)
     return _known[asked]
 
 
-def _made(
-    events: Sequence[tuple[Any, Mapping[int, Any] | None, Any, bool]], width: int, parameters: int
-) -> EventFunctions | None:
+def _compiled_functions(
+    events: Sequence[tuple[Any, Mapping[int, Any] | None]], contacts: Sequence[Any], width: int,
+    parameters: int,
+) -> EventFunctions | None:  # fmt: skip
+    if not contacts and all(value is None for value, _ in events):
+        return None
     from mechc_codegen.emit.units.event_unit import EventExpressions, event_unit
 
     errors = errors_of_compiler()
     if toolchain.find_compiler() is None:
         return None
     try:
-        text = event_unit([EventExpressions(*event) for event in events], width, parameters)
+        text = event_unit(
+            [EventExpressions(*event) for event in events], contacts, width, parameters
+        )
     except errors["MechanismError"]:
         return None
     return loaded(text)
@@ -72,7 +78,7 @@ def loaded(text: str) -> EventFunctions:
     """The functions that C of :func:`event_functions` is, compiled where they are not known."""
     from mechc_codegen.extension.flags import RUNTIME
 
-    header = (RUNTIME / "events" / "functions.h").read_text("utf-8")
+    header = (RUNTIME / "hybrid" / "events" / "functions.h").read_text("utf-8")
     deciding = "\n".join([text, header, *FLAGS, *environment()])
     key = hashlib.sha256(deciding.encode()).hexdigest()
     if key not in _compiled:

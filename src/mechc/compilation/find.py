@@ -16,8 +16,6 @@ from mechc.system.names import by_name
 from mechc.system.reference import ModelReference
 from mechc.system.system import System
 
-BACKENDS = ("c", "numpy")
-
 
 def library_system(
     name: str,
@@ -25,7 +23,6 @@ def library_system(
     instruction_set: str | None = None,
     fix: Mapping[str, float] | None = None,
     outputs: Iterable[str] | None = None,
-    backend: str = "c",
     **options: Any,
 ) -> System:
     """A mechanism of the library or a variant of one; see :func:`mechc.load`."""
@@ -34,9 +31,9 @@ def library_system(
     if instruction_set is not None and not _is_word(instruction_set):
         raise ValueError(f"no instruction set is called {brief(instruction_set)}")
     asked = _asked(fix, outputs)
-    if checked_backend(backend) == "c" and not (options or asked) and name in COMPILED_AT_INSTALL:
+    if not (options or asked) and name in COMPILED_AT_INSTALL:
         return _installed(name, instruction_set)
-    return _variant(name, instruction_set, asked, backend, options)
+    return _variant(name, instruction_set, asked, options)
 
 
 @one_at_a_time
@@ -44,21 +41,18 @@ def _variant(
     name: str,
     instruction_set: str | None,
     asked: Mapping[str, Any],
-    backend: str,
     options: Mapping[str, Any],
 ) -> System:
     from mechc.compilation.library.library import beyond_default, variant
 
     options = beyond_default(name, options) if options else options
-    if backend == "c" and not (options or asked) and name in COMPILED_AT_INSTALL:
+    if not (options or asked) and name in COMPILED_AT_INSTALL:
         return _installed(name, instruction_set)
     if instruction_set is not None:
         raise ValueError(
-            "backend='numpy' has no instruction sets: omit instruction_set"
-            if backend == "numpy"
-            else "scenes compiled on demand are for this processor only: omit instruction_set"
+            "scenes compiled on demand are for this processor only: omit instruction_set"
         )
-    return variant(name, options, asked, backend)
+    return variant(name, options, asked)
 
 
 def system_of(reference: ModelReference, given: System | None = None) -> System:
@@ -73,7 +67,6 @@ def system_of(reference: ModelReference, given: System | None = None) -> System:
         return library_system(
             reference.mechanism,
             instruction_set=reference.instruction_set,
-            backend=reference.backend,
             **reference.options,
         )
     system = _from_cache(reference) if given is None else given
@@ -94,13 +87,6 @@ def _number(name: object, value: Any) -> float:
         return float(value)
     except (TypeError, ValueError, OverflowError):
         raise ValueOutOfBoundsError(f"{name} must be a number, not {brief(value)}") from None
-
-
-def checked_backend(backend: str) -> str:
-    """``"c"`` or ``"numpy"``."""
-    if backend not in BACKENDS:
-        raise UnknownNameError("backend", backend, BACKENDS)
-    return backend
 
 
 @one_at_a_time

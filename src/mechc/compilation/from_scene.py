@@ -29,7 +29,6 @@ def system_with(
     build: dict[str, Any] = {"custom": True} if found.custom else {}
     build |= {"options": dict(found.options)} if found.options else {}
     build |= {"key": found.key} if found.key else {}
-    build |= {"backend": found.backend} if found.backend != "c" else {}
     build |= {} if seconds is None else {"seconds": seconds}
     count = None if described is None else lambda: _operations_of_all(described)
     system = System(data, with_inputs(scene, data), found, build, count)

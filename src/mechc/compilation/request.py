@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from mechc.compilation.build import compile_described, compile_known, timed, without_c
+from mechc.compilation.build import compile_described, compile_known, timed
 from mechc.compilation.compiler import errors_of_compiler
 from mechc.compilation.from_scene import drawn_by
 from mechc.compilation.library.defaults import split, with_defaults
@@ -20,12 +20,12 @@ from mechc.system.system import System
 LEAST_DERIVATIVES = 2  # of positions, for accelerations
 
 
-def compile_any(thing: Any, *, backend: str = "c", drawing: Any = None, **asked: Any) -> System:
+def compile_any(thing: Any, *, drawing: Any = None, **asked: Any) -> System:
     """The system of a request; see :func:`mechc.compile`."""
     errors_of_compiler()
     seconds: dict[str, float] = {}
     request, numbers = timed(seconds, "read", lambda: read_compilable(thing, **asked))
-    system = _compiled(request, ModelReference("", custom=True, backend=backend), seconds)
+    system = _compiled(request, ModelReference("", custom=True), seconds)
     system = _drawn(system, request, drawing)
     return with_defaults(system, numbers, request.symbol_names) if numbers else system
 
@@ -49,8 +49,6 @@ def _drawn(system: System, request: Any, drawing: Any) -> System:
 
 
 def _compiled(request: Any, reference: ModelReference, seconds: dict[str, float]) -> System:
-    if reference.backend == "numpy":
-        return without_c(request.described, reference, seconds)
     known = request.digest
     if known is None:
         return compile_described(request.described, reference, seconds)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from numbers import Real
 from typing import Any
 
@@ -75,9 +74,9 @@ class GivenInputs:
         self._functions, self._sizes = functions, sizes
         self.caller = Caller(functions, *sizes)
 
-    def compiled(self, t0: float = -np.inf, t1: float = np.inf) -> Any:
-        """The values for compiled code; of signals only the pieces between two times."""
-        return Inputs(self._pieces, self._sources, self.caller, *_within(t0, t1))
+    def compiled(self) -> Any:
+        """The values for compiled code."""
+        return Inputs(self._pieces, self._sources, self.caller)
 
     def for_c(self) -> Any:
         """The values for C functions, which nothing checks: NaN at times beyond the samples of a
@@ -87,28 +86,17 @@ class GivenInputs:
             place = self._places[name]
             pieces[place] = _nan_beyond(signal.span, *pieces[place])
         caller = Caller(self._functions, *self._sizes)
-        return Inputs(pieces, self._sources, caller, -np.inf, np.inf)
+        return Inputs(pieces, self._sources, caller)
 
-    def in_segments(
-        self, t0: float, t1: float, rtol: float, own: Sequence[str]
-    ) -> tuple[Array, list[Any], Any]:
-        """For batches: ends of the segments between kinks (s,), the compiled values of each and of
-        the whole span, and which of their signals are the numbers named."""
-        times = [t0, *self.breaks(t0, t1, rtol), t1]
-        between = [self.compiled(*pair) for pair in pairwise(times)]
-        whole = self.compiled() if len(between) > 1 else between[0]
-        places = np.array([self._places[name] for name in own], np.intc)
-        return np.array(times[1:]), [*between, whole], places
+    def places(self, names: Sequence[str]) -> Array:
+        """Which of the signals of :meth:`compiled` the numbers with these names are."""
+        return np.array([self._places[name] for name in names], np.intc)
 
     @property
     def controls(self) -> list[Control]:
         """Controllers that are called during a run."""
         held = [s.control for s in self.signals.values() if isinstance(s, HeldSignal)]
         return list(dict.fromkeys(held))
-
-    def narrow(self, inputs: Any, t0: float, t1: float) -> None:
-        """Let compiled inputs take only the pieces of signals between two times."""
-        inputs.use(*_within(t0, t1))
 
     @property
     def numbers(self) -> dict[str, Array]:
@@ -149,15 +137,6 @@ class GivenInputs:
             which = f"The inputs {', '.join(self.called)} are Python functions"
         cost = f"{self.caller.calls} calls from compiled code took {1e3 * self.caller.seconds:.3g}"
         return (f"{which}: {cost} ms",)
-
-
-def _within(t0: float, t1: float) -> tuple[float, float]:
-    """Two times in order, each a little inside the span: not on a knot at its end."""
-    low, high = min(t0, t1), max(t0, t1)
-    if not np.isfinite(low):
-        return low, high
-    slack = min(0.25 * (high - low), 2 * TICKS * np.spacing(max(abs(low), abs(high))))
-    return low + slack, high - slack
 
 
 def _nan_beyond(

@@ -10,7 +10,6 @@ import numpy as np
 from mechc.errors import InputError, MechcError, UnknownNameError
 from mechc.inputs.bind import GivenInputs, InputSlot, missing
 from mechc.inputs.sampled import Control
-from mechc.inputs.segmented_run import SegmentedRun
 from mechc.inputs.stored import inputs_told, told_inputs
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -21,8 +20,6 @@ class DrivenScene:
 
     All other calls are passed on.
     """
-
-    _raises = True  # where a function of Python fails
 
     def __init__(
         self,
@@ -44,17 +41,6 @@ class DrivenScene:
     def with_inputs(self, given: Mapping[str, Any]) -> DrivenScene:
         """The same scene, with these inputs besides those it has."""
         return DrivenScene(self._scene, self._slots, tuple(self._free), {**self.given, **given})
-
-    def between(self, t0: float, t1: float) -> DrivenScene:
-        """The same scene, whose signals have at both times the values that they have between.
-
-        A function that fails gives NaN there and raises nothing, as in compiled runs.
-        """
-        other = object.__new__(DrivenScene)
-        other.__dict__.update(self.__dict__)
-        other._raises = False
-        other._whole = self._needed().compiled(t0, t1)
-        return other
 
     @property
     def told(self) -> dict[str, Any]:
@@ -85,7 +71,7 @@ class DrivenScene:
             )
         values.check_times(t)
         out: Array = self._scene.evaluate(name, t, y, p, self._whole)
-        if values.caller.failure is not None and self._raises:
+        if values.caller.failure is not None:
             self.raise_failure()
         return out
 
@@ -97,42 +83,27 @@ class DrivenScene:
         """As of :class:`mechc.native._driver.Scene`."""
         self._needed().check_times((t,))
         found: tuple[int, Array, float, float] = self._scene.project(t, y, p, self._whole)
-        if self._raises:
-            self.raise_failure()
+        self.raise_failure()
         return found
 
-    def start(self, t0: float, t1: float, y0: Array, p: Array, *policy: Any) -> SegmentedRun:
-        """Begin a run, which restarts at every kink or jump of a signal."""
+    def restart(self, t: float) -> None:
+        """A run begins at this time: controllers are called from there on."""
         values = self._needed()
-        values.check_times((t0, t1))
         values.caller.reset()
-        times = [t0, *values.breaks(t0, t1, policy[0]), t1]
-        controls = values.controls
-        for control in controls:
-            control.skip(t0)
-
-        def inputs(segment: int, y: Array) -> Any:
-            self._call(controls, times[segment], y)
-            return values.compiled(times[segment], times[segment + 1])
-
-        first = inputs(0, y0)
-        run = self._scene.start(t0, t1, y0, p, *policy, inputs=first)
-        whole = self._whole if len(times) > 2 else first
-        return SegmentedRun(run, times, inputs, whole, bool(controls))
-
-    def restart(self) -> None:
-        """A run begins from its first time: controllers are called from there on."""
-        for control in self._needed().controls:
+        for control in values.controls:
             control.restart()
+            control.skip(t)
 
     def repeat(self) -> None:
         """From now on runs repeat what controllers have given, and call none."""
         for control in self._needed().controls:
             control.repeat()
 
-    def reach(self, t: float, y: Array) -> None:
-        """Call the controllers whose instant has come at the state y."""
-        self._call(self._needed().controls, t, y)
+    @property
+    def due(self) -> Any:
+        """Calls, at a time and a state, controllers whose instant has come; None without any."""
+        controls = self._needed().controls
+        return (lambda t, y: self._call(controls, t, y)) if controls else None
 
     def _call(self, controls: Sequence[Control], t: float, y: Array) -> None:
         """Call the controllers whose instant has come; one that fails leaves NaN: the run ends."""
@@ -164,19 +135,13 @@ class DrivenScene:
         """The values for compiled code, separate from those of other runs."""
         return self._needed().compiled()
 
-    def narrow(self, inputs: Any, t0: float, t1: float) -> None:
-        """As :meth:`GivenInputs.narrow`."""
-        self._needed().narrow(inputs, t0, t1)
-
     def breaks(self, t0: float, t1: float, rtol: float) -> list[float]:
         """As :meth:`GivenInputs.breaks`."""
         return self._needed().breaks(t0, t1, rtol)
 
-    def in_segments(
-        self, t0: float, t1: float, rtol: float, own: Sequence[str]
-    ) -> tuple[Array, list[Any], Any]:
-        """As :meth:`GivenInputs.in_segments`."""
-        return self._needed().in_segments(t0, t1, rtol, own)
+    def places(self, names: Sequence[str]) -> Array:
+        """As :meth:`GivenInputs.places`."""
+        return self._needed().places(names)
 
     def of_time(self, names: Sequence[str]) -> list[str]:
         """Those of the inputs that constraints, mass matrix or kinematics contain."""

@@ -34,6 +34,9 @@ cdef extern from "abi/model.h":
         const double *times
         const double *longest
 
+    ctypedef struct mechc_outer:
+        pass
+
     ctypedef struct mechc_options:
         double t0, t1
         const double *y0
@@ -48,6 +51,7 @@ cdef extern from "abi/model.h":
         const mechc_method *const *methods
         const int *stop
         const mechc_step_limits *limits
+        const mechc_outer *outer
         double allowed
         int last_only
 

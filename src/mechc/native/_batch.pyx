@@ -7,61 +7,55 @@ from libc.stdlib cimport calloc, free
 
 from mechc.native._abi cimport (
     MECHC_COUNTS, MECHC_LEASTS, MECHC_PART_COLLOCATION, MECHC_PART_DRIVER, MECHC_PART_EXPLICIT,
-    MECHC_PART_IMPLICIT,
-    MECHC_PART_OUTPUTS, mechc_options, mechc_part_of_method, mechc_stack_of, mechc_unit,
-    mechc_with_stack
+    MECHC_PART_IMPLICIT, MECHC_PART_OUTPUTS, mechc_options, mechc_part_of_method, mechc_stack_of,
+    mechc_unit, mechc_with_stack
 )
 from mechc.native._driver cimport Scene
-from mechc.native._events cimport EventFunctions, mechc_event_unit
-from mechc.native._inputs cimport Inputs, mechc_driven, mechc_signal
+from mechc.native._hybrid cimport (
+    mechc_contact_laws, mechc_event_functions, mechc_event_policy, mechc_given_inputs, mechc_motion
+)
+from mechc.native._motion cimport Request
 
 
 cdef extern from "batch/members.h":
     ctypedef struct mechc_quantity:
-        int reduction, form, output, second, component, direction, terminal
+        int reduction, form, output, second, component, direction
         double level
-
-    ctypedef struct mechc_batch_inputs:
-        int segments
-        const double *ends
-        const mechc_driven *const *driven
-        const mechc_signal *const *signals
-        int signal_count, source_count, own
-        const int *place
-        const double *numbers
-
-    ctypedef struct mechc_batch_events:
-        const mechc_event_unit *unit
-        const double *directions
-        const long *terminal
-        int coordinates, speeds, rows
-        long *counts
-        double *latest
 
     ctypedef struct mechc_batch:
         const mechc_unit *unit
         mechc_options options
-        int coordinates, width, parameters, lockstep
+        mechc_motion scene
+        int lockstep
         ptrdiff_t count
         const double *y0
         const double *p
-        const double *length
         const double *allowed
-        const unsigned char *pure
         const unsigned char *assembled
         ptrdiff_t times
         const double *t_eval
-        int quantities, stopping
+        int quantities
         const mechc_quantity *quantity
-        mechc_batch_inputs inputs
-        mechc_batch_events events
+        const mechc_quantity *until
+        const mechc_given_inputs *given
+        int own
+        const int *place
+        const double *numbers
+        int events
+        const mechc_event_functions *functions
+        const mechc_event_policy *policy
+        mechc_contact_laws laws
         double *y
         double *t
         double *at_times
+        double *p_at_times
         double *reduced
         double *least
+        double *event_latest
         int *status
         long *counts
+        long *event_counts
+        long *lowered
         ptrdiff_t next, done
         int stop
 
@@ -90,59 +84,72 @@ cdef int parts_of_batch(Scene scene, const mechc_options *options, bint lockstep
 
 
 cdef class Runs:
-    """Simulations of ``y0`` (n, width) with parameters ``p`` (n, np).
+    """Motions from ``y0`` (n, width) with parameters ``p`` (n, np) between two times.
 
-    ``driven``: None, or the ends of the segments between kinks of inputs (s,), the inputs of each
-    and of the whole span, numbers that differ between members (n, k) and which signals they are.
-    ``events``: None, or compiled functions of k events, their directions (k,), and how many zeros of
-    each end a run (k,), 0 for none.
+    request
+        What is asked of each.
+    lockstep
+        Whether members run side by side, a lane each.
+    assembled : (n,)
+        Which members have a start, or None for all.
+    allowed : (n,)
+        The gaps of starts that are rounding.
+    quantities, until
+        Reductions, and the crossing at which a member ends or None, as tuples of the fields of
+        ``mechc_quantity``.
+    numbers : (n, k), places : (k,)
+        Inputs that differ between members, and which of the signals of the inputs they are.
+    keeps_params
+        Whether parameters are kept at t_eval, since resets change them.
 
     After the work: ``y`` (n, width) final states, ``t`` (n,), ``status`` (n,), ``at_times``
-    (n, nt, width), ``reduced`` (n, nr); ``counts`` (n, 5) and ``least`` (n, 2), whose columns are those of
-    :data:`mechc.native._codes.COUNTERS` and ``LEAST``; with events ``event_counts`` (n, k) and
-    ``event_latest`` (n, k), the times of the last ones.
+    (n, nt, width), ``p_at_times`` (n, nt, np), ``reduced`` (n, nr); ``counts`` (n, 5) and ``least``
+    (n, 2), whose columns are those of :data:`mechc.native._codes.COUNTERS` and ``LEAST``;
+    ``event_counts`` (n, e), ``event_latest`` (n, e), the times of the last ones, ``lowered`` (n,).
     """
 
     cdef object kept  # arrays that C points into
     cdef mechc_batch batch
     cdef mechc_quantity *quantity
-    cdef const mechc_driven **segments
-    cdef const mechc_signal **signals
-    cdef readonly object y, t, status, at_times, reduced, counts, least
-    cdef readonly object event_counts, event_latest
+    cdef readonly object y, t, status, at_times, p_at_times, reduced, counts, least
+    cdef readonly object event_counts, event_latest, lowered
 
     def __cinit__(self):
-        self.quantity, self.segments, self.signals = NULL, NULL, NULL
+        self.quantity = NULL
 
-    def __init__(self, Scene scene, options, const double[:, ::1] y0, const double[:, ::1] p,
-                 const double[::1] length, const unsigned char[::1] pure, assembled,
-                 const double[::1] t_eval, quantities, const double[::1] allowed, driven=None,
-                 events=None):
+    def __init__(self, Request request, bint lockstep, double t0, double t1, const double[:, ::1] y0,
+                 const double[:, ::1] p, assembled, const double[::1] t_eval, quantities, until,
+                 const double[::1] allowed, const double[:, ::1] numbers, const int[::1] places,
+                 bint keeps_params=False):
         cdef mechc_batch *batch = &self.batch
+        cdef Scene scene = request.scene
         cdef ptrdiff_t count = y0.shape[0]
-        cdef const double[::1] atol
         cdef const unsigned char[::1] closed
         if y0.shape[1] != scene.width:
             raise ValueError("wrong number of state components")
-        if p.shape[0] != count or p.shape[1] != scene.parameters or length.shape[0] != count:
-            raise ValueError("a row of parameters and a length are needed for every member")
-        if allowed.shape[0] != count:
-            raise ValueError("a gap that is allowed is needed for every member")
-        if pure.shape[0] != y0.shape[1]:
-            raise ValueError("wrong number of scales")
-        self.kept = [scene, y0, p, length, pure, assembled, t_eval, allowed]
-        self._allocate(count, y0.shape[1], t_eval.shape[0], len(quantities))
-        batch.unit = scene.unit
-        batch.coordinates, batch.width = scene.coordinates, y0.shape[1]
-        batch.parameters = scene.parameters
-        batch.count = count
-        batch.lockstep = options["lockstep"]
+        if p.shape[0] != count or p.shape[1] != scene.parameters or allowed.shape[0] != count:
+            raise ValueError("a row of parameters and a gap are needed for every member")
+        if numbers.shape[0] != count or numbers.shape[1] != places.shape[0]:
+            raise ValueError("a row of numbers is needed for every member")
+        self.kept = [request, y0, p, assembled, t_eval, allowed, numbers, places]
+        batch.unit, batch.count, batch.lockstep = scene.unit, count, lockstep
+        batch.scene.unit, batch.scene.sizes = scene.unit, request.sizes.sizes
+        batch.scene.coordinates, batch.scene.speeds = scene.coordinates, scene.speeds
+        batch.scene.rows, batch.scene.parameters = scene.rows, scene.parameters
+        batch.scene.width = scene.width
+        batch.options = request.options
+        batch.options.t0, batch.options.t1, batch.options.stop = t0, t1, &batch.stop
+        batch.options.last_only = not batch.options.dense
+        if request.inputs is not None:
+            batch.given = &request.given
+        if request.events is not None:
+            batch.events, batch.laws = request.events.count, request.events.laws
+            batch.functions, batch.policy = request.events.functions, request.events.policy
         batch.times, batch.quantities = t_eval.shape[0], len(quantities)
+        self._allocate(count, scene, keeps_params)
         if count:
-            batch.y0, batch.length = &y0[0, 0], &length[0]
-            batch.allowed = &allowed[0]
+            batch.y0, batch.allowed = &y0[0, 0], &allowed[0]
             batch.p = &p[0, 0] if scene.parameters else NULL
-        batch.pure = &pure[0]
         if t_eval.shape[0]:
             batch.t_eval = &t_eval[0]
         if assembled is not None and count:
@@ -150,56 +157,52 @@ cdef class Runs:
             if closed.shape[0] != count:
                 raise ValueError("a flag is needed for every member")
             batch.assembled = &closed[0]
-        self._choose(options)
-        scene.need(parts_of_batch(scene, &batch.options, options["lockstep"], len(quantities)))
+        if places.shape[0] and count:
+            batch.own, batch.place, batch.numbers = places.shape[0], &places[0], &numbers[0, 0]
+        self._ask([*quantities, *([] if until is None else [until])])
+        if until is not None:
+            batch.until = self.quantity + batch.quantities
+        outputs = len(quantities) or until is not None
+        scene.need(parts_of_batch(scene, &batch.options, lockstep, outputs))
         batch.options.methods = scene.unit.methods
-        if options["atol"] is not None:
-            atol = options["atol"]
-            self.kept.append(atol)
-            batch.options.atol = &atol[0]
-        self._ask(quantities)
-        if driven is not None:
-            ends, inputs, numbers, place = driven
-            self._drive(ends, inputs, numbers, place)
-        if events is not None:
-            functions, directions, terminal = events
-            self._watch(scene, functions, directions, terminal)
 
-    cdef _allocate(self, ptrdiff_t count, ptrdiff_t width, ptrdiff_t times, ptrdiff_t quantities):
-        cdef double[:, ::1] y, reduced, least
-        cdef double[:, :, ::1] at_times
+    cdef _allocate(self, ptrdiff_t count, Scene scene, bint keeps_params):
+        cdef mechc_batch *batch = &self.batch
+        cdef double[:, ::1] y, reduced, least, latest
+        cdef double[:, :, ::1] at_times, p_at_times
         cdef double[::1] t
         cdef int[::1] status
-        cdef long[:, ::1] counts
-        self.y = np.full((count, width), np.nan)
-        self.t = np.full(count, np.nan)
-        self.at_times = np.full((count, times, width), np.nan)
-        self.reduced = np.full((count, quantities), np.nan)
+        cdef long[:, ::1] counts, event_counts
+        cdef long[::1] lowered
+        cdef ptrdiff_t times = batch.times, events = batch.events
+        self.y, self.t = np.full((count, scene.width), np.nan), np.full(count, np.nan)
+        self.at_times = np.full((count, times, scene.width), np.nan)
+        self.p_at_times = np.full((count, times if keeps_params else 0, scene.parameters), np.nan)
+        self.reduced = np.full((count, batch.quantities), np.nan)
         self.least = np.full((count, MECHC_LEASTS), np.nan)
         self.status = np.zeros(count, np.intc)
         self.counts = np.zeros((count, MECHC_COUNTS), np.int_)
+        self.event_counts = np.zeros((count, events), np.int_)
+        self.event_latest = np.full((count, events), np.nan)
+        self.lowered = np.zeros(count, np.int_)
         if not count:
             return
         y, t, status, counts, least = self.y, self.t, self.status, self.counts, self.least
-        self.batch.y, self.batch.t, self.batch.status = &y[0, 0], &t[0], &status[0]
-        self.batch.counts, self.batch.least = &counts[0, 0], &least[0, 0]
+        lowered = self.lowered
+        batch.y, batch.t, batch.status, batch.lowered = &y[0, 0], &t[0], &status[0], &lowered[0]
+        batch.counts, batch.least = &counts[0, 0], &least[0, 0]
         if times:
             at_times = self.at_times
-            self.batch.at_times = &at_times[0, 0, 0]
-        if quantities:
+            batch.at_times = &at_times[0, 0, 0]
+        if times and keeps_params:
+            p_at_times = self.p_at_times
+            batch.p_at_times = &p_at_times[0, 0, 0]
+        if batch.quantities:
             reduced = self.reduced
-            self.batch.reduced = &reduced[0, 0]
-
-    cdef _choose(self, options):
-        cdef mechc_options *chosen = &self.batch.options
-        chosen.t0, chosen.t1 = options["t0"], options["t1"]
-        chosen.rtol = options["rtol"]
-        chosen.first_step, chosen.max_step = options["first_step"], options["max_step"]
-        chosen.max_steps, chosen.method = options["max_steps"], options["method"]
-        chosen.dense, chosen.may_stiffen = options["dense"], options["may_stiffen"]
-        chosen.last_only = not chosen.dense
-        chosen.on_change_point = options["on_change_point"]
-        chosen.stop = &self.batch.stop
+            batch.reduced = &reduced[0, 0]
+        if events:
+            event_counts, latest = self.event_counts, self.event_latest
+            batch.event_counts, batch.event_latest = &event_counts[0, 0], &latest[0, 0]
 
     cdef _ask(self, quantities):
         cdef ptrdiff_t i
@@ -210,63 +213,11 @@ cdef class Runs:
             self.quantity[i].reduction, self.quantity[i].form = asked[0], asked[1]
             self.quantity[i].output, self.quantity[i].second = asked[2], asked[3]
             self.quantity[i].component, self.quantity[i].direction = asked[4], asked[5]
-            self.quantity[i].level, self.quantity[i].terminal = asked[6], asked[7]
-            self.batch.stopping |= self.quantity[i].terminal
+            self.quantity[i].level = asked[6]
         self.batch.quantity = self.quantity
-
-    cdef _watch(self, Scene scene, EventFunctions functions, const double[::1] directions,
-                const long[::1] terminal):
-        cdef mechc_batch_events *events = &self.batch.events
-        cdef int width = functions.unit.count
-        cdef long[:, ::1] counts
-        cdef double[:, ::1] latest
-        if functions.unit.width != scene.width or functions.unit.parameters != scene.parameters:
-            raise ValueError("these events are of another model")
-        if directions.shape[0] != width or terminal.shape[0] != width:
-            raise ValueError("a direction is needed for every event")
-        self.kept += [functions, directions, terminal]
-        self.event_counts = np.zeros((self.batch.count, width), np.int_)
-        self.event_latest = np.full((self.batch.count, width), np.nan)
-        if not self.batch.count or not width:
-            return
-        scene.need(MECHC_PART_OUTPUTS)
-        counts, latest = self.event_counts, self.event_latest
-        events.unit, events.counts, events.latest = functions.unit, &counts[0, 0], &latest[0, 0]
-        events.directions, events.terminal = &directions[0], &terminal[0]
-        events.coordinates, events.speeds = scene.coordinates, scene.speeds
-        events.rows = scene.rows
-        self.batch.stopping = 1
-
-    cdef _drive(self, const double[::1] ends, inputs, const double[:, ::1] numbers,
-                const int[::1] place):
-        cdef mechc_batch_inputs *out = &self.batch.inputs
-        cdef Inputs each
-        cdef ptrdiff_t i
-        if not ends.shape[0] or len(inputs) != ends.shape[0] + 1:
-            raise ValueError("inputs are needed for every segment, and for the whole span")
-        if numbers.shape[0] != self.batch.count or numbers.shape[1] != place.shape[0]:
-            raise ValueError("a row of numbers is needed for every member")
-        self.kept += [ends, inputs, numbers, place]
-        self.segments = <const mechc_driven **>calloc(len(inputs), sizeof(mechc_driven *))
-        self.signals = <const mechc_signal **>calloc(len(inputs), sizeof(mechc_signal *))
-        if self.segments == NULL or self.signals == NULL:
-            raise MemoryError()
-        for i, each in enumerate(inputs):
-            self.segments[i], self.signals[i] = &each.driven, each.signals
-            out.signal_count, out.source_count = each.signal_count, each.source_count
-        if place.shape[0]:
-            if min(place) < 0 or max(place) >= out.signal_count:
-                raise ValueError("no such input")
-            out.place = &place[0]
-            if self.batch.count:
-                out.numbers = &numbers[0, 0]
-        out.own, out.ends, out.segments = place.shape[0], &ends[0], ends.shape[0]
-        out.driven, out.signals = self.segments, self.signals
 
     def __dealloc__(self):
         free(self.quantity)
-        free(self.segments)
-        free(self.signals)
 
     @property
     def done(self):
@@ -279,7 +230,7 @@ cdef class Runs:
         cdef int given
         job.batch, job.made = &self.batch, 0
         with nogil:
-            given = mechc_with_stack(mechc_stack_of(self.batch.width), work_on_batch, &job)
+            given = mechc_with_stack(mechc_stack_of(self.batch.scene.width), work_on_batch, &job)
         if not given or not job.made:
             raise MemoryError()
 

@@ -16,13 +16,11 @@ from libc.stdlib cimport calloc, free
 from libc.string cimport memcpy
 from mechc.native._abi cimport (
     MECHC_ABI, MECHC_ALL_PARTS, MECHC_CAPSULE, MECHC_PART_COLLOCATION, MECHC_PART_DERIVATIVES,
-    MECHC_PART_DRIVER, MECHC_PART_EXPLICIT, MECHC_PART_IMPLICIT, MECHC_PART_OUTPUTS, MECHC_PART_SERIES, MECHC_PART_SWEEPS, mechc_given, mechc_join, mechc_joined, mechc_model, mechc_options,
-    mechc_output, mechc_part, mechc_part_of_method, mechc_rows, mechc_stack_needed,
+    MECHC_PART_DRIVER, MECHC_PART_EXPLICIT, MECHC_PART_IMPLICIT, MECHC_PART_OUTPUTS, MECHC_PART_SERIES, MECHC_PART_SWEEPS, mechc_given, mechc_join, mechc_joined, mechc_model, mechc_output, mechc_part, mechc_part_of_method, mechc_rows, mechc_stack_needed,
     mechc_stack_of, mechc_unit
 )
 from mechc.native._inputs cimport Inputs, address_of, mechc_inputs
 from mechc.native._pieces cimport LOOK, next_piece, seconds_now, with_stack
-from mechc.native._run cimport Run
 from mechc.native._shared_object cimport (
     mechc_close_shared, mechc_find_shared, mechc_open_shared, shared_error
 )
@@ -397,50 +395,6 @@ cdef class Scene:
             if not isfinite(y[i]):
                 moved[0] = NAN
         return job.status, out, moved[0], moved[1]
-
-    def start(self, double t0, double t1, const double[::1] y0, p, double rtol, atol,
-              const double[::1] scale, double first_step, double max_step, long max_steps, int method,
-              bint dense, int on_change_point=0, bint may_stiffen=False, double max_bytes=INFINITY,
-              limits=None, Inputs inputs=None):
-        """Begin a run; see Run.  on_change_point: a number of CHANGE_POINT_POLICIES; max_bytes: of its
-        trajectory; limits: increasing times (n + 1,) and the longest steps between them (n,)."""
-        cdef Run run = Run.__new__(Run)
-        cdef const double[::1] tolerances, parameters = p
-        cdef mechc_options options
-        if parameters.shape[0] != self.parameters:
-            raise ValueError("wrong number of parameters")
-        self.need(MECHC_PART_DRIVER | mechc_part_of_method(method))
-        run.scene, run.unit, run.method = self, self.unit, method
-        run.coordinates, run.width, run.stack = self.coordinates, self.width, self.stack
-        run.p, run.inputs = p.copy(), inputs
-        options.t0, options.t1 = t0, t1
-        options.y0, options.p = &y0[0], &parameters[0] if self.parameters else NULL
-        options.inputs = address_of(inputs)
-        options.rtol = rtol
-        options.atol = NULL
-        if atol is not None:
-            tolerances = atol
-            options.atol = &tolerances[0]
-        options.scale = &scale[0]
-        options.first_step, options.max_step = first_step, max_step
-        options.max_steps = max_steps
-        options.method, options.dense = method, dense
-        options.on_change_point = on_change_point
-        options.may_stiffen = may_stiffen
-        options.methods = self.unit.methods
-        options.stop = &run.stop
-        options.limits = NULL
-        options.allowed, options.last_only = 0.0, 0
-        if limits is not None:
-            run.limit_times, run.longest = limits
-            if run.limit_times.shape[0] != run.longest.shape[0] + 1:
-                raise ValueError("limits need one time more than steps")
-            run.limits.count = run.longest.shape[0]
-            if run.limits.count:
-                run.limits.times, run.limits.longest = &run.limit_times[0], &run.longest[0]
-                options.limits = &run.limits
-        run.begin(&options, max_bytes)
-        return run
 
 
 cdef mechc_bound *bound_output(

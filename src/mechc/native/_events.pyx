@@ -1,84 +1,25 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, initializedcheck=False
-"""Events that are compiled: their functions, and their zeros and resets along a run."""
+"""Events of motions, and the laws of contacts: compiled functions, and functions of Python."""
 
 from os import fsencode
 
 import numpy as np
 
+from libc.math cimport NAN, isnan
+from libc.stdlib cimport calloc, free
 from libc.string cimport memcpy
-from mechc.native._abi cimport (
-    MECHC_PART_DRIVER, MECHC_PART_OUTPUTS, MECHC_RUNNING, mechc_options, mechc_trajectory,
-    mechc_unit
-)
 from mechc.native._driver cimport Scene
-from mechc.native._inputs cimport Inputs, address_of
-from mechc.native._pieces cimport with_stack
-from mechc.native._run cimport Run
+from mechc.native._hybrid cimport (
+    MECHC_EVENTS_ABI, MECHC_LAWS, mechc_event_functions, mechc_event_unit, mechc_impulses
+)
+from mechc.native._inputs cimport array_of
 from mechc.native._shared_object cimport (
     mechc_close_shared, mechc_find_shared, mechc_open_shared, shared_error
 )
 
 
-cdef extern from "abi/codes.h":
-    int MECHC_STOPPED_BY_EVENT, MECHC_NO_MEMORY
-
-cdef extern from "events/resets.h":
-    ctypedef struct mechc_event:
-        double direction, grazing, too_fast
-        long terminal, count
-
-    ctypedef struct mechc_event_zero:
-        int event
-        double t
-
-    ctypedef struct mechc_watch:
-        int count, width, stopped_by
-        mechc_event *event
-        mechc_event_zero *zero
-        ptrdiff_t zeros
-        int *cause
-        double *caused_at
-        int causes
-        const mechc_trajectory *steps
-
-    int mechc_watch_make(
-        mechc_watch *, const mechc_unit *, const mechc_event_unit *, int, int, int
-    ) nogil
-    void mechc_watch_free(mechc_watch *) nogil
-    void mechc_watch_begin(mechc_watch *, const mechc_options *) nogil
-    void mechc_watch_enter(mechc_watch *, double, const double *) nogil
-    int mechc_watch_look(
-        mechc_watch *, const mechc_trajectory *, ptrdiff_t *, double *
-    ) nogil
-    int mechc_watch_reset(mechc_watch *, double, double *) nogil
-    int mechc_impulses(
-        const double *, const double *, const double *, int, int, double *, double *, int *
-    ) nogil
-
-
-ctypedef struct looking:
-    mechc_watch *watch
-    const mechc_trajectory *steps
-    ptrdiff_t *looked
-    double t
-    double *y
-    int status
-
-cdef void look_at_steps(void *given) noexcept nogil:
-    cdef looking *job = <looking *>given
-    job.status = mechc_watch_look(job.watch, job.steps, job.looked, &job.t)
-
-cdef void enter_motion(void *given) noexcept nogil:
-    cdef looking *job = <looking *>given
-    mechc_watch_enter(job.watch, job.t, job.y)
-
-cdef void reset_state(void *given) noexcept nogil:
-    cdef looking *job = <looking *>given
-    job.status = mechc_watch_reset(job.watch, job.t, job.y)
-
-
 def impulses(const double[:, ::1] a, const double[::1] w, const double[::1] e, bint poisson=False):
-    """The impulses (n,) at n contacts that touch: ``events/impact.h``.
+    """The impulses (n,) at n contacts that touch, without friction: ``hybrid/contact/impulses.h``.
 
     a : (n, n)
         How the rates of the gaps change with them.
@@ -132,112 +73,149 @@ cdef class EventFunctions:
         return self.unit.count
 
 
-cdef class Watch:
-    """Looks for events along runs of a scene with parameters p (np,), and resets its state.
+cdef double call_value(void *given, double t, const double *y, const double *p) noexcept with gil:
+    cdef called_event *called = <called_event *>given
+    cdef Events events = <Events>called.events
+    cdef double value = NAN
+    if events.failure is not None:
+        return NAN
+    try:
+        value = events.callbacks[called.number][0](
+            t, array_of(y, events.width), array_of(p, events.parameters)
+        )
+        if isnan(value):
+            events.failure = called.number, "value", t, None
+    except BaseException as error:
+        events.failure = called.number, "value", t, error
+        value = NAN
+    return value
 
-    run
-        One of these runs.
 
-    directions, terminal : (events,)
-        As in :class:`mechc.Event`; how many zeros end the run, 0 for none.
-    scale : (width,)
-        The size of each component.
-    inputs
-        Of the whole span, where the scene has inputs.
+cdef int call_reset(
+    void *given, double t, const double *y, const double *p, double *after
+) noexcept with gil:
+    cdef called_event *called = <called_event *>given
+    cdef Events events = <Events>called.events
+    cdef const double[::1] state, values
+    try:
+        state, values = events.callbacks[called.number][1](
+            t, array_of(y, events.width), array_of(p, events.parameters)
+        )
+        memcpy(after, &state[0], events.width * sizeof(double))
+        if events.parameters:
+            memcpy(after + events.width, &values[0], events.parameters * sizeof(double))
+        return 1
+    except BaseException as error:
+        events.failure = called.number, "reset", t, error
+        return 0
+
+
+cdef int call_table(
+    void *given, double t, const double *state, const double *p, double *table
+) noexcept with gil:
+    cdef Events events = <Events>given
+    cdef const double[:, ::1] values
+    try:
+        values = events.table(
+            t, array_of(state, events.width + events.coordinates), array_of(p, events.parameters)
+        )
+        memcpy(table, &values[0, 0], values.shape[0] * values.shape[1] * sizeof(double))
+        return 1
+    except BaseException as error:
+        events.failure = -1, "contact", t, error
+        return 0
+
+
+cdef class Events:
+    """The events of motions of a scene.
+
+    Parameters
+    ----------
+    directions : (k,)
+        Positive: only where the function grows; negative: only where it falls; 0: both.
+    terminal : (k,)
+        How many zeros of each end a motion, 0 for none.
+    unit
+        Compiled functions, or None.
+    callbacks
+        Of each event None, or two functions of Python in place of those of the unit: its value by t, y
+        and p, and the state and the parameters after its reset by the same; each may be None.
+    contacts : (k,)
+        Of each event the number of the contact that it is, or -1.
+    has_gap, has_friction : (n,)
+        Of each contact.
+    poisson
+        Whether impacts follow Poisson's law of restitution.
+    table
+        Where the laws of contacts are not compiled, their quantities (n, 8 + nq + nu) by t, (q, u, q')
+        and p.
+
+    Attributes
+    ----------
+    failure
+        The event (-1: a contact), what of it failed, when, and its exception, or None where it gave no
+        number; None: nothing failed.
+    calls_python
+        Whether any function is one of Python.
     """
 
-    cdef mechc_watch watch
-    cdef object kept
-    cdef size_t stack
-    cdef Run run
-    cdef ptrdiff_t looked
+    def __cinit__(self):
+        self.functions, self.policy, self.called = NULL, NULL, NULL
 
-    def __init__(self, Run run, EventFunctions functions, const double[::1] directions,
-                 const long[::1] terminal, const double[::1] p, const double[::1] scale,
-                 double rtol, double t0, double t1, int method, Inputs inputs=None):
-        cdef mechc_options options
-        cdef Scene scene = run.scene
-        cdef int k
-        if functions.unit.width != scene.width or functions.unit.parameters != scene.parameters:
-            raise ValueError("these events are of another model")
-        if p.shape[0] != scene.parameters or scale.shape[0] != scene.width:
-            raise ValueError("wrong number of parameters or scales")
-        if directions.shape[0] != functions.unit.count or terminal.shape[0] != functions.unit.count:
+    def __init__(self, Scene scene, const double[::1] directions, const long[::1] terminal,
+                 EventFunctions unit, list callbacks, const int[::1] contacts,
+                 const unsigned char[::1] has_gap, const unsigned char[::1] has_friction,
+                 bint poisson=False, table=None):
+        cdef int k, n = has_gap.shape[0]
+        self.count = directions.shape[0]
+        self.width, self.parameters = scene.width, scene.parameters
+        self.coordinates = scene.coordinates
+        if terminal.shape[0] != self.count or contacts.shape[0] != self.count \
+                or len(callbacks) != self.count or has_friction.shape[0] != n:
             raise ValueError("a direction is needed for every event")
-        self.kept = scene, functions, p, scale, inputs
-        self.stack = scene.stack
-        scene.need(MECHC_PART_DRIVER | MECHC_PART_OUTPUTS)
-        if not mechc_watch_make(
-            &self.watch, scene.unit, functions.unit, scene.coordinates, scene.speeds, scene.rows
-        ):
+        if unit is not None and (unit.unit.width != scene.width or unit.unit.count != self.count
+                                 or unit.unit.parameters != scene.parameters):
+            raise ValueError("these events are of another model")
+        of_contacts = np.zeros(n, np.intc)
+        cdef int[::1] numbers = of_contacts
+        self.kept = scene, unit, has_gap, has_friction, of_contacts
+        self.callbacks, self.table, self.failure = callbacks, table, None
+        self.functions = <mechc_event_functions *>calloc(self.count, sizeof(mechc_event_functions))
+        self.policy = <mechc_event_policy *>calloc(self.count, sizeof(mechc_event_policy))
+        self.called = <called_event *>calloc(self.count, sizeof(called_event))
+        if self.functions == NULL or self.policy == NULL or self.called == NULL:
             raise MemoryError()
-        options.t0, options.t1, options.rtol, options.method = t0, t1, rtol, method
-        options.p = &p[0] if p.shape[0] else NULL
-        options.scale, options.inputs = &scale[0], address_of(inputs)
-        for k in range(self.watch.count):
-            self.watch.event[k].direction = directions[k]
-            self.watch.event[k].terminal = terminal[k]
-        mechc_watch_begin(&self.watch, &options)
+        self.calls_python = table is not None
+        for k in range(self.count):
+            self.policy[k].direction, self.policy[k].terminal = directions[k], terminal[k]
+            self.policy[k].contact = contacts[k]
+            if contacts[k] >= 0:
+                numbers[contacts[k]] = k
+            if unit is not None:
+                self.functions[k] = unit.unit.functions[k]
+            if callbacks[k] is None:
+                continue
+            self.calls_python = True
+            self.called[k].events, self.called[k].number = <void *>self, k
+            self.functions[k].context = &self.called[k]
+            if callbacks[k][0] is not None:
+                self.functions[k].value, self.functions[k].slopes = call_value, NULL
+            if callbacks[k][1] is not None:
+                self.functions[k].reset = call_reset
+        self.laws.count = n
+        if not n:
+            return
+        self.laws.has_gap, self.laws.has_friction = &has_gap[0], &has_friction[0]
+        self.laws.event, self.laws.poisson = &numbers[0], poisson
+        if table is None:
+            self.laws.table = unit.unit.contacts
+        else:
+            self.laws.table, self.laws.context = call_table, <void *>self
 
     def __dealloc__(self):
-        mechc_watch_free(&self.watch)
+        free(self.functions)
+        free(self.policy)
+        free(self.called)
 
-    def enter(self, Run run, double t, y):
-        """Go on with the steps of a run, whose motion begins at the state y at time t."""
-        cdef double[::1] state = np.array(y)
-        cdef looking job
-        self.run, self.looked = run, 0
-        job.watch, job.t, job.y = &self.watch, t, &state[0]
-        with_stack(self.stack, enter_motion, &job)
-
-    def look(self):
-        """Search the steps added since: the time of an event that ends or resets the motion, or
-        None.  Raises ArithmeticError if a value is no number."""
-        cdef looking job
-        job.watch, job.steps, job.looked = &self.watch, &self.run.run.trajectory, &self.looked
-        with_stack(self.stack, look_at_steps, &job)
-        if job.status == MECHC_RUNNING:
-            return None
-        if job.status == MECHC_STOPPED_BY_EVENT:
-            return job.t
-        if job.status == MECHC_NO_MEMORY:
-            raise MemoryError()
-        raise ArithmeticError(f"it gave NaN from t = {self.run.run.trajectory.t[self.looked]:.9g} s on")
-
-    def reset(self, double t, y):
-        """The state after the event that stopped the search, from y (width,) before it.
-
-        Returns (status code, state, the events whose resets made it, the state before each).
-        """
-        after = np.array(y)
-        cdef double[::1] state = after
-        cdef looking job
-        cdef int i
-        job.watch, job.t, job.y = &self.watch, t, &state[0]
-        with_stack(self.stack, reset_state, &job)
-        if job.status == MECHC_NO_MEMORY:
-            raise MemoryError()
-        causes = tuple(self.watch.cause[i] for i in range(self.watch.causes))
-        before = np.empty((len(causes), self.watch.width))
-        cdef double[:, ::1] rows = before
-        if len(causes):
-            memcpy(&rows[0, 0], self.watch.caused_at,
-                   len(causes) * self.watch.width * sizeof(double))
-        return job.status, after, causes, before
-
-    def zeros(self):
-        """The events found since the last call, and their times; they are forgotten."""
-        found = [(self.watch.zero[i].event, self.watch.zero[i].t) for i in range(self.watch.zeros)]
-        self.watch.zeros = 0
-        return found
-
-    @property
-    def stopped_by(self):
-        """The number of the event at which the search stopped, -1: none."""
-        return self.watch.stopped_by
-
-    def notes(self):
-        """Of each event the first times at which it may only touch zero, and from which it changes
-        too fast to follow, or NaN."""
-        return [(self.watch.event[k].grazing, self.watch.event[k].too_fast)
-                for k in range(self.watch.count)]
+    def __len__(self):
+        return self.count

@@ -54,6 +54,7 @@ cdef class Inputs:
     cdef mechc_driven driven
     cdef mechc_signal *signals
     cdef mechc_source *sources
+    cdef ptrdiff_t *knots  # how many each signal has
     cdef object arrays
     cdef int signal_count, source_count
     cdef readonly Caller caller

@@ -50,18 +50,6 @@ cdef class Caller:
         return found
 
 
-cdef ptrdiff_t piece_of(const double[::1] knots, double t):
-    """The last piece that begins at t or before, or the first."""
-    cdef ptrdiff_t low = 0, high = knots.shape[0] - 1, middle
-    while low < high:
-        middle = high - (high - low) // 2
-        if t >= knots[middle]:
-            low = middle
-        else:
-            high = middle - 1
-    return low
-
-
 cdef object array_of(const double *numbers, ptrdiff_t count):
     """A copy, which may be kept."""
     out = np.empty(count)
@@ -85,11 +73,9 @@ cdef class Inputs:
         the knot.
     sources
         For each value (index of the signal or -1: called back, order of the derivative).
-    low, high
-        Times of which the pieces are used, the outer ones also beyond.
     """
 
-    def __cinit__(self, signals, sources, Caller caller, double low, double high):
+    def __cinit__(self, signals, sources, Caller caller):
         cdef const double[::1] knots
         cdef const double[:, ::1] coefficients
         cdef ptrdiff_t i
@@ -97,19 +83,20 @@ cdef class Inputs:
         self.signal_count, self.source_count = len(signals), len(sources)
         self.signals = <mechc_signal *>PyMem_Calloc(len(signals) + 1, sizeof(mechc_signal))
         self.sources = <mechc_source *>PyMem_Calloc(len(sources) + 1, sizeof(mechc_source))
-        if self.signals == NULL or self.sources == NULL:
+        self.knots = <ptrdiff_t *>PyMem_Calloc(len(signals) + 1, sizeof(ptrdiff_t))
+        if self.signals == NULL or self.sources == NULL or self.knots == NULL:
             raise MemoryError()
         for i, (knots, coefficients) in enumerate(self.arrays):
             if knots.shape[0] < 1 or coefficients.shape[0] != knots.shape[0]:
                 raise ValueError("a signal needs a knot for every piece")
-            self.signals[i].degree = coefficients.shape[1] - 1
+            self.signals[i].degree, self.knots[i] = coefficients.shape[1] - 1, knots.shape[0]
             self.signals[i].knots, self.signals[i].coefficients = &knots[0], &coefficients[0, 0]
+            self.signals[i].last = knots.shape[0] - 1
         for i, (signal, order) in enumerate(sources):
             if not -1 <= signal < len(self.arrays):
                 raise ValueError("no such signal")
             self.sources[i].signal = &self.signals[<int>signal] if signal >= 0 else NULL
             self.sources[i].order = order
-        self.use(low, high)
         self.driven.head.evaluate = mechc_driven_evaluate
         self.driven.head.needs_state = caller.takes_state
         self.driven.sources = self.sources
@@ -139,17 +126,10 @@ cdef class Inputs:
             )
         return out
 
-    def use(self, double low, double high):
-        """Take only the pieces between two times, the outer ones also beyond."""
-        cdef const double[::1] knots
-        cdef ptrdiff_t i
-        for i, (knots, _) in enumerate(self.arrays):
-            self.signals[i].first = piece_of(knots, low)
-            self.signals[i].last = piece_of(knots, high)
-
     def __dealloc__(self):
         PyMem_Free(self.signals)
         PyMem_Free(self.sources)
+        PyMem_Free(self.knots)
 
 
 cdef class Shapes:

@@ -1,20 +1,27 @@
-"""Steps of runs, for the other extensions."""
+"""Steps of motions, for the other extensions."""
 
-from mechc.native._abi cimport mechc_trajectory, mechc_unit
+from mechc.native._abi cimport mechc_unit
 from mechc.native._driver cimport Scene
+from mechc.native._events cimport Events
+from mechc.native._hybrid cimport mechc_piece
 from mechc.native._inputs cimport Inputs
+from mechc.native._motion cimport Sizes
 
 
 cdef class Steps:
     cdef object scene  # which holds the compiled code
-    cdef object owner  # of the trajectory
     cdef const mechc_unit *unit
-    cdef const mechc_trajectory *record
-    cdef mechc_trajectory own  # of steps that were given as arrays
-    cdef int method, coordinates, width
+    cdef mechc_piece *piece
+    cdef int coordinates, width
     cdef size_t stack
     cdef object p
     cdef Inputs inputs
+    cdef Events events
+    cdef Sizes sizes
 
-    cdef read(self, Scene scene, owner, const mechc_trajectory *record, int method, p, Inputs inputs)
+    cdef read(self, Scene scene, p, Inputs inputs, Events events, Sizes sizes)
+    cdef read_contact(self, const double[::1] t, double[:, ::1] out)
     cdef ptrdiff_t at_once(self, int columns)
+
+
+cdef Steps steps_of(Scene scene, mechc_piece *piece, p, Inputs inputs, Events events, Sizes sizes)

@@ -4,26 +4,42 @@
 import numpy as np
 
 from cpython.exc cimport PyErr_CheckSignals
-from libc.string cimport memcpy
+from libc.stdlib cimport malloc
+from libc.string cimport memcpy, memset
 
 from mechc.native._abi cimport (
     MECHC_DOP853, MECHC_MEMORY_LIMIT, MECHC_PART_DERIVATIVES, MECHC_PART_DRIVER, MECHC_RUNNING, mechc_covariation,
     mechc_projected_columns, mechc_trajectory, mechc_unit, mechc_variation
 )
 from mechc.native._driver cimport Scene
+from mechc.native._events cimport Events
+from mechc.native._hybrid cimport (
+    mechc_contact_laws, mechc_motion, mechc_piece, mechc_piece_in_contact, mechc_piece_leave, mechc_piece_make,
+    mechc_piece_share, mechc_read_contact
+)
 from mechc.native._inputs cimport Inputs, Shapes, address_of, mechc_inputs, shapes_of
+from mechc.native._motion cimport Sizes
 from mechc.native._pieces cimport LONG_STACK, LOOK, next_piece, seconds_now, with_stack
 
 
 ctypedef struct interpolation:
     const mechc_unit *unit
-    int method, width
+    int width
     const mechc_trajectory *trajectory
     const double *p
     const mechc_inputs *inputs
     ptrdiff_t left, piece
     const double *t
     double *out
+
+ctypedef struct contact_reading:
+    mechc_motion motion
+    const mechc_contact_laws *laws
+    const mechc_piece *piece
+    ptrdiff_t count
+    const double *t
+    double *out
+    int made
 
 ctypedef struct varying:
     const mechc_unit *unit
@@ -48,13 +64,18 @@ cdef void interpolate_a_while(void *given) noexcept nogil:
     while job.left and now - started < LOOK:
         some, before = min(job.piece, job.left), now
         job.unit.interpolate(
-            job.method, job.trajectory, job.p, job.inputs, some, job.t, job.out
+            1, job.trajectory, job.p, job.inputs, some, job.t, job.out
         )
         job.t += some
         job.out += some * job.width
         job.left -= some
         now = seconds_now()
         job.piece = next_piece(job.piece, now - before)
+
+
+cdef void read_contact_states(void *given) noexcept nogil:
+    cdef contact_reading *job = <contact_reading *>given
+    job.made = mechc_read_contact(&job.motion, job.laws, job.piece, job.count, job.t, job.out)
 
 
 cdef void vary_steps(void *given) noexcept nogil:
@@ -79,43 +100,59 @@ cdef void check_varied(int status) except *:
         raise ArithmeticError("a step's variational equations are singular")
 
 
+cdef int copy_numbers(double **to, const double *numbers, ptrdiff_t count) except -1:
+    to[0] = <double *>malloc((count + 1) * sizeof(double))
+    if to[0] == NULL:
+        raise MemoryError()
+    memcpy(to[0], numbers, count * sizeof(double))
+
+
 cdef class Steps:
-    """The steps of a run, which may be under way and make more of them.
+    """The steps of a piece of a motion, which may be under way and make more of them.
 
     Steps by the explicit pair of order 8 are made from arrays, too: those of a scene with parameters
     p (np,) and ``inputs``, at increasing times t (nt,), with states y (nt, width) and the rows of
     their dense output (nt - 1, rows, width).
     """
 
-    def __init__(self, Scene scene, p, Inputs inputs, double[::1] t, double[:, ::1] y,
-                 double[:, :, ::1] rows):
-        cdef mechc_trajectory *record = &self.own
-        methods = np.full(max(t.shape[0], 1), MECHC_DOP853, np.uint8)
-        cdef unsigned char[::1] numbers = methods
-        if y.shape[0] != t.shape[0] or y.shape[1] != scene.width or t.shape[0] < 1 \
-                or rows.shape[0] != t.shape[0] - 1 or rows.shape[2] != scene.width:
+    def __cinit__(self):
+        self.piece = NULL
+
+    def __init__(self, Scene scene, const double[::1] p, Inputs inputs, const double[::1] t,
+                 const double[:, ::1] y, const double[:, :, ::1] rows):
+        cdef mechc_trajectory *record
+        cdef ptrdiff_t count = t.shape[0], block = rows.shape[1] * scene.width
+        if count < 1 or y.shape[0] != count or y.shape[1] != scene.width \
+                or rows.shape[0] != count - 1 or rows.shape[2] != scene.width:
             raise ValueError("steps need a state at every time, and rows between them")
         scene.need(MECHC_PART_DRIVER)
-        record.count, record.width, record.dense_rows = t.shape[0], scene.width, rows.shape[1]
-        record.t, record.y, record.methods = &t[0], &y[0, 0], &numbers[0]
-        record.dense = &rows[0, 0, 0] if rows.shape[0] else NULL
-        self.read(scene, (t, y, rows, methods), record, MECHC_DOP853, p, inputs)
+        self.piece = mechc_piece_make(&p[0] if p.shape[0] else NULL, p.shape[0], 0, 0)
+        if self.piece == NULL:
+            raise MemoryError()
+        record = &self.piece.own
+        record.count, record.width, record.dense_rows = count, scene.width, rows.shape[1]
+        copy_numbers(&record.t, &t[0], count)
+        copy_numbers(&record.y, &y[0, 0], count * scene.width)
+        copy_numbers(&record.dense, &rows[0, 0, 0] if count > 1 else NULL, (count - 1) * block)
+        record.methods = <unsigned char *>malloc(count)
+        if record.methods == NULL:
+            raise MemoryError()
+        memset(record.methods, MECHC_DOP853, count)
+        self.piece.steps = record
+        self.read(scene, np.asarray(p), inputs, None, None)
 
-    cdef read(self, Scene scene, owner, const mechc_trajectory *record, int method, p,
-              Inputs inputs):
-        """Read this record of a scene with parameters p; the owner holds it."""
+    def __dealloc__(self):
+        mechc_piece_leave(self.piece)
+
+    cdef read(self, Scene scene, p, Inputs inputs, Events events, Sizes sizes):
+        """Read steps of a scene with parameters p (np,); ``events``, ``sizes``: of those in contact."""
         self.scene, self.unit, self.stack = scene, scene.unit, scene.stack
         self.coordinates, self.width = scene.coordinates, scene.width
-        self.owner, self.record, self.method = owner, record, method
-        self.p, self.inputs = p, inputs
-
-    def read_with(self, Inputs inputs not None):
-        """The inputs of the whole span, with which the dense output is read from now on."""
-        self.inputs = inputs
+        self.p, self.inputs, self.events, self.sizes = p, inputs, events, sizes
 
     def states(self):
         """Accepted times (nt,) and states (nt, width), copied."""
-        cdef const mechc_trajectory *record = self.record
+        cdef const mechc_trajectory *record = self.piece.steps
         t, y = np.empty(record.count), np.empty((record.count, self.width))
         cdef double[::1] times = t
         cdef double[:, ::1] states = y
@@ -126,7 +163,7 @@ cdef class Steps:
 
     def methods(self):
         """The number of the method of each accepted step, where dense output was kept."""
-        cdef const mechc_trajectory *record = self.record
+        cdef const mechc_trajectory *record = self.piece.steps
         cdef ptrdiff_t steps = max(record.count - 1, 0), i
         found = np.empty(steps, np.uint8)
         cdef unsigned char[::1] view = found
@@ -136,9 +173,20 @@ cdef class Steps:
             view[i] = record.methods[i]
         return found
 
+    def rows(self):
+        """Rows of the dense output of each accepted step (steps, rows, width), copied."""
+        cdef const mechc_trajectory *record = self.piece.steps
+        cdef ptrdiff_t steps = max(record.count - 1, 0), size
+        found = np.empty((steps, record.dense_rows, self.width))
+        cdef double[:, :, ::1] view = found
+        size = steps * record.dense_rows * self.width
+        if size:
+            memcpy(&view[0, 0, 0], record.dense, size * sizeof(double))
+        return found
+
     def tail(self, ptrdiff_t count):
         """The last accepted times and states, at most so many, copied."""
-        cdef const mechc_trajectory *record = self.record
+        cdef const mechc_trajectory *record = self.piece.steps
         cdef ptrdiff_t some = min(count, record.count)
         t, y = np.empty(some), np.empty((some, self.width))
         cdef double[::1] times = t
@@ -151,7 +199,7 @@ cdef class Steps:
 
     def ends(self):
         """The first and the last accepted time (2,) and state (2, width), copied."""
-        cdef const mechc_trajectory *record = self.record
+        cdef const mechc_trajectory *record = self.piece.steps
         cdef ptrdiff_t last = record.count - 1, i
         if last < 0:  # without memory not even the start was kept
             return np.full(2, np.nan), np.full((2, self.width), np.nan)
@@ -163,7 +211,7 @@ cdef class Steps:
 
     def largest(self, tuple which):
         """The largest magnitude of these components in the first and the last accepted state."""
-        cdef const mechc_trajectory *record = self.record
+        cdef const mechc_trajectory *record = self.piece.steps
         cdef double *last = record.y + (record.count - 1) * self.width
         cdef double largest = 0.0
         cdef Py_ssize_t i
@@ -176,16 +224,16 @@ cdef class Steps:
     @property
     def crossings(self):
         """Number of change points crossed."""
-        return self.record.crossing_count
+        return self.piece.steps.crossing_count
 
     @property
     def count(self):
         """Number of accepted states, the start included."""
-        return self.record.count
+        return self.piece.steps.count
 
     def times(self, ptrdiff_t first):
         """Accepted times from the index `first` on, copied."""
-        cdef const mechc_trajectory *record = self.record
+        cdef const mechc_trajectory *record = self.piece.steps
         cdef ptrdiff_t left = max(record.count - first, 0)
         t = np.empty(left)
         cdef double[::1] times = t
@@ -198,7 +246,7 @@ cdef class Steps:
 
         A gap that is not 0 was within rounding of it.
         """
-        cdef const mechc_trajectory *record = self.record
+        cdef const mechc_trajectory *record = self.piece.steps
         cdef ptrdiff_t width = self.coordinates + 2, i, j
         rows = np.empty((record.crossing_count, width))
         cdef double[:, ::1] view = rows
@@ -214,16 +262,33 @@ cdef class Steps:
         cdef double[::1] p = self.p
         cdef const double *parameters = &p[0] if p.shape[0] else NULL
         cdef interpolation job
-        job.unit, job.method, job.trajectory = self.unit, self.method, self.record
+        if not t.shape[0]:
+            return out
+        if self.piece.contacts and mechc_piece_in_contact(self.piece):
+            self.read_contact(t, view)
+            return out
+        job.unit, job.trajectory = self.unit, self.piece.steps
         job.p, job.left, job.piece = parameters, t.shape[0], 1
         job.inputs = address_of(self.inputs)
-        if job.left:
-            job.t, job.out = &t[0], &view[0, 0]
-        job.width = self.width
+        job.t, job.out, job.width = &t[0], &view[0, 0], self.width
         while job.left:
             with_stack(self.stack, interpolate_a_while, &job)
             PyErr_CheckSignals()
         return out
+
+    cdef read_contact(self, const double[::1] t, double[:, ::1] out):
+        cdef contact_reading job
+        cdef Scene scene = self.scene
+        memset(&job.motion, 0, sizeof(job.motion))
+        job.motion.unit, job.motion.inputs = self.unit, address_of(self.inputs)
+        job.motion.coordinates, job.motion.speeds = scene.coordinates, scene.speeds
+        job.motion.rows, job.motion.parameters = scene.rows, scene.parameters
+        job.motion.sizes = self.sizes.sizes
+        job.laws, job.piece = &self.events.laws, self.piece
+        job.count, job.t, job.out = t.shape[0], &t[0], &out[0, 0]
+        with_stack(self.stack, read_contact_states, &job)
+        if not job.made:
+            raise MemoryError()
 
     def vary(self, ptrdiff_t first, ptrdiff_t last, const double[:, ::1] directions,
              const double[:, ::1] start, int rates=0, bint restart=False,
@@ -246,7 +311,7 @@ cdef class Steps:
 
         Raises ArithmeticError where the equations of a step are singular.
         """
-        cdef const mechc_trajectory *record = self.record
+        cdef const mechc_trajectory *record = self.piece.steps
         cdef int k = start.shape[1]
         cdef ptrdiff_t steps = last - first, done = 0
         self.scene.need(MECHC_PART_DERIVATIVES)
@@ -309,7 +374,7 @@ cdef class Steps:
         cdef double[::1] p = self.p
         cdef mechc_projected_columns given
         cdef projecting job
-        given.trajectory, given.p = self.record, &p[0] if p.shape[0] else NULL
+        given.trajectory, given.p = self.piece.steps, &p[0] if p.shape[0] else NULL
         given.inputs = address_of(self.inputs)
         given.count = k
         given.directions = &directions[0, 0] if directions.shape[0] else NULL
@@ -335,7 +400,7 @@ cdef class Steps:
         gathered : (parameters + inputs + columns of the shapes)
             What later steps gave, to which these add.
         """
-        cdef const mechc_trajectory *record = self.record
+        cdef const mechc_trajectory *record = self.piece.steps
         cdef ptrdiff_t left = last
         self.scene.need(MECHC_PART_DERIVATIVES)
         if self.unit.covary == NULL or record.methods == NULL:
@@ -373,3 +438,11 @@ cdef class Steps:
     cdef ptrdiff_t at_once(self, int columns):
         """Steps between checks of signals."""
         return max(8, (1 << 22) // (self.width * self.width * (self.width + columns)) // 8 * 8)
+
+
+cdef Steps steps_of(Scene scene, mechc_piece *piece, p, Inputs inputs, Events events, Sizes sizes):
+    """The steps of a piece of a motion."""
+    cdef Steps steps = Steps.__new__(Steps)
+    steps.piece = mechc_piece_share(piece)
+    steps.read(scene, p, inputs, events, sizes)
+    return steps

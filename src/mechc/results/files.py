@@ -27,7 +27,7 @@ from mechc.results.untrusted import (
     read_regular,
     short,
 )
-from mechc.simulation.contact.recorded import contacts_of
+from mechc.simulation.contact_steps import contacts_of
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import Array
 from mechc.system.reference import ModelReference

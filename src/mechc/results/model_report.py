@@ -97,8 +97,8 @@ def model_report(system: System, *, compare: bool = True) -> Report:
         sections.append(_redundant(system))
     if system.build.get("seconds"):
         sections.append(_build(system))
-    lanes = f", {system.scene.lanes} lanes" if system.reference.backend == "c" else ""
-    return Report.of(f"{_heading(system)}, {system.instruction_set}{lanes}", sections)
+    lanes = f"{system.instruction_set}, {system.scene.lanes} lanes"
+    return Report.of(f"{_heading(system)}, {lanes}", sections)
 
 
 def _heading(system: System) -> str:

@@ -116,7 +116,7 @@ def jump_of(record: Record, number: int) -> Jump:
 def through_reset(sol: Trajectory, jump: Jump, columns: Columns, found: Array) -> Array:
     """Columns right after the reset of one event from those right before it, (nx, k)."""
     system, values, t = sol.system, sol.params, jump.t
-    event = Event.of(sol._asked[jump.causes[0]])
+    event = sol.asked_events[jump.causes[0]]
     later = moved_time(system, event, t, jump.before, values, columns, found)
     along = found + np.outer(system.rates(jump.before, values, t), later)
     changed = np.full(found.shape, np.nan)
@@ -154,8 +154,8 @@ def event_sensitivities(
 ) -> tuple[EventSensitivity, ...]:
     """Of every event of a run; ``at``: columns (n, nx, k) at times and states, before resets."""
     return tuple(
-        _one(sol, Event.of(event), record.t, record.y, columns, at)
-        for event, record in zip(sol._asked, sol.events, strict=True)
+        _one(sol, event, record.t, record.y, columns, at)
+        for event, record in zip(sol.asked_events, sol.events, strict=True)
     )
 
 

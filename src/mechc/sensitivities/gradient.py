@@ -22,7 +22,6 @@ from mechc.sensitivities.run import ended_columns, without_closure
 from mechc.sensitivities.samples import check_steps
 from mechc.sensitivities.start import start_columns
 from mechc.sensitivities.steps import NAMES, checked_run, refuse_contact
-from mechc.simulation.events.event import Event
 from mechc.simulation.record import Piece
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.names import name_of
@@ -97,7 +96,7 @@ def gradient_of_run(
     UnavailableOutputError, UnknownNameError, MechcError
         As :func:`columns_of`, :func:`start_columns` and :func:`linear_output` say.
     """
-    refuse_contact(sol.record)
+    refuse_contact(sol)
     system = sol.system
     names = list(system.parameters) if by is None else list(by)
     columns = columns_of(system, names, sol.params, params)
@@ -217,7 +216,7 @@ def _move_jump(way: Backwards, jump: Jump, weights: Mapping[str, float]) -> None
     both, times = np.array([jump.before, jump.after]), np.full(2, jump.t)
     values = {name: linear_output(way.sol, name, both, times, way.raw)[0] for name in weights}
     fall = sum(weight * (values[name][0] - values[name][1]) for name, weight in weights.items())
-    event = Event.of(way.sol._asked[jump.causes[0]])
+    event = way.sol.asked_events[jump.causes[0]]
     later = moved_time(way.system, event, jump.t, jump.before, way.sol.params, way.every, way.start)
     width = way.system.scene.width
     way.covector = way.covector + fall * later[:width]

@@ -28,7 +28,7 @@ def sensitivity_of_run(sol: Trajectory, names: Sequence[str], y0: Any, params: A
     UnavailableOutputError, UnknownNameError, MechcError
         As :func:`columns_of` and :func:`start_columns` say.
     """
-    refuse_contact(sol.record)
+    refuse_contact(sol)
     system = sol.system
     columns = columns_of(system, names, sol.params, params)
     t, y = sol.record.ends()

@@ -20,6 +20,7 @@ from mechc.sensitivities.columns import Columns
 from mechc.sensitivities.rules import Rule, rule_of
 from mechc.sensitivities.samples import check_steps
 from mechc.simulation.record import Record
+from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -130,19 +131,20 @@ def on_tangent_space(
     return moved
 
 
-def refuse_contact(record: Record) -> None:
+def refuse_contact(sol: Trajectory) -> None:
     """
     Raises
     ------
     MechcError
         For a run with friction, or in which contacts lasted, or whose parameters have changed.
     """
-    if record.changes_params:
+    if sol.record.changes_params:
         raise MechcError(
             "there are no derivatives of a motion whose resets change parameters: make what they "
             "change a state whose rate is zero, mechc.compile(..., states={x: 0})"
         )
-    if record.has_contacts:
+    rub = sol._asked is not None and sol._asked.rub
+    if rub or any(piece.lasts for piece in sol.record.pieces):
         raise MechcError(
             "there are no derivatives of a motion with friction or with contacts that last: end "
             "the run before them"

@@ -118,9 +118,11 @@ class Checkpointed:
         return dict(self._stats)
 
     @property
-    def steps(self) -> list[Recomputed]:
-        """The steps between checkpoints."""
-        return [Recomputed(self, number) for number in range(len(self._points))]
+    def pieces(self) -> list[tuple[Any, ...]]:
+        """As of :class:`mechc.native._motion.Motion`: a piece between each two checkpoints."""
+        p = self._run.request.p
+        count = len(self._points)
+        return [(Recomputed(self, number), p, False, (), (), None) for number in range(count)]
 
     def ends(self, number: int) -> tuple[Array, Array]:
         """The first and last time of a part (2,) and the states there (2, nq + nu)."""
@@ -192,19 +194,3 @@ class Recomputed:
 def size_of(point: Checkpoint) -> int:
     """Bytes of a checkpoint."""
     return int(point.saved[0].nbytes)
-
-
-def with_checkpoints(run: Any, max_bytes: float) -> Checkpointed:
-    """A run that has begun, from now on with checkpoints.
-
-    Raises
-    ------
-    MechcError
-        For one that cannot have them.
-    """
-    if not hasattr(run, "checkpoint"):
-        raise MechcError(
-            "runs that begin at a change point, and those without compiled code, keep no "
-            "checkpoints: leave checkpoints= away"
-        )
-    return Checkpointed(run, max_bytes)

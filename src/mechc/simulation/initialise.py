@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,8 +9,10 @@ import numpy as np
 from mechc.assembly.sizes import checked_gap, excess_of_rates, gap_in_words, is_open
 from mechc.errors import AssemblyError, ValueOutOfBoundsError
 from mechc.native._arrays import all_within
-from mechc.native._codes import CHANGE_POINT_POLICIES, METHODS, RUNNING
-from mechc.simulation.record import Piece
+from mechc.native._codes import RUNNING
+from mechc.native._motion import Motion, Request
+from mechc.simulation.events.run_events import RunEvents
+from mechc.simulation.record import Piece, Record, added_stats
 from mechc.simulation.settings import Policy
 from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
@@ -21,42 +22,57 @@ LAST = 1024  # accepted states, from one of which the end of a run is followed
 
 
 def begin(
-    system: System,
-    span: tuple[float, float],
-    state: Array,
-    values: Array,
-    policy: Policy,
-    start: Callable[..., Any] | None = None,
-) -> Any:
-    """The compiled integrator, at the start of the span; ``start``, by default the scene's."""
-    return (start or system.scene.start)(
-        span[0], span[1], state, values, policy.rtol, policy.atol, system.scale(values),
-        policy.first_step, policy.max_step, policy.max_steps, METHODS[policy.method],
-        policy.dense, CHANGE_POINT_POLICIES[policy.on_change_point], policy.stiff_switch,
-        policy.max_bytes, policy.limits,
+    system: System, span: tuple[float, float], state: Array, values: Array, policy: Policy,
+    events: RunEvents | None = None,
+) -> Motion:  # fmt: skip
+    """The motion, at the start of the span."""
+    if system.driven is not None:
+        system.driven.check_times(span)
+    request = request_of(system, span, values, policy, events)
+    return Motion(request, span[0], span[1], state, policy.max_bytes)
+
+
+def request_of(
+    system: System, span: tuple[float, float], values: Array, policy: Policy,
+    events: RunEvents | None = None, scene: Any = None,
+) -> Request:  # fmt: skip
+    """What is asked of motions over this span; ``scene``: the compiled one, where it is another."""
+    bound = None if events is None else events.bound
+    driven = system.driven
+    if driven is None:
+        return Request(scene or system.scene, system.sizes, policy, values, events=bound)
+    return Request(
+        scene or driven.without_inputs, system.sizes, policy, values, driven.compiled(),
+        np.array(driven.breaks(*span, policy.rtol)), driven.due, bound,
     )  # fmt: skip
 
 
 def leave_change_point(
-    system: System, span: tuple[float, float], state: Array, values: Array, policy: Policy
-) -> tuple[Any, ...]:
-    """The runs from a change point along the branch of the speeds; none if they are on none."""
+    system: System, span: tuple[float, float], state: Array, values: Array, policy: Policy,
+    events: RunEvents | None,
+) -> tuple[Record, Motion | None] | None:  # fmt: skip
+    """What leads from a change point along the branch of the speeds, and the motion from there on,
+    if the span does not end before; None if they are on no branch."""
     from mechc.simulation.singular_start import singular_start
 
     first = singular_start(system, state, values, span)
-    if first is None or first.t == span[1]:
-        return () if first is None else (first,)
+    if first is None:
+        return None
+    record = Record([Piece(first, values)])
+    record.stats = first.stats()
+    if first.t == span[1]:
+        return record, None
     beside = checked_state(system, first.states()[1][-1], values, first.t)
-    return first, begin(system, (first.t, span[1]), beside, values, policy)
+    return record, begin(system, (first.t, span[1]), beside, values, policy, events)
 
 
 def reach_end(
-    system: System, last: Piece, span: tuple[float, float], policy: Policy
-) -> tuple[Piece, Any] | None:
-    """A piece that no step could end beside a change point, and a run from it to the end along the
-    curve there."""
+    system: System, record: Record, span: tuple[float, float], policy: Policy
+) -> Record | None:
+    """A motion that no step could end beside a change point, to its end along the curve there."""
     from mechc.simulation.singular_start import singular_end
 
+    last = record.last
     steps = last.steps
     if policy.on_change_point == "stop" or system.driven is not None or steps.count < 2:
         return None
@@ -64,7 +80,10 @@ def reach_end(
     motion = singular_end(system, times, states, last.params, span[1])
     if motion is None:
         return None
-    return (last if motion.t0 == times[-1] else last.until(motion.t0)), motion
+    until = last if motion.t0 == times[-1] else last.until(motion.t0)
+    whole = Record([*record.pieces[:-1], until, Piece(motion, last.params)])
+    whole.stats = added_stats(record.stats, motion.stats())
+    return whole
 
 
 def checked_state(system: System, y0: Array, values: Array, t0: float) -> Array:

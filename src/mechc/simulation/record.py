@@ -6,13 +6,27 @@ that lasted, and the events whose resets made its first state.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from copy import copy
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from mechc.system.parameters import Array
+
+ADDED = ("steps", "rejected", "rhs_evaluations", "closure_iterations", "examined")
+LEAST = {"least_singular": "least_singular_time", "critical_gap": "critical_time"}
+
+
+def added_stats(before: Mapping[str, Any], after: dict[str, Any]) -> dict[str, Any]:
+    """Counters of two motions: sums, and the least of minima; ``before`` may be empty."""
+    if not before:
+        return after
+    both = {**after, **{name: before[name] + after[name] for name in ADDED}}
+    for name, when in LEAST.items():
+        least = min((before, after), key=lambda stats: stats[name])
+        both |= {name: least[name], when: least[when]}
+    return {**both, "rounding": max(before["rounding"], after["rounding"])}
 
 
 class Steps(Protocol):
@@ -146,9 +160,13 @@ class Record:
     def last(self) -> Piece:
         return self.pieces[-1]
 
-    def end_at(self, t: float) -> None:
-        """The last piece counts until a time within it."""
-        self.pieces[-1] = self.last.until(t)
+    def share_params(self, params: Array | None) -> None:
+        """Let pieces with the parameters of the one before have the same array; the first one
+        ``params``, where it has these."""
+        for piece in self.pieces:
+            if params is not None and np.array_equal(piece.params, params):
+                piece.params = params
+            params = piece.params
 
     @property
     def span(self) -> tuple[float, float]:

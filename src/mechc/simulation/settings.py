@@ -122,18 +122,13 @@ def checked_change_point(policy: str) -> str:
 
 
 def _chosen_method(system: System, method: str) -> str:
-    without_c = system.reference.backend == "numpy"
     if method == "auto":
         smooth = system.data.get("smooth", True) or system.data.get("switches", 0) > 0
         called = system.driven and system.driven.called
-        return "gauss8" if smooth and not called and not without_c else "dop853"
+        return "gauss8" if smooth and not called else "dop853"
     method = SCIPYS.get(method, method) if isinstance(method, str) else method
     if not isinstance(method, str) or method not in METHODS:
         raise UnknownNameError("method", method, ("auto", *METHODS, *SCIPYS))
-    if without_c and method != "dop853":
-        raise ValueOutOfBoundsError(
-            f"method={method!r} needs compiled code; backend='numpy' has 'dop853' only"
-        )
     if method == "taylor" and not system.data.get("taylor"):
         raise ValueOutOfBoundsError(
             "method='taylor' needs a small scene without constraints, tables and inputs, whose "

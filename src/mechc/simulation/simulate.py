@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from types import MappingProxyType
 from typing import Any, TypeVar
 
@@ -20,35 +19,27 @@ from mechc.native._codes import (
     INPUT_FAILED,
     INTERRUPTED,
     NO_STEP_FITS,
+    OPEN_AT_START,
     RUNNING,
     STOPPED_AT_CHANGE_POINT,
     STOPPED_BY_EVENT,
 )
 from mechc.native._steps import Steps
 from mechc.simulation.balance import energy_note
-from mechc.simulation.chain import Chain
-from mechc.simulation.checkpoints import with_checkpoints
-from mechc.simulation.contact.drive import ContactResets
-from mechc.simulation.contact.laws import contact_laws
-from mechc.simulation.events.compiled import (
-    CompiledFinder,
-    CompiledResets,
-    compiled_finder,
-    may_compile,
-)
-from mechc.simulation.events.event import Event, EventFinder, EventRecord, FunctionFailedError
-from mechc.simulation.events.resets import Resets, resets_of
-from mechc.simulation.events.stops import refuse_stops
+from mechc.simulation.checkpoints import Checkpointed
+from mechc.simulation.events.event import EventRecord
+from mechc.simulation.events.outcome import event_notes, event_records, failure_of, overlap_of
+from mechc.simulation.events.run_events import RunEvents
 from mechc.simulation.initialise import begin, leave_change_point, reach_end
 from mechc.simulation.limits import LIMITED, explained
-from mechc.simulation.record import Record
+from mechc.simulation.record import Piece, Record, added_stats
 from mechc.simulation.settings import (
     Policy,
     checked_change_point,
     checked_count,
     checked_span,
 )
-from mechc.simulation.status import status_of
+from mechc.simulation.status import Status, status_of
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -58,6 +49,7 @@ CHUNK = 2000  # attempted steps between checks of signals and progress
 COARSE = 0.01  # of rtol: a warning if the spacing of an angle's doubles is larger
 FINEST = 1e-12  # below it, of this rtol
 Made = TypeVar("Made", bound=Trajectory)
+Progress = Callable[[float], None] | None
 
 
 def run(
@@ -68,8 +60,8 @@ def run(
     values: Array,
     policy: Policy,
     times: Array | None = None,
-    events: Sequence[Any] = (),
-    progress: Callable[[float], None] | None = None,
+    events: RunEvents | None = None,
+    progress: Progress = None,
     typed: Array | None = None,
 ) -> Made:
     """Integrate; every stage and every accepted state is on the constraints.
@@ -85,18 +77,18 @@ def run(
     """
     started = time.perf_counter()
     if system.driven is not None:
-        system.driven.restart()
-    compiled = begin(system, span, state, values, policy)
-    beside = getattr(compiled, "met_critical", False) and policy.on_change_point != "stop"
-    if compiled.status == AT_CHANGE_POINT or (beside and compiled.status == RUNNING):
+        system.driven.restart(span[0])
+    motion: Any = begin(system, span, state, values, policy, events)
+    before = Record(())
+    beside = motion.met_critical and policy.on_change_point != "stop"
+    if motion.status == AT_CHANGE_POINT or (beside and motion.status == RUNNING):
         first = state if typed is None else np.asarray(typed, float)
-        runs = leave_change_point(system, span, first, values, policy) or (compiled,)
-    else:
-        runs = (compiled,)
+        found = leave_change_point(system, span, first, values, policy, events)
+        before, motion = found or (before, motion)
     if policy.checkpoints is not None:
-        runs = (with_checkpoints(runs[-1], policy.checkpoints),)
-    chain = Chain(runs, values)
-    sol = _driven(made, system, span, chain, policy, times, events, progress, started)
+        motion = Checkpointed(motion, policy.checkpoints)
+    sol = _driven(made, system, span, before, motion, values, policy, times, events, progress,
+                  started)  # fmt: skip
     if policy.on_change_point == "raise" and sol.change_points:
         raise ChangePointError(_met(sol), sol)
     return sol
@@ -106,90 +98,104 @@ def _driven(
     made: Callable[..., Made],
     system: System,
     span: tuple[float, float],
-    chain: Chain,
+    before: Record,
+    motion: Any,
+    values: Array,
     policy: Policy,
     times: Array | None,
-    events: Sequence[Any],
-    progress: Callable[[float], None] | None,
+    events: RunEvents | None,
+    progress: Progress,
     started: float,
 ) -> Made:
-    """Advance a run to its end."""
-    values, start = chain.record.last.params, chain.record.pieces[0].params
-    finder = _finder(events, system, chain, span, values, policy) if events else None
-    resets = None
-    if finder is not None and resets_of(events) and chain.status == RUNNING:
-        kind = _kind_of_resets(system, events, finder)
-        resets = partial(kind, system, values, policy, span[1], chain, finder)
-    code, stop, finder = _drive(chain, span, finder, progress, resets)
-    if code == NO_STEP_FITS and finder is None:
-        ended = reach_end(system, chain.record.last, span, policy)
-        if ended is not None:
-            chain.record.pieces[-1], motion = ended
-            chain.add(motion, values)
-            code = FINISHED
+    """Advance a motion to its end; ``before``: what is known of it until its start."""
+    code = FINISHED if motion is None else _advance(motion, span, progress)
     driven = system.driven
+    record = record_of(before, motion, events)
+    if code == NO_STEP_FITS and events is None:
+        ended = reach_end(system, record, span, policy)
+        record, code = (ended, FINISHED) if ended is not None else (record, code)
+    failure = None
+    if code == OPEN_AT_START:
+        raise ValueOutOfBoundsError(overlap_of(events, motion))
+    if code == EVENT_FAILED:
+        failure = failure_of(events, motion)
+        code = INTERRUPTED if failure is None else code
     if driven is not None and driven.failed:
-        code = INTERRUPTED if driven.interrupted else INPUT_FAILED
-    if stop is not None:
-        chain.record.end_at(stop)
-    record = chain.recorded()
-    stats = dict(record.stats)
-    stats["wall_s"] = time.perf_counter() - started
-    stats["method"] = policy.method
-    if events:
-        stats["lowered_impacts"] = len(finder.lowered) if finder else 0
-    bad = stats.pop("coordinate")
-    status = status_of(
-        code,
-        chain.t if stop is None else stop,
-        system.speeds[bad] if bad >= 0 else "",
-        stats["critical_gap"],
-        (
-            *_warnings(record, code),
-            *_coarse_angles(system, record, policy.rtol),
-            *(energy_note(system, record, policy) if code in ENDED else ()),
-            *(driven.notes() if driven else ()),
-            *(finder.notes() if finder else ()),
-        ),
-    )
-    if code in LIMITED:
-        status = explained(status, code, system, record, policy, span)
-    found = finder.records() if finder else ()
-    failure = finder.failure if finder and code != INPUT_FAILED else None
-    if code == INPUT_FAILED and driven is not None:
-        status = replace(status, cause=driven.failure_in_words())
+        code, failure = INTERRUPTED if driven.interrupted else INPUT_FAILED, None
+    status = _status(code, system, span, record, motion, policy, events)
     if failure is not None:
         status = replace(status, cause=str(failure))
-    sol = made(system, start, policy, record, status, stats, times, found)
-    sol._asked = tuple(events)
+    stats = {**record.stats, "wall_s": time.perf_counter() - started, "method": policy.method}
+    del stats["coordinate"]
+    if events is not None:
+        stats["lowered_impacts"] = 0 if motion is None else motion.notes()[1][0]
+    found = event_records(events, motion, system.scene.width)
+    sol = made(system, record.pieces[0].params, policy, record, status, stats, times, found)
+    sol._asked = events
     if failure is not None:
-        told = f"{failure}; error.solution is the motion until then"
-        raise EventError(told, sol) from failure.__cause__
+        words = f"{failure}; error.solution is the motion until then"
+        raise EventError(words, sol) from failure.__cause__
     if driven is not None:
         driven.raise_failure(sol)
     return sol
 
 
-def _finder(
-    events: Sequence[Any], system: System, chain: Chain, span: tuple[float, float], values: Array,
-    policy: Policy,
-) -> EventFinder | None:  # fmt: skip
-    """What looks for the events; in compiled code where they are compiled."""
-    compiled = compiled_finder(events, system, chain, span, values, policy)
-    laws = contact_laws(events)
-    slides = any(law.slip is not None for law in laws)
-    if laws:
-        refuse_stops(system, span, may_compile(chain))
-    if compiled is None or slides:
-        whole = chain.record if len(chain.runs) > 1 else chain.last
-        return EventFinder(events, whole, system.scene.width, policy.rtol)
-    return compiled
+def _advance(motion: Any, span: tuple[float, float], progress: Progress) -> int:
+    """Advance to the end; the final status code."""
+    try:
+        while motion.status == RUNNING:
+            motion.advance(CHUNK)
+            if progress is not None:
+                progress(abs(motion.t - span[0]) / abs(span[1] - span[0]))
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    return int(motion.status)
 
 
-def _kind_of_resets(system: System, events: Sequence[Any], finder: EventFinder) -> Any:
-    if contact_laws(events):
-        return ContactResets
-    return CompiledResets if isinstance(finder, CompiledFinder) else Resets
+def record_of(before: Record, motion: Any, events: RunEvents | None) -> Record:
+    """The record of a motion that goes on from another."""
+    if motion is None:
+        return before
+    record = Record([
+        *before.pieces,
+        *(
+            Piece(
+                steps, p, jumps=jumps, causes=causes, cut=cut,
+                contacts=() if events is None else events.words(contacts),
+            )
+            for steps, p, jumps, causes, contacts, cut in motion.pieces
+        ),
+    ])  # fmt: skip
+    first = before.pieces[0].params if before.pieces else None
+    record.share_params(first)
+    record.stats = added_stats(before.stats, motion.stats())
+    return record
+
+
+def _status(
+    code: int, system: System, span: tuple[float, float], record: Record, motion: Any,
+    policy: Policy, events: RunEvents | None,
+) -> Status:  # fmt: skip
+    """How a run ended, in words, with what is to be known of it."""
+    bad, driven = record.stats["coordinate"], system.driven
+    status = status_of(
+        code,
+        record.span[1],
+        system.speeds[bad] if bad >= 0 else "",
+        record.stats["critical_gap"],
+        (
+            *_warnings(record, code),
+            *_coarse_angles(system, record, policy.rtol),
+            *(energy_note(system, record, policy) if code in ENDED else ()),
+            *(driven.notes() if driven else ()),
+            *(event_notes(motion) if events is not None and motion is not None else ()),
+        ),
+    )
+    if code in LIMITED:
+        status = explained(status, code, system, record, policy, span)
+    if code == INPUT_FAILED and driven is not None:
+        status = replace(status, cause=driven.failure_in_words())
+    return status
 
 
 def continued(
@@ -199,7 +205,7 @@ def continued(
     *,
     max_steps: int | None = None,
     on_change_point: str | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress = None,
 ) -> Made:
     """A run and what follows it until ``t_end``, as one; see :meth:`mechc.Solution.continue_to`."""
     started = time.perf_counter()
@@ -216,12 +222,9 @@ def continued(
         on_change_point=checked_change_point(on_change_point or sol.policy.on_change_point),
     )
     state, values = sol.record.ends()[1][1], sol.record.last.params
-    run = begin(sol.system, (end, last), state, values, policy)
-    chain = Chain((run,), values, before=sol.record)
-    events = [event.with_values(values) if isinstance(event, Event) else event
-              for event in sol._asked]  # fmt: skip
-    whole = _driven(made, sol.system, (end, last), chain, policy, None, events, progress, started)
-    whole._asked = sol._asked
+    motion = begin(sol.system, (end, last), state, values, policy, sol._asked)
+    whole = _driven(made, sol.system, (end, last), sol.record, motion, values, policy, None,
+                    sol._asked, progress, started)  # fmt: skip
     whole.stats = MappingProxyType(
         {**whole.stats, "wall_s": whole.stats["wall_s"] + sol.stats["wall_s"]}
     )
@@ -232,44 +235,6 @@ def continued(
     if policy.on_change_point == "raise" and len(whole.change_points) > len(sol.change_points):
         raise ChangePointError(_met(whole), whole)
     return whole
-
-
-def _drive(
-    chain: Chain,
-    span: tuple[float, float],
-    finder: EventFinder | None,
-    progress: Callable[[float], None] | None,
-    begun: Callable[[], Resets] | None = None,
-) -> tuple[int, float | None, EventFinder | None]:
-    """Advance to the end; the final status code, the time of a terminal event, and what has looked
-    for events last."""
-    steps = CHUNK if finder is None else finder.steps
-    resets = None
-    try:
-        resets = begun() if begun else None
-        code = resets.begin() if resets else RUNNING
-        while True:
-            finder = resets.finder if resets else finder
-            if code != RUNNING:
-                return code, None, finder
-            code = chain.advance(steps)
-            stop = finder.look() if finder else None
-            if finder is not None and stop is not None:
-                number = finder.stopped_by
-                if resets is None or not resets.takes(number):
-                    return STOPPED_BY_EVENT, stop, finder
-                code = resets.after(stop, number)
-            elif code == FINISHED and resets is not None:
-                code = resets.finished()
-            if progress is not None:
-                progress(abs(chain.t - span[0]) / abs(span[1] - span[0]))
-    except KeyboardInterrupt:
-        return INTERRUPTED, None, resets.finder if resets else finder
-    except FunctionFailedError as failure:
-        finder = resets.finder if resets else finder
-        assert finder is not None
-        finder.failure = failure
-        return EVENT_FAILED, None, finder
 
 
 def _warnings(record: Record, code: int) -> tuple[str, ...]:

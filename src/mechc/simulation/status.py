@@ -173,10 +173,8 @@ CODES = {
     codes.NEARLY_DEPENDENT: (
         "undecided",
         "the constraints become nearly dependent here: a change point, or a near miss of one, is "
-        "near, and neither backend='numpy' nor a run with contacts that last or friction passes "
-        "these",
-        "Install a C compiler and compile without backend, or end a run with contacts before it; "
-        "sol.stats['least_singular'] measures how near it is",
+        "near, and a motion in contact or with friction does not pass these",
+        "End the run before it; sol.stats['least_singular'] measures how near it is",
     ),
     codes.STOPPED_BY_EVENT: ("stopped by an event", "", ""),
     codes.EVENT_FAILED: (

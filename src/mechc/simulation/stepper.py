@@ -4,24 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
-from mechc.errors import MechcError, StepError, UnknownNameError, ValueOutOfBoundsError, brief
-from mechc.native._codes import FINISHED, RUNNING, STEP_TOO_SMALL
-from mechc.simulation.initialise import begin, checked_state
+from mechc.errors import StepError, UnknownNameError, ValueOutOfBoundsError, brief
+from mechc.native._codes import EVENT_FAILED, FINISHED, RUNNING
+from mechc.native._motion import Stepping
+from mechc.simulation.events.outcome import failure_of
+from mechc.simulation.events.run_events import RunEvents
+from mechc.simulation.initialise import checked_state, request_of
 from mechc.simulation.settings import Policy
-from mechc.simulation.status import AT_CROSSINGS, ChangePoint, Status, status_of
+from mechc.simulation.status import ChangePoint, Status, status_of
 from mechc.system.names import name_of
 from mechc.system.parameters import Array, Parameters
 from mechc.system.system import System
 
 FOR_EVER, INFINITY = 1e300, math.inf  # s
-AHEAD = 100.0, 1000.0  # s, steps: a run that reads its dense output begins again after these
-BESIDE = "dop853"  # steps more surely from a state close to a change point
 
 
 @dataclass(frozen=True)
@@ -45,77 +43,66 @@ class SavedStep:
 class Stepper:
     """A motion that is advanced step by step; made by :meth:`mechc.Model.stepper`.
 
-    Each step continues the integration where the last one ended.  A mechanism without loops is
-    integrated up to the end of the step.  One with loops may come to a change point, near which no
-    step of the integrator should end: it is integrated in steps of their own length, beyond the end
-    of the step, where its dense output is read; from there it begins again when an input changes.
-    Nothing is recorded, so that memory does not grow.
+    Each step continues the integration where the last one ended.  A mechanism without loops and
+    events is integrated up to the end of the step.  One with loops may come to a change point,
+    near which no step of the integrator should end: it is integrated in steps of their own length,
+    beyond the end of the step, where its dense output is read; from there it begins again when an
+    input changes.  Nothing is recorded, so that memory does not grow.
 
     Attributes
     ----------
     params : (np,)
-        The parameters.
+        The parameters at the start.
     """
 
     def __init__(
-        self, system: System, t: float, state: Array, params: Array, policy: Policy
-    ) -> None:
-        if system.reference.backend == "numpy":
-            raise MechcError("a stepper needs compiled code: compile without backend='numpy'")
-        self._system, self._policy = system, policy
+        self, system: System, t: float, state: Array, params: Array, policy: Policy,
+        events: RunEvents | None = None,
+    ) -> None:  # fmt: skip
+        self._system, self._policy, self._events = system, policy, events
         self._driven: Any = system.driven
-        driven = self._driven
-        self._scene = system.scene if driven is None else driven.without_inputs
-        self._inputs = None if driven is None else driven.compiled()
-        self._loops = system.scene.holonomic > 0
-        self._slots: dict[str, Array] = {} if driven is None else driven.numbers
+        self._slots: dict[str, Array] = {} if self._driven is None else self._driven.numbers
         self._numbers = {name: float(slot[0, 0]) for name, slot in self._slots.items()}
-        self._has_signals = driven is not None and driven.has_signals
+        self._code = FINISHED
         self._begin_at(t, state, params)
 
     def _begin_at(self, t: float, state: Array, params: Array) -> None:
-        self._t, self._y, self.params = t, state, params
-        self._run: Any = None
-        driven = self._driven
-        self._kinks = driven.breaks(t, FOR_EVER, self._policy.rtol) if self._has_signals else []
+        self.params = params
+        system, driven = self._system, self._driven
         if driven is not None:
-            driven.reset()
+            driven.restart(t)
+        request = request_of(system, (t, FOR_EVER), params, self._policy, self._events)
+        ahead = system.scene.holonomic > 0 or self._events is not None
+        self._motion = Stepping(request, t, state, ahead)
 
     # -- the present state --------------------------------------------------------------------
 
     @property
     def t(self) -> float:
         """Time reached, s."""
-        return self._t if self._loops or self._run is None else float(self._run.t)
+        return float(self._motion.t)
 
     @property
     def y(self) -> Array:
         """The state (nq + nu,) at :attr:`t`, a copy."""
-        found: Array
-        if self._run is None:
-            found = self._y.copy()
-        elif not self._loops:
-            found = self._run.state()
-        else:
-            found = self._at(self._t)
-        return found
+        state: Array = self._motion.state()
+        return state
 
     @property
     def status(self) -> Status:
         """``"finished"`` after a whole step; else why the last one ended before its end."""
-        return self._status(FINISHED if self._run is None else self._run.status)
+        return self._status(self._code)
 
     @property
     def stats(self) -> dict[str, Any]:
         """Counters of the last step, with steps of the integrator, rejected ones, evaluations."""
-        return {} if self._run is None else dict(self._run.stats())
+        return dict(self._motion.stats())
 
     @property
     def change_points(self) -> tuple[ChangePoint, ...]:
         """Change points that the last step crossed."""
-        if self._run is None:
-            return ()
-        rows = zip(*self._run.steps.change_points(), strict=True)
+        steps = self._motion.steps()
+        rows = () if steps is None else zip(*steps.change_points(), strict=True)
         return tuple(ChangePoint(float(t), tuple(q.tolist()), float(gap)) for t, q, gap in rows)
 
     def outputs(self, *names: str) -> dict[str, Array]:
@@ -162,61 +149,14 @@ class Stepper:
         """
         if not 0.0 < dt < INFINITY:
             raise ValueOutOfBoundsError(f"dt = {brief(dt)} must be positive and finite, in s")
-        changed = self._inputs if inputs and self._give(inputs) else None
-        if self._loops:
-            return self._followed(self._t + dt, changed is not None)
-        run: Any = self._run or self._begun(self._t + dt)
-        if self._has_signals:
-            self._over_kinks(run, run.t + dt, changed)
-        elif run.step_by(dt, changed) != FINISHED:
-            self._fail(run.status)
-        y: Array = run.state()
-        return y
-
-    def _followed(self, t1: float, changed: bool) -> Array:
-        """The state at t1, of a run that may be ahead of it."""
-        if changed:
-            self._begin_at(self._t, self.y, self.params)
-        method = self._policy.method
-        while (run := self._run) is None or run.t < t1:
-            run = run or self._begun(self._horizon(t1), method)
-            code = run.reach(t1)
-            if run.t >= t1:
-                break
-            beside = code in (*AT_CROSSINGS, STEP_TOO_SMALL) and method != BESIDE
-            if code not in (RUNNING, FINISHED) and not beside:
-                self._t = float(run.t)
-                self._fail(code)
-            method = BESIDE if beside else self._policy.method
-            self._begin_at(float(run.t), run.state(), self.params)
-        self._t = t1
-        return self._at(t1)
-
-    def _at(self, t: float) -> Array:
-        """The state at a time within the last step."""
-        y: Array = self._run.steps.interpolate(np.array([t]))[0]
-        return y
-
-    def _horizon(self, t1: float) -> float:
-        """How far a new run goes: not over a kink of the inputs."""
-        if self._has_signals:
-            self._driven.check_times((t1,))
-        kink = min((t for t in self._kinks if t > self._t), default=FOR_EVER)
-        return min(self._t + max(AHEAD[0], AHEAD[1] * (t1 - self._t)), kink)
-
-    def _over_kinks(self, run: Any, t1: float, changed: Any) -> None:
-        """Step onto each kink or jump of a signal on the way, and on with its next piece."""
-        driven = self._driven
-        driven.check_times((t1,))
-        start = float(run.t)
-        kinks = [t for t in self._kinks if start < t < t1]
-        for low, high in zip([start, *kinks], [*kinks, t1], strict=True):
-            driven.narrow(self._inputs, low, high)
-            at_kink = low in self._kinks
-            code = run.step(high, self._inputs if at_kink else changed)
-            changed = None
-            if code != FINISHED:
-                self._fail(code)
+        changed = bool(inputs) and self._give(inputs or {})
+        t = self.t + dt
+        if self._driven is not None:
+            self._driven.check_times((t,))
+        self._code = self._motion.reach(t, changed)
+        if self._code not in (RUNNING, FINISHED):
+            self._fail()
+        return self.y
 
     def _give(self, inputs: Mapping[str, float]) -> bool:
         """Take over numbers for inputs; whether one differs from before."""
@@ -247,31 +187,22 @@ class Stepper:
             raise UnknownNameError("input", name, self._system.inputs)
         return name
 
-    def _begun(self, t1: float, method: str | None = None) -> Any:
-        """The integrator, at the present state."""
-        if self._has_signals:
-            self._driven.narrow(self._inputs, self._t, t1)
-        start = self._scene.start
-        if self._inputs is not None:
-            start = partial(start, inputs=self._inputs)
-        policy = self._policy._replace(method=method or self._policy.method)
-        span = self._t, t1
-        self._run = begin(self._system, span, self._y, self.params, policy, start)
-        return self._run
-
-    def _fail(self, code: int) -> None:
-        driven = self._driven
-        if driven is not None:
-            driven.raise_failure()
-        status = self._status(code)
+    def _fail(self) -> None:
+        if self._driven is not None:
+            self._driven.raise_failure()
+        status = self._status(self._code)
         raise StepError(str(status), status)
 
     def _status(self, code: int) -> Status:
         if code in (RUNNING, FINISHED):
             return Status("finished", self.t)
         stats, speeds = self.stats, self._system.speeds
-        bad, gap = stats["coordinate"], stats["critical_gap"]
-        return status_of(code, self.t, speeds[bad] if bad >= 0 else "", gap)
+        bad = stats.get("coordinate", -1)
+        status = status_of(
+            code, self.t, speeds[bad] if bad >= 0 else "", stats.get("critical_gap", 0.0)
+        )
+        failed = code == EVENT_FAILED and failure_of(self._events, self._motion)
+        return replace(status, cause=str(failed)) if failed else status
 
     # -- other states -------------------------------------------------------------------------
 
@@ -296,8 +227,9 @@ class Stepper:
         self._begin_at(time, checked_state(self._system, given, values, time), values)
 
     def save(self) -> SavedStep:
-        """The present moment, to the last bit, with what the integrator has learnt."""
-        saved = None if self._run is None else self._run.save()
+        """The present moment, to the last bit, with what the integrator has learnt; with events the
+        integration begins anew from its state."""
+        saved = self._motion.save()
         return SavedStep(self.t, self.y, self, dict(self._numbers), self.params, saved)
 
     def restore(self, saved: SavedStep) -> None:
@@ -314,12 +246,10 @@ class Stepper:
                 "from its state"
             )
         self._give(saved._numbers)
-        if saved._run is None or self._run is None or self.params is not saved._params:
+        if self.params is not saved._params:
             self._begin_at(saved.t, saved.y.copy(), saved._params)
-        if saved._run is not None:
-            run = self._begun(saved.t + 1.0) if self._run is None else self._run
-            run.restore(saved._run)
-        self._t = saved.t
+        self._motion.restore(saved.t, saved.y, saved._run)
+        self._code = FINISHED
         if self._driven is not None:
             self._driven.reset()
 

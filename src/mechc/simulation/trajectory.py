@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any
@@ -12,7 +12,8 @@ import numpy as np
 from mechc.errors import MechcError, ValueOutOfBoundsError
 from mechc.native._arrays import all_within
 from mechc.simulation.balance import conserves_energy, work_along
-from mechc.simulation.events.event import EventRecord, event_titles
+from mechc.simulation.events.event import Event, EventRecord
+from mechc.simulation.events.run_events import RunEvents
 from mechc.simulation.record import Record, SmoothPart
 from mechc.simulation.settings import Policy
 from mechc.simulation.status import ChangePoint, Status
@@ -23,7 +24,7 @@ from mechc.system.system import System
 class Trajectory:
     """The states of a run over time; :class:`mechc.Solution`, its public face, tells of them."""
 
-    _asked: tuple[Any, ...] = ()  # the events looked for
+    _asked: RunEvents | None = None  # the events looked for
     _titles: tuple[str, ...] = ()  # theirs, where they are known from a file alone
 
     def __init__(
@@ -111,9 +112,14 @@ class Trajectory:
         return self.record.span
 
     @property
+    def asked_events(self) -> Sequence[Event]:
+        """The events that were looked for."""
+        return () if self._asked is None else self._asked.events
+
+    @property
     def event_titles(self) -> tuple[str, ...]:
         """Of each of ``events`` its expression as it was given, or the name of its function."""
-        titles = self._titles or event_titles(self._asked)
+        titles = self._titles or (() if self._asked is None else self._asked.titles)
         if len(titles) == len(self.events):
             return titles
         return tuple(f"event {number}" for number in range(len(self.events)))

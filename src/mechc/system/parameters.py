@@ -99,13 +99,13 @@ class ParameterSet:
         self._upper = np.array([q.upper for q in quantities], dtype=np.float64)
         self._open = [(q.lower, q.upper) for q in quantities]
         lengths = [i for i, q in enumerate(quantities) if q.kind is Kind.LENGTH]
-        self._lengths = np.array(lengths, dtype=np.intp)
+        self.length_places = np.array(lengths, dtype=np.intp)
         self.missing: tuple[str, ...] = ()
         self._preset = {self.index[name]: value for name, value in (preset or {}).items()}
         nothing = np.zeros(len(self.names), np.uint8)
         self.defaults = self.completed(np.zeros(len(self.names)), nothing)
         self.defaults.flags.writeable = False
-        self._default_length = largest_of(self.defaults, self._lengths) or 1.0
+        self._default_length = largest_of(self.defaults, self.length_places) or 1.0
         self.missing = tuple(n for n, x in zip(self.names, self.defaults, strict=True) if x != x)
 
     def resolve(self, params: Parameters) -> Array:
@@ -134,20 +134,27 @@ class ParameterSet:
         """The scale of lengths: the largest parameter that is one, 1 if there is none."""
         if values is self.defaults:
             return self._default_length
-        return largest_of(values, self._lengths) or 1.0
+        return largest_of(values, self.length_places) or 1.0
+
+    @property
+    def limits(self) -> tuple[Array, Array]:
+        """The lowest and the highest value of each parameter, (np,) each."""
+        lowest = [q.lower if q.closed else np.nextafter(q.lower, np.inf) for q in self.quantities]
+        highest = [q.upper if q.closed else np.nextafter(q.upper, -np.inf) for q in self.quantities]
+        return np.array(lowest), np.array(highest)
 
     @property
     def has_lengths(self) -> bool:
         """Whether any parameter is known to be a length."""
-        return len(self._lengths) > 0
+        return len(self.length_places) > 0
 
     def lengths(self, rows: Array) -> Array:
         """The length scale of every row (n,)."""
         if len(rows) == 1:
             return np.array([self.length(rows[0])])
-        if not len(self._lengths):
+        if not len(self.length_places):
             return np.ones(len(rows))
-        largest = np.abs(rows[:, self._lengths]).max(axis=1)
+        largest = np.abs(rows[:, self.length_places]).max(axis=1)
         return np.where(largest > 0, largest, 1.0)
 
     def _from_names(self, params: Mapping[str, Any]) -> Array:

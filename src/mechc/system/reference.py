@@ -29,8 +29,6 @@ class ModelReference:
         Of its entry in the cache; empty for a scene compiled when mechc was installed.
     state
         Names of the coordinates and speeds, in order.
-    backend
-        ``"c"`` or ``"numpy"``.
     defaults
         Of a user-defined mechanism: default values of parameters.
     instruction_set
@@ -44,7 +42,6 @@ class ModelReference:
     custom: bool = False
     key: str = ""
     state: tuple[str, ...] = ()
-    backend: str = "c"
     instruction_set: str | None = None
     library_file: str = ""
     defaults: Mapping[str, float] = field(default_factory=dict)
@@ -69,7 +66,6 @@ class ModelReference:
             "compiled": self.compiled,
             "state": list(self.state),
         }
-        told |= {} if self.backend == "c" else {"backend": self.backend}
         return told | ({"defaults": dict(self.defaults)} if self.defaults else {})
 
     @classmethod
@@ -82,15 +78,14 @@ class ModelReference:
             If it contains no reference.
         """
         options, state, custom = data.get("options"), data.get("state"), data.get("custom")
-        mechanism, key, backend = (data.get(k) for k in ("mechanism", "compiled", "backend"))
-        key, backend = key or "", backend or "c"
+        mechanism, key = data.get("mechanism"), data.get("compiled") or ""
         lists = isinstance(options, dict) and isinstance(state, list) and isinstance(custom, bool)
-        texts = [mechanism, key, backend, *(state or ())]
+        texts = [mechanism, key, *(state or ())]
         if not (lists and all(isinstance(text, str) for text in texts)):
             raise MechcError("it does not name its mechanism")
         return cls(
             str(mechanism), dict(options or {}), bool(custom), key if custom else "",
-            tuple(state or ()), backend, defaults=_numbers(data.get("defaults", {})),
+            tuple(state or ()), defaults=_numbers(data.get("defaults", {})),
         )  # fmt: skip
 
 

@@ -12,6 +12,7 @@ from typing import Any, NoReturn, TypeAlias
 import numpy as np
 
 from mechc.errors import UnavailableOutputError, UnknownNameError
+from mechc.native._motion import Sizes
 from mechc.system.attitudes import Attitudes
 from mechc.system.description import Description
 from mechc.system.kinds import ANGULAR, DIMENSIONLESS
@@ -182,6 +183,13 @@ class System(Description):
         return found if found.skeleton else own
 
     # -- sizes ------------------------------------------------------------------------------
+
+    @cached_property
+    def sizes(self) -> Sizes:
+        """What tells the sizes of the components of a state, for runs."""
+        lowest, highest = self.parameter_set.limits
+        lengths = self.parameter_set.length_places.astype(np.intc)
+        return Sizes(self.dimensionless.astype(np.uint8), lengths, lowest, highest)
 
     @property
     def closure_units(self) -> tuple[str, ...]:

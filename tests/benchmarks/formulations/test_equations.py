@@ -24,9 +24,9 @@ OWN_COORDINATES = (
 )
 
 
-def interpreted(problem):
-    """The problem's model without a compiler, which costs these tests nothing."""
-    options = {**problem.compile_options, "outputs": (), "backend": "numpy"}
+def without_outputs(problem):
+    """The problem's model without outputs."""
+    options = {**problem.compile_options, "outputs": ()}
     return mechc.compile(problem.mechanism(), **options)
 
 
@@ -34,7 +34,7 @@ def interpreted(problem):
 def test_the_equations_given_to_peers_are_those_of_the_model(name):
     """KanesMethod, elimination written out and mechc's own derivation agree along the motion."""
     problem = problems.problem(name)
-    equations, model = equations_of(problem), interpreted(problem)
+    equations, model = equations_of(problem), without_outputs(problem)
     function = equations.rates().function("math")
     without_cse = scipy_ivp.without_cse(equations)
     end = problem.t_end / (1000 if problem.stiff else 20)
@@ -63,7 +63,7 @@ def test_elimination_gives_what_the_shortest_form_gives():
     problem = problems.problem("four_bar_regular")
     equations = equations_of(problem)
     general = replace(equations, shortest=None).rates().function("math")
-    y = interpreted(problem).simulate(0.7, problem.start, problem.params).y[-1]
+    y = without_outputs(problem).simulate(0.7, problem.start, problem.params).y[-1]
     np.testing.assert_allclose(
         general(*y.tolist()), equations.rates().function("math")(*y.tolist()), atol=1e-11
     )
@@ -73,7 +73,7 @@ def test_a_residual_vanishes_at_the_rates_and_multipliers_and_not_beside_them():
     problem = problems.problem("four_bar_regular")
     equations = equations_of(problem)
     residual = equations.residual().function("math")
-    y = interpreted(problem).simulate(0.7, problem.start, problem.params).y[-1]
+    y = without_outputs(problem).simulate(0.7, problem.start, problem.params).y[-1]
     rates = np.array(equations.rates().function("math")(*y.tolist()))
     values = equations.entries().function("math")(*y.tolist())
     _, M, F, J, _ = (np.array(part) for part in equations.matrices(values))

@@ -93,7 +93,7 @@ CASES = {
 def prepared(tmp_path, name):
     """The model and both exports at the start of a case."""
     options, params, start, end = CASES[name]
-    model = mechc.load(name, backend="c" if name == "four_bar" else "numpy", **options)
+    model = mechc.load(name, **options)
     start = dict(model.start) if start is None else start
     q = {n: v for n, v in start.items() if n in model.coordinates}
     u = {n: v for n, v in start.items() if n in model.speeds}

@@ -107,7 +107,7 @@ def test_inputs_that_a_function_gives_drive_the_compiled_motion(tmp_path):
     kept = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_double, row, row, row)(drive)
     place = 4 + _constants(tmp_path / "cart.h", "k") + 1
     c.model.view(np.uint64)[place] = ctypes.cast(kept, ctypes.c_void_p).value
-    model = mechc.compile(kane, backend="numpy")
+    model = mechc.compile(kane)
     params = dict(zip(map(str, names), p, strict=True))
     exact = model.simulate(1.0, y0, params, inputs={"F": force}, rtol=1e-11).y[-1]
     errors = []

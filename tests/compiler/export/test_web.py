@@ -140,7 +140,7 @@ def test_a_model_of_a_user_with_an_input(tmp_path):
         m.advance(1, 1e-11);
         told.y = m.y, told.points = m.points(), told.sliders = about.sliders;"""
     told = told_by(tmp_path, "cart", script)
-    model = mechc.compile(kane, backend="numpy")
+    model = mechc.compile(kane)
     end = model.simulate(1.0, y0, p, inputs={"F": 3.0}, rtol=1e-11).y[-1]
     assert told["y"] == pytest.approx(end, abs=1e-8)
     assert told["sliders"] == [{"name": "F", "range": [-5, 5]}]
@@ -151,7 +151,7 @@ def test_a_model_of_a_user_with_an_input(tmp_path):
 
 def test_a_stiff_mechanism_takes_short_steps(tmp_path):
     """Its rods are held by a damper of 1.3e4 / s."""
-    model = mechc.load("flyball_governor", backend="numpy")
+    model = mechc.load("flyball_governor")
     y0 = np.array([model.start.get(name, 0.0) for name in (*model.coordinates, *model.speeds)])
     mechc.export_wasm("flyball_governor", tmp_path, y0=y0)
     told = told_by(tmp_path, "flyball_governor", "m.advance(0.1); told.y = m.y;")
@@ -163,7 +163,7 @@ def test_the_command_writes_a_module_and_a_page(tmp_path, capsys):
     folder = tmp_path / "top"
     assert main(["export", "heavy_top", "--wasm", "--out", str(folder)]) == 0
     assert "heavy_top.html" in capsys.readouterr().out
-    model = mechc.load("heavy_top", backend="numpy")
+    model = mechc.load("heavy_top")
     told = told_by(folder, "heavy_top", "told.from = m.y; m.advance(0.2, 1e-12); told.y = m.y;")
     end = model.simulate(0.2, np.array(told["from"]), rtol=1e-10).y[-1]
     assert told["y"] == pytest.approx(end, rel=1e-7, abs=1e-7)

@@ -56,7 +56,7 @@ def test_closing_the_loops_needs_the_lengths_only(four_bar):
 
 def test_what_a_needed_default_follows_is_needed_too():
     k = Symbol("k")
-    model = mechc.compile(four_bar_kane(), defaults={"l_3": 7 * k, "rho": k}, backend="numpy")
+    model = mechc.compile(four_bar_kane(), defaults={"l_3": 7 * k, "rho": k})
     assert set(model.system.data["closing"]) == {"l_0", "l_1", "l_2", "l_3", "k"}
     lengths = {"l_0": 1.0, "l_1": 2.0, "l_2": 3.0}
     with pytest.raises(MissingParameterError, match=r"need a value: k, l_3\. Give"):
@@ -179,7 +179,7 @@ def own_speed(q):
 
 def rates(thing, form=None):
     defaults = {"m": 2.0, "k": 5.0, "b": 0.5}
-    model = mechc.compile(thing, form=form, defaults=defaults, backend="numpy")
+    model = mechc.compile(thing, form=form, defaults=defaults)
     return model.rhs(0.0, [0.4, 0.7]).tolist()
 
 
@@ -223,7 +223,7 @@ def test_methods_whose_equations_are_not_formed_are_taken_when_asked():
 )
 def test_the_method_that_is_missing_or_does_not_fit_is_named(thing, form, words):
     with pytest.raises(mechc.MechanismError, match=words):
-        mechc.compile(thing(), form=form, backend="numpy")
+        mechc.compile(thing(), form=form)
 
 
 @pytest.mark.parametrize(
@@ -243,7 +243,7 @@ def test_options_of_a_wrong_kind_are_named(asked, words):
 
 def test_a_single_constraint_needs_no_list():
     x, y = dynamicsymbols("x y")
-    model = mechc.compile(slider(), configuration_constraints=x - y, backend="numpy")
+    model = mechc.compile(slider(), configuration_constraints=x - y)
     assert len(model.constraint_names) == 1
 
 

@@ -138,7 +138,7 @@ def test_the_dampers_of_the_governor_take_energy_and_no_angular_momentum(run):
 
 @pytest.fixture(scope="module")
 def bicycle():
-    return mechc.load("bicycle", outputs=("energy",), backend="numpy")
+    return mechc.load("bicycle", outputs=("energy",))
 
 
 @pytest.mark.slow
@@ -218,7 +218,7 @@ def test_a_saved_run_is_opened_again(run, tmp_path):
 
 
 def test_parameters_are_fixed_and_outputs_left_out():
-    model = mechc.load("slider_crank", fix={"T": 0.0}, outputs=["energy"], backend="numpy")
+    model = mechc.load("slider_crank", fix={"T": 0.0}, outputs=["energy"])
     assert "T" not in model.parameters
     sol = model.simulate(0.1, model.assemble(speeds={"omega": 2.0}))
     assert sol.energy_drift < 1e-8

@@ -145,7 +145,7 @@ STATES = np.random.default_rng(3).normal(size=(6, 4))
 @pytest.fixture(scope="module")
 def crane(tmp_path_factory):
     described = robot(tmp_path_factory.mktemp("crane"))
-    return described, mechc.compile(described, outputs=("energy", "points"), backend="numpy")
+    return described, mechc.compile(described, outputs=("energy", "points"))
 
 
 def test_names_follow_the_joints(crane):
@@ -195,7 +195,7 @@ def test_symbols_have_the_numbers_of_the_file(crane, tmp_path):
     file."""
     kinds = ["mass", "centre", "inertia", "origin", "orientation", "damping", "limits"]
     described = robot(tmp_path, symbolic=kinds)
-    model = mechc.compile(described, outputs=("energy",), backend="numpy")
+    model = mechc.compile(described, outputs=("energy",))
     changed = {"m_cap": 1.9, "Ixy_boom": 0.01, "oz_reach": 0.4, "pitch_reach": -0.1}
     other = (
         ROBOT.replace('value="0.7"', 'value="1.9"')
@@ -250,7 +250,7 @@ def test_shapes_are_drawn(crane):
 def test_joints_of_several_freedoms(kind, tmp_path):
     """A free body keeps its momentum relative to the weight: each height's energy is right."""
     described = robot(tmp_path, OPEN.format(kind=kind))
-    model = mechc.compile(described, outputs=("energy", "points"), fix={"g": 0}, backend="numpy")
+    model = mechc.compile(described, outputs=("energy", "points"), fix={"g": 0})
     y = np.random.default_rng(4).normal(size=len(model.coordinates) + len(model.speeds))
     rates = model.rhs(0.0, y)
     step = 1e-6

@@ -105,7 +105,7 @@ def test_names_may_be_anything(name, tmp_path):
     from xml.sax.saxutils import quoteattr
 
     text = GOOD.replace('name="j"', f"name={quoteattr(name)}")
-    model = mechc.compile(read(tmp_path, text), outputs=("energy",), backend="numpy")
+    model = mechc.compile(read(tmp_path, text), outputs=("energy",))
     assert model.coordinates == (f"q_{name}",)
     assert model.rhs(0.0, [0.1, 2.0])[0] == 2.0
 

@@ -64,7 +64,7 @@ def test_stable_means_that_a_push_comes_back(model, found):
 @pytest.mark.slow
 def test_a_coupler_that_may_spin_has_equilibria_that_are_neutral():
     """Mirrored in the plane of its axes, the linkage has the opposite potential."""
-    model = mechc.compile(spatial_four_bar(), backend="numpy")
+    model = mechc.compile(spatial_four_bar())
     found = model.equilibria()
     assert found
     for equilibrium in found:
@@ -77,7 +77,7 @@ def test_a_coupler_that_may_spin_has_equilibria_that_are_neutral():
 
 def test_where_there_is_no_equilibrium_an_error_says_so():
     with pytest.raises(MechcError, match="no equilibrium was found from 48 configurations"):
-        mechc.compile(falling(), backend="numpy").equilibria()
+        mechc.compile(falling()).equilibria()
 
 
 @pytest.mark.parametrize(

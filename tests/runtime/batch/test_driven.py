@@ -135,7 +135,6 @@ def test_signals_are_kept_in_folders(pushed, tmp_path, kind):
     [
         ({}, "no value: F"),
         ({"G": 1.0}, "'G'"),
-        ({"F": lambda t: t}, "F is a Python function, which a batch does not call"),
         ({"F": [1.0, np.nan]}, "F must be a finite number"),
         ({"F": [1.0, 2.0]}, r"numbers of members differ: F \(2\), y0 \(7\)"),
         ({"F": (TIMES[:3], VALUES[:3])}, r"sampled from 0 to 0.5 s, but is needed at 3 s"),

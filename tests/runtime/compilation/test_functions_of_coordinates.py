@@ -55,7 +55,7 @@ def road():
 )
 def test_a_mass_on_a_road_is_accelerated_by_its_slope_and_bend(profile, error):
     kane, x = road()
-    model = mechc.compile(kane, inputs={h(x): profile(x)}, defaults={m: 2.0}, backend="numpy")
+    model = mechc.compile(kane, inputs={h(x): profile(x)}, defaults={m: 2.0})
     assert model.inputs == ()
     for at, v in ((0.51, 1.0), (-1.2, 0.4)):
         y = model.assemble({"x": at}, {"v": v}, guess={"y": 1.0})
@@ -68,15 +68,14 @@ def test_a_mass_on_a_road_is_accelerated_by_its_slope_and_bend(profile, error):
 def test_a_curve_has_the_values_of_its_data_and_goes_on_beyond_them():
     kane, q = cart(lambda q: h(q))
     curve = CubicSpline(PLACES, np.sin(3 * PLACES))
-    model = mechc.compile(kane, inputs={h(q): curve}, defaults={m: 1.0}, backend="numpy")
+    model = mechc.compile(kane, inputs={h(q): curve}, defaults={m: 1.0})
     for at in (-2.5, -2.0, -0.37, 0.0, PLACES[12], 1.99, 2.0, 2.2):
         assert model.rhs(0.0, [at, 0.0])[1] == pytest.approx(curve(at), abs=1e-13)
 
 
 def test_a_parameter_of_a_load_may_be_bound_to_an_expression():
     kane, q = cart(lambda q: -k * q)
-    model = mechc.compile(kane, inputs={k: c * (1 + q**2)}, defaults={m: 2.0, c: 3.0},
-                          backend="numpy")  # fmt: skip
+    model = mechc.compile(kane, inputs={k: c * (1 + q**2)}, defaults={m: 2.0, c: 3.0})
     assert model.parameters == ("c", "m")
     assert model.rhs(0.0, [0.5, 0.0])[1] == pytest.approx(-3.0 * 1.25 * 0.5 / 2.0, rel=1e-15)
 
@@ -92,11 +91,11 @@ def test_a_parameter_of_a_load_may_be_bound_to_an_expression():
 def test_what_is_not_known_or_would_be_wrong_is_refused(options, match):
     kane, _ = cart(lambda q: k * h(q))
     with pytest.raises(mechc.MechanismError, match=match):
-        mechc.compile(kane, **options, backend="numpy")
+        mechc.compile(kane, **options)
 
 
 def test_samples_of_time_belong_to_a_run():
     force = dynamicsymbols("F")
     kane, _ = cart(lambda q: force)
     with pytest.raises(mechc.ValueOutOfBoundsError, match="are given with a run"):
-        mechc.compile(kane, inputs={force: (PLACES, PLACES)}, backend="numpy")
+        mechc.compile(kane, inputs={force: (PLACES, PLACES)})

@@ -111,7 +111,7 @@ def test_derivatives_are_exact_in_compiled_code(model):
 
 
 def test_without_a_compiler_the_values_are_the_same(described, model):
-    other = mechc.compile(described[0], defaults={k: 3.0}, outputs=(described[1],), backend="numpy")
+    other = mechc.compile(described[0], defaults={k: 3.0}, outputs=(described[1],))
     states = np.random.default_rng(4).uniform(-2, 5, (20, 2))
     for name in described[1]:
         values = other.output(name, states)
@@ -124,7 +124,7 @@ def test_motions_and_their_derivatives(described, model):
     """The same in a batch to the last bit, along NumPy's steps, and by differences of starts."""
     sol = model.simulate(5.0, [0.5, 0.1], rtol=1e-11)
     assert sol.status.ok
-    other = mechc.compile(described[0], defaults={k: 3.0}, outputs=(described[1],), backend="numpy")
+    other = mechc.compile(described[0], defaults={k: 3.0}, outputs=(described[1],))
     slow = other.simulate(5.0, [0.5, 0.1], rtol=1e-10)
     np.testing.assert_allclose(slow.y[-1], sol.y[-1], atol=1e-8)
     starts = np.array([[0.5, 0.1], [1.5, -0.3], [2.0, 0.0], [0.7, 0.2], [1.0, 0.5]])

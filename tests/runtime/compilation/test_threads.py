@@ -27,12 +27,12 @@ def kane():
     point.set_vel(frame, u * frame.x)
     method = KanesMethod(frame, [q], [u], [q.diff() - u])
     method.kanes_equations([Particle("p", point, m)], [(point, m * g * frame.x)])
-    mechc.compile(method, backend="numpy")
+    mechc.compile(method)
 
 ways = [
     lambda: mechc.State, kane, mechc.get_include,
-    lambda: mechc.load("four_bar", fix={"l_0": 4.0}, backend="numpy"),
-    lambda: mechc.load("pendulum", links=2, backend="numpy"),
+    lambda: mechc.load("four_bar", fix={"l_0": 4.0}),
+    lambda: mechc.load("pendulum", links=2),
 ]
 failed, together = [], threading.Barrier(40)
 
@@ -61,22 +61,21 @@ def test_forty_threads_import_and_compile_at_once():
 def test_one_thread_at_a_time_derives(monkeypatch):
     import mechc_codegen.compiler as compiler
 
-    inside, most, build = [], [], compiler.build_listing
+    inside, most = [], []
 
-    def watched(*given):
+    def watched(*_):
         inside.append(None)
         most.append(len(inside))
         time.sleep(0.02)
-        try:
-            return build(*given)
-        finally:
-            inside.pop()
+        inside.pop()
+        raise KeyError("nothing is compiled here")
 
-    monkeypatch.setattr(compiler, "build_listing", watched)
-    threads = [
-        threading.Thread(target=mechc.load, args=("pendulum",), kwargs={"backend": "numpy"})
-        for _ in range(8)
-    ]
+    def load(mass):
+        with pytest.raises(KeyError):
+            mechc.load("pendulum", fix={"m_0": mass})
+
+    monkeypatch.setattr(compiler, "build_scene", watched)
+    threads = [threading.Thread(target=load, args=(1.0 + 1e-9 * k,)) for k in range(8)]
     for thread in threads:
         thread.start()
     for thread in threads:
@@ -101,7 +100,7 @@ threading.Thread(target=hold, daemon=True).start()
 ready.wait()
 child = os.fork()
 if not child:
-    mechc.load("pendulum", backend="numpy")
+    mechc.load("pendulum")
     os._exit(0)
 assert os.waitpid(child, 0)[1] == 0
 leave.set()

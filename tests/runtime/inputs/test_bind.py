@@ -455,7 +455,7 @@ def test_a_c_function_is_nan_beyond_the_samples_and_after_a_failure(pushed):
 def plain():
     power = {"power": dynamicsymbols("F") * dynamicsymbols("u")}
     return mechc.compile(
-        pushed_mass(), defaults={"m": MASS, "k": 0.0}, outputs=("energy", power), backend="numpy"
+        pushed_mass(), defaults={"m": MASS, "k": 0.0}, outputs=("energy", power)
     )
 
 
@@ -513,9 +513,9 @@ def test_without_c_a_function_that_fails_ends_the_run_and_missing_inputs_are_nam
 def test_without_c_prescribed_motion_is_that_of_the_expression():
     """By functions and by a spline, against the same with the motion as an expression."""
     wave = Rational(3, 10) * sin(2 * t)
-    exact = mechc.compile(crane(), defaults=DEFAULTS, inputs={"r": wave}, backend="numpy")
+    exact = mechc.compile(crane(), defaults=DEFAULTS, inputs={"r": wave})
     expected = exact.simulate(1.0, start(exact), rtol=1e-9)
-    model = mechc.compile(crane(), defaults=DEFAULTS, backend="numpy")
+    model = mechc.compile(crane(), defaults=DEFAULTS)
     times = np.linspace(-0.5, 1.5, 201)
     for moved, error in ((MOVED, 1e-11), (mechc.Signal(times, MOVED[0](times), "quintic"), 1e-9)):
         driven = model.with_inputs({"r": moved})

@@ -32,7 +32,7 @@ LENGTHS = {"l_0": 1.0, "l_1": 2.0, "l_2": 3.0, "l_3": 3.5, "rho": 1.0, "g": 9.81
 
 
 def compiled(thing: Any, **given: Any) -> mechc.Model:
-    return mechc.compile(thing, backend="numpy", **given)
+    return mechc.compile(thing, **given)
 
 
 def hanging_bob(*, inertial: bool = False, bodies: bool = True) -> LagrangesMethod:

@@ -82,7 +82,7 @@ FORCES = {
 @pytest.mark.parametrize("name", FORCES)
 def test_the_work_of_loads_explains_what_changes(name):
     """The potential of a spring that is a force is not known: the bead's kinetic energy alone."""
-    model = mechc.compile(scenes.bead_with(FORCES[name]), outputs=("energy",), backend="numpy")
+    model = mechc.compile(scenes.bead_with(FORCES[name]), outputs=("energy",))
     sol = model.simulate(5.0, {"q": 1.0, "u": 0.0}, rtol=1e-8)
     kinetic = sol.system.kinetic_energy(sol.y, sol.params).max()
     assert np.ptp(sol.energy) > 0.1 * kinetic
@@ -113,7 +113,7 @@ def driven_bead(force):
     P.set_vel(N, u * N.x)
     kane = KanesMethod(N, [q], [u], [q.diff() - u])
     kane.kanes_equations([Particle("bead", P, MASS)], [(P, force * N.x)])
-    return mechc.compile(kane, backend="numpy")
+    return mechc.compile(kane)
 
 
 @pytest.mark.parametrize("method", METHODS)

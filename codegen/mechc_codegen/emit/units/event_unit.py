@@ -1,8 +1,8 @@
-"""Events as expressions -> one C unit with their values, slopes and resets.
+"""Events and laws of contacts as expressions -> one C unit with their functions.
 
 Input: expressions over the symbols t, y0, y1, ..., p0, p1, ...  Output: the text of a unit that
-offers ``mechc_events`` (``runtime/events/functions.h``).  Invariant: only names of ours become
-code.
+offers ``mechc_events`` (``runtime/hybrid/events/functions.h``).  Invariant: only names of ours
+become code.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from mechc_codegen.emit.tables import lookups, table_text
 from mechc_codegen.errors import InternalError
 
 _OURS = re.compile(r"t|[yp][0-9]+")
-_ARGUMENTS = "double t, const double *y, const double *p"
+_ARGUMENTS = "void *context, double t, const double *y, const double *p"
 
 
 @dataclass(frozen=True)
@@ -31,22 +31,23 @@ class EventExpressions:
 
     Attributes
     ----------
+    value
+        None for an event that has no function in C.
     reset
-        Place in the state -> its value after the event, all others stay; None without a reset.
-    restitution
-        Of a stop, whose gap is the value; None for other events.
-    poisson
-        Whether a stop follows Poisson's law of restitution, not Newton's.
+        Place among the components of the state, and then the parameters -> its value after the
+        event, all others stay; None without a reset.
     """
 
-    value: Expr
+    value: Expr | None
     reset: Mapping[int, Expr] | None = None
-    restitution: Expr | None = None
-    poisson: bool = False
 
 
-def event_unit(events: Sequence[EventExpressions], width: int, parameters: int) -> str:
+def event_unit(
+    events: Sequence[EventExpressions], contacts: Sequence[Expr], width: int, parameters: int
+) -> str:
     """The C text for states of ``width`` components and so many parameters.
+
+    ``contacts``: the quantities of all contacts, row after row; () without any.
 
     Raises
     ------
@@ -55,21 +56,26 @@ def event_unit(events: Sequence[EventExpressions], width: int, parameters: int) 
     """
     text = files("mechc_codegen.emit").joinpath("templates", "events.c.in").read_text("utf-8")
     return Template(text).substitute(
-        functions=event_functions(events, width), width=width, parameters=parameters,
-        count=len(events),
+        functions=event_functions(events, contacts, width), width=width, parameters=parameters,
+        count=len(events), contacts="mechc_contacts" if contacts else "NULL",
     )  # fmt: skip
 
 
-def event_functions(events: Sequence[EventExpressions], width: int) -> str:
-    """The C of the functions, and of the array ``mechc_functions`` of them.
+def event_functions(
+    events: Sequence[EventExpressions], contacts: Sequence[Expr], width: int
+) -> str:
+    """The C of the functions: the array ``mechc_functions``, and any ``mechc_contacts``.
 
     Raises
     ------
     MechanismError
         For a function that has no form in C.
     """
-    samples = table_text(lookups(x for event in events for x in _expressions(event, width)))
+    every = [*(x for event in events for x in _expressions(event, width)), *contacts]
+    samples = table_text(lookups(every))
     functions, table = _functions_and_table(events, width)
+    if contacts:
+        functions.append(_contacts(contacts))
     array = "\n".join(["static const mechc_event_functions mechc_functions[] = {", *table, "};"])
     return "\n\n".join([*([samples] if samples else []), *functions, array])
 
@@ -79,25 +85,22 @@ def _functions_and_table(
 ) -> tuple[list[str], list[str]]:
     functions, table = [], []
     for number, event in enumerate(events):
-        names = [f"mechc_value_{number}", f"mechc_slopes_{number}"]
-        functions += [_value(names[0], event.value), _slopes(names[1], event.value, width)]
-        names += ["NULL", "NULL"]
+        names = ["NULL"] * 4
+        if event.value is not None:
+            names[:2] = f"mechc_value_{number}", f"mechc_slopes_{number}"
+            functions += [_value(names[0], event.value), _slopes(names[1], event.value, width)]
         if event.reset is not None:
             names[2] = f"mechc_reset_{number}"
-            functions.append(_reset(names[2], event.reset, width))
-        if event.restitution is not None:
-            names[3] = f"mechc_restitution_{number}"
-            functions.append(_value(names[3], event.restitution))
-        table.append(f"    {{{', '.join([*names, str(int(event.poisson))])}}},")
+            functions.append(_reset(names[2], event.reset))
+        table.append(f"    {{{', '.join(names)}}},")
     return functions, table
 
 
 def _expressions(event: EventExpressions, width: int) -> Iterator[Expr]:
-    yield event.value
-    yield from _slopes_of(event.value, width)
+    if event.value is not None:
+        yield event.value
+        yield from _slopes_of(event.value, width)
     yield from (event.reset or {}).values()
-    if event.restitution is not None:
-        yield event.restitution
 
 
 def _value(name: str, value: Expr) -> str:
@@ -116,16 +119,23 @@ def _slopes(name: str, value: Expr, width: int) -> str:
     return _function(f"static void {name}({_ARGUMENTS}, double *slopes)", lines)
 
 
-def _reset(name: str, reset: Mapping[int, Expr], width: int) -> str:
-    places = sorted(reset)
-    results, lines = _statements([reset[k] for k in places])
-    lines += [f"for (int i = 0; i < {width}; i++) after[i] = y[i];"]
-    lines += [f"after[{k}] = {result};" for k, result in zip(places, results, strict=True)]
-    return _function(f"static void {name}({_ARGUMENTS}, double *after)", lines)
+def _reset(name: str, reset: Mapping[int, Expr]) -> str:
+    """Components of the state and parameters come in as they are before."""
+    results, lines = _statements(list(reset.values()))
+    lines += [f"after[{k}] = {result};" for k, result in zip(reset, results, strict=True)]
+    return _function(f"static int {name}({_ARGUMENTS}, double *after)", [*lines, "return 1;"])
+
+
+def _contacts(quantities: Sequence[Expr]) -> str:
+    results, lines = _statements(quantities)
+    lines += [f"table[{k}] = {result};" for k, result in enumerate(results)]
+    head = f"static int mechc_contacts({_ARGUMENTS}, double *table)"
+    return _function(head, [*lines, "return 1;"])
 
 
 def _function(head: str, lines: Sequence[str]) -> str:
-    body = "\n".join(f"    {line}" for line in ["(void)t, (void)y, (void)p;", *lines])
+    unused = "(void)context, (void)t, (void)y, (void)p;"
+    body = "\n".join(f"    {line}" for line in [unused, *lines])
     return f"{head}\n{{\n{body}\n}}"
 
 

@@ -7,8 +7,8 @@
 #include "run.h"
 #include "variation.h"
 
-#define MECHC_ABI 15
-#define MECHC_CAPSULE "mechc.model.9"
+#define MECHC_ABI 16
+#define MECHC_CAPSULE "mechc.model.10"
 
 /* Arrays of states are walked with a stride in doubles; stride 0 repeats one row. */
 typedef struct {
@@ -35,6 +35,7 @@ typedef struct {
 typedef struct {
     const char *instruction_set;
     int lanes;
+    int identity_kinematics; /* whether q' = u */
     int output_count;
     const mechc_output *outputs;
     size_t given_size;
@@ -54,8 +55,8 @@ typedef struct {
        is the run that it is by itself.  Returns early where one of them ends. */
     void (*advance_lockstep)(mechc_run **runs, int count, long steps);
     void (*release)(mechc_run *run);
-    /* Dense output, projected onto the constraints. */
-    void (*interpolate)(int method, const mechc_trajectory *trajectory, const double *p,
+    /* Dense output, projected onto the constraints where that is asked for. */
+    void (*interpolate)(int project, const mechc_trajectory *trajectory, const double *p,
                         const mechc_inputs *inputs, ptrdiff_t count, const double *t, double *out);
     /* Go on to t1, beyond the end of the run or before it, with other inputs; NULL: the same. */
     void (*extend)(mechc_run *run, double t1, const mechc_inputs *inputs);

@@ -14,6 +14,14 @@ typedef struct {
     const double *times, *longest;
 } mechc_step_limits;
 
+/* Rates in place of the scene's own, as in contact: the state is moved onto what holds it.  Explicit
+ * methods alone take them. */
+typedef struct {
+    int (*rates)(void *owner, double t, double *y, double *rates);
+    void *owner;
+    const double *sizes; /* of the components: scales of speeds are no smaller */
+} mechc_outer;
+
 typedef struct {
     double t0, t1;
     const double *y0;
@@ -32,6 +40,7 @@ typedef struct {
     const mechc_method *const *methods; /* by their numbers, or NULL: those of the unit */
     const int *stop; /* set by another thread: give up the step under way; NULL: never */
     const mechc_step_limits *limits; /* kept by the caller as long as the run; NULL: none */
+    const mechc_outer *outer; /* likewise */
     double allowed; /* 0, or y0 is moved onto the constraints first: by a gap, or by a residual of the
                        speeds over the fastest, that is larger it is refused */
     int last_only;  /* of the accepted states only the last is kept; not with dense output */

@@ -8,7 +8,6 @@
 #include <math.h>
 #include <string.h>
 #include "abi/codes.h"
-#include "abi/model.h"
 #include "batch/samples.h"
 
 #define MECHC_FINE 3e-6 /* of a step: an extreme placed so is right to the square of it */
@@ -59,8 +58,7 @@ static void mechc_probe_many(const mechc_probe *probe, ptrdiff_t count, const do
         return;
     }
     for (ptrdiff_t i = 0; i < count; i++) t[i] = mechc_probe_time(probe, s[i]);
-    reducer->unit->interpolate(0, probe->steps, reducer->p, reducer->inputs, count, t,
-                               reducer->states);
+    mechc_read_states(reducer->motion, count, t, reducer->states);
     for (ptrdiff_t i = 0; i < count; i++)
         if (s[i] >= 1.0)
             mechc_take_end(probe->steps, probe->step, reducer->states + i * reducer->width);
@@ -81,8 +79,7 @@ static double mechc_probe_projected(const mechc_probe *probe, double s)
     const mechc_reducer *reducer = probe->reducer;
     const double t = mechc_probe_time(probe, s);
     double value;
-    reducer->unit->interpolate(0, probe->steps, reducer->p, reducer->inputs, 1, &t,
-                               reducer->states);
+    mechc_read_states(reducer->motion, 1, &t, reducer->states);
     if (s >= 1.0) mechc_take_end(probe->steps, probe->step, reducer->states);
     mechc_reduce_states(reducer, probe->quantity, 1, &t, reducer->states, &value);
     return value;
@@ -283,21 +280,6 @@ static void mechc_reduce_step(mechc_reducer *reducer, const mechc_trajectory *st
     else mechc_reduce_extreme(&probe, i, s, seen);
 }
 
-/* The fraction of a step up to the first terminal crossing in it; `end` without one. */
-static double mechc_reduce_terminal(mechc_reducer *reducer, const mechc_trajectory *steps,
-                                    ptrdiff_t step, double end)
-{
-    const double start = steps->t[step], length = steps->t[step + 1] - start;
-    for (int i = 0; i < reducer->quantities; i++) {
-        if (!reducer->quantity[i].terminal) continue;
-        mechc_reduce_step(reducer, steps, step, i, end);
-        if (!reducer->known[i]) continue;
-        reducer->stop = reducer->value[i];
-        end = fmin(end, fmax((reducer->stop - start) / length, 0.0));
-    }
-    return end;
-}
-
 /* The fraction of a step before the time `until`, 1 where that is NaN. */
 static double mechc_reduce_before(const mechc_trajectory *steps, ptrdiff_t step, double until)
 {
@@ -305,16 +287,15 @@ static double mechc_reduce_before(const mechc_trajectory *steps, ptrdiff_t step,
     return share < 1.0 ? share : 1.0;
 }
 
-/* Reduce the steps that are kept, up to a terminal crossing, or to the time `until`. */
+/* Reduce the steps that are kept, up to the time `until`; NaN: all of them. */
 static void mechc_reducer_take(mechc_reducer *reducer, const mechc_trajectory *steps, double until)
 {
     mechc_forget_samples(reducer);
-    for (ptrdiff_t step = 0; step + 1 < steps->count && isnan(reducer->stop); step++) {
+    for (ptrdiff_t step = 0; step + 1 < steps->count; step++) {
         const double before = mechc_reduce_before(steps, step, until);
         if (before <= 0.0) break;
-        const double end = mechc_reduce_terminal(reducer, steps, step, before);
         for (int i = 0; i < reducer->quantities; i++)
-            if (!reducer->quantity[i].terminal) mechc_reduce_step(reducer, steps, step, i, end);
+            mechc_reduce_step(reducer, steps, step, i, before);
     }
 }
 

@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "abi/codes.h"
-#include "abi/model.h"
+#include "hybrid/motion.h"
 
 #define MECHC_SAMPLES 8 /* of a step */
 #define MECHC_MOST_AHEAD 16 /* steps that are sampled together, */
@@ -21,7 +21,6 @@ typedef struct {
     int output, second; /* -1: the state; second: added to it, or -1 */
     int component;
     int direction;      /* of a crossing: 1 upwards, -1 downwards, 0 both */
-    int terminal;       /* the run ends at this crossing */
     double level;
 } mechc_quantity;
 
@@ -39,10 +38,8 @@ typedef struct {
     const mechc_unit *unit;
     int width, widest, quantities;
     const mechc_quantity *quantity;
-    const double *p;
-    const mechc_inputs *inputs;
+    mechc_motion *motion; /* whose steps are reduced */
     double t0;
-    double stop;    /* when a terminal crossing came, or NaN */
     double *value;  /* a quantity each: the result so far */
     int *known;
     int *shared;    /* a quantity each: the first one that has the same values */
@@ -73,11 +70,14 @@ static int mechc_reducer_shared(const mechc_reducer *reducer, int i)
     return i;
 }
 
-static int mechc_reducer_make(mechc_reducer *reducer, const mechc_unit *unit, int width,
-                              int quantities, const mechc_quantity *quantity)
+static int mechc_reducer_make(mechc_reducer *reducer, mechc_motion *motion, int quantities,
+                              const mechc_quantity *quantity)
 {
+    const mechc_unit *unit = motion->unit;
+    const int width = motion->width;
     const size_t some = (size_t)(quantities > 0 ? quantities : 1);
     reducer->unit = unit;
+    reducer->motion = motion;
     reducer->width = width;
     reducer->quantities = quantities;
     reducer->quantity = quantity;
@@ -116,12 +116,9 @@ static void mechc_reducer_free(mechc_reducer *reducer)
     for (int set = 0; set < MECHC_SETS; set++) free(reducer->samples[set].values);
 }
 
-static void mechc_reducer_begin(mechc_reducer *reducer, const mechc_options *options)
+static void mechc_reducer_begin(mechc_reducer *reducer, double t0)
 {
-    reducer->p = options->p;
-    reducer->inputs = options->inputs;
-    reducer->t0 = options->t0;
-    reducer->stop = NAN;
+    reducer->t0 = t0;
     for (int i = 0; i < reducer->quantities; i++) {
         reducer->known[i] = 0;
         reducer->value[i] = 0.0;
@@ -132,8 +129,9 @@ static void mechc_reducer_begin(mechc_reducer *reducer, const mechc_options *opt
 static void mechc_reduce_output(const mechc_reducer *reducer, int output, ptrdiff_t count,
                                 const double *t, const double *states, double *out)
 {
-    const mechc_rows times = {t, 1}, rows = {states, reducer->width}, p = {reducer->p, 0};
-    reducer->unit->outputs[output].evaluate(count, times, rows, p, reducer->inputs, out);
+    const mechc_motion *motion = reducer->motion;
+    const mechc_rows times = {t, 1}, rows = {states, reducer->width}, p = {motion->p, 0};
+    reducer->unit->outputs[output].evaluate(count, times, rows, p, motion->whole, out);
 }
 
 /* One number from the values of an output at one state. */
@@ -220,8 +218,7 @@ static void mechc_sample(mechc_reducer *reducer, const mechc_trajectory *steps, 
     for (ptrdiff_t row = 0; row + 1 < rows; row++)
         reducer->t[row + 1] = mechc_time_in(steps, first + row / MECHC_SAMPLES,
                                             fractions[row % MECHC_SAMPLES]);
-    reducer->unit->interpolate(0, steps, reducer->p, reducer->inputs, rows, reducer->t,
-                               reducer->states);
+    mechc_read_states(reducer->motion, rows, reducer->t, reducer->states);
     if (set == MECHC_EVENLY)
         mechc_take_end(steps, first + samples->count - 1, reducer->states + (rows - 1) * width);
     for (int i = 0; i < reducer->quantities; i++)

@@ -21,13 +21,13 @@ MECHC_STATIC void mechc_dense_polynomial(const double *y, const double *rows, in
     for (int i = 0; i < MECHC_NX; i++) out[i] = y[i] + sum[i];
 }
 
-MECHC_STATIC void mechc_interpolate(const mechc_trajectory *trajectory, const double *p,
+MECHC_STATIC void mechc_interpolate(int project, const mechc_trajectory *trajectory, const double *p,
                                     const mechc_inputs *inputs, ptrdiff_t count, const double *t,
                                     double *out)
 {
     mechc_scalar_given given;
     ptrdiff_t step = 0;
-    mechc_give_at(trajectory->t[0], trajectory->y, p, inputs, 0, &given);
+    if (project) mechc_give_at(trajectory->t[0], trajectory->y, p, inputs, 0, &given);
     for (ptrdiff_t n = 0; n < count; n++, out += MECHC_NX) {
         step = mechc_step_near(trajectory, step, t[n]);
         const double start = trajectory->t[step];
@@ -37,7 +37,7 @@ MECHC_STATIC void mechc_interpolate(const mechc_trajectory *trajectory, const do
         mechc_dense_polynomial(trajectory->y + step * MECHC_NX,
                             trajectory->dense + step * MECHC_NX * trajectory->dense_rows, rows, s,
                             out);
-        if (s != 0.0 && mechc_project_between(t[n], out, &given) != MECHC_RUNNING)
+        if (project && s != 0.0 && mechc_project_between(t[n], out, &given) != MECHC_RUNNING)
             for (int i = 0; i < MECHC_NX; i++) out[i] = NAN;
     }
 }

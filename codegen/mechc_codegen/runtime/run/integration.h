@@ -38,6 +38,7 @@ typedef struct {
     int has_tolerances;
     double t1, rtol, max_step, step, direction;
     const mechc_step_limits *limits; /* or NULL */
+    const mechc_outer *outer;        /* or NULL */
     long max_steps;
     int refused; /* the last attempt failed: do not let the step grow */
     int failure; /* why a stage of it could not be taken; 0 */

@@ -87,13 +87,28 @@ MECHC_RARE_ONCE int mechc_not_finite(const mechc_scalar_place *place, mechc_stat
     return stats->coordinate >= 0 ? MECHC_SINGULAR_MASS : MECHC_NOT_FINITE;
 }
 
-/* Project y onto the constraints and take its rates. */
 #if MECHC_HAS(DRIVER)
+MECHC_RARE double mechc_conditioning_at(const mechc_integration *run, double t, const double *q);
+
+/* By functions of the caller's. */
+MECHC_RARE int mechc_outer_rates(mechc_integration *run, double t, double *y, double *rates)
+{
+    run->head.stats.rhs_evaluations++;
+    const int status = run->outer->rates(run->outer->owner, t, y, rates);
+    if (status != MECHC_RUNNING) return status;
+    if (MECHC_NH > 0) mechc_meet(run, t, y, mechc_conditioning_at(run, t, y));
+    for (int i = 0; i < MECHC_NX; i++)
+        if (!(fabs(rates[i]) < HUGE_VAL)) return MECHC_NOT_FINITE;
+    return MECHC_RUNNING;
+}
+
+/* Project y onto the constraints and take its rates. */
 MECHC_ONCE int mechc_rates_at(mechc_integration *run, double t, double *y, double *rates)
 {
     mechc_scalar_place place;
     mechc_stats *stats = &run->head.stats;
     if (mechc_scalar_stopped(&run->given)) return MECHC_INTERRUPTED;
+    if (run->outer) return mechc_outer_rates(run, t, y, rates);
     const int status =
         mechc_scalar_close_loops(t, y, &run->given, &place, &stats->closure_iterations);
     stats->rhs_evaluations++;

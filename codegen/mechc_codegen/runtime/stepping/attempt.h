@@ -104,7 +104,7 @@ MECHC_STATIC int mechc_accept(mechc_integration *run, double h, double t, const 
     mechc_return_to_lockstep(run);
     run->head.stats.steps++;
     made &= mechc_append_turned(&run->head.trajectory, t, run->y, run->turns);
-    mechc_take_turns(run->y, run->turns);
+    if (!run->outer) mechc_take_turns(run->y, run->turns);
     return made ? MECHC_RUNNING : MECHC_NO_MEMORY;
 }
 

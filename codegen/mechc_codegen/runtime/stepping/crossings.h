@@ -231,12 +231,34 @@ MECHC_STATIC int mechc_tell_why(mechc_integration *run)
 }
 #endif
 
+#if MECHC_NH > 0
+/* Of the conditioning: below it a motion in contact is not followed; of its change over a step: a value
+ * so much smaller may have been zero between the stages. */
+#define MECHC_POOR_IN_CONTACT 1e-3
+#define MECHC_HIDES 0.5
+
+/* Change points are not passed by rates that are not the scene's own: no step leaps over one. */
+MECHC_RARE int mechc_examine_outer(mechc_integration *run, double h)
+{
+    const mechc_monitor *monitor = &run->monitor;
+    run->head.stats.examined++;
+    if (monitor->least < MECHC_POOR_IN_CONTACT) return MECHC_NEARLY_DEPENDENT;
+    if (monitor->least >= MECHC_HIDES * (monitor->most - monitor->least)) return MECHC_RUNNING;
+    run->decision.action = MECHC_RETRY;
+    run->head.stats.rejected++;
+    run->step = 0.5 * fabs(h);
+    run->refused = 1;
+    return MECHC_RUNNING;
+}
+#endif
+
 /* Judge a step that its error allows; decision.action MECHC_RETRY where it is taken back. */
 MECHC_STATIC int mechc_examine_step(mechc_integration *run, double h, const double *end)
 {
     run->decision.action = MECHC_STANDS;
 #if MECHC_NH > 0
     if (!mechc_nears_critical(&run->monitor, run->horizon)) return MECHC_RUNNING;
+    if (run->outer) return mechc_examine_outer(run, h);
     mechc_path path;
     mechc_span span = mechc_span_of(run, h, end, MECHC_RATE(run, run->current->last_rate));
     mechc_path_of(run, &span, &path);

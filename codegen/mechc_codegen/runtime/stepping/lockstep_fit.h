@@ -43,7 +43,7 @@ MECHC_STATIC int mechc_fits_lockstep(const mechc_integration *run)
     const mechc_method *asked = run->methods[run->number];
     const mechc_monitor *monitor = &run->monitor;
     const int alone = run->alone || monitor->tries || monitor->wanted != 0.0;
-    if (!MECHC_LOCKSTEP || alone || run->limits || !asked->in_lockstep) return 0;
+    if (!MECHC_LOCKSTEP || alone || run->limits || run->outer || !asked->in_lockstep) return 0;
     if (!mechc_keeps_method(run)) return 0;
     if (MECHC_NH > 0 && monitor->rank != MECHC_NH) return 0;
     return run->regular || mechc_is_regular(run, MECHC_LOCKSTEP_LOW);

@@ -22,6 +22,7 @@ MECHC_STATIC void mechc_first_scale(mechc_integration *run, const double *scale)
     for (int i = MECHC_NQ; i < MECHC_NX; i++) {
         const double reached = sqrt(fabs(MECHC_RATE(run, 0)[i]) * scale[i]);
         run->scale[i] = mechc_max(fabs(run->y[i]), reached);
+        if (run->outer) run->scale[i] = mechc_max(run->scale[i], run->outer->sizes[i]);
         largest = mechc_max(largest, run->scale[i] / scale[i]);
     }
     for (int i = MECHC_NQ; i < MECHC_NX; i++)
@@ -84,6 +85,7 @@ MECHC_STATIC void mechc_take_options(mechc_integration *run, const mechc_options
     run->has_tolerances = options->atol != 0;
     run->max_step = options->max_step;
     run->limits = options->limits;
+    run->outer = options->outer;
     run->max_steps = options->max_steps;
     run->on_change_point = options->on_change_point;
     run->may_stiffen = options->may_stiffen;
@@ -120,7 +122,7 @@ MECHC_STATIC int mechc_take_start(mechc_integration *run, const mechc_options *o
         mechc_give_options(run, options);
         if (!mechc_close_start(run, options)) return 0;
     }
-    mechc_take_turns(run->y, run->turns);
+    if (!run->outer) mechc_take_turns(run->y, run->turns);
     int moved = 0;
     for (int i = 0; i < MECHC_NQ; i++) moved |= run->y[i] != options->y0[i];
     if (moved || !closes) mechc_give_options(run, options);

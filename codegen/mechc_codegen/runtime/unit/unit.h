@@ -58,13 +58,6 @@ static void mechc_unit_release(mechc_run *run)
     mechc_free_work((mechc_integration *)run);
 }
 
-static void mechc_unit_interpolate(int method, const mechc_trajectory *trajectory, const double *p,
-                                   const mechc_inputs *inputs, ptrdiff_t count, const double *t,
-                                   double *out)
-{
-    (void)method; /* all have the same form of dense output */
-    mechc_interpolate(trajectory, p, inputs, count, t, out);
-}
 #endif
 
 extern const mechc_unit MECHC_JOIN(mechc_unit_, MECHC_UNIT);
@@ -75,6 +68,7 @@ __attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, M
 #if MECHC_HAS(OUTPUTS)
     .output_count = (int)(sizeof mechc_output_list / sizeof mechc_output_list[0]),
     .outputs = mechc_output_list,
+    .identity_kinematics = MECHC_IDENTITY_KINEMATICS,
     .given_size = sizeof(mechc_scalar_given),
     .give = mechc_unit_give,
     .rates = mechc_unit_rates,
@@ -84,7 +78,7 @@ __attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, M
     .run_size = sizeof(mechc_integration),
     .start = mechc_unit_start,
     .release = mechc_unit_release,
-    .interpolate = mechc_unit_interpolate,
+    .interpolate = mechc_interpolate,
     .extend = mechc_integration_extend,
     .saved_size = mechc_saved_size,
     .save = mechc_save,

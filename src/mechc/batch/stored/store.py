@@ -20,7 +20,7 @@ import numpy as np
 
 from mechc.batch.dataset import attributes
 from mechc.batch.driven import NONE, BatchInputs
-from mechc.batch.hybrid.events import events_told
+from mechc.batch.events import events_told
 from mechc.batch.layout import (
     METADATA,
     Layout,

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from mechc.compilation import cache, entries
-from mechc.compilation.build import compile_described, compile_known, key_of, without_c
+from mechc.compilation.build import compile_described, compile_known, key_of
 from mechc.compilation.compiler import errors_of_compiler
 from mechc.compilation.parts import FIRST
 from mechc.errors import UnknownNameError
@@ -39,7 +39,7 @@ def beyond_default(name: str, options: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def variant(
-    name: str, options: Mapping[str, Any], asked: Mapping[str, Any], backend: str = "c"
+    name: str, options: Mapping[str, Any], asked: Mapping[str, Any]
 ) -> System:
     """A mechanism of the library with options that are known to exist, compiled on demand.
 
@@ -50,13 +50,11 @@ def variant(
     told = _told(options, asked)
     plain = all(map(_is_plain, options.values()))
     same = plain or _reads_again(options, told)
-    reference = ModelReference(name, told if same else {}, custom=not same, backend=backend)
+    reference = ModelReference(name, told if same else {}, custom=not same)
 
     def described() -> tuple[Any, Any]:
         return described_as_asked(name, options, asked)
 
-    if backend == "numpy":
-        return without_c(described, reference)
     if plain:
         return compile_known(_variant_digest(name, told), described, reference)
     return compile_described(described, reference)

@@ -71,8 +71,7 @@ def compiler() -> list[str]:
         raise CompilerError(
             "no C compiler was found: pip install 'mechc[compiler]' brings one; or install gcc or "
             "clang (Debian and Ubuntu: apt install gcc; Fedora: dnf install gcc; conda: conda "
-            "install c-compiler), or set CC. Shipped mechanisms run without one, and all others "
-            "with backend='numpy', slowly"
+            "install c-compiler), or set CC. Shipped mechanisms run without one"
         )
     return command
 

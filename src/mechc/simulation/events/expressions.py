@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
@@ -18,32 +17,17 @@ from mechc.system.names import by_name, name_of
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
-EPS = float(np.finfo(float).eps)
 MOST_KEPT = 256  # functions of expressions, from one run to the next
 _DIRECTIONS = {">": 1.0, ">=": 1.0, "<": -1.0, "<=": -1.0, "==": 0.0}  # SymPy's names
 
 
-class Compiler(NamedTuple):
-    """What is needed of the compiler.
-
-    Attributes
-    ----------
-    parse
-        ``parse(text, names)``: the expression that a text of the grammar is.
-    compile
-        ``compile(events, width, parameters)``: compiled functions of events, of which each is a
-        value, what its reset assigns, a stop's restitution, over plain symbols, and whether that
-        is Poisson's; None where there is no compiler.
-    """
-
-    parse: Callable[[str, Mapping[str, Any]], Any]
-    compile: Callable[[Sequence[tuple[Any, Mapping[int, Any] | None, Any, bool]], int, int], Any]
+Parse = Callable[[str, Mapping[str, Any]], Any]
 
 
-def checked_events(given: Any, system: System, p: Array, compiler: Compiler) -> list[Any]:
-    """Events, or one by itself, as a run takes them: expressions are functions of t and y.
+def read_events(given: Any, system: System, p: Array, parse: Parse) -> list[Event]:
+    """Events, or one by itself: expressions are functions of t and y.
 
-    Where all are expressions and one has a reset, they are compiled.
+    ``parse(text, names)``: the expression that a text of the grammar is.
 
     Raises
     ------
@@ -53,58 +37,25 @@ def checked_events(given: Any, system: System, p: Array, compiler: Compiler) -> 
     """
     if not isinstance(given, (tuple, list)) and _is_one(given):
         given = [given]
-    reader = _Reader(system, p, compiler.parse)
-    events = [reader.event(event) for event in given]
-    if len({e.reset.law for e in events if isinstance(getattr(e, "reset", None), StopReset)}) > 1:
+    reader = _Reader(system, p, parse)
+    events = [Event.of(reader.event(event)) for event in given]
+    if len({e.reset.law for e in events if isinstance(e.reset, StopReset)}) > 1:
         raise ValueOutOfBoundsError("the stops of a run have one law of restitution")
-    for event in events:
-        if isinstance(event, Event) and isinstance(event.function, (ValueExpression, FrictionLaw)):
-            event.function.compiler = compiler.compile
-    if any(isinstance(e, Event) and isinstance(e.reset, COMPILED_RESETS) for e in events):
-        compile_all(events, system, compiler)
     return events
 
 
-def compiler_of(events: Sequence[Any]) -> Any:
-    """What compiles further functions of events, as of :class:`Compiler`; None: nothing."""
-    found = (getattr(getattr(event, "function", None), "compiler", None) for event in events)
-    return next((compiler for compiler in found if compiler is not None), None)
-
-
-def compile_all(events: Sequence[Any], system: System, compiler: Compiler) -> Any:
-    """The compiled functions of events that are all expressions, else None; each is told them."""
-    if not all(is_compilable(event) for event in events) or system.reference.backend == "numpy":
-        return None
-    told = [
-        (e.function.expression, getattr(e.reset, "changes", None),
-         getattr(e.reset, "restitution", None), getattr(e.reset, "law", NEWTON) == POISSON)
-        for e in events
-    ]  # fmt: skip
-    unit = compiler.compile(told, system.scene.width, len(system.parameters))
-    for event in events:
-        event.function.unit = unit
-    return unit
-
-
-def is_compilable(event: Any) -> bool:
+def is_of_expressions(event: Any) -> bool:
     """Whether an event and its reset, if it has one, are expressions."""
     return (
         isinstance(event, Event)
         and isinstance(event.function, ValueExpression)
-        and (event.reset is None or isinstance(event.reset, COMPILED_RESETS))
-        and not changes_parameters(event)
+        and (event.reset is None or isinstance(event.reset, (ResetExpressions, StopReset)))
     )
 
 
 def changes_parameters(event: Any) -> bool:
     """Whether the reset of an event, by expressions, changes parameters."""
     return bool(getattr(getattr(event, "reset", None), "values", None))
-
-
-def compiled_functions(events: Sequence[Any]) -> Any:
-    """What :func:`compile_all` made of these events; None if they were not compiled together."""
-    units = [getattr(getattr(event, "function", None), "unit", None) for event in events]
-    return units[0] if units and all(unit is units[0] for unit in units) else None
 
 
 def _is_one(given: Any) -> bool:
@@ -152,7 +103,7 @@ def plain_events(given: Any, names: StateNames, parse: Callable[..., Any]) -> li
     Raises
     ------
     UnknownNameError, ValueOutOfBoundsError, ExpressionError
-        As :func:`checked_events`, and for events that are no expressions, stops, friction, and
+        As :func:`read_events`, and for events that are no expressions, stops, friction, and
         events that end a run.
     """
     if not isinstance(given, (tuple, list)) and _is_one(given):
@@ -169,7 +120,7 @@ def _plain_event(given: Any, reader: _Reader) -> PlainEvent:
         raise ValueOutOfBoundsError(
             "a reset of parameters is not exported: make them states, whose rates are zero"
         )
-    if not is_compilable(event):
+    if not is_of_expressions(event):
         raise ValueOutOfBoundsError(
             f"events and resets are exported as expressions, not as {brief(given)}"
         )
@@ -387,29 +338,17 @@ class ValueExpression:
 
     Attributes
     ----------
-    unit
-        Its compiled form, with the other events of the run; None if it was not compiled.
-    compiler
-        What compiles further functions, as of :class:`Compiler`; or None.
     title
         The expression as it was given.
     """
 
     def __init__(self, expression: Any, p: Array, width: int) -> None:
         self.expression, self.p, self.width = expression, p, width
-        self.unit: Any = None
-        self.compiler: Any = None
         self.__name__ = "expression"
         self.title = ""
 
     def __call__(self, t: float, y: Array) -> float:
         return self.at(t, y, self.p)
-
-    def with_values(self, p: Array) -> ValueExpression:
-        """The same function for parameters p (np,)."""
-        other = copy(self)
-        other.p = p
-        return other
 
     def at(self, t: float, y: Array, p: Array) -> float:
         """Its value for parameters p (np,)."""
@@ -427,16 +366,6 @@ class ValueExpression:
         """Derivatives by time, state (nq + nu,) and parameters (np,), for those of the run or p."""
         by_time, by_state, by_parameters = self._derivatives(t, y, self.p if p is None else p)
         return float(by_time[0]), by_state[0], by_parameters[0]
-
-
-def rounding_of(function: Any, t: float, y: Array) -> float:
-    """Of the value of an expression: that of its largest terms; 0 of functions of Python."""
-    if not isinstance(function, ValueExpression):
-        return 0.0
-    with np.errstate(all="ignore"):
-        by_time, by_state, _ = function.slopes(t, y)
-        terms = float(abs(by_time * t) + np.abs(by_state) @ np.abs(y))
-    return EPS * terms if np.isfinite(terms) else 0.0
 
 
 class ResetExpressions:
@@ -459,12 +388,6 @@ class ResetExpressions:
         self.changes, self.values = dict(sorted(changes.items())), dict(sorted(values.items()))
         self.p, self.split, self.width = p, split, width
         self.__name__ = "of expressions"
-
-    def with_values(self, p: Array) -> ResetExpressions:
-        """The same reset for parameters p (np,)."""
-        other = copy(self)
-        other.p = p
-        return other
 
     def __call__(self, t: float, q: Array, u: Array, p: Array | None = None) -> tuple[Array, ...]:
         """q and u; all parameters (np,) too where it changes some.  ``p``: other parameters than
@@ -492,6 +415,3 @@ class ResetExpressions:
         by_parameters, rows = np.zeros((self.width, len(self.p))), list(self.changes)
         by_time[rows], by_state[rows], by_parameters[rows] = self._derivatives(t, y, self.p)
         return by_time, by_state, by_parameters
-
-
-COMPILED_RESETS = (ResetExpressions, StopReset)

@@ -46,14 +46,10 @@ class FrictionLaw:
     ----------
     expressions
         The slip and the coefficients, or forces, of sliding and of sticking, over plain symbols.
-    compiler
-        As of :class:`mechc.simulation.events.expressions.ValueExpression`.
     """
 
     def __init__(self, slip: Any, sliding: Any, sticking: Any) -> None:
         self.expressions = (slip, sliding, sticking)
-        self.acts = slip is not None
-        self.compiler: Any = None
         self.__name__ = "dry friction"
 
     def __call__(self, t: float, y: Array) -> float:

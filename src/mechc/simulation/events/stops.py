@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from mechc.errors import MechcError, ValueOutOfBoundsError
 from mechc.simulation.events.friction import FrictionLaw
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -63,26 +62,6 @@ class Stop:
     law: str = NEWTON
 
 
-def refuse_stops(system: System, span: tuple[float, float], compiled: bool) -> None:
-    """Refuse stops and dry friction where they cannot be computed.
-
-    Raises
-    ------
-    ValueOutOfBoundsError, MechcError
-        Backwards in time; without compiled code.
-    """
-    if span[1] < span[0]:
-        raise ValueOutOfBoundsError(
-            "backwards in time there are no stops and no dry friction: the motion before an impact "
-            "does not follow from the one after it"
-        )
-    if not compiled:
-        raise MechcError(
-            f"{system.name}: stops and dry friction need a C compiler and a start that is no "
-            "change point"
-        )
-
-
 class StopReset:
     """The impact of one stop by itself, as a function of t, q, u and parameters.
 
@@ -100,11 +79,6 @@ class StopReset:
         self.gap, self.kept, self.system, self.p = gap, kept, system, p
         self.restitution = kept.expression
         self.__name__ = "of a stop"
-
-    def with_values(self, p: Array) -> StopReset:
-        """The same stop for parameters p (np,)."""
-        gap, kept = self.gap.with_values(p), self.kept.with_values(p)
-        return StopReset(gap, kept, self.system, p, self.friction, self.law)
 
     def __call__(self, t: float, q: Array, u: Array, p: Array | None = None) -> tuple[Array, Array]:
         """``p``: other parameters than those of the run."""

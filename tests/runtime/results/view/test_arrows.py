@@ -23,7 +23,7 @@ from tests.support.page_data import floats
 
 def test_the_joints_of_a_hanging_chain_carry_what_hangs_below() -> None:
     outputs = ("energy", "reactions")
-    model = mechc.compile(chain(2), backend="numpy", outputs=outputs)
+    model = mechc.compile(chain(2), outputs=outputs)
     rest = dict.fromkeys(model.coordinates, 0.0)
     rest[model.coordinates[0]] = hanging_angle(model)
     sol = model.simulate(0.1, rest)
@@ -51,7 +51,7 @@ def hanging_angle(model: mechc.Model) -> float:
 
 
 def test_a_model_without_reactions_has_no_arrows() -> None:
-    model = mechc.compile(chain(2), backend="numpy")
+    model = mechc.compile(chain(2))
     sol = model.simulate(0.1, dict.fromkeys(model.coordinates, 0.0))
     assert view_data(sol)["arrows"] == []
 
@@ -70,7 +70,7 @@ def test_loads_are_arrows_where_they_act() -> None:
     loads = [(tip, -m * g * ground.y), (tip, (push - c * q.diff()) * arm.y), (arm, u * arm.z)]
     kane.kanes_equations([Particle("bob", tip, m)], loads)
     values = {"m": 2.0, "l": 0.5, "c": 0.3, "g": 9.81}
-    model = mechc.compile(kane, defaults=values, inputs={push: 4 * cos(q)}, backend="numpy")
+    model = mechc.compile(kane, defaults=values, inputs={push: 4 * cos(q)})
     sol = model.simulate(1.0, {"q": 0.4, "u": 1.0})
     data = view_data(sol)
     assert [arrow["label"] for arrow in data["loads"]] == ["force on tip", "force on tip"]

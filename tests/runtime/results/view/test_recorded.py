@@ -87,7 +87,7 @@ def test_bytes_of_any_size_are_refused() -> None:
 @pytest.fixture(scope="module")
 def motion(tmp_path_factory: pytest.TempPathFactory) -> tuple[mechc.Solution, Path]:
     """A user-defined body on a pin, and its file."""
-    model = mechc.compile(pendulum(), backend="numpy")
+    model = mechc.compile(pendulum())
     sol = model.simulate(0.5, _start(model))
     return sol, sol.save(tmp_path_factory.mktemp("saved") / "swing.nc")
 

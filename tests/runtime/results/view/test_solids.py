@@ -76,7 +76,7 @@ def rolling_disc() -> KanesMethod:
 
 def test_solids_go_with_their_bodies() -> None:
     method = rolling_disc()
-    model = mechc.compile(method, backend="numpy", defaults={"m": 2.0, "r": 0.4, "g": 9.81})
+    model = mechc.compile(method, defaults={"m": 2.0, "r": 0.4, "g": 9.81})
     sol = model.simulate(0.5, {"q": 0.3, "u": 0.0})
     data = view_data(sol)
     assert data["up"] == [0.0, 1.0, 0.0]

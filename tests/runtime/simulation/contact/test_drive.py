@@ -124,7 +124,7 @@ def test_a_plastic_impact_and_a_start_on_the_floor_rest_at_once(ball):
         sol = ball.simulate(2.0, [height, 0.0], events=mechc.Stop("q_0"))
         assert sol.status.ok
         assert len(sol.events[0].t) == impacts_there
-        assert words(sol) == [("held",)]
+        assert words(sol) == [("open",)] * impacts_there + [("held",)]
         assert abs(sol.y[-1]).max() < 1e-15
 
 
@@ -533,7 +533,7 @@ def test_a_controller_bounces_what_comes_to_rest(pushed):
     inputs = {"F": mechc.Sampled(lift, period=0.1)}
     sol = pushed.simulate(2.0, [0.1, 0], inputs=inputs, events=mechc.Stop("q", 0.5), rtol=1e-12)
     np.testing.assert_allclose([asked[0] for asked in push.asked], 0.1 * np.arange(20), atol=1e-14)
-    assert words(sol)[0] == ("held",)
+    assert ("held",) in words(sol)
     assert sol.y[-1, 0] == pytest.approx(0.5, abs=1e-12)  # of 1 m/s^2 from 1 s on
     fails = mechc.Sampled(lambda t: 1 / (t < 0.5) - 2.0, period=0.1)
     with pytest.raises(InputError, match="ZeroDivisionError") as caught:

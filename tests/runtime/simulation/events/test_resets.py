@@ -39,7 +39,7 @@ def test_a_hundred_bounces_come_at_the_times_of_the_closed_form(ball, method):
 
 
 def test_many_pieces_keep_within_the_memory_allowed(ball):
-    sol = ball.simulate(50.0, [1.0, 0.0], events=[bouncing(1.0)], max_bytes=1e5)
+    sol = ball.simulate(50.0, [1.0, 0.0], events=[bouncing(1.0)], max_bytes=1e4)
     assert sol.status.code == "memory limit"
     assert 2 < len(sol.segments) < 20
 

@@ -1,0 +1,194 @@
+/* Resets of the state by events: those of one instant, and what they leave of the motion. */
+#pragma once
+
+#include "hybrid/events/search.h"
+
+#define MECHC_RESET_SETTLED 1e-12 /* of the largest rate at an instant: an approach so slow is none */
+#define MECHC_RESET_PLASTIC 1e-9  /* of the rate before: what is left where the motion is not turned */
+#define MECHC_RESET_SHORTEST 64.0 /* times the exactness of its time: nearer resets accumulate */
+#define MECHC_RESET_ROUNDS 4.0  /* times the rounding of an event's terms: its value may be zero */
+#define MECHC_RESET_NEAR 16.0   /* times it: a value that tells its sign */
+#define MECHC_RESET_FLIGHT 64.0 /* times it: how far it goes where a zero is told from the last */
+
+#define MECHC_RESET_TOUCHING 10.0 /* times rtol of an event's largest value: it may be zero */
+#define MECHC_EVENT_CHANGE 1e-6   /* of a component's size: over such a change differences are taken */
+
+/* What an event may be where it is zero as far as the motion is known. */
+MECHC_STATIC double mechc_event_nothing(const mechc_watch *watch, int number)
+{
+    return MECHC_RESET_TOUCHING * watch->motion->rtol * watch->event[number].size;
+}
+
+/* Derivatives of a function of the caller's, by central differences; the rates of the state tell how
+ * fast time counts. */
+MECHC_STATIC void mechc_event_differences(const mechc_watch *watch, int number, double t, const double *y,
+                                    double *slopes)
+{
+    const mechc_motion *motion = watch->motion;
+    double *moved = watch->rates + motion->width, fastest = 0.0;
+    for (int i = 0; i < motion->width; i++)
+        fastest = fmax(fastest, fabs(watch->rates[i]) / (fabs(y[i]) + motion->scale[i]));
+    const double step = MECHC_EVENT_CHANGE / (fastest > 0.0 ? fastest : 1.0);
+    slopes[0] = (mechc_event_value(watch, number, t + step, y)
+                 - mechc_event_value(watch, number, t - step, y)) / (2.0 * step);
+    memcpy(moved, y, (size_t)motion->width * sizeof *y);
+    for (int i = 0; i < motion->width; i++) {
+        const double by = MECHC_EVENT_CHANGE * (fabs(y[i]) + motion->scale[i]);
+        const double high = y[i] + by, low = y[i] - by;
+        moved[i] = high;
+        const double above = mechc_event_value(watch, number, t, moved);
+        moved[i] = low;
+        slopes[1 + i] = (above - mechc_event_value(watch, number, t, moved)) / (high - low);
+        moved[i] = y[i];
+    }
+}
+
+/* The rate of an event along the motion, whose rates are at hand, and the rounding of its value. */
+MECHC_STATIC double mechc_event_rate(mechc_watch *watch, int number, double t, const double *y)
+{
+    const mechc_motion *motion = watch->motion;
+    const mechc_event_functions *functions = watch->functions + number;
+    double *slopes = watch->slopes;
+    if (functions->slopes) functions->slopes(functions->context, t, y, motion->p, slopes);
+    else mechc_event_differences(watch, number, t, y, slopes);
+    double rate = slopes[0], terms = fabs(slopes[0] * t);
+    for (int i = 0; i < motion->width; i++) {
+        rate += slopes[1 + i] * watch->rates[i];
+        terms += fabs(slopes[1 + i] * y[i]);
+    }
+    watch->event[number].rounding = DBL_EPSILON * terms;
+    return motion->sense * rate;
+}
+
+/* Rates of all events with a reset along the motion, into event->later, and the roundings of their
+ * values; 0 of others. */
+MECHC_STATIC void mechc_event_rates(mechc_watch *watch, double t, const double *y)
+{
+    watch->motion->rates(watch->motion, t, y, watch->rates);
+    for (int k = 0; k < watch->own; k++) {
+        watch->event[k].later = watch->event[k].rounding = 0.0;
+        if (mechc_event_resets(watch, k) && watch->functions[k].value)
+            watch->event[k].later = mechc_event_rate(watch, k, t, y);
+    }
+}
+
+/* Whether an event is zero as far as the motion is known; what is clearly still to come is found
+ * later. */
+MECHC_STATIC int mechc_event_touches(const mechc_watch *watch, int number, double t, const double *y)
+{
+    const double value = mechc_event_value(watch, number, t, y), rate = watch->event[number].later;
+    const double soon = 2.0 * mechc_located(t) * fabs(rate)
+                      + MECHC_RESET_ROUNDS * watch->event[number].rounding;
+    const int passed = value * rate > 0.0 && fabs(value) <= mechc_event_nothing(watch, number);
+    return fabs(value) <= soon || passed;
+}
+
+/* A piece begins at this state: the side of each event's zero on which it does. */
+MECHC_STATIC void mechc_watch_enter(mechc_watch *watch, double t, const double *y)
+{
+    watch->start = t;
+    mechc_event_rates(watch, t, y);
+    for (int k = 0; k < watch->own; k++) {
+        mechc_event *event = watch->event + k;
+        const int at = !event->idle && event->later != 0.0 && mechc_event_touches(watch, k, t, y);
+        event->side = at ? copysign(1.0, event->later) : 0.0;
+        event->near = at ? MECHC_RESET_NEAR * event->rounding / fabs(event->later) : 0.0;
+    }
+}
+
+/* Whether a zero at t, with the rate event->later there, is told from the last one by neither its
+ * time nor the way between them. */
+MECHC_STATIC int mechc_is_now(const mechc_event *event, double last, double t)
+{
+    const double way = fabs(t - last) * fmax(fabs(event->after), fabs(event->later));
+    return fabs(t - last) <= MECHC_RESET_SHORTEST * mechc_located(t)
+        || way <= MECHC_RESET_FLIGHT * event->rounding;
+}
+
+/* Whether a reset ends the motion towards the zero and leaves the state there. */
+MECHC_STATIC int mechc_reset_stays(const mechc_watch *watch, int number, double t, const double *y)
+{
+    const mechc_event *event = watch->event + number;
+    const int moved = fabs(event->rate) > MECHC_RESET_PLASTIC * event->fastest;
+    const int ends = moved && fabs(event->later) <= MECHC_RESET_PLASTIC * fabs(event->rate);
+    return ends
+        && fabs(mechc_event_value(watch, number, t, y)) <= mechc_event_nothing(watch, number);
+}
+
+/* Another event that is zero and about to be crossed, or one that the last reset lets cross again;
+ * -1: none. */
+MECHC_STATIC int mechc_reset_caused(const mechc_watch *watch, double t, const double *y, double largest)
+{
+    for (int k = 0; k < watch->own; k++) {
+        const mechc_event *event = watch->event + k;
+        const double direction = watch->policy[k].direction;
+        int crosses = !event->done && event->rate * event->later > 0.0;
+        if (!watch->functions[k].reset) continue;
+        if (direction)
+            crosses = copysign(1.0, direction) * event->later > MECHC_RESET_SETTLED * largest;
+        if (crosses && !mechc_is_now(event, event->passed, t) && mechc_event_touches(watch, k, t, y))
+            return k;
+    }
+    return -1;
+}
+
+/* The state after the reset of one event, on the constraints; parameters are taken over.  0 where there
+ * is none. */
+MECHC_STATIC int mechc_reset_state(mechc_watch *watch, int number, double t, double *y)
+{
+    mechc_motion *motion = watch->motion;
+    const size_t width = (size_t)motion->width, parameters = (size_t)motion->parameters;
+    const mechc_event_functions *functions = watch->functions + number;
+    double *after = watch->reset;
+    memcpy(after, y, width * sizeof *y);
+    memcpy(after + width, motion->p, parameters * sizeof *y);
+    if (!functions->reset(functions->context, t, y, motion->p, after)) return 0;
+    if (!mechc_is_finite(after, motion->width) || !mechc_motion_may_have(motion, after + width)) return 0;
+    memcpy(y, after, width * sizeof *y);
+    if (memcmp(motion->p, after + width, parameters * sizeof *y)) {
+        memcpy(motion->p, after + width, parameters * sizeof *y);
+        mechc_motion_renew(motion);
+    }
+    return mechc_onto_constraints(motion, t, y, watch->room);
+}
+
+/* The reset of an event whose rates before are in event->rate; those after come into event->later.
+ */
+MECHC_STATIC int mechc_reset_one(mechc_watch *watch, int number, double t, double *y, double *largest)
+{
+    mechc_event *event = watch->event + number;
+    event->last = t;
+    event->done = 1;
+    for (int k = 0; k < watch->own; k++)
+        watch->event[k].fastest = fmax(watch->event[k].fastest, fabs(watch->event[k].rate));
+    if (!mechc_reset_state(watch, number, t, y)) return MECHC_EVENT_FAILED;
+    mechc_event_rates(watch, t, y);
+    for (int k = 0; k < watch->own; k++)
+        *largest = fmax(*largest, fmax(fabs(watch->event[k].rate), fabs(watch->event[k].later)));
+    event->after = event->later;
+    if (mechc_reset_stays(watch, number, t, y)) return MECHC_RESETS_ACCUMULATE;
+    event->passed = event->rate * event->later > 0.0 ? t : NAN;
+    return MECHC_RUNNING;
+}
+
+/* The state after the reset of an event, and of those that it causes at the same instant, which are
+ * kept as zeros in `piece`.  MECHC_RUNNING, MECHC_RESETS_ACCUMULATE, or why there is none. */
+MECHC_STATIC int mechc_watch_reset(mechc_watch *watch, int number, int piece, double t, double *y)
+{
+    double largest = 0.0;
+    watch->causes = 0;
+    for (int k = 0; k < watch->own; k++) watch->event[k].done = 0;
+    mechc_event_rates(watch, t, y);
+    const int accumulate = mechc_is_now(watch->event + number, watch->event[number].last, t);
+    for (int i = 0; i < MECHC_RESETS_AT_ONCE; i++) {
+        for (int k = 0; k < watch->own; k++) watch->event[k].rate = watch->event[k].later;
+        if (i && !mechc_watch_keep(watch, number, t, piece, y)) return MECHC_NO_MEMORY;
+        watch->event[number].latest = t;
+        watch->cause[watch->causes++] = number;
+        const int code = mechc_reset_one(watch, number, t, y, &largest);
+        if (code != MECHC_RUNNING) return code;
+        number = mechc_reset_caused(watch, t, y, largest);
+        if (number < 0) return accumulate ? MECHC_RESETS_ACCUMULATE : MECHC_RUNNING;
+    }
+    return MECHC_RESETS_ACCUMULATE;
+}

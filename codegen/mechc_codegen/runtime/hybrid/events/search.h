@@ -1,0 +1,288 @@
+/* The zeros of events within the steps of a motion, on its dense output.
+ *
+ * A step is sampled at uneven fractions, after a reset ever more densely towards its start, and
+ * more densely where samples lie off the chords beside them.  Zeros between two samples are found
+ * by secants within a bracket; two between two samples by the vertex of a parabola.
+ */
+#pragma once
+
+#include "hybrid/events/watch.h"
+
+#define MECHC_EVENT_BENT 0.1   /* of all change over a step: a sample farther off its chord is coarse */
+#define MECHC_EVENT_COARSE 0.25 /* of the samples: where more are, it is sampled too rarely */
+#define MECHC_EVENT_GRAZES 10.0 /* times rtol of its largest value: a touch so small may not be one */
+
+MECHC_STATIC int mechc_earlier(const void *a, const void *b)
+{
+    const double s = ((const mechc_event_point *)a)->t, t = ((const mechc_event_point *)b)->t;
+    return (s > t) - (s < t);
+}
+
+MECHC_STATIC int mechc_later(const void *a, const void *b) { return mechc_earlier(b, a); }
+
+/* Sample i of a step, all unevenly spaced: a function in step with even samples would seem slow. */
+MECHC_STATIC double mechc_event_fraction(int i)
+{
+    const double root = 1.4142135623730951, square = (double)(i * i) * root;
+    if (i <= 0) return 0.0;
+    if (i >= MECHC_EVENT_SAMPLES) return 1.0;
+    return (i + 0.8 * (square - floor(square) - 0.5)) / MECHC_EVENT_SAMPLES;
+}
+
+/* Sample a step: times, and the states there; how many.  The first piece of a grid at the start of a
+ * motion lies ever more densely towards it. */
+MECHC_STATIC int mechc_event_grid(mechc_watch *watch, double start, double end)
+{
+    const double length = end - start, first = mechc_event_fraction(1);
+    int count = 1, halvings = 0;
+    if (start == watch->start) {
+        const double ratio = log2(first * fabs(length) / mechc_located(start));
+        halvings = ratio > 0.0 ? (int)fmin(ratio, MECHC_EVENT_HALVINGS) : 0;
+    }
+    watch->grid[0] = start;
+    for (int k = halvings; k > 0; k--) watch->grid[count++] = start + length * ldexp(first, -k);
+    for (int i = 1; i < MECHC_EVENT_SAMPLES; i++)
+        watch->grid[count++] = start + length * mechc_event_fraction(i);
+    watch->grid[count++] = end;
+    watch->motion->states(watch->motion, count, watch->grid, watch->on_grid);
+    return count;
+}
+
+/* Whether samples lie too far off the chords between their neighbours. */
+MECHC_STATIC int mechc_changes_fast(const mechc_event_point *points, int count)
+{
+    double low = points[0].value, high = low, least = fabs(low);
+    int off = 0;
+    for (int i = 1; i < count; i++) {
+        low = fmin(low, points[i].value);
+        high = fmax(high, points[i].value);
+        least = fmin(least, fabs(points[i].value));
+    }
+    const double change = high - low;
+    if (!(change > 0.0 && change < INFINITY) || least > 4.0 * change) return 0;
+    for (int i = 1; i + 1 < count; i++) {
+        const mechc_event_point a = points[i - 1], b = points[i], c = points[i + 1];
+        const double share = (b.t - a.t) / (c.t - a.t);
+        off += fabs(b.value - (1.0 - share) * a.value - share * c.value) > MECHC_EVENT_BENT * change;
+    }
+    return off > MECHC_EVENT_COARSE * (count - 2);
+}
+
+/* Put a point between each two; how many there are then. */
+MECHC_STATIC int mechc_twice_as_many(mechc_watch *watch, int event, int count)
+{
+    mechc_motion *motion = watch->motion;
+    mechc_event_point *points = watch->points, *spare = watch->spare;
+    double *times = watch->times;
+    memcpy(spare, points, (size_t)count * sizeof *points);
+    for (int i = 0; i + 1 < count; i++) times[i] = 0.5 * (spare[i].t + spare[i + 1].t);
+    for (int i = 0; i + 1 < count; i++) {
+        const int row = i % MECHC_EVENT_GRID, left = count - 1 - i;
+        const int some = left < MECHC_EVENT_GRID ? left : MECHC_EVENT_GRID;
+        if (!row) motion->states(motion, some, times + i, watch->states);
+        const double *y = watch->states + (ptrdiff_t)row * motion->width;
+        points[2 * i] = spare[i];
+        points[2 * i + 1] = (mechc_event_point){times[i], mechc_event_value(watch, event, times[i], y)};
+    }
+    points[2 * count - 2] = spare[count - 1];
+    return 2 * count - 1;
+}
+
+/* Add the minima of three samples of one sign, towards zero: the vertices of their parabolas. */
+MECHC_STATIC int mechc_add_dips(mechc_watch *watch, int event, int count)
+{
+    mechc_event_point *points = watch->points;
+    int all = count;
+    for (int i = 0; i + 2 < count; i++) {
+        const mechc_event_point a = points[i], b = points[i + 1], c = points[i + 2];
+        const int dips = fmin(a.value * b.value, b.value * c.value) > 0.0
+                      && fabs(b.value) <= fmin(fabs(a.value), fabs(c.value));
+        const double left = (b.t - a.t) * (b.value - c.value);
+        const double right = (c.t - b.t) * (b.value - a.value);
+        if (!dips || left + right == 0.0) continue;
+        const double at = b.t - 0.5 * ((b.t - a.t) * left - (c.t - b.t) * right) / (left + right);
+        points[all++] = (mechc_event_point){at, mechc_event_at(watch, event, at)};
+    }
+    return all;
+}
+
+/* A zero between two samples, by secant steps kept inside a bracket that is halved at least every
+ * third step; of an event with a reset to the last digit, for errors add up over resets. */
+MECHC_STATIC double mechc_event_root(mechc_watch *watch, int event, mechc_event_point before,
+                               mechc_event_point after)
+{
+    double low = before.t, high = after.t, f_low = before.value;
+    double f_high = mechc_event_at(watch, event, high);
+    const double target = 0.5 * mechc_located(fmax(fabs(low), fabs(high)));
+    for (int attempt = 0; attempt < 300 && fabs(high - low) > target && f_high != 0.0; attempt++) {
+        double middle = 0.5 * (low + high);
+        if (attempt % 3) {
+            double secant = high - f_high * (high - low) / (f_high - f_low);
+            /* a little past the secant's root, so that the bracket closes from both sides */
+            secant += copysign(0.45 * target, middle - secant);
+            if (fmin(low, high) < secant && secant < fmax(low, high)) middle = secant;
+        }
+        const double f = mechc_event_at(watch, event, middle);
+        if (f == 0.0 || (f < 0.0) != (f_low < 0.0)) high = middle, f_high = f;
+        else low = middle, f_low = f;
+    }
+    if (!mechc_event_resets(watch, event) || f_high == f_low) return high;
+    const double exact = high - f_high * (high - low) / (f_high - f_low);
+    return fmin(fmax(exact, fmin(low, high)), fmax(low, high));
+}
+
+/* The minimum of sign * value between two times, by golden section. */
+MECHC_STATIC mechc_event_point mechc_event_least(mechc_watch *watch, int event, double sign, double low,
+                                           double high)
+{
+    const double share = 0.5 * (sqrt(5.0) - 1.0);
+    double left = high - share * (high - low), right = low + share * (high - low);
+    double at_left = sign * mechc_event_at(watch, event, left);
+    double at_right = sign * mechc_event_at(watch, event, right);
+    for (int i = 0; i < 40; i++) {
+        if (at_left < at_right) {
+            high = right, right = left, at_right = at_left;
+            left = high - share * (high - low);
+            at_left = sign * mechc_event_at(watch, event, left);
+        } else {
+            low = left, left = right, at_left = at_right;
+            right = low + share * (high - low);
+            at_right = sign * mechc_event_at(watch, event, right);
+        }
+    }
+    return at_left < at_right ? (mechc_event_point){left, at_left}
+                              : (mechc_event_point){right, at_right};
+}
+
+/* Minima towards zero that may be zeros or none. */
+MECHC_STATIC void mechc_watch_grazing(mechc_watch *watch, int number, int count)
+{
+    mechc_event *event = watch->event + number;
+    const mechc_event_point *points = watch->points;
+    const double direction = watch->policy[number].direction;
+    int first = 0;
+    if (event->cleared > 0.0 && points[0].t == watch->start)
+        while (first < count && !(points[first].value > 2.0 * event->cleared)) first++;
+    for (int i = first; i + 2 < count && isnan(event->grazing); i++) {
+        const double sign = copysign(1.0, direction ? -direction : points[i].value);
+        const double a = sign * points[i].value, b = sign * points[i + 1].value;
+        const double c = sign * points[i + 2].value;
+        if (!(a > b && b < c && a > 0.0 && c > 0.0 && b <= 0.1 * event->size)) continue;
+        const mechc_event_point least =
+            mechc_event_least(watch, number, sign, points[i].t, points[i + 2].t);
+        if (fabs(least.value) <= MECHC_EVENT_GRAZES * watch->motion->rtol * event->size)
+            event->grazing = least.t;
+    }
+}
+
+/* The values of an event on the grid of `count` times; those close to the start of the piece go to the
+ * end of the points, how many of them into *close: the number of the others. */
+MECHC_STATIC int mechc_event_samples(mechc_watch *watch, int number, int count, int *close)
+{
+    mechc_event *event = watch->event + number;
+    mechc_event_point *points = watch->points;
+    const int halvings = count - MECHC_EVENT_SAMPLES - 1;
+    *close = 0;
+    for (int i = 0; i < count; i++) {
+        const double t = watch->grid[i];
+        const double *y = watch->on_grid + (ptrdiff_t)i * watch->motion->width;
+        const int near = i > 0 && i <= halvings;
+        if (near && fabs(t - watch->start) < event->near) continue;
+        const int place = i == 0 ? 0 : near ? MECHC_EVENT_SAMPLES + 1 + (*close)++ : i - halvings;
+        points[place] = (mechc_event_point){t, mechc_event_value(watch, number, t, y)};
+        event->size = fmax(event->size, fabs(points[place].value));
+    }
+    if (points[0].t == watch->start && event->side != 0.0)
+        points[0].value = event->side * 5e-324;
+    return MECHC_EVENT_SAMPLES + 1;
+}
+
+/* Whether a zero is the one at which the piece begins: of an event that resets nothing. */
+MECHC_STATIC int mechc_event_is_start(const mechc_watch *watch, int number, double t)
+{
+    return watch->event[number].side == 0.0 && !mechc_event_resets(watch, number)
+        && fabs(t - watch->start) <= mechc_located(t);
+}
+
+/* The zeros of one event in a step whose grid has `grid` times, in order; how many, or -1 where its
+ * value is no number. */
+MECHC_STATIC int mechc_event_zeros(mechc_watch *watch, int number, int grid, double *root)
+{
+    mechc_event *event = watch->event + number;
+    mechc_event_point *points = watch->points, near[MECHC_EVENT_HALVINGS];
+    const double begin = watch->grid[0], end = watch->grid[grid - 1];
+    const double direction = watch->policy[number].direction;
+    int roots = 0, close, count = mechc_event_samples(watch, number, grid, &close);
+    memcpy(near, points + count, (size_t)close * sizeof *near);
+    while (mechc_changes_fast(points, count)) {
+        if (count > MECHC_EVENT_MOST_SAMPLES) {
+            if (isnan(event->too_fast)) event->too_fast = begin;
+            break;
+        }
+        count = mechc_twice_as_many(watch, number, count);
+    }
+    count = mechc_add_dips(watch, number, count);
+    memcpy(points + count, near, (size_t)close * sizeof *near);
+    count += close;
+    qsort(points, (size_t)count, sizeof *points, end < begin ? mechc_later : mechc_earlier);
+    for (int i = 0; i < count; i++)
+        if (isnan(points[i].value)) return -1;
+    for (int i = 0; i + 1 < count; i++) {
+        const double a = points[i].value, b = points[i + 1].value;
+        const int crossed = a != 0.0 && (b == 0.0 || (a < 0.0) != (b < 0.0));
+        if (!crossed || !(direction * (b - a) >= 0.0)) continue;
+        root[roots] = mechc_event_root(watch, number, points[i], points[i + 1]);
+        roots += !mechc_event_is_start(watch, number, root[roots]);
+    }
+    if (mechc_event_resets(watch, number)) mechc_watch_grazing(watch, number, count);
+    return roots;
+}
+
+/* The place among its zeros in a step of the one at which an event ends or resets the motion; -1:
+ * none. */
+MECHC_STATIC int mechc_event_stop(const mechc_watch *watch, int number, int roots)
+{
+    const long terminal = watch->policy[number].terminal, before = watch->event[number].count;
+    if (!roots) return -1;
+    if (mechc_event_resets(watch, number)) return 0;
+    return terminal > 0 && terminal <= before + roots ? (int)(terminal - before - 1) : -1;
+}
+
+/* Search one step of the piece.  MECHC_RUNNING, MECHC_STOPPED_BY_EVENT with the time at which an event
+ * ends or resets the motion, or why the search failed. */
+MECHC_STATIC int mechc_watch_step(mechc_watch *watch, int piece, double begin, double end, double *stop)
+{
+    mechc_motion *motion = watch->motion;
+    double *root = watch->times;
+    const int grid = mechc_event_grid(watch, begin, end);
+    const ptrdiff_t first = watch->zeros;
+    ptrdiff_t kept = first;
+    watch->stopped_by = -1;
+    for (int k = 0; k < watch->count; k++) {
+        const int roots = watch->event[k].idle ? 0 : mechc_event_zeros(watch, k, grid, root);
+        const int at = roots < 0 ? -1 : mechc_event_stop(watch, k, roots);
+        if (roots < 0) {
+            watch->stopped_by = k;
+            return MECHC_EVENT_FAILED;
+        }
+        if (at >= 0 && (watch->stopped_by < 0 || motion->sense * (root[at] - *stop) < 0.0)) {
+            *stop = root[at];
+            watch->stopped_by = k;
+        }
+        for (int i = 0; i < roots && k < watch->own; i++)
+            if (!mechc_watch_keep(watch, k, root[i], piece, watch->states)) return MECHC_NO_MEMORY;
+    }
+    for (ptrdiff_t i = first; i < watch->zeros; i++) { /* those after the stop are omitted */
+        const mechc_event_zero zero = watch->zero[i];
+        if (watch->stopped_by >= 0 && motion->sense * (zero.t - *stop) > 0.0) {
+            watch->event[zero.event].count--;
+            continue;
+        }
+        if (watch->keeps_states)
+            motion->states(motion, 1, &zero.t, watch->zero_state + kept * motion->width);
+        watch->event[zero.event].latest = zero.t;
+        watch->zero[kept++] = zero;
+    }
+    watch->zeros = kept;
+    return watch->stopped_by < 0 ? MECHC_RUNNING : MECHC_STOPPED_BY_EVENT;
+}

@@ -1,0 +1,148 @@
+/* A motion up to times that are asked for one after the other, of which nothing is kept.
+ *
+ * A mechanism without loops and events is integrated up to the time itself.  One with loops may come to a
+ * change point, near which no step of the integrator should end: it is integrated in steps of their own
+ * length, beyond the time, where the dense output is read; what happens after the time is applied when a
+ * later one is asked for.  It begins again where inputs change.
+ */
+#pragma once
+
+#include <limits.h>
+#include "hybrid/driver.h"
+
+#define MECHC_AHEAD 100.0        /* s that a run which may be ahead goes on before it begins again; or */
+#define MECHC_STEPS_AHEAD 1000.0 /* times the interval to the time that is asked for */
+
+typedef struct {
+    mechc_hybrid hybrid;
+    mechc_options options; /* as they are asked for */
+    int ahead;             /* whether runs go beyond the times that are asked for */
+    double t, *y;          /* reached; the state there */
+} mechc_reacher;
+
+/* The motion begins at a time and state, the options' own. */
+MECHC_STATIC void mechc_reach_from(mechc_reacher *reacher, double t, const double *y)
+{
+    mechc_hybrid *hybrid = &reacher->hybrid;
+    mechc_hybrid_drop(hybrid);
+    reacher->t = t;
+    memcpy(reacher->y, y, (size_t)hybrid->motion.width * sizeof *y);
+    memcpy(hybrid->motion.p, reacher->options.p, (size_t)hybrid->motion.parameters * sizeof *y);
+    hybrid->inputs.segment = 0;
+    if (mechc_has_events(hybrid)) mechc_watch_begin(&hybrid->watch);
+    if (mechc_has_contacts(hybrid)) mechc_contacts_begin(&hybrid->contacts);
+}
+
+/* Of the steps the last state alone is kept. */
+MECHC_STATIC void mechc_forget_steps(mechc_hybrid *hybrid)
+{
+    mechc_trajectory *steps = &hybrid->run->trajectory;
+    const ptrdiff_t last = steps->count - 1, width = hybrid->motion.width;
+    if (last > 0) {
+        steps->t[0] = steps->t[last];
+        memmove(steps->y, steps->y + last * width, (size_t)width * sizeof(double));
+        steps->count = 1;
+    }
+    steps->crossing_count = 0;
+    hybrid->run->stats.steps = hybrid->run->stats.rejected = 0;
+    hybrid->searched = 0;
+}
+
+/* A run from the state at hand. */
+MECHC_STATIC int mechc_reach_begin(mechc_reacher *reacher, double t1, int method)
+{
+    mechc_hybrid *hybrid = &reacher->hybrid;
+    mechc_options options = reacher->options;
+    options.t0 = reacher->t;
+    options.t1 = t1;
+    options.method = method;
+    mechc_hybrid_drop(hybrid);
+    memcpy(hybrid->state, reacher->y, (size_t)hybrid->motion.width * sizeof(double));
+    return mechc_hybrid_go_on(hybrid, &options);
+}
+
+/* Where the run has come to. */
+MECHC_STATIC void mechc_reach_end(mechc_reacher *reacher)
+{
+    reacher->t = mechc_hybrid_end(&reacher->hybrid, reacher->y);
+}
+
+/* Up to the time itself; `changed`: inputs have other values. */
+MECHC_STATIC int mechc_reach_exactly(mechc_reacher *reacher, double t1, int changed)
+{
+    mechc_hybrid *hybrid = &reacher->hybrid;
+    mechc_motion *motion = &hybrid->motion;
+    if (!hybrid->live) mechc_reach_begin(reacher, t1, reacher->options.method);
+    else {
+        mechc_forget_steps(hybrid);
+        hybrid->options.t1 = t1;
+        mechc_enter_inputs(hybrid, reacher->t, reacher->y);
+        const double end = hybrid->given ? mechc_segment_end(hybrid->given, &hybrid->inputs, t1) : t1;
+        motion->unit->extend(hybrid->run, end, changed ? motion->inputs : 0);
+        hybrid->status = hybrid->run->status;
+    }
+    return mechc_hybrid_advance(hybrid, LONG_MAX);
+}
+
+/* Beside change points another method steps more surely. */
+MECHC_STATIC int mechc_is_beside(int status)
+{
+    return status == MECHC_UNDECIDED || status == MECHC_NO_STEP_FITS || status == MECHC_BRANCH_IN_DOUBT
+        || status == MECHC_BEND_TOO_SHARP || status == MECHC_STEP_TOO_SMALL;
+}
+
+/* Take steps of their own length until one has reached t1, or something happens before it; the status.
+ */
+MECHC_STATIC int mechc_reach_steps(mechc_hybrid *hybrid, double t1)
+{
+    if (hybrid->run->t < t1 && isnan(hybrid->stop)) mechc_forget_steps(hybrid);
+    while (hybrid->status == MECHC_RUNNING && hybrid->run->wanted < 0) {
+        if (isnan(hybrid->stop) && hybrid->run->t >= t1) break;
+        if (hybrid->stop > t1) break;
+        if (isnan(hybrid->stop) && hybrid->run->status == MECHC_RUNNING) {
+            hybrid->motion.unit->advance(hybrid->run, 1);
+            const int status = mechc_hybrid_search(hybrid);
+            if (status != MECHC_RUNNING) hybrid->status = status;
+            else if (hybrid->run->status != MECHC_FINISHED) hybrid->status = hybrid->run->status;
+        } else if (isnan(hybrid->stop)) hybrid->status = mechc_take_run_end(hybrid);
+        else hybrid->status = mechc_take_event(hybrid);
+    }
+    return hybrid->status;
+}
+
+/* Beyond the time. */
+MECHC_STATIC int mechc_reach_beyond(mechc_reacher *reacher, double t1, int changed)
+{
+    mechc_hybrid *hybrid = &reacher->hybrid;
+    int method = reacher->options.method;
+    if (changed) mechc_hybrid_drop(hybrid);
+    for (;;) {
+        const double ahead = fmax(MECHC_AHEAD, MECHC_STEPS_AHEAD * (t1 - reacher->t));
+        if (!hybrid->live) mechc_reach_begin(reacher, reacher->t + ahead, method);
+        const int status = mechc_reach_steps(hybrid, t1);
+        if (hybrid->live && hybrid->run->wanted >= 0) return MECHC_RUNNING;
+        if (status == MECHC_RUNNING || (hybrid->live && hybrid->run->t >= t1 && status == MECHC_FINISHED))
+            return status;
+        const int beside = mechc_is_beside(status) && method != MECHC_DOP853;
+        mechc_reach_end(reacher);
+        if (status != MECHC_FINISHED && !beside) return status;
+        method = beside ? MECHC_DOP853 : reacher->options.method;
+        mechc_hybrid_drop(hybrid);
+    }
+}
+
+/* The state at t1, later than what was reached; MECHC_RUNNING or MECHC_FINISHED, or why the motion has
+ * come to reacher->t alone.  Where the code of a method is wanted, ask again once it is there. */
+MECHC_STATIC int mechc_reach(mechc_reacher *reacher, double t1, int changed)
+{
+    mechc_hybrid *hybrid = &reacher->hybrid;
+    if (hybrid->live) hybrid->options.max_steps = reacher->options.max_steps;
+    const int status = (reacher->ahead ? mechc_reach_beyond : mechc_reach_exactly)(reacher, t1, changed);
+    const int reached = status == MECHC_RUNNING || status == MECHC_FINISHED;
+    if (hybrid->live && hybrid->run->wanted >= 0) return status;
+    if (reached && reacher->ahead) {
+        hybrid->motion.states(&hybrid->motion, 1, &t1, reacher->y);
+        reacher->t = t1;
+    } else mechc_reach_end(reacher);
+    return status;
+}

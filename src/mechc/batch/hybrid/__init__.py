@@ -1,1 +1,0 @@
-"""Batches whose members jump: events, contact, and controllers called at their instants."""

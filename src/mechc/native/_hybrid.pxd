@@ -1,0 +1,155 @@
+"""The driver of motions in C, for the other extensions."""
+
+from mechc.native._abi cimport (
+    mechc_options, mechc_outer, mechc_run, mechc_stats, mechc_trajectory, mechc_unit
+)
+from mechc.native._inputs cimport mechc_driven, mechc_inputs, mechc_signal
+
+
+cdef extern from "hybrid/reach.h":
+    int MECHC_EVENTS_ABI, MECHC_LAWS
+
+    ctypedef struct mechc_event_functions:
+        double (*value)(void *, double, const double *, const double *) noexcept nogil
+        void (*slopes)(void *, double, const double *, const double *, double *) noexcept nogil
+        int (*reset)(void *, double, const double *, const double *, double *) noexcept nogil
+        void *context
+
+    ctypedef int (*mechc_contact_table)(
+        void *, double, const double *, const double *, double *
+    ) noexcept nogil
+
+    ctypedef struct mechc_event_unit:
+        int abi, width, parameters, count
+        const mechc_event_functions *functions
+        mechc_contact_table contacts
+
+    ctypedef struct mechc_event_policy:
+        double direction
+        long terminal
+        int contact
+
+    ctypedef struct mechc_contact_laws:
+        int count
+        const unsigned char *has_gap
+        const unsigned char *has_friction
+        const int *event
+        int poisson
+        mechc_contact_table table
+        void *context
+
+    ctypedef struct mechc_sizes:
+        const unsigned char *dimensionless
+        const int *lengths
+        int length_count
+        const double *lowest
+        const double *highest
+
+    ctypedef struct mechc_motion:
+        const mechc_unit *unit
+        int coordinates, speeds, width, rows, parameters
+        mechc_sizes sizes
+        double *p
+        const mechc_inputs *inputs
+
+    ctypedef struct mechc_given_inputs:
+        const mechc_driven *driven
+        const mechc_signal *signals
+        const ptrdiff_t *knots
+        int signal_count, source_count
+        const double *kinks
+        ptrdiff_t kink_count
+        void (*due)(void *, double, const double *) noexcept nogil
+        void *context
+
+    ctypedef struct mechc_motion_inputs:
+        mechc_driven whole
+        ptrdiff_t segment
+
+    ctypedef struct mechc_event:
+        long count
+        double latest, grazing, too_fast
+
+    ctypedef struct mechc_event_zero:
+        int event, piece
+        double t
+
+    ctypedef struct mechc_watch:
+        int own, keeps_states, stopped_by
+        mechc_event_functions *functions
+        mechc_event_policy *policy
+        mechc_event *event
+        mechc_event_zero *zero
+        double *zero_state
+        ptrdiff_t zeros
+        int *cause
+        int causes
+
+    int MECHC_NO_LAW, MECHC_NO_MASS, MECHC_NO_RESTITUTION, MECHC_PUSHES
+
+    ctypedef struct mechc_contact_place:
+        int failed
+
+    ctypedef struct mechc_contacts:
+        mechc_contact_laws laws
+        mechc_contact_place place
+        int overlaps, why
+        double overlap
+        long lowered
+        double lowered_at, lowered_to
+
+    ctypedef struct mechc_piece:
+        const mechc_trajectory *steps
+        mechc_trajectory own
+        double cut
+        int jumps, causes
+        int *cause
+        double *p
+        int contacts
+        unsigned char *contact
+
+    ctypedef struct mechc_hybrid:
+        mechc_motion motion
+        mechc_options options
+        const mechc_given_inputs *given
+        mechc_motion_inputs inputs
+        mechc_watch watch
+        mechc_contacts contacts
+        int keeps, live, pieces, status
+        ptrdiff_t searched
+        double max_bytes, stop
+        mechc_run *run
+        mechc_piece **piece
+
+    ctypedef struct mechc_reacher:
+        mechc_hybrid hybrid
+        mechc_options options
+        int ahead
+        double t
+        double *y
+
+    mechc_piece *mechc_piece_make(const double *, int, int, int) nogil
+    mechc_piece *mechc_piece_share(mechc_piece *) nogil
+    void mechc_piece_leave(mechc_piece *) nogil
+
+    int mechc_hybrid_make(mechc_hybrid *, int) nogil
+    void mechc_hybrid_free(mechc_hybrid *) nogil
+    int mechc_hybrid_begin(mechc_hybrid *, const mechc_options *) nogil
+    int mechc_hybrid_advance(mechc_hybrid *, long) nogil
+    void mechc_hybrid_back(mechc_hybrid *, ptrdiff_t) nogil
+    double mechc_hybrid_end(mechc_hybrid *, double *) nogil
+    mechc_stats mechc_hybrid_stats(const mechc_hybrid *) nogil
+
+    void mechc_reach_from(mechc_reacher *, double, const double *) nogil
+    int mechc_reach(mechc_reacher *, double, int) nogil
+    int mechc_reach_begin(mechc_reacher *, double, int) nogil
+
+cdef extern from "hybrid/contact/read.h":
+    int mechc_piece_in_contact(const mechc_piece *) nogil
+    int mechc_read_contact(
+        const mechc_motion *, const mechc_contact_laws *, const mechc_piece *, ptrdiff_t,
+        const double *, double *
+    ) nogil
+    int mechc_impulses(
+        const double *, const double *, const double *, int, int, double *, double *, int *
+    ) nogil

@@ -1,0 +1,28 @@
+"""Motions of scenes, for the other extensions."""
+
+from mechc.native._abi cimport mechc_options, mechc_step_limits
+from mechc.native._driver cimport Scene
+from mechc.native._events cimport Events
+from mechc.native._hybrid cimport mechc_given_inputs, mechc_hybrid, mechc_sizes
+from mechc.native._inputs cimport Inputs
+
+
+cdef class Sizes:
+    cdef mechc_sizes sizes
+    cdef object kept
+
+
+cdef class Request:
+    cdef mechc_options options
+    cdef mechc_given_inputs given
+    cdef mechc_step_limits limits
+    cdef Scene scene
+    cdef Sizes sizes
+    cdef Inputs inputs
+    cdef Events events
+    cdef object due, kept
+    cdef readonly object p
+
+    cdef take_inputs(self, Inputs inputs, const double[::1] kinks)
+    cdef describe(self, mechc_hybrid *hybrid)
+    cdef give_events(self, mechc_hybrid *hybrid)

@@ -1,0 +1,484 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, initializedcheck=False
+"""Motions of compiled scenes: the driver in C, asked in parts, without the GIL."""
+
+import numpy as np
+
+from cpython.exc cimport PyErr_CheckSignals
+from libc.limits cimport LONG_MAX
+from libc.math cimport INFINITY, isnan
+from libc.string cimport memcpy
+
+from mechc.native._abi cimport (
+    MECHC_FINISHED, MECHC_INTERRUPTED, MECHC_PART_DRIVER, MECHC_PART_EXPLICIT, MECHC_PART_OUTPUTS,
+    MECHC_RUNNING, mechc_options, mechc_part_of_method, mechc_stats,
+    mechc_trajectory
+)
+from mechc.native._codes import CHANGE_POINT_POLICIES, METHODS
+from mechc.native._driver cimport Scene
+from mechc.native._events cimport Events
+from mechc.native._hybrid cimport (
+    MECHC_NO_LAW, MECHC_NO_MASS, MECHC_NO_RESTITUTION, MECHC_PUSHES, mechc_hybrid,
+    mechc_hybrid_advance, mechc_hybrid_back, mechc_hybrid_begin, mechc_hybrid_end, mechc_hybrid_free,
+    mechc_hybrid_make, mechc_hybrid_stats, mechc_piece, mechc_reach, mechc_reach_begin,
+    mechc_reach_from, mechc_reacher
+)
+from mechc.native._inputs cimport Inputs, array_of
+from mechc.native._pieces cimport LOOK, next_piece, seconds_now, with_stack
+from mechc.native._steps cimport Steps, steps_of
+
+
+ctypedef struct advancing:
+    mechc_hybrid *hybrid
+    const mechc_options *options
+    long left
+    ptrdiff_t piece
+
+ctypedef struct reaching:
+    mechc_reacher *reacher
+    double t
+    int changed, status
+
+
+cdef void begin_motion(void *given) noexcept nogil:
+    cdef advancing *job = <advancing *>given
+    mechc_hybrid_begin(job.hybrid, job.options)
+
+
+cdef void advance_a_while(void *given) noexcept nogil:
+    cdef advancing *job = <advancing *>given
+    cdef double started = seconds_now(), now = started, before
+    cdef long some
+    while (job.hybrid.status == MECHC_RUNNING and job.hybrid.run.wanted < 0 and job.left > 0
+           and now - started < LOOK):
+        some, before = min(job.piece, job.left), now
+        mechc_hybrid_advance(job.hybrid, some)
+        job.left -= some
+        now = seconds_now()
+        job.piece = next_piece(job.piece, now - before)
+
+
+cdef void reach_time(void *given) noexcept nogil:
+    cdef reaching *job = <reaching *>given
+    job.status = mechc_reach(job.reacher, job.t, job.changed)
+
+
+cdef void call_due(void *given, double t, const double *y) noexcept with gil:
+    cdef Request request = <Request>given
+    request.due(t, array_of(y, request.scene.width))
+
+
+cdef class Sizes:
+    """What tells the sizes of the components of a scene's states.
+
+    dimensionless : (nq + nu,)
+        Which contain no length.
+    lengths : (n,)
+        The parameters that are lengths.
+    lowest, highest : (np,)
+        Bounds of the parameters.
+    """
+
+    def __init__(self, const unsigned char[::1] dimensionless, const int[::1] lengths,
+                 const double[::1] lowest, const double[::1] highest):
+        self.kept = dimensionless, lengths, lowest, highest
+        self.sizes.dimensionless = &dimensionless[0]
+        self.sizes.length_count = lengths.shape[0]
+        if lengths.shape[0]:
+            self.sizes.lengths = &lengths[0]
+        if lowest.shape[0]:
+            self.sizes.lowest, self.sizes.highest = &lowest[0], &highest[0]
+
+
+cdef class Request:
+    """What is asked of motions of a scene: policy, parameters, inputs and events.
+
+    policy
+        A :class:`mechc.simulation.settings.Policy`.
+    p : (np,)
+        The parameters at the start.
+    inputs, kinks, due
+        Where the scene has inputs: these over the whole span, the times within it that no step may
+        cross, in its direction, and a function of t and y that is called at the start and there, or
+        None.
+    """
+
+    def __init__(self, Scene scene, Sizes sizes, policy, p, Inputs inputs=None, kinks=None, due=None,
+                 Events events=None):
+        cdef mechc_options *options = &self.options
+        cdef const double[::1] tolerances, times, longest, parameters = p
+        cdef int parts, method = METHODS[policy.method]
+        if parameters.shape[0] != scene.parameters:
+            raise ValueError("wrong number of parameters")
+        self.scene, self.sizes, self.inputs, self.events = scene, sizes, inputs, events
+        self.p, self.due = p.copy(), due
+        parts = MECHC_PART_DRIVER | mechc_part_of_method(method)
+        if events is not None:
+            parts |= MECHC_PART_OUTPUTS | (MECHC_PART_EXPLICIT if events.laws.count else 0)
+        scene.need(parts)
+        parameters = self.p
+        options.p = &parameters[0] if scene.parameters else NULL
+        options.rtol, options.atol = policy.rtol, NULL
+        if policy.atol is not None:
+            tolerances = policy.atol
+            options.atol = &tolerances[0]
+        options.first_step, options.max_step = policy.first_step, policy.max_step
+        options.max_steps, options.method, options.dense = policy.max_steps, method, policy.dense
+        options.on_change_point = CHANGE_POINT_POLICIES[policy.on_change_point]
+        options.may_stiffen = policy.stiff_switch
+        options.methods = scene.unit.methods
+        if policy.limits is not None:
+            times, longest = policy.limits
+            if times.shape[0] != longest.shape[0] + 1:
+                raise ValueError("limits need one time more than steps")
+            self.limits.count = longest.shape[0]
+            if self.limits.count:
+                self.limits.times, self.limits.longest = &times[0], &longest[0]
+                options.limits = &self.limits
+        self.kept = policy.atol, policy.limits, kinks
+        if inputs is not None:
+            self.take_inputs(inputs, kinks)
+
+    cdef take_inputs(self, Inputs inputs, const double[::1] kinks):
+        cdef mechc_given_inputs *given = &self.given
+        given.driven, given.signals, given.knots = &inputs.driven, inputs.signals, inputs.knots
+        given.signal_count, given.source_count = inputs.signal_count, inputs.source_count
+        given.kink_count = kinks.shape[0]
+        if kinks.shape[0]:
+            given.kinks = &kinks[0]
+        if self.due is not None:
+            given.due, given.context = call_due, <void *>self
+
+    cdef describe(self, mechc_hybrid *hybrid):
+        """The scene, its inputs and contacts, before room is made."""
+        hybrid.motion.unit = self.scene.unit
+        hybrid.motion.coordinates, hybrid.motion.speeds = self.scene.coordinates, self.scene.speeds
+        hybrid.motion.rows, hybrid.motion.parameters = self.scene.rows, self.scene.parameters
+        hybrid.motion.sizes = self.sizes.sizes
+        if self.inputs is not None:
+            hybrid.given = &self.given
+        if self.events is not None:
+            hybrid.contacts.laws = self.events.laws
+        if not mechc_hybrid_make(hybrid, 0 if self.events is None else self.events.count):
+            raise MemoryError()
+        if self.events is not None:
+            self.give_events(hybrid)
+
+    cdef give_events(self, mechc_hybrid *hybrid):
+        cdef Events events = self.events
+        memcpy(hybrid.watch.functions, events.functions,
+               events.count * sizeof(events.functions[0]))
+        memcpy(hybrid.watch.policy, events.policy, events.count * sizeof(events.policy[0]))
+
+
+cdef class Motion:
+    """A motion under way or finished, from the state y0 (nq + nu,) at t0 to t1.
+
+    Attributes
+    ----------
+    request
+        What is asked of it.
+    """
+
+    cdef mechc_hybrid hybrid
+    cdef readonly Request request
+    cdef int stop  # set to give up a step of a wide scene
+    cdef size_t stack
+    cdef ptrdiff_t piece  # attempted steps until the next check of the clock
+
+    def __init__(self, Request request, double t0, double t1, const double[::1] y0,
+                 double max_bytes=INFINITY):
+        cdef mechc_options options = request.options
+        cdef advancing job
+        self.request, self.stack, self.piece = request, request.scene.stack, 1
+        if y0.shape[0] != request.scene.width:
+            raise ValueError("wrong number of state components")
+        self.hybrid.keeps, self.hybrid.max_bytes = 1, max_bytes
+        self.hybrid.watch.keeps_states = 1
+        request.describe(&self.hybrid)
+        options.t0, options.t1, options.y0, options.stop = t0, t1, &y0[0], &self.stop
+        job.hybrid, job.options = &self.hybrid, &options
+        if self.stack:
+            with_stack(self.stack, begin_motion, &job, &self.stop)
+        else:
+            begin_motion(&job)  # of a small scene it takes less time than giving up the GIL
+
+    def __dealloc__(self):
+        mechc_hybrid_free(&self.hybrid)
+
+    def advance(self, long steps):
+        """At most `steps` further attempted steps, and no more than fit into a moment.
+
+        Returns the status code.  A pending signal (Ctrl-C) is raised as its handler says; the motion
+        stays usable.
+        """
+        cdef advancing job
+        job.hybrid, job.left, job.piece = &self.hybrid, steps, self.piece
+        try:
+            with_stack(self.stack, advance_a_while, &job, &self.stop)
+        finally:
+            if self.stop and self.hybrid.status == MECHC_INTERRUPTED:
+                self.hybrid.status = self.hybrid.run.status = MECHC_RUNNING  # from the last state
+            self.stop = 0
+        self.piece = job.piece
+        load_wanted(self.request.scene, &self.hybrid)
+        PyErr_CheckSignals()
+        return self.hybrid.status
+
+    @property
+    def status(self):
+        return self.hybrid.status
+
+    @property
+    def t(self):
+        """Time reached."""
+        return self.end()[0]
+
+    def end(self):
+        """The last time, and the state there (width,)."""
+        y = np.empty(self.request.scene.width)
+        cdef double[::1] state = y
+        if not self.hybrid.pieces:
+            raise ValueError("the motion has not begun")
+        return mechc_hybrid_end(&self.hybrid, &state[0]), y
+
+    def stats(self):
+        """Counters and the least conditioning met."""
+        return mechc_hybrid_stats(&self.hybrid)  # the struct as a dict, by the names of its fields
+
+    @property
+    def met_critical(self):
+        """Whether a critical configuration was found near a state: at the start, or in a step."""
+        return mechc_hybrid_stats(&self.hybrid).critical_gap < 1e300
+
+    @property
+    def pieces(self):
+        """Of each piece its steps, its parameters (np,), whether the state jumps at its start, the
+        events whose resets made that jump, the states of its contacts, and where it is cut or None."""
+        cdef mechc_piece *piece
+        found = []
+        for i in range(self.hybrid.pieces):
+            piece = self.hybrid.piece[i]
+            causes = tuple([piece.cause[k] for k in range(piece.causes)])
+            contacts = tuple([piece.contact[k] for k in range(piece.contacts)])
+            p = array_of(piece.p, self.request.scene.parameters)
+            cut = None if isnan(piece.cut) else piece.cut
+            steps = steps_of(self.request.scene, piece, p, self.request.inputs,
+                             self.request.events, self.request.sizes)
+            found.append((steps, p, bool(piece.jumps), causes, contacts, cut))
+        return found
+
+    def zeros(self):
+        """The events found: their numbers (n,), times (n,) and states (n, nq + nu)."""
+        cdef ptrdiff_t count = self.hybrid.watch.zeros, i
+        cdef int width = self.request.scene.width
+        numbers, times = np.empty(count, np.intp), np.empty(count)
+        for i in range(count):
+            numbers[i], times[i] = self.hybrid.watch.zero[i].event, self.hybrid.watch.zero[i].t
+        return numbers, times, array_of(self.hybrid.watch.zero_state, count * width).reshape(count, width)
+
+    def notes(self):
+        """Of each event the first times at which it may only touch zero, and from which it changes
+        too fast to follow, or NaN; impacts at which less than the whole restitution counted, the first
+        of them, and what counted there."""
+        touched = [(self.hybrid.watch.event[k].grazing, self.hybrid.watch.event[k].too_fast)
+                   for k in range(self.hybrid.watch.own)]
+        contacts = &self.hybrid.contacts
+        return touched, (contacts.lowered, contacts.lowered_at, contacts.lowered_to)
+
+    # -- in place of its steps checkpoints ----------------------------------------------------------
+
+    @property
+    def count(self):
+        """Number of accepted states of the last piece that are kept."""
+        return self.hybrid.run.trajectory.count
+
+    @property
+    def bytes_a_step(self):
+        """Of the record."""
+        return bytes_of_step(&self.hybrid.run.trajectory)
+
+    @property
+    def steps(self):
+        """The steps of the last piece that are kept."""
+        return steps_of(self.request.scene, self.hybrid.piece[self.hybrid.pieces - 1],
+                        self.request.p, self.request.inputs, None, self.request.sizes)
+
+    def keep_last(self):
+        """Keep of the steps the last state only, such that the run goes on as if it kept all."""
+        keep_last_state(&self.hybrid.run.trajectory, True)
+
+    def checkpoint(self):
+        """What :meth:`back_to` goes on from."""
+        cdef mechc_trajectory *record = &self.hybrid.run.trajectory
+        saved = np.empty(self.hybrid.motion.unit.saved_size(self.hybrid.run), dtype=np.uint8)
+        cdef unsigned char[::1] to = saved
+        self.hybrid.motion.unit.save(self.hybrid.run, &to[0])
+        dropped = record.dropped[0], record.dropped[1], record.dropped_count
+        return saved, dropped, self.hybrid.inputs.segment
+
+    def back_to(self, checkpoint):
+        """To a checkpoint of this motion; of its steps the state there is kept."""
+        cdef mechc_trajectory *record = &self.hybrid.run.trajectory
+        saved, dropped, segment = checkpoint
+        cdef const unsigned char[::1] kept = saved
+        self.hybrid.motion.unit.restore(self.hybrid.run, &kept[0])
+        keep_last_state(record, False)
+        record.dropped[0], record.dropped[1], record.dropped_count = dropped
+        mechc_hybrid_back(&self.hybrid, segment)
+
+    # -- why it failed ------------------------------------------------------------------------------
+
+    @property
+    def overlap(self):
+        """The contact whose parts overlap, and its gap; None: none do."""
+        if not self.hybrid.contacts.laws.count or self.hybrid.contacts.overlaps < 0:
+            return None
+        return self.hybrid.contacts.overlaps, self.hybrid.contacts.overlap
+
+    @property
+    def contact_failure(self):
+        """What of contacts could not be computed, "" for nothing, and the contact, or -1."""
+        if not self.hybrid.contacts.laws.count or not self.hybrid.contacts.why:
+            return "", -1
+        words = {
+            MECHC_NO_LAW: "no law", MECHC_NO_MASS: "no mass", MECHC_PUSHES: "negative",
+            MECHC_NO_RESTITUTION: "restitution",
+        }
+        return words[self.hybrid.contacts.why], self.hybrid.contacts.place.failed
+
+    @property
+    def failed_event(self):
+        """The event whose value was no number; None: a reset failed."""
+        return self.hybrid.watch.stopped_by if self.hybrid.live else None
+
+    @property
+    def last_causes(self):
+        """The events that the last change of the state was made by."""
+        return [self.hybrid.watch.cause[k] for k in range(self.hybrid.watch.causes)]
+
+    @property
+    def stopped_at(self):
+        """When the event came at which the motion failed."""
+        return self.hybrid.stop
+
+
+cdef size_t bytes_of_step(const mechc_trajectory *record):
+    return sizeof(double) * (1 + record.width * (1 + record.dense_rows))
+
+
+cdef void keep_last_state(mechc_trajectory *record, bint noted) noexcept:
+    """Forget the steps before the last state; ``noted``: their times are kept for the next step."""
+    cdef ptrdiff_t last = record.count - 1
+    if last > 0:
+        if noted:
+            record.dropped[1] = record.t[last - 2] if last > 1 else record.dropped[0]
+            record.dropped[0] = record.t[last - 1]
+            record.dropped_count = 2 if last > 1 or record.dropped_count else 1
+        record.t[0] = record.t[last]
+        memcpy(record.y, record.y + last * record.width, record.width * sizeof(double))
+        record.count = 1
+    record.crossing_count = 0
+
+
+cdef load_wanted(Scene scene, mechc_hybrid *hybrid):
+    """Load the code of a method that a run has gone over to."""
+    if hybrid.live and hybrid.run.wanted >= 0:
+        scene.need(mechc_part_of_method(hybrid.run.wanted))
+        hybrid.run.wanted = -1
+        return True
+    return False
+
+
+cdef class Stepping:
+    """A motion that is asked for at one time after the other, of which nothing is kept.
+
+    ahead
+        Whether runs go beyond the times that are asked for.
+    """
+
+    cdef mechc_reacher reacher
+    cdef readonly Request request
+    cdef object y
+    cdef int stop
+    cdef size_t stack
+
+    def __init__(self, Request request, double t, const double[::1] y0, bint ahead):
+        cdef double[::1] state = np.array(y0)
+        self.request, self.stack, self.y = request, request.scene.stack, np.asarray(state)
+        self.reacher.hybrid.max_bytes = INFINITY
+        request.describe(&self.reacher.hybrid)
+        self.reacher.options, self.reacher.ahead = request.options, ahead
+        self.reacher.options.dense = ahead
+        self.reacher.options.stop = &self.stop
+        self.reacher.y = &state[0]
+        mechc_reach_from(&self.reacher, t, &y0[0])
+
+    def __dealloc__(self):
+        mechc_hybrid_free(&self.reacher.hybrid)
+
+    def reach(self, double t, bint changed):
+        """Go on to t; ``changed``: inputs have other values than before.  The status code."""
+        cdef reaching job
+        job.reacher, job.t, job.changed = &self.reacher, t, changed
+        while True:
+            try:
+                with_stack(self.stack, reach_time, &job, &self.stop)
+            finally:
+                self.stop = 0
+            PyErr_CheckSignals()
+            if not load_wanted(self.request.scene, &self.reacher.hybrid):
+                return job.status
+            job.changed = False
+
+    @property
+    def t(self):
+        """Time reached."""
+        return self.reacher.t
+
+    def state(self):
+        """The state there (nq + nu,), a copy."""
+        return self.y.copy()
+
+    def go_to(self, double t, const double[::1] y):
+        """Go on from another state."""
+        mechc_reach_from(&self.reacher, t, &y[0])
+
+    def stats(self):
+        """Counters of the last step, and the least conditioning met."""
+        return mechc_hybrid_stats(&self.reacher.hybrid) if self.reacher.hybrid.pieces else {}
+
+    def steps(self):
+        """The steps since the last time that was asked for, or None."""
+        cdef mechc_hybrid *hybrid = &self.reacher.hybrid
+        if not hybrid.live:
+            return None
+        return steps_of(self.request.scene, hybrid.piece[hybrid.pieces - 1], self.request.p,
+                        self.request.inputs, self.request.events, self.request.sizes)
+
+    def save(self):
+        """The run as bytes, which contain addresses; None where there is none, or events are looked
+        for."""
+        cdef mechc_hybrid *hybrid = &self.reacher.hybrid
+        cdef unsigned char[::1] to
+        if not hybrid.live or self.request.events is not None:
+            return None
+        saved = np.empty(hybrid.motion.unit.saved_size(hybrid.run), dtype=np.uint8)
+        to = saved
+        hybrid.motion.unit.save(hybrid.run, &to[0])
+        return saved
+
+    def restore(self, double t, const double[::1] y, saved):
+        """Back to what :meth:`save` gave at this time and state."""
+        cdef const unsigned char[::1] kept
+        cdef double[::1] state = self.y
+        if saved is None or not self.reacher.hybrid.live:
+            self.go_to(t, y)
+        if saved is not None:
+            kept = saved
+            if not self.reacher.hybrid.live:
+                mechc_reach_begin(&self.reacher, t + 1.0, self.reacher.options.method)
+            self.reacher.hybrid.motion.unit.restore(self.reacher.hybrid.run, &kept[0])
+            self.reacher.hybrid.status = self.reacher.hybrid.run.status
+            self.reacher.hybrid.searched = 0
+        self.reacher.t = t
+        memcpy(&state[0], &y[0], y.shape[0] * sizeof(double))

@@ -1,1 +1,0 @@
-"""Scenes without a C compiler."""

@@ -1,0 +1,80 @@
+"""The laws of contacts as expressions of time, state and parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+from mechc.simulation.events.event import Event
+from mechc.simulation.events.expressions import MOST_KEPT
+from mechc.simulation.events.friction import FrictionLaw
+from mechc.simulation.events.stops import NEWTON, StopReset
+
+OPEN = 0
+WORDS = ("open", "held", "sticks", "slides +", "slides -")  # of mechc_contact_state
+
+
+@dataclass(frozen=True)
+class ContactLaw:
+    """One contact, or one place of dry friction; expressions over plain symbols.
+
+    Attributes
+    ----------
+    number
+        Among the events of the run.
+    gap, restitution
+        Of a stop; None for dry friction at a place that is always in contact.
+    slip
+        The speed of sliding; None without friction.
+    friction, static
+        Coefficients while it slides and while it sticks; without a gap the forces in N.
+    law
+        Of restitution.
+    """
+
+    number: int
+    gap: Any = None
+    restitution: Any = 0.0
+    slip: Any = None
+    friction: Any = 0.0
+    static: Any = 0.0
+    law: str = NEWTON
+
+
+def contact_laws(events: Sequence[Any]) -> list[ContactLaw]:
+    """The laws of those of a run's events that are contacts."""
+    found = []
+    for number, event in enumerate(events):
+        function, reset = getattr(event, "function", None), getattr(event, "reset", None)
+        if isinstance(function, FrictionLaw):
+            found.append(ContactLaw(number, None, 0.0, *function.expressions))
+        elif isinstance(event, Event) and isinstance(reset, StopReset):
+            gap, kept = reset.gap.expression, reset.restitution
+            found.append(ContactLaw(number, gap, kept, *reset.friction.expressions, reset.law))
+    return found
+
+
+@lru_cache(MOST_KEPT)
+def quantities(law: ContactLaw, nq: int, nu: int) -> list[Any]:
+    """The quantities of a contact by t, y = (q, u, q') and p: ``hybrid/events/functions.h``."""
+    from sympy import Integer, Symbol, diff, sympify
+
+    t = Symbol("t", real=True)
+    q, u, v = (
+        [Symbol(f"y{k}", real=True) for k in range(first, first + count)]
+        for first, count in ((0, nq), (nq, nu), (nq + nu, nq))
+    )
+
+    def along(value: Any) -> Any:
+        return diff(value, t) + sum(diff(value, x) * rate for x, rate in zip(q, v, strict=True))
+
+    gap = Integer(0) if law.gap is None else law.gap
+    slip = Integer(0) if law.slip is None else law.slip
+    rate = along(gap)
+    coefficients = map(sympify, (law.restitution, law.friction, law.static))
+    return [
+        gap, rate, along(rate), slip, along(slip), *coefficients,
+        *(diff(gap, x) for x in q), *(diff(slip, x) for x in u),
+    ]  # fmt: skip

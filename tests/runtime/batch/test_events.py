@@ -1,0 +1,214 @@
+"""Events with resets in a batch: every member is the run that `simulate` makes."""
+
+import pickle
+
+import numpy as np
+import pytest
+from sympy.physics.mechanics import dynamicsymbols
+
+import mechc
+from mechc.errors import EventError, MechcError, ValueOutOfBoundsError
+from tests.support.impacts import G, points_on_a_line
+from tests.support.pendulums import pushed_mass
+
+
+@pytest.fixture(scope="module")
+def ball():
+    return points_on_a_line("ball", 1, lambda q, u, m: -9.81 * m)
+
+
+BOUNCE = mechc.Event("q_0 < 0", reset={"u_0": "-u_0*(1 - m/10)"})
+EVENTS = [BOUNCE, mechc.Event("u_0", direction=-1)]
+
+
+@pytest.mark.parametrize("method", ["gauss8", "dop853", "dopri5", "radau5"])
+def test_ten_thousand_members_have_the_bits_of_simulate(ball, method):
+    count, times = 10_000, np.linspace(0.0, 3.0, 7)
+    starts = np.column_stack([np.linspace(0.5, 2.0, count), np.linspace(0.0, 1.0, count)])
+    masses = np.linspace(0.5, 1.5, count)
+    batch = ball.simulate_batch(
+        3.0, starts, {"m": masses}, events=EVENTS, method=method, t_eval=times, progress=False
+    )
+    assert (batch.event_counts[:, 0] > 1).all()
+    for k in (0, 1, 4999, 7777, count - 1):
+        given = {"params": {"m": masses[k]}, "events": EVENTS, "method": method}
+        one = ball.simulate(3.0, starts[k], **given)
+        np.testing.assert_array_equal(batch.y[k], one.y[-1])
+        np.testing.assert_array_equal(batch.y_eval[k], one(times))
+        assert [len(record.t) for record in one.events] == batch.event_counts[k].tolist()
+        assert [record.t[-1] for record in one.events] == batch.event_latest[k].tolist()
+        assert one.stats["steps"] == batch.steps[k]
+
+
+def test_a_member_does_not_depend_on_the_others_or_the_threads(ball):
+    starts = np.column_stack([np.linspace(0.1, 3.0, 300), np.zeros(300)])
+    given = {"events": EVENTS, "method": "dop853", "progress": False}
+    first = ball.simulate_batch(2.0, starts, threads=1, **given)
+    for other in (
+        ball.simulate_batch(2.0, starts, threads=4, chunk=37, **given),
+        ball.simulate_batch(2.0, starts[::-1].copy(), **given),
+    ):
+        step = 1 if (other.y0 == first.y0).all() else -1
+        np.testing.assert_array_equal(other.y[::step], first.y)
+        np.testing.assert_array_equal(other.event_counts[::step], first.event_counts)
+
+
+def test_reductions_go_on_over_jumps(ball):
+    """Of a ball that falls from 1 m and keeps 0.9 of its speed, until t = 1 s, in flight."""
+    batch = ball.simulate_batch(
+        1.0, [1.0, 0.0], events=BOUNCE, rtol=1e-12, progress=False,
+        reduce=["max(u_0)", "min(u_0)", "mean(q_0)", "first(u_0 > 0)", "first(u_0 > 5)",
+                "final(u_0)", "min(q_0)"],
+    )  # fmt: skip
+    hit, speed = np.sqrt(2 / G), np.sqrt(2 * G)
+    rest = 1.0 - hit
+    area = 1.0 * hit - G * hit**3 / 6 + 0.9 * speed * rest**2 / 2 - G * rest**3 / 6
+    assert batch["max(u_0)"][0] == pytest.approx(0.9 * speed, abs=1e-12)
+    assert batch["min(u_0)"][0] == pytest.approx(-speed, abs=1e-12)
+    assert batch["mean(q_0)"][0] == pytest.approx(area, abs=1e-12)
+    assert batch["first(u_0 > 0)"][0] == pytest.approx(hit, abs=1e-12)
+    assert np.isnan(batch["first(u_0 > 5)"][0])
+    assert batch["final(u_0)"][0] == pytest.approx(0.9 * speed - G * rest, abs=1e-12)
+    assert batch["min(q_0)"][0] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_tables_and_pickled_batches_have_the_events(ball):
+    batch = ball.simulate_batch(2.0, [[1.0, 0.0], [0.5, 0.0]], events=EVENTS, progress=False)
+    table = batch.to_xarray()
+    assert table["event_counts"].dims == table["event_latest"].dims == ("member", "event")
+    assert table["event_latest"].attrs["units"] == "s"
+    again = pickle.loads(pickle.dumps(batch))
+    np.testing.assert_array_equal(again.event_latest, batch.event_latest)
+
+
+def test_ends_of_members_have_the_status_of_simulate(ball):
+    third = mechc.Event("q_0", direction=-1, reset={"u_0": "-0.9*u_0"}, terminal=3)
+    stop = mechc.Event("q_0 < 0.5", terminal=True)
+    short = mechc.Event("q_0", direction=-1, reset={"u_0": "-0.3*u_0"})
+    nan = mechc.Event("q_0 - 0.5", reset={"u_0": "log(-q_0)"})
+    y0 = [[1.0, 0.0], [2.0, 0.0]]
+    for event in (third, stop, short):
+        batch = ball.simulate_batch(5.0, y0, events=event, progress=False, t_eval=[0.1, 5.0])
+        for k, start in enumerate(y0):
+            one = ball.simulate(5.0, start, events=event)
+            assert batch.status(k).code == one.status.code
+            np.testing.assert_array_equal(batch.y[k], one.y[-1])
+            assert batch.t[k] == one.t[-1]
+    failed = ball.simulate_batch(5.0, y0, events=nan, progress=False)
+    assert failed.status(0).code == "event failed"
+    assert failed.t[0] == pytest.approx(np.sqrt(1 / G))
+    limited = ball.simulate_batch(50.0, y0, events=BOUNCE, max_steps=20, progress=False)
+    assert limited.status(0).code == "too many steps"
+
+
+@pytest.fixture(scope="module")
+def pushed():
+    """A mass on a spring that a given force pushes against a wall."""
+    power = {"power": dynamicsymbols("F") * dynamicsymbols("u")}
+    return mechc.compile(
+        pushed_mass(), name="slider", defaults={"m": 2.0, "k": 0.0}, outputs=("energy", power)
+    )
+
+
+WALL = [mechc.Stop("q", 0.9), mechc.Event("u", direction=-1)]
+TIMES = np.array([0.0, 0.31, 0.5, 1.3, 2.0, 3.1])
+PUSH = np.array([-4.0, -9.0, 1.5, -7.0, 3.0, -6.0])
+
+
+@pytest.mark.parametrize("method", ["gauss8", "dop853", "radau5"])
+@pytest.mark.parametrize("kind", ["previous", "linear", "cubic", "numbers"])
+def test_members_with_inputs_have_the_bits_of_simulate(pushed, method, kind):
+    """The motion restarts at kinks, and at resets between these."""
+    count, times = 40, np.linspace(0.0, 3.0, 7)
+    starts = np.column_stack([np.linspace(0.2, 1.5, count), np.linspace(-1.0, 1.0, count)])
+    own = np.linspace(-9.0, -3.0, count)
+    forces = own if kind == "numbers" else mechc.Signal(TIMES, PUSH, kind)
+    given = {"events": WALL, "method": method, "params": {"k": 30.0}}
+    batch = pushed.simulate_batch(
+        3.0, starts, inputs={"F": forces}, t_eval=times, outputs=["power"], threads=2,
+        progress=False, **given,
+    )  # fmt: skip
+    assert (batch.event_counts[:, 0] > 1).all()
+    for k in (0, 7, 22, count - 1):
+        force = own[k] if kind == "numbers" else forces
+        one = pushed.simulate(3.0, starts[k], inputs={"F": force}, **given)
+        np.testing.assert_array_equal(batch.y[k], one.y[-1])
+        np.testing.assert_array_equal(batch.y_eval[k], one(times))
+        powers = one.model.output("power", one(times), t=times)
+        np.testing.assert_array_equal(batch["power"][k], powers)
+        assert [len(record.t) for record in one.events] == batch.event_counts[k].tolist()
+        assert [record.t[-1] for record in one.events] == batch.event_latest[k].tolist()
+
+
+def test_compiled_impacts_under_a_force_are_those_of_python(pushed):
+    """Times to 1e-12, by gauss8 and a signal of several pieces; a stop is a reset of the speed."""
+    for force in (
+        mechc.Signal(TIMES, PUSH, "linear"),
+        lambda t: -5.0 + 3.0 * np.cos(4.0 * t),
+        mechc.Sampled(lambda t, q, u: -6.0 - 2.0 * u[0], period=0.05, delay=0.02),
+    ):
+        by_python = mechc.Event(
+            lambda t, y: y[0], direction=-1, reset=lambda t, q, u: (q, -0.9 * u)
+        )
+        runs = [
+            pushed.simulate(
+                3.0, [0.7, 0.0], {"k": 3.0}, inputs={"F": force}, events=event, rtol=1e-13,
+                method="gauss8",
+            )
+            for event in (WALL[0], by_python)
+        ]  # fmt: skip
+        times = [sol.events[0].t for sol in runs]
+        assert len(times[0]) == len(times[1]) >= 2
+        np.testing.assert_allclose(times[0], times[1], atol=1e-12)
+        np.testing.assert_allclose(runs[0].y[-1], runs[1].y[-1], atol=1e-11)
+
+
+def test_a_folder_holds_the_events_and_knows_them(ball, tmp_path):
+    pytest.importorskip("zarr")
+    starts = np.column_stack([np.linspace(0.5, 2.0, 50), np.zeros(50)])
+    given = {"events": EVENTS, "chunk": 20, "progress": False, "reduce": ["max(u_0)"]}
+    here = ball.simulate_batch(2.0, starts, **given)
+    kept = ball.simulate_batch(2.0, starts, out=tmp_path / "b", **given)
+    (tmp_path / "b" / "mechc" / "chunk-000000000020.json").unlink()  # as if killed before
+    again = ball.simulate_batch(2.0, starts, out=tmp_path / "b", **given)
+    opened = mechc.open(tmp_path / "b", model=ball)
+    for other in (kept, again, opened):
+        for name in here.arrays:
+            np.testing.assert_array_equal(other[name], here[name])
+    other = [mechc.Event("q_0 < 0", reset={"u_0": "-0.9*u_0"}), EVENTS[1]]
+    with pytest.raises(MechcError, match="results of another request: events is"):
+        ball.simulate_batch(2.0, starts, out=tmp_path / "b", **{**given, "events": other})
+    told = tmp_path / "b" / "mechc" / "inputs.json"
+    told.write_text(told.read_text().replace('"directions": [-1.0', '"directions": [1.0'))
+    with pytest.raises(MechcError, match="damaged"):
+        mechc.open(tmp_path / "b", model=ball)
+
+
+def test_what_a_batch_with_events_cannot_have_is_refused(ball, tmp_path):
+    y0 = [[1.0, 0.0]]
+    by_python = mechc.Event(lambda t, y: y[0], reset=lambda t, q, u: (q, -u))
+    fails = mechc.Event(lambda t, y: 1 / 0)
+    for given, error, words in (
+        ({"events": by_python, "out": tmp_path / "kept"}, ValueOutOfBoundsError, "this process"),
+        ({"events": fails}, EventError, "ZeroDivisionError"),
+        ({"events": "q_9"}, MechcError, "q_9"),
+    ):
+        with pytest.raises(error, match=words):
+            ball.simulate_batch(1.0, y0, progress=False, **given)
+
+
+def test_functions_of_python_are_those_of_expressions(ball):
+    """The same members, one thread; also beside a crossing that ends them."""
+    by_python = mechc.Event(
+        lambda t, y: y[0], direction=-1, reset=lambda t, q, u: (q, -0.8 * u), terminal=9
+    )
+    by_text = mechc.Event("q_0", -1, terminal=9, reset={"u_0": "-0.8*u_0"})
+    starts = [[1.0, 0.0], [0.3, 1.0], [1.0, 4.0]]
+    for more in ({}, {"until": "first(q_0 > 1.5)"}):
+        one, other = (
+            ball.simulate_batch(2.0, starts, events=events, reduce=["max(q_0)"], **more)
+            for events in (by_python, by_text)
+        )
+        for name in ("y", "t", "status", "steps", "event_counts", "event_latest", "max(q_0)"):
+            np.testing.assert_array_equal(one[name], other[name])
+    assert other["t"][2] < 2.0

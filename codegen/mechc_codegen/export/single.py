@@ -21,7 +21,7 @@ _FLOATING = re.compile(r"(?:\d+\.\d*|\.\d+|\d+(?=[eE]))(?:[eE][+-]?\d+)?")
 _FUNCTIONS: Final = (
     *("acos", "asin", "atan", "atan2", "ceil", "cos", "cosh", "exp", "fabs", "floor", "fmax"),
     *("fmin", "fmod", "log", "pow", "sin", "sinh", "sqrt", "tan", "tanh"),
-    *("__builtin_fabs", "__builtin_sqrt"),
+    *("__builtin_fabs", "__builtin_fma", "__builtin_sqrt"),
 )
 _WORDS: Final[Mapping[str, str]] = {
     "double": "float",
@@ -33,7 +33,6 @@ _LEAST, _MOST = 1.1754943508222875e-38, 3.4028234663852886e38
 _REPLACED: Final[Mapping[str, str]] = {
     "dynamics/thresholds.h": "thresholds.h.in",
     "simd/rough.h": "rough.h.in",
-    "simd/scalar.h": "scalar.h.in",
     "simd/sine_cosine.h": "sine_cosine.h.in",
 }
 

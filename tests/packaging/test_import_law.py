@@ -163,7 +163,7 @@ def test_only_one_folder_knows_the_compiler_and_only_inside_functions() -> None:
 def test_the_runtime_loads_light(lines: str) -> None:
     heavy = [
         *("sympy", "scipy.integrate", "matplotlib", "xarray", "mechc_codegen", "Cython"),
-        *("jinja2", "markupsafe", "latex2mathml"),
+        *("jinja2", "markupsafe", "latex2mathml", "filelock"),
     ]
     script = f"import sys; {lines}; print([m for m in {heavy} if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)

@@ -8,10 +8,9 @@ disk.  The manifests are checked when a folder is opened and when a call resumes
 from __future__ import annotations
 
 import json
-import os
 import shutil
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -35,7 +34,7 @@ from mechc.batch.spec import Assembly, Columns, Compute, Recipe, checked_recipe,
 from mechc.batch.stored import manifests
 from mechc.compilation.find import system_of
 from mechc.errors import MechcError, MissingPackageError
-from mechc.files import MAKE, lock
+from mechc.files import locked
 from mechc.inputs.signals import PARTS, Signal
 from mechc.results.durable import replacing, write_text
 from mechc.results.files import reference_in
@@ -224,18 +223,16 @@ def _write_chunk(
 
 @contextmanager
 def _locked(folder: Path) -> Iterator[None]:
-    """One call at a time; the lock ends with the process that holds it."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        refuse_links(folder)
-        descriptor = os.open(folder / LOCK, MAKE, 0o666)
-    except OSError as error:
-        raise MechcError(f"cannot write into {folder}: {error.strerror}") from None
-    with open(descriptor, "rb") as file:
+    """One call at a time."""
+    with ExitStack() as until_end:
         try:
-            lock(file.fileno(), wait=False)
-        except OSError:
-            raise MechcError(f"another call is writing into {folder}") from None
+            folder.mkdir(parents=True, exist_ok=True)
+            refuse_links(folder)
+            alone = until_end.enter_context(locked(folder / LOCK, wait=False))
+        except OSError as error:
+            raise MechcError(f"cannot write into {folder}: {error.strerror}") from None
+        if not alone:
+            raise MechcError(f"another call is writing into {folder}")
         yield
 
 

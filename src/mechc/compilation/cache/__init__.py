@@ -18,7 +18,6 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-from mechc.compilation.cache.lock import locked
 from mechc.compilation.cache.security import (
     UnwritableError,
     folder_of_process,
@@ -32,7 +31,7 @@ from mechc.compilation.cache.security import (
 from mechc.compilation.cache.security import cache_folder as cache_folder
 from mechc.compilation.cache.size import keep_within, note_use
 from mechc.errors import CacheError, CompilerError
-from mechc.files import READ, owned_by_another, unlink_open, writable_by_others
+from mechc.files import READ, locked, owned_by_another, unlink_open, writable_by_others
 
 SHARED_OBJECT, SEAL = "scene.so", "scene.seal"
 _PART, _NOTE = r"\.[a-z0-9]+", ".note"

@@ -10,9 +10,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from mechc.compilation.cache.lock import locked_if_free
 from mechc.errors import CacheError
-from mechc.files import unlink_open
+from mechc.files import locked, unlink_open
 
 LARGEST = 2**30  # bytes, by default
 _LATELY = 3600.0  # s between two records of uses
@@ -77,7 +76,7 @@ def _remove(root: Path, key: str, unless_entry: bool = False) -> bool:
     """Remove an entry, its lock and its temporary files, unless a process is using it."""
     lock = root / f"{key}.lock"
     try:
-        with locked_if_free(lock) as free:
+        with locked(lock, wait=False) as free:
             if not free or (unless_entry and (root / key).exists()):
                 return False
             shutil.rmtree(root / key, ignore_errors=True)

@@ -85,10 +85,6 @@ def _with_real_bounds(expression: Expr) -> Expr:
     return expression.xreplace(compared)
 
 
-def _absolute(z: complex) -> complex:
-    return z if z.real >= 0.0 else -z
-
-
 def _atan2(y: complex, x: complex) -> complex:
     y, x = complex(y), complex(x)
     turning = (x.real * y.imag - y.real * x.imag) / (x.real**2 + y.real**2)
@@ -98,7 +94,7 @@ def _atan2(y: complex, x: complex) -> complex:
 # Functions that are not analytic, by what they do to a real argument and its derivative.
 _COMPLEX: Final[Mapping[str, Any]] = {
     **{name: value for name, value in vars(cmath).items() if not name.startswith("_")},
-    "abs": _absolute,
+    "abs": lambda z: z if z.real >= 0.0 else -z,
     "atan2": _atan2,
     "_real_part": lambda z: complex(z).real,
     "copysign": lambda size, z: math.copysign(complex(size).real, complex(z).real),

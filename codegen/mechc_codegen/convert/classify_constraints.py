@@ -226,7 +226,8 @@ def integrable(motion: Sequence[Expr], rates: Rates) -> bool:
     rows = forms.at(values)
     if rows is None:
         return False
-    suspects = [i for i in forms.undriven(values) if _coupled(rows[i])]
+    coupled = [sum(abs(x) > _NOTHING for x in scaled(row)) > 1 for row in rows]
+    suspects = [i for i in forms.undriven(values) if coupled[i]]
     if not suspects:
         return False
     slopes = forms.slopes(values)
@@ -235,10 +236,6 @@ def integrable(motion: Sequence[Expr], rates: Rates) -> bool:
     closed = any(_curvature(slopes, i, everything) < _FLAT for i in suspects)
     free = null_space(rows, size)
     return closed or all(_curvature(slopes, i, free) < _FLAT for i in suspects)
-
-
-def _coupled(row: Sequence[float]) -> bool:
-    return sum(abs(x) > _NOTHING for x in scaled(row)) > 1
 
 
 class _Forms:

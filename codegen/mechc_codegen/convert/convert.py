@@ -63,7 +63,8 @@ def convert(
     inputs = _inputs(source, settings, read, states)
     parameters = _parameter_symbols(source, settings, read, (*inputs.values(), *states.values()))
     kinematics = _kinematics(source, settings)
-    rates = Rates((source.q, source.u), kinematics, parameters, _expressions(inputs))
+    specified = {f: expression for f, expression in inputs.items() if expression is not None}
+    rates = Rates((source.q, source.u), kinematics, parameters, specified)
     source, added, held = split_accelerations(source, rates)
     configuration, motion, skipped = _constraints(source, settings, rates, kinematics)
     stationary = Stationary(source.frame)
@@ -237,10 +238,6 @@ def _named_in(expressions: Iterable[Any]) -> list[AppliedUndef]:
     """The functions of time in expressions, in order of their names."""
     found = {f for e in expressions if e is not None for f in sympify(e).atoms(AppliedUndef)}
     return sorted(found, key=str)
-
-
-def _expressions(inputs: Mapping[AppliedUndef, Expr | None]) -> dict[AppliedUndef, Expr]:
-    return {f: expression for f, expression in inputs.items() if expression is not None}
 
 
 def _described_states(

@@ -95,15 +95,15 @@ class _Links:
     def _struts(self, bodies: Mapping[Point, str]) -> list[tuple[str, tuple[Point, ...]]]:
         """Pairs of points at a constant distance that are on no rigid body."""
         ground = self.places.mechanism.frame
-        left = [w for k, w in enumerate(self._ways) if self._is_left(k, ground)]
+        left = [
+            way for k, way in enumerate(self._ways)
+            if k not in self._used and self._carriers[k] is not ground
+        ]  # fmt: skip
         return [
             (self._label(way, bodies), (self.same[way[0]], self.same[way[1]]))
             for way in left
             if self.places.keeps_its_length(way[2])
         ]
-
-    def _is_left(self, number: int, ground: object) -> bool:
-        return number not in self._used and self._carriers[number] is not ground
 
     def _label(self, way: Way, bodies: Mapping[Point, str]) -> str:
         a, b = self.same[way[0]], self.same[way[1]]

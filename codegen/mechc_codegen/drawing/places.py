@@ -69,10 +69,9 @@ class Places:
         return (other for other in frame._dcm_dict if self._are_known(frame.dcm(other)))
 
     def _moved(self, point: Point) -> Iterator[Point]:
-        return (other for other, way in point._pos_dict.items() if self._is_known(way))
-
-    def _is_known(self, way: Vector) -> bool:
-        return all(f in self._placed and self._are_known(matrix) for matrix, f in way.args)
+        for other, way in point._pos_dict.items():
+            if all(f in self._placed and self._are_known(matrix) for matrix, f in way.args):
+                yield other
 
     def _are_known(self, entries: Iterable[Expr]) -> bool:
         return all(_variables(self.expression(entry)) <= self._known for entry in entries)

@@ -10,8 +10,6 @@ import hashlib
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from importlib.resources import files
-from string import Template
 from typing import Any
 
 from sympy import diff
@@ -28,7 +26,7 @@ from mechc_codegen.emit.units.event_unit import EventExpressions, event_function
 from mechc_codegen.errors import CodegenError
 from mechc_codegen.export.amalgamate import included_headers
 from mechc_codegen.export.description import Unit, build_description, model_description
-from mechc_codegen.export.standalone import checked_name
+from mechc_codegen.export.standalone import checked_name, filled
 from mechc_codegen.export.variables import Values, open_inputs, output_sizes, variables
 from mechc_codegen.extension.flags import FLAGS, RUNTIME
 from mechc_codegen.ir.program import Program
@@ -170,8 +168,7 @@ def _sources(
     """The unit's file, the scene's headers, and those of the runtime that they include."""
     generated = program_texts(functions, metadata)
     lists = _lists(functions, metadata, values) | _events(functions, events)
-    template = files("mechc_codegen.export").joinpath("templates", "fmu.c.in").read_text("utf-8")
-    generated[SOURCE] = Template(template).substitute(lists | _head(metadata, options))
+    generated[SOURCE] = filled("fmu.c.in", lists, _head(metadata, options))
     runtime = included_headers(SOURCE, generated, RUNTIME)
     return generated | {path: (RUNTIME / path).read_text("utf-8") for path in runtime}
 

@@ -48,11 +48,6 @@ def single(text: str) -> str:
     return _TOKEN.sub(lambda found: _translated(found[0]), text)
 
 
-def number(value: float) -> str:
-    """A literal."""
-    return single(repr(value))
-
-
 def _translated(token: str) -> str:
     if token in _WORDS:
         return _WORDS[token]

@@ -72,7 +72,14 @@ def variables(
     """
     found = [Variable("time", "independent", "continuous", unit="s"), *_states(metadata, values)]
     found += [*_parameters(metadata, values), _drift(values)]
-    found += [*_inputs(metadata), *_outputs(metadata), *_indicators(events)]
+    given = [each["name"] for each in metadata.get("inputs", ()) if 0 in each["orders"]]
+    found += [Variable(name, "input", "continuous", start=0.0) for name in given]
+    found += _outputs(metadata)
+    found += [
+        Variable(f"mechc.event[{number}]", "local", "continuous", "calculated",
+                 description=f"zero at the event: {title}", is_indicator=True)
+        for number, title in enumerate(events)
+    ]  # fmt: skip
     names = distinct(plain_text(each.name) or "_" for each in found)
     return [
         replace(each, name=name, description=plain_text(each.description))
@@ -140,12 +147,6 @@ def _drift(values: Values) -> Variable:
     return Variable("mechc.drift", "parameter", "tunable", "exact", values.drift, "", told)
 
 
-def _inputs(metadata: Mapping[str, Any]) -> Iterator[Variable]:
-    for each in metadata.get("inputs", ()):
-        if 0 in each["orders"]:
-            yield Variable(each["name"], "input", "continuous", start=0.0)
-
-
 def _outputs(metadata: Mapping[str, Any]) -> Iterator[Variable]:
     for name in metadata["own"]:
         yield Variable(name, "output", "continuous", "calculated")
@@ -153,12 +154,6 @@ def _outputs(metadata: Mapping[str, Any]) -> Iterator[Variable]:
         for label in _labels(metadata, name, size):
             unit = _UNITS.get(name, "")
             yield Variable(label, "output", "continuous", "calculated", unit=unit)
-
-
-def _indicators(events: Sequence[str]) -> Iterator[Variable]:
-    for number, title in enumerate(events):
-        yield Variable(f"mechc.event[{number}]", "local", "continuous", "calculated",
-                       description=f"zero at the event: {title}", is_indicator=True)  # fmt: skip
 
 
 def _labels(metadata: Mapping[str, Any], name: str, size: int) -> Iterator[str]:

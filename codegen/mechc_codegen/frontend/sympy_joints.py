@@ -94,7 +94,8 @@ def from_joints(
     given = [(joint, joint_of(joint)) for joint in joints]
     ground = ground or _ground(name, [joint for _, joint in given])
     every = [_on_ground(joint, ground) for _, joint in given]
-    bodies = _bodies(every)
+    sides = dict.fromkeys(body for joint in every for body in (joint.parent, joint.child))
+    bodies = [body for body in sides if body is not None]
     tree = joint_tree(every, bodies)
     refuse_unreached(name, tree)
     states = _states([(old, new) for (old, _), new in zip(given, every, strict=True)])
@@ -139,11 +140,6 @@ def _ground(name: str, joints: Sequence[Joint]) -> RigidBody:
 def _on_ground(joint: Joint, ground: RigidBody) -> Joint:
     parent = None if joint.parent is ground else joint.parent
     return replace(joint, parent=parent, child=None if joint.child is ground else joint.child)
-
-
-def _bodies(joints: Iterable[Joint]) -> list[Body]:
-    sides = (body for joint in joints for body in (joint.parent, joint.child))
-    return list(dict.fromkeys(body for body in sides if body is not None))
 
 
 # -- coordinates, speeds, kinematics --------------------------------------------------------------

@@ -39,23 +39,13 @@ def all_values(mechanism: Mechanism, given: Mapping[str, float] | None) -> dict[
     Parameters with neither value nor default are omitted.
     """
     known = dict(given or {})
-    pending = [
-        p for p in mechanism.parameters
-        if p.default is not None and printed_name(p.symbol) not in known
-    ]  # fmt: skip
-    for _ in range(len(pending)):
-        numbers = {
-            p.symbol: known[printed_name(p.symbol)]
-            for p in mechanism.parameters
-            if printed_name(p.symbol) in known
-        }
-        for parameter in pending:
-            value = sympify(parameter.default).xreplace(
-                {symbol: sympify(number) for symbol, number in numbers.items()}
-            )
-            if value.is_number:
-                known[printed_name(parameter.symbol)] = float(value)
-        pending = [p for p in pending if printed_name(p.symbol) not in known]
+    names = {p.symbol: printed_name(p.symbol) for p in mechanism.parameters}
+    defaults = {p.symbol: sympify(p.default) for p in mechanism.parameters if p.default is not None}
+    for _ in defaults:  # one may follow another that follows a third
+        numbers = {symbol: sympify(known[n]) for symbol, n in names.items() if n in known}
+        for symbol, default in defaults.items():
+            if (value := default.xreplace(numbers)).is_number:
+                known.setdefault(names[symbol], float(value))
     return known
 
 

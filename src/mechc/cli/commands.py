@@ -118,7 +118,8 @@ def _parser() -> argparse.ArgumentParser:
     stored = _add(commands, "cache", "scenes compiled on demand", _cache)
     stored.add_argument("--clear", action="store_true", help="remove them")
     _add(commands, "doctor", "check compiler, cache and packages", _doctor)
-    suite_options(commands.add_parser("bench", **SUITE)).set_defaults(command=_bench)
+    suite = suite_options(commands.add_parser("bench", **SUITE))
+    suite.set_defaults(command=lambda chosen: bench(chosen.options))
     return parser
 
 
@@ -283,7 +284,3 @@ def _doctor(_: argparse.Namespace) -> int:
     checks = examine()
     print(written(checks))
     return 0 if all(well for _, well, _ in checks) else FAILED
-
-
-def _bench(chosen: argparse.Namespace) -> int:
-    return bench(chosen.options)

@@ -14,20 +14,20 @@ from mechc.compilation.library.catalogue import COMPILED_AT_INSTALL
 from mechc.errors import MechcError
 
 Check = tuple[str, bool, str]
-PACKAGES = ("numpy", "scipy", "sympy", "cython", "matplotlib", "xarray", "jinja2")
+PACKAGES = (
+    *("numpy", "scipy", "sympy", "cython", "matplotlib", "xarray", "jinja2", "latex2mathml"),
+    "filelock",
+)
 OPTIONAL = ("nbclient", "ipykernel")
 
 
 def examine() -> list[Check]:
     """(name, whether it is right, what was found) for everything that mechc needs."""
-    checks = [_python(), *(_package(name) for name in PACKAGES)]
+    checks = [("python", sys.version_info >= (3, 11), sys.version.split()[0])]
+    checks += [_package(name) for name in PACKAGES]
     checks += [_optional(name) for name in OPTIONAL]
     checks += [_shipped(name) for name in COMPILED_AT_INSTALL]
     return [*checks, _guarded("C compiler", _compiler), _guarded("cache", _cache)]
-
-
-def _python() -> Check:
-    return ("python", sys.version_info >= (3, 11), sys.version.split()[0])
 
 
 def _package(name: str) -> Check:

@@ -159,18 +159,14 @@ def _numeric(arguments: list[Any], entries: list[Any]) -> Any:
     from mechc_codegen.description.piecewise import Floor, Step, Where
     from sympy import lambdify
 
-    own = {Step.__name__: _step, Where.__name__: _where, Floor.__name__: np.floor}
+    own = {
+        Step.__name__: lambda x: np.where(x > 0, 1.0, 0.0),
+        Where.__name__: lambda chosen, one, other: np.where(chosen != 0, one, other),
+        Floor.__name__: np.floor,
+    }
     return lambdify(arguments, entries, modules=[own, "numpy"], cse=True, dummify=True)
 
 
 def _next(numbers: Any, count: int, leading: tuple[int, ...]) -> Array:
     parts = [np.broadcast_to(np.asarray(next(numbers), dtype=float), leading) for _ in range(count)]
     return np.stack(parts, axis=-1)
-
-
-def _step(x: Any) -> Any:
-    return np.where(x > 0, 1.0, 0.0)
-
-
-def _where(chosen: Any, one: Any, other: Any) -> Any:
-    return np.where(chosen != 0, one, other)

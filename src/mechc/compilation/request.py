@@ -88,7 +88,8 @@ def read_compilable(
         given["defaults"] = {**values, **given.get("defaults", {})}
     if "defaults" in given and readable(thing):
         numbers, given["defaults"] = split(given["defaults"], given.get("states", ()))
-    chosen = None if outputs is None else tuple([outputs] if _single(outputs) else outputs)
+    single = isinstance(outputs, (str, Mapping))
+    chosen = None if outputs is None else tuple([outputs] if single else outputs)
     request = CompileRequest(
         thing, CompileOptions(ConversionSettings(**given), dict(fix or {}), chosen, form)
     )
@@ -114,10 +115,6 @@ def _declared(parameters: Any) -> tuple[tuple[Any, ...], dict[Any, Any]]:
         return tuple([parameters] if isinstance(parameters, str) else parameters), {}
     by_name(parameters, "parameters", "{'mu': 0.3}")
     return tuple(parameters), {key: x for key, x in parameters.items() if x is not None}
-
-
-def _single(outputs: Any) -> bool:
-    return isinstance(outputs, (str, Mapping))
 
 
 # -- functions of a coordinate, by data -------------------------------------------------------

@@ -51,8 +51,8 @@ class ReportSection:
     def text(self) -> list[str]:
         """Lines without control characters of names."""
         rows = [tuple(clean_text(cell, LONGEST) for cell in row) for row in self.rows]
-        lines = _aligned(self.head, rows) if self.head else map(_told, rows)
-        return ["", self.heading, *lines]
+        plain = [f"{fact}: {value}" if fact else f"  {value}" for fact, value, *_ in rows]
+        return ["", self.heading, *(_aligned(self.head, rows) if self.head else plain)]
 
     def html(self) -> str:
         return f"<b>{escape(self.heading)}</b>{html_table(self.head or ('', ''), self.rows)}"
@@ -166,7 +166,9 @@ def _row_blocks(system: System) -> tuple[tuple[str, str], ...]:
 def _fallen(system: System, whole: Whole) -> ReportSection:
     """Parts that the scene does not need."""
     data = system.data
-    facts = [("loads", _loads(data["loads"])), ("third dimension", _third_dimension(data))]
+    given, zero = data["loads"]["given"], data["loads"]["zero"]
+    loads = f"{given}, of which {zero or 'none'} vanish" if given else "none"
+    facts = [("loads", loads), ("third dimension", _third_dimension(data))]
     if not system.constraint_names:
         facts.append(("constraints", "none: no closing of loops, no projection, no multipliers"))
     if data["fixed"]:
@@ -176,12 +178,6 @@ def _fallen(system: System, whole: Whole) -> ReportSection:
         names = ", ".join(data["skipped"])
         facts.append(("not in this scene", names + _saved_outputs(data, whole)))
     return ReportSection("what is omitted", tuple(facts))
-
-
-def _loads(loads: Mapping[str, int]) -> str:
-    if not loads["given"]:
-        return "none"
-    return f"{loads['given']}, of which {loads['zero'] or 'none'} vanish"
 
 
 def _third_dimension(data: Mapping[str, Any]) -> str:
@@ -243,17 +239,10 @@ def _build(system: System) -> ReportSection:
     return ReportSection("the build", tuple(facts))
 
 
-def _told(fact: Row) -> str:
-    return f"{fact[0]}: {fact[1]}" if fact[0] else f"  {fact[1]}"
-
-
 def _aligned(head: Row, rows: Sequence[Row]) -> list[str]:
     """Columns aligned: the first to the left, numbers to the right."""
     table = [head, *rows]
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-    return ["  ".join(_cells(row, widths)) for row in table]
-
-
-def _cells(row: Row, widths: Sequence[int]) -> list[str]:
-    numbers = zip(row[1:], widths[1:], strict=True)
-    return [row[0].ljust(widths[0]), *(number.rjust(width) for number, width in numbers)]
+    return [
+        "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]) for row in table
+    ]

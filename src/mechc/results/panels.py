@@ -112,17 +112,13 @@ def _mark_change_points(axes: Axes, times: tuple[float, ...], label: bool) -> No
     top = axes.secondary_xaxis("top")
     top.spines["top"].set_visible(False)
     top.tick_params(length=3, labelsize=7, pad=1, colors=QUIET)
-    few = len(times) <= 6 and _are_apart(axes, times)
+    first, last = axes.get_xlim()
+    few = len(times) <= 6 and bool(np.all(np.diff(sorted(times)) > 0.07 * (last - first)))
     marked = times if len(times) <= MOST_MARKED else ()
     top.set_ticks(marked, [f"{time:.4g}" for time in marked] if few else [""] * len(marked))
     plural = "s" * (len(times) > 1)
     text = f"change point{plural} at (s)" if few else f"{len(times)} change points"
     top.set_xlabel(text, fontsize=7, color=QUIET)
-
-
-def _are_apart(axes: Axes, times: tuple[float, ...]) -> bool:
-    first, last = axes.get_xlim()
-    return bool(np.all(np.diff(sorted(times)) > 0.07 * (last - first)))
 
 
 def draw_coordinates(area: SubplotSpec, run: Run) -> None:

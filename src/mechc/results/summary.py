@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from html import escape
 from typing import Any
 
@@ -18,17 +18,14 @@ MOST_TOLD = 1000  # change points in JSON
 
 def model_html(system: System) -> str:
     """The model for a notebook: title, coordinates, speeds, parameters."""
+    defaults = system.defaults
     rows = [
-        (name, q.description, q.unit, _default(system, name))
+        (name, q.description, q.unit, f"{defaults[name]:g}" if name in defaults else "")
         for name, q in system.quantities.items()
     ]
     head = ("name", "meaning", "unit", "default")
     about = f"{escape(system.title)}</b> {escape(f'mechc.Model {system.headline}')}"
     return f"<b>{about}{html_table(head, rows)}"
-
-
-def _default(system: System, name: str) -> str:
-    return f"{system.defaults[name]:g}" if name in system.defaults else ""
 
 
 def html_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -180,13 +177,9 @@ def json_summary(sol: Trajectory) -> dict[str, Any]:
         "change_points": [{"t": c.t, "q": list(c.q)} for c in sol.change_points[:MOST_TOLD]],
         "status": sol.status.code,
         "message": str(sol.status),
-        "parameters": _as_mapping(sol),
+        "parameters": dict(zip(sol.system.parameters, sol.params.tolist(), strict=True)),
     }
 
 
 def _number(value: float) -> float | None:
     return None if math.isnan(value) else value
-
-
-def _as_mapping(sol: Trajectory) -> Mapping[str, float]:
-    return dict(zip(sol.system.parameters, sol.params.tolist(), strict=True))

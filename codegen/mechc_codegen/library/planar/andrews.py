@@ -111,7 +111,12 @@ def andrews() -> Mechanism:
         coordinates=coordinates(q, "rad", *[f"angle {name}" for name in ANGLES]),
         speeds=speeds(rates, "rad/s", *[f"rate of {name}" for name in ANGLES]),
         kinematics=tuple(rates),
-        parameters=(*_parameters(m, I), *_load_parameters(T, c, l0)),
+        parameters=(
+            *_parameters(m, I),
+            parameter(T, 0.033, "N m", "torque on the crank"),
+            parameter(c, 4530.0, "N/m", "stiffness of the spring", positive=True),
+            parameter(l0, 0.07785, "m", "rest length of the spring", positive=True),
+        ),
         bodies=tuple(bodies),
         loads=((k1, T * r.z), *_spring(C, D, c, l0, bodies[2])),
         configuration_constraints=tuple(closure),
@@ -149,11 +154,3 @@ def _parameters(m: list[Symbol], I: list[Symbol]) -> list[Parameter]:
         parameter(I[k], INERTIAS[k], "kg m^2", about.format(k + 1), positive=True) for k in range(7)
     ]
     return [*lengths, *pivots, *masses, *inertias]
-
-
-def _load_parameters(T: Symbol, c: Symbol, l0: Symbol) -> list[Parameter]:
-    return [
-        parameter(T, 0.033, "N m", "torque on the crank"),
-        parameter(c, 4530.0, "N/m", "stiffness of the spring", positive=True),
-        parameter(l0, 0.07785, "m", "rest length of the spring", positive=True),
-    ]

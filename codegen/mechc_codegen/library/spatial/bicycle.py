@@ -85,7 +85,7 @@ def whipple_bicycle() -> Mechanism:
             *speeds([u[name] for name in NAMES[2:]], "rad/s", *[f"rate of: {a}" for a in ANGLES]),
         ),
         kinematics=tuple(u.values()),
-        parameters=_parameters(),
+        parameters=tuple(_parameter(name, value) for name, value in values().items()),
         bodies=tuple(made.bodies),
         loads=tuple(made.loads),
         configuration_constraints=(Constraint("front wheel on the ground", made.height, "m"),),
@@ -263,11 +263,6 @@ OF_BODIES = {
     "I_xz": ("kg m^2", "product of inertia of the {}"),
 }
 POSITIVE = ("r_rear", "r_front", "m", "I_xx", "I_yy", "I_zz")
-
-
-def _parameters() -> tuple[Parameter, ...]:
-    """The values of table 1 as defaults, with units."""
-    return tuple(_parameter(name, value) for name, value in values().items())
 
 
 def _parameter(name: str, value: float) -> Parameter:

@@ -22,10 +22,10 @@ _NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL}
 
 @contextmanager
 def locked(path: Path, *, wait: bool = True) -> Iterator[bool]:
-    """Hold the lock of a file; it ends with the process.  Whether it is held.
+    """Hold the lock of a file, which ends with the process; yields whether it is held.
 
-    It is not where another has it, unless this waits, nor on network file systems without locks:
-    there, two processes may do the same work at once.
+    It is not held where another has it, unless this waits, nor on network file systems without
+    locks: there, two processes may do the same work at once.
     """
     from filelock import FileLock, Timeout
 

@@ -38,7 +38,7 @@ _STRUCTURE: tuple[tuple[str, str, Callable[[Variable], bool]], ...] = (
 
 @dataclass(frozen=True)
 class Unit:
-    """What a description says of the whole unit."""
+    """The facts of a description that concern the whole unit."""
 
     identifier: str  # names of files: letters, digits and _
     title: str

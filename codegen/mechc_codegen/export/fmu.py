@@ -38,22 +38,22 @@ _PURE = (Kind.ANGLE, Kind.ANGULAR_SPEED, Kind.PURE, Kind.PURE_RATE)
 
 @dataclass(frozen=True)
 class FmuOptions:
-    """What an export is asked for.
+    """The settings of an export.
 
     Attributes
     ----------
     name
         Begins names of files.
     version
-        Of FMI, one of :data:`VERSIONS`.
+        Version of FMI, one of :data:`VERSIONS`.
     start
         State (nq + nu), SI units.
     values
         Parameters that were given, by name; the others have their defaults, and follow.
     end
-        Of the default experiment, s.
+        End of the default experiment, s.
     rtol, drift
-        Of co-simulation; the least drift that model exchange projects away.
+        Tolerance of co-simulation; the least drift that model exchange projects away.
     tool
         Name and version of what exports.
     derivatives
@@ -84,7 +84,7 @@ class FmuEvent:
 
 
 def fmu_request(request: OutputRequest, derivatives: bool) -> OutputRequest:
-    """With the derivatives that a unit offers."""
+    """The request with the derivatives that a unit offers."""
     if not derivatives:
         return request
     return replace(request, outputs=request.outputs | {"sensitivities"})
@@ -168,13 +168,7 @@ def _sources(
     """The unit's file, the scene's headers, and those of the runtime that they include."""
     generated = program_texts(functions, metadata)
     lists = _lists(functions, metadata, values) | _events(functions, events)
-    generated[SOURCE] = filled("fmu.c.in", lists, _head(metadata, options))
-    runtime = included_headers(SOURCE, generated, RUNTIME)
-    return generated | {path: (RUNTIME / path).read_text("utf-8") for path in runtime}
-
-
-def _head(metadata: Mapping[str, Any], options: FmuOptions) -> dict[str, Any]:
-    return {
+    head = {
         "title": plain_words(metadata["title"] or metadata["name"]),
         "name": options.name,
         "version": options.version,
@@ -185,6 +179,9 @@ def _head(metadata: Mapping[str, Any], options: FmuOptions) -> dict[str, Any]:
         "rtol": repr(float(options.rtol)),
         "drift": repr(float(options.drift)),
     }
+    generated[SOURCE] = filled("fmu.c.in", head, lists)
+    runtime = included_headers(SOURCE, generated, RUNTIME)
+    return generated | {path: (RUNTIME / path).read_text("utf-8") for path in runtime}
 
 
 def _lists(
@@ -207,7 +204,7 @@ def _lists(
         "dimensionless": _array(int(k in _PURE or i in states) for i, k in enumerate(kinds)),
         "length_count": len(lengths),
         "lengths": _array(lengths),
-    } | _calculated(functions, values)
+    } | _dependent_parameters(functions, values)
 
 
 def _events(functions: SceneFunctions, events: Sequence[FmuEvent]) -> dict[str, Any]:
@@ -240,7 +237,7 @@ def _c_number(value: float) -> str:
     return repr(float(value))
 
 
-def _calculated(functions: SceneFunctions, values: Values) -> dict[str, str]:
+def _dependent_parameters(functions: SceneFunctions, values: Values) -> dict[str, str]:
     """Statements that compute the parameters that follow others, and how these change."""
     symbols, real = functions.program.symbols.parameters, RealPrinter().real
     complete, follow = list[str](), list[str]()

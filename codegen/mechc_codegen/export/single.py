@@ -45,10 +45,10 @@ def headers() -> dict[str, str]:
 
 def single(text: str) -> str:
     """The text over floats."""
-    return _TOKEN.sub(lambda found: _translated(found[0]), text)
+    return _TOKEN.sub(lambda found: _translate(found[0]), text)
 
 
-def _translated(token: str) -> str:
+def _translate(token: str) -> str:
     if token in _WORDS:
         return _WORDS[token]
     if not _FLOATING.fullmatch(token):

@@ -253,7 +253,7 @@ def _symbols(
 def _parameters(
     given: Mapping[Key, Any] | Iterable[Parameter], found: Sequence[Symbol]
 ) -> list[Parameter]:
-    """Those given, in their order, then the others found."""
+    """The parameters given, in their order, then the others found."""
     if isinstance(given, Mapping):
         unknown = [k for k in given if isinstance(k, Symbol) and k not in found]
         known = [*found, *unknown]
@@ -303,16 +303,16 @@ class _Places:
         """Through its joints; to the mass centre where there is only one."""
         names = dict.fromkeys(p.name for p in self._on(body))
         if len(names) < 2:
-            names[self._listed(body.masscenter).name] = None
+            names[self._same_in_list(body.masscenter).name] = None
         return tuple(names)
 
     def _on(self, body: Body | None) -> Iterable[Point]:
         for joint in self.joints:
             if joint.parent is body:
-                yield self._listed(joint.parent_point)
+                yield self._same_in_list(joint.parent_point)
             if joint.child is body:
-                yield self._listed(joint.child_point)
+                yield self._same_in_list(joint.child_point)
 
-    def _listed(self, point: Point) -> Point:
+    def _same_in_list(self, point: Point) -> Point:
         place = self.place(point)
         return next((p for p in self.points if p.name == place.name), place)

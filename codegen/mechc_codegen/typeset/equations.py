@@ -29,7 +29,7 @@ def equation_groups(
     items: tuple[Item, ...], splits: Callable[[Any], bool]
 ) -> list[tuple[str, list[Equation]]]:
     """Label and equations of each group; ``splits``: which wide matrices go entry by entry."""
-    fitted = [part for item in items for part in _fitted(item, splits)]
+    fitted = [part for item in items for part in _whole_or_entries(item, splits)]
     groups = groupby(fitted, key=lambda item: item.label)
     return [
         (label, [Equation(item.left, _lines(item)) for item in group]) for label, group in groups
@@ -47,7 +47,7 @@ def _lines(item: Item) -> list[Formula]:
     return [sum_of(lines[0]), *(Formula(" ".join(line)) for line in lines[1:])]
 
 
-def _fitted(item: Item, splits: Callable[[Any], bool]) -> list[Item]:
+def _whole_or_entries(item: Item, splits: Callable[[Any], bool]) -> list[Item]:
     """The item, or its entries where it is a matrix wider than a line that may be split."""
     if not (isinstance(item.right, MatrixBase) and splits(item.right)):
         return [item]

@@ -28,15 +28,8 @@ _GREEK = {sign: translate(word) for word, sign in greek_unicode.items()}
 _LETTERS = _GREEK | {word: translate(word) for word in greek_unicode}
 _NAME = re.compile(r"([^\W\d_]+)(\d*)((?:_[^\W_]+)*)")
 _LONG = 60  # characters of a vector's component
-_TEX_TEXT = {
+_TEX_TEXT = {sign: f"\\{sign}" for sign in "{}$&#%_"} | {
     "\\": r"\textbackslash{}",
-    "{": r"\{",
-    "}": r"\}",
-    "$": r"\$",
-    "&": r"\&",
-    "#": r"\#",
-    "%": r"\%",
-    "_": r"\_",
     "^": r"\textasciicircum{}",
     "~": r"\textasciitilde{}",
     "<": r"\textless{}",

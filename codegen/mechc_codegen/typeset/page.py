@@ -29,14 +29,14 @@ _COMMON: dict[str, Any] = {
 }
 _HTML = Environment(
     **_COMMON,
-    autoescape=True, finalize=lambda value: value if _marked(value) else visible(str(value)),
+    autoescape=True, finalize=lambda value: value if _is_markup(value) else visible(str(value)),
 )  # fmt: skip
 _HTML.filters["mathml"] = lambda formula: Markup(mathml(formula))
 _LATEX = Environment(
     **_COMMON,
     block_start_string="<%", block_end_string="%>",
     variable_start_string="<<", variable_end_string=">>",
-    finalize=lambda value: value if _marked(value) else latex_text(str(value)),
+    finalize=lambda value: value if _is_markup(value) else latex_text(str(value)),
 )  # fmt: skip
 _LATEX.filters["latex"] = lambda formula: Markup(latex(formula))
 
@@ -45,7 +45,7 @@ for _environment in (_HTML, _LATEX):
     _environment.tests["formula"] = lambda cell: isinstance(cell, Formula)
 
 
-def _marked(value: Any) -> bool:
+def _is_markup(value: Any) -> bool:
     return isinstance(value, Markup)
 
 

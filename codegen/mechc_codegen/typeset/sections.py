@@ -53,7 +53,7 @@ class Derivation:
 
 
 @dataclass(frozen=True)
-class Derived:
+class UsersEquations:
     """A mechanism with its equations in the user's symbols."""
 
     mechanism: Mechanism
@@ -78,7 +78,7 @@ class Derived:
 
 def derivation(mechanism: Mechanism) -> Derivation:
     """Derive ``mechanism`` and set out every step, ready for either printer."""
-    derived = _derived(mechanism)
+    derived = _users_equations(mechanism)
     places = {"frame": mechanism.frame.name, "origin": mechanism.origin.name}
     sections = [
         Section(title, sentence.format_map(places), tuple(rule(derived)))
@@ -87,13 +87,13 @@ def derivation(mechanism: Mechanism) -> Derivation:
     return Derivation(mechanism, _scene(mechanism), tuple(s for s in sections if s.items))
 
 
-def _derived(mechanism: Mechanism) -> Derived:
+def _users_equations(mechanism: Mechanism) -> UsersEquations:
     equations = differentiate(derive(mechanism))
     symbols = equations.symbols
     plain = (*symbols.q, *symbols.u, *symbols.parameters, symbols.time)
     user = (*mechanism.q, *mechanism.x, *mechanism.u, *(p.symbol for p in mechanism.parameters))
     back = dict(zip(plain, (*user, dynamicsymbols._t), strict=True))
-    return Derived(mechanism, equations, back)
+    return UsersEquations(mechanism, equations, back)
 
 
 def _scene(mechanism: Mechanism) -> tuple[str, ...]:
@@ -133,19 +133,19 @@ def _points(mechanism: Mechanism) -> list[Point]:
     return [p for p in mechanism.points if p not in _mass_centres(mechanism)]
 
 
-def _rotations(derived: Derived) -> Iterator[Item]:
+def _rotations(derived: UsersEquations) -> Iterator[Item]:
     frame = derived.mechanism.frame
     for other in _frames(derived.mechanism):
         yield Item(_quantity("R", other.name, frame), frame.dcm(other))
 
 
-def _angular_velocities(derived: Derived) -> Iterator[Item]:
+def _angular_velocities(derived: UsersEquations) -> Iterator[Item]:
     frame, rates = derived.mechanism.frame, derived.mechanism.rates
     for other in _frames(derived.mechanism):
         yield Item(_quantity("ω", other.name, frame), other.ang_vel_in(frame).xreplace(rates))
 
 
-def _kinematics(derived: Derived) -> Iterator[Item]:
+def _kinematics(derived: UsersEquations) -> Iterator[Item]:
     mechanism = derived.mechanism
     for q, rate in zip(mechanism.q, mechanism.kinematics, strict=True):
         yield Item(formula(q.diff(dynamicsymbols._t)), rate)
@@ -163,12 +163,12 @@ def _velocities(mechanism: Mechanism, points: list[Point]) -> Iterator[Item]:
         yield Item(_quantity("v", point.name, frame), velocity)
 
 
-def _vanishing(derived: Derived, output: str) -> Iterator[Item]:
+def _vanishing(derived: UsersEquations, output: str) -> Iterator[Item]:
     for expression, label in zip(derived.elements(output), derived.labels(output), strict=True):
         yield Item(Formula("0"), expression, label)
 
 
-def _acceleration_constraints(derived: Derived) -> Iterator[Item]:
+def _acceleration_constraints(derived: UsersEquations) -> Iterator[Item]:
     if derived.labels("gamma"):
         jacobian, gamma = name("J", bold=True), name("gamma", bold=True)
         yield Item(jacobian, derived.matrix("constraint_jacobian", len(derived.mechanism.u)))
@@ -176,30 +176,30 @@ def _acceleration_constraints(derived: Derived) -> Iterator[Item]:
         yield Item(Formula(jacobian + formula(Matrix(_accelerations(derived)))), gamma)
 
 
-def _accelerations(derived: Derived) -> list[Expr]:
+def _accelerations(derived: UsersEquations) -> list[Expr]:
     return [u.diff(dynamicsymbols._t) for u in derived.mechanism.u]
 
 
-def _linear_momenta(derived: Derived) -> Iterator[Item]:
+def _linear_momenta(derived: UsersEquations) -> Iterator[Item]:
     mechanism = derived.mechanism
     for body, centre in zip(mechanism.bodies, _mass_centres(mechanism), strict=True):
         momentum = body.mass * velocity_of(centre, mechanism.frame)
         yield Item(_quantity("p", body.name), momentum.xreplace(mechanism.rates))
 
 
-def _angular_momenta(derived: Derived) -> Iterator[Item]:
+def _angular_momenta(derived: UsersEquations) -> Iterator[Item]:
     components, frame = derived.matrix("angular_momenta", 3), derived.mechanism.frame
     for k, body in enumerate(derived.mechanism.bodies):
         yield Item(_quantity("H", body.name), Vector([(components[k, :].T, frame)]))
 
 
-def _energies(derived: Derived) -> Iterator[Item]:
+def _energies(derived: UsersEquations) -> Iterator[Item]:
     for letter, output in (("T", "kinetic_energy"), ("V", "potential_energy")):
         (energy,) = derived.elements(output)
         yield Item(name(letter), energy)
 
 
-def _loads(derived: Derived) -> Iterator[Item]:
+def _loads(derived: UsersEquations) -> Iterator[Item]:
     for at, load in derived.mechanism.loads:
         letter = "T" if isinstance(at, ReferenceFrame) else "F"
         yield Item(_quantity(letter, at.name), load.xreplace(derived.mechanism.rates))
@@ -209,7 +209,7 @@ def _generalized_force(speed: Expr) -> Formula:
     return name("F", index=name(printed_name(speed)))
 
 
-def _active(derived: Derived) -> Iterator[Item]:
+def _active(derived: UsersEquations) -> Iterator[Item]:
     for u in derived.mechanism.u:
         yield Item(_generalized_force(u), active_force(derived.mechanism, u))
 
@@ -224,7 +224,7 @@ def active_force(mechanism: Mechanism, speed: Expr) -> Expr:
     return join_angles(total)
 
 
-def _inertia(derived: Derived) -> Iterator[Item]:
+def _inertia(derived: UsersEquations) -> Iterator[Item]:
     """-(M u') plus the forcing without loads."""
     mechanism = derived.mechanism
     unloaded = derive(replace(mechanism, loads=())).outputs["forcing"].elements
@@ -235,22 +235,22 @@ def _inertia(derived: Derived) -> Iterator[Item]:
         yield Item(Formula(f"{_generalized_force(u)}^{{*}}"), derived.shown(free) - reaction)
 
 
-def _mass_matrix(derived: Derived) -> Iterator[Item]:
+def _mass_matrix(derived: UsersEquations) -> Iterator[Item]:
     yield Item(name("M", bold=True), derived.matrix("mass_matrix", len(derived.mechanism.u)))
 
 
-def _forcing(derived: Derived) -> Iterator[Item]:
+def _forcing(derived: UsersEquations) -> Iterator[Item]:
     yield Item(name("F", bold=True), derived.matrix("forcing", 1))
 
 
-def _motion(derived: Derived) -> Iterator[Item]:
+def _motion(derived: UsersEquations) -> Iterator[Item]:
     left = name("M", bold=True) + formula(Matrix(_accelerations(derived)))
     if derived.labels("gamma"):
         left += rf" + \mathbf{{J}}^{{T}} {name('lambda', bold=True)}"
     yield Item(Formula(left), name("F", bold=True))
 
 
-_CONTENTS: tuple[tuple[str, str, Callable[[Derived], Iterable[Item]]], ...] = (
+_CONTENTS: tuple[tuple[str, str, Callable[[UsersEquations], Iterable[Item]]], ...] = (
     (
         "Rotation matrices",
         "Columns are the unit vectors of a link's frame, written in {frame}: multiplied by "

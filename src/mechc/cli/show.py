@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import mechc
-from mechc.cli.arguments import checked_options, known, options_of, page_ending, values_of
+from mechc.cli.arguments import checked_options, library_name, options_of, page_ending, values_of
 from mechc.cli.own_models import is_own, own_description, own_model
 from mechc.results.durable import write_text
 
@@ -18,7 +18,7 @@ def show_command(chosen: argparse.Namespace) -> int:
     from mechc.compilation.library.library import derivation_notes, derivation_page, mechanism_of
 
     own, ending = is_own(chosen.name), page_ending(chosen)
-    options = {} if own else checked_options(known(chosen.name), options_of(chosen.options))
+    options = {} if own else checked_options(library_name(chosen.name), options_of(chosen.options))
     model = own_model(chosen.name) if own else mechc.load(chosen.name, **options)
     params = values_of(model, chosen.parameters, model.parameters, "parameter")
     values = _values(model, params)

@@ -49,11 +49,11 @@ def event_functions(
     if asked not in _known:
         if len(_known) >= MOST_KNOWN:
             _known.clear()
-        _known[asked] = _made(events, width, parameters)
+        _known[asked] = _compile(events, width, parameters)
     return _known[asked]
 
 
-def _made(
+def _compile(
     events: Sequence[tuple[Any, Mapping[int, Any] | None, Any, bool]], width: int, parameters: int
 ) -> EventFunctions | None:
     from mechc_codegen.emit.units.event_unit import EventExpressions, event_unit
@@ -76,7 +76,7 @@ def loaded(text: str) -> EventFunctions:
     deciding = "\n".join([text, header, *FLAGS, *environment()])
     key = hashlib.sha256(deciding.encode()).hexdigest()
     if key not in _compiled:
-        made = entries.made(
+        made = entries.load_or_make(
             key, lambda folder: _make(text, folder), lambda path: EventFunctions(path, text)
         )
         _compiled[key] = made

@@ -85,12 +85,12 @@ class _Positions:
         return np.stack(where, axis=-2), np.stack(turned, axis=-3)
 
     def acting(self, y: Array, p: Array, t: float | Array) -> Array:
-        """Where the reactions of the joints act."""
+        """The places where the reactions of the joints act."""
         points, _ = self._all(y, p, t)
         return np.stack([points[point] for _, point in self._plan.joints], axis=-2)
 
     def pushing(self, y: Array, p: Array, t: float | Array) -> tuple[Array, Array]:
-        """Where the forces among the loads act, and the forces, along the inertial axes."""
+        """The places of the forces among the loads, and the forces, along the inertial axes."""
         points, turns = self._all(y, p, t)
         size = len(self._plan.arguments[1]) + len(self._plan.speeds)
         state = [y[..., k] for k in range(size)]
@@ -147,7 +147,7 @@ class _Positions:
         return points, turns
 
     def _turns(self, numbers: Any, leading: tuple[int, ...]) -> list[Array]:
-        """Of each frame the matrix that turns its components into inertial ones."""
+        """The matrix of each frame that turns its components into inertial ones."""
         turns = [np.broadcast_to(np.eye(3), (*leading, 3, 3))]
         for before, _ in self._plan.frames:
             turns.append(turns[before] @ _next(numbers, 9, leading).reshape(*leading, 3, 3))

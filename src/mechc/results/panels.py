@@ -391,16 +391,14 @@ def draw_overview(area: SubplotSpec, run: Run) -> None:
     for name, (draw, cell) in parts.items():
         drawn = len(figure.axes)
         draw(cell, run)
-        _entitle(figure.axes[drawn], name)
+        axes = figure.axes[drawn]
+        note = axes.get_title(loc="left")
+        title = f"{name}: {note}" if note else name
+        axes.set_title(title, loc="left", fontsize=10, color="#222222")
     heading = clean_text(run.model.title or run.model.name, 100)
     status = run.solution.status
     outcome = clean_text(getattr(status, "headline", str(status)), 180)
     figure.suptitle(f"{plain(heading)}\n{plain(outcome)}", fontsize=11)
-
-
-def _entitle(axes: Axes, name: str) -> None:
-    note = axes.get_title(loc="left")
-    axes.set_title(f"{name}: {note}" if note else name, loc="left", fontsize=10, color="#222222")
 
 
 def _draw_energy_wide(area: SubplotSpec, run: Run) -> None:

@@ -96,14 +96,18 @@ def _energy_check(sol: Trajectory) -> tuple[str, str]:
 
 
 def _work_done(sol: Trajectory) -> float:
-    """In the whole run, J."""
+    """The work done in the whole run, J."""
     return float(sol.work_until(sol.span[1]))
 
 
 def _passages(sol: Trajectory) -> list[tuple[str, str]]:
     """The first change points, and their number."""
     points = sol.change_points
-    rows = [("change point", f"{c.t:.9g} s, {_configuration(sol.system, c.q)}") for c in points[:3]]
+    rows = []
+    for c in points[:3]:
+        pairs = zip(sol.system.coordinates, c.q, strict=True)
+        place = ", ".join(f"{n} = {_shown(sol.system, n, v)}" for n, v in pairs)
+        rows.append(("change point", f"{c.t:.9g} s, {place}"))
     return [*rows, ("", f"and {len(points) - 3} more")] if len(points) > 3 else rows
 
 
@@ -127,12 +131,6 @@ def _extreme(sol: Trajectory, component: int, sign: int) -> float:
         near = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
         grid = np.linspace(*near, 65)
     return float(sign * values[best])
-
-
-def _configuration(system: System, q: tuple[float, ...]) -> str:
-    return ", ".join(
-        f"{n} = {_shown(system, n, v)}" for n, v in zip(system.coordinates, q, strict=True)
-    )
 
 
 def _parameters_in_words(sol: Trajectory) -> str:

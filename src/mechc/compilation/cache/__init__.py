@@ -80,7 +80,7 @@ def find(key: str) -> Path | None:
 
 
 def identity(shared: Path) -> tuple[int, int] | None:
-    """What tells this shared object from one that replaced it; None if it was removed."""
+    """A mark that tells this shared object from one that replaced it; None if it was removed."""
     try:
         status = shared.stat()
     except OSError:
@@ -96,7 +96,7 @@ def discard(key: str, known: tuple[int, int] | None) -> None:
             shutil.rmtree(root / key, ignore_errors=True)
 
 
-def remembered(what: str, stamp: str, make: Callable[[], str]) -> str:
+def cached_hash(what: str, stamp: str, make: Callable[[], str]) -> str:
     """The hash ``make()``, or its stored result for the same stamp.
 
     A note that cannot be read or written is ignored: it only saves time.

@@ -55,7 +55,7 @@ def keep_within(root: Path, keys: list[str], seal: str, kept: str) -> None:
     ``keys``: names of all entries and locks; locks without an entry are removed too.  Entries that
     another process is making or loading are not touched.
     """
-    found = sorted(_stored(root, keys, seal))
+    found = sorted(_entries(root, keys, seal))
     size, most = sum(entry.size for entry in found), most_bytes()
     for entry in found:
         if size > most and entry.folder.name != kept and _remove(root, entry.folder.name):
@@ -65,7 +65,7 @@ def keep_within(root: Path, keys: list[str], seal: str, kept: str) -> None:
         _remove(root, key, unless_entry=True)  # another process may have made it by now
 
 
-def _stored(root: Path, keys: list[str], seal: str) -> Iterator[Stored]:
+def _entries(root: Path, keys: list[str], seal: str) -> Iterator[Stored]:
     for key in keys:
         with suppress(OSError):
             size = sum(file.lstat().st_size for file in (root / key).iterdir())

@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 from mechc_codegen.description.mechanism import Constraint, Mechanism
-from mechc_codegen.library.parts import fixed_point, joint_angles, located, parameter
+from mechc_codegen.library.parts import fixed_point, joint_angles, locate, parameter
 from sympy import Symbol
 from sympy.physics.mechanics import ReferenceFrame, RigidBody, dot, dynamicsymbols, inertia
 
@@ -76,12 +76,12 @@ def apart(count: int) -> Mechanism:
 
     # Uprights, and couplers from the end of one to the end of the next.
     uprights, couplers = frames[: count + 1], frames[count + 1 :]
-    tops = [located(f"B_{i}", pivots[i], l * frame.x, frame, r) for i, frame in enumerate(uprights)]
-    ends = [located(f"C_{i}", tops[i], l * frame.x, frame, r) for i, frame in enumerate(couplers)]
+    tops = [locate(f"B_{i}", pivots[i], l * frame.x, frame, r) for i, frame in enumerate(uprights)]
+    ends = [locate(f"C_{i}", tops[i], l * frame.x, frame, r) for i, frame in enumerate(couplers)]
     starts = [*pivots, *tops[:-1]]
     bodies = []
     for k, (start, frame) in enumerate(zip(starts, frames, strict=True)):
-        centre = located(f"g_{k}", start, l / 2 * frame.x, frame, r)
+        centre = locate(f"g_{k}", start, l / 2 * frame.x, frame, r)
         about = (inertia(frame, 0, 0, m * l**2 / 12), centre)
         bodies.append(RigidBody(f"rod_{k}", centre, frame, m, about))
     closure = [

@@ -18,7 +18,7 @@ from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.library.parts import (
     coordinates,
     fixed_point,
-    located,
+    locate,
     parameter,
     speeds,
     weight,
@@ -131,8 +131,8 @@ def elbow() -> Mechanism:
     lower = upper.orientnew("lower", "Axis", (phi, r.z))
     upper.set_ang_vel(r, omega * r.z)
     lower.set_ang_vel(upper, nu * r.z)
-    joint = located("E", origin, -LENGTH * upper.y, upper, r)
-    end = located("F", joint, -LENGTH * lower.y, lower, r)
+    joint = locate("E", origin, -LENGTH * upper.y, upper, r)
+    end = locate("F", joint, -LENGTH * lower.y, lower, r)
     bobs = (Particle("first", joint, 1), Particle("second", end, 1))
     torque = (k * phi + c * nu) * r.z
     return Mechanism(

@@ -149,12 +149,12 @@ def export_wasm(
     and they are shorter beside change points.  At one the motion ends with a message: how it goes
     on is told by :func:`mechc.load`'s models alone.
     """
-    from mechc.compilation.exports.standalone import exported
+    from mechc.compilation.exports.standalone import read_export
     from mechc.compilation.exports.web import web
     from mechc.results.web.page import live_page, module_text
     from mechc.results.web.sliders import chosen_sliders
 
-    asked = exported(mechanism, y0, dict(params or {}), fix=fix, outputs=outputs, **options)
+    asked = read_export(mechanism, y0, dict(params or {}), fix=fix, outputs=outputs, **options)
     made = web(asked, name)
     about = made.about | chosen_sliders(made.about, asked.mechanism.start, sliders)
     module = module_text(made.wasm, about)
@@ -249,11 +249,11 @@ def export_fmu(
     The interface is the Functional Mock-up Interface, versions 2.0.4 and 3.0.2.
     """
     from mechc.compilation.exports.fmu import write_fmu
-    from mechc.compilation.exports.standalone import exported
+    from mechc.compilation.exports.standalone import read_export
 
     if not 0.0 < rtol <= 0.1 or not 0.0 <= drift < float("inf"):
         raise ValueOutOfBoundsError("rtol lies above 0 and up to 0.1, drift is a number from 0 on")
-    asked = exported(mechanism, y0, dict(params or {}), fix=fix, outputs=outputs, **options)
+    asked = read_export(mechanism, y0, dict(params or {}), fix=fix, outputs=outputs, **options)
     target = Path(file)
     with replacing(target) as part:
         write_fmu(

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import stat
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -15,54 +17,30 @@ _PRIVATE = getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)  # not for c
 # flags: there pipes have no names in folders, and links need an administrator's right.
 _PLAIN = _PRIVATE | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
 READ = os.O_RDONLY | _PLAIN
-MAKE = os.O_RDWR | os.O_CREAT | _PLAIN
+_NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL}
 
 
-if sys.platform == "win32":
-    import msvcrt
-    import time
+@contextmanager
+def locked(path: Path, *, wait: bool = True) -> Iterator[bool]:
+    """Hold the lock of a file, which ends with the process; yields whether it is held.
 
-    def lock(descriptor: int, *, wait: bool) -> None:
-        """Hold the lock of an open file until it is closed.
+    It is not held where another has it, unless this waits, nor on network file systems without
+    locks: there, two processes may do the same work at once.
+    """
+    from filelock import FileLock, Timeout
 
-        Raises
-        ------
-        OSError
-            If it cannot be locked; BlockingIOError if another process holds it, unless this waits.
-        """
-        while True:
-            os.lseek(descriptor, 0, os.SEEK_SET)
-            try:
-                msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
-                return
-            except PermissionError as held:
-                if not wait:
-                    raise BlockingIOError(held.errno, held.strerror) from None
-                time.sleep(_BETWEEN_TRIES)
-
-    def unlock(descriptor: int) -> None:
-        """Release it."""
-        os.lseek(descriptor, 0, os.SEEK_SET)
-        msvcrt.locking(descriptor, msvcrt.LK_UNLCK, 1)
-
-    _BETWEEN_TRIES = 0.05  # s; Windows' own call gives up after 10 s
-
-else:
-    import fcntl
-
-    def lock(descriptor: int, *, wait: bool) -> None:
-        """Hold the lock of an open file until it is closed.
-
-        Raises
-        ------
-        OSError
-            If it cannot be locked; BlockingIOError if another process holds it, unless this waits.
-        """
-        fcntl.flock(descriptor, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
-
-    def unlock(descriptor: int) -> None:
-        """Release it."""
-        fcntl.flock(descriptor, fcntl.LOCK_UN)
+    lock = FileLock(path, poll_interval=0.01, fallback_to_soft=False)
+    try:
+        lock.acquire(blocking=wait)
+    except Timeout:
+        pass
+    except OSError as error:
+        if error.errno not in _NO_LOCKS:
+            raise
+    try:
+        yield lock.is_locked
+    finally:
+        lock.release()
 
 
 def in_forked_child(function: Callable[[], Any]) -> None:

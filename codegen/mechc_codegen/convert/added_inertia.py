@@ -44,7 +44,7 @@ def split_accelerations(
     added: list[AddedInertia] = []
     for place, vector in source.loads:
         plain = vector.xreplace(second).xreplace(auxiliary)
-        if not _holds(plain, accelerations):
+        if not any(matrix.has(*accelerations) for matrix, _ in plain.args):
             loads.append((place, vector))
             continue
         if source.joints:
@@ -57,10 +57,6 @@ def split_accelerations(
     _refuse_asymmetric(source, rates, added)
     names = tuple(f"the load on {each.place.name}, which holds accelerations" for each in added)
     return replace(source, loads=tuple(loads)), tuple(added), names
-
-
-def _holds(vector: Vector, accelerations: Sequence[Expr]) -> bool:
-    return any(matrix.has(*accelerations) for matrix, _ in vector.args)
 
 
 def _linear(

@@ -49,7 +49,7 @@ class Evaluate:
     def _differences(
         self, x: Sequence[float], direction: Sequence[float], step: float = 1e-3
     ) -> list[float]:
-        """Of the fourth order."""
+        """Differences of the fourth order."""
 
         def at(times: float) -> list[float]:
             return self(*(a + times * step * b for a, b in zip(x, direction, strict=True)))
@@ -85,10 +85,6 @@ def _with_real_bounds(expression: Expr) -> Expr:
     return expression.xreplace(compared)
 
 
-def _absolute(z: complex) -> complex:
-    return z if z.real >= 0.0 else -z
-
-
 def _atan2(y: complex, x: complex) -> complex:
     y, x = complex(y), complex(x)
     turning = (x.real * y.imag - y.real * x.imag) / (x.real**2 + y.real**2)
@@ -98,7 +94,7 @@ def _atan2(y: complex, x: complex) -> complex:
 # Functions that are not analytic, by what they do to a real argument and its derivative.
 _COMPLEX: Final[Mapping[str, Any]] = {
     **{name: value for name, value in vars(cmath).items() if not name.startswith("_")},
-    "abs": _absolute,
+    "abs": lambda z: z if z.real >= 0.0 else -z,
     "atan2": _atan2,
     "_real_part": lambda z: complex(z).real,
     "copysign": lambda size, z: math.copysign(complex(size).real, complex(z).real),
@@ -116,10 +112,10 @@ def evaluator(arguments: Sequence[Expr], elements: Sequence[Expr]) -> Evaluate:
 
 def rank(rows: Rows) -> int:
     """Rank by elimination with full pivoting, rows scaled to one."""
-    return len(eliminated([scaled(row) for row in rows])[0])
+    return len(eliminate([scale_row(row) for row in rows])[0])
 
 
-def eliminated(
+def eliminate(
     rows: Rows, columns: int | None = None, tiny: float = _RANK
 ) -> tuple[list[int], Rows, list[int]]:
     """(pivot columns, reduced rows, columns without pivot); entries to the right of
@@ -150,7 +146,7 @@ def _clear_column(work: Rows, pivot_row: int, column: int) -> None:
             work[k] = [x - factor * y for x, y in zip(row, work[pivot_row], strict=True)]
 
 
-def scaled(row: Sequence[float]) -> list[float]:
+def scale_row(row: Sequence[float]) -> list[float]:
     """The row divided by its largest entry."""
     largest = max((abs(x) for x in row), default=0.0)
     return [x / largest for x in row] if largest > 0 else list(row)
@@ -160,7 +156,7 @@ def null_space(rows: Rows, columns: int) -> Rows:
     """A basis of the null space of the rows."""
     if not rows:
         return [[float(i == j) for j in range(columns)] for i in range(columns)]
-    pivots, reduced, free = eliminated([scaled(row) for row in rows])
+    pivots, reduced, free = eliminate([scale_row(row) for row in rows])
     basis = []
     for j in free:
         vector = [0.0] * columns
@@ -182,7 +178,7 @@ def solve_least(rows: Rows, right: Sequence[float]) -> list[float]:
     ]
     for i in range(size):
         square[i].append(right[i])
-    pivots, reduced, _ = eliminated(square, size, 1e-13)
+    pivots, reduced, _ = eliminate(square, size, 1e-13)
     multiples = [0.0] * size
     for pivot, row in zip(pivots, reduced, strict=True):
         multiples[pivot] = row[size]
@@ -237,8 +233,8 @@ def _terms(row: Sequence[float], x: Sequence[float], changed: Sequence[int]) -> 
     return max(1.0, sum(abs(a * x[i]) for a, i in zip(row, changed, strict=True)))
 
 
-def normalised(gap: Evaluate, size: int, places: Sequence[int]) -> Evaluate:
-    """The same rows, each with 1 as its largest slope by these arguments, where they are random.
+def normalise(gap: Evaluate, size: int, places: Sequence[int]) -> Evaluate:
+    """The rows, each with 1 as its largest slope by these arguments, where they are random.
 
     So what is small does not depend on units and factors of the rows.
     """

@@ -187,7 +187,7 @@ class _Turns:
         return True
 
     def _steps(self, frame: ReferenceFrame) -> Sequence[ReferenceFrame]:
-        """From the inertial frame to ``frame``; the inertial one alone where none leads there."""
+        """The frames from the inertial one to ``frame``; that one alone where none leads there."""
         way = [frame]
         while way[-1] in self._before:
             way.append(self._before[way[-1]])

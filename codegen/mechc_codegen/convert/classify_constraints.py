@@ -15,13 +15,13 @@ from sympy.physics.mechanics import dynamicsymbols
 
 from mechc_codegen.convert.algebra import (
     Rows,
-    eliminated,
+    eliminate,
     evaluator,
-    normalised,
+    normalise,
     null_space,
     random_point,
     rank,
-    scaled,
+    scale_row,
 )
 from mechc_codegen.errors import MechanismError
 
@@ -111,7 +111,7 @@ class RateRows:
         self._driven = [(place[value], place[rate]) for value, rate in driven]
         self._size = len(place)
         gap = evaluator(rates.symbols, list(configuration))
-        self._gap = normalised(gap, self._size, self._places) if configuration else None
+        self._gap = normalise(gap, self._size, self._places) if configuration else None
         self._kinematics = SpeedRows(rates, rates.kinematics)
 
     def points(self) -> list[list[float]]:
@@ -226,7 +226,8 @@ def integrable(motion: Sequence[Expr], rates: Rates) -> bool:
     rows = forms.at(values)
     if rows is None:
         return False
-    suspects = [i for i in forms.undriven(values) if _coupled(rows[i])]
+    coupled = [sum(abs(x) > _NOTHING for x in scale_row(row)) > 1 for row in rows]
+    suspects = [i for i in forms.undriven(values) if coupled[i]]
     if not suspects:
         return False
     slopes = forms.slopes(values)
@@ -235,10 +236,6 @@ def integrable(motion: Sequence[Expr], rates: Rates) -> bool:
     closed = any(_curvature(slopes, i, everything) < _FLAT for i in suspects)
     free = null_space(rows, size)
     return closed or all(_curvature(slopes, i, free) < _FLAT for i in suspects)
-
-
-def _coupled(row: Sequence[float]) -> bool:
-    return sum(abs(x) > _NOTHING for x in scaled(row)) > 1
 
 
 class _Forms:
@@ -289,7 +286,7 @@ class _Forms:
 def _inverse(matrix: Rows) -> Rows | None:
     size = len(matrix)
     augmented = [[*row, *(float(i == j) for j in range(size))] for i, row in enumerate(matrix)]
-    pivots, reduced, _ = eliminated(augmented, size, 1e-12)
+    pivots, reduced, _ = eliminate(augmented, size, 1e-12)
     if len(pivots) < size:
         return None
     rows: Rows = [[]] * size

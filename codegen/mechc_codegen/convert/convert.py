@@ -63,7 +63,8 @@ def convert(
     inputs = _inputs(source, settings, read, states)
     parameters = _parameter_symbols(source, settings, read, (*inputs.values(), *states.values()))
     kinematics = _kinematics(source, settings)
-    rates = Rates((source.q, source.u), kinematics, parameters, _expressions(inputs))
+    specified = {f: expression for f, expression in inputs.items() if expression is not None}
+    rates = Rates((source.q, source.u), kinematics, parameters, specified)
     source, added, held = split_accelerations(source, rates)
     configuration, motion, skipped = _constraints(source, settings, rates, kinematics)
     stationary = Stationary(source.frame)
@@ -75,7 +76,7 @@ def convert(
     refuse_contributing(source, reactions, rates, speeds_held)
     origin = source.origin or _origin(source)
     potential = potential_of(source, bodies, origin, stationary, kinematics)
-    given = _resolved(settings.units, "units", source, (*parameters, *states))
+    given = _by_symbol(settings.units, "units", source, (*parameters, *states))
     units = Units(source, read, kinematics, given)
     return Mechanism(
         name=settings.name or source.kind,
@@ -88,8 +89,8 @@ def convert(
         parameters=_parameters(source, settings, parameters, units, states),
         bodies=bodies,
         loads=source.loads,
-        configuration_constraints=_named("constraint", configuration),
-        motion_constraints=_named("velocity constraint", motion),
+        configuration_constraints=_numbered("constraint", configuration),
+        motion_constraints=_numbered("velocity constraint", motion),
         points=_points(bodies, origin),
         skipped=skipped,
         inputs=inputs,
@@ -159,7 +160,7 @@ def _refuse_integrable(motion: Sequence[Expr], rates: Rates, source: Source) -> 
         )
 
 
-def _named(kind: str, expressions: Sequence[Expr]) -> tuple[Constraint, ...]:
+def _numbered(kind: str, expressions: Sequence[Expr]) -> tuple[Constraint, ...]:
     return tuple(Constraint(f"{kind} {i}", e, "") for i, e in enumerate(expressions, start=1))
 
 
@@ -239,10 +240,6 @@ def _named_in(expressions: Iterable[Any]) -> list[AppliedUndef]:
     return sorted(found, key=str)
 
 
-def _expressions(inputs: Mapping[AppliedUndef, Expr | None]) -> dict[AppliedUndef, Expr]:
-    return {f: expression for f, expression in inputs.items() if expression is not None}
-
-
 def _described_states(
     source: Source,
     settings: ConversionSettings,
@@ -250,7 +247,7 @@ def _described_states(
     units: Units,
     parameters: Sequence[Symbol],
 ) -> tuple[State, ...]:
-    given = _resolved(settings.defaults, "defaults", source, (*parameters, *states))
+    given = _by_symbol(settings.defaults, "defaults", source, (*parameters, *states))
     return tuple(
         State(x, rate, Quantity(units.of(x), ""), _start(x, given.get(x)))
         for x, rate in states.items()
@@ -274,11 +271,11 @@ def _parameter_symbols(
         found |= sympify(expression).free_symbols
     for value in settings.defaults.values():
         found |= value.free_symbols if isinstance(value, Expr) else set()
-    found |= _declared(settings, found)
+    found |= _declared_symbols(settings, found)
     return sorted(found - {dynamicsymbols._t}, key=lambda s: (s.name, str(s.assumptions0)))
 
 
-def _declared(settings: ConversionSettings, known: Iterable[Symbol]) -> set[Symbol]:
+def _declared_symbols(settings: ConversionSettings, known: Iterable[Symbol]) -> set[Symbol]:
     """The symbols of the parameters that are declared; a text names a known one or a new one."""
     by_name = {symbol.name: symbol for symbol in known}
     found = {by_name.get(k) or Symbol(k) if isinstance(k, str) else k for k in settings.parameters}
@@ -295,7 +292,7 @@ def _parameters(
     units: Units,
     states: Iterable[AppliedUndef],
 ) -> tuple[Parameter, ...]:
-    defaults = _resolved(settings.defaults, "defaults", source, (*symbols, *states))
+    defaults = _by_symbol(settings.defaults, "defaults", source, (*symbols, *states))
     for symbol, value in defaults.items():
         held = value.atoms(AppliedUndef) if isinstance(value, Expr) else ()
         if held and symbol not in states:
@@ -304,7 +301,7 @@ def _parameters(
                 "a parameter follows parameters only; an expression of time, coordinates and "
                 f"speeds is given with inputs={{{printed_name(symbol)}: ...}}"
             )
-    declared = _declared(settings, symbols)
+    declared = _declared_symbols(settings, symbols)
     return tuple(
         Parameter(
             symbol, number(defaults.get(symbol)), Quantity(units.of(symbol), ""),
@@ -327,7 +324,7 @@ def number(value: Any) -> Expr | None:
     return Integer(int(exact)) if exact == int(exact) and abs(exact) < 2**53 else Float(exact)
 
 
-def _resolved(
+def _by_symbol(
     given: Mapping[Key, Any], what: str, source: Source, others: Sequence[Expr]
 ) -> dict[Expr, Any]:
     known: list[Expr] = [*source.q, *source.u, *others]
@@ -401,12 +398,12 @@ def _points(bodies: Sequence[RigidBody | Particle], origin: Point | None) -> tup
         while name in named:
             count += 1
             name = f"{point.name} ({count})"
-        named[name] = point if count == 1 else _renamed(point, name)
+        named[name] = point if count == 1 else _copy_named(point, name)
     return tuple(named.values())
 
 
-def _renamed(point: Point, name: str) -> Point:
-    """The same point by another name; the user's own keeps its name."""
+def _copy_named(point: Point, name: str) -> Point:
+    """A copy of the point by another name; the user's own keeps its name."""
     twin = copy(point)
     twin.name = name
     return twin

@@ -57,7 +57,7 @@ class Fingerprint:
         return hashlib.sha256("\n".join(self.lines).encode()).hexdigest()
 
     def without(self, symbols: set[Expr]) -> Fingerprint:
-        """The same with fewer symbols."""
+        """The fingerprint with fewer symbols."""
         other = copy(self)
         other.leaves = self.leaves - symbols
         return other

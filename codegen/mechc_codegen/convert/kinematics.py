@@ -58,7 +58,7 @@ def coordinate_rates(
             _refuse(q, columns or range(len(q)))
         block = ImmutableDenseMatrix([[matrix[i][j] for j in columns] for i in rows])
         right = [-rest[i] for i in rows]
-        solved = _exchanged(block, right, [q[j] for j in columns], configuration)
+        solved = _with_constraint_rate(block, right, [q[j] for j in columns], configuration)
         solved = solved or _solve(block, right)
         if solved is None:
             _refuse(q, columns)
@@ -99,7 +99,7 @@ def _solve(block: ImmutableDenseMatrix, right: list[Expr]) -> list[Expr] | None:
 
 
 def _determinant(rows: list[list[Expr]]) -> Expr:
-    """By expansion along the first row, without division."""
+    """The determinant by expansion along the first row, without division."""
     if len(rows) == 1:
         return rows[0][0]
     total = S.Zero
@@ -110,7 +110,7 @@ def _determinant(rows: list[list[Expr]]) -> Expr:
     return total
 
 
-def _exchanged(
+def _with_constraint_rate(
     block: ImmutableDenseMatrix,
     right: list[Expr],
     q: Sequence[AppliedUndef],

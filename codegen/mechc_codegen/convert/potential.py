@@ -110,7 +110,7 @@ def _of_loads(
     slopes = [S.Zero] * len(source.q)
     for place, vector in loads:
         components = [_at_rest(source, c) for c in vector.to_matrix(source.frame)]
-        moved = _moved(source, place, origin, rates)
+        moved = _displacements(source, place, origin, rates)
         if moved is None or any(_of_time(source, c) for c in (*components, *moved)):
             return None
         for j in range(len(source.q)):
@@ -124,7 +124,7 @@ def _of_time(source: Source, value: Expr) -> bool:
     return value is S.NaN or bool(plain.has(dynamicsymbols._t))
 
 
-def _moved(
+def _displacements(
     source: Source, place: Point | ReferenceFrame, origin: Point | None, rates: Sequence[Expr]
 ) -> ImmutableDenseMatrix | None:
     """Displacement of a point, or rotation of a frame, by each coordinate (3, nq)."""

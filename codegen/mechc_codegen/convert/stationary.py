@@ -8,7 +8,7 @@ from __future__ import annotations
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
 from sympy.physics.vector import Vector
 
-from mechc_codegen.description.placement import ZERO, Number3, Placement, steps_from
+from mechc_codegen.description.placement import ZERO, Number3, Placement, cross, steps_from
 from mechc_codegen.description.terms import is_rigid, velocity_of
 
 MOVES = 1e-9  # of values of the order of one
@@ -53,7 +53,7 @@ class Stationary:
         return self._spins[frame]
 
     def _velocity(self, point: Point) -> Number3:
-        """As by ``velocity_of``, step by step."""
+        """The velocity of ``velocity_of``, found step by step."""
         before = steps_from(point, lambda p: p._pos_dict)
         at = next((p for p in (point, *before) if self.frame in p._vel_dict), None)
         if at is None:
@@ -71,18 +71,10 @@ class Stationary:
         for matrix, frame in way.args:
             arm = self._placement.vector(Vector([(matrix, frame)]))
             sliding = self._placement.vector(Vector([(matrix.diff(dynamicsymbols._t), frame)]))
-            total = _sum(total, sliding, _cross(self._spin(frame), arm))
+            total = _sum(total, sliding, cross(self._spin(frame), arm))
         return total
 
 
 def _sum(*vectors: Number3) -> Number3:
     x, y, z = (sum(parts) for parts in zip(*vectors, strict=True))
     return x, y, z
-
-
-def _cross(a: Number3, b: Number3) -> Number3:
-    return (
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    )

@@ -55,7 +55,7 @@ class Placement:
         for matrix, frame in vector.args:
             entries = [self.value(entry) for entry in matrix]
             x, y, z = (
-                a + _dot(row, entries) for a, row in zip(total, self.rotation(frame), strict=True)
+                a + dot(row, entries) for a, row in zip(total, self.rotation(frame), strict=True)
             )
             total = (x, y, z)
         return total
@@ -65,7 +65,7 @@ class Placement:
         for step in _ways(frame, self._frames_before, self._frames):
             before = self._frames_before[step]
             turn = [[self.value(e) for e in row] for row in before.dcm(step).T.tolist()]
-            rows = [[_dot(row, column) for column in turn] for row in self._frames[before]]
+            rows = [[dot(row, column) for column in turn] for row in self._frames[before]]
             self._frames[step] = tuple((a, b, c) for a, b, c in rows)
         return self._frames[frame]
 
@@ -106,5 +106,15 @@ def _ways(place: Place, before: dict[Place, Place], known: dict[Place, Any]) -> 
     yield from reversed(way)
 
 
-def _dot(a: Sequence[float], b: Sequence[float]) -> float:
+def dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
+    """The scalar product of components, numbers or expressions."""
     return sum(x * y for x, y in zip(a, b, strict=True))
+
+
+def cross(a: Sequence[Any], b: Sequence[Any]) -> tuple[Any, Any, Any]:
+    """The vector product of components, numbers or expressions."""
+    return (
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    )

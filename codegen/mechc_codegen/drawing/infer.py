@@ -19,8 +19,8 @@ MOST_TRACED = 4
 Neighbours = Mapping[Point, Collection[Point]]
 
 
-def inferred(places: Places) -> Drawing:
-    """What can be drawn without a word from the user."""
+def infer_drawing(places: Places) -> Drawing:
+    """A drawing of what the mechanism itself shows, without a word from the user."""
     found = _Links(places)
     name = {point: name for name, point in reversed(places.names.items())}
     links = tuple((label, tuple(name[p] for p in line)) for label, line in found.links)
@@ -56,7 +56,7 @@ class _Links:
     def at_rest(self) -> list[Point]:
         """The points of links that do not move."""
         ground = self.places.mechanism.frame
-        fixed = self._connected(self.places.mechanism.origin, self._within(ground))
+        fixed = self._connected_points(self.places.mechanism.origin, self._within(ground))
         several = [line for _, line in self.links if len(line) > 1]
         return list(dict.fromkeys(p for line in several for p in line if p in fixed))
 
@@ -69,7 +69,7 @@ class _Links:
                 found.setdefault(self.same[b], {})[self.same[a]] = None
         return found
 
-    def _connected(self, start: Point, near: Neighbours) -> list[Point]:
+    def _connected_points(self, start: Point, near: Neighbours) -> list[Point]:
         found = [self.same[start]]
         for point in found:
             found += [other for other in near.get(point, ()) if other not in found]
@@ -82,7 +82,7 @@ class _Links:
             return (centre,)
         group = self.places.group_of(body.frame)
         near = self._within(group)
-        members = self._connected(centre, near)
+        members = self._connected_points(centre, near)
         self._used |= {
             k
             for k, (a, b, _) in enumerate(self._ways)
@@ -95,15 +95,15 @@ class _Links:
     def _struts(self, bodies: Mapping[Point, str]) -> list[tuple[str, tuple[Point, ...]]]:
         """Pairs of points at a constant distance that are on no rigid body."""
         ground = self.places.mechanism.frame
-        left = [w for k, w in enumerate(self._ways) if self._is_left(k, ground)]
+        left = [
+            way for k, way in enumerate(self._ways)
+            if k not in self._used and self._carriers[k] is not ground
+        ]  # fmt: skip
         return [
             (self._label(way, bodies), (self.same[way[0]], self.same[way[1]]))
             for way in left
             if self.places.keeps_its_length(way[2])
         ]
-
-    def _is_left(self, number: int, ground: object) -> bool:
-        return number not in self._used and self._carriers[number] is not ground
 
     def _label(self, way: Way, bodies: Mapping[Point, str]) -> str:
         a, b = self.same[way[0]], self.same[way[1]]

@@ -44,9 +44,9 @@ class Places:
         self.parameters = [p.symbol for p in mechanism.parameters if p.symbol.name in known]
         self._bound = {f: x for f, x in mechanism.inputs.items() if x is not None}
         self._known = {*mechanism.q, *mechanism.x, *self.parameters, dynamicsymbols._t}
-        self.frames = steps_from(mechanism.frame, self._turned)
+        self.frames = steps_from(mechanism.frame, self._oriented_from)
         self._placed = {mechanism.frame, *self.frames}
-        self.points = steps_from(mechanism.origin, self._moved)
+        self.points = steps_from(mechanism.origin, self._located_from)
         self._rigid_frames = self._groups_of_frames()
 
     def expression(self, given: Expr) -> Expr:
@@ -65,14 +65,13 @@ class Places:
         known = self._known | {*self.mechanism.u}
         return frame in self._placed and all(_variables(entry) <= known for entry in entries)
 
-    def _turned(self, frame: ReferenceFrame) -> Iterator[ReferenceFrame]:
+    def _oriented_from(self, frame: ReferenceFrame) -> Iterator[ReferenceFrame]:
         return (other for other in frame._dcm_dict if self._are_known(frame.dcm(other)))
 
-    def _moved(self, point: Point) -> Iterator[Point]:
-        return (other for other, way in point._pos_dict.items() if self._is_known(way))
-
-    def _is_known(self, way: Vector) -> bool:
-        return all(f in self._placed and self._are_known(matrix) for matrix, f in way.args)
+    def _located_from(self, point: Point) -> Iterator[Point]:
+        for other, way in point._pos_dict.items():
+            if all(f in self._placed and self._are_known(matrix) for matrix, f in way.args):
+                yield other
 
     def _are_known(self, entries: Iterable[Expr]) -> bool:
         return all(_variables(self.expression(entry)) <= self._known for entry in entries)

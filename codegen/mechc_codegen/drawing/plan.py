@@ -14,7 +14,7 @@ from sympy import Expr
 from sympy.physics.mechanics import Point, ReferenceFrame, dynamicsymbols
 
 from mechc_codegen.description.drawing import Drawing
-from mechc_codegen.drawing.infer import inferred
+from mechc_codegen.drawing.infer import infer_drawing
 from mechc_codegen.drawing.places import Places
 from mechc_codegen.drawing.solids import Shape, shapes, weight
 from mechc_codegen.drawing.struts import inferred_struts
@@ -83,7 +83,11 @@ def picture_plan(
     places = Places(mechanism, known)
     own = mechanism.drawing
     placed = set(own.names) <= set(places.names)
-    base = own if own.links and placed else _kept(inferred(places).plus(own), places.names)
+    base = (
+        own
+        if own.links and placed
+        else _of_known_points(infer_drawing(places).plus(own), places.names)
+    )
     _refuse_unknown(added, places.names)
     drawing = base.plus(added)
     if in_space:
@@ -101,7 +105,7 @@ def picture_plan(
 
 
 def _with_struts(drawing: Drawing, places: Places) -> Drawing:
-    """With the springs and dampers among the loads, of points that are not joined by one yet."""
+    """The drawing with the springs and dampers among the loads, where none joins their points."""
     taken = {frozenset(ends) for _, ends in (*drawing.springs, *drawing.dampers)}
     name = {point: name for name, point in places.names.items()}
     found: dict[str, list[tuple[str, tuple[str, ...]]]] = {"spring": [], "damper": []}
@@ -112,8 +116,8 @@ def _with_struts(drawing: Drawing, places: Places) -> Drawing:
     return drawing.plus(Drawing(springs=tuple(found["spring"]), dampers=tuple(found["damper"])))
 
 
-def _kept(drawing: Drawing, names: Collection[str]) -> Drawing:
-    """Without the points that are not known."""
+def _of_known_points(drawing: Drawing, names: Collection[str]) -> Drawing:
+    """The drawing without the points that are not known."""
     links = tuple((label, line) for label, line in drawing.links if {*line} <= {*names})
     ground, traced = ([n for n in kind if n in names] for kind in (drawing.ground, drawing.traced))
     return replace(drawing, links=links, ground=tuple(ground), traced=tuple(traced))

@@ -43,13 +43,13 @@ def shapes(places: Places, solids: Iterable[Solid]) -> list[Shape]:
     MechanismError
         If a given solid has a point or frame that is not placed, or sizes that are not known.
     """
-    given = [_given(places, solid) for solid in solids]
+    given = [_shape_of_solid(places, solid) for solid in solids]
     taken = {places.same.get(shape.at, shape.at) for shape in given}
     bodies = [b for b in places.bodies if places.same.get(b.masscenter) not in (None, *taken)]
     return [*given, *filter(None, (_of_body(places, body) for body in bodies))]
 
 
-def _given(places: Places, solid: Solid) -> Shape:
+def _shape_of_solid(places: Places, solid: Solid) -> Shape:
     frame = solid.frame or places.mechanism.frame
     if not places.is_placed(solid.at) or places.group_of(frame) is None:
         raise MechanismError(

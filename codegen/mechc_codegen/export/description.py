@@ -6,7 +6,7 @@ Input: its variables.  Output: XML of FMI 2.0 or 3.0.  Invariant: text of users 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
@@ -14,21 +14,31 @@ from xml.etree.ElementTree import Element, SubElement
 from mechc_codegen.export.units import exponents
 from mechc_codegen.export.variables import Variable, plain_text
 
-ABILITIES = {
-    "canGetAndSetFMUState": "true",
-    "canSerializeFMUState": "true",
-    "providesDirectionalDerivatives": "true",
+# Attributes of an interface in FMI 2.0 and in 3.0.
+_STATES = {
+    "2.0": ("canGetAndSetFMUstate", "canSerializeFMUstate"),
+    "3.0": ("canGetAndSetFMUState", "canSerializeFMUState"),
 }
-_OF_FMI2 = {
-    "canGetAndSetFMUState": "canGetAndSetFMUstate",
-    "canSerializeFMUState": "canSerializeFMUstate",
-    "providesDirectionalDerivatives": "providesDirectionalDerivative",
+_DERIVATIVES = {
+    "2.0": ("providesDirectionalDerivative",),
+    "3.0": ("providesDirectionalDerivatives", "providesAdjointDerivatives"),
 }
+# Variables that ModelStructure lists, with their element in FMI 2.0 (if it has one) and in 3.0.
+_STRUCTURE: tuple[tuple[str, str, Callable[[Variable], bool]], ...] = (
+    ("Outputs", "Output", lambda v: v.causality == "output"),
+    ("Derivatives", "ContinuousStateDerivative", lambda v: v.rate_of is not None),
+    (
+        "InitialUnknowns",
+        "InitialUnknown",
+        lambda v: v.initial == "calculated" and not v.is_indicator,
+    ),
+    ("", "EventIndicator", lambda v: v.is_indicator),
+)
 
 
 @dataclass(frozen=True)
 class Unit:
-    """What a description says of the whole unit."""
+    """The facts of a description that concern the whole unit."""
 
     identifier: str  # names of files: letters, digits and _
     title: str
@@ -53,8 +63,8 @@ def model_description(unit: Unit, variables: Sequence[Variable], source: str) ->
                tolerance=repr(unit.tolerance))  # fmt: skip
     listed = SubElement(root, "ModelVariables")
     for reference, variable in enumerate(variables):
-        (_variable3 if third else _variable2)(listed, reference, variable)
-    (_structure3 if third else _structure2)(SubElement(root, "ModelStructure"), variables)
+        _variable(listed, reference, variable, third)
+    _structure(SubElement(root, "ModelStructure"), variables, third)
     return _text(root)
 
 
@@ -87,12 +97,8 @@ def _head(unit: Unit, third: bool) -> dict[str, str]:
 
 
 def _interfaces(root: Element, unit: Unit, source: str, third: bool) -> None:
-    can = ABILITIES if third else {_OF_FMI2[name]: value for name, value in ABILITIES.items()}
-    can = {"modelIdentifier": unit.identifier, **can}
-    if not unit.derivatives:
-        del can["providesDirectionalDerivatives" if third else "providesDirectionalDerivative"]
-    if third and unit.derivatives:
-        can["providesAdjointDerivatives"] = "true"
+    able = _STATES[unit.version] + (_DERIVATIVES[unit.version] if unit.derivatives else ())
+    can = {"modelIdentifier": unit.identifier, **dict.fromkeys(able, "true")}
     asks = {"needsCompletedIntegratorStep": "true"} if third else {}  # to close loops
     exchange = SubElement(root, "ModelExchange", can | asks)
     together = SubElement(
@@ -114,74 +120,34 @@ def _units(root: Element, variables: Sequence[Variable]) -> None:
             SubElement(unit, "BaseUnit", {base: str(power) for base, power in known.items()})
 
 
-def _said(variable: Variable, reference: int) -> dict[str, str]:
-    """The attributes that both versions have."""
+def _variable(listed: Element, reference: int, variable: Variable, third: bool) -> None:
+    """FMI 3.0 has one element for what 2.0 says in two."""
     said = {"name": variable.name, "valueReference": str(reference)}
     if variable.description:
         said["description"] = variable.description
     said |= {"causality": variable.causality, "variability": variable.variability}
     if variable.initial and variable.causality != "input":
         said["initial"] = variable.initial
-    return said
-
-
-def _number(variable: Variable, reference: int) -> dict[str, str]:
-    """Those of a real number."""
-    said = {"unit": plain_text(variable.unit)} if variable.unit else {}
+    number = {"unit": plain_text(variable.unit)} if variable.unit else {}
     bounds = {"min": variable.lower, "max": variable.upper, "start": variable.start}
-    return said | {key: repr(float(x)) for key, x in bounds.items() if x is not None}
-
-
-def _variable3(listed: Element, reference: int, variable: Variable) -> None:
-    said = {**_said(variable, reference), **_number(variable, reference)}
+    number |= {key: repr(float(x)) for key, x in bounds.items() if x is not None}
     if variable.rate_of is not None:
-        said["derivative"] = str(variable.rate_of)
+        number["derivative"] = str(variable.rate_of + (not third))  # 2.0: the place, from 1
     if variable.causality == "output" and variable.initial == "exact":
-        said["reinit"] = "true"  # loops may be closed in event mode
-    SubElement(listed, "Float64", said)
+        number["reinit"] = "true"  # loops may be closed in event mode
+    if third:
+        SubElement(listed, "Float64", said | number)
+    else:
+        SubElement(SubElement(listed, "ScalarVariable", said), "Real", number)
 
 
-def _variable2(listed: Element, reference: int, variable: Variable) -> None:
-    number = _number(variable, reference)
-    if variable.rate_of is not None:
-        number["derivative"] = str(variable.rate_of + 1)  # its place in the list, from 1
-    if variable.causality == "output" and variable.initial == "exact":
-        number["reinit"] = "true"
-    SubElement(SubElement(listed, "ScalarVariable", _said(variable, reference)), "Real", number)
-
-
-# Outputs, rates, and what is unknown at the start.
-_KINDS: Mapping[str, Callable[[Variable], bool]] = {
-    "outputs": lambda variable: variable.causality == "output",
-    "rates": lambda variable: variable.rate_of is not None,
-    "unknown": lambda variable: variable.initial == "calculated" and not variable.is_indicator,
-    "indicators": lambda variable: variable.is_indicator,
-}
-
-
-def _of(variables: Sequence[Variable], kind: str) -> list[int]:
-    """The references of one kind."""
-    return [reference for reference, v in enumerate(variables) if _KINDS[kind](v)]
-
-
-def _structure3(structure: Element, variables: Sequence[Variable]) -> None:
-    for tag, kind in (
-        ("Output", "outputs"),
-        ("ContinuousStateDerivative", "rates"),
-        ("InitialUnknown", "unknown"),
-        ("EventIndicator", "indicators"),
-    ):
-        for reference in _of(variables, kind):
-            SubElement(structure, tag, valueReference=str(reference))
-
-
-def _structure2(structure: Element, variables: Sequence[Variable]) -> None:
-    for tag, kind in (
-        ("Outputs", "outputs"),
-        ("Derivatives", "rates"),
-        ("InitialUnknowns", "unknown"),
-    ):
-        if references := _of(variables, kind):
-            listed = SubElement(structure, tag)
+def _structure(structure: Element, variables: Sequence[Variable], third: bool) -> None:
+    for second, tag, belongs in _STRUCTURE:
+        references = [reference for reference, v in enumerate(variables) if belongs(v)]
+        if third:
             for reference in references:
-                SubElement(listed, "Unknown", index=str(reference + 1))
+                SubElement(structure, tag, valueReference=str(reference))
+        elif second and references:
+            several = SubElement(structure, second)
+            for reference in references:
+                SubElement(several, "Unknown", index=str(reference + 1))

@@ -8,10 +8,8 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from importlib.resources import files
-from string import Template
 from typing import Any
 
 from sympy import diff
@@ -28,36 +26,34 @@ from mechc_codegen.emit.units.event_unit import EventExpressions, event_function
 from mechc_codegen.errors import CodegenError
 from mechc_codegen.export.amalgamate import included_headers
 from mechc_codegen.export.description import Unit, build_description, model_description
-from mechc_codegen.export.standalone import checked_name
+from mechc_codegen.export.standalone import checked_name, filled
 from mechc_codegen.export.variables import Values, open_inputs, output_sizes, variables
 from mechc_codegen.extension.flags import FLAGS, RUNTIME
 from mechc_codegen.ir.program import Program
 
 VERSIONS = ("3.0", "2.0")
 SOURCE = "fmu.c"
-METHODS, OUTPUTS = 15, 16  # parts of a unit: runtime/abi/parts.h
 _PURE = (Kind.ANGLE, Kind.ANGULAR_SPEED, Kind.PURE, Kind.PURE_RATE)
-_METHODS = {"dopri5": 0, "dop853": 1, "radau5": 2, "gauss8": 3}
 
 
 @dataclass(frozen=True)
 class FmuOptions:
-    """What an export is asked for.
+    """The settings of an export.
 
     Attributes
     ----------
     name
         Begins names of files.
     version
-        Of FMI, one of :data:`VERSIONS`.
+        Version of FMI, one of :data:`VERSIONS`.
     start
         State (nq + nu), SI units.
     values
         Parameters that were given, by name; the others have their defaults, and follow.
     end
-        Of the default experiment, s.
+        End of the default experiment, s.
     rtol, drift
-        Of co-simulation; the least drift that model exchange projects away.
+        Tolerance of co-simulation; the least drift that model exchange projects away.
     tool
         Name and version of what exports.
     derivatives
@@ -88,7 +84,7 @@ class FmuEvent:
 
 
 def fmu_request(request: OutputRequest, derivatives: bool) -> OutputRequest:
-    """With the derivatives that a unit offers."""
+    """The request with the derivatives that a unit offers."""
     if not derivatives:
         return request
     return replace(request, outputs=request.outputs | {"sensitivities"})
@@ -172,28 +168,20 @@ def _sources(
     """The unit's file, the scene's headers, and those of the runtime that they include."""
     generated = program_texts(functions, metadata)
     lists = _lists(functions, metadata, values) | _events(functions, events)
-    generated[SOURCE] = _filled(lists | _head(metadata, options))
-    runtime = included_headers(SOURCE, generated, RUNTIME)
-    return generated | {path: (RUNTIME / path).read_text("utf-8") for path in runtime}
-
-
-def _filled(values: Mapping[str, Any]) -> str:
-    text = files("mechc_codegen.export").joinpath("templates", "fmu.c.in").read_text("utf-8")
-    return Template(text).substitute(values)
-
-
-def _head(metadata: Mapping[str, Any], options: FmuOptions) -> dict[str, Any]:
-    return {
+    head = {
         "title": plain_words(metadata["title"] or metadata["name"]),
         "name": options.name,
         "version": options.version,
         "major": options.version[0],
         "lanes": 2,
         "token": "@TOKEN@",
-        "method": _METHODS["gauss8" if metadata["smooth"] else "dop853"],
+        "method": "GAUSS8" if metadata["smooth"] else "DOP853",
         "rtol": repr(float(options.rtol)),
         "drift": repr(float(options.drift)),
     }
+    generated[SOURCE] = filled("fmu.c.in", head, lists)
+    runtime = included_headers(SOURCE, generated, RUNTIME)
+    return generated | {path: (RUNTIME / path).read_text("utf-8") for path in runtime}
 
 
 def _lists(
@@ -216,9 +204,7 @@ def _lists(
         "dimensionless": _array(int(k in _PURE or i in states) for i, k in enumerate(kinds)),
         "length_count": len(lengths),
         "lengths": _array(lengths),
-        "complete": "\n".join(_completing(functions, values)),
-        "follow": "\n".join(_following(functions, values)),
-    }
+    } | _dependent_parameters(functions, values)
 
 
 def _events(functions: SceneFunctions, events: Sequence[FmuEvent]) -> dict[str, Any]:
@@ -226,7 +212,7 @@ def _events(functions: SceneFunctions, events: Sequence[FmuEvent]) -> dict[str, 
     told = [event.expressions for event in events]
     found = {"event_count": len(told), "resets": int(any(e.reset is not None for e in told))}
     if not told:
-        return {**found, "parts": METHODS, "events": "", "event_table": "0, 0,"}
+        return {**found, "events": "", "event_table": "0, 0,"}
     if lookups(x for e in told for x in (e.value, *(e.reset or {}).values())):
         raise CodegenError("events of a functional mock-up unit hold no tables")
     symbols = functions.program.symbols
@@ -239,8 +225,7 @@ def _events(functions: SceneFunctions, events: Sequence[FmuEvent]) -> dict[str, 
         f"static const mechc_event_unit event_unit = {{{unit}}};",
     ]
     text = "\n\n".join([event_functions(told, width), "\n".join(tables)])
-    more = {"parts": METHODS | OUTPUTS, "events": text, "event_table": "&event_unit, directions,"}
-    return found | more
+    return {**found, "events": text, "event_table": "&event_unit, directions,"}
 
 
 def _array(values: Iterable[Any]) -> str:
@@ -252,35 +237,15 @@ def _c_number(value: float) -> str:
     return repr(float(value))
 
 
-def _completing(functions: SceneFunctions, values: Values) -> Iterator[str]:
-    """Statements that compute the parameters that follow others."""
-
-    def value(default: Any, i: int, held: Sequence[int], real: Callable[[Any], str]) -> list[str]:
-        return [f"p[{i}] = {real(default)};"]
-
-    yield from _calculated(functions, values, value)
-
-
-def _following(functions: SceneFunctions, values: Values) -> Iterator[str]:
-    """Statements that compute how they change along a direction."""
-    symbols = functions.program.symbols.parameters
-
-    def changes(default: Any, i: int, held: Sequence[int], real: Callable[[Any], str]) -> list[str]:
-        terms = [f"{real(diff(default, symbols[j]))} * along[{j}]" for j in held]
-        return [f"along[{i}] = {' + '.join(terms)};"]
-
-    yield from _calculated(functions, values, changes)
-
-
-def _calculated(
-    functions: SceneFunctions,
-    values: Values,
-    statements: Callable[[Any, int, Sequence[int], Callable[[Any], str]], Iterable[str]],
-) -> Iterator[str]:
-    symbols, printer = functions.program.symbols.parameters, RealPrinter()
+def _dependent_parameters(functions: SceneFunctions, values: Values) -> dict[str, str]:
+    """Statements that compute the parameters that follow others, and how these change."""
+    symbols, real = functions.program.symbols.parameters, RealPrinter().real
+    complete, follow = list[str](), list[str]()
     for i, default, held in functions.defaults():
         if values.calculated[i]:
             loads = "".join(f"const double {symbols[j].name} = p[{j}]; " for j in held)
-            unused = "".join(f"(void){symbols[j].name}; " for j in held)
-            body = " ".join(statements(default, i, held, printer.real))
-            yield f"    {{ {loads}{unused}{body} }}"
+            loads += "".join(f"(void){symbols[j].name}; " for j in held)
+            change = " + ".join(f"{real(diff(default, symbols[j]))} * along[{j}]" for j in held)
+            complete.append(f"    {{ {loads}p[{i}] = {real(default)}; }}")
+            follow.append(f"    {{ {loads}along[{i}] = {change}; }}")
+    return {"complete": "\n".join(complete), "follow": "\n".join(follow)}

@@ -21,7 +21,7 @@ _FLOATING = re.compile(r"(?:\d+\.\d*|\.\d+|\d+(?=[eE]))(?:[eE][+-]?\d+)?")
 _FUNCTIONS: Final = (
     *("acos", "asin", "atan", "atan2", "ceil", "cos", "cosh", "exp", "fabs", "floor", "fmax"),
     *("fmin", "fmod", "log", "pow", "sin", "sinh", "sqrt", "tan", "tanh"),
-    *("__builtin_fabs", "__builtin_sqrt"),
+    *("__builtin_fabs", "__builtin_fma", "__builtin_sqrt"),
 )
 _WORDS: Final[Mapping[str, str]] = {
     "double": "float",
@@ -33,7 +33,6 @@ _LEAST, _MOST = 1.1754943508222875e-38, 3.4028234663852886e38
 _REPLACED: Final[Mapping[str, str]] = {
     "dynamics/thresholds.h": "thresholds.h.in",
     "simd/rough.h": "rough.h.in",
-    "simd/scalar.h": "scalar.h.in",
     "simd/sine_cosine.h": "sine_cosine.h.in",
 }
 
@@ -46,15 +45,10 @@ def headers() -> dict[str, str]:
 
 def single(text: str) -> str:
     """The text over floats."""
-    return _TOKEN.sub(lambda found: _translated(found[0]), text)
+    return _TOKEN.sub(lambda found: _translate(found[0]), text)
 
 
-def number(value: float) -> str:
-    """A literal."""
-    return single(repr(value))
-
-
-def _translated(token: str) -> str:
+def _translate(token: str) -> str:
     if token in _WORDS:
         return _WORDS[token]
     if not _FLOATING.fullmatch(token):

@@ -22,7 +22,6 @@ from mechc_codegen.emit.units.scene_files import default_lines, listed_outputs
 from mechc_codegen.errors import CodegenError
 from mechc_codegen.export.amalgamate import amalgamate
 from mechc_codegen.export.single import headers as single_headers
-from mechc_codegen.export.single import number as single_number
 from mechc_codegen.export.single import single
 from mechc_codegen.extension.flags import RUNTIME
 from mechc_codegen.ir.program import Program
@@ -42,13 +41,12 @@ class Precision:
 
     digits: int
     text: Callable[[str], str]
-    number: Callable[[float], str]
     headers: Callable[[], Mapping[str, str]]
 
 
 PRECISIONS = {
-    "double": Precision(17, str, repr, dict),
-    "float": Precision(9, single, single_number, single_headers),
+    "double": Precision(17, str, dict),
+    "float": Precision(9, single, single_headers),
 }
 
 
@@ -96,7 +94,10 @@ def standalone(
         "input_table": _input_table(metadata),
         "outputs": "\n".join(_declarations(functions, metadata, name)),
     }
-    number = precision.number
+
+    def number(value: float) -> str:
+        return precision.text(repr(value))
+
     run = {
         "real": real,
         "digits": precision.digits,

@@ -32,6 +32,10 @@ _PLACES = {
     **dict.fromkeys(("points", "point_velocities", "point_accelerations"), "points"),
     **dict.fromkeys(("reaction_forces", "reaction_torques"), "joints"),
 }
+_DRIFT = (
+    "model exchange: a state that is farther from the constraints than this, over its nominal "
+    "value, is moved onto them in event mode; 0: never"
+)
 # Signs that XML 1.0 cannot hold, and those that end a line.
 _NO_TEXT = re.compile("[^\x20-\x7e\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
@@ -71,8 +75,16 @@ def variables(
     ``events``: the expressions whose zeros are events, as text.
     """
     found = [Variable("time", "independent", "continuous", unit="s"), *_states(metadata, values)]
-    found += [*_parameters(metadata, values), _drift(values)]
-    found += [*_inputs(metadata), *_outputs(metadata), *_indicators(events)]
+    found += _parameters(metadata, values)
+    found.append(Variable("mechc.drift", "parameter", "tunable", "exact", values.drift, "", _DRIFT))
+    given = [each["name"] for each in metadata.get("inputs", ()) if 0 in each["orders"]]
+    found += [Variable(name, "input", "continuous", start=0.0) for name in given]
+    found += _outputs(metadata)
+    found += [
+        Variable(f"mechc.event[{number}]", "local", "continuous", "calculated",
+                 description=f"zero at the event: {title}", is_indicator=True)
+        for number, title in enumerate(events)
+    ]  # fmt: skip
     names = distinct(plain_text(each.name) or "_" for each in found)
     return [
         replace(each, name=name, description=plain_text(each.description))
@@ -81,7 +93,7 @@ def variables(
 
 
 def plain_text(words: str) -> str:
-    """Without signs that XML cannot hold or that end a line."""
+    """The words without signs that XML cannot hold or that end a line."""
     return _NO_TEXT.sub("\ufffd", words)
 
 
@@ -132,20 +144,6 @@ def _parameters(metadata: Mapping[str, Any], values: Values) -> Iterator[Variabl
                           lower=told["lower"], upper=told["upper"])  # fmt: skip
 
 
-def _drift(values: Values) -> Variable:
-    told = (
-        "model exchange: a state that is farther from the constraints than this, over its nominal "
-        "value, is moved onto them in event mode; 0: never"
-    )
-    return Variable("mechc.drift", "parameter", "tunable", "exact", values.drift, "", told)
-
-
-def _inputs(metadata: Mapping[str, Any]) -> Iterator[Variable]:
-    for each in metadata.get("inputs", ()):
-        if 0 in each["orders"]:
-            yield Variable(each["name"], "input", "continuous", start=0.0)
-
-
 def _outputs(metadata: Mapping[str, Any]) -> Iterator[Variable]:
     for name in metadata["own"]:
         yield Variable(name, "output", "continuous", "calculated")
@@ -153,12 +151,6 @@ def _outputs(metadata: Mapping[str, Any]) -> Iterator[Variable]:
         for label in _labels(metadata, name, size):
             unit = _UNITS.get(name, "")
             yield Variable(label, "output", "continuous", "calculated", unit=unit)
-
-
-def _indicators(events: Sequence[str]) -> Iterator[Variable]:
-    for number, title in enumerate(events):
-        yield Variable(f"mechc.event[{number}]", "local", "continuous", "calculated",
-                       description=f"zero at the event: {title}", is_indicator=True)  # fmt: skip
 
 
 def _labels(metadata: Mapping[str, Any], name: str, size: int) -> Iterator[str]:

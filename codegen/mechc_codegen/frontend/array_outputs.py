@@ -40,7 +40,7 @@ def scalar_outputs(
             scalars.append(item)
             continue
         elements: dict[Any, Expr] = {}
-        for name, value in _named(item):
+        for name, value in _by_names(item):
             shape, flat = _elements(value, f"outputs: {name!r}", frame)
             if shape:
                 shapes[name] = shape
@@ -52,12 +52,12 @@ def scalar_outputs(
     return tuple(scalars), shapes
 
 
-def _named(outputs: Mapping[Any, Any]) -> Iterator[tuple[Any, Any]]:
+def _by_names(outputs: Mapping[Any, Any]) -> Iterator[tuple[Any, Any]]:
     """Name and value; those of a dict within are called ``group.name``."""
     for key, value in outputs.items():
         name = printed_name(key) if isinstance(key, Expr) else key
         if isinstance(value, Mapping):
-            yield from ((f"{name}.{inner}", each) for inner, each in _named(value))
+            yield from ((f"{name}.{inner}", each) for inner, each in _by_names(value))
         else:
             yield name, value
 

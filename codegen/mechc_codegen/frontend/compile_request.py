@@ -88,7 +88,7 @@ class CompileRequest:
 
     @property
     def looks(self) -> tuple[Any, ...]:
-        """What decides the picture of its bodies."""
+        """All that decides the picture of its bodies."""
         described = self._mechanism or self._source
         assert described is not None
         return looks_of((*described.bodies, *described.drawn))

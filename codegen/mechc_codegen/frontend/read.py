@@ -15,7 +15,7 @@ KINDS = (KanesMethod, LagrangesMethod, System)
 
 def readable(thing: object) -> bool:
     """Whether it can be read."""
-    return isinstance(_unwrapped(thing), KINDS)
+    return isinstance(_inner_method(thing), KINDS)
 
 
 def read(thing: Any, form: str | None = None) -> Source:
@@ -28,7 +28,7 @@ def read(thing: Any, form: str | None = None) -> Source:
     MechanismError
         If its equations are not formed, and ``form`` is not given; the message says what to do.
     """
-    inner = _unwrapped(thing)
+    inner = _inner_method(thing)
     check_form(inner, form)
     if isinstance(inner, KanesMethod):
         from mechc_codegen.frontend.kane import read_kane
@@ -53,6 +53,6 @@ def _with_joints(thing: Any, source: Source) -> Source:
     return replace(source, joints=tuple(joint_of(joint) for joint in joints))
 
 
-def _unwrapped(thing: Any) -> Any:
+def _inner_method(thing: Any) -> Any:
     """A JointsMethod, deprecated, contains the real object."""
     return thing.method if type(thing).__name__ == "JointsMethod" else thing

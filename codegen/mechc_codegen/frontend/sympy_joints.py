@@ -94,7 +94,8 @@ def from_joints(
     given = [(joint, joint_of(joint)) for joint in joints]
     ground = ground or _ground(name, [joint for _, joint in given])
     every = [_on_ground(joint, ground) for _, joint in given]
-    bodies = _bodies(every)
+    sides = dict.fromkeys(body for joint in every for body in (joint.parent, joint.child))
+    bodies = [body for body in sides if body is not None]
     tree = joint_tree(every, bodies)
     refuse_unreached(name, tree)
     states = _states([(old, new) for (old, _), new in zip(given, every, strict=True)])
@@ -139,11 +140,6 @@ def _ground(name: str, joints: Sequence[Joint]) -> RigidBody:
 def _on_ground(joint: Joint, ground: RigidBody) -> Joint:
     parent = None if joint.parent is ground else joint.parent
     return replace(joint, parent=parent, child=None if joint.child is ground else joint.child)
-
-
-def _bodies(joints: Iterable[Joint]) -> list[Body]:
-    sides = (body for joint in joints for body in (joint.parent, joint.child))
-    return list(dict.fromkeys(body for body in sides if body is not None))
 
 
 # -- coordinates, speeds, kinematics --------------------------------------------------------------
@@ -257,7 +253,7 @@ def _symbols(
 def _parameters(
     given: Mapping[Key, Any] | Iterable[Parameter], found: Sequence[Symbol]
 ) -> list[Parameter]:
-    """Those given, in their order, then the others found."""
+    """The parameters given, in their order, then the others found."""
     if isinstance(given, Mapping):
         unknown = [k for k in given if isinstance(k, Symbol) and k not in found]
         known = [*found, *unknown]
@@ -307,16 +303,16 @@ class _Places:
         """Through its joints; to the mass centre where there is only one."""
         names = dict.fromkeys(p.name for p in self._on(body))
         if len(names) < 2:
-            names[self._listed(body.masscenter).name] = None
+            names[self._same_in_list(body.masscenter).name] = None
         return tuple(names)
 
     def _on(self, body: Body | None) -> Iterable[Point]:
         for joint in self.joints:
             if joint.parent is body:
-                yield self._listed(joint.parent_point)
+                yield self._same_in_list(joint.parent_point)
             if joint.child is body:
-                yield self._listed(joint.child_point)
+                yield self._same_in_list(joint.child_point)
 
-    def _listed(self, point: Point) -> Point:
+    def _same_in_list(self, point: Point) -> Point:
         place = self.place(point)
         return next((p for p in self.points if p.name == place.name), place)

@@ -74,7 +74,7 @@ class BallJoint(SymPyJoint):  # type: ignore[misc]
     @property
     def angular_velocity(self) -> Vector:
         """Of the child relative to the parent."""
-        return _vector(tuple(self.speeds)[-3:], self.child_interframe)
+        return Vector([(Matrix(self.speeds[-3:]), self.child_interframe)])
 
     def _generate_coordinates(self, given: Any) -> Matrix:
         return self._named(given, [f"q{k}" for k in range(4)], "q")
@@ -134,15 +134,10 @@ class FreeJoint(BallJoint):
         return Matrix([*(u - q.diff(time) for q, u in moving), *super()._generate_kdes()])
 
     def _set_linear_velocity(self) -> None:
-        place = _vector(self.coordinates[:3], self.parent_interframe)
-        velocity = _vector(self.speeds[:3], self.parent_interframe)
+        place = Vector([(Matrix(self.coordinates[:3]), self.parent_interframe)])
+        velocity = Vector([(Matrix(self.speeds[:3]), self.parent_interframe)])
         self.child_point.set_pos(self.parent_point, place)
         self.parent_point.set_vel(self._parent_frame, 0)
         self.child_point.set_vel(self._child_frame, 0)
         self.child_point.set_vel(self._parent_frame, velocity)
         self.child.masscenter.v2pt_theory(self.child_point, self._parent_frame, self._child_frame)
-
-
-def _vector(components: Sequence[Expr], frame: ReferenceFrame) -> Vector:
-    axes = (frame.x, frame.y, frame.z)
-    return sum((c * axis for c, axis in zip(components, axes, strict=True)), Vector(0))

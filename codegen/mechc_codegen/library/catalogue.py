@@ -149,7 +149,7 @@ def beyond_default(name: str, options: Mapping[str, object]) -> dict[str, object
     known, chosen = _options_of(name), {}
     for key, value in options.items():
         count = known[key].count
-        read = _counted(known[key], count, value) if count else value
+        read = _count(known[key], count, value) if count else value
         if isinstance(value, int) and not isinstance(value, bool) and count is None:
             read = str(value)
         if read is not False and (count is None or read != count.default):
@@ -161,7 +161,7 @@ def _options_of(name: str) -> dict[str, Option]:
     return {option.name: option for option in SHIPPED[name].options}
 
 
-def _counted(option: Option, count: Count, value: object) -> int:
+def _count(option: Option, count: Count, value: object) -> int:
     """The whole number given, also as text."""
     number = _whole(value)
     if number is None or not count.least <= number <= count.most:
@@ -183,7 +183,7 @@ def _whole(value: object) -> int | None:
 
 def _value(option: Option, value: object) -> bool | int | Expr:
     if option.count is not None:
-        return _counted(option, option.count, value)
+        return _count(option, option.count, value)
     if isinstance(value, bool):
         return value
     if not option.expression:

@@ -21,7 +21,7 @@ def fixed_point(name: str, frame: ReferenceFrame) -> Point:
     return point
 
 
-def located(
+def locate(
     name: str, start: Point, arm: Vector, body: ReferenceFrame, inertial: ReferenceFrame
 ) -> Point:
     """The point at ``arm`` from ``start``, both fixed to ``body``."""

@@ -1,7 +1,7 @@
 """Items of a section -> equations in lines that fit on a page, grouped by their labels.
 
-Input: the items of one section.  Output: boxes.  Invariant: no term is lost where a line is broken
-or a matrix is split into its entries.
+Input: the items of one section.  Output: formulas.  Invariant: no term is lost where a line is
+broken or a matrix is split into its entries.
 """
 
 from __future__ import annotations
@@ -12,78 +12,58 @@ from typing import Any, NamedTuple
 
 from sympy import MatrixBase
 
-from mechc_codegen.typeset.boxes import (
-    Box,
-    Row,
-    Scripts,
-    Term,
-    Word,
-    layout,
-    signed_row,
-    terms,
-    width,
-)
+from mechc_codegen.typeset.formula import Formula, formula, sum_of, terms, width
 from mechc_codegen.typeset.sections import Item
 
-LINE = 84.0  # characters, roughly
+LINE = 84  # characters, roughly
 
 
 class Equation(NamedTuple):
     """``left`` equals the sum of the ``lines``."""
 
-    left: Box
-    lines: list[Box]
+    left: Formula
+    lines: list[Formula]
 
 
 def equation_groups(
     items: tuple[Item, ...], splits: Callable[[Any], bool]
 ) -> list[tuple[str, list[Equation]]]:
     """Label and equations of each group; ``splits``: which wide matrices go entry by entry."""
-    fitted = [part for item in items for part in _fitted(item, splits)]
+    fitted = [part for item in items for part in _whole_or_entries(item, splits)]
     groups = groupby(fitted, key=lambda item: item.label)
-    return [(label, list(map(_equation, group))) for label, group in groups]
+    return [
+        (label, [Equation(item.left, _lines(item)) for item in group]) for label, group in groups
+    ]
 
 
-def _equation(item: Item) -> Equation:
-    """Left-hand side and the lines of the right-hand side; long sums go over several."""
-    left, parts = layout(item.left), terms(item.right)
-    vanishes = item.right == 0 and len(terms(item.left)) > 1
-    if vanishes:
-        return Equation(Word("0", "number"), _broken(terms(item.left), LINE))
-    return Equation(left, _broken(parts, LINE - width(left)))
-
-
-def _broken(parts: list[Term], room: float) -> list[Box]:
-    lines: list[list[Term]] = [[]]
-    used = 0.0
-    for part in parts:
-        wide = width(part[1]) + 2
-        if lines[-1] and used + wide > room:
+def _lines(item: Item) -> list[Formula]:
+    """The right-hand side; a long sum in several lines, each of as many terms as fit."""
+    room = LINE - width(item.left)
+    lines: list[list[str]] = [[]]
+    for term in terms(item.right):
+        if lines[-1] and sum(map(width, lines[-1])) + width(term) > room:
             lines.append([])
-            used = 0.0
-        lines[-1].append(part)
-        used += wide
-    return [signed_row(line, leading=k == 0) for k, line in enumerate(lines)]
+        lines[-1].append(term)
+    return [sum_of(lines[0]), *(Formula(" ".join(line)) for line in lines[1:])]
+
+
+def _whole_or_entries(item: Item, splits: Callable[[Any], bool]) -> list[Item]:
+    """The item, or its entries where it is a matrix wider than a line that may be split."""
+    if not (isinstance(item.right, MatrixBase) and splits(item.right)):
+        return [item]
+    columns = [
+        [width(formula(entry)) for entry in item.right[:, k]] for k in range(item.right.cols)
+    ]
+    return _elements(item) if sum(map(max, columns)) + width(item.left) > LINE else [item]
 
 
 def _elements(item: Item) -> list[Item]:
     """The entries of a matrix as equations of their own, once each if it is symmetric."""
-    matrix, left = item.right, layout(item.left)
+    matrix = item.right
     symmetric = matrix.rows == matrix.cols > 1 and matrix == matrix.T
     return [
-        Item(Scripts(left, sub=_index(matrix, row, column)), matrix[row, column], item.label)
+        Item(Formula(f"{item.left}_{{{place}}}"), matrix[row, column], item.label)
         for row in range(matrix.rows)
         for column in range(row if symmetric else 0, matrix.cols)
+        for place in [f"{row + 1}" if matrix.cols == 1 else f"{row + 1},{column + 1}"]
     ]
-
-
-def _index(matrix: Any, row: int, column: int) -> Box:
-    numbers = [Word(str(row + 1), "number"), Word(",", "operator"), Word(str(column + 1), "number")]
-    return numbers[0] if matrix.cols == 1 else Row(tuple(numbers))
-
-
-def _fitted(item: Item, splits: Callable[[Any], bool]) -> list[Item]:
-    """The item, or its entries where it is a matrix wider than a line that may be split."""
-    matrix = isinstance(item.right, MatrixBase) and splits(item.right)
-    wide = matrix and width(layout(item.right)) + width(layout(item.left)) > LINE
-    return _elements(item) if wide else [item]

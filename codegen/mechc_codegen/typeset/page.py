@@ -1,7 +1,7 @@
 """A mechanism's derivation as one HTML page or as a LaTeX document.
 
 Input: a :class:`Derivation` with parameter values.  Output: text.  Invariant: both documents print
-the same boxes, tables and sentences; templates escape all that is not markup.
+the same formulas, tables and sentences; templates escape all that is not markup.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from mechc_codegen.typeset.equations import equation_groups
-from mechc_codegen.typeset.markup import latex, latex_text, mathml, visible
+from mechc_codegen.typeset.formula import Formula, latex, latex_text, mathml, visible
 from mechc_codegen.typeset.sections import Derivation, Item, Section, derivation
 from mechc_codegen.typeset.tables import all_values, notes, value_tables
 
@@ -29,19 +29,23 @@ _COMMON: dict[str, Any] = {
 }
 _HTML = Environment(
     **_COMMON,
-    autoescape=True, finalize=lambda value: value if _marked(value) else visible(str(value)),
+    autoescape=True, finalize=lambda value: value if _is_markup(value) else visible(str(value)),
 )  # fmt: skip
-_HTML.filters["mathml"] = lambda box: Markup(mathml(box))
+_HTML.filters["mathml"] = lambda formula: Markup(mathml(formula))
 _LATEX = Environment(
     **_COMMON,
     block_start_string="<%", block_end_string="%>",
     variable_start_string="<<", variable_end_string=">>",
-    finalize=lambda value: value if _marked(value) else latex_text(str(value)),
+    finalize=lambda value: value if _is_markup(value) else latex_text(str(value)),
 )  # fmt: skip
-_LATEX.filters["latex"] = lambda box: Markup(latex(box))
+_LATEX.filters["latex"] = lambda formula: Markup(latex(formula))
 
 
-def _marked(value: Any) -> bool:
+for _environment in (_HTML, _LATEX):
+    _environment.tests["formula"] = lambda cell: isinstance(cell, Formula)
+
+
+def _is_markup(value: Any) -> bool:
     return isinstance(value, Markup)
 
 

@@ -8,7 +8,7 @@ are formed here.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -22,14 +22,14 @@ from mechc_codegen.derive.kane import derive
 from mechc_codegen.description.mechanism import Mechanism, printed_name
 from mechc_codegen.description.terms import velocity_of
 from mechc_codegen.typeset.angle_sums import join_angles
-from mechc_codegen.typeset.boxes import Box, Row, Scripts, Word, layout, name
+from mechc_codegen.typeset.formula import Formula, formula, name
 
 
 @dataclass(frozen=True)
 class Item:
-    """One equation: ``left = right``, and a label."""
+    """One equation: ``left = right``, which is of SymPy or a formula, and a label."""
 
-    left: Any
+    left: Formula
     right: Any
     label: str = ""
 
@@ -53,7 +53,7 @@ class Derivation:
 
 
 @dataclass(frozen=True)
-class Derived:
+class UsersEquations:
     """A mechanism with its equations in the user's symbols."""
 
     mechanism: Mechanism
@@ -78,18 +78,22 @@ class Derived:
 
 def derivation(mechanism: Mechanism) -> Derivation:
     """Derive ``mechanism`` and set out every step, ready for either printer."""
-    derived = _derived(mechanism)
-    sections = [rule(derived) for rule in SECTIONS]
+    derived = _users_equations(mechanism)
+    places = {"frame": mechanism.frame.name, "origin": mechanism.origin.name}
+    sections = [
+        Section(title, sentence.format_map(places), tuple(rule(derived)))
+        for title, sentence, rule in _CONTENTS
+    ]
     return Derivation(mechanism, _scene(mechanism), tuple(s for s in sections if s.items))
 
 
-def _derived(mechanism: Mechanism) -> Derived:
+def _users_equations(mechanism: Mechanism) -> UsersEquations:
     equations = differentiate(derive(mechanism))
     symbols = equations.symbols
     plain = (*symbols.q, *symbols.u, *symbols.parameters, symbols.time)
     user = (*mechanism.q, *mechanism.x, *mechanism.u, *(p.symbol for p in mechanism.parameters))
     back = dict(zip(plain, (*user, dynamicsymbols._t), strict=True))
-    return Derived(mechanism, equations, back)
+    return UsersEquations(mechanism, equations, back)
 
 
 def _scene(mechanism: Mechanism) -> tuple[str, ...]:
@@ -110,12 +114,10 @@ def _scene(mechanism: Mechanism) -> tuple[str, ...]:
     return tuple(sentences)
 
 
-def _quantity(letter: str, of: str, *, frame: ReferenceFrame | None = None) -> Box:
+def _quantity(letter: str, of: str, frame: ReferenceFrame | None = None) -> Formula:
     """A bold letter with its object as superscript and its reference frame before it."""
-    named = Scripts(Word(letter, "bold"), sup=name(of))
-    if frame is None:
-        return named
-    return Row((Scripts(Row(()), sup=name(frame.name)), named))
+    seen_from = f"{{}}^{{{name(frame.name)}}}" if frame else ""
+    return Formula(f"{seen_from}{name(letter, bold=True)}^{{{name(of)}}}")
 
 
 def _frames(mechanism: Mechanism) -> tuple[ReferenceFrame, ...]:
@@ -123,181 +125,93 @@ def _frames(mechanism: Mechanism) -> tuple[ReferenceFrame, ...]:
     return mechanism.frames or tuple(f for f in dict.fromkeys(of_bodies) if f != mechanism.frame)
 
 
-def _mass_centres(mechanism: Mechanism) -> tuple[Point, ...]:
-    return tuple(map(_centre, mechanism.bodies))
+def _mass_centres(mechanism: Mechanism) -> list[Point]:
+    return [b.point if isinstance(b, Particle) else b.masscenter for b in mechanism.bodies]
 
 
-def _centre(body: RigidBody | Particle) -> Point:
-    return body.point if isinstance(body, Particle) else body.masscenter
+def _points(mechanism: Mechanism) -> list[Point]:
+    return [p for p in mechanism.points if p not in _mass_centres(mechanism)]
 
 
-def _rotations(derived: Derived) -> Section:
+def _rotations(derived: UsersEquations) -> Iterator[Item]:
     frame = derived.mechanism.frame
-    return Section(
-        "Rotation matrices",
-        f"Columns are the unit vectors of a link's frame, written in {frame.name}: multiplied by "
-        "components in the link's frame they give components in the inertial frame.",
-        tuple(
-            Item(_quantity("R", f.name, frame=frame), frame.dcm(f))
-            for f in _frames(derived.mechanism)
-        ),
-    )
+    for other in _frames(derived.mechanism):
+        yield Item(_quantity("R", other.name, frame), frame.dcm(other))
 
 
-def _angular_velocities(derived: Derived) -> Section:
+def _angular_velocities(derived: UsersEquations) -> Iterator[Item]:
     frame, rates = derived.mechanism.frame, derived.mechanism.rates
-    return Section(
-        "Angular velocities",
-        f"Of each link's frame as seen from {frame.name}.",
-        tuple(
-            Item(_quantity("ω", f.name, frame=frame), f.ang_vel_in(frame).xreplace(rates))
-            for f in _frames(derived.mechanism)
-        ),
-    )
+    for other in _frames(derived.mechanism):
+        yield Item(_quantity("ω", other.name, frame), other.ang_vel_in(frame).xreplace(rates))
 
 
-def _kinematics(derived: Derived) -> Section:
-    time, mechanism = dynamicsymbols._t, derived.mechanism
-    return Section(
-        "Kinematic differential equations",
-        "The rates of the coordinates in terms of the speeds.",
-        tuple(
-            Item(q.diff(time), rate)
-            for q, rate in zip(mechanism.q, mechanism.kinematics, strict=True)
-        ),
-    )
+def _kinematics(derived: UsersEquations) -> Iterator[Item]:
+    mechanism = derived.mechanism
+    for q, rate in zip(mechanism.q, mechanism.kinematics, strict=True):
+        yield Item(formula(q.diff(dynamicsymbols._t)), rate)
 
 
-def _positions(title: str, mechanism: Mechanism, points: tuple[Point, ...]) -> Section:
-    return Section(
-        f"Positions of the {title}",
-        f"From {mechanism.origin.name}, each in the frames it is written in.",
-        tuple(Item(_quantity("r", p.name), p.pos_from(mechanism.origin)) for p in points),
-    )
+def _positions(mechanism: Mechanism, points: list[Point]) -> Iterator[Item]:
+    for point in points:
+        yield Item(_quantity("r", point.name), point.pos_from(mechanism.origin))
 
 
-def _velocities(title: str, mechanism: Mechanism, points: tuple[Point, ...]) -> Section:
+def _velocities(mechanism: Mechanism, points: list[Point]) -> Iterator[Item]:
     frame = mechanism.frame
-    return Section(
-        f"Velocities of the {title}",
-        f"As seen from {frame.name}, with the kinematic differential equations inserted.",
-        tuple(
-            Item(
-                _quantity("v", p.name, frame=frame), velocity_of(p, frame).xreplace(mechanism.rates)
-            )
-            for p in points
-        ),
-    )
+    for point in points:
+        velocity = velocity_of(point, frame).xreplace(mechanism.rates)
+        yield Item(_quantity("v", point.name, frame), velocity)
 
 
-def _points(mechanism: Mechanism) -> tuple[Point, ...]:
-    return tuple(p for p in mechanism.points if p not in _mass_centres(mechanism))
+def _vanishing(derived: UsersEquations, output: str) -> Iterator[Item]:
+    for expression, label in zip(derived.elements(output), derived.labels(output), strict=True):
+        yield Item(Formula("0"), expression, label)
 
 
-def _closure(derived: Derived) -> Section:
-    return Section(
-        "Configuration constraints",
-        "The loop closes where these vanish.",
-        _vanishing(derived, "constraints"),
-    )
+def _acceleration_constraints(derived: UsersEquations) -> Iterator[Item]:
+    if derived.labels("gamma"):
+        jacobian, gamma = name("J", bold=True), name("gamma", bold=True)
+        yield Item(jacobian, derived.matrix("constraint_jacobian", len(derived.mechanism.u)))
+        yield Item(gamma, derived.matrix("gamma", 1))
+        yield Item(Formula(jacobian + formula(Matrix(_accelerations(derived)))), gamma)
 
 
-def _velocity_constraints(derived: Derived) -> Section:
-    return Section(
-        "Velocity constraints",
-        "Time derivatives of the configuration constraints, then constraints on the speeds alone.",
-        _vanishing(derived, "velocity_constraints"),
-    )
+def _accelerations(derived: UsersEquations) -> list[Expr]:
+    return [u.diff(dynamicsymbols._t) for u in derived.mechanism.u]
 
 
-def _vanishing(derived: Derived, output: str) -> tuple[Item, ...]:
-    pairs = zip(derived.elements(output), derived.labels(output), strict=True)
-    return tuple(Item(expression, S.Zero, label) for expression, label in pairs)
-
-
-def _acceleration_constraints(derived: Derived) -> Section:
-    if not derived.labels("gamma"):
-        return Section("", "", ())
-    jacobian = derived.matrix("constraint_jacobian", len(derived.mechanism.u))
-    rates = _column([u.diff(dynamicsymbols._t) for u in derived.mechanism.u])
-    return Section(
-        "Constraint Jacobian",
-        "Derivative of the velocity constraints by the speeds; differentiated once more they "
-        "constrain the accelerations.",
-        (
-            Item(Word("J", "bold"), jacobian),
-            Item(Word("γ", "bold"), derived.matrix("gamma", 1)),
-            Item(Row((Word("J", "bold"), layout(rates))), Word("γ", "bold")),
-        ),
-    )
-
-
-def _column(elements: list[Expr]) -> Any:
-    return Matrix(len(elements), 1, elements)
-
-
-def _linear_momenta(derived: Derived) -> Section:
+def _linear_momenta(derived: UsersEquations) -> Iterator[Item]:
     mechanism = derived.mechanism
-    return Section(
-        "Linear momenta",
-        "Mass times velocity of the mass centre of each body.",
-        tuple(
-            Item(
-                _quantity("p", body.name),
-                (body.mass * velocity_of(_centre(body), mechanism.frame)).xreplace(mechanism.rates),
-            )
-            for body in mechanism.bodies
-        ),
-    )
+    for body, centre in zip(mechanism.bodies, _mass_centres(mechanism), strict=True):
+        momentum = body.mass * velocity_of(centre, mechanism.frame)
+        yield Item(_quantity("p", body.name), momentum.xreplace(mechanism.rates))
 
 
-def _angular_momenta(derived: Derived) -> Section:
-    mechanism = derived.mechanism
-    components = derived.matrix("angular_momenta", 3)
-    return Section(
-        "Angular momenta",
-        f"Of each body about {mechanism.origin.name}: its spin and the moment of its linear "
-        "momentum.",
-        tuple(
-            Item(_quantity("H", body.name), Vector([(components[k, :].T, mechanism.frame)]))
-            for k, body in enumerate(mechanism.bodies)
-        ),
-    )
+def _angular_momenta(derived: UsersEquations) -> Iterator[Item]:
+    components, frame = derived.matrix("angular_momenta", 3), derived.mechanism.frame
+    for k, body in enumerate(derived.mechanism.bodies):
+        yield Item(_quantity("H", body.name), Vector([(components[k, :].T, frame)]))
 
 
-def _energies(derived: Derived) -> Section:
-    (kinetic,), (potential,) = map(derived.elements, ("kinetic_energy", "potential_energy"))
-    return Section(
-        "Energy",
-        "Kinetic energy T, and potential energy V of the loads that have one.",
-        (Item(Word("T"), kinetic), Item(Word("V"), potential)),
-    )
+def _energies(derived: UsersEquations) -> Iterator[Item]:
+    for letter, output in (("T", "kinetic_energy"), ("V", "potential_energy")):
+        (energy,) = derived.elements(output)
+        yield Item(name(letter), energy)
 
 
-def _loads(derived: Derived) -> Section:
-    return Section(
-        "Loads",
-        "Forces on points and torques on frames.",
-        tuple(
-            Item(
-                _quantity("T" if isinstance(at, ReferenceFrame) else "F", at.name),
-                load.xreplace(derived.mechanism.rates),
-            )
-            for at, load in derived.mechanism.loads
-        ),
-    )
+def _loads(derived: UsersEquations) -> Iterator[Item]:
+    for at, load in derived.mechanism.loads:
+        letter = "T" if isinstance(at, ReferenceFrame) else "F"
+        yield Item(_quantity(letter, at.name), load.xreplace(derived.mechanism.rates))
 
 
-def _active(derived: Derived) -> Section:
-    mechanism = derived.mechanism
-    return Section(
-        "Generalized active forces",
-        "For each speed, the loads along the partial velocities of where they act.",
-        tuple(
-            Item(name("F", index=name(printed_name(u))), active_force(mechanism, u))
-            for u in mechanism.u
-        ),
-    )
+def _generalized_force(speed: Expr) -> Formula:
+    return name("F", index=name(printed_name(speed)))
+
+
+def _active(derived: UsersEquations) -> Iterator[Item]:
+    for u in derived.mechanism.u:
+        yield Item(_generalized_force(u), active_force(derived.mechanism, u))
 
 
 def active_force(mechanism: Mechanism, speed: Expr) -> Expr:
@@ -310,79 +224,118 @@ def active_force(mechanism: Mechanism, speed: Expr) -> Expr:
     return join_angles(total)
 
 
-def _inertia(derived: Derived) -> Section:
-    names = [name(printed_name(u)) for u in derived.mechanism.u]
-    return Section(
-        "Generalized inertia forces",
-        "For each speed, the inertia forces and torques along the partial velocities.",
-        tuple(
-            Item(name("F", index=index, sup=Word("*", "operator")), force)
-            for index, force in zip(names, inertia_forces(derived), strict=True)
-        ),
-    )
-
-
-def inertia_forces(derived: Derived) -> list[Expr]:
+def _inertia(derived: UsersEquations) -> Iterator[Item]:
     """-(M u') plus the forcing without loads."""
     mechanism = derived.mechanism
     unloaded = derive(replace(mechanism, loads=())).outputs["forcing"].elements
-    rates = [u.diff(dynamicsymbols._t) for u in mechanism.u]
-    mass = derived.matrix("mass_matrix", len(rates))
-    return [
-        derived.shown(free) - sum((mass[row, k] * rate for k, rate in enumerate(rates)), S.Zero)
-        for row, free in enumerate(unloaded)
-    ]
+    accelerations = _accelerations(derived)
+    mass = derived.matrix("mass_matrix", len(accelerations))
+    for row, (u, free) in enumerate(zip(mechanism.u, unloaded, strict=True)):
+        reaction = sum((mass[row, k] * rate for k, rate in enumerate(accelerations)), S.Zero)
+        yield Item(Formula(f"{_generalized_force(u)}^{{*}}"), derived.shown(free) - reaction)
 
 
-def _mass_matrix(derived: Derived) -> Section:
-    return Section(
-        "Mass matrix",
-        "Of the open tree, over all speeds; symmetric.",
-        (Item(Word("M", "bold"), derived.matrix("mass_matrix", len(derived.mechanism.u))),),
-    )
+def _mass_matrix(derived: UsersEquations) -> Iterator[Item]:
+    yield Item(name("M", bold=True), derived.matrix("mass_matrix", len(derived.mechanism.u)))
 
 
-def _forcing(derived: Derived) -> Section:
-    return Section(
-        "Forcing",
-        "Generalized active forces with what of the generalized inertia forces is free of "
-        "accelerations; one row for each speed.",
-        (Item(Word("F", "bold"), derived.matrix("forcing", 1)),),
-    )
+def _forcing(derived: UsersEquations) -> Iterator[Item]:
+    yield Item(name("F", bold=True), derived.matrix("forcing", 1))
 
 
-def _motion(derived: Derived) -> Section:
-    rates = _column([u.diff(dynamicsymbols._t) for u in derived.mechanism.u])
-    left: list[Box] = [Word("M", "bold"), layout(rates)]
-    sentence = "Mass matrix times accelerations is the forcing."
+def _motion(derived: UsersEquations) -> Iterator[Item]:
+    left = name("M", bold=True) + formula(Matrix(_accelerations(derived)))
     if derived.labels("gamma"):
-        transposed = Scripts(Word("J", "bold"), sup=Word("⊤", "operator"))
-        left += [Word("+", "operator"), transposed, Word("λ", "bold")]
-        sentence = (
-            "Together with the constraints on the accelerations they give the accelerations and "
-            "the multipliers, which are the constraint forces."
-        )
-    return Section("Equations of motion", sentence, (Item(Row(tuple(left)), Word("F", "bold")),))
+        left += rf" + \mathbf{{J}}^{{T}} {name('lambda', bold=True)}"
+    yield Item(Formula(left), name("F", bold=True))
 
 
-SECTIONS: tuple[Callable[[Derived], Section], ...] = (
-    _rotations,
-    _angular_velocities,
-    _kinematics,
-    lambda d: _positions("points", d.mechanism, _points(d.mechanism)),
-    lambda d: _velocities("points", d.mechanism, _points(d.mechanism)),
-    lambda d: _positions("mass centres", d.mechanism, _mass_centres(d.mechanism)),
-    lambda d: _velocities("mass centres", d.mechanism, _mass_centres(d.mechanism)),
-    _closure,
-    _velocity_constraints,
-    _acceleration_constraints,
-    _linear_momenta,
-    _angular_momenta,
-    _energies,
-    _loads,
-    _active,
-    _inertia,
-    _mass_matrix,
-    _forcing,
-    _motion,
+_CONTENTS: tuple[tuple[str, str, Callable[[UsersEquations], Iterable[Item]]], ...] = (
+    (
+        "Rotation matrices",
+        "Columns are the unit vectors of a link's frame, written in {frame}: multiplied by "
+        "components in the link's frame they give components in the inertial frame.",
+        _rotations,
+    ),
+    (
+        "Angular velocities",
+        "Of each link's frame as seen from {frame}.",
+        _angular_velocities,
+    ),
+    (
+        "Kinematic differential equations",
+        "The rates of the coordinates in terms of the speeds.",
+        _kinematics,
+    ),
+    (
+        "Positions of the points",
+        "From {origin}, each in the frames it is written in.",
+        lambda d: _positions(d.mechanism, _points(d.mechanism)),
+    ),
+    (
+        "Velocities of the points",
+        "As seen from {frame}, with the kinematic differential equations inserted.",
+        lambda d: _velocities(d.mechanism, _points(d.mechanism)),
+    ),
+    (
+        "Positions of the mass centres",
+        "From {origin}, each in the frames it is written in.",
+        lambda d: _positions(d.mechanism, _mass_centres(d.mechanism)),
+    ),
+    (
+        "Velocities of the mass centres",
+        "As seen from {frame}, with the kinematic differential equations inserted.",
+        lambda d: _velocities(d.mechanism, _mass_centres(d.mechanism)),
+    ),
+    (
+        "Configuration constraints",
+        "The loop closes where these vanish.",
+        lambda d: _vanishing(d, "constraints"),
+    ),
+    (
+        "Velocity constraints",
+        "Time derivatives of the configuration constraints, then constraints on the speeds alone.",
+        lambda d: _vanishing(d, "velocity_constraints"),
+    ),
+    (
+        "Constraint Jacobian",
+        "Derivative of the velocity constraints by the speeds; differentiated once more they "
+        "constrain the accelerations.",
+        _acceleration_constraints,
+    ),
+    ("Linear momenta", "Mass times velocity of the mass centre of each body.", _linear_momenta),
+    (
+        "Angular momenta",
+        "Of each body about {origin}: its spin and the moment of its linear momentum.",
+        _angular_momenta,
+    ),
+    (
+        "Energy",
+        "Kinetic energy T, and potential energy V of the loads that have one.",
+        _energies,
+    ),
+    ("Loads", "Forces on points and torques on frames.", _loads),
+    (
+        "Generalized active forces",
+        "For each speed, the loads along the partial velocities of where they act.",
+        _active,
+    ),
+    (
+        "Generalized inertia forces",
+        "For each speed, the inertia forces and torques along the partial velocities.",
+        _inertia,
+    ),
+    ("Mass matrix", "Of the open tree, over all speeds; symmetric.", _mass_matrix),
+    (
+        "Forcing",
+        "Generalized active forces, and those parts of the generalized inertia forces that hold "
+        "no accelerations; one row for each speed.",
+        _forcing,
+    ),
+    (
+        "Equations of motion",
+        "Mass matrix times accelerations, with the multipliers of the constraints if there are "
+        "any, which are the constraint forces, is the forcing.",
+        _motion,
+    ),
 )

@@ -1,7 +1,7 @@
 """Mechanism and values -> tables for people: symbol, meaning, unit, bounds, default, value.
 
 Input: a mechanism and some parameter values in SI units.  Output: rows of cells, each a text or
-a box, that both documents print.  Invariant: angles are in degrees here and only here.
+a formula, that both documents print.  Invariant: angles are in degrees here and only here.
 """
 
 from __future__ import annotations
@@ -15,18 +15,18 @@ from sympy import sympify
 
 from mechc_codegen.description.mechanism import Coordinate, Mechanism, Speed, printed_name
 from mechc_codegen.description.quantity import Kind, Quantity
-from mechc_codegen.typeset.boxes import Box, layout, name
+from mechc_codegen.typeset.formula import Formula, formula, name
 
 _MOVING = ("symbol", "meaning", "unit", "bounds", "start")
 _CONSTANT = ("symbol", "meaning", "unit", "bounds", "default", "value")
 _DEGREES = {Kind.ANGLE: "°", Kind.ANGULAR_SPEED: "°/s"}
 
-Cell = str | Box
+Cell = str | Formula
 
 
 @dataclass(frozen=True)
 class ValueTable:
-    """A table for people: a title, the columns' heads and rows of cells, texts or boxes."""
+    """A table for people: a title, the columns' heads and rows of cells, texts or formulas."""
 
     title: str
     head: tuple[str, ...]
@@ -39,23 +39,13 @@ def all_values(mechanism: Mechanism, given: Mapping[str, float] | None) -> dict[
     Parameters with neither value nor default are omitted.
     """
     known = dict(given or {})
-    pending = [
-        p for p in mechanism.parameters
-        if p.default is not None and printed_name(p.symbol) not in known
-    ]  # fmt: skip
-    for _ in range(len(pending)):
-        numbers = {
-            p.symbol: known[printed_name(p.symbol)]
-            for p in mechanism.parameters
-            if printed_name(p.symbol) in known
-        }
-        for parameter in pending:
-            value = sympify(parameter.default).xreplace(
-                {symbol: sympify(number) for symbol, number in numbers.items()}
-            )
-            if value.is_number:
-                known[printed_name(parameter.symbol)] = float(value)
-        pending = [p for p in pending if printed_name(p.symbol) not in known]
+    names = {p.symbol: printed_name(p.symbol) for p in mechanism.parameters}
+    defaults = {p.symbol: sympify(p.default) for p in mechanism.parameters if p.default is not None}
+    for _ in defaults:  # one may follow another that follows a third
+        numbers = {symbol: sympify(known[n]) for symbol, n in names.items() if n in known}
+        for symbol, default in defaults.items():
+            if (value := default.xreplace(numbers)).is_number:
+                known.setdefault(names[symbol], float(value))
     return known
 
 
@@ -94,8 +84,8 @@ def _default(value: Any, quantity: Quantity) -> Cell:
     """A number in the unit shown, or the formula that it follows."""
     if value is None:
         return "–"
-    formula = sympify(value)
-    return _number(float(formula), quantity) if formula.is_number else layout(formula)
+    shown = sympify(value)
+    return _number(float(shown), quantity) if shown.is_number else formula(shown)
 
 
 def _unit(quantity: Quantity) -> str:

@@ -55,11 +55,11 @@ def product(a: Mat, b: Mat) -> Mat:
     return [[dot(row, column) for column in zip(*b, strict=True)] for row in a]
 
 
-def transposed(a: Mat) -> Mat:
+def transpose(a: Mat) -> Mat:
     return [list(row) for row in zip(*a, strict=True)]
 
 
-def applied(a: Mat, v: Vec) -> Vec:
+def apply(a: Mat, v: Vec) -> Vec:
     return [dot(row, v) for row in a]
 
 
@@ -91,7 +91,7 @@ class Place:
     def then(self, other: Place) -> Place:
         """The place in the outer frame of one that is given in this frame."""
         rotation = product(self.rotation, other.rotation)
-        return Place(rotation, plus(self.origin, applied(self.rotation, other.origin)))
+        return Place(rotation, plus(self.origin, apply(self.rotation, other.origin)))
 
 
 @dataclass(frozen=True)
@@ -106,15 +106,15 @@ class Inertia:
     def vanishes(self) -> bool:
         return self.mass == 0 and not any(entry != 0 for row in self.about for entry in row)
 
-    def placed(self, place: Place) -> Inertia:
-        """The same in the frame in which this one has that place."""
-        turned = product(product(place.rotation, self.about), transposed(place.rotation))
+    def transform(self, place: Place) -> Inertia:
+        """The inertia in the frame in which this one has that place."""
+        turned = product(product(place.rotation, self.about), transpose(place.rotation))
         return Inertia(
-            self.mass, plus(place.origin, applied(place.rotation, self.centre)), _symmetric(turned)
+            self.mass, plus(place.origin, apply(place.rotation, self.centre)), _symmetric(turned)
         )
 
 
-def joined(parts: Iterable[Inertia]) -> Inertia:
+def combine(parts: Iterable[Inertia]) -> Inertia:
     """Bodies that are fixed to each other, as one (Huygens and Steiner)."""
     present = [part for part in parts if not part.vanishes]
     if len(present) < 2:
@@ -144,5 +144,5 @@ def _about(part: Inertia, point: Vec) -> Mat:
 
 
 def _symmetric(matrix: Mat) -> Mat:
-    """With its upper half below too, where rounding or the form of an expression differ."""
+    """The matrix with its upper half below too, where rounding or the form differ."""
     return [[matrix[min(i, j)][max(i, j)] for j in range(3)] for i in range(3)]

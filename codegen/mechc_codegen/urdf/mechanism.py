@@ -21,8 +21,8 @@ from mechc_codegen.description.limits import Limits
 from mechc_codegen.description.mechanism import Load, Mechanism, Parameter, Quantity
 from mechc_codegen.description.solid import Solid
 from mechc_codegen.errors import MechanismError
-from mechc_codegen.urdf.geometry import IDENTITY, Inertia, Place, joined, of_angles
-from mechc_codegen.urdf.moving import Motion, motion_of, of_time, oriented, vector
+from mechc_codegen.urdf.geometry import IDENTITY, Inertia, Place, combine, of_angles
+from mechc_codegen.urdf.moving import Motion, motion_of, of_time, orient, vector
 from mechc_codegen.urdf.read import read_robot
 from mechc_codegen.urdf.robot import SINGLE, TURNING, Link, Robot, RobotJoint
 from mechc_codegen.urdf.tree import as_tree
@@ -78,17 +78,17 @@ def from_urdf(
         If the file is no URDF or contradicts itself; the message names the link or the joint.
     """
     robot = as_tree(read_robot(Path(path)))
-    robot = _named(_freed(robot) if floating else robot, name)
+    robot = _with_name(_with_floating_base(robot) if floating else robot, name)
     values = Values(robot, symbolic)
-    return _Assembled(robot, values, _driven(robot, driven)).mechanism()
+    return _MechanismBuilder(robot, values, _names_of_driven(robot, driven)).mechanism()
 
 
-def _named(robot: Robot, name: str | None) -> Robot:
+def _with_name(robot: Robot, name: str | None) -> Robot:
     return robot if name is None else replace(robot, name=name)
 
 
-def _freed(robot: Robot) -> Robot:
-    """With a floating joint between the ground and the root."""
+def _with_floating_base(robot: Robot) -> Robot:
+    """The robot with a floating joint between the ground and its root."""
     if WORLD in robot.links or BASE in {joint.name for joint in robot.joints}:
         raise MechanismError(
             f"{robot.name}: a floating base adds the link {WORLD!r} and the joint {BASE!r}, but "
@@ -99,7 +99,7 @@ def _freed(robot: Robot) -> Robot:
     return replace(robot, links=links, joints=(free, *robot.joints), root=WORLD)
 
 
-def _driven(robot: Robot, given: Iterable[str] | str) -> set[str]:
+def _names_of_driven(robot: Robot, given: Iterable[str] | str) -> set[str]:
     own = {j.name for j in robot.joints if j.kind in SINGLE and j.mimic is None}
     names = own if given == "all" else {given} if isinstance(given, str) else {*given}
     for each in sorted(names - own):
@@ -121,7 +121,7 @@ class _Part:
     line: list[str] = field(default_factory=list)
 
 
-class _Assembled:
+class _MechanismBuilder:
     """The parts of the mechanism, joint after joint from the root outwards."""
 
     def __init__(self, robot: Robot, values: Values, driven: set[str]) -> None:
@@ -152,14 +152,14 @@ class _Assembled:
         link = self.robot.links[name]
         self.parts[name] = (part, place)
         part.line.append(self.points[name].name)
-        part.inertias.append(self._inertia(link).placed(place))
+        part.inertias.append(self._inertia(link).transform(place))
         for visual in link.visuals:
             shape = place.then(Place(of_angles(visual.pose.rpy), visual.pose.xyz))
             self.solids.append(_solid(visual.kind, visual.label, visual.sizes, part, shape))
 
     def _inertia(self, link: Link) -> Inertia:
         rotation = of_angles(link.centre.rpy)
-        turned = Inertia(0, (0, 0, 0), self.values.inertia(link)).placed(Place(rotation))
+        turned = Inertia(0, (0, 0, 0), self.values.inertia(link)).transform(Place(rotation))
         return Inertia(self.values.mass(link), self.values.centre(link), turned.about)
 
     # -- joints ----------------------------------------------------------------------------
@@ -217,7 +217,7 @@ class _Assembled:
     def _embody(self) -> None:
         """A body for every moving part; one without mass within a chain too, as it carries."""
         for joint, _, part, _ in self.joints:
-            whole = joined(part.inertias)
+            whole = combine(part.inertias)
             if whole.vanishes and not self._carries(part):
                 raise MechanismError(
                     f"{self.robot.name}: nothing that the joint {joint.name!r} moves has mass or "
@@ -228,7 +228,7 @@ class _Assembled:
     def _carries(self, part: _Part) -> bool:
         """Whether any link beyond has inertia."""
         beyond = [child for _, parent, child, _ in self.joints if parent is part]
-        return any(not joined(p.inertias).vanishes or self._carries(p) for p in beyond)
+        return any(not combine(p.inertias).vanishes or self._carries(p) for p in beyond)
 
     # -- the whole -------------------------------------------------------------------------
 
@@ -275,7 +275,7 @@ class _Assembled:
         )  # fmt: skip
 
     def _drawing(self, root: _Part) -> Drawing:
-        """From each part's origin to those of the links on it and of the parts that it carries."""
+        """Lines from each part's origin to those of its links and of the parts that it carries."""
         lines: dict[str, list[str]] = {}
         for _, carrier, part, _ in self.joints:
             lines.setdefault(part.point.name, part.line)
@@ -308,7 +308,7 @@ def _frame_at(name: str, part: _Part, place: Place) -> ReferenceFrame:
     if place.rotation == IDENTITY:
         return part.frame
     frame = ReferenceFrame(name)
-    oriented(frame, part.frame, place.rotation)
+    orient(frame, part.frame, place.rotation)
     frame.set_ang_vel(part.frame, Vector(0))
     return frame
 

@@ -16,7 +16,7 @@ from sympy.physics.vector import Vector
 
 from mechc_codegen.description.mechanism import Coordinate, Quantity, Speed
 from mechc_codegen.joints.attitude import attitude_matrix, quaternion_rates
-from mechc_codegen.urdf.geometry import Mat, Place, Vec, about, across, applied, plus, product
+from mechc_codegen.urdf.geometry import Mat, Place, Vec, about, across, apply, plus, product
 from mechc_codegen.urdf.robot import TURNING, RobotJoint
 
 
@@ -25,7 +25,7 @@ def vector(components: Vec, frame: ReferenceFrame) -> Vector:
     return x * frame.x + y * frame.y + z * frame.z
 
 
-def oriented(child: ReferenceFrame, parent: ReferenceFrame, rotation: Mat) -> None:
+def orient(child: ReferenceFrame, parent: ReferenceFrame, rotation: Mat) -> None:
     """Set the orientation, without the angular velocity that SymPy would derive from it."""
     child._dcm(parent, Matrix(rotation).applyfunc(sympify).as_immutable())
 
@@ -68,9 +68,9 @@ class Motion:
               carrier: tuple[Point, ReferenceFrame]) -> None:  # fmt: skip
         """Locate and orient the child's frame from the carrier's, on which the joint is ``at``."""
         point, frame = child
-        oriented(frame, carrier[1], product(at.rotation, self.rotation))
+        orient(frame, carrier[1], product(at.rotation, self.rotation))
         frame.set_ang_vel(carrier[1], vector(self.turning, frame))
-        way = plus(at.origin, applied(at.rotation, self.way))
+        way = plus(at.origin, apply(at.rotation, self.way))
         point.set_pos(carrier[0], vector(way, carrier[1]))
 
 

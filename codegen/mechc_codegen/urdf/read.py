@@ -43,7 +43,7 @@ def read_robot(path: Path) -> Robot:
     MechanismError
         If it cannot be read, is no URDF, or an element lacks something or has a wrong number.
     """
-    root = _parsed(path)
+    root = _parse(path)
     if root.tag != "robot":
         raise MechanismError(f"{path.name!r}: the outermost element is <{root.tag}>, not <robot>")
     _refuse_macros(path, root)
@@ -58,7 +58,7 @@ def read_robot(path: Path) -> Robot:
 # -- the document -----------------------------------------------------------------------------
 
 
-def _parsed(path: Path) -> Element:
+def _parse(path: Path) -> Element:
     try:
         if path.stat().st_size > LARGEST:
             raise MechanismError(f"{path.name!r} is larger than {LARGEST >> 20} MiB")

@@ -29,9 +29,9 @@ def as_tree(robot: Robot) -> Robot:
             )
         above[joint.child] = joint
     root = _root(robot, above)
-    ordered = _ordered(robot, root)
+    ordered = _joints_from_root(robot, root)
     _refuse_rings(robot, ordered)
-    return replace(robot, joints=tuple(map(_Mimics(robot).resolved, ordered)), root=root)
+    return replace(robot, joints=tuple(map(_Mimics(robot).resolve, ordered)), root=root)
 
 
 def _check_links(robot: Robot, joint: RobotJoint) -> None:
@@ -54,7 +54,7 @@ def _root(robot: Robot, above: dict[str, RobotJoint]) -> str:
     )
 
 
-def _ordered(robot: Robot, root: str) -> list[RobotJoint]:
+def _joints_from_root(robot: Robot, root: str) -> list[RobotJoint]:
     below: dict[str, list[RobotJoint]] = {}
     for joint in robot.joints:
         below.setdefault(joint.parent, []).append(joint)
@@ -83,10 +83,10 @@ class _Mimics:
         self.robot = robot
         self.of = {joint.name: joint for joint in robot.joints}
 
-    def resolved(self, joint: RobotJoint) -> RobotJoint:
+    def resolve(self, joint: RobotJoint) -> RobotJoint:
         mimic, seen = joint.mimic, {joint.name}
         while mimic is not None:
-            followed = self._followed(joint, mimic, seen)
+            followed = self._joint_to_mimic(joint, mimic, seen)
             seen.add(followed.name)
             if followed.mimic is None:
                 return replace(joint, mimic=mimic)
@@ -98,7 +98,7 @@ class _Mimics:
             )
         return joint
 
-    def _followed(self, joint: RobotJoint, mimic: Mimic, seen: set[str]) -> RobotJoint:
+    def _joint_to_mimic(self, joint: RobotJoint, mimic: Mimic, seen: set[str]) -> RobotJoint:
         words = f"{self.robot.name}: the joint {joint.name!r} mimics {mimic.joint!r}"
         if mimic.joint in seen:
             raise MechanismError(f"{words}, which leads back to itself")

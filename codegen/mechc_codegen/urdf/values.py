@@ -31,11 +31,11 @@ _INERTIA = ("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
 
 
 class Values:
-    """What a file says of links and joints, with the parameters that it takes to say so."""
+    """The values that a file gives of links and joints, as numbers or parameters."""
 
     def __init__(self, robot: Robot, symbolic: Iterable[Any]) -> None:
         self.parameters: list[Parameter] = []
-        self._wanted = _wanted(robot, symbolic)
+        self._pairs_to_replace = _pairs_to_replace(robot, symbolic)
 
     def mass(self, link: Link) -> Any:
         return self._value("mass", link.name, "m", link.mass, "kg", "mass of {}", lower=0.0)
@@ -82,7 +82,7 @@ class Values:
         self, kind: str, name: str, letter: str, number: Number, unit: str, what: str,
         lower: float = -inf,
     ) -> Any:  # fmt: skip
-        if (name, kind) not in self._wanted:
+        if (name, kind) not in self._pairs_to_replace:
             return number
         symbol = Symbol(f"{letter}_{name}")
         quantity = Quantity(unit, what.format(name), lower=lower, closed=lower > -inf)
@@ -90,7 +90,7 @@ class Values:
         return symbol
 
 
-def _wanted(robot: Robot, symbolic: Iterable[Any]) -> set[tuple[str, str]]:
+def _pairs_to_replace(robot: Robot, symbolic: Iterable[Any]) -> set[tuple[str, str]]:
     """Pairs of a name and a kind."""
     named = {
         **{(link, kind): None for link in robot.links for kind in OF_LINKS},

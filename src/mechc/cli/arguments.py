@@ -55,7 +55,7 @@ def output_folder(chosen: argparse.Namespace, prefix: str = "mechc") -> Path | N
     return folder
 
 
-def known(name: str) -> str:
+def library_name(name: str) -> str:
     """The name of a mechanism of the library."""
     if name not in mechc.mechanisms():
         raise UnknownNameError("mechanism", name, mechc.mechanisms())
@@ -66,7 +66,7 @@ def model_of(chosen: argparse.Namespace, outputs: Sequence[str] | None = None) -
     """The mechanism and options given, compiled completely, with these outputs or its own."""
     if is_own(chosen.name):
         return _own_model(chosen, outputs)
-    name = known(chosen.name)
+    name = library_name(chosen.name)
     options = checked_options(name, options_of(chosen.options))
     _refuse_unknown_names(chosen, options)
     with Notice(f"compiling {name}; the next time it is in the cache ..."):

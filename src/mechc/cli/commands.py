@@ -15,7 +15,7 @@ import mechc
 from mechc.cli.arguments import (
     STATE,
     checked_options,
-    known,
+    library_name,
     model_of,
     options_of,
     output_folder,
@@ -118,7 +118,8 @@ def _parser() -> argparse.ArgumentParser:
     stored = _add(commands, "cache", "scenes compiled on demand", _cache)
     stored.add_argument("--clear", action="store_true", help="remove them")
     _add(commands, "doctor", "check compiler, cache and packages", _doctor)
-    suite_options(commands.add_parser("bench", **SUITE)).set_defaults(command=_bench)
+    suite = suite_options(commands.add_parser("bench", **SUITE))
+    suite.set_defaults(command=lambda chosen: bench(chosen.options))
     return parser
 
 
@@ -143,7 +144,7 @@ def _list(_: argparse.Namespace) -> int:
 
 def _run(chosen: argparse.Namespace) -> int:
     if not is_own(chosen.name):
-        known(chosen.name)
+        library_name(chosen.name)
     t_end, rtol = seconds_of(chosen), tolerance(chosen)
     model = model_of(chosen)
     params = values_of(model, chosen.parameters, model.parameters, "parameter")
@@ -177,7 +178,7 @@ def _sweep(chosen: argparse.Namespace) -> int:
     from mechc.batch.sweeps.sweep import members, plan, read_variation, sweep_json, sweep_summary
 
     if not is_own(chosen.name):
-        known(chosen.name)
+        library_name(chosen.name)
     t_end, rtol = seconds_of(chosen), tolerance(chosen)
     model = model_of(chosen)
     count = None if chosen.count is None else whole("--count", chosen.count)
@@ -251,7 +252,7 @@ def _write_view(sol: mechc.Solution, folder: Path) -> Path:
 def _emit(chosen: argparse.Namespace) -> int:
     from mechc.compilation.library.library import generated_texts
 
-    name = known(chosen.name)
+    name = library_name(chosen.name)
     texts = generated_texts(name, checked_options(name, options_of(chosen.options)))
     if not chosen.out:
         print(texts["scene_program.h"])
@@ -283,7 +284,3 @@ def _doctor(_: argparse.Namespace) -> int:
     checks = examine()
     print(written(checks))
     return 0 if all(well for _, well, _ in checks) else FAILED
-
-
-def _bench(chosen: argparse.Namespace) -> int:
-    return bench(chosen.options)

@@ -14,20 +14,26 @@ from mechc.compilation.library.catalogue import COMPILED_AT_INSTALL
 from mechc.errors import MechcError
 
 Check = tuple[str, bool, str]
-PACKAGES = ("numpy", "scipy", "sympy", "cython", "matplotlib", "xarray", "jinja2")
+PACKAGES = (
+    *("numpy", "scipy", "sympy", "cython", "matplotlib", "xarray", "jinja2", "latex2mathml"),
+    "filelock",
+)
 OPTIONAL = ("nbclient", "ipykernel")
 
 
 def examine() -> list[Check]:
     """(name, whether it is right, what was found) for everything that mechc needs."""
-    checks = [_python(), *(_package(name) for name in PACKAGES)]
-    checks += [_optional(name) for name in OPTIONAL]
-    checks += [_shipped(name) for name in COMPILED_AT_INSTALL]
-    return [*checks, _guarded("C compiler", _compiler), _guarded("cache", _cache)]
-
-
-def _python() -> Check:
-    return ("python", sys.version_info >= (3, 11), sys.version.split()[0])
+    checks = [("python", sys.version_info >= (3, 11), sys.version.split()[0])]
+    checks += [_package(name) for name in PACKAGES]
+    for name in OPTIONAL:
+        _, there, found = _package(name)
+        words = found if there else "not installed; for notebooks"
+        checks.append((f"{name} (optional)", True, words))
+    for name in COMPILED_AT_INSTALL:
+        model = mechc.load(name)
+        words = f"compiled, {model.instruction_set}, {model.system.scene.lanes} lanes"
+        checks.append((name, True, words))
+    return [*checks, _attempt("C compiler", _compiler), _attempt("cache", _cache)]
 
 
 def _package(name: str) -> Check:
@@ -37,17 +43,7 @@ def _package(name: str) -> Check:
         return (name, False, f"not installed: pip install {name}")
 
 
-def _optional(name: str) -> Check:
-    _, there, found = _package(name)
-    return (f"{name} (optional)", True, found if there else "not installed; for notebooks")
-
-
-def _shipped(name: str) -> Check:
-    model = mechc.load(name)
-    return (name, True, f"compiled, {model.instruction_set}, {model.system.scene.lanes} lanes")
-
-
-def _guarded(what: str, check: Callable[[], str]) -> Check:
+def _attempt(what: str, check: Callable[[], str]) -> Check:
     try:
         return (what, True, check())
     except (MechcError, OSError) as error:

@@ -32,8 +32,8 @@ def export_command(chosen: argparse.Namespace) -> int:
     return asked[0](chosen)
 
 
-def _asked(chosen: argparse.Namespace) -> tuple[Any, dict[str, Any]]:
-    """What is handed on, and arguments that both kinds of files have."""
+def _common_arguments(chosen: argparse.Namespace) -> tuple[Any, dict[str, Any]]:
+    """The mechanism that is handed on, and arguments that both kinds of files have."""
     own = is_own(chosen.name)
     model = model_of(chosen)
     params = values_of(model, chosen.parameters, model.parameters, "parameter")
@@ -47,7 +47,7 @@ def _asked(chosen: argparse.Namespace) -> tuple[Any, dict[str, Any]]:
 
 
 def _c(chosen: argparse.Namespace) -> int:
-    mechanism, arguments = _asked(chosen)
+    mechanism, arguments = _common_arguments(chosen)
     folder = output_folder(chosen, "mechc_export")
     assert folder is not None
     files = export_c(mechanism, folder, real="float" if chosen.float else "double", **arguments)
@@ -59,7 +59,7 @@ def _c(chosen: argparse.Namespace) -> int:
 
 
 def _wasm(chosen: argparse.Namespace) -> int:
-    mechanism, arguments = _asked(chosen)
+    mechanism, arguments = _common_arguments(chosen)
     del arguments["t_end"]
     folder = output_folder(chosen, "mechc_export")
     assert folder is not None
@@ -69,7 +69,7 @@ def _wasm(chosen: argparse.Namespace) -> int:
 
 
 def _fmu(chosen: argparse.Namespace) -> int:
-    mechanism, arguments = _asked(chosen)
+    mechanism, arguments = _common_arguments(chosen)
     named = chosen.prefix or (own_name(chosen.name) if is_own(chosen.name) else chosen.name)
     print(export_fmu(mechanism, chosen.out or f"{named}.fmu", version=chosen.fmi or "3.0",
                      derivatives=not chosen.no_derivatives, **arguments))  # fmt: skip

@@ -18,7 +18,7 @@ import mechc
 from mechc.assembly.initial_values import filled_start
 from mechc.cli.arguments import (
     STATE,
-    known,
+    library_name,
     model_of,
     number,
     output_folder,
@@ -32,7 +32,7 @@ from mechc.fitting.quantities import Measured, checked_measured
 from mechc.fitting.recordings import SECONDS, TIMES
 from mechc.progress import ProgressBar
 from mechc.results.durable import write_text, written_into
-from mechc.results.figures import _save, _settled
+from mechc.results.figures import _lay_out, _save
 from mechc.system.kinds import Kind
 from mechc.system.parameters import NamedQuantity
 from mechc.system.units import UNITS, read_value
@@ -46,13 +46,13 @@ Table = dict[str, tuple[str, list[float]]]  # column -> its unit and its numbers
 def fit_command(chosen: argparse.Namespace) -> int:
     """Reads the recordings, fits, prints the values, draws."""
     if not is_own(chosen.name):
-        known(chosen.name)
+        library_name(chosen.name)
     if not chosen.free:
         raise MechcError("say what is to be found: --free NAME=LOW:HIGH, for instance m_1=0.1:5")
     rtol = tolerance(chosen)
     tables = [_read(Path(path)) for path in chosen.data]
     model = model_of(chosen, OUTPUTS)
-    measured = _measured(model, chosen.measure, tables)
+    measured = _measurements(model, chosen.measure, tables)
     recordings = [_recording(t, measured, p) for t, p in zip(tables, chosen.data, strict=True)]
     free = dict(_free(model, text) for text in chosen.free)
     start, guess = _start(model, chosen, free)
@@ -70,17 +70,13 @@ def fit_command(chosen: argparse.Namespace) -> int:
     print(json.dumps(told) if chosen.json else result)
     if folder is not None:
         with ProgressBar("drawing"), written_into(folder):
-            _write(result, told, folder)
+            figure = _lay_out(result.plot())
+            for extension in ("png", "svg"):
+                _save(figure, folder / f"fit.{extension}", 150.0)
+            write_text(folder / "fit.json", json.dumps(told, indent=1) + "\n")
         if not chosen.json:
             print(f"\nwritten into {folder.resolve()}: fit.png, fit.svg, fit.json")
     return 0 if result.converged else FAILED
-
-
-def _write(result: Any, told: Any, folder: Path) -> None:
-    figure = _settled(result.plot())
-    for extension in ("png", "svg"):
-        _save(figure, folder / f"fit.{extension}", 150.0)
-    write_text(folder / "fit.json", json.dumps(told, indent=1) + "\n")
 
 
 # -- recordings -------------------------------------------------------------------------------
@@ -142,8 +138,8 @@ def _factor(unit: str, kind: Kind, name: str, own: str = "s") -> float:
 # -- what is measured and free ----------------------------------------------------------------
 
 
-def _measured(model: mechc.Model, typed: Iterable[str], tables: list[Table]) -> Any:
-    """As typed, NAME or NAME=SIGMA; else every column that the model knows."""
+def _measurements(model: mechc.Model, typed: Iterable[str], tables: list[Table]) -> Any:
+    """The columns typed as NAME or NAME=SIGMA; else all that the model knows."""
     pairs: dict[str, float | None] = {}
     for text in typed:
         name, sign, value = text.partition("=")
@@ -204,7 +200,7 @@ def _end(typed: str, quantity: NamedQuantity) -> float | None:
 def _start(
     model: mechc.Model, chosen: argparse.Namespace, free: dict[str, Any]
 ) -> tuple[dict[str, float] | None, dict[str, float]]:
-    """What is given of the start, filled up as ``mechc run`` does; None where nothing is."""
+    """The values given of the start, filled up as ``mechc run`` does; None where nothing is."""
     states = (*model.coordinates, *model.speeds)
     given = values_of(model, chosen.start, states, STATE)
     guess = values_of(model, chosen.guess, model.coordinates, "coordinate")

@@ -136,7 +136,7 @@ def _run_options(parser: argparse.ArgumentParser) -> None:
 
 
 def export_options(parser: argparse.ArgumentParser) -> None:
-    """What is handed on, and the run of its example."""
+    """Options of what is handed on, and of the run of its example."""
     _state_options(parser)
     parser.add_argument(
         "--c", action="store_true", help="C99 files: header, source, example, CMake"

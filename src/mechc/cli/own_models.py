@@ -25,7 +25,7 @@ def own_name(name: str) -> str:
 
 @cache
 def own_object(name: str) -> Any:
-    """What FILE.py:NAME is: the file is run, a function without arguments is called.
+    """The object that FILE.py:NAME names: the file is run, a function without arguments is called.
 
     Raises
     ------

@@ -5,27 +5,30 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import mechc
-from mechc.cli.arguments import checked_options, known, options_of, page_ending, values_of
+from mechc.cli.arguments import checked_options, library_name, options_of, page_ending, values_of
 from mechc.cli.own_models import is_own, own_description, own_model
 from mechc.results.durable import write_text
 
 
 def show_command(chosen: argparse.Namespace) -> int:
     """Prints quantities, what follows from their values, and options; writes the page."""
-    from mechc.compilation.library.library import derivation_notes, derivation_page
+    from mechc.compilation.exports.standalone import described_mechanism
+    from mechc.compilation.library.library import derivation_notes, derivation_page, mechanism_of
 
     own, ending = is_own(chosen.name), page_ending(chosen)
-    options = {} if own else checked_options(known(chosen.name), options_of(chosen.options))
+    options = {} if own else checked_options(library_name(chosen.name), options_of(chosen.options))
     model = own_model(chosen.name) if own else mechc.load(chosen.name, **options)
     params = values_of(model, chosen.parameters, model.parameters, "parameter")
     values = _values(model, params)
     _print_quantities(model, values)
     if own and not chosen.out:
         return 0
-    mechanism = _of_user(chosen.name) if own else _of_library(chosen.name, options)
+    mechanism = (
+        described_mechanism(own_description(chosen.name)) if own
+        else mechanism_of(chosen.name, options)
+    )  # fmt: skip
     for label, sentence in derivation_notes(mechanism, values):
         print(f"{label}: {sentence}.")
     if not own:
@@ -46,18 +49,6 @@ def _values(model: mechc.Model, params: Mapping[str, float]) -> dict[str, float]
     values = known.defaults if open_ones else known.resolve(params)
     found = dict(zip(known.names, values.tolist(), strict=True)) | dict(params)
     return {name: value for name, value in found.items() if name not in open_ones}
-
-
-def _of_library(name: str, options: Mapping[str, Any]) -> Any:
-    from mechc.compilation.library.library import mechanism_of
-
-    return mechanism_of(name, options)
-
-
-def _of_user(name: str) -> Any:
-    from mechc.compilation.exports.standalone import described_mechanism
-
-    return described_mechanism(own_description(name))
 
 
 def _print_quantities(model: mechc.Model, values: Mapping[str, float]) -> None:

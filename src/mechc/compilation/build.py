@@ -48,7 +48,7 @@ def key_of(digest: str) -> str:
     """The key in the cache of a request with this digest."""
     from mechc_codegen.frontend.cache_key import compiler_signature, files_digest, files_stamp
 
-    files = cache.remembered("compiler", files_stamp(), files_digest)
+    files = cache.cached_hash("compiler", files_stamp(), files_digest)
     return compiler_signature(digest, *environment(), files)
 
 
@@ -64,7 +64,7 @@ def compiled_before(reference: ModelReference) -> System:
     if key not in _compiled:
         if not cache.is_key(key):
             raise MechcError(f"{key!r} is not the key of a compiled scene")
-        first = entries.found(cache.part_key(key, FIRST))
+        first = entries.load(cache.part_key(key, FIRST))
         if first is None:
             raise MechcError(
                 f"the mechanism {reference.mechanism!r} (cache key {key[:16]}) is not a shipped "
@@ -78,7 +78,7 @@ def compiled_before(reference: ModelReference) -> System:
     return found.with_defaults(reference.defaults) if reference.defaults else found
 
 
-def timed(seconds: Seconds, stage: str, run: Callable[[], Any]) -> Any:
+def time_stage(seconds: Seconds, stage: str, run: Callable[[], Any]) -> Any:
     """The result of ``run()``; its time in seconds is recorded."""
     started = time.perf_counter()
     done = run()
@@ -92,7 +92,7 @@ def _built(described: Described) -> Any:
     from mechc_codegen.compiler import build_scene
 
     seconds: Seconds = {}
-    mechanism, requested = timed(seconds, "describe", described)
+    mechanism, requested = time_stage(seconds, "describe", described)
     scene = build_scene(mechanism, (native(),), requested)
     return replace(scene, seconds={**seconds, **scene.seconds})
 
@@ -109,7 +109,7 @@ def _system(
     if key not in _compiled:
         seconds = dict(seconds)
         parts = Parts(key, seconds)
-        kept = entries.found(cache.part_key(key, FIRST))
+        kept = entries.load(cache.part_key(key, FIRST))
         scene = parts.scene(kept or _first(parts, built))
         if FIRST_UNIT not in seconds:
             seconds["load"] = time.perf_counter() - started
@@ -128,9 +128,9 @@ def _first(parts: Parts, built: Callable[[], Any]) -> Any:
         parts.build = scene = built()
         seconds.update(scene.seconds)
         parts.begin("driver")
-        timed(seconds, FIRST_UNIT, lambda: entries.make_outputs_only(scene, folder))
+        time_stage(seconds, FIRST_UNIT, lambda: entries.make_outputs_only(scene, folder))
 
-    first = entries.made(cache.part_key(parts.key, FIRST), make)
+    first = entries.load_or_make(cache.part_key(parts.key, FIRST), make)
     if FIRST_UNIT in seconds:
         parts.begin("gauss8")
     return first

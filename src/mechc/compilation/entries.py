@@ -12,8 +12,8 @@ from mechc.errors import CacheError
 from mechc.native._driver import capsule_of
 
 
-def found(key: str, load: Callable[[Path], Any] | None = None) -> Any:
-    """What an entry holds, if it exists and can be loaded, else None; by default a model."""
+def load(key: str, load: Callable[[Path], Any] | None = None) -> Any:
+    """The content of an entry, if it exists and can be loaded, else None; by default a model."""
     load = load or capsule_of
     path = cache.find(key)
     known = None if path is None else cache.identity(path)
@@ -24,8 +24,10 @@ def found(key: str, load: Callable[[Path], Any] | None = None) -> Any:
         return None
 
 
-def made(key: str, make: Callable[[Path], None], load: Callable[[Path], Any] | None = None) -> Any:
-    """The same of an entry that is made if it is missing, or is removed before it is loaded."""
+def load_or_make(
+    key: str, make: Callable[[Path], None], load: Callable[[Path], Any] | None = None
+) -> Any:
+    """The content of an entry, which is made if it is missing or removed before it is loaded."""
     load = load or capsule_of
     path = cache.entry(key, make)
     known = cache.identity(path)

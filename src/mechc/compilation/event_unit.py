@@ -50,11 +50,11 @@ def event_functions(
     if asked not in _known:
         if len(_known) >= MOST_KNOWN:
             _known.clear()
-        _known[asked] = _compiled_functions(events, contacts, width, parameters)
+        _known[asked] = _compile(events, contacts, width, parameters)
     return _known[asked]
 
 
-def _compiled_functions(
+def _compile(
     events: Sequence[tuple[Any, Mapping[int, Any] | None]], contacts: Sequence[Any], width: int,
     parameters: int,
 ) -> EventFunctions | None:  # fmt: skip
@@ -82,7 +82,7 @@ def loaded(text: str) -> EventFunctions:
     deciding = "\n".join([text, header, *FLAGS, *environment()])
     key = hashlib.sha256(deciding.encode()).hexdigest()
     if key not in _compiled:
-        made = entries.made(
+        made = entries.load_or_make(
             key, lambda folder: _make(text, folder), lambda path: EventFunctions(path, text)
         )
         _compiled[key] = made

@@ -30,9 +30,9 @@ def library_system(
         raise UnknownNameError("mechanism", name, LIBRARY)
     if instruction_set is not None and not _is_word(instruction_set):
         raise ValueError(f"no instruction set is called {brief(instruction_set)}")
-    asked = _asked(fix, outputs)
+    asked = _as_names_and_numbers(fix, outputs)
     if not (options or asked) and name in COMPILED_AT_INSTALL:
-        return _installed(name, instruction_set)
+        return _load_installed(name, instruction_set)
     return _variant(name, instruction_set, asked, options)
 
 
@@ -47,7 +47,7 @@ def _variant(
 
     options = beyond_default(name, options) if options else options
     if not (options or asked) and name in COMPILED_AT_INSTALL:
-        return _installed(name, instruction_set)
+        return _load_installed(name, instruction_set)
     if instruction_set is not None:
         raise ValueError(
             "scenes compiled on demand are for this processor only: omit instruction_set"
@@ -98,22 +98,24 @@ def _from_cache(reference: ModelReference) -> System:
 
 @cache
 @one_at_a_time
-def _installed(name: str, instruction_set: str | None) -> System:
+def _load_installed(name: str, instruction_set: str | None) -> System:
     module = importlib.import_module(f"mechc._scenes.{name}")
     reference = ModelReference(
         name, instruction_set=instruction_set, library_file=str(module.__file__)
     )
     system = system_with(Scene(module.model, instruction_set), reference)
-    return system.drawn_by(drawn_by(lambda: _described(name)))
+    return system.drawn_by(drawn_by(lambda: _describe(name)))
 
 
-def _described(name: str) -> tuple[Any, Any]:
+def _describe(name: str) -> tuple[Any, Any]:
     from mechc.compilation.library.library import described_as_asked
 
     return described_as_asked(name, {}, {})
 
 
-def _asked(fix: Mapping[str, float] | None, outputs: Iterable[str] | None) -> dict[str, Any]:
+def _as_names_and_numbers(
+    fix: Mapping[str, float] | None, outputs: Iterable[str] | None
+) -> dict[str, Any]:
     """The ``fix`` and ``outputs`` of a variant, as names and numbers."""
     asked: dict[str, Any] = {}
     if fix:

@@ -36,7 +36,7 @@ def system_with(
 
 
 def drawn_by(described: Described, added: Any = None) -> Callable[..., Picture]:
-    """What makes the picture of a description, with what a user's drawing adds, when asked."""
+    """A function that makes the picture of a description, with what a user's drawing adds."""
 
     def picture(system: System, *, in_space: bool = False) -> Picture:
         from mechc.compilation.picture import described_picture

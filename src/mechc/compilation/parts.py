@@ -61,7 +61,7 @@ class Pending:
 
 
 class Parts:
-    """What makes the parts of one scene for a :class:`mechc.native._driver.Scene`.
+    """The maker of the parts of one scene for a :class:`mechc.native._driver.Scene`.
 
     ``seconds`` of every part compiled here are recorded.
     """
@@ -84,32 +84,32 @@ class Parts:
             import_compiler()
         with self._lock:
             if name not in self._begun:
-                self._begun[name] = Pending(lambda: self._made(name))
+                self._begun[name] = Pending(lambda: self._make_part(name))
             return self._begun[name]
 
     def parts(self, bits: int) -> list[Any]:
         """The capsules of these parts; those that are missing are compiled side by side."""
         names = [name for name, bit in PARTS.items() if bits & bit]
-        kept = {name: self._found(name) for name in names}
+        kept = {name: self._load_part(name) for name in names}
         begun = {name: self.begin(name) for name in names if kept[name] is None}
         return [begun[name].result() if name in begun else kept[name] for name in names]
 
     def if_made(self, bit: int) -> Any:
         """The capsule of a part; None until it is made, in the background, or if that fails."""
         (name,) = (name for name, each in PARTS.items() if each == bit)
-        return self._found(name) or self.begin(name).if_made()
+        return self._load_part(name) or self.begin(name).if_made()
 
     def whole(self) -> Any:
         """The capsule of the model with all parts of its unit."""
-        return entries.made(self.key, self._maker(WHOLE))
+        return entries.load_or_make(self.key, self._maker(WHOLE))
 
-    def _found(self, name: str) -> Any:
+    def _load_part(self, name: str) -> Any:
         if name in self._begun:
             return None
-        return entries.found(cache.part_key(self.key, name), part_of)
+        return entries.load(cache.part_key(self.key, name), part_of)
 
-    def _made(self, name: str) -> Any:
-        return entries.made(cache.part_key(self.key, name), self._maker(name), part_of)
+    def _make_part(self, name: str) -> Any:
+        return entries.load_or_make(cache.part_key(self.key, name), self._maker(name), part_of)
 
     def _maker(self, name: str) -> Callable[[Path], None]:
         def make(folder: Path) -> None:

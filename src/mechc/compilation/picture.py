@@ -85,12 +85,12 @@ class _Positions:
         return np.stack(where, axis=-2), np.stack(turned, axis=-3)
 
     def acting(self, y: Array, p: Array, t: float | Array) -> Array:
-        """Where the reactions of the joints act."""
+        """The places where the reactions of the joints act."""
         points, _ = self._all(y, p, t)
         return np.stack([points[point] for _, point in self._plan.joints], axis=-2)
 
     def pushing(self, y: Array, p: Array, t: float | Array) -> tuple[Array, Array]:
-        """Where the forces among the loads act, and the forces, along the inertial axes."""
+        """The places of the forces among the loads, and the forces, along the inertial axes."""
         points, turns = self._all(y, p, t)
         size = len(self._plan.arguments[1]) + len(self._plan.speeds)
         state = [y[..., k] for k in range(size)]
@@ -147,7 +147,7 @@ class _Positions:
         return points, turns
 
     def _turns(self, numbers: Any, leading: tuple[int, ...]) -> list[Array]:
-        """Of each frame the matrix that turns its components into inertial ones."""
+        """The matrix of each frame that turns its components into inertial ones."""
         turns = [np.broadcast_to(np.eye(3), (*leading, 3, 3))]
         for before, _ in self._plan.frames:
             turns.append(turns[before] @ _next(numbers, 9, leading).reshape(*leading, 3, 3))
@@ -159,18 +159,14 @@ def _numeric(arguments: list[Any], entries: list[Any]) -> Any:
     from mechc_codegen.description.piecewise import Floor, Step, Where
     from sympy import lambdify
 
-    own = {Step.__name__: _step, Where.__name__: _where, Floor.__name__: np.floor}
+    own = {
+        Step.__name__: lambda x: np.where(x > 0, 1.0, 0.0),
+        Where.__name__: lambda chosen, one, other: np.where(chosen != 0, one, other),
+        Floor.__name__: np.floor,
+    }
     return lambdify(arguments, entries, modules=[own, "numpy"], cse=True, dummify=True)
 
 
 def _next(numbers: Any, count: int, leading: tuple[int, ...]) -> Array:
     parts = [np.broadcast_to(np.asarray(next(numbers), dtype=float), leading) for _ in range(count)]
     return np.stack(parts, axis=-1)
-
-
-def _step(x: Any) -> Any:
-    return np.where(x > 0, 1.0, 0.0)
-
-
-def _where(chosen: Any, one: Any, other: Any) -> Any:
-    return np.where(chosen != 0, one, other)

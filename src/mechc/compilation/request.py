@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from mechc.compilation.build import compile_described, compile_known, timed
+from mechc.compilation.build import compile_described, compile_known, time_stage
 from mechc.compilation.compiler import errors_of_compiler
 from mechc.compilation.from_scene import drawn_by
 from mechc.compilation.library.defaults import split, with_defaults
@@ -24,7 +24,7 @@ def compile_any(thing: Any, *, drawing: Any = None, **asked: Any) -> System:
     """The system of a request; see :func:`mechc.compile`."""
     errors_of_compiler()
     seconds: dict[str, float] = {}
-    request, numbers = timed(seconds, "read", lambda: read_compilable(thing, **asked))
+    request, numbers = time_stage(seconds, "read", lambda: read_compilable(thing, **asked))
     system = _compiled(request, ModelReference("", custom=True), seconds)
     system = _drawn(system, request, drawing)
     return with_defaults(system, numbers, request.symbol_names) if numbers else system
@@ -86,7 +86,8 @@ def read_compilable(
         given["defaults"] = {**values, **given.get("defaults", {})}
     if "defaults" in given and readable(thing):
         numbers, given["defaults"] = split(given["defaults"], given.get("states", ()))
-    chosen = None if outputs is None else tuple([outputs] if _single(outputs) else outputs)
+    single = isinstance(outputs, (str, Mapping))
+    chosen = None if outputs is None else tuple([outputs] if single else outputs)
     request = CompileRequest(
         thing, CompileOptions(ConversionSettings(**given), dict(fix or {}), chosen, form)
     )
@@ -114,15 +115,11 @@ def _declared(parameters: Any) -> tuple[tuple[Any, ...], dict[Any, Any]]:
     return tuple(parameters), {key: x for key, x in parameters.items() if x is not None}
 
 
-def _single(outputs: Any) -> bool:
-    return isinstance(outputs, (str, Mapping))
-
-
 # -- functions of a coordinate, by data -------------------------------------------------------
 
 
 def _with_curves(inputs: Mapping[Any, Any]) -> dict[Any, Any]:
-    """The same, with an expression where a function of a coordinate is given by data.
+    """The inputs, with an expression where a function of a coordinate is given by data.
 
     A :class:`mechc.Table` is taken of the function's arguments.  ``(positions, values)`` become a
     cubic spline; a :class:`mechc.Signal` and interpolants of SciPy are taken as they are.  Beyond

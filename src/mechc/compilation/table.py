@@ -59,12 +59,12 @@ class Table:
                 "a table takes (x, values) or (x, y, values), with kind 'linear' or 'cubic', not "
                 f"{len(more) + 1} arrays and {kind!r}"
             )
-        axes, values = _checked([x, *more[:-1]], more[-1], DEGREES[kind] + 1)
+        axes, values = _check([x, *more[:-1]], more[-1], DEGREES[kind] + 1)
         words = (outside,) * len(axes) if isinstance(outside, str) else tuple(outside)
         if len(words) != len(axes) or not set(words) <= set(OUTSIDE):
             raise ValueOutOfBoundsError(f"outside is one of {OUTSIDE}, not {brief(outside)}")
         self.kind, self.arguments = kind, len(axes)
-        starts, coefficients = _fitted(axes, values, kind, words)
+        starts, coefficients = _fit(axes, values, kind, words)
         periods = [
             float(np.ptp(axis)) if word == "repeat" else None
             for axis, word in zip(axes, words, strict=True)
@@ -93,7 +93,7 @@ class Table:
         return f"<mechc.Table, {self.kind}, {size} pieces>"
 
 
-def _checked(axes: Sequence[Any], values: Any, least: int) -> tuple[list[Array], Array]:
+def _check(axes: Sequence[Any], values: Any, least: int) -> tuple[list[Array], Array]:
     try:
         grids = [np.array(axis, dtype=np.float64) for axis in axes]
         samples = np.array(values, dtype=np.float64)
@@ -113,7 +113,7 @@ def _checked(axes: Sequence[Any], values: Any, least: int) -> tuple[list[Array],
     return grids, samples
 
 
-def _fitted(
+def _fit(
     axes: Sequence[Array], values: Array, kind: str, words: Sequence[str]
 ) -> tuple[list[Array], Array]:
     """Starts of pieces, and coefficients (pieces of each argument, powers of each argument)."""
@@ -122,7 +122,7 @@ def _fitted(
         # axis k has samples; it becomes pieces, and powers come last
         found = _along(axis, np.moveaxis(coefficients, k, 0), kind, word)
         if word == "hold":
-            held = _held(axis, np.moveaxis(coefficients, k, 0), found)
+            held = _with_constant_ends(axis, np.moveaxis(coefficients, k, 0), found)
             axis_starts, found = np.concatenate([[-FAR], axis]), held
         else:
             axis_starts = axis[:-1]
@@ -144,8 +144,8 @@ def _along(axis: Array, values: Array, kind: str, word: str) -> Array:
     return np.asarray(CubicSpline(axis, values, bc_type=ends).c[::-1])
 
 
-def _held(axis: Array, values: Array, found: Array) -> Array:
-    """With a constant piece before and after."""
+def _with_constant_ends(axis: Array, values: Array, found: Array) -> Array:
+    """The pieces, with a constant one before and after."""
     ends = np.zeros((len(found), 2, *values.shape[1:]))
     ends[0] = values[[0, -1]]
     return np.concatenate([ends[:, :1], found, ends[:, 1:]], axis=1)

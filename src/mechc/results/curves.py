@@ -39,7 +39,7 @@ def draw_curves(axes: Axes, t: Array, values: Array, colours: Sequence[Any]) -> 
 
 
 def line_styles(values: Array) -> list[Any]:
-    """Of each column "-" or (start, dashes): the dashes of those that coincide alternate."""
+    """A style for each column, "-" or (start, dashes): dashes of those that coincide alternate."""
     return _alternating(_coincident(values))
 
 

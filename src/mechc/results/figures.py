@@ -121,14 +121,14 @@ def save_all(
     written: list[Path] = []
     closes = panels.has_closure(run)
     for name in (name for name in PICTURES if closes or name != "closure"):
-        figure = _settled(_picture(name, run))
+        figure = _lay_out(_picture(name, run))
         for extension in formats:
             written.append(target / f"{name}.{extension}")
             _save(figure, written[-1], dpi)
     return written
 
 
-def _settled(figure: Figure) -> Figure:
+def _lay_out(figure: Figure) -> Figure:
     """Lay out once and round: the last bits of the layout's solver differ from run to run."""
     with _matplotlib().rc_context(STYLE):
         figure.draw_without_rendering()

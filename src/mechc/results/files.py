@@ -168,7 +168,7 @@ def read(path: Path) -> tuple[dict[str, Any], Array, Array]:
 
     ``"view"`` of the data is the picture in space as bytes, None where there is none.
     """
-    data = _loaded(read_regular(path, LARGEST_FILE))
+    data = _load(read_regular(path, LARGEST_FILE))
     recipe = json_object(data.attrs["mechc"], "what it holds for mechc")
     if recipe["format"] != FORMAT:
         raise MechcError(f"its format is {recipe['format']}, not {FORMAT}; xarray reads it")
@@ -180,7 +180,7 @@ def read(path: Path) -> tuple[dict[str, Any], Array, Array]:
     return recipe, data["time"].values.astype(np.float64), states
 
 
-def _loaded(content: bytes) -> Any:
+def _load(content: bytes) -> Any:
     """The dataset in a file of NetCDF 3, in memory."""
     xarray = xarray_module()
     if content[:3] != b"CDF":

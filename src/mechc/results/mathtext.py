@@ -31,31 +31,24 @@ def typeset(name: str) -> str:
         return plain(pretty_name(name))
     base, number, rest = parts.groups()
     indices = [number] * bool(number) + rest.split("_")[1:]
-    symbol = _base(base)
+    symbol = _word(base)
     for accent in [index for index in indices if index in _ACCENTS]:
         symbol = f"{_ACCENTS[accent]}{{{symbol}}}"
-    below = ",".join(_index(index) for index in indices if index not in _ACCENTS)
+    below = ",".join(_word(index) for index in indices if index not in _ACCENTS)
     return f"${symbol}_{{{below}}}$" if below else f"${symbol}$"
 
 
 def plain(text: str) -> str:
     """Text for matplotlib: no mathematics in it, and no glyph that the font lacks."""
-    shown = "".join(c if _font().get_char_index(ord(c)) else _spelt_out(c) for c in text)
+    shown = "".join(c if _font().get_char_index(ord(c)) else f"U+{ord(c):04X}" for c in text)
     return shown.replace("$", r"\$")
 
 
-def _base(letters: str) -> str:
-    """A letter of either alphabet slanted, a word upright."""
-    if letters in GREEK or letters in _CAPITALS:
-        return "\\" + {"lamda": "lambda"}.get(letters, letters)
-    return letters if len(letters) == 1 else rf"\mathrm{{{letters}}}"
-
-
-def _index(index: str) -> str:
-    """A number or a letter as it is, a word upright, a Greek one as its letter."""
-    if index.isdigit():
-        return index
-    return _base(index) if index.isalpha() else rf"\mathrm{{{index}}}"
+def _word(word: str) -> str:
+    """A number or a letter as it is, a Greek one by its command, a word upright."""
+    if word in GREEK or word in _CAPITALS:
+        return "\\" + {"lamda": "lambda"}.get(word, word)
+    return word if len(word) == 1 or word.isdigit() else rf"\mathrm{{{word}}}"
 
 
 @cache
@@ -63,7 +56,3 @@ def _font() -> Any:
     from matplotlib.font_manager import findfont, get_font
 
     return get_font(findfont("DejaVu Sans"))
-
-
-def _spelt_out(character: str) -> str:
-    return f"U+{ord(character):04X}"

@@ -51,8 +51,8 @@ class ReportSection:
     def text(self) -> list[str]:
         """Lines without control characters of names."""
         rows = [tuple(clean_text(cell, LONGEST) for cell in row) for row in self.rows]
-        lines = _aligned(self.head, rows) if self.head else map(_told, rows)
-        return ["", self.heading, *lines]
+        plain = [f"{fact}: {value}" if fact else f"  {value}" for fact, value, *_ in rows]
+        return ["", self.heading, *(_align(self.head, rows) if self.head else plain)]
 
     def html(self) -> str:
         return f"<b>{escape(self.heading)}</b>{html_table(self.head or ('', ''), self.rows)}"
@@ -78,7 +78,7 @@ class Report(str):
 
 
 def model_report(system: System, *, compare: bool = True) -> Report:
-    """What is compiled, what is omitted and why, in operations; the seconds of each stage.
+    """A report: the parts compiled, those omitted and why, in operations; seconds of each stage.
 
     Parameters
     ----------
@@ -92,18 +92,14 @@ def model_report(system: System, *, compare: bool = True) -> Report:
         A text; in a notebook, tables.
     """
     whole = _whole(system) if compare else None
-    sections = [_operations(system, whole), _calls(system), _fallen(system, whole)]
+    sections = [_operations(system, whole), _calls(system), _omitted(system, whole)]
     if system.constraint_names:
         sections.append(_redundant(system))
     if system.build.get("seconds"):
         sections.append(_build(system))
     lanes = f"{system.instruction_set}, {system.scene.lanes} lanes"
-    return Report.of(f"{_heading(system)}, {lanes}", sections)
-
-
-def _heading(system: System) -> str:
-    """The title, with the name in code if that differs."""
-    return system.title if system.name in system.title else f"{system.title} ({system.name})"
+    in_code = "" if system.name in system.title else f" ({system.name})"
+    return Report.of(f"{system.title}{in_code}, {lanes}", sections)
 
 
 def _whole(system: System) -> Whole:
@@ -163,10 +159,12 @@ def _row_blocks(system: System) -> tuple[tuple[str, str], ...]:
     return (("constraint rows", f"in blocks of {sizes}: {costs}"),)
 
 
-def _fallen(system: System, whole: Whole) -> ReportSection:
+def _omitted(system: System, whole: Whole) -> ReportSection:
     """Parts that the scene does not need."""
     data = system.data
-    facts = [("loads", _loads(data["loads"])), ("third dimension", _third_dimension(data))]
+    given, zero = data["loads"]["given"], data["loads"]["zero"]
+    loads = f"{given}, of which {zero or 'none'} vanish" if given else "none"
+    facts = [("loads", loads), ("third dimension", _third_dimension(data))]
     if not system.constraint_names:
         facts.append(("constraints", "none: no closing of loops, no projection, no multipliers"))
     if data["fixed"]:
@@ -178,14 +176,8 @@ def _fallen(system: System, whole: Whole) -> ReportSection:
     return ReportSection("what is omitted", tuple(facts))
 
 
-def _loads(loads: Mapping[str, int]) -> str:
-    if not loads["given"]:
-        return "none"
-    return f"{loads['given']}, of which {loads['zero'] or 'none'} vanish"
-
-
 def _third_dimension(data: Mapping[str, Any]) -> str:
-    """By the elements that are zero for any state: in a plane all that point out of it."""
+    """Words on it, from the elements that are always zero: in a plane all that point out of it."""
     vectors = ("points", "point_velocities", "linear_momenta", "angular_momenta")
     zeros = data["operations"]["zeros"]
     found = [zeros[name] for name in vectors if name in zeros]
@@ -243,17 +235,10 @@ def _build(system: System) -> ReportSection:
     return ReportSection("the build", tuple(facts))
 
 
-def _told(fact: Row) -> str:
-    return f"{fact[0]}: {fact[1]}" if fact[0] else f"  {fact[1]}"
-
-
-def _aligned(head: Row, rows: Sequence[Row]) -> list[str]:
+def _align(head: Row, rows: Sequence[Row]) -> list[str]:
     """Columns aligned: the first to the left, numbers to the right."""
     table = [head, *rows]
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-    return ["  ".join(_cells(row, widths)) for row in table]
-
-
-def _cells(row: Row, widths: Sequence[int]) -> list[str]:
-    numbers = zip(row[1:], widths[1:], strict=True)
-    return [row[0].ljust(widths[0]), *(number.rjust(width) for number, width in numbers)]
+    return [
+        "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]) for row in table
+    ]

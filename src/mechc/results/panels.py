@@ -112,17 +112,13 @@ def _mark_change_points(axes: Axes, times: tuple[float, ...], label: bool) -> No
     top = axes.secondary_xaxis("top")
     top.spines["top"].set_visible(False)
     top.tick_params(length=3, labelsize=7, pad=1, colors=QUIET)
-    few = len(times) <= 6 and _are_apart(axes, times)
+    first, last = axes.get_xlim()
+    few = len(times) <= 6 and bool(np.all(np.diff(sorted(times)) > 0.07 * (last - first)))
     marked = times if len(times) <= MOST_MARKED else ()
     top.set_ticks(marked, [f"{time:.4g}" for time in marked] if few else [""] * len(marked))
     plural = "s" * (len(times) > 1)
     text = f"change point{plural} at (s)" if few else f"{len(times)} change points"
     top.set_xlabel(text, fontsize=7, color=QUIET)
-
-
-def _are_apart(axes: Axes, times: tuple[float, ...]) -> bool:
-    first, last = axes.get_xlim()
-    return bool(np.all(np.diff(sorted(times)) > 0.07 * (last - first)))
 
 
 def draw_coordinates(area: SubplotSpec, run: Run) -> None:
@@ -395,16 +391,14 @@ def draw_overview(area: SubplotSpec, run: Run) -> None:
     for name, (draw, cell) in parts.items():
         drawn = len(figure.axes)
         draw(cell, run)
-        _entitle(figure.axes[drawn], name)
+        axes = figure.axes[drawn]
+        note = axes.get_title(loc="left")
+        title = f"{name}: {note}" if note else name
+        axes.set_title(title, loc="left", fontsize=10, color="#222222")
     heading = clean_text(run.model.title or run.model.name, 100)
     status = run.solution.status
     outcome = clean_text(getattr(status, "headline", str(status)), 180)
     figure.suptitle(f"{plain(heading)}\n{plain(outcome)}", fontsize=11)
-
-
-def _entitle(axes: Axes, name: str) -> None:
-    note = axes.get_title(loc="left")
-    axes.set_title(f"{name}: {note}" if note else name, loc="left", fontsize=10, color="#222222")
 
 
 def _draw_energy_wide(area: SubplotSpec, run: Run) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from html import escape
 from typing import Any
 
@@ -18,17 +18,14 @@ MOST_TOLD = 1000  # change points in JSON
 
 def model_html(system: System) -> str:
     """The model for a notebook: title, coordinates, speeds, parameters."""
+    defaults = system.defaults
     rows = [
-        (name, q.description, q.unit, _default(system, name))
+        (name, q.description, q.unit, f"{defaults[name]:g}" if name in defaults else "")
         for name, q in system.quantities.items()
     ]
     head = ("name", "meaning", "unit", "default")
     about = f"{escape(system.title)}</b> {escape(f'mechc.Model {system.headline}')}"
     return f"<b>{about}{html_table(head, rows)}"
-
-
-def _default(system: System, name: str) -> str:
-    return f"{system.defaults[name]:g}" if name in system.defaults else ""
 
 
 def html_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -99,14 +96,18 @@ def _energy_check(sol: Trajectory) -> tuple[str, str]:
 
 
 def _work_done(sol: Trajectory) -> float:
-    """In the whole run, J."""
+    """The work done in the whole run, J."""
     return float(sol.work_until(sol.span[1]))
 
 
 def _passages(sol: Trajectory) -> list[tuple[str, str]]:
     """The first change points, and their number."""
     points = sol.change_points
-    rows = [("change point", f"{c.t:.9g} s, {_configuration(sol.system, c.q)}") for c in points[:3]]
+    rows = []
+    for c in points[:3]:
+        pairs = zip(sol.system.coordinates, c.q, strict=True)
+        place = ", ".join(f"{n} = {_shown(sol.system, n, v)}" for n, v in pairs)
+        rows.append(("change point", f"{c.t:.9g} s, {place}"))
     return [*rows, ("", f"and {len(points) - 3} more")] if len(points) > 3 else rows
 
 
@@ -130,12 +131,6 @@ def _extreme(sol: Trajectory, component: int, sign: int) -> float:
         near = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
         grid = np.linspace(*near, 65)
     return float(sign * values[best])
-
-
-def _configuration(system: System, q: tuple[float, ...]) -> str:
-    return ", ".join(
-        f"{n} = {_shown(system, n, v)}" for n, v in zip(system.coordinates, q, strict=True)
-    )
 
 
 def _parameters_in_words(sol: Trajectory) -> str:
@@ -180,13 +175,9 @@ def json_summary(sol: Trajectory) -> dict[str, Any]:
         "change_points": [{"t": c.t, "q": list(c.q)} for c in sol.change_points[:MOST_TOLD]],
         "status": sol.status.code,
         "message": str(sol.status),
-        "parameters": _as_mapping(sol),
+        "parameters": dict(zip(sol.system.parameters, sol.params.tolist(), strict=True)),
     }
 
 
 def _number(value: float) -> float | None:
     return None if math.isnan(value) else value
-
-
-def _as_mapping(sol: Trajectory) -> Mapping[str, float]:
-    return dict(zip(sol.system.parameters, sol.params.tolist(), strict=True))

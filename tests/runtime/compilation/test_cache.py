@@ -227,7 +227,7 @@ def test_clearing_takes_along_what_killed_processes_and_failures_left(root):
     (root / f".new-{other}-abc").mkdir()
     (root / f".new-{cache.part_key(other, 'first')}-abc").mkdir()
     (root / f"{other}.lock").touch()
-    cache.remembered("compiler", "one", lambda: KEY)
+    cache.cached_hash("compiler", "one", lambda: KEY)
     (root / ".new-notes-abc").mkdir()
     assert cache.clear() == 1
     assert [path.name for path in root.iterdir()] == [".new-notes-abc"]
@@ -241,17 +241,17 @@ def test_clearing_a_cache_that_never_was_makes_none(root):
 def test_a_note_saves_work_until_its_stamp_changes(root):
     values = iter((KEY, KEY[::-1]))
     for _ in range(2):
-        assert cache.remembered("what", "one", lambda: next(values)) == KEY
-    assert cache.remembered("what", "two", lambda: next(values)) == KEY[::-1]
+        assert cache.cached_hash("what", "one", lambda: next(values)) == KEY
+    assert cache.cached_hash("what", "two", lambda: next(values)) == KEY[::-1]
     assert (root / "what.note").stat().st_mode & 0o077 == 0
     assert cache.scenes() == {}
 
 
 @pytest.mark.parametrize("damage", ["", "one", f"one {KEY[:-1]}", "one \xff", f"two {KEY}"])
 def test_a_damaged_note_is_no_matter(root, damage):
-    cache.remembered("what", "one", lambda: KEY)
+    cache.cached_hash("what", "one", lambda: KEY)
     (root / "what.note").write_text(damage, "latin-1")
-    assert cache.remembered("what", "one", lambda: KEY[::-1]) == KEY[::-1]
+    assert cache.cached_hash("what", "one", lambda: KEY[::-1]) == KEY[::-1]
 
 
 def make_slowly(folder):

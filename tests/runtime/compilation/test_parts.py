@@ -55,7 +55,7 @@ def test_a_run_goes_over_to_a_method_that_is_loaded_on_the_way(damped, method):
     """Nothing but the wait tells it from one whose methods are all there."""
     whole = Scene(damped.capsule)
     apart = parts.Parts(damped.build["key"], {}).scene(
-        entries.found(cache.part_key(damped.build["key"], parts.FIRST))
+        entries.load(cache.part_key(damped.build["key"], parts.FIRST))
     )
     found, expected = motion(apart, damped, method), motion(whole, damped, method)
     assert {METHODS[method], METHODS["radau5"]} == {*found[2]}, "it became stiff"

@@ -15,7 +15,7 @@ from sympy.physics.mechanics import Point, ReferenceFrame
 from mechc_codegen.description.constraints import Closure
 from mechc_codegen.description.joints.cuts import Cut
 from mechc_codegen.description.joints.tree import Body, Joint, check_joints, joint_of
-from mechc_codegen.description.placement import Placement
+from mechc_codegen.description.placement import Placement, dot
 from mechc_codegen.errors import MechanismError
 
 SAMPLES = 3
@@ -82,9 +82,9 @@ def _moving(closure: Closure, placements: Sequence[Placement]) -> list[bool]:
 def _values(closure: Closure, placement: Placement) -> list[float]:
     ends = [_located(closure.name, p, placement) for p in (closure.point, closure.target)]
     gap = [a - b for a, b in zip(*ends, strict=True)]
-    along = [_dot(gap, placement.vector(axis)) for axis in closure.axes]
+    along = [dot(gap, placement.vector(axis)) for axis in closure.axes]
     across = [
-        _dot(placement.vector(one), placement.vector(other)) for one, other in closure.perpendicular
+        dot(placement.vector(one), placement.vector(other)) for one, other in closure.perpendicular
     ]
     return along + across
 
@@ -97,7 +97,3 @@ def _located(name: str, point: Point, placement: Placement) -> Sequence[float]:
             f"the joint {name}: the point {point.name} is not located from the origin; set its "
             "position with set_pos or locatenew, or check that its body is joined to the ground"
         ) from None
-
-
-def _dot(a: Sequence[float], b: Sequence[float]) -> float:
-    return sum(x * y for x, y in zip(a, b, strict=True))

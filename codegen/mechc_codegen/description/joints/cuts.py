@@ -18,6 +18,7 @@ from sympy.physics.vector import Vector
 
 from mechc_codegen.description.constraints import Closure
 from mechc_codegen.description.joints.tree import Body, Joint
+from mechc_codegen.description.placement import cross
 from mechc_codegen.errors import MechanismError
 
 Components = tuple[Expr, Expr, Expr]
@@ -279,16 +280,8 @@ def across(axis: Components) -> tuple[Components, Components]:
     still = [k for k in range(3) if axis[k] == 0]
     if len(still) == 2:
         return UNITS[still[0]], UNITS[still[1]]
-    first = UNITS[still[0]] if still else _unit(_cross(axis, UNITS[0]))
-    return first, _unit(_cross(axis, first))
-
-
-def _cross(a: Components, b: Components) -> Components:
-    return (
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    )
+    first = UNITS[still[0]] if still else _unit(cross(axis, UNITS[0]))
+    return first, _unit(cross(axis, first))
 
 
 def _unit(vector: Sequence[Expr]) -> Components:

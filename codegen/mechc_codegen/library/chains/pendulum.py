@@ -11,7 +11,7 @@ from mechc_codegen.description.mechanism import Drawing, Mechanism
 from mechc_codegen.library.parts import (
     fixed_point,
     joint_angles,
-    located,
+    locate,
     parameter,
     weight,
 )
@@ -31,7 +31,7 @@ def pendulum(links: int = 1) -> Mechanism:
     for k in range(links):
         link = r.orientnew(f"link_{k}", "Axis", (theta[k], r.z))
         link.set_ang_vel(r, omega[k] * r.z)
-        joints.append(located(f"p_{k + 1}", joints[k], -l[k] * link.y, link, r))
+        joints.append(locate(f"p_{k + 1}", joints[k], -l[k] * link.y, link, r))
         bobs.append(Particle(f"bob_{k}", joints[k + 1], m[k]))
         loads.append(weight(bobs[k], origin, g, r.y))
 

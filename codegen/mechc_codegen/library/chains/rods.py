@@ -70,7 +70,7 @@ def _chain(count: int, *, spatial: bool) -> Mechanism:
 
 
 def closed_chain(count: int, *, spatial: bool) -> Mechanism:
-    """The same with its end fixed to the ground, three links' lengths from the pivot.
+    """The chain with its end fixed to the ground, three links' lengths from the pivot.
 
     In space the end is fixed in all three directions and may turn.
     """

@@ -20,7 +20,7 @@ from sympy.physics.mechanics import (
 )
 
 from mechc_codegen.description.mechanism import Constraint, Drawing, Load, Mechanism, Parameter
-from mechc_codegen.library.parts import coordinates, fixed_point, located, parameter, speeds
+from mechc_codegen.library.parts import coordinates, fixed_point, locate, parameter, speeds
 
 ANGLES = ("beta", "Theta", "gamma", "Phi", "delta", "Omega", "epsilon")
 MASSES = (0.04325, 0.00365, 0.02373, 0.00706, 0.07050, 0.00706, 0.05498)
@@ -67,20 +67,20 @@ def andrews() -> Mechanism:
     # Pivots on the ground, joints on the bodies.
     O = fixed_point("O", r)
     A, B, C = (
-        located(name, O, x * r.x + y * r.y, r, r)
+        locate(name, O, x * r.x + y * r.y, r, r)
         for name, x, y in (("A", s.xa, s.ya), ("B", s.xb, s.yb), ("C", s.xc, s.yc))
     )
-    F = located("F", O, s.rr * k1.x, k1, r)
-    E = located("E", F, -s.d * k2.x, k2, r)
-    D = located("D", B, s.sd * k3.x - s.sc * k3.y, k3, r)
-    G = located("G", A, s.zt * k5.x, k5, r)
-    H = located("H", A, -s.u * k7.y, k7, r)
+    F = locate("F", O, s.rr * k1.x, k1, r)
+    E = locate("E", F, -s.d * k2.x, k2, r)
+    D = locate("D", B, s.sd * k3.x - s.sc * k3.y, k3, r)
+    G = locate("G", A, s.zt * k5.x, k5, r)
+    H = locate("H", A, -s.u * k7.y, k7, r)
 
     # Closure: E through K3, through K5 and K4, and through K7 and K6.
     reached = (
-        ("K3", located("E_3", B, -s.ss * k3.y, k3, r)),
-        ("K4", located("E_4", G, -s.e * k4.y, k4, r)),
-        ("K6", located("E_6", H, s.zf * k6.x, k6, r)),
+        ("K3", locate("E_3", B, -s.ss * k3.y, k3, r)),
+        ("K4", locate("E_4", G, -s.e * k4.y, k4, r)),
+        ("K6", locate("E_6", H, s.zf * k6.x, k6, r)),
     )
     closure = [
         Constraint(f"closure through {link} along {axis}", dot(E.pos_from(end), unit), "m")
@@ -90,13 +90,13 @@ def andrews() -> Mechanism:
 
     # Bodies: mass centres on their links.
     centres = (
-        located("g_1", O, s.ra * k1.x, k1, r),
-        located("g_2", F, -s.da * k2.x, k2, r),
-        located("g_3", B, s.sb * k3.x - s.sa * k3.y, k3, r),
-        located("g_4", G, -(s.e - s.ea) * k4.y, k4, r),
-        located("g_5", A, s.ta * k5.x - s.tb * k5.y, k5, r),
-        located("g_6", H, (s.zf - s.fa) * k6.x, k6, r),
-        located("g_7", A, s.ub * k7.x - s.ua * k7.y, k7, r),
+        locate("g_1", O, s.ra * k1.x, k1, r),
+        locate("g_2", F, -s.da * k2.x, k2, r),
+        locate("g_3", B, s.sb * k3.x - s.sa * k3.y, k3, r),
+        locate("g_4", G, -(s.e - s.ea) * k4.y, k4, r),
+        locate("g_5", A, s.ta * k5.x - s.tb * k5.y, k5, r),
+        locate("g_6", H, (s.zf - s.fa) * k6.x, k6, r),
+        locate("g_7", A, s.ub * k7.x - s.ua * k7.y, k7, r),
     )
     bodies = [
         RigidBody(f"K{k + 1}", centre, frame, m[k], (inertia(frame, 0, 0, I[k]), centre))
@@ -111,7 +111,12 @@ def andrews() -> Mechanism:
         coordinates=coordinates(q, "rad", *[f"angle {name}" for name in ANGLES]),
         speeds=speeds(rates, "rad/s", *[f"rate of {name}" for name in ANGLES]),
         kinematics=tuple(rates),
-        parameters=(*_parameters(m, I), *_load_parameters(T, c, l0)),
+        parameters=(
+            *_parameters(m, I),
+            parameter(T, 0.033, "N m", "torque on the crank"),
+            parameter(c, 4530.0, "N/m", "stiffness of the spring", positive=True),
+            parameter(l0, 0.07785, "m", "rest length of the spring", positive=True),
+        ),
         bodies=tuple(bodies),
         loads=((k1, T * r.z), *_spring(C, D, c, l0, bodies[2])),
         configuration_constraints=tuple(closure),
@@ -149,11 +154,3 @@ def _parameters(m: list[Symbol], I: list[Symbol]) -> list[Parameter]:
         parameter(I[k], INERTIAS[k], "kg m^2", about.format(k + 1), positive=True) for k in range(7)
     ]
     return [*lengths, *pivots, *masses, *inertias]
-
-
-def _load_parameters(T: Symbol, c: Symbol, l0: Symbol) -> list[Parameter]:
-    return [
-        parameter(T, 0.033, "N m", "torque on the crank"),
-        parameter(c, 4530.0, "N/m", "stiffness of the spring", positive=True),
-        parameter(l0, 0.07785, "m", "rest length of the spring", positive=True),
-    ]

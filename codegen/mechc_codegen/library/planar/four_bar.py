@@ -111,7 +111,7 @@ def four_bar(
         start={"theta_0": 85 * pi / 180} | ({} if motion else {"omega_0": 0.0}),
         preference=dot(e[2].x ^ e[1].x, r.z),  # elbow up: sin(theta_1 - theta_2) > 0
         notes=geometry_notes,
-        skipped=_skipped(crank_torque, crank_speed, friction, coupler_point),
+        skipped=_unused_options(crank_torque, crank_speed, friction, coupler_point),
     )
 
 
@@ -238,7 +238,7 @@ def _coupler_point(
     return point
 
 
-def _skipped(
+def _unused_options(
     crank_torque: bool | Expr, crank_speed: bool | Expr, friction: bool, coupler_point: bool
 ) -> tuple[str, ...]:
     """Options that this scene does not use."""

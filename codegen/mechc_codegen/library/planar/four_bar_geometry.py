@@ -33,7 +33,7 @@ def grashof_class(lengths: list[float]) -> str:
         return "cannot be assembled: the longest link exceeds the sum of the others"
     if slack == 0:
         return "a structure: it closes only with all links in line and cannot move"
-    margin = _snapped(fsum((second, third, -shortest, -longest)), lengths)
+    margin = _snap(fsum((second, third, -shortest, -longest)), lengths)
     if margin == 0:
         return "change-point linkage: shortest + longest = sum of the other two"
     if margin < 0:
@@ -55,9 +55,9 @@ def crank_limits(lengths: list[float]) -> tuple[float, float] | None:
 def change_points(lengths: list[float]) -> list[tuple[float, float, float]]:
     """The collinear configurations (angles 0 or 180 degrees) that close the loop to rounding."""
     return [
-        (_turned(a), _turned(b), _turned(c))
+        (_angle_of_sign(a), _angle_of_sign(b), _angle_of_sign(c))
         for a, b, c in product((1, -1), repeat=3)
-        if _snapped(_gap((a, b, c), lengths), lengths) == 0
+        if _snap(_gap((a, b, c), lengths), lengths) == 0
     ]
 
 
@@ -68,8 +68,8 @@ def _angle_at_reach(reach: float, lengths: list[float]) -> float:
     digits.
     """
     l0, _, _, l3 = lengths
-    beyond_folded = _snapped(reach - abs(l0 - l3), lengths)
-    short_of_straight = _snapped(l0 + l3 - reach, lengths)
+    beyond_folded = _snap(reach - abs(l0 - l3), lengths)
+    short_of_straight = _snap(l0 + l3 - reach, lengths)
     sine = max(beyond_folded, 0.0) * (reach + abs(l0 - l3))
     cosine = max(short_of_straight, 0.0) * (l0 + l3 + reach)
     return 2 * atan2(sqrt(sine), sqrt(cosine))
@@ -78,19 +78,19 @@ def _angle_at_reach(reach: float, lengths: list[float]) -> float:
 def _slack(lengths: list[float]) -> float:
     """Sum of the three shorter links minus the longest."""
     *others, longest = sorted(lengths)
-    return _snapped(fsum((*others, -longest)), lengths)
+    return _snap(fsum((*others, -longest)), lengths)
 
 
 def _gap(signs: tuple[int, int, int], lengths: list[float]) -> float:
     return fsum((*(s * l for s, l in zip(signs, lengths[:3], strict=True)), -lengths[3]))
 
 
-def _snapped(difference: float, lengths: list[float]) -> float:
+def _snap(difference: float, lengths: list[float]) -> float:
     """Zero where ``difference`` is the rounding of the lengths: 0.1 + 0.4 is 0.2 + 0.3."""
     return 0.0 if abs(difference) <= 4 * ulp(max(lengths)) else difference
 
 
-def _turned(sign: int) -> float:
+def _angle_of_sign(sign: int) -> float:
     return 0.0 if sign > 0 else 180.0
 
 

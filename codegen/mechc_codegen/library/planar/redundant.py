@@ -24,7 +24,7 @@ from mechc_codegen.description.mechanism import Constraint, Drawing, Mechanism
 from mechc_codegen.library.parts import (
     fixed_point,
     joint_angles,
-    located,
+    locate,
     parameter,
     weight,
 )
@@ -79,10 +79,10 @@ def _linkage(
         frame.set_ang_vel(ground, omega[k] * ground.z)
         start = ends[link]
         mass = m[link] / (rockers if link == 2 else 1)
-        centre = located(f"g_{k}", start, l[link] / 2 * frame.x, frame, r)
+        centre = locate(f"g_{k}", start, l[link] / 2 * frame.x, frame, r)
         about = (inertia(frame, 0, 0, mass * l[link] ** 2 / 12), centre)
         bodies.append(RigidBody(LINKS[k], centre, frame, mass, about))
-        ends.append(located(f"p_{k + 1}", start, l[link] * frame.x, frame, r))
+        ends.append(locate(f"p_{k + 1}", start, l[link] * frame.x, frame, r))
         frames.append(frame)
 
     closure: Rows = []

@@ -17,7 +17,7 @@ from sympy.physics.mechanics import (
 
 from mechc_codegen.description.mechanism import Constraint, Drawing, Mechanism
 from mechc_codegen.description.solid import Solid
-from mechc_codegen.library.parts import coordinates, fixed_point, located, parameter, speeds
+from mechc_codegen.library.parts import coordinates, fixed_point, locate, parameter, speeds
 
 
 def slider_crank() -> Mechanism:
@@ -36,8 +36,8 @@ def slider_crank() -> Mechanism:
     rod = r.orientnew("rod", "Axis", (phi, r.z))
     crank.set_ang_vel(r, omega * r.z)
     rod.set_ang_vel(r, nu * r.z)
-    pin = located("p", origin, l[0] * crank.x, crank, r)
-    end = located("e", pin, l[1] * rod.x, rod, r)
+    pin = locate("p", origin, l[0] * crank.x, crank, r)
+    end = locate("e", pin, l[1] * rod.x, rod, r)
     slider = origin.locatenew("s", x * r.x)
     slider.set_vel(r, v * r.x)
 
@@ -50,8 +50,8 @@ def slider_crank() -> Mechanism:
 
     # Uniform links, mass centres in their middle.
     centres = (
-        located("g_0", origin, l[0] / 2 * crank.x, crank, r),
-        located("g_1", pin, l[1] / 2 * rod.x, rod, r),
+        locate("g_0", origin, l[0] / 2 * crank.x, crank, r),
+        locate("g_1", pin, l[1] / 2 * rod.x, rod, r),
     )
     about = [inertia(f, 0, 0, m[k] * l[k] ** 2 / 12) for k, f in enumerate((crank, rod))]
     return Mechanism(

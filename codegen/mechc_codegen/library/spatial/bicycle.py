@@ -28,7 +28,7 @@ from mechc_codegen.description.solid import Solid
 from mechc_codegen.library.parts import (
     coordinates,
     fixed_point,
-    located,
+    locate,
     parameter,
     speeds,
     weight,
@@ -85,7 +85,7 @@ def whipple_bicycle() -> Mechanism:
             *speeds([u[name] for name in NAMES[2:]], "rad/s", *[f"rate of: {a}" for a in ANGLES]),
         ),
         kinematics=tuple(u.values()),
-        parameters=_parameters(),
+        parameters=tuple(_parameter(name, value) for name, value in values().items()),
         bodies=tuple(made.bodies),
         loads=tuple(made.loads),
         configuration_constraints=(Constraint("front wheel on the ground", made.height, "m"),),
@@ -143,9 +143,9 @@ def described() -> Described:
     origin = fixed_point("O", N)
     touch = origin.locatenew("rear contact", q["x"] * N.x + q["y"] * N.y)
     touch.set_vel(N, u["x"] * N.x + u["y"] * N.y)
-    hub = located("rear hub", touch, -r_rear * leaning.z, leaning, N)
-    head = located("head", hub, behind * frame.x, frame, N)
-    nose = located("front hub", head, along * frame.z + ahead * fork.x, fork, N)
+    hub = locate("rear hub", touch, -r_rear * leaning.z, leaning, N)
+    head = locate("head", hub, behind * frame.x, frame, N)
+    nose = locate("front hub", head, along * frame.z + ahead * fork.x, fork, N)
     down = N.z - N.z.dot(fork.y) * fork.y
     down /= sqrt(1 - N.z.dot(fork.y) ** 2)
 
@@ -188,7 +188,7 @@ def _frames() -> tuple[ReferenceFrame, ...]:
 def _body(name: str, hub: Point, frame: ReferenceFrame, N: ReferenceFrame) -> RigidBody:
     """A part of the frame, symmetric about its plane, its mass centre seen from a hub."""
     x, z, mass, xx, yy, zz, xz = _symbols(name, "x z m I_xx I_yy I_zz I_xz")
-    centre = located(f"centre of {name}", hub, x * frame.x + z * frame.z, frame, N)
+    centre = locate(f"centre of {name}", hub, x * frame.x + z * frame.z, frame, N)
     return RigidBody(name, centre, frame, mass, (inertia(frame, xx, yy, zz, 0, 0, xz), centre))
 
 
@@ -222,12 +222,12 @@ def values() -> dict[str, float]:
     found["ahead"] = R_FRONT * s - c * TRAIL
     found["along"] = (R_REAR - R_FRONT + s * (found["behind"] + found["ahead"])) / c
     for name, (mass, xx, yy) in WHEELS.items():
-        found |= _named(name, m=mass, I_xx=xx, I_yy=yy)
+        found |= _with_suffix(name, m=mass, I_xx=xx, I_yy=yy)
     hubs = {"rear_frame": (0.0, -R_REAR), "front_frame": (WHEEL_BASE, -R_FRONT)}
     for name, (x, z, mass, xx, yy, zz, xz) in FRAMES.items():
         x, z = x - hubs[name][0], z - hubs[name][1]
-        found |= _named(name, m=mass, x=x * c - z * s, z=x * s + z * c, I_yy=yy)
-        found |= _named(
+        found |= _with_suffix(name, m=mass, x=x * c - z * s, z=x * s + z * c, I_yy=yy)
+        found |= _with_suffix(
             name,
             I_xx=xx * c**2 - 2 * xz * s * c + zz * s**2,
             I_zz=xx * s**2 + 2 * xz * s * c + zz * c**2,
@@ -236,7 +236,7 @@ def values() -> dict[str, float]:
     return found
 
 
-def _named(name: str, **given: float) -> dict[str, float]:
+def _with_suffix(name: str, **given: float) -> dict[str, float]:
     return {f"{key}_{name}": value for key, value in given.items()}
 
 
@@ -263,11 +263,6 @@ OF_BODIES = {
     "I_xz": ("kg m^2", "product of inertia of the {}"),
 }
 POSITIVE = ("r_rear", "r_front", "m", "I_xx", "I_yy", "I_zz")
-
-
-def _parameters() -> tuple[Parameter, ...]:
-    """The values of table 1 as defaults, with units."""
-    return tuple(_parameter(name, value) for name, value in values().items())
 
 
 def _parameter(name: str, value: float) -> Parameter:

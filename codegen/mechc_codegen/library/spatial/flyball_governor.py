@@ -23,7 +23,7 @@ from mechc_codegen.description.mechanism import Drawing, Load, Mechanism, Parame
 from mechc_codegen.library.parts import (
     coordinates,
     fixed_point,
-    located,
+    locate,
     parameter,
     speeds,
     weight,
@@ -43,8 +43,8 @@ def flyball_governor() -> Mechanism:
     shaft.set_ang_vel(r, omega * r.z)
 
     # The shaft and the slider on it, which turns with the shaft.
-    middle = located("middle", origin, l / 2 * shaft.z, shaft, r)
-    top = located("top", origin, l * shaft.z, shaft, r)
+    middle = locate("middle", origin, l / 2 * shaft.z, shaft, r)
+    top = locate("top", origin, l * shaft.z, shaft, r)
     slider = origin.locatenew("slider", s * shaft.z)
     slider.set_vel(r, v * shaft.z)
     bodies = [
@@ -58,12 +58,12 @@ def flyball_governor() -> Mechanism:
     for side, sign in ((1, 1), (2, -1)):
         rod = shaft.orientnew(f"rod_{side}", "Axis", (sign * alpha[side - 1], shaft.y))
         rod.set_ang_vel(shaft, sign * nu[side - 1] * shaft.y)
-        hinge = located(f"hinge_{side}", top, sign * b * shaft.x, shaft, r)
-        centre = located(f"centre_{side}", hinge, sign * l / 2 * rod.x, rod, r)
-        ball = located(f"ball_{side}", hinge, sign * l * rod.x, rod, r)
+        hinge = locate(f"hinge_{side}", top, sign * b * shaft.x, shaft, r)
+        centre = locate(f"centre_{side}", hinge, sign * l / 2 * rod.x, rod, r)
+        ball = locate(f"ball_{side}", hinge, sign * l * rod.x, rod, r)
         bodies.append(_body(f"rod_{side}", centre, rod, m, _prism(rod, 0)))
         bodies.append(Particle(f"ball_{side}", ball, m_b))
-        seat = located(f"seat_{side}", slider, sign * b * shaft.x, shaft, r)
+        seat = locate(f"seat_{side}", slider, sign * b * shaft.x, shaft, r)
         loads += _spring_damper(centre, seat, r, bodies[-2])
         points += [hinge, centre, ball, seat]
     loads += [weight(body, origin, g, r.z) for body in bodies]

@@ -14,7 +14,7 @@ from mechc_codegen.description.mechanism import Drawing, Mechanism
 from mechc_codegen.library.parts import (
     coordinates,
     fixed_point,
-    located,
+    locate,
     parameter,
     speeds,
     weight,
@@ -38,7 +38,7 @@ def heavy_top() -> Mechanism:
     precession = up / cos(theta)
     kinematics = (precession, across, w_y - precession * sin(theta))
 
-    centre = located("g", origin, d * body.y, body, r)
+    centre = locate("g", origin, d * body.y, body, r)
     top = RigidBody("top", centre, body, m, (inertia(body, I_t, I_s, I_t), centre))
     return Mechanism(
         name="heavy_top",

@@ -11,7 +11,7 @@ from sympy import Rational, sqrt, symbols
 from sympy.physics.mechanics import ReferenceFrame, RigidBody, dynamicsymbols, inertia
 
 from mechc_codegen.description.mechanism import Drawing, Mechanism
-from mechc_codegen.library.parts import coordinates, fixed_point, located, parameter, speeds
+from mechc_codegen.library.parts import coordinates, fixed_point, locate, parameter, speeds
 
 MODULUS = Rational(51, 100)
 
@@ -39,7 +39,7 @@ def rigid_body() -> Mechanism:
         (-e[2] * w_1 + e[1] * w_2 + e[0] * w_3) / 2,
     )
     moments = inertia(body, A, B, C)
-    mark = located("mark", origin, d * body.x, body, r)
+    mark = locate("mark", origin, d * body.x, body, r)
     return Mechanism(
         name="rigid_body",
         title="Free rigid body",

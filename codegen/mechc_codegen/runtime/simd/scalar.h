@@ -7,8 +7,8 @@
 
 MECHC_INLINE int64_t mechc_bits(double x)
 {
-    int64_t b;
-    memcpy(&b, &x, sizeof b);
+    int64_t b = 0;
+    memcpy(&b, &x, sizeof x);
     return b;
 }
 MECHC_INLINE double mechc_from_bits(int64_t b)

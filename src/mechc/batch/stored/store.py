@@ -8,10 +8,9 @@ disk.  The manifests are checked when a folder is opened and when a call resumes
 from __future__ import annotations
 
 import json
-import os
 import shutil
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -35,7 +34,7 @@ from mechc.batch.spec import Assembly, Columns, Compute, Recipe, checked_recipe,
 from mechc.batch.stored import manifests
 from mechc.compilation.find import system_of
 from mechc.errors import MechcError, MissingPackageError
-from mechc.files import MAKE, lock
+from mechc.files import locked
 from mechc.inputs.signals import PARTS, Signal
 from mechc.results.durable import replacing, write_text
 from mechc.results.files import reference_in
@@ -73,11 +72,11 @@ def stream(
     """
     zarr = _zarr()
     notes, data = folder / NOTES, folder / DATA
-    with _locked(folder):
+    with _alone_in(folder):
         _claim(system, recipe, folder, size)
         stored = layouts(recipe, system.scene.width, output_shapes(system, recipe), size)
-        with _named(folder):
-            arrays = _prepared(zarr, system, recipe, folder, stored)
+        with _naming_folder(folder):
+            arrays = _prepare_arrays(zarr, system, recipe, folder, stored)
             every = recipe.ranges(size)
             for first, _, _ in manifests.damaged(notes, data, stored, every):
                 manifests.discard(notes, data, stored, first)
@@ -88,7 +87,7 @@ def stream(
             for first, found, whole in compute(missing, report):
                 complete = complete and whole
                 if whole:
-                    with _named(folder):
+                    with _naming_folder(folder):
                         _write_chunk(folder, arrays, stored, first, found)
         except KeyboardInterrupt:
             complete = False
@@ -96,7 +95,7 @@ def stream(
 
 
 @contextmanager
-def _named(folder: Path) -> Iterator[None]:
+def _naming_folder(folder: Path) -> Iterator[None]:
     """Errors of the operating system become errors that name the folder."""
     try:
         yield
@@ -117,7 +116,7 @@ def _claim(system: System, recipe: Recipe, folder: Path, size: int) -> None:
             raise MechcError(
                 f"{folder} contains other files ({printable(foreign[0])}): name a new folder"
             )
-        with _named(folder):
+        with _naming_folder(folder):
             notes.mkdir(exist_ok=True)
             _write_inputs(notes, recipe)
             write_text(notes / REQUEST, json.dumps(request, indent=1))
@@ -195,7 +194,7 @@ def _columns(recipe: Recipe) -> dict[str, Columns]:
     }  # fmt: skip
 
 
-def _prepared(
+def _prepare_arrays(
     zarr: Any, system: System, recipe: Recipe, folder: Path, stored: Mapping[str, Layout]
 ) -> dict[str, Any]:
     """Every array, writable; one that is missing or damaged is created again."""
@@ -223,19 +222,17 @@ def _write_chunk(
 
 
 @contextmanager
-def _locked(folder: Path) -> Iterator[None]:
-    """One call at a time; the lock ends with the process that holds it."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        refuse_links(folder)
-        descriptor = os.open(folder / LOCK, MAKE, 0o666)
-    except OSError as error:
-        raise MechcError(f"cannot write into {folder}: {error.strerror}") from None
-    with open(descriptor, "rb") as file:
+def _alone_in(folder: Path) -> Iterator[None]:
+    """One call at a time."""
+    with ExitStack() as until_end:
         try:
-            lock(file.fileno(), wait=False)
-        except OSError:
-            raise MechcError(f"another call is writing into {folder}") from None
+            folder.mkdir(parents=True, exist_ok=True)
+            refuse_links(folder)
+            alone = until_end.enter_context(locked(folder / LOCK, wait=False))
+        except OSError as error:
+            raise MechcError(f"cannot write into {folder}: {error.strerror}") from None
+        if not alone:
+            raise MechcError(f"another call is writing into {folder}")
         yield
 
 
@@ -261,10 +258,10 @@ def open_batch(folder: Path, given: System | None = None) -> Batch:
         system = system_of(reference_in(held.request, given=given is not None), given)
     except MechcError as error:
         raise MechcError(f"{folder} cannot be opened: {short(str(error))}") from None
-    with _damaged(folder):
+    with _naming_damaged(folder):
         recipe = _checked_again(system, held.recipe)
         tails = output_shapes(system, recipe)
-    arrays, stored = _opened(zarr, held, tails)
+    arrays, stored = _open_arrays(zarr, held, tails)
     for _, _, why in manifests.damaged(folder / NOTES, folder / DATA, stored, held.ranges):
         raise MechcError(f"{why}. Repeat the call that made {folder} to repair it")
     return Batch(system, recipe, arrays, not held.missing())
@@ -288,7 +285,7 @@ def examine(folder: Path) -> Examined:
     """
     zarr = _zarr()
     held = _read(folder)
-    _, stored = _opened(zarr, held, None)
+    _, stored = _open_arrays(zarr, held, None)
     notes, data = folder / NOTES, folder / DATA
     damage = [why for *_, why in manifests.damaged(notes, data, stored, held.ranges)]
     return Examined(len(held.ranges), len(held.missing()), damage)
@@ -311,10 +308,10 @@ class _Held(NamedTuple):
 
 
 def _read(folder: Path) -> _Held:
-    with _damaged(folder):
+    with _naming_damaged(folder):
         refuse_links(folder)
     request = _read_request(folder)
-    with _damaged(folder):
+    with _naming_damaged(folder):
         recipe = _read_recipe(folder / NOTES)
         for key, value in json.loads(json.dumps(recipe.told())).items():
             if request[key] != value:
@@ -327,7 +324,7 @@ def _read(folder: Path) -> _Held:
 
 
 @contextmanager
-def _damaged(folder: Path) -> Iterator[None]:
+def _naming_damaged(folder: Path) -> Iterator[None]:
     """Errors in a folder's files become errors that name the folder."""
     try:
         yield
@@ -337,7 +334,7 @@ def _damaged(folder: Path) -> Iterator[None]:
         raise MechcError(f"{folder} is damaged: {short(str(error))}") from None
 
 
-def _opened(
+def _open_arrays(
     zarr: Any, held: _Held, tails: Mapping[str, tuple[int, ...]] | None
 ) -> tuple[dict[str, Any], dict[str, Layout]]:
     """The arrays of a folder, whose metadata are those of its request, unread.
@@ -346,12 +343,12 @@ def _opened(
     """
     data = held.folder / DATA
     if tails is None:
-        with _damaged(held.folder):
+        with _naming_damaged(held.folder):
             tails = {
                 name: tuple(read_json(data / f"output_{i}" / METADATA, 2**20)["shape"][2:])
                 for i, name in enumerate(held.recipe.outputs)
             }
-    with _damaged(held.folder):
+    with _naming_damaged(held.folder):
         stored = layouts(held.recipe, len(held.state), tails, held.size)
     return {name: open_array(zarr, data / name, stored[name]) for name in stored}, stored
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from mechc.batch.reductions import read_reduction
 from mechc.native._codes import NOT_ASSEMBLED
-from mechc.results.figures import STYLE, _figure_class, _matplotlib, _save, _settled
+from mechc.results.figures import STYLE, _figure_class, _lay_out, _matplotlib, _save
 from mechc.results.mathtext import plain, typeset
 from mechc.results.sampling import clean_text
 from mechc.system.kinds import shown_in
@@ -36,7 +36,7 @@ def save_maps(batch: Batch, chosen: Plan, folder: Path) -> list[Path]:
     """Write ``map_0.png`` and ``.svg`` for the first reduction, and so on; the paths."""
     written = []
     for i, text in enumerate(batch.recipe.reductions):
-        figure = _settled(draw_map(batch, chosen, text))
+        figure = _lay_out(draw_map(batch, chosen, text))
         for extension in ("png", "svg"):
             written.append(folder / f"map_{i}.{extension}")
             _save(figure, written[-1], 150.0)

@@ -18,7 +18,6 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-from mechc.compilation.cache.lock import locked
 from mechc.compilation.cache.security import (
     UnwritableError,
     folder_of_process,
@@ -32,7 +31,7 @@ from mechc.compilation.cache.security import (
 from mechc.compilation.cache.security import cache_folder as cache_folder
 from mechc.compilation.cache.size import keep_within, note_use
 from mechc.errors import CacheError, CompilerError
-from mechc.files import READ, owned_by_another, unlink_open, writable_by_others
+from mechc.files import READ, locked, owned_by_another, unlink_open, writable_by_others
 
 SHARED_OBJECT, SEAL = "scene.so", "scene.seal"
 _PART, _NOTE = r"\.[a-z0-9]+", ".note"
@@ -81,7 +80,7 @@ def find(key: str) -> Path | None:
 
 
 def identity(shared: Path) -> tuple[int, int] | None:
-    """What tells this shared object from one that replaced it; None if it was removed."""
+    """A mark that tells this shared object from one that replaced it; None if it was removed."""
     try:
         status = shared.stat()
     except OSError:
@@ -97,7 +96,7 @@ def discard(key: str, known: tuple[int, int] | None) -> None:
             shutil.rmtree(root / key, ignore_errors=True)
 
 
-def remembered(what: str, stamp: str, make: Callable[[], str]) -> str:
+def cached_hash(what: str, stamp: str, make: Callable[[], str]) -> str:
     """The hash ``make()``, or its stored result for the same stamp.
 
     A note that cannot be read or written is ignored: it only saves time.

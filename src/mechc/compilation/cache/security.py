@@ -23,12 +23,12 @@ class UnwritableError(CacheError):
 def cache_folder() -> Path:
     """``$MECHC_CACHE_DIR``, else ``mechc`` in the user's cache folder."""
     if chosen := os.environ.get("MECHC_CACHE_DIR"):
-        return _resolved(Path(chosen))
+        return _resolve(Path(chosen))
     base = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
-    return _resolved(Path(base) / "mechc")
+    return _resolve(Path(base) / "mechc")
 
 
-def _resolved(folder: Path) -> Path:
+def _resolve(folder: Path) -> Path:
     """The path with ``~`` expanded and symbolic links followed: their target is checked."""
     try:
         return folder.expanduser().resolve()
@@ -90,7 +90,7 @@ def folder_of_process(why: CacheError) -> Path:
 
 
 def private_folder() -> Path | None:
-    """That of :func:`folder_of_process`, if it was made."""
+    """The folder of :func:`folder_of_process`, if it was made."""
     return _temporary.get(os.getpid())
 
 

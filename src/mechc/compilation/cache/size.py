@@ -10,9 +10,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from mechc.compilation.cache.lock import locked_if_free
 from mechc.errors import CacheError
-from mechc.files import unlink_open
+from mechc.files import locked, unlink_open
 
 LARGEST = 2**30  # bytes, by default
 _LATELY = 3600.0  # s between two records of uses
@@ -56,7 +55,7 @@ def keep_within(root: Path, keys: list[str], seal: str, kept: str) -> None:
     ``keys``: names of all entries and locks; locks without an entry are removed too.  Entries that
     another process is making or loading are not touched.
     """
-    found = sorted(_stored(root, keys, seal))
+    found = sorted(_entries(root, keys, seal))
     size, most = sum(entry.size for entry in found), most_bytes()
     for entry in found:
         if size > most and entry.folder.name != kept and _remove(root, entry.folder.name):
@@ -66,7 +65,7 @@ def keep_within(root: Path, keys: list[str], seal: str, kept: str) -> None:
         _remove(root, key, unless_entry=True)  # another process may have made it by now
 
 
-def _stored(root: Path, keys: list[str], seal: str) -> Iterator[Stored]:
+def _entries(root: Path, keys: list[str], seal: str) -> Iterator[Stored]:
     for key in keys:
         with suppress(OSError):
             size = sum(file.lstat().st_size for file in (root / key).iterdir())
@@ -77,7 +76,7 @@ def _remove(root: Path, key: str, unless_entry: bool = False) -> bool:
     """Remove an entry, its lock and its temporary files, unless a process is using it."""
     lock = root / f"{key}.lock"
     try:
-        with locked_if_free(lock) as free:
+        with locked(lock, wait=False) as free:
             if not free or (unless_entry and (root / key).exists()):
                 return False
             shutil.rmtree(root / key, ignore_errors=True)

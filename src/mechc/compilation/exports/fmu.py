@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from mechc.compilation import toolchain
-from mechc.compilation.exports.standalone import Exported
+from mechc.compilation.exports.standalone import ExportRequest
 from mechc.errors import MechcError
 
 FIRST_DATE = (1980, 1, 1, 0, 0, 0)  # of files in an archive: the same export has the same bytes
@@ -23,7 +23,7 @@ _MACHINES = {"x86_64": "x86_64", "AMD64": "x86_64", "aarch64": "aarch64", "arm64
 Events = Callable[[Sequence[str], Sequence[str], Sequence[str]], Sequence[Any]]
 
 
-def write_fmu(asked: Exported, target: Path, events: Events, **options: Any) -> None:
+def write_fmu(asked: ExportRequest, target: Path, events: Events, **options: Any) -> None:
     """Derive, compile and pack; ``options`` as those of the compiler's ``FmuOptions``."""
     from mechc_codegen.compiler import build_fmu
     from mechc_codegen.emit.units.event_unit import EventExpressions
@@ -42,12 +42,12 @@ def write_fmu(asked: Exported, target: Path, events: Events, **options: Any) -> 
     )  # fmt: skip
     texts = build_fmu(asked.mechanism, chosen, asked.request)
     with TemporaryDirectory(prefix="mechc-fmu-") as folder:
-        binary = _compiled(texts, chosen.name, Path(folder))
+        binary = _compile(texts, chosen.name, Path(folder))
         _pack({**texts, binary_path(chosen.name, chosen.version): binary.read_bytes()}, target)
 
 
 def binary_path(name: str, version: str) -> str:
-    """Where the archive has the compiled file for this machine.
+    """The place of the compiled file for this machine in the archive.
 
     Raises
     ------
@@ -63,7 +63,7 @@ def binary_path(name: str, version: str) -> str:
     return f"binaries/{third if version == '3.0' else second}/{name}{suffix}"
 
 
-def _compiled(texts: Mapping[str, bytes], name: str, folder: Path) -> Path:
+def _compile(texts: Mapping[str, bytes], name: str, folder: Path) -> Path:
     from mechc_codegen.export.fmu import SOURCE
     from mechc_codegen.extension.flags import FLAGS
 

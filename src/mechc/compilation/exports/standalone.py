@@ -27,7 +27,7 @@ def standalone_texts(
     """File name -> text; see :func:`mechc.export_c`."""
     from mechc_codegen.compiler import build_standalone
 
-    asked = exported(mechanism, y0, params, fix=fix, outputs=outputs, **options)
+    asked = read_export(mechanism, y0, params, fix=fix, outputs=outputs, **options)
     found = asked.mechanism
     texts: dict[str, str] = build_standalone(
         found, name or found.name, asked.start, asked.values, t_end, asked.request, real
@@ -36,7 +36,7 @@ def standalone_texts(
 
 
 @dataclass(frozen=True)
-class Exported:
+class ExportRequest:
     """A description that is handed on: its request, its start, the values of parameters."""
 
     mechanism: Any
@@ -45,7 +45,7 @@ class Exported:
     values: dict[str, float]
 
 
-def exported(
+def read_export(
     mechanism: Any,
     y0: Sequence[float] | None,
     params: Mapping[str, float],
@@ -53,10 +53,10 @@ def exported(
     fix: Mapping[Any, float] | None,
     outputs: Iterable[Any] | None,
     **options: Any,
-) -> Exported:
-    """What is asked for, checked; arguments as those of :func:`mechc.export_c`."""
+) -> ExportRequest:
+    """An export that is asked for, checked; arguments as those of :func:`mechc.export_c`."""
     errors_of_compiler()
-    (found, request), numbers = _described(mechanism, fix, outputs, options)
+    (found, request), numbers = _describe(mechanism, fix, outputs, options)
     states = len(found.coordinates) + len(found.states) + len(found.speeds)
     if isinstance(y0, Mapping):
         raise ValueOutOfBoundsError(
@@ -70,10 +70,10 @@ def exported(
         if given not in known:
             raise UnknownNameError("parameter", given, sorted(known))
     values = {key: value for key, value in numbers.items() if key in known} | dict(params)
-    return Exported(found, request, start, values)
+    return ExportRequest(found, request, start, values)
 
 
-def _described(
+def _describe(
     mechanism: Any,
     fix: Mapping[Any, float] | None,
     outputs: Iterable[Any] | None,

@@ -8,7 +8,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from mechc.compilation import toolchain
-from mechc.compilation.exports.standalone import Exported
+from mechc.compilation.exports.standalone import ExportRequest
 from mechc.errors import CompilerError
 
 FLAGS = (
@@ -34,7 +34,7 @@ class Web:
     about: dict[str, Any]
 
 
-def web(asked: Exported, name: str | None) -> Web:
+def web(asked: ExportRequest, name: str | None) -> Web:
     """Derive and compile.
 
     Raises

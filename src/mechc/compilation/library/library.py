@@ -47,7 +47,7 @@ def variant(
     options and compiler package, and is looked up before anything is derived.
     """
     errors_of_compiler()
-    told = _told(options, asked)
+    told = _as_reference(options, asked)
     plain = all(map(_is_plain, options.values()))
     same = plain or _reads_again(options, told)
     reference = ModelReference(name, told if same else {}, custom=not same)
@@ -67,8 +67,8 @@ def names_to_compile(name: str, options: Mapping[str, Any]) -> Mapping[str, tupl
     """
     from mechc_codegen.description.terms import printed_name
 
-    digest = _variant_digest(name, _told(beyond_default(name, options), {}))
-    if entries.found(cache.part_key(key_of(digest), FIRST)) is not None:
+    digest = _variant_digest(name, _as_reference(beyond_default(name, options), {}))
+    if entries.load(cache.part_key(key_of(digest), FIRST)) is not None:
         return None
     mechanism = mechanism_of(name, options)
     return {
@@ -89,8 +89,8 @@ def described_as_asked(
     return mechanism, read_request(mechanism, asked.get("fix", {}), outputs, of_object=False)
 
 
-def _told(options: Mapping[str, Any], asked: Mapping[str, Any]) -> dict[str, Any]:
-    """The reference for another process."""
+def _as_reference(options: Mapping[str, Any], asked: Mapping[str, Any]) -> dict[str, Any]:
+    """Options and requests by which another process finds the variant."""
     kept = (bool, int)
     return {k: v if isinstance(v, kept) else str(v) for k, v in options.items()} | dict(asked)
 
@@ -130,7 +130,7 @@ def derivation_page(mechanism: Any, values: Mapping[str, float] | None, latex: b
 
 
 def derivation_notes(mechanism: Any, values: Mapping[str, float]) -> list[tuple[str, str]]:
-    """What follows from parameter values: for the four-bar its Grashof class."""
+    """Remarks that follow from parameter values: for the four-bar its Grashof class."""
     return list(mechanism.notes(values)) if mechanism.notes else []
 
 

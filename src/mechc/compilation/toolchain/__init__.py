@@ -65,7 +65,7 @@ def _chosen(command: str) -> list[str]:
 
 
 def compiler() -> list[str]:
-    """As :func:`find_compiler`; raises :class:`CompilerError` if there is none."""
+    """The compiler of :func:`find_compiler`; raises :class:`CompilerError` if there is none."""
     command = find_compiler()
     if command is None:
         raise CompilerError(
@@ -191,18 +191,18 @@ in_forked_child(_running.clear)  # they belong to the parent
 
 def _output(command: list[str], longest: float, **where: Any) -> subprocess.CompletedProcess[str]:
     """Run to the end, in a separate process group, which ends with it."""
-    with _started(command, **where) as process:
-        out, told = _communicated(process, command, longest)
+    with _running_process(command, **where) as process:
+        out, told = _communicate(process, command, longest)
     return subprocess.CompletedProcess(command, process.returncode, out, told)
 
 
 @contextmanager
-def _started(command: list[str], **where: Any) -> Iterator[subprocess.Popen[str]]:
+def _running_process(command: list[str], **where: Any) -> Iterator[subprocess.Popen[str]]:
     """A process that is ended if the block is left by an exception."""
     process = None
     try:
         with interrupts_deferred():
-            process = _begun(command, **where)
+            process = _start(command, **where)
         yield process
     except BaseException:
         if process is not None:
@@ -214,7 +214,7 @@ def _started(command: list[str], **where: Any) -> Iterator[subprocess.Popen[str]
                 _running.discard(process)
 
 
-def _begun(command: list[str], **where: Any) -> subprocess.Popen[str]:
+def _start(command: list[str], **where: Any) -> subprocess.Popen[str]:
     pipe = subprocess.PIPE
     try:
         process = subprocess.Popen(
@@ -227,7 +227,7 @@ def _begun(command: list[str], **where: Any) -> subprocess.Popen[str]:
     return process
 
 
-def _communicated(
+def _communicate(
     process: subprocess.Popen[str], command: list[str], longest: float
 ) -> tuple[str, str]:
     try:

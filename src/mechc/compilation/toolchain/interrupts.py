@@ -10,7 +10,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def interrupts_deferred() -> Iterator[None]:
-    """What Ctrl-C does is done at the end of the block.
+    """Defer what Ctrl-C does to the end of the block.
 
     A process that is half started when the interrupt is raised has no object that could end it.
     Python handles signals in the main thread alone, so that others have nothing to defer.

@@ -156,9 +156,10 @@ def export_wasm(
 
     asked = exported(mechanism, y0, dict(params or {}), fix=fix, outputs=outputs, **options)
     made = web(asked, name)
-    about = made.about | chosen_sliders(made.about, asked.mechanism.start, sliders)
+    ranges, held = chosen_sliders(made.about, asked.mechanism.start, sliders)
+    about = made.about | {"held": held}
     module = module_text(made.wasm, about)
-    texts = {"js": module, "html": live_page(module, about["title"])}
+    texts = {"js": module, "html": live_page(module, about, ranges)}
     target = Path(folder)
     with written_into(target):
         target.mkdir(parents=True, exist_ok=True)

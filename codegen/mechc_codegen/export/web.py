@@ -19,7 +19,7 @@ from mechc_codegen.export.standalone import code, filled
 if TYPE_CHECKING:
     from mechc_codegen.drawing.plan import Plan
 
-_KEPT = ("name", "unit", "description")
+_SHOWN = ("name", "kind", "unit", "description")
 _FAILURES = {
     "MECHC_NOT_CLOSED": "the loops cannot be closed near this state",
     "MECHC_NOT_FINITE": "a value is NaN or infinite",
@@ -83,7 +83,7 @@ def web_scene(
 
 
 def _told(quantities: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    return [{key: quantity[key] for key in _KEPT} for quantity in quantities]
+    return [{key: quantity[key] for key in _SHOWN} for quantity in quantities]
 
 
 def _inputs(metadata: Mapping[str, Any]) -> list[str]:

@@ -38,6 +38,8 @@ class ModelLike(Protocol):
     @property
     def picture(self) -> Picture: ...
     @property
+    def picture_in_space(self) -> Picture: ...
+    @property
     def energy(self) -> Callable[..., Array]: ...
     @property
     def kinetic_energy(self) -> Callable[..., Array]: ...
@@ -125,13 +127,18 @@ _SHOWN = {
 
 
 def shown_unit(model: ModelLike, name: str) -> ShownUnit:
-    """How a coordinate or speed is shown: in degrees where the API has radians."""
+    """How a coordinate or speed of a model is shown."""
     quantity = model.quantities.get(name)
-    if quantity is None or quantity.kind is Kind.PURE:
+    return shown_as(Kind.PURE, "") if quantity is None else shown_as(quantity.kind, quantity.unit)
+
+
+def shown_as(kind: Kind, unit: str) -> ShownUnit:
+    """How a quantity of a kind and a unit is shown: in degrees where the API has radians."""
+    if kind is Kind.PURE:
         return ShownUnit(1.0, "", "value")
-    unit, factor = shown_in(quantity.kind, quantity.unit)
-    powers = re.sub(r"\^(\d)", lambda match: match[1].translate(SUPERSCRIPTS), unit)
-    return ShownUnit(factor, clean_text(powers), _SHOWN.get(quantity.kind, "value"))
+    label, factor = shown_in(kind, unit)
+    powers = re.sub(r"\^(\d)", lambda match: match[1].translate(SUPERSCRIPTS), label)
+    return ShownUnit(factor, clean_text(powers), _SHOWN.get(kind, "value"))
 
 
 def is_joint(name: str) -> bool:
@@ -153,6 +160,7 @@ class Run:
     solution: SolutionLike
     t: Array
     y: Array
+    in_space: bool = False
 
     @property
     def model(self) -> ModelLike:
@@ -161,8 +169,8 @@ class Run:
 
     @cached_property
     def picture(self) -> Picture:
-        """What is drawn of the model."""
-        return self.model.picture
+        """The picture of the model; ``in_space``: with its solids."""
+        return self.model.picture_in_space if self.in_space else self.model.picture
 
     @cached_property
     def positions(self) -> Array:
@@ -240,26 +248,33 @@ class Run:
 SAMPLES_A_STEP, MOST_SAMPLES = 4, 20_000  # long runs need more, else chords are visible
 
 
-def covered(solution: SolutionLike) -> tuple[float, float]:
+def time_span(solution: SolutionLike) -> tuple[float, float]:
     """First and last time of a run, also if other times are reported."""
     span = getattr(solution, "span", None)
     return span if span is not None else (float(solution.t[0]), float(solution.t[-1]))
 
 
-def sample(solution: SolutionLike, samples: int, *, jumps: bool = False) -> Run:
+def sample(
+    solution: SolutionLike, samples: int, *, a_step: int = SAMPLES_A_STEP, jumps: bool = False
+) -> Run:
     """The dense output at `samples` equal steps; one row where the run has no duration.
 
-    ``jumps``: and before and after every jump of the state, in two rows of the same time.
+    ``a_step``: at least as many as that in each step of the run, on average.  ``jumps``: and before
+    and after every jump of the state, in two rows of the same time.
     """
-    first, last = sorted(covered(solution))
+    first, last = sorted(time_span(solution))
     if first == last:
         return Run(solution, np.array([first]), np.asarray(solution.y[:1], dtype=float))
-    steps = int(getattr(solution, "stats", {}).get("steps", 0))
-    t = np.linspace(first, last, max(samples, min(SAMPLES_A_STEP * steps, MOST_SAMPLES)))
+    t = np.linspace(first, last, max(samples, min(a_step * step_count(solution), MOST_SAMPLES)))
     parts = getattr(solution, "segments", ())[1:] if jumps else ()
     if parts:
         t = np.sort(np.append(t, np.repeat([part.t0 for part in parts], 2)))
     return Run(solution, t, np.asarray(solution(t), dtype=float))
+
+
+def step_count(solution: SolutionLike) -> int:
+    """The accepted steps of a run, 0 where they are not known."""
+    return int(getattr(solution, "stats", {}).get("steps", 0))
 
 
 @dataclass(frozen=True)

@@ -82,7 +82,7 @@ def film_times(span: float, fps: float, speed: float) -> list[float]:
     return [min(span, k * speed / fps) for k in range(count)]
 
 
-def drawn(page: str) -> list[bytes]:
+def pictures_of(page: str) -> list[bytes]:
     """The pictures, as PNG, of a page that was asked for some.
 
     Raises

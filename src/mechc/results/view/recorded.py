@@ -18,9 +18,10 @@ from typing import Any, Final
 import numpy as np
 
 from mechc.errors import MechcError
+from mechc.results.player.motion import MOST_FRAMES
 from mechc.results.sampling import SolutionLike
 from mechc.results.untrusted import json_object
-from mechc.results.view.page import MOST_FRAMES, view_data
+from mechc.results.view.page import view_data
 
 MOST_BYTES: Final = 64 * 2**20  # of the data, unpacked
 MOST_ENTRIES: Final = 5000

@@ -14,7 +14,8 @@ from typing import Any, Final
 import numpy as np
 
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
-from mechc.results.sampling import clean_text, pretty_name, shown_unit
+from mechc.results.player.sliders import slider_data
+from mechc.results.sampling import shown_unit
 from mechc.system.names import by_name
 from mechc.system.parameters import doubles
 
@@ -83,16 +84,9 @@ class Variation:
         return (*self.model.coordinates, *self.model.speeds)
 
     def sliders(self) -> list[dict[str, Any]]:
-        """For each name a label, a unit, and the range in units of the API and as it is shown."""
-        return [self._slider(name, *self.ranges[name]) for name in self.ranges]
-
-    def _slider(self, name: str, low: float, high: float) -> dict[str, Any]:
-        unit = shown_unit(self.model, name)
-        digits = max(0, min(9, 2 - math.floor(math.log10(unit.factor * (high - low)))))
-        return {
-            "name": name, "label": pretty_name(name), "title": clean_text(name), "low": low,
-            "high": high, "factor": unit.factor, "unit": unit.label, "digits": digits,
-        }  # fmt: skip
+        """For each name a label, a unit, and the range in units of the API."""
+        units = {name: shown_unit(self.model, name) for name in self.ranges}
+        return [slider_data(name, units[name], self.ranges[name]) for name in self.ranges]
 
 
 def variation(

@@ -16,13 +16,14 @@ Sliders = Iterable[str] | Mapping[str, tuple[float, float]]
 
 def chosen_sliders(
     about: Mapping[str, Any], start: Mapping[str, float], wanted: Sliders | None
-) -> dict[str, Any]:
-    """The sliders, and which coordinates and speeds keep their values while loops are closed.
+) -> tuple[dict[str, list[float] | None], list[str]]:
+    """The ranges of the sliders by name, None where the page chooses, and the coordinates and
+    speeds that keep their values while loops are closed.
 
     Parameters
     ----------
     about
-        What is told of the mechanism.
+        The data of the mechanism.
     start
         Its own start: coordinates and speeds by name.
 
@@ -41,8 +42,7 @@ def chosen_sliders(
     for name in ranges:
         if name not in known:
             raise UnknownNameError("parameter, coordinate, speed or input", name, known)
-    held = [name for name in states if name in own or name in ranges]
-    return {"sliders": [{"name": n, "range": r} for n, r in ranges.items()], "held": held}
+    return ranges, [name for name in states if name in own or name in ranges]
 
 
 def _usual(about: Mapping[str, Any], parameters: list[str], own: list[str]) -> list[str]:
@@ -54,13 +54,12 @@ def _usual(about: Mapping[str, Any], parameters: list[str], own: list[str]) -> l
 
 
 def _ranges(wanted: Sliders) -> dict[str, list[float] | None]:
-    """Name -> least and greatest value; None where the page chooses."""
     if not isinstance(wanted, Mapping):
         return {str(name): None for name in wanted}
-    found: dict[str, list[float] | None] = {}
-    for name, given in wanted.items():
-        low, high = map(float, given)
+    ranges: dict[str, list[float] | None] = {}
+    for name, ends in wanted.items():
+        low, high = map(float, ends)
         if not (math.isfinite(low) and math.isfinite(high) and low < high):
             raise ValueOutOfBoundsError(f"the slider of {name} goes from {low:g} to {high:g}")
-        found[str(name)] = [low, high]
-    return found
+        ranges[str(name)] = [low, high]
+    return ranges

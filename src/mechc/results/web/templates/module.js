@@ -49,14 +49,14 @@ export class Mechanism {
 
   /** Parameters by name. */
   get parameters() {
-    return Object.fromEntries(about.parameters.map((told, i) => [told.name, this.#p[i]]));
+    return Object.fromEntries(about.parameters.map((each, i) => [each.name, this.#p[i]]));
   }
 
   /** Parameters by name; those whose default follows from others follow until they are set. They
    * count from the next start. */
   set(values) {
     for (const [name, value] of Object.entries(values)) {
-      const i = place(about.parameters, name);
+      const i = numberOf(about.parameters, name);
       this.#p[i] = value;
       this.#given[i] = 1;
     }
@@ -78,11 +78,11 @@ export class Mechanism {
   start(values = {}, { from = about.start, t = 0 } = {}) {
     const before = this.y, names = [...about.coordinates, ...about.speeds];
     this.#y.set(from);
-    for (const [name, value] of Object.entries(values)) { this.#y[place(names, name)] = value; }
+    for (const [name, value] of Object.entries(values)) { this.#y[numberOf(names, name)] = value; }
     this.#held.fill(0);
     if (about.plain) {
       for (const name of [...about.held, ...Object.keys(values)]) {
-        this.#held[place(names, name) % about.speeds.length] = 1;
+        this.#held[numberOf(names, name) % about.speeds.length] = 1;
       }
     }
     const status = this.#c.start(t);
@@ -156,11 +156,11 @@ export class Mechanism {
   }
 
   /** A coordinate or speed. */
-  get(name) { return this.#y[place([...about.coordinates, ...about.speeds], name)]; }
+  get(name) { return this.#y[numberOf([...about.coordinates, ...about.speeds], name)]; }
 
   /** A copy of an output of `about.outputs`, row by row. */
   output(name) {
-    const i = place(about.outputs, name);
+    const i = numberOf(about.outputs, name);
     this.#c.output(i, this.#t);
     return this.#out.slice(0, about.outputs[i].size);
   }
@@ -172,10 +172,10 @@ export class Mechanism {
   }
 }
 
-function place(told, name) {
-  const found = told.findIndex((each) => each.name === name);
-  if (found < 0) { throw new Error("there is no " + name); }
-  return found;
+function numberOf(list, name) {
+  const number = list.findIndex((each) => each.name === name);
+  if (number < 0) { throw new Error("there is no " + name); }
+  return number;
 }
 
 function failure(status) {

@@ -10,8 +10,6 @@ import hashlib
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from importlib.resources import files
-from string import Template
 from typing import Any
 
 from sympy import diff
@@ -28,7 +26,7 @@ from mechc_codegen.emit.units.event_unit import EventExpressions, event_function
 from mechc_codegen.errors import CodegenError
 from mechc_codegen.export.amalgamate import included_headers
 from mechc_codegen.export.description import Unit, build_description, model_description
-from mechc_codegen.export.standalone import checked_name
+from mechc_codegen.export.standalone import checked_name, filled
 from mechc_codegen.export.variables import Values, open_inputs, output_sizes, variables
 from mechc_codegen.extension.flags import FLAGS, RUNTIME
 from mechc_codegen.ir.program import Program
@@ -48,16 +46,18 @@ class FmuOptions:
     ----------
     name
         Begins names of files.
-    version
-        Of FMI, one of :data:`VERSIONS`.
     start
         State (nq + nu), SI units.
     values
         Parameters that were given, by name; the others have their defaults, and follow.
+    rtol
+        Of co-simulation.
+    version
+        Of FMI, one of :data:`VERSIONS`.
     end
         Of the default experiment, s.
-    rtol, drift
-        Of co-simulation; the least drift that model exchange projects away.
+    drift
+        The least drift that model exchange projects away.
     tool
         Name and version of what exports.
     derivatives
@@ -67,13 +67,13 @@ class FmuOptions:
     """
 
     name: str
-    version: str
     start: Sequence[float]
     values: Mapping[str, float]
-    end: float
     rtol: float
-    drift: float
-    tool: str
+    version: str = VERSIONS[0]
+    end: float = 1.0
+    drift: float = 0.0
+    tool: str = ""
     derivatives: bool = True
     events: Callable[[Mapping[str, Any]], Sequence[FmuEvent]] = lambda metadata: ()
 
@@ -115,8 +115,15 @@ def fmu_files(
     name = checked_name(options.name)
     functions = SceneFunctions(program, equations, request)
     metadata = {**metadata, "differentiated": _outputs(program, request)}
-    values, events = _values(functions, metadata, options), options.events(metadata)
-    sources = _sources(functions, metadata, values, events, options)
+    values, events = start_values(functions, metadata, options), options.events(metadata)
+    parts = {
+        "what": f"a functional mock-up unit by FMI {options.version}",
+        "interface": f"fmu/fmi{options.version[0]}.h",
+        "declarations": "",
+        "complete": "\n".join(_completing(functions, values)),
+        **event_parts(functions, events),
+    }
+    sources = unit_sources(functions, metadata, values, options, parts)
     unit = Unit(
         name, metadata["title"] or metadata["name"], _token(sources, metadata), options.version,
         options.end, options.rtol, options.tool, options.derivatives, len(events),
@@ -145,7 +152,9 @@ def _token(sources: Mapping[str, str], metadata: Mapping[str, Any]) -> str:
     return "{" + "-".join(parts) + "}"
 
 
-def _values(functions: SceneFunctions, metadata: Mapping[str, Any], options: FmuOptions) -> Values:
+def start_values(
+    functions: SceneFunctions, metadata: Mapping[str, Any], options: FmuOptions
+) -> Values:
     """Start values of every parameter; those that follow others are calculated."""
     names = [told["name"] for told in metadata["parameters"]]
     numbers, calculated = [math.nan] * len(names), [False] * len(names)
@@ -162,32 +171,28 @@ def _values(functions: SceneFunctions, metadata: Mapping[str, Any], options: Fmu
     return Values(options.start, numbers, calculated, options.drift)
 
 
-def _sources(
+def unit_sources(
     functions: SceneFunctions,
     metadata: Mapping[str, Any],
     values: Values,
-    events: Sequence[FmuEvent],
     options: FmuOptions,
+    parts: Mapping[str, Any],
 ) -> dict[str, str]:
-    """The unit's file, the scene's headers, and those of the runtime that they include."""
+    """The unit's file, the scene's headers, and those of the runtime that they include.
+
+    ``parts``: what the file is, the header of its interface, how parameters are completed, events.
+    """
     generated = program_texts(functions, metadata)
-    lists = _lists(functions, metadata, values) | _events(functions, events)
-    generated[SOURCE] = _filled(lists | _head(metadata, options))
+    head, lists = _head(metadata, options), _lists(functions, metadata, values)
+    generated[SOURCE] = filled("fmu.c.in", head, lists, parts)
     runtime = included_headers(SOURCE, generated, RUNTIME)
     return generated | {path: (RUNTIME / path).read_text("utf-8") for path in runtime}
-
-
-def _filled(values: Mapping[str, Any]) -> str:
-    text = files("mechc_codegen.export").joinpath("templates", "fmu.c.in").read_text("utf-8")
-    return Template(text).substitute(values)
 
 
 def _head(metadata: Mapping[str, Any], options: FmuOptions) -> dict[str, Any]:
     return {
         "title": plain_words(metadata["title"] or metadata["name"]),
         "name": options.name,
-        "version": options.version,
-        "major": options.version[0],
         "lanes": 2,
         "token": "@TOKEN@",
         "method": _METHODS["gauss8" if metadata["smooth"] else "dop853"],
@@ -216,12 +221,11 @@ def _lists(
         "dimensionless": _array(int(k in _PURE or i in states) for i, k in enumerate(kinds)),
         "length_count": len(lengths),
         "lengths": _array(lengths),
-        "complete": "\n".join(_completing(functions, values)),
         "follow": "\n".join(_following(functions, values)),
     }
 
 
-def _events(functions: SceneFunctions, events: Sequence[FmuEvent]) -> dict[str, Any]:
+def event_parts(functions: SceneFunctions, events: Sequence[FmuEvent]) -> dict[str, Any]:
     """The functions of the events, and the tables that lead to them."""
     told = [event.expressions for event in events]
     found = {"event_count": len(told), "resets": int(any(e.reset is not None for e in told))}

@@ -1,4 +1,4 @@
-"""WebAssembly of a mechanism: the exported C, compiled by the package ``ziglang``."""
+"""WebAssembly of a mechanism: the C of a functional mock-up unit, compiled by ``ziglang``."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from mechc.compilation.exports.standalone import Exported
 from mechc.errors import CompilerError
 
 FLAGS = (
-    *("-target", "wasm32-wasi", "-mexec-model=reactor", "-std=c99", "-O2", "-ffp-contract=off"),
-    *("-Wall", "-Wextra", "-Werror", "-Wl,--no-entry", "-Wl,--strip-all"),
+    *("-target", "wasm32-wasi", "-mexec-model=reactor", "-msimd128", "-std=c99", "-Oz"),
+    *("-ffp-contract=off", "-Wall", "-Wextra", "-Werror", "-Wl,--no-entry", "-Wl,--strip-all"),
 )
 
 
@@ -43,15 +43,21 @@ def web(asked: Exported, name: str | None) -> Web:
         If the package ``ziglang`` is not installed.
     """
     from mechc_codegen.compiler import build_web
+    from mechc_codegen.export.fmu import FmuOptions
+    from mechc_codegen.export.web import RTOL, SOURCE
 
     command = web_compiler()
     named = name or asked.mechanism.name
-    texts, scene = build_web(asked.mechanism, named, asked.start, asked.values, asked.request)
+    options = FmuOptions(named, asked.start, asked.values, rtol=RTOL)
+    scene = build_web(asked.mechanism, options, asked.request)
     with TemporaryDirectory(prefix="mechc-web-") as folder:
-        for file, text in {**texts, "web.c": scene.c}.items():
-            (Path(folder) / file).write_text(text, "utf-8")
+        for file, text in scene.texts.items():
+            path = Path(folder) / file
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, "utf-8")
         target = Path(folder) / "web.wasm"
-        toolchain.compile_with([*command, *FLAGS], Path(folder) / "web.c", target)
+        arguments = [*command, *FLAGS, f"-I{folder}"]
+        toolchain.compile_with(arguments, Path(folder) / SOURCE, target)
         return Web(named, target.read_bytes(), scene.about)
 
 

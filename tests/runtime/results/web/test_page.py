@@ -12,6 +12,7 @@ import pytest
 import mechc
 from mechc.compilation import toolchain
 from mechc.results.web.page import live_page, module_text
+from tests.compiler.export.test_standalone import cart
 from tests.runtime.results.test_animation import Page
 from tests.support.trust.browser import OpenPage, opened_browser
 
@@ -117,6 +118,33 @@ def test_sliders_simulate_anew_and_what_cannot_close_is_told(opened: OpenPage) -
     opened.page.click("button:text-is('Reset values')")
     assert opened.text("#notes") == ""
     assert readouts(opened)["θ₀"] == "63.0"
+
+
+@pytest.mark.slow
+def test_an_input_counts_from_the_time_that_is_shown(browser: Any, tmp_path: Path) -> None:
+    if toolchain.packaged_compiler() is None:
+        pytest.skip("the package ziglang is not installed")
+    kane, _, names, _ = cart()
+    params = dict(zip(map(str, names), (1.2, 9.81, 0.7, 0.3), strict=True))
+    y0 = [0.1, 0.8, -0.4, 2.0]
+    file = mechc.export_wasm(
+        kane, tmp_path, name="cart", y0=y0, params=params, sliders={"F": (-5, 5)}
+    )[2]
+    found = OpenPage(browser, file)
+    found.wait_for("document.getElementById('clock').textContent === '0.00 s'")
+    assert "inputs" in found.text("#notes")
+    values = {}
+    for key in ("End", "Shift+ArrowLeft"):
+        found.page.keyboard.press(key)
+        values[key] = readouts(found)["x"]
+    shown = found.text("#clock")
+    slide(found, 0, 4.0)
+    assert found.text("#clock") == shown
+    assert readouts(found)["x"] == values["Shift+ArrowLeft"]
+    found.page.keyboard.press("End")
+    assert readouts(found)["x"] != values["End"]
+    assert found.messages == []
+    found.context.close()
 
 
 @pytest.mark.slow

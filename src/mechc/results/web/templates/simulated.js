@@ -1,6 +1,6 @@
 // The motion that the page simulates: frames ahead of what is shown, and anew when a slider is moved.
 const AHEAD = 10, LONGEST = 60;  // s of motion: simulated ahead, kept
-const FIRST = 60, SLICE = 12;  // ms of simulation before the first picture of a motion, and between two
+const FIRST = 60, SLICE = 6;  // ms of simulation before the first picture of a motion, and between two
 const mechanism = await create().catch(function (problem) {
   byId("failure").hidden = false;
   byId("failure").textContent = "The motion cannot begin: " + problem.message + ".";

@@ -29,7 +29,7 @@ from mechc_codegen.emit.units.instruction_sets import (
 from mechc_codegen.errors import CodegenError
 from mechc_codegen.export.fmu import FmuOptions, fmu_files, fmu_request
 from mechc_codegen.export.standalone import standalone
-from mechc_codegen.export.web import WebScene, web_scene
+from mechc_codegen.export.web import web_scene
 from mechc_codegen.extension.build import Build, extension
 from mechc_codegen.ir.adjoint import add_adjoint
 from mechc_codegen.ir.lower import lower
@@ -84,7 +84,7 @@ def build_standalone(
 
 def build_web(
     mechanism: Mechanism, options: FmuOptions, request: OutputRequest = DEFAULT_REQUEST
-) -> WebScene:
+) -> tuple[dict[str, str], dict[str, Any]]:
     """The mechanism for pages; see :func:`export.web.web_scene`."""
     made = optimised(mechanism, request, Stopwatch(), adjoint=False)
     known = {each["name"] for each in made.metadata["parameters"]} | {*made.metadata["fixed"]}

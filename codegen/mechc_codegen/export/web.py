@@ -8,7 +8,7 @@ users are data, not C.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from mechc_codegen.derive.equations import Equations
@@ -29,20 +29,6 @@ RTOL = 1e-9  # where a start asks for none
 _SHOWN = ("name", "kind", "unit", "description")
 
 
-@dataclass(frozen=True)
-class WebScene:
-    """Attributes
-    ----------
-    texts
-        File name -> text; :data:`SOURCE` is compiled to WebAssembly.
-    about
-        For the module around it: names, units, outputs, the drawing, the start.
-    """
-
-    texts: dict[str, str]
-    about: dict[str, Any]
-
-
 def web_scene(
     program: Program,
     equations: Equations,
@@ -50,8 +36,9 @@ def web_scene(
     request: OutputRequest,
     plan: Plan,
     options: FmuOptions,
-) -> WebScene:
-    """The scene of ``program``; of the options its name, start and values.
+) -> tuple[dict[str, str], dict[str, Any]]:
+    """Texts of files, of which :data:`SOURCE` becomes WebAssembly, and what the module around it
+    knows: names, units, outputs, the drawing, the start.
 
     Raises
     ------
@@ -94,7 +81,7 @@ def web_scene(
         "start": list(map(float, options.start)),
         "values": {key: float(value) for key, value in options.values.items()},
     }
-    return WebScene(texts, about)
+    return texts, about
 
 
 def _listed(quantities: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:

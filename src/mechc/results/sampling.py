@@ -254,27 +254,20 @@ def time_span(solution: SolutionLike) -> tuple[float, float]:
     return span if span is not None else (float(solution.t[0]), float(solution.t[-1]))
 
 
-def sample(
-    solution: SolutionLike, samples: int, *, a_step: int = SAMPLES_A_STEP, jumps: bool = False
-) -> Run:
+def sample(solution: SolutionLike, samples: int, *, jumps: bool = False) -> Run:
     """The dense output at `samples` equal steps; one row where the run has no duration.
 
-    ``a_step``: at least as many as that in each step of the run, on average.  ``jumps``: and before
-    and after every jump of the state, in two rows of the same time.
+    ``jumps``: and before and after every jump of the state, in two rows of the same time.
     """
     first, last = sorted(time_span(solution))
     if first == last:
         return Run(solution, np.array([first]), np.asarray(solution.y[:1], dtype=float))
-    t = np.linspace(first, last, max(samples, min(a_step * step_count(solution), MOST_SAMPLES)))
+    steps = int(getattr(solution, "stats", {}).get("steps", 0))
+    t = np.linspace(first, last, max(samples, min(SAMPLES_A_STEP * steps, MOST_SAMPLES)))
     parts = getattr(solution, "segments", ())[1:] if jumps else ()
     if parts:
         t = np.sort(np.append(t, np.repeat([part.t0 for part in parts], 2)))
     return Run(solution, t, np.asarray(solution(t), dtype=float))
-
-
-def step_count(solution: SolutionLike) -> int:
-    """The accepted steps of a run, 0 where they are not known."""
-    return int(getattr(solution, "stats", {}).get("steps", 0))
 
 
 @dataclass(frozen=True)

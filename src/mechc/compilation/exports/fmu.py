@@ -42,7 +42,7 @@ def write_fmu(asked: Exported, target: Path, events: Events, **options: Any) -> 
     )  # fmt: skip
     texts = build_fmu(asked.mechanism, chosen, asked.request)
     with TemporaryDirectory(prefix="mechc-fmu-") as folder:
-        binary = _compiled(texts, chosen.name, Path(folder))
+        binary = _compile(texts, chosen.name, Path(folder))
         _pack({**texts, binary_path(chosen.name, chosen.version): binary.read_bytes()}, target)
 
 
@@ -63,16 +63,21 @@ def binary_path(name: str, version: str) -> str:
     return f"binaries/{third if version == '3.0' else second}/{name}{suffix}"
 
 
-def _compiled(texts: Mapping[str, bytes], name: str, folder: Path) -> Path:
+def _compile(texts: Mapping[str, bytes], name: str, folder: Path) -> Path:
     from mechc_codegen.export.fmu import SOURCE
     from mechc_codegen.extension.flags import FLAGS
 
-    for path, text in texts.items():
-        (folder / path).parent.mkdir(parents=True, exist_ok=True)
-        (folder / path).write_bytes(text)
+    write_sources(texts, folder)
     sources, target = folder / "sources", folder / f"{name}.binary"
     toolchain.compile_shared(sources, SOURCE, FLAGS, [str(sources)], target)
     return target
+
+
+def write_sources(contents: Mapping[str, bytes], folder: Path) -> None:
+    """Write files by their paths below a folder."""
+    for path, content in contents.items():
+        (folder / path).parent.mkdir(parents=True, exist_ok=True)
+        (folder / path).write_bytes(content)
 
 
 def _pack(contents: Mapping[str, bytes], target: Path) -> None:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 from mechc.compilation import toolchain
+from mechc.compilation.exports.fmu import write_sources
 from mechc.compilation.exports.standalone import Exported
 from mechc.errors import CompilerError
 
@@ -17,25 +17,8 @@ FLAGS = (
 )
 
 
-@dataclass(frozen=True)
-class Web:
-    """Attributes
-    ----------
-    name
-        Of the export, an identifier.
-    wasm
-        The module; it imports nothing.
-    about
-        Data for JSON: see the compiler's ``WebScene``.
-    """
-
-    name: str
-    wasm: bytes
-    about: dict[str, Any]
-
-
-def web(asked: Exported, name: str | None) -> Web:
-    """Derive and compile.
+def web(asked: Exported, name: str) -> tuple[bytes, dict[str, Any]]:
+    """Derive and compile: the module, which imports nothing, and data for JSON.
 
     Raises
     ------
@@ -47,18 +30,13 @@ def web(asked: Exported, name: str | None) -> Web:
     from mechc_codegen.export.web import RTOL, SOURCE
 
     command = web_compiler()
-    named = name or asked.mechanism.name
-    options = FmuOptions(named, asked.start, asked.values, rtol=RTOL)
-    scene = build_web(asked.mechanism, options, asked.request)
+    options = FmuOptions(name, asked.start, asked.values, RTOL)
+    texts, about = build_web(asked.mechanism, options, asked.request)
     with TemporaryDirectory(prefix="mechc-web-") as folder:
-        for file, text in scene.texts.items():
-            path = Path(folder) / file
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, "utf-8")
+        write_sources({path: text.encode() for path, text in texts.items()}, Path(folder))
         target = Path(folder) / "web.wasm"
-        arguments = [*command, *FLAGS, f"-I{folder}"]
-        toolchain.compile_with(arguments, Path(folder) / SOURCE, target)
-        return Web(named, target.read_bytes(), scene.about)
+        toolchain.compile_with([*command, *FLAGS, f"-I{folder}"], Path(folder) / SOURCE, target)
+        return target.read_bytes(), about
 
 
 def web_compiler() -> list[str]:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -16,15 +15,7 @@ import numpy as np
 from mechc.errors import ValueOutOfBoundsError
 from mechc.results.player.page import base64_floats
 from mechc.results.player.plots import panels
-from mechc.results.sampling import (
-    Run,
-    SolutionLike,
-    clean_text,
-    pretty_name,
-    sample,
-    step_count,
-    time_span,
-)
+from mechc.results.sampling import Run, SolutionLike, clean_text, pretty_name, time_span
 from mechc.system.parameters import Array
 
 MOST_FRAMES: Final = 3000
@@ -53,19 +44,16 @@ def frames(sol: SolutionLike, fps: float, *, in_space: bool = False) -> Run:
         raise ValueOutOfBoundsError(
             f"fps must be a positive number of frames per second, not {fps!r}"
         )
-    first, last = time_span(sol)
+    first, last = sorted(time_span(sol))
     points = len(Run(sol, sol.t, sol.y, in_space).picture.point_names)
     most = min(MOST_FRAMES, max(FEWEST_FRAMES, MOST_POSITIONS // max(1, points)))
-    wished = max(abs(last - first) * fps, float(step_count(sol)))
+    wished = max((last - first) * fps, float(getattr(sol, "stats", {}).get("steps", 0)))
     count = max(2, math.ceil(min(wished, most - 1.0) - 1e-6) + 1)
-    return _while_finite(replace(sample(sol, count, a_step=0), in_space=in_space))
-
-
-def _while_finite(run: Run) -> Run:
-    """The run up to the first state that is not finite; its first frame is always kept."""
-    bad = ~np.isfinite(run.y).all(axis=1)
-    count = max(1, int(np.argmax(bad))) if bad.any() else len(run.t)
-    return replace(run, t=run.t[:count], y=np.nan_to_num(run.y[:count]))
+    t = np.linspace(first, last, count if last > first else 1)
+    y = np.asarray(sol(t) if last > first else sol.y[:1], dtype=float)
+    bad = ~np.isfinite(y).all(axis=1)
+    kept = max(1, int(np.argmax(bad))) if bad.any() else len(t)  # the first in any case
+    return Run(sol, t[:kept], np.nan_to_num(y[:kept]), in_space)
 
 
 # --- data ------------------------------------------------------------------------------------
@@ -76,14 +64,8 @@ def motion_data(
 ) -> dict[str, Any]:
     """The data of a motion, without the directions in which it is seen.
 
-    Parameters
-    ----------
-    names, positions
-        The points that are drawn, and where they are in each frame, (frames, points, 2 or 3) m.
-    fps
-        Frames a second that were asked for.
-    notes
-        What is told beside the title, with what there is to tell of the run.
+    Drawn are the points of these names, at ``positions`` (frames, points, 2 or 3) m; ``notes`` come
+    before what there is to tell of the run and of its frames, when ``fps`` a second were asked for.
     """
     number = {name: k for k, name in enumerate(names)}
     positions = np.nan_to_num(positions)

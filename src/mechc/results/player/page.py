@@ -69,18 +69,9 @@ class Page:
 def player_page(
     data: Mapping[str, Any], scripts: Iterable[str], *, library: str = "", source: str = ""
 ) -> str:
-    """The page of a motion.
+    """The page of a motion: its data, with a title, and the texts of the scripts that draw it.
 
-    Parameters
-    ----------
-    data
-        What the scripts read; its ``"title"`` is that of the page.
-    scripts
-        Texts of the scripts that draw the motion, and of those that make it.
-    library
-        The text of a script that these need, which runs before them.
-    source
-        What else the page's policy lets run.
+    ``library``: the text of a script that they need; ``source``: what else the policy lets run.
     """
     style = template("player", "page.css") + template("player", "sliders.css")
     parts = [*(template("player", f"{name}.js") for name in PLAYER), *scripts]

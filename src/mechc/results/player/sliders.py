@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
+from mechc.errors import ValueOutOfBoundsError, brief
 from mechc.results.sampling import ShownUnit, clean_text, pretty_name
 
 
@@ -17,3 +19,22 @@ def slider_data(
         "name": name, "label": pretty_name(name) + suffix, "title": clean_text(name),
         "low": low, "high": high, "factor": unit.factor, "unit": unit.label,
     }  # fmt: skip
+
+
+def checked_range(name: str, given: Any) -> tuple[float, float]:
+    """The lowest and the highest value of a slider.
+
+    Raises
+    ------
+    ValueOutOfBoundsError
+        If they are not two numbers in this order.
+    """
+    try:
+        low, high = (float(x) for x in given)
+    except (TypeError, ValueError):
+        low = high = math.nan
+    if not (math.isfinite(high - low) and low < high):
+        raise ValueOutOfBoundsError(
+            f"the range of {name} is (lowest, highest), two numbers, not {brief(given)}"
+        )
+    return low, high

@@ -5,7 +5,6 @@ Input: the arguments of ``simulate`` and ranges by name.  Output: a Solution for
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,8 +12,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
-from mechc.results.player.sliders import slider_data
+from mechc.errors import UnknownNameError, ValueOutOfBoundsError
+from mechc.results.player.sliders import checked_range, slider_data
 from mechc.results.sampling import shown_unit
 from mechc.system.names import by_name
 from mechc.system.parameters import doubles
@@ -102,7 +101,8 @@ def variation(
         For a range that is none.
     """
     ranges = {
-        name: _range(name, given) for name, given in by_name(sliders, "sliders", EXAMPLE).items()
+        name: checked_range(name, given)
+        for name, given in by_name(sliders, "sliders", EXAMPLE).items()
     }
     if len(ranges) > MOST:
         raise ValueOutOfBoundsError(f"there are at most {MOST} sliders, not {len(ranges)}")
@@ -118,18 +118,6 @@ def variation(
     if isinstance(params, Mapping):
         params = by_name(params, "params")
     return Variation(model, t_span, y0, params, inputs, rest, ranges)
-
-
-def _range(name: str, given: Any) -> tuple[float, float]:
-    try:
-        low, high = (float(x) for x in given)
-    except (TypeError, ValueError):
-        low = high = math.nan
-    if not (math.isfinite(high - low) and low < high):
-        raise ValueOutOfBoundsError(
-            f"the range of {name} is (lowest, highest), two numbers, not {brief(given)}"
-        )
-    return low, high
 
 
 def _replaced(given: Any, what: str, names: tuple[str, ...], name: str, value: float) -> Any:

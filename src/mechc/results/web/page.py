@@ -7,7 +7,7 @@ from elsewhere; user text is in them only as escaped JSON and an escaped title.
 from __future__ import annotations
 
 import base64
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from string import Template
 from typing import Any, Final
 
@@ -18,8 +18,8 @@ from mechc.results.player.sliders import slider_data
 from mechc.results.sampling import ShownUnit, clean_text, pretty_name, shown_as
 from mechc.system.kinds import Kind
 
-FRAMES_A_SECOND: Final = 60.0
-USUAL_SPAN: Final = 10.0  # s
+STEP: Final = 1.0 / 60.0  # s between frames
+SPAN: Final = 10.0  # s that are simulated at first
 ENERGIES: Final = {
     "kinetic": ["kinetic_energy"],
     "potential": ["potential_energy"],
@@ -27,6 +27,7 @@ ENERGIES: Final = {
 }
 
 Ranges = Mapping[str, Sequence[float] | None]
+Panel = tuple[str, str, list[dict[str, Any]]]
 
 
 def module_text(wasm: bytes, about: Mapping[str, Any]) -> str:
@@ -38,68 +39,53 @@ def module_text(wasm: bytes, about: Mapping[str, Any]) -> str:
 def live_page(module: str, about: Mapping[str, Any], ranges: Ranges) -> str:
     """A page that simulates with a module while it plays, with sliders of these ranges."""
     scripts = [module, template("player", "plane.js"), template("web", "simulated.js")]
-    return player_page(_page_data(about, ranges), scripts, source="'wasm-unsafe-eval'")
+    return player_page(_motion_without_frames(about, ranges), scripts, source="'wasm-unsafe-eval'")
 
 
-def _page_data(about: Mapping[str, Any], ranges: Ranges) -> dict[str, Any]:
-    """A motion without frames, as the player reads it, and what its frames are computed from."""
-    kinds = ("coordinates", "speeds", "parameters")
-    told = {kind: [each["name"] for each in about[kind]] for kind in kinds}
-    units = {
-        each["name"]: shown_as(Kind(each["kind"]), each["unit"])
-        for kind in kinds
-        for each in about[kind]
-    }
+def _motion_without_frames(about: Mapping[str, Any], ranges: Ranges) -> dict[str, Any]:
+    """What the player reads before the page has simulated; each curve says what it shows."""
+    starts = [*about["coordinates"], *about["speeds"]]
+    known = [*starts, *about["parameters"]]
+    units = {each["name"]: shown_as(Kind(each["kind"]), each["unit"]) for each in known}
+    units = dict.fromkeys(about["inputs"], shown_as(Kind.PURE, "")) | units
+    suffixes = {each["name"]: " at the start" for each in starts}
     drawing = about["drawing"]
     return {
         "title": clean_text(about["title"], 100),
         "notes": [],
         "start": 0.0,
-        "step": 1.0 / FRAMES_A_SECOND,
+        "step": STEP,
         "frames": 1,
         "points": [pretty_name(name) for name in drawing["points"]],
         "tracks": "",
-        "links": [{"label": clean_text(label), "points": line} for label, line in drawing["links"]],
+        "links": [{"label": clean_text(name), "points": line} for name, line in drawing["links"]],
         "ground": drawing["ground"],
         "traced": drawing["traced"],
-        "view": drawing["view"],
         "marks": [],
-        "panels": _panels(about, {name: units[name] for name in told["coordinates"]}),
-        "inputs": about["inputs"],
-        "sliders": [_slider(name, ends, units, told) for name, ends in ranges.items()],
-        **speed_choices(USUAL_SPAN),
-    }
+        "panels": [
+            {"title": title, "unit": unit, "lines": lines[:MOST_LINES],
+             "untold": max(0, len(lines) - MOST_LINES)}
+            for title, unit, lines in [*_coordinates(about, units), *_energies(about)]
+        ],
+        "sliders": [
+            slider_data(name, units[name], ends, suffixes.get(name, ""))
+            for name, ends in ranges.items()
+        ],
+        **speed_choices(SPAN),
+    }  # fmt: skip
 
 
-def _slider(
-    name: str,
-    ends: Sequence[float] | None,
-    units: Mapping[str, ShownUnit],
-    names: Mapping[str, Sequence[str]],
-) -> dict[str, Any]:
-    """A slider, and what it moves: a parameter, an input, or a value of the start."""
-    kind = "parameter" if name in names["parameters"] else "start" if name in units else "input"
-    unit = units.get(name, shown_as(Kind.PURE, ""))
-    return {"kind": kind, **slider_data(name, unit, ends, " at the start" * (kind == "start"))}
+def _coordinates(about: Mapping[str, Any], units: Mapping[str, ShownUnit]) -> Iterator[Panel]:
+    shown = {each["name"]: units[each["name"]] for each in about["coordinates"]}
+    for title, unit, names in by_unit(shown):
+        yield title, unit, [_curve(pretty_name(n), factor=units[n].factor, state=n) for n in names]
 
 
-def _panels(about: Mapping[str, Any], units: Mapping[str, ShownUnit]) -> list[dict[str, Any]]:
-    """Panels of curves, each with the state or the outputs that it shows."""
-    panels = [
-        _panel(title, unit, [_curve(pretty_name(n), units[n].factor, n) for n in names])
-        for title, unit, names in by_unit(units)
-    ]
+def _energies(about: Mapping[str, Any]) -> Iterator[Panel]:
     if {*ENERGIES["total"]} <= {output["name"] for output in about["outputs"]}:
-        energies = [_curve(name, 1.0, "", outputs) for name, outputs in ENERGIES.items()]
-        panels.append(_panel("Energy", "J", energies))
-    return panels
+        yield "Energy", "J", [_curve(name, outputs=names) for name, names in ENERGIES.items()]
 
 
-def _panel(title: str, unit: str, curves: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    untold = max(0, len(curves) - MOST_LINES)
-    return {"title": title, "unit": unit, "lines": curves[:MOST_LINES], "untold": untold}
-
-
-def _curve(name: str, factor: float, state: str, outputs: Sequence[str] = ()) -> dict[str, Any]:
+def _curve(name: str, *, factor: float = 1.0, state: str = "", outputs: Any = ()) -> dict[str, Any]:
     more = {"factor": factor, "state": state, "outputs": outputs}
     return {"name": name, "values": "", "dash": [], **more}

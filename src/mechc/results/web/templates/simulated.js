@@ -61,13 +61,13 @@ function simulated() {
   });
   return Object.assign({}, motion, axes(points), {
     start: frames.start, frames: frames.states.length, tracks: points, panels: panels,
-    notes: [problemThere].concat(motion.inputs.length ? "inputs have the values of their sliders, or 0" : []).filter(Boolean)
+    notes: [problemThere].concat(about.inputs.length ? "inputs have the values of their sliders, or 0" : []).filter(Boolean)
   });
 }
 function axes(points) {
   const size = points.reduce(function (most, x) { return Math.max(most, Math.abs(x)); }, 0);
   const flat = points.every(function (x, i) { return i % 3 < 2 || Math.abs(x) <= 1e-9 * size; });
-  const names = motion.view || (flat ? ["x", "y"] : ["x", "z"]);
+  const names = about.drawing.view || (flat ? ["x", "y"] : ["x", "z"]);
   const [right, up] = names.map(function (name) {
     return AXES[name.slice(-1)].map(function (x) { return name[0] === "-" ? -x : x; });
   });
@@ -111,28 +111,30 @@ function forget() {
 }
 
 // -- sliders ----------------------------------------------------------------------------------
+function isInput(slider) { return about.inputs.includes(slider.name); }
+function isParameter(slider) { return slider.name in mechanism.parameters; }
+function startValue(slider) {
+  if (isInput(slider)) { return 0; }
+  return isParameter(slider) ? mechanism.parameters[slider.name] : mechanism.get(slider.name);
+}
 function withRange(slider, value) {
   if (slider.low !== null) { return slider; }
   const half = slider.unit === "\u00b0" ? Math.PI / 2 : Math.max(1, Math.abs(value));
-  const ends = slider.kind === "parameter" ? [0.3 * value, 2 * value].sort(function (a, b) { return a - b; })
-    : [value - half, value + half];
-  return Object.assign({}, slider, { low: ends[0], high: ends[1] });
-}
-function startValue(slider) {
-  if (slider.kind === "parameter") { return mechanism.parameters[slider.name]; }
-  return slider.kind === "input" ? 0 : mechanism.get(slider.name);
+  const ends = isParameter(slider) ? [0.3 * value, 2 * value] : [value - half, value + half];
+  return Object.assign({}, slider, { low: Math.min(ends[0], ends[1]), high: Math.max(ends[0], ends[1]) });
 }
 function setValue(slider, value) {
-  if (slider.kind === "start") { wanted = Object.assign({}, wanted, { [slider.name]: value }); }
-  else if (slider.kind === "input") { mechanism.give({ [slider.name]: value }); }
-  else { mechanism.set({ [slider.name]: value }); }
+  const named = { [slider.name]: value };
+  if (isInput(slider)) { mechanism.give(named); }
+  else if (isParameter(slider)) { mechanism.set(named); }
+  else { wanted = Object.assign({}, wanted, named); }
 }
 function addSliders() {
   const resets = motion.sliders.map(function (given) {
     const value = startValue(given), slider = withRange(given, value);
     const move = addSlider(byId("sliders"), slider, value, function (to) {
       setValue(slider, to);
-      if (slider.kind !== "input") { startAgain(); return; }
+      if (!isInput(slider)) { startAgain(); return; }
       showAnew(function () { goOnFrom(Math.ceil(fractionAt(state.elapsed))); });
     });
     return function () { setValue(slider, value); move(value); };

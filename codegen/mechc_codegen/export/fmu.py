@@ -40,7 +40,7 @@ _METHODS = {"dopri5": 0, "dop853": 1, "radau5": 2, "gauss8": 3}
 
 @dataclass(frozen=True)
 class FmuOptions:
-    """What an export is asked for.
+    """Options of an export.
 
     Attributes
     ----------
@@ -262,7 +262,7 @@ def _completing(functions: SceneFunctions, values: Values) -> Iterator[str]:
     def value(default: Any, i: int, held: Sequence[int], real: Callable[[Any], str]) -> list[str]:
         return [f"p[{i}] = {real(default)};"]
 
-    yield from _calculated(functions, values, value)
+    yield from _statements_of_calculated(functions, values, value)
 
 
 def _following(functions: SceneFunctions, values: Values) -> Iterator[str]:
@@ -273,10 +273,10 @@ def _following(functions: SceneFunctions, values: Values) -> Iterator[str]:
         terms = [f"{real(diff(default, symbols[j]))} * along[{j}]" for j in held]
         return [f"along[{i}] = {' + '.join(terms)};"]
 
-    yield from _calculated(functions, values, changes)
+    yield from _statements_of_calculated(functions, values, changes)
 
 
-def _calculated(
+def _statements_of_calculated(
     functions: SceneFunctions,
     values: Values,
     statements: Callable[[Any, int, Sequence[int], Callable[[Any], str]], Iterable[str]],

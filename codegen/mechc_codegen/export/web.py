@@ -72,7 +72,7 @@ def web_scene(
     )
     about = {
         "title": metadata["title"] or metadata["name"],
-        **{kind: _listed(metadata[kind]) for kind in ("coordinates", "speeds", "parameters")},
+        **{kind: _rows(metadata[kind]) for kind in ("coordinates", "speeds", "parameters")},
         "inputs": _inputs(metadata),
         "outputs": _outputs(outputs, metadata["shapes"], functions.request),
         "follows": [i for i, value, held in functions.defaults() if value is not None and held],
@@ -84,7 +84,7 @@ def web_scene(
     return texts, about
 
 
-def _listed(quantities: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+def _rows(quantities: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     return [{key: quantity[key] for key in _SHOWN} for quantity in quantities]
 
 

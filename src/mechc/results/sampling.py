@@ -182,12 +182,12 @@ class Run:
     @cached_property
     def ground(self) -> tuple[str, ...]:
         """The pivots: those of the picture, and points of links that the loops' closing holds."""
-        return (*self.picture.ground, *self._held)
+        return (*self.picture.ground, *self._still_points)
 
     @property
     def traced(self) -> tuple[str, ...]:
         """The points whose path is drawn, each path once; those that closing holds have none."""
-        moving = [name for name in self.picture.traced if name not in self._held]
+        moving = [name for name in self.picture.traced if name not in self._still_points]
         return self._apart(moving) or (self._corners or self._ends)[:MOST_CORNERS]
 
     def _apart(self, names: Sequence[str]) -> tuple[str, ...]:
@@ -201,11 +201,11 @@ class Run:
         return tuple(found)
 
     @cached_property
-    def _held(self) -> tuple[str, ...]:
+    def _still_points(self) -> tuple[str, ...]:
         """Points of links, placed by coordinates, that do not move while others do."""
         if self.model.constraints(self.y[:1], self.solution.params, self.t[:1]).shape[-1] == 0:
             return ()
-        names = {n for n in self._linked - {*self.picture.ground} if is_joint(n)}
+        names = {n for n in self._points_of_links - {*self.picture.ground} if is_joint(n)}
         if not names:
             return ()
         travel = np.linalg.norm(np.ptp(self.positions, axis=0), axis=-1)
@@ -213,15 +213,16 @@ class Run:
         return tuple(n for n in self.picture.point_names if n in names and still[n])
 
     @property
-    def _linked(self) -> set[str]:
+    def _points_of_links(self) -> set[str]:
         return {n for _, line in self.picture.skeleton if len(line) > 1 for n in line}
 
     @property
     def _corners(self) -> tuple[str, ...]:
         """The points at which moving links meet."""
         lines = [{*line} for _, line in self.picture.skeleton]
-        meeting = {n for n in self._linked if sum(n in line for line in lines) > 1 and is_joint(n)}
-        return tuple(n for n in self.picture.point_names if n in meeting - {*self.ground})
+        joints = {n for n in self._points_of_links - {*self.ground} if is_joint(n)}
+        meeting = {n for n in joints if sum(n in line for line in lines) > 1}
+        return tuple(n for n in self.picture.point_names if n in meeting)
 
     @property
     def _ends(self) -> tuple[str, ...]:

@@ -41,9 +41,9 @@ class Variation:
             if name in inputs:
                 inputs[name] = value
             elif name in self.model.parameters:
-                params = _replaced(params, "params", self.model.parameters, name, value)
+                params = _with_value(params, "params", self.model.parameters, name, value)
             else:
-                y0 = _replaced(y0, "y0", self._states, name, value)
+                y0 = _with_value(y0, "y0", self._states, name, value)
         return self.model.simulate(
             self.t_span, y0, params, inputs=inputs or None, **dict(self.policy)
         )
@@ -55,14 +55,14 @@ class Variation:
 
     @cached_property
     def values(self) -> dict[str, float]:
-        """What was given, or follows by default, for each name of the ranges.
+        """The value that was given, or follows by default, for each name of the ranges.
 
         Raises
         ------
         ValueOutOfBoundsError
             If a value is not within its range.
         """
-        values = {name: self._given(name) for name in self.ranges}
+        values = {name: self._first_value(name) for name in self.ranges}
         for name, value in values.items():
             low, high = self.ranges[name]
             if not low <= value <= high:
@@ -71,7 +71,7 @@ class Variation:
                 )
         return values
 
-    def _given(self, name: str) -> float:
+    def _first_value(self, name: str) -> float:
         if name in self.inputs:
             return float(self.inputs[name])
         if name in self.model.parameters:
@@ -120,7 +120,7 @@ def variation(
     return Variation(model, t_span, y0, params, inputs, rest, ranges)
 
 
-def _replaced(given: Any, what: str, names: tuple[str, ...], name: str, value: float) -> Any:
+def _with_value(given: Any, what: str, names: tuple[str, ...], name: str, value: float) -> Any:
     """A mapping or an array with one value in place of another."""
     if given is None or isinstance(given, Mapping):
         return {**(given or {}), name: value}

@@ -58,7 +58,7 @@ class MotionWidget(anywidget.AnyWidget):  # type: ignore[misc]  # it has no type
         )  # fmt: skip
 
     @traitlets.validate("values")
-    def _checked(self, proposal: Any) -> dict[str, float]:
+    def _all_values(self, proposal: Any) -> dict[str, float]:
         """All values, within their ranges."""
         ranges = self._variation.ranges
         for name in proposal["value"]:

@@ -43,7 +43,7 @@ def live_page(module: str, about: Mapping[str, Any], ranges: Ranges) -> str:
 
 
 def _motion_without_frames(about: Mapping[str, Any], ranges: Ranges) -> dict[str, Any]:
-    """What the player reads before the page has simulated; each curve says what it shows."""
+    """The data that the player reads before there are frames; each curve says what it shows."""
     starts = [*about["coordinates"], *about["speeds"]]
     known = [*starts, *about["parameters"]]
     units = {each["name"]: shown_as(Kind(each["kind"]), each["unit"]) for each in known}

@@ -25,7 +25,7 @@ function resize() {
   unit = Math.max(3.5, Math.min(9, 0.013 * Math.min(width, height)));
   project();
 }
-function weighted(a, s, b, c) { return a.map(function (x, i) { return s * x + c * b[i]; }); }
+function combine(a, s, b, c) { return a.map(function (x, i) { return s * x + c * b[i]; }); }
 function directions() {
   // To the right and up on the screen.
   const right = motion.right, up = motion.up, yaw = turn[0], pitch = turn[1];
@@ -33,9 +33,9 @@ function directions() {
   const depth = [0, 1, 2].map(function (i) {
     return right[(i + 1) % 3] * up[(i + 2) % 3] - right[(i + 2) % 3] * up[(i + 1) % 3];
   });
-  const away = weighted(depth, Math.cos(yaw), right, -Math.sin(yaw));
+  const away = combine(depth, Math.cos(yaw), right, -Math.sin(yaw));
   return [
-    weighted(right, Math.cos(yaw), depth, Math.sin(yaw)), weighted(up, Math.cos(pitch), away, -Math.sin(pitch))
+    combine(right, Math.cos(yaw), depth, Math.sin(yaw)), combine(up, Math.cos(pitch), away, -Math.sin(pitch))
   ];
 }
 function project() {

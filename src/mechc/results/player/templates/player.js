@@ -2,8 +2,8 @@
 const state = { elapsed: 0, playing: false, looping: true, speed: motion.speed };
 const scrub = byId("scrub"), playButton = byId("play");
 let lastTick = null;
-// Of a page that simulates others: whether more frames will come, and what is told of the end.
-let isUnderWay = function () { return false; }, wordsAtEnd = "It stops at the end.";
+// A page that simulates has others: it asks for frames, true if some are to come; and words for the end.
+let askForMore = function () { return false; }, wordsAtEnd = "It stops at the end.";
 
 function show() {
   paint(fractionAt(state.elapsed));
@@ -29,7 +29,7 @@ function takeMotion(given) {
 function setPlaying(on) {
   const before = state.playing;
   state.playing = on && span > 0;
-  if (state.playing && state.elapsed >= span && !isUnderWay()) { state.elapsed = 0; }
+  if (state.playing && state.elapsed >= span && !askForMore()) { state.elapsed = 0; }
   playButton.textContent = state.playing ? "Pause" : "Play";
   lastTick = null;
   if (state.playing && !before) { requestAnimationFrame(tick); }
@@ -42,7 +42,7 @@ function tick(now) {
   if (lastTick !== null) { state.elapsed += state.speed * Math.min(0.25, (now - lastTick) / 1000); }
   lastTick = now;
   sayMarks(before, Math.min(span, state.elapsed));
-  const waits = isUnderWay(), atEnd = state.elapsed >= span;
+  const waits = askForMore(), atEnd = state.elapsed >= span;
   if (atEnd) { state.elapsed = state.looping && !waits ? state.elapsed % span : span; }
   show();
   if (atEnd && !waits && !state.looping) { setPlaying(false); return; }

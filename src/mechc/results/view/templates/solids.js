@@ -35,7 +35,7 @@ function placeSolid(solid, at, position, turn) {
   ).normalize();
 }
 function withSectors(shape) {
-  // Of a body of revolution alternate sectors are darker, so that its spin is seen.
+  // Alternate sectors of a body of revolution are darker, so that its spin is seen.
   const made = shape.toNonIndexed(), at = made.attributes.position, shades = new Float32Array(3 * at.count);
   for (let k = 0; k < at.count; k += 3) {
     const x = at.getX(k) + at.getX(k + 1) + at.getX(k + 2), z = at.getZ(k) + at.getZ(k + 1) + at.getZ(k + 2);

@@ -47,10 +47,10 @@ function schedule() {
     scheduled = false;
     forget();
     simulate(SLICE);
-    takeMotion(simulated());
+    takeMotion(motionOfFrames());
   });
 }
-function simulated() {
+function motionOfFrames() {
   let next = 0;
   const points = new Float32Array(3 * motion.points.length * frames.tracks.length);
   frames.tracks.forEach(function (frame, i) { points.set(frame, i * frame.length); });
@@ -74,26 +74,25 @@ function axes(points) {
   return { flat: flat, right: right, up: up };
 }
 function showAnew(change) {
-  // What a change leads to is shown at once; where there is no such motion the last one stays.
+  // The motion after a change is shown at once; where there is none the last one stays.
   try { change(); }
   catch (problem) {
     byId("notes").textContent = problem.message + ": the last motion goes on";
     return;
   }
   simulate(FIRST);
-  takeMotion(simulated());
+  takeMotion(motionOfFrames());
 }
 function startAgain() {
   showAnew(function () { begin(); state.elapsed = 0; });
 }
 function goOnFrom(frame) {
   // With inputs as they are now.
-  const count = Math.min(frame + 1, frames.states.length);
-  [frames.states, frames.tracks].concat(frames.values).forEach(function (list) { list.length = count; });
+  mechanism.start({}, { from: frames.states[frame], t: frames.start + frame * motion.step });
+  [frames.states, frames.tracks].concat(frames.values).forEach(function (list) { list.length = frame + 1; });
   problemThere = "";
-  mechanism.start({}, { from: frames.states[count - 1], t: frames.start + (count - 1) * motion.step });
 }
-isUnderWay = function () {
+askForMore = function () {
   // The end is put off before it is reached, unless the motion begins again there.
   if (!state.looping && !problemThere && state.elapsed > span - 1) {
     wishedFrames = Math.ceil((state.elapsed + AHEAD) / motion.step);
@@ -120,7 +119,7 @@ function startValue(slider) {
 function withRange(slider, value) {
   if (slider.low !== null) { return slider; }
   const half = slider.unit === "\u00b0" ? Math.PI / 2 : Math.max(1, Math.abs(value));
-  const ends = isParameter(slider) ? [0.3 * value, 2 * value] : [value - half, value + half];
+  const ends = isParameter(slider) && value !== 0 ? [0.3 * value, 2 * value] : [value - half, value + half];
   return Object.assign({}, slider, { low: Math.min(ends[0], ends[1]), high: Math.max(ends[0], ends[1]) });
 }
 function setValue(slider, value) {
@@ -150,6 +149,6 @@ function addSliders() {
 addSliders();
 begin();
 simulate(FIRST);
-takeData(simulated());
+takeData(motionOfFrames());
 setLooping(false);
 wordsAtEnd = "It goes on.";

@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 from playwright.sync_api import Page, sync_playwright
 
-from mechc.results.view.motion import encoded
-from mechc.results.view.page import page
+from mechc.results.player.page import base64_floats
+from mechc.results.view.page import space_page
 from mechc.results.view.recorded import unpacked_view
 
 COUNT = """new Promise(done => {
@@ -45,17 +45,17 @@ def chain(bodies: int, frames: int = 240, step: float = 1 / 60) -> dict[str, Any
     turns = np.stack([0 * angles, 0 * angles, np.sin(angles / 2), np.cos(angles / 2)], axis=-1)
     names = [f"p{k}" for k in range(bodies + 1)]
     line = [
-        {"name": f"q{k}", "values": encoded(angles[:, k]), "dash": []}
+        {"name": f"q{k}", "values": base64_floats(angles[:, k]), "dash": []}
         for k in range(min(24, bodies))
     ]
     box = {"kind": "box", "sizes": [0.7, 0.2, 0.2], "inferred": True}
     data = {
         "title": f"A chain of {bodies} rods", "notes": [], "start": 0.0, "step": step,
-        "frames": frames, "points": names, "origin": [0, 0, 0], "tracks": encoded(points),
+        "frames": frames, "points": names, "origin": [0, 0, 0], "tracks": base64_floats(points),
         "links": [{"label": f"rod {k}", "points": [k, k + 1]} for k in range(bodies)],
         "ground": [0], "traced": [bodies], "right": [1, 0, 0], "up": [0, 1, 0], "flat": False,
         "solids": [{**box, "label": f"rod {k}", "name": f"rod {k}"} for k in range(bodies)],
-        "placed": encoded(np.concatenate([middles, turns], axis=-1)), "struts": [], "marks": [],
+        "placed": base64_floats(np.concatenate([middles, turns], axis=-1)), "struts": [], "marks": [],
         "arrows": [], "loads": [],
         "panels": [{"title": "Angles", "unit": "rad", "lines": line, "untold": 0}],
         "speeds": [1.0], "speed": 1.0,
@@ -82,8 +82,8 @@ def main() -> None:
     parser.add_argument("--size", default="1280x760")
     chosen = parser.parse_args()
     width, height = map(int, chosen.size.split("x"))
-    text = page(chain(chosen.bodies))
-    empty = len(page(chain(1, frames=2)))
+    text = space_page(chain(chosen.bodies))
+    empty = len(space_page(chain(1, frames=2)))
     flags = ["--no-sandbox", "--use-angle=swiftshader", "--ignore-gpu-blocklist"]
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as driver:
         file = Path(folder, "view.html")

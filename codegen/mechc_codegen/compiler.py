@@ -19,7 +19,6 @@ from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.description.request import DEFAULT_REQUEST, USUAL, OutputRequest
 from mechc_codegen.drawing.plan import picture_plan
 from mechc_codegen.emit.c import emit
-from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.metadata import scene_metadata
 from mechc_codegen.emit.units.instruction_sets import (
     InstructionSet,
@@ -29,7 +28,7 @@ from mechc_codegen.emit.units.instruction_sets import (
 from mechc_codegen.errors import CodegenError
 from mechc_codegen.export.fmu import FmuOptions, fmu_files, fmu_request
 from mechc_codegen.export.standalone import standalone
-from mechc_codegen.export.web import WebScene, web_scene
+from mechc_codegen.export.web import web_scene
 from mechc_codegen.extension.build import Build, extension
 from mechc_codegen.ir.adjoint import add_adjoint
 from mechc_codegen.ir.lower import lower
@@ -74,19 +73,13 @@ def build_standalone(
 
 
 def build_web(
-    mechanism: Mechanism,
-    name: str,
-    start: Sequence[float],
-    values: Mapping[str, float],
-    request: OutputRequest = DEFAULT_REQUEST,
-) -> tuple[dict[str, str], WebScene]:
-    """The same with the C of WebAssembly around it; see :func:`export.web.web_scene`."""
-    made = optimised(mechanism, request, Stopwatch())
-    texts = standalone(*made.parts, request, name, start, values, 1.0)
-    functions = SceneFunctions(made.program, made.equations, request)
-    known = {told["name"] for told in made.metadata["parameters"]} | {*made.metadata["fixed"]}
+    mechanism: Mechanism, options: FmuOptions, request: OutputRequest = DEFAULT_REQUEST
+) -> tuple[dict[str, str], dict[str, Any]]:
+    """The mechanism for pages; see :func:`export.web.web_scene`."""
+    made = optimised(mechanism, request, Stopwatch(), adjoint=False)
+    known = {each["name"] for each in made.metadata["parameters"]} | {*made.metadata["fixed"]}
     plan = picture_plan(mechanism, Drawing(), known)
-    return texts, web_scene(functions, made.metadata, plan, name, start, values)
+    return web_scene(*made.parts, request, plan, options)
 
 
 def build_fmu(

@@ -32,7 +32,7 @@ class LiveFourBar(Directive):
             text = page.read_text("utf-8")
         frame = (
             '<iframe sandbox="allow-scripts" title="A four-bar that this page simulates" '
-            f'width="100%" height="560" style="border:0" srcdoc="{html.escape(text)}"></iframe>'
+            f'width="100%" height="640" style="border:0" srcdoc="{html.escape(text)}"></iframe>'
         )
         told = "This page simulates it while you look: move a slider, and it starts anew."
         return [nodes.raw("", frame, format="html"), nodes.paragraph("", told)]

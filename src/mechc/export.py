@@ -111,11 +111,11 @@ def export_wasm(
     outputs: Iterable[Any] | None = None,
     **options: Any,
 ) -> list[Path]:
-    """Write a mechanism for pages: the C of :func:`export_c` as WebAssembly.
+    """Write a mechanism for pages: the core of a unit of :func:`export_fmu` as WebAssembly.
 
     Files: ``NAME.wasm``; ``NAME.js``, a module of JavaScript that has it inside: parameters by
-    name, starts whose loops are closed, steps, outputs, points; ``NAME.html``, a page that
-    simulates while it plays and has sliders.  None of them loads anything from elsewhere.
+    name, starts whose loops are closed, mechc's own integrators, outputs, points; ``NAME.html``, a
+    page that simulates while it plays and has sliders.  None of them loads anything from elsewhere.
 
     Parameters
     ----------
@@ -137,17 +137,11 @@ def export_wasm(
     ------
     MechcError
         If ``name`` cannot begin a name in C, there is no compiler (the package ``ziglang``, of the
-        extra ``compiler``), or the mechanism cannot be compiled.
+        extra ``compiler``), a parameter has no value, or the mechanism cannot be compiled.
     ValueOutOfBoundsError
         If y0 has another length, or a slider's range is none.
     UnknownNameError
         For a slider of nothing.
-
-    Notes
-    -----
-    Steps are those of :func:`export_c`; their length follows from an error found by halving them,
-    and they are shorter beside change points.  At one the motion ends with a message: how it goes
-    on is told by :func:`mechc.load`'s models alone.
     """
     from mechc.compilation.exports.standalone import read_export
     from mechc.compilation.exports.web import web
@@ -155,17 +149,19 @@ def export_wasm(
     from mechc.results.web.sliders import chosen_sliders
 
     asked = read_export(mechanism, y0, dict(params or {}), fix=fix, outputs=outputs, **options)
-    made = web(asked, name)
-    about = made.about | chosen_sliders(made.about, asked.mechanism.start, sliders)
-    module = module_text(made.wasm, about)
-    texts = {"js": module, "html": live_page(module, about["title"])}
+    name = name or str(asked.mechanism.name)
+    wasm, about = web(asked, name)
+    ranges, held = chosen_sliders(about, asked.mechanism.start, sliders)
+    about |= {"held": held}
+    module = module_text(wasm, about)
+    texts = {"js": module, "html": live_page(module, about, ranges)}
     target = Path(folder)
     with written_into(target):
         target.mkdir(parents=True, exist_ok=True)
-        (target / f"{made.name}.wasm").write_bytes(made.wasm)
+        (target / f"{name}.wasm").write_bytes(wasm)
         for kind, text in texts.items():
-            (target / f"{made.name}.{kind}").write_text(text, "utf-8", newline="\n")
-    return [target / f"{made.name}.{kind}" for kind in ("wasm", *texts)]
+            (target / f"{name}.{kind}").write_text(text, "utf-8", newline="\n")
+    return [target / f"{name}.{kind}" for kind in ("wasm", *texts)]
 
 
 @one_at_a_time

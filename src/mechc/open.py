@@ -115,7 +115,7 @@ def open_view(path: str | Path) -> View:
         If three.js is not installed: ``pip install 'mechc[view]'``.
     """
     from mechc.results.files import read
-    from mechc.results.view.page import recorded
+    from mechc.results.view.page import saved_view
 
     try:
         data = _view_in(read(Path(path))[0])
@@ -128,7 +128,7 @@ def open_view(path: str | Path) -> View:
         raise MechcError(
             f"{printable(str(path))} holds no picture: mechc.open(...).view() makes it"
         )
-    return recorded(data)
+    return saved_view(data)
 
 
 def _view_in(recipe: Mapping[str, Any]) -> dict[str, Any] | None:

@@ -157,6 +157,10 @@ class FakeModel:
         drawn = self.skeleton, self.ground, self.traced, self.view
         return Picture(self.point_names, *drawn, self.points)
 
+    @property
+    def picture_in_space(self) -> Picture:
+        return self.picture
+
     def points(self, y: Array, params: Any = None, t: Any = 0.0) -> Array:
         flat = joints(y[..., :3])[..., : len(self.point_names), :]
         return flat if self.tilt is None else flat @ np.array(self.tilt).T

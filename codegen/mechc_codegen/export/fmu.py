@@ -44,16 +44,18 @@ class FmuOptions:
     ----------
     name
         Begins names of files.
-    version
-        Version of FMI, one of :data:`VERSIONS`.
     start
         State (nq + nu), SI units.
     values
         Parameters that were given, by name; the others have their defaults, and follow.
+    rtol
+        Tolerance of co-simulation.
+    version
+        Version of FMI, one of :data:`VERSIONS`.
     end
         End of the default experiment, s.
-    rtol, drift
-        Tolerance of co-simulation; the least drift that model exchange projects away.
+    drift
+        The least drift that model exchange projects away.
     tool
         Name and version of what exports.
     derivatives
@@ -63,13 +65,13 @@ class FmuOptions:
     """
 
     name: str
-    version: str
     start: Sequence[float]
     values: Mapping[str, float]
-    end: float
     rtol: float
-    drift: float
-    tool: str
+    version: str = VERSIONS[0]
+    end: float = 1.0
+    drift: float = 0.0
+    tool: str = ""
     derivatives: bool = True
     events: Callable[[Mapping[str, Any]], Sequence[FmuEvent]] = lambda metadata: ()
 
@@ -111,8 +113,14 @@ def fmu_files(
     name = checked_name(options.name)
     functions = SceneFunctions(program, equations, request)
     metadata = {**metadata, "differentiated": _outputs(program, request)}
-    values, events = _values(functions, metadata, options), options.events(metadata)
-    sources = _sources(functions, metadata, values, events, options)
+    values, events = start_values(functions, metadata, options), options.events(metadata)
+    parts = {
+        "what": f"a functional mock-up unit by FMI {options.version}",
+        "interface": f"fmu/fmi{options.version[0]}.h",
+        "declarations": "",
+        **event_parts(functions, events),
+    }
+    sources = unit_sources(functions, metadata, values, options, parts)
     unit = Unit(
         name, metadata["title"] or metadata["name"], _token(sources, metadata), options.version,
         options.end, options.rtol, options.tool, options.derivatives, len(events),
@@ -141,7 +149,9 @@ def _token(sources: Mapping[str, str], metadata: Mapping[str, Any]) -> str:
     return "{" + "-".join(parts) + "}"
 
 
-def _values(functions: SceneFunctions, metadata: Mapping[str, Any], options: FmuOptions) -> Values:
+def start_values(
+    functions: SceneFunctions, metadata: Mapping[str, Any], options: FmuOptions
+) -> Values:
     """Start values of every parameter; those that follow others are calculated."""
     names = [told["name"] for told in metadata["parameters"]]
     numbers, calculated = [math.nan] * len(names), [False] * len(names)
@@ -158,30 +168,34 @@ def _values(functions: SceneFunctions, metadata: Mapping[str, Any], options: Fmu
     return Values(options.start, numbers, calculated, options.drift)
 
 
-def _sources(
+def unit_sources(
     functions: SceneFunctions,
     metadata: Mapping[str, Any],
     values: Values,
-    events: Sequence[FmuEvent],
     options: FmuOptions,
+    parts: Mapping[str, Any],
 ) -> dict[str, str]:
-    """The unit's file, the scene's headers, and those of the runtime that they include."""
+    """The unit's file, the scene's headers, and those of the runtime that they include.
+
+    ``parts``: what the file is, the header of its interface, how parameters are completed, events.
+    """
     generated = program_texts(functions, metadata)
-    lists = _lists(functions, metadata, values) | _events(functions, events)
-    head = {
+    head, lists = _head(metadata, options), _lists(functions, metadata, values)
+    generated[SOURCE] = filled("fmu.c.in", head, lists, parts)
+    runtime = included_headers(SOURCE, generated, RUNTIME)
+    return generated | {path: (RUNTIME / path).read_text("utf-8") for path in runtime}
+
+
+def _head(metadata: Mapping[str, Any], options: FmuOptions) -> dict[str, Any]:
+    return {
         "title": plain_words(metadata["title"] or metadata["name"]),
         "name": options.name,
-        "version": options.version,
-        "major": options.version[0],
         "lanes": 2,
         "token": "@TOKEN@",
         "method": "GAUSS8" if metadata["smooth"] else "DOP853",
         "rtol": repr(float(options.rtol)),
         "drift": repr(float(options.drift)),
     }
-    generated[SOURCE] = filled("fmu.c.in", head, lists)
-    runtime = included_headers(SOURCE, generated, RUNTIME)
-    return generated | {path: (RUNTIME / path).read_text("utf-8") for path in runtime}
 
 
 def _lists(
@@ -207,7 +221,7 @@ def _lists(
     } | _dependent_parameters(functions, values)
 
 
-def _events(functions: SceneFunctions, events: Sequence[FmuEvent]) -> dict[str, Any]:
+def event_parts(functions: SceneFunctions, events: Sequence[FmuEvent]) -> dict[str, Any]:
     """The functions of the events, and the tables that lead to them."""
     told = [event.expressions for event in events]
     found = {"event_count": len(told), "resets": int(any(e.reset is not None for e in told))}

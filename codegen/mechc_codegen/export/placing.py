@@ -51,11 +51,11 @@ class _Placing:
         yield f"double turn[{len(frames) + 1}][9] = {{{_IDENTITY}}};"
         yield f"double point[{len(points) + 1}][3] = {{{{0.0}}}};"
         for i, (before, entries) in enumerate(frames, 1):
-            yield f"turned(turn[{before}], {self._array(entries, 9)}, turn[{i}]);"
+            yield f"multiply_turns(turn[{before}], {self._array(entries, 9)}, turn[{i}]);"
         for i, (before, arms) in enumerate(points, 1):
             yield f"memcpy(point[{i}], point[{before}], sizeof point[{i}]);"
             for frame, arm in arms:
-                yield f"moved(turn[{frame}], {self._array(arm, 3)}, point[{i}]);"
+                yield f"add_arm(turn[{frame}], {self._array(arm, 3)}, point[{i}]);"
         for i, place in enumerate(self.plan.places):
             yield f"memcpy(places + {3 * i}, point[{place}], sizeof point[{place}]);"
 

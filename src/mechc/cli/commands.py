@@ -224,13 +224,13 @@ def _write(sol: mechc.Solution, folder: Path, *, in_space: bool, quiet: bool) ->
     """Data, pictures and the page that moves, which is returned."""
     import numpy as np
 
-    from mechc.results.animation import write_animation
+    from mechc.results.animation import animate
     from mechc.results.figures import save_all
 
     sol.save(folder / "solution.csv")
     sol.save(folder / "solution.nc")
     with ProgressBar("drawing"), np.errstate(over="ignore", invalid="ignore"):
-        write_animation(sol, folder / "animation.html")
+        animate(sol).save(folder / "animation.html")
         save_all(sol, folder)
         page = _write_view(sol, folder) if in_space else folder / "animation.html"
     if not quiet:

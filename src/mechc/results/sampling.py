@@ -38,6 +38,8 @@ class ModelLike(Protocol):
     @property
     def picture(self) -> Picture: ...
     @property
+    def picture_in_space(self) -> Picture: ...
+    @property
     def energy(self) -> Callable[..., Array]: ...
     @property
     def kinetic_energy(self) -> Callable[..., Array]: ...
@@ -125,13 +127,18 @@ _SHOWN = {
 
 
 def shown_unit(model: ModelLike, name: str) -> ShownUnit:
-    """How a coordinate or speed is shown: in degrees where the API has radians."""
+    """How a coordinate or speed of a model is shown."""
     quantity = model.quantities.get(name)
-    if quantity is None or quantity.kind is Kind.PURE:
+    return shown_as(Kind.PURE, "") if quantity is None else shown_as(quantity.kind, quantity.unit)
+
+
+def shown_as(kind: Kind, unit: str) -> ShownUnit:
+    """How a quantity of a kind and a unit is shown: in degrees where the API has radians."""
+    if kind is Kind.PURE:
         return ShownUnit(1.0, "", "value")
-    unit, factor = shown_in(quantity.kind, quantity.unit)
-    powers = re.sub(r"\^(\d)", lambda match: match[1].translate(SUPERSCRIPTS), unit)
-    return ShownUnit(factor, clean_text(powers), _SHOWN.get(quantity.kind, "value"))
+    label, factor = shown_in(kind, unit)
+    powers = re.sub(r"\^(\d)", lambda match: match[1].translate(SUPERSCRIPTS), label)
+    return ShownUnit(factor, clean_text(powers), _SHOWN.get(kind, "value"))
 
 
 def is_joint(name: str) -> bool:
@@ -153,6 +160,7 @@ class Run:
     solution: SolutionLike
     t: Array
     y: Array
+    in_space: bool = False
 
     @property
     def model(self) -> ModelLike:
@@ -161,8 +169,8 @@ class Run:
 
     @cached_property
     def picture(self) -> Picture:
-        """The parts of the model that are drawn."""
-        return self.model.picture
+        """The picture of the model; ``in_space``: with its solids."""
+        return self.model.picture_in_space if self.in_space else self.model.picture
 
     @cached_property
     def positions(self) -> Array:
@@ -197,7 +205,7 @@ class Run:
         """Points of links, placed by coordinates, that do not move while others do."""
         if self.model.constraints(self.y[:1], self.solution.params, self.t[:1]).shape[-1] == 0:
             return ()
-        names = {n for n in self._link_points - {*self.picture.ground} if is_joint(n)}
+        names = {n for n in self._points_of_links - {*self.picture.ground} if is_joint(n)}
         if not names:
             return ()
         travel = np.linalg.norm(np.ptp(self.positions, axis=0), axis=-1)
@@ -205,17 +213,16 @@ class Run:
         return tuple(n for n in self.picture.point_names if n in names and still[n])
 
     @property
-    def _link_points(self) -> set[str]:
+    def _points_of_links(self) -> set[str]:
         return {n for _, line in self.picture.skeleton if len(line) > 1 for n in line}
 
     @property
     def _corners(self) -> tuple[str, ...]:
         """The points at which moving links meet."""
         lines = [{*line} for _, line in self.picture.skeleton]
-        meeting = {
-            n for n in self._link_points if sum(n in line for line in lines) > 1 and is_joint(n)
-        }
-        return tuple(n for n in self.picture.point_names if n in meeting - {*self.ground})
+        joints = {n for n in self._points_of_links - {*self.ground} if is_joint(n)}
+        meeting = {n for n in joints if sum(n in line for line in lines) > 1}
+        return tuple(n for n in self.picture.point_names if n in meeting)
 
     @property
     def _ends(self) -> tuple[str, ...]:
@@ -242,7 +249,7 @@ class Run:
 SAMPLES_A_STEP, MOST_SAMPLES = 4, 20_000  # long runs need more, else chords are visible
 
 
-def covered(solution: SolutionLike) -> tuple[float, float]:
+def time_span(solution: SolutionLike) -> tuple[float, float]:
     """First and last time of a run, also if other times are reported."""
     span = getattr(solution, "span", None)
     return span if span is not None else (float(solution.t[0]), float(solution.t[-1]))
@@ -253,7 +260,7 @@ def sample(solution: SolutionLike, samples: int, *, jumps: bool = False) -> Run:
 
     ``jumps``: and before and after every jump of the state, in two rows of the same time.
     """
-    first, last = sorted(covered(solution))
+    first, last = sorted(time_span(solution))
     if first == last:
         return Run(solution, np.array([first]), np.asarray(solution.y[:1], dtype=float))
     steps = int(getattr(solution, "stats", {}).get("steps", 0))

@@ -262,19 +262,19 @@ class Solution(Trajectory):
         Parameters
         ----------
         fps
-            Frames per second of simulated time; at most 1500 frames, between which the page
-            interpolates.
+            Frames per second of simulated time; more where steps are shorter, at most 3000, between
+            which the page interpolates.
 
         Raises
         ------
         MissingPackageError
             If three.js is not installed: ``pip install 'mechc[view]'``.
         """
-        from mechc.results.view.page import recorded, view
+        from mechc.results.view.page import saved_view, view
 
         drawn = getattr(self.model.system, "drawn", None)
         if self._recorded_view is not None and drawn is None:
-            return recorded(self._recorded_view)
+            return saved_view(self._recorded_view)
         return view(self, fps=fps)
 
     def __repr__(self) -> str:

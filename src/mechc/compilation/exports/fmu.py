@@ -67,12 +67,17 @@ def _compile(texts: Mapping[str, bytes], name: str, folder: Path) -> Path:
     from mechc_codegen.export.fmu import SOURCE
     from mechc_codegen.extension.flags import FLAGS
 
-    for path, text in texts.items():
-        (folder / path).parent.mkdir(parents=True, exist_ok=True)
-        (folder / path).write_bytes(text)
+    write_sources(texts, folder)
     sources, target = folder / "sources", folder / f"{name}.binary"
     toolchain.compile_shared(sources, SOURCE, FLAGS, [str(sources)], target)
     return target
+
+
+def write_sources(contents: Mapping[str, bytes], folder: Path) -> None:
+    """Write files by their paths below a folder."""
+    for path, content in contents.items():
+        (folder / path).parent.mkdir(parents=True, exist_ok=True)
+        (folder / path).write_bytes(content)
 
 
 def _pack(contents: Mapping[str, bytes], target: Path) -> None:

@@ -1,41 +1,24 @@
-"""WebAssembly of a mechanism: the exported C, compiled by the package ``ziglang``."""
+"""WebAssembly of a mechanism: the C of a functional mock-up unit, compiled by ``ziglang``."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 from mechc.compilation import toolchain
+from mechc.compilation.exports.fmu import write_sources
 from mechc.compilation.exports.standalone import ExportRequest
 from mechc.errors import CompilerError
 
 FLAGS = (
-    *("-target", "wasm32-wasi", "-mexec-model=reactor", "-std=c99", "-O2", "-ffp-contract=off"),
-    *("-Wall", "-Wextra", "-Werror", "-Wl,--no-entry", "-Wl,--strip-all"),
+    *("-target", "wasm32-wasi", "-mexec-model=reactor", "-msimd128", "-std=c99", "-Oz"),
+    *("-ffp-contract=off", "-Wall", "-Wextra", "-Werror", "-Wl,--no-entry", "-Wl,--strip-all"),
 )
 
 
-@dataclass(frozen=True)
-class Web:
-    """Attributes
-    ----------
-    name
-        Of the export, an identifier.
-    wasm
-        The module; it imports nothing.
-    about
-        Data for JSON: see the compiler's ``WebScene``.
-    """
-
-    name: str
-    wasm: bytes
-    about: dict[str, Any]
-
-
-def web(asked: ExportRequest, name: str | None) -> Web:
-    """Derive and compile.
+def web(asked: ExportRequest, name: str) -> tuple[bytes, dict[str, Any]]:
+    """Derive and compile: the module, which imports nothing, and data for JSON.
 
     Raises
     ------
@@ -43,16 +26,17 @@ def web(asked: ExportRequest, name: str | None) -> Web:
         If the package ``ziglang`` is not installed.
     """
     from mechc_codegen.compiler import build_web
+    from mechc_codegen.export.fmu import FmuOptions
+    from mechc_codegen.export.web import RTOL, SOURCE
 
     command = web_compiler()
-    named = name or asked.mechanism.name
-    texts, scene = build_web(asked.mechanism, named, asked.start, asked.values, asked.request)
+    options = FmuOptions(name, asked.start, asked.values, RTOL)
+    texts, about = build_web(asked.mechanism, options, asked.request)
     with TemporaryDirectory(prefix="mechc-web-") as folder:
-        for file, text in {**texts, "web.c": scene.c}.items():
-            (Path(folder) / file).write_text(text, "utf-8")
+        write_sources({path: text.encode() for path, text in texts.items()}, Path(folder))
         target = Path(folder) / "web.wasm"
-        toolchain.compile_with([*command, *FLAGS], Path(folder) / "web.c", target)
-        return Web(named, target.read_bytes(), scene.about)
+        toolchain.compile_with([*command, *FLAGS, f"-I{folder}"], Path(folder) / SOURCE, target)
+        return target.read_bytes(), about
 
 
 def web_compiler() -> list[str]:

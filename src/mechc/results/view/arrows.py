@@ -10,8 +10,8 @@ from typing import Any, Final
 
 import numpy as np
 
+from mechc.results.player.page import base64_floats
 from mechc.results.sampling import Run, clean_text
-from mechc.results.view.motion import encoded
 from mechc.system.parameters import Array
 
 USUAL: Final = 90.0  # percentile of all forces that has the usual length: peaks are cut
@@ -47,8 +47,8 @@ def _drawn(labels: Sequence[str], points: Array, forces: Array) -> list[dict[str
     return [
         {
             "label": clean_text(label),
-            "at": encoded(points[:, k]),
-            "force": encoded(forces[:, k]),
+            "at": base64_floats(points[:, k]),
+            "force": base64_floats(forces[:, k]),
             "usual": usual,
         }
         for k, label in enumerate(labels)

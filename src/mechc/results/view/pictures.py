@@ -29,7 +29,7 @@ def picture_order(
     data: Mapping[str, Any], kind: str, *, t: float | None, fps: float, speed: float,
     size: tuple[int, int], camera: str | None, theme: str,
 ) -> dict[str, Any]:  # fmt: skip
-    """What the page is asked to draw: sizes, camera, and times from the start of the run.
+    """An order to the page for pictures: sizes, camera, and times from the start of the run.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def film_times(span: float, fps: float, speed: float) -> list[float]:
     return [min(span, k * speed / fps) for k in range(count)]
 
 
-def drawn(page: str) -> list[bytes]:
+def pictures_of(page: str) -> list[bytes]:
     """The pictures, as PNG, of a page that was asked for some.
 
     Raises

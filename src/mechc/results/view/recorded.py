@@ -18,9 +18,10 @@ from typing import Any, Final
 import numpy as np
 
 from mechc.errors import MechcError
+from mechc.results.player.motion import MOST_FRAMES
 from mechc.results.sampling import SolutionLike
 from mechc.results.untrusted import json_object
-from mechc.results.view.page import MOST_FRAMES, view_data
+from mechc.results.view.page import view_data
 
 MOST_BYTES: Final = 64 * 2**20  # of the data, unpacked
 MOST_ENTRIES: Final = 5000
@@ -31,7 +32,7 @@ Check = Callable[[Any], bool]
 
 
 def packed_view(sol: SolutionLike) -> bytes:
-    """What its page in space is drawn from, compressed."""
+    """The data of its page in space, compressed."""
     return zlib.compress(json.dumps(view_data(sol), allow_nan=False).encode(), 6)
 
 
@@ -70,7 +71,7 @@ def _size(data: Mapping[str, Any], key: str) -> int:
 
 
 def _fields(frames: int, points: int, solids: int) -> dict[str, Check]:
-    """What each field of the data has to be."""
+    """A check of each field of the data."""
     point = _whole(points)
     line = _record({"label": _text, "points": _list(point)})
     strut = _record(
@@ -143,25 +144,25 @@ def _one_of(*words: str) -> Check:
 
 
 def _list(check: Check, length: int | None = None) -> Check:
-    def checked(values: Any) -> bool:
+    def is_list(values: Any) -> bool:
         fits = isinstance(values, list) and len(values) <= MOST_ENTRIES
         return fits and length in (None, len(values)) and all(map(check, values))
 
-    return checked
+    return is_list
 
 
 def _record(fields: Mapping[str, Check]) -> Check:
-    def checked(value: Any) -> bool:
+    def is_record(value: Any) -> bool:
         same = isinstance(value, dict) and value.keys() == fields.keys()
         return same and all(check(value[key]) for key, check in fields.items())
 
-    return checked
+    return is_record
 
 
 def _floats(count: int | None) -> Check:
     """Finite numbers in single precision as base64; of triangles nine for each."""
 
-    def checked(value: Any) -> bool:
+    def are_floats(value: Any) -> bool:
         if not isinstance(value, str):
             return False
         try:
@@ -171,4 +172,4 @@ def _floats(count: int | None) -> Check:
         fits = len(content) % 36 == 0 if count is None else len(content) == 4 * count
         return fits and bool(np.isfinite(np.frombuffer(content, "<f4")).all())
 
-    return checked
+    return are_floats

@@ -11,8 +11,8 @@ from typing import Any, Final
 
 import numpy as np
 
+from mechc.results.player.page import base64_floats
 from mechc.results.sampling import Run, clean_text, pretty_name
-from mechc.results.view.motion import encoded
 from mechc.results.view.stl import read_stl
 from mechc.system.parameters import Array
 from mechc.system.picture import Solid
@@ -43,7 +43,7 @@ def solids_data(run: Run, middle: Array) -> dict[str, Any]:
     turns = turned[:, kept] @ np.stack([turn for _, turn in shapes])
     rows = np.concatenate([where[:, kept] - middle, _quaternions(turns)], axis=-1)
     solids = [shape for shape, _ in shapes]
-    return {"solids": solids, "placed": encoded(np.nan_to_num(rows)), "struts": struts}
+    return {"solids": solids, "placed": base64_floats(np.nan_to_num(rows)), "struts": struts}
 
 
 def _shape(solid: Solid, p: Array) -> tuple[dict[str, Any], Array] | None:
@@ -60,7 +60,7 @@ def _shape(solid: Solid, p: Array) -> tuple[dict[str, Any], Array] | None:
     elif kind in ("cylinder", "wheel"):
         kind, turn = ("disc" if kind == "cylinder" else "wheel"), np.array(TURNED[solid.axis])
     elif kind == "mesh":
-        more["triangles"] = encoded(float(sizes[0]) * read_stl(solid.path))
+        more["triangles"] = base64_floats(float(sizes[0]) * read_stl(solid.path))
     if not np.isfinite(sizes).all():
         return None
     return {"kind": kind, "sizes": [float(x) for x in np.atleast_1d(sizes)], **more}, turn

@@ -5,7 +5,6 @@ Input: the arguments of ``simulate`` and ranges by name.  Output: a Solution for
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,8 +12,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
-from mechc.results.sampling import clean_text, pretty_name, shown_unit
+from mechc.errors import UnknownNameError, ValueOutOfBoundsError
+from mechc.results.player.sliders import checked_range, slider_data
+from mechc.results.sampling import shown_unit
 from mechc.system.names import by_name
 from mechc.system.parameters import doubles
 
@@ -41,9 +41,9 @@ class Variation:
             if name in inputs:
                 inputs[name] = value
             elif name in self.model.parameters:
-                params = _replaced(params, "params", self.model.parameters, name, value)
+                params = _with_value(params, "params", self.model.parameters, name, value)
             else:
-                y0 = _replaced(y0, "y0", self._states, name, value)
+                y0 = _with_value(y0, "y0", self._states, name, value)
         return self.model.simulate(
             self.t_span, y0, params, inputs=inputs or None, **dict(self.policy)
         )
@@ -55,14 +55,14 @@ class Variation:
 
     @cached_property
     def values(self) -> dict[str, float]:
-        """What was given, or follows by default, for each name of the ranges.
+        """The value that was given, or follows by default, for each name of the ranges.
 
         Raises
         ------
         ValueOutOfBoundsError
             If a value is not within its range.
         """
-        values = {name: self._given(name) for name in self.ranges}
+        values = {name: self._first_value(name) for name in self.ranges}
         for name, value in values.items():
             low, high = self.ranges[name]
             if not low <= value <= high:
@@ -71,7 +71,7 @@ class Variation:
                 )
         return values
 
-    def _given(self, name: str) -> float:
+    def _first_value(self, name: str) -> float:
         if name in self.inputs:
             return float(self.inputs[name])
         if name in self.model.parameters:
@@ -83,16 +83,9 @@ class Variation:
         return (*self.model.coordinates, *self.model.speeds)
 
     def sliders(self) -> list[dict[str, Any]]:
-        """For each name a label, a unit, and the range in units of the API and as it is shown."""
-        return [self._slider(name, *self.ranges[name]) for name in self.ranges]
-
-    def _slider(self, name: str, low: float, high: float) -> dict[str, Any]:
-        unit = shown_unit(self.model, name)
-        digits = max(0, min(9, 2 - math.floor(math.log10(unit.factor * (high - low)))))
-        return {
-            "name": name, "label": pretty_name(name), "title": clean_text(name), "low": low,
-            "high": high, "factor": unit.factor, "unit": unit.label, "digits": digits,
-        }  # fmt: skip
+        """For each name a label, a unit, and the range in units of the API."""
+        units = {name: shown_unit(self.model, name) for name in self.ranges}
+        return [slider_data(name, units[name], self.ranges[name]) for name in self.ranges]
 
 
 def variation(
@@ -108,7 +101,8 @@ def variation(
         For a range that is none.
     """
     ranges = {
-        name: _range(name, given) for name, given in by_name(sliders, "sliders", EXAMPLE).items()
+        name: checked_range(name, given)
+        for name, given in by_name(sliders, "sliders", EXAMPLE).items()
     }
     if len(ranges) > MOST:
         raise ValueOutOfBoundsError(f"there are at most {MOST} sliders, not {len(ranges)}")
@@ -126,19 +120,7 @@ def variation(
     return Variation(model, t_span, y0, params, inputs, rest, ranges)
 
 
-def _range(name: str, given: Any) -> tuple[float, float]:
-    try:
-        low, high = (float(x) for x in given)
-    except (TypeError, ValueError):
-        low = high = math.nan
-    if not (math.isfinite(high - low) and low < high):
-        raise ValueOutOfBoundsError(
-            f"the range of {name} is (lowest, highest), two numbers, not {brief(given)}"
-        )
-    return low, high
-
-
-def _replaced(given: Any, what: str, names: tuple[str, ...], name: str, value: float) -> Any:
+def _with_value(given: Any, what: str, names: tuple[str, ...], name: str, value: float) -> Any:
     """A mapping or an array with one value in place of another."""
     if given is None or isinstance(given, Mapping):
         return {**(given or {}), name: value}

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from importlib import resources
 from typing import Any
 
 from mechc.errors import MechcError, MissingPackageError, UnknownNameError
+from mechc.results.player.page import template
 from mechc.results.sampling import clean_text
-from mechc.results.view.page import page, view_data
+from mechc.results.view.page import space_page, view_data
 from mechc.results.view.variation import Variation
 
 try:
@@ -24,11 +24,6 @@ except ModuleNotFoundError:
     raise MissingPackageError(
         "sliders in a notebook are those of anywidget: pip install 'mechc[notebook]'"
     ) from None
-
-
-def _text(name: str) -> str:
-    found = resources.files("mechc.results.view").joinpath("templates", name)
-    return found.read_text("utf-8")
 
 
 class MotionWidget(anywidget.AnyWidget):  # type: ignore[misc]  # it has no types here
@@ -44,8 +39,8 @@ class MotionWidget(anywidget.AnyWidget):  # type: ignore[misc]  # it has no type
         Why there is no motion for the values, or nothing.
     """
 
-    _esm = _text("widget.js")
-    _css = _text("widget.css")
+    _esm = template("player", "controls.js") + template("view", "widget.js")
+    _css = template("player", "sliders.css") + template("view", "widget.css")
     page = traitlets.Unicode().tag(sync=True)
     sliders: Any = traitlets.List().tag(sync=True)
     first = traitlets.Dict().tag(sync=True)
@@ -58,12 +53,12 @@ class MotionWidget(anywidget.AnyWidget):  # type: ignore[misc]  # it has no type
         self.solution, self._now = variation.first, variation.values
         shown = {**view_data(self.solution, fps=fps), "live": True}
         super().__init__(
-            page=page(shown), sliders=variation.sliders(), first=variation.values,
+            page=space_page(shown), sliders=variation.sliders(), first=variation.values,
             values=variation.values,
         )  # fmt: skip
 
     @traitlets.validate("values")
-    def _checked(self, proposal: Any) -> dict[str, float]:
+    def _all_values(self, proposal: Any) -> dict[str, float]:
         """All values, within their ranges."""
         ranges = self._variation.ranges
         for name in proposal["value"]:

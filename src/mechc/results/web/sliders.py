@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
-from mechc.errors import UnknownNameError, ValueOutOfBoundsError
+from mechc.errors import UnknownNameError
+from mechc.results.player.sliders import checked_range
 
 MOST_PARAMETERS: Final = 8
 MOST_COORDINATES: Final = 4
@@ -16,13 +16,14 @@ Sliders = Iterable[str] | Mapping[str, tuple[float, float]]
 
 def chosen_sliders(
     about: Mapping[str, Any], start: Mapping[str, float], wanted: Sliders | None
-) -> dict[str, Any]:
-    """The sliders, and which coordinates and speeds keep their values while loops are closed.
+) -> tuple[dict[str, tuple[float, float] | None], list[str]]:
+    """The ranges of the sliders by name, None where the page chooses, and the coordinates and
+    speeds that keep their values while loops are closed.
 
     Parameters
     ----------
     about
-        What is told of the mechanism.
+        The data of the mechanism.
     start
         Its own start: coordinates and speeds by name.
 
@@ -36,13 +37,14 @@ def chosen_sliders(
     states = [each["name"] for kind in ("coordinates", "speeds") for each in about[kind]]
     parameters = [each["name"] for each in about["parameters"]]
     own = [name for name in states if name in start]
-    ranges = _ranges(_usual(about, parameters, own) if wanted is None else wanted)
+    chosen = _usual(about, parameters, own) if wanted is None else wanted
+    ends = chosen if isinstance(chosen, Mapping) else {}
+    ranges = {str(n): checked_range(n, ends[n]) if n in ends else None for n in chosen}
     known = (*states, *parameters, *about["inputs"])
     for name in ranges:
         if name not in known:
             raise UnknownNameError("parameter, coordinate, speed or input", name, known)
-    held = [name for name in states if name in own or name in ranges]
-    return {"sliders": [{"name": n, "range": r} for n, r in ranges.items()], "held": held}
+    return ranges, [name for name in states if name in own or name in ranges]
 
 
 def _usual(about: Mapping[str, Any], parameters: list[str], own: list[str]) -> list[str]:
@@ -51,16 +53,3 @@ def _usual(about: Mapping[str, Any], parameters: list[str], own: list[str]) -> l
     free = [name for i, name in enumerate(parameters) if i not in follows]
     coordinates = [each["name"] for each in about["coordinates"] if each["name"] in own]
     return [*free[:MOST_PARAMETERS], *coordinates[:MOST_COORDINATES]]
-
-
-def _ranges(wanted: Sliders) -> dict[str, list[float] | None]:
-    """Name -> least and greatest value; None where the page chooses."""
-    if not isinstance(wanted, Mapping):
-        return {str(name): None for name in wanted}
-    found: dict[str, list[float] | None] = {}
-    for name, given in wanted.items():
-        low, high = map(float, given)
-        if not (math.isfinite(low) and math.isfinite(high) and low < high):
-            raise ValueOutOfBoundsError(f"the slider of {name} goes from {low:g} to {high:g}")
-        found[str(name)] = [low, high]
-    return found

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from mechc.errors import MissingPackageError, ValueOutOfBoundsError
+from mechc.results.player.motion import MOST_FRAMES, MOST_POSITIONS
 from mechc.results.view import page as pages
 from mechc.results.view import three_js
 from tests.runtime.results.test_animation import Page, evil_run
@@ -76,9 +77,9 @@ def test_texts_of_users_are_no_markup() -> None:
 
 
 def test_a_long_run_of_many_points_has_fewer_frames() -> None:
-    assert data_of(pages.view(run(120.0)).html)["frames"] == pages.MOST_FRAMES
+    assert data_of(pages.view(run(120.0)).html)["frames"] == MOST_FRAMES
     many = fake_linkage.run(120.0)
-    assert pages.MOST_POSITIONS // len(many.model.point_names) > pages.MOST_FRAMES
+    assert MOST_POSITIONS // len(many.model.point_names) > MOST_FRAMES
 
 
 @pytest.mark.parametrize("fps", [0.0, -1.0, float("nan"), float("inf")])
@@ -92,7 +93,7 @@ def test_it_is_saved_as_a_page_and_displayed_in_a_frame(tmp_path: Any) -> None:
     assert view.save(tmp_path / "made" / "view.html").read_text("utf-8") == view.html
     with pytest.raises(ValueOutOfBoundsError, match=r"\.html, \.png"):
         view.save(tmp_path / "view.txt")
-    assert 'sandbox="allow-scripts allow-downloads"' in view._repr_html_()
+    assert 'sandbox="allow-scripts"' in view._repr_html_()
     assert "<script" not in view._repr_html_()  # all of it is escaped in srcdoc
 
 

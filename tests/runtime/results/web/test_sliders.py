@@ -20,21 +20,20 @@ ABOUT = {
 
 
 def test_parameters_that_follow_have_none_by_default():
-    found = chosen_sliders(ABOUT, {"y": 0.5}, None)
-    names = [slider["name"] for slider in found["sliders"]]
-    assert names == ["m", *(f"l_{i}" for i in range(7)), "y"]
-    assert found["held"] == ["y"]
+    ranges, held = chosen_sliders(ABOUT, {"y": 0.5}, None)
+    assert [*ranges] == ["m", *(f"l_{i}" for i in range(7)), "y"]
+    assert held == ["y"]
 
 
 def test_ranges_are_taken_and_starts_are_held():
-    found = chosen_sliders(ABOUT, {"y": 0.5, "w": 0.0}, {"F": (-1, 1), "x": (0, 2)})
-    assert found["sliders"] == [{"name": "F", "range": [-1, 1]}, {"name": "x", "range": [0, 2]}]
-    assert found["held"] == ["x", "y", "w"]
+    ranges, held = chosen_sliders(ABOUT, {"y": 0.5, "w": 0.0}, {"F": (-1, 1), "x": (0, 2)})
+    assert ranges == {"F": (-1, 1), "x": (0, 2)}
+    assert held == ["x", "y", "w"]
 
 
 def test_what_is_no_slider_is_refused():
     with pytest.raises(UnknownNameError, match="nothing"):
         chosen_sliders(ABOUT, {}, ["nothing"])
     for bad in ((1.0, 1.0), (2.0, 1.0), (0.0, float("nan")), (0.0, float("inf"))):
-        with pytest.raises(ValueOutOfBoundsError, match="slider of x"):
+        with pytest.raises(ValueOutOfBoundsError, match="range of x"):
             chosen_sliders(ABOUT, {}, {"x": bad})

@@ -176,8 +176,8 @@ def test_what_is_wrong_is_told(ball):
 
 def test_events_are_called_as_they_were_written(ball, tmp_path):
     """In results, in files, and on the time line of the page in space."""
+    from mechc.results.player.motion import marks
     from mechc.results.sampling import sample
-    from mechc.results.view.motion import marks
 
     def low(t, y):
         return y[0] - 0.5

@@ -19,7 +19,7 @@ function pairOf(a, b) { return Math.min(a, b) + " " + Math.max(a, b); }
 function addLinks() {
   motion.links.forEach(function (link, index) {
     for (let i = 1; i < link.points.length; i += 1) { addRod(link, index, link.points[i - 1], link.points[i]); }
-    if (link.points.length === 1 && !named(link.label)) { addBall(link.label, index, link.points[0], 2.4 * unit); }
+    if (link.points.length === 1 && !hasSolid(link.label)) { addBall(link.label, index, link.points[0], 2.4 * unit); }
   });
 }
 function addRod(link, index, a, b) {
@@ -27,7 +27,7 @@ function addRod(link, index, a, b) {
   const mesh = addMesh(shapes.rod, link.label, index), from = new THREE.Vector3(), to = new THREE.Vector3();
   parts.push({ move: function (at) { stretch(mesh, place(a, at, from), place(b, at, to), unit); } });
 }
-function named(label) { return motion.solids.some(function (solid) { return solid.name === label; }); }
+function hasSolid(label) { return motion.solids.some(function (solid) { return solid.name === label; }); }
 function addBall(name, index, point, radius) {
   const mesh = addMesh(shapes.ball, name, index);
   mesh.scale.setScalar(radius);
@@ -44,7 +44,7 @@ function addJoints() {
   const bare = motion.links.length === 0;
   motion.points.forEach(function (name, point) {
     const marked = motion.traced.indexOf(point) >= 0;
-    if (!(joints.has(point) || bare || marked) || singles.has(point)) { return; }
+    if (!(joints.has(point) || bare || marked) || singles.has(point) || !isMarked(point)) { return; }
     steel.push(addJoint(name, point, joints.has(point)));
   });
 }
@@ -154,8 +154,8 @@ function moveBodies(at) {
 function paintBodies() {
   const colourCount = motion.links.length + motion.solids.length;
   painted.forEach(function (item) { item.mesh.material.color.set(colourOf(item.index, colourCount)); });
-  steel.forEach(function (mesh) { mesh.material.color.set(mixed(look.ink, look.paper, look.name === "dark" ? 0.12 : 0.4)); });
-  earth.forEach(function (mesh) { mesh.material.color.set(mixed(look.quiet, look.paper, 0.35)); });
+  steel.forEach(function (mesh) { mesh.material.color.set(mixColours(look.ink, look.paper, look.name === "dark" ? 0.12 : 0.4)); });
+  earth.forEach(function (mesh) { mesh.material.color.set(mixColours(look.quiet, look.paper, 0.35)); });
 }
 themeUsers.push(paintBodies);
 
@@ -168,7 +168,7 @@ canvas.addEventListener("pointermove", function (event) {
   if (event.buttons) { hideTip(); } else if (first) { requestAnimationFrame(nameUnder); }
 });
 canvas.addEventListener("pointerleave", function () { pending = null; hideTip(); });
-function hideTip() { found("tip").hidden = true; }
+function hideTip() { byId("tip").hidden = true; }
 function nameUnder() {
   if (!pending || !renderer) { pending = null; return; }
   const box = canvas.getBoundingClientRect(), x = pending.clientX - box.left, y = pending.clientY - box.top;
@@ -177,7 +177,7 @@ function nameUnder() {
   caster.setFromCamera(pointer, camera);
   const hit = caster.intersectObjects(picked.filter(function (mesh) { return mesh.visible; }))[0];
   if (!hit) { hideTip(); return; }
-  const tip = found("tip");
+  const tip = byId("tip");
   tip.textContent = hit.object.userData.name;
   tip.hidden = false;
   tip.style.left = Math.min(x + 14, box.width - tip.offsetWidth - 8) + "px";

@@ -30,6 +30,6 @@ function drawSheet(brush, order, time) {
   brush.fillStyle = look.quiet;
   brush.font = "14px system-ui, sans-serif";
   brush.fillText(timeText(time), 14, order.height - 14);
-  const scale = found("scale").textContent;
+  const scale = byId("scale").textContent;
   brush.fillText(scale, order.width - 14 - brush.measureText(scale).width, order.height - 14);
 }

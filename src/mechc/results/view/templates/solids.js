@@ -8,16 +8,34 @@ const shapes = {
   cone: new THREE.ConeBufferGeometry(1, 1, 18),
   stand: new THREE.CylinderBufferGeometry(0.35, 1, 1, 20)
 };
-["ball", "disc"].forEach(function (name) { shapes[name + "Turning"] = sectored(shapes[name]); });
-let reach = 0, unit = 1;
+["ball", "disc"].forEach(function (name) { shapes[name + "Turning"] = withSectors(shapes[name]); });
+let reach = 0, unit = 1, placed, solidCount;
 measure();
 
 function measure() {
+  placed = floats(motion.placed); solidCount = motion.solids.length;  // x, y, z and a quaternion
   reach = motion.solids.reduce(function (most, solid) { return Math.max(most, halfSize(solid)); }, 0);
   unit = typicalSize();
 }
-function sectored(shape) {
-  // Of a body of revolution alternate sectors are darker, so that its spin is seen.
+function place(point, at, out) {
+  const width = 3 * pointCount;
+  return out.set(
+    cubic(tracks, width, 3 * point, at), cubic(tracks, width, 3 * point + 1, at),
+    cubic(tracks, width, 3 * point + 2, at)
+  );
+}
+function placeSolid(solid, at, position, turn) {
+  const width = 7 * solidCount, column = 7 * solid;
+  position.set(cubic(placed, width, column, at), cubic(placed, width, column + 1, at), cubic(placed, width, column + 2, at));
+  const i = Math.floor(at), s = at - i, a = i * width + column + 3;
+  const b = Math.min(motion.frames - 1, i + 1) * width + column + 3;
+  turn.set(
+    placed[a] + s * (placed[b] - placed[a]), placed[a + 1] + s * (placed[b + 1] - placed[a + 1]),
+    placed[a + 2] + s * (placed[b + 2] - placed[a + 2]), placed[a + 3] + s * (placed[b + 3] - placed[a + 3])
+  ).normalize();
+}
+function withSectors(shape) {
+  // Alternate sectors of a body of revolution are darker, so that its spin is seen.
   const made = shape.toNonIndexed(), at = made.attributes.position, shades = new Float32Array(3 * at.count);
   for (let k = 0; k < at.count; k += 3) {
     const x = at.getX(k) + at.getX(k + 1) + at.getX(k + 2), z = at.getZ(k) + at.getZ(k + 1) + at.getZ(k + 2);

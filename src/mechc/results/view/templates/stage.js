@@ -1,7 +1,8 @@
 // The renderer, lights, ground and grid.  World coordinates: x to the right, y up, z to the viewer.
-const stage = found("stage"), canvas = found("canvas");
+const stage = byId("stage"), canvas = byId("canvas");
 const scene = new THREE.Scene(), world = new THREE.Group();
 let renderer = null, grid = null, wanted = false, cell = 1;
+const discarded = [];  // disposed of once those are drawn that share their programs
 scene.add(world);
 scene.add(new THREE.HemisphereLight(0xffffff, 0x99a0ad, 0.72));
 const sun = new THREE.DirectionalLight(0xffffff, 0.5);
@@ -21,8 +22,8 @@ function startStage() {
   try {
     renderer = new THREE.WebGLRenderer({ canvas: canvas, antialias: smooth, alpha: true });
   } catch (refused) {
-    found("failure").hidden = false;
-    found("failure").textContent = "This browser draws nothing in space (WebGL is off): the plots still work.";
+    byId("failure").hidden = false;
+    byId("failure").textContent = "This browser draws nothing in space (WebGL is off): the plots still work.";
     return false;
   }
   const right = new THREE.Vector3().fromArray(motion.right), up = new THREE.Vector3().fromArray(motion.up);
@@ -55,13 +56,10 @@ function render() {
   sun.target.position.copy(orbit.target);
   sun.target.updateMatrixWorld();
   renderer.render(scene, camera);
+  discarded.splice(0).forEach(dispose);
 }
 
 // -- grid -------------------------------------------------------------------------------------
-function roundLength(wished) {
-  const power = Math.pow(10, Math.floor(Math.log10(wished))), lead = wished / power;
-  return power * (lead >= 5 ? 5 : lead >= 2 ? 2 : 1);
-}
 function addGrid() {
   // Under a motion in space; behind one in a plane.
   const axes = motion.flat ? [0, 1, 2] : [0, 2, 1], frames = Math.max(1, Math.floor(motion.frames / 240));
@@ -77,7 +75,7 @@ function addGrid() {
   }
   if (!(high[0] >= low[0])) { return; }
   const size = Math.max(60 * unit, Math.hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]));
-  cell = roundLength(Math.max(Math.min(size / 9, 0.6 * bodySize()), size / 120));
+  cell = roundDown(Math.max(Math.min(size / 9, 0.6 * bodySize()), size / 120));
   const level = motion.flat ? low[2] - 2 * unit : Math.min(low[1], pivotBase());
   const ends = axes.slice(0, 2).map(function (a) {
     return [Math.floor(low[a] / cell - 0.4) * cell, Math.ceil(high[a] / cell + 0.4) * cell];
@@ -103,7 +101,7 @@ function addGrid() {
   shape.setAttribute("position", new THREE.Float32BufferAttribute(corners, 3));
   grid = new THREE.LineSegments(shape, new THREE.LineBasicMaterial({ transparent: true, opacity: 0.85 }));
   scene.add(grid);
-  found("scale").textContent = "grid: " + String(Number(cell.toPrecision(3))) + " m";
+  byId("scale").textContent = "grid: " + String(Number(cell.toPrecision(3))) + " m";
 }
 function pivotBase() {
   return motion.ground.reduce(function (least, point) {

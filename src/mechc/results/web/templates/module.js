@@ -4,15 +4,11 @@
  *     const m = await create();
  *     m.set({ l_3: 3.5 });          // parameters by name; SI units everywhere
  *     m.start({ theta_0: 1.2 });    // these keep their values, the others close the loops
- *     m.advance(2.0);               // to t = 2 s, with error control
+ *     m.advance(2.0);               // to t = 2 s, by mechc's own integrators
  *     m.get("theta_1"); m.output("rates"); m.points();
  */
 export const about = $about;
 const WASM = "$wasm";
-
-/* Of the conditioning, which falls to 0 at a change point: the longest way of a step beside one. */
-const NEAR = 0.05;
-const SHORTEST_BESIDE = 1e-6, SHORTEST = 1e-9; /* steps there, and elsewhere, s */
 
 /** A new mechanism, with its own state, at the start that was exported. */
 export async function create() {
@@ -22,162 +18,105 @@ export async function create() {
 }
 
 export class Mechanism {
-  #c; #p; #given; #y; #held; #inputs; #out; #t = 0; #h = 1e-3;
+  #c;
 
   constructor(c) {
-    const numbers = (at, count) => new Float64Array(c.memory.buffer, at, count);
-    const flags = (at, count) => new Uint8Array(c.memory.buffer, at, count);
-    const states = about.coordinates.length + about.speeds.length;
-    const most = Math.max(3 * about.drawing.points.length, ...about.outputs.map((o) => o.size));
-    if (c._initialize) { c._initialize(); }
     this.#c = c;
-    this.#p = numbers(c.at_parameters(), about.parameters.length);
-    this.#given = flags(c.at_given(), about.parameters.length);
-    this.#y = numbers(c.at_state(), states);
-    this.#held = flags(c.at_held(), about.speeds.length);
-    this.#inputs = numbers(c.at_inputs(), about.inputs.length);
-    this.#out = numbers(c.at_out(), most);
+    if (c._initialize) { c._initialize(); }
+    if (c.make() !== 0) { throw new Error("no memory"); }
     this.set(about.values);
     this.start();
   }
 
+  /* Memory that grows takes its old arrays away. */
+  #numbers(at, count) { return new Float64Array(this.#c.memory.buffer, at, count); }
+  #flags(at, count) { return new Uint8Array(this.#c.memory.buffer, at, count); }
+  #check(status) {
+    if (status === 0) { return; }
+    const bytes = new Uint8Array(this.#c.memory.buffer, this.#c.words());
+    throw new Error(new TextDecoder().decode(bytes.slice(0, bytes.indexOf(0))));
+  }
+
   /** Time, s. */
-  get t() { return this.#t; }
+  get t() { return this.#c.time(); }
 
   /** A copy of the state: coordinates, then speeds. */
-  get y() { return this.#y.slice(); }
+  get y() { return this.#numbers(this.#c.at_state(), states.length).slice(); }
 
   /** Parameters by name. */
   get parameters() {
-    return Object.fromEntries(about.parameters.map((told, i) => [told.name, this.#p[i]]));
+    const p = this.#numbers(this.#c.at_parameters(), about.parameters.length);
+    return Object.fromEntries(about.parameters.map((each, i) => [each.name, p[i]]));
   }
 
   /** Parameters by name; those whose default follows from others follow until they are set. They
    * count from the next start. */
   set(values) {
+    const p = this.#numbers(this.#c.at_parameters(), about.parameters.length);
+    const given = this.#flags(this.#c.at_given(), about.parameters.length);
     for (const [name, value] of Object.entries(values)) {
-      const i = place(about.parameters, name);
-      this.#p[i] = value;
-      this.#given[i] = 1;
+      const i = numberOf(about.parameters, name);
+      p[i] = value;
+      given[i] = 1;
     }
     this.#c.defaults();
   }
 
   /** Values of inputs by name, from now on. */
   give(values) {
+    const inputs = this.#numbers(this.#c.at_inputs(), about.inputs.length);
     for (const [name, value] of Object.entries(values)) {
       const i = about.inputs.indexOf(name);
       if (i < 0) { throw new Error("there is no input " + name); }
-      this.#inputs[i] = value;
+      inputs[i] = value;
     }
+    this.#check(this.#c.give_inputs());
   }
 
   /** Begin at a state: coordinates and speeds by name, which keep their values where kinematics are
-   * plain; the others are those of `from`, moved until the loops are closed. Throws where that fails,
-   * and is then where it was. */
-  start(values = {}, { from = about.start, t = 0 } = {}) {
-    const before = this.y, names = [...about.coordinates, ...about.speeds];
-    this.#y.set(from);
-    for (const [name, value] of Object.entries(values)) { this.#y[place(names, name)] = value; }
-    this.#held.fill(0);
+   * plain; the others are those of `from`, moved until the loops are closed. The tolerance is that of
+   * the integrator, relative; 0: 1e-9. Throws where the loops cannot be closed, and is then where it
+   * was. */
+  start(values = {}, { from = about.start, t = 0, tolerance = 0 } = {}) {
+    const y = this.#numbers(this.#c.at_start(), states.length);
+    const held = this.#flags(this.#c.at_held(), about.speeds.length);
+    y.set(from);
+    for (const [name, value] of Object.entries(values)) { y[numberOf(states, name)] = value; }
+    held.fill(0);
     if (about.plain) {
       for (const name of [...about.held, ...Object.keys(values)]) {
-        this.#held[place(names, name) % about.speeds.length] = 1;
+        held[numberOf(states, name) % about.speeds.length] = 1;
       }
     }
-    const status = this.#c.start(t);
-    if (status !== 0) {
-      this.#y.set(before);
-      throw failure(status);
-    }
-    this.#t = t;
-    this.#h = 1e-3;
+    this.#check(this.#c.start(t, tolerance));
   }
 
-  /** One step of length h, s. Throws where it fails, and is then where it was. */
-  step(h) {
-    const status = this.#c.step(this.#t, h);
-    if (status !== 0) { throw failure(status); }
-    this.#t += h;
-  }
-
-  /** Go on until t = end. Each step is made whole and in halves; a fifteenth of the difference, the
-   * error of the halves, is kept below the tolerance: of coordinates as numbers near 1, of speeds by
-   * the largest. Throws at change points and where no step is short enough, and is then at the last
-   * good state. */
-  advance(end, tolerance = 1e-8) {
-    while (this.#t < end) {
-      const left = end - this.#t, h = Math.min(this.#h, this.#longest(), left), before = this.y;
-      const error = this.#halved(h) / tolerance;
-      if (error <= 1) {
-        this.#t = h === left ? end : this.#t + h;
-      } else {
-        this.#y.set(before);
-        if (h < SHORTEST) { throw new Error("no step is short enough here"); }
-      }
-      /* a step that was cut for another reason says nothing of longer ones */
-      if (!(error <= 1) || h === this.#h) {
-        this.#h = h * Math.max(0.2, Math.min(4, 0.9 * Math.pow(error, -0.2) || 0.2));
-      }
-    }
-  }
-
-  /** Two half steps, and their error; Infinity where one fails. */
-  #halved(h) {
-    const before = this.y, coordinates = about.coordinates.length;
-    const failed = this.#c.step(this.#t, h);
-    const whole = this.y;
-    this.#y.set(before);
-    if (failed || this.#c.step(this.#t, h / 2) || this.#c.step(this.#t + h / 2, h / 2)) {
-      return Infinity;
-    }
-    let error = 0;
-    const scale = Math.max(1, this.#fastest());
-    this.#y.forEach((x, i) => {
-      const off = Math.abs(x - whole[i]) / 15 / (i < coordinates ? 1 : scale);
-      error = off <= error ? error : off;
-    });
-    return error;
-  }
-
-  #fastest() {
-    return this.#y.subarray(about.coordinates.length).reduce((u, v) => Math.max(u, Math.abs(v)), 0);
-  }
-
-  /** The longest step beside a change point, where branches of motion meet; which of them the
-   * mechanism takes is not for steps of this kind to tell. */
-  #longest() {
-    if (!about.loops) { return Infinity; }
-    const h = NEAR * this.#c.conditioning(this.#t) / this.#fastest();
-    if (h < SHORTEST_BESIDE) {
-      throw new Error("beside a change point, where mechc's own integrators tell how it goes on");
-    }
-    return h || Infinity;
+  /** Go on until t = end, through change points too. Throws where no motion goes on. */
+  advance(end) {
+    if (end > this.t) { this.#check(this.#c.step(end - this.t)); }
   }
 
   /** A coordinate or speed. */
-  get(name) { return this.#y[place([...about.coordinates, ...about.speeds], name)]; }
+  get(name) { return this.#numbers(this.#c.at_state(), states.length)[numberOf(states, name)]; }
 
   /** A copy of an output of `about.outputs`, row by row. */
   output(name) {
-    const i = place(about.outputs, name);
-    this.#c.output(i, this.#t);
-    return this.#out.slice(0, about.outputs[i].size);
+    const i = numberOf(about.outputs, name);
+    this.#c.output(i);
+    return this.#numbers(this.#c.at_out(), about.outputs[i].size).slice();
   }
 
   /** x, y, z of each point of `about.drawing.points`, m. */
   points() {
-    this.#c.places(this.#t);
-    return this.#out.slice(0, 3 * about.drawing.points.length);
+    this.#c.places();
+    return this.#numbers(this.#c.at_out(), 3 * about.drawing.points.length).slice();
   }
 }
 
-function place(told, name) {
-  const found = told.findIndex((each) => each.name === name);
-  if (found < 0) { throw new Error("there is no " + name); }
-  return found;
-}
+const states = [...about.coordinates, ...about.speeds];
 
-function failure(status) {
-  return new Error(about.failures[status] || "stopped with status " + status);
+function numberOf(list, name) {
+  const number = list.findIndex((each) => each.name === name);
+  if (number < 0) { throw new Error("there is no " + name); }
+  return number;
 }

@@ -5,14 +5,15 @@ Input: a sampled Run.  Output: panels as plain values for JSON.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, Final
 
 import numpy as np
 
 from mechc.errors import MechcError
 from mechc.results.curves import line_styles
-from mechc.results.sampling import Run, clean_text, pretty_name, shown_unit
-from mechc.results.view.motion import encoded
+from mechc.results.player.page import base64_floats
+from mechc.results.sampling import Run, ShownUnit, clean_text, pretty_name, shown_unit
 from mechc.system.parameters import Array
 
 MOST_LINES: Final = 24
@@ -21,17 +22,22 @@ TITLES: Final = {"angle": "Angles", "position": "Positions", "value": "Coordinat
 
 def panels(run: Run) -> list[dict[str, Any]]:
     """Coordinates, a panel for each unit, and the energies where they are known."""
-    return [*_coordinates(run), *_energies(run)]
+    units = {name: shown_unit(run.model, name) for name in run.model.coordinates}
+    columns = {name: units[name].factor * run.y[:, k] for k, name in enumerate(units)}
+    coordinates = [
+        _panel(title, unit, {pretty_name(name): columns[name] for name in names})
+        for title, unit, names in by_unit(units)
+    ]
+    return [*coordinates, *_energies(run)]
 
 
-def _coordinates(run: Run) -> list[dict[str, Any]]:
-    found: dict[str, dict[str, Any]] = {}
-    for column, name in enumerate(run.model.coordinates):
-        unit = shown_unit(run.model, name)
+def by_unit(units: Mapping[str, ShownUnit]) -> list[tuple[str, str, list[str]]]:
+    """Title and unit of each panel of coordinates, and their names."""
+    groups: dict[str, tuple[str, str, list[str]]] = {}
+    for name, unit in units.items():
         title = TITLES.get(unit.quantity, "Coordinates")
-        panel = found.setdefault(unit.label, {"title": title, "unit": unit.label, "columns": {}})
-        panel["columns"][pretty_name(name)] = unit.factor * run.y[:, column]
-    return [_panel(**panel) for panel in found.values()]
+        groups.setdefault(unit.label, (title, unit.label, []))[2].append(name)
+    return list(groups.values())
 
 
 def _energies(run: Run) -> list[dict[str, Any]]:
@@ -52,7 +58,7 @@ def _panel(title: str, unit: str, columns: dict[str, Array]) -> dict[str, Any]:
     shown = list(columns.items())[:MOST_LINES]
     values = np.nan_to_num(np.stack([column for _, column in shown], axis=-1))
     lines = [
-        {"name": clean_text(name), "values": encoded(column), "dash": _dash(style)}
+        {"name": clean_text(name), "values": base64_floats(column), "dash": _dash(style)}
         for (name, _), column, style in zip(shown, values.T, line_styles(values), strict=True)
     ]
     return {"title": title, "unit": unit, "lines": lines, "untold": len(columns) - len(shown)}

@@ -4,7 +4,7 @@ const charts = [];
 const TOP = 8;  // half of a label
 
 function addPlots() {
-  const box = found("plots");
+  const box = byId("plots");
   motion.panels.forEach(function (panel) {
     const area = element("section", "", box), head = element("h2", panel.title + " ", area);
     area.className = "panel";
@@ -20,21 +20,19 @@ function addPlots() {
     listen(chart);
     charts.push(chart);
   });
-  if (!charts.length) { found("plots-button").hidden = box.hidden = true; }
+  byId("plots-button").hidden = box.hidden = !charts.length;
 }
 function addLine(chart, line, i, legend) {
-  const button = element("button", "", legend), swatch = element("canvas", "", button);
-  element("b", line.name, button).style.fontWeight = "500";
-  const made = { name: line.name, index: i, shown: true, swatch: swatch, told: element("span", "", button) };
-  fillLine(chart, made, line);
-  button.type = "button";
-  button.title = "Show or hide";
-  button.setAttribute("aria-pressed", "true");
-  button.addEventListener("click", function () {
+  const choice = button(legend, "", "Show or hide", flip), swatch = element("canvas", "", choice);
+  element("b", line.name, choice);
+  const made = { name: line.name, index: i, shown: true, swatch: swatch, output: element("span", "", choice) };
+  function flip() {
     made.shown = !made.shown;
-    button.setAttribute("aria-pressed", String(made.shown));
+    choice.setAttribute("aria-pressed", String(made.shown));
     drawChart(chart);
-  });
+  }
+  choice.setAttribute("aria-pressed", "true");
+  fillLine(chart, made, line);
   return made;
 }
 function fillLine(chart, made, line) {
@@ -89,10 +87,6 @@ function tickMarks(low, high, count) {
   const step = roundUp((high - low) / Math.max(1, count)), marks = [];
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k += 1) { marks.push(k * step); }
   return { values: marks, digits: Math.max(0, Math.min(9, -Math.floor(Math.log10(step) + 1e-9))) };
-}
-function roundUp(wished) {
-  const power = Math.pow(10, Math.floor(Math.log10(wished))), lead = wished / power;
-  return power * (lead > 5 ? 10 : lead > 2 ? 5 : lead > 1 ? 2 : 1);
 }
 function drawChart(chart) {
   const brush = chart.brush, size = sharp(chart.back, brush, chart.canvas), range = limits(chart);
@@ -176,18 +170,19 @@ function drawCursor(chart) {
   brush.beginPath(); brush.moveTo(x, 2); brush.lineTo(x, chart.bottom); brush.stroke();
   chart.lines.forEach(function (line) {
     const value = cubic(line.values, 1, 0, at);
-    line.told.textContent = number(value, line.digits);
+    line.output.textContent = number(value, line.digits);
     if (!line.shown) { return; }
     brush.fillStyle = look.palette[line.index % look.palette.length];
     brush.beginPath(); brush.arc(x, downTo(chart, value), 3, 0, 2 * Math.PI); brush.fill();
   });
 }
 function drawPlots() { charts.forEach(drawChart); }
-function moveCursors() { if (!found("plots").hidden) { charts.forEach(drawCursor); } }
-function showPlots(on) {
-  found("plots").hidden = !on;
-  found("plots-button").setAttribute("aria-pressed", String(on));
-  resize();
-  if (on) { drawPlots(); }
+function moveCursors() { if (!byId("plots").hidden) { charts.forEach(drawCursor); } }
+function switchPlots() {
+  const plots = byId("plots");
+  if (!charts.length) { return; }
+  plots.hidden = !plots.hidden;
+  byId("plots-button").setAttribute("aria-pressed", String(!plots.hidden));
+  drawPlots();
 }
 themeUsers.push(drawPlots);

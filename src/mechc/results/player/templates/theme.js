@@ -23,7 +23,7 @@ function switchTheme() {
   readTheme();
   say(chosenTheme === "dark" ? "Dark." : "Light.");
 }
-function mixed(first, second, part) {
+function mixColours(first, second, part) {
   return "#" + [1, 3, 5].map(function (k) {
     const a = parseInt(first.substr(k, 2), 16), b = parseInt(second.substr(k, 2), 16);
     return Math.round(a + part * (b - a)).toString(16).padStart(2, "0");
@@ -34,6 +34,6 @@ function colourOf(index, count) {
   if (count <= look.palette.length || motion.links.length <= look.palette.length) {
     return look.palette[index % look.palette.length];
   }
-  return mixed(look.palette[0], look.palette[1], Math.min(1, index / (motion.links.length - 1)));
+  return mixColours(look.palette[0], look.palette[1], Math.min(1, index / (motion.links.length - 1)));
 }
 darkSystem.addEventListener("change", readTheme);

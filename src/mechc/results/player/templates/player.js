@@ -1,30 +1,39 @@
 // Time: play, pause, speed, step, loop, the time line.
 const state = { elapsed: 0, playing: false, looping: true, speed: motion.speed };
-const scrub = found("scrub"), playButton = found("play");
+const scrub = byId("scrub"), playButton = byId("play");
 let lastTick = null;
+// A page that simulates has others: it asks for frames, true if some are to come; and words for the end.
+let askForMore = function () { return false; }, wordsAtEnd = "It stops at the end.";
 
 function show() {
-  const at = fractionAt(state.elapsed);
-  moveBodies(at);
-  if (orbit) { followTo(at); moveTrails(at, state.speed); }
-  found("clock").textContent = timeText(state.elapsed);
+  paint(fractionAt(state.elapsed));
+  byId("clock").textContent = timeText(state.elapsed);
   scrub.value = span > 0 ? String(state.elapsed / span) : "0";
   scrub.setAttribute("aria-valuetext", timeText(state.elapsed));
   moveCursors();
-  redraw();
 }
 function seek(time) {
   state.elapsed = Math.max(0, Math.min(span, time));
   show();
 }
+function takeMotion(given) {
+  // Another motion in the place of this one: time and what was chosen stay.
+  takeData(given);
+  tellNotes();
+  addMarks();
+  fillPlots();
+  renewPicture();
+  readTheme();
+  seek(state.elapsed);
+}
 function setPlaying(on) {
   const before = state.playing;
   state.playing = on && span > 0;
-  if (state.playing && state.elapsed >= span) { state.elapsed = 0; }
+  if (state.playing && state.elapsed >= span && !askForMore()) { state.elapsed = 0; }
   playButton.textContent = state.playing ? "Pause" : "Play";
   lastTick = null;
   if (state.playing && !before) { requestAnimationFrame(tick); }
-  if (before !== state.playing) { say(state.playing ? "Playing from " + timeText(state.elapsed) + "." : "Paused. " + toldState()); }
+  if (before !== state.playing) { say(state.playing ? "Playing from " + timeText(state.elapsed) + "." : "Paused. " + wordsOfState()); }
   if (!state.playing) { rememberTime(); }
 }
 function tick(now) {
@@ -33,25 +42,17 @@ function tick(now) {
   if (lastTick !== null) { state.elapsed += state.speed * Math.min(0.25, (now - lastTick) / 1000); }
   lastTick = now;
   sayMarks(before, Math.min(span, state.elapsed));
-  if (state.elapsed >= span) {
-    if (state.looping) { state.elapsed = state.elapsed % span; } else { state.elapsed = span; }
-  }
+  const waits = askForMore(), atEnd = state.elapsed >= span;
+  if (atEnd) { state.elapsed = state.looping && !waits ? state.elapsed % span : span; }
   show();
-  if (state.elapsed >= span && !state.looping) { setPlaying(false); return; }
+  if (atEnd && !waits && !state.looping) { setPlaying(false); return; }
   requestAnimationFrame(tick);
 }
-function step(frames) {
-  setPlaying(false);
-  seek((Math.round(state.elapsed / (motion.step || 1)) + frames) * motion.step);
-  said();
-}
-function leap(part) { setPlaying(false); seek(state.elapsed + part * span); said(); }
-function goTo(time) { setPlaying(false); seek(time); said(); }
+function goTo(time) { setPlaying(false); seek(time); say(wordsOfState()); }
+function step(frames) { goTo((Math.round(state.elapsed / (motion.step || 1)) + frames) * motion.step); }
 function setSpeed(choice) {
   state.speed = choice;
-  speedButtons.forEach(function (button, i) {
-    button.setAttribute("aria-pressed", String(motion.speeds[i] === choice));
-  });
+  speedButtons.forEach(function (one, i) { one.setAttribute("aria-pressed", String(motion.speeds[i] === choice)); });
   show();
 }
 function nextSpeed(way) {
@@ -59,23 +60,23 @@ function nextSpeed(way) {
   setSpeed(motion.speeds[i]);
   say("Speed " + motion.speeds[i] + ".");
 }
-function setLoop() {
-  state.looping = !state.looping;
-  found("loop").setAttribute("aria-pressed", String(state.looping));
-  say(state.looping ? "It starts again at the end." : "It stops at the end.");
+function setLooping(on) {
+  state.looping = on;
+  byId("loop").setAttribute("aria-pressed", String(on));
+}
+function switchLoop() {
+  setLooping(!state.looping);
+  say(state.looping ? "It starts again at the end." : wordsAtEnd);
 }
 const speedButtons = motion.speeds.map(function (choice) {
-  const button = element("button", String(choice) + "\u00d7", found("speeds"));
-  button.type = "button";
-  button.addEventListener("click", function () { setSpeed(choice); });
-  return button;
+  return button(byId("speeds"), String(choice) + "\u00d7", "", function () { setSpeed(choice); });
 });
-function tellNotes() { found("notes").textContent = motion.notes.join(" \u00b7 "); }
+function tellNotes() { byId("notes").textContent = motion.notes.join(" \u00b7 "); }
 function addMarks() {
-  found("ticks").textContent = "";
+  byId("ticks").textContent = "";
   motion.marks.forEach(function (mark) {
     if (!(span > 0)) { return; }
-    const tickMark = element("i", "", found("ticks"));
+    const tickMark = element("i", "", byId("ticks"));
     tickMark.className = mark.kind;
     tickMark.style.left = String(100 * (mark.t - motion.start) / span) + "%";
     tickMark.title = mark.label + ", " + timeText(mark.t - motion.start);
@@ -95,24 +96,23 @@ function openAtHash() {
   return true;
 }
 playButton.addEventListener("click", function () { setPlaying(!state.playing); });
-found("back").addEventListener("click", function () { step(-1); });
-found("ahead").addEventListener("click", function () { step(1); });
-found("loop").addEventListener("click", setLoop);
+byId("back").addEventListener("click", function () { step(-1); });
+byId("ahead").addEventListener("click", function () { step(1); });
+byId("loop").addEventListener("click", switchLoop);
 scrub.addEventListener("input", function () { setPlaying(false); seek(Number(scrub.value) * span); });
 scrub.addEventListener("change", rememberTime);
 window.addEventListener("hashchange", openAtHash);
 stillSystem.addEventListener("change", function () { if (stillSystem.matches) { setPlaying(false); } });
 
 // -- words for a screen reader ----------------------------------------------------------------
-function say(text) { found("said").textContent = text; }
-function toldState() {
-  const first = motion.panels[0] ? charts[0].lines.slice(0, 6) : [], unitText = motion.panels[0] ? motion.panels[0].unit : "";
-  const values = first.map(function (line) {
-    return line.name + " " + number(cubic(line.values, 1, 0, fractionAt(state.elapsed)), line.digits) + unitText;
+function say(text) { byId("said").textContent = text; }
+function wordsOfState() {
+  const chart = charts[0], at = fractionAt(state.elapsed);
+  const values = (chart ? chart.lines.slice(0, 6) : []).map(function (line) {
+    return line.name + " " + number(cubic(line.values, 1, 0, at), line.digits) + chart.panel.unit;
   });
   return ["Time " + timeText(state.elapsed)].concat(values).join(", ") + ".";
 }
-function said() { say(toldState()); }
 function sayMarks(from, to) {
   const passed = motion.marks.filter(function (mark) {
     return mark.t - motion.start > from && mark.t - motion.start <= to;

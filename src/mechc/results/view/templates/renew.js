@@ -1,7 +1,31 @@
-// What is drawn of the mechanism; made anew where the page is in a widget, which sends other motions.
-const firstOrigin = new THREE.Vector3().fromArray(motion.origin);
-let latest = null;
+// The picture in space as the player asks for it: started, painted, made anew for another motion.
+let firstOrigin = null, latest = null;
 
+function startPicture() {
+  if (!startStage()) { return; }
+  firstOrigin = new THREE.Vector3().fromArray(motion.origin);
+  addMechanism();
+  startCamera(canvas);
+  addViews();
+  addShows();
+  canvas.tabIndex = 0;
+  canvas.classList.add("turns");
+  canvas.setAttribute("aria-label", motion.title + ", " + motion.links.length
+    + " links in space; arrow keys turn the view, plus and minus come nearer");
+  readTheme();
+  if (motion.export) {
+    exportPictures(motion.export);
+    throw new Error("The pictures are drawn.");  // nothing else of the page is needed
+  }
+  resize();
+  seeView(homeView, 0, true);
+  if (motion.live) { listenToWidget(); }
+}
+function paint(at) {
+  moveBodies(at);
+  if (orbit) { followTo(at); moveTrails(at, state.speed); }
+  redraw();
+}
 function addMechanism() {
   addGrid();
   addLinks();
@@ -12,19 +36,11 @@ function addMechanism() {
   addArrows();
   addTrails();
 }
-function takeMotion(given) {
-  takeData(Object.assign({}, given, { right: motion.right, up: motion.up }));  // the camera stays
+function renewPicture() {
+  if (renderer) { removeMechanism(); }
   measure();
-  fillPlots();
-  tellNotes();
-  addMarks();
-  const old = renderer ? removeMechanism() : [];
   if (renderer) { placeWorld(); addMechanism(); }
   reapplied.forEach(function (apply) { apply(); });
-  readTheme();
-  seek(state.elapsed);
-  render();
-  old.forEach(dispose);  // after the new ones are drawn, which share their programs
 }
 function placeWorld() {
   // Tracks are relative to the middle of their motion; what is at rest stays where it is.
@@ -34,9 +50,9 @@ function placeWorld() {
 function removeMechanism() {
   const old = world.children.concat(grid ? [grid] : []);
   old.forEach(function (part) { part.parent.remove(part); });
+  discarded.push.apply(discarded, old);
   [parts, picked, painted, steel, earth, inferred, arrows, trails].forEach(function (list) { list.length = 0; });
   grid = null;
-  return old;
 }
 function dispose(part) {
   part.traverse(function (child) {
@@ -55,5 +71,5 @@ function listenToWidget() {
 function takeLatest() {
   const given = latest;
   latest = null;
-  takeMotion(given);
+  takeMotion(Object.assign({}, given, { right: motion.right, up: motion.up }));  // the camera stays
 }

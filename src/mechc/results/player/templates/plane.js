@@ -1,0 +1,172 @@
+// The picture on a canvas: links, pivots and paths, seen along one direction.  A motion in space is
+// turned by dragging.
+const stage = byId("stage"), canvas = byId("canvas"), brush = canvas.getContext("2d");
+const FADES = 24;  // pieces of the recent part of a path
+const MOST_TILT = 1.5;
+let low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+let turn = [0.6, 0.4], width = 0, height = 0, unit = 1, screen = null;
+
+function startPicture() {
+  canvas.setAttribute("aria-label", motion.title + " in motion");
+  canvas.classList.toggle("turns", !motion.flat);
+  renewPicture();
+  resize();
+}
+function renewPicture() {
+  // There is room for all frames; it never shrinks while values change.
+  tracks.forEach(function (x, i) {
+    low[i % columns] = Math.min(low[i % columns], x);
+    high[i % columns] = Math.max(high[i % columns], x);
+  });
+  project();
+}
+function resize() {
+  [width, height] = sharp(canvas, brush, canvas);
+  unit = Math.max(3.5, Math.min(9, 0.013 * Math.min(width, height)));
+  project();
+}
+function combine(a, s, b, c) { return a.map(function (x, i) { return s * x + c * b[i]; }); }
+function directions() {
+  // To the right and up on the screen.
+  const right = motion.right, up = motion.up, yaw = turn[0], pitch = turn[1];
+  if (motion.flat) { return [right, up]; }
+  const depth = [0, 1, 2].map(function (i) {
+    return right[(i + 1) % 3] * up[(i + 2) % 3] - right[(i + 2) % 3] * up[(i + 1) % 3];
+  });
+  const away = combine(depth, Math.cos(yaw), right, -Math.sin(yaw));
+  return [
+    combine(right, Math.cos(yaw), depth, Math.sin(yaw)), combine(up, Math.cos(pitch), away, -Math.sin(pitch))
+  ];
+}
+function project() {
+  // Each point of all frames as dots on the screen: the box of the motion fills the picture.
+  const axes = directions(), half = [0, 1, 2].map(function (k) { return k < columns ? (high[k] - low[k]) / 2 : 0; });
+  const middle = low.map(function (x, k) { return x + half[k]; });
+  const reach = axes.map(function (axis) {
+    return axis.reduce(function (sum, x, k) { return sum + Math.abs(x) * half[k]; }, 0);
+  });
+  const margin = Math.max(28, 0.09 * Math.min(width, height));
+  const room = Math.min((width / 2 - margin) / reach[0], (height / 2 - margin) / reach[1]);
+  const scale = room > 0 && room < Infinity ? room : 1;
+  screen = new Float32Array(2 * motion.frames * pointCount);
+  for (let i = 0; i < motion.frames * pointCount; i += 1) {
+    let across = 0, upwards = 0;
+    for (let k = 0; k < columns; k += 1) {
+      const x = tracks[columns * i + k] - middle[k];
+      across += axes[0][k] * x; upwards += axes[1][k] * x;
+    }
+    screen[2 * i] = width / 2 + scale * across;
+    screen[2 * i + 1] = height / 2 - scale * upwards;
+  }
+  tellScale(room < Infinity ? scale : 0);
+}
+function tellScale(scale) {
+  const note = byId("scale"), length = roundDown(110 / scale);
+  note.hidden = !(scale > 0) || !pointCount;
+  if (note.hidden) { return; }
+  note.className = "bar";
+  note.style.width = length * scale + "px";
+  note.textContent = String(Number(length.toPrecision(3))) + " m";
+}
+function spot(point, at, rate) {
+  return [cubic(screen, 2 * pointCount, 2 * point, at, rate), cubic(screen, 2 * pointCount, 2 * point + 1, at, rate)];
+}
+
+// -- drawing ----------------------------------------------------------------------------------
+function paint(at) {
+  const joints = new Set(motion.ground);
+  motion.links.forEach(function (link) { link.points.forEach(function (point) { joints.add(point); }); });
+  brush.clearRect(0, 0, width, height);
+  if (!pointCount) { sayNothingToDraw(); return; }
+  motion.traced.forEach(function (point, order) { drawTrail(point, at, colourOfTrail(order)); });
+  motion.ground.forEach(function (point) { drawPivot(spot(point, at)); });
+  motion.links.forEach(function (link) { drawLink(link, at, look.sky, 3); });
+  motion.links.forEach(function (link, index) { drawLink(link, at, colourOf(index, motion.links.length), 0); });
+  motion.points.forEach(function (_, point) {
+    const isJoint = joints.has(point) || motion.links.length === 0;
+    if (!isMarked(point) || !(isJoint || motion.traced.includes(point))) { return; }
+    if (isJoint) { drawDisc(spot(point, at), 0.95 * unit, look.paper, look.ink, 0.32 * unit); }
+    else { drawDisc(spot(point, at), 0.6 * unit, look.ink, look.paper, 1.5); }
+  });
+}
+function sayNothingToDraw() {
+  brush.fillStyle = look.quiet;
+  brush.font = "15px system-ui, sans-serif";
+  brush.textAlign = "center";
+  brush.fillText("No points to draw.", width / 2, height / 2);
+}
+function colourOfTrail(order) {
+  const ends = motion.links.map(function (link) { return link.points[link.points.length - 1]; });
+  const link = ends.indexOf(motion.traced[order]), palette = look.palette;
+  const loose = motion.traced.slice(0, order).filter(function (point) { return !ends.includes(point); }).length;
+  if (link >= 0) { return colourOf(link, motion.links.length); }
+  return palette[(Math.min(motion.links.length, 3) + loose) % palette.length];
+}
+function drawTrail(point, at, colour) {
+  const recent = Math.min(motion.frames, Math.max(12, Math.round(1.2 * Math.max(state.speed, 0.25) / (motion.step || 1))));
+  Object.assign(brush, { strokeStyle: colour, lineJoin: "round", lineCap: "butt" });
+  drawPath(point, 0, at, Math.max(1.2, 0.3 * unit), 0.28);
+  for (let k = 1; k <= FADES; k += 1) {
+    const to = at - recent * (1 - k / FADES), part = k / FADES;
+    drawPath(point, Math.max(0, to - recent / FADES), to, unit * (0.3 + 0.25 * part), 0.75 * part);
+  }
+  brush.globalAlpha = 1;
+}
+function drawPath(point, from, to, thickness, opacity) {
+  // Each frame's cubic as a Bezier curve.
+  if (!(from < to)) { return; }
+  Object.assign(brush, { lineWidth: thickness, globalAlpha: opacity });
+  let a = spot(point, from), v = spot(point, from, true);
+  brush.beginPath();
+  brush.moveTo(a[0], a[1]);
+  for (let f = from; f < to;) {
+    const next = Math.min(Math.floor(f) + 1, to), third = (next - f) / 3;
+    const b = spot(point, next), w = spot(point, next, true);
+    brush.bezierCurveTo(
+      a[0] + third * v[0], a[1] + third * v[1], b[0] - third * w[0], b[1] - third * w[1], b[0], b[1]
+    );
+    [f, a, v] = [next, b, w];
+  }
+  brush.stroke();
+}
+function drawLink(link, at, colour, rim) {
+  brush.beginPath();
+  link.points.forEach(function (point) {
+    const p = spot(point, at);
+    brush.lineTo(p[0], p[1]);
+  });
+  Object.assign(brush, { strokeStyle: colour, lineWidth: 1.5 * unit + rim, lineJoin: "round", lineCap: "round" });
+  brush.stroke();
+}
+function drawDisc(p, radius, fill, edge, thickness) {
+  Object.assign(brush, { fillStyle: fill, strokeStyle: edge, lineWidth: thickness });
+  brush.beginPath();
+  brush.arc(p[0], p[1], radius, 0, 2 * Math.PI);
+  brush.fill();
+  brush.stroke();
+}
+function drawPivot(p) {
+  const s = 2.5 * unit, y = p[1] + 1.15 * s;
+  Object.assign(brush, { strokeStyle: look.quiet, fillStyle: look.paper, lineJoin: "round" });
+  brush.lineWidth = Math.max(1.2, 0.22 * unit);
+  brush.beginPath();
+  brush.moveTo(p[0], p[1]);
+  brush.lineTo(p[0] - 0.75 * s, y);
+  brush.lineTo(p[0] + 0.75 * s, y);
+  brush.closePath();
+  brush.fill();
+  brush.moveTo(p[0] - 1.25 * s, y);
+  brush.lineTo(p[0] + 1.25 * s, y);
+  for (let k = -2; k <= 2; k += 1) {
+    brush.moveTo(p[0] + (0.5 * k + 0.2) * s, y);
+    brush.lineTo(p[0] + (0.5 * k - 0.2) * s, y + 0.4 * s);
+  }
+  brush.stroke();
+}
+canvas.addEventListener("pointermove", function (event) {
+  if (!event.buttons || motion.flat) { return; }
+  const tilt = turn[1] + event.movementY / 150;
+  turn = [turn[0] - event.movementX / 150, Math.max(-MOST_TILT, Math.min(MOST_TILT, tilt))];
+  project();
+  show();
+});

@@ -11,7 +11,8 @@ from mechc.compilation.event_unit import typed_expression
 from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.errors import ValueOutOfBoundsError
 from mechc.results.durable import replacing, written_into
-from mechc.simulation.events.expressions import StateNames, plain_events
+from mechc.simulation.events.exported import exported_events
+from mechc.simulation.events.expressions import StateNames
 
 
 @one_at_a_time
@@ -217,7 +218,8 @@ def export_fmu(
         of the export.
     events
         Events that are expressions, as of :meth:`mechc.Model.simulate`, with resets that are, too:
-        event indicators by model exchange; co-simulation makes the resets within its steps.
+        event indicators by model exchange; co-simulation makes the resets within its steps.  With
+        stops or dry friction the unit has co-simulation alone.
     fix, outputs
         As for :func:`mechc.compile`.
     options
@@ -236,7 +238,7 @@ def export_fmu(
         value, or the mechanism cannot be compiled.
     ValueOutOfBoundsError
         If y0 has another length, or rtol or drift is no such number; for events that are no
-        expressions, for stops, friction, and events that end a run.
+        expressions and for events that end a run.
     UnknownNameError
         For a name in an event that the mechanism does not have.
 
@@ -260,6 +262,6 @@ def export_fmu(
     return target
 
 
-def _events(given: Any, *names: Sequence[str]) -> list[Any]:
-    """Events over plain symbols; ``names``: of coordinates, speeds and parameters."""
-    return plain_events(given, StateNames(*names), typed_expression)
+def _events(given: Any, *names: Sequence[str]) -> tuple[list[Any], Any]:
+    """Events and contacts over plain symbols; ``names``: of coordinates, speeds and parameters."""
+    return exported_events(given, StateNames(*names), typed_expression)

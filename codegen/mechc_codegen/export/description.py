@@ -49,6 +49,7 @@ class Unit:
     tool: str
     derivatives: bool = True
     events: int = 0
+    exchange: bool = True  # whether it offers model exchange
 
 
 def model_description(unit: Unit, variables: Sequence[Variable], source: str) -> bytes:
@@ -100,11 +101,11 @@ def _interfaces(root: Element, unit: Unit, source: str, third: bool) -> None:
     able = _STATES[unit.version] + (_DERIVATIVES[unit.version] if unit.derivatives else ())
     can = {"modelIdentifier": unit.identifier, **dict.fromkeys(able, "true")}
     asks = {"needsCompletedIntegratorStep": "true"} if third else {}  # to close loops
-    exchange = SubElement(root, "ModelExchange", can | asks)
-    together = SubElement(
-        root, "CoSimulation", {**can, "canHandleVariableCommunicationStepSize": "true"}
+    interfaces = [SubElement(root, "ModelExchange", can | asks)] if unit.exchange else []
+    interfaces.append(
+        SubElement(root, "CoSimulation", can | {"canHandleVariableCommunicationStepSize": "true"})
     )
-    for each in () if third else (exchange, together):
+    for each in () if third else interfaces:
         SubElement(SubElement(each, "SourceFiles"), "File", name=source)
 
 

@@ -37,6 +37,41 @@ _PURE = (Kind.ANGLE, Kind.ANGULAR_SPEED, Kind.PURE, Kind.PURE_RATE)
 
 
 @dataclass(frozen=True)
+class FmuEvents:
+    """The events of a unit.
+
+    Attributes
+    ----------
+    titles, directions, expressions
+        Of each event; direction 0: its zero is crossed in both.
+    contacts
+        Of each event the number of the contact that it is, or -1.
+    has_gap, has_friction
+        Of each contact.
+    poisson
+        Whether impacts follow Poisson's law of restitution, not Newton's.
+    quantities
+        Of all contacts, row after row: ``hybrid/events/functions.h``.
+    """
+
+    titles: Sequence[str] = ()
+    directions: Sequence[float] = ()
+    expressions: Sequence[EventExpressions] = ()
+    contacts: Sequence[int] = ()
+    has_gap: Sequence[int] = ()
+    has_friction: Sequence[int] = ()
+    poisson: bool = False
+    quantities: Sequence[Any] = ()
+
+    def every_expression(self) -> Iterator[Any]:
+        """All expressions."""
+        for event in self.expressions:
+            yield from () if event.value is None else (event.value,)
+            yield from (event.reset or {}).values()
+        yield from self.quantities
+
+
+@dataclass(frozen=True)
 class FmuOptions:
     """The settings of an export.
 
@@ -73,16 +108,7 @@ class FmuOptions:
     drift: float = 0.0
     tool: str = ""
     derivatives: bool = True
-    events: Callable[[Mapping[str, Any]], Sequence[FmuEvent]] = lambda metadata: ()
-
-
-@dataclass(frozen=True)
-class FmuEvent:
-    """An event, what it is called, and the direction in which its zero is crossed; 0: both."""
-
-    title: str
-    direction: float
-    expressions: EventExpressions
+    events: Callable[[Mapping[str, Any]], FmuEvents] = lambda metadata: FmuEvents()
 
 
 def fmu_request(request: OutputRequest, derivatives: bool) -> OutputRequest:
@@ -123,12 +149,12 @@ def fmu_files(
     sources = unit_sources(functions, metadata, values, options, parts)
     unit = Unit(
         name, metadata["title"] or metadata["name"], _token(sources, metadata), options.version,
-        options.end, options.rtol, options.tool, options.derivatives, len(events),
+        options.end, options.rtol, options.tool, options.derivatives,
+        len(events.titles), not len(events.has_gap),
     )  # fmt: skip
     sources[SOURCE] = sources[SOURCE].replace("@TOKEN@", unit.token)
     found = {f"sources/{path}": text.encode() for path, text in sources.items()}
-    titles = [event.title for event in events]
-    listed = variables(metadata, values, titles)
+    listed = variables(metadata, values, events.titles)
     found["modelDescription.xml"] = model_description(unit, listed, SOURCE)
     if options.version == "3.0":
         found["sources/buildDescription.xml"] = build_description(unit, SOURCE, FLAGS)
@@ -221,25 +247,37 @@ def _lists(
     } | _dependent_parameters(functions, values)
 
 
-def event_parts(functions: SceneFunctions, events: Sequence[FmuEvent]) -> dict[str, Any]:
+def event_parts(functions: SceneFunctions, events: FmuEvents) -> dict[str, Any]:
     """The functions of the events, and the tables that lead to them."""
-    told = [event.expressions for event in events]
-    found = {"event_count": len(told), "resets": int(any(e.reset is not None for e in told))}
-    if not told:
-        return {**found, "events": "", "event_table": "0, 0,"}
-    if lookups(x for e in told for x in (e.value, *(e.reset or {}).values())):
+    count, contacts = len(events.titles), len(events.has_gap)
+    found = {"event_count": count, "contact_count": contacts}
+    if not count:
+        return {**found, "events": "", "event_table": "0, 0, {0}"}
+    if lookups(events.every_expression()):
         raise CodegenError("events of a functional mock-up unit hold no tables")
     symbols = functions.program.symbols
     width = len(symbols.q) + len(symbols.u)
-    count = len(symbols.parameters)
-    directions = _array(_c_number(event.direction) for event in events)
-    unit = f"MECHC_EVENTS_ABI, {width}, {count}, {len(told)}, mechc_functions"
+    policies = zip(events.directions, events.contacts, strict=True)
+    policy = _array(f"{{{_c_number(direction)}, 0, {contact}}}" for direction, contact in policies)
+    table = "mechc_contacts" if contacts else "0"
+    numbers = [list(events.contacts).index(k) for k in range(contacts)]
+    unit = f"MECHC_EVENTS_ABI, {width}, {len(symbols.parameters)}, {count}, mechc_functions, {table}"
     tables = [
-        f"static const double directions[] = {{{directions}}};",
+        f"static const mechc_event_policy policy[] = {{{policy}}};",
         f"static const mechc_event_unit event_unit = {{{unit}}};",
+        f"static const unsigned char has_gap[] = {{{_array(map(int, events.has_gap))}}},",
+        f"    has_friction[] = {{{_array(map(int, events.has_friction))}}};",
+        f"static const int events_of_contacts[] = {{{_array(numbers)}}};",
     ]
-    text = "\n\n".join([event_functions(told, width), "\n".join(tables)])
-    return {**found, "events": text, "event_table": "&event_unit, directions,"}
+    laws = (
+        f"{{{contacts}, has_gap, has_friction, events_of_contacts, {int(events.poisson)}, {table}, 0}}"
+    )
+    text = event_functions(events.expressions, events.quantities, width)
+    return {
+        **found,
+        "events": "\n\n".join([text, "\n".join(tables)]),
+        "event_table": f"&event_unit, policy, {laws}",
+    }
 
 
 def _array(values: Iterable[Any]) -> str:

@@ -15,7 +15,7 @@ from mechc_codegen.derive.equations import Equations
 from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.units.scene_files import default_lines, listed_outputs
-from mechc_codegen.export.fmu import FmuOptions, event_parts, start_values, unit_sources
+from mechc_codegen.export.fmu import FmuEvents, FmuOptions, event_parts, start_values, unit_sources
 from mechc_codegen.export.placing import placing
 from mechc_codegen.export.standalone import checked_name, filled
 from mechc_codegen.export.variables import open_inputs
@@ -56,7 +56,7 @@ def web_scene(
         "interface": "fmu/public.h",
         "declarations": "static unsigned char given[MECHC_AT_LEAST_ONE(MECHC_NP)];\n\n",
         "complete": "\n".join(default_lines(functions)),
-        **event_parts(functions, ()),
+        **event_parts(functions, FmuEvents()),
     }
     texts = unit_sources(functions, {**metadata, "differentiated": []}, free, options, parts)
     texts[SOURCE] = filled(

@@ -142,7 +142,9 @@ cdef extern from "hybrid/reach.h":
 
     void mechc_reach_from(mechc_reacher *, double, const double *) nogil
     int mechc_reach(mechc_reacher *, double, int) nogil
-    int mechc_reach_begin(mechc_reacher *, double, int) nogil
+    size_t mechc_reach_saved_size(const mechc_reacher *) nogil
+    void mechc_reach_save(const mechc_reacher *, void *) nogil
+    int mechc_reach_restore(mechc_reacher *, double, const double *, const void *) nogil
 
 cdef extern from "hybrid/contact/read.h":
     int mechc_piece_in_contact(const mechc_piece *) nogil

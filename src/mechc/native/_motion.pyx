@@ -19,8 +19,8 @@ from mechc.native._events cimport Events
 from mechc.native._hybrid cimport (
     MECHC_NO_LAW, MECHC_NO_MASS, MECHC_NO_RESTITUTION, MECHC_PUSHES, mechc_hybrid,
     mechc_hybrid_advance, mechc_hybrid_back, mechc_hybrid_begin, mechc_hybrid_end, mechc_hybrid_free,
-    mechc_hybrid_make, mechc_hybrid_stats, mechc_piece, mechc_reach, mechc_reach_begin,
-    mechc_reach_from, mechc_reacher
+    mechc_hybrid_make, mechc_hybrid_stats, mechc_keep_last, mechc_piece, mechc_reach,
+    mechc_reach_from, mechc_reach_restore, mechc_reach_save, mechc_reach_saved_size, mechc_reacher
 )
 from mechc.native._inputs cimport Inputs, array_of
 from mechc.native._pieces cimport LOOK, next_piece, seconds_now, with_stack
@@ -305,7 +305,8 @@ cdef class Motion:
 
     def keep_last(self):
         """Keep of the steps the last state only, such that the run goes on as if it kept all."""
-        keep_last_state(&self.hybrid.run.trajectory, True)
+        mechc_keep_last(&self.hybrid.run.trajectory)
+        self.hybrid.run.trajectory.crossing_count = 0
 
     def checkpoint(self):
         """What :meth:`back_to` goes on from."""
@@ -322,7 +323,8 @@ cdef class Motion:
         saved, dropped, segment = checkpoint
         cdef const unsigned char[::1] kept = saved
         self.hybrid.motion.unit.restore(self.hybrid.run, &kept[0])
-        keep_last_state(record, False)
+        mechc_keep_last(record)
+        record.crossing_count = 0
         record.dropped[0], record.dropped[1], record.dropped_count = dropped
         mechc_hybrid_back(&self.hybrid, segment)
 
@@ -364,20 +366,6 @@ cdef class Motion:
 
 cdef size_t bytes_of_step(const mechc_trajectory *record):
     return sizeof(double) * (1 + record.width * (1 + record.dense_rows))
-
-
-cdef void keep_last_state(mechc_trajectory *record, bint noted) noexcept:
-    """Forget the steps before the last state; ``noted``: their times are kept for the next step."""
-    cdef ptrdiff_t last = record.count - 1
-    if last > 0:
-        if noted:
-            record.dropped[1] = record.t[last - 2] if last > 1 else record.dropped[0]
-            record.dropped[0] = record.t[last - 1]
-            record.dropped_count = 2 if last > 1 or record.dropped_count else 1
-        record.t[0] = record.t[last]
-        memcpy(record.y, record.y + last * record.width, record.width * sizeof(double))
-        record.count = 1
-    record.crossing_count = 0
 
 
 cdef load_wanted(Scene scene, mechc_hybrid *hybrid):
@@ -458,27 +446,21 @@ cdef class Stepping:
     def save(self):
         """The run as bytes, which contain addresses; None where there is none, or events are looked
         for."""
-        cdef mechc_hybrid *hybrid = &self.reacher.hybrid
+        cdef size_t size = mechc_reach_saved_size(&self.reacher)
         cdef unsigned char[::1] to
-        if not hybrid.live or self.request.events is not None:
+        if not size:
             return None
-        saved = np.empty(hybrid.motion.unit.saved_size(hybrid.run), dtype=np.uint8)
+        saved = np.empty(size, dtype=np.uint8)
         to = saved
-        hybrid.motion.unit.save(hybrid.run, &to[0])
+        mechc_reach_save(&self.reacher, &to[0])
         return saved
 
     def restore(self, double t, const double[::1] y, saved):
         """Back to what :meth:`save` gave at this time and state."""
         cdef const unsigned char[::1] kept
-        cdef double[::1] state = self.y
-        if saved is None or not self.reacher.hybrid.live:
-            self.go_to(t, y)
+        cdef const void *run = NULL
         if saved is not None:
             kept = saved
-            if not self.reacher.hybrid.live:
-                mechc_reach_begin(&self.reacher, t + 1.0, self.reacher.options.method)
-            self.reacher.hybrid.motion.unit.restore(self.reacher.hybrid.run, &kept[0])
-            self.reacher.hybrid.status = self.reacher.hybrid.run.status
-            self.reacher.hybrid.searched = 0
-        self.reacher.t = t
-        memcpy(&state[0], &y[0], y.shape[0] * sizeof(double))
+            run = &kept[0]
+        if not mechc_reach_restore(&self.reacher, t, &y[0], run):
+            raise MemoryError()

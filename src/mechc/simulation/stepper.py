@@ -37,6 +37,7 @@ class SavedStep:
     _of: Stepper
     _numbers: Mapping[str, float]
     _params: Array
+    _motion: Stepping
     _run: Array | None
 
 
@@ -229,8 +230,8 @@ class Stepper:
     def save(self) -> SavedStep:
         """The present moment, to the last bit, with what the integrator has learnt; with events the
         integration begins anew from its state."""
-        saved = self._motion.save()
-        return SavedStep(self.t, self.y, self, dict(self._numbers), self.params, saved)
+        run, numbers = self._motion.save(), dict(self._numbers)
+        return SavedStep(self.t, self.y, self, numbers, self.params, self._motion, run)
 
     def restore(self, saved: SavedStep) -> None:
         """Back to a moment saved by this stepper; what follows is the same to the last bit.
@@ -246,8 +247,7 @@ class Stepper:
                 "from its state"
             )
         self._give(saved._numbers)
-        if self.params is not saved._params:
-            self._begin_at(saved.t, saved.y.copy(), saved._params)
+        self.params, self._motion = saved._params, saved._motion
         self._motion.restore(saved.t, saved.y, saved._run)
         self._code = FINISHED
         if self._driven is not None:

@@ -29,7 +29,7 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_states(const mechc_fmu *fmu, double *y, 
 MECHC_STATIC mechc_fmu_status mechc_fmu_nominals(mechc_fmu *fmu, double *nominals, size_t count)
 {
     if (count != MECHC_NX) return mechc_fmu_fails(fmu, "this is not the number of states");
-    mechc_fmu_scale(fmu, nominals);
+    memcpy(nominals, mechc_fmu_motion(fmu)->scale, count * sizeof *nominals);
     return MECHC_FMU_OK;
 }
 
@@ -45,11 +45,11 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_rates(mechc_fmu *fmu, double *rates, siz
 /* How far the nearest state on the constraints is, over the scale of each component. */
 MECHC_STATIC double mechc_fmu_drift(mechc_fmu *fmu)
 {
-    double y[MECHC_NX], scale[MECHC_NX], farthest = 0.0;
+    double y[MECHC_NX], farthest = 0.0;
     memcpy(y, fmu->now.y, sizeof y);
     if (mechc_standalone_project(mechc_fmu_current(fmu), fmu->now.t, y) != MECHC_RUNNING)
         return HUGE_VAL;
-    mechc_fmu_scale(fmu, scale);
+    const double *scale = mechc_fmu_motion(fmu)->scale;
     for (int i = 0; i < MECHC_NX; i++)
         farthest = mechc_max(farthest, fabs(y[i] - fmu->now.y[i]) / scale[i]);
     return farthest;
@@ -97,7 +97,6 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_update(mechc_fmu *fmu, int *changed, int
 {
     const mechc_fmu_status status = mechc_fmu_close_again(fmu, changed);
     *ends = 0;
-#if MECHC_FMU_EVENTS > 0
     int reset = 0;
     if (status != MECHC_FMU_OK) return status;
     const int crossed = mechc_fmu_cross(fmu, &reset);
@@ -105,7 +104,6 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_update(mechc_fmu *fmu, int *changed, int
     *ends = crossed == MECHC_RESETS_ACCUMULATE;
     if (crossed != MECHC_RUNNING && !*ends)
         return mechc_fmu_fails(fmu, "an event or its reset has no finite value");
-#endif
     return status;
 }
 
@@ -118,7 +116,7 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_begin(mechc_fmu *fmu)
     if (mechc_fmu_close(fmu) != MECHC_RUNNING)
         return mechc_fmu_fails(fmu, "the loops cannot be closed near the start values");
     fmu->moved = 0;
-    mechc_fmu_begin_events(fmu);
+    mechc_reach_from(&fmu->reacher, fmu->now.t, fmu->now.y);
     mechc_fmu_take_sides(fmu);
     return MECHC_FMU_OK;
 }

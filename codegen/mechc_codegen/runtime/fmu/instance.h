@@ -5,11 +5,8 @@
 
 #include <stdint.h>
 #include <stdlib.h>
-#include "fmu/model.h"
 #include "fmu/outputs.h"
-#if MECHC_FMU_EVENTS > 0
-#include "events/resets.h"
-#endif
+#include "fmu/model.h"
 #include "unit/standalone.h"
 #include "unit/unit.h"
 
@@ -48,14 +45,14 @@ struct mechc_fmu {
     mechc_standalone model;
     double rates[MECHC_NX], outputs[MECHC_AT_LEAST_ONE(MECHC_FMU_VALUES)];
     double indicators[MECHC_AT_LEAST_ONE(MECHC_FMU_EVENTS)];
-    mechc_held held; /* the inputs, as a run takes them */
-    mechc_run *run;  /* of co-simulation; it may be ahead */
-#if MECHC_FMU_EVENTS > 0
-    mechc_watch watch;
-    double scale[MECHC_NX]; /* of its states */
-    ptrdiff_t looked;       /* steps of the run that were searched */
-    double stop;            /* time of a reset that the run has come to, or HUGE_VAL */
-#endif
+    mechc_reacher reacher; /* the motion of co-simulation, which may be ahead */
+    double reached[MECHC_NX];
+    /* The inputs as it takes them: constants. */
+    mechc_given_inputs given;
+    mechc_driven driven_by;
+    mechc_signal signals[MECHC_AT_LEAST_ONE(MECHC_NI)];
+    mechc_source sources[MECHC_AT_LEAST_ONE(MECHC_NI)];
+    ptrdiff_t knots[MECHC_AT_LEAST_ONE(MECHC_NI)];
     void *environment;
     void (*say)(const mechc_fmu *fmu, mechc_fmu_status status, const char *message);
     mechc_fmu_logger *logger; /* the importer's, of the version's type */
@@ -69,57 +66,66 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_fails(const mechc_fmu *fmu, const char *
     return MECHC_FMU_ERROR;
 }
 
-MECHC_STATIC void mechc_fmu_drop_run(mechc_fmu *fmu)
-{
-#if MECHC_FMU_EVENTS > 0
-    fmu->stop = HUGE_VAL;
-#endif
-    if (!fmu->run) return;
-    mechc_unit_release(fmu->run);
-    free(fmu->run);
-    fmu->run = 0;
-}
-
 /* To what an instance begins with. */
 MECHC_STATIC void mechc_fmu_reset(mechc_fmu *fmu)
 {
     const mechc_fmu_model *scene = &mechc_fmu_scene;
-    mechc_fmu_drop_run(fmu);
     memset(&fmu->now, 0, sizeof fmu->now);
     memcpy(fmu->now.y, scene->y, sizeof fmu->now.y);
     if (MECHC_NP > 0) memcpy(fmu->now.p, scene->p, sizeof fmu->now.p);
     fmu->now.rtol = scene->rtol;
     fmu->now.drift = scene->drift;
-    fmu->held.head.evaluate = mechc_held_values;
-    fmu->held.head.needs_state = 0;
-    fmu->held.values = fmu->now.inputs;
     fmu->given_parameters = fmu->moved = 1;
     fmu->driven = fmu->evaluated = 0;
 }
 
-/* Room for the events; 0 without memory. */
-MECHC_STATIC int mechc_fmu_make_events(mechc_fmu *fmu)
+MECHC_STATIC void mechc_fmu_give_inputs(mechc_fmu *fmu)
 {
-#if MECHC_FMU_EVENTS > 0
+    static const double from = 0.0; /* the knot of a constant */
+    for (int i = 0; i < MECHC_NI; i++) {
+        fmu->signals[i] = (mechc_signal){.knots = &from, .coefficients = fmu->now.inputs + i};
+        fmu->sources[i].signal = fmu->signals + i;
+        fmu->knots[i] = 1;
+    }
+    fmu->driven_by.head.evaluate = mechc_driven_evaluate;
+    fmu->driven_by.sources = fmu->sources;
+    fmu->given = (mechc_given_inputs){
+        .driven = &fmu->driven_by, .signals = fmu->signals, .knots = fmu->knots,
+        .signal_count = MECHC_NI, .source_count = MECHC_NI,
+    };
+}
+
+/* 0 without memory. */
+MECHC_STATIC int mechc_fmu_make_motion(mechc_fmu *fmu)
+{
     const mechc_fmu_model *scene = &mechc_fmu_scene;
-    if (!mechc_watch_make(&fmu->watch, &MECHC_UNIT_TABLE, scene->events, MECHC_NQ, MECHC_NU,
-                          MECHC_NC))
-        return 0;
-    for (int k = 0; k < MECHC_FMU_EVENTS; k++)
-        fmu->watch.event[k].direction = scene->directions[k];
-#else
-    (void)fmu;
-#endif
+    mechc_hybrid *hybrid = &fmu->reacher.hybrid;
+    mechc_fmu_give_inputs(fmu);
+    hybrid->motion.unit = &MECHC_UNIT_TABLE;
+    hybrid->motion.coordinates = MECHC_NQ;
+    hybrid->motion.speeds = MECHC_NU;
+    hybrid->motion.rows = MECHC_NC;
+    hybrid->motion.parameters = MECHC_NP;
+    hybrid->motion.sizes.dimensionless = scene->dimensionless;
+    hybrid->motion.sizes.lengths = scene->lengths;
+    hybrid->motion.sizes.length_count = scene->length_count;
+    hybrid->given = MECHC_NI > 0 ? &fmu->given : 0;
+    hybrid->contacts.laws = scene->contacts;
+    hybrid->max_bytes = HUGE_VAL;
+    fmu->reacher.y = fmu->reached;
+    fmu->reacher.ahead = MECHC_NH > 0 || MECHC_FMU_EVENTS > 0;
+    if (!mechc_hybrid_make(hybrid, MECHC_FMU_EVENTS)) return 0;
+    for (int k = 0; k < MECHC_FMU_EVENTS; k++) {
+        hybrid->watch.functions[k] = scene->events->functions[k];
+        hybrid->watch.policy[k] = scene->policy[k];
+    }
     return 1;
 }
 
 MECHC_STATIC void mechc_fmu_free(mechc_fmu *fmu)
 {
     if (!fmu) return;
-    mechc_fmu_drop_run(fmu);
-#if MECHC_FMU_EVENTS > 0
-    mechc_watch_free(&fmu->watch);
-#endif
+    mechc_hybrid_free(&fmu->reacher.hybrid);
     free(fmu->name);
     free(fmu);
 }
@@ -132,7 +138,7 @@ MECHC_STATIC mechc_fmu *mechc_fmu_make(const char *name, const char *token)
     if (!fmu) return 0;
     const size_t room = name ? strlen(name) + 1 : 1;
     fmu->name = calloc(1, room);
-    if (!fmu->name || !mechc_fmu_make_events(fmu)) {
+    if (!fmu->name || !mechc_fmu_make_motion(fmu)) {
         mechc_fmu_free(fmu);
         return 0;
     }
@@ -153,16 +159,19 @@ MECHC_STATIC mechc_standalone *mechc_fmu_current(mechc_fmu *fmu)
     return &fmu->model;
 }
 
-/* Sizes of the components of a state: 1, or the largest length. */
-MECHC_STATIC void mechc_fmu_scale(mechc_fmu *fmu, double *scale)
+/* The motion with the present parameters; where its state has a size, `scale` is that of each
+ * component. */
+MECHC_STATIC mechc_motion *mechc_fmu_motion(mechc_fmu *fmu)
 {
-    const mechc_fmu_model *scene = &mechc_fmu_scene;
-    double longest = 0.0;
+    mechc_motion *motion = &fmu->reacher.hybrid.motion;
     mechc_fmu_current(fmu);
-    for (int i = 0; i < scene->length_count; i++)
-        longest = mechc_max(longest, fabs(fmu->now.p[scene->lengths[i]]));
-    for (int i = 0; i < MECHC_NX; i++)
-        scale[i] = scene->dimensionless[i] || !(longest > 0.0) ? 1.0 : longest;
+    memcpy(motion->p, fmu->now.p, (size_t)MECHC_NP * sizeof *motion->p);
+    motion->inputs = MECHC_NI > 0 ? &fmu->reacher.hybrid.inputs.whole.head : 0;
+    motion->rtol = fmu->now.rtol;
+    motion->sense = 1.0;
+    motion->rates = mechc_free_rates;
+    mechc_motion_renew(motion);
+    return motion;
 }
 
 /* Close the loops at the nearest state.  The constraints that count are found on them. */
@@ -175,19 +184,44 @@ MECHC_STATIC int mechc_fmu_close(mechc_fmu *fmu)
     return status;
 }
 
+/* Rates of the state, with the forces of contacts that last. */
+MECHC_STATIC void mechc_fmu_rates_at_hand(mechc_fmu *fmu, const mechc_standalone *model)
+{
+    const mechc_hybrid *hybrid = &fmu->reacher.hybrid;
+    if (mechc_has_contacts(hybrid) && hybrid->live && !fmu->moved)
+        hybrid->motion.rates(&hybrid->motion, fmu->now.t, fmu->now.y, fmu->rates);
+    else mechc_standalone_rates(model, fmu->now.t, fmu->now.y, fmu->rates);
+}
+
+/* Of an event its function; of dry friction the speed of sliding. */
+MECHC_STATIC void mechc_fmu_evaluate_events(mechc_fmu *fmu)
+{
+    const mechc_contact_laws *laws = &mechc_fmu_scene.contacts;
+    const double t = fmu->now.t, *p = fmu->now.p;
+    double state[MECHC_NX + MECHC_NQ];
+    double table[MECHC_AT_LEAST_ONE(MECHC_FMU_CONTACTS) * (MECHC_LAWS + MECHC_NX)];
+    memcpy(state, fmu->now.y, sizeof fmu->now.y);
+    memcpy(state + MECHC_NX, fmu->rates, MECHC_NQ * sizeof *state);
+    const int has_laws = MECHC_FMU_CONTACTS > 0 && laws->table(laws->context, t, state, p, table);
+    for (int k = 0; k < MECHC_FMU_EVENTS; k++) {
+        const mechc_event_functions *event = mechc_fmu_scene.events->functions + k;
+        const int contact = mechc_fmu_scene.policy[k].contact;
+        if (event->value) fmu->indicators[k] = event->value(event->context, t, fmu->now.y, p);
+        else fmu->indicators[k] = has_laws ? table[contact * (MECHC_LAWS + MECHC_NX) + MECHC_SLIP] : NAN;
+    }
+}
+
 MECHC_STATIC void mechc_fmu_evaluate(mechc_fmu *fmu)
 {
     if (fmu->evaluated) return;
     const mechc_standalone *model = mechc_fmu_current(fmu);
     double *out = fmu->outputs;
-    mechc_standalone_rates(model, fmu->now.t, fmu->now.y, fmu->rates);
+    mechc_fmu_rates_at_hand(fmu, model);
 #define MECHC_FMU_EVALUATE(label, width) \
     mechc_standalone_##label(model, fmu->now.t, fmu->now.y, out), out += width;
     MECHC_FMU_OUTPUTS(MECHC_FMU_EVALUATE)
     (void)out;
-    for (int k = 0; k < MECHC_FMU_EVENTS; k++)
-        fmu->indicators[k] = mechc_fmu_scene.events->functions[k].value(fmu->now.t, fmu->now.y,
-                                                                        fmu->now.p);
+    mechc_fmu_evaluate_events(fmu);
     fmu->evaluated = 1;
 }
 

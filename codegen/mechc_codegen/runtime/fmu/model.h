@@ -2,7 +2,7 @@
 #pragma once
 
 #include <stddef.h>
-#include "events/functions.h"
+#include "hybrid/reach.h"
 
 typedef struct {
     const char *token;   /* of the model's description: what an importer has to name */
@@ -18,7 +18,8 @@ typedef struct {
     int input_count;
     const int *inputs;   /* the places of inputs among the values that a run is given */
     const mechc_event_unit *events; /* NULL: none */
-    const double *directions; /* of each: where it grows, where it falls, 0: both */
+    const mechc_event_policy *policy; /* of each */
+    mechc_contact_laws contacts; /* none: their count is 0 */
 } mechc_fmu_model;
 
 extern const mechc_fmu_model mechc_fmu_scene; /* in the generated file */

@@ -13,6 +13,9 @@
 #ifndef MECHC_FMU_EVENTS
 #define MECHC_FMU_EVENTS 0 /* events of mechc_fmu_scene.events */
 #endif
-#ifndef MECHC_FMU_RESETS
-#define MECHC_FMU_RESETS 0 /* whether one of them changes the state */
+#ifndef MECHC_FMU_CONTACTS
+#define MECHC_FMU_CONTACTS 0 /* of them: stops, and places of dry friction */
 #endif
+/* A unit holds only what its motions may need. */
+#define MECHC_WITH_EVENTS (MECHC_FMU_EVENTS > 0)
+#define MECHC_WITH_CONTACTS (MECHC_FMU_CONTACTS > 0)

@@ -22,8 +22,7 @@ MECHC_STATIC mechc_fmu_saved *mechc_fmu_new_saved(size_t size)
 /* In place of what `state` is, which may be NULL. */
 MECHC_STATIC mechc_fmu_status mechc_fmu_save(mechc_fmu *fmu, mechc_fmu_saved **state)
 {
-    /* With resets a run begins anew: the search for events is not saved. */
-    const size_t size = fmu->run && !MECHC_FMU_RESETS ? mechc_saved_size(fmu->run) : 0;
+    const size_t size = mechc_reach_saved_size(&fmu->reacher);
     mechc_fmu_saved *saved = mechc_fmu_new_saved(size);
     if (!saved) return mechc_fmu_fails(fmu, "no memory");
     mechc_fmu_current(fmu);
@@ -32,7 +31,7 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_save(mechc_fmu *fmu, mechc_fmu_saved **s
     saved->driven = fmu->driven;
     saved->of = fmu;
     saved->size = size;
-    if (size) mechc_save(fmu->run, saved->run);
+    if (size) mechc_reach_save(&fmu->reacher, saved->run);
     free(*state);
     *state = saved;
     return MECHC_FMU_OK;
@@ -55,10 +54,8 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_restore(mechc_fmu *fmu, const mechc_fmu_
     fmu->moved = saved->moved;
     fmu->driven = saved->driven;
     fmu->evaluated = 0;
-    if (!goes_on) mechc_fmu_drop_run(fmu);
-    else if (!fmu->run) mechc_fmu_start(fmu, fmu->now.t + 1.0, mechc_fmu_scene.method);
-    if (goes_on && fmu->run) mechc_restore(fmu->run, saved->run);
-    return !goes_on || (fmu->run && fmu->run->status != MECHC_NO_MEMORY)
+    mechc_fmu_set_options(fmu);
+    return mechc_reach_restore(&fmu->reacher, fmu->now.t, fmu->now.y, goes_on ? saved->run : 0)
         ? MECHC_FMU_OK : mechc_fmu_fails(fmu, "no memory");
 }
 

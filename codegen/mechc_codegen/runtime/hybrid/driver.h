@@ -43,24 +43,39 @@ typedef struct {
     int status;
 } mechc_hybrid;
 
-MECHC_STATIC int mechc_has_events(const mechc_hybrid *hybrid) { return hybrid->watch.most > 0; }
-MECHC_STATIC int mechc_has_contacts(const mechc_hybrid *hybrid) { return hybrid->contacts.laws.count > 0; }
+/* A unit may leave out what its motions never have. */
+#ifndef MECHC_WITH_EVENTS
+#define MECHC_WITH_EVENTS 1
+#define MECHC_WITH_CONTACTS 1
+#endif
+
+MECHC_STATIC int mechc_has_events(const mechc_hybrid *hybrid)
+{
+    return MECHC_WITH_EVENTS && hybrid->watch.most > 0;
+}
+
+MECHC_STATIC int mechc_has_contacts(const mechc_hybrid *hybrid)
+{
+    return MECHC_WITH_CONTACTS && hybrid->contacts.laws.count > 0;
+}
 
 /* Room for motions of a scene, whose motion, inputs and laws of contacts are described; 0 without
  * memory.  Events are then given to watch. */
 MECHC_STATIC int mechc_hybrid_make(mechc_hybrid *hybrid, int events)
 {
     mechc_motion *motion = &hybrid->motion;
-    const int contacts = hybrid->contacts.laws.count;
+    const int contacts = mechc_has_contacts(hybrid) ? hybrid->contacts.laws.count : 0;
     if (!mechc_motion_make(motion, events > 0)) return 0;
     hybrid->run = calloc(1, motion->unit->run_size);
     hybrid->state = malloc(2 * (size_t)motion->width * sizeof(double));
     hybrid->after = hybrid->state + motion->width;
     if (!hybrid->run || !hybrid->state) return 0;
     if (hybrid->given && !mechc_motion_inputs_make(hybrid->given, &hybrid->inputs)) return 0;
-    if (events && !mechc_watch_make(&hybrid->watch, motion, events, contacts ? 6 * contacts + 2 : 0))
+    if (MECHC_WITH_EVENTS && events
+        && !mechc_watch_make(&hybrid->watch, motion, events, contacts ? 6 * contacts + 2 : 0))
         return 0;
-    if (contacts && !mechc_contacts_make(&hybrid->contacts, motion, &hybrid->watch)) return 0;
+    if (!MECHC_WITH_CONTACTS || !contacts) return 1;
+    if (!mechc_contacts_make(&hybrid->contacts, motion, &hybrid->watch)) return 0;
     hybrid->outer = (mechc_outer){mechc_contact_stage, &hybrid->contacts, hybrid->contacts.sizes};
     return 1;
 }
@@ -209,7 +224,7 @@ MECHC_STATIC int mechc_begin_piece(mechc_hybrid *hybrid, double t, const double 
     mechc_options options = hybrid->options;
     const int lasts = mechc_has_contacts(hybrid) && mechc_contacts_last(&hybrid->contacts);
     const double segment =
-        hybrid->given && t1 != t ? mechc_segment_end(hybrid->given, &hybrid->inputs, t1) : t1;
+        hybrid->given && t1 != t ? mechc_segment_end(hybrid->given, &hybrid->inputs, t1, motion->sense) : t1;
     options.t0 = t;
     options.y0 = y;
     options.t1 = lasts ? segment : t1;
@@ -363,8 +378,9 @@ MECHC_STATIC int mechc_take_event(mechc_hybrid *hybrid)
     const int left = mechc_end_piece(hybrid, t);
     mechc_enter_inputs(hybrid, t, hybrid->state);
     watch->causes = 0;
+    if (own && (!MECHC_WITH_CONTACTS || watch->policy[number].contact < 0))
+        return mechc_reset_motion(hybrid, number, t, left);
     if (!own) return mechc_end_contacts(hybrid, &hybrid->contacts.ends.end[number - watch->own], t, left);
-    if (watch->policy[number].contact < 0) return mechc_reset_motion(hybrid, number, t, left);
     mechc_contact_change change = mechc_no_change;
     change.hit = watch->policy[number].contact;
     watch->cause[watch->causes++] = number;
@@ -380,7 +396,8 @@ MECHC_STATIC int mechc_take_run_end(mechc_hybrid *hybrid)
     if (t == hybrid->options.t1) return MECHC_FINISHED;
     if (!mechc_has_contacts(hybrid) || !mechc_contacts_last(&hybrid->contacts)) {
         mechc_enter_inputs(hybrid, t, y);
-        const double end = mechc_segment_end(hybrid->given, &hybrid->inputs, hybrid->options.t1);
+        const double end =
+            mechc_segment_end(hybrid->given, &hybrid->inputs, hybrid->options.t1, motion->sense);
         motion->unit->extend(hybrid->run, end, motion->inputs);
         return hybrid->run->status;
     }
@@ -467,7 +484,8 @@ MECHC_STATIC int mechc_hybrid_search(mechc_hybrid *hybrid)
 MECHC_STATIC int mechc_hybrid_take(mechc_hybrid *hybrid)
 {
     int status = mechc_hybrid_search(hybrid);
-    if (status == MECHC_RUNNING && !isnan(hybrid->stop)) status = mechc_take_event(hybrid);
+    if (mechc_has_events(hybrid) && status == MECHC_RUNNING && !isnan(hybrid->stop))
+        status = mechc_take_event(hybrid);
     else if (status == MECHC_RUNNING)
         status = hybrid->run->status == MECHC_FINISHED ? mechc_take_run_end(hybrid) : hybrid->run->status;
     return hybrid->status = status;
@@ -502,7 +520,8 @@ MECHC_STATIC void mechc_hybrid_back(mechc_hybrid *hybrid, ptrdiff_t segment)
     hybrid->stop = NAN;
     hybrid->inputs.segment = segment;
     if (!hybrid->given) return;
-    const double end = mechc_segment_end(hybrid->given, &hybrid->inputs, hybrid->options.t1);
+    const double end = mechc_segment_end(hybrid->given, &hybrid->inputs, hybrid->options.t1,
+                                         hybrid->motion.sense);
     mechc_narrow_inputs(hybrid->given, &hybrid->inputs, hybrid->run->t, end);
 }
 

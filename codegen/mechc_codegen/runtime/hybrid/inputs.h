@@ -104,11 +104,12 @@ MECHC_STATIC void mechc_narrow_inputs(const mechc_given_inputs *given, mechc_mot
     }
 }
 
-/* The end of the present segment; `end`: of the motion. */
+/* The end of the present segment; `end`: of the motion, beyond which kinks may lie. */
 MECHC_STATIC double mechc_segment_end(const mechc_given_inputs *given, const mechc_motion_inputs *inputs,
-                                double end)
+                                double end, double sense)
 {
-    return inputs->segment < given->kink_count ? given->kinks[inputs->segment] : end;
+    const double kink = inputs->segment < given->kink_count ? given->kinks[inputs->segment] : end;
+    return sense * (kink - end) < 0.0 ? kink : end;
 }
 
 /* Go to the segment that begins at time t, or has begun before it, at the state y. */
@@ -120,5 +121,5 @@ MECHC_STATIC void mechc_enter_segment(const mechc_given_inputs *given, mechc_mot
            && sense * (given->kinks[inputs->segment] - t) <= mechc_ticks(t, MECHC_KNOT_TICKS))
         inputs->segment++;
     if (given->due) given->due(given->context, t, y);
-    mechc_narrow_inputs(given, inputs, t, mechc_segment_end(given, inputs, end));
+    mechc_narrow_inputs(given, inputs, t, mechc_segment_end(given, inputs, end, sense));
 }

@@ -36,14 +36,8 @@ MECHC_STATIC void mechc_reach_from(mechc_reacher *reacher, double t, const doubl
 /* Of the steps the last state alone is kept. */
 MECHC_STATIC void mechc_forget_steps(mechc_hybrid *hybrid)
 {
-    mechc_trajectory *steps = &hybrid->run->trajectory;
-    const ptrdiff_t last = steps->count - 1, width = hybrid->motion.width;
-    if (last > 0) {
-        steps->t[0] = steps->t[last];
-        memmove(steps->y, steps->y + last * width, (size_t)width * sizeof(double));
-        steps->count = 1;
-    }
-    steps->crossing_count = 0;
+    mechc_keep_last(&hybrid->run->trajectory);
+    hybrid->run->trajectory.crossing_count = 0;
     hybrid->run->stats.steps = hybrid->run->stats.rejected = 0;
     hybrid->searched = 0;
 }
@@ -77,7 +71,8 @@ MECHC_STATIC int mechc_reach_exactly(mechc_reacher *reacher, double t1, int chan
         mechc_forget_steps(hybrid);
         hybrid->options.t1 = t1;
         mechc_enter_inputs(hybrid, reacher->t, reacher->y);
-        const double end = hybrid->given ? mechc_segment_end(hybrid->given, &hybrid->inputs, t1) : t1;
+        const double end =
+            hybrid->given ? mechc_segment_end(hybrid->given, &hybrid->inputs, t1, motion->sense) : t1;
         motion->unit->extend(hybrid->run, end, changed ? motion->inputs : 0);
         hybrid->status = hybrid->run->status;
     }
@@ -105,7 +100,7 @@ MECHC_STATIC int mechc_reach_steps(mechc_hybrid *hybrid, double t1)
             if (status != MECHC_RUNNING) hybrid->status = status;
             else if (hybrid->run->status != MECHC_FINISHED) hybrid->status = hybrid->run->status;
         } else if (isnan(hybrid->stop)) hybrid->status = mechc_take_run_end(hybrid);
-        else hybrid->status = mechc_take_event(hybrid);
+        else if (mechc_has_events(hybrid)) hybrid->status = mechc_take_event(hybrid);
     }
     return hybrid->status;
 }
@@ -129,6 +124,33 @@ MECHC_STATIC int mechc_reach_beyond(mechc_reacher *reacher, double t1, int chang
         method = beside ? MECHC_DOP853 : reacher->options.method;
         mechc_hybrid_drop(hybrid);
     }
+}
+
+/* Bytes of a run that can be saved; 0: none is at hand, or what is known of events belongs to it. */
+MECHC_STATIC size_t mechc_reach_saved_size(const mechc_reacher *reacher)
+{
+    const mechc_hybrid *hybrid = &reacher->hybrid;
+    if (!hybrid->live || mechc_has_events(hybrid)) return 0;
+    return hybrid->motion.unit->saved_size(hybrid->run);
+}
+
+MECHC_STATIC void mechc_reach_save(const mechc_reacher *reacher, void *to)
+{
+    reacher->hybrid.motion.unit->save(reacher->hybrid.run, to);
+}
+
+/* Back to a state, and to the run that was saved there; NULL: one begins anew.  0 without memory. */
+MECHC_STATIC int mechc_reach_restore(mechc_reacher *reacher, double t, const double *y, const void *saved)
+{
+    mechc_hybrid *hybrid = &reacher->hybrid;
+    if (!saved || !hybrid->live) mechc_reach_from(reacher, t, y);
+    if (saved && !hybrid->live) mechc_reach_begin(reacher, t + 1.0, reacher->options.method);
+    if (saved && !hybrid->live) return 0;
+    if (saved) hybrid->motion.unit->restore(hybrid->run, saved);
+    if (saved) mechc_hybrid_back(hybrid, hybrid->inputs.segment);
+    reacher->t = t;
+    memmove(reacher->y, y, (size_t)hybrid->motion.width * sizeof *y);
+    return 1;
 }
 
 /* The state at t1, later than what was reached; MECHC_RUNNING or MECHC_FINISHED, or why the motion has

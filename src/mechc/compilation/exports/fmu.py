@@ -19,22 +19,26 @@ _SYSTEMS = {"linux": ("linux", ".so"), "darwin": ("darwin", ".dylib")}
 _MACHINES = {"x86_64": "x86_64", "AMD64": "x86_64", "aarch64": "aarch64", "arm64": "aarch64"}
 
 
-# Names of coordinates, speeds and parameters -> titles, directions, values and resets of events.
-Events = Callable[[Sequence[str], Sequence[str], Sequence[str]], Sequence[Any]]
+# Names of coordinates, speeds and parameters -> titles, directions, values and resets of events, and
+# the contacts among them.
+Events = Callable[[Sequence[str], Sequence[str], Sequence[str]], tuple[Sequence[Any], Any]]
 
 
 def write_fmu(asked: ExportRequest, target: Path, events: Events, **options: Any) -> None:
     """Derive, compile and pack; ``options`` as those of the compiler's ``FmuOptions``."""
     from mechc_codegen.compiler import build_fmu
     from mechc_codegen.emit.units.event_unit import EventExpressions
-    from mechc_codegen.export.fmu import FmuEvent, FmuOptions
+    from mechc_codegen.export.fmu import FmuEvents, FmuOptions
 
     from mechc import __version__
 
-    def in_unit(metadata: Mapping[str, Any]) -> list[Any]:
+    def in_unit(metadata: Mapping[str, Any]) -> FmuEvents:
         kinds = ("coordinates", "speeds", "parameters")
-        told = events(*([each["name"] for each in metadata[kind]] for kind in kinds))
-        return [FmuEvent(e.title, e.direction, EventExpressions(e.value, e.changes)) for e in told]
+        every, contacts = events(*([each["name"] for each in metadata[kind]] for kind in kinds))
+        return FmuEvents(
+            [e.title for e in every], [e.direction for e in every],
+            [EventExpressions(e.value, e.changes) for e in every], *contacts,
+        )  # fmt: skip
 
     chosen = FmuOptions(
         start=asked.start, values=asked.values, tool=f"mechc {__version__}", events=in_unit,

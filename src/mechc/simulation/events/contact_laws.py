@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from mechc.simulation.events.event import Event
 from mechc.simulation.events.expressions import MOST_KEPT
 from mechc.simulation.events.friction import FrictionLaw
-from mechc.simulation.events.stops import NEWTON, StopReset
+from mechc.simulation.events.stops import NEWTON, POISSON, StopReset
+from mechc.system.parameters import Array
 
 OPEN = 0
 WORDS = ("open", "held", "sticks", "slides +", "slides -")  # of mechc_contact_state
@@ -41,6 +44,41 @@ class ContactLaw:
     friction: Any = 0.0
     static: Any = 0.0
     law: str = NEWTON
+
+
+class Contacts(NamedTuple):
+    """Contacts among the events of a run, as the driver takes them.
+
+    Attributes
+    ----------
+    numbers : (k,)
+        Of each event the number of the contact that it is, or -1.
+    has_gap, has_friction : (n,)
+        Of each contact.
+    poisson
+        Whether impacts follow Poisson's law of restitution, not Newton's.
+    quantities
+        Of all contacts, row after row.
+    """
+
+    numbers: Array
+    has_gap: Array
+    has_friction: Array
+    poisson: bool
+    quantities: list[Any]
+
+
+def contacts_of(laws: Sequence[ContactLaw], events: int, nq: int, nu: int) -> Contacts:
+    """The contacts among so many events of a model with nq coordinates and nu speeds."""
+    numbers = np.full(events, -1, np.intc)
+    numbers[[law.number for law in laws]] = np.arange(len(laws))
+    return Contacts(
+        numbers,
+        np.array([law.gap is not None for law in laws], np.uint8),
+        np.array([law.slip is not None for law in laws], np.uint8),
+        any(law.law == POISSON for law in laws),
+        [entry for law in laws for entry in quantities(law, nq, nu)],
+    )
 
 
 def contact_laws(events: Sequence[Any]) -> list[ContactLaw]:

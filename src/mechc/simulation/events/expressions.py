@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -35,9 +35,9 @@ def read_events(given: Any, system: System, p: Array, parse: Parse) -> list[Even
         For names that the model does not have, resets of what is no state, and texts that are not
         of the grammar.
     """
-    if not isinstance(given, (tuple, list)) and _is_one(given):
+    if not isinstance(given, (tuple, list)) and is_one_event(given):
         given = [given]
-    reader = _Reader(system, p, parse)
+    reader = EventReader(system, p, parse)
     events = [Event.of(reader.event(event)) for event in given]
     if len({e.reset.law for e in events if isinstance(e.reset, StopReset)}) > 1:
         raise ValueOutOfBoundsError("the stops of a run have one law of restitution")
@@ -58,7 +58,8 @@ def changes_parameters(event: Any) -> bool:
     return bool(getattr(getattr(event, "reset", None), "values", None))
 
 
-def _is_one(given: Any) -> bool:
+def is_one_event(given: Any) -> bool:
+    """Whether it is one event by itself, not several."""
     if (
         callable(given)
         or isinstance(given, (Event, Stop, DryFriction, Mapping))
@@ -88,53 +89,7 @@ class StateNames:
     states: Sequence[str] = ()
 
 
-class PlainEvent(NamedTuple):
-    """An event over the symbols t, y0, y1, ..., p0, p1, ...; ``changes`` as of its reset."""
-
-    title: str
-    direction: float
-    value: Any
-    changes: Mapping[int, Any] | None
-
-
-def plain_events(given: Any, names: StateNames, parse: Callable[..., Any]) -> list[PlainEvent]:
-    """Events of expressions, or one by itself, for a program that is no run of mechc.
-
-    Raises
-    ------
-    UnknownNameError, ValueOutOfBoundsError, ExpressionError
-        As :func:`read_events`, and for events that are no expressions, stops, friction, and
-        events that end a run.
-    """
-    if not isinstance(given, (tuple, list)) and _is_one(given):
-        given = [given]
-    reader = _Reader(names, np.zeros(len(names.parameters)), parse)
-    return [_plain_event(event, reader) for event in given]
-
-
-def _plain_event(given: Any, reader: _Reader) -> PlainEvent:
-    if isinstance(given, (Stop, DryFriction)):
-        raise ValueOutOfBoundsError(f"a {type(given).__name__} is not exported: give its reset")
-    event = reader.event(given)
-    if changes_parameters(event):
-        raise ValueOutOfBoundsError(
-            "a reset of parameters is not exported: make them states, whose rates are zero"
-        )
-    if not is_of_expressions(event):
-        raise ValueOutOfBoundsError(
-            f"events and resets are exported as expressions, not as {brief(given)}"
-        )
-    if event.terminal:
-        raise ValueOutOfBoundsError(
-            "a terminal event is not exported: the importer decides when a simulation ends"
-        )
-    changes = getattr(event.reset, "changes", None)
-    return PlainEvent(
-        event.function.title, float(event.direction), event.function.expression, changes
-    )
-
-
-class _Reader:
+class EventReader:
     """Reads the events of one model with parameters p (np,)."""
 
     def __init__(self, system: Any, p: Array, parse: Callable[..., Any]) -> None:

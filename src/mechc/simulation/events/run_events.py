@@ -14,7 +14,7 @@ from mechc.simulation.events.contact_laws import (
     WORDS,
     ContactLaw,
     contact_laws,
-    quantities,
+    contacts_of,
 )
 from mechc.simulation.events.event import Event, event_titles
 from mechc.simulation.events.expressions import (
@@ -26,7 +26,7 @@ from mechc.simulation.events.expressions import (
 )
 from mechc.simulation.events.friction import FrictionLaw
 from mechc.simulation.events.resets import state_given
-from mechc.simulation.events.stops import POISSON, StopReset
+from mechc.simulation.events.stops import StopReset
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -69,23 +69,19 @@ class RunEvents(Sequence[Event]):
         self.events, self.laws = tuple(events), tuple(contact_laws(events))
         width, parameters = system.scene.width, len(system.parameters)
         sizes = len(system.coordinates), len(system.speeds)
-        table = [entry for law in self.laws for entry in quantities(law, *sizes)]
+        contacts = contacts_of(self.laws, len(events), *sizes)
+        table = contacts.quantities
         unit = compiler.compile([_plain(e, width) for e in events], table, width, parameters)
         self.source: str = "" if unit is None else unit.source
-        numbers = np.full(len(events), -1, np.intc)
-        numbers[[law.number for law in self.laws]] = np.arange(len(self.laws))
         self.bound = Events(
             _scene_of(system),
             np.array([float(event.direction) for event in events]),
             np.array([int(event.terminal) for event in events], np.int_),
             unit,
             [_callbacks(event, system, unit is not None) for event in events],
-            numbers,
-            np.array([law.gap is not None for law in self.laws], np.uint8),
-            np.array([law.slip is not None for law in self.laws], np.uint8),
-            any(law.law == POISSON for law in self.laws),
+            contacts.numbers, contacts.has_gap, contacts.has_friction, contacts.poisson,
             _table(table, len(self.laws)) if self.laws and unit is None else None,
-        )
+        )  # fmt: skip
 
     def __getitem__(self, number: Any) -> Any:
         return self.events[number]

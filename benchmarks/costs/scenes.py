@@ -30,7 +30,6 @@ from mechc_codegen.library.spatial.heavy_top import heavy_top
 import mechc
 
 from ..formulations.described import read
-from ..timing.processes import clocked
 from ..timing.results import write
 
 USUAL = ("energy", "momenta", "points", "multipliers")
@@ -126,4 +125,3 @@ def _nanoseconds(model: mechc.Model, y: Any) -> float:
         / calls
         * 1e9
     )
-

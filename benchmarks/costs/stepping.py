@@ -65,13 +65,13 @@ def cart_latencies(
 ) -> tuple[Array, Array]:
     """Microseconds of whole steps, and of compiled ones between them."""
     stepper.step(dt)
-    run, inputs = stepper._run, stepper._inputs if changed else None
+    motion = stepper._motion
 
     def whole(k: int) -> None:
         stepper.step(dt, {"F": 1e-3 * k} if changed else None)
 
     def compiled(_: int) -> None:
-        run.step_by(dt, inputs)
+        motion.reach(motion.t + dt, changed)
 
     found = each(lambda k: (compiled if k % 2 else whole)(k), 2 * steps)
     return found[::2], found[1::2]

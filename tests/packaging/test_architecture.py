@@ -11,10 +11,12 @@ ROOTS = [ROOT, *(ROOT / p for p in ("codegen/mechc_codegen", "src/mechc"))]
 FOLDERS = [*ROOTS, ROOT / "codegen/mechc_codegen/runtime"]
 TESTS = {  # where the modules below a root are tested, and tests of more than one module
     "src/mechc": ("tests/runtime", {
-        "auxiliary_reactions", "batch/compiled_on_demand", "batch/damaged_store", "cli/bad_input",
+        "auxiliary_reactions", "batch/compiled_on_demand", "batch/contact", "batch/damaged_store",
+        "cli/bad_input",
         "compilation/bad_compilers", "compilation/failures", "compilation/functions_of_coordinates",
         "compilation/on_demand", "compilation/threads", "names", "native/other_systems", "package",
-        "results/pictures_of_models", "sensitivities/loops", "simulation/interrupts",
+        "results/pictures_of_models", "sensitivities/loops", "simulation/contact/drive",
+        "simulation/contact/impacts", "simulation/contact/modes", "simulation/interrupts",
         "simulation/quaternions", "simulation/small_stacks", "symbols",
     }),
     "codegen/mechc_codegen": ("tests/compiler", {

@@ -23,10 +23,9 @@ RUNTIME = sorted((ROOT / "src" / "mechc").rglob("*.py"))
 RUNTIME_LAW = {
     "system": {"native"},
     "inputs": {"native", "system"},
-    "numpy_backend": {"native", "system"},
     "assembly": {"native", "system"},
-    "compilation": {"_scenes", "native", "system", "inputs", "numpy_backend"},
-    "simulation": {"native", "system", "assembly", "numpy_backend"},
+    "compilation": {"_scenes", "native", "system", "inputs"},
+    "simulation": {"native", "system", "assembly"},
     "analysis": {"native", "system", "inputs", "assembly", "simulation"},
     "sensitivities": {"native", "system", "inputs", "simulation"},
     "fitting": {"system", "assembly", "simulation", "results", "batch"},

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -150,7 +150,7 @@ def fmu_files(
     unit = Unit(
         name, metadata["title"] or metadata["name"], _token(sources, metadata), options.version,
         options.end, options.rtol, options.tool, options.derivatives,
-        len(events.titles), not len(events.has_gap),
+        0 if len(events.has_gap) else len(events.titles), not len(events.has_gap),
     )  # fmt: skip
     sources[SOURCE] = sources[SOURCE].replace("@TOKEN@", unit.token)
     found = {f"sources/{path}": text.encode() for path, text in sources.items()}
@@ -259,9 +259,11 @@ def event_parts(functions: SceneFunctions, events: FmuEvents) -> dict[str, Any]:
     width = len(symbols.q) + len(symbols.u)
     policies = zip(events.directions, events.contacts, strict=True)
     policy = _array(f"{{{_c_number(direction)}, 0, {contact}}}" for direction, contact in policies)
-    table = "mechc_contacts" if contacts else "0"
+    table = "mechc_contact_quantities" if contacts else "0"
     numbers = [list(events.contacts).index(k) for k in range(contacts)]
-    unit = f"MECHC_EVENTS_ABI, {width}, {len(symbols.parameters)}, {count}, mechc_functions, {table}"
+    unit = (
+        f"MECHC_EVENTS_ABI, {width}, {len(symbols.parameters)}, {count}, mechc_functions, {table}"
+    )
     tables = [
         f"static const mechc_event_policy policy[] = {{{policy}}};",
         f"static const mechc_event_unit event_unit = {{{unit}}};",
@@ -269,9 +271,8 @@ def event_parts(functions: SceneFunctions, events: FmuEvents) -> dict[str, Any]:
         f"    has_friction[] = {{{_array(map(int, events.has_friction))}}};",
         f"static const int events_of_contacts[] = {{{_array(numbers)}}};",
     ]
-    laws = (
-        f"{{{contacts}, has_gap, has_friction, events_of_contacts, {int(events.poisson)}, {table}, 0}}"
-    )
+    law = int(events.poisson)
+    laws = f"{{{contacts}, has_gap, has_friction, events_of_contacts, {law}, {table}, 0}}"
     text = event_functions(events.expressions, events.quantities, width)
     return {
         **found,

@@ -53,7 +53,7 @@ def web_scene(
     free = replace(values, calculated=[False] * len(parameters))  # a page may give any
     parts = {
         "what": "a mechanism for WebAssembly",
-        "interface": "fmu/public.h",
+        "interface": "fmu/advance.h",
         "declarations": "static unsigned char given[MECHC_AT_LEAST_ONE(MECHC_NP)];\n\n",
         "complete": "\n".join(default_lines(functions)),
         **event_parts(functions, FmuEvents()),

@@ -117,9 +117,7 @@ def _raise_failure(system: System, events: RunEvents | None) -> None:
         raise EventError(str(failed), None) from failed.__cause__
 
 
-def _results(
-    recipe: Recipe, y0: Array, runs: Runs, events: RunEvents | None
-) -> dict[str, Array]:
+def _results(recipe: Recipe, y0: Array, runs: Runs, events: RunEvents | None) -> dict[str, Array]:
     """What every batch has, by name, members first."""
     results = {"y0": y0, "y": runs.y, "t": runs.t, "status": runs.status.astype(np.int16)}
     results |= {name: runs.counts[:, i].astype(np.int64) for name, i in COUNTERS.items()}

@@ -131,6 +131,7 @@ cdef extern from "hybrid/reach.h":
     mechc_piece *mechc_piece_make(const double *, int, int, int) nogil
     mechc_piece *mechc_piece_share(mechc_piece *) nogil
     void mechc_piece_leave(mechc_piece *) nogil
+    void mechc_keep_last(mechc_trajectory *) nogil
 
     int mechc_hybrid_make(mechc_hybrid *, int) nogil
     void mechc_hybrid_free(mechc_hybrid *) nogil
@@ -141,7 +142,7 @@ cdef extern from "hybrid/reach.h":
     mechc_stats mechc_hybrid_stats(const mechc_hybrid *) nogil
 
     void mechc_reach_from(mechc_reacher *, double, const double *) nogil
-    int mechc_reach(mechc_reacher *, double, int) nogil
+    int mechc_reach_time(mechc_reacher *, double, int) nogil
     size_t mechc_reach_saved_size(const mechc_reacher *) nogil
     void mechc_reach_save(const mechc_reacher *, void *) nogil
     int mechc_reach_restore(mechc_reacher *, double, const double *, const void *) nogil

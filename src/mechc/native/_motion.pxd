@@ -3,13 +3,9 @@
 from mechc.native._abi cimport mechc_options, mechc_step_limits
 from mechc.native._driver cimport Scene
 from mechc.native._events cimport Events
-from mechc.native._hybrid cimport mechc_given_inputs, mechc_hybrid, mechc_sizes
+from mechc.native._hybrid cimport mechc_given_inputs, mechc_hybrid
 from mechc.native._inputs cimport Inputs
-
-
-cdef class Sizes:
-    cdef mechc_sizes sizes
-    cdef object kept
+from mechc.native._steps cimport Sizes
 
 
 cdef class Request:

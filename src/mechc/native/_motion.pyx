@@ -19,12 +19,12 @@ from mechc.native._events cimport Events
 from mechc.native._hybrid cimport (
     MECHC_NO_LAW, MECHC_NO_MASS, MECHC_NO_RESTITUTION, MECHC_PUSHES, mechc_hybrid,
     mechc_hybrid_advance, mechc_hybrid_back, mechc_hybrid_begin, mechc_hybrid_end, mechc_hybrid_free,
-    mechc_hybrid_make, mechc_hybrid_stats, mechc_keep_last, mechc_piece, mechc_reach,
+    mechc_hybrid_make, mechc_hybrid_stats, mechc_keep_last, mechc_piece, mechc_reach_time,
     mechc_reach_from, mechc_reach_restore, mechc_reach_save, mechc_reach_saved_size, mechc_reacher
 )
 from mechc.native._inputs cimport Inputs, array_of
 from mechc.native._pieces cimport LOOK, next_piece, seconds_now, with_stack
-from mechc.native._steps cimport Steps, steps_of
+from mechc.native._steps cimport Sizes, Steps, steps_of
 
 
 ctypedef struct advancing:
@@ -59,34 +59,12 @@ cdef void advance_a_while(void *given) noexcept nogil:
 
 cdef void reach_time(void *given) noexcept nogil:
     cdef reaching *job = <reaching *>given
-    job.status = mechc_reach(job.reacher, job.t, job.changed)
+    job.status = mechc_reach_time(job.reacher, job.t, job.changed)
 
 
 cdef void call_due(void *given, double t, const double *y) noexcept with gil:
     cdef Request request = <Request>given
     request.due(t, array_of(y, request.scene.width))
-
-
-cdef class Sizes:
-    """What tells the sizes of the components of a scene's states.
-
-    dimensionless : (nq + nu,)
-        Which contain no length.
-    lengths : (n,)
-        The parameters that are lengths.
-    lowest, highest : (np,)
-        Bounds of the parameters.
-    """
-
-    def __init__(self, const unsigned char[::1] dimensionless, const int[::1] lengths,
-                 const double[::1] lowest, const double[::1] highest):
-        self.kept = dimensionless, lengths, lowest, highest
-        self.sizes.dimensionless = &dimensionless[0]
-        self.sizes.length_count = lengths.shape[0]
-        if lengths.shape[0]:
-            self.sizes.lengths = &lengths[0]
-        if lowest.shape[0]:
-            self.sizes.lowest, self.sizes.highest = &lowest[0], &highest[0]
 
 
 cdef class Request:

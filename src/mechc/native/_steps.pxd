@@ -3,9 +3,13 @@
 from mechc.native._abi cimport mechc_unit
 from mechc.native._driver cimport Scene
 from mechc.native._events cimport Events
-from mechc.native._hybrid cimport mechc_piece
+from mechc.native._hybrid cimport mechc_piece, mechc_sizes
 from mechc.native._inputs cimport Inputs
-from mechc.native._motion cimport Sizes
+
+
+cdef class Sizes:
+    cdef mechc_sizes sizes
+    cdef object kept
 
 
 cdef class Steps:

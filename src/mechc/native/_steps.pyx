@@ -18,7 +18,6 @@ from mechc.native._hybrid cimport (
     mechc_piece_share, mechc_read_contact
 )
 from mechc.native._inputs cimport Inputs, Shapes, address_of, mechc_inputs, shapes_of
-from mechc.native._motion cimport Sizes
 from mechc.native._pieces cimport LONG_STACK, LOOK, next_piece, seconds_now, with_stack
 
 
@@ -105,6 +104,28 @@ cdef int copy_numbers(double **to, const double *numbers, ptrdiff_t count) excep
     if to[0] == NULL:
         raise MemoryError()
     memcpy(to[0], numbers, count * sizeof(double))
+
+
+cdef class Sizes:
+    """What tells the sizes of the components of a scene's states.
+
+    dimensionless : (nq + nu,)
+        Which contain no length.
+    lengths : (n,)
+        The parameters that are lengths.
+    lowest, highest : (np,)
+        Bounds of the parameters.
+    """
+
+    def __init__(self, const unsigned char[::1] dimensionless, const int[::1] lengths,
+                 const double[::1] lowest, const double[::1] highest):
+        self.kept = dimensionless, lengths, lowest, highest
+        self.sizes.dimensionless = &dimensionless[0]
+        self.sizes.length_count = lengths.shape[0]
+        if lengths.shape[0]:
+            self.sizes.lengths = &lengths[0]
+        if lowest.shape[0]:
+            self.sizes.lowest, self.sizes.highest = &lowest[0], &highest[0]
 
 
 cdef class Steps:

@@ -12,7 +12,7 @@ from typing import Any, NoReturn, TypeAlias
 import numpy as np
 
 from mechc.errors import UnavailableOutputError, UnknownNameError
-from mechc.native._motion import Sizes
+from mechc.native._steps import Sizes
 from mechc.system.attitudes import Attitudes
 from mechc.system.description import Description
 from mechc.system.kinds import ANGULAR, DIMENSIONLESS

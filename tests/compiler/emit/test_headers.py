@@ -10,6 +10,7 @@ from mechc_codegen.emit.units.instruction_sets import BASELINE
 from mechc_codegen.extension.flags import RUNTIME, STRICT
 
 from mechc.compilation import toolchain
+from tests.support import ROOT
 from tests.support.compilers.compilation import checking
 
 HEADERS = sorted(path.relative_to(RUNTIME).as_posix() for path in RUNTIME.rglob("*.h"))
@@ -22,12 +23,13 @@ LAYERS = (
     "abi", "simd", "dynamics", "singularities", "run", "series", "stepping", "lockstep", "methods",
     "variational", "adjoint", "unit", "fmu",
 )  # fmt: skip
-ALSO = {"fmu": {"events"}}  # of those compiled apart
-# Compiled into the runtime, not into scenes.
+ALSO = {"fmu": {"hybrid"}}  # of those compiled apart
+# Compiled into the runtime, and into units that are exported, not into scenes.
 APART = {
-    "batch": {"abi", "batch", "closing", "events"},
+    "batch": {"abi", "batch", "hybrid", "record"},
     "closing": {"abi", "closing"},
-    "events": {"abi", "closing", "events"},
+    "hybrid": {"abi", "closing", "hybrid", "record"},
+    "record": {"abi", "record"},
 }
 COMPILER = toolchain.find_compiler() or ["cc"]
 
@@ -76,3 +78,21 @@ def test_folders_include_those_of_lower_layers() -> None:
         text = (RUNTIME / name).read_text("utf-8")
         included = set(re.findall(r'#include "(\w+)/', text))
         assert included <= allowed, f"{name} includes {included - allowed}"
+
+
+# What happens in a motion is found and applied in one place.
+DRIVER = {
+    r"(->|\.)start\(": {"hybrid/driver.h"},  # of a run, by the table of a unit
+    r"\bmechc_watch_step\(": {"hybrid/driver.h", "hybrid/events/search.h"},
+    # In model exchange an importer finds the zeros.
+    r"\bmechc_watch_reset\(": {"hybrid/driver.h", "hybrid/events/resets.h", "fmu/events.h"},
+    r"\bmechc_contacts_change\(": {"hybrid/driver.h", "hybrid/contact/contacts.h"},
+}
+
+
+@pytest.mark.parametrize("call", DRIVER)
+def test_one_driver_begins_runs_and_applies_events(call: str) -> None:
+    texts = {name: (RUNTIME / name).read_text("utf-8") for name in HEADERS}
+    native = ROOT / "src" / "mechc" / "native"
+    texts |= {path.name: path.read_text("utf-8") for path in native.glob("*.pyx")}
+    assert {name for name, text in texts.items() if re.search(call, text)} == DRIVER[call]

@@ -396,11 +396,42 @@ def test_resets_of_a_linkage_keep_its_loop(start, tmp_path):
     assert set(values) == set(STATES)
 
 
+@pytest.mark.parametrize("version", ["3.0", "2.0"])
+def test_contacts_are_those_of_simulate(ball, version, tmp_path):
+    """The ball jumps on a floor and rests there; a rubbing guide stops it on its way."""
+    stop = mechc.Stop("q", restitution="e")
+    guide = mechc.DryFriction("u", 2.0)
+    for events, end in ((stop, 6.0), ([stop, guide], 2.0)):
+        file = mechc.export_fmu(
+            ball, tmp_path / "ball.fmu", name="ball", version=version, y0=[1.0, 0.0], params=HEAVY,
+            events=events, derivatives=False,
+        )  # fmt: skip
+        assert validate_fmu(str(file)) == []
+        described = fmpy.read_model_description(str(file))
+        assert described.modelExchange is None
+        sol = mechc.compile(ball).simulate(end, [1.0, 0.0], HEAVY, events=events)
+        assert sol.status.ok
+        record = fmpy.simulate_fmu(
+            str(file), stop_time=end, output_interval=0.05, record_events=False,
+            output=["q", "u", "der(u)", "mechc.event[0]"], relative_tolerance=1e-9,
+        )  # fmt: skip
+        times, states = states_of(record, ["q", "u"])
+        far = abs(times[:, None] - np.concatenate([e.t for e in sol.events])).min(axis=1) > 1e-6
+        np.testing.assert_allclose(states[far], sol(np.minimum(times, end))[far], atol=1e-9)
+        np.testing.assert_array_equal(record["mechc.event[0]"], record["q"])
+    at_rest = fmpy.simulate_fmu(
+        str(mechc.export_fmu(
+            ball, tmp_path / "ball.fmu", name="ball", y0=[1.0, 0.0], params=HEAVY, events=stop,
+            derivatives=False,
+        )), stop_time=6.0, output=["q", "u", "der(u)"],
+    )[-1]  # fmt: skip
+    assert abs(np.array(at_rest.tolist()[1:])).max() < 1e-12
+
+
 @pytest.mark.parametrize(
     ("event", "error", "words"),
     [
         (lambda t, y: y[0], mechc.ValueOutOfBoundsError, "as expressions"),
-        (mechc.Stop("q"), mechc.ValueOutOfBoundsError, "Stop is not exported"),
         (mechc.Event("q", terminal=True), mechc.ValueOutOfBoundsError, "importer decides"),
         ("height < 0", CodegenError, "height"),
     ],

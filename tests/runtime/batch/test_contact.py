@@ -71,7 +71,8 @@ def test_numbers_of_bounces_are_those_of_the_motion(ball):
         wanted = {
             "max(q_0)": q.max(), "min(u_0)": every.min(), "range(u_0)": np.ptp(every),
             "mean(energy)": np.trapezoid(energy, t) / t[-1],
-            "mean(abs(u_0))": np.trapezoid(np.abs(u), t) / t[-1], "max(abs(u_0))": np.abs(every).max(),
+            "mean(abs(u_0))": np.trapezoid(np.abs(u), t) / t[-1],
+            "max(abs(u_0))": np.abs(every).max(),
             "first(u_0 > 1)": t[1:][(u[:-1] <= 1) & (u[1:] > 1)][0],
             "first(u_0 < -2)": t[u < -2][0], "first(q_0 = 0.3)": t[q < 0.3][0],
             "first(q_0 > 0.7)": t[q > 0.7][0], "final(q_0)": 0.0,

@@ -7,6 +7,7 @@ import time
 import numpy as np
 import pytest
 from mechc.native._driver import Scene
+from mechc.native._motion import Motion, Request
 from sympy import Symbol
 from sympy.physics.mechanics import dynamicsymbols
 
@@ -14,6 +15,7 @@ import mechc
 from mechc.compilation import build, cache, entries, parts
 from mechc.compilation.parts import Pending
 from mechc.native._codes import METHODS
+from mechc.simulation.settings import Policy
 from tests.support import ROOT, scenes
 from tests.support.pendulums import pendulum
 
@@ -41,13 +43,12 @@ def names_in_cache(key):
 def motion(scene, model, method):
     """Times, states, methods and dense output of a run that may become stiff."""
     p = model.system.parameter_set.resolve(None)
-    run = scene.start(
-        0.0, 2.0, START, p, 1e-8, None, np.ones(2), 0.0, np.inf, 100_000, METHODS[method], True,
-        may_stiffen=True,
-    )  # fmt: skip
+    policy = Policy(1e-8, None, method, 0.0, np.inf, 100_000, True, "stop", True)
+    run = Motion(Request(scene, model.system.sizes, policy, p), 0.0, 2.0, START)
     while run.advance(100) == 0:
         pass
-    return *run.states(), run.methods(), run.interpolate(np.linspace(0.0, 2.0, 50))
+    steps = run.steps
+    return *steps.states(), steps.methods(), steps.interpolate(np.linspace(0.0, 2.0, 50))
 
 
 @pytest.mark.parametrize("method", ["dop853"])  # gauss8 solves what is stiff itself

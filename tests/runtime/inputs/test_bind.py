@@ -454,9 +454,7 @@ def test_a_c_function_is_nan_beyond_the_samples_and_after_a_failure(pushed):
 @pytest.fixture(scope="module")
 def plain():
     power = {"power": dynamicsymbols("F") * dynamicsymbols("u")}
-    return mechc.compile(
-        pushed_mass(), defaults={"m": MASS, "k": 0.0}, outputs=("energy", power)
-    )
+    return mechc.compile(pushed_mass(), defaults={"m": MASS, "k": 0.0}, outputs=("energy", power))
 
 
 @pytest.mark.parametrize("kind", ["previous", "linear", "cubic"])

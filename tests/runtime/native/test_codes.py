@@ -4,10 +4,12 @@ import re
 
 import numpy as np
 import pytest
+from mechc.native._motion import Motion, Request
 from mechc_codegen.extension.flags import RUNTIME
 
 import mechc
 from mechc.native import _codes as codes
+from mechc.simulation.settings import Policy
 from mechc.simulation.status import CODES
 from tests.support import ROOT
 
@@ -61,9 +63,9 @@ def test_what_a_run_counts_has_the_names_of_the_struct():
     model = mechc.load("four_bar")
     scene, y = model.system.scene, model.assemble({"theta_0": 1.4})
     p = np.array(list(model.defaults.values()))
-    run = scene.start(0.0, 1e-3, y, p, 1e-8, None, model.system.scale(p), 0.0, 1.0, 10,
-                      codes.METHODS["dop853"], False)  # fmt: skip
-    assert sorted(run.stats()) == sorted(fields)
+    policy = Policy(1e-8, None, "dop853", 0.0, 1.0, 10, False, "stop", False)
+    motion = Motion(Request(scene, model.system.sizes, policy, p), 0.0, 1e-3, y)
+    assert sorted(motion.stats()) == sorted(fields)
 
 
 def test_rates_are_timed_without_python_in_between():

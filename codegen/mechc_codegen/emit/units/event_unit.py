@@ -57,14 +57,14 @@ def event_unit(
     text = files("mechc_codegen.emit").joinpath("templates", "events.c.in").read_text("utf-8")
     return Template(text).substitute(
         functions=event_functions(events, contacts, width), width=width, parameters=parameters,
-        count=len(events), contacts="mechc_contacts" if contacts else "NULL",
+        count=len(events), contacts="mechc_contact_quantities" if contacts else "NULL",
     )  # fmt: skip
 
 
 def event_functions(
     events: Sequence[EventExpressions], contacts: Sequence[Expr], width: int
 ) -> str:
-    """The C of the functions: the array ``mechc_functions``, and any ``mechc_contacts``.
+    """The C of the functions: the array ``mechc_functions``, and any ``mechc_contact_quantities``.
 
     Raises
     ------
@@ -129,7 +129,7 @@ def _reset(name: str, reset: Mapping[int, Expr]) -> str:
 def _contacts(quantities: Sequence[Expr]) -> str:
     results, lines = _statements(quantities)
     lines += [f"table[{k}] = {result};" for k, result in enumerate(results)]
-    head = f"static int mechc_contacts({_ARGUMENTS}, double *table)"
+    head = f"static int mechc_contact_quantities({_ARGUMENTS}, double *table)"
     return _function(head, [*lines, "return 1;"])
 
 

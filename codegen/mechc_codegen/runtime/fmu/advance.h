@@ -1,9 +1,7 @@
 /* Co-simulation: the motion on to a communication point by mechc's own integrators. */
 #pragma once
 
-#include "fmu/events.h"
-
-#define MECHC_FMU_MOST_STEPS 10000000
+#include "fmu/initialise.h"
 
 MECHC_STATIC mechc_fmu_status mechc_fmu_ended(const mechc_fmu *fmu, int status)
 {
@@ -22,7 +20,7 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_ended(const mechc_fmu *fmu, int status)
         {MECHC_OPEN_AT_START, "parts overlap: the gap of a stop is negative"},
         {MECHC_CONTACT_INCONSISTENT, "no motion satisfies the laws of contact"},
         {MECHC_CONTACT_UNDECIDED, "the laws of contact admit several motions"},
-        {MECHC_TOO_MANY_CONTACTS, "too many contacts may stick at once"},
+        {MECHC_CONTACTS_TOO_MANY, "too many contacts may stick at once"},
         {MECHC_AT_CHANGE_POINT, "the state is a change point, from which two ways lead on"},
     };
     for (size_t i = 0; i < sizeof told / sizeof told[0]; i++)
@@ -30,22 +28,11 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_ended(const mechc_fmu *fmu, int status)
     return mechc_fmu_fails(fmu, "the motion through a change point is not determined");
 }
 
-MECHC_STATIC void mechc_fmu_set_options(mechc_fmu *fmu)
-{
-    const int method = mechc_fmu_scene.method;
-    fmu->reacher.options = (mechc_options){
-        .p = fmu->now.p, .rtol = fmu->now.rtol, .max_step = HUGE_VAL, .max_steps = MECHC_FMU_MOST_STEPS,
-        .method = method, .dense = fmu->reacher.ahead, .on_change_point = MECHC_CONTINUE_STRAIGHT,
-        .may_stiffen = 1,
-    };
-}
-
 /* The motion begins anew where a state or parameters were given. */
 MECHC_STATIC int mechc_fmu_begin_again(mechc_fmu *fmu)
 {
     const int status = mechc_fmu_close(fmu);
-    if (status == MECHC_RUNNING) mechc_reach_from(&fmu->reacher, fmu->now.t, fmu->now.y);
-    fmu->moved = 0;
+    if (status == MECHC_RUNNING) mechc_fmu_go_from_now(fmu);
     return status;
 }
 
@@ -59,7 +46,7 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_step(mechc_fmu *fmu, double t, double h)
     mechc_fmu_set_options(fmu);
     if (fmu->moved && mechc_fmu_begin_again(fmu) != MECHC_RUNNING)
         return mechc_fmu_ended(fmu, MECHC_NOT_CLOSED);
-    const int status = mechc_reach(&fmu->reacher, t1, fmu->driven);
+    const int status = mechc_reach_time(&fmu->reacher, t1, fmu->driven);
     fmu->evaluated = 0;
     if (status != MECHC_RUNNING && status != MECHC_FINISHED) return mechc_fmu_ended(fmu, status);
     memcpy(fmu->now.y, fmu->reached, sizeof fmu->now.y);

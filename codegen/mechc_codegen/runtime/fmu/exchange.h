@@ -106,17 +106,3 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_update(mechc_fmu *fmu, int *changed, int
         return mechc_fmu_fails(fmu, "an event or its reset has no finite value");
     return status;
 }
-
-/* The end of initialization: the loops are closed at the nearest state. */
-MECHC_STATIC mechc_fmu_status mechc_fmu_begin(mechc_fmu *fmu)
-{
-    mechc_fmu_current(fmu);
-    if (!mechc_all_finite(fmu->now.p, MECHC_NP))
-        return mechc_fmu_fails(fmu, "a parameter has no value");
-    if (mechc_fmu_close(fmu) != MECHC_RUNNING)
-        return mechc_fmu_fails(fmu, "the loops cannot be closed near the start values");
-    fmu->moved = 0;
-    mechc_reach_from(&fmu->reacher, fmu->now.t, fmu->now.y);
-    mechc_fmu_take_sides(fmu);
-    return MECHC_FMU_OK;
-}

@@ -34,7 +34,7 @@ MECHC_EXPORTED void *fmi2Instantiate(const char *name, int type, const char *tok
 MECHC_FMI(SetupExperiment)(mechc_fmu *fmu, int tolerance_defined, double tolerance, double t0,
                            int end_defined, double end)
 {
-    return mechc_fmi_initialise(fmu, t0, tolerance_defined ? tolerance : 0.0);
+    return (int)mechc_fmu_initialise(fmu, t0, tolerance_defined ? tolerance : 0.0);
 }
 
 MECHC_FMI_ENTERS(EnterInitializationMode)

@@ -36,7 +36,7 @@ MECHC_EXPORTED void *fmi3InstantiateScheduledExecution(
 MECHC_FMI(EnterInitializationMode)(mechc_fmu *fmu, bool tolerance_defined, double tolerance,
                                    double t0, bool end_defined, double end)
 {
-    return mechc_fmi_initialise(fmu, t0, tolerance_defined ? tolerance : 0.0);
+    return (int)mechc_fmu_initialise(fmu, t0, tolerance_defined ? tolerance : 0.0);
 }
 
 MECHC_FMI_NO_TYPE(Float32, float)

@@ -78,15 +78,6 @@ MECHC_STATIC mechc_fmu *mechc_fmi_make(const char *name, const char *token, int 
     return fmu;
 }
 
-MECHC_STATIC int mechc_fmi_initialise(mechc_fmu *fmu, double t0, double tolerance)
-{
-    fmu->now.t = t0;
-    if (tolerance > 0.0) fmu->now.rtol = tolerance;
-    fmu->moved = fmu->given_parameters = 1;
-    fmu->evaluated = 0;
-    return MECHC_FMU_OK;
-}
-
 MECHC_FMI(SetDebugLogging)(mechc_fmu *fmu, mechc_fmi_bool on, size_t count, const char *const *names)
 {
     fmu->logging = on;

@@ -8,6 +8,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include "abi/macros.h"
 #include "abi/signals.h"
 
 #define MECHC_KNOT_TICKS 4 /* ulps: a time so near to a kink is the kink */

@@ -80,7 +80,7 @@ MECHC_STATIC int mechc_reach_exactly(mechc_reacher *reacher, double t1, int chan
 }
 
 /* Beside change points another method steps more surely. */
-MECHC_STATIC int mechc_is_beside(int status)
+MECHC_STATIC int mechc_ended_beside(int status)
 {
     return status == MECHC_UNDECIDED || status == MECHC_NO_STEP_FITS || status == MECHC_BRANCH_IN_DOUBT
         || status == MECHC_BEND_TOO_SHARP || status == MECHC_STEP_TOO_SMALL;
@@ -118,7 +118,7 @@ MECHC_STATIC int mechc_reach_beyond(mechc_reacher *reacher, double t1, int chang
         if (hybrid->live && hybrid->run->wanted >= 0) return MECHC_RUNNING;
         if (status == MECHC_RUNNING || (hybrid->live && hybrid->run->t >= t1 && status == MECHC_FINISHED))
             return status;
-        const int beside = mechc_is_beside(status) && method != MECHC_DOP853;
+        const int beside = mechc_ended_beside(status) && method != MECHC_DOP853;
         mechc_reach_end(reacher);
         if (status != MECHC_FINISHED && !beside) return status;
         method = beside ? MECHC_DOP853 : reacher->options.method;
@@ -155,7 +155,7 @@ MECHC_STATIC int mechc_reach_restore(mechc_reacher *reacher, double t, const dou
 
 /* The state at t1, later than what was reached; MECHC_RUNNING or MECHC_FINISHED, or why the motion has
  * come to reacher->t alone.  Where the code of a method is wanted, ask again once it is there. */
-MECHC_STATIC int mechc_reach(mechc_reacher *reacher, double t1, int changed)
+MECHC_STATIC int mechc_reach_time(mechc_reacher *reacher, double t1, int changed)
 {
     mechc_hybrid *hybrid = &reacher->hybrid;
     if (hybrid->live) hybrid->options.max_steps = reacher->options.max_steps;

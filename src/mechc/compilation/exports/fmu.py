@@ -19,8 +19,7 @@ _SYSTEMS = {"linux": ("linux", ".so"), "darwin": ("darwin", ".dylib")}
 _MACHINES = {"x86_64": "x86_64", "AMD64": "x86_64", "aarch64": "aarch64", "arm64": "aarch64"}
 
 
-# Names of coordinates, speeds and parameters -> titles, directions, values and resets of events, and
-# the contacts among them.
+# Names of coordinates, speeds and parameters -> events (title, direction, value, reset), contacts.
 Events = Callable[[Sequence[str], Sequence[str], Sequence[str]], tuple[Sequence[Any], Any]]
 
 

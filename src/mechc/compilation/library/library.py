@@ -38,9 +38,7 @@ def beyond_default(name: str, options: Mapping[str, Any]) -> dict[str, Any]:
     return found
 
 
-def variant(
-    name: str, options: Mapping[str, Any], asked: Mapping[str, Any]
-) -> System:
+def variant(name: str, options: Mapping[str, Any], asked: Mapping[str, Any]) -> System:
     """A mechanism of the library with options that are known to exist, compiled on demand.
 
     ``asked``: parameters to ``fix`` and ``outputs``, by name.  The key follows from mechanism,

@@ -8,12 +8,12 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mechc.simulation.events.event import Event
 from mechc.simulation.events.expressions import MOST_KEPT
 from mechc.simulation.events.friction import FrictionLaw
 from mechc.simulation.events.stops import NEWTON, POISSON, StopReset
-from mechc.system.parameters import Array
 
 OPEN = 0
 WORDS = ("open", "held", "sticks", "slides +", "slides -")  # of mechc_contact_state
@@ -61,9 +61,9 @@ class Contacts(NamedTuple):
         Of all contacts, row after row.
     """
 
-    numbers: Array
-    has_gap: Array
-    has_friction: Array
+    numbers: NDArray[np.intc]
+    has_gap: NDArray[np.uint8]
+    has_friction: NDArray[np.uint8]
     poisson: bool
     quantities: list[Any]
 

@@ -13,9 +13,7 @@ from mechc.simulation.events.run_events import RunEvents
 MOST_SAMPLES = 4096  # a step
 
 
-def event_records(
-    events: RunEvents | None, motion: Any, width: int
-) -> tuple[EventRecord, ...]:
+def event_records(events: RunEvents | None, motion: Any, width: int) -> tuple[EventRecord, ...]:
     """The zeros found, of each event."""
     if events is None:
         return ()

@@ -112,9 +112,7 @@ class RunEvents(Sequence[Event]):
         return tuple(words) if self.laws else ()
 
 
-def run_events(
-    given: Any, system: System, p: Array, compiler: Compiler
-) -> RunEvents:
+def run_events(given: Any, system: System, p: Array, compiler: Compiler) -> RunEvents:
     """Events of a run, or one by itself, as a user gives them.
 
     Raises

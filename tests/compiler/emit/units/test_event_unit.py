@@ -15,56 +15,48 @@ T, Y0, Y1, P0 = (Symbol(name, real=True) for name in ("t", "y0", "y1", "p0"))
 
 
 class Functions(ctypes.Structure):
-    _fields_ = [
-        *((name, ctypes.c_void_p) for name in ("value", "slopes", "reset", "restitution")),
-        ("poisson", ctypes.c_int),
-    ]
+    _fields_ = [(name, ctypes.c_void_p) for name in ("value", "slopes", "reset", "context")]
 
 
 class Unit(ctypes.Structure):
     _fields_ = [
         *((name, ctypes.c_int) for name in ("abi", "width", "parameters", "count")),
         ("functions", ctypes.POINTER(Functions)),
+        ("contacts", ctypes.c_void_p),
     ]
 
 
-def test_values_slopes_and_resets(tmp_path):
+POINTERS = [ctypes.c_void_p, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p]
+
+
+def test_values_slopes_resets_and_contacts(tmp_path):
     value = sin(Y0 * T) * sqrt(Y1) + Abs(Y0) ** 3 / P0 + Max(Y0, Y1)
-    reset = {1: -P0 * Y1 + Y0**2}
-    stop = EventExpressions(Y1, restitution=P0 / 2, poisson=True)
-    text = event_unit([stop, EventExpressions(value, reset)], 2, 1)
+    reset = {1: -P0 * Y1 + Y0**2, 2: 2 * P0}  # 2: the parameter
+    text = event_unit([EventExpressions(None), EventExpressions(value, reset)], [Y1, P0 / 2], 2, 1)
     (tmp_path / "events.c").write_text(text)
-    command = [
-        *toolchain.compiler(),
-        "-std=gnu11",
-        "-O1",
-        *STRICT,
-        "-shared",
-        "-fPIC",
-        f"-I{RUNTIME}",
-    ]
-    subprocess.run([*command, "events.c", "-lm", "-o", "events.so"], cwd=tmp_path, check=True)
+    command = [*toolchain.compiler(), "-std=gnu11", "-O1", *STRICT, "-shared", "-fPIC"]
+    command += [f"-I{RUNTIME}", "events.c", "-lm", "-o", "events.so"]
+    subprocess.run(command, cwd=tmp_path, check=True)
     unit = Unit.in_dll(ctypes.CDLL(str(tmp_path / "events.so")), "mechc_events")
     assert (unit.width, unit.parameters, unit.count) == (2, 1, 2)
-    assert unit.functions[0].reset is None
+    none, event = unit.functions[0], unit.functions[1]
+    assert (none.value, none.slopes, none.reset) == (None, None, None)
     numbers = {T: 0.7, Y0: -0.4, Y1: 1.3, P0: 0.9}
     state, p = (ctypes.c_double * 2)(-0.4, 1.3), (ctypes.c_double * 1)(0.9)
-    pointers = [ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p]
-    call = ctypes.CFUNCTYPE(ctypes.c_double, *pointers)(unit.functions[1].value)
-    assert call(0.7, state, p) == pytest.approx(float(value.subs(numbers)), rel=1e-15)
-    kept = ctypes.CFUNCTYPE(ctypes.c_double, *pointers)(unit.functions[0].restitution)
-    assert kept(0.7, state, p) == 0.45
-    assert [unit.functions[k].poisson for k in range(2)] == [1, 0]
-    assert unit.functions[1].restitution is None
-    slopes, after = (ctypes.c_double * 3)(), (ctypes.c_double * 2)()
-    into = ctypes.CFUNCTYPE(None, *pointers, ctypes.c_void_p)
-    into(unit.functions[1].slopes)(0.7, state, p, slopes)
+    call = ctypes.CFUNCTYPE(ctypes.c_double, *POINTERS)(event.value)
+    assert call(None, 0.7, state, p) == pytest.approx(float(value.subs(numbers)), rel=1e-15)
+    slopes, after = (ctypes.c_double * 3)(), (ctypes.c_double * 3)(-0.4, 1.3, 0.9)
+    into = ctypes.CFUNCTYPE(ctypes.c_int, *POINTERS, ctypes.c_void_p)
+    into(event.slopes)(None, 0.7, state, p, slopes)
     exact = [float(diff(value, x).subs(numbers)) for x in (T, Y0, Y1)]
     assert list(slopes) == pytest.approx(exact, rel=1e-14)
-    into(unit.functions[1].reset)(0.7, state, p, after)
-    assert list(after) == pytest.approx([-0.4, -0.9 * 1.3 + 0.16], rel=1e-15)
+    assert into(event.reset)(None, 0.7, state, p, after) == 1
+    assert list(after) == pytest.approx([-0.4, -0.9 * 1.3 + 0.16, 1.8], rel=1e-15)
+    table = (ctypes.c_double * 2)()
+    assert into(unit.contacts)(None, 0.7, state, p, table) == 1
+    assert list(table) == [1.3, 0.45]
 
 
 def test_a_function_without_a_form_in_c_is_refused():
     with pytest.raises(MechanismError, match="besselj"):
-        event_unit([EventExpressions(besselj(0, Y0))], 2, 0)
+        event_unit([EventExpressions(besselj(0, Y0))], [], 2, 0)

@@ -14,6 +14,7 @@ import pytest
 
 import mechc
 from mechc.cli.commands import main
+from mechc.compilation import build
 from mechc.errors import MechcError
 from mechc.model import Model
 from mechc.results import files
@@ -97,12 +98,15 @@ def _start(model: Model) -> np.ndarray:
 
 
 def test_a_motion_without_its_model_has_its_picture(
-    motion: tuple[mechc.Solution, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+    motion: tuple[mechc.Solution, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
     pytest.importorskip("jupyter_threejs_sage", reason="jupyter-threejs-sage is not installed")
     sol, path = motion
     expected = json.loads(json.dumps(sol.view().data))
     assert expected["solids"]
+    monkeypatch.setenv("MECHC_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setattr(build, "_compiled", {})
     with pytest.raises(MechcError):
         mechc.open(path)  # nothing is compiled: no model is found
     assert mechc.open_view(path).data == expected

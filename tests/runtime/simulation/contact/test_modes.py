@@ -22,9 +22,15 @@ class Linkage:
         self.y = self.model.assemble({"theta_0": 1.2}, speeds={"omega_0": 2.0})
 
     def rows(self, q, u):
-        """Of the gap, its acceleration without u', of the slip, its rate without u', of the other."""
+        """The gap, its acceleration without u', the slip, its rate without u', the other slip."""
         bend = -np.sin(q[2]) * u[2] ** 2
-        return np.array([0.0, 0.0, np.cos(q[2])]), bend, np.array([0.1, 1.0, 0.0]), 0.0, np.eye(3)[0]
+        return (
+            np.array([0.0, 0.0, np.cos(q[2])]),
+            bend,
+            np.array([0.1, 1.0, 0.0]),
+            0.0,
+            np.eye(3)[0],
+        )
 
 
 class Tip:
@@ -60,7 +66,8 @@ def accelerations(scene, y, states):
     if states[0] != "open":
         held.append((gap, gap - FRICTION * ways[0] * slip, RISE - bend))
     held += [
-        (row, row, -rate) for state, row, rate in zip(states, (slip, other), (drift, 0.0), strict=True)
+        (row, row, -rate)
+        for state, row, rate in zip(states, (slip, other), (drift, 0.0), strict=True)
         if state == "sticks"
     ]  # fmt: skip
     n, nc, m = len(free), len(jacobian), len(held)
@@ -81,10 +88,14 @@ def started(scene, states, compiled):
     reached = {"sin(theta_2)": np.sin(y[2])}.get(scene.gap, 0.0) - float(is_open)
     slips = [
         f"{expression} - ({float(row @ y[split:]) - WAYS.get(state, 0.0)!r})"
-        for expression, row, state in zip((scene.slip, scene.other), (slip, other), states, strict=True)
+        for expression, row, state in zip(
+            (scene.slip, scene.other), (slip, other), states, strict=True
+        )
     ]
     stuck = [1e3 if state == "sticks" else None for state in states]
-    height = f"{scene.gap} - ({float(reached)!r}) - ({float(gap @ y[split:])!r})*t - {RISE / 2}*t**2"
+    height = (
+        f"{scene.gap} - ({float(reached)!r}) - ({float(gap @ y[split:])!r})*t - {RISE / 2}*t**2"
+    )
     events = [
         mechc.Stop(height, friction=FRICTION, static=stuck[0], slip=slips[0]),
         mechc.DryFriction(slips[1], mu=FORCE, static=stuck[1]),
@@ -116,7 +127,7 @@ def test_the_rates_in_a_mode_solve_the_equations_of_motion(name, states, compile
     t, y = steps.states()
     rows = steps.rows()[0]
     split = y.shape[1] // 2
-    rates = (rows[0] + rows[1]) / (t[1] - t[0])  # of the first stage: Hairer, Norsett & Wanner (1993)
+    rates = (rows[0] + rows[1]) / (t[1] - t[0])  # first stage: Hairer, Norsett & Wanner (1993)
     np.testing.assert_allclose(y[0], scene.y, rtol=0, atol=1e-14)
     np.testing.assert_allclose(rates[:split], y[0, split:], rtol=1e-11)
     exact = accelerations(scene, y[0], states)

@@ -38,7 +38,7 @@ MECHC_STATIC int mechc_choices_make(mechc_choices *choices, int contacts)
     return choices->state != 0;
 }
 
-MECHC_STATIC void mechc_choose(mechc_choices *choices, int contact, mechc_contact_state state)
+MECHC_STATIC void mechc_choose_state(mechc_choices *choices, int contact, mechc_contact_state state)
 {
     choices->state[contact][choices->count[contact]++] = (unsigned char)state;
 }
@@ -51,15 +51,15 @@ MECHC_STATIC void mechc_choose_states(mechc_choices *choices, const mechc_demand
 {
     for (int k = 0; k < choices->contacts; k++) {
         choices->count[k] = 0;
-        if (has_gap[k]) mechc_choose(choices, k, MECHC_OPEN);
+        if (has_gap[k]) mechc_choose_state(choices, k, MECHC_OPEN);
         if (has_gap[k] && !demands->closed[k]) continue;
-        if (!has_friction[k]) mechc_choose(choices, k, MECHC_HELD);
+        if (!has_friction[k]) mechc_choose_state(choices, k, MECHC_HELD);
         else if (!demands->still[k])
-            mechc_choose(choices, k, slip[k] > 0.0 ? MECHC_SLIDES_ON : MECHC_SLIDES_BACK);
+            mechc_choose_state(choices, k, slip[k] > 0.0 ? MECHC_SLIDES_ON : MECHC_SLIDES_BACK);
         else {
-            mechc_choose(choices, k, MECHC_STICKS);
-            mechc_choose(choices, k, MECHC_SLIDES_ON);
-            mechc_choose(choices, k, MECHC_SLIDES_BACK);
+            mechc_choose_state(choices, k, MECHC_STICKS);
+            mechc_choose_state(choices, k, MECHC_SLIDES_ON);
+            mechc_choose_state(choices, k, MECHC_SLIDES_BACK);
         }
     }
 }

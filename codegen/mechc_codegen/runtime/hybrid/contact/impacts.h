@@ -42,7 +42,7 @@ typedef struct {
 /* What impulses give, J. */
 MECHC_STATIC double mechc_answer_energy(const mechc_problem *before, const mechc_answer *answer)
 {
-    double energy = 0.5 * mechc_dot(answer->along, answer->along, before->nu), normal, friction;
+    double energy = 0.5 * mechc_inner_product(answer->along, answer->along, before->nu), normal, friction;
     for (int k = 0; k < before->n; k++) {
         mechc_answer_forces(answer, k, &normal, &friction);
         energy += normal * before->closing[k] + friction * before->slipping[k];
@@ -216,8 +216,8 @@ MECHC_STATIC int mechc_poisson_impact(mechc_impact *impact, mechc_solution *solu
     memcpy(pressed, solution->normal, (size_t)n * sizeof(double));
     memcpy(change, solution->change, (size_t)nu * sizeof(double));
     for (int k = 0; k < n; k++) {
-        rates[k] = before->closing[k] + mechc_dot(before->normal + k * nu, change, nu);
-        slips[k] = before->slipping[k] + mechc_dot(before->tangent + k * nu, change, nu);
+        rates[k] = before->closing[k] + mechc_inner_product(before->normal + k * nu, change, nu);
+        slips[k] = before->slipping[k] + mechc_inner_product(before->tangent + k * nu, change, nu);
         if (fabs(rates[k]) <= small) rates[k] = 0.0;
         if (fabs(slips[k]) <= small) slips[k] = 0.0;
     }
@@ -248,7 +248,7 @@ MECHC_STATIC int mechc_plain_impact(mechc_impact *impact, int poisson)
     int *sets = malloc((2 * (size_t)n + 1) * sizeof *sets), found = 0;
     for (int i = 0; i < n && a; i++)
         for (int k = 0; k < n; k++)
-            a[i * n + k] = mechc_dot(of->normal + i * nu, of->normal + k * nu, nu);
+            a[i * n + k] = mechc_inner_product(of->normal + i * nu, of->normal + k * nu, nu);
     const int status = a && sets ? MECHC_RUNNING : MECHC_NO_MEMORY;
     if (status == MECHC_RUNNING)
         found = mechc_impulses(a, of->closing, impact->restitution, n, poisson, impact->pressed,

@@ -11,6 +11,7 @@
  */
 #pragma once
 
+#include "abi/macros.h"
 #include <math.h>
 #include <string.h>
 #include "closing/least_change.h"

@@ -57,7 +57,7 @@ MECHC_STATIC int mechc_contact_onto_gaps(mechc_contact_place *c, const unsigned 
         }
         mechc_contact_step(c, rows, missing, count, step);
         for (int i = 0; i < nq; i++)
-            c->y[i] += c->identity ? step[i] : mechc_dot(c->kinematic + i * nu, step, nu);
+            c->y[i] += c->identity ? step[i] : mechc_inner_product(c->kinematic + i * nu, step, nu);
     }
     return status;
 }

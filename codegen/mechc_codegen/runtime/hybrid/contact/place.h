@@ -71,7 +71,7 @@ MECHC_STATIC const double *mechc_law(const mechc_contact_place *c, int contact)
     return c->table + contact * c->columns;
 }
 
-MECHC_STATIC double mechc_dot(const double *a, const double *b, int n)
+MECHC_STATIC double mechc_inner_product(const double *a, const double *b, int n)
 {
     double sum = 0.0;
     for (int j = 0; j < n; j++) sum += a[j] * b[j];
@@ -133,7 +133,7 @@ MECHC_STATIC void mechc_contact_without_loops(mechc_contact_place *c, double *ro
         const double *row = weighted + i * nu;
         if (!(lengths[i] > least)) continue;
         for (int k = 0; k < count; k++) {
-            const double share = mechc_dot(rows + k * nu, row, nu) / (lengths[i] * lengths[i]);
+            const double share = mechc_inner_product(rows + k * nu, row, nu) / (lengths[i] * lengths[i]);
             for (int j = 0; j < nu; j++) rows[k * nu + j] -= share * row[j];
         }
     }
@@ -205,8 +205,8 @@ MECHC_STATIC int mechc_contact_accelerate(mechc_contact_place *c)
     else mechc_contact_second_rates(c, later);
     for (int k = 0; k < c->contacts; k++) {
         const double *row = mechc_law(c, k);
-        c->opening[k] = row[MECHC_BEND] + mechc_dot(row + MECHC_LAWS, later, nq);
-        c->slipping[k] = row[MECHC_DRIFT] + mechc_dot(row + MECHC_LAWS + nq, c->free + nq, nu);
+        c->opening[k] = row[MECHC_BEND] + mechc_inner_product(row + MECHC_LAWS, later, nq);
+        c->slipping[k] = row[MECHC_DRIFT] + mechc_inner_product(row + MECHC_LAWS + nq, c->free + nq, nu);
     }
     c->has_accelerations = 1;
     return MECHC_RUNNING;
@@ -233,7 +233,7 @@ MECHC_STATIC double mechc_gap_rounding(const mechc_contact_place *c, int contact
     const double *row = mechc_law(c, contact), *slopes = row + MECHC_LAWS;
     double terms = 0.0;
     for (int i = 0; i < c->coordinates; i++) terms += fabs(slopes[i] * c->y[i]);
-    return DBL_EPSILON * (fabs((row[MECHC_RATE] - mechc_dot(slopes, c->v, c->coordinates)) * c->t) + terms);
+    return DBL_EPSILON * (fabs((row[MECHC_RATE] - mechc_inner_product(slopes, c->v, c->coordinates)) * c->t) + terms);
 }
 
 /* Change the speeds y by what a change along rows R makes of them. */

@@ -71,8 +71,8 @@ MECHC_STATIC double mechc_problem_size(const mechc_problem *of)
         const double *normal = of->normal + k * of->nu, *tangent = of->tangent + k * of->nu;
         const double limit = of->has_gap[k] ? 0.0 : of->sticking[k];
         size = fmax(size, fmax(fabs(of->closing[k]), fabs(of->slipping[k])));
-        size = fmax(size, limit * mechc_dot(tangent, tangent, of->nu));
-        if (of->restored) size = fmax(size, of->restored[k] * mechc_dot(normal, normal, of->nu));
+        size = fmax(size, limit * mechc_inner_product(tangent, tangent, of->nu));
+        if (of->restored) size = fmax(size, of->restored[k] * mechc_inner_product(normal, normal, of->nu));
     }
     return size > 0.0 ? size : 1.0;
 }
@@ -126,9 +126,9 @@ MECHC_STATIC void mechc_answer_of(mechc_answer *answer, const mechc_problem *of,
     double *aim = matrix + n * n, *lengths = aim + n, longest;
     for (int i = 0; i < n; i++) {
         const double *row = rows + i * nu;
-        aim[i] = answer->aim[i] = -(answer->aim[i] + mechc_dot(row, answer->given, nu));
+        aim[i] = answer->aim[i] = -(answer->aim[i] + mechc_inner_product(row, answer->given, nu));
         for (int k = 0; k < n; k++)
-            matrix[i * n + k] = answer->matrix[i * n + k] = mechc_dot(row, answer->columns + k * nu, nu);
+            matrix[i * n + k] = answer->matrix[i * n + k] = mechc_inner_product(row, answer->columns + k * nu, nu);
     }
     mechc_least_change(matrix, aim, n, n, MECHC_CONTACT_DEPENDENT, lengths, answer->unknown);
     longest = mechc_largest(lengths, n);
@@ -138,8 +138,8 @@ MECHC_STATIC void mechc_answer_of(mechc_answer *answer, const mechc_problem *of,
     for (int i = 0; i < n; i++)
         for (int j = 0; j < nu; j++) answer->along[j] += answer->unknown[i] * answer->columns[i * nu + j];
     for (int k = 0; k < of->n; k++) {
-        answer->opening[k] = of->closing[k] + mechc_dot(of->normal + k * nu, answer->along, nu);
-        answer->sliding[k] = of->slipping[k] + mechc_dot(of->tangent + k * nu, answer->along, nu);
+        answer->opening[k] = of->closing[k] + mechc_inner_product(of->normal + k * nu, answer->along, nu);
+        answer->sliding[k] = of->slipping[k] + mechc_inner_product(of->tangent + k * nu, answer->along, nu);
     }
 }
 
@@ -154,7 +154,7 @@ MECHC_STATIC int mechc_answer_solves(const mechc_answer *answer)
     int solves = 1;
     for (int i = 0; i < answer->count; i++) {
         const double *row = answer->matrix + i * answer->count;
-        const double off = mechc_dot(row, answer->unknown, answer->count) - answer->aim[i];
+        const double off = mechc_inner_product(row, answer->unknown, answer->count) - answer->aim[i];
         solves &= fabs(off) <= MECHC_CONTACT_EXACT * answer->size;
     }
     return solves;
@@ -176,7 +176,7 @@ MECHC_STATIC void mechc_answer_forces(const mechc_answer *answer, int contact, d
 MECHC_STATIC double mechc_of_one_newton(const mechc_problem *of, int contact)
 {
     const double *normal = of->normal + contact * of->nu, *tangent = of->tangent + contact * of->nu;
-    return fmax(mechc_dot(normal, normal, of->nu), mechc_dot(tangent, tangent, of->nu));
+    return fmax(mechc_inner_product(normal, normal, of->nu), mechc_inner_product(tangent, tangent, of->nu));
 }
 
 /* The determinant of the sliding contacts over that without friction, 1 where none slides: at 0 and
@@ -192,7 +192,7 @@ MECHC_STATIC double mechc_answer_stiffness(mechc_answer *answer)
         const double *normal = of->normal + answer->contact[sliding[i]] * of->nu;
         for (int k = 0; k < n; k++)
             part[i * n + k] = answer->matrix[sliding[i] * answer->count + sliding[k]];
-        determinant /= mechc_dot(normal, normal, of->nu);
+        determinant /= mechc_inner_product(normal, normal, of->nu);
     }
     for (int i = 0; i < n; i++) { /* elimination with pivots */
         int pivot = i;

@@ -453,13 +453,13 @@ class Model(Fits):
         """
         from mechc.simulation.stepper import Stepper
 
-        model = self.with_inputs(inputs or {}) if self.inputs else self
+        start, _ = checked_span((t, t))
+        model = self._driven_over((start, math.inf), inputs or {}, ()) if self.inputs else self
         system, p = model.system, self._one_set(params, f"a stepper {ONE_SET}")
         policy = checked_policy(
             system, rtol=rtol, atol=atol, method=method, first_step=None, max_step=max_step,
             max_steps=max_steps, dense=system.scene.holonomic > 0, on_change_point=on_change_point,
         )  # fmt: skip
-        start, _ = checked_span((t, t))
         if isinstance(y0, Mapping):
             y0 = model._start(y0, p, start)
         found = _run_events(events, system, p, (start, math.inf))

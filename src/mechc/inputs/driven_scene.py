@@ -9,7 +9,7 @@ import numpy as np
 
 from mechc.errors import InputError, MechcError, UnknownNameError
 from mechc.inputs.bind import GivenInputs, InputSlot, missing
-from mechc.inputs.sampled import Control
+from mechc.inputs.sampled import Control, with_held
 from mechc.inputs.stored import inputs_told, told_inputs
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -98,6 +98,16 @@ class DrivenScene:
         """From now on runs repeat what controllers have given, and call none."""
         for control in self._needed().controls:
             control.repeat()
+
+    def begun_at(self, t: float) -> DrivenScene:
+        """The same scene, with controllers of a run without an end that begins at this time."""
+        sampled = {control.names: control.sampled for control in self._needed().controls}
+        return self.with_inputs(with_held(sampled, (t, np.inf))[0]) if sampled else self
+
+    def controlled_until(self, t0: float, t: float) -> DrivenScene:
+        """The same scene in the same run, which began at t0, with controllers until t."""
+        more = [c.longer(t0, t) for c in self._needed().controls if c.signals[0].until <= t]
+        return self.with_inputs({k: s for each in more for k, s in each.items()}) if more else self
 
     @property
     def due(self) -> Any:

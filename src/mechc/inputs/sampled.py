@@ -15,6 +15,7 @@ from mechc.system.parameters import Array
 
 TICKS = 8  # ulps: an instant that is no nearer to a break of the run is another time
 MOST = 10_000_000  # instants of a run
+AT_ONCE = 4096  # instants that a run without an end is given room for
 
 
 class Sampled:
@@ -97,10 +98,11 @@ def _check_times(period: float, delay: float, jitter: float) -> None:
 class HeldSignal(Signal):
     """The values of one input in one run: not known before the controller was called.
 
-    ``control`` calls it.  Saved or sent elsewhere it is a plain signal.
+    ``control`` calls it, until the time ``until``.  Saved or sent elsewhere it is a plain signal.
     """
 
     control: Control
+    until: float
 
     def __init__(self, changes: Array, initial: float, first: bool) -> None:
         """``first``: the first of the times has the initial value."""
@@ -125,6 +127,11 @@ class HeldSignal(Signal):
     def put(self, index: int, value: float) -> None:
         """The value of an instant."""
         self._coefficients[self.known + index] = value
+
+    def take_known(self, shorter: HeldSignal, called: int) -> None:
+        """Values of a signal of the same run, whose controller was called so often."""
+        known = shorter.known + called
+        self._coefficients[:known] = shorter._coefficients[:known]
 
     def breaks(self, rtol: float, order: int = 0) -> Array:
         """Instants, and times at which the value changes."""
@@ -162,6 +169,7 @@ class Control:
     ) -> None:
         what = f"the controller of {', '.join(names)}"
         self.names, self.signals, self.instants = tuple(names), tuple(signals), instants
+        self.sampled = sampled
         self._function = with_state_apart(what, sampled.controller)
         self._takes_state = _arguments(self._function, what) == 3
         self._next, self._repeats = 0, False
@@ -182,6 +190,16 @@ class Control:
         called again."""
         first = int(np.searchsorted(self.instants, t - TICKS * np.spacing(abs(t))))
         self._next = max(self._next, first)
+
+    def longer(self, t0: float, t1: float) -> dict[str, HeldSignal]:
+        """The signals of the same run, which began at t0, until t1 at least, with what is known."""
+        until = t1 + max(t1 - t0, AT_ONCE * self.sampled.period)
+        signals = _held(list(self.names), self.sampled, (t0, until))
+        control = next(iter(signals.values())).control
+        control._next = self._next
+        for signal, shorter in zip(signals.values(), self.signals, strict=True):
+            signal.take_known(shorter, self._next)
+        return signals
 
     def reach(self, t: float, q: Array, u: Array) -> None:
         """Call the controller where an instant has come.
@@ -217,7 +235,7 @@ def _arguments(function: Callable[..., Any], what: str) -> int:
 
 def with_held(inputs: Mapping[Any, Any], span: tuple[float, float]) -> tuple[dict[Any, Any], bool]:
     """The inputs of a run with a signal to be filled in place of each controller, and whether there
-    is any."""
+    is any.  Of a run without an end they are made for a while: :meth:`Control.longer`."""
     found: dict[Any, Any] = {}
     for key, value in inputs.items():
         if isinstance(value, Sampled):
@@ -229,7 +247,8 @@ def with_held(inputs: Mapping[Any, Any], span: tuple[float, float]) -> tuple[dic
 
 
 def _held(names: list[str], sampled: Sampled, span: tuple[float, float]) -> dict[str, HeldSignal]:
-    instants = sampled.instants(*span)
+    until = span[1] if span[1] < np.inf else span[0] + AT_ONCE * sampled.period
+    instants = sampled.instants(span[0], until)
     changes = instants + sampled.delay
     first = not len(changes) or changes[0] > span[0]
     times = np.append(span[0], changes) if first else changes
@@ -239,5 +258,5 @@ def _held(names: list[str], sampled: Sampled, span: tuple[float, float]) -> dict
     signals = [HeldSignal(times, float(value), first) for value in initial]
     control = Control(names, sampled, signals, instants)
     for signal in signals:
-        signal.control = control
+        signal.control, signal.until = control, until
     return dict(zip(names, signals, strict=True))

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from mechc.errors import StepError, UnknownNameError, ValueOutOfBoundsError, brief
+from mechc.errors import MechcError, StepError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.native._codes import EVENT_FAILED, FINISHED, RUNNING
 from mechc.native._motion import Stepping
 from mechc.simulation.events.outcome import failure_of
@@ -68,10 +68,23 @@ class Stepper:
         self._begin_at(t, state, params)
 
     def _begin_at(self, t: float, state: Array, params: Array) -> None:
+        self._start = t
+        if self._driven is not None:
+            self._drive(self._driven.begun_at(t))
+            self._driven.restart(t)
+        self._go_from(t, state, params)
+
+    def _drive(self, driven: Any) -> None:
+        """Take over a scene with the inputs as they are."""
+        if driven is not self._driven:
+            self._driven, self._system = driven, self._system.replaced_scene(driven)
+            self._slots = driven.numbers
+            for name, value in self._numbers.items():
+                self._slots[name][0, 0] = value
+
+    def _go_from(self, t: float, state: Array, params: Array) -> None:
         self.params = params
-        system, driven = self._system, self._driven
-        if driven is not None:
-            driven.restart(t)
+        system = self._system
         request = request_of(system, (t, FOR_EVER), params, self._policy, self._events)
         ahead = system.scene.holonomic > 0 or self._events is not None
         self._motion = Stepping(request, t, state, ahead)
@@ -154,10 +167,18 @@ class Stepper:
         t = self.t + dt
         if self._driven is not None:
             self._driven.check_times((t,))
+            self._go_on_until(t)
         self._code = self._motion.reach(t, changed)
         if self._code not in (RUNNING, FINISHED):
             self._fail()
         return self.y
+
+    def _go_on_until(self, t: float) -> None:
+        """Make room for what controllers will give."""
+        driven = self._driven.controlled_until(self._start, t)
+        if driven is not self._driven:
+            self._drive(driven)
+            self._go_from(self.t, self.y, self.params)
 
     def _give(self, inputs: Mapping[str, float]) -> bool:
         """Take over numbers for inputs; whether one differs from before."""
@@ -211,6 +232,8 @@ class Stepper:
             ) -> None:  # fmt: skip
         """Go on from another state, time or parameters; those that are not given stay.
 
+        Controllers (:class:`mechc.Sampled`) begin again there.
+
         Raises
         ------
         AssemblyError
@@ -229,7 +252,17 @@ class Stepper:
 
     def save(self) -> SavedStep:
         """The present moment, to the last bit, with what the integrator has learnt; with events the
-        integration begins anew from its state."""
+        integration begins anew from its state.
+
+        Raises
+        ------
+        MechcError
+            With a :class:`mechc.Sampled`: what its controller remembers is not known.
+        """
+        if self._driven is not None and self._driven.due is not None:
+            raise MechcError(
+                "a stepper with a mechc.Sampled cannot be saved: its controller may have a memory"
+            )
         run, numbers = self._motion.save(), dict(self._numbers)
         return SavedStep(self.t, self.y, self, numbers, self.params, self._motion, run)
 

@@ -50,7 +50,8 @@ def compiler_script(folder, monkeypatch, body, name="cc"):
 ANSWER_VERSION = 'if [ "$1" = --version ]; then gcc --version; exit; fi'
 
 
-def test_one_that_was_compiled_moves_as_it_should():
+def test_one_that_was_compiled_moves_as_it_should(fresh):
+    del fresh
     model = mechc.compile(pendulum())
     assert model.coordinates == ("q",)
     assert model.constraints(np.zeros(2)).shape == (0,)

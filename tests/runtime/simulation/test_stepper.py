@@ -7,6 +7,7 @@ import pytest
 from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
+from mechc.inputs import sampled
 from tests.support.pendulums import pushed_mass
 
 MASS, STIFFNESS, DT = 2.0, 30.0, 1e-3
@@ -171,3 +172,30 @@ def test_wrong_inputs_are_refused(pushed):
         called.step(DT, {"F": 1.0})
     with pytest.raises(mechc.AssemblyError):
         mechc.load("four_bar").stepper([0.0, 1.0, 2.0, 0.0, 0.0, 0.0])
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.0037])
+def test_a_sampled_controller_is_that_of_one_run(pushed, delay, monkeypatch):
+    """Beyond the instants that are made room for at once, and whatever the steps are."""
+    monkeypatch.setattr(sampled, "AT_ONCE", 64)
+
+    def controller():
+        calls = []
+
+        def law(t, q, u):
+            calls.append(t)
+            return -20.0 * q[0] - 3.0 * u[0]
+
+        return calls, mechc.Sampled(law, 0.01, delay, jitter=0.004, seed=3, initial=1.0)
+
+    called, given = controller()
+    sol = pushed.simulate(3.0, [0.1, 0.0], inputs={"F": given}, rtol=1e-10)
+    calls, again = controller()
+    stepper = pushed.stepper([0.1, 0.0], inputs={"F": again}, rtol=1e-10)
+    for k in range(1, 120):
+        np.testing.assert_allclose(stepper.step(0.025), sol(0.025 * k), atol=1e-9)
+    np.testing.assert_allclose(calls, called[: len(calls)], rtol=0, atol=1e-12)
+    with pytest.raises(mechc.MechcError, match="memory"):
+        stepper.save()
+    stepper.set([0.1, 0.0], t=0.0)
+    np.testing.assert_allclose(stepper.step(0.5), sol(0.5), atol=1e-9)

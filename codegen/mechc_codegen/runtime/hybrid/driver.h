@@ -505,8 +505,11 @@ MECHC_STATIC int mechc_hybrid_advance(mechc_hybrid *hybrid, long steps)
     while (hybrid->status == MECHC_RUNNING && hybrid->run->wanted < 0 && steps > 0) {
         const long some = mechc_attempts_at_once(hybrid, steps);
         if (some < 1) return hybrid->status = MECHC_MEMORY_LIMIT;
+        const mechc_stats *stats = &hybrid->run->stats;
+        const long before = stats->steps + stats->rejected;
         hybrid->motion.unit->advance(hybrid->run, some);
-        steps -= some;
+        const long made = stats->steps + stats->rejected - before;
+        steps -= made > 1 ? made : 1;
         mechc_hybrid_take(hybrid);
     }
     return hybrid->status;

@@ -16,7 +16,7 @@ from ..timing.cases import Case
 from ..timing.processes import clocked
 
 SINGLE, BATCH = "mechc", "mechc batch"
-BATCH_METHODS = ("dop853", "gauss8", "gauss8_lockstep", "taylor")
+BATCH_METHODS = ("dop853", "gauss8", "gauss8 lockstep", "taylor")
 FEWEST, MOST = 16, 1024  # members: twice as many as there are lanes, and as many as tell
 BATCH_SECONDS = 0.03  # about what a batch shall take, beside which its start hardly counts
 DERIVE = ("read", "describe", "derive", "differentiate", "optimize", "sensitivity")
@@ -68,8 +68,9 @@ def batch(problem: Problem, tolerances: Sequence[float]) -> list[Case]:
     states = np.tile(problem.start, (members, 1))
 
     def run(method: str, tol: float) -> Any:
+        name, _, lockstep = method.partition(" ")
         return model.simulate_batch(
-            problem.t_end, states, problem.params, rtol=tol, method=method,
+            problem.t_end, states, problem.params, rtol=tol, method=name, lockstep=bool(lockstep),
             threads=1, progress=False,
         )  # fmt: skip
 

@@ -83,6 +83,8 @@ COMMANDS = {
                       "suite.states"),
     "wait": Command("seconds from compile to the end of the first simulate",
                     "costs.first.motion"),
+    "friction": Command("steps with dry friction over plain ones; events in three ways",
+                        "costs.friction"),
     "stepper": Command("the latency of steps in a loop with the world", "costs.stepping"),
 }  # fmt: skip
 

@@ -253,6 +253,7 @@ class Model(Fits):
         atol: float | Array | None = None,
         t_eval: Array | None = None,
         method: str = "auto",
+        lockstep: bool = False,
         first_step: float | None = None,
         max_step: float = math.inf,
         max_steps: int = 10_000_000,
@@ -286,14 +287,15 @@ class Model(Fits):
         method
             ``"dopri5"`` or ``"dop853"`` (Dormand & Prince of order 5 and 8, explicit),
             ``"gauss8"`` (collocation of order 16, eight stages, one per SIMD lane),
-            ``"gauss8_lockstep"`` (the same, its stages solved one after another so that a batch
-            has a member per lane; by itself the slower),
             ``"radau5"`` (Radau IIA of order 5, for stiff scenes), ``"taylor"`` (Taylor series of
             the motion, of an order that follows from rtol, for small scenes without constraints,
             tables and inputs, whose equations are analytic), or ``"auto"``: ``"gauss8"``, or
             ``"dop853"`` where the equations have kinks (``Abs``), and ``"radau5"`` where stability
             limits the steps.  SciPy's names of the same methods are taken too: ``"RK45"``,
             ``"DOP853"``, ``"Radau"``.
+        lockstep
+            Take the steps that a batch in lockstep takes: those of ``"gauss8"`` solve their stages
+            one after another, so that a lane holds a member; by itself the slower.
         first_step, max_step, max_steps
             First and largest step in s, and the largest number of attempted steps.
         max_bytes
@@ -366,6 +368,7 @@ class Model(Fits):
             max_steps=max_steps,
             dense=bool(dense or keeps or times is not None or chosen or len(sensitivities)),
             on_change_point=on_change_point, max_bytes=max_bytes, checkpoints=checkpoints,
+            lockstep=lockstep,
         )  # fmt: skip
         if keeps or by:
             refuse_without_derivatives(policy.method)

@@ -160,14 +160,11 @@ def _again(model: Model, recipe: dict[str, Any], t: Array, max_bytes: float) -> 
     """The run up to its end; all values in the file are checked as a user's input is."""
     told = Policy(**mapping_of(recipe["policy"], "its policy"))
     room = int(max_bytes // (8 * ROWS_A_STEP * model.system.scene.width))
-    policy = told.asked() | {
+    policy = told.arguments() | {
         "dense": True,
-        "first_step": told.first_step or None,
-        "method": "auto" if told.stiff_switch else told.method,
         "max_steps": min(2 * int(recipe["steps"]) + 1000, room),  # cut short, the last differ
         "on_change_point": "continue" if told.on_change_point == "continue" else "stop",
     }
-    del policy["stiff_switch"]
     sol = _pieces_again(model, recipe, policy)
     if sol.status.code == "too many steps":
         raise MechcError(

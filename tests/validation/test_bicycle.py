@@ -7,7 +7,7 @@ import pytest
 from mechc_codegen.library.spatial.bicycle import INDEPENDENT, NAMES, R_REAR, G, bicycle, values
 
 import mechc
-from tests.support import DATA
+from tests.support import DATA, LOCKSTEP, by
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("less_optimised")]
 
@@ -160,19 +160,19 @@ def test_energy_is_kept_in_a_general_motion(model):
     assert abs(change) < 1e-8 * model.kinetic_energy(y)
 
 
-@pytest.mark.parametrize("method", ["dop853", "gauss8_lockstep"])
+@pytest.mark.parametrize("method", ["dop853", LOCKSTEP])
 def test_bicycles_in_lockstep(model, method):
     """Of several speeds and pushes, against collocation, and each as by itself to the last bit."""
     starts = np.array([
         on_the_manifold(model, speed, roll_rate=push, steer=0.1)
         for speed, push in zip(np.linspace(3.0, 7.0, 11), np.linspace(-0.5, 0.5, 11), strict=True)
     ])  # fmt: skip
-    batch = model.simulate_batch(1.0, starts, rtol=1e-10, method=method)
+    batch = model.simulate_batch(1.0, starts, rtol=1e-10, **by(method))
     exact = model.simulate_batch(1.0, starts, rtol=1e-13, method="gauss8")
     assert batch.ok.all()
     assert np.abs(batch.y - exact.y).max() < 1e-8
     for k in (0, 5, 10):
-        sol = model.simulate(1.0, starts[k], rtol=1e-10, method=method)
+        sol = model.simulate(1.0, starts[k], rtol=1e-10, **by(method))
         assert np.array_equal(sol.y[-1], batch.y[k])
     if (
         method == "dop853"

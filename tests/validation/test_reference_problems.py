@@ -13,7 +13,7 @@ import pytest
 from mechc_codegen.library.planar.andrews import ANGLES
 
 import mechc
-from tests.support import DATA
+from tests.support import DATA, LOCKSTEP, by
 from tests.support.marks import slow_among
 
 EVERY_TOLERANCE = (1e-6, 1e-8, 1e-10, 1e-12)
@@ -239,19 +239,19 @@ def test_andrews_mechanism_to_ten_digits(model_of):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", ["dop853", "gauss8_lockstep"])
+@pytest.mark.parametrize("method", ["dop853", LOCKSTEP])
 def test_andrews_mechanisms_in_lockstep(model_of, method):
     """Of several torques and lengths, against collocation, and each as by itself, bit for bit."""
     model, y0, span = model_of("andrews"), rows_of("andrews")[0, 1:15], 0.03
     params = {"T": np.linspace(0.0, 0.05, 11), "sa": np.linspace(0.017, 0.02, 11)}
-    batch = model.simulate_batch(span, y0, params, rtol=1e-10, method=method)
+    batch = model.simulate_batch(span, y0, params, rtol=1e-10, **by(method))
     exact = model.simulate_batch(span, y0, params, rtol=1e-13, method="gauss8")
     assert batch.ok.all()
     scale = np.abs(exact.y).max(axis=0)
     assert (np.abs(batch.y - exact.y) / scale).max() < 1e-8
     for k in (0, 4, 10):
         each = {name: values[k] for name, values in params.items()}
-        sol = model.simulate(span, y0, each, rtol=1e-10, method=method)
+        sol = model.simulate(span, y0, each, rtol=1e-10, **by(method))
         assert np.array_equal(sol.y[-1], batch.y[k])
     if method == "dop853":  # alone every stage is put on the constraints
         assert batch["closure_iterations"].max() < 0.5 * batch["rhs_evaluations"].max()

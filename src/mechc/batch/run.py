@@ -23,12 +23,12 @@ from mechc.native._codes import COUNTERS, FINISHED, LAST, LEAST
 from mechc.simulation.events.outcome import function_failed
 from mechc.simulation.events.run_events import RunEvents
 from mechc.simulation.initialise import request_of
+from mechc.simulation.settings import LOCKSTEP
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
 LOOK = 0.1  # s between checks of the threads' progress
-# Methods that run members in lockstep, a lane each.
-LOCKSTEP = ("dop853", "gauss8_lockstep", "taylor")
+IN_LOCKSTEP = ("dop853", LOCKSTEP, "taylor")  # members in lockstep, a lane each
 Report = Callable[[int], None]
 
 
@@ -95,7 +95,7 @@ def _runs(
         system, recipe.span, _first(system, values), policy._replace(dense=dense), events, scene
     )
     return Runs(
-        request, policy.method in LOCKSTEP, *recipe.span, y0, values, assembled, recipe.t_eval,
+        request, policy.method in IN_LOCKSTEP, *recipe.span, y0, values, assembled, recipe.t_eval,
         quantities, until, allowed_gaps(system, values, recipe.span[0]), numbers, places,
         keeps_params,
     )  # fmt: skip

@@ -52,6 +52,7 @@ def simulate_batch(
     rtol: float = 1e-9,
     atol: float | Array | None = None,
     method: str = "auto",
+    lockstep: bool = False,
     first_step: float | None = None,
     max_step: float = math.inf,
     max_steps: int = 10_000_000,
@@ -66,7 +67,7 @@ def simulate_batch(
 
     Parameters
     ----------
-    t_span, rtol, atol, method, first_step, max_step, max_steps
+    t_span, rtol, atol, method, lockstep, first_step, max_step, max_steps
         As in ``simulate``, the same for all members.
     y0
         States (nq + nu,) or (n, nq + nu), or a :class:`mechc.Assembly`, which closes the loops
@@ -136,7 +137,7 @@ def simulate_batch(
     """
     recipe = _recipe(
         system, t_span, y0, params, t_eval, states, outputs, reduce, until, rtol, atol, method,
-        first_step, max_step, max_steps, on_change_point, inputs,
+        lockstep, first_step, max_step, max_steps, on_change_point, inputs,
     )  # fmt: skip
     found = batch_events(system, recipe.span, events)
     by = one_number_each(system, names_of(sensitivities))
@@ -164,8 +165,8 @@ def simulate_batch(
 def _recipe(
     system: System, t_span: Any, y0: Any, params: Parameters, t_eval: Any, states: bool,
     outputs: Sequence[str], reduce: Sequence[str] | str, until: str | None, rtol: float,
-    atol: Any, method: str, first_step: float | None, max_step: float, max_steps: int,
-    on_change_point: str, inputs: Mapping[str, Any] | None,
+    atol: Any, method: str, lockstep: bool, first_step: float | None, max_step: float,
+    max_steps: int, on_change_point: str, inputs: Mapping[str, Any] | None,
 ) -> Recipe:  # fmt: skip
     """All arguments, checked before anything is computed."""
     span = checked_span(t_span)
@@ -176,7 +177,7 @@ def _recipe(
         )
     policy = checked_policy(
         system, rtol=rtol, atol=atol, method=method, first_step=first_step, max_step=max_step,
-        max_steps=max_steps, dense=True, on_change_point=on_change_point,
+        max_steps=max_steps, dense=True, on_change_point=on_change_point, lockstep=lockstep,
     )  # fmt: skip
     return checked_recipe(
         system, span, y0, params, times, states, names_of(outputs), _reductions(reduce),

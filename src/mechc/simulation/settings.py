@@ -17,6 +17,7 @@ from mechc.system.system import System
 SEQUENCES = (tuple, list, np.ndarray)
 LOOSEST = 0.1  # a larger rtol is refused
 LARGEST_TRAJECTORY = 2.0**30  # bytes of states and dense output, by default
+LOCKSTEP = "gauss8_lockstep"  # the code of gauss8 whose lanes hold members of a batch
 SCIPYS = {"RK45": "dopri5", "DOP853": "dop853", "Radau": "radau5"}  # its names of the same methods
 
 
@@ -42,21 +43,34 @@ class Policy(NamedTuple):
         del told["limits"], told["checkpoints"]
         return told
 
+    def arguments(self) -> dict[str, Any]:
+        """The arguments of :func:`checked_policy` that ask for it again."""
+        told = self.asked()
+        told["lockstep"] = self.method == LOCKSTEP
+        told["method"] = "auto" if told.pop("stiff_switch") else self.method_of_users
+        told["first_step"] = self.first_step or None
+        return told
+
+    @property
+    def method_of_users(self) -> str:
+        """The method as it is asked for, in lockstep or not."""
+        return self.method.removesuffix("_lockstep")
+
 
 def checked_policy(
     system: System, *, rtol: float, atol: Any, method: str, first_step: float | None,
     max_step: float, max_steps: int, dense: bool, on_change_point: str,
-    max_bytes: float = LARGEST_TRAJECTORY, checkpoints: float | None = None,
+    max_bytes: float = LARGEST_TRAJECTORY, checkpoints: float | None = None, lockstep: bool = False,
 ) -> Policy:  # fmt: skip
     """The policy of a run or a batch; the last one of a system is kept.
 
     Raises
     ------
     UnknownNameError, ValueOutOfBoundsError
-        For an unknown method or policy and wrong numbers.
+        For an unknown method or policy, wrong numbers, and methods without lockstep.
     """
     asked = (rtol, method, first_step, max_step, max_steps, dense, on_change_point, max_bytes,
-             checkpoints)  # fmt: skip
+             checkpoints, lockstep)  # fmt: skip
     known = system.kept.get("policy")
     if known is not None and atol is None and _are_equal(known[0], asked):
         kept: Policy = known[1]
@@ -64,13 +78,13 @@ def checked_policy(
     policy = Policy(
         _checked_rtol(rtol),
         None if atol is None else _checked_atol(system, atol),
-        _chosen_method(system, method),
+        _in_lockstep(_chosen_method(system, method), lockstep),
         0.0 if first_step is None else _positive("first_step", first_step),
         _positive("max_step", max_step, infinite=True),
         checked_count("max_steps", max_steps),
         dense,
         checked_change_point(on_change_point),
-        method == "auto",
+        method == "auto" and not lockstep,
         _positive("max_bytes", max_bytes, infinite=True),
         checkpoints=None if checkpoints is None else _positive("checkpoints", checkpoints),
     )
@@ -121,14 +135,26 @@ def checked_change_point(policy: str) -> str:
     return policy
 
 
+def _in_lockstep(method: str, lockstep: bool) -> str:
+    """The method, or its code with a run in each lane."""
+    if not lockstep or method in ("dop853", "taylor"):
+        return method
+    if method != "gauss8":
+        raise ValueOutOfBoundsError(
+            f"method={method!r} has no lockstep: take 'gauss8', 'dop853' or 'taylor'"
+        )
+    return LOCKSTEP
+
+
 def _chosen_method(system: System, method: str) -> str:
     if method == "auto":
         smooth = system.data.get("smooth", True) or system.data.get("switches", 0) > 0
         called = system.driven and system.driven.called
         return "gauss8" if smooth and not called else "dop853"
     method = SCIPYS.get(method, method) if isinstance(method, str) else method
-    if not isinstance(method, str) or method not in METHODS:
-        raise UnknownNameError("method", method, ("auto", *METHODS, *SCIPYS))
+    known = [name for name in METHODS if name != LOCKSTEP]
+    if not isinstance(method, str) or method not in known:
+        raise UnknownNameError("method", method, ("auto", *known, *SCIPYS))
     if method == "taylor" and not system.data.get("taylor"):
         raise ValueOutOfBoundsError(
             "method='taylor' needs a small scene without constraints, tables and inputs, whose "

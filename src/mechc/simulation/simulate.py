@@ -125,7 +125,11 @@ def _driven(
     status = _status(code, system, span, record, motion, policy, events)
     if failure is not None:
         status = replace(status, cause=str(failure))
-    stats = {**record.stats, "wall_s": time.perf_counter() - started, "method": policy.method}
+    stats = {
+        **record.stats,
+        "wall_s": time.perf_counter() - started,
+        "method": policy.method_of_users,
+    }
     del stats["coordinate"]
     if events is not None:
         stats["lowered_impacts"] = 0 if motion is None else motion.notes()[1][0]

@@ -8,9 +8,10 @@ from scipy.interpolate import CubicSpline
 from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
+from tests.support import LOCKSTEP, by
 from tests.support.pendulums import pushed_mass
 
-METHODS = ("dopri5", "dop853", "gauss8", "gauss8_lockstep", "radau5")
+METHODS = ("dopri5", "dop853", "gauss8", LOCKSTEP, "radau5")
 TIMES = np.array([0.0, 0.4, 0.5, 1.3, 2.0, 3.1])
 VALUES = np.array([1.0, -2.0, 0.5, 0.5, 3.0, -1.0])
 END, COUNT = 3.0, 7
@@ -28,7 +29,7 @@ def pushed():
 def alone(model, k, force, method, stiffness):
     params = {"k": stiffness[k]}
     return model.simulate(
-        END, STARTS[k], params, inputs={"F": force}, method=method, rtol=1e-8, t_eval=AT
+        END, STARTS[k], params, inputs={"F": force}, **by(method), rtol=1e-8, t_eval=AT
     )
 
 
@@ -41,7 +42,7 @@ def power_of(sol):
 def test_members_with_a_signal_are_the_runs_of_their_own(pushed, method, kind):
     signal, stiffness = mechc.Signal(TIMES, VALUES, kind), np.linspace(0.5, 9.0, COUNT)
     batch = pushed.simulate_batch(
-        END, STARTS, {"k": stiffness}, inputs={"F": signal}, method=method, rtol=1e-8, t_eval=AT,
+        END, STARTS, {"k": stiffness}, inputs={"F": signal}, **by(method), rtol=1e-8, t_eval=AT,
         outputs=["power"], threads=2,
     )  # fmt: skip
     assert batch.ok.all()
@@ -56,7 +57,7 @@ def test_members_with_a_signal_are_the_runs_of_their_own(pushed, method, kind):
 def test_members_have_numbers_of_their_own(pushed, method):
     forces, stiffness = np.linspace(-3.0, 5.0, COUNT), np.linspace(0.5, 9.0, COUNT)
     batch = pushed.simulate_batch(
-        END, STARTS, {"k": stiffness}, inputs={"F": forces}, method=method, rtol=1e-8, t_eval=AT,
+        END, STARTS, {"k": stiffness}, inputs={"F": forces}, **by(method), rtol=1e-8, t_eval=AT,
         outputs=["power"], reduce=["max(power)"], threads=2,
     )  # fmt: skip
     for k in range(COUNT):

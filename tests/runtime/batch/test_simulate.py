@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 import mechc
-from tests.support import scenes
+from tests.support import LOCKSTEP, by, scenes
 
 TIMES = np.linspace(0, 2, 9)
 REDUCTIONS = ("max(theta_2)", "min(omega_0)", "mean(theta_1)", "first(theta_0 > 100deg)")
 
 
-@pytest.fixture(scope="module", params=["gauss8", "dop853", "gauss8_lockstep"])
+@pytest.fixture(scope="module", params=["gauss8", "dop853", LOCKSTEP])
 def method(request):
     """Stages of one trajectory in the lanes, or trajectories abreast."""
     return request.param
@@ -32,7 +32,7 @@ def drawn():
 def batch(model, drawn, method):
     start, params = drawn
     return model.simulate_batch(
-        2.0, start, params, t_eval=TIMES, reduce=REDUCTIONS, method=method, threads=1
+        2.0, start, params, t_eval=TIMES, reduce=REDUCTIONS, **by(method), threads=1
     )
 
 
@@ -50,7 +50,7 @@ def one(params, member):
 def test_a_member_is_the_run_that_simulate_makes_to_the_last_bit(model, drawn, batch, method):
     _, params = drawn
     for member in np.flatnonzero(batch.ok):
-        sol = model.simulate(2.0, batch["y0"][member], one(params, member), method=method)
+        sol = model.simulate(2.0, batch["y0"][member], one(params, member), **by(method))
         assert np.array_equal(sol.y[-1], batch.y[member])
         assert np.array_equal(sol(TIMES), batch["y_eval"][member])
         assert batch["steps"][member] == sol.stats["steps"]
@@ -61,10 +61,10 @@ def test_the_end_alone_is_the_same_after_many_turns(model, method):
     """Where nothing else is asked for no other state is kept; turns are taken out on the way."""
     params = {"l_3": np.linspace(2.9, 3.1, 9)}
     start = mechc.Assembly({"theta_0": np.linspace(1.0, 2.0, 9)}, {"omega_0": 45.0})
-    batch = model.simulate_batch(2.0, start, params, method=method, threads=1)
+    batch = model.simulate_batch(2.0, start, params, **by(method), threads=1)
     assert np.abs(batch.y[:, 0]).min() > 9 * 2 * np.pi
     for member in range(9):
-        sol = model.simulate(2.0, batch["y0"][member], one(params, member), method=method)
+        sol = model.simulate(2.0, batch["y0"][member], one(params, member), **by(method))
         assert np.array_equal(sol.y[-1], batch.y[member])
         assert batch["steps"][member] == sol.stats["steps"]
 
@@ -72,18 +72,18 @@ def test_the_end_alone_is_the_same_after_many_turns(model, method):
 @pytest.mark.parametrize("method", ["auto", "dop853", "radau5"])
 def test_every_method_is_the_same_in_a_batch(model, regular, method):
     params, start = regular
-    batch = model.simulate_batch((0, -1), start, params, method=method, rtol=1e-7)
-    sol = model.simulate((0, -1), start, params, method=method, rtol=1e-7)
+    batch = model.simulate_batch((0, -1), start, params, **by(method), rtol=1e-7)
+    sol = model.simulate((0, -1), start, params, **by(method), rtol=1e-7)
     assert np.array_equal(sol.y[-1], batch.y[0])
 
 
-@pytest.mark.parametrize("method", ["dop853", "gauss8_lockstep"])
+@pytest.mark.parametrize("method", ["dop853", LOCKSTEP])
 def test_members_abreast_are_single_runs_whether_they_meet_change_points_or_not(model, method):
     """l_3 = 4 m passes one; beside it runs leave the lanes, each when it must, and come back."""
     length = np.concatenate([np.linspace(3.5, 4.5, 11), 4 + np.logspace(-3, -7, 5), [4.0, 4.0]])
     theta = np.radians(np.linspace(75, 100, len(length)))
     start = mechc.Assembly({"theta_0": theta})
-    asked = {"method": method, "rtol": 1e-8}
+    asked = {**by(method), "rtol": 1e-8}
     batch = model.simulate_batch(10.0, start, {"l_3": length}, threads=1, **asked)
     dense = model.simulate_batch(
         10.0, start, {"l_3": length}, t_eval=[5.0], reduce="max(theta_2)", threads=2, **asked
@@ -104,7 +104,7 @@ def test_stiff_members_leave_the_lanes_and_the_others_do_not_notice(rtol):
     """Sweeps do not converge where a motion is stiff: gauss8 alone has Newton's iteration."""
     model, start = mechc.compile(scenes.drawn_bead(), outputs=()), [0.5, 0.0]
     stiffness = np.repeat([1.0, 5.0, 30.0, 100.0, 1e3, 1e4, 1e6], 2)[::-1].reshape(2, 7).T.ravel()
-    asked = {"method": "gauss8_lockstep", "rtol": rtol}
+    asked = {**by(LOCKSTEP), "rtol": rtol}
     batch = model.simulate_batch(20.0, start, {"f": stiffness}, threads=1, **asked)
     for member, f in enumerate(stiffness):
         alone = model.simulate(20.0, start, {"f": f}, **asked)
@@ -117,14 +117,14 @@ def test_stiff_members_leave_the_lanes_and_the_others_do_not_notice(rtol):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", ["dop853", "gauss8_lockstep"])
+@pytest.mark.parametrize("method", ["dop853", LOCKSTEP])
 @pytest.mark.parametrize("scene", ["pendulum", "four_bar", "bicycle"])
 def test_members_share_the_lanes(scene, method):
     """Without constraints, with loops, with rolling wheels; one by one they take two to nine times
     as long."""
     model = mechc.load(scene, **({"links": 5} if scene == "pendulum" else {}))
     start = model.assemble({"theta_0": 1.2}) if scene == "four_bar" else model.assemble()
-    span, asked = (0, 5.0 if scene == "four_bar" else 1.0), {"method": method, "rtol": 1e-9}
+    span, asked = (0, 5.0 if scene == "four_bar" else 1.0), {**by(method), "rtol": 1e-9}
     members = np.tile(start, (32, 1))
     ratios = []
     for _ in range(5):
@@ -166,9 +166,9 @@ def test_a_batch_equals_single_runs_on_every_instruction_set(instruction_set, dr
     except ValueError:
         pytest.skip(f"no {instruction_set} here")
     start, params = drawn
-    narrow = model.simulate_batch(2.0, start, params, method=method)
+    narrow = model.simulate_batch(2.0, start, params, **by(method))
     for member in np.flatnonzero(narrow.ok)[:4]:
-        sol = model.simulate(2.0, narrow["y0"][member], one(params, member), method=method)
+        sol = model.simulate(2.0, narrow["y0"][member], one(params, member), **by(method))
         assert np.array_equal(sol.y[-1], narrow.y[member])
     np.testing.assert_allclose(narrow.y[narrow.ok], batch.y[batch.ok], atol=1e-7)
 
@@ -188,7 +188,7 @@ def test_results_do_not_depend_on_threads_chunks_or_order(model, drawn, batch, m
     turned = mechc.Assembly({"theta_0": start.coordinates["theta_0"][order]}, start.speeds)
     again = model.simulate_batch(
         2.0, turned, params | {"l_3": params["l_3"][order]}, t_eval=TIMES, reduce=REDUCTIONS,
-        method=method, threads=3, chunk=5,
+        **by(method), threads=3, chunk=5,
     )  # fmt: skip
     for name, values in batch.arrays.items():
         assert np.array_equal(values[order], again[name], equal_nan=True), name
@@ -198,7 +198,7 @@ def test_reductions_are_those_of_the_dense_output(model, drawn, batch, method):
     _, params = drawn
     t = np.linspace(0, 2, 20_001)
     for member in np.flatnonzero(batch.ok):
-        sol = model.simulate(2.0, batch["y0"][member], one(params, member), method=method)
+        sol = model.simulate(2.0, batch["y0"][member], one(params, member), **by(method))
         y = sol(t)
         high, low = batch["max(theta_2)"][member], batch["min(omega_0)"][member]
         assert y[:, 2].max() - 1e-9 <= high <= y[:, 2].max() + 1e-6
@@ -221,9 +221,9 @@ def test_outputs_are_reduced_and_kept(model, regular, method):
     asked = ("range(energy)", "max(norm(multipliers))", "max(abs(points[3, 1]))", "final(theta_0)")
     batch = model.simulate_batch(
         2.0, start, params, t_eval=TIMES, states=False, outputs=["points"], reduce=asked,
-        method=method,
+        **by(method),
     )  # fmt: skip
-    sol = model.simulate(2.0, start, params, method=method)
+    sol = model.simulate(2.0, start, params, **by(method))
     y = sol(np.linspace(0, 2, 20_001))
     assert "y_eval" not in batch.arrays
     assert np.array_equal(batch["points"][0], model.points(sol(TIMES), params))
@@ -243,13 +243,9 @@ def test_reductions_together_are_those_that_each_is_by_itself(model, drawn, meth
         "max(norm(multipliers))", "range(points[3, 1])",
     )  # fmt: skip
     for until in (None, "kinetic_energy > 25"):
-        together = model.simulate_batch(
-            2.0, start, params, reduce=asked, method=method, until=until
-        )
+        together = model.simulate_batch(2.0, start, params, reduce=asked, **by(method), until=until)
         for each in asked:
-            alone = model.simulate_batch(
-                2.0, start, params, reduce=each, method=method, until=until
-            )
+            alone = model.simulate_batch(2.0, start, params, reduce=each, **by(method), until=until)
             name = each.replace(" ", "")
             assert np.array_equal(alone[name], together[name], equal_nan=True), name
 
@@ -265,8 +261,8 @@ def test_a_reduction_may_be_a_pair_by_name(model, regular):
 def test_extremes_and_means_of_the_energies_are_those_of_the_motion(model, regular, method):
     params, start = regular
     asked = ("max(kinetic_energy)", "mean(kinetic_energy)", "range(energy)")
-    batch = model.simulate_batch(5.0, start, params, reduce=asked, method=method)
-    sol = model.simulate(5.0, start, params, method=method)
+    batch = model.simulate_batch(5.0, start, params, reduce=asked, **by(method))
+    sol = model.simulate(5.0, start, params, **by(method))
     t = np.linspace(0, 5, 50_001)
     kinetic = model.kinetic_energy(sol(t), params)
     energy = model.energy(sol(t), params)
@@ -277,12 +273,12 @@ def test_extremes_and_means_of_the_energies_are_those_of_the_motion(model, regul
 
 def test_change_points_are_counted_and_warned_about_once(model, method):
     start = model.assemble({"theta_0": np.radians(85)})
-    batch = model.simulate_batch(3.0, np.tile(start, (4, 1)), method=method)
-    sol = model.simulate(3.0, start, method=method)
+    batch = model.simulate_batch(3.0, np.tile(start, (4, 1)), **by(method))
+    sol = model.simulate(3.0, start, **by(method))
     assert (batch["change_points"] == len(sol.change_points)).all()
     assert len(sol.change_points) > 0
     assert len(batch.warnings) == 1
-    stopped = model.simulate_batch(3.0, start, method=method, on_change_point="stop")
+    stopped = model.simulate_batch(3.0, start, **by(method), on_change_point="stop")
     assert stopped.status(0).code == "stopped at a change point"
 
 
@@ -291,7 +287,7 @@ def test_a_start_that_is_open_or_not_finite_has_a_status(model, regular, method)
     starts = np.tile(start, (3, 1))
     starts[1, 1] += 1e-3
     starts[2, 4] = np.nan
-    batch = model.simulate_batch(1.0, starts, params, method=method)
+    batch = model.simulate_batch(1.0, starts, params, **by(method))
     assert batch["status"].tolist() == [1, 111, 111]
 
 
@@ -367,7 +363,7 @@ def test_a_guess_chooses_the_assembly(model, method):
     theta, params = np.array([1.0, 1.2]), {"l_3": 3.5}
     guess = {"theta_1": -1.0}
     batch = model.simulate_batch(
-        0.0, mechc.Assembly({"theta_0": theta}, guess=guess), params, method=method
+        0.0, mechc.Assembly({"theta_0": theta}, guess=guess), params, **by(method)
     )
     for y, angle in zip(batch["y0"], theta, strict=True):
         alone = model.assemble({"theta_0": angle}, guess=guess, params=params)
@@ -386,7 +382,7 @@ def test_ctrl_c_keeps_what_is_done(model, regular, monkeypatch, method):
 
     monkeypatch.setattr(batch.CountBar, "update_count", interrupt)
     cut = model.simulate_batch(
-        1.0, np.tile(start, (40, 1)), params, method=method, chunk=10, threads=2
+        1.0, np.tile(start, (40, 1)), params, **by(method), chunk=10, threads=2
     )
     assert not cut.complete
     assert 0 < cut.counts["finished"] < 40

@@ -6,14 +6,15 @@ import pytest
 import mechc
 from tests.runtime.sensitivities.test_loops import REGULAR, START, bar
 from tests.runtime.sensitivities.test_run import GIVEN, swing
+from tests.support import LOCKSTEP, by
 
 __all__ = ["bar", "swing"]  # compiled scenes of other tests
 pytestmark = pytest.mark.slow  # compiles much
 BY = ["l_3", "m_1", "g", "theta_0", "omega_0"]
 # Methods for scenes with loops.
-SPANS = {"gauss8": 40.0, "gauss8_lockstep": 100.0, "dop853": 40.0, "dopri5": 10.0, "radau5": 3.0}
+SPANS = {"gauss8": 40.0, LOCKSTEP: 100.0, "dop853": 40.0, "dopri5": 10.0, "radau5": 3.0}
 LITTLE = {  # bytes
-    "gauss8": 2e5, "gauss8_lockstep": 1.4e5, "dop853": 1.1e5, "dopri5": 1.1e5, "radau5": 3e5,
+    "gauss8": 2e5, LOCKSTEP: 1.4e5, "dop853": 1.1e5, "dopri5": 1.1e5, "radau5": 3e5,
 }  # fmt: skip
 OBJECTIVES = ({"end": "kinetic_energy"}, {"end": "kinetic_energy", "integral": "kinetic_energy"})
 
@@ -35,7 +36,7 @@ def same(plain, checked, by, objectives=OBJECTIVES):
 @pytest.mark.parametrize("method", SPANS)
 def test_gradients_have_the_same_bits(bar, method):
     """Where every second checkpoint was dropped, once or twice."""
-    given, policy = (SPANS[method], START, REGULAR), {"method": method, "rtol": 1e-9}
+    given, policy = (SPANS[method], START, REGULAR), {**by(method), "rtol": 1e-9}
     plain = bar.simulate(*given, **policy)
     checked = bar.simulate(*given, checkpoints=LITTLE[method], **policy)
     assert len(checked.record.pieces) <= checked.stats["steps"] / 128 + 1
@@ -59,7 +60,7 @@ def test_of_inputs_that_jump_and_by_their_samples(swing, method):
     times = np.linspace(0.0, 80.0, 161)
     kind = "previous" if method == "dop853" else "linear"
     push = mechc.Signal(times, np.sin(times**2), kind, breaks="samples")
-    policy = {"inputs": {"F": push}, "method": method, "rtol": 1e-8}
+    policy = {"inputs": {"F": push}, **by(method), "rtol": 1e-8}
     runs = [
         swing.simulate(80.0, {"q": 0.7, "u": -0.5}, GIVEN, checkpoints=memory, **policy)
         for memory in (None, 2e5)

@@ -50,6 +50,7 @@ def sizes_header(functions: SceneFunctions) -> str:
         "state_jacobian": int("residual_by_state" in functions.outputs),
         "parameter_jacobian": int("residual_by_parameters" in functions.outputs),
         "input_jacobian": int("residual_by_inputs" in functions.outputs),
+        "mass_matrix": int("mass_matrix" in dict([*_explicit(functions), *functions.solved()])),
         "own": functions.own_rows,
         "multipliers": int(functions.rows > 0 and _uses_multipliers(functions, bool(jacobians))),
     }

@@ -23,6 +23,7 @@ static inline void mechc_join(mechc_joined *joined, const mechc_unit *part, int 
     MECHC_TAKE(outputs);
     MECHC_TAKE(give);
     MECHC_TAKE(rates);
+    MECHC_TAKE(mass);
     MECHC_TAKE(project);
     MECHC_TAKE(run_size);
     MECHC_TAKE(start);

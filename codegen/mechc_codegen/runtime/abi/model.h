@@ -7,7 +7,7 @@
 #include "run.h"
 #include "variation.h"
 
-#define MECHC_ABI 16
+#define MECHC_ABI 17
 #define MECHC_CAPSULE "mechc.model.10"
 
 /* Arrays of states are walked with a stride in doubles; stride 0 repeats one row. */
@@ -42,6 +42,8 @@ typedef struct {
     void (*give)(const double *p, const mechc_inputs *inputs, mechc_given *given);
     /* Unprojected state rates of one state, with what give() has prepared. */
     void (*rates)(double t, const double *y, const mechc_given *given, double *out);
+    /* M (nu x nu), row by row; NULL where it is no output. */
+    void (*mass)(double t, const double *y, const mechc_given *given, double *out);
     /* Nearest state on the constraints; moved[0], moved[1]: largest closure gap and largest
        velocity residual found before. */
     int (*project)(double t, double *y, const double *p, const mechc_inputs *inputs, double *moved);

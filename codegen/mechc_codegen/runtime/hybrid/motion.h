@@ -23,7 +23,7 @@ typedef struct mechc_motion mechc_motion;
 struct mechc_motion {
     const mechc_unit *unit;
     int coordinates, speeds, width, rows, parameters;
-    int mass, jacobian, residuals; /* places of these outputs in the unit; -1: none */
+    int jacobian, residuals; /* places of these outputs in the unit; -1: none */
     mechc_sizes sizes;
     double *p, *scale;          /* parameters that hold; the size of each component by them */
     const mechc_inputs *inputs; /* between two kinks, */
@@ -62,7 +62,6 @@ MECHC_STATIC void mechc_motion_free(mechc_motion *motion)
 MECHC_STATIC int mechc_motion_make(mechc_motion *motion, int prepared)
 {
     motion->width = motion->coordinates + motion->speeds;
-    motion->mass = mechc_output_of(motion->unit, "mass_matrix");
     motion->jacobian = mechc_output_of(motion->unit, "constraint_jacobian");
     motion->residuals = mechc_output_of(motion->unit, "velocity_constraints");
     motion->p = malloc((size_t)(motion->parameters + motion->width + 1) * sizeof *motion->p);

@@ -31,6 +31,13 @@ static void mechc_unit_rates(double t, const double *y, const mechc_given *given
     mechc_scalar_rates(t, y, (const mechc_scalar_given *)given, out);
 }
 
+#if MECHC_MASS_MATRIX
+static void mechc_unit_mass(double t, const double *y, const mechc_given *given, double *out)
+{
+    mechc_scalar_output_mass_matrix(t, y, y + MECHC_NQ, (const mechc_scalar_given *)given, out);
+}
+#endif
+
 static void mechc_unit_give(const double *p, const mechc_inputs *inputs, mechc_given *given)
 {
     mechc_give(p, inputs, (mechc_scalar_given *)given);
@@ -72,6 +79,9 @@ __attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, M
     .given_size = sizeof(mechc_scalar_given),
     .give = mechc_unit_give,
     .rates = mechc_unit_rates,
+#if MECHC_MASS_MATRIX
+    .mass = mechc_unit_mass,
+#endif
 #endif
 #if MECHC_HAS(DRIVER)
     .project = mechc_unit_project,

@@ -403,10 +403,7 @@ def _read_signals(told: Mapping[str, Any], arrays: Mapping[str, Array]) -> dict[
 
 def _checked_again(system: System, recipe: Recipe) -> Recipe:
     """The request, checked as a user's; raises ValueError if the result differs."""
-    told = recipe.policy.asked()
-    switches = told.pop("stiff_switch")
-    told["method"] = "auto" if switches else told["method"]
-    told["first_step"] = told["first_step"] or None
+    told = recipe.policy.arguments()
     span = checked_span(recipe.span)
     start: Any = recipe.states
     if start is None:

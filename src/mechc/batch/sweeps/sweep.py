@@ -191,7 +191,7 @@ def sweep_json(batch: Batch, chosen: Plan, seconds: float) -> dict[str, Any]:
         "vary": {v.name: [v.low, v.high] for v in chosen.variations},
         "t_end": batch.recipe.span[1],
         "rtol": batch.recipe.policy.rtol,
-        "method": batch.recipe.policy.method,
+        "method": batch.recipe.policy.method_of_users,
         "outcomes": batch.counts,
         "change_point_members": int(np.count_nonzero(batch["change_points"])),
         "reductions": {text: _extremes(batch, text) for text in batch.recipe.reductions},

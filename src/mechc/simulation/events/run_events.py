@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -120,7 +121,25 @@ def run_events(given: Any, system: System, p: Array, compiler: Compiler) -> RunE
     UnknownNameError, ValueOutOfBoundsError, ExpressionError
         As :func:`mechc.simulation.events.expressions.read_events`.
     """
-    return RunEvents(read_events(given, system, p, compiler.parse), system, p, compiler)
+    key = _key_of(given), p.tobytes()
+    known = system.kept.get("events")
+    if known is None or key[0] is None or known[0] != key:
+        known = system.kept["events"] = key, read_events(given, system, p, compiler.parse)
+    return RunEvents(known[1], system, p, compiler)
+
+
+def _key_of(given: Any) -> Any:
+    """What tells events from others without reading them; None where nothing does."""
+    if isinstance(given, (tuple, list)):
+        keys = tuple(map(_key_of, given))
+        return None if any(key is None for key in keys) else keys
+    if isinstance(given, Event) and isinstance(given.reset, Mapping):
+        given = replace(given, reset=tuple(given.reset.items()))
+    try:
+        hash(given)
+    except TypeError:
+        return None
+    return given
 
 
 def refuse_backwards(laws: Sequence[ContactLaw], span: tuple[float, float]) -> None:

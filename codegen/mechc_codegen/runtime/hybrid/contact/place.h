@@ -151,7 +151,7 @@ MECHC_STATIC int mechc_contact_rows(mechc_contact_place *c)
 {
     const int n = c->contacts, nq = c->coordinates, nu = c->speeds;
     if (c->has_rows) return MECHC_RUNNING;
-    mechc_motion_evaluate(c->motion, c->motion->mass, c->t, c->y, c->root);
+    c->motion->unit->mass(c->t, c->y, c->motion->given, c->root);
     if (!mechc_cholesky(c->root, nu)) return MECHC_NO_MASS;
     if (!c->identity) mechc_contact_kinematics(c);
     for (int k = 0; k < n; k++) {

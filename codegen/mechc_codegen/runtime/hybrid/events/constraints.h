@@ -26,7 +26,7 @@ MECHC_STATIC int mechc_onto_constraints(const mechc_motion *motion, double t, do
     memcpy(y + first, given + first, (size_t)n * sizeof(double));
     mechc_motion_evaluate(motion, motion->residuals, t, y, missing);
     mechc_motion_evaluate(motion, motion->jacobian, t, y, weighted);
-    mechc_motion_evaluate(motion, motion->mass, t, y, mass);
+    motion->unit->mass(t, y, motion->given, mass);
     if (!mechc_cholesky(mass, n)) return 0;
     for (int i = 0; i < rows; i++) mechc_solve_lower(mass, n, weighted + i * n);
     mechc_least_change(weighted, missing, rows, n, DBL_EPSILON * (n > rows ? n : rows), lengths,

@@ -12,13 +12,16 @@
 #define MECHC_EVENT_COARSE 0.25 /* of the samples: where more are, it is sampled too rarely */
 #define MECHC_EVENT_GRAZES 10.0 /* times rtol of its largest value: a touch so small may not be one */
 
-MECHC_STATIC int mechc_earlier(const void *a, const void *b)
+/* Into the order of time, or against it for sense -1, by insertion: most are in order. */
+MECHC_STATIC void mechc_sort_points(mechc_event_point *points, int count, double sense)
 {
-    const double s = ((const mechc_event_point *)a)->t, t = ((const mechc_event_point *)b)->t;
-    return (s > t) - (s < t);
+    for (int i = 1; i < count; i++) {
+        const mechc_event_point point = points[i];
+        int k = i;
+        for (; k > 0 && sense * (points[k - 1].t - point.t) > 0.0; k--) points[k] = points[k - 1];
+        points[k] = point;
+    }
 }
-
-MECHC_STATIC int mechc_later(const void *a, const void *b) { return mechc_earlier(b, a); }
 
 /* Sample i of a step, all unevenly spaced: a function in step with even samples would seem slow. */
 MECHC_STATIC double mechc_event_fraction(int i)
@@ -224,7 +227,7 @@ MECHC_STATIC int mechc_event_zeros(mechc_watch *watch, int number, int grid, dou
     count = mechc_add_dips(watch, number, count);
     memcpy(points + count, near, (size_t)close * sizeof *near);
     count += close;
-    qsort(points, (size_t)count, sizeof *points, end < begin ? mechc_later : mechc_earlier);
+    mechc_sort_points(points, count, end < begin ? -1.0 : 1.0);
     for (int i = 0; i < count; i++)
         if (isnan(points[i].value)) return -1;
     for (int i = 0; i + 1 < count; i++) {

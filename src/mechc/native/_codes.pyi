@@ -35,6 +35,7 @@ COMPONENT: int
 ABSOLUTE: int
 NORM: int
 METHODS: dict[str, int]
+DEGREES: dict[str, int]
 CHANGE_POINT_POLICIES: dict[str, int]
 COUNTERS: dict[str, int]
 LEAST: dict[str, int]

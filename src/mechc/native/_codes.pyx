@@ -11,14 +11,26 @@ cdef extern from "abi/codes.h":
     int MECHC_EVENT_FAILED, MECHC_OPEN_AT_START, MECHC_NOT_ASSEMBLED, MECHC_INPUT_FAILED
     int MECHC_MEMORY_LIMIT, MECHC_DISCONTINUITY, MECHC_RESETS_ACCUMULATE
     int MECHC_CONTACT_INCONSISTENT, MECHC_CONTACT_UNDECIDED, MECHC_CONTACTS_TOO_MANY
-    int MECHC_DOPRI5, MECHC_DOP853, MECHC_RADAU5, MECHC_GAUSS8, MECHC_TAYLOR
-    int MECHC_GAUSS8_LOCKSTEP
     int MECHC_CONTINUE_STRAIGHT, MECHC_STOP_BEFORE
     int MECHC_COUNT_STEPS, MECHC_COUNT_REJECTED, MECHC_COUNT_RHS, MECHC_COUNT_CLOSURE
     int MECHC_COUNT_CHANGE_POINTS
     int MECHC_LEAST_SINGULAR, MECHC_LEAST_GAP
     int MECHC_MINIMUM, MECHC_MAXIMUM, MECHC_MEAN, MECHC_FIRST_CROSSING, MECHC_LAST
     int MECHC_COMPONENT, MECHC_ABSOLUTE, MECHC_NORM
+
+cdef extern from *:
+    """
+    typedef struct { const char *name; int number, degree; } mechc_method_row;
+    #define MECHC_METHOD_ROW(name, NUMBER, number, PART, degree) {#name, number, degree},
+    static const mechc_method_row mechc_method_rows[] = {MECHC_METHOD_TABLE(MECHC_METHOD_ROW)};
+    enum { mechc_method_count = MECHC_METHODS };
+    """
+    ctypedef struct mechc_method_row:
+        const char *name
+        int number, degree
+
+    const mechc_method_row mechc_method_rows[]
+    int mechc_method_count
 
 
 # How a run, a projection or a member of a batch ended.
@@ -39,11 +51,8 @@ CONTACT_INCONSISTENT = MECHC_CONTACT_INCONSISTENT
 CONTACT_UNDECIDED = MECHC_CONTACT_UNDECIDED
 CONTACTS_TOO_MANY = MECHC_CONTACTS_TOO_MANY
 
-METHODS = {
-    "dopri5": MECHC_DOPRI5, "dop853": MECHC_DOP853, "radau5": MECHC_RADAU5, "gauss8": MECHC_GAUSS8,
-    "taylor": MECHC_TAYLOR,
-    "gauss8_lockstep": MECHC_GAUSS8_LOCKSTEP,
-}
+METHODS = {row["name"].decode(): row["number"] for row in mechc_method_rows[:mechc_method_count]}
+DEGREES = {row["name"].decode(): row["degree"] for row in mechc_method_rows[:mechc_method_count]}
 
 # What a run does at a change point; for an error it stops, and Python raises it.
 CHANGE_POINT_POLICIES = {

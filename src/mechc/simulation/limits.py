@@ -14,6 +14,7 @@ import numpy as np
 
 from mechc.errors import MechcError
 from mechc.native._codes import (
+    DEGREES,
     DISCONTINUITY,
     MEMORY_LIMIT,
     NOT_CLOSED,
@@ -30,10 +31,6 @@ SHRUNK_AWAY = frozenset((STEP_TOO_SMALL, NOT_CLOSED, *AT_CROSSINGS))
 LIMITED = SHRUNK_AWAY | {TOO_MANY_STEPS, MEMORY_LIMIT}
 TOO_SMALL = "the step size fell below the spacing of doubles"
 TAIL = 48  # accepted steps that are examined
-# Degree of a polynomial through them that a step of the method does not tell from its own end.
-DEGREES = {
-    "dopri5": 4, "dop853": 7, "gauss8": 8, "gauss8_lockstep": 8, "radau5": 3, "taylor": 6,
-}  # fmt: skip
 NOISE = 16.0  # times farther from a polynomial over four times the steps
 EPS = float(np.finfo(float).eps)
 DISTANCES = 4.0 ** np.arange(16)  # of the two sides of a jump, in spacings of the steps

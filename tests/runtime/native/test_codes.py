@@ -17,6 +17,7 @@ HEADER = (RUNTIME / "abi" / "codes.h").read_text("utf-8")
 NUMBERS = {
     name: int(number) for name, number in re.findall(r"\bMECHC_(\w+) = (\d+)", HEADER)
 }  # fmt: skip
+ROWS = re.findall(r"    X\((\w+), (\w+), (\d+), \w+, \d+\)", HEADER)  # of methods
 
 
 def members(enumeration: str) -> set[int]:
@@ -32,8 +33,9 @@ def test_python_has_the_numbers_of_the_header():
     exported = {name: value for name, value in vars(codes).items() if isinstance(value, int)}
     assert len(exported) > 20
     assert {name: NUMBERS[name] for name in exported} == exported
-    assert {name: NUMBERS[name.upper()] for name in codes.METHODS} == codes.METHODS
-    assert sorted(codes.METHODS.values()) == list(range(NUMBERS["METHODS"]))
+    assert {name: int(number) for name, _, number in ROWS} == codes.METHODS
+    assert sorted(codes.METHODS.values()) == list(range(len(ROWS)))
+    assert [name.upper() for name, _, _ in ROWS] == [macro for _, macro, _ in ROWS]
     assert sorted(codes.COUNTERS.values()) == list(range(NUMBERS["COUNTS"]))
     assert sorted(codes.LEAST.values()) == list(range(NUMBERS["LEASTS"]))
     assert set(codes.CHANGE_POINT_POLICIES.values()) == members("change_point_policy")

@@ -41,16 +41,17 @@ typedef enum {
     MECHC_CONTACTS_TOO_MANY = 119 /* more modes than are tried */
 } mechc_driver_status;
 
-/* Integration methods: mechc_options.method. */
-typedef enum {
-    MECHC_DOPRI5 = 0, /* Dormand & Prince, order 5(4) */
-    MECHC_DOP853 = 1, /* Dormand & Prince, order 8(5,3) */
-    MECHC_RADAU5 = 2, /* Radau IIA, order 5 */
-    MECHC_GAUSS8 = 3, /* Gauss-Legendre collocation, 8 stages */
-    MECHC_TAYLOR = 4, /* Taylor series, of an order that follows from the tolerance */
-    MECHC_GAUSS8_LOCKSTEP = 5, /* the same, runs in lockstep and the stages one after another */
-    MECHC_METHODS = 6 /* how many there are */
-} mechc_method_number;
+/* Integration methods, mechc_options.method: name, number, part of a unit that has their code
+ * (parts.h), degree of a polynomial through the ends of steps that tells no step from its own end. */
+#define MECHC_METHOD_TABLE(X) \
+    X(dopri5, DOPRI5, 0, EXPLICIT, 4) /* Dormand & Prince, order 5(4) */ \
+    X(dop853, DOP853, 1, EXPLICIT, 7) /* Dormand & Prince, order 8(5,3) */ \
+    X(radau5, RADAU5, 2, IMPLICIT, 3) /* Radau IIA, order 5 */ \
+    X(gauss8, GAUSS8, 3, COLLOCATION, 8) /* Gauss-Legendre collocation, 8 stages */ \
+    X(taylor, TAYLOR, 4, SERIES, 6) /* Taylor series, of an order that follows from the tolerance */ \
+    X(gauss8_lockstep, GAUSS8_LOCKSTEP, 5, SWEEPS, 8) /* its stages one after another, for lanes */
+#define MECHC_METHOD_NUMBER(name, NUMBER, number, PART, degree) MECHC_##NUMBER = number,
+typedef enum { MECHC_METHOD_TABLE(MECHC_METHOD_NUMBER) MECHC_METHODS } mechc_method_number;
 
 /* What to do at a change point: mechc_options.on_change_point. */
 typedef enum { MECHC_CONTINUE_STRAIGHT = 0, MECHC_STOP_BEFORE = 1 } mechc_change_point_policy;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "model.h"
+#include "parts.h"
 
 typedef struct {
     mechc_unit unit;
@@ -43,9 +44,7 @@ static inline void mechc_join(mechc_joined *joined, const mechc_unit *part, int 
 /* The part that has the code of a method. */
 static inline int mechc_part_of_method(int method)
 {
-    return method == MECHC_GAUSS8 ? MECHC_PART_COLLOCATION
-         : method == MECHC_TAYLOR ? MECHC_PART_SERIES
-         : method == MECHC_GAUSS8_LOCKSTEP ? MECHC_PART_SWEEPS
-         : method == MECHC_RADAU5 ? MECHC_PART_IMPLICIT
-                                  : MECHC_PART_EXPLICIT;
+#define MECHC_METHOD_PART(name, NUMBER, number, PART, degree) MECHC_PART_##PART,
+    static const int parts[] = {MECHC_METHOD_TABLE(MECHC_METHOD_PART)};
+    return parts[method];
 }

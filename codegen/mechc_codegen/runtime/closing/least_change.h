@@ -5,7 +5,7 @@
 #include <float.h>
 #include <math.h>
 
-#define MECHC_SWEEPS 30
+#define MECHC_JACOBI_SWEEPS 30
 
 /* Turn rows i and j of A, and of b if there is one, until they are orthogonal; whether they were. */
 static int mechc_turn_rows(double *a, double *b, int columns, int i, int j)
@@ -39,7 +39,7 @@ static int mechc_turn_rows(double *a, double *b, int columns, int i, int j)
 static void mechc_orthogonal_rows(double *a, double *b, int rows, int columns, double *lengths)
 {
     int settled = 0;
-    for (int sweep = 0; !settled && sweep < MECHC_SWEEPS; sweep++) {
+    for (int sweep = 0; !settled && sweep < MECHC_JACOBI_SWEEPS; sweep++) {
         settled = 1;
         for (int i = 0; i < rows; i++)
             for (int j = i + 1; j < rows; j++) settled &= mechc_turn_rows(a, b, columns, i, j);

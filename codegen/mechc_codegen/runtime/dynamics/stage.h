@@ -247,7 +247,7 @@ MECHC_INLINE real FN(gap_and_rounding)(const FN(place) *place, const real *q, re
         const real size = FN(size)(q[j]);
         turn = R_SELECT(R_MASK(size > turn), size, turn);
     }
-    *rounding = terms * turn * (2.0 * MECHC_EPSILON);
+    *rounding = terms * turn * (2.0 * DBL_EPSILON);
     return gap;
 }
 

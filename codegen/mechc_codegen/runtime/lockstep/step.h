@@ -99,7 +99,7 @@ MECHC_INLINE mechc_vector mechc_lockstep_weight(const mechc_lockstep *a, int i)
     const mechc_vector y = mechc_size_of(a->y[i]), end = mechc_size_of(a->end[i]);
     const mechc_vector size = mechc_choose(y > end, y, end);
     const mechc_vector asked = a->of_scale * a->scale[i] + (a->floor[i] + a->of_size * size);
-    const mechc_vector digit = 2.220446049250313e-16 * size;
+    const mechc_vector digit = DBL_EPSILON * size;
     return mechc_vector_rough_inverse(mechc_choose(asked > digit, asked, digit));
 }
 

@@ -34,7 +34,7 @@ MECHC_RARE void mechc_close_finely(const mechc_integration *run, double t, doubl
 {
 #if MECHC_HAS_FINE_GAP
     double before[MECHC_NQ], moved = HUGE_VAL;
-    for (int i = 0; i < 4 && moved * moved > MECHC_EPS * conditioning; i++) {
+    for (int i = 0; i < 4 && moved * moved > DBL_EPSILON * conditioning; i++) {
         memcpy(before, y, sizeof before);
         mechc_find_fine_gap(t, y, &run->given, &run->monitor.known, place->gap);
         mechc_scalar_correct(t, y, &run->given, place);

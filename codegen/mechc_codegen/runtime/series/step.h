@@ -21,7 +21,7 @@ MECHC_INLINE void FN(taylor_weights)(const real *y, const real *scale, const rea
     for (int i = 0; i < MECHC_NX; i++) {
         const real size = R_SELECT(R_MASK(y[i] < 0.0), -y[i], y[i]);
         const real asked = R_FMA(of_scale, scale[i], R_FMA(of_size, size, floor[i]));
-        const real digit = 2.220446049250313e-16 * size;
+        const real digit = DBL_EPSILON * size;
         weights[i] = FN(rough_inverse)(R_SELECT(R_MASK(asked > digit), asked, digit));
     }
 }

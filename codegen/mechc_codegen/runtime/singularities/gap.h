@@ -9,8 +9,6 @@
 #include "dynamics/scalar_stage.h"
 #include "singularities/weakest.h"
 
-#define MECHC_EPS 2.220446049250313e-16
-
 #if MECHC_NH > 0
 /* Lengths as they were given: do they make a change point? */
 typedef enum { MECHC_READS_OPEN = -1, MECHC_UNREAD = 0, MECHC_READS_CLOSED = 1 } mechc_reading;
@@ -165,7 +163,7 @@ MECHC_RARE_ONCE mechc_reading mechc_read_gap(double t, const mechc_scalar_given 
     exact.typed += mechc_decimal_beyond(stored, 0.0, MECHC_TYPED);
     mechc_add_exactly(&exact, stored);
     const double sum = exact.sum + exact.rest, typed = exact.sum + (exact.rest + exact.typed);
-    const double least = exact.spread + MECHC_EPS * c->rounding;
+    const double least = exact.spread + DBL_EPSILON * c->rounding;
     c->gap = sum;
     return mechc_min(fabs(sum), fabs(typed)) <= least ? MECHC_READS_CLOSED : MECHC_READS_OPEN;
 }
@@ -186,7 +184,7 @@ MECHC_STATIC void mechc_measure_gap(double t, const mechc_scalar_given *given, m
     }
     c->gap = 0.5 * (low + high);
     c->rounding =
-        mechc_max(MECHC_EPS * mechc_sum_of_lengths(&place), MECHC_SAMPLED * (high - low));
+        mechc_max(DBL_EPSILON * mechc_sum_of_lengths(&place), MECHC_SAMPLED * (high - low));
     c->reading = fabs(c->gap) > MECHC_BENDS * c->rounding ? MECHC_READS_OPEN
                                                           : mechc_read_gap(t, given, c);
 }

@@ -37,7 +37,7 @@ MECHC_STATIC double mechc_look_ahead(const mechc_span *span, mechc_monitor *moni
     if (!critical.curves) return HUGE_VAL;
     const double ahead = mechc_time_to(span, &critical);
     if (mechc_judge(&critical) == MECHC_CROSSING) return ahead;
-    const int bend = fabs(critical.gap) < MECHC_SHARP * critical.rounding / MECHC_EPS;
+    const int bend = fabs(critical.gap) < MECHC_SHARP * critical.rounding / DBL_EPSILON;
     monitor->bends = bend && (ahead < 1.5 * open || monitor->first < MECHC_NARROW);
     return HUGE_VAL;
 }

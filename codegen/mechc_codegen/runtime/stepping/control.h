@@ -8,8 +8,6 @@
 #include "run/rates.h"
 #include "singularities/monitor.h"
 
-#define MECHC_EPSILON 2.220446049250313e-16
-
 /* Shares of the tolerance that one step may use; the second where steps are many, since the order
  * is low. */
 #define MECHC_SHARE 0.03
@@ -25,7 +23,7 @@
 MECHC_STATIC double mechc_rounding(const mechc_integration *run)
 {
     const double low = MECHC_NH > 0 ? mechc_max(run->monitor.first, MECHC_NARROW) : 1.0;
-    return MECHC_EPSILON / (low < MECHC_POOR ? low : 1.0);
+    return DBL_EPSILON / (low < MECHC_POOR ? low : 1.0);
 }
 
 /* Tolerated error of one step per component: a share of the user's atol + rtol |y|, or of rtol
@@ -75,7 +73,7 @@ MECHC_STATIC double mechc_limited_factor(mechc_integration *run, double error)
 MECHC_STATIC double mechc_smallest_step(const mechc_integration *run)
 {
     const double t = run->head.t;
-    return 16.0 * MECHC_EPSILON * mechc_max(fabs(t), fabs(run->t1 - t));
+    return 16.0 * DBL_EPSILON * mechc_max(fabs(t), fabs(run->t1 - t));
 }
 
 /* The part of the limits that holds t, or would after it; count where there is none. */

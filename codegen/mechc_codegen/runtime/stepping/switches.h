@@ -180,7 +180,7 @@ MECHC_STATIC void mechc_switch_curve_of(const mechc_integration *run, double h, 
     curve->least = 2.0 * mechc_smallest_step(run) / fabs(h);
     curve->at = nodes->at;
     curve->last = nodes->count;
-    curve->noise = 64.0 * MECHC_EPSILON * run->switches.size[which];
+    curve->noise = 64.0 * DBL_EPSILON * run->switches.size[which];
     curve->first = run->switches.at_start[which] || fabs(values[0]) <= curve->noise;
     for (int i = curve->first; i <= curve->last; i++)
         curve->value[i] = curve->first ? values[i] / curve->at[i] : values[i];
@@ -191,7 +191,7 @@ MECHC_STATIC void mechc_switch_curve_of(const mechc_integration *run, double h, 
 MECHC_STATIC double mechc_switch_exact(const mechc_integration *run, double h, double noise,
                                        double slope)
 {
-    const double time = 4.0 * MECHC_EPSILON * fabs(run->head.t / h);
+    const double time = 4.0 * DBL_EPSILON * fabs(run->head.t / h);
     return mechc_max(MECHC_SWITCH_EXACT * run->rtol, mechc_max(time, 4.0 * noise / fabs(slope)));
 }
 

@@ -56,7 +56,7 @@ MECHC_STATIC int mechc_speeds_beside(double t, double *y, const mechc_scalar_giv
         left = mechc_max(left, fabs(after[i]));
     }
     /* the rows are linear in the speeds: what those that are held forbid is left whole */
-    return left <= 0.01 * wanted || left <= 64.0 * MECHC_EPSILON * terms ? MECHC_RUNNING
+    return left <= 0.01 * wanted || left <= 64.0 * DBL_EPSILON * terms ? MECHC_RUNNING
                                                                        : MECHC_NOT_CLOSED;
 }
 #endif

@@ -149,11 +149,11 @@ MECHC_STATIC double mechc_gauss_most_noise(const mechc_integration *run)
  * accelerations by its cube. */
 MECHC_STATIC double mechc_gauss_noise(const mechc_integration *run, double h)
 {
-    const double low = mechc_max(sqrt(mechc_gauss_of(run)->lowest), MECHC_EPSILON);
+    const double low = mechc_max(sqrt(mechc_gauss_of(run)->lowest), DBL_EPSILON);
     double fastest = 0.0;
     for (int i = 0; i < MECHC_NQ; i++)
         fastest = mechc_max(fastest, fabs(MECHC_RATE(run, 0)[i]) / run->scale[i]);
-    return MECHC_EPSILON / (low * low * low) * fabs(h) * fastest;
+    return DBL_EPSILON / (low * low * low) * fabs(h) * fastest;
 }
 
 MECHC_STATIC int mechc_gauss_crosses(const mechc_integration *run, double h)

@@ -72,7 +72,7 @@ MECHC_INLINE void mechc_gauss_lanes_weigh(mechc_gauss_lanes *g)
     for (int i = 0; i < MECHC_NX; i++) {
         const mechc_vector size = mechc_size_of(a->y[i]), scale = a->scale[i];
         const mechc_vector asked = a->of_scale * scale + (a->floor[i] + a->of_size * size);
-        const mechc_vector digit = 2.220446049250313e-16 * size;
+        const mechc_vector digit = DBL_EPSILON * size;
         const mechc_vector tolerated = mechc_choose(asked > digit, asked, digit);
         const mechc_vector bound = mechc_lesser(tolerated, MECHC_GAUSS_LOOSEST * scale);
         const mechc_vector inverse = mechc_vector_rough_inverse(scale);

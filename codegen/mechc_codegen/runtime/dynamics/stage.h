@@ -321,7 +321,7 @@ MECHC_INLINE int FN(close_loops)(real t, real *q, const FN(given) *given, FN(pla
         if (FN(find_massless)(place) >= 0) return MECHC_SINGULAR_MASS;
         const double gap = FN(gap)(place, q, &rounding);
         if (!(gap < HUGE_VAL)) return MECHC_NOT_FINITE;
-        if (gap <= rounding || (gap <= 16.0 * rounding && gap >= 0.25 * before))
+        if (gap <= rounding || (gap <= MECHC_CLOSES * rounding && gap >= 0.25 * before))
             return MECHC_RUNNING;
         before = gap;
         FN(correct)(t, q, given, place);

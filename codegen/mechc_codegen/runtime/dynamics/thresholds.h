@@ -27,6 +27,8 @@
 
 /* Of the longest row: a shorter one is redundant, or the start is near a change point. */
 #define MECHC_NO_ROW 1e-6
+/* A loop is closed whose gap no longer falls, within so many units of rounding. */
+#define MECHC_CLOSES 16.0
 /* How far each speed is moved to configurations near the start. */
 #define MECHC_NEARBY 1e-2
 /* How far a direction is followed, and of it a correction that is rounding. */

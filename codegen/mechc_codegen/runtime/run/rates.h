@@ -48,6 +48,15 @@ MECHC_RARE void mechc_close_finely(const mechc_integration *run, double t, doubl
 #endif
 }
 
+/* The change of a component over which its derivatives are differences: near sqrt(eps), of its scale or
+ * of a size so many times as large. */
+#define MECHC_LARGE_VALUE 1e-2
+
+MECHC_INLINE double mechc_small_change(double scale, double value)
+{
+    return MECHC_SMALL_MOVE * mechc_max(scale, MECHC_LARGE_VALUE * fabs(value));
+}
+
 /* Statistics and the monitor learn of a stage. */
 MECHC_STATIC void mechc_meet(mechc_integration *run, double t, const double *y, double singular)
 {

@@ -11,6 +11,18 @@
 #include "singularities/gap.h"
 #include "singularities/weakest.h"
 
+/* Pivots, of the first: of Newton's equations below which they leave a direction free, and of a form of
+ * second differences below which it is flat. */
+#define MECHC_LEFT_FREE 1e-9
+#define MECHC_NO_CURVATURE 1e-5
+/* Newton's steps, of the reach: the last one, and one that no longer halves, which is rounding. */
+#define MECHC_NEWTON_ENDS 1e-10
+#define MECHC_NEWTON_STALLS 1e-6
+/* What a critical configuration known before, turned by whole turns, may miss of the largest partial
+ * derivative: in its gaps and in J^T w. */
+#define MECHC_STILL_CLOSED 1e-12
+#define MECHC_STILL_SINGULAR 1e-9
+
 #if MECHC_NH > 0
 /* Solve the square system a x = b in place, full pivoting; directions that the equations leave
  * free, whose pivots are below a share of the first, do not move.  The rank. */
@@ -79,7 +91,6 @@ MECHC_STATIC double mechc_critical_equations(double t, const mechc_scalar_given 
                                              double *a, double *b)
 {
     const int rank = at->rank, n = MECHC_NU + rank + 1;
-    const double step = 1e-7;
     /* unit of g and of the rows: whatever the scene's unit of length is */
     double length = place->ordinary_sum;
     for (int i = 0; i < MECHC_NH * MECHC_NU; i++)
@@ -105,8 +116,9 @@ MECHC_STATIC double mechc_critical_equations(double t, const mechc_scalar_given 
     }
     for (int j = 0; j < MECHC_NU && !mechc_scalar_stopped(given); j++) {
         b[rank + j] = -pull[j];
-        mechc_pull(t, c->q, given, j, step, c->normal, moved);
-        for (int i = 0; i < MECHC_NU; i++) a[(rank + i) * n + j] = (moved[i] - pull[i]) / step;
+        mechc_pull(t, c->q, given, j, MECHC_SMALL_MOVE, c->normal, moved);
+        for (int i = 0; i < MECHC_NU; i++)
+            a[(rank + i) * n + j] = (moved[i] - pull[i]) / MECHC_SMALL_MOVE;
     }
     b[n - 1] = 0.5 * (1.0 - square);
     for (int i = 0; i < (n - 1) * n; i++) a[i] *= (i + 1) % n ? 1.0 / length : 1.0;
@@ -147,16 +159,16 @@ MECHC_STATIC int mechc_span_rows(const mechc_scalar_place *place, const mechc_cr
 MECHC_STATIC void mechc_second_form(double t, const mechc_scalar_given *given,
                                     const mechc_critical *c, double *form)
 {
-    const double step = 1e-7;
     double rows[MECHC_NH * MECHC_NU], pull[MECHC_NU], moved[MECHC_NU];
     mechc_scalar_place place;
     mechc_place_at(t, c->q, given, &place);
     const int count = mechc_span_rows(&place, c, rows);
     mechc_pull_of(&place, c->normal, pull);
     for (int i = 0; i < MECHC_NU; i++) {
-        mechc_pull(t, c->q, given, i, step, c->normal, moved);
+        mechc_pull(t, c->q, given, i, MECHC_SMALL_MOVE, c->normal, moved);
         for (int j = 0; j < MECHC_NU; j++)
-            form[i * MECHC_NU + j] = (moved[j] - pull[j]) / (step * c->speeds[i] * c->speeds[j]);
+            form[i * MECHC_NU + j] =
+                (moved[j] - pull[j]) / (MECHC_SMALL_MOVE * c->speeds[i] * c->speeds[j]);
     }
     for (int k = 0; k < count; k++) { /* projected from both sides */
         const double *row = rows + k * MECHC_NU;
@@ -180,7 +192,7 @@ MECHC_STATIC int mechc_is_of_curves(double t, const mechc_scalar_given *given,
 {
     double form[MECHC_NU * MECHC_NU], zero[MECHC_NU] = {0};
     mechc_second_form(t, given, c, form);
-    return mechc_solve(form, zero, MECHC_NU, 1e-5) <= 2;
+    return mechc_solve(form, zero, MECHC_NU, MECHC_NO_CURVATURE) <= 2;
 }
 
 /* Newton's method from q for a critical configuration whose normal is near the one given, in the
@@ -204,7 +216,7 @@ MECHC_ONCE int mechc_find_critical_of(double t, const double *q, const mechc_sca
         }
         const double length = mechc_critical_equations(t, given, &place, at, c, a, b);
         if (mechc_scalar_stopped(given)) return 0;
-        mechc_solve(a, b, MECHC_NU + rank + 1, 1e-9);
+        mechc_solve(a, b, MECHC_NU + rank + 1, MECHC_LEFT_FREE);
         double square = 0.0;
         for (int j = 0; j < MECHC_NU; j++) square += pow(b[j] * c->speeds[j], 2);
         const double moved_by = sqrt(square);
@@ -217,9 +229,9 @@ MECHC_ONCE int mechc_find_critical_of(double t, const double *q, const mechc_sca
             for (int i = 0; i < MECHC_NH; i++)
                 c->normal[i] += b[MECHC_NU + r] * at->basis[r * MECHC_NH + i];
         c->gap += length * b[MECHC_NU + rank];
-        const int by_rounding = moved_by <= 1e-6 * reach && moved_by >= 0.5 * last;
+        const int by_rounding = moved_by <= MECHC_NEWTON_STALLS * reach && moved_by >= 0.5 * last;
         last = moved_by;
-        if (by_rounding || moved_by <= 1e-10 * reach) {
+        if (by_rounding || moved_by <= MECHC_NEWTON_ENDS * reach) {
             mechc_measure_gap(t, given, c);
             c->curves = MECHC_NU - rank < 2 || mechc_is_of_curves(t, given, c);
             return 1;
@@ -240,14 +252,13 @@ MECHC_STATIC int mechc_find_critical(double t, const double *q, const mechc_scal
 MECHC_ONCE int mechc_still_critical(double t, const double *q, const mechc_scalar_given *given,
                                     double reach, const mechc_critical *known, mechc_critical *c)
 {
-    const double turn = 6.283185307179586;
     double square = 0.0, largest = 0.0;
     int turned = 0;
     mechc_scalar_place place;
     *c = *known;
     for (int i = 0; i < MECHC_NQ - MECHC_STATES; i++) {
-        const double turns = nearbyint((q[i] - known->q[i]) / turn);
-        if (turns != 0.0) c->q[i] += turns * turn, turned = 1;
+        const double turns = nearbyint((q[i] - known->q[i]) / (2.0 * M_PI));
+        if (turns != 0.0) c->q[i] += turns * (2.0 * M_PI), turned = 1;
         const double speed = MECHC_IDENTITY_KINEMATICS ? c->speeds[i % MECHC_NU] : 1.0;
         square += pow((q[i] - c->q[i]) * speed, 2);
     }
@@ -257,13 +268,13 @@ MECHC_ONCE int mechc_still_critical(double t, const double *q, const mechc_scala
     for (int i = 0; i < MECHC_NH * MECHC_NU; i++)
         largest = mechc_max(largest, fabs(place.jacobian[i]));
     for (int i = 0; i < MECHC_NH; i++)
-        if (!(fabs(place.gap[i] - c->gap * c->normal[i]) <= 1e-12 * largest + c->rounding))
+        if (!(fabs(place.gap[i] - c->gap * c->normal[i]) <= MECHC_STILL_CLOSED * largest + c->rounding))
             return 0;
     for (int j = 0; j < MECHC_NU; j++) {
         double pull = 0.0;
         for (int i = 0; i < MECHC_NH; i++)
             pull += place.jacobian[i * MECHC_NU + j] * c->normal[i];
-        if (!(fabs(pull) <= 1e-9 * largest)) return 0;
+        if (!(fabs(pull) <= MECHC_STILL_SINGULAR * largest)) return 0;
     }
     if (turned) mechc_measure_gap(t, given, c);
     return 1;

@@ -27,6 +27,25 @@
 /* The same where the gap cannot be distinguished from rounding. */
 #define MECHC_LOST 1e-5
 
+/* Of a step, in which the place nearest to a crossing is looked for, and how sharply it is told. */
+#define MECHC_LOOKS 32
+#define MECHC_PLACED 1e-3
+/* Times the conditioning, in radians: farther away is no configuration that makes it so small. */
+#define MECHC_BESIDE 30.0
+/* Fractions of a step: crossings that it is aimed at, */
+#define MECHC_AIM_FROM 0.1
+#define MECHC_AIM_TO 1.3
+/* those beyond its start whose place is known, and that the pair bridges, */
+#define MECHC_KNOWN_FROM 0.02
+#define MECHC_BRIDGED_FROM 0.05
+/* those at its end, and as far before the horizon, */
+#define MECHC_AT_END 0.1
+/* a plan that is worth a new step, and the next crossing's time ahead after one that was bridged. */
+#define MECHC_WORTH_A_STEP 0.9
+#define MECHC_PATIENCE 0.7
+/* Factors that are tried one after the other where shrinking alone would only approach a crossing. */
+#define MECHC_OTHER_STEPS 0.7, 1.3, 0.45, 0.8, 0.3, 0.6, 1.7, 0.2
+
 #if MECHC_NH > 0
 /* Weight of coordinate i in distances: the mass it moves where speeds are its rates. */
 MECHC_STATIC double mechc_weight(const mechc_critical *c, int i)
@@ -64,14 +83,14 @@ MECHC_STATIC double mechc_distance(const mechc_span *span, const mechc_critical 
 /* The fraction of the step, from a little before it to the horizon, that is nearest to q*. */
 MECHC_STATIC double mechc_nearest(const mechc_span *span, const mechc_critical *c)
 {
-    const int first = -8, last = (int)(32.0 * span->horizon);
+    const int first = -MECHC_LOOKS / 4, last = (int)(MECHC_LOOKS * span->horizon);
     double best = 0.0, least = HUGE_VAL;
     for (int i = first; i <= last; i++) {
-        const double square = mechc_distance(span, c, i / 32.0);
-        if (square < least) least = square, best = i / 32.0;
+        const double square = mechc_distance(span, c, (double)i / MECHC_LOOKS);
+        if (square < least) least = square, best = (double)i / MECHC_LOOKS;
     }
-    double left = best - 1.0 / 32.0, right = best + 1.0 / 32.0;
-    while (right - left > 1e-3) {
+    double left = best - 1.0 / MECHC_LOOKS, right = best + 1.0 / MECHC_LOOKS;
+    while (right - left > MECHC_PLACED) {
         const double a = left + (right - left) / 3.0, b = right - (right - left) / 3.0;
         if (mechc_distance(span, c, a) < mechc_distance(span, c, b)) right = b;
         else left = a;
@@ -131,16 +150,16 @@ MECHC_STATIC double mechc_beside(const mechc_weakest *weakest, const double *mas
 {
     double heaviest = 0.0;
     for (int j = 0; j < MECHC_NU; j++) heaviest = mechc_max(heaviest, mass[j * MECHC_NU + j]);
-    return weakest->ratio < MECHC_NARROW ? 30.0 * weakest->ratio * sqrt(heaviest) : 0.0;
+    return weakest->ratio < MECHC_NARROW ? MECHC_BESIDE * weakest->ratio * sqrt(heaviest) : 0.0;
 }
 
 /* The factor of the step that puts a crossing, now at its fraction s, into the widest gap between
  * the nodes of this step or of the next one; 1 where the step needs no change. */
 MECHC_STATIC double mechc_aim(const mechc_span *span, double s)
 {
-    if (s < 0.1 || s > 1.3) return 1.0;
+    if (s < MECHC_AIM_FROM || s > MECHC_AIM_TO) return 1.0;
     if (s >= span->low && s <= span->high) return 1.0;
-    if (s < 1.3 * span->best) return s / span->best;
+    if (s < MECHC_AIM_TO * span->best) return s / span->best;
     return s - span->best;
 }
 
@@ -172,8 +191,7 @@ MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_monitor *
                                          const mechc_critical *critical, int between, int turned,
                                          int too_near, mechc_decision *out)
 {
-    /* Shrinking alone would only approach the crossing. */
-    static const double factors[] = {0.7, 1.3, 0.45, 0.8, 0.3, 0.6, 1.7, 0.2};
+    static const double factors[] = {MECHC_OTHER_STEPS};
     if (turned != between || too_near) {
         monitor->ahead = HUGE_VAL;
         if (monitor->tries >= 24) mechc_give_up(out, MECHC_NO_STEP_FITS, critical->gap);
@@ -183,11 +201,11 @@ MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_monitor *
         return;
     }
     if (span->looks_ahead) {
-        const int known = out->fraction > 0.02 && out->fraction < span->horizon - 0.1;
+        const int known = out->fraction > MECHC_KNOWN_FROM && out->fraction < span->horizon - MECHC_AT_END;
         monitor->ahead = known ? out->fraction * fabs(span->h) : HUGE_VAL;
         const double planned = mechc_plan(span->nodes, monitor->ahead, fabs(span->h));
-        const int at_end = fabs(out->fraction - 1.0) < 0.1;
-        if (planned < 0.9 * fabs(span->h) && monitor->tries < 4 && !(span->last && at_end)) {
+        const int at_end = fabs(out->fraction - 1.0) < MECHC_AT_END;
+        if (planned < MECHC_WORTH_A_STEP * fabs(span->h) && monitor->tries < 4 && !(span->last && at_end)) {
             mechc_retry(out, 1.0, 1);
         } else if (at_end && !span->last && monitor->tries < 16) {
             monitor->ahead = HUGE_VAL;
@@ -199,9 +217,9 @@ MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_monitor *
     }
     if (!span->bridge) {
         const double ahead = out->fraction * fabs(span->h);
-        if (out->fraction > 0.05 && out->fraction < span->horizon - 0.1
+        if (out->fraction > MECHC_BRIDGED_FROM && out->fraction < span->horizon - MECHC_AT_END
             && ahead <= monitor->patience) {
-            monitor->patience = 0.7 * ahead;
+            monitor->patience = MECHC_PATIENCE * ahead;
             monitor->wanted = fabs(span->h);
             mechc_retry(out, out->fraction / span->best, 1);
             return;
@@ -329,8 +347,8 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
             mechc_give_up(out, MECHC_UNDECIDED, critical.gap);
         break;
     default:
-        if (turned) mechc_retry(out, turned > 0 ? 0.3 : 0.5, 0);
-        else if (mechc_changes_branch(span, &critical)) mechc_retry(out, 0.3, 0);
+        if (turned) mechc_retry(out, turned > 0 ? MECHC_ASTRAY : 0.5, 0);
+        else if (mechc_changes_branch(span, &critical)) mechc_retry(out, MECHC_ASTRAY, 0);
 #if MECHC_NH > 2
         else mechc_examine_others(span, monitor, reach, out);
 #endif

@@ -76,8 +76,17 @@ MECHC_STATIC double mechc_sum_of_lengths(const mechc_scalar_place *place)
 /* Gaps below so many units of rounding bend the motion more sharply than closed loops resolve. */
 #define MECHC_BENDS 8.0
 
-/* Coefficients of lengths in a gap are multiples of 1 / MECHC_PARTS. */
+/* Coefficients of lengths in a gap are multiples of 1 / MECHC_PARTS, which are told by slopes whose
+ * rounding is a small part of one. */
 #define MECHC_PARTS 8.0
+#define MECHC_WHOLE 0.1
+
+/* At q* the gap along w is stationary: differences of its values so near to it are rounding. */
+#define MECHC_SAMPLED_WITHIN 1e-9
+
+/* Powers of ten that doubles hold exactly. */
+#define MECHC_TEN 10.0
+#define MECHC_EXACT_POWERS 22
 
 /* Numbers up to here times 10^-k are what someone typed; all that is longer was computed. */
 #define MECHC_TYPED 1e15
@@ -101,7 +110,7 @@ MECHC_STATIC void mechc_add_exactly(mechc_exact *out, double term)
 MECHC_STATIC double mechc_decimal_beyond(double x, double near, double longest)
 {
     double power = 1.0;
-    for (int k = 0; k <= 22; k++, power *= 10.0) {
+    for (int k = 0; k <= MECHC_EXACT_POWERS; k++, power *= MECHC_TEN) {
         const double digits = nearbyint(x * power);
         if (!(fabs(digits) < longest)) return NAN;
         if (fabs(digits / power - x) <= near) return -fma(x, power, -digits) / power;
@@ -140,7 +149,7 @@ MECHC_STATIC double mechc_coefficient(double t, const mechc_scalar_given *given,
     const double slope = MECHC_PARTS * (mechc_gap_along(t, &moved, c) - gap) / by;
     const double noise = MECHC_PARTS * 4.0 * c->rounding / fabs(by);
     const double whole = nearbyint(slope);
-    return noise < 0.1 && fabs(slope - whole) <= noise ? whole / MECHC_PARTS : NAN;
+    return noise < MECHC_WHOLE && fabs(slope - whole) <= noise ? whole / MECHC_PARTS : NAN;
 }
 
 /* A gap where links are in line is a sum of lengths, which is found without rounding.  It vanishes
@@ -168,15 +177,14 @@ MECHC_RARE_ONCE mechc_reading mechc_read_gap(double t, const mechc_scalar_given 
     return mechc_min(fabs(sum), fabs(typed)) <= least ? MECHC_READS_CLOSED : MECHC_READS_OPEN;
 }
 
-/* g and its rounding: at q* the gap along w is stationary, so differences of its values within 1e-9
- * of q* are rounding. */
+/* g and its rounding. */
 MECHC_STATIC void mechc_measure_gap(double t, const mechc_scalar_given *given, mechc_critical *c)
 {
     mechc_scalar_place place;
     double low = HUGE_VAL, high = -HUGE_VAL;
     for (int sample = 0; sample <= 2 * MECHC_NU && !mechc_scalar_stopped(given); sample++) {
         double by[MECHC_NU] = {0}, moved[MECHC_NQ];
-        if (sample > 0) by[(sample - 1) / 2] = sample % 2 ? 1e-9 : -1e-9;
+        if (sample > 0) by[(sample - 1) / 2] = sample % 2 ? MECHC_SAMPLED_WITHIN : -MECHC_SAMPLED_WITHIN;
         mechc_displace(t, c->q, given, by, moved);
         mechc_rows_at(t, moved, given, &place);
         const double gap = mechc_dot(c->normal, place.gap, MECHC_NH);

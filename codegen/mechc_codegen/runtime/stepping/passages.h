@@ -28,6 +28,10 @@
 /* Nodes that a step has at least. */
 #define MECHC_LEAST_NODES 4.0
 
+/* Move of a coordinate, over its scale, in a step that may pass a change point which is not known: where
+ * it is as far from two nodes as 2 asin(MECHC_CLEAR), whose gap is half of a step of radau5. */
+#define MECHC_FAR 1.5
+
 /* How far the dense output at the fraction s has passed the change point, in this direction. */
 MECHC_STATIC double mechc_past_crossing(const mechc_integration *run, const double *rows, double s,
                                         const double *along)
@@ -117,8 +121,9 @@ MECHC_STATIC int mechc_may_pass(const mechc_integration *run, double h, const do
 {
 #if MECHC_NH > 0
     if (run->decision.action == MECHC_CROSSES) return 1;
-    return mechc_knows_crossing(&run->monitor)
-        && MECHC_LEAST_NODES * run->monitor.least < mechc_moved(run, h, end);
+    const double moved = mechc_moved(run, h, end);
+    return (moved > MECHC_FAR || mechc_knows_crossing(&run->monitor))
+        && MECHC_LEAST_NODES * run->monitor.least < moved;
 #else
     (void)run, (void)h, (void)end;
     return 0;

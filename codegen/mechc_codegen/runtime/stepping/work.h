@@ -39,12 +39,12 @@ MECHC_STATIC double mechc_kinetic_after(const mechc_integration *run, double t, 
 }
 
 MECHC_STATIC mechc_work mechc_work_at(const mechc_integration *run, double t, const double *y,
-                                      const double *rates)
+                                      const double *rates, double h)
 {
     double momenta[MECHC_NU], unused[MECHC_NU], fastest = 0.0;
     for (int i = 0; i < MECHC_NQ; i++)
         fastest = mechc_max(fastest, fabs(rates[i]) / run->scale[i]);
-    const double time = MECHC_WORK_MOVE / mechc_max(fastest, MECHC_WORK_MOVE);
+    const double time = mechc_min(MECHC_WORK_MOVE / fastest, fabs(h));
     const double after = mechc_kinetic_after(run, t, time, y, rates, unused);
     const double before = mechc_kinetic_after(run, t, -time, y, rates, unused);
     mechc_work out = {.kinetic = mechc_kinetic_after(run, t, 0.0, y, rates, momenta)};
@@ -59,8 +59,9 @@ MECHC_STATIC mechc_work mechc_work_at(const mechc_integration *run, double t, co
  * over the step may explain. */
 MECHC_STATIC int mechc_keeps_work(const mechc_integration *run, const mechc_span *span)
 {
-    const mechc_work a = mechc_work_at(run, span->t, span->start, span->start_rates);
-    const mechc_work b = mechc_work_at(run, span->t + span->h, span->end, span->end_rates);
+    const mechc_work a = mechc_work_at(run, span->t, span->start, span->start_rates, span->h);
+    const mechc_work b = mechc_work_at(run, span->t + span->h, span->end, span->end_rates,
+                                        span->h);
     const double missing = b.kinetic - a.kinetic - 0.5 * span->h * (a.power + b.power);
     const double varied = fabs(span->h) * (fabs(b.power - a.power) + MECHC_WORK_VARIES * fabs(a.power));
     return fabs(missing) <= varied + mechc_max(a.allowed, b.allowed) / run->method->share;

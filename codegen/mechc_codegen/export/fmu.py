@@ -17,7 +17,7 @@ from typing import Any
 from sympy import diff
 
 from mechc_codegen.derive.equations import Equations
-from mechc_codegen.description.quantity import Kind
+from mechc_codegen.description.quantity import PURE, Kind
 from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.emit.c import program_texts
 from mechc_codegen.emit.definition import plain_words
@@ -36,7 +36,6 @@ from mechc_codegen.ir.program import Program
 VERSIONS = ("3.0", "2.0")
 SOURCE = "fmu.c"
 METHODS, OUTPUTS = 15, 16  # parts of a unit: runtime/abi/parts.h
-_PURE = (Kind.ANGLE, Kind.ANGULAR_SPEED, Kind.PURE, Kind.PURE_RATE)
 _METHODS = {"dopri5": 0, "dop853": 1, "radau5": 2, "gauss8": 3}
 
 
@@ -213,7 +212,7 @@ def _lists(
         "states": _array(map(_c_number, values.states)),
         "parameters": _array(map(_c_number, values.parameters)),
         "calculated": _array(map(int, values.calculated)),
-        "dimensionless": _array(int(k in _PURE or i in states) for i, k in enumerate(kinds)),
+        "dimensionless": _array(int(k in PURE or i in states) for i, k in enumerate(kinds)),
         "length_count": len(lengths),
         "lengths": _array(lengths),
         "complete": "\n".join(_completing(functions, values)),

@@ -81,7 +81,8 @@ MECHC_RARE void mechc_fit_to_speeds(double t, double *y, const mechc_scalar_give
     mechc_steady_rows(place, rows, y + MECHC_NQ);
     const double rate = mechc_weakest_rate(place, rows, y + MECHC_NQ, direction);
     double fastest = 0.0;
-    for (int j = 0; j < MECHC_NU; j++) fastest = mechc_max(fastest, fabs(direction[j]));
+    for (int j = 0; j < MECHC_NU; j++)
+        fastest = mechc_max(fastest, fabs(direction[j]) / mechc_given_unit(given, MECHC_NQ + j));
     const double small = MECHC_SMALL_MOVE / fastest;
     for (int j = 0; j < MECHC_NU; j++) by[j] = small * direction[j];
     memcpy(moved, y, sizeof moved);

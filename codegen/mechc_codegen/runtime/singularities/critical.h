@@ -61,30 +61,46 @@ MECHC_STATIC int mechc_solve(double *a, double *b, int n, double negligible)
     return rank;
 }
 
-/* J^T w */
+/* An entry of J, over the unit of its speed. */
+MECHC_INLINE double mechc_partial(const mechc_scalar_place *place, int row, int j)
+{
+    return place->jacobian[row * MECHC_NU + j] * mechc_scalar_unit_of(place, MECHC_NQ + j);
+}
+
+/* The largest of them. */
+MECHC_STATIC double mechc_largest_partial(const mechc_scalar_place *place)
+{
+    double largest = place->ordinary_sum;
+    for (int i = 0; i < MECHC_NH; i++)
+        for (int j = 0; j < MECHC_NU; j++)
+            largest = mechc_max(largest, fabs(mechc_partial(place, i, j)));
+    return largest;
+}
+
+/* J^T w, over the units of the speeds. */
 MECHC_STATIC void mechc_pull_of(const mechc_scalar_place *place, const double *normal, double *out)
 {
     for (int i = 0; i < MECHC_NU; i++) {
         out[i] = 0.0;
         for (int row = 0; row < MECHC_NH; row++)
-            out[i] += place->jacobian[row * MECHC_NU + i] * normal[row];
+            out[i] += mechc_partial(place, row, i) * normal[row];
     }
 }
 
-/* The same at q moved by `step` along speed j; step 0: at q. */
+/* The same at q moved by `step` units along speed j; step 0: at q. */
 MECHC_STATIC void mechc_pull(double t, const double *q, const mechc_scalar_given *given, int j,
                              double step, const double *normal, double *out)
 {
     mechc_scalar_place place;
     double by[MECHC_NU] = {0}, moved[MECHC_NQ];
-    by[j] = step;
+    by[j] = step * mechc_given_unit(given, MECHC_NQ + j);
     mechc_displace(t, q, given, by, moved);
     mechc_rows_at(t, moved, given, &place);
     mechc_pull_of(&place, normal, out);
 }
 
-/* The equations of a critical configuration, linearised: unknown are the move of q, the change of
- * w in the basis of the rows that count, and g in the unit of length returned. */
+/* The equations of a critical configuration, linearised: unknown are the move of q in the units of the
+ * speeds, the change of w in the basis of the rows that count, and g in the unit of length returned. */
 MECHC_STATIC double mechc_critical_equations(double t, const mechc_scalar_given *given,
                                              const mechc_scalar_place *place,
                                              const mechc_weakest *at, const mechc_critical *c,
@@ -92,9 +108,7 @@ MECHC_STATIC double mechc_critical_equations(double t, const mechc_scalar_given 
 {
     const int rank = at->rank, n = MECHC_NU + rank + 1;
     /* unit of g and of the rows: whatever the scene's unit of length is */
-    double length = place->ordinary_sum;
-    for (int i = 0; i < MECHC_NH * MECHC_NU; i++)
-        length = mechc_max(length, fabs(place->jacobian[i]));
+    const double length = mechc_largest_partial(place);
     double pull[MECHC_NU], moved[MECHC_NU], square = 0.0;
     memset(a, 0, (size_t)n * (size_t)n * sizeof *a);
     mechc_pull_of(place, c->normal, pull);
@@ -105,7 +119,7 @@ MECHC_STATIC double mechc_critical_equations(double t, const mechc_scalar_given 
         for (int j = 0; j < MECHC_NU; j++) {
             double entry = 0.0;
             for (int i = 0; i < MECHC_NH; i++)
-                entry += basis[i] * place->jacobian[i * MECHC_NU + j];
+                entry += basis[i] * mechc_partial(place, i, j);
             a[r * n + j] = entry;
             a[(rank + j) * n + MECHC_NU + r] = entry;
         }
@@ -133,7 +147,7 @@ MECHC_STATIC int mechc_span_rows(const mechc_scalar_place *place, const mechc_cr
     double largest = sqrt(place->ordinary_length);
     for (int i = 0; i < MECHC_NH; i++)
         for (int j = 0; j < MECHC_NU; j++)
-            rows[i * MECHC_NU + j] = place->jacobian[i * MECHC_NU + j] / c->speeds[j];
+            rows[i * MECHC_NU + j] = mechc_partial(place, i, j) / c->speeds[j];
     for (int found = 0; found < MECHC_NH; found++) {
         double *row = rows + found * MECHC_NU, norm = 0.0;
         for (int i = found; i < MECHC_NH; i++) {
@@ -212,7 +226,7 @@ MECHC_ONCE int mechc_find_critical_of(double t, const double *q, const mechc_sca
             memcpy(c->normal, normal, sizeof c->normal);
             c->gap = 0.0;
             for (int j = 0; j < MECHC_NU; j++)
-                c->speeds[j] = sqrt(place.mass[j * MECHC_NU + j]);
+                c->speeds[j] = sqrt(place.mass[j * MECHC_NU + j]) * mechc_given_unit(given, MECHC_NQ + j);
         }
         const double length = mechc_critical_equations(t, given, &place, at, c, a, b);
         if (mechc_scalar_stopped(given)) return 0;
@@ -223,6 +237,7 @@ MECHC_ONCE int mechc_find_critical_of(double t, const double *q, const mechc_sca
         travelled += moved_by;
         if (!(travelled <= reach)) return 0;
         double moved[MECHC_NQ];
+        for (int j = 0; j < MECHC_NU; j++) b[j] *= mechc_given_unit(given, MECHC_NQ + j);
         mechc_displace(t, c->q, given, b, moved);
         memcpy(c->q, moved, sizeof moved);
         for (int r = 0; r < rank; r++)
@@ -247,6 +262,19 @@ MECHC_STATIC int mechc_find_critical(double t, const double *q, const mechc_scal
     return mechc_find_critical_of(t, q, given, at, at->left, reach, c);
 }
 
+/* Weight of coordinate i in distances: the mass it moves where speeds are its rates. */
+MECHC_STATIC double mechc_weight(const mechc_scalar_given *given, const mechc_critical *c, int i)
+{
+    const double unit = mechc_given_unit(given, i);
+#if MECHC_IDENTITY_KINEMATICS
+    return pow(c->speeds[i] / unit, 2);
+#else
+    double heaviest = 0.0;
+    for (int j = 0; j < MECHC_NU; j++) heaviest = mechc_max(heaviest, c->speeds[j]);
+    return i < MECHC_NQ - MECHC_STATES ? pow(heaviest / unit, 2) : 0.0;
+#endif
+}
+
 /* Is the critical configuration found before, but for whole turns of angles, one here too?  Then it
  * is stored in c. */
 MECHC_ONCE int mechc_still_critical(double t, const double *q, const mechc_scalar_given *given,
@@ -259,21 +287,18 @@ MECHC_ONCE int mechc_still_critical(double t, const double *q, const mechc_scala
     for (int i = 0; i < MECHC_NQ - MECHC_STATES; i++) {
         const double turns = nearbyint((q[i] - known->q[i]) / (2.0 * M_PI));
         if (turns != 0.0) c->q[i] += turns * (2.0 * M_PI), turned = 1;
-        const double speed = MECHC_IDENTITY_KINEMATICS ? c->speeds[i % MECHC_NU] : 1.0;
-        square += pow((q[i] - c->q[i]) * speed, 2);
+        square += mechc_weight(given, c, i) * pow(q[i] - c->q[i], 2);
     }
     if (!(square <= reach * reach)) return 0;
     mechc_place_at(t, c->q, given, &place);
-    largest = place.ordinary_sum;
-    for (int i = 0; i < MECHC_NH * MECHC_NU; i++)
-        largest = mechc_max(largest, fabs(place.jacobian[i]));
+    largest = mechc_largest_partial(&place);
     for (int i = 0; i < MECHC_NH; i++)
         if (!(fabs(place.gap[i] - c->gap * c->normal[i]) <= MECHC_STILL_CLOSED * largest + c->rounding))
             return 0;
     for (int j = 0; j < MECHC_NU; j++) {
         double pull = 0.0;
         for (int i = 0; i < MECHC_NH; i++)
-            pull += place.jacobian[i * MECHC_NU + j] * c->normal[i];
+            pull += mechc_partial(&place, i, j) * c->normal[i];
         if (!(fabs(pull) <= MECHC_STILL_SINGULAR * largest)) return 0;
     }
     if (turned) mechc_measure_gap(t, given, c);

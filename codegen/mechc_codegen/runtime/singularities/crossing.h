@@ -47,17 +47,6 @@
 #define MECHC_OTHER_STEPS 0.7, 1.3, 0.45, 0.8, 0.3, 0.6, 1.7, 0.2
 
 #if MECHC_NH > 0
-/* Weight of coordinate i in distances: the mass it moves where speeds are its rates. */
-MECHC_STATIC double mechc_weight(const mechc_critical *c, int i)
-{
-#if MECHC_IDENTITY_KINEMATICS
-    return c->speeds[i] * c->speeds[i];
-#else
-    (void)c;
-    return i < MECHC_NQ - MECHC_STATES;
-#endif
-}
-
 /* Square of the distance to q* at the fraction s of the step: on the cubic through both ends, and
  * past the end on the parabola from there. */
 MECHC_STATIC double mechc_distance(const mechc_span *span, const mechc_critical *c, double s)
@@ -75,7 +64,7 @@ MECHC_STATIC double mechc_distance(const mechc_span *span, const mechc_critical 
         const double at = s > 1.0 ? b - r * (db - 0.5 * r * dda)
                         : a * r * r * (1.0 + 2.0 * s) + b * s * s * (3.0 - 2.0 * s)
                             + s * r * (da * r - db * s);
-        square += mechc_weight(c, i) * at * at;
+        square += mechc_weight(span->given, c, i) * at * at;
     }
     return square;
 }
@@ -104,7 +93,7 @@ MECHC_STATIC double mechc_time_to(const mechc_span *span, const mechc_critical *
     const double direction = span->h < 0.0 ? -1.0 : 1.0;
     double away = 0.0, square = 0.0, bend = 0.0;
     for (int i = 0; i < MECHC_NQ; i++) {
-        const double weight = mechc_weight(c, i), rate = direction * span->start_rates[i];
+        const double weight = mechc_weight(span->given, c, i), rate = direction * span->start_rates[i];
         away += weight * (c->q[i] - span->start[i]) * rate;
         square += weight * rate * rate;
 #if MECHC_IDENTITY_KINEMATICS
@@ -121,13 +110,13 @@ MECHC_STATIC int mechc_lies_between(const mechc_span *span, const mechc_critical
 {
     double before = 0.0, after = 0.0, slow = 0.0, fast = 0.0;
     for (int i = 0; i < MECHC_NQ; i++) {
-        slow += mechc_weight(c, i) * pow(span->start_rates[i], 2);
-        fast += mechc_weight(c, i) * pow(span->end_rates[i], 2);
+        slow += mechc_weight(span->given, c, i) * pow(span->start_rates[i], 2);
+        fast += mechc_weight(span->given, c, i) * pow(span->end_rates[i], 2);
     }
     const double *along = fast > slow ? span->end_rates : span->start_rates;
     for (int i = 0; i < MECHC_NQ; i++) {
-        before += mechc_weight(c, i) * (span->start[i] - c->q[i]) * along[i];
-        after += mechc_weight(c, i) * (span->end[i] - c->q[i]) * along[i];
+        before += mechc_weight(span->given, c, i) * (span->start[i] - c->q[i]) * along[i];
+        after += mechc_weight(span->given, c, i) * (span->end[i] - c->q[i]) * along[i];
     }
     return before * after < 0.0;
 }
@@ -146,10 +135,12 @@ MECHC_STATIC double mechc_reach(const mechc_span *span, const double *mass)
 
 /* How far away, in mass-weighted coordinates, the critical configuration may be that makes the
  * conditioning so small. */
-MECHC_STATIC double mechc_beside(const mechc_weakest *weakest, const double *mass)
+MECHC_STATIC double mechc_beside(const mechc_weakest *weakest, const mechc_scalar_place *place)
 {
     double heaviest = 0.0;
-    for (int j = 0; j < MECHC_NU; j++) heaviest = mechc_max(heaviest, mass[j * MECHC_NU + j]);
+    for (int j = 0; j < MECHC_NU; j++)
+        heaviest = mechc_max(heaviest, place->mass[j * MECHC_NU + j]
+                                           * pow(mechc_scalar_unit_of(place, MECHC_NQ + j), 2));
     return weakest->ratio < MECHC_NARROW ? MECHC_BESIDE * weakest->ratio * sqrt(heaviest) : 0.0;
 }
 
@@ -311,7 +302,7 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
     mechc_weakest_at(span->t + span->h, span->end, span, monitor->rank, &after);
     int turned = mechc_turned_over(&before, &after);
     const double reach =
-        mechc_max(span->horizon * mechc_reach(span, place.mass), mechc_beside(&after, place.mass));
+        mechc_max(span->horizon * mechc_reach(span, place.mass), mechc_beside(&after, &place));
     if (mechc_follow_nodes(span, monitor, reach, out)) return;
     if (mechc_scalar_stopped(span->given)) return;
     const int knew = mechc_knows_crossing(monitor);

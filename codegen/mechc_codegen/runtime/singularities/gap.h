@@ -17,7 +17,7 @@ typedef struct {
     double q[MECHC_NQ], normal[MECHC_NH]; /* q*, w */
     double gap;      /* g */
     double rounding; /* the error of g by rounding */
-    double speeds[MECHC_NU]; /* weights of the speeds: square roots of the masses */
+    double speeds[MECHC_NU]; /* weights of the units of speeds: square roots of the masses */
     mechc_reading reading; /* of the lengths as they were given */
     int curves;      /* branches cross or pass each other there; 0: an apex */
 } mechc_critical;
@@ -67,7 +67,8 @@ MECHC_STATIC double mechc_sum_of_lengths(const mechc_scalar_place *place)
     double longest = place->ordinary_sum / MECHC_OF_A_RADIAN;
     for (int i = 0; i < MECHC_NH; i++) {
         double sum = 0.0;
-        for (int j = 0; j < MECHC_NU; j++) sum += fabs(place->jacobian[i * MECHC_NU + j]);
+        for (int j = 0; j < MECHC_NU; j++)
+            sum += fabs(place->jacobian[i * MECHC_NU + j]) * mechc_scalar_unit_of(place, MECHC_NQ + j);
         longest = mechc_max(longest, sum);
     }
     return longest;
@@ -184,7 +185,11 @@ MECHC_STATIC void mechc_measure_gap(double t, const mechc_scalar_given *given, m
     double low = HUGE_VAL, high = -HUGE_VAL;
     for (int sample = 0; sample <= 2 * MECHC_NU && !mechc_scalar_stopped(given); sample++) {
         double by[MECHC_NU] = {0}, moved[MECHC_NQ];
-        if (sample > 0) by[(sample - 1) / 2] = sample % 2 ? MECHC_SAMPLED_WITHIN : -MECHC_SAMPLED_WITHIN;
+        if (sample > 0) {
+            const int j = (sample - 1) / 2;
+            const double near = MECHC_SAMPLED_WITHIN * mechc_given_unit(given, MECHC_NQ + j);
+            by[j] = sample % 2 ? near : -near;
+        }
         mechc_displace(t, c->q, given, by, moved);
         mechc_rows_at(t, moved, given, &place);
         const double gap = mechc_dot(c->normal, place.gap, MECHC_NH);

@@ -9,6 +9,7 @@
 
 #include "abi/inputs.h"
 #include "singularities/ordinary_rows.h"
+#include "singularities/unit_of_length.h"
 #include "dynamics/scalar_stage.h"
 
 #if MECHC_NC > 0
@@ -47,11 +48,12 @@ MECHC_STATIC int mechc_rank_beside(double t, const double *y, const mechc_scalar
     double step[MECHC_NU] = {0}, q[MECHC_NQ], farthest = 0.0;
     long unused = 0;
     mechc_scalar_place place;
-    step[j] = MECHC_NEARBY;
+    step[j] = MECHC_NEARBY * mechc_given_unit(given, MECHC_NQ + j);
     memcpy(q, y, sizeof q);
     mechc_scalar_displace(t, q, given, step);
     if (mechc_close_loops(t, q, given, &place, &unused) != MECHC_RUNNING) return 0;
-    for (int i = 0; i < MECHC_NQ; i++) farthest = mechc_max(farthest, fabs(q[i] - y[i]));
+    for (int i = 0; i < MECHC_NQ; i++)
+        farthest = mechc_max(farthest, fabs(q[i] - y[i]) / mechc_given_unit(given, i));
     return farthest <= MECHC_STILL_NEAR * MECHC_NEARBY ? mechc_rank_at(t, q, given) : 0;
 }
 #endif
@@ -69,7 +71,8 @@ MECHC_STATIC double mechc_correction(double t, const double *q, const mechc_scal
     memcpy(closed, moved, sizeof closed);
     if (mechc_close_loops(t, closed, given, &place, &unused) != MECHC_RUNNING)
         return HUGE_VAL;
-    for (int i = 0; i < MECHC_NQ; i++) most = mechc_max(most, fabs(closed[i] - moved[i]));
+    for (int i = 0; i < MECHC_NQ; i++)
+        most = mechc_max(most, fabs(closed[i] - moved[i]) / mechc_given_unit(given, i));
     return most;
 }
 
@@ -83,12 +86,14 @@ MECHC_STATIC void mechc_allowed_direction(double t, const double *q,
     mechc_scalar_factors rows;
     mechc_scalar_locate_all(t, q, given, &place);
     mechc_scalar_factor_rows(place.jacobian, place.mass, MECHC_NC, given->k[MECHC_ROWS_THAT_COUNT], &rows);
-    for (int j = 0; j < MECHC_NU; j++) v[j] = 1.0 + MECHC_UNEVEN * sin(1.0 + 2.0 * j);
+    for (int j = 0; j < MECHC_NU; j++)
+        v[j] = (1.0 + MECHC_UNEVEN * sin(1.0 + 2.0 * j)) * mechc_given_unit(given, MECHC_NQ + j);
     mechc_scalar_velocity_residual(&place, v, values);
     mechc_scalar_velocity_residual(&place, still, of_time);
     for (int i = 0; i < MECHC_NC; i++) values[i] = of_time[i] - values[i];
     mechc_scalar_least_change(&rows, MECHC_NC, values, step);
-    for (int j = 0; j < MECHC_NU; j++) most = mechc_max(most, fabs(v[j] += step[j]));
+    for (int j = 0; j < MECHC_NU; j++)
+        most = mechc_max(most, fabs(v[j] += step[j]) / mechc_given_unit(given, MECHC_NQ + j));
     for (int j = 0; j < MECHC_NU; j++) v[j] /= mechc_max(most, DBL_MIN);
 }
 
@@ -140,6 +145,7 @@ MECHC_STATIC void mechc_give_at(double t, const double *y, const double *p,
     mechc_give(p, inputs, given);
     mechc_scalar_give_stop(given, stop);
 #if MECHC_NC > 0
+    mechc_find_length(t, y, given);
     mechc_find_ordinary_rows(t, y, given);
     given->k[MECHC_ROWS_THAT_COUNT] = mechc_count_rows(t, y, given);
 #else

@@ -31,7 +31,7 @@ MECHC_RARE int mechc_generic_rank(const mechc_integration *run, const mechc_span
         long unused = 0;
         mechc_scalar_place place;
         mechc_weakest weakest;
-        by[j] = MECHC_NEARBY;
+        by[j] = MECHC_NEARBY * mechc_given_unit(span->given, MECHC_NQ + j);
         mechc_displace(run->head.t, run->y, span->given, by, q);
         if (mechc_close_loops(run->head.t, q, span->given, &place, &unused)
             != MECHC_RUNNING)

@@ -156,7 +156,7 @@ MECHC_STATIC int mechc_finds_crossing(mechc_integration *run)
         return 0;
     mechc_weakest_at(run->head.t, run->y, &span, monitor->rank, &weakest);
     mechc_place_at(run->head.t, run->y, &run->given, &place);
-    const double reach = mechc_beside(&weakest, place.mass);
+    const double reach = mechc_beside(&weakest, &place);
     if (!mechc_find_critical(run->head.t, run->y, &run->given, &weakest, reach,
                              &monitor->known))
         return 0;

@@ -24,7 +24,7 @@
 #define MECHC_CLOSE_STALLS 0.998 /* of the gap's square: it falls by less */
 #define MECHC_CLOSE_LEAST_STALLS (1.0 - 1e-12) /* the same where the least gap is looked for */
 #define MECHC_CLOSE_CUT 0.05 /* the part of a step that is tried at last */
-#define MECHC_CLOSE_LEAST_CUT 1e-4
+#define MECHC_CLOSE_LEAST_CUT 1e-4 /* the same where the least gap is looked for */
 #define MECHC_CLOSE_LINEAR 0.01 /* of the gap's square, that a way to a known configuration leaves */
 #define MECHC_CLOSE_DAMPING 1e-14 /* of the trace, so that no pivot is rounding alone */
 #define MECHC_CLOSE_KNOWN 64 /* configurations that starts are compared with on their way */

@@ -19,7 +19,7 @@
 
 #define MECHC_MEASURED 16        /* configurations */
 #define MECHC_MEASURE_FAR 40.0   /* octaves from where the search for the length begins */
-#define MECHC_MEASURE_STRIDE 3.0 /* octaves */
+#define MECHC_MEASURE_STRIDE 3.0 /* octaves from one length tried to the next */
 #define MECHC_MEASURE_LAG 0.25   /* of the degree, beyond which constants show */
 #define MECHC_MEASURE_EVEN 0.01  /* by which degrees far out and nearer differ, of such a function */
 #define MECHC_MEASURE_DEGREE 16.0 /* the largest; what grows faster is none */

@@ -14,7 +14,7 @@
 #define MECHC_UNKNOWNS (MECHC_IDENTITY_KINEMATICS ? MECHC_NU : MECHC_NX)
 #define MECHC_FIRST_UNKNOWN (MECHC_NX - MECHC_UNKNOWNS) /* the component it is the rate of */
 
-#define MECHC_GAUSS_LOOSEST 3e-7
+#define MECHC_GAUSS_LOOSEST 3e-7 /* changes, in scales, that end the iteration however loose the tolerance */
 #define MECHC_GAUSS_LEFT 0.1 /* of the tolerance, to the iteration */
 #define MECHC_GAUSS_FASTEST 0.1 /* the first changes shrink faster than later ones */
 #define MECHC_GAUSS_STALLS (2.0 / 3.0) /* small changes that shrink by less are rounding */

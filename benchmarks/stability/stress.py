@@ -18,7 +18,7 @@ import time
 import traceback
 import warnings
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from typing import Any
@@ -89,14 +89,16 @@ def _run(
         yield from ((name, *future.result()) for name, future in begun)
 
 
-def family_rows(name: str, cases: Cases) -> tuple[list[Row], float]:
+def family_rows(
+    name: str, cases: Cases, families: Mapping[str, Family] = FAMILIES
+) -> tuple[list[Row], float]:
     """All rows of a family; what breaks it off is a row that is WRONG."""
     start, rows = time.process_time(), []
     try:
         # Overflow is what some families are about; they look at what came of it.
         with np.errstate(all="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)
-            for each in _rows(FAMILIES[name], cases):
+            for each in _rows(families[name], cases):
                 rows.append(each)
     except Exception:
         told = traceback.format_exc()

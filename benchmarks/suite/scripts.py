@@ -81,6 +81,8 @@ COMMANDS = {
                              "costs.sensitivities"),
     "states": Command("last states of the library to the last bit, before and now",
                       "suite.states"),
+    "thresholds": Command("what half and twice of each constant of the C runtime do",
+                          "thresholds.command"),
     "wait": Command("seconds from compile to the end of the first simulate",
                     "costs.first.motion"),
     "friction": Command("steps with dry friction over plain ones; events in three ways",

@@ -28,6 +28,7 @@ class Kind(StrEnum):
     OTHER = "other"
 
 
+PURE = (Kind.ANGLE, Kind.ANGULAR_SPEED, Kind.PURE, Kind.PURE_RATE)  # their scale is 1
 _KINDS = {
     "rad": Kind.ANGLE,
     "rad/s": Kind.ANGULAR_SPEED,

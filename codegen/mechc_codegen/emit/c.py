@@ -64,7 +64,7 @@ def program_texts(functions: SceneFunctions, metadata: Mapping[str, Any]) -> dic
     if functions.blocks:
         others.append(BlockElimination(functions.blocks).text())
     return {
-        "scene_sizes.h": sizes_header(functions),
+        "scene_sizes.h": sizes_header(functions, metadata),
         "scene_program.h": template("scene_program.h.in").substitute(
             gaps="\n".join(gaps), functions="\n".join(others)
         ),

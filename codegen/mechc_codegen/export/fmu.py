@@ -15,7 +15,7 @@ from typing import Any
 from sympy import diff
 
 from mechc_codegen.derive.equations import Equations
-from mechc_codegen.description.quantity import Kind
+from mechc_codegen.description.quantity import PURE, Kind
 from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.emit.c import program_texts
 from mechc_codegen.emit.definition import plain_words
@@ -33,7 +33,6 @@ from mechc_codegen.ir.program import Program
 
 VERSIONS = ("3.0", "2.0")
 SOURCE = "fmu.c"
-_PURE = (Kind.ANGLE, Kind.ANGULAR_SPEED, Kind.PURE, Kind.PURE_RATE)
 
 
 @dataclass(frozen=True)
@@ -241,7 +240,7 @@ def _lists(
         "states": _array(map(_c_number, values.states)),
         "parameters": _array(map(_c_number, values.parameters)),
         "calculated": _array(map(int, values.calculated)),
-        "dimensionless": _array(int(k in _PURE or i in states) for i, k in enumerate(kinds)),
+        "dimensionless": _array(int(k in PURE or i in states) for i, k in enumerate(kinds)),
         "length_count": len(lengths),
         "lengths": _array(lengths),
     } | _dependent_parameters(functions, values)

@@ -25,6 +25,7 @@ _FUNCTIONS: Final = (
 )
 _WORDS: Final[Mapping[str, str]] = {
     "double": "float",
+    "DBL_MIN": "FLT_MIN",
     "HUGE_VAL": "HUGE_VALF",
     "DBL_EPSILON": "FLT_EPSILON",
     **{name: f"{name}f" for name in _FUNCTIONS},

@@ -2,13 +2,17 @@
 
 import re
 import subprocess
+from collections import defaultdict
+from itertools import combinations
 from pathlib import Path
 
 import pytest
 from mechc_codegen import build_scene, shipped_mechanism
+from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.emit.units.instruction_sets import BASELINE
-from mechc_codegen.extension.flags import RUNTIME, STRICT
+from mechc_codegen.extension.flags import PARTS, RUNTIME, STRICT
 
+from benchmarks.problems.window_row import window_row
 from mechc.compilation import toolchain
 from tests.support import ROOT
 from tests.support.compilers.compilation import checking
@@ -41,11 +45,14 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def compiled(source: str, scene: Path) -> str:
+# Of headers compiled by themselves and of those compiled apart, functions are left unused.
+ALONE = ("-Wno-unused-const-variable", "-Wno-unused-function", "-DMECHC_UNIT=baseline")
+
+
+def compiled(source: str, scene: Path, *flags: str) -> str:
     """What the compiler says of a text that includes headers."""
-    command = [*COMPILER, "-std=gnu11", *STRICT, "-Wno-unused-const-variable"]
-    command += ["-Wno-unused-function"]  # of those that are compiled apart
-    command += [f"-DMECHC_LANES={BASELINE.lanes}", "-DMECHC_UNIT=baseline"]
+    command = [*COMPILER, "-std=gnu11", *STRICT, f"-DMECHC_LANES={BASELINE.lanes}"]
+    command += flags or ALONE
     command += [f"-I{RUNTIME}", f"-I{scene}", *checking(COMPILER, scene / "header.o"), "-xc", "-"]
     done = subprocess.run(command, input=source, capture_output=True, text=True, check=False)
     assert (done.returncode == 0) == (done.stderr == ""), done.stderr[:2000]
@@ -63,6 +70,29 @@ def test_a_header_compiles_by_itself_and_again(header: str, scene: Path) -> None
     texts = [header, header, *(text for binding in bound for text in (binding, header))]
     end = ("simd/unbind.h",) if header in GENERIC else ()
     assert compiled(including(*texts, *end), scene) == ""
+
+
+def test_parts_compile_together(tmp_path: Path) -> None:
+    """Any two in one unit, of a tree with loops and sensitivities."""
+    request = OutputRequest(frozenset({"energy", "multipliers", "sensitivities"}))
+    build_scene(window_row(3), (BASELINE,), request).write(tmp_path)
+    for pair in combinations(PARTS, 2):
+        chosen = "|".join(PARTS[part][0].partition("=")[2] for part in pair)
+        flags = (f"-DMECHC_UNIT_PARTS=({chosen})", "-DMECHC_UNIT=baseline")
+        assert compiled(including("unit/unit.h"), tmp_path, *flags) == "", pair
+
+
+def test_a_macro_has_one_meaning() -> None:
+    """Those that two headers define are taken away again by them, or by ``simd/unbind.h``."""
+    texts = {name: (RUNTIME / name).read_text("utf-8") for name in HEADERS}
+    defined = defaultdict(set)
+    for name, text in texts.items():
+        undefined = set(re.findall(r"#\s*undef (\w+)", text + texts["simd/unbind.h"]))
+        undefined |= set(re.findall(r"#ifndef (MECHC_\w+)\n#define \1\b", text))  # by default
+        for macro in {*re.findall(r"#\s*define (\w+)", text)} - undefined:
+            defined[macro].add(name)
+    either = {"fmu/fmi2.h", "fmu/fmi3.h"}  # a unit includes one of them
+    assert {m: names for m, names in defined.items() if len(names - either) > 1} == {}
 
 
 def test_what_is_missing_shows(scene: Path) -> None:

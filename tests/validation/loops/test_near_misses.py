@@ -123,6 +123,17 @@ def test_every_passage_within_a_step_is_counted(method, rtol):
     np.testing.assert_allclose(found, passed, rtol=0, atol=1e-6)
 
 
+@pytest.mark.parametrize("first_step", [0.005406117116493173, 0.00541])
+def test_passages_before_the_first_one_that_is_examined_are_counted(first_step):
+    """A step of radau5 leads over eight of them, with a good conditioning at all its nodes."""
+    model = mechc.compile(slider_crank())
+    start = np.array([0.3, 0.3 + np.pi, 0.0, 3.0, 3.0, 0.0])
+    lengths = {"l_0": 0.75, "l_1": 0.75}
+    sol = model.simulate(4.0, start, lengths, rtol=1e-4, method="radau5", first_step=first_step)
+    assert np.diff(sol["theta"]).max() > 8.0 * np.pi
+    assert len(sol.change_points) == int(sol["theta"][-1] / np.pi + 0.5)
+
+
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("rtol", [1e-6, 1e-9])
 def test_a_run_that_ends_at_a_change_point_is_right_or_says_so(method, rtol):

@@ -12,6 +12,7 @@ from importlib.resources import files
 from string import Template
 from typing import Any
 
+from mechc_codegen.description.quantity import PURE
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.periodic import angles, periodic
 from mechc_codegen.emit.printer import RealPrinter
@@ -28,7 +29,7 @@ VARIATIONAL = {
 }
 
 
-def sizes_header(functions: SceneFunctions) -> str:
+def sizes_header(functions: SceneFunctions, metadata: Mapping[str, Any]) -> str:
     """The sizes of the scene and the list of its outputs, for the preprocessor."""
     equations, layout, symbols = functions.equations, functions.layout, functions.program.symbols
     jacobians = functions.jacobians()
@@ -43,7 +44,7 @@ def sizes_header(functions: SceneFunctions) -> str:
         "turns": sum(isinstance(s, SineCosine) for s in functions.configuration),
         "identity": int(equations.identity_kinematics),
         **layout.sizes,
-        "tables": _sizes_of_few(functions) + layout.tables,
+        "tables": _sizes_of_few(functions) + _slides(functions, metadata) + layout.tables,
         "widest": max([*_widths(functions), len(symbols.q) + len(symbols.u), functions.rows]),
         "outputs": _entries(functions, [*_explicit(functions), *functions.solved()]),
         "solved": _entries(functions, _of_motion(functions)),
@@ -78,6 +79,17 @@ def _sizes_of_few(functions: SceneFunctions) -> str:
         text += f"#define MECHC_BLOCKS_KEPT {BlockElimination(functions.blocks).kept}\n"
     text += _variational(functions)
     return text + (f"#define MECHC_NI {values} /* values of inputs */\n" if values else "")
+
+
+def _slides(functions: SceneFunctions, metadata: Mapping[str, Any]) -> str:
+    """Flags of the components of a state that a length measures: no angles, no numbers."""
+    states = len(metadata["coordinates"]) - functions.equations.states
+    rows = (*metadata["coordinates"], *metadata["speeds"])
+    slides = [
+        int(row["kind"] not in PURE and not states <= i < len(metadata["coordinates"]))
+        for i, row in enumerate(rows)
+    ]
+    return f"#define MECHC_SLIDES {_listed(slides)}\n" if any(slides) else ""
 
 
 def _variational(functions: SceneFunctions) -> str:

@@ -41,7 +41,7 @@ MECHC_INLINE void mechc_by_state(const double *block, int first, int count, cons
 MECHC_INLINE void mechc_by_given(const double *block, int first, int count, const double *z,
                                  const mechc_directions *d, double *to)
 {
-    const double *rows = block + MECHC_SQUARE + first * d->width * MECHC_LANES;
+    const double *rows = block + MECHC_BY_STATE + first * d->width * MECHC_LANES;
     for (int i = 0; i < count; i++)
         for (int k = 0; k < d->columns; k++) to[k] += z[i] * rows[i * d->width * MECHC_LANES + k];
 }

@@ -8,6 +8,8 @@
 #include "adjoint/covector.h"
 
 #if MECHC_VARIATIONAL
+#define MECHC_COSTAGE_EXACT 1e-16 /* of the largest: changes that are none, */
+#define MECHC_COSTAGE_ROUNDING 1e-14 /* and that are rounding once they no longer fall */
 #define MECHC_ADJOINT_ITERATIONS 40
 
 /* z: of the unknown rates, those before MECHC_FIRST_UNKNOWN are 0. */
@@ -94,7 +96,9 @@ MECHC_STATIC int mechc_converge_costages(const mechc_covarying *w, mechc_costage
     const double largest = mechc_greatest(sizes);
     for (int iteration = 0; iteration < MECHC_ADJOINT_ITERATIONS; iteration++) {
         const double change = mechc_iterate_costages(w, c);
-        if (change <= 1e-16 * largest || (change >= before && change <= 1e-14 * largest)) return 1;
+        if (change <= MECHC_COSTAGE_EXACT * largest
+            || (change >= before && change <= MECHC_COSTAGE_ROUNDING * largest))
+            return 1;
         if (!(change < HUGE_VAL) || (iteration > 3 && change > 2.0 * before)) return 0;
         before = change;
     }

@@ -19,7 +19,14 @@
 #ifndef MECHC_CLOSE_STEP
 #define MECHC_CLOSE_STEP 0.7 /* the longest, rad or lengths */
 #endif
-#define MECHC_CLOSE_SAME 1e-6
+#define MECHC_CLOSE_SAME 1e-6 /* rad or lengths: two configurations are one */
+#define MECHC_CLOSE_NEAR 1e-6 /* of the rows' size, squared: farther off a stall is a least gap */
+#define MECHC_CLOSE_STALLS 0.998 /* of the gap's square: it falls by less */
+#define MECHC_CLOSE_LEAST_STALLS (1.0 - 1e-12) /* the same where the least gap is looked for */
+#define MECHC_CLOSE_CUT 0.05 /* the part of a step that is tried at last */
+#define MECHC_CLOSE_LEAST_CUT 1e-4 /* the same where the least gap is looked for */
+#define MECHC_CLOSE_LINEAR 0.01 /* of the gap's square, that a way to a known configuration leaves */
+#define MECHC_CLOSE_DAMPING 1e-14 /* of the trace, so that no pivot is rounding alone */
 #define MECHC_CLOSE_KNOWN 64 /* configurations that starts are compared with on their way */
 #define MECHC_CLOSE_UNSEEN 0.004 /* expected share of starts that lead to what is not found yet */
 #define MECHC_CLOSE_TEAM 16  /* starts at work at once, so that outputs come from full lanes */
@@ -118,10 +125,9 @@ static int mechc_close_turns(const mechc_closing *job, int i)
 
 static double mechc_close_wrap(double angle)
 {
-    const double turn = 6.283185307179586, half = 3.141592653589793;
-    if (angle > -half && angle <= half) return angle;
-    const double left = fmod(half - angle, turn);
-    return half - (left < 0.0 ? left + turn : left);
+    if (angle > -M_PI && angle <= M_PI) return angle;
+    const double left = fmod(M_PI - angle, 2.0 * M_PI);
+    return M_PI - (left < 0.0 ? left + 2.0 * M_PI : left);
 }
 
 /* Solve (G'G + damping) step = G'gap of one start by its Cholesky factors without square roots, in
@@ -147,7 +153,7 @@ mechc_close_solve_sized(const mechc_closing *job, mechc_closer *closer, int k, d
         trace += a[i * n + i];
     }
     for (int i = 0; i < n; i++) { /* below the diagonal: L D; on it: 1 / D */
-        double pivot = a[i * n + i] + (damping + 1e-14) * trace + 1e-300;
+        double pivot = a[i * n + i] + (damping + MECHC_CLOSE_DAMPING) * trace + DBL_MIN;
         for (int j = 0; j < i; j++) {
             double sum = a[i * n + j];
             for (int m = 0; m < j; m++) sum -= a[i * n + m] * a[m * n + m] * a[j * n + m];
@@ -155,7 +161,7 @@ mechc_close_solve_sized(const mechc_closing *job, mechc_closer *closer, int k, d
             pivot -= sum * sum * a[j * n + j];
             b[i] -= sum * a[j * n + j] * b[j];
         }
-        a[i * n + i] = 1.0 / fmax(pivot, 1e-300);
+        a[i * n + i] = 1.0 / fmax(pivot, DBL_MIN);
     }
     for (int i = n - 1; i >= 0; i--) {
         for (int m = i + 1; m < n; m++) b[i] -= a[m * n + i] * b[m];
@@ -202,7 +208,7 @@ static int mechc_close_begin(const mechc_closing *job, mechc_closer *closer, int
     if (closer->next >= closer->end) return 0;
     closer->next++;
     for (int i = 0; i < n; i++) {
-        const double whole = mechc_close_turns(job, i) ? 3.141592653589793 : 1.0;
+        const double whole = mechc_close_turns(job, i) ? M_PI : 1.0;
         const int about = job->guessed && job->guessed[i] && closer->radius < whole;
         x[i] = (about ? closer->radius : whole) * start[i] * closer->unit[i]
              + (about ? guess[job->unknown[i]] : 0.0);
@@ -246,7 +252,7 @@ static int mechc_close_is_known(const mechc_closing *job, const mechc_closer *cl
                                          closer->x[k * n + i] - found[job->unknown[i]]);
             square += left * left;
         }
-        if (square <= 0.01 * size) return 1;
+        if (square <= MECHC_CLOSE_LINEAR * size) return 1;
     }
     return 0;
 }
@@ -257,12 +263,14 @@ static int mechc_close_arrived(const mechc_closer *closer, int k)
     const mechc_seeker *seeker = closer->seeker + k;
     const double square = closer->measure.size * closer->measure.size;
     const double rounding = 2.0 * DBL_EPSILON * closer->measure.size;
-    const int near = seeker->size <= 1e-6 * square, last = closer->phase == MECHC_PHASE_LEAST;
+    const int near = seeker->size <= MECHC_CLOSE_NEAR * square;
+    const int last = closer->phase == MECHC_PHASE_LEAST;
+    const double stalls = last ? MECHC_CLOSE_LEAST_STALLS : MECHC_CLOSE_STALLS;
     const int most = last ? MECHC_CLOSE_LEAST
                           : MECHC_CLOSE_ITERATIONS + (near ? MECHC_CLOSE_POLISHES : 0);
     /* far off, it has found the least gap; close by, it stalls only at rounding */
     return seeker->size <= rounding * rounding || seeker->steps > most
-        || (!near && !(seeker->size <= (last ? 1.0 - 1e-12 : 0.998) * seeker->before));
+        || (!near && !(seeker->size <= stalls * seeker->before));
 }
 
 /* Keep where start k led to, unless it is known. */
@@ -309,7 +317,7 @@ static void mechc_close_end(mechc_closing *job, mechc_closer *closer, int k)
         memcpy(closer->best, closer->x + k * job->unknowns,
                (size_t)job->unknowns * sizeof(double));
     }
-    if (size > 64.0 * DBL_EPSILON * closer->measure.size) return;
+    if (size > MECHC_CLOSED * DBL_EPSILON * closer->measure.size) return;
     mechc_close_keep(job, closer, k);
     mechc_close_hit(job, closer);
 }
@@ -335,7 +343,8 @@ static int mechc_close_take(mechc_closing *job, mechc_closer *closer, int k)
         over = seeker->steps++ && mechc_close_arrived(closer, k);
         if (!over) mechc_close_solve(job, closer, k);
     } else { /* cut the step until it lowers the gap */
-        const double least = closer->phase == MECHC_PHASE_LEAST ? 1e-4 : 0.05;
+        const double least = closer->phase == MECHC_PHASE_LEAST ? MECHC_CLOSE_LEAST_CUT
+                                                                 : MECHC_CLOSE_CUT;
         seeker->factor *= 0.25;
         seeker->damping *= 4.0;
         over = seeker->steps == 0 || seeker->factor < least;

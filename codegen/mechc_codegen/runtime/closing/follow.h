@@ -195,7 +195,7 @@ static int mechc_follow_correct(const mechc_following *job, mechc_follower *one)
         const double size = sqrt(mechc_square(one->gap, job->closure.breadth[MECHC_GAPS]));
         if (!(size < HUGE_VAL)) return 0;
         if (size <= 4.0 * rounding || (iteration && !(size < 0.5 * before)))
-            return size <= 64.0 * rounding;
+            return size <= MECHC_CLOSED * rounding;
         before = size;
         for (int i = 0; i < job->unknowns; i++) one->right[i] = -one->gap[one->row[i]];
         if (mechc_follow_solve(job, one, 0, &weakest) == 0.0) return 0;

@@ -19,8 +19,12 @@
 
 #define MECHC_MEASURED 16        /* configurations */
 #define MECHC_MEASURE_FAR 40.0   /* octaves from where the search for the length begins */
-#define MECHC_MEASURE_STRIDE 3.0 /* octaves */
+#define MECHC_MEASURE_STRIDE 3.0 /* octaves from one length tried to the next */
 #define MECHC_MEASURE_LAG 0.25   /* of the degree, beyond which constants show */
+#define MECHC_MEASURE_EVEN 0.01  /* by which degrees far out and nearer differ, of such a function */
+#define MECHC_MEASURE_DEGREE 16.0 /* the largest; what grows faster is none */
+#define MECHC_MEASURE_END 0.1    /* of the bracket: regula falsi is kept that far off its ends */
+#define MECHC_CLOSED 64.0 /* units of rounding that gaps of closed configurations may have */
 #define MECHC_MEASURE_LINKS 2.0  /* a chain of links reaches further than the row of one */
 
 enum { MECHC_TRANSLATION, MECHC_ANGLE, MECHC_NUMBER }; /* kinds of coordinates */
@@ -82,7 +86,7 @@ static void mechc_measure_free(mechc_measure *one) { free(one->memory); }
 /* Gaps and gradients where the unknowns are spread over a range of this length. */
 static void mechc_measure_at(mechc_measure *one, const double *p, double length)
 {
-    static const double turn[] = {1.0, 3.141592653589793, 1.0};
+    static const double turn[] = {1.0, M_PI, 1.0};
     const mechc_measured *of = &one->of;
     for (int k = 0; k < MECHC_MEASURED; k++)
         for (int i = 0; i < of->unknowns; i++) {
@@ -123,7 +127,8 @@ static void mechc_measure_degrees(mechc_measure *one, const double *p, double hi
     mechc_measure_at(one, p, far / exp2(MECHC_MEASURE_STRIDE));
     for (int row = 0; row < one->of.rows; row++) {
         const double nearer = mechc_measure_degree(one, row);
-        if (!(fabs(nearer - one->degree[row]) < 0.01 && nearer < 16.0)) one->degree[row] = 0.0;
+        if (!(fabs(nearer - one->degree[row]) < MECHC_MEASURE_EVEN && nearer < MECHC_MEASURE_DEGREE))
+            one->degree[row] = 0.0;
     }
 }
 
@@ -157,7 +162,7 @@ static double mechc_measure_length(mechc_measure *one, const double *p, double h
         lag_low = mechc_measure_lag(one, p, hint * exp2(low));
     }
     for (int i = 0; i < 4 && !(lag_high > 0.0); i++) { /* regula falsi, kept off the ends */
-        const double share = fmin(0.9, fmax(0.1, lag_low / (lag_low - lag_high)));
+        const double share = fmin(1.0 - MECHC_MEASURE_END, fmax(MECHC_MEASURE_END, lag_low / (lag_low - lag_high)));
         const double middle = low + share * (high - low);
         const double lag = mechc_measure_lag(one, p, hint * exp2(middle));
         if (lag > 0.0) low = middle, lag_low = lag;

@@ -46,10 +46,10 @@ static int mechc_close_before(const double *a, const double *b, int count)
 /* The angles within half a turn of those guessed. */
 static void mechc_close_turn(const mechc_closing *job, const double *guess, double *q)
 {
-    const double turn = 6.283185307179586;
     for (int i = 0; i < job->unknowns; i++) {
         const int at = job->unknown[i];
-        if (job->guessed[i] && mechc_close_turns(job, i)) q[at] += turn * round((guess[at] - q[at]) / turn);
+        if (job->guessed[i] && mechc_close_turns(job, i))
+            q[at] += 2.0 * M_PI * round((guess[at] - q[at]) / (2.0 * M_PI));
     }
 }
 

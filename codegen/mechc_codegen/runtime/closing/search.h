@@ -70,7 +70,7 @@ static ptrdiff_t mechc_close_about(const mechc_closing *job, double radius)
 {
     double share = 1.0;
     for (int i = 0; i < job->unknowns; i++)
-        if (job->guessed[i]) share *= fmin(1.0, radius / (mechc_close_turns(job, i) ? 3.14159 : 1.0));
+        if (job->guessed[i]) share *= fmin(1.0, radius / (mechc_close_turns(job, i) ? M_PI : 1.0));
     const double some = (double)job->near + 2.0 * job->unknowns + share * (double)job->starts;
     return some < (double)job->starts ? (ptrdiff_t)some : job->starts;
 }

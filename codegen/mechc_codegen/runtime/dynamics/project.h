@@ -3,6 +3,9 @@
 
 #include "dynamics/scalar_stage.h"
 
+/* A farther move of q to fit its speeds is none within its rounding. */
+#define MECHC_MOST_FIT 1e-3
+
 #if MECHC_NC > 0
 /* The rows at q without those that are that weak; returns how many these are. */
 MECHC_ONCE int mechc_strong_rows(double t, const double *q, const mechc_scalar_given *given,
@@ -40,9 +43,9 @@ MECHC_STATIC int mechc_close_between(double t, double *q, const mechc_scalar_giv
         const int weak = mechc_strong_rows(t, q, given, place, rows);
         gap = mechc_scalar_gap(place, q, &rounding);
         if (!(gap < HUGE_VAL)) return MECHC_NOT_FINITE;
-        const int settled = (weak || gap <= 16.0 * rounding) && gap >= 0.25 * before;
+        const int settled = (weak || gap <= MECHC_CLOSES * rounding) && gap >= 0.25 * before;
         if (gap <= rounding || settled || iteration == 20)
-            return gap <= 16.0 * rounding || weak ? MECHC_RUNNING : MECHC_NOT_CLOSED;
+            return gap <= MECHC_CLOSES * rounding || weak ? MECHC_RUNNING : MECHC_NOT_CLOSED;
         before = gap;
         mechc_scalar_gap_values(place, values);
         mechc_scalar_least_change(rows, MECHC_NC, values, step);
@@ -78,7 +81,8 @@ MECHC_RARE void mechc_fit_to_speeds(double t, double *y, const mechc_scalar_give
     mechc_steady_rows(place, rows, y + MECHC_NQ);
     const double rate = mechc_weakest_rate(place, rows, y + MECHC_NQ, direction);
     double fastest = 0.0;
-    for (int j = 0; j < MECHC_NU; j++) fastest = mechc_max(fastest, fabs(direction[j]));
+    for (int j = 0; j < MECHC_NU; j++)
+        fastest = mechc_max(fastest, fabs(direction[j]) / mechc_given_unit(given, MECHC_NQ + j));
     const double small = MECHC_SMALL_MOVE / fastest;
     for (int j = 0; j < MECHC_NU; j++) by[j] = small * direction[j];
     memcpy(moved, y, sizeof moved);
@@ -89,7 +93,7 @@ MECHC_RARE void mechc_fit_to_speeds(double t, double *y, const mechc_scalar_give
     const double most = rounding / sqrt(rows->norm[last]);
     double step = slope != 0.0 ? -rate / slope : 0.0;
     step = mechc_max(-most, mechc_min(most, step));
-    if (!(fabs(step) * fastest < 1e-3)) return;
+    if (!(fabs(step) * fastest < MECHC_MOST_FIT)) return;
     for (int j = 0; j < MECHC_NU; j++) by[j] = step * direction[j];
     mechc_scalar_displace(t, y, given, by);
     mechc_strong_rows(t, y, given, place, rows);

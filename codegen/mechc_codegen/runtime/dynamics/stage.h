@@ -27,6 +27,7 @@ MECHC_INLINE void FN(make_constants)(FN(given) *given)
     FN(hoist)(given->p, given->k);
     given->k[MECHC_ROWS_THAT_COUNT] = R((double)MECHC_NC);
     given->k[MECHC_ORDINARY_LENGTH] = given->k[MECHC_ORDINARY_SUM] = R(0.0);
+    given->k[MECHC_LENGTH] = R(1.0);
 }
 
 #if !R_VECTOR
@@ -43,6 +44,7 @@ typedef struct {
 #if MECHC_NC > 0
     real rank;       /* rows that count */
     real ordinary_length, ordinary_sum; /* see ordinary_rows.h */
+    real length;     /* see unit_of_length.h */
     FN(solver) rows; /* every one of them: speeds and accelerations */
 #elif MECHC_LINKS > 0
     FN(articulated) factored;
@@ -64,6 +66,7 @@ MECHC_INLINE void FN(give_ordinary)(const FN(given) *given, FN(place) *place)
 {
     place->ordinary_length = given->k[MECHC_ORDINARY_LENGTH];
     place->ordinary_sum = given->k[MECHC_ORDINARY_SUM];
+    place->length = given->k[MECHC_LENGTH];
 }
 #endif
 
@@ -216,18 +219,26 @@ MECHC_INLINE void FN(rates_of_rows)(const FN(place) *place, const real *x, real 
 #if MECHC_NH > 0
 MECHC_INLINE real FN(size)(real x) { return R_SELECT(R_MASK(x < 0.0), -x, x); }
 
-/* The largest sum of a row's entries. */
+/* What component i of a state is measured by. */
+MECHC_INLINE real FN(unit_of)(const FN(place) *place, int i)
+{
+    (void)place, (void)i;
+    return MECHC_SLIDES_AT(i) ? place->length : R(1.0);
+}
+
+/* The largest sum of a row's entries, of what they are by units of the speeds. */
 MECHC_INLINE real FN(sum_of_partials)(const FN(place) *place)
 {
 #if MECHC_LINKS > 0
-    return FN(most_partials)(place->saved);
-#elif MECHC_ROW_BLOCKS > 0
+    return FN(most_partials)(place->saved, place->length);
+#elif MECHC_ROW_BLOCKS > 0 && !defined MECHC_SLIDES
     return FN(partials_in_blocks)(place->jacobian);
 #else
     real terms = R(0.0);
     for (int i = 0; i < MECHC_NH; i++) {
         real sum = R(0.0);
-        for (int j = 0; j < MECHC_NU; j++) sum += FN(size)(place->jacobian[i * MECHC_NU + j]);
+        for (int j = 0; j < MECHC_NU; j++)
+            sum += FN(size)(place->jacobian[i * MECHC_NU + j]) * FN(unit_of)(place, MECHC_NQ + j);
         terms = R_SELECT(R_MASK(sum > terms), sum, terms);
     }
     return terms;
@@ -244,10 +255,10 @@ MECHC_INLINE real FN(gap_and_rounding)(const FN(place) *place, const real *q, re
         gap = R_SELECT(R_MASK(size > gap) | R_MASK(size != size), size, gap);
     }
     for (int j = 0; j < MECHC_NQ - MECHC_STATES; j++) {
-        const real size = FN(size)(q[j]);
+        const real size = MECHC_SLIDES_AT(j) ? FN(size)(q[j]) / place->length : FN(size)(q[j]);
         turn = R_SELECT(R_MASK(size > turn), size, turn);
     }
-    *rounding = terms * turn * (2.0 * MECHC_EPSILON);
+    *rounding = terms * turn * (2.0 * DBL_EPSILON);
     return gap;
 }
 
@@ -321,7 +332,7 @@ MECHC_INLINE int FN(close_loops)(real t, real *q, const FN(given) *given, FN(pla
         if (FN(find_massless)(place) >= 0) return MECHC_SINGULAR_MASS;
         const double gap = FN(gap)(place, q, &rounding);
         if (!(gap < HUGE_VAL)) return MECHC_NOT_FINITE;
-        if (gap <= rounding || (gap <= 16.0 * rounding && gap >= 0.25 * before))
+        if (gap <= rounding || (gap <= MECHC_CLOSES * rounding && gap >= 0.25 * before))
             return MECHC_RUNNING;
         before = gap;
         FN(correct)(t, q, given, place);

@@ -2,7 +2,7 @@
  * place of this one. */
 #pragma once
 
-#define MECHC_EPSILON 2.220446049250313e-16
+#include <float.h>
 
 /* Squared ratio of norms below which a row is rounding: (16 eps)^2. */
 #define MECHC_REDUNDANT 1.3e-29
@@ -10,6 +10,8 @@
 #define MECHC_NO_PIVOT 4e-16
 /* Conditioning, squared, above which rows are eliminated link by link. */
 #define MECHC_SAFE 2.5e-5
+/* The same where singular values are squared: loops/cuts.h. */
+#define MECHC_SAFE_SQUARED 1e-3
 
 /* Conditioning, squared, below which the weakest row cannot close a loop any more, and below which
  * it is asked with care what speeds it allows. */
@@ -25,6 +27,8 @@
 
 /* Of the longest row: a shorter one is redundant, or the start is near a change point. */
 #define MECHC_NO_ROW 1e-6
+/* A loop is closed whose gap no longer falls, within so many units of rounding. */
+#define MECHC_CLOSES 16.0
 /* How far each speed is moved to configurations near the start. */
 #define MECHC_NEARBY 1e-2
 /* How far a direction is followed, and of it a correction that is rounding. */

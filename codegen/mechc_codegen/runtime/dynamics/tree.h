@@ -368,9 +368,10 @@ MECHC_INLINE real FN(sum_of_sizes)(const real *x, int count)
 
 /* A bound on the sum of a cut's partial velocities, without walking its path: a column's arm is no
  * longer than what lies between on the way. */
-MECHC_ONCE real FN(most_partials)(const real *tree)
+MECHC_ONCE real FN(most_partials)(const real *tree, real unit)
 {
     real length[MECHC_LINKS], turning[MECHC_LINKS], sliding[MECHC_LINKS], most = R(0.0);
+    (void)unit;
     for (int link = 0; link < MECHC_LINKS; link++) {
         const int parent = mechc_parent[link];
         length[link] = FN(sum_of_sizes)(tree + link * MECHC_ARM, MECHC_ARM);
@@ -380,8 +381,9 @@ MECHC_ONCE real FN(most_partials)(const real *tree)
         for (int c = mechc_first_column[link]; c < mechc_first_column[link + 1]; c++) {
             const real *column = tree + MECHC_AT_SUBSPACE + c * MECHC_DIM;
             const real turn = FN(sum_of_sizes)(column, MECHC_DIM - MECHC_ARM);
+            const real slide = FN(sum_of_sizes)(column + MECHC_DIM - MECHC_ARM, MECHC_ARM);
             turning[link] += turn;
-            sliding[link] += FN(sum_of_sizes)(column + MECHC_DIM - MECHC_ARM, MECHC_ARM)
+            sliding[link] += (MECHC_SLIDES_AT(MECHC_NQ + mechc_column_speed[c]) ? slide * unit : slide)
                            - turn * length[link];
         }
     }

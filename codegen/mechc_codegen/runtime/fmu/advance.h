@@ -3,6 +3,8 @@
 
 #include "fmu/initialise.h"
 
+#define MECHC_FMU_TIME 1e-9 /* of a step and of the time: an importer adds up times so exactly */
+
 MECHC_STATIC mechc_fmu_status mechc_fmu_ended(const mechc_fmu *fmu, int status)
 {
     static const struct {
@@ -41,7 +43,7 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_step(mechc_fmu *fmu, double t, double h)
 {
     const double t1 = t + h;
     if (!(h > 0.0)) return h == 0.0 ? MECHC_FMU_OK : mechc_fmu_fails(fmu, "a step goes forward");
-    if (fabs(t - fmu->now.t) > 1e-9 * (h + fabs(t)))
+    if (fabs(t - fmu->now.t) > MECHC_FMU_TIME * (h + fabs(t)))
         return mechc_fmu_fails(fmu, "a step begins where the last one ended");
     mechc_fmu_set_options(fmu);
     if (fmu->moved && mechc_fmu_begin_again(fmu) != MECHC_RUNNING)

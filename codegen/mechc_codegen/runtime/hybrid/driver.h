@@ -43,9 +43,13 @@ typedef struct {
     int status;
 } mechc_hybrid;
 
+#define MECHC_MOST_STATES 4e18 /* of a piece: below the largest ptrdiff_t */
+
 /* A unit may leave out what its motions never have. */
 #ifndef MECHC_WITH_EVENTS
 #define MECHC_WITH_EVENTS 1
+#endif
+#ifndef MECHC_WITH_CONTACTS
 #define MECHC_WITH_CONTACTS 1
 #endif
 
@@ -244,7 +248,7 @@ MECHC_STATIC int mechc_begin_piece(mechc_hybrid *hybrid, double t, const double 
     if (segment != options.t1) motion->unit->extend(hybrid->run, segment, motion->inputs);
     const mechc_trajectory *steps = &hybrid->run->trajectory;
     if (!steps->count) return hybrid->run->status == MECHC_RUNNING ? MECHC_NO_MEMORY : hybrid->run->status;
-    hybrid->most = (ptrdiff_t)fmin(fmax(hybrid->max_bytes / mechc_bytes_a_state(steps), 2.0), 4e18);
+    hybrid->most = (ptrdiff_t)fmin(fmax(hybrid->max_bytes / mechc_bytes_a_state(steps), 2.0), MECHC_MOST_STATES);
     hybrid->searched = 0;
     hybrid->stop = NAN;
     if (mechc_has_events(hybrid)) mechc_watch_enter(&hybrid->watch, t, steps->y);

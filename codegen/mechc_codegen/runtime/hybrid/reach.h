@@ -10,7 +10,7 @@
 #include <limits.h>
 #include "hybrid/driver.h"
 
-#define MECHC_AHEAD 100.0        /* s that a run which may be ahead goes on before it begins again; or */
+#define MECHC_REACH_AHEAD 100.0        /* s that a run which may be ahead goes on before it begins again; or */
 #define MECHC_STEPS_AHEAD 1000.0 /* times the interval to the time that is asked for */
 
 typedef struct {
@@ -112,7 +112,7 @@ MECHC_STATIC int mechc_reach_beyond(mechc_reacher *reacher, double t1, int chang
     int method = reacher->options.method;
     if (changed) mechc_hybrid_drop(hybrid);
     for (;;) {
-        const double ahead = fmax(MECHC_AHEAD, MECHC_STEPS_AHEAD * (t1 - reacher->t));
+        const double ahead = fmax(MECHC_REACH_AHEAD, MECHC_STEPS_AHEAD * (t1 - reacher->t));
         if (!hybrid->live) mechc_reach_begin(reacher, reacher->t + ahead, method);
         const int status = mechc_reach_steps(hybrid, t1);
         if (hybrid->live && hybrid->run->wanted >= 0) return MECHC_RUNNING;

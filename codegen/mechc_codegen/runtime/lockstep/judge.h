@@ -24,7 +24,7 @@ MECHC_INLINE mechc_vector mechc_lockstep_factor(const mechc_lockstep_method *met
     const mechc_vector most =
         mechc_choose(a->refused, mechc_spread(1.0), mechc_spread(method->growth));
     a->factor = plain;
-    return mechc_lesser(mechc_choose(factor > 0.2, factor, mechc_spread(0.2)), most);
+    return mechc_lesser(mechc_choose(factor > MECHC_SHRINKS, factor, mechc_spread(MECHC_SHRINKS)), most);
 }
 
 /* The lanes whose step may have passed a change point between its nodes: see passages.h. */
@@ -49,7 +49,7 @@ MECHC_INLINE mechc_mask mechc_lockstep_judge(const mechc_lockstep_method *method
     mechc_vector sum = mechc_size_of(rates[0]);
     for (int i = 1; i < MECHC_NX; i++) sum += mechc_size_of(rates[i]);
     const mechc_vector t = mechc_size_of(a->t), left = mechc_size_of(a->t1 - a->t);
-    const mechc_vector smallest = (16.0 * 2.220446049250313e-16) * mechc_choose(t > left, t, left);
+    const mechc_vector smallest = MECHC_SMALLEST_STEP * mechc_choose(t > left, t, left);
     a->error = method->error(a);
     const mechc_mask good = a->error <= 1.0, finite = a->error < HUGE_VAL;
     const double least = MECHC_NC > MECHC_NH ? MECHC_LOCKSTEP_LOW : MECHC_NARROW;

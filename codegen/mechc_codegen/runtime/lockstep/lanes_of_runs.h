@@ -17,6 +17,9 @@
 #include "dynamics/given.h"
 #include "simd/unbind.h"
 
+/* Of the step that a rough root of the error allows, which is right to three per cent. */
+#define MECHC_LOCKSTEP_SAFETY 0.84
+
 typedef struct {
     mechc_vector_given given;
     mechc_vector t, t1, time_compensation, step, max_step, h;

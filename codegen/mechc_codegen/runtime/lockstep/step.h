@@ -9,6 +9,7 @@
 #include "simd/unbind.h"
 #include "run/integration.h"
 #include "simd/vector.h"
+#include "stepping/control.h"
 
 #define MECHC_LOCKSTEP_CLOSINGS 4
 
@@ -51,7 +52,7 @@ MECHC_INLINE void mechc_lockstep_close(mechc_lockstep *a, mechc_vector t,
         mechc_vector_locate(t, a->end, &a->given, place);
         const mechc_vector gap = mechc_vector_gap_and_rounding(place, a->end, &rounding);
         const mechc_mask open = ~(gap <= 2.0 * rounding);
-        a->closed = gap <= 16.0 * rounding;
+        a->closed = gap <= MECHC_CLOSES * rounding;
         a->configurations += 1 & (open | -(int64_t)(closing == 0));
         if (!mechc_any(open) || closing == MECHC_LOCKSTEP_CLOSINGS) return;
         memcpy(q, a->end, sizeof q);
@@ -99,7 +100,7 @@ MECHC_INLINE mechc_vector mechc_lockstep_weight(const mechc_lockstep *a, int i)
     const mechc_vector y = mechc_size_of(a->y[i]), end = mechc_size_of(a->end[i]);
     const mechc_vector size = mechc_choose(y > end, y, end);
     const mechc_vector asked = a->of_scale * a->scale[i] + (a->floor[i] + a->of_size * size);
-    const mechc_vector digit = 2.220446049250313e-16 * size;
+    const mechc_vector digit = DBL_EPSILON * size;
     return mechc_vector_rough_inverse(mechc_choose(asked > digit, asked, digit));
 }
 
@@ -109,7 +110,7 @@ MECHC_INLINE void mechc_lockstep_next_step(mechc_lockstep *a)
     const mechc_vector left = a->t1 - a->t, size = mechc_size_of(left);
     const mechc_vector step = mechc_lesser(a->step, a->max_step);
     const mechc_vector ahead = mechc_choose(left < 0.0, -step, step);
-    a->last = size <= 1.01 * step;
+    a->last = size <= MECHC_TO_END * step;
     a->h = mechc_choose(size < 2.0 * step, 0.5 * left, ahead);
     a->h = mechc_choose(a->last, left, a->h);
     a->met = mechc_spread(HUGE_VAL);

@@ -71,7 +71,7 @@ MECHC_STATIC double mechc_pair_error(mechc_integration *run, double h, const dou
     const double first = mechc_pair_norm(run, tableau->error, h, end, place);
     if (!tableau->second_error) return sqrt(first);
     const double second = mechc_pair_norm(run, tableau->second_error, h, end, place);
-    return first > 0.0 ? first / sqrt(first + 0.01 * second) : 0.0;
+    return first > 0.0 ? first / sqrt(first + MECHC_DOP853_SECOND * second) : 0.0;
 }
 
 /* Two states at the step's end, the last stage's and the end's own, and their rates estimate the

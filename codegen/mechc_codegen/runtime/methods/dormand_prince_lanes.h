@@ -13,8 +13,6 @@
 #include "simd/vector.h"
 
 #if MECHC_LOCKSTEP
-#define MECHC_PAIR_LANES_SAFETY 0.84
-
 typedef struct {
     mechc_lockstep lanes;
     mechc_vector last_stage[MECHC_NX];
@@ -69,13 +67,13 @@ MECHC_INLINE mechc_vector mechc_pair_lanes_error(mechc_lockstep *a)
         squares += (first[i] * weight) * (first[i] * weight);
         second_squares += (second[i] * weight) * (second[i] * weight);
     }
-    const mechc_vector both = squares + 0.01 * second_squares;
+    const mechc_vector both = squares + MECHC_DOP853_SECOND * second_squares;
     return mechc_choose(squares > 0.0, squares * squares / (both * MECHC_NX), squares);
 }
 
 MECHC_INLINE mechc_vector mechc_pair_lanes_factor(mechc_vector error)
 {
-    return MECHC_PAIR_LANES_SAFETY * mechc_vector_rough_root(error);
+    return MECHC_LOCKSTEP_SAFETY * mechc_vector_rough_root(error);
 }
 
 /* See mechc_pair_limited. */

@@ -32,9 +32,6 @@ static const mechc_method mechc_taylor = {MECHC_TAYLOR_TRAITS};
 #endif
 
 /* Of methods without code in this part their traits, where the driver is in it. */
-#ifndef MECHC_TAYLOR_SERIES
-#define MECHC_TAYLOR_SERIES 0
-#endif
 #define MECHC_METHOD_HERE(name, NUMBER, number, PART, degree)                                     \
     [number] = (MECHC_HAS(DRIVER) || MECHC_HAS(PART))                                             \
                    && (number != MECHC_TAYLOR || MECHC_TAYLOR_SERIES) ? &mechc_##name : 0,

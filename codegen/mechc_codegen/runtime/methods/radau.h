@@ -16,6 +16,11 @@
 
 #define MECHC_RADAU_SIZE (MECHC_RADAU_STAGES * MECHC_NX)
 #define MECHC_RADAU_ITERATIONS 10
+#define MECHC_RADAU_LEFT 1e-2 /* of the tolerance, to the iteration */
+#define MECHC_RADAU_CONTRACTS 0.95 /* the slowest contraction that is one */
+#define MECHC_RADAU_NOISE 16.0 /* roundings of the state that a correction may be made of, */
+#define MECHC_RADAU_FLOORS 8.0 /* and that may be left */
+#define MECHC_RADAU_SAME_TIME 1e-9 /* of a step, by which the end of it and a state differ */
 
 /* A Jacobian is kept while the iteration shrinks to less than this a round with it. */
 #define MECHC_RADAU_FAST 0.02
@@ -48,7 +53,7 @@ MECHC_STATIC int mechc_radau_jacobian(mechc_integration *run)
     for (int j = 0; j < MECHC_NX; j++) {
         double y[MECHC_NX], rates[MECHC_NX];
         memcpy(y, run->y, sizeof y);
-        const double change = 1e-7 * mechc_max(run->scale[j], 1e-2 * fabs(y[j]));
+        const double change = mechc_small_change(run->scale[j], y[j]);
         y[j] += change;
         const int status = mechc_rates_at(run, run->head.t, y, rates);
         if (status != MECHC_RUNNING) return status;
@@ -128,23 +133,22 @@ MECHC_STATIC int mechc_radau_end(mechc_integration *run, double h, double *end)
  * across a jump makes all of them small. */
 MECHC_STATIC int mechc_radau_solve(mechc_integration *run, double h, double *end)
 {
-    const double enough = 1e-2; /* of what is tolerated */
     double before = HUGE_VAL, floor = 0.0;
     mechc_radau_of(run)->contraction = 0.0;
     for (int i = 0; i < MECHC_NX; i++) /* rounding of the state itself */
-        floor = mechc_max(floor, 2e-16 * fabs(run->y[i]) / mechc_tolerance(run, i, run->y));
+        floor = mechc_max(floor, DBL_EPSILON * fabs(run->y[i]) / mechc_tolerance(run, i, run->y));
     for (int iteration = 0; iteration < MECHC_RADAU_ITERATIONS; iteration++) {
         const int status = mechc_radau_rates(run, h, end);
         if (status != MECHC_RUNNING) return status;
         const double size = mechc_radau_correct(run, h);
         const double contraction = size / before;
-        const int contracts = contraction <= 0.95 || size <= 16.0 * floor;
+        const int contracts = contraction <= MECHC_RADAU_CONTRACTS || size <= MECHC_RADAU_NOISE * floor;
         if (iteration) mechc_radau_of(run)->contraction = contraction;
         if (!(size < HUGE_VAL) || (iteration > 1 && !contracts)) return MECHC_NOT_CLOSED;
         const double left =
-            iteration ? size * contraction / mechc_max(1.0 - contraction, 0.05) : size;
-        if ((iteration ? contracts : size <= 16.0 * floor)
-            && left <= mechc_max(enough, 8.0 * floor))
+            iteration ? size * contraction / mechc_max(1.0 - contraction, 1.0 - MECHC_RADAU_CONTRACTS) : size;
+        if ((iteration ? contracts : size <= MECHC_RADAU_NOISE * floor)
+            && left <= mechc_max(MECHC_RADAU_LEFT, MECHC_RADAU_FLOORS * floor))
             return mechc_radau_end(run, h, end);
         before = size;
     }
@@ -189,7 +193,7 @@ MECHC_STATIC int mechc_radau_follows(const mechc_integration *run)
 {
     const mechc_radau *radau = mechc_radau_of(run);
     return !run->refused && radau->tried_step != 0.0
-        && fabs(run->head.t - radau->tried_end) <= 1e-9 * fabs(radau->tried_step);
+        && fabs(run->head.t - radau->tried_end) <= MECHC_RADAU_SAME_TIME * fabs(radau->tried_step);
 }
 
 /* The Jacobian at this state, and factors for h, where those at hand do not serve. */

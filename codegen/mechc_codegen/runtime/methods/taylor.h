@@ -75,7 +75,7 @@ MECHC_STATIC void mechc_taylor_expand(mechc_integration *run, mechc_taylor_work 
     const double t = run->head.t, least = mechc_smallest_step(run);
     double step = run->step;
     if (w->made && w->t == t && !memcmp(w->rows[0], run->y, sizeof run->y)) return;
-    while (!mechc_taylor_expand_by(run, w, step) && step > least) step *= 1e-3;
+    while (!mechc_taylor_expand_by(run, w, step) && step > least) step *= MECHC_TAYLOR_OVERFLOWS;
     for (int i = 0; i < MECHC_NX; i++) MECHC_RATE(run, 0)[i] = w->rows[1][i] / w->scale;
     w->t = t;
     w->made = 1;
@@ -95,7 +95,7 @@ MECHC_STATIC void mechc_taylor_keep_branches(mechc_integration *run, mechc_taylo
     w->over_zero = run->step;
     run->step = end * size;
     if (zero) w->to_zero = run->step;
-    if (left > run->step && left <= 1.01 * run->step) run->step *= 0.5; /* not lengthened to the end */
+    if (left > run->step && left <= MECHC_TO_END * run->step) run->step *= 0.5; /* not lengthened to the end */
 #else
     (void)run, (void)w;
 #endif
@@ -108,7 +108,7 @@ MECHC_STATIC void mechc_taylor_leave_zero(mechc_integration *run, mechc_taylor_w
     mechc_rates_at(run, run->head.t, run->y, MECHC_RATE(run, 0));
     run->current = run->methods[MECHC_DOP853];
     run->step = run->monitor.wanted = w->over_zero;
-    w->over_zero *= 0.2; /* if that is too long */
+    w->over_zero *= MECHC_SHRINKS; /* if that is too long */
 }
 
 /* Did the step end just past a zero? */

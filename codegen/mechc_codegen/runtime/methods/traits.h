@@ -10,6 +10,7 @@
 #include "run/method.h"
 #include "stepping/control.h"
 
+#define MECHC_GAUSS_HORIZON 1.3 /* steps ahead that crossings are looked for: no longer ones follow */
 #define MECHC_GAUSS_GROWTH 2.0 /* the polynomial cannot be extrapolated farther */
 
 #define MECHC_DOPRI5_TRAITS \
@@ -77,9 +78,10 @@
     .after_failure = 0.7, \
     .root_error = 1, \
     .holds_crossing = 1, \
-    .horizon = 1.3
+    .horizon = MECHC_GAUSS_HORIZON
 
 #define MECHC_TAYLOR_GROWTH 8.0 /* where the last terms vanish */
+#define MECHC_TAYLOR_OVERFLOWS 1e-3 /* of a step whose terms overflow, the next one */
 
 MECHC_STATIC int mechc_taylor_rows(const mechc_integration *run)
 {

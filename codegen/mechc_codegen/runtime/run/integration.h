@@ -81,8 +81,11 @@ struct mechc_driver {
 
 #define MECHC_RATE(run, i) ((run)->rates + (i) * MECHC_NX)
 
+/* Of a step: what is left of the run after its last one, by rounding. */
+#define MECHC_LAST_STEP 1e-12
+
 /* No step of the run follows one of this length. */
 MECHC_STATIC int mechc_is_last(const mechc_integration *run, double h)
 {
-    return fabs(run->t1 - run->head.t - h) <= 1e-12 * fabs(h);
+    return fabs(run->t1 - run->head.t - h) <= MECHC_LAST_STEP * fabs(h);
 }

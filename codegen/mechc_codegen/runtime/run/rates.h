@@ -34,7 +34,7 @@ MECHC_RARE void mechc_close_finely(const mechc_integration *run, double t, doubl
 {
 #if MECHC_HAS_FINE_GAP
     double before[MECHC_NQ], moved = HUGE_VAL;
-    for (int i = 0; i < 4 && moved * moved > MECHC_EPS * conditioning; i++) {
+    for (int i = 0; i < 4 && moved * moved > DBL_EPSILON * conditioning; i++) {
         memcpy(before, y, sizeof before);
         mechc_find_fine_gap(t, y, &run->given, &run->monitor.known, place->gap);
         mechc_scalar_correct(t, y, &run->given, place);
@@ -46,6 +46,15 @@ MECHC_RARE void mechc_close_finely(const mechc_integration *run, double t, doubl
 #else
     (void)run, (void)t, (void)y, (void)conditioning, (void)place;
 #endif
+}
+
+/* The change of a component over which its derivatives are differences: near sqrt(eps), of its scale or
+ * of a size so many times as large. */
+#define MECHC_LARGE_VALUE 1e-2
+
+MECHC_INLINE double mechc_small_change(double scale, double value)
+{
+    return MECHC_SMALL_MOVE * mechc_max(scale, MECHC_LARGE_VALUE * fabs(value));
 }
 
 /* Statistics and the monitor learn of a stage. */

@@ -47,7 +47,7 @@ MECHC_STATIC double mechc_first_zero(double *terms, int last, double most, doubl
 {
     double s = 0.0, slope, steepest;
     mechc_surely_kept(terms, last, most, &steepest);
-    const double rounding = 2.220446049250313e-16 * (1.0 - steepest * most);
+    const double rounding = DBL_EPSILON * (1.0 - steepest * most);
     for (int look = 0; look < MECHC_ZERO_LOOKS && s < most; look++) {
         slope = terms[1];
         if (!(fabs(terms[0]) + fabs(slope) < HUGE_VAL)) return most;
@@ -67,7 +67,7 @@ MECHC_STATIC double mechc_first_zero(double *terms, int last, double most, doubl
 /* What makes a difference to the time, in parts of the scale. */
 MECHC_STATIC double mechc_just_past(double t, double scale, double part)
 {
-    return 4.0 * 2.220446049250313e-16 * (fabs(t / scale) + part);
+    return 4.0 * DBL_EPSILON * (fabs(t / scale) + part);
 }
 
 /* Of all roots of one run; `stride` numbers lie between the coefficients of one lane, *zero: one has

@@ -8,6 +8,7 @@
  */
 #pragma once
 
+#include <float.h>
 #include <math.h>
 #include "run/tableau.h"
 
@@ -23,7 +24,7 @@ static const double mechc_inverse_of[MECHC_TAYLOR_MOST + 1] __attribute__((unuse
 /* Of steps that may err by so much, relative to the scales. */
 static inline int mechc_taylor_order(double tolerance)
 {
-    const double digits = -log(tolerance > 2.220446049250313e-16 ? tolerance : 2.220446049250313e-16);
+    const double digits = -log(tolerance > DBL_EPSILON ? tolerance : DBL_EPSILON);
     const int order = (int)ceil(MECHC_TAYLOR_FIRST + MECHC_TAYLOR_PER_FACTOR * digits);
     return order < MECHC_TAYLOR_MOST ? order : MECHC_TAYLOR_MOST;
 }

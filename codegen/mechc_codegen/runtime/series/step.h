@@ -11,6 +11,7 @@
 #include "series/coefficients.h"
 #include "simd/rough.h"
 
+#define MECHC_ROUGH_EXCESS 0.2288 /* of f (1 - f), in 1 + f over 2^f */
 #define MECHC_TAYLOR_JUDGED 3 /* last orders: in a symmetric motion every other one may vanish */
 
 /* 1 over what is tolerated of each component's error: so much of its scale, or a number and so much of
@@ -21,7 +22,7 @@ MECHC_INLINE void FN(taylor_weights)(const real *y, const real *scale, const rea
     for (int i = 0; i < MECHC_NX; i++) {
         const real size = R_SELECT(R_MASK(y[i] < 0.0), -y[i], y[i]);
         const real asked = R_FMA(of_scale, scale[i], R_FMA(of_size, size, floor[i]));
-        const real digit = 2.220446049250313e-16 * size;
+        const real digit = DBL_EPSILON * size;
         weights[i] = FN(rough_inverse)(R_SELECT(R_MASK(asked > digit), asked, digit));
     }
 }
@@ -47,7 +48,7 @@ MECHC_INLINE real FN(taylor_corrected)(real power)
 {
     const real part =
         R_FROM_BITS((R_BITS(power) & INT64_C(0x000fffffffffffff)) | INT64_C(0x3ff0000000000000)) - 1.0;
-    return power * (1.0 - 0.2288 * (part * (1.0 - part)));
+    return power * (1.0 - MECHC_ROUGH_EXCESS * (part * (1.0 - part)));
 }
 
 /* The step, in units of the series' scale, at whose end none of the last terms is above what is

@@ -11,6 +11,18 @@
 #include "singularities/gap.h"
 #include "singularities/weakest.h"
 
+/* Pivots, of the first: of Newton's equations below which they leave a direction free, and of a form of
+ * second differences below which it is flat. */
+#define MECHC_LEFT_FREE 1e-9
+#define MECHC_NO_CURVATURE 1e-5
+/* Newton's steps, of the reach: the last one, and one that no longer halves, which is rounding. */
+#define MECHC_NEWTON_ENDS 1e-10
+#define MECHC_NEWTON_STALLS 1e-6
+/* What a critical configuration known before, turned by whole turns, may miss of the largest partial
+ * derivative: in its gaps and in J^T w. */
+#define MECHC_STILL_CLOSED 1e-12
+#define MECHC_STILL_SINGULAR 1e-9
+
 #if MECHC_NH > 0
 /* Solve the square system a x = b in place, full pivoting; directions that the equations leave
  * free, whose pivots are below a share of the first, do not move.  The rank. */
@@ -49,41 +61,54 @@ MECHC_STATIC int mechc_solve(double *a, double *b, int n, double negligible)
     return rank;
 }
 
-/* J^T w */
+/* An entry of J, over the unit of its speed. */
+MECHC_INLINE double mechc_partial(const mechc_scalar_place *place, int row, int j)
+{
+    return place->jacobian[row * MECHC_NU + j] * mechc_scalar_unit_of(place, MECHC_NQ + j);
+}
+
+/* The largest of them. */
+MECHC_STATIC double mechc_largest_partial(const mechc_scalar_place *place)
+{
+    double largest = place->ordinary_sum;
+    for (int i = 0; i < MECHC_NH; i++)
+        for (int j = 0; j < MECHC_NU; j++)
+            largest = mechc_max(largest, fabs(mechc_partial(place, i, j)));
+    return largest;
+}
+
+/* J^T w, over the units of the speeds. */
 MECHC_STATIC void mechc_pull_of(const mechc_scalar_place *place, const double *normal, double *out)
 {
     for (int i = 0; i < MECHC_NU; i++) {
         out[i] = 0.0;
         for (int row = 0; row < MECHC_NH; row++)
-            out[i] += place->jacobian[row * MECHC_NU + i] * normal[row];
+            out[i] += mechc_partial(place, row, i) * normal[row];
     }
 }
 
-/* The same at q moved by `step` along speed j; step 0: at q. */
+/* The same at q moved by `step` units along speed j; step 0: at q. */
 MECHC_STATIC void mechc_pull(double t, const double *q, const mechc_scalar_given *given, int j,
                              double step, const double *normal, double *out)
 {
     mechc_scalar_place place;
     double by[MECHC_NU] = {0}, moved[MECHC_NQ];
-    by[j] = step;
+    by[j] = step * mechc_given_unit(given, MECHC_NQ + j);
     mechc_displace(t, q, given, by, moved);
     mechc_rows_at(t, moved, given, &place);
     mechc_pull_of(&place, normal, out);
 }
 
-/* The equations of a critical configuration, linearised: unknown are the move of q, the change of
- * w in the basis of the rows that count, and g in the unit of length returned. */
+/* The equations of a critical configuration, linearised: unknown are the move of q in the units of the
+ * speeds, the change of w in the basis of the rows that count, and g in the unit of length returned. */
 MECHC_STATIC double mechc_critical_equations(double t, const mechc_scalar_given *given,
                                              const mechc_scalar_place *place,
                                              const mechc_weakest *at, const mechc_critical *c,
                                              double *a, double *b)
 {
     const int rank = at->rank, n = MECHC_NU + rank + 1;
-    const double step = 1e-7;
     /* unit of g and of the rows: whatever the scene's unit of length is */
-    double length = place->ordinary_sum;
-    for (int i = 0; i < MECHC_NH * MECHC_NU; i++)
-        length = mechc_max(length, fabs(place->jacobian[i]));
+    const double length = mechc_largest_partial(place);
     double pull[MECHC_NU], moved[MECHC_NU], square = 0.0;
     memset(a, 0, (size_t)n * (size_t)n * sizeof *a);
     mechc_pull_of(place, c->normal, pull);
@@ -94,7 +119,7 @@ MECHC_STATIC double mechc_critical_equations(double t, const mechc_scalar_given 
         for (int j = 0; j < MECHC_NU; j++) {
             double entry = 0.0;
             for (int i = 0; i < MECHC_NH; i++)
-                entry += basis[i] * place->jacobian[i * MECHC_NU + j];
+                entry += basis[i] * mechc_partial(place, i, j);
             a[r * n + j] = entry;
             a[(rank + j) * n + MECHC_NU + r] = entry;
         }
@@ -105,8 +130,9 @@ MECHC_STATIC double mechc_critical_equations(double t, const mechc_scalar_given 
     }
     for (int j = 0; j < MECHC_NU && !mechc_scalar_stopped(given); j++) {
         b[rank + j] = -pull[j];
-        mechc_pull(t, c->q, given, j, step, c->normal, moved);
-        for (int i = 0; i < MECHC_NU; i++) a[(rank + i) * n + j] = (moved[i] - pull[i]) / step;
+        mechc_pull(t, c->q, given, j, MECHC_SMALL_MOVE, c->normal, moved);
+        for (int i = 0; i < MECHC_NU; i++)
+            a[(rank + i) * n + j] = (moved[i] - pull[i]) / MECHC_SMALL_MOVE;
     }
     b[n - 1] = 0.5 * (1.0 - square);
     for (int i = 0; i < (n - 1) * n; i++) a[i] *= (i + 1) % n ? 1.0 / length : 1.0;
@@ -121,7 +147,7 @@ MECHC_STATIC int mechc_span_rows(const mechc_scalar_place *place, const mechc_cr
     double largest = sqrt(place->ordinary_length);
     for (int i = 0; i < MECHC_NH; i++)
         for (int j = 0; j < MECHC_NU; j++)
-            rows[i * MECHC_NU + j] = place->jacobian[i * MECHC_NU + j] / c->speeds[j];
+            rows[i * MECHC_NU + j] = mechc_partial(place, i, j) / c->speeds[j];
     for (int found = 0; found < MECHC_NH; found++) {
         double *row = rows + found * MECHC_NU, norm = 0.0;
         for (int i = found; i < MECHC_NH; i++) {
@@ -147,16 +173,16 @@ MECHC_STATIC int mechc_span_rows(const mechc_scalar_place *place, const mechc_cr
 MECHC_STATIC void mechc_second_form(double t, const mechc_scalar_given *given,
                                     const mechc_critical *c, double *form)
 {
-    const double step = 1e-7;
     double rows[MECHC_NH * MECHC_NU], pull[MECHC_NU], moved[MECHC_NU];
     mechc_scalar_place place;
     mechc_place_at(t, c->q, given, &place);
     const int count = mechc_span_rows(&place, c, rows);
     mechc_pull_of(&place, c->normal, pull);
     for (int i = 0; i < MECHC_NU; i++) {
-        mechc_pull(t, c->q, given, i, step, c->normal, moved);
+        mechc_pull(t, c->q, given, i, MECHC_SMALL_MOVE, c->normal, moved);
         for (int j = 0; j < MECHC_NU; j++)
-            form[i * MECHC_NU + j] = (moved[j] - pull[j]) / (step * c->speeds[i] * c->speeds[j]);
+            form[i * MECHC_NU + j] =
+                (moved[j] - pull[j]) / (MECHC_SMALL_MOVE * c->speeds[i] * c->speeds[j]);
     }
     for (int k = 0; k < count; k++) { /* projected from both sides */
         const double *row = rows + k * MECHC_NU;
@@ -180,7 +206,7 @@ MECHC_STATIC int mechc_is_of_curves(double t, const mechc_scalar_given *given,
 {
     double form[MECHC_NU * MECHC_NU], zero[MECHC_NU] = {0};
     mechc_second_form(t, given, c, form);
-    return mechc_solve(form, zero, MECHC_NU, 1e-5) <= 2;
+    return mechc_solve(form, zero, MECHC_NU, MECHC_NO_CURVATURE) <= 2;
 }
 
 /* Newton's method from q for a critical configuration whose normal is near the one given, in the
@@ -200,26 +226,27 @@ MECHC_ONCE int mechc_find_critical_of(double t, const double *q, const mechc_sca
             memcpy(c->normal, normal, sizeof c->normal);
             c->gap = 0.0;
             for (int j = 0; j < MECHC_NU; j++)
-                c->speeds[j] = sqrt(place.mass[j * MECHC_NU + j]);
+                c->speeds[j] = sqrt(place.mass[j * MECHC_NU + j]) * mechc_given_unit(given, MECHC_NQ + j);
         }
         const double length = mechc_critical_equations(t, given, &place, at, c, a, b);
         if (mechc_scalar_stopped(given)) return 0;
-        mechc_solve(a, b, MECHC_NU + rank + 1, 1e-9);
+        mechc_solve(a, b, MECHC_NU + rank + 1, MECHC_LEFT_FREE);
         double square = 0.0;
         for (int j = 0; j < MECHC_NU; j++) square += pow(b[j] * c->speeds[j], 2);
         const double moved_by = sqrt(square);
         travelled += moved_by;
         if (!(travelled <= reach)) return 0;
         double moved[MECHC_NQ];
+        for (int j = 0; j < MECHC_NU; j++) b[j] *= mechc_given_unit(given, MECHC_NQ + j);
         mechc_displace(t, c->q, given, b, moved);
         memcpy(c->q, moved, sizeof moved);
         for (int r = 0; r < rank; r++)
             for (int i = 0; i < MECHC_NH; i++)
                 c->normal[i] += b[MECHC_NU + r] * at->basis[r * MECHC_NH + i];
         c->gap += length * b[MECHC_NU + rank];
-        const int by_rounding = moved_by <= 1e-6 * reach && moved_by >= 0.5 * last;
+        const int by_rounding = moved_by <= MECHC_NEWTON_STALLS * reach && moved_by >= 0.5 * last;
         last = moved_by;
-        if (by_rounding || moved_by <= 1e-10 * reach) {
+        if (by_rounding || moved_by <= MECHC_NEWTON_ENDS * reach) {
             mechc_measure_gap(t, given, c);
             c->curves = MECHC_NU - rank < 2 || mechc_is_of_curves(t, given, c);
             return 1;
@@ -235,35 +262,44 @@ MECHC_STATIC int mechc_find_critical(double t, const double *q, const mechc_scal
     return mechc_find_critical_of(t, q, given, at, at->left, reach, c);
 }
 
+/* Weight of coordinate i in distances: the mass it moves where speeds are its rates. */
+MECHC_STATIC double mechc_weight(const mechc_scalar_given *given, const mechc_critical *c, int i)
+{
+    const double unit = mechc_given_unit(given, i);
+#if MECHC_IDENTITY_KINEMATICS
+    return pow(c->speeds[i] / unit, 2);
+#else
+    double heaviest = 0.0;
+    for (int j = 0; j < MECHC_NU; j++) heaviest = mechc_max(heaviest, c->speeds[j]);
+    return i < MECHC_NQ - MECHC_STATES ? pow(heaviest / unit, 2) : 0.0;
+#endif
+}
+
 /* Is the critical configuration found before, but for whole turns of angles, one here too?  Then it
  * is stored in c. */
 MECHC_ONCE int mechc_still_critical(double t, const double *q, const mechc_scalar_given *given,
                                     double reach, const mechc_critical *known, mechc_critical *c)
 {
-    const double turn = 6.283185307179586;
     double square = 0.0, largest = 0.0;
     int turned = 0;
     mechc_scalar_place place;
     *c = *known;
     for (int i = 0; i < MECHC_NQ - MECHC_STATES; i++) {
-        const double turns = nearbyint((q[i] - known->q[i]) / turn);
-        if (turns != 0.0) c->q[i] += turns * turn, turned = 1;
-        const double speed = MECHC_IDENTITY_KINEMATICS ? c->speeds[i % MECHC_NU] : 1.0;
-        square += pow((q[i] - c->q[i]) * speed, 2);
+        const double turns = nearbyint((q[i] - known->q[i]) / (2.0 * M_PI));
+        if (turns != 0.0) c->q[i] += turns * (2.0 * M_PI), turned = 1;
+        square += mechc_weight(given, c, i) * pow(q[i] - c->q[i], 2);
     }
     if (!(square <= reach * reach)) return 0;
     mechc_place_at(t, c->q, given, &place);
-    largest = place.ordinary_sum;
-    for (int i = 0; i < MECHC_NH * MECHC_NU; i++)
-        largest = mechc_max(largest, fabs(place.jacobian[i]));
+    largest = mechc_largest_partial(&place);
     for (int i = 0; i < MECHC_NH; i++)
-        if (!(fabs(place.gap[i] - c->gap * c->normal[i]) <= 1e-12 * largest + c->rounding))
+        if (!(fabs(place.gap[i] - c->gap * c->normal[i]) <= MECHC_STILL_CLOSED * largest + c->rounding))
             return 0;
     for (int j = 0; j < MECHC_NU; j++) {
         double pull = 0.0;
         for (int i = 0; i < MECHC_NH; i++)
-            pull += place.jacobian[i * MECHC_NU + j] * c->normal[i];
-        if (!(fabs(pull) <= 1e-9 * largest)) return 0;
+            pull += mechc_partial(&place, i, j) * c->normal[i];
+        if (!(fabs(pull) <= MECHC_STILL_SINGULAR * largest)) return 0;
     }
     if (turned) mechc_measure_gap(t, given, c);
     return 1;

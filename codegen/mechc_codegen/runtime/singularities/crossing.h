@@ -27,18 +27,26 @@
 /* The same where the gap cannot be distinguished from rounding. */
 #define MECHC_LOST 1e-5
 
-#if MECHC_NH > 0
-/* Weight of coordinate i in distances: the mass it moves where speeds are its rates. */
-MECHC_STATIC double mechc_weight(const mechc_critical *c, int i)
-{
-#if MECHC_IDENTITY_KINEMATICS
-    return c->speeds[i] * c->speeds[i];
-#else
-    (void)c;
-    return i < MECHC_NQ - MECHC_STATES;
-#endif
-}
+/* Of a step, in which the place nearest to a crossing is looked for, and how sharply it is told. */
+#define MECHC_LOOKS 32
+#define MECHC_PLACED 1e-3
+/* Times the conditioning, in radians: farther away is no configuration that makes it so small. */
+#define MECHC_BESIDE 30.0
+/* Fractions of a step: crossings that it is aimed at, */
+#define MECHC_AIM_FROM 0.1
+#define MECHC_AIM_TO 1.3
+/* those beyond its start whose place is known, and that the pair bridges, */
+#define MECHC_KNOWN_FROM 0.02
+#define MECHC_BRIDGED_FROM 0.05
+/* those at its end, and as far before the horizon, */
+#define MECHC_AT_END 0.1
+/* a plan that is worth a new step, and the next crossing's time ahead after one that was bridged. */
+#define MECHC_WORTH_A_STEP 0.9
+#define MECHC_PATIENCE 0.7
+/* Factors that are tried one after the other where shrinking alone would only approach a crossing. */
+#define MECHC_OTHER_STEPS 0.7, 1.3, 0.45, 0.8, 0.3, 0.6, 1.7, 0.2
 
+#if MECHC_NH > 0
 /* Square of the distance to q* at the fraction s of the step: on the cubic through both ends, and
  * past the end on the parabola from there. */
 MECHC_STATIC double mechc_distance(const mechc_span *span, const mechc_critical *c, double s)
@@ -56,7 +64,7 @@ MECHC_STATIC double mechc_distance(const mechc_span *span, const mechc_critical 
         const double at = s > 1.0 ? b - r * (db - 0.5 * r * dda)
                         : a * r * r * (1.0 + 2.0 * s) + b * s * s * (3.0 - 2.0 * s)
                             + s * r * (da * r - db * s);
-        square += mechc_weight(c, i) * at * at;
+        square += mechc_weight(span->given, c, i) * at * at;
     }
     return square;
 }
@@ -64,14 +72,14 @@ MECHC_STATIC double mechc_distance(const mechc_span *span, const mechc_critical 
 /* The fraction of the step, from a little before it to the horizon, that is nearest to q*. */
 MECHC_STATIC double mechc_nearest(const mechc_span *span, const mechc_critical *c)
 {
-    const int first = -8, last = (int)(32.0 * span->horizon);
+    const int first = -MECHC_LOOKS / 4, last = (int)(MECHC_LOOKS * span->horizon);
     double best = 0.0, least = HUGE_VAL;
     for (int i = first; i <= last; i++) {
-        const double square = mechc_distance(span, c, i / 32.0);
-        if (square < least) least = square, best = i / 32.0;
+        const double square = mechc_distance(span, c, (double)i / MECHC_LOOKS);
+        if (square < least) least = square, best = (double)i / MECHC_LOOKS;
     }
-    double left = best - 1.0 / 32.0, right = best + 1.0 / 32.0;
-    while (right - left > 1e-3) {
+    double left = best - 1.0 / MECHC_LOOKS, right = best + 1.0 / MECHC_LOOKS;
+    while (right - left > MECHC_PLACED) {
         const double a = left + (right - left) / 3.0, b = right - (right - left) / 3.0;
         if (mechc_distance(span, c, a) < mechc_distance(span, c, b)) right = b;
         else left = a;
@@ -85,7 +93,7 @@ MECHC_STATIC double mechc_time_to(const mechc_span *span, const mechc_critical *
     const double direction = span->h < 0.0 ? -1.0 : 1.0;
     double away = 0.0, square = 0.0, bend = 0.0;
     for (int i = 0; i < MECHC_NQ; i++) {
-        const double weight = mechc_weight(c, i), rate = direction * span->start_rates[i];
+        const double weight = mechc_weight(span->given, c, i), rate = direction * span->start_rates[i];
         away += weight * (c->q[i] - span->start[i]) * rate;
         square += weight * rate * rate;
 #if MECHC_IDENTITY_KINEMATICS
@@ -102,13 +110,13 @@ MECHC_STATIC int mechc_lies_between(const mechc_span *span, const mechc_critical
 {
     double before = 0.0, after = 0.0, slow = 0.0, fast = 0.0;
     for (int i = 0; i < MECHC_NQ; i++) {
-        slow += mechc_weight(c, i) * pow(span->start_rates[i], 2);
-        fast += mechc_weight(c, i) * pow(span->end_rates[i], 2);
+        slow += mechc_weight(span->given, c, i) * pow(span->start_rates[i], 2);
+        fast += mechc_weight(span->given, c, i) * pow(span->end_rates[i], 2);
     }
     const double *along = fast > slow ? span->end_rates : span->start_rates;
     for (int i = 0; i < MECHC_NQ; i++) {
-        before += mechc_weight(c, i) * (span->start[i] - c->q[i]) * along[i];
-        after += mechc_weight(c, i) * (span->end[i] - c->q[i]) * along[i];
+        before += mechc_weight(span->given, c, i) * (span->start[i] - c->q[i]) * along[i];
+        after += mechc_weight(span->given, c, i) * (span->end[i] - c->q[i]) * along[i];
     }
     return before * after < 0.0;
 }
@@ -127,20 +135,22 @@ MECHC_STATIC double mechc_reach(const mechc_span *span, const double *mass)
 
 /* How far away, in mass-weighted coordinates, the critical configuration may be that makes the
  * conditioning so small. */
-MECHC_STATIC double mechc_beside(const mechc_weakest *weakest, const double *mass)
+MECHC_STATIC double mechc_beside(const mechc_weakest *weakest, const mechc_scalar_place *place)
 {
     double heaviest = 0.0;
-    for (int j = 0; j < MECHC_NU; j++) heaviest = mechc_max(heaviest, mass[j * MECHC_NU + j]);
-    return weakest->ratio < MECHC_NARROW ? 30.0 * weakest->ratio * sqrt(heaviest) : 0.0;
+    for (int j = 0; j < MECHC_NU; j++)
+        heaviest = mechc_max(heaviest, place->mass[j * MECHC_NU + j]
+                                           * pow(mechc_scalar_unit_of(place, MECHC_NQ + j), 2));
+    return weakest->ratio < MECHC_NARROW ? MECHC_BESIDE * weakest->ratio * sqrt(heaviest) : 0.0;
 }
 
 /* The factor of the step that puts a crossing, now at its fraction s, into the widest gap between
  * the nodes of this step or of the next one; 1 where the step needs no change. */
 MECHC_STATIC double mechc_aim(const mechc_span *span, double s)
 {
-    if (s < 0.1 || s > 1.3) return 1.0;
+    if (s < MECHC_AIM_FROM || s > MECHC_AIM_TO) return 1.0;
     if (s >= span->low && s <= span->high) return 1.0;
-    if (s < 1.3 * span->best) return s / span->best;
+    if (s < MECHC_AIM_TO * span->best) return s / span->best;
     return s - span->best;
 }
 
@@ -172,8 +182,7 @@ MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_monitor *
                                          const mechc_critical *critical, int between, int turned,
                                          int too_near, mechc_decision *out)
 {
-    /* Shrinking alone would only approach the crossing. */
-    static const double factors[] = {0.7, 1.3, 0.45, 0.8, 0.3, 0.6, 1.7, 0.2};
+    static const double factors[] = {MECHC_OTHER_STEPS};
     if (turned != between || too_near) {
         monitor->ahead = HUGE_VAL;
         if (monitor->tries >= 24) mechc_give_up(out, MECHC_NO_STEP_FITS, critical->gap);
@@ -183,11 +192,11 @@ MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_monitor *
         return;
     }
     if (span->looks_ahead) {
-        const int known = out->fraction > 0.02 && out->fraction < span->horizon - 0.1;
+        const int known = out->fraction > MECHC_KNOWN_FROM && out->fraction < span->horizon - MECHC_AT_END;
         monitor->ahead = known ? out->fraction * fabs(span->h) : HUGE_VAL;
         const double planned = mechc_plan(span->nodes, monitor->ahead, fabs(span->h));
-        const int at_end = fabs(out->fraction - 1.0) < 0.1;
-        if (planned < 0.9 * fabs(span->h) && monitor->tries < 4 && !(span->last && at_end)) {
+        const int at_end = fabs(out->fraction - 1.0) < MECHC_AT_END;
+        if (planned < MECHC_WORTH_A_STEP * fabs(span->h) && monitor->tries < 4 && !(span->last && at_end)) {
             mechc_retry(out, 1.0, 1);
         } else if (at_end && !span->last && monitor->tries < 16) {
             monitor->ahead = HUGE_VAL;
@@ -199,9 +208,9 @@ MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_monitor *
     }
     if (!span->bridge) {
         const double ahead = out->fraction * fabs(span->h);
-        if (out->fraction > 0.05 && out->fraction < span->horizon - 0.1
+        if (out->fraction > MECHC_BRIDGED_FROM && out->fraction < span->horizon - MECHC_AT_END
             && ahead <= monitor->patience) {
-            monitor->patience = 0.7 * ahead;
+            monitor->patience = MECHC_PATIENCE * ahead;
             monitor->wanted = fabs(span->h);
             mechc_retry(out, out->fraction / span->best, 1);
             return;
@@ -293,7 +302,7 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
     mechc_weakest_at(span->t + span->h, span->end, span, monitor->rank, &after);
     int turned = mechc_turned_over(&before, &after);
     const double reach =
-        mechc_max(span->horizon * mechc_reach(span, place.mass), mechc_beside(&after, place.mass));
+        mechc_max(span->horizon * mechc_reach(span, place.mass), mechc_beside(&after, &place));
     if (mechc_follow_nodes(span, monitor, reach, out)) return;
     if (mechc_scalar_stopped(span->given)) return;
     const int knew = mechc_knows_crossing(monitor);
@@ -329,8 +338,8 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
             mechc_give_up(out, MECHC_UNDECIDED, critical.gap);
         break;
     default:
-        if (turned) mechc_retry(out, turned > 0 ? 0.3 : 0.5, 0);
-        else if (mechc_changes_branch(span, &critical)) mechc_retry(out, 0.3, 0);
+        if (turned) mechc_retry(out, turned > 0 ? MECHC_ASTRAY : 0.5, 0);
+        else if (mechc_changes_branch(span, &critical)) mechc_retry(out, MECHC_ASTRAY, 0);
 #if MECHC_NH > 2
         else mechc_examine_others(span, monitor, reach, out);
 #endif

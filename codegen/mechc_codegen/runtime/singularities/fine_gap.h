@@ -19,12 +19,12 @@
 
 #if MECHC_HAS_FINE_GAP
 /* Conditioning below which loops are closed so. */
-#define MECHC_FINE (0.03 * (MECHC_LINKS > 0 ? MECHC_TOGETHER : 1.0))
+#define MECHC_CLOSED_FINELY (0.03 * (MECHC_LINKS > 0 ? MECHC_TOGETHER : 1.0))
 
 /* Squared: not where what closing to rounding leaves is farther than the crossing. */
 MECHC_INLINE int mechc_is_fine(double conditioning)
 {
-    return conditioning < MECHC_FINE * MECHC_FINE && conditioning > MECHC_EPS;
+    return conditioning < MECHC_CLOSED_FINELY * MECHC_CLOSED_FINELY && conditioning > DBL_EPSILON;
 }
 
 typedef struct {

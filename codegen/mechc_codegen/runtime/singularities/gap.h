@@ -9,8 +9,6 @@
 #include "dynamics/scalar_stage.h"
 #include "singularities/weakest.h"
 
-#define MECHC_EPS 2.220446049250313e-16
-
 #if MECHC_NH > 0
 /* Lengths as they were given: do they make a change point? */
 typedef enum { MECHC_READS_OPEN = -1, MECHC_UNREAD = 0, MECHC_READS_CLOSED = 1 } mechc_reading;
@@ -19,7 +17,7 @@ typedef struct {
     double q[MECHC_NQ], normal[MECHC_NH]; /* q*, w */
     double gap;      /* g */
     double rounding; /* the error of g by rounding */
-    double speeds[MECHC_NU]; /* weights of the speeds: square roots of the masses */
+    double speeds[MECHC_NU]; /* weights of the units of speeds: square roots of the masses */
     mechc_reading reading; /* of the lengths as they were given */
     int curves;      /* branches cross or pass each other there; 0: an apex */
 } mechc_critical;
@@ -69,7 +67,8 @@ MECHC_STATIC double mechc_sum_of_lengths(const mechc_scalar_place *place)
     double longest = place->ordinary_sum / MECHC_OF_A_RADIAN;
     for (int i = 0; i < MECHC_NH; i++) {
         double sum = 0.0;
-        for (int j = 0; j < MECHC_NU; j++) sum += fabs(place->jacobian[i * MECHC_NU + j]);
+        for (int j = 0; j < MECHC_NU; j++)
+            sum += fabs(place->jacobian[i * MECHC_NU + j]) * mechc_scalar_unit_of(place, MECHC_NQ + j);
         longest = mechc_max(longest, sum);
     }
     return longest;
@@ -78,8 +77,17 @@ MECHC_STATIC double mechc_sum_of_lengths(const mechc_scalar_place *place)
 /* Gaps below so many units of rounding bend the motion more sharply than closed loops resolve. */
 #define MECHC_BENDS 8.0
 
-/* Coefficients of lengths in a gap are multiples of 1 / MECHC_PARTS. */
+/* Coefficients of lengths in a gap are multiples of 1 / MECHC_PARTS, which are told by slopes whose
+ * rounding is a small part of one. */
 #define MECHC_PARTS 8.0
+#define MECHC_WHOLE 0.1
+
+/* At q* the gap along w is stationary: differences of its values so near to it are rounding. */
+#define MECHC_SAMPLED_WITHIN 1e-9
+
+/* Powers of ten that doubles hold exactly. */
+#define MECHC_TEN 10.0
+#define MECHC_EXACT_POWERS 22
 
 /* Numbers up to here times 10^-k are what someone typed; all that is longer was computed. */
 #define MECHC_TYPED 1e15
@@ -103,7 +111,7 @@ MECHC_STATIC void mechc_add_exactly(mechc_exact *out, double term)
 MECHC_STATIC double mechc_decimal_beyond(double x, double near, double longest)
 {
     double power = 1.0;
-    for (int k = 0; k <= 22; k++, power *= 10.0) {
+    for (int k = 0; k <= MECHC_EXACT_POWERS; k++, power *= MECHC_TEN) {
         const double digits = nearbyint(x * power);
         if (!(fabs(digits) < longest)) return NAN;
         if (fabs(digits / power - x) <= near) return -fma(x, power, -digits) / power;
@@ -142,7 +150,7 @@ MECHC_STATIC double mechc_coefficient(double t, const mechc_scalar_given *given,
     const double slope = MECHC_PARTS * (mechc_gap_along(t, &moved, c) - gap) / by;
     const double noise = MECHC_PARTS * 4.0 * c->rounding / fabs(by);
     const double whole = nearbyint(slope);
-    return noise < 0.1 && fabs(slope - whole) <= noise ? whole / MECHC_PARTS : NAN;
+    return noise < MECHC_WHOLE && fabs(slope - whole) <= noise ? whole / MECHC_PARTS : NAN;
 }
 
 /* A gap where links are in line is a sum of lengths, which is found without rounding.  It vanishes
@@ -165,20 +173,23 @@ MECHC_RARE_ONCE mechc_reading mechc_read_gap(double t, const mechc_scalar_given 
     exact.typed += mechc_decimal_beyond(stored, 0.0, MECHC_TYPED);
     mechc_add_exactly(&exact, stored);
     const double sum = exact.sum + exact.rest, typed = exact.sum + (exact.rest + exact.typed);
-    const double least = exact.spread + MECHC_EPS * c->rounding;
+    const double least = exact.spread + DBL_EPSILON * c->rounding;
     c->gap = sum;
     return mechc_min(fabs(sum), fabs(typed)) <= least ? MECHC_READS_CLOSED : MECHC_READS_OPEN;
 }
 
-/* g and its rounding: at q* the gap along w is stationary, so differences of its values within 1e-9
- * of q* are rounding. */
+/* g and its rounding. */
 MECHC_STATIC void mechc_measure_gap(double t, const mechc_scalar_given *given, mechc_critical *c)
 {
     mechc_scalar_place place;
     double low = HUGE_VAL, high = -HUGE_VAL;
     for (int sample = 0; sample <= 2 * MECHC_NU && !mechc_scalar_stopped(given); sample++) {
         double by[MECHC_NU] = {0}, moved[MECHC_NQ];
-        if (sample > 0) by[(sample - 1) / 2] = sample % 2 ? 1e-9 : -1e-9;
+        if (sample > 0) {
+            const int j = (sample - 1) / 2;
+            const double near = MECHC_SAMPLED_WITHIN * mechc_given_unit(given, MECHC_NQ + j);
+            by[j] = sample % 2 ? near : -near;
+        }
         mechc_displace(t, c->q, given, by, moved);
         mechc_rows_at(t, moved, given, &place);
         const double gap = mechc_dot(c->normal, place.gap, MECHC_NH);
@@ -186,7 +197,7 @@ MECHC_STATIC void mechc_measure_gap(double t, const mechc_scalar_given *given, m
     }
     c->gap = 0.5 * (low + high);
     c->rounding =
-        mechc_max(MECHC_EPS * mechc_sum_of_lengths(&place), MECHC_SAMPLED * (high - low));
+        mechc_max(DBL_EPSILON * mechc_sum_of_lengths(&place), MECHC_SAMPLED * (high - low));
     c->reading = fabs(c->gap) > MECHC_BENDS * c->rounding ? MECHC_READS_OPEN
                                                           : mechc_read_gap(t, given, c);
 }

@@ -9,12 +9,17 @@
 
 #include "abi/inputs.h"
 #include "singularities/ordinary_rows.h"
+#include "singularities/unit_of_length.h"
 #include "dynamics/scalar_stage.h"
 
 #if MECHC_NC > 0
 /* How much farther configurations near the start may be once their loops are closed: there may be
  * other ways to assemble the mechanism. */
 #define MECHC_STILL_NEAR 10.0
+/* Of a step a quarter as long: what closes the loops, between a quarter and a sixteenth. */
+#define MECHC_SECOND_ORDER 0.125
+/* Of one: how the components of a direction without symmetry differ. */
+#define MECHC_UNEVEN 0.7
 
 MECHC_ONCE int mechc_rank_at(double t, const double *q, const mechc_scalar_given *given)
 {
@@ -43,11 +48,12 @@ MECHC_STATIC int mechc_rank_beside(double t, const double *y, const mechc_scalar
     double step[MECHC_NU] = {0}, q[MECHC_NQ], farthest = 0.0;
     long unused = 0;
     mechc_scalar_place place;
-    step[j] = MECHC_NEARBY;
+    step[j] = MECHC_NEARBY * mechc_given_unit(given, MECHC_NQ + j);
     memcpy(q, y, sizeof q);
     mechc_scalar_displace(t, q, given, step);
     if (mechc_close_loops(t, q, given, &place, &unused) != MECHC_RUNNING) return 0;
-    for (int i = 0; i < MECHC_NQ; i++) farthest = mechc_max(farthest, fabs(q[i] - y[i]));
+    for (int i = 0; i < MECHC_NQ; i++)
+        farthest = mechc_max(farthest, fabs(q[i] - y[i]) / mechc_given_unit(given, i));
     return farthest <= MECHC_STILL_NEAR * MECHC_NEARBY ? mechc_rank_at(t, q, given) : 0;
 }
 #endif
@@ -65,7 +71,8 @@ MECHC_STATIC double mechc_correction(double t, const double *q, const mechc_scal
     memcpy(closed, moved, sizeof closed);
     if (mechc_close_loops(t, closed, given, &place, &unused) != MECHC_RUNNING)
         return HUGE_VAL;
-    for (int i = 0; i < MECHC_NQ; i++) most = mechc_max(most, fabs(closed[i] - moved[i]));
+    for (int i = 0; i < MECHC_NQ; i++)
+        most = mechc_max(most, fabs(closed[i] - moved[i]) / mechc_given_unit(given, i));
     return most;
 }
 
@@ -79,13 +86,15 @@ MECHC_STATIC void mechc_allowed_direction(double t, const double *q,
     mechc_scalar_factors rows;
     mechc_scalar_locate_all(t, q, given, &place);
     mechc_scalar_factor_rows(place.jacobian, place.mass, MECHC_NC, given->k[MECHC_ROWS_THAT_COUNT], &rows);
-    for (int j = 0; j < MECHC_NU; j++) v[j] = 1.0 + 0.7 * sin(1.0 + 2.0 * j);
+    for (int j = 0; j < MECHC_NU; j++)
+        v[j] = (1.0 + MECHC_UNEVEN * sin(1.0 + 2.0 * j)) * mechc_given_unit(given, MECHC_NQ + j);
     mechc_scalar_velocity_residual(&place, v, values);
     mechc_scalar_velocity_residual(&place, still, of_time);
     for (int i = 0; i < MECHC_NC; i++) values[i] = of_time[i] - values[i];
     mechc_scalar_least_change(&rows, MECHC_NC, values, step);
-    for (int j = 0; j < MECHC_NU; j++) most = mechc_max(most, fabs(v[j] += step[j]));
-    for (int j = 0; j < MECHC_NU; j++) v[j] /= mechc_max(most, 1e-300);
+    for (int j = 0; j < MECHC_NU; j++)
+        most = mechc_max(most, fabs(v[j] += step[j]) / mechc_given_unit(given, MECHC_NQ + j));
+    for (int j = 0; j < MECHC_NU; j++) v[j] /= mechc_max(most, DBL_MIN);
 }
 
 /* 1 where the configurations around q are a manifold whose tangents are all that the rows that
@@ -98,7 +107,7 @@ MECHC_STATIC int mechc_manifold_at(double t, const double *q, const mechc_scalar
     for (int j = 0; j < MECHC_NU; j++) less[j] = 0.25 * (v[j] *= MECHC_FOLLOWED);
     const double whole = mechc_correction(t, q, given, v);
     if (whole <= MECHC_NO_CORRECTION * MECHC_FOLLOWED) return 1;
-    return whole < HUGE_VAL && mechc_correction(t, q, given, less) <= 0.125 * whole;
+    return whole < HUGE_VAL && mechc_correction(t, q, given, less) <= MECHC_SECOND_ORDER * whole;
 }
 #endif
 
@@ -136,6 +145,7 @@ MECHC_STATIC void mechc_give_at(double t, const double *y, const double *p,
     mechc_give(p, inputs, given);
     mechc_scalar_give_stop(given, stop);
 #if MECHC_NC > 0
+    mechc_find_length(t, y, given);
     mechc_find_ordinary_rows(t, y, given);
     given->k[MECHC_ROWS_THAT_COUNT] = mechc_count_rows(t, y, given);
 #else

@@ -31,14 +31,14 @@ MECHC_STATIC double mechc_look_ahead(const mechc_span *span, mechc_monitor *moni
     mechc_weakest weakest;
     mechc_find_weakest(place.jacobian, place.mass, place.ordinary_length, monitor->rank, &weakest);
     const double reach =
-        mechc_max(2.0 * mechc_reach(span, place.mass), mechc_beside(&weakest, place.mass));
+        mechc_max(2.0 * mechc_reach(span, place.mass), mechc_beside(&weakest, &place));
     if (!mechc_find_near(span, span->start, &weakest, monitor, reach, &critical))
         return HUGE_VAL;
     if (!critical.curves) return HUGE_VAL;
     const double ahead = mechc_time_to(span, &critical);
     if (mechc_judge(&critical) == MECHC_CROSSING) return ahead;
-    const int bend = fabs(critical.gap) < MECHC_SHARP * critical.rounding / MECHC_EPS;
-    monitor->bends = bend && (ahead < 1.5 * open || monitor->first < MECHC_NARROW);
+    const int bend = fabs(critical.gap) < MECHC_SHARP * critical.rounding / DBL_EPSILON;
+    monitor->bends = bend && (ahead < MECHC_AHEAD * open || monitor->first < MECHC_NARROW);
     return HUGE_VAL;
 }
 
@@ -53,7 +53,7 @@ MECHC_STATIC double mechc_plan_ahead(const mechc_span *span, mechc_monitor *moni
     /* so near that errors grow with every step that ends before it: cross it at once */
     if (monitor->first < MECHC_NARROW && monitor->ahead < HUGE_VAL && !refused)
         open = mechc_min(mechc_max(open, 2.0 * monitor->ahead), span->left);
-    if (monitor->ahead >= 1.5 * open) return open;
+    if (monitor->ahead >= MECHC_AHEAD * open) return open;
     const double most = mechc_min(open, reach);
     const double planned = most >= span->left
                          ? mechc_plan_to_end(span->nodes, monitor->ahead, most)

@@ -11,6 +11,9 @@
 #include "dynamics/scalar_stage.h"
 
 #if MECHC_NH > 0 && MECHC_LINKS == 0 && defined MECHC_ANGLES
+/* rad: so little that rows change in proportion to it, and far from rounding */
+#define MECHC_TURNED_BY 1e-3
+
 /* The longest of the rows of this change, squared, and the largest sum of the entries of one. */
 MECHC_STATIC void mechc_meet_change(const mechc_scalar_place *here, const mechc_scalar_place *there,
                                     const double *weight, double *length, double *sum)
@@ -31,19 +34,18 @@ MECHC_STATIC void mechc_meet_change(const mechc_scalar_place *here, const mechc_
 MECHC_ONCE void mechc_find_ordinary_rows(double t, const double *q, mechc_scalar_given *given)
 {
     static const int angles[] = {MECHC_ANGLES};
-    const double by = 1e-3;
     double moved[MECHC_NQ], weight[MECHC_NU], length = 0.0, sum = 0.0;
     mechc_scalar_place here, there;
     mechc_scalar_locate_all(t, q, given, &here);
     for (int j = 0; j < MECHC_NU; j++) weight[j] = 1.0 / here.mass[j * MECHC_NU + j];
     memcpy(moved, q, sizeof moved);
     for (size_t i = 0; i < sizeof angles / sizeof *angles && !mechc_scalar_stopped(given); i++) {
-        moved[angles[i]] += by;
+        moved[angles[i]] += MECHC_TURNED_BY;
         mechc_scalar_locate_all(t, moved, given, &there);
         mechc_meet_change(&here, &there, weight, &length, &sum);
         moved[angles[i]] = q[angles[i]];
     }
-    const double share = MECHC_OF_A_RADIAN / by;
+    const double share = MECHC_OF_A_RADIAN / MECHC_TURNED_BY;
     given->k[MECHC_ORDINARY_LENGTH] = share * share * length;
     given->k[MECHC_ORDINARY_SUM] = share * sum;
 }

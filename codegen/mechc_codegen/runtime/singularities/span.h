@@ -44,6 +44,9 @@ typedef struct {
     double q[MECHC_NQ], gap;
 } mechc_decision;
 
+/* Of a step that led to another branch: the next. */
+#define MECHC_ASTRAY 0.3
+
 #if MECHC_NH > 0
 MECHC_STATIC void mechc_retry(mechc_decision *out, double factor, int bridge)
 {

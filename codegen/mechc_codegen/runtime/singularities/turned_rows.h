@@ -62,9 +62,6 @@ MECHC_STATIC const mechc_weakest *mechc_weakest_seen(int rank, mechc_seen *seen)
     return &seen->weakest;
 }
 
-/* The least share of the later singular value that u . J v must have to count. */
-#define MECHC_SURE 0.3
-
 MECHC_STATIC int mechc_surely_turned(const mechc_weakest *before, const mechc_weakest *after, int k)
 {
 #if MECHC_NH > 2
@@ -87,7 +84,7 @@ MECHC_STATIC void mechc_followed_all(const mechc_weakest *before, const mechc_we
             const double *v = before->rows + (first + k) * MECHC_NU;
             left[k * MECHC_NH + i] = mechc_dot(u, after->basis + i * MECHC_NH, MECHC_NH);
             right[k * MECHC_NH + i] = mechc_dot(v, after->rows + i * MECHC_NU, MECHC_NU)
-                                    / mechc_max(before->values[first + k], 1e-300);
+                                    / mechc_max(before->values[first + k], DBL_MIN);
         }
     for (int k = 0; k < weak; k++)
         for (int l = 0; l < weak; l++)
@@ -374,7 +371,7 @@ MECHC_STATIC int mechc_follow_nodes(const mechc_span *span, const mechc_monitor 
             mechc_give_up(out, MECHC_UNDECIDED, tally.gap);
             return 1;
         case MECHC_NEAR_MISS:
-            mechc_retry(out, tally.turned ? 0.3 : 0.5, 0);
+            mechc_retry(out, tally.turned ? MECHC_ASTRAY : 0.5, 0);
             return 1;
         case MECHC_UNKNOWN:
             if (monitor->tries >= MECHC_DOUBTS)

@@ -9,8 +9,14 @@
 /* Below this share of the largest singular value at generic configurations a row is redundant. */
 #define MECHC_GENERIC 1e-7
 
-/* Squared cosine between rows that rounding leaves. */
+/* Squared cosine between rows that rounding leaves, and before a sweep that is the last. */
 #define MECHC_ORTHOGONAL 1e-32
+#define MECHC_ALL_ORTHOGONAL 1e-28
+
+/* The least share of the later singular value that u . J v must have to count, and the least cosine
+ * between vectors before and after that are still the same. */
+#define MECHC_SURE 0.3
+#define MECHC_SAME_VECTOR 0.6
 
 typedef struct {
     int rank, found; /* found: without those below MECHC_GENERIC */
@@ -90,7 +96,7 @@ MECHC_STATIC void mechc_orthogonalise_rows(double *a, double *basis)
         for (int i = 0; i < MECHC_NH; i++)
             for (int j = i + 1; j < MECHC_NH; j++)
                 worst = mechc_max(worst, mechc_rotate_rows(&work, i, j));
-        if (worst < 1e-28) break;
+        if (worst < MECHC_ALL_ORTHOGONAL) break;
     }
     for (int i = 0; i < MECHC_NH; i++) {
         memcpy(a + i * MECHC_NU, work.rows[i], MECHC_NU * sizeof *a);
@@ -162,7 +168,7 @@ MECHC_ONCE void mechc_decompose(double *a, double ordinary, int rank, mechc_weak
     out->ratio = out->largest > 0.0 ? out->values[last] / out->largest : 0.0;
     memcpy(out->left, out->basis + last * MECHC_NH, sizeof out->left);
     for (int j = 0; j < MECHC_NU; j++)
-        out->right[j] = a[last * MECHC_NU + j] / mechc_max(out->values[last], 1e-300);
+        out->right[j] = a[last * MECHC_NU + j] / mechc_max(out->values[last], DBL_MIN);
 #if MECHC_NH > 2
     memcpy(out->rows, a, sizeof out->rows);
 #endif
@@ -213,7 +219,7 @@ MECHC_STATIC double mechc_followed(const mechc_weakest *before, const mechc_weak
     for (int i = 0; i < MECHC_NH; i++)
         sum += mechc_dot(left, after->basis + i * MECHC_NH, MECHC_NH)
              * mechc_dot(right, after->rows + i * MECHC_NU, MECHC_NU);
-    return sum / mechc_max(before->values[k], 1e-300);
+    return sum / mechc_max(before->values[k], DBL_MIN);
 }
 
 MECHC_STATIC int mechc_turned_over(const mechc_weakest *before, const mechc_weakest *after)
@@ -222,7 +228,7 @@ MECHC_STATIC int mechc_turned_over(const mechc_weakest *before, const mechc_weak
     const int last = before->rank - 1;
     for (int k = last; k >= 0 && before->values[k] <= MECHC_ALIKE * before->values[last]; k--) {
         const double value = mechc_followed(before, after, k);
-        if (fabs(value) < 0.3 * after->values[k]) return -1;
+        if (fabs(value) < MECHC_SURE * after->values[k]) return -1;
         if (value < 0.0) turned++;
         else kept++;
     }
@@ -233,7 +239,7 @@ MECHC_STATIC int mechc_turned_over(const mechc_weakest *before, const mechc_weak
 {
     const double left = mechc_dot(before->left, after->left, MECHC_NH);
     const double right = mechc_dot(before->right, after->right, MECHC_NU);
-    if (fabs(left) < 0.6 || fabs(right) < 0.6) return -1;
+    if (fabs(left) < MECHC_SAME_VECTOR || fabs(right) < MECHC_SAME_VECTOR) return -1;
     return left * right < 0.0;
 }
 #endif

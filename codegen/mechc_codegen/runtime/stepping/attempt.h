@@ -13,6 +13,9 @@
 #include "stepping/stiffness.h"
 #include "stepping/switches.h"
 
+/* Conditioning above which a crossing that the pair was left to is passed. */
+#define MECHC_LEFT_BEHIND (MECHC_NC > 2 ? 0.2 : 0.1)
+
 /* The step to try; 1 where it is the last. */
 MECHC_STATIC int mechc_next_step(mechc_integration *run, double *h)
 {
@@ -92,7 +95,7 @@ MECHC_STATIC int mechc_accept(mechc_integration *run, double h, double t, const 
     mechc_move_on(run, h, t, end);
     run->refused_step = 0.0;
     run->failure = 0;
-    if (run->monitor.leaving && conditioning > (MECHC_NC > 2 ? 0.2 : 0.1))
+    if (run->monitor.leaving && conditioning > MECHC_LEFT_BEHIND)
         made = mechc_come_back(run);
     if (!mechc_nears_critical(&run->monitor, run->horizon)) {
         run->allowed = 1.0;
@@ -161,7 +164,7 @@ MECHC_STATIC int mechc_shorten(mechc_integration *run, double h, const double *e
     if (fabs(h) < mechc_smallest_step(run)) return mechc_too_small(run);
     if (mechc_place_instead(run, h, end, error)) return MECHC_RUNNING;
     mechc_learn_rounding(run, h, error);
-    return mechc_refuse(run, error > 1.0 ? factor : 0.2);
+    return mechc_refuse(run, error > 1.0 ? factor : MECHC_SHRINKS);
 }
 
 /* The next step's length, once this one stands. */

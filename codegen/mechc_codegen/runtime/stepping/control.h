@@ -8,12 +8,32 @@
 #include "run/rates.h"
 #include "singularities/monitor.h"
 
-#define MECHC_EPSILON 2.220446049250313e-16
-
 /* Shares of the tolerance that one step may use; the second where steps are many, since the order
  * is low. */
 #define MECHC_SHARE 0.03
 #define MECHC_SHARE_OF_MANY 0.01
+
+/* Of the step that an error allows: by itself, and where it is predicted from the last one besides. */
+#define MECHC_SAFETY 0.9
+#define MECHC_PREDICTED_SAFETY 0.85
+/* The least factor from a step to the next, and after one whose error was rounding. */
+#define MECHC_SHRINKS 0.2
+/* Of the time: a shorter step makes no difference to it. */
+#define MECHC_SMALLEST_STEP (16.0 * DBL_EPSILON)
+/* A step is lengthened so much where it then is the last. */
+#define MECHC_TO_END 1.01
+/* Error of a step, in scales, whose end still tells where it led. */
+#define MECHC_SMALL_ERROR 1e-3
+
+/* The first step: Hairer, Norsett & Wanner (1993), section II.4.  Squares, over the tolerance, of a
+ * state or rate that is none; a step for these; the change of an Euler step and its error; a step
+ * after an Euler step that failed; a rate that is constant; Euler steps that the first may be long. */
+#define MECHC_FIRST_NOTHING 1e-10
+#define MECHC_FIRST_OF_SPAN 1e-6
+#define MECHC_FIRST_ERROR 0.01
+#define MECHC_FIRST_OF_GUESS 1e-3
+#define MECHC_FIRST_CONSTANT 1e-15
+#define MECHC_FIRST_LONGER 100.0
 
 /* Conditioning below which rounding counts as it is magnified. */
 #define MECHC_POOR 0.2
@@ -25,7 +45,7 @@
 MECHC_STATIC double mechc_rounding(const mechc_integration *run)
 {
     const double low = MECHC_NH > 0 ? mechc_max(run->monitor.first, MECHC_NARROW) : 1.0;
-    return MECHC_EPSILON / (low < MECHC_POOR ? low : 1.0);
+    return DBL_EPSILON / (low < MECHC_POOR ? low : 1.0);
 }
 
 /* Tolerated error of one step per component: a share of the user's atol + rtol |y|, or of rtol
@@ -41,13 +61,13 @@ MECHC_STATIC double mechc_tolerance(const mechc_integration *run, int i, const d
 /* Does a step whose error is so small end near enough to the motion to tell where it led? */
 MECHC_STATIC int mechc_error_is_small(const mechc_integration *run, double error)
 {
-    return error * run->method->share * run->rtol < 1e-3;
+    return error * run->method->share * run->rtol < MECHC_SMALL_ERROR;
 }
 
 /* The factor from this step's length to the next, by its error. */
 MECHC_STATIC double mechc_elementary_factor(mechc_integration *run, double error)
 {
-    return 0.9 * pow(error, -1.0 / run->current->order);
+    return MECHC_SAFETY * pow(error, -1.0 / run->current->order);
 }
 
 /* The same, predictive: the error grows as it did since the last step, whose length and factor are
@@ -57,9 +77,9 @@ MECHC_STATIC double mechc_predictive_factor(const mechc_integration *run, double
 {
     const double plain = pow(error, -1.0 / run->current->order);
     *factor = plain;
-    if (!(last_factor > 0.0) || error > 1.0) return 0.85 * plain;
+    if (!(last_factor > 0.0) || error > 1.0) return MECHC_PREDICTED_SAFETY * plain;
     const double trend = run->step / fabs(last_step) * (plain / last_factor);
-    return 0.85 * plain * mechc_min(1.0, trend);
+    return MECHC_PREDICTED_SAFETY * plain * mechc_min(1.0, trend);
 }
 
 /* The same within the limits of the method. */
@@ -68,14 +88,14 @@ MECHC_STATIC double mechc_limited_factor(mechc_integration *run, double error)
     const double most = run->refused ? 1.0 : run->current->growth;
     const double factor = run->current->factor(run, error);
     if (factor >= 1.0 && factor < run->current->ignored) return 1.0;
-    return error > 0.0 ? mechc_min(most, mechc_max(0.2, factor)) : most;
+    return error > 0.0 ? mechc_min(most, mechc_max(MECHC_SHRINKS, factor)) : most;
 }
 
 /* The shortest step: some times the spacing of doubles at this time. */
 MECHC_STATIC double mechc_smallest_step(const mechc_integration *run)
 {
     const double t = run->head.t;
-    return 16.0 * MECHC_EPSILON * mechc_max(fabs(t), fabs(run->t1 - t));
+    return MECHC_SMALLEST_STEP * mechc_max(fabs(t), fabs(run->t1 - t));
 }
 
 /* The part of the limits that holds t, or would after it; count where there is none. */
@@ -118,7 +138,7 @@ MECHC_STATIC int mechc_fit_to_end(const mechc_integration *run, double step, dou
 {
     const double left = run->t1 - run->head.t;
     *h = run->direction * step;
-    if (fabs(left) <= 1.01 * step) {
+    if (fabs(left) <= MECHC_TO_END * step) {
         *h = left;
         return 1;
     }
@@ -156,18 +176,20 @@ MECHC_STATIC double mechc_first_step(mechc_integration *run)
         first += pow(MECHC_RATE(run, 0)[i] / tolerance, 2);
     }
     const double span = fabs(run->t1 - run->head.t);
-    double guess = state < 1e-10 || first < 1e-10 ? 1e-6 * span : 0.01 * sqrt(state / first);
+    double guess = state < MECHC_FIRST_NOTHING || first < MECHC_FIRST_NOTHING
+                     ? MECHC_FIRST_OF_SPAN * span : MECHC_FIRST_ERROR * sqrt(state / first);
     guess = mechc_min(mechc_min(guess, run->max_step), span);
     for (int i = 0; i < MECHC_NX; i++)
         end[i] = run->y[i] + run->direction * guess * MECHC_RATE(run, 0)[i];
     const double t = run->head.t + run->direction * guess;
-    if (mechc_rates_at(run, t, end, MECHC_RATE(run, 1)) != MECHC_RUNNING) return 1e-3 * guess;
+    if (mechc_rates_at(run, t, end, MECHC_RATE(run, 1)) != MECHC_RUNNING) return MECHC_FIRST_OF_GUESS * guess;
     for (int i = 0; i < MECHC_NX; i++) {
         const double change = MECHC_RATE(run, 1)[i] - MECHC_RATE(run, 0)[i];
         second += pow(change / (guess * mechc_tolerance(run, i, run->y)), 2);
     }
     const double largest = sqrt(mechc_max(first, second) / MECHC_NX);
-    const double step = largest > 1e-15 ? pow(0.01 / largest, 1.0 / run->method->order)
-                                        : mechc_max(1e-6 * span, 1e-3 * guess);
-    return mechc_min(mechc_min(100.0 * guess, step), run->max_step);
+    const double step = largest > MECHC_FIRST_CONSTANT
+                        ? pow(MECHC_FIRST_ERROR / largest, 1.0 / run->method->order)
+                        : mechc_max(MECHC_FIRST_OF_SPAN * span, MECHC_FIRST_OF_GUESS * guess);
+    return mechc_min(mechc_min(MECHC_FIRST_LONGER * guess, step), run->max_step);
 }

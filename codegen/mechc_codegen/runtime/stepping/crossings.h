@@ -31,7 +31,7 @@ MECHC_RARE int mechc_generic_rank(const mechc_integration *run, const mechc_span
         long unused = 0;
         mechc_scalar_place place;
         mechc_weakest weakest;
-        by[j] = 1e-2;
+        by[j] = MECHC_NEARBY * mechc_given_unit(span->given, MECHC_NQ + j);
         mechc_displace(run->head.t, run->y, span->given, by, q);
         if (mechc_close_loops(run->head.t, q, span->given, &place, &unused)
             != MECHC_RUNNING)
@@ -269,7 +269,7 @@ MECHC_STATIC int mechc_examine_step(mechc_integration *run, double h, const doub
     if (mechc_scalar_stopped(&run->given)) return MECHC_INTERRUPTED;
     if (run->decision.action == MECHC_STANDS && run->monitor.least < MECHC_NARROW
         && !mechc_keeps_work(run, &span))
-        mechc_retry(&run->decision, 0.3, 0);
+        mechc_retry(&run->decision, MECHC_ASTRAY, 0);
     stats->examined++;
     if (fabs(run->decision.gap) < stats->critical_gap) {
         stats->critical_gap = fabs(run->decision.gap);

@@ -20,9 +20,17 @@
 
 /* Move of a coordinate, over its scale, in one piece. */
 #define MECHC_PIECE 0.25
+#define MECHC_MOST_PIECES 1e4
+
+/* Of the step, over which the rate at a passage is a difference. */
+#define MECHC_PASSED_NEAR 1e-3
 
 /* Nodes that a step has at least. */
 #define MECHC_LEAST_NODES 4.0
+
+/* Move of a coordinate, over its scale, in a step that may pass a change point which is not known: where
+ * it is as far from two nodes as 2 asin(MECHC_CLEAR), whose gap is half of a step of radau5. */
+#define MECHC_FAR 1.5
 
 /* How far the dense output at the fraction s has passed the change point, in this direction. */
 MECHC_STATIC double mechc_past_crossing(const mechc_integration *run, const double *rows, double s,
@@ -38,15 +46,15 @@ MECHC_STATIC double mechc_past_crossing(const mechc_integration *run, const doub
 /* Record the crossing, its time refined on the dense output; stop there where that is asked for. */
 MECHC_STATIC int mechc_record_crossing(mechc_integration *run, double h, const double *rows)
 {
-    const double near = 1e-3;
     double s = run->decision.fraction, before[MECHC_NX], along[MECHC_NX];
-    mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s - near, before);
-    mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s + near, along);
+    mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s - MECHC_PASSED_NEAR, before);
+    mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s + MECHC_PASSED_NEAR, along);
     for (int i = 0; i < MECHC_NX; i++) along[i] -= before[i];
     for (int iteration = 0; iteration < 8; iteration++) {
         const double here = mechc_past_crossing(run, rows, s, along);
-        const double slope = (mechc_past_crossing(run, rows, s + near, along)
-                              - mechc_past_crossing(run, rows, s - near, along)) / (2.0 * near);
+        const double slope = (mechc_past_crossing(run, rows, s + MECHC_PASSED_NEAR, along)
+                              - mechc_past_crossing(run, rows, s - MECHC_PASSED_NEAR, along))
+                           / (2.0 * MECHC_PASSED_NEAR);
         if (slope == 0.0) break;
         s -= here / slope;
     }
@@ -113,8 +121,9 @@ MECHC_STATIC int mechc_may_pass(const mechc_integration *run, double h, const do
 {
 #if MECHC_NH > 0
     if (run->decision.action == MECHC_CROSSES) return 1;
-    return mechc_knows_crossing(&run->monitor)
-        && MECHC_LEAST_NODES * run->monitor.least < mechc_moved(run, h, end);
+    const double moved = mechc_moved(run, h, end);
+    return (moved > MECHC_FAR || mechc_knows_crossing(&run->monitor))
+        && MECHC_LEAST_NODES * run->monitor.least < moved;
 #else
     (void)run, (void)h, (void)end;
     return 0;
@@ -127,7 +136,7 @@ MECHC_STATIC int mechc_record_passages(mechc_integration *run, double h, const d
 {
 #if MECHC_NH > 0
     const mechc_span span = mechc_span_of(run, h, end, MECHC_RATE(run, run->current->last_rate));
-    const int pieces = 8 + (int)mechc_min(mechc_moved(run, h, end) / MECHC_PIECE, 1e4);
+    const int pieces = 8 + (int)mechc_min(mechc_moved(run, h, end) / MECHC_PIECE, MECHC_MOST_PIECES);
     const ptrdiff_t known = run->head.trajectory.crossing_count;
     const int crosses = run->decision.action == MECHC_CROSSES;
     const mechc_decision placed = run->decision;

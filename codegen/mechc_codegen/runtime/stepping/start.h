@@ -13,6 +13,9 @@
 #include "stepping/crossings.h"
 #include "stepping/switches.h"
 
+/* Of the fastest, or of what moves a coordinate by its unit within the run: slower speeds say nothing. */
+#define MECHC_LEAST_SPEED 1e-3
+
 /* Scales of the speeds before any is known: what the first accelerations reach within one unit
  * of the coordinate, and never nothing. */
 MECHC_STATIC void mechc_first_scale(mechc_integration *run, const double *scale)
@@ -26,7 +29,7 @@ MECHC_STATIC void mechc_first_scale(mechc_integration *run, const double *scale)
         largest = mechc_max(largest, run->scale[i] / scale[i]);
     }
     for (int i = MECHC_NQ; i < MECHC_NX; i++)
-        run->scale[i] = mechc_max(run->scale[i], scale[i] * (largest > 0.0 ? 1e-3 * largest : 1.0));
+        run->scale[i] = mechc_max(run->scale[i], scale[i] * (largest > 0.0 ? MECHC_LEAST_SPEED * largest : 1.0));
 }
 
 #if MECHC_NI > 0
@@ -36,7 +39,7 @@ MECHC_STATIC void mechc_widen_for_inputs(mechc_integration *run, const double *s
 {
     const double span = fabs(run->t1 - run->head.t);
     for (int i = MECHC_NQ; i < MECHC_NX; i++)
-        run->scale[i] = mechc_max(run->scale[i], 1e-3 * scale[i] / span);
+        run->scale[i] = mechc_max(run->scale[i], MECHC_LEAST_SPEED * scale[i] / span);
 }
 
 /* Other inputs from the time reached on. */
@@ -155,7 +158,7 @@ MECHC_STATIC int mechc_finds_crossing(mechc_integration *run)
         return 0;
     mechc_weakest_at(run->head.t, run->y, &span, monitor->rank, &weakest);
     mechc_place_at(run->head.t, run->y, &run->given, &place);
-    const double reach = mechc_beside(&weakest, place.mass);
+    const double reach = mechc_beside(&weakest, &place);
     if (!mechc_find_critical(run->head.t, run->y, &run->given, &weakest, reach,
                              &monitor->known))
         return 0;

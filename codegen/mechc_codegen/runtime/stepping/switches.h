@@ -20,6 +20,8 @@
 #define MECHC_SWITCH_PIECES 4        /* between two nodes, in which a sign is looked for */
 #define MECHC_SWITCH_NEAR 1e-3       /* of the step: the end is corrected by one step of Newton's method */
 #define MECHC_SWITCH_EXACT 3e-3      /* of rtol: of the step, off a zero */
+#define MECHC_SWITCH_SLOPE 1e-4      /* of the step, over which the slope at its end is a difference */
+#define MECHC_SWITCH_NOISE 64.0      /* roundings of the largest value that count as zero */
 #define MECHC_SWITCH_ATTEMPTS 12
 #define MECHC_SWITCH_ROW 16          /* steps in a row that end at zeros, within one that was planned */
 #define MECHC_SWITCH_REST 32         /* steps that are left to the pair, at first */
@@ -169,8 +171,8 @@ MECHC_STATIC double mechc_switch_zero(const mechc_switch_curve *curve)
 /* Of the polynomial at the step's end, per step. */
 MECHC_STATIC double mechc_switch_slope(const mechc_switch_curve *curve)
 {
-    const double by = 1e-4;
-    return (curve->value[curve->last] - mechc_switch_value(curve, 1.0 - by)) / by;
+    const double before = mechc_switch_value(curve, 1.0 - MECHC_SWITCH_SLOPE);
+    return (curve->value[curve->last] - before) / MECHC_SWITCH_SLOPE;
 }
 
 MECHC_STATIC void mechc_switch_curve_of(const mechc_integration *run, double h, int which,
@@ -180,7 +182,7 @@ MECHC_STATIC void mechc_switch_curve_of(const mechc_integration *run, double h, 
     curve->least = 2.0 * mechc_smallest_step(run) / fabs(h);
     curve->at = nodes->at;
     curve->last = nodes->count;
-    curve->noise = 64.0 * MECHC_EPSILON * run->switches.size[which];
+    curve->noise = MECHC_SWITCH_NOISE * DBL_EPSILON * run->switches.size[which];
     curve->first = run->switches.at_start[which] || fabs(values[0]) <= curve->noise;
     for (int i = curve->first; i <= curve->last; i++)
         curve->value[i] = curve->first ? values[i] / curve->at[i] : values[i];
@@ -191,7 +193,7 @@ MECHC_STATIC void mechc_switch_curve_of(const mechc_integration *run, double h, 
 MECHC_STATIC double mechc_switch_exact(const mechc_integration *run, double h, double noise,
                                        double slope)
 {
-    const double time = 4.0 * MECHC_EPSILON * fabs(run->head.t / h);
+    const double time = 4.0 * DBL_EPSILON * fabs(run->head.t / h);
     return mechc_max(MECHC_SWITCH_EXACT * run->rtol, mechc_max(time, 4.0 * noise / fabs(slope)));
 }
 

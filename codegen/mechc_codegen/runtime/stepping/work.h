@@ -13,6 +13,10 @@
 #include "singularities/span.h"
 #include "stepping/control.h"
 
+#define MECHC_WORK_MOVE 1e-5  /* scales, over which the rate of M is a difference */
+#define MECHC_WORK_LOST 1e-10 /* of the kinetic energy, to rounding */
+#define MECHC_WORK_VARIES 0.1 /* of the power over a step, in any case */
+
 #if MECHC_NH > 0
 /* One end of a step: kinetic energy, its rate, and what the errors allowed may change of it. */
 typedef struct {
@@ -35,17 +39,17 @@ MECHC_STATIC double mechc_kinetic_after(const mechc_integration *run, double t, 
 }
 
 MECHC_STATIC mechc_work mechc_work_at(const mechc_integration *run, double t, const double *y,
-                                      const double *rates)
+                                      const double *rates, double h)
 {
     double momenta[MECHC_NU], unused[MECHC_NU], fastest = 0.0;
     for (int i = 0; i < MECHC_NQ; i++)
         fastest = mechc_max(fastest, fabs(rates[i]) / run->scale[i]);
-    const double time = 1e-5 / mechc_max(fastest, 1e-5);
+    const double time = mechc_min(MECHC_WORK_MOVE / fastest, fabs(h));
     const double after = mechc_kinetic_after(run, t, time, y, rates, unused);
     const double before = mechc_kinetic_after(run, t, -time, y, rates, unused);
     mechc_work out = {.kinetic = mechc_kinetic_after(run, t, 0.0, y, rates, momenta)};
     out.power = (after - before) / (2.0 * time) + mechc_dot(momenta, rates + MECHC_NQ, MECHC_NU);
-    out.allowed = 1e-10 * out.kinetic;
+    out.allowed = MECHC_WORK_LOST * out.kinetic;
     for (int i = 0; i < MECHC_NU; i++)
         out.allowed += fabs(momenta[i]) * mechc_tolerance(run, MECHC_NQ + i, y);
     return out;
@@ -55,10 +59,11 @@ MECHC_STATIC mechc_work mechc_work_at(const mechc_integration *run, double t, co
  * over the step may explain. */
 MECHC_STATIC int mechc_keeps_work(const mechc_integration *run, const mechc_span *span)
 {
-    const mechc_work a = mechc_work_at(run, span->t, span->start, span->start_rates);
-    const mechc_work b = mechc_work_at(run, span->t + span->h, span->end, span->end_rates);
+    const mechc_work a = mechc_work_at(run, span->t, span->start, span->start_rates, span->h);
+    const mechc_work b = mechc_work_at(run, span->t + span->h, span->end, span->end_rates,
+                                        span->h);
     const double missing = b.kinetic - a.kinetic - 0.5 * span->h * (a.power + b.power);
-    const double varied = fabs(span->h) * (fabs(b.power - a.power) + 0.1 * fabs(a.power));
+    const double varied = fabs(span->h) * (fabs(b.power - a.power) + MECHC_WORK_VARIES * fabs(a.power));
     return fabs(missing) <= varied + mechc_max(a.allowed, b.allowed) / run->method->share;
 }
 #endif

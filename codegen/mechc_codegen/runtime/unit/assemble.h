@@ -9,6 +9,8 @@
 #define MECHC_ASSEMBLE_ITERATIONS 100
 /* The longest change of a coordinate at once: the gap is taken as linear over it. */
 #define MECHC_ASSEMBLE_STEP 0.3
+#define MECHC_FORBIDDEN 0.01 /* of a residual: a smaller rest was not left whole */
+#define MECHC_LEFT_BY_ROUNDING 64.0 /* units, of the terms */
 
 #if MECHC_NC > 0
 /* Speeds that are held move nothing: their columns of the rows vanish, and their inertia acts on no
@@ -56,8 +58,8 @@ MECHC_STATIC int mechc_speeds_beside(double t, double *y, const mechc_scalar_giv
         left = mechc_max(left, fabs(after[i]));
     }
     /* the rows are linear in the speeds: what those that are held forbid is left whole */
-    return left <= 0.01 * wanted || left <= 64.0 * MECHC_EPSILON * terms ? MECHC_RUNNING
-                                                                       : MECHC_NOT_CLOSED;
+    return left <= MECHC_FORBIDDEN * wanted || left <= MECHC_LEFT_BY_ROUNDING * DBL_EPSILON * terms
+             ? MECHC_RUNNING : MECHC_NOT_CLOSED;
 }
 #endif
 
@@ -81,7 +83,7 @@ MECHC_STATIC int mechc_loops_beside(double t, double *q, const mechc_scalar_give
         mechc_scalar_locate_all(t, q, given, &place);
         const double gap = mechc_scalar_gap(&place, q, &rounding);
         if (!(gap < HUGE_VAL)) return MECHC_NOT_FINITE;
-        if (gap <= rounding || (gap <= 16.0 * rounding && gap >= 0.25 * before))
+        if (gap <= rounding || (gap <= MECHC_CLOSES * rounding && gap >= 0.25 * before))
             return MECHC_RUNNING;
         before = gap;
         mechc_scalar_gap_values(&place, values);

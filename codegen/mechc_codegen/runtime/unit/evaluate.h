@@ -82,3 +82,4 @@ MECHC_ONCE void mechc_evaluate_by(mechc_vector_output *f, int width, ptrdiff_t c
     else \
         mechc_evaluate_by(mechc_vector_output_##label, width, __VA_ARGS__)
 #include "unit/outputs.h"
+#undef MECHC_EVALUATE

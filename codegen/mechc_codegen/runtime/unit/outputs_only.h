@@ -34,6 +34,7 @@ MECHC_ONCE void mechc_plain_evaluate(mechc_scalar_output *f, int width, ptrdiff_
 #define MECHC_EVALUATE(label, width, ...) \
     mechc_plain_evaluate(mechc_scalar_output_##label, width, __VA_ARGS__)
 #include "unit/outputs.h"
+#undef MECHC_EVALUATE
 
 static void mechc_plain_give(const double *p, const mechc_inputs *inputs, mechc_given *given)
 {

@@ -12,7 +12,7 @@ typedef struct {
 } mechc_change;
 
 /* How parameters and inputs change along the columns.  Derivatives at a state along them take
- * `block` doubles: NX x NX by the state, and from MECHC_SQUARE on NX rows of `width` vectors. */
+ * `block` doubles: NX x NX by the state, and from MECHC_BY_STATE on NX rows of `width` vectors. */
 typedef struct {
     int columns, width; /* width: in vectors */
     int count;
@@ -23,7 +23,7 @@ typedef struct {
     mechc_vector *factors; /* of the shapes, at several times */
 } mechc_directions;
 
-#define MECHC_SQUARE ((MECHC_NX * MECHC_NX + MECHC_LANES - 1) / MECHC_LANES * MECHC_LANES)
+#define MECHC_BY_STATE ((MECHC_NX * MECHC_NX + MECHC_LANES - 1) / MECHC_LANES * MECHC_LANES)
 
 MECHC_STATIC void mechc_free_directions(mechc_directions *d)
 {
@@ -43,7 +43,7 @@ MECHC_STATIC int mechc_take_directions(const double *given, int columns,
 {
     d->columns = columns;
     d->width = (columns + MECHC_LANES - 1) / MECHC_LANES;
-    d->block = MECHC_SQUARE + (size_t)(MECHC_NX * d->width * MECHC_LANES);
+    d->block = MECHC_BY_STATE + (size_t)(MECHC_NX * d->width * MECHC_LANES);
     d->count = 0;
     d->changes = malloc((size_t)(MECHC_NB * columns + 1) * sizeof(mechc_change));
     d->lanes = mechc_new_vectors(d->block);
@@ -103,11 +103,11 @@ MECHC_STATIC void mechc_take_factors(const mechc_directions *d, const double *t,
 MECHC_INLINE void mechc_along_columns(const mechc_vector *slopes, int first, const double *t,
                                       int count, const mechc_directions *d, double *out)
 {
-    const int wide = d->width * MECHC_LANES, square = MECHC_SQUARE / MECHC_LANES;
+    const int wide = d->width * MECHC_LANES, square = MECHC_BY_STATE / MECHC_LANES;
     const int shaped = d->shapes && t ? d->shapes->count : 0;
     if (shaped) mechc_take_factors(d, t, count);
     for (int i = first; i < MECHC_NX; i++) {
-        mechc_vector *const row = d->lanes + MECHC_SQUARE + i * wide;
+        mechc_vector *const row = d->lanes + MECHC_BY_STATE + i * wide;
         const mechc_vector *const from = slopes + i * MECHC_SLOPES + MECHC_NX;
         for (int k = 0; k < MECHC_NX; k++)
             d->lanes[i * MECHC_NX + k] = slopes[i * MECHC_SLOPES + k];
@@ -170,7 +170,7 @@ MECHC_INLINE mechc_vector mechc_row_along(const double *slopes, int i, int width
                                           const mechc_vector *at, int stride)
 {
     const double *row = slopes + i * MECHC_NX;
-    mechc_vector sum = ((const mechc_vector *)(slopes + MECHC_SQUARE))[i * width + block];
+    mechc_vector sum = ((const mechc_vector *)(slopes + MECHC_BY_STATE))[i * width + block];
     for (int k = 0; k < MECHC_NX; k++) sum += row[k] * at[k * stride];
     return sum;
 }

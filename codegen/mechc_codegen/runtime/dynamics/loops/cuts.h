@@ -8,8 +8,8 @@
  *
  * This squares the singular values of the rows.  A second solution for what the first leaves of the
  * rows' values takes the error back to that of the rows themselves; where rows are so far from
- * independent that this is in doubt, below MECHC_WALKED_SAFE, they are solved by the orthogonal factors of
- * linear.h.
+ * independent that this is in doubt, below MECHC_SAFE_SQUARED, they are solved by the orthogonal factors
+ * of linear.h.
  */
 #include "simd/real.h"
 #if R_VECTOR ? !defined MECHC_MOVING_CUTS_VECTOR : !defined MECHC_MOVING_CUTS_SCALAR
@@ -22,8 +22,6 @@
 #include "dynamics/tree.h"
 
 #if MECHC_MOVING_CUTS
-#define MECHC_WALKED_SAFE 1e-3 /* conditioning, squared */
-
 typedef struct {
     FN(articulated) links;
     real changes[MECHC_NC * MECHC_NU]; /* M^-1 J^T, row by row of J */

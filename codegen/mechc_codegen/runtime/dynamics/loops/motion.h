@@ -43,7 +43,8 @@ MECHC_INLINE void FN(prepare_rows)(const real *tree, real *jacobian, real *mass,
 {
 #if MECHC_WALKED_ROWS
     FN(eliminate)(tree, &f->links);
-    f->apart = R_MASK(f->links.conditioning > MECHC_WALKED_SAFE) & R_MASK(rank >= (double)MECHC_NC);
+    const double safe = MECHC_MOVING_CUTS ? MECHC_SAFE_SQUARED : MECHC_SAFE;
+    f->apart = R_MASK(f->links.conditioning > safe) & R_MASK(rank >= (double)MECHC_NC);
 #else
     f->apart = R_MASK(R(0.0) > R(0.0));
 #endif

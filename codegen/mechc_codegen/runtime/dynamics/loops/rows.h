@@ -25,8 +25,6 @@
 #include "dynamics/tree.h"
 
 #if MECHC_CARRIED > 0
-#define MECHC_WALKED_SAFE MECHC_SAFE
-
 /* What is kept of the elimination, column by column. */
 typedef struct {
     real momentum[MECHC_NU * MECHC_DIM]; /* U of each column */

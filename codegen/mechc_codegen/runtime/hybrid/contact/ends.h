@@ -6,6 +6,7 @@
 #include "hybrid/events/watch.h"
 
 #define MECHC_END_ROUND (64.0 * DBL_EPSILON) /* of the terms of a slip, and of the forces at a contact */
+#define MECHC_NOT_ZERO 5e-324 /* the least positive double: the sign alone counts */
 #define MECHC_ENDS_KEPT 512 /* times at which the values of the ends are kept: those of a step's samples */
 
 typedef enum {
@@ -98,7 +99,7 @@ MECHC_STATIC double mechc_end_value(mechc_ends *ends, const mechc_end *end)
     case MECHC_END_MARGIN: return mechc_answer_margin(ends->answer, ends->limit);
     case MECHC_END_NEGATIVE:
         return fmin(row[MECHC_FRICTION], row[MECHC_STICTION])
-             + fmax(ends->forces ? mechc_force_rounding(ends, end->contact) : 0.0, 5e-324);
+             + fmax(ends->forces ? mechc_force_rounding(ends, end->contact) : 0.0, MECHC_NOT_ZERO);
     case MECHC_END_PARADOX: return mechc_answer_stiffness(ends->answer);
     case MECHC_END_CLEAR: return end->zero - row[MECHC_GAP];
     default: return end->zero + row[MECHC_GAP];

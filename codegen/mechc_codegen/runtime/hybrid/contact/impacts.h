@@ -183,7 +183,7 @@ MECHC_STATIC int mechc_expand(const mechc_impact *impact, const mechc_problem *b
     const int n = begun->n;
     unsigned char *pressed = (unsigned char *)(impact->space + 7 * n + begun->nu) + n;
     double modes = 1.0;
-    for (int k = 0; k < n; k++) modes *= impact->has_friction[k] ? 6.0 : 2.0;
+    for (int k = 0; k < n; k++) modes *= impact->has_friction[k] ? 6 : 2;
     if (modes > MECHC_MOST_MODES) return MECHC_CONTACTS_TOO_MANY;
     solution->found = 0;
     for (int count = 0; count <= n && !solution->found; count++) {

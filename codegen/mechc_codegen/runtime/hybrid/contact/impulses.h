@@ -16,6 +16,8 @@
 #include <string.h>
 #include "closing/least_change.h"
 
+#define MECHC_IMPACT_DEPENDENT 1e-13 /* of the largest singular value: a smaller one is zero */
+#define MECHC_IMPACT_GAIN 1e-13 /* of the work of the impulses: energy that is rounding */
 #define MECHC_IMPACT_SETTLED 1e-12 /* of the largest rate: one so small is 0 */
 #define MECHC_IMPACT_EXACT 1e-9    /* the same, of what is accepted as a solution */
 #define MECHC_IMPACT_SETS 30       /* sets of pressing contacts that are tried, a contact */
@@ -51,7 +53,7 @@ MECHC_STATIC void mechc_press(const double *a, const double *b, int n, const int
             if (pressing[k]) part[entries++] = a[i * n + k];
         aim[rows++] = -b[i];
     }
-    mechc_least_change(part, aim, rows, rows, 1e-13, lengths, found);
+    mechc_least_change(part, aim, rows, rows, MECHC_IMPACT_DEPENDENT, lengths, found);
     rows = 0;
     for (int i = 0; i < n; i++) p[i] = pressing[i] ? found[rows++] : 0.0;
 }
@@ -157,6 +159,6 @@ MECHC_STATIC int mechc_impulses(const double *a, const double *w, const double *
     for (int i = 0; i < n; i++) same[i] = least;
     const int found = law(a, w, e, n, p, same + n, sets);
     for (int i = 0; i < n; i++) size += fabs(p[i] * w[i]);
-    if (found && !(mechc_impact_energy(a, w, n, p) > 1e-13 * size)) return 1;
+    if (found && !(mechc_impact_energy(a, w, n, p) > MECHC_IMPACT_GAIN * size)) return 1;
     return law(a, w, same, n, p, same + n, sets);
 }

@@ -178,7 +178,7 @@ MECHC_STATIC int mechc_contact_rows(mechc_contact_place *c)
 /* q'' along the motion, by central differences of eighth order (Fornberg 1988). */
 MECHC_STATIC void mechc_contact_second_rates(mechc_contact_place *c, double *later)
 {
-    static const double weights[] = {1 / 280.0, -4 / 105.0, 1 / 5.0, -4 / 5.0};
+    static const double weights[] = {1.0 / 280, -4.0 / 105, 1.0 / 5, -4.0 / 5};
     const int nq = c->coordinates, width = nq + c->speeds;
     double *moved = c->space, *other = moved + width, fastest = 1.0;
     for (int i = 0; i < width; i++)

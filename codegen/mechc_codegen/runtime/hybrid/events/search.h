@@ -10,6 +10,11 @@
 
 #define MECHC_EVENT_BENT 0.1   /* of all change over a step: a sample farther off its chord is coarse */
 #define MECHC_EVENT_COARSE 0.25 /* of the samples: where more are, it is sampled too rarely */
+#define MECHC_EVENT_SIGN 5e-324 /* the least positive double: its sign alone counts */
+#define MECHC_EVENT_UNEVEN 0.8   /* of the distance of even samples: how far one is moved at most */
+#define MECHC_EVENT_PAST 0.45    /* of the exactness aimed at: how far past the root of a secant */
+#define MECHC_EVENT_DIP 0.1      /* of the largest value: a minimum above it comes to no zero */
+#define MECHC_ROOT_TWO 1.4142135623730951
 #define MECHC_EVENT_GRAZES 10.0 /* times rtol of its largest value: a touch so small may not be one */
 
 /* Into the order of time, or against it for sense -1, by insertion: most are in order. */
@@ -26,10 +31,10 @@ MECHC_STATIC void mechc_sort_points(mechc_event_point *points, int count, double
 /* Sample i of a step, all unevenly spaced: a function in step with even samples would seem slow. */
 MECHC_STATIC double mechc_event_fraction(int i)
 {
-    const double root = 1.4142135623730951, square = (double)(i * i) * root;
+    const double square = (double)(i * i) * MECHC_ROOT_TWO;
     if (i <= 0) return 0.0;
     if (i >= MECHC_EVENT_SAMPLES) return 1.0;
-    return (i + 0.8 * (square - floor(square) - 0.5)) / MECHC_EVENT_SAMPLES;
+    return (i + MECHC_EVENT_UNEVEN * (square - floor(square) - 0.5)) / MECHC_EVENT_SAMPLES;
 }
 
 /* Sample a step: times, and the states there; how many.  The first piece of a grid at the start of a
@@ -122,7 +127,7 @@ MECHC_STATIC double mechc_event_root(mechc_watch *watch, int event, mechc_event_
         if (attempt % 3) {
             double secant = high - f_high * (high - low) / (f_high - f_low);
             /* a little past the secant's root, so that the bracket closes from both sides */
-            secant += copysign(0.45 * target, middle - secant);
+            secant += copysign(MECHC_EVENT_PAST * target, middle - secant);
             if (fmin(low, high) < secant && secant < fmax(low, high)) middle = secant;
         }
         const double f = mechc_event_at(watch, event, middle);
@@ -138,7 +143,7 @@ MECHC_STATIC double mechc_event_root(mechc_watch *watch, int event, mechc_event_
 MECHC_STATIC mechc_event_point mechc_event_least(mechc_watch *watch, int event, double sign, double low,
                                            double high)
 {
-    const double share = 0.5 * (sqrt(5.0) - 1.0);
+    const double share = 0.5 * (sqrt(5) - 1.0);
     double left = high - share * (high - low), right = low + share * (high - low);
     double at_left = sign * mechc_event_at(watch, event, left);
     double at_right = sign * mechc_event_at(watch, event, right);
@@ -170,7 +175,7 @@ MECHC_STATIC void mechc_watch_grazing(mechc_watch *watch, int number, int count)
         const double sign = copysign(1.0, direction ? -direction : points[i].value);
         const double a = sign * points[i].value, b = sign * points[i + 1].value;
         const double c = sign * points[i + 2].value;
-        if (!(a > b && b < c && a > 0.0 && c > 0.0 && b <= 0.1 * event->size)) continue;
+        if (!(a > b && b < c && a > 0.0 && c > 0.0 && b <= MECHC_EVENT_DIP * event->size)) continue;
         const mechc_event_point least =
             mechc_event_least(watch, number, sign, points[i].t, points[i + 2].t);
         if (fabs(least.value) <= MECHC_EVENT_GRAZES * watch->motion->rtol * event->size)
@@ -196,7 +201,7 @@ MECHC_STATIC int mechc_event_samples(mechc_watch *watch, int number, int count, 
         event->size = fmax(event->size, fabs(points[place].value));
     }
     if (points[0].t == watch->start && event->side != 0.0)
-        points[0].value = event->side * 5e-324;
+        points[0].value = event->side * MECHC_EVENT_SIGN;
     return MECHC_EVENT_SAMPLES + 1;
 }
 

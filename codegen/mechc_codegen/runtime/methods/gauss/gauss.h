@@ -26,6 +26,20 @@
 
 #define MECHC_GAUSS_ITERATIONS 40
 #define MECHC_GAUSS_CRITICAL 0.1 /* conditioning below which closing a loop varies fast */
+#define MECHC_GAUSS_FARTHEST 3.0 /* lengths of the last step that one beside a crossing may begin by */
+#define MECHC_GAUSS_ENDS_BESIDE 0.1 /* of its length: so near a crossing a last step ends beside it */
+#define MECHC_GAUSS_STAYS 1e-11 /* scales that closing the loops may move a stage by in any case */
+#define MECHC_GAUSS_SHOWS_END 10.0 /* error below which a step's end tells where it led */
+/* Noise of a run's first or last step: in scales, of rtol, and of what the closure's rounding makes. */
+#define MECHC_GAUSS_NOISE 5e-9
+#define MECHC_GAUSS_NOISE_OF_RTOL 200.0
+#define MECHC_GAUSS_NOISES 16.0
+/* Changes of a step over a crossing that may be rounding, in scales: so much over the conditioning,
+ * or its square where several rows may be weak, between these. */
+#define MECHC_GAUSS_FLOOR 5e-15
+#define MECHC_GAUSS_FLOOR_LOWEST 1e-9
+#define MECHC_GAUSS_FLOOR_HIGHEST 1e-7
+#define MECHC_GAUSS_FLOOR_TOGETHER 1e-6
 /* Conditioning above which stages are not projected. */
 #define MECHC_GAUSS_PLAIN MECHC_CLEAR
 /* Changes that grow so end a step; across a jump they need not shrink at all. */
@@ -135,25 +149,25 @@ MECHC_STATIC int mechc_is_beside(const mechc_integration *run, double h)
 {
     const double after = run->monitor.ahead - fabs(h);
     return run->monitor.first < MECHC_TOO_NEAR
-        || (mechc_is_last(run, h) && fabs(after) < 0.1 * fabs(h));
+        || (mechc_is_last(run, h) && fabs(after) < MECHC_GAUSS_ENDS_BESIDE * fabs(h));
 }
 
 /* What of a run's first or last step may be rounding, over its scales: the weight of the node next to
  * the crossing leaves a twentieth of it. */
 MECHC_STATIC double mechc_gauss_most_noise(const mechc_integration *run)
 {
-    return mechc_max(5e-9, 200.0 * run->rtol);
+    return mechc_max(MECHC_GAUSS_NOISE, MECHC_GAUSS_NOISE_OF_RTOL * run->rtol);
 }
 
 /* The rounding of the closure as that node magnifies it: q by the conditioning, speeds by its square,
  * accelerations by its cube. */
 MECHC_STATIC double mechc_gauss_noise(const mechc_integration *run, double h)
 {
-    const double low = mechc_max(sqrt(mechc_gauss_of(run)->lowest), MECHC_EPSILON);
+    const double low = mechc_max(sqrt(mechc_gauss_of(run)->lowest), DBL_EPSILON);
     double fastest = 0.0;
     for (int i = 0; i < MECHC_NQ; i++)
         fastest = mechc_max(fastest, fabs(MECHC_RATE(run, 0)[i]) / run->scale[i]);
-    return MECHC_EPSILON / (low * low * low) * fabs(h) * fastest;
+    return DBL_EPSILON / (low * low * low) * fabs(h) * fastest;
 }
 
 MECHC_STATIC int mechc_gauss_crosses(const mechc_integration *run, double h)
@@ -171,15 +185,18 @@ MECHC_STATIC double mechc_gauss_floor(const mechc_integration *run, double h)
     if (mechc_gauss_crosses(run, h)) {
         const int together = MECHC_NC > 2; /* several rows may be nearly dependent */
         const double magnified = together ? g->lowest * g->lowest : g->lowest;
-        const double floor =
-            mechc_max(1e-9, mechc_min(together ? 1e-6 : 1e-7, 5e-15 / magnified));
+        const double highest = together ? MECHC_GAUSS_FLOOR_TOGETHER : MECHC_GAUSS_FLOOR_HIGHEST;
+        const double floor = mechc_max(MECHC_GAUSS_FLOOR_LOWEST,
+                                       mechc_min(highest, MECHC_GAUSS_FLOOR / magnified));
         if (!mechc_is_beside(run, h)) return most * floor;
-        return most * mechc_min(16.0 * mechc_gauss_noise(run, h), mechc_gauss_most_noise(run));
+        return most * mechc_min(MECHC_GAUSS_NOISES * mechc_gauss_noise(run, h),
+                                mechc_gauss_most_noise(run));
     }
-    double turn = 8.0; /* the last digit of a coordinate that has grown large */
+    double turn = MECHC_GAUSS_LARGE; /* the last digit of a coordinate that has grown large */
     for (int i = 0; i < MECHC_NQ; i++) turn = mechc_max(turn, fabs(run->y[i]) / run->scale[i]);
-    const double digit = 0.125 * turn * (MECHC_NC > 2 ? 5e-14 : 4e-15);
-    return most * (MECHC_NH > 0 ? mechc_min(1e-9, digit / sqrt(g->lowest)) : 2.5 * digit);
+    const double digit = MECHC_GAUSS_DIGIT / MECHC_GAUSS_LARGE * turn;
+    return most * (MECHC_NH > 0 ? mechc_min(MECHC_GAUSS_FLOOR_LOWEST, digit / sqrt(g->lowest))
+                                : MECHC_GAUSS_DIGITS_FREE * digit);
 }
 
 /* A correction that closed the loops of stages far from convergence also moved them along the
@@ -209,16 +226,17 @@ MECHC_STATIC int mechc_gauss_converge(mechc_integration *run, double h)
         run->head.stats.rhs_evaluations += MECHC_STAGES;
         if (!(change < HUGE_VAL)) return MECHC_NOT_FINITE;
         /* the first changes shrink faster than later ones */
-        if (iteration > 0 && change * mechc_max(rate, 0.1) <= MECHC_GAUSS_LEFT)
+        if (iteration > 0 && change * mechc_max(rate, MECHC_GAUSS_FASTEST) <= MECHC_GAUSS_LEFT)
             return MECHC_RUNNING;
-        if (iteration > 1 && rate > 2.0 / 3.0) {
+        if (iteration > 1 && rate > MECHC_GAUSS_STALLS) {
             const int noise = change <= mechc_gauss_floor(run, h);
-            if (noise && rate * rate_before > 4.0 / 9.0) return MECHC_RUNNING;
+            if (noise && rate * rate_before > MECHC_GAUSS_STALLS * MECHC_GAUSS_STALLS) return MECHC_RUNNING;
             if (!noise && iteration > 3 && rate > MECHC_GAUSS_DIVERGES) return MECHC_NOT_CLOSED;
             /* changes that stay equal are gaps of one rounding unit, closed back and forth */
-            if (!noise && iteration > 3) g->left = mechc_min(mechc_max(2.0 * g->left, 0.5), 8.0);
+            if (!noise && iteration > 3)
+                g->left = mechc_min(mechc_max(2.0 * g->left, 0.5), MECHC_GAUSS_MOST_LEFT);
         }
-        if (iteration == 2 && mechc_gauss_measure(g, h) > mechc_max(3.0, 2.0 * run->allowed))
+        if (iteration == 2 && mechc_gauss_measure(g, h) > mechc_max(MECHC_GAUSS_HOPELESS, 2.0 * run->allowed))
             return MECHC_RUNNING;
         before = change;
         rate_before = rate;
@@ -238,7 +256,7 @@ MECHC_STATIC int mechc_gauss_stays(const mechc_integration *run)
         for (int block = 0; block < MECHC_BLOCKS; block++)
             most = mechc_larger(most, mechc_gauss_of(run)->shift[i][block] * weight);
     }
-    return mechc_greatest(most) < 1e-11 + sqrt(tolerated / MECHC_GAUSS_SAFETY);
+    return mechc_greatest(most) < MECHC_GAUSS_STAYS + sqrt(tolerated / MECHC_GAUSS_SAFETY);
 }
 
 MECHC_INLINE void mechc_gauss_gain(mechc_gauss *g, const double *y, double gain, int i,
@@ -305,7 +323,7 @@ MECHC_STATIC void mechc_gauss_meet(mechc_integration *run, double h)
 MECHC_STATIC int mechc_gauss_reached_end(const mechc_integration *run, double error)
 {
     return error <= run->allowed
-        || (mechc_gauss_of(run)->closing == MECHC_CLOSE_BEFORE && error < 10.0);
+        || (mechc_gauss_of(run)->closing == MECHC_CLOSE_BEFORE && error < MECHC_GAUSS_SHOWS_END);
 }
 
 /* The end, projected, and its rates.  No rates are needed of a last one so near a crossing that they
@@ -442,7 +460,8 @@ MECHC_STATIC double mechc_gauss_reach(const mechc_integration *run)
 {
     const mechc_gauss *g = mechc_gauss_of(run);
     if (g->last_step == 0.0) return HUGE_VAL;
-    return fabs(g->last_step) * mechc_min(3.0, mechc_max(1.3, 0.9 * g->last_factor));
+    return fabs(g->last_step) * mechc_min(MECHC_GAUSS_FARTHEST, mechc_max(MECHC_GAUSS_HORIZON,
+                                                                          MECHC_SAFETY * g->last_factor));
 }
 
 MECHC_STATIC void mechc_gauss_take_inputs(mechc_gauss *g, const mechc_integration *run)

@@ -27,7 +27,7 @@
 #define MECHC_GAUSS_BACK 3 /* stages of the last step that the first sweep's differences vanish at */
 #define MECHC_SWEEPS 20
 #define MECHC_SWEEPS_LEFT 0.3 /* of what is tolerated: root of the sum of the changes' squares */
-#define MECHC_SWEEPS_SAFETY 0.84
+#define MECHC_GAUSS_FAR_BACK 1e6 /* steps: where a last step would be that says nothing of this one */
 
 /* Rates at the stages of the last accepted step. */
 typedef struct {
@@ -68,11 +68,11 @@ MECHC_INLINE void mechc_gauss_lanes_weigh(mechc_gauss_lanes *g)
 {
     const mechc_lockstep *a = &g->lanes;
     const mechc_vector step = mechc_size_of(a->h);
-    mechc_vector most = mechc_spread(0.0), loosest = most, turn = mechc_spread(8.0);
+    mechc_vector most = mechc_spread(0.0), loosest = most, turn = mechc_spread(MECHC_GAUSS_LARGE);
     for (int i = 0; i < MECHC_NX; i++) {
         const mechc_vector size = mechc_size_of(a->y[i]), scale = a->scale[i];
         const mechc_vector asked = a->of_scale * scale + (a->floor[i] + a->of_size * size);
-        const mechc_vector digit = 2.220446049250313e-16 * size;
+        const mechc_vector digit = DBL_EPSILON * size;
         const mechc_vector tolerated = mechc_choose(asked > digit, asked, digit);
         const mechc_vector bound = mechc_lesser(tolerated, MECHC_GAUSS_LOOSEST * scale);
         const mechc_vector inverse = mechc_vector_rough_inverse(scale);
@@ -85,9 +85,9 @@ MECHC_INLINE void mechc_gauss_lanes_weigh(mechc_gauss_lanes *g)
         g->weights[k] = step * weight;
         g->error_weights[k] = MECHC_GAUSS_SAFETY / MECHC_UNKNOWNS * (inverse * weight);
     }
-    const double digits = 0.125 * (MECHC_NC > 2 ? 5e-14 : 4e-15);
+    const double digits = MECHC_GAUSS_DIGIT / MECHC_GAUSS_LARGE;
     const mechc_vector noise =
-        (MECHC_NC > 0 ? digits / MECHC_LOCKSTEP_LOW : 2.5 * digits) * turn * most;
+        (MECHC_NC > 0 ? digits / MECHC_LOCKSTEP_LOW : MECHC_GAUSS_DIGITS_FREE * digits) * turn * most;
     g->floor = noise * noise;
     g->part = MECHC_GAUSS_SAFETY / MECHC_UNKNOWNS * loosest;
 }
@@ -128,7 +128,7 @@ MECHC_INLINE void mechc_gauss_lanes_continue(const mechc_gauss_lanes *g, mechc_v
     const mechc_vector size = mechc_size_of(a->h);
     const mechc_mask known =
         (a->last_step > 0.0) & (size <= MECHC_GAUSS_GROWTH * a->last_step);
-    const mechc_vector back = mechc_choose(known, a->last_step / size, mechc_spread(1e6));
+    const mechc_vector back = mechc_choose(known, a->last_step / size, mechc_spread(MECHC_GAUSS_FAR_BACK));
     for (int j = 0; j < MECHC_STAGES; j++) {
         products[j] = mechc_spread(mechc_gauss_nodes[j]);
         for (int m = MECHC_STAGES - MECHC_GAUSS_BACK; m < MECHC_STAGES; m++)
@@ -238,17 +238,19 @@ MECHC_INLINE mechc_vector mechc_gauss_lanes_measure(const mechc_gauss_lanes *g)
 MECHC_INLINE void mechc_gauss_lanes_settle(mechc_gauss_lanes *g, int sweep, mechc_vector change,
                                            mechc_vector rate, mechc_vector rate_before)
 {
-    const mechc_vector slowest = mechc_choose(rate > 0.01, rate, mechc_spread(0.01));
+    const double fastest = MECHC_GAUSS_FASTEST * MECHC_GAUSS_FASTEST;
+    const double stalls = MECHC_GAUSS_STALLS * MECHC_GAUSS_STALLS;
+    const mechc_vector slowest = mechc_choose(rate > fastest, rate, mechc_spread(fastest));
     mechc_mask settled = change * slowest <= MECHC_SWEEPS_LEFT * MECHC_SWEEPS_LEFT;
     if (sweep > 1) {
         const mechc_mask noise = change <= g->floor;
-        settled |= (rate > 4.0 / 9.0) & noise & (rate * rate_before > 16.0 / 81.0);
+        settled |= (rate > stalls) & noise & (rate * rate_before > stalls * stalls);
         if (sweep > 3) g->failed |= g->sweeping & ~noise & (rate > 4.0);
     }
     if (sweep == 2) {
         g->shrinking = mechc_choose(g->sweeping, rate, g->shrinking);
         const mechc_vector error = mechc_gauss_lanes_measure(g);
-        const mechc_mask large = error > 9.0;
+        const mechc_mask large = error > MECHC_GAUSS_HOPELESS * MECHC_GAUSS_HOPELESS;
         g->failed |= g->sweeping & large & (rate > MECHC_GAUSS_SLOW * MECHC_GAUSS_SLOW);
         settled |= large & (error > g->part * change);
     }
@@ -320,7 +322,7 @@ MECHC_INLINE mechc_vector mechc_gauss_lanes_error(mechc_lockstep *a)
 
 MECHC_INLINE mechc_vector mechc_gauss_lanes_factor(mechc_vector error)
 {
-    return MECHC_SWEEPS_SAFETY * mechc_vector_rough_root(error);
+    return MECHC_LOCKSTEP_SAFETY * mechc_vector_rough_root(error);
 }
 
 MECHC_INLINE mechc_mask mechc_gauss_lanes_limited(const mechc_lockstep *a)

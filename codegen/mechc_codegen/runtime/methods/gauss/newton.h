@@ -10,8 +10,8 @@
 #pragma once
 
 #include "methods/gauss/stages.h"
+#include "run/rates.h"
 
-#define MECHC_NEWTON_CHANGE 1e-7 /* of a component's scale, for differences */
 #define MECHC_NEWTON_EASY 1.0    /* size of h J below which the plain iteration contracts fast */
 
 #if MECHC_NEWTON
@@ -52,8 +52,7 @@ MECHC_STATIC void mechc_newton_slopes(mechc_newton *w, mechc_gauss *g, double t,
         memcpy(state, middle, sizeof state);
         for (int lane = 0; lane < count; lane++) {
             const int j = first + lane;
-            const double size = mechc_max(scale[j], 1e-2 * fabs(middle[j][lane]));
-            state[j][lane] += MECHC_NEWTON_CHANGE * size;
+            state[j][lane] += mechc_small_change(scale[j], middle[j][lane]);
         }
         mechc_gauss_first_stages(g, t, 0.0, state, 0, rates);
         for (int lane = 0; lane < count; lane++) {

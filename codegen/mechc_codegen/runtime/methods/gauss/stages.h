@@ -14,8 +14,17 @@
 #define MECHC_UNKNOWNS (MECHC_IDENTITY_KINEMATICS ? MECHC_NU : MECHC_NX)
 #define MECHC_FIRST_UNKNOWN (MECHC_NX - MECHC_UNKNOWNS) /* the component it is the rate of */
 
-#define MECHC_GAUSS_LOOSEST 3e-7
+#define MECHC_GAUSS_LOOSEST 3e-7 /* changes, in scales, that end the iteration however loose the tolerance */
 #define MECHC_GAUSS_LEFT 0.1 /* of the tolerance, to the iteration */
+#define MECHC_GAUSS_FASTEST 0.1 /* the first changes shrink faster than later ones */
+#define MECHC_GAUSS_STALLS (2.0 / 3.0) /* small changes that shrink by less are rounding */
+#define MECHC_GAUSS_HOPELESS 3.0 /* error after three iterations of a step that is rejected at once */
+#define MECHC_GAUSS_MOST_LEFT 8.0 /* units of rounding that gaps of stages are left at */
+/* Changes that may be rounding, in scales: of rates where loops are well conditioned, where there are
+ * none, and scales of a coordinate beyond which its last digit shows. */
+#define MECHC_GAUSS_DIGIT (MECHC_NC > 2 ? 5e-14 : 4e-15)
+#define MECHC_GAUSS_DIGITS_FREE 2.5
+#define MECHC_GAUSS_LARGE 8.0
 #define MECHC_GAUSS_SAFETY 1e3 /* of the coefficients' squares as a measure of the end's error */
 
 /* Stability limits the steps where the iteration converges slowly although the steps are far more

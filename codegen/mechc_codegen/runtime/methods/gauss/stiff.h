@@ -70,7 +70,7 @@ MECHC_STATIC int mechc_gauss_stays_alone(const mechc_integration *run)
  * theirs is as much larger as the errors of fewer steps add up; `size` is that of h J. */
 MECHC_STATIC double mechc_gauss_respond(const mechc_integration *run, double size)
 {
-    const double low = pow(0.5 * size, 8.0) / MECHC_GAUSS_LOW, most = 1.0 / run->method->share;
+    const double low = pow(0.5 * size, (double)MECHC_STAGES) / MECHC_GAUSS_LOW, most = 1.0 / run->method->share;
     const double steps = mechc_min(most, mechc_max(1.0, size / MECHC_GAUSS_DAMPED));
     return mechc_min(MECHC_GAUSS_RESPONSE, low) * steps / most;
 }

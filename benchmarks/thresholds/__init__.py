@@ -1,0 +1,1 @@
+"""Constants of the C runtime that decide something: what they are, and what half and twice do."""

@@ -1,0 +1,63 @@
+"""Constants of the C runtime have names, reasons and a line in docs/theory/thresholds.md."""
+
+import re
+
+import pytest
+
+from benchmarks.thresholds.command import MARKS, write_page
+from benchmarks.thresholds.constants import bare_literals, constants
+from tests.support import ROOT
+
+PAGE = ROOT / "docs" / "theory" / "thresholds.md"
+FIELDS = "double growth; /* of a step */\n"
+HEADER = """\
+/* A reason of
+ * two lines. */
+#define MECHC_A 1e-3
+#define MECHC_B 0.7 /* its own */
+#define MECHC_PI 3.14159265358979 /* mathematics */
+
+/* 0.123 in a comment */
+static double twice(double x) { return 2.0 * x + 0.7 * MECHC_A; }
+"""
+
+
+@pytest.fixture
+def runtime(tmp_path):
+    for name, text in (("run/method.h", FIELDS), ("dynamics/some.h", HEADER)):
+        (tmp_path / name).parent.mkdir()
+        (tmp_path / name).write_text(text, "utf-8")
+    return tmp_path
+
+
+def test_no_floating_constant_of_the_runtime_is_without_a_name():
+    assert bare_literals() == []
+
+
+def test_every_constant_of_the_runtime_has_a_reason():
+    assert [each.name for each in constants() if not each.reason.strip()] == []
+
+
+def test_the_page_has_every_constant_with_its_value():
+    table = PAGE.read_text("utf-8").partition(MARKS[0])[2].partition(MARKS[1])[0]
+    listed = re.findall(r"^\| `(\S+)` \| `([^`]+)` \|", table, re.M)
+    assert listed == [(each.name, each.value) for each in constants()]
+
+
+def test_names_values_and_reasons_are_read_from_headers(runtime):
+    found = [(each.name, each.value, each.reason) for each in constants(runtime)]
+    assert found == [
+        ("MECHC_A", "1e-3", "A reason of two lines."),
+        ("MECHC_B", "0.7", "its own"),
+    ]
+
+
+def test_a_bare_literal_is_seen(runtime):
+    assert bare_literals(runtime) == ["dynamics/some.h:8: 0.7"]
+
+
+def test_a_table_takes_the_place_of_the_one_before(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text(f"before\n{MARKS[0]}old\n{MARKS[1]}after\n", "utf-8")
+    write_page(page, "new\n")
+    assert page.read_text("utf-8") == f"before\n{MARKS[0]}new\n{MARKS[1]}after\n"

@@ -359,7 +359,7 @@ class Model(Fits):
         if by and model.inputs:
             model = model._breaking_at_samples(by)
         system, p = model.system, self._one_set(params, SIMULATE_ONE_SET)
-        chosen = _run_events(events, system, p, span)
+        chosen = None if events == () else _run_events(events, system, p, span)
         keeps = checkpoints is not None
         if keeps:
             refuse_beside_checkpoints(chosen or (), by)

@@ -218,6 +218,14 @@ cdef class Steps:
                    some * self.width * sizeof(double))
         return t, y
 
+    @property
+    def span(self):
+        """The first and the last accepted time, s."""
+        cdef const mechc_trajectory *record = self.piece.steps
+        if record.count == 0:
+            return np.nan, np.nan
+        return record.t[0], record.t[record.count - 1]
+
     def ends(self):
         """The first and the last accepted time (2,) and state (2, width), copied."""
         cdef const mechc_trajectory *record = self.piece.steps

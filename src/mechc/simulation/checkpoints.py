@@ -183,6 +183,12 @@ class Recomputed:
         return self._run.ends(self._number)
 
     @property
+    def span(self) -> tuple[float, float]:
+        """The first and last time."""
+        first, last = self.ends()[0].tolist()
+        return first, last
+
+    @property
     def crossings(self) -> int:
         return len(self.change_points()[0])
 

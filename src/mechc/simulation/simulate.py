@@ -34,6 +34,7 @@ from mechc.simulation.initialise import begin, leave_change_point, reach_end
 from mechc.simulation.limits import LIMITED, explained
 from mechc.simulation.record import Piece, Record, added_stats
 from mechc.simulation.settings import (
+    LOCKSTEP,
     Policy,
     checked_change_point,
     checked_count,
@@ -79,7 +80,7 @@ def run(
     if system.driven is not None:
         system.driven.restart(span[0])
     motion: Any = begin(system, span, state, values, policy, events)
-    before = Record(())
+    before: Record | None = None
     beside = motion.met_critical and policy.on_change_point != "stop"
     if motion.status == AT_CHANGE_POINT or (beside and motion.status == RUNNING):
         first = state if typed is None else np.asarray(typed, float)
@@ -98,7 +99,7 @@ def _driven(
     made: Callable[..., Made],
     system: System,
     span: tuple[float, float],
-    before: Record,
+    before: Record | None,
     motion: Any,
     values: Array,
     policy: Policy,
@@ -125,15 +126,12 @@ def _driven(
     status = _status(code, system, span, record, motion, policy, events)
     if failure is not None:
         status = replace(status, cause=str(failure))
-    stats = {
-        **record.stats,
-        "wall_s": time.perf_counter() - started,
-        "method": policy.method_of_users,
-    }
+    method = policy.method_of_users if policy.method == LOCKSTEP else policy.method
+    stats = {**record.stats, "wall_s": time.perf_counter() - started, "method": method}
     del stats["coordinate"]
     if events is not None:
         stats["lowered_impacts"] = 0 if motion is None else motion.notes()[1][0]
-    found = event_records(events, motion, system.scene.width)
+    found = () if events is None else event_records(events, motion, system.scene.width)
     sol = made(system, record.pieces[0].params, policy, record, status, stats, times, found)
     sol._asked = events
     if failure is not None:
@@ -156,23 +154,18 @@ def _advance(motion: Any, span: tuple[float, float], progress: Progress) -> int:
     return int(motion.status)
 
 
-def record_of(before: Record, motion: Any, events: RunEvents | None) -> Record:
-    """The record of a motion that goes on from another."""
+def record_of(before: Record | None, motion: Any, events: RunEvents | None) -> Record:
+    """The record of a motion that goes on from another; ``motion``: None for that alone."""
+    record = Record(before.pieces if before else ())
     if motion is None:
-        return before
-    record = Record([
-        *before.pieces,
-        *(
-            Piece(
-                steps, p, jumps=jumps, causes=causes, cut=cut,
-                contacts=() if events is None else events.words(contacts),
-            )
-            for steps, p, jumps, causes, contacts, cut in motion.pieces
-        ),
-    ])  # fmt: skip
-    first = before.pieces[0].params if before.pieces else None
-    record.share_params(first)
-    record.stats = added_stats(before.stats, motion.stats())
+        record.stats = before.stats if before else {}
+        return record
+    for steps, p, jumps, causes, contacts, cut in motion.pieces:
+        words = () if events is None else events.words(contacts)
+        record.pieces.append(Piece(steps, p, jumps=jumps, causes=causes, contacts=words, cut=cut))
+    if len(record.pieces) > 1:
+        record.share_params(record.pieces[0].params)
+    record.stats = added_stats(before.stats, motion.stats()) if before else motion.stats()
     return record
 
 
@@ -182,13 +175,14 @@ def _status(
 ) -> Status:  # fmt: skip
     """How a run ended, in words, with what is to be known of it."""
     bad, driven = record.stats["coordinate"], system.driven
+    crossed = len(record.pieces) > 1 or record.pieces[0].steps.crossings
     status = status_of(
         code,
-        record.span[1],
+        record.pieces[-1].span[1],
         system.speeds[bad] if bad >= 0 else "",
         record.stats["critical_gap"],
         (
-            *_warnings(record, code),
+            *(_warnings(record, code) if crossed else ()),
             *_coarse_angles(system, record, policy.rtol),
             *(energy_note(system, record, policy) if code in ENDED else ()),
             *(driven.notes() if driven else ()),
@@ -243,8 +237,6 @@ def continued(
 
 def _warnings(record: Record, code: int) -> tuple[str, ...]:
     """Of a run that crossed change points."""
-    if not any(piece.steps.crossings for piece in record.pieces):
-        return ()  # nearly always, and fast
     times = record.change_points()[0]
     if not len(times) or code == STOPPED_AT_CHANGE_POINT:
         return ()
@@ -259,7 +251,7 @@ def _warnings(record: Record, code: int) -> tuple[str, ...]:
 def _coarse_angles(system: System, record: Record, rtol: float) -> tuple[str, ...]:
     """Of angles so large that their last digit, not the tolerance, decides about the accuracy."""
     finest = COARSE * max(rtol, FINEST)
-    steps: Any = record.last.steps if len(record.pieces) == 1 else None
+    steps: Any = record.pieces[-1].steps if len(record.pieces) == 1 else None
     if type(steps) is Steps and math.ulp(steps.largest(system.angles)) <= finest:
         return ()  # nearly always, and fast
     size = np.abs(record.ends()[1]).max(axis=0)[: len(system.coordinates)]

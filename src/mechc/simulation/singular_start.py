@@ -87,6 +87,10 @@ class SingularStart:
         return self.states()
 
     @property
+    def span(self) -> tuple[float, float]:
+        return self.t0, self.t
+
+    @property
     def crossings(self) -> int:
         return 0 if self.passed is None else 1
 

@@ -41,11 +41,11 @@ TOPOLOGIES = {
 @cache
 def compiled(name: str) -> mechc.Model:
     """The scene of a topology; q_k and u_k are the angle and the speed of crank k."""
-    mechanism = _mechanism(name, *TOPOLOGIES[name])
-    return mechc.compile(mechanism, outputs=("energy",))
+    return mechc.compile(mechanism(name, *TOPOLOGIES[name]), outputs=("energy",))
 
 
-def _mechanism(name: str, cranks: int, rods: tuple[tuple[int, int], ...]) -> Mechanism:
+def mechanism(name: str, cranks: int, rods: tuple[tuple[int, int], ...]) -> Mechanism:
+    """Cranks under gravity, and rods, each a constraint."""
     q, u = dynamicsymbols(f"q_0:{cranks}"), dynamicsymbols(f"u_0:{cranks}")
     N, g = ReferenceFrame("N"), symbols("g")
     origin, up = fixed_point("O", N), 0.8 * N.y + 0.6 * N.z

@@ -96,3 +96,8 @@ class PlanarLinkage:
         flat.grounds[: len(self.ends)] = [x for x, _ in self.grounds]
         flat.parts[: len(self.ends)] = [part for _, part in self.grounds]
         return flat
+
+
+def four_bar(lengths: Sequence[float], masses: Sequence[float] = (1.0, 2.0, 3.0)) -> PlanarLinkage:
+    """Three rods end to end; the last length is that of the ground."""
+    return PlanarLinkage([-1, 0, 1], lengths[:3], masses, [2], [(lengths[3], 0.0)])

@@ -1,41 +1,18 @@
-"""The four-bar along the tangent of its closure: an independent judge, regular at dead points.
+"""The four-bar along the tangent of its closure: equations that are regular at dead points.
 
 With n_i = l_j l_k sin(theta_k - theta_j), (i, j, k) in turn, q' = w n keeps the loop closed, and
 the one equation left is A w' = -(w^2 A' / 2 + V'), A = n.M n, ' along n: no constraint, no row to
-solve for, no dependent coordinate.  n vanishes at change points only.  Doubles, by SciPy's DOP853;
-its own error is the difference between two tolerances.
+solve for, no dependent coordinate.  n vanishes at change points only.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
-
-import numpy as np
-from scipy.integrate import solve_ivp
-
-from ..problems.problem import Array
 
 TURN = ((1, 2), (2, 0), (0, 1))
 PAIRS = ((0, 1), (0, 2), (1, 2))
-TIGHT, LOOSE = 1e-13, 1e-11
-SHIFT = 1e-6  # rad by which the start is pushed for the condition
-EVALUATIONS = 300_000
-
-
-class UnfinishedError(Exception):
-    """The judge's motion takes more evaluations than it may."""
-
-
-@dataclass(frozen=True)
-class Truth:
-    """A final state, how uncertain it is, and how errors of the start grow until there."""
-
-    state: Array
-    uncertainty: float
-    condition: float
 
 
 class TangentBar:
@@ -85,37 +62,3 @@ class TangentBar:
     def state(self, y: Sequence[Any]) -> list[Any]:
         """[theta, omega] of (theta_0..2, w)."""
         return [*y[:3], *(y[3] * x for x in self.normal(y[:3]))]
-
-    def final(self, y0: Array, t_end: float, rtol: float) -> Array:
-        """The state [theta, omega] at t_end."""
-        left = EVALUATIONS
-
-        def counted(t: float, y: Array) -> list[float]:
-            nonlocal left
-            left -= 1
-            if left < 0:
-                raise UnfinishedError
-            return self.rates(y.tolist())
-
-        n = np.array(self.normal(y0[:3].tolist()))
-        start = [*y0[:3], y0[3:] @ n / (n @ n)]
-        pace = 1.0 / t_end  # w matters where it turns a link by a radian within the run
-        run = solve_ivp(
-            counted, (0.0, t_end), start, method="DOP853", rtol=rtol,
-            atol=[rtol, rtol, rtol, rtol * pace],
-        )  # fmt: skip
-        return np.array(self.state(run.y[:, -1].tolist()))
-
-    def truth(self, y0: Array, pushed: Array, t_end: float, scale: Array) -> Truth:
-        """The motion from ``y0``; ``pushed`` is a closed state beside it.
-
-        Raises
-        ------
-        UnfinishedError
-            If the judge's own motion takes more than 300,000 evaluations.
-        """
-        exact = self.final(y0, t_end, TIGHT)
-        loose = self.final(y0, t_end, LOOSE)
-        beside = self.final(pushed, t_end, LOOSE)
-        moved = np.abs((beside - exact) / scale).max() / np.abs(pushed - y0)[:3].max()
-        return Truth(exact, float((np.abs(exact - loose) / scale).max()), float(moved))

@@ -23,10 +23,9 @@ from .judge import (
     METHODS,
     ROUNDING,
     Row,
-    attempt,
     limit_of,
-    measured,
     row,
+    runs,
     speeds_apart,
     verdict,
 )
@@ -102,13 +101,10 @@ def _along(
     scale = speeds_apart(exact, len(exact) // 2)
     pushed = branch.final((start[0] + SHIFT, start[1]), t_end, 1e-12)
     condition = float((np.abs(pushed - exact) / scale).max()) / SHIFT
-    for method in METHODS:
-        for rtol in rtols:
-            first = branch.state(*start)
-            found = attempt(model, t_end, first, params, rtol=rtol, method=method)
-            limit = limit_of(rtol, condition) + float((np.abs(exact - loose) / scale).max())
-            case = f"{branch.name}, from {start[1]:g} rad/s, {method}, {rtol:g}"
-            yield verdict(case, found, exact, limit, scale)
+    for told, _, rtol, found in runs(model, t_end, branch.state(*start), params, rtols=rtols):
+        limit = limit_of(rtol, condition) + float((np.abs(exact - loose) / scale).max())
+        case = f"{branch.name}, from {start[1]:g} rad/s, {told}"
+        yield verdict(case, found, exact, limit, scale)
 
 
 # -- lengths 1, 2, 1, 2: the parallelogram and the antiparallelogram, one curve each --------------
@@ -122,9 +118,7 @@ def _parallelograms(starts: int, rtols: Sequence[float]) -> Iterator[Row]:
         np.tile([1.0, 2.0, 3.0], (n, 1)), np.arange(n) < starts,
     )  # fmt: skip
     given = random_starts.trials_of(np.random.default_rng(2), names, geometry, 20.0)
-    for method in METHODS:
-        for rtol in rtols:
-            yield from random_starts.judged(given, method, rtol)
+    yield from random_starts.judged(given, METHODS, rtols)
 
 
 # -- lengths in pairs at the tightest tolerance, and lengths typed as decimals --------------------
@@ -178,9 +172,7 @@ def _four_bars(
     translates = np.array([name in ("rhombus", "parallelogram") for name in names])
     geometry = Geometry(lengths, signs, np.tile([1.0, 2.0, 3.0], (len(rows), 1)), translates)
     given = random_starts.trials_of(rng, tuple(names), geometry, t_end)
-    for method in methods:
-        for rtol in rtols:
-            yield from random_starts.judged(given, method, rtol)
+    yield from random_starts.judged(given, methods, rtols)
 
 
 # -- five-bars: two freedoms, around the apex of a cone -------------------------------------------
@@ -219,19 +211,15 @@ def _five_bar(
     pushed = [chain.final(first + SHIFT * unit, 5.0, 1e-10) for unit in np.eye(8)[::4]]
     scale = speeds_apart(exact, 4)
     condition = max(float((np.abs(each - exact) / scale).max()) / SHIFT for each in pushed)
-    for method in METHODS:
-        for rtol in (1e-6, 1e-9, 1e-12):
-            found = attempt(model, 5.0, start, params, rtol=rtol, method=method)
-            case = f"five-bar {seed}, {method}, {rtol:g}"
-            if rtol * condition > LARGEST:
-                yield row(case, "unjudged", status=UNTOLD, condition=condition)
-                continue
-            if isinstance(found, str) or not found.status.ok:
-                yield verdict(case, found, exact, 0.0)
-                continue
-            end = np.cumsum(found.y[-1].reshape(2, 4), axis=1).ravel()
-            limit = limit_of(rtol, condition) + float((np.abs(exact - loose) / scale).max())
-            yield measured(case, end, exact, limit, scale, condition=condition)
+    for told, _, rtol, found in runs(model, 5.0, start, params, rtols=(1e-6, 1e-9, 1e-12)):
+        case = f"five-bar {seed}, {told}"
+        if rtol * condition > LARGEST:
+            yield row(case, "unjudged", status=UNTOLD, condition=condition)
+            continue
+        limit = limit_of(rtol, condition) + float((np.abs(exact - loose) / scale).max())
+        yield verdict(case, found, exact, limit, scale,
+                      lambda sol: np.cumsum(sol.y[-1].reshape(2, 4), axis=1).ravel(),
+                      condition=condition)  # fmt: skip
 
 
 # -- rows of windows: all couplers and uprights in line at once -----------------------------------
@@ -240,13 +228,9 @@ def _five_bar(
 def _windows(counts: Sequence[int], rtols: Sequence[float]) -> Iterator[Row]:
     for count in counts:
         model = mechc.compile(windows(count))
-        for rtol in rtols:
-            params = {"tilt": 0.3}
-            found = attempt(model, 20.0, upright_start(count), params, rtol=rtol)
-            case, exact = f"{count} windows, auto, {rtol:g}", first_upright(count, np.array([20.0]))
+        exact, ways = first_upright(count, np.array([20.0]))[0], {"methods": ("auto",)}
+        start, params = upright_start(count), {"tilt": 0.3}
+        for told, _, rtol, found in runs(model, 20.0, start, params, **ways, rtols=rtols):
             limit = limit_of(rtol, WINDOWS_CONDITION, max(ROUNDING, TOGETHER))
-            if isinstance(found, str) or not found.status.ok:
-                yield verdict(case, found, exact, limit)
-                continue
-            angle = found.q[-1, 0]
-            yield measured(case, np.array([np.cos(angle), np.sin(angle)]), exact[0], limit)
+            yield verdict(f"{count} windows, {told}", found, exact, limit, observe=lambda sol:
+                          np.array([np.cos(sol.q[-1, 0]), np.sin(sol.q[-1, 0])]))  # fmt: skip

@@ -59,7 +59,7 @@ def _drawn(quick: bool, chosen, seed: int) -> Iterator[Row]:  # type: ignore[no-
             given = chosen(name, one, psi[:, i : i + 1], met, apart)
             method = str(rng.choice(METHODS))
             rtol = float(rng.choice(RTOLS[: LOOSE if method == "radau5" else None]))
-            yield from random_starts.judged(given, method, rtol)
+            yield from random_starts.judged(given, (method,), (rtol,))
 
 
 def _change_points(one: Geometry, psi: Array) -> list[float]:

@@ -20,7 +20,7 @@ import mechc
 
 from ..problems.data import four_bar_state, reference
 from ..problems.problem import Array
-from .judge import Row, attempt, bounded, row, verdict
+from .judge import Row, bounded, row, runs, verdict
 from .random_starts import error_of
 
 METHODS = ("dopri5", "dop853", "gauss8")
@@ -87,12 +87,9 @@ def turns(quick: bool) -> Iterator[Row]:
         start = four_bar_state("change_point", 0.0)
         start[:3] += 2 * np.pi * count
         digit = float(np.spacing(start[:3]).max())
-        for method in TURNED_BY[: 2 if quick else 3]:
-            for rtol in TURNED_RTOLS:
-                case = f"{count:g} turns, {method}, {rtol:g}"
-                found = attempt(model, TURNED_FOR, start, rtol=rtol, method=method, dense=False)
-                if isinstance(found, str) or not found.status.ok:
-                    yield verdict(case, found, exact, 0.0)
-                    continue
-                allowed = limit(rtol, TURNED_FOR) + GROWTH[TURNED_FOR] * digit
-                yield bounded(case, error_of(found.y[-1], exact), allowed, rtol=rtol)
+        ways = {"methods": TURNED_BY[: 2 if quick else 3], "rtols": TURNED_RTOLS, "dense": False}
+        for told, _, rtol, found in runs(model, TURNED_FOR, start, **ways):
+            allowed = limit(rtol, TURNED_FOR) + GROWTH[TURNED_FOR] * digit
+            apart = lambda sol: np.array([error_of(sol.y[-1], exact)])  # noqa: E731
+            case = f"{count:g} turns, {told}"
+            yield verdict(case, found, np.zeros(1), allowed, observe=apart, rtol=rtol)

@@ -10,13 +10,14 @@ from mechc_codegen.library.planar.redundant import spatial, two_rockers
 import mechc
 
 from ..problems.data import four_bar_state
-from ..references.tangent import SHIFT, TangentBar, UnfinishedError
-from .judge import METHODS, ROUNDING, Row, attempt, limit_of, row, speeds_apart, verdict
+from ..references.linkage_curve import PlanarLinkage, four_bar
+from .judge import ROUNDING, Row, limit_of, runs, speeds_apart, verdict
+from .misses.on_curve import judged, margins
 
+ULPS = 10 * 4.4e-16  # m: closure kept to an ulp or two of the longest link turns the shortest
 REGULAR: Mapping[str, float] = {"l_3": 3.5}
 GROUNDS = {"regular": 3.5, "change_point": 4.0}
 CONDITION = {"regular": 5.8, "change_point": 80.0}  # largest |d state / d start| in 20 s
-ULPS = 10 * 4.4e-16  # m: closure kept to an ulp or two of the longest link turns the shortest
 RTOLS = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 T_END = 20.0
 START = np.radians(85)
@@ -97,17 +98,15 @@ def open_starts(quick: bool) -> Iterator[Row]:
     """One angle or one speed of a closed start moved; the motion is that of the closed one."""
     model = mechc.load("four_bar")
     y0 = model.assemble({"theta_0": 1.0}, speeds={"omega_0": 1.0}, params=REGULAR)
-    pushed = model.assemble({"theta_0": 1.0 + SHIFT}, speeds={"omega_0": 1.0}, params=REGULAR)
-    truth = TangentBar(*_sizes(REGULAR)).truth(y0, pushed, 2.0, speeds_apart(y0, 3))
+    linkage = _linkage(REGULAR)
+    exact, (_, condition) = linkage.integrate(y0, np.array([2.0]))[0], margins(linkage, y0, 2.0)
     for place, name in ((1, "theta_1"), (4, "omega_1")):
         for gap in (1e-16, 1e-14, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 1.0, 1e8):
             moved = y0.copy()
             moved[place] += gap
-            for method in METHODS:
-                found = attempt(model, 2.0, moved, REGULAR, rtol=1e-10, method=method)
-                limit = limit_of(1e-10 + gap, truth.condition)
-                case = f"{name} off by {gap:g}, {method}"
-                yield verdict(case, found, truth.state, limit, gap=gap)
+            for _, method, rtol, found in runs(model, 2.0, moved, REGULAR, rtols=(1e-10,)):
+                case, limit = f"{name} off by {gap:g}, {method}", limit_of(rtol + gap, condition)
+                yield verdict(case, found, exact, limit, gap=gap)
 
 
 def redundant(quick: bool) -> Iterator[Row]:
@@ -121,12 +120,10 @@ def redundant(quick: bool) -> Iterator[Row]:
             y0 = plain.assemble({"theta_0": START}, params={"l_3": ground})[twin]
             exact = four_bar_state(name, T_END)[twin]
             scale = speeds_apart(exact, len(model.coordinates))
-            for method in METHODS:
-                for rtol in _some(quick):
-                    params = {"l_3": ground, **turned}
-                    found = attempt(model, T_END, y0, params, rtol=rtol, method=method)
-                    case = f"{which}, {name}, {method}, {rtol:g}"
-                    yield verdict(case, found, exact, limit_of(rtol, CONDITION[name]), scale)
+            params = {"l_3": ground, **turned}
+            for told, _, rtol, found in runs(model, T_END, y0, params, rtols=_some(quick)):
+                limit = limit_of(rtol, CONDITION[name])
+                yield verdict(f"{which}, {name}, {told}", found, exact, limit, scale)
 
 
 # -- runs ---------------------------------------------------------------------------------------
@@ -144,42 +141,27 @@ def _reference(
     exact = four_bar_state(name, T_END)
     pace = np.where(np.arange(6) < 3, 1.0, clock)
     y0 = model.assemble({"theta_0": START}, params=params)
-    for method in METHODS:
-        for rtol in rtols:
-            found = attempt(model, T_END / clock, y0, params, rtol=rtol, method=method)
-            told = ", ".join(x for x in (case, name, method, f"{rtol:g}") if x)
-            limit = limit_of(rtol, CONDITION[name])
-            yield verdict(told, found, exact * pace, limit, speeds_apart(exact, 3) * pace)
+    for told, _, rtol, found in runs(model, T_END / clock, y0, params, rtols=rtols):
+        which, limit = ", ".join(filter(None, (case, name, told))), limit_of(rtol, CONDITION[name])
+        yield verdict(which, found, exact * pace, limit, speeds_apart(exact, 3) * pace)
 
 
 def _judged(
     case: str, params: Mapping[str, float], first: Mapping[str, float], t_end: float,
     rtols: Sequence[float], speeds: Mapping[str, float] | None = None, met=None,  # type: ignore[no-untyped-def]
 ) -> Iterator[Row]:  # fmt: skip
-    """Against the motion along the tangent; ``met``: what the run is to go through."""
+    """Against the motion on the curve of configurations; ``met``: what the run is to go through."""
     model = mechc.load("four_bar")
-    y0 = model.assemble(first, speeds=speeds, params=params)
-    beside = {name: value + SHIFT for name, value in first.items()}
-    pushed = model.assemble(beside, speeds=speeds, params=params)
-    lengths, masses = _sizes(params)
-    bar, rounding = TangentBar(lengths, masses), max(ROUNDING, ULPS / min(lengths))
-    try:
-        scale = speeds_apart(bar.final(y0, t_end, 1e-9), 3)
-        truth = bar.truth(y0, pushed, t_end, scale)
-    except UnfinishedError:
-        yield row(case, "unjudged", status="the judge's own run does not end")
-        return
-    for method in METHODS:
-        for rtol in rtols:
-            found = attempt(model, t_end, y0, params, rtol=rtol, method=method)
-            told = f"{case}, {method}, {rtol:g}"
-            if met and not isinstance(found, str) and found.status.ok and not met(found):
-                raise RuntimeError(f"{told}: the scene misses what it is made for")
-            limit = limit_of(rtol, truth.condition, rounding) + truth.uncertainty
-            yield verdict(told, found, truth.state, limit, scale)
+    y0, linkage = model.assemble(first, speeds=speeds, params=params), _linkage(params)
+    rounding = max(ROUNDING, ULPS / min(*linkage.lengths, linkage.grounds[0][0]))
+    for how, _, rtol, found in runs(model, t_end, y0, params, rtols=rtols):
+        told = f"{case}, {how}"
+        if met and not isinstance(found, str) and found.status.ok and not met(found):
+            raise RuntimeError(f"{told}: the scene misses what it is made for")
+        yield judged(told, found, linkage, y0, lambda state: state, t_end, rtol, rounding)
 
 
-def _sizes(params: Mapping[str, float]) -> tuple[list[float], list[float]]:
-    """Lengths and masses, those not given by default."""
+def _linkage(params: Mapping[str, float]) -> PlanarLinkage:
+    """Lengths and masses that are not given are the default ones."""
     lengths = [params.get(f"l_{k}", k + 1.0) for k in range(4)]
-    return lengths, [params.get(f"m_{k}", k + 1.0) for k in range(3)]
+    return four_bar(lengths, [params.get(f"m_{k}", k + 1.0) for k in range(3)])

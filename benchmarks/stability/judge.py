@@ -11,7 +11,7 @@ A row is one run: its case, its word, its error and limit where it has them.  Wo
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -49,16 +49,31 @@ def attempt(
         return str(error)
 
 
+def runs(
+    model: mechc.Model, t_span: float, y0: Array, params: Mapping[str, float] | None = None, *,
+    methods: Sequence[str] = METHODS, rtols: Sequence[float], **policy: Any,
+) -> Iterator[tuple[str, str, float, Outcome]]:  # fmt: skip
+    """A run by every method at every tolerance: both in words, both, and what became of it."""
+    for method in methods:
+        for rtol in rtols:
+            found = attempt(model, t_span, y0, params, rtol=rtol, method=method, **policy)
+            yield f"{method}, {rtol:g}", method, rtol, found
+
+
+def last_state(sol: mechc.Solution) -> Array:
+    return sol.y[-1]
+
+
 def verdict(
     case: str, outcome: Outcome, exact: Array, limit: float, scale: Array | float = 1.0,
-    **figures: Any,
+    observe: Callable[[mechc.Solution], Array] = last_state, **figures: Any,
 ) -> Row:  # fmt: skip
-    """The final state against the exact one, each component in its scale."""
+    """What is observed of a run against its exact value, each component in its scale."""
     if isinstance(outcome, str):
         return row(case, "refused", status=outcome, **figures)
     if not outcome.status.ok:
         return row(case, "flagged", status=outcome.status.code, **figures)
-    return measured(case, outcome.y[-1], exact, limit, scale, **figures)
+    return measured(case, observe(outcome), exact, limit, scale, **figures)
 
 
 def measured(

@@ -15,7 +15,7 @@ import numpy as np
 import mechc
 
 from ..problems.data import four_bar_state
-from ..references.tangent import TangentBar
+from ..references.linkage_curve import four_bar
 from ..timing.cases import Array
 from .judge import Row, bounded, limit_of, measured, row
 from .values import SCENES, model_of
@@ -76,8 +76,8 @@ def _four_bar(method: str, rtol: float, count: int) -> Iterator[Row]:
         for angle in (np.radians(85), np.radians(85) + 1e-6)
     )
     exact = four_bar_state("regular", 1.0)
-    bar = TangentBar((1.0, 2.0, 3.0, 3.5), (1.0, 2.0, 3.0))
-    ends = [bar.final(y, FAR * PERIOD + 1.0, 1e-11) for y in (y0, beside)]
+    bar, far = four_bar((1.0, 2.0, 3.0, 3.5)), np.array([FAR * PERIOD + 1.0])
+    ends = [bar.integrate(y, far) for y in (y0, beside)]
     growth = float(np.abs(ends[1] - ends[0]).max()) / 1e-6 / FAR
     case = f"four-bar, {count} periods, {method}, {rtol:g}"
     yield from _followed(case, model, count * PERIOD + 1.0, y0, REGULAR, exact, growth * count,

@@ -11,7 +11,7 @@ Condition: the largest |d state / d start| met at ten times along the run, by di
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +20,7 @@ import mechc
 
 from ..problems.problem import Array
 from ..references.closure_curve import Geometry
-from .judge import METHODS, ROUNDING, Row, attempt, bounded, limit_of, row
+from .judge import METHODS, ROUNDING, Row, bounded, limit_of, row, runs
 
 RTOLS = (1e-6, 1e-8, 1e-10, 1e-12)
 UNIT = 2.0**-20
@@ -55,9 +55,7 @@ class Trials:
 def random_starts(quick: bool) -> Iterator[Row]:
     """A thousand starts, three quarters of them of the reference linkage."""
     given = trials(*(40, 8, 20.0) if quick else (750, 50, 100.0))
-    for method in METHODS:
-        for rtol in RTOLS:
-            yield from judged(given, method, rtol)
+    yield from judged(given, METHODS, RTOLS)
 
 
 def which_failed(rows: list[Row]) -> str:
@@ -88,18 +86,16 @@ def trials_of(
     return Trials(names, geometry, psi, t_end, exact, condition)
 
 
-def judged(given: Trials, method: str, rtol: float, members: range | None = None) -> Iterator[Row]:
-    """A row a start: what became of it, its error and limit."""
-    model, first = mechc.load("four_bar"), given.first
-    for i in members or range(len(given)):
-        case = f"{given.names[i]}, start {i}, {method}, {rtol:g}"
-        found = attempt(
-            model, given.t_end, first[i], given.params(i), rtol=rtol, method=method, dense=False,
-            max_steps=2_000_000,
-        )  # fmt: skip
-        figures = {"method": method, "rtol": rtol, "kind": given.names[i], "start": list(first[i]),
-                   "lengths": list(given.geometry.lengths[i])}  # fmt: skip
-        yield _word(case, found, given, i, rtol, figures)
+def judged(given: Trials, methods: Sequence[str], rtols: Sequence[float]) -> Iterator[Row]:
+    """A row a start, method and tolerance: what became of it, its error and limit."""
+    model, ways = mechc.load("four_bar"), {"methods": methods, "rtols": rtols, "dense": False}
+    for i, (name, start) in enumerate(zip(given.names, given.first, strict=True)):
+        for told, method, rtol, found in runs(
+            model, given.t_end, start, given.params(i), **ways, max_steps=2_000_000
+        ):
+            figures = {"method": method, "rtol": rtol, "kind": name, "start": list(start),
+                       "lengths": list(given.geometry.lengths[i])}  # fmt: skip
+            yield _word(f"{name}, start {i}, {told}", found, given, i, rtol, figures)
 
 
 def _word(case, found, given, i, rtol, figures):  # type: ignore[no-untyped-def]

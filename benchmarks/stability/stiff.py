@@ -31,7 +31,8 @@ import mechc
 
 from ..problems.data import reference
 from ..timing.cases import Array
-from .judge import Row, attempt, limit_of, measured, speeds_apart, verdict
+from .judge import Row, limit_of, runs, speeds_apart, verdict
+from .long_runs import swing
 
 METHODS = ("auto", "radau5")
 RTOLS = (1e-4, 1e-6, 1e-8, 1e-10)
@@ -110,12 +111,11 @@ def _linear(stiffnesses, rtols):  # type: ignore[no-untyped-def]
             t_end = 2.0 if ratio else min(2.0, TURNED * float(np.sqrt(reduced / k)))
             y0 = np.array([0.3, 0.3 + 0.1 / k**0.5, 0.0, 0.0])
             exact = modes(k, c, y0, t_end)
-            for method in METHODS:
-                for rtol in rtols:
-                    found = attempt(model, t_end, y0, {"k_1": k, "c": c}, rtol=rtol, method=method)
-                    case = f"two masses, {k:g} N/m, damping {ratio:g}, {method}, {rtol:g}"
-                    limit = limit_of(rtol, CONDITION if ratio else FAST_CONDITION)
-                    yield verdict(case, found, exact, limit, speeds_apart(exact, 2))
+            params = {"k_1": k, "c": c}
+            for how, _, rtol, found in runs(model, t_end, y0, params, methods=METHODS, rtols=rtols):
+                case = f"two masses, {k:g} N/m, damping {ratio:g}, {how}"
+                limit = limit_of(rtol, CONDITION if ratio else FAST_CONDITION)
+                yield verdict(case, found, exact, limit, speeds_apart(exact, 2))
 
 
 # -- an elbow kept straight -----------------------------------------------------------------------
@@ -156,11 +156,9 @@ def elbow() -> Mechanism:
 def straight(theta: float, t: float) -> Array:
     """The rigid limit from rest: masses at 1 and 2 m swing as a pendulum of 5/3 m."""
     with mp.workdps(30):
-        w, k = mp.sqrt(G / (mp.mpf(5) / 3 * LENGTH)), mp.sin(mp.mpf(theta) / 2)
-        cd, sd, nd = (mp.ellipfun(name, w * t, m=k**2) for name in ("cd", "sd", "nd"))
-        angle = 2 * mp.asin(k * cd)
-        rate = -2 * k * w * (1 - k**2) * sd * nd / mp.sqrt(1 - (k * cd) ** 2)
-        return np.array([float(angle), 0.0, float(rate), 0.0])
+        pace = 1 / mp.sqrt(mp.mpf(5) / 3 * LENGTH)  # of the pendulum of 1 m
+        angle, rate = swing(mp.mpf(theta), pace * t)
+        return np.array([angle, 0.0, float(pace * rate), 0.0])
 
 
 def _straight(stiffnesses, rtols):  # type: ignore[no-untyped-def]
@@ -168,13 +166,10 @@ def _straight(stiffnesses, rtols):  # type: ignore[no-untyped-def]
     for k in stiffnesses:
         # the damper is critical for the elbow's own vibration, whose inertia is at most 2 kg m^2
         params = {"k": k, "c": 2 * float(np.sqrt(2 * k))}
-        for method in METHODS:
-            for rtol in rtols:
-                found = attempt(model, 3.0, np.array([1.0, 0, 0, 0]), params, rtol=rtol,
-                                method=method)  # fmt: skip
-                limit = limit_of(rtol, CONDITION) + BENT * 2 * G * LENGTH / k
-                case = f"elbow, {k:g} N m, {method}, {rtol:g}"
-                yield verdict(case, found, straight(1.0, 3.0), limit)
+        y0 = np.array([1.0, 0, 0, 0])
+        for how, _, rtol, found in runs(model, 3.0, y0, params, methods=METHODS, rtols=rtols):
+            limit = limit_of(rtol, CONDITION) + BENT * 2 * G * LENGTH / k
+            yield verdict(f"elbow, {k:g} N m, {how}", found, straight(1.0, 3.0), limit)
 
 
 # -- the governor at the stiffness of its problem -------------------------------------------------
@@ -188,15 +183,12 @@ def _governor(rtols):  # type: ignore[no-untyped-def]
     start = {"s": 0.5, "alpha_1": np.pi / 6, "alpha_2": np.pi / 6}
     y0 = model.assemble(start, {"omega": 2 * np.pi})
     exact = np.array([last[name] for name in ("psi", "s", "alpha", "omega", "s_dot", "alpha_dot")])
-    for method in (*METHODS, "dop853"):
-        for rtol in rtols:
-            found = attempt(model, last["t"], y0, rtol=rtol, method=method)
-            case, limit = f"governor, {method}, {rtol:g}", limit_of(rtol, CONDITION)
-            if isinstance(found, str) or not found.status.ok:
-                yield verdict(case, found, exact, limit)
-                continue
-            state = np.array([found[n][-1] for n in ("psi", "s", "alpha_1", "omega", "v", "nu_1")])
-            yield measured(case, state, exact, limit, speeds_apart(exact, 3))
+    names, methods = ("psi", "s", "alpha_1", "omega", "v", "nu_1"), (*METHODS, "dop853")
+    for how, _, rtol, found in runs(model, last["t"], y0, methods=methods, rtols=rtols):
+        yield verdict(
+            f"governor, {how}", found, exact, limit_of(rtol, CONDITION), speeds_apart(exact, 3),
+            lambda sol: np.array([sol[name][-1] for name in names]),
+        )  # fmt: skip
 
 
 @cache

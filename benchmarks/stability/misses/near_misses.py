@@ -21,7 +21,7 @@ import mechc
 from ...problems.data import four_bar_state, reference
 from ...problems.problem import Array
 from ...references.near_misses import START, T_END, grounds
-from ..judge import Row, attempt, limit_of, verdict
+from ..judge import Row, limit_of, runs, verdict
 
 CONDITION = 100.0
 ROUNDINGS = 4  # of 2^-51 m each
@@ -55,12 +55,10 @@ def truth(ground: float) -> tuple[Array, float]:
 def judged(ground: float, methods: Sequence[str], rtols: Sequence[float]) -> Iterator[Row]:
     model = mechc.load("four_bar")
     exact, rounded = truth(ground)
-    for method in methods:
-        for rtol in rtols:
-            found = attempt(
-                model, T_END, start(ground), {"l_3": ground}, rtol=rtol, method=method, dense=False,
-                max_steps=2_000_000,
-            )  # fmt: skip
-            case = f"l_3 = 4 {ground - 4:+.0e} m, {method}, {rtol:g}"
-            limit = limit_of(rtol, CONDITION) + ROUNDINGS * rounded
-            yield verdict(case, found, exact, limit, l_3=ground, method=method, rtol=rtol)
+    for told, method, rtol, found in runs(
+        model, T_END, start(ground), {"l_3": ground}, methods=methods, rtols=rtols, dense=False,
+        max_steps=2_000_000,
+    ):  # fmt: skip
+        case = f"l_3 = 4 {ground - 4:+.0e} m, {told}"
+        limit = limit_of(rtol, CONDITION) + ROUNDINGS * rounded
+        yield verdict(case, found, exact, limit, l_3=ground, method=method, rtol=rtol)

@@ -8,7 +8,7 @@ when a pivot moves by the rounding of the closure.  Condition: the largest |d st
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import numpy as np
 
@@ -23,12 +23,12 @@ LOOKS = 32
 
 def judged(
     told: str, found: Outcome, linkage: PlanarLinkage, first: Array,
-    absolute: Callable[[Array], Array], t_end: float, rtol: float,
+    absolute: Callable[[Array], Array], t_end: float, rtol: float, rounding: float = ROUNDING,
 ) -> Row:  # fmt: skip
     """``absolute``: angles and rates against the ground, of a state of the run."""
     if isinstance(found, str) or not found.status.ok:
         return verdict(told, found, first, 0.0)
-    start, tolerance = absolute(first), 100 * rtol + ROUNDING
+    start, tolerance = absolute(first), 100 * rtol + rounding
     exact = vectors(linkage.integrate(start, np.array([t_end])))[-1]
     state, scale = vectors(absolute(found.y[-1])), fastest(exact)
     if float((np.abs(state - exact) / scale).max()) <= tolerance:
@@ -61,16 +61,12 @@ def margins(linkage: PlanarLinkage, start: Array, t_end: float) -> tuple[float, 
     ulp = ROUNDINGS * 2.0**-51 * len(linkage.grounds)
     sides = [(loop, side) for loop in range(len(linkage.grounds)) for side in (-1, 1)]
     moved = [linkage.moved(loop, side * ulp).integrate(start, times) for loop, side in sides]
-    pushed = [linkage.integrate(each, times) for each in _pushed(start)]
+    angles, rates = np.split(start, 2)
+    later = linkage.integrate(start, times[:1] / 1000)[0, len(rates) :]
+    along = SHIFT * later / np.abs(later).max()  # of the curve, at rest too
+    beside = np.concatenate([angles + along, rates]), np.concatenate([angles, rates + along])
+    pushed = [linkage.integrate(each, times) for each in beside]
     scale = fastest(exact[-1])
     apart = [np.abs((vectors(each) - exact) / scale).max() for each in (*moved, *pushed)]
     grown = np.array(apart[len(moved) :]) / SHIFT
     return float(np.sum(apart[: len(moved)])), float(np.max([1.0, *grown]))
-
-
-def _pushed(start: Array) -> Iterator[Array]:
-    """The start a little later on its curve, and a little faster."""
-    angles, rates = np.split(start, 2)
-    share = SHIFT / np.abs(rates).max()
-    yield np.concatenate([angles + share * rates, rates])
-    yield np.concatenate([angles, rates * (1 + share)])

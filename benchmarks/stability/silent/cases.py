@@ -21,8 +21,8 @@ import mechc
 
 from ...problems.problem import Array
 from ...problems.window_row import exact_row
-from ...references.linkage_curve import PlanarLinkage
-from ..judge import Outcome, Row, attempt, bounded, row, verdict
+from ...references.linkage_curve import four_bar
+from ..judge import Outcome, Row, attempt, bounded, row, runs, verdict
 from ..misses.on_curve import judged
 from ..misses.window_misses import absolute, compiled
 
@@ -56,12 +56,10 @@ def _two_near_misses(rtols: Sequence[float]) -> Iterator[Row]:
         {"theta_0": 1.2019444600348876}, speeds={"omega_0": -2.2806280593736563}, params=params,
         guess={"theta_1": -1.521, "theta_2": 0.418},
     )  # fmt: skip
-    exact = PlanarLinkage([-1, 0, 1], lengths[:3], masses, [2], [(lengths[3], 0.0)])
-    for method in METHODS:
-        for rtol in rtols:
-            found = attempt(model, 4.0, first, params, rtol=rtol, method=method, dense=False)
-            told = f"two near misses in one step, {method}, {rtol:g}"
-            yield judged(told, found, exact, first, lambda state: state, 4.0, rtol)
+    exact, ways = four_bar(lengths, masses), {"methods": METHODS, "rtols": rtols, "dense": False}
+    for how, _, rtol, found in runs(model, 4.0, first, params, **ways):
+        told = f"two near misses in one step, {how}"
+        yield judged(told, found, exact, first, lambda state: state, 4.0, rtol)
 
 
 def _double_window(rtols: Sequence[float]) -> Iterator[Row]:
@@ -69,11 +67,10 @@ def _double_window(rtols: Sequence[float]) -> Iterator[Row]:
     angle = 1.3746
     upright = {"q_1": -angle, "q_2": angle - np.pi, "q_3": 0.0, "q_4": angle - np.pi}
     first = model.assemble({"q_0": angle}, {"u_0": -0.5656}, params=params, guess=upright)
-    for method in METHODS:
-        for rtol in rtols:
-            found = attempt(model, 2.5, first, params, rtol=rtol, method=method, dense=False)
-            told = f"a second weak row behind the first, {method}, {rtol:g}"
-            yield judged(told, found, exact_row([*params.values()]), first, absolute, 2.5, rtol)
+    exact, ways = exact_row([*params.values()]), {"methods": METHODS, "rtols": rtols}
+    for how, _, rtol, found in runs(model, 2.5, first, params, **ways, dense=False):
+        told = f"a second weak row behind the first, {how}"
+        yield judged(told, found, exact, first, absolute, 2.5, rtol)
 
 
 # -- large angles ---------------------------------------------------------------------------------
@@ -86,13 +83,9 @@ def _spins(rtols: Sequence[float]) -> Iterator[Row]:
     start = model.assemble({"theta_0": 1.0}, speeds={"omega_0": 300.0}, params=params)
     for turns in (0.0, 1e5, 1e6):
         first = start + np.repeat([2 * np.pi * turns, 0.0], 3)
-        for method in SPUN_BY:
-            for rtol in rtols:
-                found = attempt(
-                    model, 20 * np.pi / 3, first, params, rtol=rtol, method=method, dense=False,
-                    max_steps=1_000_000,
-                )  # fmt: skip
-                yield from _kept(f"spins from turn {turns:g}, {method}, {rtol:g}", found, rtol)
+        ways = {"methods": SPUN_BY, "rtols": rtols, "dense": False, "max_steps": 1_000_000}
+        for how, _, rtol, found in runs(model, 20 * np.pi / 3, first, params, **ways):
+            yield from _kept(f"spins from turn {turns:g}, {how}", found, rtol)
 
 
 def _kept(case: str, found: Outcome, rtol: float) -> Iterator[Row]:

@@ -28,7 +28,7 @@ from ...problems.data import reference
 from ...problems.problem import Array
 from ...references.arithmetic import numbers
 from ...references.closed_loops import LOOPS
-from ..judge import Row, attempt, limit_of, measured, verdict
+from ..judge import Row, limit_of, runs, verdict
 from ..long_runs import swing
 from ..misses.on_curve import fastest, vectors
 from .cases import closed
@@ -57,22 +57,18 @@ class Motion:
 def redundant_loops(quick: bool) -> Iterator[Row]:
     """Three cranks, and Bennett's loop alone, at two tolerances if quick."""
     for motion in _motions(quick):
-        for method in METHODS:
-            for rtol in (1e-3, 1e-9) if quick else RTOLS:
-                yield from judged(motion, method, rtol)
+        yield from judged(motion, (1e-3, 1e-9) if quick else RTOLS)
 
 
-def judged(motion: Motion, method: str, rtol: float) -> Iterator[Row]:
-    found = attempt(motion.model, T_END, motion.start, rtol=rtol, method=method, dense=False)
-    case = f"{motion.name}, {method}, {rtol:g}"
-    if isinstance(found, str) or not found.status.ok:
-        yield verdict(case, found, motion.exact, 0.0)
-        return
-    exact = vectors(motion.exact)
-    limit = limit_of(rtol, motion.condition)
-    figures = {"method": method, "rtol": rtol, "condition": motion.condition}
-    yield measured(case, vectors(found.y[-1]), exact, limit, fastest(exact), **figures)
-    yield closed(case, found, motion.longest, 2.0 + 2 * motion.longest)
+def judged(motion: Motion, rtols: Sequence[float]) -> Iterator[Row]:
+    exact, ways = vectors(motion.exact), {"methods": METHODS, "rtols": rtols, "dense": False}
+    for told, method, rtol, found in runs(motion.model, T_END, motion.start, **ways):
+        case, limit = f"{motion.name}, {told}", limit_of(rtol, motion.condition)
+        figures = {"method": method, "rtol": rtol, "condition": motion.condition}
+        yield verdict(case, found, exact, limit, fastest(exact),
+                      lambda sol: vectors(sol.y[-1]), **figures)  # fmt: skip
+        if not isinstance(found, str) and found.status.ok:
+            yield closed(case, found, motion.longest, 2.0 + 2 * motion.longest)
 
 
 def _motions(quick: bool) -> Iterator[Motion]:

@@ -10,8 +10,6 @@ derivation takes half a minute.  Exits with 1 where a limit is missed.
 
 from __future__ import annotations
 
-import argparse
-import time
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
@@ -19,6 +17,8 @@ import numpy as np
 import mechc
 
 from ..problems.stewart import pose, stewart
+from ..timing.least import least_of_rounds
+from ..timing.results import command_parser
 
 ROUNDS = 200
 MEMBERS = 2000
@@ -27,10 +27,7 @@ Figure = tuple[str, float, float | None]  # what, microseconds, limit
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(
-        prog="mechc bench closing", description=__doc__,
-        formatter_class=argparse.RawTextHelpFormatter,
-    )  # fmt: skip
+    parser = command_parser("closing", __doc__)
     parser.add_argument("--quick", action="store_true", help="without the Stewart platform")
     quick = parser.parse_args(arguments).quick
     missed = 0
@@ -82,10 +79,4 @@ def platform() -> Iterator[Figure]:
 
 def least(call: Callable[[], object], rounds: int = ROUNDS) -> float:
     """Microseconds of the fastest call."""
-    return min(_seconds(call) for _ in range(rounds)) * 1e6
-
-
-def _seconds(call: Callable[[], object]) -> float:
-    start = time.perf_counter()
-    call()
-    return time.perf_counter() - start
+    return 1e6 * least_of_rounds(rounds, call)[0]

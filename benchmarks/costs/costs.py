@@ -33,7 +33,7 @@ import mechc
 from ..formulations.described import read
 from ..timing.machine import about
 from ..timing.processes import clocked, least_seconds
-from ..timing.results import write
+from ..timing.results import command_parser, write
 from . import calls, memory
 from .first import value as first_value
 from .installed import installed
@@ -101,9 +101,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _options() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="mechc bench costs", description=(__doc__ or "").partition("\n")[0]
-    )
+    parser = command_parser("costs", __doc__)
     size = parser.add_mutually_exclusive_group()
     size.add_argument("--quick", action="store_true", help="few first values (the default)")
     size.add_argument("--full", action="store_true", help="first values of more mechanisms")

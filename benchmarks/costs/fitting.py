@@ -15,7 +15,6 @@ found, from first values that are 30 % off; and what part of it is that of the m
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -25,16 +24,14 @@ import numpy as np
 import mechc
 
 from ..timing.least import least_of_rounds
+from ..timing.results import command_parser
 
 SIGMA = 0.05
 OUTPUTS = ("energy", "points", "sensitivities")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(
-        prog="mechc bench fit", description=__doc__,
-        formatter_class=argparse.RawTextHelpFormatter,
-    )  # fmt: skip
+    parser = command_parser("fit", __doc__)
     parser.add_argument("--draws", type=int, default=100, metavar="N", help="[100]")
     parser.add_argument("--rounds", type=int, default=20, metavar="N", help="[20]")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the noise [0]")

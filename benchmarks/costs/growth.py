@@ -44,9 +44,10 @@ from mechc.system.reference import ModelReference
 
 from ..formulations.described import read as read_mechanism
 from ..problems.windows_motion import first_upright, upright_start
+from ..timing.least import least_of_a_call
 from ..timing.machine import about
 from ..timing.processes import processor_seconds
-from ..timing.results import folder, read, write
+from ..timing.results import command_parser, folder, read, write
 
 SIZES = (1, 2, 5, 10, 20, 40, 80)
 QUICK = (1, 5, 8)
@@ -104,9 +105,7 @@ def grown(chosen: argparse.Namespace) -> dict[str, Any]:
 
 
 def _options() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="mechc bench growth", description=(__doc__ or "").partition("\n")[0]
-    )
+    parser = command_parser("growth", __doc__)
     parser.add_argument("--scenes", nargs="+", default=list(SCENES), choices=SCENES)
     parser.add_argument("--most", type=int, default=SIZES[-1], help="largest N")
     parser.add_argument("--quick", action="store_true", help=f"N = {QUICK}")
@@ -165,32 +164,17 @@ def scalar_seconds(model: Model, y: np.ndarray) -> float:
     bound = model.c_function("rates", _values(model))
     function, out = bound.ctypes, np.empty_like(y)
     arguments = (0.0, y.ctypes.data, out.ctypes.data, bound.data)
-    return least(lambda: function(*arguments))
+    return least_of_a_call(lambda: function(*arguments))
 
 
 def lane_seconds(model: Model, y: np.ndarray) -> float:
     states, values = np.tile(y, (STATES, 1)), _values(model)
     out = np.empty_like(states)
-    return least(lambda: model.rhs(0.0, states, values, out=out)) / STATES
+    return least_of_a_call(lambda: model.rhs(0.0, states, values, out=out)) / STATES
 
 
 def _values(model: Model) -> dict[str, float]:
     return {name: value for name, value in TILT.items() if name in model.parameters}
-
-
-def least(run: Callable[[], Any], budget: float = 0.4) -> float:
-    """The shortest of as many runs as fit into the budget, several a time where they are short."""
-    run()
-    began = time.perf_counter()
-    run()
-    repeats = max(1, int(2e-4 / max(time.perf_counter() - began, 1e-7)))
-    best = np.inf
-    while time.perf_counter() - began < budget:
-        start = time.perf_counter()
-        for _ in range(repeats):
-            run()
-        best = min(best, (time.perf_counter() - start) / repeats)
-    return float(best)
 
 
 def exponent(rows: Sequence[dict[str, Any]], column: str, least_size: int = 5) -> float | None:

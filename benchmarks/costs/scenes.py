@@ -9,7 +9,6 @@ Times of a right-hand side are minima, each call fed by the last.
 
 from __future__ import annotations
 
-import argparse
 import os
 import tempfile
 import time
@@ -30,7 +29,7 @@ from mechc_codegen.library.spatial.heavy_top import heavy_top
 import mechc
 
 from ..formulations.described import read
-from ..timing.results import write
+from ..timing.results import command_parser, write
 
 USUAL = ("energy", "momenta", "points", "multipliers")
 ALL = (*USUAL, "accelerations", "state_jacobian", "parameter_jacobian")
@@ -67,7 +66,7 @@ CASES = [
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    argparse.ArgumentParser(prog="mechc bench scenes", description=__doc__).parse_args(arguments)
+    command_parser("scenes", __doc__).parse_args(arguments)
     print("  ".join(HEAD))
     rows = []
     for case in CASES:

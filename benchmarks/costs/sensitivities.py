@@ -14,7 +14,6 @@ process, and their seconds, with checkpoints and without.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any
@@ -29,6 +28,7 @@ import mechc
 
 from ..timing.least import least_of_rounds
 from ..timing.processes import said
+from ..timing.results import command_parser
 from .equal_error import MECHANISMS, table
 
 OUTPUTS = ("energy", "sensitivities")
@@ -121,10 +121,7 @@ BACKWARDS = {"chain": chain}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(
-        prog="mechc bench sensitivities", description=__doc__,
-        formatter_class=argparse.RawTextHelpFormatter,
-    )  # fmt: skip
+    parser = command_parser("sensitivities", __doc__)
     parser.add_argument("--rounds", type=int, default=30, metavar="N", help="[30]")
     parser.add_argument("--only", nargs="*", choices=[*SCENES, *BACKWARDS], default=list(SCENES))
     parser.add_argument("--peers", nargs="*", choices=list(MECHANISMS), metavar="SCENE",

@@ -9,7 +9,6 @@ alone, both measured in turn in the same loop: what Python adds.
 
 from __future__ import annotations
 
-import argparse
 import json
 import time
 from collections.abc import Callable, Sequence
@@ -23,6 +22,8 @@ from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame
 
 import mechc
 
+from ..timing.results import command_parser
+
 METHODS = ("dopri5", "dop853", "gauss8", "radau5")  # those for one motion at a time, with inputs
 PERCENTILES = (50, 90, 99, 99.9, 100)
 EDGES = (0, 1, 2, 3, 4, 5, 7, 10, 15, 20, 30, 50, 100, 1000, np.inf)  # us
@@ -31,10 +32,7 @@ Array = NDArray[np.float64]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(
-        prog="mechc bench stepper", description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )  # fmt: skip
+    parser = command_parser("stepper", __doc__)
     parser.add_argument("--steps", type=int, default=20_000)
     parser.add_argument("--dt", type=float, default=1e-3)
     parser.add_argument("--out", type=Path, help="a JSON file for the figures")

@@ -16,6 +16,7 @@ import time
 from collections import Counter
 from collections.abc import Sequence
 
+from ..timing.results import command_parser
 from .draw import drawn
 from .judge import in_digits, judged
 
@@ -47,9 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="mechc bench fuzz", description=(__doc__ or "").partition("\n")[0]
-    )
+    parser = command_parser("fuzz", __doc__)
     parser.add_argument("--cases", type=int, default=1000, metavar="N", help="at most [1000]")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the first case [0]")
     parser.add_argument("--minutes", type=float, default=float("inf"), metavar="M",

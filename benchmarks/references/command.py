@@ -12,7 +12,6 @@ is written, with its second way.  Fewer than 30 digits on which both ways agree 
 
 from __future__ import annotations
 
-import argparse
 import json
 import os
 import time
@@ -22,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from ..problems.data import DATA
+from ..timing.results import command_parser
 from .closed_loops import closed_loops
 from .motions import REFERENCES, compute
 from .near_misses import near_misses
@@ -41,10 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     ways[SENSITIVITIES] = lambda: sensitivities(chosen.processes)
     every = list(ways)
     ways |= {f"{SENSITIVITIES}.{name}": partial(confirmed, name) for name in FAMILIES}
-    parser = argparse.ArgumentParser(
-        prog="mechc bench references", description=__doc__,
-        formatter_class=argparse.RawTextHelpFormatter,
-    )  # fmt: skip
+    parser = command_parser("references", __doc__)
     parser.add_argument("names", nargs="*", default=every, metavar="NAME",
                         help=", ".join(every))  # fmt: skip
     parser.add_argument("--to", type=Path, default=DATA, metavar="DIR", help=f"[{DATA}]")

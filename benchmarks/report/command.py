@@ -5,19 +5,17 @@ mechc bench report [RESULTS.json] [--against EARLIER.json] [--to PAGE.html] [--t
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
 from ..timing import results
+from ..timing.results import command_parser
 from .markdown import ratios_table
 from .page import write_report
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(
-        prog="mechc bench report", description=(__doc__ or "").partition("\n")[0]
-    )
+    parser = command_parser("report", __doc__)
     default = results.folder() / "results.json"
     parser.add_argument("results", type=Path, nargs="?", default=default, help=f"[{default}]")
     parser.add_argument("--against", type=Path, metavar="JSON", help="an earlier results.json")

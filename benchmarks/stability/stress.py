@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 from ..timing.machine import about
-from ..timing.results import finite, write
+from ..timing.results import command_parser, finite, write
 from .families import FAMILIES, Family
 from .judge import Row, row
 
@@ -56,9 +56,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="mechc bench stress", description=(__doc__ or "").partition("\n")[0]
-    )
+    parser = command_parser("stress", __doc__)
     size = parser.add_mutually_exclusive_group()
     size.add_argument("--quick", action="store_true", help="half a minute (the default)")
     size.add_argument("--full", action="store_true", help="every case; a few minutes")

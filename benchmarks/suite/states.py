@@ -10,7 +10,6 @@ with 1 where one differs.
 
 from __future__ import annotations
 
-import argparse
 import json
 from collections.abc import Sequence
 from pathlib import Path
@@ -21,6 +20,7 @@ import numpy as np
 import mechc
 
 from ..timing import results
+from ..timing.results import command_parser
 
 T_END, RTOL, MAX_STEPS = 20.0, 1e-8, 20_000
 SIZES: dict[str, dict[str, int]] = {"pendulum": {"links": 3}, "windows": {"count": 2}}
@@ -28,10 +28,7 @@ METHODS = ("dopri5", "dop853", "gauss8", "radau5", "auto")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(
-        prog="mechc bench states", description=__doc__,
-        formatter_class=argparse.RawTextHelpFormatter,
-    )  # fmt: skip
+    parser = command_parser("states", __doc__)
     parser.add_argument("--out", type=Path, metavar="JSON", help="write the states to this file")
     parser.add_argument("--against", type=Path, metavar="JSON", help="compare with those of a file")
     parser.add_argument("names", nargs="*", metavar="NAME", help="mechanisms [all of the library]")

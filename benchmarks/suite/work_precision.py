@@ -23,7 +23,7 @@ from ..problems import NAMES
 from ..timing.cases import Effort
 from ..timing.envelope import TARGETS, is_batch, over, printed
 from ..timing.machine import about
-from ..timing.results import write
+from ..timing.results import command_parser, write
 from .apart import compare_apart
 
 WHOLE = tuple(10.0**-k for k in range(3, 14))
@@ -70,7 +70,7 @@ def compared(chosen: argparse.Namespace) -> dict[str, Any]:
 
 
 def _options() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])  # type: ignore[union-attr]
+    parser = command_parser("work_precision", __doc__)
     parser.add_argument("--quick", action="store_true", help="main problems, fewer tolerances")
     parser.add_argument(
         "--problem", choices=NAMES, nargs="+", metavar="NAME", help=", ".join(NAMES)

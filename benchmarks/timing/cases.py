@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .processes import clocked
+
 Array = NDArray[np.float64]
 WRONG = 0.1  # of a scale: beyond this it is another motion, not an inaccurate one
 SHORT, RUNS_OF_A_TURN = 1e-3, 5  # seconds of a run below which a turn has several
@@ -131,7 +133,7 @@ def _turn(case: Case) -> None:
     """One run, or several short ones: the first finds the caches full of another tool's data."""
     for _ in range(RUNS_OF_A_TURN if min(case.seconds) < SHORT else 1):
         case.prepare()
-        case.seconds.append(_once(case.run))
+        case.seconds.append(clocked(case.run))
 
 
 class TookTooLongError(RuntimeError):
@@ -173,9 +175,3 @@ def _judge(case: Case, error_of: Callable[[Array], float], cut: float) -> None:
         case.error = error_of(final)
     elif not case.status or case.status == "finished":
         case.status = "not finite"
-
-
-def _once(run: Callable[[], Any]) -> float:
-    start = time.perf_counter()
-    run()
-    return time.perf_counter() - start

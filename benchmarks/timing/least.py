@@ -1,4 +1,4 @@
-"""The least time of calls that are compared with each other."""
+"""The least time of calls, alone or in turns."""
 
 from __future__ import annotations
 
@@ -7,13 +7,24 @@ from collections.abc import Callable
 
 import numpy as np
 
+from .processes import clocked
+
 
 def least_of_rounds(rounds: int, *calls: Callable[[], object]) -> list[float]:
     """The least seconds of each, called turn by turn."""
     least = [np.inf] * len(calls)
     for _ in range(rounds):
         for k, call in enumerate(calls):
-            begun = time.perf_counter()
-            call()
-            least[k] = min(least[k], time.perf_counter() - begun)
+            least[k] = min(least[k], clocked(call))
     return least
+
+
+def least_of_a_call(call: Callable[[], object], budget: float = 0.4) -> float:
+    """The least seconds of a call, of as many rounds as the budget (s) has; several a round where
+    they are short."""
+    call()
+    repeats, until = max(1, int(2e-4 / max(clocked(call), 1e-7))), time.perf_counter() + budget
+    least = np.inf
+    while time.perf_counter() < until:
+        least = min(least, clocked(lambda: [call() for _ in range(repeats)]) / repeats)
+    return float(least)

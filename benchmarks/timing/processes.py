@@ -45,12 +45,16 @@ def _seconds(arguments: Sequence[str]) -> float:
     return min(time.perf_counter() - began, used.ru_utime + used.ru_stime)
 
 
-def said(script: str, **variables: str) -> Any:
+def said(script: str) -> Any:
     """The last line that the script prints, as JSON; it has ``json`` and ``peak_bytes()``."""
+    return answer([sys.executable, "-c", f"{IMPORTS}{inspect.getsource(peak_bytes)}{script}"])
+
+
+def answer(command: Sequence[str], **variables: str) -> Any:
+    """The last line that a process prints, as JSON."""
     done = subprocess.run(
-        [sys.executable, "-c", f"{IMPORTS}{inspect.getsource(peak_bytes)}{script}"],
-        env={**os.environ, **variables}, stdout=subprocess.PIPE, text=True, check=True,
-    )  # fmt: skip
+        command, env=environment(**variables), stdout=subprocess.PIPE, text=True, check=True
+    )
     return json.loads(done.stdout.splitlines()[-1])
 
 

@@ -50,6 +50,14 @@ def read(path: Path) -> Any:
     return found
 
 
+def command_parser(name: str, documentation: str | None) -> argparse.ArgumentParser:
+    """The parser of ``mechc bench NAME``; its help is the documentation of the module."""
+    return argparse.ArgumentParser(
+        prog=f"mechc bench {name}", description=documentation,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )  # fmt: skip
+
+
 def read_option(parser: argparse.ArgumentParser, path: Path | None) -> Any:
     """The contents of the file of an option, None without; a parser error if it is wrong."""
     if path is None:

@@ -10,9 +10,7 @@ its unit is compiled by itself, in processor seconds.
 
 from __future__ import annotations
 
-import argparse
 import json
-import subprocess
 import sys
 import tempfile
 import time
@@ -20,7 +18,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from ...timing.processes import environment, module_command, processor_seconds
+from ...timing.processes import answer, module_command, processor_seconds
+from ...timing.results import command_parser
 
 USUAL = ("pendulum", "four_bar", "andrews", "bicycle")
 DURATION = 0.01  # s of motion: it is the wait that counts
@@ -28,10 +27,7 @@ FIRST = "first unit"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(
-        prog="mechc bench wait", description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )  # fmt: skip
+    parser = command_parser("wait", __doc__)
     parser.add_argument("--out", type=Path, metavar="JSON", help="a file for the figures")
     parser.add_argument("names", nargs="*", metavar="NAME", default=USUAL, help="mechanisms")
     chosen = parser.parse_args(arguments)
@@ -55,10 +51,7 @@ def measured(name: str) -> dict[str, Any]:
     """The figures of one mechanism, in seconds."""
     with tempfile.TemporaryDirectory() as folder:
         command = [*module_command("costs", "first", "motion"), name]
-        done = subprocess.run(
-            command, env=environment(MECHC_CACHE_DIR=folder), stdout=subprocess.PIPE, check=True
-        )
-    row: dict[str, Any] = json.loads(done.stdout)
+        row = answer(command, MECHC_CACHE_DIR=folder)
     return {**row, "parts": compiled_parts(name)}
 
 

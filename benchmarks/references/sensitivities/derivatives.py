@@ -10,7 +10,6 @@ condition.  The status is 1 where one is not.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple
@@ -24,6 +23,7 @@ from ...problems.bicycle import COORDINATES, NAMES, SPEEDS
 from ...problems.data import reference
 from ...problems.problem import Array
 from ...stability.stiff import two_masses
+from ...timing.results import command_parser
 from . import struck
 
 RTOLS = (1e-6, 1e-8, 1e-10, 1e-12)
@@ -100,10 +100,7 @@ RUNS: dict[str, Callable[[], Mapping[str, Any]]] = {"struck_pendulum": strikes}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(
-        prog="mechc bench derivatives", description=__doc__,
-        formatter_class=argparse.RawTextHelpFormatter,
-    )  # fmt: skip
+    parser = command_parser("derivatives", __doc__)
     parser.add_argument("--only", nargs="*", choices=list(MODELS), default=list(MODELS))
     chosen = parser.parse_args(arguments)
     print(f"{'family':22} {'method':7} {'rtol':>6} {'error/rtol':>10} {'backwards':>10} "

@@ -27,14 +27,13 @@ from mechc.compilation.toolchain import compiler
 from mechc.errors import CompilerError
 
 from ..timing.processes import environment, module_command
+from .calls import INSTANT, PARAMS, calls_of
 
 MARKS = Path(__file__).with_name("marks.c")
 SETS = ("baseline", "avx2")
-PARAMS = {"l_3": 3.5}
 STATES = 64  # for the lanes
 SECONDS, RTOL = 5.0, 1e-8
 METHODS = ("gauss8", "dop853")
-INSTANT = 1e-9  # s, one step: the integration is a small part of the call
 KEPT = ("PATH", "HOME", "PYTHONPATH", "LD_LIBRARY_PATH", "MECHC_CACHE_DIR")
 LONGEST = 300  # s
 
@@ -174,22 +173,7 @@ def _trajectories(model: Any, y: Any, values: Any, method: str) -> Callable[[int
 
 def _of_the_calls(model: Any) -> Iterator[Section]:
     """Calls that are mostly Python."""
-    from mechc.simulation.initialise import begin
-
-    y, values = _start(model), model.system.parameter_set.resolve(PARAMS)
-    policy = model.simulate(INSTANT, y, PARAMS).policy
-
-    def bare() -> None:
-        begin(model.system, (0.0, INSTANT), y, values, policy).advance(1000)
-
-    calls = {
-        "simulate, one step": lambda: model.simulate(INSTANT, y, PARAMS),
-        "simulate, one step and t_eval": lambda: (
-            model.simulate(INSTANT, y, PARAMS, t_eval=(INSTANT,)).y
-        ),
-        "the compiled run of one step": bare,
-    }
-    for what, call in calls.items():
+    for what, call in calls_of(model, _start(model)).items():
         yield f"four_bar: {what}", partial(_repeat, call), 25
     yield "four_bar: assemble", partial(_repeat, lambda: _start(model)), 1
 

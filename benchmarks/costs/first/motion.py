@@ -11,18 +11,17 @@ its unit is compiled by itself, in processor seconds.
 from __future__ import annotations
 
 import json
-import sys
 import tempfile
-import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from ...timing.processes import answer, module_command, processor_seconds
+from ...timing.processes import processor_seconds
 from ...timing.results import command_parser
+from .value import process
 
 USUAL = ("pendulum", "four_bar", "andrews", "bicycle")
-DURATION = 0.01  # s of motion: it is the wait that counts
+DERIVATION = ("describe", "derive", "differentiate", "optimize", "sensitivity", "emit")
 FIRST = "first unit"
 
 
@@ -50,9 +49,12 @@ def line(row: dict[str, Any]) -> str:
 def measured(name: str) -> dict[str, Any]:
     """The figures of one mechanism, in seconds."""
     with tempfile.TemporaryDirectory() as folder:
-        command = [*module_command("costs", "first", "motion"), name]
-        row = answer(command, MECHC_CACHE_DIR=folder)
-    return {**row, "parts": compiled_parts(name)}
+        seconds = process(name, Path(folder), "motion")["seconds"]
+    return {
+        "name": name, "wait": seconds["first value"], "processor": seconds["processor"],
+        "derivation": sum(seconds.get(stage, 0.0) for stage in DERIVATION),
+        "parts": compiled_parts(name),
+    }  # fmt: skip
 
 
 def compiled_parts(name: str) -> dict[str, float]:
@@ -74,23 +76,3 @@ def compiled_parts(name: str) -> dict[str, float]:
             make(Path(folder))
             found[part] = processor_seconds() - before
     return found
-
-
-def one(name: str) -> None:
-    """The work of each process."""
-    from mechc_codegen import SHIPPED
-
-    described = SHIPPED[name].build()
-    import mechc
-
-    started, before = time.perf_counter(), processor_seconds()
-    model = mechc.compile(described)
-    model.simulate(DURATION, model.assemble())
-    wait, spent = time.perf_counter() - started, processor_seconds() - before
-    stages = ("describe", "derive", "differentiate", "optimize", "sensitivity", "emit")
-    derivation = sum(model.build["seconds"].get(stage, 0.0) for stage in stages)
-    print(json.dumps({"name": name, "wait": wait, "processor": spent, "derivation": derivation}))
-
-
-if __name__ == "__main__":
-    one(sys.argv[1])

@@ -11,7 +11,6 @@ bytecode of modules, as pip does.
 from __future__ import annotations
 
 import json
-import subprocess
 import sys
 import tempfile
 import time
@@ -19,9 +18,10 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from ...timing.processes import environment, module_command, peak_bytes, processor_seconds
+from ...timing.processes import answer, module_command, peak_bytes, processor_seconds
 
 BY_HAND = "by hand"  # the four-bar, which the limits are for
+DURATION = 0.01  # s of motion: it is the wait that counts
 LIMITS = {"cold": 1.5, "cached": 0.020}  # s
 STAGES = (
     "import mechc", "read", "describe", "derive", "differentiate", "optimize", "emit",
@@ -33,7 +33,7 @@ def measured(form: str, runs: int) -> dict[str, Any]:
     """The least seconds of every stage for one form, cold and cached; the values must agree."""
     with tempfile.TemporaryDirectory() as name:
         kept = Path(name) / "kept"
-        first = process(form, kept, wait=True)
+        first = process(form, kept, "whole")
         cached = [process(form, kept) for _ in range(runs)]
         cold = [process(form, Path(name) / f"cold {k}") for k in range(runs)]
     far = max(abs(a - b) for run in (*cached, *cold) for a, b in pairs(run, first))
@@ -53,17 +53,17 @@ def least(runs: Iterable[dict[str, Any]], stages: Iterable[str] = STAGES) -> dic
     return {stage: min(run[stage] for run in told) for stage in stages if stage in told[0]}
 
 
-def process(form: str, cache: Path, *, wait: bool = False) -> dict[str, Any]:
-    """Seconds and the value in a separate process; ``wait``: until all is compiled and cached."""
-    given = environment(MECHC_CACHE_DIR=str(cache))
-    given.pop("PYTHONDONTWRITEBYTECODE", None)
-    command = [*module_command("costs", "first", "value"), form, str(int(wait))]
-    done = subprocess.run(command, env=given, stdout=subprocess.PIPE, check=True)
-    told: dict[str, Any] = json.loads(done.stdout)
+def process(form: str, cache: Path, until: str = "value") -> dict[str, Any]:
+    """Seconds and the value in a separate process.
+
+    ``until``: the first value, the end of the first "motion", or the "whole" being compiled.
+    """
+    command = [*module_command("costs", "first", "value"), form, until]
+    told: dict[str, Any] = answer(command, MECHC_CACHE_DIR=str(cache), PYTHONDONTWRITEBYTECODE="")
     return told
 
 
-def one(form: str, wait: bool) -> None:
+def one(form: str, until: str) -> None:
     """The work of each process."""
     import numpy as np
 
@@ -73,12 +73,15 @@ def one(form: str, wait: bool) -> None:
 
     imported, before = time.perf_counter(), processor_seconds()
     model = mechc.compile(method)
-    state = np.linspace(0.3, 0.8, len(model.coordinates) + len(model.speeds))
-    value = model.rhs(0.0, state, np.linspace(1.0, 2.0, len(model.parameters)))
+    if until == "motion":
+        value = model.simulate(DURATION, model.assemble()).y[-1]
+    else:
+        state = np.linspace(0.3, 0.8, len(model.coordinates) + len(model.speeds))
+        value = model.rhs(0.0, state, np.linspace(1.0, 2.0, len(model.parameters)))
     finished, after = time.perf_counter(), processor_seconds()
     seconds = {"import mechc": imported - start, **model.build["seconds"]}
     seconds |= {"first value": finished - imported, "processor": after - before}
-    if wait:
+    if until == "whole":
         _ = model.capsule  # waits for all of it
         seconds["whole"] = time.perf_counter() - imported
     print(json.dumps({"value": value.tolist(), "seconds": seconds, "peak": peak_bytes()}))
@@ -95,4 +98,4 @@ def made(form: str) -> Any:
 
 
 if __name__ == "__main__":
-    one(sys.argv[1], bool(int(sys.argv[2])))
+    one(*sys.argv[1:])

@@ -9,12 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from types import ModuleType
 from typing import Any
 
 import sympy
 from sympy import Expr, S, Symbol
 
 Rows = list[list[Expr]]
+FUNCTIONS = ("sin", "cos", "tan", "sqrt")
 
 
 @dataclass(frozen=True)
@@ -25,15 +27,19 @@ class Program:
     assignments: tuple[tuple[Symbol, Expr], ...]
     outputs: tuple[Expr, ...]
 
-    def function(self, modules: str | Mapping[str, Any] = "math") -> Callable[..., list[Any]]:
+    def function(
+        self, modules: str | ModuleType | Mapping[str, Any] = "math"
+    ) -> Callable[..., list[Any]]:
         """A function of the arguments, one by one, that gives a list of the outputs.
 
         Parameters
         ----------
         modules
-            ``"math"`` for floats, ``"numpy"`` for arrays, or the functions of another arithmetic
-            by name: ``{"sin": heyoka.sin, "cos": heyoka.cos, "sqrt": heyoka.sqrt}``.
+            ``"math"`` for floats, ``"numpy"`` for arrays, or the functions of another arithmetic:
+            by name, or a module that has them, as heyoka and casadi.
         """
+        if isinstance(modules, ModuleType):
+            modules = {name: getattr(modules, name) for name in FUNCTIONS}
         given = modules if isinstance(modules, str) else [dict(modules), "math"]
         return sympy.lambdify(  # type: ignore[no-any-return]
             self.arguments,

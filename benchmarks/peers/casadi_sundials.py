@@ -29,7 +29,6 @@ from ..timing.tolerances import with_tighter
 from . import Built
 
 TOOLS = ("CasADi, CVODES", "CasADi, IDAS")
-FUNCTIONS = ("sin", "cos", "tan", "sqrt")
 MOST_STEPS = 200_000  # right runs take some ten thousand at the tightest tolerance
 CODE = re.compile(r'"((?:CV|IDA)_\w+)"')  # what SUNDIALS returned, in CasADi's message
 
@@ -64,9 +63,7 @@ def build(problem: Problem, tolerances: Sequence[float], *, quick: bool = False)
 
 def explicit(casadi: Any, equations: Equations, problem: Problem) -> Given:
     """The rates of the state."""
-    y = casadi.SX.sym("y", len(equations.state))
-    rates = equations.rates().function(_arithmetic(casadi))(*casadi.vertsplit(y))
-    dae = {"x": y, "ode": casadi.vertcat(*rates)}
+    dae = explicit_dae(casadi, equations)
     methods = ("bdf", "adams") if problem.stiff else ("adams", "bdf")
     return Given(TOOLS[0], "cvodes", dae, {"x0": equations.start}, methods, {})
 
@@ -77,24 +74,37 @@ def index_one(casadi: Any, equations: Equations, problem: Problem) -> Given:
     Algebraic variables are left out of the error test: with them the tightest tolerances, relative
     to large multipliers, are never met.  The start is consistent as it is given.
     """
-    nq, n, m = len(equations.q), len(equations.u), len(equations.velocity)
-    y, z = casadi.SX.sym("y", nq + n), casadi.SX.sym("z", n + m)
-    states, unknown = casadi.vertsplit(y), casadi.vertsplit(z)
-    residual = equations.residual().function(_arithmetic(casadi))
-    rows = residual(*states, *unknown[n:], *[0.0] * nq, *unknown[:n])  # q' = 0 leaves -q_rates
-    dae = {
-        "x": y, "z": z,
-        "ode": casadi.vertcat(*(-row for row in rows[:nq]), *unknown[:n]),
-        "alg": casadi.vertcat(*rows[nq:]),
-    }  # fmt: skip
+    dae = index_one_dae(casadi, equations)
     start = {"x0": equations.start, "z0": np.concatenate(consistent(equations))}
     rates = equations.rates().function("math")(*equations.start.tolist())
     policy = {"suppress_algebraic": True, "calc_ic": False, "init_xdot": list(map(float, rates))}
     return Given(TOOLS[1], "idas", dae, start, ("bdf",), policy)
 
 
-def _arithmetic(casadi: Any) -> dict[str, Any]:
-    return {name: getattr(casadi, name) for name in FUNCTIONS}
+def explicit_dae(
+    casadi: Any, equations: Equations, parameters: Sequence[Any] = ()
+) -> dict[str, Any]:
+    """CasADi's expressions of the rates of the state."""
+    y = casadi.SX.sym("y", len(equations.state))
+    rates = equations.rates().function(casadi)(*casadi.vertsplit(y), *parameters)
+    return {"x": y, "ode": casadi.vertcat(*rates)}
+
+
+def index_one_dae(
+    casadi: Any, equations: Equations, parameters: Sequence[Any] = ()
+) -> dict[str, Any]:
+    """CasADi's expressions of the index-one equations."""
+    nq, n, m = len(equations.q), len(equations.u), len(equations.velocity)
+    y, z = casadi.SX.sym("y", nq + n), casadi.SX.sym("z", n + m)
+    states, unknown = casadi.vertsplit(y), casadi.vertsplit(z)
+    still = [0.0] * nq  # q' = 0 leaves -q_rates
+    residual = equations.residual().function(casadi)
+    rows = residual(*states, *unknown[n:], *still, *unknown[:n], *parameters)
+    return {
+        "x": y, "z": z,
+        "ode": casadi.vertcat(*(-row for row in rows[:nq]), *unknown[:n]),
+        "alg": casadi.vertcat(*rows[nq:]),
+    }  # fmt: skip
 
 
 def _cases(

@@ -26,7 +26,6 @@ from ..timing.tolerances import with_tighter
 from . import Built, NotExpressibleError
 
 TOOLS = ("heyoka", "heyoka batch")
-FUNCTIONS = ("sin", "cos", "tan", "sqrt")
 FIRST_STEP = 1e-3  # of the whole time
 MOST_STEPS = 100_000  # right runs take hundreds, the stiff one ten thousand; lost ones never end
 # Operations times the order squared up to which systems are unrolled: it makes them two to four
@@ -48,9 +47,13 @@ class System:
     unrolled: int
 
     def policy(self, tol: float) -> dict[str, Any]:
-        order = np.ceil(1 - np.log(tol) / 2)  # as heyoka has it
-        compact = bool(self.operations * order**2 > self.unrolled)
+        compact = unrolls(self.operations, tol) > self.unrolled
         return {"tol": tol, "high_accuracy": False, "compact_mode": compact}
+
+
+def unrolls(operations: int, tol: float) -> float:
+    """Operations times the order squared, the order as heyoka has it."""
+    return float(operations * np.ceil(1 - np.log(tol) / 2) ** 2)
 
 
 def build(problem: Problem, tolerances: Sequence[float], *, quick: bool = False) -> Built:
@@ -90,18 +93,24 @@ def spread_out(tolerances: Sequence[float]) -> list[float]:
 def written_out(heyoka: Any, problem: Problem, unrolled: int) -> System:
     """The rates as heyoka's expressions."""
     equations = equations_of(problem)
-    program = equations.rates()
-    operations = sum(int(x.count_ops()) for _, x in program.assignments)
+    system, operations = rates_of(heyoka, equations)
     if operations > MOST_OPERATIONS:
         raise NotExpressibleError(
             f"elimination written out takes {operations} operations, which its compiler needs "
             "more than a minute for"
         )
-    variables = [heyoka.expression(symbol.name) for symbol in equations.state]
-    function = program.function({name: getattr(heyoka, name) for name in FUNCTIONS})
-    rates = [heyoka.expression(0.0) + rate for rate in function(*variables)]
-    system = list(zip(variables, rates, strict=True))
     return System(heyoka, equations, system, operations, problem.t_end, unrolled)
+
+
+def rates_of(
+    heyoka: Any, equations: Equations, parameters: Sequence[Any] = ()
+) -> tuple[list[tuple[Any, Any]], int]:
+    """Variables with their rates as heyoka's expressions, and how many operations these take."""
+    program = equations.rates()
+    variables = [heyoka.expression(symbol.name) for symbol in equations.state]
+    rates = program.function(heyoka)(*variables, *parameters)
+    system = list(zip(variables, [heyoka.expression(0.0) + r for r in rates], strict=True))
+    return system, sum(int(x.count_ops()) for _, x in program.assignments)
 
 
 def one(system: System, tol: float) -> Case:

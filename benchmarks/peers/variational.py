@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,14 +17,12 @@ import numpy as np
 from ..formulations.equations import Equations
 from ..formulations.index_one import consistent
 from ..problems.problem import Array
+from .casadi_sundials import MOST_STEPS, explicit_dae, index_one_dae
+from .heyoka_taylor import FIRST_STEP, QUICKLY_UNROLLED, rates_of, unrolls
 
-FUNCTIONS = ("sin", "cos", "tan", "sqrt")
-MOST_STEPS = 200_000
 # Gradients by parameters are integrals, which SUNDIALS leaves out of its error control by default,
 # and its other interpolation between checkpoints is of third order.
 BACKWARDS = {"quad_err_con": True, "interpolation_type": "polynomial"}
-FIRST_STEP = 1e-3  # of the whole time: see heyoka_taylor.py
-UNROLLED = 20_000  # operations times the order squared, below which heyoka unrolls
 
 
 class Run(NamedTuple):
@@ -91,18 +88,13 @@ def by_heyoka(motion: Differentiated, tolerances: Sequence[float]) -> Iterator[R
     """Its variational equations; a state more makes every theta a parameter of the system."""
     import heyoka
 
-    equations, k = motion.equations, motion.count
-    program = equations.rates()
-    operations = sum(int(x.count_ops()) for _, x in program.assignments)
-    variables = [heyoka.expression(symbol.name) for symbol in (*equations.state,)]
+    k = motion.count
     thetas = [heyoka.par[i] for i in range(k)]
-    functions = {name: getattr(heyoka, name) for name in FUNCTIONS}
-    rates = program.function(functions)(*variables, *motion.parameters(thetas))
-    system = list(zip(variables, [heyoka.expression(0.0) + r for r in rates], strict=True))
+    system, operations = rates_of(heyoka, motion.equations, motion.parameters(thetas))
     system.append((heyoka.expression("more"), heyoka.sum(thetas)))
     varied = heyoka.var_ode_sys(system, args=thetas)
     for tol in tolerances:
-        compact = bool(operations * (1 + k) * np.ceil(1 - np.log(tol) / 2) ** 2 > UNROLLED)
+        compact = unrolls(operations * (1 + k), tol) > QUICKLY_UNROLLED
         taylor = heyoka.taylor_adaptive(
             varied, [*motion.start, 0.0], pars=[0.0] * k, tol=tol, compact_mode=compact
         )
@@ -132,66 +124,20 @@ def _taylor_run(taylor: Any, motion: Differentiated) -> Callable[[], Array | Non
 # -- SUNDIALS through CasADi ----------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Posed:
-    """The equations for one of CasADi's integrators."""
-
-    casadi: Any
-    motion: Differentiated
-
-    @cached_property
-    def functions(self) -> dict[str, Any]:
-        return {name: getattr(self.casadi, name) for name in FUNCTIONS}
-
-    @cached_property
-    def given(self) -> tuple[Any, Any, list[Any]]:
-        """Symbols of the state and of theta, and the parameters."""
-        casadi, motion = self.casadi, self.motion
-        theta = casadi.SX.sym("theta", motion.count)
-        y = casadi.SX.sym("y", len(motion.start))
-        return y, theta, motion.parameters(casadi.vertsplit(theta))
-
-    def explicit(self) -> tuple[str, dict[str, Any], dict[str, Any], dict[str, Any]]:
-        """For CVODES: its name, the equations, the start, options."""
-        y, theta, parameters = self.given
-        program = self.motion.equations.rates().function(self.functions)
-        rates = program(*self.casadi.vertsplit(y), *parameters)
-        dae = {"x": y, "p": theta, "ode": self.casadi.vertcat(*rates)}
-        formulas = "bdf" if self.motion.stiff else "adams"
-        return "cvodes", dae, {}, {"linear_multistep_method": formulas}
-
-    def index_one(self) -> tuple[str, dict[str, Any], dict[str, Any], dict[str, Any]]:
-        """The same for IDAS, with accelerations and multipliers as algebraic variables."""
-        casadi, equations = self.casadi, self.motion.equations
-        y, theta, parameters = self.given
-        nq, n, m = len(equations.q), len(equations.u), len(equations.velocity)
-        z = casadi.SX.sym("z", n + m)
-        unknown = casadi.vertsplit(z)
-        residual = equations.residual().function(self.functions)
-        still, moved = [0.0] * nq, unknown[:n]
-        rows = residual(*casadi.vertsplit(y), *unknown[n:], *still, *moved, *parameters)
-        dae = {
-            "x": y, "z": z, "p": theta,
-            "ode": casadi.vertcat(*(-row for row in rows[:nq]), *moved),
-            "alg": casadi.vertcat(*rows[nq:]),
-        }  # fmt: skip
-        return "idas", dae, {"z0": self.consistent}, {"suppress_algebraic": True}
-
-    @cached_property
-    def consistent(self) -> Array:
-        """Accelerations and multipliers at the start."""
-        motion = self.motion
-        arguments = np.concatenate([motion.start, motion.values])
-        return np.concatenate(consistent(replace(motion.equations, start=arguments)))
-
-
 def by_casadi(motion: Differentiated, tolerances: Sequence[float]) -> Iterator[Run]:
     """CVODES on the explicit rates and IDAS on the index-one equations."""
     import casadi
 
-    posed = Posed(casadi, motion)
-    for form in (posed.explicit, posed.index_one):
-        solver, dae, start, own = form()
+    theta = casadi.SX.sym("theta", motion.count)
+    parameters = motion.parameters(casadi.vertsplit(theta))
+    arguments = np.concatenate([motion.start, motion.values])
+    algebraic = np.concatenate(consistent(replace(motion.equations, start=arguments)))
+    formulas = "bdf" if motion.stiff else "adams"
+    for solver, form, start, own in (
+        ("cvodes", explicit_dae, {}, {"linear_multistep_method": formulas}),
+        ("idas", index_one_dae, {"z0": algebraic}, {"suppress_algebraic": True}),
+    ):
+        dae = {"p": theta, **form(casadi, motion.equations, parameters)}
         for tol in tolerances:
             options = {"abstol": tol, "reltol": tol, "max_num_steps": MOST_STEPS,
                        "disable_internal_warnings": True, **BACKWARDS, **own}  # fmt: skip

@@ -43,9 +43,6 @@ COSTS = {
     "costs": ("What the product itself costs", tables.costs),
     "scenes": ("Compiled scenes beside the same in NumPy", tables.anything),
 }
-# Scripts of their own in files of before.
-ONCE = {"change points": "failure_rate", "near misses": "near_misses",
-        "exact motion": "change_point", "a million periods": "long_run"}  # fmt: skip
 
 
 def write_report(results: Results, earlier: Results | None, to: Path) -> list[dict[str, Any]]:
@@ -127,9 +124,8 @@ def _chapter(
 
 def _of_script(results: Results, name: str) -> Any:
     """A script's figures, or the rows of a family of the stress suite."""
-    for known in (name, ONCE.get(name)):
-        if known in results:
-            return results[known]
+    if name in results:
+        return results[name]
     rows = results.get("stress", {}).get("rows", ())
     return [
         {key: value for key, value in row.items() if key != "family"}

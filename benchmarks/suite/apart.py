@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import json
-import subprocess
 import tempfile
 import time
 from dataclasses import replace
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 from ..timing.cases import Effort
-from ..timing.processes import environment, module_command
-from .compare import ITSELF, Request
-
-COMPARE = module_command("suite", "compare")
+from .compare import ITSELF, Request, write_comparison
 
 
 def compare_apart(
@@ -41,10 +38,9 @@ def compare_apart(
         )
         while True:
             left = tuple(peer for peer in peers if peer not in crashed)
-            replace(request, peers=left).write(place / "request")
             # A cache of its own, so that mechc derives and compiles before it is measured.
-            cache = {} if quick else {"MECHC_CACHE_DIR": str(place / f"cache {len(crashed)}")}
-            ended = _ended(place / "request", request.working, patience, cache)
+            cache = None if quick else place / f"cache {len(crashed)}"
+            ended = _ended(replace(request, peers=left, cache=cache), patience)
             if not ended:
                 entry: dict[str, Any] = json.loads(request.result.read_text())
                 entry["skipped"] |= crashed
@@ -56,19 +52,19 @@ def compare_apart(
             crashed[guilty] = ended
 
 
-def _ended(request: Path, working: Path, patience: float, variables: dict[str, str]) -> str:
+def _ended(request: Request, patience: float) -> str:
     """Why the process ended before its time; empty if it did its work."""
-    working.unlink(missing_ok=True)
-    process = subprocess.Popen(
-        [*COMPARE, str(request)], env=environment(PYTHONWARNINGS="ignore", **variables)
-    )
+    request.working.unlink(missing_ok=True)
+    process = get_context("spawn").Process(target=write_comparison, args=(request,))
+    process.start()
     try:
-        while process.poll() is None:
-            time.sleep(0.05)
+        while process.is_alive():
+            process.join(0.05)
+            working = request.working
             if working.exists() and time.time() - working.stat().st_mtime > patience:
                 return f"did not finish within {patience:g} s"
     finally:
         process.kill()
-        process.wait()
-    code = process.returncode
+        process.join()
+    code = process.exitcode or 0
     return "" if code == 0 else f"crashed ({'signal' if code < 0 else 'exit code'} {abs(code)})"

@@ -7,29 +7,14 @@ They integrate the index-one equations without projection, in the shortest form 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-import sympy
 
-import mechc
-
-from ..problems.four_bar import ORDER, accelerations
+from ..formulations.equations import equations_of
+from ..peers.heyoka_taylor import UNROLLED, System, written_out
+from ..problems import problem
 from ..problems.problem import Array
-
-
-class System(NamedTuple):
-    """The package, the state's variables, and their rates."""
-
-    heyoka: Any
-    variables: list[Any]
-    rates: list[Any]
-
-
-def _rates(variables: list[Any], sin: Any, cos: Any) -> list[Any]:
-    defaults = mechc.load("four_bar").defaults
-    q, u = variables[:3], variables[3:]
-    return [*u, *accelerations(q, u, [float(defaults[name]) for name in ORDER], sin, cos)]
 
 
 def heyoka_system() -> System | None:
@@ -38,8 +23,7 @@ def heyoka_system() -> System | None:
         import heyoka
     except ImportError:
         return None
-    variables = list(heyoka.make_vars("a", "b", "c", "ua", "ub", "uc"))
-    return System(heyoka, variables, _rates(variables, heyoka.sin, heyoka.cos))
+    return written_out(heyoka, problem("four_bar_regular"), UNROLLED)
 
 
 class HeyokaBatch:
@@ -48,7 +32,7 @@ class HeyokaBatch:
     def __init__(self, system: System, tol: float) -> None:
         self.lanes = int(system.heyoka.recommended_simd_size())
         self.integrator = system.heyoka.taylor_adaptive_batch(
-            list(zip(system.variables, system.rates, strict=True)), np.zeros((6, self.lanes)),
+            system.rates, np.zeros((6, self.lanes)),
             tol=tol, compact_mode=False, high_accuracy=False,
         )  # fmt: skip
 
@@ -65,14 +49,14 @@ class HeyokaBatch:
 
 def heyoka_rates(system: System, y: Array) -> tuple[Callable[[], Any], Array]:
     """Its compiled function over the states (n, 6), and where the rates come, (6, n)."""
-    function = system.heyoka.cfunc(system.rates, vars=system.variables)
+    variables, rates = zip(*system.rates, strict=True)
+    function = system.heyoka.cfunc(list(rates), vars=list(variables))
     columns, result = np.ascontiguousarray(y.T), np.empty(y.T.shape)
     return lambda: function(columns, outputs=result), result
 
 
 def numpy_rates(y: Array) -> Callable[[], Any]:
     """The same over the states through SymPy's lambdify to NumPy."""
-    variables = list(sympy.symbols("a b c ua ub uc"))
-    function = sympy.lambdify(variables, _rates(variables, sympy.sin, sympy.cos), "numpy", cse=True)
+    function = equations_of(problem("four_bar_regular")).rates().function("numpy")
     columns = [np.ascontiguousarray(column) for column in y.T]
     return lambda: function(*columns)

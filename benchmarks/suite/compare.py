@@ -7,9 +7,10 @@ peer at work; the process that started this one reads it, and starts it again wi
 from __future__ import annotations
 
 import json
-import sys
+import os
+import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from .. import peers
 from ..problems import problem
 from ..problems.problem import NotExpressibleError, Problem
 from ..timing.cases import Case, Effort, measure
-from ..timing.envelope import TARGETS, best_peer, points_of, printed, ratios, time_at, times_of
+from ..timing.envelope import times_of
 from . import own_cases
 
 ITSELF = "mechc"
@@ -34,21 +35,14 @@ class Request:
     effort: Effort
     working: Path  # the file that names the peer at work
     result: Path
-
-    def write(self, path: Path) -> None:
-        path.write_text(json.dumps(asdict(self), default=str))
-
-    @staticmethod
-    def read(path: Path) -> Request:
-        given = json.loads(path.read_text())
-        effort = Effort(**given.pop("effort"))
-        folders = {name: Path(given.pop(name)) for name in ("working", "result")}
-        sequences = {name: tuple(given.pop(name)) for name in ("peers", "tolerances")}
-        return Request(**given, **folders, **sequences, effort=effort)
+    cache: Path | None = None  # where mechc compiles
 
 
-def main(path: str) -> None:
-    request = Request.read(Path(path))
+def write_comparison(request: Request) -> None:
+    """The work of the process."""
+    warnings.simplefilter("ignore")
+    if request.cache:
+        os.environ["MECHC_CACHE_DIR"] = str(request.cache)
     request.result.write_text(json.dumps(compare(request)))
 
 
@@ -108,20 +102,8 @@ def entry(
     target: Problem, rows: Sequence[Mapping[str, Any]], setup: Mapping[str, Any],
     skipped: Mapping[str, str],
 ) -> dict[str, Any]:  # fmt: skip
-    times = times_of(rows)
     return {
         "title": target.title, "note": target.note, "quantities": list(target.quantities),
         "t_end": target.t_end, "rows": list(rows), "setup": dict(setup), "skipped": dict(skipped),
-        "times": times, "ratios": ratios(times), "best_peer": best_peer(rows, times),
-        "auto": automatic(rows),
+        "times": times_of(rows),
     }  # fmt: skip
-
-
-def automatic(rows: Sequence[Mapping[str, Any]]) -> dict[str, float | None]:
-    """Target -> seconds of mechc with its default method."""
-    own = [row for row in rows if (row["tool"], row["method"]) == (ITSELF, "auto")]
-    return {printed(target): time_at(points_of(own), target) for target in TARGETS}
-
-
-if __name__ == "__main__":
-    main(sys.argv[1])

@@ -7,8 +7,8 @@ problem's scale.  All runs of a problem take turns in one process; given are min
 spread and the first run, derivation and compilation apart.  A peer that is not installed or
 cannot model a problem is named with the reason; one that crashes is shown as such; a wrong motion
 is listed with its error and marked, and is no part of an envelope.  The table gives, along each
-method's lower envelope over its tolerances, the time of a tool at an error and its ratio to
-mechc's; batches, whose time is that of one trajectory among many, are compared with mechc's batch.
+method's lower envelope over its tolerances, the time of a tool at an error; below it the ratios to
+the best peer; batches, whose time is that of one trajectory among many, have a line of their own.
 """
 
 from __future__ import annotations
@@ -20,8 +20,9 @@ from typing import Any
 
 from .. import peers
 from ..problems import NAMES
+from ..report.markdown import ratios_table
 from ..timing.cases import Effort
-from ..timing.envelope import TARGETS, is_batch, over, printed
+from ..timing.envelope import TARGETS, printed
 from ..timing.machine import about
 from ..timing.results import command_parser, write
 from .apart import compare_apart
@@ -63,7 +64,7 @@ def compared(chosen: argparse.Namespace) -> dict[str, Any]:
             continue
         data["problems"][name] = entry
         print_points(name, entry)
-        print_summary(entry)
+        print_summary(name, entry)
         write("work_precision", data)
     write("work_precision", data)
     return data
@@ -100,18 +101,10 @@ def print_points(name: str, entry: Mapping[str, Any]) -> None:
         print(f"{peer}: skipped, {reason}")
 
 
-def print_summary(entry: Mapping[str, Any]) -> None:
-    """Milliseconds at an error, and how many times mechc's that is."""
-    times = entry["times"]
-    print("\nms at an error (times mechc's; batches: times its batch's)")
-    print(f"{'':28s}" + "".join(f"{printed(target):>19s}" for target in TARGETS))
-    for tool, at in {**times, "mechc, auto": entry["auto"]}.items():
-        mine = times["mechc batch" if is_batch(tool) else "mechc"]
-        cells = (_cell(seconds, over(seconds, mine, target)) for target, seconds in at.items())
-        print(f"{tool:28s}" + "".join(f"{cell:>19s}" for cell in cells), flush=True)
-
-
-def _cell(seconds: float | None, ratio: float | None) -> str:
-    if seconds is None:
-        return "-"
-    return f"{1e3 * seconds:.4f}" + ("" if ratio is None else f" ({ratio:.2f})")
+def print_summary(name: str, entry: Mapping[str, Any]) -> None:
+    """Milliseconds at an error, and the ratios to the best peer."""
+    print(f"\n{'ms at an error':28s}" + "".join(f"{printed(target):>12s}" for target in TARGETS))
+    for tool, at in entry["times"].items():
+        cells = ("-" if seconds is None else f"{1e3 * seconds:.4f}" for seconds in at.values())
+        print(f"{tool:28s}" + "".join(f"{cell:>12s}" for cell in cells))
+    print(ratios_table({"work_precision": {"problems": {name: entry}}}), flush=True)

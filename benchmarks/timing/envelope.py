@@ -69,41 +69,6 @@ def is_batch(tool: str) -> bool:
     return tool.endswith("batch")
 
 
-def ratios(times: Times) -> dict[str, dict[str, float | None]]:
-    """How many times longer every other tool takes than mechc; batches, than mechc's batch."""
-    mine = {batch: times.get("mechc batch" if batch else "mechc", {}) for batch in (False, True)}
-    return {
-        tool: {
-            target: over(seconds, mine[is_batch(tool)], target) for target, seconds in at.items()
-        }
-        for tool, at in times.items()
-        if tool not in ("mechc", "mechc batch")
-    }
-
-
-def over(seconds: float | None, mine: Mapping[str, float | None], target: str) -> float | None:
-    """The ratio of two times, where both are known."""
-    own = mine.get(target)
-    return None if seconds is None or own is None else seconds / own
-
-
-def best_peer(rows: Sequence[Row], times: Times) -> dict[str, dict[str, Any] | None]:
-    """Target -> the fastest other tool for one trajectory, its method, and times mechc's.
-
-    The ratio is None where mechc does not meet the target and a peer does.
-    """
-    return {printed(target): _best(rows, times, target) for target in TARGETS}
-
-
-def _best(rows: Sequence[Row], times: Times, target: float) -> dict[str, Any] | None:
-    found = fastest(times, printed(target))
-    if found is None:
-        return None
-    tool, seconds = found
-    ratio = over(seconds, times.get("mechc", {}), printed(target))
-    return {"tool": tool, "method": method_of(rows, tool, target), "ratio": ratio}
-
-
 def fastest(times: Times, target: str, *, batch: bool = False) -> tuple[str, float] | None:
     """The fastest of the other tools at an error, and its seconds.
 

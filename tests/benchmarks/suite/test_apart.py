@@ -2,6 +2,7 @@
 
 import sys
 import textwrap
+from importlib import import_module
 
 import pytest
 
@@ -16,19 +17,22 @@ def test_a_peer_that_hangs_or_crashes_is_named_and_the_others_go_on(
     monkeypatch, tmp_path, does, told
 ):
     """The process is started again without it."""
-    script = tmp_path / "script.py"
+    script = tmp_path / "does_the_work.py"
     script.write_text(
         textwrap.dedent(f"""\
-        import json, os, sys
-        request = json.load(open(sys.argv[1]))
-        if "bad" in request["peers"]:
-            open(request["working"], "w").write("bad")
-            {does}
-        open(request["result"], "w").write(json.dumps({{"skipped": {{}}, "of": request["peers"]}}))
+        import json, os
+
+        def work(request):
+            if "bad" in request.peers:
+                request.working.write_text("bad")
+                {does}
+            request.result.write_text(json.dumps({{"skipped": {{}}, "of": request.peers}}))
     """)
     )
-    monkeypatch.setattr(apart, "COMPARE", [sys.executable, str(script)])
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(apart, "write_comparison", import_module("does_the_work").work)
     effort = cases.Effort()
     entry = apart.compare_apart("x", ("good", "bad"), (1e-3,), effort, quick=True, patience=1.0)
+    monkeypatch.delitem(sys.modules, "does_the_work")
     assert entry["of"] == ["good"]
     assert told in entry["skipped"]["bad"]

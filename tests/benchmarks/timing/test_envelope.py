@@ -33,8 +33,7 @@ def test_the_best_peer_is_the_fastest_at_that_error_and_no_batch():
     rows = [row("mechc", "auto", 1e-9, 1.0), row("A", "x", 1e-9, 3.0), row("A", "y", 1e-9, 2.0),
             row("B", "x", 1e-5, 0.5), row("A batch", "x", 1e-9, 0.1)]  # fmt: skip
     times = envelope.times_of(rows)
-    best = envelope.best_peer(rows, times)
-    assert best["1e-08"] == {"tool": "A", "method": "y", "ratio": 2.0}
-    assert best["1e-04"] == {"tool": "B", "method": "x", "ratio": 0.5}
-    assert best["1e-10"] is None
-    assert envelope.ratios(times)["A batch"]["1e-08"] is None  # no batch of mechc's here
+    assert envelope.fastest(times, "1e-08") == ("A", 2.0)
+    assert envelope.fastest(times, "1e-08", batch=True) == ("A batch", 0.1)
+    assert envelope.fastest(times, "1e-04") == ("B", 0.5)
+    assert envelope.fastest(times, "1e-10") is None

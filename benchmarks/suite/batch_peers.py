@@ -7,14 +7,29 @@ They integrate the index-one equations without projection, in the shortest form 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+import sympy
 
-from ..formulations.equations import equations_of
-from ..peers.heyoka_taylor import UNROLLED, System, written_out
-from ..problems import problem
+import mechc
+
+from ..problems.four_bar import ORDER, accelerations
 from ..problems.problem import Array
+
+
+class System(NamedTuple):
+    """The package, the state's variables, and their rates."""
+
+    heyoka: Any
+    variables: list[Any]
+    rates: list[Any]
+
+
+def _rates(variables: list[Any], sin: Any, cos: Any) -> list[Any]:
+    defaults = mechc.load("four_bar").defaults
+    q, u = variables[:3], variables[3:]
+    return [*u, *accelerations(q, u, [float(defaults[name]) for name in ORDER], sin, cos)]
 
 
 def heyoka_system() -> System | None:
@@ -23,7 +38,8 @@ def heyoka_system() -> System | None:
         import heyoka
     except ImportError:
         return None
-    return written_out(heyoka, problem("four_bar_regular"), UNROLLED)
+    variables = list(heyoka.make_vars("a", "b", "c", "ua", "ub", "uc"))
+    return System(heyoka, variables, _rates(variables, heyoka.sin, heyoka.cos))
 
 
 class HeyokaBatch:
@@ -32,7 +48,7 @@ class HeyokaBatch:
     def __init__(self, system: System, tol: float) -> None:
         self.lanes = int(system.heyoka.recommended_simd_size())
         self.integrator = system.heyoka.taylor_adaptive_batch(
-            system.rates, np.zeros((6, self.lanes)),
+            list(zip(system.variables, system.rates, strict=True)), np.zeros((6, self.lanes)),
             tol=tol, compact_mode=False, high_accuracy=False,
         )  # fmt: skip
 
@@ -49,14 +65,14 @@ class HeyokaBatch:
 
 def heyoka_rates(system: System, y: Array) -> tuple[Callable[[], Any], Array]:
     """Its compiled function over the states (n, 6), and where the rates come, (6, n)."""
-    variables, rates = zip(*system.rates, strict=True)
-    function = system.heyoka.cfunc(list(rates), vars=list(variables))
+    function = system.heyoka.cfunc(system.rates, vars=system.variables)
     columns, result = np.ascontiguousarray(y.T), np.empty(y.T.shape)
     return lambda: function(columns, outputs=result), result
 
 
 def numpy_rates(y: Array) -> Callable[[], Any]:
     """The same over the states through SymPy's lambdify to NumPy."""
-    function = equations_of(problem("four_bar_regular")).rates().function("numpy")
+    variables = list(sympy.symbols("a b c ua ub uc"))
+    function = sympy.lambdify(variables, _rates(variables, sympy.sin, sympy.cos), "numpy", cse=True)
     columns = [np.ascontiguousarray(column) for column in y.T]
     return lambda: function(*columns)

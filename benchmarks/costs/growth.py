@@ -1,7 +1,7 @@
 """What do more links cost?
 
     mechc bench growth [--scenes planar spatial windows rings] [--quick | --most N]
-                       [--follow N] [--resume]
+                       [--resume]
 
 For N = 1, 2, 5, 10, 20, 40, 80: an open planar chain of N links, an open spatial one with axes
 that alternate, N four-bar windows in a row (2N + 1 links, tilted, relative angles), and the planar
@@ -12,17 +12,14 @@ of the runtime and are not counted); microseconds for one right-hand side, calle
 through ctypes, and for one of 512 states side by side in the lanes.  Exponents are fitted over
 N >= 5.
 
-``--follow N`` runs N windows for 20 s at several tolerances and compares B_0 with the closed form.
 ``--resume`` keeps the rows of an earlier run.  Exits with 1 where the right-hand side of a chain of
-40 links takes more than 0.5 us a link, that of a ring of 40 more than three times the chain's, or
-where a run ends well and wrong.
+40 links takes more than 0.5 us a link, or that of a ring of 40 more than three times the chain's.
 """
 
 from __future__ import annotations
 
 import argparse
 import tempfile
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -43,7 +40,7 @@ from mechc.model import Model
 from mechc.system.reference import ModelReference
 
 from ..formulations.described import read as read_mechanism
-from ..problems.windows_motion import first_upright, upright_start
+from ..problems.windows_motion import upright_start
 from ..timing.least import least_of_a_call
 from ..timing.machine import about
 from ..timing.processes import processor_seconds
@@ -71,8 +68,6 @@ TILT = {"tilt": 0.3}
 LINK_US, ALLOWED = 0.25, 2.0  # articulated bodies, and how many times that
 RING_ALLOWED = 3.0  # times the open chain
 STATES = 512
-TOLERANCES = (1e-6, 1e-8, 1e-10, 1e-12)
-SPAN = 20.0
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -84,7 +79,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def grown(chosen: argparse.Namespace) -> dict[str, Any]:
     """The tables, written after each row."""
-    result: dict[str, Any] = {"about": about(), "rows": {}, "exponents": {}, "follow": []}
+    result: dict[str, Any] = {"about": about(), "rows": {}, "exponents": {}}
     earlier = folder() / "growth.json"
     if chosen.resume and earlier.exists():
         result |= read(earlier)
@@ -98,8 +93,6 @@ def grown(chosen: argparse.Namespace) -> dict[str, Any]:
             _print_row(next(row for row in rows if row["n"] == size))
         result["exponents"][name] = {column: exponent(rows, column) for column in COLUMNS}
         _print_exponents(result["exponents"][name])
-    if chosen.follow:
-        result["follow"] = [follow(chosen.follow, rtol) for rtol in chosen.rtol]
     write("growth", result)
     return result
 
@@ -109,8 +102,6 @@ def _options() -> argparse.ArgumentParser:
     parser.add_argument("--scenes", nargs="+", default=list(SCENES), choices=SCENES)
     parser.add_argument("--most", type=int, default=SIZES[-1], help="largest N")
     parser.add_argument("--quick", action="store_true", help=f"N = {QUICK}")
-    parser.add_argument("--follow", type=int, default=0, metavar="N", help="windows to follow")
-    parser.add_argument("--rtol", type=float, nargs="+", default=TOLERANCES)
     parser.add_argument("--resume", action="store_true", help="keep the rows of an earlier run")
     return parser
 
@@ -186,30 +177,6 @@ def exponent(rows: Sequence[dict[str, Any]], column: str, least_size: int = 5) -
     return float(np.polyfit(links, values, 1)[0])
 
 
-def follow(size: int, rtol: float) -> dict[str, Any]:
-    """Windows from the vertical for 20 s: how the run ends, and how far B_0 is off."""
-    import mechc
-
-    model = mechc.compile(windows(size), outputs=("points", "energy"))
-    times = np.arange(0.0, SPAN + 0.025, 0.05)
-    began = time.perf_counter()
-    sol = model.simulate(SPAN, upright_start(size), TILT, rtol=rtol, t_eval=times)
-    seconds = time.perf_counter() - began
-    points = model.points(sol.y, sol.params)[:, model.point_names.index("B_0"), :2]
-    turn = np.array([[np.cos(TILT["tilt"]), -np.sin(TILT["tilt"])],
-                     [np.sin(TILT["tilt"]), np.cos(TILT["tilt"])]])  # fmt: skip
-    error = float(np.abs(points @ turn - first_upright(size, sol.t)).max())
-    row = {
-        "n": size, "rtol": rtol, "status": sol.status.code, "reached": float(sol.t[-1]),
-        "error": error, "seconds": seconds, "steps": int(sol.stats["steps"]),
-        "crossings": len(sol.change_points), "energy_drift": float(sol.energy_drift),
-    }  # fmt: skip
-    print(f"{size} windows, rtol {rtol:.0e}: {row['status']} at {row['reached']:.2f} s, error"
-          f" {error:.1e} m, {row['crossings']} crossings, {row['steps']} steps, {seconds:.1f} s",
-          flush=True)  # fmt: skip
-    return row
-
-
 def missed(result: dict[str, Any]) -> list[str]:
     """Requirements that the tables do not meet."""
     found = []
@@ -223,11 +190,6 @@ def missed(result: dict[str, Any]) -> list[str]:
     }
     if at_40["planar"] and at_40["rings"] and at_40["rings"] > RING_ALLOWED * at_40["planar"]:
         found.append(f"ring of 40 links: {at_40['rings']:.1f} us, open {at_40['planar']:.1f} us")
-    for row in result["follow"]:
-        if row["status"] == "finished" and row["error"] > 1e-3:
-            found.append(
-                f"{row['n']} windows at rtol {row['rtol']:g} end wrong: {row['error']:.1e}"
-            )
     return found
 
 

@@ -89,8 +89,6 @@ def growth(data: Any) -> Markup:
     for name, rows in data["rows"].items():
         cells = [[figure(row.get(column)) for column in columns] for row in rows]
         parts.append(details(f"figures: {name}", table(columns, cells, class_="figures")))
-    if data.get("follow"):
-        parts.append(details("40 windows followed", anything(data["follow"])))
     return Markup("".join(parts))
 
 

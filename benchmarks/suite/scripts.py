@@ -52,7 +52,7 @@ SCRIPTS = {
     ),
     "growth": Script(
         "costs of more links", "costs.growth",
-        ("--quick",), ("--follow", "40"), ("--most", "1", "--scenes", "planar"),
+        ("--quick",), (), ("--most", "1", "--scenes", "planar"),
     ),
     "batch": Script(
         "many trajectories: rates, threads, streaming", "suite.batch",

@@ -20,5 +20,5 @@ def test_growth_runs_through_and_goes_on_from_its_rows(out):
 def test_growth_fits_the_exponent_of_a_power():
     rows = [{"n": n, "links": n, "rhs_us": 3.0 * n**1.5} for n in (1, 5, 10, 20, 40)]
     assert growth.exponent(rows, "rhs_us") == pytest.approx(1.5)
-    wrong = {"rows": {}, "follow": [{"status": "finished", "error": 2.0, "n": 40, "rtol": 1e-6}]}
+    wrong = {"rows": {"planar": [{"n": 40, "rhs_us": 21.0}], "rings": [{"n": 40, "rhs_us": 60.0}]}}
     assert len(growth.missed(wrong)) == 1

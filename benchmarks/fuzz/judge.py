@@ -8,6 +8,8 @@ warns.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 import mechc
@@ -24,11 +26,11 @@ MAX_STEPS = 100_000
 OTHER, FINER, FINEST = "dop853", 0.01, 1e-13  # of the case's tolerance; at the least
 
 
-class Judged:
+class Judged(NamedTuple):
     """The word and what went wrong."""
 
-    def __init__(self, word: str, why: str = "") -> None:
-        self.word, self.why = word, why
+    word: str
+    why: str = ""
 
 
 def judged(case: Case) -> Judged:
@@ -72,15 +74,9 @@ def _run(
 ) -> mechc.Solution:  # fmt: skip
     """``share``: of the tolerance of the case."""
     span = (case.t_end, 0.0) if back else (0.0, case.t_end)
-    return model.simulate(
-        span,
-        y0,
-        case.params,
-        rtol=max(share * case.rtol, FINEST),
-        method=method,
-        max_steps=MAX_STEPS,
-        dense=False,
-    )
+    rtol = max(share * case.rtol, FINEST)
+    policy = {"method": method, "max_steps": MAX_STEPS, "dense": False}
+    return model.simulate(span, y0, case.params, rtol=rtol, **policy)
 
 
 def _not_kept(model: mechc.Model, case: Case, sol: mechc.Solution) -> str:

@@ -27,7 +27,6 @@ def without_hands() -> Problem:
         t_end=2.0,
         quantities=NAMES,
         exact=values_at("bicycle_motion", 2.0, NAMES),
-        observe=lambda y: y,
         compile_options={"defaults": values(), "outputs": ()},
         note="one holonomic and four nonholonomic constraints; errors of the start grow 20 times",
     )

@@ -18,7 +18,7 @@ from mechc_codegen import shipped_mechanism
 import mechc
 
 from .data import four_bar_state
-from .problem import Array, Formulation, Problem
+from .problem import Formulation, Problem, whole_state
 
 T_END = 20.0
 ORDER = (*(f"l_{k}" for k in range(4)), *(f"{x}_{k}" for x in "mI" for k in range(3)), "g")
@@ -44,7 +44,6 @@ def _four_bar(which: str, params: dict[str, float], note: str) -> Problem:
         t_end=T_END,
         quantities=(*model.coordinates, *model.speeds),
         exact=four_bar_state(which, T_END),
-        observe=whole_state,
         wrong=0.5,  # errors of the start grow up to 80 times; on another branch it is radians
         formulation=Formulation(
             lambda: shipped_mechanism("four_bar"), start, whole_state, _accelerations
@@ -53,10 +52,6 @@ def _four_bar(which: str, params: dict[str, float], note: str) -> Problem:
         shipped="four_bar",
         note=note,
     )
-
-
-def whole_state(y: Array) -> Array:
-    return y
 
 
 def _accelerations(q: Any, u: Any, values: Mapping[str, Any], sin: Any, cos: Any) -> list[Any]:

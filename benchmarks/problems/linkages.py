@@ -23,9 +23,7 @@ def squeezing_mechanism() -> Problem:
         t_end=0.03,
         quantities=(*ANGLES, *rates),
         exact=values_at("andrews", 0.03, (*ANGLES, *rates)),
-        observe=lambda y: y,
         scale=np.array([1.0] * 7 + [1e3] * 7),
-        compile_options={"outputs": ()},
         note="Test Set for IVP Solvers; rates in 1000 rad/s",
     )
 
@@ -41,6 +39,5 @@ def crank_and_slider() -> Problem:
         quantities=("theta", "omega", "x"),
         exact=values_at("slider_crank", 2.0, ("theta", "omega", "x")),
         observe=lambda y: y[[0, 3, 2]],
-        compile_options={"outputs": ()},
         note="starts where the slider cannot be the independent coordinate",
     )

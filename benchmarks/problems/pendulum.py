@@ -32,8 +32,6 @@ def chain(count: int) -> Problem:
         t_end=ENDS[count],
         quantities=names,
         exact=values_at(f"pendulum_{count}", ENDS[count], names),
-        observe=lambda y: y,
-        compile_options={"outputs": ()},
         note=NOTES[count],
     )
 
@@ -50,7 +48,6 @@ def simple() -> Problem:
         quantities=names,
         exact=values_at("pendulum_1", ENDS[1], names),
         observe=end_of_the_link,
-        compile_options={"outputs": ()},
         note=NOTES[1],
     )
 

@@ -25,6 +25,10 @@ Observe = Callable[[Array], Array]
 WRONG = 0.1  # of a scale: beyond this it is another motion, not an inaccurate one
 
 
+def whole_state(y: Array) -> Array:
+    return y
+
+
 class NotExpressibleError(Exception):
     """The reason why a tool cannot express a problem."""
 
@@ -65,7 +69,7 @@ class Problem:
     quantities, exact, scale
         Quantities compared at ``t_end``: names, exact values, and units of their errors.
     observe
-        The quantities of a state, coordinates then speeds in the model's order.
+        The quantities of a state, coordinates then speeds in the model's order; all by default.
     wrong
         Errors beyond it, in the scale, are those of another motion: a wrong branch.
     formulation
@@ -86,12 +90,12 @@ class Problem:
     t_end: float
     quantities: tuple[str, ...]
     exact: Array
-    observe: Observe
+    observe: Observe = whole_state
     scale: Array | float = 1.0
     wrong: float = WRONG
     formulation: Formulation | None = None
     params: Mapping[str, float] = field(default_factory=dict)
-    compile_options: Mapping[str, Any] = field(default_factory=dict)
+    compile_options: Mapping[str, Any] = field(default_factory=lambda: {"outputs": ()})
     shipped: str = ""
     stiff: bool = False
     note: str = ""

@@ -22,7 +22,6 @@ def top() -> Problem:
         quantities=names,
         exact=values_at("heavy_top", 1.0, names),
         observe=spin_and_centre,
-        compile_options={"outputs": ()},
         note="24 turns about its axis; speeds are body rates, not rates of the angles",
     )
 
@@ -45,8 +44,6 @@ def governor() -> Problem:
         t_end=1.0,
         quantities=("psi", "s", "alpha_1", "alpha_2", "omega", "v", "nu_1", "nu_2"),
         exact=values_at("flyball_governor", 1.0, columns),
-        observe=lambda y: y,
-        compile_options={"outputs": ()},
         stiff=True,
         note="problem A05 of the IFToMM library: eigenvalues from -2200 to -8100 1/s",
     )

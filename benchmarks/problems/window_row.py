@@ -6,18 +6,17 @@ from __future__ import annotations
 from mechc_codegen.description.joints.cuts import Cut
 from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.frontend.sympy_joints import from_joints
-from sympy import Rational, symbols
-from sympy.physics.mechanics import PinJoint, RigidBody, dynamicsymbols, inertia
+from sympy import Integer, symbols
+from sympy.physics.mechanics import PinJoint, RigidBody, dynamicsymbols
 
 from ..references.linkage_curve import PlanarLinkage
-
-FREE_FALL = Rational(981, 100)
+from .five_bar import FREE_FALL, rod
 
 
 def window_row(count: int) -> Mechanism:
     """Cranks and couplers of 1 m and 1 kg, ground pivots at 0, g_1, g_2, ..."""
     ground = RigidBody("ground")
-    rods = [_rod(f"rod_{k}") for k in range(2 * count + 1)]
+    rods = [rod(f"rod_{k}", Integer(1)) for k in range(2 * count + 1)]
     near, far = [-r.x / 2 for r in rods], [r.x / 2 for r in rods]
     joints: list[PinJoint | Cut] = []
     for k, on in enumerate(hung(count)):
@@ -50,11 +49,3 @@ def exact_row(grounds: list[float]) -> PlanarLinkage:
     ends = [2 * k for k in range(1, count + 1)]
     ones = [1.0] * (2 * count + 1)
     return PlanarLinkage(hung(count), ones, ones, ends, [(g, 0.0) for g in grounds])
-
-
-def _rod(name: str) -> RigidBody:
-    """A rod of 1 kg and 1 m along its x axis, thick enough to turn about it."""
-    body = RigidBody(name, mass=1)
-    about = Rational(1, 12)
-    body.central_inertia = inertia(body.frame, Rational(1, 50), about, about)
-    return body

@@ -43,7 +43,6 @@ def row(count: int) -> Problem:
             lambda y: end_of_the_upright(y[0] - TILT, y[2 * count + 1]),
         ),
         params={"tilt": TILT},
-        compile_options={"outputs": ()},
         note=f"{rods}; twice through a crossing of the configuration curve",
     )
 

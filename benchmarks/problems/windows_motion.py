@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import mpmath
 import numpy as np
-from numpy.typing import NDArray
-from scipy.special import ellipj, ellipk
 
-Array = NDArray[np.float64]
+from .problem import Array
 
 
 def upright_start(count: int, *, angle: float = np.pi / 2, rate: float = -1.0) -> Array:
@@ -24,21 +22,15 @@ def upright_start(count: int, *, angle: float = np.pi / 2, rate: float = -1.0) -
 
 
 def first_upright(count: int, times: Array, g: float = 9.81) -> Array:
-    """The first upright's end (m, on the ground's axes) in problem A02, in closed form."""
-    a = g * ((count + 1) / 2 + count) / ((count + 1) / 3 + count)
-    omega = np.sqrt(1 + 4 * a) / 2
-    sn, cn, _, _ = ellipj(ellipk(a / omega**2) + omega * np.asarray(times), a / omega**2)
-    return np.stack([-2 * sn * cn, sn**2 - cn**2], axis=1)
+    """The first upright's end (m, on the ground's axes) in problem A02, at each time."""
+    return np.stack([first_upright_motion(count, time, g)[:2] for time in times])
 
 
 def first_upright_motion(count: int, time: float, g: float = 9.81) -> Array:
     """Place (m) and velocity (m/s) of the first upright's end in problem A02, from 40 digits."""
     with mpmath.workdps(40):
-        a = (
-            mpmath.mpf(g)
-            * (mpmath.mpf(count + 1) / 2 + count)
-            / (mpmath.mpf(count + 1) / 3 + count)
-        )
+        half, third = (mpmath.mpf(count + 1) / k + count for k in (2, 3))
+        a = mpmath.mpf(g) * half / third
         omega = mpmath.sqrt(1 + 4 * a) / 2
         m = a / omega**2
         sn, cn, dn = (

@@ -157,9 +157,13 @@ def bicycle_motion() -> Reference:
     )  # fmt: skip
 
 
-def bicycle_start(constraints: Callable[..., Vector], parameters: Vector) -> Vector:
+def bicycle_start(
+    constraints: Callable[..., Vector], parameters: Vector, given: Mapping[str, Any] | None = None
+) -> Vector:
     """The independent ones as given; pitch by Newton, the dependent speeds by their rows."""
-    q, u = ([mpf(x) for x in known.values()] for known in (COORDINATES, SPEEDS))
+    other = given or {}
+    q, u = ([mpf(other.get(name, x)) for name, x in known.items()]
+            for known in (COORDINATES, SPEEDS))  # fmt: skip
     residual = lambda pitch, *others: constraints(*q, pitch, *u, *others, *parameters)  # noqa: E731
     guess = [mpmath.pi / 10, *([mpf(0)] * DEPENDENT)]
     pitch, *others = mpmath.findroot(residual, guess, tol=mpf(10) ** (10 - 2 * DIGITS))

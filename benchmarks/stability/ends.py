@@ -11,7 +11,6 @@ tells no more than its time, to choose the ends.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator
 
 import numpy as np
@@ -85,11 +84,3 @@ def _trials(name: str, one: Geometry, psi: Array, t_end: float) -> random_starts
     times = np.linspace(0, t_end, random_starts.LOOKS + 1)[1:]
     exact, condition = random_starts.judge(one, psi, times)
     return random_starts.Trials((name,), one, psi, t_end, exact, condition)
-
-
-def told(rows: list[Row]) -> str:
-    """Flags by method and tolerance."""
-    flagged = Counter((r["method"], r["rtol"]) for r in rows if r["word"] == "flagged")
-    return "; ".join(
-        f"{method} at {rtol:g}: {n} flagged" for (method, rtol), n in sorted(flagged.items())
-    )

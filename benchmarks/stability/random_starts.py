@@ -11,6 +11,7 @@ Condition: the largest |d state / d start| met at ten times along the run, by di
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -60,15 +61,16 @@ def random_starts(quick: bool) -> Iterator[Row]:
 
 def which_failed(rows: list[Row]) -> str:
     """Which method failed how often at which tolerance."""
-    told = []
-    for method in METHODS:
-        for rtol in RTOLS:
-            some = [r for r in rows if r.get("method") == method and r.get("rtol") == rtol]
-            failed = sum(r["word"] in ("flagged", "WRONG") for r in some)
-            wrong = sum(r["word"] == "WRONG" for r in some)
-            if failed:
-                told.append(f"{method} at {rtol:g}: {failed} of {len(some)}, {wrong} silently")
-    return "; ".join(told) or "no start failed at any tolerance"
+    counts = Counter((r.get("method"), r.get("rtol"), r["word"]) for r in rows)
+    ways = sorted({way[:2] for way in counts if way[2] in ("flagged", "WRONG")})
+    return (
+        "; ".join(
+            f"{method} at {rtol:g}: {counts[method, rtol, 'flagged']} flagged, "
+            f"{counts[method, rtol, 'WRONG']} wrong silently"
+            for method, rtol in ways
+        )
+        or "none failed at any tolerance"
+    )
 
 
 def trials(starts: int, geometries: int, t_end: float, seed: int = 1) -> Trials:

@@ -26,7 +26,7 @@ from ...formulations.equations import derive
 from ...problems.data import reference
 from ..arithmetic import DIGITS, FUNCTIONS, Vector, cos, number, numbers, of_mpmath, sin
 from ..extrapolation import Rates, by_extrapolation
-from ..motions import DEPENDENT, bicycle_reduced
+from ..motions import bicycle_reduced, bicycle_start
 from ..tangent import PAIRS, TangentBar
 from .squeezer import squeezed
 from .struck import BY, END, GIVEN, TORQUES, struck
@@ -269,18 +269,12 @@ def _psi(theta: Any) -> Any:
 
 
 def rolling_bicycle() -> Family:
-    t, places = 0.5, {"roll": 3, "roll_rate": 0, "steer_rate": 2}
+    t = 0.5
 
     def end(given: Given) -> Vector:
         closing, parameters, rates = _bicycle()
-        q = [mpf(x) for x in (0.0, 0.0, 0.3, 0.1, 0.0, 0.15, 0.0)]
-        u = [mpf(x) for x in (0.5, -4.6 / 0.3, -0.4)]
-        for name, value in given.items():
-            (u if name.endswith("rate") else q)[places[name]] = value
-        residual = lambda pitch, *others: closing(*q, pitch, *u, *others, *parameters)  # noqa: E731
-        guess = [mpmath.pi / 10, *([mpf(0)] * DEPENDENT)]
-        pitch, *others = mpmath.findroot(residual, guess, tol=mpf(10) ** (10 - 2 * DIGITS))
-        return by_extrapolation(rates, numbers([*q, pitch, *u, *others]), (t,), "0.1")[-1]
+        start = bicycle_start(closing, parameters, given)
+        return by_extrapolation(rates, numbers(start), (t,), "0.1")[-1]
 
     source = "the bicycle of benchmarks/problems/bicycle.py; states in the order of its NAMES"
     given = {"roll": 0.1, "roll_rate": 0.5, "steer_rate": -0.4}

@@ -21,6 +21,7 @@ from mpmath import mpc, mpf
 
 from ...formulations.described import described
 from ...formulations.equations import Equations, derive
+from ...problems.bicycle import COORDINATES, NAMES, SPEEDS
 from ..arithmetic import DIGITS, Vector, number, numbers
 from ..motions import refuse_rounded_numbers
 from ..tangent import TangentBar
@@ -92,12 +93,10 @@ def regular_four_bar(given: Given, t: float) -> Vector:
 
 def rolling_bicycle(given: Given, t: float) -> Vector:
     equations = derive(described(bicycle(), values()), {})
-    q = [mpf(x) for x in (0.0, 0.0, 0.3, 0.1, 0.0, 0.15, 0.0)]
-    u = [mpf(x) for x in (0.5, -4.6 / 0.3, -0.4)]
     none = [mpf(0)] * len(given["roll"].slopes)
-    held = {k: Dual(x, none) for k, x in enumerate(q)}
-    held |= {8 + k: Dual(x, none) for k, x in enumerate(u)}
-    held |= {3: given["roll"], 8: given["roll_rate"], 10: given["steer_rate"]}
+    known = COORDINATES | SPEEDS
+    held = {NAMES.index(name): Dual(mpf(x), none) for name, x in known.items()}
+    held |= {NAMES.index(name): x for name, x in given.items()}
     guess = [mpf(0)] * len(equations.state)
     guess[7] = mpmath.pi / 10
     return of_tree(equations, values(), held, guess, t, "0.05")

@@ -14,7 +14,7 @@ import mechc
 from mechc.simulation.initialise import begin, checked_state
 from mechc.simulation.settings import checked_policy
 
-from ..timing.least import least_of_rounds
+from ..timing.processes import least_of_rounds
 
 INSTANT = 1e-9  # s, one step
 PARAMS = {"l_3": 3.5}

@@ -17,7 +17,7 @@ import numpy as np
 import mechc
 
 from ..problems.stewart import pose, stewart
-from ..timing.least import least_of_rounds
+from ..timing.processes import least_of_rounds
 from ..timing.results import command_parser
 
 ROUNDS = 200

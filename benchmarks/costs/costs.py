@@ -34,8 +34,7 @@ from ..formulations.described import read
 from ..timing.machine import about
 from ..timing.processes import clocked, least_seconds
 from ..timing.results import command_parser, write
-from . import calls, memory
-from .first import value as first_value
+from . import calls, first, memory
 from .installed import installed
 from .instructions import NotCountedError, counted
 
@@ -43,19 +42,14 @@ NOISE = 1.25  # times a limit of seconds: what a busy machine adds to the least 
 IMPORT, RUN, CALL = 0.15, 0.5, 20.0  # s, s, us
 RUNS, EVALUATIONS = 7, 100_000
 STAGES = tuple(
-    stage
-    for stage in first_value.STAGES
-    if stage not in ("import mechc", "first value", "processor")
+    stage for stage in first.STAGES if stage not in ("import mechc", "first value", "processor")
 )
 BUILT = {"by hand": 3, "slider_crank": 1}  # from the description to the first value: runs
 ALL_BUILT = BUILT | dict.fromkeys(("flyball_governor", "andrews", "bicycle"), 1)
 COUNTED: dict[str, Callable[[], Any]] = {
-    "four_bar": four_bar,
-    "slider_crank": slider_crank,
-    "flyball_governor": flyball_governor,
-    "andrews": andrews,
-    "windows of 5": lambda: windows(5),
-}
+    "four_bar": four_bar, "slider_crank": slider_crank, "flyball_governor": flyball_governor,
+    "andrews": andrews, "windows of 5": lambda: windows(5),
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -154,15 +148,15 @@ def first_values(name: str, runs: int) -> Iterator[Row]:
     The limits are the four-bar's.  A ``Mechanism`` is derived in every process, since its cache key
     is from its C; SymPy objects are found without derivation.
     """
-    measured = first_value.measured(name, runs)
+    measured = first.measured(name, runs)
     told = "four_bar by hand" if name == "by hand" else name
-    for way, limit in first_value.LIMITS.items():
+    for way, limit in first.LIMITS.items():
         seconds = measured[way]
         for stage in STAGES:
             if stage in seconds:
                 yield Row(f"{told}, {way}: {stage}", seconds[stage], "s")
         least = min(seconds["first value"], seconds["processor"])
-        limited = limit if name == first_value.BY_HAND else None
+        limited = limit if name == first.BY_HAND else None
         yield Row(f"{told}, {way}: first value", least, "s", limited)
     yield Row(f"{told}: peak memory of the compilation", measured["peak_bytes"], "bytes")
 

@@ -25,17 +25,14 @@ from ..peers.variational import Differentiated, Run, runs
 from ..problems.problem import Array
 from ..references.sensitivities.derivatives import Posed, posed
 from ..stability.stiff import two_masses
-from ..timing.least import least_of_rounds
+from ..timing.processes import least_of_rounds
 
 TOLERANCES = tuple(10.0**-k for k in range(4, 14))
 ERRORS = (1e-4, 1e-6, 1e-8, 1e-10)
 MECHANISMS: Mapping[str, Callable[[], Any]] = {
-    "pendulum": pendulum,
-    "four_bar_regular": four_bar,
-    "stiff_masses": two_masses,
-    "bicycle": lambda: described(bicycle(), values()),
-    "andrews": andrews,
-}
+    "pendulum": pendulum, "four_bar_regular": four_bar, "stiff_masses": two_masses,
+    "bicycle": lambda: described(bicycle(), values()), "andrews": andrews,
+}  # fmt: skip
 
 
 def table(names: Sequence[str], rounds: int) -> Iterator[str]:

@@ -23,7 +23,7 @@ import numpy as np
 
 import mechc
 
-from ..timing.least import least_of_rounds
+from ..timing.processes import least_of_rounds
 from ..timing.results import command_parser
 
 SIGMA = 0.05

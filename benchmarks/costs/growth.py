@@ -41,9 +41,8 @@ from mechc.system.reference import ModelReference
 
 from ..formulations.described import read as read_mechanism
 from ..problems.windows_motion import upright_start
-from ..timing.least import least_of_a_call
 from ..timing.machine import about
-from ..timing.processes import processor_seconds
+from ..timing.processes import least_of_a_call, processor_seconds
 from ..timing.results import command_parser, folder, read, write
 
 SIZES = (1, 2, 5, 10, 20, 40, 80)

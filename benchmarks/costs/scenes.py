@@ -93,20 +93,12 @@ def measured(case: Case) -> dict[str, Any]:
         size = max(path.stat().st_size for path in Path(folder).rglob("*.so"))
     counts = model.system.data["operations"]
     return {
-        "scene": case.name,
-        "rhs ops": sum(counts["stages"].values()),
-        "once a run": counts["once_per_run"],
-        "all ops": counts["after"],
-        "C bytes": _c_bytes(case),
-        "binary bytes": size,
-        "ns a call": _nanoseconds(model, y[0]),
-        "first s": first,
-        "whole s": whole,
-        "fix": dict(case.fix),
-        "outputs": list(case.outputs),
-        "stages s": dict(model.build["seconds"]),
-        "outputs ops": counts["outputs"],
-    }
+        "scene": case.name, "rhs ops": sum(counts["stages"].values()),
+        "once a run": counts["once_per_run"], "all ops": counts["after"], "C bytes": _c_bytes(case),
+        "binary bytes": size, "ns a call": _nanoseconds(model, y[0]), "first s": first,
+        "whole s": whole, "fix": dict(case.fix), "outputs": list(case.outputs),
+        "stages s": dict(model.build["seconds"]), "outputs ops": counts["outputs"],
+    }  # fmt: skip
 
 
 def _c_bytes(case: Case) -> int:

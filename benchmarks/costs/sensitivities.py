@@ -26,8 +26,7 @@ from sympy.physics.mechanics import ReferenceFrame, RigidBody, dynamicsymbols, i
 
 import mechc
 
-from ..timing.least import least_of_rounds
-from ..timing.processes import said
+from ..timing.processes import least_of_rounds, said
 from ..timing.results import command_parser
 from .equal_error import MECHANISMS, table
 
@@ -127,12 +126,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--peers", nargs="*", choices=list(MECHANISMS), metavar="SCENE",
                         help=f"other tools at equal error: {', '.join(MECHANISMS)}")  # fmt: skip
     parser.add_argument(
-        "--memory",
-        nargs="*",
-        type=float,
-        metavar="SECONDS",
+        "--memory", nargs="*", type=float, metavar="SECONDS",
         help=f"of gradients over long times: {', '.join(f'{t:g}' for t in SPANS)}",
-    )
+    )  # fmt: skip
     chosen = parser.parse_args(arguments)
     if chosen.memory is not None:
         lines = memory(chosen.memory or SPANS)

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
+import numpy as np
 import sympy
 from mechc_codegen.description.mechanism import Mechanism
 from sympy import Expr, Float, Matrix, Symbol
@@ -135,6 +136,24 @@ def equations_of(problem: Problem) -> Equations:
     )
 
 
+def consistent(equations: Equations) -> tuple[Array, Array]:
+    """(n,) accelerations and (m,) multipliers at the start; the least where rows are redundant.
+
+    For solvers of index one, with state q, u and algebraic a and lambda: q' = N u, u' = a,
+    M a + J^T lambda = F, J a = gamma.  With a among the unknowns the multipliers are a smooth
+    function of the state.  In the shorter form, with u' itself in the balance of forces, a solver's
+    u' carries the rounding of u over the step, which the multipliers inherit and the error test
+    sees: that takes a hundred times as many evaluations.
+    """
+    n, m = len(equations.u), len(equations.velocity)
+    values = equations.entries().function("math")(*equations.start.tolist())  # type: ignore[union-attr]
+    _, M, F, J, gamma = (np.array(part, float) for part in equations.matrices(values))
+    J = J.reshape(m, n)
+    A = np.block([[M.reshape(n, n), J.T], [J, np.zeros((m, m))]])
+    found = np.linalg.lstsq(A, np.concatenate([F, gamma]), rcond=None)[0]
+    return found[:n], found[n:]
+
+
 def derive(mechanism: Mechanism, values: Mapping[str, Expr]) -> Equations:
     """The equations of a mechanism; parameters without a value stay symbols."""
     names = {p.symbol: p.symbol.name for p in mechanism.parameters}
@@ -151,17 +170,11 @@ def derive(mechanism: Mechanism, values: Mapping[str, Expr]) -> Equations:
     J = velocity.jacobian(u) if velocity else Matrix(0, len(u), [])
     gamma = -velocity.jacobian(q) * q_rates if velocity else Matrix(0, 1, [])
     return Equations(
-        q=q,
-        u=u,
-        q_rates=tuple(q_rates),
-        M=plain(tree.mass_matrix).reshape(len(u), len(u)),
-        F=plain(tree.forcing),
-        J=J,
-        gamma=gamma,
-        position=tuple(plain(holonomic(mechanism))),
+        q=q, u=u, q_rates=tuple(q_rates), M=plain(tree.mass_matrix).reshape(len(u), len(u)),
+        F=plain(tree.forcing), J=J, gamma=gamma, position=tuple(plain(holonomic(mechanism))),
         velocity=tuple(velocity),
         parameters=tuple(symbol for symbol, name in names.items() if name not in values),
-    )
+    )  # fmt: skip
 
 
 def open_tree(mechanism: Mechanism) -> KanesMethod:

@@ -170,11 +170,7 @@ def _differences(count: int) -> Array:
 
 
 DESCRIBED: dict[str, Callable[[Values, int], Bodies]] = {
-    "four_bar": _four_bar,
-    "pendulum": _pendulum,
-    "slider_crank": _slider_crank,
-    "windows": _windows,
-    "andrews": _andrews,
-    "flyball_governor": _flyball_governor,
+    "four_bar": _four_bar, "pendulum": _pendulum, "slider_crank": _slider_crank,
+    "windows": _windows, "andrews": _andrews, "flyball_governor": _flyball_governor,
     "heavy_top": _heavy_top,
-}
+}  # fmt: skip

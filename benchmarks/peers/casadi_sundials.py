@@ -21,12 +21,10 @@ from typing import Any
 
 import numpy as np
 
-from ..formulations.equations import Equations, equations_of
-from ..formulations.index_one import consistent
+from ..formulations.equations import Equations, consistent, equations_of
 from ..problems.problem import Array, Problem
 from ..timing.cases import Case
-from ..timing.tolerances import with_tighter
-from . import Built
+from . import Built, with_tighter
 
 TOOLS = ("CasADi, CVODES", "CasADi, IDAS")
 MOST_STEPS = 200_000  # right runs take some ten thousand at the tightest tolerance

@@ -22,8 +22,7 @@ import numpy as np
 from ..formulations.equations import Equations, equations_of
 from ..problems.problem import Array, Problem
 from ..timing.cases import Case
-from ..timing.tolerances import with_tighter
-from . import Built, NotExpressibleError
+from . import Built, NotExpressibleError, with_tighter
 
 TOOLS = ("heyoka", "heyoka batch")
 FIRST_STEP = 1e-3  # of the whole time

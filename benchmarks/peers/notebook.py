@@ -8,7 +8,6 @@ SciPy's implicit methods.  Neither projects.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -39,7 +38,7 @@ def build(problem: Problem, tolerances: Sequence[float], *, quick: bool = False)
     built = Built([])
     _add_notebook(built, problem, sorted({*tolerances, OWN_TOLERANCE}, reverse=True))
     equations = textbook(problem, "CRAMER")
-    rates = _made(built, TOOLS[1], solving, equations)
+    rates = built.timed(TOOLS[1], equations, solving)
     methods = IMPLICIT if problem.stiff else ("RK45", "DOP853")
     built.cases += cases(TOOLS[1], rates, problem, tolerances, methods)
     return built
@@ -53,18 +52,8 @@ def _add_notebook(built: Built, problem: Problem, tolerances: Sequence[float]) -
     elif written_out > MOST_OPERATIONS:
         built.cases.append(left_out(f"its matrices, written out, hold {written_out} operations"))
     else:
-        rates = _made(built, TOOLS[0], inverting, equations)
+        rates = built.timed(TOOLS[0], equations, inverting)
         built.cases += cases(TOOLS[0], rates, problem, tolerances, ("RK45",))
-
-
-def _made(
-    built: Built, tool: str, make: Callable[[TextbookEquations], Rates], of: TextbookEquations
-) -> Rates:
-    """The rates, and what it took to set them up."""
-    start = time.perf_counter()
-    rates = make(of)
-    built.setup[tool] = {"derive": of.seconds, "compile": time.perf_counter() - start}
-    return rates
 
 
 def left_out(reason: str) -> Case:

@@ -7,7 +7,6 @@ entry by entry, and solved with at every evaluation, as most scripts have it.
 
 from __future__ import annotations
 
-import time
 import warnings
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -33,10 +32,7 @@ def build(problem: Problem, tolerances: Sequence[float], *, quick: bool = False)
     equations = equations_of(problem)
     built = Built([])
     for tool, make in zip(TOOLS, (with_cse, without_cse), strict=True):
-        start = time.perf_counter()
-        rates = make(equations)
-        compiled = time.perf_counter() - start
-        built.setup[tool] = {"derive": equations.seconds, "compile": compiled}
+        rates = built.timed(tool, equations, make)
         few = quick and make is without_cse
         tols = [tol for tol in tolerances if tol > 1e-7] if few else tolerances
         built.cases += cases(tool, rates, problem, tols)

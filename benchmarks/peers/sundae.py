@@ -7,18 +7,15 @@ multipliers in its error test, which those of index two, stabilised or not, do n
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
-from ..formulations.equations import Equations, equations_of
-from ..formulations.index_one import consistent
+from ..formulations.equations import Equations, consistent, equations_of
 from ..problems.problem import Array, Problem
 from ..timing.cases import Case
-from ..timing.tolerances import with_tighter
-from . import Built
+from . import Built, with_tighter
 
 TOOLS = ("scikit-sundae, CVODE", "scikit-sundae, IDA")
 # Right runs take some ten thousand steps at the tightest tolerance; one of IDA's takes 0.1 ms.
@@ -33,13 +30,13 @@ def build(problem: Problem, tolerances: Sequence[float], *, quick: bool = False)
 
     equations = equations_of(problem)
     built = Built([])
-    rhs = _timed(built, TOOLS[0], equations, explicit)
+    rhs = built.timed(TOOLS[0], equations, explicit)
     tols = with_tighter(tolerances)
     for method in ("BDF",) if problem.stiff else ("Adams", "BDF"):
         for tol in tols:
             solver = CVODE(rhs, method=method, rtol=tol, atol=tol, max_num_steps=MOST_STEPS)
             built.cases.append(_case(TOOLS[0], method, tol, solver, problem, (equations.start,)))
-    residual = _timed(built, TOOLS[1], equations, index_one)
+    residual = built.timed(TOOLS[1], equations, index_one)
     start = consistent_start(equations)
     algebraic = list(range(len(equations.state), len(start[0])))
     for tol in (tol for tol in tols if tol > TIGHTEST):
@@ -84,15 +81,6 @@ def consistent_start(equations: Equations) -> tuple[Array, Array]:
     rates = equations.rates().function("math")(*equations.start.tolist())
     rate[: len(equations.state)] = rates
     return y, rate
-
-
-def _timed(built: Built, tool: str, equations: Equations, make: Callable[[Equations], Any]) -> Any:
-    """What is made of the equations, the seconds noted."""
-    began = time.perf_counter()
-    made = make(equations)
-    compiled = time.perf_counter() - began
-    built.setup[tool] = {"derive": equations.seconds, "compile": compiled}
-    return made
 
 
 def _case(

@@ -14,8 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..formulations.equations import Equations
-from ..formulations.index_one import consistent
+from ..formulations.equations import Equations, consistent
 from ..problems.problem import Array
 from .casadi_sundials import MOST_STEPS, explicit_dae, index_one_dae
 from .heyoka_taylor import FIRST_STEP, QUICKLY_UNROLLED, rates_of, unrolls

@@ -20,13 +20,9 @@ NAMES = (
 def without_hands() -> Problem:
     """Two seconds, 9 m, compared in all coordinates and speeds."""
     return Problem(
-        name="bicycle",
-        title="Bicycle",
-        mechanism=bicycle,
-        start=values_at("bicycle_motion", 0.0, NAMES),
-        t_end=2.0,
-        quantities=NAMES,
+        name="bicycle", title="Bicycle", mechanism=bicycle,
+        start=values_at("bicycle_motion", 0.0, NAMES), t_end=2.0, quantities=NAMES,
         exact=values_at("bicycle_motion", 2.0, NAMES),
         compile_options={"defaults": values(), "outputs": ()},
         note="one holonomic and four nonholonomic constraints; errors of the start grow 20 times",
-    )
+    )  # fmt: skip

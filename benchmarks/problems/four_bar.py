@@ -9,7 +9,7 @@ It divides by sin(theta_1 - theta_2), which vanishes at change points.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,6 @@ from .data import four_bar_state
 from .problem import Formulation, Problem, whole_state
 
 T_END = 20.0
-ORDER = (*(f"l_{k}" for k in range(4)), *(f"{x}_{k}" for x in "mI" for k in range(3)), "g")
 
 
 def regular() -> Problem:
@@ -46,7 +45,7 @@ def _four_bar(which: str, params: dict[str, float], note: str) -> Problem:
         exact=four_bar_state(which, T_END),
         wrong=0.5,  # errors of the start grow up to 80 times; on another branch it is radians
         formulation=Formulation(
-            lambda: shipped_mechanism("four_bar"), start, whole_state, _accelerations
+            lambda: shipped_mechanism("four_bar"), start, whole_state, accelerations
         ),
         params=params,
         shipped="four_bar",
@@ -54,13 +53,9 @@ def _four_bar(which: str, params: dict[str, float], note: str) -> Problem:
     )
 
 
-def _accelerations(q: Any, u: Any, values: Mapping[str, Any], sin: Any, cos: Any) -> list[Any]:
-    return accelerations(q, u, [values[name] for name in ORDER], sin, cos)
-
-
-def accelerations(q: Any, u: Any, p: Sequence[float], sin: Any, cos: Any) -> list[Any]:
-    """The three angular accelerations; p in the model's order l_0..3, m_0..2, I_0..2, g."""
-    l, m, I, g = p[:4], p[4:7], p[7:10], p[10]
+def accelerations(q: Any, u: Any, values: Mapping[str, Any], sin: Any, cos: Any) -> list[Any]:
+    """The three angular accelerations, of parameters by name."""
+    (l, m, I), g = ([values[f"{x}_{k}"] for k in range(3)] for x in "lmI"), values["g"]
     s01, c01 = sin(q[0] - q[1]), cos(q[0] - q[1])
     s02, c02 = sin(q[0] - q[2]), cos(q[0] - q[2])
     s12, c12 = sin(q[1] - q[2]), cos(q[1] - q[2])

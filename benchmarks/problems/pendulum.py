@@ -25,31 +25,20 @@ def chain(count: int) -> Problem:
     y = np.zeros(2 * count)
     y[:count] = np.pi / 2
     return Problem(
-        name=f"pendulum_{count}",
-        title=f"{'Double' if count == 2 else f'{count}-fold'} pendulum",
-        mechanism=partial(pendulum, count),
-        start=y,
-        t_end=ENDS[count],
-        quantities=names,
-        exact=values_at(f"pendulum_{count}", ENDS[count], names),
-        note=NOTES[count],
-    )
+        name=f"pendulum_{count}", title=f"{'Double' if count == 2 else f'{count}-fold'} pendulum",
+        mechanism=partial(pendulum, count), start=y, t_end=ENDS[count], quantities=names,
+        exact=values_at(f"pendulum_{count}", ENDS[count], names), note=NOTES[count],
+    )  # fmt: skip
 
 
 def simple() -> Problem:
     """A single link from the left, compared in place and velocity of its end."""
     names = ("x", "y", "vx", "vy")
     return Problem(
-        name="pendulum_1",
-        title="Simple pendulum",
-        mechanism=partial(pendulum, 1),
-        start=np.array([-np.pi / 2, 0.0]),
-        t_end=ENDS[1],
-        quantities=names,
-        exact=values_at("pendulum_1", ENDS[1], names),
-        observe=end_of_the_link,
-        note=NOTES[1],
-    )
+        name="pendulum_1", title="Simple pendulum", mechanism=partial(pendulum, 1),
+        start=np.array([-np.pi / 2, 0.0]), t_end=ENDS[1], quantities=names,
+        exact=values_at("pendulum_1", ENDS[1], names), observe=end_of_the_link, note=NOTES[1],
+    )  # fmt: skip
 
 
 def end_of_the_link(y: Array) -> Array:

@@ -17,7 +17,7 @@ import mpmath
 from mpmath import mpf
 
 from ..problems.closed_loops import BENNETT, BENNETT_WEIGHT, BRICARD, BRICARD_WEIGHT, Link
-from .arithmetic import DIGITS, Vector, cos, number, numbers, of_mpmath, sin, sqrt
+from .arithmetic import DIGITS, Vector, cos, dot, number, numbers, of_mpmath, sin, sqrt
 from .extrapolation import by_extrapolation
 from .sensitivities.gauss import along
 
@@ -66,11 +66,11 @@ class Loop:
             spin = [w + rates[k] * z for w, z in zip(spin, _column(frame, Z), strict=True)]
             half = _cross(spin, [length / 2 * x for x in _column(frame, X)])
             moving = [v + h for v, h in zip(velocity, half, strict=True)]
-            own = [_dot(spin, _column(frame, axis)) for axis in (X, Y, Z)]
+            own = [dot(spin, _column(frame, axis)) for axis in (X, Y, Z)]
             across = own[1] * own[1] + own[2] * own[2]
             turning = length**2 * (own[0] * own[0] / 50 + across / 12)
-            twice = twice + _dot(moving, moving) + turning
-            power = power + _dot(self.gravity, moving)
+            twice = twice + dot(moving, moving) + turning
+            power = power + dot(self.gravity, moving)
             velocity, angle = [v + 2 * h for v, h in zip(velocity, half, strict=True)], after
         return twice, power
 
@@ -91,10 +91,6 @@ def _turned(frame: Sequence[Vector], axis: int, angle: Any) -> list[Vector]:
 
 def _column(frame: Sequence[Vector], axis: int) -> Vector:
     return [row[axis] for row in frame]
-
-
-def _dot(a: Vector, b: Vector) -> Any:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def _cross(a: Vector, b: Vector) -> Vector:

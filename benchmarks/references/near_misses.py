@@ -16,7 +16,7 @@ import mpmath
 from mpmath import mpf
 
 from .extrapolation import Vector, by_extrapolation
-from .tangent import TangentBar
+from .tangent import TangentBar, elbow_up
 
 LENGTHS, MASSES, START = (1.0, 2.0, 3.0), (1.0, 2.0, 3.0), 1.48352986419518014
 T_END, TIMES = 3.0, tuple(k / 2 for k in range(1, 7))
@@ -52,15 +52,7 @@ def motion(ground: Any, times: Sequence[float]) -> list[Vector]:
     """States [theta, omega] at the times, from rest at 85 degrees."""
     arithmetic = {"number": mpf, "sin": mpmath.sin, "cos": mpmath.cos}
     bar = TangentBar(LENGTHS, MASSES, **arithmetic)
-    rows = by_extrapolation(bar.rates, [*elbow_up(mpf(ground)), mpf(0)], times, LONGEST)
+    rows = by_extrapolation(
+        bar.rates, [*elbow_up(mpf(START), (*LENGTHS, ground)), mpf(0)], times, LONGEST
+    )
     return [bar.state(row) for row in rows]
-
-
-def elbow_up(ground: Any) -> Vector:
-    """The configuration at 85 degrees."""
-    l, first = [mpf(x) for x in LENGTHS], mpf(START)
-    reach = ground - l[0] * mpmath.expj(first)
-    size = abs(reach)
-    bend = mpmath.acos((l[1] ** 2 + size**2 - l[2] ** 2) / (2 * l[1] * size))
-    second = mpmath.arg(reach) + bend
-    return [first, second, mpmath.arg(reach - l[1] * mpmath.expj(second))]

@@ -11,6 +11,18 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+import mpmath
+
+
+def elbow_up(theta: Any, lengths: Sequence[Any]) -> list[Any]:
+    """All angles, of the crank's, in mpmath: by the triangle of coupler and rocker."""
+    l0, l1, l2, l3 = map(mpmath.mpmathify, lengths)
+    reach = l3 - l0 * mpmath.expj(theta)  # = l1 z1 + l2 z2
+    size = abs(reach)
+    second = mpmath.arg(reach) + mpmath.acos((l1**2 + size**2 - l2**2) / (2 * l1 * size))
+    return [theta, second, mpmath.arg(reach - l1 * mpmath.expj(second))]
+
+
 TURN = ((1, 2), (2, 0), (0, 1))
 PAIRS = ((0, 1), (0, 2), (1, 2))
 

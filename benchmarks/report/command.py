@@ -10,8 +10,8 @@ from pathlib import Path
 
 from ..timing import results
 from ..timing.results import command_parser
-from .markdown import ratios_table
 from .page import write_report
+from .work_precision import ratios_table
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

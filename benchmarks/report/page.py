@@ -76,16 +76,14 @@ def _about(about: Results) -> Markup:
     flags = ", ".join(about.get("flags", ()))
     load = about.get("load")
     lines = {
-        "date": about.get("date"),
-        "commit": about.get("commit") or "an installed release",
+        "date": about.get("date"), "commit": about.get("commit") or "an installed release",
         "processor": f"{about.get('processor')}, {about.get('cores')} cores; {flags}",
         "mechc uses": about.get("instruction_set"),
         "memory": f"{about.get('memory_GiB', NONE)} GiB",
         "load at the start": None if load is None else f"{load:.2f} processes",
-        "system": about.get("system"),
-        "python": about.get("python"),
+        "system": about.get("system"), "python": about.get("python"),
         "compiler": about.get("compiler"),
-    }
+    }  # fmt: skip
     listed = [element("dt", name) + element("dd", value) for name, value in lines.items() if value]
     versions = ", ".join(f"{name} {number}" for name, number in about.get("versions", {}).items()
                          if number)  # fmt: skip

@@ -82,12 +82,9 @@ def _slider_crank(rtols: Sequence[float]) -> Iterator[Row]:
         lambda x, v: np.array([x, -x, 2 * l * np.cos(x), v, -v, -2 * l * np.sin(x) * v]),
     )
     folded = Branch(
-        "slider-crank that stays folded",
-        lambda x: l * l * (m[0] + m[1]) / 3,
-        lambda x: 0.0,
-        lambda x: T,
-        lambda x, v: np.array([x, x + np.pi, 0.0, v, v, 0.0]),
-    )
+        "slider-crank that stays folded", lambda x: l * l * (m[0] + m[1]) / 3, lambda x: 0.0,
+        lambda x: T, lambda x, v: np.array([x, x + np.pi, 0.0, v, v, 0.0]),
+    )  # fmt: skip
     for branch in (unfolds, folded):
         for start in ((0.3, 3.0), (0.3, -6.0)):
             yield from _along(model, branch, start, 4.0, {"l_0": l, "l_1": l}, rtols)

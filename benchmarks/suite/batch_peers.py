@@ -14,7 +14,7 @@ import sympy
 
 import mechc
 
-from ..problems.four_bar import ORDER, accelerations
+from ..problems.four_bar import accelerations
 from ..problems.problem import Array
 
 
@@ -27,9 +27,9 @@ class System(NamedTuple):
 
 
 def _rates(variables: list[Any], sin: Any, cos: Any) -> list[Any]:
-    defaults = mechc.load("four_bar").defaults
+    given = {name: float(value) for name, value in mechc.load("four_bar").defaults.items()}
     q, u = variables[:3], variables[3:]
-    return [*u, *accelerations(q, u, [float(defaults[name]) for name in ORDER], sin, cos)]
+    return [*u, *accelerations(q, u, given, sin, cos)]
 
 
 def heyoka_system() -> System | None:

@@ -84,7 +84,7 @@ COMMANDS = {
     "thresholds": Command("what half and twice of each constant of the C runtime do",
                           "thresholds.command"),
     "wait": Command("seconds from compile to the end of the first simulate",
-                    "costs.first.motion"),
+                    "costs.first"),
     "friction": Command("steps with dry friction over plain ones; events in three ways",
                         "costs.friction"),
     "stepper": Command("the latency of steps in a loop with the world", "costs.stepping"),

@@ -20,7 +20,7 @@ from typing import Any
 
 from .. import peers
 from ..problems import NAMES
-from ..report.markdown import ratios_table
+from ..report.work_precision import ratios_table
 from ..timing.cases import Effort
 from ..timing.envelope import TARGETS, printed
 from ..timing.machine import about

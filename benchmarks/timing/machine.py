@@ -23,19 +23,13 @@ VECTOR_FLAGS = ("sse4_2", "avx", "avx2", "fma", "avx512f", "avx512dq", "avx512vl
 def about() -> dict[str, Any]:
     """All that is written with the figures."""
     return {
-        "date": time.strftime("%Y-%m-%d %H:%M:%S"),
-        "commit": _commit(),
-        "processor": _processor(),
-        "flags": _flags(),
-        "instruction_set": _instruction_set(),
-        "cores": len(os.sched_getaffinity(0)),
-        "memory_GiB": _memory(),
-        "load": os.getloadavg()[0],
-        "system": platform.platform(),
-        "python": platform.python_version(),
+        "date": time.strftime("%Y-%m-%d %H:%M:%S"), "commit": _commit(), "processor": _processor(),
+        "flags": _flags(), "instruction_set": _instruction_set(),
+        "cores": len(os.sched_getaffinity(0)), "memory_GiB": _memory(), "load": os.getloadavg()[0],
+        "system": platform.platform(), "python": platform.python_version(),
         "compiler": _said(*(find_compiler() or ["cc"]), "--version").partition("\n")[0],
         "versions": {name: _version(name) for name in PACKAGES},
-    }
+    }  # fmt: skip
 
 
 def _version(package: str) -> str | None:

@@ -48,30 +48,6 @@ class Row(NamedTuple):
         return max(self.error, self.backwards) <= ALLOWED * self.rtol * self.condition
 
 
-def pendulum() -> tuple[Any, Sequence[str]]:
-    return mechc.load("pendulum", outputs=OUTPUTS), METHODS
-
-
-def four_bar() -> tuple[Any, Sequence[str]]:
-    return mechc.load("four_bar", outputs=("energy", "multipliers", "sensitivities")), METHODS
-
-
-def stiff_masses() -> tuple[Any, Sequence[str]]:
-    return mechc.compile(two_masses(), outputs=OUTPUTS), ("radau5",)
-
-
-def bicycle() -> tuple[Any, Sequence[str]]:
-    return mechc.load("bicycle", outputs=OUTPUTS), METHODS
-
-
-def andrews() -> tuple[Any, Sequence[str]]:
-    return mechc.load("andrews", outputs=OUTPUTS), METHODS
-
-
-def struck_pendulum() -> tuple[Any, Sequence[str]]:
-    return mechc.compile(struck.pushed_pendulum(), outputs=OUTPUTS), METHODS
-
-
 def strikes() -> dict[str, Any]:
     """The wall and the torque."""
     wall = mechc.Event(
@@ -86,15 +62,17 @@ def strikes() -> dict[str, Any]:
 ALSO: dict[str, Mapping[str, float]] = {"bicycle": {**COORDINATES, **SPEEDS, **values()}}
 # The order of the data's states where it is not the model's.
 ORDER: dict[str, Sequence[str]] = {"bicycle": NAMES}
-MODELS: dict[str, Callable[[], tuple[Any, Sequence[str]]]] = {
-    "pendulum": pendulum,
-    "four_bar_regular": four_bar,
-    "four_bar_change_point": four_bar,
-    "stiff_masses": stiff_masses,
-    "bicycle": bicycle,
-    "andrews": andrews,
-    "struck_pendulum": struck_pendulum,
+FOUR_BAR = partial(mechc.load, "four_bar", outputs=("energy", "multipliers", "sensitivities"))
+MODELS: dict[str, Callable[[], Any]] = {
+    "pendulum": lambda: mechc.load("pendulum", outputs=OUTPUTS),
+    "four_bar_regular": FOUR_BAR,
+    "four_bar_change_point": FOUR_BAR,
+    "stiff_masses": lambda: mechc.compile(two_masses(), outputs=OUTPUTS),
+    "bicycle": lambda: mechc.load("bicycle", outputs=OUTPUTS),
+    "andrews": lambda: mechc.load("andrews", outputs=OUTPUTS),
+    "struck_pendulum": lambda: mechc.compile(struck.pushed_pendulum(), outputs=OUTPUTS),
 }
+STIFF = {"stiff_masses": ("radau5",)}  # other methods where METHODS do not suit
 # What a run needs besides its start and parameters.
 RUNS: dict[str, Callable[[], Mapping[str, Any]]] = {"struck_pendulum": strikes}
 
@@ -131,7 +109,7 @@ class Posed(NamedTuple):
 
 def posed(name: str) -> Posed:
     """One family."""
-    model, methods = MODELS[name]()
+    model, methods = MODELS[name](), STIFF.get(name, METHODS)
     data = reference("sensitivities")[name]
     names = [*model.coordinates, *model.speeds]
     given = {**ALSO.get(name, {}), **{key: float(value) for key, value in data["given"].items()}}

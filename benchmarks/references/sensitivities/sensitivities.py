@@ -27,7 +27,7 @@ from ...problems.data import reference
 from ..arithmetic import DIGITS, FUNCTIONS, Vector, cos, number, numbers, of_mpmath, sin
 from ..extrapolation import Rates, by_extrapolation
 from ..motions import bicycle_reduced, bicycle_start
-from ..tangent import PAIRS, TangentBar
+from ..tangent import PAIRS, TangentBar, elbow_up
 from .squeezer import squeezed
 from .struck import BY, END, GIVEN, TORQUES, struck
 from .variational import SECOND, seeds
@@ -175,16 +175,6 @@ LENGTHS, MASSES = (1.0, 2.0, 3.0), (1.0, 2.0, 3.0)
 SPREAD, IMAGINARY = number(mpmath.sqrt(mpf(2) / 3)), number(mpc(0, 1))
 
 
-def _dyad(theta: Any, lengths: Vector) -> Vector:
-    """All angles, elbow up: the coupler's and the rocker's by the triangle of their lengths."""
-    l0, l1, l2, l3 = lengths
-    open_side = l3 - l0 * mpmath.expj(theta)  # = l1 z1 + l2 z2
-    d = abs(open_side)
-    corner = mpmath.acos((l1**2 + d**2 - l2**2) / (2 * l1 * d))
-    z1 = open_side / d * mpmath.expj(corner)
-    return [theta, mpmath.arg(z1), mpmath.arg((open_side - l1 * z1) / l2)]
-
-
 def regular_four_bar() -> Family:
     t = 2.0
 
@@ -194,7 +184,7 @@ def regular_four_bar() -> Family:
         bar = TangentBar(
             numbers(lengths), numbers(masses), given["g"], number=number, sin=sin, cos=cos
         )
-        q = numbers(_dyad(given["theta_0"], lengths))
+        q = numbers(elbow_up(given["theta_0"], lengths))
         pace = number(given["omega_0"]) / bar.normal(q)[0]
         return bar.state(by_extrapolation(bar.rates, [*q, pace], (t,), "0.1")[-1])
 
@@ -252,7 +242,7 @@ def _on_curve(bar: TangentBar, y: Vector) -> Vector:
 
 def _psi(theta: Any) -> Any:
     """Where the crank has this angle, with the elbow up."""
-    wanted = _dyad(theta, [mpf(x) for x in (*LENGTHS, 4.0)])
+    wanted = elbow_up(theta, [mpf(x) for x in (*LENGTHS, 4.0)])
 
     def links(psi: Any) -> Vector:
         return [of_mpmath(z) for z in _curve(number(psi))[0]]
@@ -332,14 +322,10 @@ def struck_pendulum() -> Family:
 
 
 FAMILIES: dict[str, Callable[[], Family]] = {
-    "pendulum": pendulum,
-    "four_bar_regular": regular_four_bar,
-    "four_bar_change_point": change_point_four_bar,
-    "bicycle": rolling_bicycle,
-    "stiff_masses": stiff_masses,
-    "andrews": andrews,
-    "struck_pendulum": struck_pendulum,
-}
+    "pendulum": pendulum, "four_bar_regular": regular_four_bar,
+    "four_bar_change_point": change_point_four_bar, "bicycle": rolling_bicycle,
+    "stiff_masses": stiff_masses, "andrews": andrews, "struck_pendulum": struck_pendulum,
+}  # fmt: skip
 
 
 @cache

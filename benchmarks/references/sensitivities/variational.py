@@ -224,11 +224,7 @@ def _divided(a: Any, b: Any, t: float) -> Any:
 
 
 SECOND: dict[str, Second] = {
-    "pendulum": pendulum,
-    "four_bar_regular": regular_four_bar,
-    "four_bar_change_point": change_point_four_bar,
-    "bicycle": rolling_bicycle,
-    "stiff_masses": stiff_masses,
-    "andrews": squeezer,
-    "struck_pendulum": struck_in_dual_numbers,
-}
+    "pendulum": pendulum, "four_bar_regular": regular_four_bar,
+    "four_bar_change_point": change_point_four_bar, "bicycle": rolling_bicycle,
+    "stiff_masses": stiff_masses, "andrews": squeezer, "struck_pendulum": struck_in_dual_numbers,
+}  # fmt: skip

@@ -20,7 +20,8 @@ import mechc
 
 from ...problems.data import four_bar_state, reference
 from ...problems.problem import Array
-from ...references.near_misses import START, T_END, grounds
+from ...references.near_misses import LENGTHS, START, T_END, grounds
+from ...references.tangent import elbow_up
 from ..judge import Row, limit_of, runs, verdict
 
 CONDITION = 100.0
@@ -37,11 +38,7 @@ def near_misses(quick: bool) -> Iterator[Row]:
 
 def start(ground: float) -> Array:
     """Elbow up at 85 degrees, at rest."""
-    reach = ground - np.exp(1j * START)
-    bend = np.arccos((4.0 + abs(reach) ** 2 - 9.0) / (4.0 * abs(reach)))
-    theta_1 = np.angle(reach) + bend
-    theta_2 = np.angle(reach - 2.0 * np.exp(1j * theta_1))
-    return np.array([START, theta_1, theta_2, 0.0, 0.0, 0.0])
+    return np.array([*elbow_up(START, (*LENGTHS, ground)), 0.0, 0.0, 0.0], float)
 
 
 def truth(ground: float) -> tuple[Array, float]:

@@ -22,6 +22,7 @@ def test_the_forms_given_to_peers_are_the_right_equations():
     model = mechc.load("four_bar")
     params = {"l_3": 3.5}
     y = model.assemble({"theta_0": 1.1}, speeds={"omega_0": 2.0}, params=params)
-    p = model.system.parameter_set.resolve(params)
+    resolved = model.system.parameter_set.resolve(params)
+    p = dict(zip(model.parameters, resolved, strict=True))
     given = four_bar.accelerations(y[:3], y[3:], p, np.sin, np.cos)
     np.testing.assert_allclose(given, model.rhs(0.0, y, params)[3:], rtol=1e-11)

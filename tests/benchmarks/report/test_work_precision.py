@@ -3,7 +3,7 @@
 import pytest
 
 from benchmarks.report import work_precision
-from benchmarks.report.markdown import ratios_table
+from benchmarks.report.work_precision import ratios_table
 from tests.support.benchmarks import canned_results
 
 

@@ -1,1 +1,0 @@
-"""The wait before the first value, and before the first motion."""

@@ -1,0 +1,27 @@
+"""The wait before the first value, cold and cached, and before the first motion."""
+
+import pytest
+
+from benchmarks.costs import first
+
+
+@pytest.mark.slow
+def test_the_first_value_is_measured_in_processes_of_their_own():
+    """Cold there is something to derive and compile, cached nothing; the values are the same."""
+    row = first.measured("by hand", 1)
+    assert {"derive", "emit", "first unit"} <= set(row["cold"])
+    assert set(row["cached"]) == {"import mechc", "read", "load", "first value", "processor"}
+    assert row["cached"]["processor"] < 0.3 * row["cold"]["processor"]
+    assert row["largest difference"] < 1e-12
+
+
+@pytest.mark.slow
+def test_the_wait_has_the_derivation_and_the_parts_of_a_run_in_it(capsys):
+    """Nothing is in the cache; the part for derivatives is compiled where there are any."""
+    row = first.first_motion("pendulum")
+    assert 0.0 < row["derivation"] < row["processor"]
+    methods = ["gauss8", "dop853", "radau5", "taylor", "gauss8_lockstep"]
+    assert [*row["parts"]] == ["first unit", "driver", *methods, "outputs"]
+    run = row["parts"]["first unit"] + row["parts"]["driver"] + row["parts"]["gauss8"]
+    assert row["processor"] > 0.5 * run
+    assert "derivation" in first.line(row)

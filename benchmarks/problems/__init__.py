@@ -10,14 +10,14 @@ from .problem import Problem
 
 # Module and what builds the problem, in the order in which they are shown.
 BUILDERS: dict[str, tuple[str, str, tuple[int, ...]]] = {
-    "pendulum_1": ("pendulum", "simple", ()), "pendulum_2": ("pendulum", "chain", (2,)),
-    "pendulum_5": ("pendulum", "chain", (5,)), "pendulum_10": ("pendulum", "chain", (10,)),
+    "pendulum_1": ("library", "simple", ()), "pendulum_2": ("library", "chain", (2,)),
+    "pendulum_5": ("library", "chain", (5,)), "pendulum_10": ("library", "chain", (10,)),
     "four_bar_regular": ("four_bar", "regular", ()),
     "four_bar_change_point": ("four_bar", "change_point", ()),
     "windows_1": ("windows", "row", (1,)), "windows_2": ("windows", "row", (2,)),
-    "windows_5": ("windows", "row", (5,)), "slider_crank": ("linkages", "crank_and_slider", ()),
-    "andrews": ("linkages", "squeezing_mechanism", ()), "heavy_top": ("spinning", "top", ()),
-    "flyball_governor": ("spinning", "governor", ()), "bicycle": ("bicycle", "without_hands", ()),
+    "windows_5": ("windows", "row", (5,)), "slider_crank": ("library", "crank_and_slider", ()),
+    "andrews": ("library", "squeezing_mechanism", ()), "heavy_top": ("library", "top", ()),
+    "flyball_governor": ("library", "governor", ()), "bicycle": ("bicycle", "without_hands", ()),
 }  # fmt: skip
 NAMES = tuple(BUILDERS)
 

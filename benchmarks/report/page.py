@@ -115,7 +115,7 @@ def _chapter(
         shown.append(element("h3", name, id=script.replace(" ", "-")))
         reason = results.get("skipped", {}).get(script, NEVER_RUN)
         data = _of_script(results, script)
-        shown.append(_figures(section, data) if data
+        shown.append(section(data) if data
                      else element("p", reason, class_="quiet"))  # fmt: skip
     return [element("section", element("h2", title), *shown)]
 
@@ -129,14 +129,6 @@ def _of_script(results: Results, name: str) -> Any:
         {key: value for key, value in row.items() if key != "family"}
         for row in rows if row.get("family") == name
     ]  # fmt: skip
-
-
-def _figures(section: Callable[[Any], Markup], data: Any) -> Markup:
-    """A script's section; figures of another shape than expected are shown as they are."""
-    try:
-        return section(data)
-    except (KeyError, TypeError, AttributeError, IndexError, ValueError):
-        return tables.anything(data)
 
 
 def _what_was_run(results: Results) -> Markup:

@@ -42,13 +42,12 @@ def starts(quick: bool) -> Iterator[Row]:
 
 
 def _near(quick: bool, chosen) -> Iterator[Row]:  # type: ignore[no-untyped-def]
-    """A run for every change point that a motion passes, by methods and tolerances in turn."""
-    for seed in SEEDS[: 1 if quick else None]:
-        yield from _drawn(quick, chosen, seed)
+    """A run for every change point that a motion passes, by methods and tolerances drawn."""
+    for rng in map(np.random.default_rng, SEEDS[: 1 if quick else None]):
+        yield from _drawn(quick, chosen, rng)
 
 
-def _drawn(quick: bool, chosen, seed: int) -> Iterator[Row]:  # type: ignore[no-untyped-def]
-    rng = np.random.default_rng(seed)
+def _drawn(quick, chosen, rng: np.random.Generator) -> Iterator[Row]:  # type: ignore[no-untyped-def]
     names, geometry = random_starts.cases(rng, *(6, 10) if quick else (60, 60))
     psi = np.stack([rng.uniform(0, 2 * np.pi, len(names)), rng.normal(0, 3, len(names))])
     for i, name in enumerate(names):

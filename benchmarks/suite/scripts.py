@@ -26,18 +26,10 @@ class Script:
 
     asks: str
     module: str
-    quick: Options | None
-    full: Options | None
-    smoke: Options | None
+    quick: Options | None = None
+    full: Options | None = None
+    smoke: Options | None = None
     limits: tuple[float, float] = (600.0, 1800.0)
-
-
-@dataclass(frozen=True)
-class Command:
-    """A command that is not part of the suite, and runs by its name only."""
-
-    asks: str
-    module: str
 
 
 SCRIPTS = {
@@ -67,27 +59,27 @@ SCRIPTS = {
     ),
 }  # fmt: skip
 
-COMMANDS = {
-    "fit": Command("how often intervals of fits hold the truth, and milliseconds",
+COMMANDS = {  # not part of the suite: by their names only
+    "fit": Script("how often intervals of fits hold the truth, and milliseconds",
                    "costs.fitting"),
-    "fuzz": Command("short motions of random linkages: is any wrong without a word?",
+    "fuzz": Script("short motions of random linkages: is any wrong without a word?",
                     "fuzz.command"),
-    "closing": Command("microseconds that it takes to close loops", "costs.closing"),
-    "report": Command("the report of figures measured before", "report.command"),
-    "references": Command("exact motions of data/, computed again", "references.command"),
-    "derivatives": Command("errors of derivatives of motions against 30 digits",
+    "closing": Script("microseconds that it takes to close loops", "costs.closing"),
+    "report": Script("the report of figures measured before", "report.command"),
+    "references": Script("exact motions of data/, computed again", "references.command"),
+    "derivatives": Script("errors of derivatives of motions against 30 digits",
                            "references.sensitivities.derivatives"),
-    "sensitivities": Command("run times with derivatives over those without",
+    "sensitivities": Script("run times with derivatives over those without",
                              "costs.sensitivities"),
-    "states": Command("last states of the library to the last bit, before and now",
+    "states": Script("last states of the library to the last bit, before and now",
                       "suite.states"),
-    "thresholds": Command("what half and twice of each constant of the C runtime do",
+    "thresholds": Script("what half and twice of each constant of the C runtime do",
                           "thresholds.command"),
-    "wait": Command("seconds from compile to the end of the first simulate",
+    "wait": Script("seconds from compile to the end of the first simulate",
                     "costs.first"),
-    "friction": Command("steps with dry friction over plain ones; events in three ways",
+    "friction": Script("steps with dry friction over plain ones; events in three ways",
                         "costs.friction"),
-    "stepper": Command("the latency of steps in a loop with the world", "costs.stepping"),
+    "stepper": Script("the latency of steps in a loop with the world", "costs.stepping"),
 }  # fmt: skip
 
 

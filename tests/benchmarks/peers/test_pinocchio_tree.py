@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 
 from benchmarks import peers, problems
 from benchmarks.formulations import textbook
-from benchmarks.peers import notebook, pinocchio_models, pinocchio_tree
+from benchmarks.peers import notebook, pinocchio_tree
 from tests.support.benchmarks.problems import described, errors, judged, shortened
 
 
@@ -43,7 +43,7 @@ def test_a_model_of_pinocchio_moves_as_kanes_equations_say(name):
     pytest.importorskip("pinocchio")
     mechanism, start, t_end = mechanisms()[name]
     problem = described(mechanism, start)
-    tree = pinocchio_models.tree_of(problem)
+    tree = pinocchio_tree.tree_of(problem)
     kane = notebook.solving(textbook.textbook(problem, "CRAMER"))
 
     def final(rates, y):
@@ -73,4 +73,4 @@ def test_pinocchios_error_falls_with_the_tolerance_and_it_too_leaves_the_motion(
 def test_pinocchio_is_not_given_wheels_that_roll():
     rolling = replace(problems.problem("four_bar_regular"), name="bicycle", mechanism=bicycle)
     with pytest.raises(peers.NotExpressibleError, match="roll"):
-        pinocchio_models.tree_of(rolling)
+        pinocchio_tree.tree_of(rolling)

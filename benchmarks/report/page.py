@@ -41,7 +41,7 @@ GROWTH: dict[str, tuple[str, Callable[[Any], Markup]]] = {
 }
 COSTS = {
     "costs": ("What the product itself costs", tables.costs),
-    "scenes": ("Compiled scenes beside the same in NumPy", tables.anything),
+    "scenes": ("Compiled scenes, with and without parameters fixed", tables.anything),
 }
 
 

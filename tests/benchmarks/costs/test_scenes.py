@@ -1,4 +1,4 @@
-"""Compiled scenes beside the same in NumPy."""
+"""Compiled scenes, with and without parameters fixed."""
 
 import pytest
 
@@ -6,8 +6,9 @@ from benchmarks.costs import scenes
 
 
 @pytest.mark.slow
-def test_a_scene_of_the_table_is_measured_in_c_and_in_numpy():
+def test_a_scene_of_the_table_is_measured():
     case = next(case for case in scenes.CASES if case.name == "open chain of 3")
     row = scenes.measured(case)
-    assert 0 < row["ns a call"] < 1e3 * row["numpy us"]
+    assert 0 < row["rhs ops"] <= row["all ops"]
+    assert 0 < row["ns a call"] < 1e5
     assert row["binary bytes"] > row["C bytes"] > 1000

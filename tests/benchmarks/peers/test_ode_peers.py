@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks import peers, problems
 from benchmarks.formulations.equations import equations_of
-from benchmarks.peers import casadi_sundials, heyoka_taylor, sundae
+from benchmarks.peers import casadi_sundials, heyoka_taylor, sundae, with_tighter
 from benchmarks.timing import cases
 
 # Module of the peer, its package, and per tool and method a tolerance and the error it keeps on the
@@ -118,3 +118,8 @@ def test_the_start_of_index_one_is_consistent(name):
     assert np.abs(found).max() < 1e-10 * (1 + np.abs(y).max())
     rows(0.0, y, rate + 1.0, found)
     assert np.abs(found).max() > 0.1
+
+
+def test_tighter_tolerances_are_added_where_the_tightest_are_asked_for():
+    assert with_tighter([1e-6, 1e-12]) == pytest.approx([1e-6, 1e-12, 1e-13, 1e-14, 1e-15])
+    assert with_tighter([1e-6, 1e-8]) == [1e-6, 1e-8]

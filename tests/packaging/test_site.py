@@ -12,7 +12,7 @@ from mechc.compilation.toolchain import packaged_compiler
 from tests.support import ROOT
 from tests.support.compilers.compilation import compiler_at
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.thorough
 
 
 @pytest.fixture(scope="module")

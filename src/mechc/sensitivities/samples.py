@@ -45,7 +45,7 @@ class Samples:
         signals, columns, places, orders = zip(*each, strict=True)
         sources = list(zip(signals, orders, strict=True))
         pieces = [sample.pieces for sample in self.samples]
-        factors = Inputs(pieces, sources, Caller([None] * len(each), 0, 0), -np.inf, np.inf)
+        factors = Inputs(pieces, sources, Caller([None] * len(each), 0, 0))
         placed = np.array(places, np.intc) + np.intc(self.parameters)
         return Shapes(factors, placed, np.array(columns, np.intc), len(self.samples))
 

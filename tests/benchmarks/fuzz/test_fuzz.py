@@ -25,7 +25,7 @@ def test_every_kind_is_drawn():
     assert any(not case.y0[len(case.y0) // 2 :].any() for case in cases)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_no_case_is_wrong_without_a_word(seed, thorough, capsys):
     code = command.main(
         ["--cases", str(THOROUGH if thorough else CASES), "--seed", str(1000 * seed)]

@@ -21,7 +21,7 @@ from tests.support.compilers.other_systems import (
 )
 
 pytestmark = [
-    pytest.mark.slow,
+    pytest.mark.thorough,
     pytest.mark.skipif(
         toolchain.packaged_compiler() is None, reason="the package ziglang compiles for others"
     ),

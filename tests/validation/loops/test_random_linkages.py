@@ -115,7 +115,7 @@ def test_what_is_derived_by_links_moves_as_the_textbook_says(case: Case) -> None
 
 @examples(4)
 @given(case=cases(4))
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_what_is_written_out_moves_as_the_textbook_says(case: Case) -> None:
     model = compiled(mechanism(case.linkage), WRITTEN_OUT)
     check(case, model)
@@ -124,14 +124,14 @@ def test_what_is_written_out_moves_as_the_textbook_says(case: Case) -> None:
 
 @examples(4)
 @given(case=cases(3))
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_system_of_joints_moves_as_the_textbook_says(case: Case) -> None:
     check(case, compiled(system(case.linkage), defaults=defaults(case)))
 
 
 @examples(3)
 @given(case=cases(3))
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_kanes_and_lagranges_method_move_alike(case: Case) -> None:
     """One System of joints, formed by SymPy's KanesMethod, and by its LagrangesMethod."""
     for speeds in (True, False):

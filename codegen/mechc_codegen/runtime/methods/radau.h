@@ -19,6 +19,7 @@
 #define MECHC_RADAU_LEFT 1e-2 /* of the tolerance, to the iteration */
 #define MECHC_RADAU_CONTRACTS 0.95 /* the slowest contraction that is one */
 #define MECHC_RADAU_NOISE 16.0 /* roundings of the state that a correction may be made of, */
+#define MECHC_RADAU_ROUNDING 2e-16 /* of a component: of which a correction is made */
 #define MECHC_RADAU_FLOORS 8.0 /* and that may be left */
 #define MECHC_RADAU_SAME_TIME 1e-9 /* of a step, by which the end of it and a state differ */
 
@@ -136,7 +137,7 @@ MECHC_STATIC int mechc_radau_solve(mechc_integration *run, double h, double *end
     double before = HUGE_VAL, floor = 0.0;
     mechc_radau_of(run)->contraction = 0.0;
     for (int i = 0; i < MECHC_NX; i++) /* rounding of the state itself */
-        floor = mechc_max(floor, DBL_EPSILON * fabs(run->y[i]) / mechc_tolerance(run, i, run->y));
+        floor = mechc_max(floor, MECHC_RADAU_ROUNDING * fabs(run->y[i]) / mechc_tolerance(run, i, run->y));
     for (int iteration = 0; iteration < MECHC_RADAU_ITERATIONS; iteration++) {
         const int status = mechc_radau_rates(run, h, end);
         if (status != MECHC_RUNNING) return status;

@@ -175,7 +175,8 @@ def test_what_is_compiled_into_the_runtime_compiles_for_windows(tmp_path: Path) 
     """The headers of batches, events and closing; and threads with stacks of their own run."""
     command = [*(PACKAGED or ()), "-target", "x86_64-windows-gnu", "-std=gnu11", f"-I{RUNTIME}"]
     folders = ("abi", "batch", "hybrid", "record", "closing")
-    headers = [p.relative_to(RUNTIME).as_posix() for f in folders for p in (RUNTIME / f).rglob("*.h")]
+    found = (path for folder in folders for path in (RUNTIME / folder).rglob("*.h"))
+    headers = [path.relative_to(RUNTIME).as_posix() for path in found]
     text = "".join(f'#include "{header}"\n' for header in sorted(headers))
     (tmp_path / "all.c").write_text(text)
     told = ("-Wall", "-Wextra", "-Werror", "-Wno-unused-function", "-Wno-empty-translation-unit")

@@ -11,6 +11,7 @@
 #include "singularities/gap.h"
 #include "singularities/weakest.h"
 
+#define MECHC_WHOLE_TURN 6.283185307179586 /* rad */
 /* Pivots, of the first: of Newton's equations below which they leave a direction free, and of a form of
  * second differences below which it is flat. */
 #define MECHC_LEFT_FREE 1e-9
@@ -285,8 +286,8 @@ MECHC_ONCE int mechc_still_critical(double t, const double *q, const mechc_scala
     mechc_scalar_place place;
     *c = *known;
     for (int i = 0; i < MECHC_NQ - MECHC_STATES; i++) {
-        const double turns = nearbyint((q[i] - known->q[i]) / (2.0 * M_PI));
-        if (turns != 0.0) c->q[i] += turns * (2.0 * M_PI), turned = 1;
+        const double turns = nearbyint((q[i] - known->q[i]) / MECHC_WHOLE_TURN);
+        if (turns != 0.0) c->q[i] += turns * MECHC_WHOLE_TURN, turned = 1;
         square += mechc_weight(given, c, i) * pow(q[i] - c->q[i], 2);
     }
     if (!(square <= reach * reach)) return 0;

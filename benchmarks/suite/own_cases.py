@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mechc.simulation.settings import METHODS
+from mechc.simulation.settings import METHODS_OF_USERS
 
 from ..problems.problem import Problem
 from ..timing.cases import Case
@@ -29,7 +29,7 @@ def build(problem: Problem, tolerances: Sequence[float]) -> tuple[list[Case], di
     model = problem.model
     model.simulate(1e-3 * problem.t_end, problem.start, problem.params)  # all of it is compiled
     loaded = time.perf_counter() - start
-    if "taylor" in _offered(model, METHODS):  # a part of its own
+    if "taylor" in _offered(model, METHODS_OF_USERS):  # a part of its own
         model.simulate(1e-3 * problem.t_end, problem.start, problem.params, method="taylor")
     spent = model.build.get("seconds", {})
     setup = {"load": loaded}
@@ -57,7 +57,7 @@ def single(problem: Problem, tolerances: Sequence[float]) -> list[Case]:
             lambda s: problem.observe(s.y[-1]) if s.status.ok else None,
             lambda s: s.status.code,
         )
-        for method in ("auto", *_offered(model, METHODS))
+        for method in ("auto", *_offered(model, METHODS_OF_USERS))
         for tol in tolerances
     ]  # fmt: skip
 

@@ -15,7 +15,7 @@ import ctypes
 import sys
 import numpy as np
 import mechc
-from mechc.simulation.settings import METHODS
+from mechc.simulation.settings import METHODS_OF_USERS
 
 counter = ctypes.CDLL(sys.argv[1])
 counter.stack_taken.restype = counter.stack_given.restype = ctypes.c_size_t
@@ -30,7 +30,7 @@ def told(what, given=None):
 name, option, count = sys.argv[2:]
 model = mechc.load(name, **{option: int(count)})
 start = model.assemble()
-for method in METHODS:
+for method in METHODS_OF_USERS:
     if method == "taylor" and not model.system.data.get("taylor"):
         continue
     sol = model.simulate(1e-3, start, method=method, rtol=1e-5, max_steps=3)

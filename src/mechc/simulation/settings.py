@@ -18,6 +18,7 @@ SEQUENCES = (tuple, list, np.ndarray)
 LOOSEST = 0.1  # a larger rtol is refused
 LARGEST_TRAJECTORY = 2.0**30  # bytes of states and dense output, by default
 LOCKSTEP = "gauss8_lockstep"  # the code of gauss8 whose lanes hold members of a batch
+METHODS_OF_USERS = tuple(name for name in METHODS if name != LOCKSTEP)
 SCIPYS = {"RK45": "dopri5", "DOP853": "dop853", "Radau": "radau5"}  # its names of the same methods
 
 
@@ -152,9 +153,8 @@ def _chosen_method(system: System, method: str) -> str:
         called = system.driven and system.driven.called
         return "gauss8" if smooth and not called else "dop853"
     method = SCIPYS.get(method, method) if isinstance(method, str) else method
-    known = [name for name in METHODS if name != LOCKSTEP]
-    if not isinstance(method, str) or method not in known:
-        raise UnknownNameError("method", method, ("auto", *known, *SCIPYS))
+    if not isinstance(method, str) or method not in METHODS_OF_USERS:
+        raise UnknownNameError("method", method, ("auto", *METHODS_OF_USERS, *SCIPYS))
     if method == "taylor" and not system.data.get("taylor"):
         raise ValueOutOfBoundsError(
             "method='taylor' needs a small scene without constraints, tables and inputs, whose "

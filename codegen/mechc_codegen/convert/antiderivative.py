@@ -38,7 +38,7 @@ def antiderivative(slopes: Sequence[Expr], variables: Sequence[Expr]) -> Expr | 
 
 
 def _work(slopes: Sequence[Expr], variables: Sequence[Expr]) -> int:
-    """Products of sines and cosines of n angles become up to 2^n terms, with as many factors."""
+    """An estimate of the work: products of sines and cosines of n angles become up to 2^n terms."""
     turned = set[Expr]().union(*(slope.atoms(sin, cos) for slope in slopes))
     angles = sum(any(part.has(x) for part in turned) for x in variables)
     operations = sum(int(slope.count_ops()) for slope in slopes)

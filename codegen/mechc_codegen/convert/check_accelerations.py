@@ -84,7 +84,7 @@ class Flow:
         return state
 
     def moving(self, point: Sequence[float]) -> list[float]:
-        """The point with speeds behind it, and accelerations in their places."""
+        """The point extended by speeds, with consistent accelerations in their places."""
         state, jacobian = self.with_speeds(point), self.rows.at(point)
         direction = [0.0] * len(state)
         direction[self.time] = 1.0

@@ -122,7 +122,7 @@ class _AnyMotion:
         self._spins: dict[ReferenceFrame, Number3] = {source.frame: ZERO}
 
     def holds(self, claim: _Claim) -> bool:
-        """Whether what was set is the rate of the orientation in this motion."""
+        """Whether the given angular velocity is the rate of the orientation in this motion."""
         try:
             said = self._placement.vector(claim.rate)
             spins = self._spin(claim.frame), self._spin(claim.other)
@@ -167,7 +167,7 @@ class _Turns:
         self._entries: dict[object, Sequence[Expr]] = {}
 
     def takes(self, claim: _Claim) -> bool:
-        """Whether it can be checked; all that it needs is then evaluated."""
+        """Whether this claim can be checked; evaluates all that the check needs."""
         frames = [claim.frame, claim.other, *(frame for _, frame in claim.rate.args)]
         steps = {frame: list(self._steps(frame)) for frame in frames}
         if any(frame is not way[-1] for frame, way in steps.items()):
@@ -194,11 +194,11 @@ class _Turns:
         return way[::-1] if way[-1] is self._source.frame else [self._source.frame]
 
     def _turn(self, frame: ReferenceFrame) -> ImmutableDenseMatrix:
-        """Turns components in ``frame`` into those in the frame before it."""
+        """Matrix that transforms components in ``frame`` into components in the frame before it."""
         return frame._dcm_dict[self._before[frame]].T
 
     def at_random_motions(self, motion: Sequence[Expr]) -> Iterator[Numbers]:
-        """All entries in motions that the constraints allow, orientations being rotations."""
+        """Values of all entries at random motions that satisfy the constraints."""
         plain = {
             key: [self._rates.in_symbols(e.xreplace(self._moving)) for e in entries]
             for key, entries in self._entries.items()

@@ -49,10 +49,10 @@ class Layout:
 
 
 def layout(equations: Equations, present: Collection[str]) -> Layout:
-    """The division for equations of which these outputs are present."""
+    """The layout for equations with these outputs."""
     if equations.tree is None:
         return _written_out(present)
-    return _walked(equations, equations.tree)
+    return _tree_layout(equations, equations.tree)
 
 
 def _written_out(present: Collection[str]) -> Layout:
@@ -72,7 +72,7 @@ def _written_out(present: Collection[str]) -> Layout:
     )
 
 
-def _walked(equations: Equations, tree: Tree) -> Layout:
+def _tree_layout(equations: Equations, tree: Tree) -> Layout:
     columns = [speed for own in tree.columns for speed in own]
     first = [0, *accumulate(len(own) for own in tree.columns)]
     size, rows = len(columns), len(tree.cuts)

@@ -38,7 +38,7 @@ _STRUCTURE: tuple[tuple[str, str, Callable[[Variable], bool]], ...] = (
 
 @dataclass(frozen=True)
 class Unit:
-    """The facts of a description that concern the whole unit."""
+    """The properties of the whole unit that both descriptions contain."""
 
     identifier: str  # names of files: letters, digits and _
     title: str

@@ -1,4 +1,4 @@
-"""C over doubles -> the same over floats.
+"""C over doubles -> C over floats.
 
 Input: C text.  Output: C text whose numbers are floats: types, literals, functions of the C
 library.  Invariant: comments and strings stay; what depends on the rounding of numbers, or on the

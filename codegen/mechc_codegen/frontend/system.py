@@ -1,4 +1,4 @@
-"""System -> Source, formed or not.
+"""System -> Source, whether or not its equations are formed.
 
 A System keeps holonomic and nonholonomic constraints apart and allows redundant ones until its
 equations are formed by Kane's method, so it is read itself, not its method; only the choice between

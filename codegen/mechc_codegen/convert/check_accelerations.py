@@ -1,4 +1,4 @@
-"""Accelerations set by the user must be the derivatives of the velocities.
+"""Check that accelerations set by the user are the derivatives of the velocities.
 
 KanesMethod uses accelerations as they are set; here M and F follow from velocities alone.  Where
 the two differ although the constraints hold, the description contradicts itself.  This happens, for

@@ -1,4 +1,4 @@
-"""Angular velocities that the user set: they must be the rates of the orientations.
+"""Check that angular velocities set by the user are the rates of the orientations.
 
 SymPy differentiates vectors with the angular velocity that was set; M and F here come from the
 direction cosines.  Where the two do not agree on the constraints the description contradicts
@@ -56,7 +56,7 @@ def refuse_other_angular_velocities(
 
 @dataclass(frozen=True)
 class _Claim:
-    """``rate`` was set as the angular velocity of ``frame`` in ``other``."""
+    """The claim that ``rate``, which was set, is the angular velocity of ``frame`` in ``other``."""
 
     frame: ReferenceFrame
     other: ReferenceFrame
@@ -102,14 +102,14 @@ def _compare(claim: _Claim, turns: _Turns, numbers: Numbers) -> None:
 
 
 def _rates_of(source: Source, rates: Rates) -> dict[Expr, Expr]:
-    """q' and auxiliary speeds -> their expressions."""
+    """A dict from q' and auxiliary speeds to their expressions."""
     time = dynamicsymbols._t
     moving = {q.diff(time): rate for q, rate in zip(source.q, rates.original, strict=True)}
     return moving | dict.fromkeys(source.auxiliary, S.Zero)
 
 
 class _AnyMotion:
-    """One motion at random values of everything, whether the constraints allow it or not.
+    """One motion at random values of everything, which need not satisfy the constraints.
 
     Every step from frame to frame is evaluated once, so that long chains are fast.
     """
@@ -225,7 +225,7 @@ class _Turns:
         return [length for length, gap in zip(lengths, at, strict=True) if abs(gap) > _UNIT]
 
     def vector(self, vector: Vector, numbers: Numbers) -> list[float]:
-        """A set angular velocity, along the inertial axes."""
+        """An angular velocity that was set, along the inertial axes."""
         total = [0.0, 0.0, 0.0]
         for _, frame in vector.args:
             part = _times(self.rotation(frame, numbers), numbers[id(vector), frame])

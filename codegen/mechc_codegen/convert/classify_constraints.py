@@ -1,4 +1,4 @@
-"""Which velocity constraints are rates of configuration constraints, and which are nonholonomic.
+"""Classification of velocity constraints: rates of configuration constraints, or nonholonomic.
 
 KanesMethod keeps both in one list without labels.  They are classified by ranks at random states
 that satisfy the constraints: a row in the span of the rates of configuration constraints is one of

@@ -25,7 +25,7 @@ Matrix = list[list[Expr]]
 def reaction_values(
     mechanism: Mechanism, loads: Iterable[Load], momenta: Iterable[Load]
 ) -> dict[Expr, Expr]:
-    """Each reaction by its symbol.
+    """The value of each reaction, by its symbol.
 
     Parameters
     ----------

@@ -41,7 +41,7 @@ class Symbols:
         return (*self.accelerations, *self.multipliers)
 
     def rates_of_inputs(self, expression: Expr) -> list[tuple[Symbol, Symbol]]:
-        """For each value of an input in the expression: the value and its rate.
+        """Pairs of value and rate for each value of an input in the expression.
 
         Raises
         ------

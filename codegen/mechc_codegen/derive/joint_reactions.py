@@ -114,7 +114,7 @@ def _refuse_loose_closures(mechanism: Mechanism) -> None:
 
 
 def _refuse_other_constraints(mechanism: Mechanism) -> None:
-    """A constraint on the speeds of one joint acts in that joint; for others it is not known."""
+    """Refuse constraints on the speeds of several joints: where they act is not known."""
     coupled = {joint.name for joint in _couplings(mechanism)}
     every = (*mechanism.configuration_constraints, *mechanism.motion_constraints)
     for constraint in (c for c in every if c.name not in coupled):

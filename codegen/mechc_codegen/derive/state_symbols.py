@@ -78,7 +78,7 @@ class StateSymbols:
 
 
 def _solved_motion(mechanism: Mechanism, symbols: Symbols) -> dict[Expr, Expr]:
-    """Accelerations and multipliers (by name and by number) -> symbols."""
+    """A dict from accelerations and multipliers (by name and by number) to symbols."""
     time = dynamicsymbols._t
     rates = (u.diff(time) for u in mechanism.u)
     found: dict[Expr, Expr] = dict(zip(rates, symbols.accelerations, strict=True))

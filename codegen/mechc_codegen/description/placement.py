@@ -86,7 +86,7 @@ class Placement:
 
 
 def steps_from(start: Place, neighbours: Callable[[Place], Iterable[Place]]) -> dict[Place, Place]:
-    """For everything that is connected to ``start`` the previous place on the shortest path."""
+    """The previous place on the shortest path from ``start``, for all connected places."""
     before: dict[Place, Place] = {}
     waiting = [start]
     for place in waiting:

@@ -26,7 +26,9 @@ _LABEL = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 @dataclass(frozen=True)
 class OutputRequest:
-    """Attributes
+    """The requested outputs, and the parameters that become numbers.
+
+    Attributes
     ----------
     outputs
         The requested ones of :data:`OPTIONAL`.

@@ -18,7 +18,9 @@ Orders = tuple[int, ...]
 
 @dataclass(frozen=True)
 class TableData:
-    """Attributes
+    """The data of a lookup table: piecewise polynomials of one or two arguments.
+
+    Attributes
     ----------
     starts
         Of each argument, the values at which pieces begin; the first goes on downwards.

@@ -61,7 +61,7 @@ class _Links:
         return list(dict.fromkeys(p for line in several for p in line if p in fixed))
 
     def _within(self, frame: object) -> Neighbours:
-        """For each point the points joined to it by a constant vector in this group of frames."""
+        """The points joined to each point by a constant vector in this group of frames."""
         found: dict[Point, dict[Point, None]] = {}
         for (a, b, _), carrier in zip(self._ways, self._carriers, strict=True):
             if carrier is frame and frame is not None:

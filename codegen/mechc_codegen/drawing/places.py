@@ -120,7 +120,7 @@ class Places:
 
     @cached_property
     def same(self) -> dict[Point, Point]:
-        """For every point the first point that always coincides with it."""
+        """A dict from every point to the first point that always coincides with it."""
         found = {self.mechanism.origin: self.mechanism.origin}
         for before, point, way in self.ways:
             found[point] = found[before] if way == 0 else point

@@ -30,7 +30,7 @@ Arm = tuple[int, tuple[Expr, Expr, Expr]]  # the number of a frame, components i
 
 @dataclass
 class Plan:
-    """How the points of a drawing are found from a state.
+    """The steps by which the points of a drawing are found from a state.
 
     Attributes
     ----------

@@ -39,7 +39,7 @@ def emit(
     sets: Sequence[InstructionSet],
     request: OutputRequest = DEFAULT_REQUEST,
 ) -> dict[str, str]:
-    """File name -> text of everything that is compiled for one scene."""
+    """A dict from file names to texts of everything that is compiled for one scene."""
     functions = SceneFunctions(program, equations, request)
     texts = {
         **program_texts(functions, metadata),

@@ -14,7 +14,7 @@ from mechc_codegen.derive.equations import Tree
 
 @dataclass(frozen=True)
 class RowPlan:
-    """Every link has a range of places for rows: those passed on by its children, then its own.
+    """The places of rows at every link: those passed on by its children, then its own.
 
     ``first``: of each link the first place, and one more for the end.  ``cut_place``: of each cut
     where its row begins.  ``passed_to``: of each link the parent's place for the first row that it

@@ -175,7 +175,7 @@ class SceneFunctions:
         return not used.isdisjoint(self.program.symbols.motion)
 
     def defaults(self) -> Iterator[tuple[int, Expr | None, list[int]]]:
-        """For each parameter its index, its default, and the indices of parameters in the default.
+        """Triples of a parameter's index, its default, and indices of parameters in the default.
 
         A parameter comes after those that its default holds.
         """

@@ -31,7 +31,7 @@ ROWS = {"constraints": "gap", "constraint_jacobian": "jacobian", "velocity_bias"
 
 @dataclass(frozen=True)
 class Layout:
-    """Of each of the two functions the outputs, with the argument that each is written to.
+    """The outputs of each of the two functions, with the argument that each is written to.
 
     ``tables``: constants of the scene that the runtime reads; ``sizes``: their extents; ``solved``:
     outputs that are functions of the runtime's, with their widths; ``kept``: numbers that the

@@ -63,7 +63,7 @@ class FmuEvents:
     quantities: Sequence[Any] = ()
 
     def every_expression(self) -> Iterator[Any]:
-        """All expressions."""
+        """All expressions of the events."""
         for event in self.expressions:
             yield from () if event.value is None else (event.value,)
             yield from (event.reset or {}).values()
@@ -124,7 +124,7 @@ def fmu_files(
     request: OutputRequest,
     options: FmuOptions,
 ) -> dict[str, bytes]:
-    """Path in the archive -> content, without binaries.
+    """A dict from paths in the archive to content, without binaries.
 
     Raises
     ------
@@ -290,7 +290,7 @@ def _c_number(value: float) -> str:
 
 
 def _dependent_parameters(functions: SceneFunctions, values: Values) -> dict[str, str]:
-    """Statements that compute the parameters that follow others, and how these change."""
+    """Statements that compute dependent parameters, and statements for their changes."""
     symbols, real = functions.program.symbols.parameters, RealPrinter().real
     complete, follow = list[str](), list[str]()
     for i, default, held in functions.defaults():

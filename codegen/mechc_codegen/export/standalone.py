@@ -37,7 +37,7 @@ _NAME = re.compile(
 
 @dataclass(frozen=True)
 class Precision:
-    """How the C over doubles becomes that over a type."""
+    """The conversion of C over doubles to C over another type."""
 
     digits: int
     text: Callable[[str], str]
@@ -61,7 +61,7 @@ def standalone(
     end: float,
     real: str = "double",
 ) -> dict[str, str]:
-    """File name -> text.
+    """A dict from file names to texts.
 
     ``name`` is the prefix of all public names; the example starts at the state ``start`` with these
     values of parameters, and ends after ``end`` seconds.  ``real``: ``"double"`` or ``"float"``.

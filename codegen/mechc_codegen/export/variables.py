@@ -15,7 +15,7 @@ from typing import Any
 
 from mechc_codegen.emit.metadata import distinct
 
-# Of outputs whose elements are along a body's or a joint's three axes.
+# Units of outputs whose elements are along a body's or a joint's three axes.
 _UNITS = {
     "kinetic_energy": "J",
     "potential_energy": "J",
@@ -154,7 +154,7 @@ def _outputs(metadata: Mapping[str, Any]) -> Iterator[Variable]:
 
 
 def _labels(metadata: Mapping[str, Any], name: str, size: int) -> Iterator[str]:
-    """``points[A,x]``: the element by its point, body or joint, where the shape is so."""
+    """Labels ``points[A,x]``, by the point, body or joint of an element, where shapes allow it."""
     shape = metadata["shapes"].get(name, [size])
     axes: list[Sequence[Any]] = [range(each) for each in shape]
     named = metadata.get(_PLACES.get(name, ""), ())

@@ -231,7 +231,7 @@ def _symbols(
     more: Mapping[str, Any],
     of_couplings: Iterable[Constraint],
 ) -> list[Symbol]:
-    """Every constant in the description."""
+    """All constants in the description."""
     text = Fingerprint(ground.frame)
     text.point(ground.masscenter)
     for body in bodies:

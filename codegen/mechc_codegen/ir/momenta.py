@@ -42,7 +42,7 @@ class NotPolynomialError(Exception):
 
 
 def in_momenta(series: Series, coordinates: int) -> list[Series]:
-    """Recurrences by momenta, or None; ``coordinates``: number of coordinates with rates u."""
+    """The recurrences by momenta, if there are any, for so many ``coordinates`` with rates u."""
     if series.rates:
         return []
     try:
@@ -217,7 +217,7 @@ class Rewriting:
         return tuple(sorted([*(self._copy(n) for n in term.values), *turn]))
 
     def _turning(self) -> Iterator[tuple[int, list[tuple[Expr, Pair]]]]:
-        """For each sine and cosine the terms of its rate: a speed times the other of the two."""
+        """The terms in the rate of each sine and cosine: a speed times the other of the two."""
         for angle, sine in self.sines.items():
             counts = [(self.coordinates + i, n) for i, n in enumerate(angle) if n]
             yield sine, [(Integer(n), (speed, sine + 1)) for speed, n in counts]

@@ -63,5 +63,5 @@ def _powers(e: Basic) -> frozenset[Pow]:
 
 
 def _products(power: Pow) -> int:
-    """Products beyond the one operation that it is counted as."""
+    """Number of products beyond the one operation that an expression is counted as."""
     return abs(int(power.exp)) - (2 if power.exp > 0 else 1)

@@ -128,7 +128,7 @@ class Series:
 
 @dataclass(frozen=True)
 class Program:
-    """See the module's description."""
+    """A straight-line program; see the module's description."""
 
     symbols: Symbols
     outputs: tuple[Output, ...]

@@ -21,7 +21,7 @@ Node = TypeVar("Node", ReferenceFrame, Point)
 
 
 class NotATreeError(Exception):
-    """The mechanism is not a tree of links in the sense of this package; the message says why."""
+    """An error for a mechanism that is no tree of links as this package needs; says why."""
 
 
 @dataclass(frozen=True)
@@ -169,7 +169,7 @@ class Frames:
 
 
 def tree_of(root: Node, beside: Callable[[Node], Iterable[Node]]) -> dict[Node, Node]:
-    """For each frame or point connected to the root, the previous one on the path from there."""
+    """The previous frame or point on the path from the root, for all that are connected to it."""
     parents: dict[Node, Node] = {}
     waiting = [root]
     for node in waiting:

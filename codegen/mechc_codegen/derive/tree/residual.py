@@ -74,7 +74,7 @@ class Residual:
         return motions
 
     def _needed_wrenches(self, motions: Sequence[tuple[V3, V3]]) -> list[tuple[V3, V3]]:
-        """For each link the wrench for its motion minus its loads, about its reference point."""
+        """Wrench of each link for its motion minus its loads, about its reference point."""
         tape, found = self.tape, list[tuple[V3, V3]]()
         for number, (angular, linear) in enumerate(motions):
             mass, arm, about = self.loaded.inertia(number)

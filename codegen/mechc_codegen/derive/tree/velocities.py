@@ -1,4 +1,4 @@
-"""Velocities set by the user or by SymPy's joints must be those of the tree.
+"""Check that velocities set by the user or by SymPy's joints are those of the tree.
 
 The tree derives velocities from positions.  Where a velocity that was set differs (it holds on the
 constraints only, or the point has no position) the equations are derived in full instead.

@@ -390,7 +390,7 @@ class SeriesWriter:
         return "R(1.0)", self.sum(self.row(number), place)
 
     def _pattern(self) -> list[list[int]]:
-        """For each row of L the columns where it is not zero: M = L D L^T."""
+        """The columns in which each row of L is not zero: M = L D L^T."""
         rows = [[j for j in range(i) if self._entry(i, j) is not None] for i in range(self.nu)]
         for i, row in enumerate(rows):
             for j in range(i):

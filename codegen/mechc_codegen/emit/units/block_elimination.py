@@ -87,7 +87,7 @@ class BlockElimination:
         }
 
     def _functions(self) -> Iterator[tuple[str, str, str, _Text]]:
-        """For each function name, return type, parameters and statements."""
+        """Name, return type, parameters and statements of each function."""
         given = "const real *jacobian, "
         yield (
             "factor_blocks", "rmask",
@@ -216,8 +216,8 @@ class BlockElimination:
             text.put(self._factor(number, speed, row), f"{value} * {inverse}", 1)
 
     def _clear(self, text: _Text) -> None:
-        """Is every critical configuration far?  There columns of a square block are parallel, or
-        the rows of another one are, or a row vanishes."""
+        """Add the test that every critical configuration is far: rows or columns of a block are not
+        nearly parallel, and no row is nearly zero."""
         text.put("*clear", "safe")
         configuration = range(len(self.form.jacobian) - self.form.of_speeds)
         for number, block in enumerate(self.form.blocks):

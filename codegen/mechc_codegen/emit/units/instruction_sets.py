@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from mechc_codegen.derive.equations import Equations
 
-# Of rows solved together: beyond it, the factors of all lanes would overflow a stack of 8 MB.
+# Bound for rows solved together: beyond it, factors of all lanes would overflow a stack of 8 MB.
 MOST_SQUARES = 65536  # squares of the speeds, times lanes
 
 

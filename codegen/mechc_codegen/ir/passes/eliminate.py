@@ -37,7 +37,7 @@ def _eliminate(
 
 
 def _in_order(statements: list[Statement]) -> Iterator[Statement]:
-    """Each statement after those it uses, otherwise as they come."""
+    """The statements, each after those that it uses, otherwise in the given order."""
     by_target = {target: s for s in statements for target in s.targets}
     placed: set[int] = set()
     for statement in statements:

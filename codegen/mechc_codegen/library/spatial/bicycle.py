@@ -42,7 +42,7 @@ ANGLES = ("yaw", "roll", "pitch of the frame", "rear wheel", "steer", "front whe
 q = dict(zip(NAMES, dynamicsymbols(",".join(NAMES)), strict=True))
 u = dict(zip(NAMES, dynamicsymbols(",".join(f"{name}_rate" for name in NAMES)), strict=True))
 
-# Of the steer axis: its distance from the rear wheel's centre and from the front wheel's, and the
+# The steer axis: its distance from the rear wheel's centre and from the front wheel's, and the
 # distance along it between the two.
 behind, ahead, along = symbols("behind ahead along")
 r_rear, r_front, g = symbols("r_rear r_front g")

@@ -1,4 +1,5 @@
-/* What a run does about critical configurations: all that the driver asks of singularities/.
+/* The behaviour of a run at critical configurations: all functions of singularities/ that the
+ * driver needs.
  *
  * monitor_start: at the start.   step_ahead: before a step is tried.   leave_to_pair, step_aside,
  * come_back: steps that a method leaves to the explicit pair of order 8.   examine_step: may a step

@@ -32,7 +32,7 @@ MECHC_ONCE void FN(follow)(const real *partials, const real *response, int colum
 }
 #endif
 
-/* Of `columns` inputs called `by`: the response of the motion; rows of q' and u'; outputs. */
+/* Functions for `columns` inputs called `by`: response of the motion; rows of q' and u'; outputs. */
 #define MECHC_DEFINE_RESPONSE(by, columns)                                                        \
     MECHC_INLINE void FN(response_##by)(real t, const real *q, const real *u,                     \
                                         const FN(given) *given, real *a, real *l, real *response) \

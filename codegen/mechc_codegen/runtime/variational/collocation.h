@@ -244,8 +244,8 @@ typedef int mechc_collocating(const mechc_rule *, const mechc_nodes_at_hand *, d
                               const mechc_directions *, const double *, const mechc_vector *,
                               mechc_vector *, mechc_vector **, mechc_vector *, double *);
 
-/* Whether accelerations are integrated twice, as by Gauss's stages, which are then projected;
- * Radau's projected stages use q'. */
+/* Whether accelerations are integrated twice: by Gauss's stages, projected afterwards, not by
+ * Radau's. */
 MECHC_INLINE int mechc_integrates_twice(const mechc_rule *rule, int kept)
 {
     return MECHC_IDENTITY_KINEMATICS && (rule->stages == MECHC_STAGES || !kept);

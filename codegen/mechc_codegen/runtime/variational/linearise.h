@@ -73,7 +73,7 @@ MECHC_INLINE void FN(put_response)(const FN(place) *place, const real *responses
 #endif
 }
 
-/* Of q' by what is no state. */
+/* Derivatives of q' by inputs that are not states. */
 #if MECHC_IDENTITY_KINEMATICS
 #define MECHC_PUT_RATES(by, columns, first) (void)0
 #else

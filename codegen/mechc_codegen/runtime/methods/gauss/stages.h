@@ -1,5 +1,5 @@
 /* The stages of a collocation step, side by side in the lanes: values, closure of loops, rates, and
- * one fixed-point iteration. */
+ * one fixed-point iteration.  See gauss.h for the method. */
 #pragma once
 
 #include "methods/gauss/tableau.h"

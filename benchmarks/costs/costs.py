@@ -19,7 +19,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from mechc_codegen.compiler import Stopwatch, optimised
+from mechc_codegen.compiler import Stopwatch, optimised_scene
 from mechc_codegen.emit.c import emit
 from mechc_codegen.emit.units.instruction_sets import BASELINE
 from mechc_codegen.library.chains.windows import windows
@@ -183,7 +183,7 @@ def operations() -> Iterator[dict[str, Any]]:
     """Operations of all outputs, of one right-hand side, once a run; and the C of the program."""
     for name, mechanism in COUNTED.items():
         described, request = read(mechanism())
-        made = optimised(described, request, Stopwatch())
+        made = optimised_scene(described, request, Stopwatch())
         texts = emit(made.program, made.equations, made.metadata, (BASELINE,), request)
         counts = made.metadata["operations"]
         for what, value, unit in (

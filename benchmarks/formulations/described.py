@@ -19,7 +19,7 @@ def read(
 ) -> tuple[Mechanism, Any]:  # fmt: skip
     """The mechanism that an object describes, and its request; as ``mechc.compile``."""
     options = CompileOptions(ConversionSettings(defaults=defaults or {}), fix or {}, outputs)
-    return CompileRequest(given, options).described()
+    return CompileRequest(given, options).description()
 
 
 def described(given: Any, defaults: Mapping[str, float]) -> Mechanism:

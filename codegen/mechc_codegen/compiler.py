@@ -1,6 +1,6 @@
 """The compiler: mechanism -> equations -> program -> C.
 
-:func:`build_scene` and :func:`optimised` read as its table of contents; each stage is a folder.
+:func:`build_scene` and :func:`optimised_scene` read as a table of contents; each stage is a folder.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def build_scene(
     ``sets``: the instruction sets to compile for; by default those of this machine's family.
     """
     clock = Stopwatch()
-    made = optimised(mechanism, request, clock)
+    made = optimised_scene(mechanism, request, clock)
     sets = instruction_sets() if sets is None else sets
     sets = tuple(with_fitting_lanes(each, made.equations) for each in sets)
     texts = clock.time("emit", lambda: emit(*made.parts, sets, request))
@@ -68,7 +68,7 @@ def build_standalone(
     real: str = "double",
 ) -> dict[str, str]:
     """The mechanism as C99 for other programs; see :func:`export.standalone.standalone`."""
-    made = optimised(mechanism, request, Stopwatch())
+    made = optimised_scene(mechanism, request, Stopwatch())
     return standalone(*made.parts, request, name, start, values, end, real)
 
 
@@ -76,7 +76,7 @@ def build_web(
     mechanism: Mechanism, options: FmuOptions, request: OutputRequest = DEFAULT_REQUEST
 ) -> tuple[dict[str, str], dict[str, Any]]:
     """The mechanism for pages; see :func:`export.web.web_scene`."""
-    made = optimised(mechanism, request, Stopwatch(), adjoint=False)
+    made = optimised_scene(mechanism, request, Stopwatch(), adjoint=False)
     known = {each["name"] for each in made.metadata["parameters"]} | {*made.metadata["fixed"]}
     plan = picture_plan(mechanism, Drawing(), known)
     return web_scene(*made.parts, request, plan, options)
@@ -87,14 +87,14 @@ def build_fmu(
 ) -> dict[str, bytes]:
     """The mechanism as a functional mock-up unit; see :func:`export.fmu.fmu_files`."""
     request = fmu_request(request, options.derivatives)
-    made = optimised(mechanism, request, Stopwatch(), adjoint=False)
+    made = optimised_scene(mechanism, request, Stopwatch(), adjoint=False)
     return fmu_files(*made.parts, request, options)
 
 
-def optimised(
+def optimised_scene(
     mechanism: Mechanism, request: OutputRequest, clock: Stopwatch, *, adjoint: bool = True
 ) -> OptimisedScene:
-    """Derive, differentiate, lower and optimise; ``adjoint``: with what gradients of runs need."""
+    """The scene after deriving, differentiating and optimising; ``adjoint``: with reverse mode."""
     equations = clock.time("derive", lambda: derive_equations(mechanism, request))
     equations = clock.time("differentiate", lambda: differentiate(equations))
     parameters, equations = drop_parameters(mechanism, equations, request)
@@ -116,9 +116,9 @@ def operations_of_all(mechanism: Mechanism, request: OutputRequest) -> dict[str,
     """
     everything = OutputRequest(request.outputs | frozenset(USUAL), {}, request.expressions)
     try:
-        made = optimised(mechanism, everything, Stopwatch())
+        made = optimised_scene(mechanism, everything, Stopwatch())
     except (CodegenError, ValueError):  # positions that are not known
-        made = optimised(mechanism, replace(request, fixed={}), Stopwatch())
+        made = optimised_scene(mechanism, replace(request, fixed={}), Stopwatch())
     counts: dict[str, Any] = made.metadata["operations"]
     return counts
 

@@ -1,4 +1,4 @@
-"""Loads that hold accelerations: what is linear in them becomes a part of the mass matrix.
+"""Loads with accelerations: their part linear in accelerations joins the mass matrix.
 
 A force -m_a dv/dt on a point, as that of the water which a hull moves, has no place in F: the
 speeds' rates are what is solved for.  Its generalized forces are those of its part without

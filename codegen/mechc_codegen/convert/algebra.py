@@ -59,7 +59,7 @@ class Evaluate:
         return [(8 * a - b) / (12 * step) for a, b in zip(inner, outer, strict=True)]
 
 
-class Scaled(Evaluate):
+class ScaledFunction(Evaluate):
     """A numerical function whose values are each multiplied by a factor."""
 
     def __init__(self, plain: Evaluate, factors: Sequence[float]) -> None:
@@ -80,7 +80,7 @@ _REAL_PART: Final = Function("_real_part")
 
 
 def _with_real_bounds(expression: Expr) -> Expr:
-    """Branches are chosen by comparing real parts."""
+    """The expression with comparisons of real parts, for complex arguments."""
     compared = {r: r.func(*map(_REAL_PART, r.args)) for r in expression.atoms(Relational)}
     return expression.xreplace(compared)
 
@@ -168,7 +168,7 @@ def null_space(rows: Rows, columns: int) -> Rows:
 
 
 def solve_least(rows: Rows, right: Sequence[float]) -> list[float]:
-    """An approximate least-norm solution of an underdetermined system.
+    """An approximate least-norm solution of an underdetermined linear system.
 
     From the normal equations of the rows; the caller iterates.
     """
@@ -229,12 +229,12 @@ def _newton(x: list[float], gap: Evaluate, changed: Sequence[int]) -> bool:
 
 
 def _terms(row: Sequence[float], x: Sequence[float], changed: Sequence[int]) -> float:
-    """The size of the terms whose sum a value with these slopes is."""
+    """An estimate of the size of the terms in a value, from its slopes."""
     return max(1.0, sum(abs(a * x[i]) for a, i in zip(row, changed, strict=True)))
 
 
 def normalise(gap: Evaluate, size: int, places: Sequence[int]) -> Evaluate:
-    """The rows, each with 1 as its largest slope by these arguments, where they are random.
+    """Scale each row so that its largest slope at these random arguments is 1.
 
     So what is small does not depend on units and factors of the rows.
     """
@@ -245,4 +245,4 @@ def normalise(gap: Evaluate, size: int, places: Sequence[int]) -> Evaluate:
     except (ValueError, ZeroDivisionError, OverflowError, TypeError):
         return gap
     steepest = [max(map(abs, row)) for row in zip(*columns, strict=True)]
-    return Scaled(gap, [1.0 / a if 0.0 < a < float("inf") else 1.0 for a in steepest])
+    return ScaledFunction(gap, [1.0 / a if 0.0 < a < float("inf") else 1.0 for a in steepest])

@@ -1,4 +1,4 @@
-"""A function by its partial derivatives, where it is elementary.
+"""An elementary function from its partial derivatives.
 
 Sums of powers, exponentials, sines and cosines of arguments linear in a variable are integrated
 term by term, and terms of the form f' f^n.  What is found is compared with the derivatives at
@@ -38,7 +38,7 @@ def antiderivative(slopes: Sequence[Expr], variables: Sequence[Expr]) -> Expr | 
 
 
 def _work(slopes: Sequence[Expr], variables: Sequence[Expr]) -> int:
-    """Products of sines and cosines of n angles become up to 2^n terms, with as many factors."""
+    """An estimate of the work: products of sines and cosines of n angles become up to 2^n terms."""
     turned = set[Expr]().union(*(slope.atoms(sin, cos) for slope in slopes))
     angles = sum(any(part.has(x) for part in turned) for x in variables)
     operations = sum(int(slope.count_ops()) for slope in slopes)
@@ -79,7 +79,7 @@ def _integral(expression: Expr, x: Expr) -> Expr | None:
 
 
 def _elementary(term: Expr, x: Expr) -> Expr | None:
-    """The integral of a power, an exponential, a sine or a cosine of what is linear in x."""
+    """The integral of a power, exponential, sine or cosine of an argument linear in x."""
     if not term.has(x):
         return term * x
     base, exponent = term.as_base_exp()

@@ -1,4 +1,4 @@
-"""Accelerations set by the user must be the derivatives of the velocities.
+"""Check that accelerations set by the user are the derivatives of the velocities.
 
 KanesMethod uses accelerations as they are set; here M and F follow from velocities alone.  Where
 the two differ although the constraints hold, the description contradicts itself.  This happens, for
@@ -84,7 +84,7 @@ class Flow:
         return state
 
     def moving(self, point: Sequence[float]) -> list[float]:
-        """The point with speeds behind it, and accelerations in their places."""
+        """The point extended by speeds, with consistent accelerations in their places."""
         state, jacobian = self.with_speeds(point), self.rows.at(point)
         direction = [0.0] * len(state)
         direction[self.time] = 1.0

@@ -1,4 +1,4 @@
-"""Angular velocities that the user set: they must be the rates of the orientations.
+"""Check that angular velocities set by the user are the rates of the orientations.
 
 SymPy differentiates vectors with the angular velocity that was set; M and F here come from the
 direction cosines.  Where the two do not agree on the constraints the description contradicts
@@ -56,7 +56,7 @@ def refuse_other_angular_velocities(
 
 @dataclass(frozen=True)
 class _Claim:
-    """``rate`` was set as the angular velocity of ``frame`` in ``other``."""
+    """The claim that ``rate``, which was set, is the angular velocity of ``frame`` in ``other``."""
 
     frame: ReferenceFrame
     other: ReferenceFrame
@@ -102,14 +102,14 @@ def _compare(claim: _Claim, turns: _Turns, numbers: Numbers) -> None:
 
 
 def _rates_of(source: Source, rates: Rates) -> dict[Expr, Expr]:
-    """q' and auxiliary speeds -> their expressions."""
+    """A dict from q' and auxiliary speeds to their expressions."""
     time = dynamicsymbols._t
     moving = {q.diff(time): rate for q, rate in zip(source.q, rates.original, strict=True)}
     return moving | dict.fromkeys(source.auxiliary, S.Zero)
 
 
 class _AnyMotion:
-    """One motion at random values of everything, whether the constraints allow it or not.
+    """One motion at random values of everything, which need not satisfy the constraints.
 
     Every step from frame to frame is evaluated once, so that long chains are fast.
     """
@@ -122,7 +122,7 @@ class _AnyMotion:
         self._spins: dict[ReferenceFrame, Number3] = {source.frame: ZERO}
 
     def holds(self, claim: _Claim) -> bool:
-        """Whether what was set is the rate of the orientation in this motion."""
+        """Whether the given angular velocity is the rate of the orientation in this motion."""
         try:
             said = self._placement.vector(claim.rate)
             spins = self._spin(claim.frame), self._spin(claim.other)
@@ -167,7 +167,7 @@ class _Turns:
         self._entries: dict[object, Sequence[Expr]] = {}
 
     def takes(self, claim: _Claim) -> bool:
-        """Whether it can be checked; all that it needs is then evaluated."""
+        """Whether this claim can be checked; evaluates all that the check needs."""
         frames = [claim.frame, claim.other, *(frame for _, frame in claim.rate.args)]
         steps = {frame: list(self._steps(frame)) for frame in frames}
         if any(frame is not way[-1] for frame, way in steps.items()):
@@ -194,11 +194,11 @@ class _Turns:
         return way[::-1] if way[-1] is self._source.frame else [self._source.frame]
 
     def _turn(self, frame: ReferenceFrame) -> ImmutableDenseMatrix:
-        """Turns components in ``frame`` into those in the frame before it."""
+        """Matrix that transforms components in ``frame`` into components in the frame before it."""
         return frame._dcm_dict[self._before[frame]].T
 
     def at_random_motions(self, motion: Sequence[Expr]) -> Iterator[Numbers]:
-        """All entries in motions that the constraints allow, orientations being rotations."""
+        """Values of all entries at random motions that satisfy the constraints."""
         plain = {
             key: [self._rates.in_symbols(e.xreplace(self._moving)) for e in entries]
             for key, entries in self._entries.items()
@@ -225,7 +225,7 @@ class _Turns:
         return [length for length, gap in zip(lengths, at, strict=True) if abs(gap) > _UNIT]
 
     def vector(self, vector: Vector, numbers: Numbers) -> list[float]:
-        """A set angular velocity, along the inertial axes."""
+        """An angular velocity that was set, along the inertial axes."""
         total = [0.0, 0.0, 0.0]
         for _, frame in vector.args:
             part = _times(self.rotation(frame, numbers), numbers[id(vector), frame])

@@ -1,4 +1,4 @@
-"""Which velocity constraints are rates of configuration constraints, and which are nonholonomic.
+"""Classification of velocity constraints: rates of configuration constraints, or nonholonomic.
 
 KanesMethod keeps both in one list without labels.  They are classified by ranks at random states
 that satisfy the constraints: a row in the span of the rates of configuration constraints is one of
@@ -68,8 +68,8 @@ class Rates:
             expression = expression.xreplace({x: self._plain[x] for x in found})
         return expression.xreplace(self._plain)
 
-    def driven(self, expressions: Sequence[Expr]) -> list[tuple[Expr, Expr]]:
-        """Symbols of the specified functions of time in expressions, and of their rates."""
+    def input_symbols(self, expressions: Sequence[Expr]) -> list[tuple[Expr, Expr]]:
+        """Pairs of symbols: each specified function of time in the expressions, and its rate."""
         own = {self.time, *self.q, *self.u}
         held = {symbol for e in expressions for symbol in e.free_symbols} - own
         functions = [x for x, symbol in self._plain.items() if symbol in held]
@@ -105,7 +105,7 @@ class RateRows:
     """Numerical coefficients of the speeds in the rates of configuration constraints."""
 
     def __init__(self, rates: Rates, configuration: Sequence[Expr]) -> None:
-        driven = rates.driven(configuration)
+        driven = rates.input_symbols(configuration)
         place = {symbol: k for k, symbol in enumerate(rates.symbols)}
         self._places, self._time = [place[q] for q in rates.q], place[rates.time]
         self._driven = [(place[value], place[rate]) for value, rate in driven]
@@ -133,7 +133,7 @@ class RateRows:
     def _slope(
         self, point: Sequence[float], motion: Sequence[float], given: Mapping[int, float] = {}
     ) -> list[float]:
-        """The rates where the coordinates have these, and other arguments those given."""
+        """The rates for given rates of the coordinates and given values of the other arguments."""
         direction = [given.get(i, 0.0) for i in range(len(point))]
         for place, rate in zip(self._places, motion, strict=True):
             direction[place] = rate
@@ -201,7 +201,7 @@ def _rank_of(rows: Rows) -> int:
 
 
 def _beyond(rows: Rows, others: Rows) -> list[int]:
-    """The rows of ``others`` that raise the rank when they are added in order."""
+    """The rows of ``others`` that increase the rank when they are added one by one."""
     span, kept = list(rows), list[int]()
     known = rank(span)
     for i, row in enumerate(others):
@@ -262,7 +262,7 @@ class _Forms:
         ]
 
     def undriven(self, values: Sequence[float]) -> list[int]:
-        """The rows that are homogeneous in the speeds."""
+        """The rows without a term that is free of the speeds."""
         return [i for i, b in enumerate(self.rows.still(values)) if abs(b) < _NOTHING]
 
     def slopes(self, values: Sequence[float]) -> list[list[list[float]]]:

@@ -89,8 +89,8 @@ def convert(
         parameters=_parameters(source, settings, parameters, units, states),
         bodies=bodies,
         loads=source.loads,
-        configuration_constraints=_numbered("constraint", configuration),
-        motion_constraints=_numbered("velocity constraint", motion),
+        configuration_constraints=_numbered_constraints("constraint", configuration),
+        motion_constraints=_numbered_constraints("velocity constraint", motion),
         points=_points(bodies, origin),
         skipped=skipped,
         inputs=inputs,
@@ -160,7 +160,7 @@ def _refuse_integrable(motion: Sequence[Expr], rates: Rates, source: Source) -> 
         )
 
 
-def _numbered(kind: str, expressions: Sequence[Expr]) -> tuple[Constraint, ...]:
+def _numbered_constraints(kind: str, expressions: Sequence[Expr]) -> tuple[Constraint, ...]:
     return tuple(Constraint(f"{kind} {i}", e, "") for i, e in enumerate(expressions, start=1))
 
 
@@ -276,7 +276,7 @@ def _parameter_symbols(
 
 
 def _declared_symbols(settings: ConversionSettings, known: Iterable[Symbol]) -> set[Symbol]:
-    """The symbols of the parameters that are declared; a text names a known one or a new one."""
+    """Symbols of the declared parameters; a text is the name of a known symbol or of a new one."""
     by_name = {symbol.name: symbol for symbol in known}
     found = {by_name.get(k) or Symbol(k) if isinstance(k, str) else k for k in settings.parameters}
     for key in found:
@@ -403,7 +403,7 @@ def _points(bodies: Sequence[RigidBody | Particle], origin: Point | None) -> tup
 
 
 def _copy_named(point: Point, name: str) -> Point:
-    """A copy of the point by another name; the user's own keeps its name."""
+    """A copy of the point under another name; the user's own point keeps its name."""
     twin = copy(point)
     twin.name = name
     return twin

@@ -57,7 +57,7 @@ class Fingerprint:
         return hashlib.sha256("\n".join(self.lines).encode()).hexdigest()
 
     def without(self, symbols: set[Expr]) -> Fingerprint:
-        """The fingerprint with fewer symbols."""
+        """A copy of the fingerprint without some symbols."""
         other = copy(self)
         other.leaves = self.leaves - symbols
         return other

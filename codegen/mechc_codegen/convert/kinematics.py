@@ -116,7 +116,7 @@ def _with_constraint_rate(
     q: Sequence[AppliedUndef],
     configuration: Sequence[Expr],
 ) -> list[Expr] | None:
-    """The rates with the rate of a constraint c(q) in the place of one equation, a . q' = b.
+    """The rates after one equation is replaced by the rate of a constraint c(q), a . q' = b.
 
     None where the determinant of the block is the same everywhere, or that of no such exchange is.
     q' is the solution with c' = b - a . q', of which both sides vanish as the motion keeps c: so
@@ -157,7 +157,7 @@ class _Places:
         self.points = [point for point in found if point is not None]
 
     def same_everywhere(self, expression: Expr) -> bool:
-        """Whether an expression has one value, not zero."""
+        """Whether an expression has the same value at all these configurations, other than zero."""
         evaluate = evaluator(self.arguments, [expression])
         values = [evaluate(*point)[0] for point in self.points]
         size = max(map(abs, values), default=0.0)

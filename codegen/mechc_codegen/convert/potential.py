@@ -24,7 +24,7 @@ from mechc_codegen.description.source import Source
 
 @dataclass(frozen=True)
 class Potential:
-    """``value``: of loads with a potential; ``unknown``: loads for which it is not known."""
+    """``value``: potential of the loads that have one; ``unknown``: loads where it is not known."""
 
     value: Expr
     unknown: tuple[str, ...] = ()
@@ -33,7 +33,7 @@ class Potential:
 def gravity_apart(
     source: Source, bodies: Sequence[RigidBody | Particle]
 ) -> tuple[Vector | None, Source]:
-    """A uniform gravity that replaces the weights of all moving bodies, where there are joints.
+    """Uniform gravity in place of the weights of all moving bodies, if there are joints.
 
     Its cost does not grow with the length of a chain.  None where the weights are not all equal, or
     bodies have a potential energy.
@@ -119,7 +119,7 @@ def _of_loads(
 
 
 def _of_time(source: Source, value: Expr) -> bool:
-    """Whether it depends on time other than through the coordinates, or is not known."""
+    """Whether an expression depends, or may depend, on time other than through the coordinates."""
     plain = value.xreplace({q: Dummy() for q in source.q})
     return value is S.NaN or bool(plain.has(dynamicsymbols._t))
 
@@ -157,7 +157,7 @@ def _at_rest(source: Source, component: Expr) -> Expr:
 
 
 def _term_at_rest(term: Expr, moving: Sequence[Expr], still: Mapping[Expr, Expr]) -> Expr:
-    """A force along a velocity, 0/0 at rest, changes its sign with the speeds: it has no mean."""
+    """A term at rest: where it is 0/0, zero if it is odd in the speeds, otherwise NaN."""
     value = term.xreplace(dict(still))
     if not value.has(S.NaN, S.ComplexInfinity, S.Infinity, S.NegativeInfinity):
         return value

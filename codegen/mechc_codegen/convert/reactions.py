@@ -1,4 +1,4 @@
-"""Loads on auxiliary speeds that are to be found -> loads without them, and each per unit."""
+"""Loads on auxiliary speeds that are unknowns -> loads without them, and each load per unit."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def refuse_contributing(
 
 
 def _power(source: Source, reaction: Reaction, rates: Rates) -> Expr:
-    """Per unit of the reaction, with auxiliary speeds zero."""
+    """The power per unit of the reaction, with auxiliary speeds zero."""
     moving = {q.diff(dynamicsymbols._t): r for q, r in zip(source.q, rates.original, strict=True)}
     still = dict.fromkeys(source.auxiliary, S.Zero)
     return Add(

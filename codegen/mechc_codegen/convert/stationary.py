@@ -53,7 +53,7 @@ class Stationary:
         return self._spins[frame]
 
     def _velocity(self, point: Point) -> Number3:
-        """The velocity of ``velocity_of``, found step by step."""
+        """The velocity as ``velocity_of`` returns it, found step by step."""
         before = steps_from(point, lambda p: p._pos_dict)
         at = next((p for p in (point, *before) if self.frame in p._vel_dict), None)
         if at is None:

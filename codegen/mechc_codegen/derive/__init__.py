@@ -1,1 +1,1 @@
-"""From a mechanism to its equations of motion, by Kane's method."""
+"""Derivation of a mechanism's equations of motion by Kane's method."""

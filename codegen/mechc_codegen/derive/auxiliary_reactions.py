@@ -25,7 +25,7 @@ Matrix = list[list[Expr]]
 def reaction_values(
     mechanism: Mechanism, loads: Iterable[Load], momenta: Iterable[Load]
 ) -> dict[Expr, Expr]:
-    """Each reaction by its symbol.
+    """The value of each reaction, by its symbol.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def reaction_values(
             rows.append([*row, motion.power(rates) - motion.power(loads)])
     if len(rows) != len(symbols):
         _refuse(symbols, f"{len(rows)} auxiliary speeds that they act on")
-    values = solved(rows)
+    values = solve(rows)
     if values is None:
         _refuse(symbols, "auxiliary speeds on which they act alike")
     return dict(zip(symbols, values, strict=True))
@@ -88,7 +88,7 @@ class _Motion:
             [*(_product(one, other) for other in matrix), side]
             for one, side in zip(matrix, sides, strict=True)
         ]
-        factors = solved(square)
+        factors = solve(square)
         if factors is None:
             _refuse([r.symbol for r in self._mechanism.reactions], "constraints on the speeds")
         columns = zip(*matrix, strict=True)
@@ -113,8 +113,8 @@ def _product(one: Iterable[Expr], other: Iterable[Expr]) -> Expr:
     return Add(*(a * b for a, b in zip(one, other, strict=True)))
 
 
-def solved(rows: Matrix) -> list[Expr] | None:
-    """The solution of equations, each a row of coefficients and the right side; None without one.
+def solve(rows: Matrix) -> list[Expr] | None:
+    """The solution of linear equations given as rows with the right side last; None without one.
 
     By elimination; the pivots are diagonal entries where these are not zero.
     """

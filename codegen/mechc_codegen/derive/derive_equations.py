@@ -14,7 +14,7 @@ LEAST_WRITTEN = 5  # speeds, and links in a row: fewer have fewer operations by 
 
 
 def derive_equations(mechanism: Mechanism, request: OutputRequest = DEFAULT_REQUEST) -> Equations:
-    """By recursion over the links where there are many and the description allows it.
+    """Derive link by link where there are many links and the description allows it.
 
     Fewer in a row, in space, are derived link by link too, and M and F then written out.
     """

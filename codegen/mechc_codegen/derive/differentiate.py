@@ -52,7 +52,7 @@ def differentiate(equations: Equations) -> Equations:
             "kinematic_matrix",
             "N: derivative of the coordinates' rates by the speeds",
             tuple(
-                rate.diff(u) if q in equations.moved else S.Zero
+                rate.diff(u) if q in equations.movable_coordinates else S.Zero
                 for q, rate in zip(symbols.q, rates, strict=True)
                 for u in symbols.u
             ),
@@ -67,7 +67,7 @@ def differentiate(equations: Equations) -> Equations:
 
 def _refuse_states(equations: Equations, holonomic: Output) -> None:
     """Refuse states in configuration constraints, which are satisfied by moving coordinates."""
-    states = set(equations.symbols.q) - set(equations.moved)
+    states = set(equations.symbols.q) - set(equations.movable_coordinates)
     for label, expression in zip(holonomic.labels, holonomic.elements, strict=True):
         if expression.free_symbols & states:
             raise MechanismError(
@@ -93,12 +93,12 @@ def _with_mass_for_all(outputs: Mapping[str, Output], scale: Expr) -> tuple[Outp
         sum((r[i] * g for r, g in zip(jacobian, gamma, strict=True)), S.Zero) for i in range(size)
     ]
     return (
-        _augmented(mass, added, scale, "M + s J^T J"),
-        _augmented(forcing, pushed, scale, "F + s J^T gamma"),
+        _augmented_output(mass, added, scale, "M + s J^T J"),
+        _augmented_output(forcing, pushed, scale, "F + s J^T gamma"),
     )
 
 
-def _augmented(output: Output, added: Sequence[Expr], scale: Expr, equation: str) -> Output:
+def _augmented_output(output: Output, added: Sequence[Expr], scale: Expr, equation: str) -> Output:
     elements = tuple(e + scale * a for e, a in zip(output.elements, added, strict=True))
     return replace(output, name=f"augmented_{output.name}", equation=equation, elements=elements)
 

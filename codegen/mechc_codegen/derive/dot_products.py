@@ -53,7 +53,7 @@ def _infinite(vector: Vector) -> bool:
 
 
 def _entries(matrix: Any) -> Sequence[Expr]:
-    """Of a vector times nan SymPy makes nan, not a matrix."""
+    """The entries of a vector's matrix; SymPy returns nan, not a matrix, for a vector times nan."""
     return matrix.flat() if isinstance(matrix, MatrixBase) else [matrix]
 
 

@@ -14,7 +14,7 @@ from mechc_codegen.description.request import OutputRequest
 def drop_parameters(
     mechanism: Mechanism, equations: Equations, request: OutputRequest
 ) -> tuple[tuple[Parameter, ...], Equations]:
-    """Without fixed parameters, and without unused ones that have no default."""
+    """Remove fixed parameters, and unused parameters that have no default."""
     symbols, used = equations.symbols.parameters, _used(equations)
     kept = [
         i

@@ -41,7 +41,7 @@ class Symbols:
         return (*self.accelerations, *self.multipliers)
 
     def rates_of_inputs(self, expression: Expr) -> list[tuple[Symbol, Symbol]]:
-        """For each value of an input in the expression: the value and its rate.
+        """Pairs of value and rate for each value of an input in the expression.
 
         Raises
         ------
@@ -126,8 +126,8 @@ class Equations:
     states: int = 0
 
     @property
-    def moved(self) -> tuple[Symbol, ...]:
-        """The coordinates without the states: those that displacements and projections change."""
+    def movable_coordinates(self) -> tuple[Symbol, ...]:
+        """The coordinates without the states: displacements and projections change only these."""
         return self.symbols.q[: len(self.symbols.q) - self.states]
 
     def __str__(self) -> str:

@@ -24,7 +24,7 @@ from sympy.physics.vector import Vector
 from mechc_codegen.derive.equations import Output
 from mechc_codegen.derive.load_bodies import LoadBodies
 from mechc_codegen.description.constraints import Closure
-from mechc_codegen.description.joints.couplings import Coupled
+from mechc_codegen.description.joints.couplings import CoupledPair
 from mechc_codegen.description.joints.tree import Body, Joint, joint_tree, refuse_unreached
 from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.errors import MechanismError
@@ -40,7 +40,7 @@ class Kinetics(Protocol):
     def total(self, *vectors: V3) -> V3: ...
     def difference(self, a: V3, b: V3) -> V3: ...
     def cross(self, a: V3, b: V3) -> V3: ...
-    def scaled(self, factor: Expr, a: V3) -> V3: ...
+    def scale(self, factor: Expr, a: V3) -> V3: ...
 
     def along(self, vector: Vector) -> V3: ...
     def position(self, point: Point) -> V3: ...
@@ -114,7 +114,7 @@ def _refuse_loose_closures(mechanism: Mechanism) -> None:
 
 
 def _refuse_other_constraints(mechanism: Mechanism) -> None:
-    """A constraint on the speeds of one joint acts in that joint; for others it is not known."""
+    """Refuse constraints on the speeds of several joints: where they act is not known."""
     coupled = {joint.name for joint in _couplings(mechanism)}
     every = (*mechanism.configuration_constraints, *mechanism.motion_constraints)
     for constraint in (c for c in every if c.name not in coupled):
@@ -129,8 +129,8 @@ def _refuse_other_constraints(mechanism: Mechanism) -> None:
             )
 
 
-def _couplings(mechanism: Mechanism) -> list[Coupled]:
-    return [joint for joint in mechanism.joints if isinstance(joint, Coupled)]
+def _couplings(mechanism: Mechanism) -> list[CoupledPair]:
+    return [joint for joint in mechanism.joints if isinstance(joint, CoupledPair)]
 
 
 def _speeds_of(mechanism: Mechanism, expression: Expr) -> set[AppliedUndef]:
@@ -159,20 +159,20 @@ class _Reactions:
         tree = joint_tree(self.mechanism.joints, self.mechanism.bodies)
         for branch in reversed(tree.branches):
             at = self.kinetics.position(branch.joint.child_point)
-            needed = self._needed(branch.body, at)
-            self._add(branch.inner, self._reversed(needed))
-            self._found[branch.joint.name] = needed if branch.sign > 0 else self._reversed(needed)
+            needed = self._needed_wrench(branch.body, at)
+            self._add(branch.inner, self._opposite(needed))
+            self._found[branch.joint.name] = needed if branch.sign > 0 else self._opposite(needed)
         return [self._found[joint.name] for joint in self.mechanism.joints]
 
     def _add(self, body: Body | None, wrench: Wrench) -> None:
         self._outside.setdefault(body, []).append(wrench)
 
-    def _reversed(self, wrench: Wrench) -> Wrench:
-        force, moment = (self.kinetics.scaled(S.NegativeOne, v) for v in _both(wrench))
+    def _opposite(self, wrench: Wrench) -> Wrench:
+        force, moment = (self.kinetics.scale(S.NegativeOne, v) for v in _both(wrench))
         return Wrench(force, moment, wrench.at)
 
-    def _needed(self, body: Body, at: V3) -> Wrench:
-        """The wrench that the body's motion needs, minus all others on it, about a point."""
+    def _needed_wrench(self, body: Body, at: V3) -> Wrench:
+        """The wrench for the body's motion minus all other wrenches on it, about a point."""
         k = self.kinetics
         force, moment = k.momentum_rates(body)
         centre = k.position(body.masscenter)
@@ -208,28 +208,28 @@ class _Reactions:
         k = self.kinetics
         axes = [k.along(axis) for axis in closure.axes]
         turning = [k.cross(k.along(one), k.along(other)) for one, other in closure.perpendicular]
-        force = self._weighted(axes, row)
-        moment = self._weighted(turning, row + len(axes))
+        force = self._weighted_sum(axes, row)
+        moment = self._weighted_sum(turning, row + len(axes))
         self._add_pair(joint, Wrench(force, moment, k.position(joint.child_point)))
 
-    def _add_coupling(self, joint: Coupled) -> None:
+    def _add_coupling(self, joint: CoupledPair) -> None:
         k = self.kinetics
         names = [c.name for c in self.mechanism.configuration_constraints]
         weight = k.multiplier(names.index(joint.name))
-        force, torque = (k.scaled(weight, k.along(v)) for v in (joint.force, joint.torque))
+        force, torque = (k.scale(weight, k.along(v)) for v in (joint.force, joint.torque))
         self._add_pair(joint, Wrench(force, torque, k.position(joint.child_point)))
 
     def _add_pair(self, joint: Joint, wrench: Wrench) -> None:
-        """On the child, and the opposite on the parent."""
+        """Add a wrench to the child, and the opposite one to the parent."""
         self._found[joint.name] = wrench
         self._add(joint.child, wrench)
-        self._add(joint.parent, self._reversed(wrench))
+        self._add(joint.parent, self._opposite(wrench))
 
-    def _weighted(self, directions: Sequence[V3], row: int) -> V3:
-        """-sum of lambda times direction, from a row on."""
+    def _weighted_sum(self, directions: Sequence[V3], row: int) -> V3:
+        """The negative sum of multiplier times direction, with multipliers from a given row on."""
         k = self.kinetics
         parts = [
-            k.scaled(-k.multiplier(row + i), direction) for i, direction in enumerate(directions)
+            k.scale(-k.multiplier(row + i), direction) for i, direction in enumerate(directions)
         ]
         return k.total(ZERO, *parts)
 

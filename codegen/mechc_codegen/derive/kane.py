@@ -73,7 +73,7 @@ def derive(mechanism: Mechanism, request: OutputRequest = DEFAULT_REQUEST) -> Eq
     return Equations(
         symbols=symbols,
         outputs={o.name: to_symbols.output(o) for o in outputs}
-        | {o.name: to_symbols.solved(o) for o in solved},
+        | {o.name: to_symbols.motion_output(o) for o in solved},
         parameter_defaults=tuple(to_symbols.default(p.default) for p in mechanism.parameters),
         holonomic=len(mechanism.holonomic),
         nonholonomic=len(mechanism.motion_constraints),
@@ -101,18 +101,18 @@ def _motion(mechanism: Mechanism, body: RigidBody | Particle) -> BodyMotion:
 
 
 def _velocity(mechanism: Mechanism, point: Point) -> Vector:
-    """The velocity that was set; else the rate of the position.
+    """The velocity that the user set, or else the rate of the position.
 
     SymPy would use the nearest point whose velocity is known, and store the result.
     """
     frame = mechanism.frame
-    if frame in point._vel_dict or mechanism.origin not in _connected(point):
+    if frame in point._vel_dict or mechanism.origin not in _reachable_points(point):
         return velocity_of(point, frame).xreplace(mechanism.rates)
     return point.pos_from(mechanism.origin).dt(frame).xreplace(mechanism.rates)
 
 
-def _connected(point: Point) -> set[Point]:
-    """Every point to which a position leads."""
+def _reachable_points(point: Point) -> set[Point]:
+    """All points that are connected to this one by positions."""
     found, waiting = {point}, [point]
     for at in waiting:
         new = at._pos_dict.keys() - found
@@ -149,7 +149,7 @@ def _equations_of_motion(mechanism: Mechanism, motions: list[BodyMotion]) -> lis
 def _add_lagranges_equations(
     mechanism: Mechanism, mass: list[list[Expr]], forcing: list[Expr]
 ) -> None:
-    """d/dt dL/du - dL/dq = 0 with u = q', split into what u' multiplies and the rest."""
+    """Add d/dt dL/du - dL/dq = 0, u = q', as coefficients of u' and the remaining terms."""
     assert mechanism.lagrangian is not None
     time = dynamicsymbols._t
     lagrangian = mechanism.lagrangian.xreplace(mechanism.rates)
@@ -165,7 +165,7 @@ def _add_lagranges_equations(
 def _kanes_equations(
     mechanism: Mechanism, motions: list[BodyMotion]
 ) -> tuple[list[list[Expr]], list[Expr]]:
-    """The upper triangle of M, and F."""
+    """The upper triangle of M, and F, by Kane's method."""
     speeds, frame = mechanism.u, mechanism.frame
     partials = [_partial_velocities(motion, speeds, frame) for motion in motions]
     size = len(speeds)

@@ -88,7 +88,7 @@ class LoadBodies:
 
 
 def _fixed_to(frame: ReferenceFrame) -> Iterable[ReferenceFrame]:
-    """The frame and those fixed to it, the nearest first."""
+    """The frame and all frames fixed to it, the nearest first."""
     waiting = [frame]
     for at in waiting:
         yield at

@@ -29,7 +29,7 @@ class WrittenKinetics:
         return x, y, z
 
     def difference(self, a: V3, b: V3) -> V3:
-        return self.total(a, self.scaled(S.NegativeOne, b))
+        return self.total(a, self.scale(S.NegativeOne, b))
 
     def cross(self, a: V3, b: V3) -> V3:
         return (
@@ -38,7 +38,7 @@ class WrittenKinetics:
             a[0] * b[1] - a[1] * b[0],
         )
 
-    def scaled(self, factor: Expr, a: V3) -> V3:
+    def scale(self, factor: Expr, a: V3) -> V3:
         return factor * a[0], factor * a[1], factor * a[2]
 
     def along(self, vector: Vector) -> V3:

@@ -20,17 +20,17 @@ MOST_RATES = 5  # derivatives of an input given at run time: what a quintic spli
 
 
 def state_symbols(mechanism: Mechanism) -> Symbols:
-    def numbered(prefix: str, count: int) -> tuple[Symbol, ...]:
+    def make_symbols(prefix: str, count: int) -> tuple[Symbol, ...]:
         return tuple(Symbol(f"{prefix}{k}", real=True) for k in range(count))
 
     return Symbols(
         Symbol("t", real=True),
-        numbered("q", len(mechanism.coordinates) + len(mechanism.states)),
-        numbered("u", len(mechanism.speeds)),
-        numbered("p", len(mechanism.parameters)),
-        numbered("a", len(mechanism.speeds)),
-        numbered("l", len(mechanism.rows)),
-        tuple(numbered(f"r{k}_", MOST_RATES + 1) for k in range(len(mechanism.open_inputs))),
+        make_symbols("q", len(mechanism.coordinates) + len(mechanism.states)),
+        make_symbols("u", len(mechanism.speeds)),
+        make_symbols("p", len(mechanism.parameters)),
+        make_symbols("a", len(mechanism.speeds)),
+        make_symbols("l", len(mechanism.rows)),
+        tuple(make_symbols(f"r{k}_", MOST_RATES + 1) for k in range(len(mechanism.open_inputs))),
     )
 
 
@@ -65,8 +65,8 @@ class StateSymbols:
         _refuse_functions(value, self.symbols)
         return value.xreplace(self.symbols)
 
-    def solved(self, output: Output) -> Output:
-        """An output that may contain accelerations and multipliers."""
+    def motion_output(self, output: Output) -> Output:
+        """The output over symbols, where it may contain accelerations and multipliers."""
         elements = (sympify(e).xreplace(self.second_rates) for e in output.elements)
         of_speeds = (e.xreplace(self.rates).xreplace(self.motion) for e in elements)
         return self.output(replace(output, elements=tuple(of_speeds)))
@@ -78,7 +78,7 @@ class StateSymbols:
 
 
 def _solved_motion(mechanism: Mechanism, symbols: Symbols) -> dict[Expr, Expr]:
-    """Accelerations and multipliers (by name and by number) -> symbols."""
+    """A dict from accelerations and multipliers (by name and by number) to symbols."""
     time = dynamicsymbols._t
     rates = (u.diff(time) for u in mechanism.u)
     found: dict[Expr, Expr] = dict(zip(rates, symbols.accelerations, strict=True))

@@ -1,1 +1,1 @@
-"""What a scene is: mechanisms, joints, constraints, terms, and what is requested of them."""
+"""The description of a scene: mechanism, joints, constraints, terms, and requested outputs."""

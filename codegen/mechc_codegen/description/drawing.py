@@ -54,7 +54,7 @@ class Drawing:
                 raise MechanismError(f"{solid!r} is not a Solid: make one by Solid.box or another")
 
     def plus(self, other: Drawing) -> Drawing:
-        """Both in one picture, seen as the other is where it says how."""
+        """Both drawings in one, with the view of the other if it has one."""
         return Drawing(
             links=tuple(dict.fromkeys((*self.links, *other.links))),
             ground=tuple(dict.fromkeys((*self.ground, *other.ground))),
@@ -67,14 +67,14 @@ class Drawing:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Every point that it names, once."""
+        """All points that the drawing names, each once."""
         lines = (*self.links, *self.springs, *self.dampers)
         linked = (name for _, points in lines for name in points)
         return tuple(dict.fromkeys((*linked, *self.ground, *self.traced)))
 
 
 def _names(points: Any) -> tuple[str, ...]:
-    """Names of points; a single one may be given alone."""
+    """A tuple of point names, also from a single name."""
     several = (points,) if isinstance(points, str) or hasattr(points, "name") else points
     return tuple(point if isinstance(point, str) else str(point.name) for point in several)
 

@@ -12,7 +12,7 @@ Bound: TypeAlias = "Expr | float | None"
 
 @dataclass(frozen=True)
 class Limits:
-    """What a joint should keep to: numbers, symbols, or None where nothing is said.
+    """The bounds of a joint: numbers, symbols, or None where there is no bound.
 
     Attributes
     ----------

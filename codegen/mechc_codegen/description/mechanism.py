@@ -21,7 +21,7 @@ from mechc_codegen.description.constraints import Constraint as Constraint
 from mechc_codegen.description.drawing import NO_DRAWING
 from mechc_codegen.description.drawing import Drawing as Drawing
 from mechc_codegen.description.joints.closures import joints_and_closures
-from mechc_codegen.description.joints.couplings import Coupled
+from mechc_codegen.description.joints.couplings import CoupledPair
 from mechc_codegen.description.joints.tree import Joint
 from mechc_codegen.description.limits import Limits as Limits
 from mechc_codegen.description.quantity import Quantity as Quantity  # the stages find them here
@@ -82,7 +82,7 @@ Notes = Callable[[Mapping[str, float]], list[tuple[str, str]]]
 
 @dataclass(frozen=True)
 class AddedInertia:
-    """A load of accelerations, which counts as inertia.
+    """A load that is linear in accelerations and therefore part of the mass matrix.
 
     ``per_acceleration`` has for each speed the force or torque at ``place`` per unit of its rate.
     """
@@ -104,7 +104,7 @@ class Reaction:
 
 @dataclass(frozen=True)
 class Mechanism:
-    """A mechanism, described.
+    """A validated description of a mechanism.
 
     Attributes
     ----------
@@ -279,7 +279,7 @@ def _take_joints(mechanism: Mechanism) -> None:
         given = tuple(c for c in mechanism.closures if c.name not in own)
         object.__setattr__(mechanism, "joints", joints)
         object.__setattr__(mechanism, "closures", (*given, *closures))
-        of_couplings = tuple(joint.constraint for joint in joints if isinstance(joint, Coupled))
+        of_couplings = tuple(joint.constraint for joint in joints if isinstance(joint, CoupledPair))
         own = {constraint.name for constraint in of_couplings}
         others = tuple(c for c in mechanism.configuration_constraints if c.name not in own)
         object.__setattr__(mechanism, "configuration_constraints", (*others, *of_couplings))
@@ -376,7 +376,7 @@ def _expressions(mechanism: Mechanism) -> Iterable[tuple[str, Expr]]:
 
 
 def _components(place: str, vector: Vector) -> Iterable[tuple[str, Expr]]:
-    """Each in the frame it was written in."""
+    """Components of each vector in the frame that it was written in."""
     for matrix, _ in vector.args:
         # SymPy makes a number of a matrix that nan or infinity multiplies.
         for component in matrix if isinstance(matrix, MatrixBase) else [matrix]:

@@ -124,7 +124,7 @@ def without_corners(expression: Basic) -> Basic:
 
 
 def _is_curve(expression: Basic) -> bool:
-    """Whether it is a curve of SymPy's muscle models, which have exp, log and sinh."""
+    """Whether a function is a curve of SymPy's muscle models, made of exp, log and sinh."""
     module = sys.modules.get("sympy.physics.biomechanics.curve")
     return module is not None and isinstance(expression, module.CharacteristicCurveFunction)
 
@@ -134,7 +134,7 @@ def _sign(x: Expr) -> Expr:
 
 
 def _whole(expression: Expr) -> Expr:
-    """Mod has the sign of its divisor, as in Python."""
+    """The floor function as this module's class; Mod has the sign of its divisor, as in Python."""
     x, *divisor = expression.args
     if isinstance(expression, floor):
         return Floor(x)

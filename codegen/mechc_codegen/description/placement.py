@@ -22,7 +22,7 @@ _UNIT: tuple[Number3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 class Placement:
-    """One choice of values, the same for the same ``seed``; vectors along the inertial axes."""
+    """Places for one random choice of values, which ``seed`` determines; along inertial axes."""
 
     def __init__(self, frame: ReferenceFrame, origin: Point, seed: int) -> None:
         self._random = random.Random(seed)
@@ -70,7 +70,7 @@ class Placement:
         return self._frames[frame]
 
     def position(self, point: Point) -> Number3:
-        """From the origin.
+        """The position of a point relative to the origin.
 
         Raises
         ------
@@ -86,7 +86,7 @@ class Placement:
 
 
 def steps_from(start: Place, neighbours: Callable[[Place], Iterable[Place]]) -> dict[Place, Place]:
-    """For everything that is connected to ``start`` the previous place on the shortest path."""
+    """The previous place on the shortest path from ``start``, for all connected places."""
     before: dict[Place, Place] = {}
     waiting = [start]
     for place in waiting:
@@ -98,7 +98,7 @@ def steps_from(start: Place, neighbours: Callable[[Place], Iterable[Place]]) -> 
 
 
 def _ways(place: Place, before: dict[Place, Place], known: dict[Place, Any]) -> Iterator[Place]:
-    """The places between the nearest known one and ``place``, from there outwards."""
+    """The places on the way from the nearest known one to ``place``, which is the last of them."""
     way = []
     while place not in known:
         way.append(place)

@@ -61,7 +61,7 @@ class Quantity:
         object.__setattr__(self, "kind", kind)
 
     def with_unit(self, unit: str) -> Quantity:
-        """The same in another unit, with the kind that follows from it."""
+        """A copy with another unit, and with the kind that follows from that unit."""
         return Quantity(unit, self.description, self.lower, self.upper, self.closed)
 
 

@@ -26,7 +26,9 @@ _LABEL = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 @dataclass(frozen=True)
 class OutputRequest:
-    """Attributes
+    """The requested outputs, and the parameters that become numbers.
+
+    Attributes
     ----------
     outputs
         The requested ones of :data:`OPTIONAL`.
@@ -62,12 +64,12 @@ class OutputRequest:
     def includes(self, output: str) -> bool:
         return output in self.outputs
 
-    def differentiated(self, present: Iterable[str]) -> tuple[str, ...]:
-        """Of the outputs present, besides the user's own, those that sensitivities follow."""
+    def differentiated_outputs(self, present: Iterable[str]) -> tuple[str, ...]:
+        """The present outputs whose sensitivities are requested, besides user-defined ones."""
         return self.of_mechanism(present) if self.includes("sensitivities") else ()
 
     def of_mechanism(self, present: Iterable[str]) -> tuple[str, ...]:
-        """Of the outputs present, besides the user's own, those that can be differentiated."""
+        """The present outputs that can be differentiated, besides user-defined ones."""
         found = {*present} - {*self.expressions}
         found -= set() if self.includes("multipliers") else {"multipliers"}
         return tuple(name for name in DIFFERENTIATED if name in found)

@@ -18,7 +18,9 @@ Orders = tuple[int, ...]
 
 @dataclass(frozen=True)
 class TableData:
-    """Attributes
+    """The data of a lookup table: piecewise polynomials of one or two arguments.
+
+    Attributes
     ----------
     starts
         Of each argument, the values at which pieces begin; the first goes on downwards.
@@ -41,7 +43,7 @@ class TableData:
 
     @property
     def digest(self) -> str:
-        """Of the data: it names the functions."""
+        """A hash of the data, used in the names of functions."""
         parts = (self.starts, self.degree, self.coefficients, self.periods)
         return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
 
@@ -70,7 +72,7 @@ _known: dict[tuple[str, Orders], type[Lookup]] = {}
 
 
 def lookup(table: TableData, orders: Orders) -> type[Lookup]:
-    """The function that a derivative of a table is; the same class for the same data."""
+    """The SymPy function for a derivative of a table; equal data give the same class."""
     key = (table.digest, orders)
     if key not in _known:
         name = f"table_{key[0]}_{'_'.join(map(str, orders))}"

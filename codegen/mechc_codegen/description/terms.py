@@ -40,7 +40,7 @@ def printed_name(symbol: Expr) -> str:
 
 
 def velocity_of(point: Point, frame: ReferenceFrame) -> Vector:
-    """The velocity that was set; else by the nearest point that has one.
+    """The velocity that the user set, or else the one that the nearest point with one determines.
 
     As ``Point.vel`` does, which would store the result in the user's point, and warn if several
     points are equally near.
@@ -63,7 +63,7 @@ def velocity_of(point: Point, frame: ReferenceFrame) -> Vector:
 
 
 def is_rigid(body: RigidBody | Particle) -> bool:
-    """Whether a body has an inertia; SymPy's deprecated ``Body`` is of both classes."""
+    """Whether a body has inertia; SymPy's deprecated ``Body`` may be either."""
     return isinstance(body, RigidBody) and bool(getattr(body, "is_rigidbody", True))
 
 

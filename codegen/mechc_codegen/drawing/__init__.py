@@ -1,1 +1,1 @@
-"""What a mechanism looks like: its links, found from its points, and where they are."""
+"""The picture of a mechanism: links inferred from its points, and where they are."""

@@ -20,7 +20,7 @@ Neighbours = Mapping[Point, Collection[Point]]
 
 
 def infer_drawing(places: Places) -> Drawing:
-    """A drawing of what the mechanism itself shows, without a word from the user."""
+    """A drawing inferred from the mechanism alone."""
     found = _Links(places)
     name = {point: name for name, point in reversed(places.names.items())}
     links = tuple((label, tuple(name[p] for p in line)) for label, line in found.links)
@@ -61,7 +61,7 @@ class _Links:
         return list(dict.fromkeys(p for line in several for p in line if p in fixed))
 
     def _within(self, frame: object) -> Neighbours:
-        """The points that each is joined to by a constant vector in this group of frames."""
+        """The points joined to each point by a constant vector in this group of frames."""
         found: dict[Point, dict[Point, None]] = {}
         for (a, b, _), carrier in zip(self._ways, self._carriers, strict=True):
             if carrier is frame and frame is not None:
@@ -76,7 +76,7 @@ class _Links:
         return found
 
     def _line(self, body: RigidBody | Particle) -> tuple[Point, ...]:
-        """Through the points that are fixed to a body, along the steps that place them."""
+        """A polyline through the points fixed to a body, along the steps that place them."""
         centre = self.same[body.masscenter]
         if not is_rigid(body):
             return (centre,)
@@ -111,7 +111,7 @@ class _Links:
 
 
 def _walk(members: list[Point], near: Neighbours) -> tuple[Point, ...]:
-    """One polyline over every step within, from an end, back and forth where it branches."""
+    """One polyline over all steps, from one end, going back where it branches."""
     own = {p: [x for x in near.get(p, ()) if x in members] for p in members}
     line = [next((p for p in members if len(own[p]) < 2), members[0])]
     way, seen = list(line), set(line)

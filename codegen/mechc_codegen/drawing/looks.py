@@ -1,4 +1,4 @@
-"""What decides the picture of some bodies, as a value that can be compared.
+"""The data that determine the picture of some bodies, as a value that can be compared.
 
 Two descriptions with the same equations share one compiled scene; they have one picture only if
 the points and frames around their bodies are the same too.
@@ -28,7 +28,7 @@ def looks_of(bodies: Iterable[RigidBody | Particle]) -> tuple[Any, ...]:
 
 
 def _around(starts: Iterable[Any], neighbours: str) -> list[Any]:
-    """These places and all that are connected to them, each once."""
+    """These places and all places connected to them, each once."""
     found: dict[int, Any] = {}
     for start in starts:
         if id(start) not in found:

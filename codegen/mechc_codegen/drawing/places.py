@@ -61,7 +61,7 @@ class Places:
         return self.expression(given.xreplace(rates)).xreplace(rates)
 
     def is_given(self, entries: Iterable[Expr], frame: ReferenceFrame) -> bool:
-        """Whether a load's components follow from state, time and what is known."""
+        """Whether a load's components can be evaluated from state, time and known parameters."""
         known = self._known | {*self.mechanism.u}
         return frame in self._placed and all(_variables(entry) <= known for entry in entries)
 
@@ -87,7 +87,7 @@ class Places:
         return group
 
     def is_constant(self, entry: Expr) -> bool:
-        """Whether it contains nothing but parameters whose values are known."""
+        """Whether an expression contains only parameters whose values are known."""
         return _variables(self.expression(entry)) <= {*self.parameters}
 
     def group_of(self, frame: ReferenceFrame) -> ReferenceFrame | None:
@@ -120,7 +120,7 @@ class Places:
 
     @cached_property
     def same(self) -> dict[Point, Point]:
-        """For every point the first of those that always coincide with it."""
+        """A dict from every point to the first point that always coincides with it."""
         found = {self.mechanism.origin: self.mechanism.origin}
         for before, point, way in self.ways:
             found[point] = found[before] if way == 0 else point
@@ -138,7 +138,7 @@ class Places:
         return found
 
     def is_placed(self, point: Point) -> bool:
-        """Whether its position follows from what is known."""
+        """Whether the position of a point can be evaluated from known values."""
         return point in self.same or any(p in self.same for p in point._pos_dict)
 
 

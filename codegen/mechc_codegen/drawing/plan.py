@@ -30,7 +30,7 @@ Arm = tuple[int, tuple[Expr, Expr, Expr]]  # the number of a frame, components i
 
 @dataclass
 class Plan:
-    """How the points of a drawing are found from a state.
+    """The steps by which the points of a drawing are found from a state.
 
     Attributes
     ----------
@@ -143,18 +143,18 @@ class _Steps:
         plan.places = tuple(self._point(places.names[name]) for name in plan.names)
 
     def add(self, found: Iterable[Shape]) -> None:
-        """Place these shapes."""
+        """Add these shapes to the plan."""
         for shape in found:
             self.plan.solids.append((shape, self._point(shape.at), self._frame(shape.frame)))
 
     def add_joints(self) -> None:
-        """Place the joints, if all of them can be."""
+        """Add the joints, if all of them can be placed."""
         joints = self.places.mechanism.joints
         if all(self.places.is_placed(joint.child_point) for joint in joints):
             self.plan.joints = [(j.name, self._point(j.child_point)) for j in joints]
 
     def add_loads(self) -> None:
-        """Place the forces whose values follow from the state; of torques nothing is drawn."""
+        """Add the forces whose values follow from the state; torques are not drawn."""
         mechanism = self.places.mechanism
         self.plan.speeds = tuple(mechanism.u)
         for place, vector in mechanism.loads:
@@ -190,7 +190,7 @@ class _Steps:
         return self._points[point]
 
     def _before(self, point: Point) -> Point:
-        """The point it is placed from; of a renamed copy of a point any that is placed."""
+        """The point from which a point is placed; for a renamed copy any point that is placed."""
         known = self.places.points
         return known[point] if point in known else next(p for p in point._pos_dict if p in known)
 

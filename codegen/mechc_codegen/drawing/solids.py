@@ -1,4 +1,4 @@
-"""The solids of a picture in space: those that were given, and what the bodies' inertia says.
+"""The solids of a picture in space: given solids, and solids inferred from the bodies' inertia.
 
 Input: the places of a mechanism and its drawing.  Output: shapes at points and frames, with the
 expressions of their sizes.  A body of which no solid is given has the one with its inertia: for it
@@ -79,7 +79,7 @@ def _of_body(places: Places, body: RigidBody | Particle) -> Shape | None:
 
 
 def _own_frame(inertia: Dyadic) -> ReferenceFrame | None:
-    """The one frame that a dyadic is written in: that of a wheel may be its holder's."""
+    """The one frame that a dyadic is written in; for a wheel it may be the holder's frame."""
     vectors = [v for _, *pair in inertia.args for v in pair] if inertia != 0 else []
     frames = {frame for vector in vectors for _, frame in vector.args}
     return frames.pop() if len(frames) == 1 else None
@@ -100,7 +100,7 @@ def weight(places: Places) -> tuple[Expr, Expr, Expr] | None:
 
 
 def _per_mass(force: Vector, mass: Expr) -> Vector:
-    """A force over a mass; zero where the mass remains, since it is no weight then."""
+    """A force divided by a mass; zero if the mass does not cancel, as it is no weight then."""
     found = Vector([((matrix / mass), frame) for matrix, frame in force.args])
     entries = [entry for matrix, _ in found.args for entry in matrix]
     return Vector(0) if any(e.has(*mass.free_symbols) for e in entries) else found

@@ -1,1 +1,1 @@
-"""From a program to C, or to Python over NumPy arrays."""
+"""Emission of a program as C, or as Python over NumPy arrays."""

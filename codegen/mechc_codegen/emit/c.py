@@ -39,7 +39,7 @@ def emit(
     sets: Sequence[InstructionSet],
     request: OutputRequest = DEFAULT_REQUEST,
 ) -> dict[str, str]:
-    """File name -> text of everything that is compiled for one scene."""
+    """A dict from file names to texts of everything that is compiled for one scene."""
     functions = SceneFunctions(program, equations, request)
     texts = {
         **program_texts(functions, metadata),
@@ -97,7 +97,7 @@ class CWriter(FunctionWriter):
         return [Line((f"bias[{i}] = R(0.0);",)) for i in range(functions.rows)]
 
     def _with_inputs(self, body: list[Line], speeds: str) -> list[Line]:
-        """The lines, and before them one that reads the inputs they use."""
+        """The lines, preceded by one that reads the inputs that they use."""
         used = {symbol for line in body for symbol in line.uses}
         places = [i for i, symbol in enumerate(self.inputs) if symbol in used]
         if not places:
@@ -113,7 +113,7 @@ class CWriter(FunctionWriter):
     # -- statements -------------------------------------------------------------------------
 
     def statements(self, function: SceneFunction) -> list[Line]:
-        """In the configuration, sines and cosines are kept in `turns`, or taken from there."""
+        """Statements in C; in the configuration ``turns`` stores or supplies sines and cosines."""
         if function.kind != "configuration":
             return [self._once(statement) for statement in function.statements]
         lines, turns = list[Line](), 0
@@ -126,7 +126,7 @@ class CWriter(FunctionWriter):
         return lines
 
     def _once(self, statement: Statement) -> Line:
-        """Each statement is printed once, though several functions compute it."""
+        """Print each statement only once, although several functions compute it."""
         if statement.targets not in self._printed:
             self._printed[statement.targets] = self._print(statement)
         return self._printed[statement.targets]
@@ -146,7 +146,7 @@ class CWriter(FunctionWriter):
         return Line(text, statement.targets, statement.value.free_symbols)
 
     def store(self, output: Output, target: str) -> list[Line]:
-        """Large arrays that are mostly zero are cleared first."""
+        """Assignments to an output array; a large array that is mostly zero is cleared first."""
         elements, comment = output.elements, f"/* {plain_words(output.equation)} */"
         cleared = len(elements) > _SPARSE and 2 * sum(e == 0 for e in elements) > len(elements)
         loop = f"for (int i = 0; i < {len(elements)}; i++) {target}[i] = R(0.0);"

@@ -14,7 +14,7 @@ _ALIASES = "const real *const p = given->p, *const k = given->k;"
 
 
 def definition(comment: str, name: str, signature: str, body: Sequence[str], storage: str) -> str:
-    """A function over ``real``; where it has `given`, its arrays are p and k."""
+    """The definition of a function over ``real``; with ``given``, its arrays are p and k."""
     arguments = argument_names(signature)
     aliases = []
     if "given" in arguments:
@@ -31,10 +31,10 @@ def definition(comment: str, name: str, signature: str, body: Sequence[str], sto
 
 
 def argument_names(signature: str) -> list[str]:
-    """Of a C function's parameters, in order."""
+    """Names of a C function's parameters, in order."""
     return re.findall(r"(\w+)(?:,|$)", signature)
 
 
 def plain_words(text: str) -> str:
-    """For a comment: signs that could end it or form a trigraph are replaced."""
+    """Text for a C comment, without signs that could end it or form a trigraph."""
     return re.sub(r"[^A-Za-z0-9_ .,:;()\[\]=+'^/-]", "_", text)

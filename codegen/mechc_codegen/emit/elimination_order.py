@@ -14,7 +14,7 @@ from mechc_codegen.derive.equations import Tree
 
 @dataclass(frozen=True)
 class RowPlan:
-    """Every link has a range of places for rows: those passed on by its children, then its own.
+    """The places of rows at every link: those passed on by its children, then its own.
 
     ``first``: of each link the first place, and one more for the end.  ``cut_place``: of each cut
     where its row begins.  ``passed_to``: of each link the parent's place for the first row that it
@@ -31,7 +31,7 @@ class RowPlan:
 
 
 def plan_rows(tree: Tree) -> RowPlan | None:
-    """The plan, or None where a cut joins two moving links or more rows come together than fit."""
+    """The plan, or None if a cut joins two moving links or too many rows meet in one link."""
     if not tree.cuts or not all(min(ends) < 0 <= max(ends) for ends in tree.cuts):
         return None
     rows, left = _counts(tree)
@@ -66,7 +66,7 @@ def walks_moving_cuts(tree: Tree) -> bool:
 
 
 def _counts(tree: Tree) -> tuple[list[int], list[int]]:
-    """The number of rows at each link, and of those that it passes on."""
+    """The number of rows at each link, and the number that it passes on."""
     rows = [0] * len(tree.parents)
     left = list(rows)
     for ends in tree.cuts:

@@ -58,7 +58,7 @@ class SceneFunction:
 
 @dataclass
 class SceneFunctions:
-    """The division of one program, and what its parts need from each other."""
+    """The functions of one program, and the values that they pass to each other."""
 
     program: Program
     equations: Equations
@@ -116,7 +116,7 @@ class SceneFunctions:
 
     @property
     def long(self) -> bool:
-        """Whether a stage computes so much that a call costs little beside it."""
+        """Whether a stage computes so much that the cost of a call is small in comparison."""
         names = (*self.layout.configuration, *self.layout.motion)
         elements = [
             e for name in names if name in self.outputs for e in self.outputs[name].elements
@@ -126,25 +126,25 @@ class SceneFunctions:
 
     @property
     def storage(self) -> str:
-        """How the two functions of a stage are compiled."""
+        """The storage class of the two functions of a stage."""
         called = self.long and self.layout.storage == "MECHC_INLINE"
         return "MECHC_SINGLE" if called else self.layout.storage
 
     def own_functions(self) -> list[Output]:
-        """The outputs that are computed by a function of their own."""
+        """The outputs that have a function of their own."""
         return [o for o in self.program.outputs if o.name not in (*INTERNAL, *TREE, *TREE_MOTION)]
 
-    def listed(self) -> list[Output]:
-        """Those of :meth:`own_functions` that a user can evaluate by name."""
+    def listed_outputs(self) -> list[Output]:
+        """The outputs with a function of their own that a user can evaluate by name."""
         return [o for o in self.own_functions() if o.name not in UNLISTED]
 
     @property
     def own_rows(self) -> int:
-        """Rows of the Jacobians of outputs: the user's own, and those of sensitivities."""
+        """Number of rows in Jacobians of outputs: user-defined ones, and those of sensitivities."""
         return next((self.outputs[name].shape[0] for name in OWN if name in self.outputs), 0)
 
-    def solved(self) -> list[tuple[str, int]]:
-        """Name and width of the outputs that the runtime computes from a solved motion."""
+    def by_runtime(self) -> list[tuple[str, int]]:
+        """Name and width of the outputs that the runtime computes once the motion is solved."""
         size = len(self.program.symbols.q) + len(self.program.symbols.u)
         multipliers = self.rows and self.request.includes("multipliers")
         return [
@@ -167,7 +167,7 @@ class SceneFunctions:
         return found
 
     def needs_motion(self, output: Output) -> bool:
-        """Whether accelerations or multipliers are in the output or in its statements."""
+        """Whether an output or a statement it needs contains accelerations or multipliers."""
         if output.name in (*RESIDUALS, *OWN, ADJOINT):
             return True
         statements = self._slice((output.name,))
@@ -175,7 +175,7 @@ class SceneFunctions:
         return not used.isdisjoint(self.program.symbols.motion)
 
     def defaults(self) -> Iterator[tuple[int, Expr | None, list[int]]]:
-        """Of each parameter its index, its default and the indices of those in the default.
+        """Triples of a parameter's index, its default, and indices of parameters in the default.
 
         A parameter comes after those that its default holds.
         """

@@ -31,7 +31,7 @@ ROWS = {"constraints": "gap", "constraint_jacobian": "jacobian", "velocity_bias"
 
 @dataclass(frozen=True)
 class Layout:
-    """Of each of the two functions the outputs, with the argument that each is written to.
+    """The outputs of each of the two functions, with the argument that each is written to.
 
     ``tables``: constants of the scene that the runtime reads; ``sizes``: their extents; ``solved``:
     outputs that are functions of the runtime's, with their widths; ``kept``: numbers that the
@@ -49,10 +49,10 @@ class Layout:
 
 
 def layout(equations: Equations, present: Collection[str]) -> Layout:
-    """The division for equations of which these outputs are present."""
+    """The layout for equations with these outputs."""
     if equations.tree is None:
         return _written_out(present)
-    return _walked(equations, equations.tree)
+    return _tree_layout(equations, equations.tree)
 
 
 def _written_out(present: Collection[str]) -> Layout:
@@ -72,7 +72,7 @@ def _written_out(present: Collection[str]) -> Layout:
     )
 
 
-def _walked(equations: Equations, tree: Tree) -> Layout:
+def _tree_layout(equations: Equations, tree: Tree) -> Layout:
     columns = [speed for own in tree.columns for speed in own]
     first = [0, *accumulate(len(own) for own in tree.columns)]
     size, rows = len(columns), len(tree.cuts)

@@ -49,11 +49,11 @@ def scene_metadata(
         "name": mechanism.name,
         "title": mechanism.title,
         "coordinates": [
-            *(_described(printed_name(c.symbol), c.quantity) for c in mechanism.coordinates),
-            *(_described(printed_name(s.symbol), s.quantity) for s in mechanism.states),
+            *(_quantity_data(printed_name(c.symbol), c.quantity) for c in mechanism.coordinates),
+            *(_quantity_data(printed_name(s.symbol), s.quantity) for s in mechanism.states),
         ],
-        "speeds": [_described(printed_name(s.symbol), s.quantity) for s in mechanism.speeds],
-        "parameters": [_described(str(p.symbol), p.quantity) for p in parameters],
+        "speeds": [_quantity_data(printed_name(s.symbol), s.quantity) for s in mechanism.speeds],
+        "parameters": [_quantity_data(str(p.symbol), p.quantity) for p in parameters],
         "points": [p.name for p in mechanism.points] if request.includes("points") else [],
         "bodies": list(distinct(b.name for b in mechanism.bodies)),
         "joints": [j.name for j in mechanism.joints] if request.includes("reactions") else [],
@@ -76,8 +76,8 @@ def scene_metadata(
         | {request.name_of(label): [] for label in request.expressions},
         "own": [request.name_of(label) for label in request.expressions],
         **({"arrays": {n: list(s) for n, s in request.shapes.items()}} if request.shapes else {}),
-        **_differentiated(program, request),
-        "skipped": [*mechanism.skipped, *_unwanted(request)],
+        **_differentiated_outputs(program, request),
+        "skipped": [*mechanism.skipped, *_outputs_left_out(request)],
         "fixed": {printed_name(symbol): float(value) for symbol, value in request.fixed.items()},
         "unavailable": _unavailable(mechanism, request),
         **_inputs(mechanism, program),
@@ -96,7 +96,7 @@ def scene_metadata(
 
 
 def _quaternions(mechanism: Mechanism) -> dict[str, Any]:
-    """The places of the components of quaternions; of some all multiples are one attitude."""
+    """Places of quaternions' components: attitudes of joints, and quaternions of length one."""
     every = [joint.quaternion for joint in mechanism.joints if joint.quaternion]
     places = [[mechanism.q.index(x) for x in quaternion] for quaternion in every]
     kinds = {
@@ -106,10 +106,10 @@ def _quaternions(mechanism: Mechanism) -> dict[str, Any]:
     return {kind: found for kind, found in kinds.items() if found}
 
 
-def _differentiated(program: Program, request: OutputRequest) -> dict[str, Any]:
-    """The outputs, after the user's own, whose Jacobians follow theirs, with their sizes."""
+def _differentiated_outputs(program: Program, request: OutputRequest) -> dict[str, Any]:
+    """The outputs, after user-defined ones, that have Jacobians, with their sizes."""
     values = program.named_values()
-    sizes = [[name, len(values[name])] for name in request.differentiated(values)]
+    sizes = [[name, len(values[name])] for name in request.differentiated_outputs(values)]
     return {"differentiated": sizes} if request.includes("sensitivities") else {}
 
 
@@ -139,13 +139,13 @@ def _closing(parameters: Sequence[Parameter], lowered: Program, equations: Equat
 
 
 def _smooth(program: Program, request: OutputRequest) -> bool:
-    """Whether no equation has a corner or a jump; user-defined outputs may."""
+    """Whether no equation has a corner or a jump; user-defined outputs are not considered."""
     values = equation_values(program, request.expressions)
     return not any(value.has(Abs, Step, Floor, Lookup) for value in values)
 
 
 def _switches(program: Program) -> dict[str, int]:
-    """How many functions show where the equations have a corner or a jump, where they show all."""
+    """Number of switching functions; nothing if they do not show every corner and jump."""
     found = [len(o.elements) for o in program.outputs if o.name == SWITCHING]
     return {"switches": found[0]} if found else {}
 
@@ -186,7 +186,7 @@ def _solved_shapes(
     size, rows = len(mechanism.speeds), len(mechanism.holonomic) + len(mechanism.motion_constraints)
     states = len(mechanism.coordinates) + len(mechanism.states) + size
     shapes = {"mass_matrix": [size, size], "forcing": [size]}
-    differentiated = _differentiated(program, request).get("differentiated", ())
+    differentiated = _differentiated_outputs(program, request).get("differentiated", ())
     own = len(request.expressions) + sum(size for _, size in differentiated)
     widths = (states, parameters, len(program.input_values()))
     for by, columns in zip(("state", "parameter", "input"), widths, strict=True):
@@ -211,15 +211,15 @@ OUTPUTS = {
 }
 
 
-def _unwanted(request: OutputRequest) -> list[str]:
+def _outputs_left_out(request: OutputRequest) -> list[str]:
     return [name for name in OUTPUTS if not request.includes(name)]
 
 
 def _unavailable(mechanism: Mechanism, request: OutputRequest) -> dict[str, str]:
-    """Output -> why the model lacks it."""
+    """A dict from each missing output to the reason."""
     reasons = {
         output: f"it was not requested; compile with outputs=(..., {name!r})"
-        for name in _unwanted(request)
+        for name in _outputs_left_out(request)
         for output in OUTPUTS[name]
     }
     if request.includes("energy") and mechanism.unknown_potentials:
@@ -235,7 +235,7 @@ def _unavailable(mechanism: Mechanism, request: OutputRequest) -> dict[str, str]
 
 
 def distinct(names: Iterable[str]) -> Iterator[str]:
-    """The names, with a number after a repeated one."""
+    """The names, where each repeated one gets a number."""
     seen: dict[str, int] = {}
     taken = list(names)
     for name in taken:
@@ -246,7 +246,7 @@ def distinct(names: Iterable[str]) -> Iterator[str]:
         yield different
 
 
-def _described(name: str, quantity: Quantity) -> dict[str, Any]:
+def _quantity_data(name: str, quantity: Quantity) -> dict[str, Any]:
     return {
         "name": name,
         "unit": quantity.unit,
@@ -265,7 +265,7 @@ def _finite(bound: float) -> float | None:
 def operation_counts(
     programs: tuple[Program, Program], equations: Equations, request: OutputRequest
 ) -> dict[str, Any]:
-    """Operations (functions included), before and after optimisation.
+    """Numbers of operations, functions included, before and after optimisation.
 
     ``outputs``: of each separately.  ``stages``: of the two functions that a right-hand side is
     computed with.  ``zeros``: how many of an output's elements are zero for any state, and of how
@@ -294,7 +294,7 @@ def operation_counts(
 
 
 def _constants(program: Program) -> set[Symbol]:
-    """Values of parameters only that are used at every call."""
+    """Values that depend on parameters only and are used in every call."""
     used = symbols_of(s.value for s in program.body)
     used |= symbols_of(e for o in program.outputs for e in o.elements)
     return used.intersection(targets_of(program.hoisted))
@@ -326,7 +326,7 @@ def _row_blocks(program: Program, equations: Equations) -> dict[str, Any]:
 
 
 def _loads(mechanism: Mechanism, request: OutputRequest) -> dict[str, int]:
-    """How many loads there are (uniform gravity is one), and how many vanish."""
+    """The number of loads (uniform gravity is one), and the number of loads that vanish."""
     vectors = [load for _, load in mechanism.loads]
     vectors += [] if mechanism.gravity is None else [mechanism.gravity]
     fixed = dict(request.fixed)
@@ -335,7 +335,7 @@ def _loads(mechanism: Mechanism, request: OutputRequest) -> dict[str, int]:
 
 
 def _entries(vector: Vector) -> Iterator[Expr]:
-    """SymPy makes a number of a matrix that nan or infinity multiplies."""
+    """The entries of a matrix; SymPy makes one number of a matrix times nan or infinity."""
     for matrix, _ in vector.args:
         yield from matrix if isinstance(matrix, MatrixBase) else [matrix]
 

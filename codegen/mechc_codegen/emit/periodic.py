@@ -18,12 +18,12 @@ Sum = Mapping[Symbol, int]  # of coordinates, by their whole multiples
 
 
 def angles(functions: SceneFunctions) -> list[int]:
-    """Coordinates with sines and cosines in the configuration and the motion."""
+    """Coordinates that occur in sines and cosines of the configuration and the motion."""
     return _indices(functions, _uses(functions)[0])
 
 
 def periodic(functions: SceneFunctions) -> list[int]:
-    """Those with nothing but sines and cosines; none where inputs read them."""
+    """Coordinates that occur in sines and cosines only; none where inputs read coordinates."""
     turned, used = _uses(functions)
     return [] if functions.program.input_values() else _indices(functions, turned - used)
 
@@ -41,7 +41,7 @@ def _uses(functions: SceneFunctions) -> tuple[set[Symbol], set[Symbol]]:
     for statement in (*functions.configuration, *functions.motion):
         angle = _sum_of(statement.value, sums)
         if angle is None:
-            used |= _carried(statement.value, sums)
+            used |= _plain_coordinates(statement.value, sums)
         elif isinstance(statement, SineCosine):
             turned |= angle.keys()
         else:
@@ -49,15 +49,15 @@ def _uses(functions: SceneFunctions) -> tuple[set[Symbol], set[Symbol]]:
     layout = functions.layout
     for name in (*layout.configuration, *layout.motion):
         for element in functions.outputs[name].elements if name in functions.outputs else ():
-            used |= _carried(element, sums)
+            used |= _plain_coordinates(element, sums)
     return turned, used
 
 
 def _sum_of(value: Expr, sums: Mapping[Symbol, Sum]) -> Sum | None:
-    """The value as whole multiples of coordinates, and of what is free of them; else None."""
+    """The integer factors of coordinates in a sum; None if a coordinate occurs in another way."""
     found: dict[Symbol, int] = {}
     for term in Add.make_args(value):
-        if not _carried(term, sums):
+        if not _plain_coordinates(term, sums):
             continue
         factor, symbol = term.as_coeff_Mul()
         if not isinstance(factor, Integer) or symbol not in sums:
@@ -67,6 +67,6 @@ def _sum_of(value: Expr, sums: Mapping[Symbol, Sum]) -> Sum | None:
     return found
 
 
-def _carried(value: Expr, sums: Mapping[Symbol, Sum]) -> set[Symbol]:
-    """The coordinates that reach a value other than through sines and cosines."""
+def _plain_coordinates(value: Expr, sums: Mapping[Symbol, Sum]) -> set[Symbol]:
+    """The coordinates that occur in a value, directly or through such sums."""
     return {q for symbol in value.free_symbols & sums.keys() for q in sums[symbol]}

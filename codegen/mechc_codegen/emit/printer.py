@@ -109,7 +109,7 @@ class RealPrinter(C99CodePrinter):  # type: ignore[misc]
         return self._call(type(expr).__name__, [self._real(a) for a in expr.args])
 
     def _real(self, expression: Expr) -> str:
-        """An expression whose C type is `real` also where it is a number."""
+        """An expression whose C type is ``real`` even if it is a number."""
         text = self._print(expression)
         return text if expression.free_symbols else f"R({text})"
 
@@ -127,7 +127,7 @@ def _number(expression: Expr) -> str:
 
 
 class NumpyPrinter(RealPrinter):
-    """Python, over floats or NumPy arrays alike; functions by the names that C has for them."""
+    """Printer of Python code for floats or NumPy arrays; functions have their names in C."""
 
     _MOST_TERMS = 40  # of a sum in one bracket: Python's own compiler walks down them one by one
 

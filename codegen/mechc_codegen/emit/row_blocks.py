@@ -25,14 +25,14 @@ MOST_FREE = 3  # directions, as in dynamics/motion.h
 
 @dataclass(frozen=True)
 class Block:
-    """Rows, and the speeds that they settle."""
+    """A block of rows, and the speeds that it determines."""
 
     rows: tuple[int, ...]
     speeds: tuple[int, ...]
 
     @property
     def free(self) -> int:
-        """Directions that it leaves free."""
+        """The number of directions that the block leaves free."""
         return len(self.speeds) - len(self.rows)
 
 
@@ -53,7 +53,7 @@ class BlockForm:
 def scene_blocks(
     equations: Equations, divided: Layout, outputs: Mapping[str, Output]
 ) -> BlockForm | None:
-    """The form, or None where rows are solved in another way or are not in small blocks."""
+    """The block form; None if rows are solved in another way or blocks are not small."""
     speeds = len(equations.symbols.u)
     rows = equations.holonomic + equations.nonholonomic
     closed_form = speeds == rows + 1 and speeds <= 3  # dynamics/loops/one_freedom.h
@@ -69,7 +69,7 @@ def scene_blocks(
 
 
 def orthogonal_operations(rows: int, speeds: int) -> dict[str, int]:
-    """Products, quotients and selections of the same by the orthogonal factors of all rows."""
+    """Number of operations to solve all rows by orthogonal factors."""
     pairs, free = rows * (rows - 1) // 2, speeds - rows
     sweeps = pairs * (6 * speeds + 2 * speeds + 4)  # and rows are exchanged
     return {
@@ -89,14 +89,14 @@ def _pattern(output: Output, width: int) -> tuple[frozenset[int], ...]:
 def find_blocks(
     rows: Sequence[frozenset[int]], speeds: int, of_speeds: int = 0
 ) -> tuple[Block, ...] | None:
-    """Blocks that hold every row and every speed once, or None."""
+    """Blocks that contain every row and every speed once; None if there are none."""
     return _ordered_blocks(rows, speeds, len(rows) - of_speeds) or _ordered_blocks(rows, speeds, 0)
 
 
 def _ordered_blocks(
     rows: Sequence[frozenset[int]], speeds: int, first: int
 ) -> tuple[Block, ...] | None:
-    """The `first` rows before the others."""
+    """The finest blocks, with the ``first`` rows before the others."""
     left, known, blocks = list(range(len(rows))), frozenset[int](), list[Block]()
     while left:
         block = _next_block(rows, [row for row in left if row < first] or left, known)

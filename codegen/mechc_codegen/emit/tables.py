@@ -38,7 +38,7 @@ def lookups(expressions: Iterable[Expr]) -> list[type[Lookup]]:
 
 
 def table_text(functions: Sequence[type[Lookup]]) -> str:
-    """Data and functions, once in a unit; nothing without tables."""
+    """C data and functions, for one unit; an empty text without tables."""
     if not functions:
         return ""
     tables = {each.table.digest: each.table for each in functions}
@@ -60,7 +60,7 @@ def _array(name: str, values: Sequence[float]) -> str:
 def _function(function: type[Lookup]) -> str:
     table, name = function.table, f"table_{function.table.digest}"
     axes = "xy"[: len(table.starts)]
-    lines = [line for k, axis in enumerate(axes) for line in _located(table, k, axis)]
+    lines = [line for k, axis in enumerate(axes) for line in _piece_lines(table, k, axis)]
     place = " + ".join(_strides(table, axes))
     lines.append(f"const double *const c = {name}_c + {place};")
     lines.append(f"return {_polynomial(table, function.orders, axes)};")
@@ -69,7 +69,7 @@ def _function(function: type[Lookup]) -> str:
     return f"MECHC_ONCE double {function.__name__}({arguments})\n{{\n{body}\n}}\n"
 
 
-def _located(table: TableData, k: int, axis: str) -> Iterator[str]:
+def _piece_lines(table: TableData, k: int, axis: str) -> Iterator[str]:
     name, starts, period = f"table_{table.digest}_{axis}", table.starts[k], table.periods[k]
     if period is not None:
         first = repr(starts[0])
@@ -88,7 +88,7 @@ def _strides(table: TableData, axes: str) -> Iterator[str]:
 
 
 def _polynomial(table: TableData, orders: Sequence[int], axes: str, first: int = 0) -> str:
-    """By Horner's rule in the first argument, of polynomials in the others."""
+    """C text of a polynomial, by Horner's rule in each argument."""
     if not axes:
         return f"c[{first}]"
     inner = (table.degree + 1) ** (len(axes) - 1)

@@ -1,1 +1,1 @@
-"""Scenes handed on to other programs, as files that need nothing of mechc."""
+"""Export of scenes as files that other programs can use without mechc."""

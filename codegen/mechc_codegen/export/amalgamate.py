@@ -1,4 +1,4 @@
-"""C with includes -> one text, in which each header of the runtime or scene stands once."""
+"""C with includes -> one text that contains each header of the runtime or scene once."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def amalgamate(name: str, generated: Mapping[str, str], runtime: Path) -> str:
 
 
 def included_headers(name: str, generated: Mapping[str, str], runtime: Path) -> list[str]:
-    """The headers of the folder ``runtime`` that ``name`` and what it includes need."""
+    """The headers of the folder ``runtime`` that ``name`` includes, directly or not."""
     found, left = set[str](), [name]
     while left:
         header = left.pop()

@@ -38,7 +38,7 @@ _STRUCTURE: tuple[tuple[str, str, Callable[[Variable], bool]], ...] = (
 
 @dataclass(frozen=True)
 class Unit:
-    """The facts of a description that concern the whole unit."""
+    """The properties of the whole unit that both descriptions contain."""
 
     identifier: str  # names of files: letters, digits and _
     title: str
@@ -122,7 +122,7 @@ def _units(root: Element, variables: Sequence[Variable]) -> None:
 
 
 def _variable(listed: Element, reference: int, variable: Variable, third: bool) -> None:
-    """FMI 3.0 has one element for what 2.0 says in two."""
+    """One variable: a single element in FMI 3.0, two elements in FMI 2.0."""
     said = {"name": variable.name, "valueReference": str(reference)}
     if variable.description:
         said["description"] = variable.description

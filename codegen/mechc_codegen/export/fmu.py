@@ -26,7 +26,7 @@ from mechc_codegen.emit.units.event_unit import EventExpressions, event_function
 from mechc_codegen.errors import CodegenError
 from mechc_codegen.export.amalgamate import included_headers
 from mechc_codegen.export.description import Unit, build_description, model_description
-from mechc_codegen.export.standalone import checked_name, filled
+from mechc_codegen.export.standalone import checked_name, fill_template
 from mechc_codegen.export.variables import Values, open_inputs, output_sizes, variables
 from mechc_codegen.extension.flags import FLAGS, RUNTIME
 from mechc_codegen.ir.program import Program
@@ -63,7 +63,7 @@ class FmuEvents:
     quantities: Sequence[Any] = ()
 
     def every_expression(self) -> Iterator[Any]:
-        """All expressions."""
+        """All expressions of the events."""
         for event in self.expressions:
             yield from () if event.value is None else (event.value,)
             yield from (event.reset or {}).values()
@@ -124,7 +124,7 @@ def fmu_files(
     request: OutputRequest,
     options: FmuOptions,
 ) -> dict[str, bytes]:
-    """Path in the archive -> content, without binaries.
+    """A dict from paths in the archive to content, without binaries.
 
     Raises
     ------
@@ -161,7 +161,7 @@ def fmu_files(
 
 
 def _outputs(program: Program, request: OutputRequest) -> list[list[Any]]:
-    """Name and size of outputs besides the user's own, differentiated or not."""
+    """Names and sizes of all outputs except user-defined ones."""
     values = program.named_values()
     return [[name, len(values[name])] for name in request.of_mechanism(values)]
 
@@ -177,7 +177,7 @@ def _token(sources: Mapping[str, str], metadata: Mapping[str, Any]) -> str:
 def start_values(
     functions: SceneFunctions, metadata: Mapping[str, Any], options: FmuOptions
 ) -> Values:
-    """Start values of every parameter; those that follow others are calculated."""
+    """Start values of all parameters; dependent ones are calculated."""
     names = [told["name"] for told in metadata["parameters"]]
     numbers, calculated = [math.nan] * len(names), [False] * len(names)
     symbols = functions.program.symbols.parameters
@@ -206,7 +206,7 @@ def unit_sources(
     """
     generated = program_texts(functions, metadata)
     head, lists = _head(metadata, options), _lists(functions, metadata, values)
-    generated[SOURCE] = filled("fmu.c.in", head, lists, parts)
+    generated[SOURCE] = fill_template("fmu.c.in", head, lists, parts)
     runtime = included_headers(SOURCE, generated, RUNTIME)
     return generated | {path: (RUNTIME / path).read_text("utf-8") for path in runtime}
 
@@ -281,7 +281,7 @@ def event_parts(functions: SceneFunctions, events: FmuEvents) -> dict[str, Any]:
 
 
 def _array(values: Iterable[Any]) -> str:
-    """No array in C is empty."""
+    """The initialiser of a C array, which must not be empty."""
     return ", ".join(map(str, values)) or "0"
 
 
@@ -290,7 +290,7 @@ def _c_number(value: float) -> str:
 
 
 def _dependent_parameters(functions: SceneFunctions, values: Values) -> dict[str, str]:
-    """Statements that compute the parameters that follow others, and how these change."""
+    """Statements that compute dependent parameters, and statements for their changes."""
     symbols, real = functions.program.symbols.parameters, RealPrinter().real
     complete, follow = list[str](), list[str]()
     for i, default, held in functions.defaults():

@@ -1,4 +1,4 @@
-"""C over doubles -> the same over floats.
+"""C over doubles -> C over floats.
 
 Input: C text.  Output: C text whose numbers are floats: types, literals, functions of the C
 library.  Invariant: comments and strings stay; what depends on the rounding of numbers, or on the
@@ -39,7 +39,7 @@ _REPLACED: Final[Mapping[str, str]] = {
 
 
 def headers() -> dict[str, str]:
-    """Headers of the runtime that have another text in single precision: name -> that text."""
+    """A dict from the names of headers with another text in single precision to that text."""
     folder = files("mechc_codegen.export").joinpath("templates", "single")
     return {name: folder.joinpath(file).read_text("utf-8") for name, file in _REPLACED.items()}
 

@@ -37,7 +37,7 @@ _NAME = re.compile(
 
 @dataclass(frozen=True)
 class Precision:
-    """How the C over doubles becomes that over a type."""
+    """The conversion of C over doubles to C over another type."""
 
     digits: int
     text: Callable[[str], str]
@@ -61,7 +61,7 @@ def standalone(
     end: float,
     real: str = "double",
 ) -> dict[str, str]:
-    """File name -> text.
+    """A dict from file names to texts.
 
     ``name`` is the prefix of all public names; the example starts at the state ``start`` with these
     values of parameters, and ends after ``end`` seconds.  ``real``: ``"double"`` or ``"float"``.
@@ -116,15 +116,15 @@ def standalone(
         "defaults": "\n".join(default_lines(functions)),
     }
     return {
-        f"{name}.h": precision.text(filled("header.h.in", common, tables)),
-        f"{name}.c": precision.text(filled("source.c.in", common, source)),
-        "main.c": filled("main.c.in", common, run),
-        "CMakeLists.txt": filled("CMakeLists.txt.in", common),
+        f"{name}.h": precision.text(fill_template("header.h.in", common, tables)),
+        f"{name}.c": precision.text(fill_template("source.c.in", common, source)),
+        "main.c": fill_template("main.c.in", common, run),
+        "CMakeLists.txt": fill_template("CMakeLists.txt.in", common),
     }
 
 
 def checked_name(name: str) -> str:
-    """The name, which begins names of functions or files; see :func:`standalone`."""
+    """The name, if it is a valid prefix of functions and files; see :func:`standalone`."""
     if not _NAME.fullmatch(name):
         raise CodegenError(
             f"{plain_words(name)!r} cannot begin the names of C functions: give a name of at most "
@@ -134,14 +134,14 @@ def checked_name(name: str) -> str:
     return name
 
 
-def filled(template: str, *values: Mapping[str, Any]) -> str:
-    """A template of an export with these values."""
+def fill_template(template: str, *values: Mapping[str, Any]) -> str:
+    """The text of an export's template with these values."""
     text = files("mechc_codegen.export").joinpath("templates", template).read_text("utf-8")
     return Template(text).substitute({key: x for each in values for key, x in each.items()})
 
 
 def code(name: str) -> str:
-    """A number of the runtime."""
+    """The value of an enumerator of the runtime's ``abi/codes.h``."""
     found = re.search(rf"{name} = (\d+)", (RUNTIME / "abi" / "codes.h").read_text("utf-8"))
     assert found is not None
     return found[1]

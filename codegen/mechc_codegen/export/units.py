@@ -26,7 +26,7 @@ _FACTOR = re.compile(r"\s*([/*·]?)\s*(\(?)\s*([A-Za-zΩ]+|1)(?:\^\(?([+-]?\d+)\
 
 
 def exponents(unit: str) -> dict[str, int] | None:
-    """Base unit -> exponent, of ``"kg m^2"``, ``"N m s/rad"``, ``"1/(m s)"``; None if not known.
+    """A dict from base units to exponents, for ``"kg m^2"``, ``"1/(m s)"``; None if not known.
 
     A slash divides by the one factor or the one bracket after it.
     """

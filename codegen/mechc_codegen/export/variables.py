@@ -15,7 +15,7 @@ from typing import Any
 
 from mechc_codegen.emit.metadata import distinct
 
-# Of outputs whose elements are along a body's or a joint's three axes.
+# Units of outputs whose elements are along a body's or a joint's three axes.
 _UNITS = {
     "kinetic_energy": "J",
     "potential_energy": "J",
@@ -70,7 +70,7 @@ class Values:
 def variables(
     metadata: Mapping[str, Any], values: Values, events: Sequence[str] = ()
 ) -> list[Variable]:
-    """All of them; a variable's place in the list is its value reference.
+    """All variables; the place of each in the list is its value reference.
 
     ``events``: the expressions whose zeros are events, as text.
     """
@@ -93,7 +93,7 @@ def variables(
 
 
 def plain_text(words: str) -> str:
-    """The words without signs that XML cannot hold or that end a line."""
+    """The words without line breaks and characters that XML does not allow."""
     return _NO_TEXT.sub("\ufffd", words)
 
 
@@ -122,7 +122,7 @@ def _states(metadata: Mapping[str, Any], values: Values) -> Iterator[Variable]:
 
 
 def _rate_unit(unit: str) -> str:
-    """The unit of a rate, where that of the quantity is known and simple."""
+    """The unit of a rate, if the quantity has a known and simple unit."""
     known = {"rad": "rad/s", "m": "m/s", "rad/s": "rad/s^2", "m/s": "m/s^2", "1": "1/s"}
     return known.get(unit, f"{unit}/s" if unit and "/" not in unit else "")
 
@@ -154,7 +154,7 @@ def _outputs(metadata: Mapping[str, Any]) -> Iterator[Variable]:
 
 
 def _labels(metadata: Mapping[str, Any], name: str, size: int) -> Iterator[str]:
-    """``points[A,x]``: the element by its point, body or joint, where the shape is so."""
+    """Labels ``points[A,x]``, by the point, body or joint of an element, where shapes allow it."""
     shape = metadata["shapes"].get(name, [size])
     axes: list[Sequence[Any]] = [range(each) for each in shape]
     named = metadata.get(_PLACES.get(name, ""), ())

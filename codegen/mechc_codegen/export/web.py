@@ -17,7 +17,7 @@ from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.units.scene_files import default_lines, listed_outputs
 from mechc_codegen.export.fmu import FmuEvents, FmuOptions, event_parts, start_values, unit_sources
 from mechc_codegen.export.placing import placing
-from mechc_codegen.export.standalone import checked_name, filled
+from mechc_codegen.export.standalone import checked_name, fill_template
 from mechc_codegen.export.variables import open_inputs
 from mechc_codegen.ir.program import Program
 
@@ -59,7 +59,7 @@ def web_scene(
         **event_parts(functions, FmuEvents()),
     }
     texts = unit_sources(functions, {**metadata, "differentiated": []}, free, options, parts)
-    texts[SOURCE] = filled(
+    texts[SOURCE] = fill_template(
         "web.c.in",
         {
             "most": max([1, 3 * len(plan.names), *(width for _, width in outputs)]),

@@ -1,1 +1,1 @@
-"""What a scene's extension is made of: its texts, the compiler flags, and the name of a binary."""
+"""A scene's extension: its texts, the compiler flags, and the name of the binary."""

@@ -29,7 +29,7 @@ class Build:
 
     @property
     def outputs_only_flags(self) -> tuple[str, ...]:
-        """Those of the widest instruction set, which the first unit is compiled for."""
+        """Flags of the widest instruction set, which the first unit is compiled for."""
         return max(self.flags.values(), key=len)
 
     @property
@@ -42,7 +42,7 @@ class Build:
         return tuple(self.flags)
 
     def as_json(self) -> str:
-        """All that its sources are compiled from, for :meth:`from_json`."""
+        """All data that its sources are compiled from, for :meth:`from_json`."""
         texts = {name: text for name, text in self.texts.items() if name.endswith((".c", ".h"))}
         return json.dumps({"name": self.name, "texts": texts, "flags": dict(self.flags)})
 
@@ -75,7 +75,7 @@ def extension(
 
 
 def signature(build: Build, compiler: str, python: str) -> str:
-    """Hash of all that decides a binary."""
+    """A hash of everything that determines a binary."""
     digest = hashlib.sha256()
     parts = [*(f"{name}\n{text}" for name, text in sorted(build.texts.items()))]
     parts += [f"{name} {flags}" for name, flags in sorted(build.flags.items())]

@@ -39,5 +39,5 @@ RUNTIME = Path(str(files("mechc_codegen"))) / "runtime"
 
 
 def runtime_headers() -> list[str]:
-    """Every header that generated code includes: what a build depends on."""
+    """All headers that generated code includes; a build depends on them."""
     return sorted(str(path) for path in RUNTIME.rglob("*.h"))

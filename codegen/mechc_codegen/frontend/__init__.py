@@ -1,1 +1,1 @@
-"""From objects of ``sympy.physics.mechanics`` and what a user requests to descriptions."""
+"""Reading of objects of ``sympy.physics.mechanics`` and of requests as descriptions."""

@@ -88,12 +88,12 @@ class CompileRequest:
 
     @property
     def looks(self) -> tuple[Any, ...]:
-        """All that decides the picture of its bodies."""
+        """A value that determines the picture of its bodies."""
         described = self._mechanism or self._source
         assert described is not None
         return looks_of((*described.bodies, *described.drawn))
 
-    def described(self) -> tuple[Mechanism, OutputRequest]:
+    def description(self) -> tuple[Mechanism, OutputRequest]:
         """The mechanism, and the outputs and fixed parameters requested of it."""
         from mechc_codegen.convert.convert import convert
         from mechc_codegen.frontend.read_request import read_request
@@ -109,12 +109,12 @@ class CompileRequest:
 
 
 def compilable(thing: object) -> bool:
-    """Whether it is a Mechanism or a SymPy object that can be converted to one."""
+    """Whether an object is a Mechanism or a SymPy object that can be converted to one."""
     return _is_mechanism(thing) or readable(thing)
 
 
 def _is_mechanism(thing: object) -> TypeGuard[Mechanism]:
-    """Whether it is a Mechanism; its module is not imported for this, which takes long."""
+    """Whether an object is a Mechanism, without importing its module, which takes long."""
     module = sys.modules.get("mechc_codegen.description.mechanism")
     return module is not None and isinstance(thing, module.Mechanism)
 

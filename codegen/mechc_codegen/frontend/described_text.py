@@ -24,11 +24,11 @@ UNCOMPILED = ("notes", "limits")  # what decides nothing that is compiled
 
 
 class NotWritableError(Exception):
-    """A value whose text does not determine it, as that of a long array."""
+    """An error for a value whose text does not determine it, such as a long array."""
 
 
 class DescribedText:
-    """The parts of one description, each object of SymPy written once."""
+    """The text of one description, in which each SymPy object is written once."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.fingerprint = Fingerprint(mechanism.frame)

@@ -1,4 +1,4 @@
-"""The method by which equations are to be formed, for objects whose equations are not.
+"""The choice of the method that forms the equations, for objects without formed equations.
 
 Nothing is formed: only what a method is given is read.  The object itself is not changed.
 """
@@ -18,14 +18,14 @@ METHODS = {"kane": KanesMethod, "lagrange": LagrangesMethod}
 
 
 class _Given(LagrangesMethod):  # type: ignore[misc]  # SymPy has no types
-    """A LagrangesMethod as a System makes it, without its equations."""
+    """A LagrangesMethod as a System makes it, without equations."""
 
     def _form_eoms(self) -> None:
         pass
 
 
 def check_form(thing: Any, form: str | None) -> None:
-    """Refuse a method that there is not, or that is not the object's.
+    """Refuse a method that does not exist or does not fit the object.
 
     Raises
     ------
@@ -44,7 +44,7 @@ def check_form(thing: Any, form: str | None) -> None:
 
 
 def by_lagrange(system: System) -> LagrangesMethod:
-    """The LagrangesMethod of a System, its equations not formed.
+    """The LagrangesMethod of a System, without forming its equations.
 
     Raises
     ------

@@ -14,7 +14,7 @@ KINDS = (KanesMethod, LagrangesMethod, System)
 
 
 def readable(thing: object) -> bool:
-    """Whether it can be read."""
+    """Whether there is a reader for an object."""
     return isinstance(_inner_method(thing), KINDS)
 
 
@@ -44,7 +44,7 @@ def read(thing: Any, form: str | None = None) -> Source:
 
 
 def _with_joints(thing: Any, source: Source) -> Source:
-    """A JointsMethod has its joints besides the real object."""
+    """The source with the joints of a JointsMethod, if the object is one."""
     joints = getattr(thing, "_joints", ())
     if not joints:
         return source
@@ -54,5 +54,5 @@ def _with_joints(thing: Any, source: Source) -> Source:
 
 
 def _inner_method(thing: Any) -> Any:
-    """A JointsMethod, deprecated, contains the real object."""
+    """The real object inside a JointsMethod, which SymPy has deprecated."""
     return thing.method if type(thing).__name__ == "JointsMethod" else thing

@@ -139,7 +139,7 @@ def _outputs(requested: Iterable[Any]) -> tuple[list[str], dict[str, Expr]]:
 
 
 def _refuse_name(name: Any, taken: Iterable[str]) -> None:
-    """Any text can be the name of an output that no other output has."""
+    """Refuse the name of another output; any other text is allowed."""
     if not isinstance(name, str) or not name or "\0" in name:
         raise MechanismError(f"outputs: {name!r} is not a name: use text without null characters")
     if name in RESERVED or name in taken:

@@ -21,7 +21,7 @@ from mechc_codegen.convert.fingerprint import Fingerprint
 from mechc_codegen.convert.kinematics import coordinate_rates
 from mechc_codegen.description.constraints import Constraint
 from mechc_codegen.description.drawing import NO_DRAWING
-from mechc_codegen.description.joints.couplings import Coupled
+from mechc_codegen.description.joints.couplings import CoupledPair
 from mechc_codegen.description.joints.tree import (
     Body,
     Joint,
@@ -100,7 +100,7 @@ def from_joints(
     refuse_unreached(name, tree)
     states = _states([(old, new) for (old, _), new in zip(given, every, strict=True)])
     loads = plain_loads(loads)
-    couplings = [joint for joint in every if isinstance(joint, Coupled)]
+    couplings = [joint for joint in every if isinstance(joint, CoupledPair)]
     found = _symbols(ground, bodies, loads, gravity, more, [c.constraint for c in couplings])
     named = _Names(states, units or {}, _parameters(parameters, found))
     places = _Places(every, bodies)
@@ -231,7 +231,7 @@ def _symbols(
     more: Mapping[str, Any],
     of_couplings: Iterable[Constraint],
 ) -> list[Symbol]:
-    """Every constant in the description."""
+    """All constants in the description."""
     text = Fingerprint(ground.frame)
     text.point(ground.masscenter)
     for body in bodies:
@@ -274,7 +274,7 @@ class _Places:
     """Joint points and mass centres, each place once, the first of each name."""
 
     def __init__(self, joints: Sequence[Joint], bodies: Sequence[Body]) -> None:
-        self.joints = [joint for joint in joints if not isinstance(joint, Coupled)]
+        self.joints = [joint for joint in joints if not isinstance(joint, CoupledPair)]
         self.bodies = bodies
         sides = [point for j in joints for point in (j.parent_point, j.child_point)]
         every = [self.place(point) for point in (*sides, *(body.masscenter for body in bodies))]
@@ -284,7 +284,7 @@ class _Places:
         self.points = tuple(named.values())
 
     def place(self, point: Point) -> Point:
-        """The first of the points that coincide in every configuration."""
+        """The first point among those that coincide in every configuration."""
         for other, way in point._pos_dict.items():
             for joint in self.joints:
                 if (other, point) == (joint.parent_point, joint.child_point) and way == 0:
@@ -300,7 +300,7 @@ class _Places:
         )
 
     def _line(self, body: Body) -> tuple[str, ...]:
-        """Through its joints; to the mass centre where there is only one."""
+        """The polyline of a body through its joints, and its mass centre if there is one joint."""
         names = dict.fromkeys(p.name for p in self._on(body))
         if len(names) < 2:
             names[self._same_in_list(body.masscenter).name] = None

@@ -1,4 +1,4 @@
-"""System -> Source, formed or not.
+"""System -> Source, whether or not its equations are formed.
 
 A System keeps holonomic and nonholonomic constraints apart and allows redundant ones until its
 equations are formed by Kane's method, so it is read itself, not its method; only the choice between
@@ -67,7 +67,7 @@ def _refuse_potentials(system: System) -> None:
 
 
 def _with_speeds(source: Source) -> Source:
-    """Speeds that are the coordinates' derivatives themselves get symbols of their own."""
+    """The source with own symbols for speeds that are the coordinates' derivatives themselves."""
     time = dynamicsymbols._t
     if not any(isinstance(u, Derivative) for u in source.u) and source.u:
         return source

@@ -22,7 +22,7 @@ from mechc_codegen.ir.program import (
     slice_statements,
     symbols_of,
 )
-from mechc_codegen.ir.sensitivity import merged, residual, slope, with_common_named
+from mechc_codegen.ir.sensitivity import residual, slope, with_common_named, with_statements
 
 NAME = "residual_adjoint"
 
@@ -41,17 +41,17 @@ def add_adjoint(program: Program) -> Program:
     statements, (named,) = with_common_named(reverse.statements, [added], "b")
     outputs = (*program.outputs, named)
     whole = replace(program, symbols=replace(symbols, covector=covector), outputs=outputs)
-    return merged(whole, statements).verify()
+    return with_statements(whole, statements).verify()
 
 
 def _coordinate_rates(program: Program) -> Sequence[Expr]:
-    """Empty where q' = u."""
+    """The elements of q'; none where q' = u."""
     found = [o.elements for o in program.outputs if o.name == "coordinate_rates"]
     return found[0] if found and found[0] != program.symbols.u else ()
 
 
 class _Reverse:
-    """How a weighed sum changes with each symbol, from the last statement to the first."""
+    """Derivatives of a weighted sum by each symbol, from the last statement to the first."""
 
     def __init__(self, program: Program, given: Sequence[Symbol]) -> None:
         self.program, self.given = program, given
@@ -60,7 +60,7 @@ class _Reverse:
         self._followed: set[Symbol] = set(given)
 
     def derivatives(self, values: Sequence[Expr], weights: Sequence[Symbol]) -> tuple[Expr, ...]:
-        """Of sum_k weights[k] values[k] by all that is given."""
+        """Derivatives of sum_k weights[k] values[k] by all given symbols."""
         body = slice_statements(self.program.body, symbols_of(values))
         used = symbols_of(values) | symbols_of(s.value for s in body)
         order = [*slice_statements(self.program.hoisted, used), *body]
@@ -77,7 +77,7 @@ class _Reverse:
                 self._followed.update(statement.targets)
 
     def _hand_on(self, value: Expr, change: Expr) -> None:
-        """By the symbols of a value, from the change by the value itself."""
+        """Add derivatives by the symbols of a value, from the derivative by the value itself."""
         if change == 0:
             return
         for symbol in sorted(value.free_symbols & self._followed, key=str):

@@ -16,24 +16,24 @@ KEPT_APART = {"motion_constraints"}  # only its derived forms are emitted
 
 
 def lower(equations: Equations) -> Program:
-    """The outputs that generated code computes; empty ones are omitted."""
+    """A program of the outputs that generated code computes; empty outputs are omitted."""
     kept = [
         output
         for name, output in equations.outputs.items()
-        if output.elements and not _unused(name, equations)
+        if output.elements and not _is_unused(name, equations)
     ]
     shared = tuple(Assign(symbol, value) for symbol, value in equations.intermediates)
     return Program(equations.symbols, (*kept, *_velocity_bias(equations)), body=shared)
 
 
-def _unused(name: str, equations: Equations) -> bool:
+def _is_unused(name: str, equations: Equations) -> bool:
     if name in ("coordinate_rates", "kinematic_matrix", "constraint_gradient"):
         return equations.identity_kinematics  # then q' is u, N the unit matrix, the gradient J
     return name in KEPT_APART
 
 
 def _velocity_bias(equations: Equations) -> tuple[Output, ...]:
-    """b of the velocity constraints J u + b; absent where it vanishes."""
+    """The bias b of the velocity constraints J u + b; absent where it vanishes."""
     if equations.tree is not None:  # which is at rest at zero speeds
         return ()
     velocity = equations.outputs["velocity_constraints"]

@@ -38,12 +38,11 @@ Pair = tuple[int, int]
 
 
 class NotPolynomialError(Exception):
-    """Too many terms, or a rate that is not known here."""
+    """An error for too many terms, or for a rate that is not known here."""
 
 
 def in_momenta(series: Series, coordinates: int) -> list[Series]:
-    """The motion by its momenta, or nothing; ``coordinates``: how many, whose rates are the
-    speeds."""
+    """The recurrences by momenta, if there are any, for so many ``coordinates`` with rates u."""
     if series.rates:
         return []
     try:
@@ -60,7 +59,7 @@ def fewest(forms: Sequence[Series]) -> Series:
 def products_of(series: Series) -> set[Pair]:
     """The pairs of values whose coefficients are multiplied order by order."""
     integrated, found = dict(series.integrals), set[Pair]()
-    for number in series.needed:
+    for number in series.needed_operations:
         operation = series.operations[number]
         if operation.kind in ("product", "quotient"):
             varying = [a for a in operation.args if not series.is_constant(a)]
@@ -72,7 +71,7 @@ def products_of(series: Series) -> set[Pair]:
 
 
 def _mass_products(series: Series) -> Iterator[Pair]:
-    """Those of M and the speeds, or the accelerations, which have negative numbers."""
+    """The products of entries of M with speeds, or with accelerations (negative numbers)."""
     speeds = round(len(series.mass) ** 0.5)
     first = len(series.forcing) if series.momenta else -speeds
     for place, number in enumerate(series.mass):
@@ -83,7 +82,7 @@ def _mass_products(series: Series) -> Iterator[Pair]:
 
 
 def one_varying(series: Series, number: int) -> int:
-    """Of a multiple of one value and a constant that value."""
+    """The value of which an operation is a constant multiple; else the operation itself."""
     operation = series.operations[number]
     if operation.kind != "sum":
         return number
@@ -93,7 +92,7 @@ def one_varying(series: Series, number: int) -> int:
 
 @dataclass
 class Rewriting:
-    """One motion; ``values`` are numbers of its operations, ``made`` those of the new form."""
+    """The rewriting of one motion; ``values`` number its operations, ``made`` the new ones."""
 
     series: Series
     coordinates: int
@@ -103,20 +102,20 @@ class Rewriting:
     sines: dict[tuple[int, ...], int] = field(default_factory=dict)
 
     def by_momenta(self) -> Series:
-        """M and F + M' u, written in operations again."""
+        """Operations of M and F + M' u."""
         series, speeds = self.series, len(self.series.forcing)
         mass = [self.polynomial(n) for n in series.mass]
         rates = [self.polynomial(n) for n in series.forcing]
         for i in range(speeds):
             for j in range(speeds):
                 gained = self.rate(mass[i * speeds + j])
-                rates[i] = added(rates[i], multiplied(gained, self._value(self.coordinates + j)))
+                rates[i] = add(rates[i], multiply(gained, self._value(self.coordinates + j)))
         return self._written(mass, rates)
 
     # -- reading ----------------------------------------------------------------------------
 
     def polynomial(self, number: int) -> Polynomial:
-        """A value of the given form."""
+        """The polynomial of a value in the original recurrences."""
         if number not in self.known:
             self.known[number] = self._read(number, self.series.operations[number])
         return self.known[number]
@@ -130,21 +129,21 @@ class Rewriting:
             case "sum":
                 found: Polynomial = {}
                 for factor, a in zip(operation.factors, args, strict=True):
-                    found = added(found, {m: factor * x for m, x in self.polynomial(a).items()})
+                    found = add(found, {m: factor * x for m, x in self.polynomial(a).items()})
                 return found
             case "product":
-                return multiplied(self.polynomial(args[0]), self.polynomial(args[1]))
+                return multiply(self.polynomial(args[0]), self.polynomial(args[1]))
             case "sine" | "cosine":
                 angle = self._angle(self.polynomial(args[0]))
                 if angle is not None:
-                    return turned(operation.kind, angle)
+                    return harmonic(operation.kind, angle)
         return self._value(number)
 
     def _value(self, number: int) -> Polynomial:
         return {Monomial((number,)): S.One}
 
     def _angle(self, argument: Polynomial) -> tuple[int, ...] | None:
-        """So many times each coordinate; None where the argument is anything else."""
+        """How often an argument contains each coordinate; None if it contains anything else."""
         counts = [0] * self.coordinates
         for monomial, factor in argument.items():
             own = monomial.values[0] if len(monomial.values) == 1 else self.coordinates
@@ -154,7 +153,7 @@ class Rewriting:
         return tuple(counts)
 
     def rate(self, polynomial: Polynomial) -> Polynomial:
-        """Of a function of the coordinates."""
+        """The rate of a polynomial of functions of the coordinates."""
         found: Polynomial = {}
         for monomial, factor in polynomial.items():
             if any(n >= self.coordinates for n in monomial.values):
@@ -162,14 +161,14 @@ class Rewriting:
             for k, n in enumerate(monomial.values):
                 rest = tuple(sorted((*monomial.values[:k], *monomial.values[k + 1 :],
                                      self.coordinates + n)))  # fmt: skip
-                found = added(found, {Monomial(rest, monomial.turn, monomial.angle): factor})
+                found = add(found, {Monomial(rest, monomial.turn, monomial.angle): factor})
             for i, count in enumerate(monomial.angle):
                 turn = "cosine" if monomial.turn == "sine" else "sine"
                 sign = count if monomial.turn == "sine" else -count
                 values = tuple(sorted((*monomial.values, self.coordinates + i)))
                 if count:
                     term = {Monomial(values, turn, monomial.angle): sign * factor}
-                    found = added(found, term)
+                    found = add(found, term)
         return found
 
     # -- writing ----------------------------------------------------------------------------
@@ -191,12 +190,12 @@ class Rewriting:
         for number, pairs in turning.items():
             if len({pair for _, pair in pairs} - made) < 2:
                 terms_ = [(sign, self.made.add("product", *pair)) for sign, pair in pairs]
-                integrals[number] = self.made.combined(terms_)
+                integrals[number] = self.made.weighted_sum(terms_)
         operations = tuple(self.made.operations)
         return Series(operations, masses, forcing, integrals=tuple(integrals.items()), momenta=True)
 
     def _copy(self, number: int) -> int:
-        """A value of the given form in the new one."""
+        """The number in the new recurrences of a value in the original ones."""
         if number not in self.copied:
             operation = self.series.operations[number]
             args = [self._copy(a) for a in operation.args]
@@ -208,17 +207,17 @@ class Rewriting:
         return self.copied[number]
 
     def _sine(self, angle: tuple[int, ...]) -> int:
-        """The sine's number; that of the cosine follows."""
+        """The number of the sine of an angle; the number of its cosine is the next one."""
         terms = [(Integer(count), i) for i, count in enumerate(angle) if count]
-        return self.made.sine(self.made.combined(terms))
+        return self.made.sine(self.made.weighted_sum(terms))
 
     def _factors(self, term: Monomial) -> tuple[int, ...]:
-        """The numbers of what it is a product of."""
+        """The numbers of the factors of a term."""
         turn = [self.sines[term.angle] + (term.turn == "cosine")] if term.turn else []
         return tuple(sorted([*(self._copy(n) for n in term.values), *turn]))
 
     def _turning(self) -> Iterator[tuple[int, list[tuple[Expr, Pair]]]]:
-        """Of each sine and cosine the terms of its rate, a speed times the other of the two."""
+        """The terms in the rate of each sine and cosine: a speed times the other of the two."""
         for angle, sine in self.sines.items():
             counts = [(self.coordinates + i, n) for i, n in enumerate(angle) if n]
             yield sine, [(Integer(n), (speed, sine + 1)) for speed, n in counts]
@@ -227,7 +226,7 @@ class Rewriting:
     def _mass_products(
         self, mass: Sequence[Polynomial], factors: dict[Monomial, tuple[int, ...]]
     ) -> Iterator[Pair]:
-        """Of the entries of M that are multiples of one value, and the speeds."""
+        """Products of a speed and an entry of M, for entries that are a multiple of one value."""
         speeds = round(len(mass) ** 0.5)
         for place, entry in enumerate(mass):
             varying = [factors[term] for term in entry if factors[term]]
@@ -237,8 +236,7 @@ class Rewriting:
     def _multiply(
         self, factors: dict[Monomial, tuple[int, ...]], hoped: set[Pair]
     ) -> dict[Monomial, int]:
-        """The numbers of all terms.  The pair that most of them have is multiplied first, one that
-        is needed anyway before others."""
+        """The numbers of all terms; pairs of factors that most terms share are multiplied first."""
         left = dict(factors)
         while long := {term: row for term, row in left.items() if len(row) > 2}:
             counts = Counter(pair for row in long.values() for pair in {*combinations(row, 2)})
@@ -263,23 +261,23 @@ class Rewriting:
         terms = [(x, numbers[term]) for term, x in polynomial.items() if term != Monomial()]
         if terms and constant != 0:
             terms.append((S.One, self.made.add("constant", value=constant)))
-        return self.made.combined(terms) if terms else self.made.add("constant", value=constant)
+        return self.made.weighted_sum(terms) if terms else self.made.add("constant", value=constant)
 
 
 def _pair(a: int, b: int) -> Pair:
     return (min(a, b), max(a, b))
 
 
-def added(one: Polynomial, other: Polynomial) -> Polynomial:
-    """Without terms that cancel."""
+def add(one: Polynomial, other: Polynomial) -> Polynomial:
+    """The sum of two polynomials, without terms that cancel."""
     found = dict(one)
     for term, factor in other.items():
         found[term] = found.get(term, S.Zero) + factor
     return {term: factor for term, factor in found.items() if factor != 0}
 
 
-def multiplied(one: Polynomial, other: Polynomial) -> Polynomial:
-    """Products of sines and cosines become those of sums and differences of the angles."""
+def multiply(one: Polynomial, other: Polynomial) -> Polynomial:
+    """The product of polynomials; products of sines and cosines become sums of such functions."""
     if len(one) * len(other) > MOST_TERMS:
         raise NotPolynomialError
     found: Polynomial = {}
@@ -288,7 +286,7 @@ def multiplied(one: Polynomial, other: Polynomial) -> Polynomial:
             values = tuple(sorted((*a.values, *b.values)))
             for term, factor in _turns(a, b).items():
                 held = Monomial(values, term.turn, term.angle)
-                found = added(found, {held: x * y * factor})
+                found = add(found, {held: x * y * factor})
     return found
 
 
@@ -302,15 +300,15 @@ def _turns(a: Monomial, b: Monomial) -> Polynomial:
     )
     turn = "cosine" if a.turn == b.turn else "sine"
     sign = -HALF if a.turn == b.turn == "sine" else HALF
-    return added(_scaled(turned(turn, less), HALF), _scaled(turned(turn, more), sign))
+    return add(_scale(harmonic(turn, less), HALF), _scale(harmonic(turn, more), sign))
 
 
-def _scaled(polynomial: Polynomial, by: Expr) -> Polynomial:
+def _scale(polynomial: Polynomial, by: Expr) -> Polynomial:
     return {term: by * factor for term, factor in polynomial.items()}
 
 
-def turned(turn: str, angle: tuple[int, ...]) -> Polynomial:
-    """The sine or cosine of an angle, whose first count is positive."""
+def harmonic(turn: str, angle: tuple[int, ...]) -> Polynomial:
+    """The sine or cosine of an angle, written so that its first nonzero count is positive."""
     first = next((count for count in angle if count), 0)
     if first == 0:
         return {Monomial(): S.One} if turn == "cosine" else {}

@@ -16,13 +16,13 @@ _PRINTED_AS_PRODUCTS = 4  # the largest power
 
 
 def count_operations(expression: Expr) -> int:
-    """Operations of one expression, an integer power counted as the products it is printed as."""
+    """Number of operations in one expression; an integer power is counted as its products."""
     return _tree(expression) + sum(map(_products, _powers(expression)))
 
 
 @lru_cache(maxsize=KNOWN)
 def _tree(e: Basic) -> int:
-    """Additions, signs, products, divisions, powers and calls of functions."""
+    """Number of additions, signs, products, divisions, powers and function calls."""
     if e.is_Rational:
         return int(e.p < 0) + int(e.q != 1)
     if isinstance(e, Add):
@@ -57,11 +57,11 @@ def _negative(e: Basic) -> bool:
 
 @lru_cache(maxsize=KNOWN)
 def _powers(e: Basic) -> frozenset[Pow]:
-    """The different powers in it that are printed as products."""
+    """The different powers in an expression that are printed as products."""
     own = isinstance(e, Pow) and e.exp.is_Integer and abs(e.exp) <= _PRINTED_AS_PRODUCTS
     return frozenset({e} if own else ()).union(*map(_powers, e.args))
 
 
 def _products(power: Pow) -> int:
-    """Products beyond the one operation that it is counted as."""
+    """Number of products beyond the one operation that an expression is counted as."""
     return abs(int(power.exp)) - (2 if power.exp > 0 else 1)

@@ -72,7 +72,7 @@ OperationKind = Literal[
 
 @dataclass(frozen=True)
 class Operation:
-    """One value; ``args``: numbers of earlier ones.
+    """One value; ``args``: numbers of earlier operations.
 
     ``value``: of a constant the expression of parameters, of a state or the time its symbol, of a
     power its exponent.  ``factors``: of a sum those of its terms.  A sine and a cosine have their
@@ -106,8 +106,8 @@ class Series:
         return (*self.mass, *self.forcing, *self.rates)
 
     @property
-    def needed(self) -> list[int]:
-        """The operations that the entries are made of, in order."""
+    def needed_operations(self) -> list[int]:
+        """The operations that the entries depend on, in order."""
         rates, found, left = dict(self.integrals), set[int](), list(self.ends)
         while left:
             number = left.pop()
@@ -128,7 +128,7 @@ class Series:
 
 @dataclass(frozen=True)
 class Program:
-    """See the module's description."""
+    """A straight-line program; see the module's description."""
 
     symbols: Symbols
     outputs: tuple[Output, ...]

@@ -16,7 +16,7 @@ from mechc_codegen.ir.program import Assign, Operation, OperationKind, SineCosin
 
 
 class NotAnalyticError(Exception):
-    """An operation without a recurrence here."""
+    """An error for an operation without a recurrence here."""
 
 
 @dataclass
@@ -29,7 +29,7 @@ class Recurrences:
     known: dict[Expr, int] = field(default_factory=dict)
 
     def read(self, statements: Iterable[Statement]) -> None:
-        """Statements of a body, in order."""
+        """Add the operations of a body's statements, in order."""
         for statement in statements:
             if isinstance(statement, SineCosine):
                 sine = self.sine(self.of(statement.value))
@@ -84,10 +84,10 @@ class Recurrences:
             if rate is None:
                 return None
             terms += [(factor, rate)] if rate != zero else []
-        return self.combined(terms)
+        return self.weighted_sum(terms)
 
-    def combined(self, terms: Sequence[tuple[Expr, int]]) -> int:
-        """A sum of multiples of values."""
+    def weighted_sum(self, terms: Sequence[tuple[Expr, int]]) -> int:
+        """The number of a sum of multiples of values."""
         if not terms:
             return self.of(S.Zero)
         if len(terms) == 1 and terms[0][0] == 1:
@@ -115,7 +115,7 @@ class Recurrences:
         raise NotAnalyticError(str(e)[:80])
 
     def sine(self, x: int) -> int:
-        """The number of the sine; that of the cosine follows."""
+        """The number of a sine; the number of its cosine is the next one."""
         sine = self.numbers.get(Operation("sine", (x,)))
         if sine is None:
             sine = self.add("sine", x)
@@ -124,14 +124,14 @@ class Recurrences:
 
     def _sum(self, e: Add) -> int:
         constant, varying = e.as_independent(*(e.free_symbols - self.constants), as_Add=True)
-        terms = [self._scaled(term) for term in Add.make_args(varying)]
+        terms = [self._factor_and_rest(term) for term in Add.make_args(varying)]
         if constant != 0:
             terms.append((S.One, self.of(constant)))
         numbers = tuple(number for _, number in terms)
         return self.add("sum", *numbers, factors=tuple(factor for factor, _ in terms))
 
-    def _scaled(self, e: Expr) -> tuple[Expr, int]:
-        """A constant factor, and the rest."""
+    def _factor_and_rest(self, e: Expr) -> tuple[Expr, int]:
+        """The constant factor of an expression, and the number of the rest."""
         factor, varying = e.as_independent(*(e.free_symbols - self.constants), as_Add=False)
         return (S.One, self.of(e)) if varying == 1 else (factor, self.of(varying))
 
@@ -143,15 +143,15 @@ class Recurrences:
             inverse = exponent.is_Integer and exponent < 0
             (below if inverse else above).append(self.of(base**-exponent if inverse else each))
         if not below:
-            product = self._multiplied(above)
+            product = self._multiply(above)
             return product if factor == 1 else self.add("sum", product, factors=(factor,))
         if above:
-            quotient = self.add("quotient", self._multiplied(above), self._multiplied(below))
+            quotient = self.add("quotient", self._multiply(above), self._multiply(below))
             return quotient if factor == 1 else self.add("sum", quotient, factors=(factor,))
-        return self.add("quotient", self.of(factor), self._multiplied(below))
+        return self.add("quotient", self.of(factor), self._multiply(below))
 
-    def _multiplied(self, numbers: Sequence[int]) -> int:
-        """Balanced: what is known early is multiplied first."""
+    def _multiply(self, numbers: Sequence[int]) -> int:
+        """The number of a product, built as a balanced tree: early values first."""
         row = sorted(numbers)
         while len(row) > 1:
             row = sorted([self.add("product", row[0], row[1]), *row[2:]])

@@ -40,7 +40,7 @@ def add_sensitivities(
     if not request.includes_jacobian:
         return program
     whole = request.includes("sensitivities")
-    own = [*request.expressions, *request.differentiated(program.named_values())]
+    own = [*request.expressions, *request.differentiated_outputs(program.named_values())]
     if request.includes("state_jacobian"):
         program = _by_state(program, own)
     if request.includes("parameter_jacobian") and program.symbols.parameters:
@@ -61,7 +61,7 @@ def _by_state(program: Program, own: Sequence[str]) -> Program:
     gradient = forward.of("velocity_gradient", "derivative of J u + b by q", "velocity_constraints")
     size = len(symbols.q)
     added += [_first_columns(output, size) for output in gradient]
-    return forward.finished([*added, *_of_own("own_by_state", program, forward, own)])
+    return forward.with_derivatives([*added, *_of_own("own_by_state", program, forward, own)])
 
 
 def _by_others(
@@ -73,17 +73,17 @@ def _by_others(
     *,
     constraints: bool,
 ) -> Program:
-    """By parameters, or by every value of inputs that a run is given, with their rates."""
+    """Add derivatives by parameters, or by all values of inputs at run time and their rates."""
     forward = _Forward(program, others, prefix)
     added = [forward.output(f"residual_by_{by}", f"dR and dS by {by}", residual(program))]
     added += forward.of(f"rate_by_{by}", f"derivative of q' by {by}", "coordinate_rates")
     for name in ("constraints", "velocity_constraints") if constraints else ():
         added += forward.of(f"{name}_by_{by}", f"derivative of the {name} by {by}", name)
-    return forward.finished([*added, *_of_own(f"own_by_{by}", program, forward, own)])
+    return forward.with_derivatives([*added, *_of_own(f"own_by_{by}", program, forward, own)])
 
 
 def _with_slopes(program: Program, defaults: Sequence[Expr | None]) -> Program:
-    """With the derivatives of the defaults by the parameters that they follow."""
+    """Add the derivatives of defaults by the parameters that they depend on."""
     values = program.symbols.parameters
     slopes = [S.Zero if d is None else slope(d, p) for d in defaults for p in values]
     if not any(slopes):
@@ -96,7 +96,7 @@ def _with_slopes(program: Program, defaults: Sequence[Expr | None]) -> Program:
 
 
 def _of_own(name: str, program: Program, forward: _Forward, own: Sequence[str]) -> list[Output]:
-    """Outputs, element by element: derivatives at a given motion, then by u' and lambda."""
+    """Derivatives of user-defined outputs at a given motion, then by u' and lambda."""
     if not own:
         return []
     values = program.named_values()
@@ -164,15 +164,15 @@ class _Forward:
         return Output(name, equation, entries, (len(rows), width), labels)
 
     def of(self, name: str, equation: str, differentiated: str) -> list[Output]:
-        """The derivatives of an output, where the program has it; not of q' = u."""
+        """The derivatives of an output, if the program has it; q' = u has none."""
         found = [o for o in self.program.outputs if o.name == differentiated]
         listed = [o for o in found if o.elements and o.elements != self.program.symbols.u]
         return [self.output(name, equation, o.elements) for o in listed]
 
-    def finished(self, outputs: Sequence[Output]) -> Program:
-        """The program with the derivatives, what they have in common computed once."""
+    def with_derivatives(self, outputs: Sequence[Output]) -> Program:
+        """The program with the derivatives; common subexpressions are computed once."""
         kept, added = with_common_named(self.statements, outputs, self.prefix)
-        return merged(replace(self.program, outputs=(*self.program.outputs, *added)), kept)
+        return with_statements(replace(self.program, outputs=(*self.program.outputs, *added)), kept)
 
     def _reach(self, values: Iterable[Expr]) -> None:
         """Gradients of every statement that the values depend on."""
@@ -208,7 +208,7 @@ class _Forward:
         return self._named[value]
 
     def _gradient(self, value: Expr) -> dict[int, Expr]:
-        """By the chain rule over the symbols in the value."""
+        """The gradient of a value, by the chain rule over its symbols."""
         found: dict[int, list[Expr]] = {}
         for symbol in _in_order(value.free_symbols & self.gradients.keys()):
             partial = slope(value, symbol)
@@ -221,7 +221,7 @@ class _Forward:
 def with_common_named(
     statements: Sequence[Assign], outputs: Sequence[Output], prefix: str
 ) -> tuple[list[Assign], list[Output]]:
-    """What statements and outputs have in common computed once, by statements of its own."""
+    """Statements and outputs with common subexpressions as statements of their own."""
     values = [s.value for s in statements] + [e for o in outputs for e in o.elements]
     names = (Symbol(f"{prefix}{k}x", real=True) for k in range(10**9))
     common, reduced = cse(values, symbols=names, list=False, order="none")
@@ -232,7 +232,7 @@ def with_common_named(
 
 
 def slope(value: Expr, symbol: Symbol) -> Expr:
-    """The derivative, written without Piecewise and the like."""
+    """The derivative, rewritten without Piecewise and similar functions."""
     return bottom_up(diff(value, symbol), without_corners, {})
 
 
@@ -251,11 +251,11 @@ def _first_columns(output: Output, count: int) -> Output:
     )
 
 
-def merged(program: Program, added: Sequence[Assign]) -> Program:
-    """The program with added statements in order, hoisted where they depend on parameters alone."""
+def with_statements(program: Program, added: Sequence[Assign]) -> Program:
+    """The program with added statements, hoisted where they depend on parameters alone."""
     parameters = {*program.symbols.parameters, *(x for s in program.hoisted for x in s.targets)}
     fixed, running = list[Statement](program.hoisted), list[Statement](program.body)
-    for statement in _sorted(added):
+    for statement in _in_order_of_use(added):
         if statement.value.free_symbols <= parameters:
             fixed.append(statement)
             parameters.update(statement.targets)
@@ -264,8 +264,8 @@ def merged(program: Program, added: Sequence[Assign]) -> Program:
     return replace(program, hoisted=tuple(fixed), body=tuple(running))
 
 
-def _sorted(statements: Sequence[Assign]) -> Iterator[Assign]:
-    """Each after those of them that it uses."""
+def _in_order_of_use(statements: Sequence[Assign]) -> Iterator[Assign]:
+    """The statements in an order in which each comes after those that it uses."""
     by_target = {s.target: s for s in statements}
     placed: set[Symbol] = set()
     for first in statements:

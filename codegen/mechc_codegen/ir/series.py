@@ -28,9 +28,9 @@ LINEAR = ("constant", "state", "time", "sum")
 
 
 def add_series(program: Program, equations: Equations) -> Program:
-    """The program with the recurrences of its motion; without, where rows constrain it, M and F are
-    not written out, values are given at run time, an operation has no recurrence here, or too many
-    have sums."""
+    """The program with the recurrences of its motion; unchanged where rows constrain it, M and F
+    are not written out, inputs are given at run time, or an operation has no recurrence or too many
+    sums."""
     if equations.holonomic + equations.nonholonomic or equations.tree or program.symbols.inputs:
         return program
     names = ["mass_matrix", "forcing"]
@@ -39,15 +39,15 @@ def add_series(program: Program, equations: Equations) -> Program:
         series = _read(program, names)
     except NotAnalyticError:
         return program
-    if _summed(series) > MOST_SUMMED:
+    if _count_sums(series) > MOST_SUMMED:
         return program
     return replace(program, series=fewest([series, *in_momenta(series, len(program.symbols.q))]))
 
 
-def _summed(series: Series) -> int:
-    """The operations with sums over lower orders."""
+def _count_sums(series: Series) -> int:
+    """The number of operations that have sums over lower orders."""
     integrated = dict(series.integrals)
-    kinds = [series.operations[n].kind for n in series.needed if n not in integrated]
+    kinds = [series.operations[n].kind for n in series.needed_operations if n not in integrated]
     return sum(kind not in LINEAR for kind in kinds)
 
 
@@ -61,12 +61,12 @@ def _read(program: Program, names: Sequence[str]) -> Series:
     mass, forcing, *own = (tuple(made.of(e) for e in each) for each in elements)
     rates = own[0] if own else ()
     integrals = () if rates else made.integrals(len(symbols.q))
-    return _divided(Series(tuple(made.operations), mass, forcing, rates, integrals))
+    return _with_quotients(Series(tuple(made.operations), mass, forcing, rates, integrals))
 
 
-def _divided(series: Series) -> Series:
-    """A product with 1/b that stands nowhere else is a quotient: one sum less."""
-    operations, needed = list(series.operations), series.needed
+def _with_quotients(series: Series) -> Series:
+    """The series with products by 1/b, used only once, as quotients: one sum less."""
+    operations, needed = list(series.operations), series.needed_operations
     uses = Counter(series.ends) + Counter(a for n in needed for a in operations[n].args)
     for number in needed:
         each = operations[number]

@@ -33,8 +33,7 @@ def add_switching(program: Program, request: OutputRequest) -> Program:
 
 
 def switching_functions(program: Program, values: Iterable[Expr]) -> tuple[Expr, ...]:
-    """Those of the expressions, each once and of one sign; what parameters decide is not among
-    them."""
+    """The switching functions of expressions, each with one sign; none of parameters alone."""
     fixed = {*program.symbols.parameters, *targets_of(program.hoisted)}
     found = dict[Expr, None]()
     for value in values:

@@ -1,1 +1,1 @@
-"""Joints besides those of ``sympy.physics.mechanics``, and couplings between joints."""
+"""Joints that ``sympy.physics.mechanics`` lacks, and couplings between joints."""

@@ -73,17 +73,17 @@ class BallJoint(SymPyJoint):  # type: ignore[misc]
 
     @property
     def angular_velocity(self) -> Vector:
-        """Of the child relative to the parent."""
+        """The angular velocity of the child relative to the parent."""
         return Vector([(Matrix(self.speeds[-3:]), self.child_interframe)])
 
     def _generate_coordinates(self, given: Any) -> Matrix:
-        return self._named(given, [f"q{k}" for k in range(4)], "q")
+        return self._symbol_list(given, [f"q{k}" for k in range(4)], "q")
 
     def _generate_speeds(self, given: Any) -> Matrix:
-        return self._named(given, [f"w{axis}" for axis in AXES], "u")
+        return self._symbol_list(given, [f"w{axis}" for axis in AXES], "u")
 
-    def _named(self, given: Any, names: Sequence[str], kind: str) -> Matrix:
-        """Those given, others by name; checked as SymPy checks its own."""
+    def _symbol_list(self, given: Any, names: Sequence[str], kind: str) -> Matrix:
+        """The given coordinates or speeds, or new ones by these names, checked as in SymPy."""
         own = [dynamicsymbols(f"{name}_{self.name}") for name in names]
         given = own if given is None else [x or y for x, y in zip(given, own, strict=False)]
         return self._fill_coordinate_list(given, len(own), kind)
@@ -112,7 +112,7 @@ class BallJoint(SymPyJoint):  # type: ignore[misc]
 
 
 class FreeJoint(BallJoint):
-    """No joint at all: the child moves freely, its attitude a quaternion.
+    """A joint without constraints: the child moves freely, its attitude is a quaternion.
 
     Takes the arguments of SymPy's joints.  Seven coordinates: ``x_NAME, y_NAME, z_NAME``, the
     position of the child's point from the parent's in the axes of the parent's interframe (m), and
@@ -124,10 +124,10 @@ class FreeJoint(BallJoint):
     speed_units = ("m/s",) * 3 + BallJoint.speed_units
 
     def _generate_coordinates(self, given: Any) -> Matrix:
-        return self._named(given, [*AXES, *(f"q{k}" for k in range(4))], "q")
+        return self._symbol_list(given, [*AXES, *(f"q{k}" for k in range(4))], "q")
 
     def _generate_speeds(self, given: Any) -> Matrix:
-        return self._named(given, [f"{kind}{axis}" for kind in "vw" for axis in AXES], "u")
+        return self._symbol_list(given, [f"{kind}{axis}" for kind in "vw" for axis in AXES], "u")
 
     def _generate_kdes(self) -> Matrix:
         time, moving = dynamicsymbols._t, zip(self.coordinates[:3], self.speeds[:3], strict=True)

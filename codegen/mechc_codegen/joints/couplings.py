@@ -15,7 +15,7 @@ from sympy.physics.mechanics import PinJoint, PrismaticJoint, RigidBody
 
 from mechc_codegen.description.constraints import Constraint
 from mechc_codegen.description.drawing import Drawing
-from mechc_codegen.description.joints.couplings import Coupled
+from mechc_codegen.description.joints.couplings import CoupledPair
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.joints import outlines
 from mechc_codegen.joints.wheels import Slide, Wheel, between, check_across
@@ -23,7 +23,7 @@ from mechc_codegen.joints.wheels import Slide, Wheel, between, check_across
 FOLLOWERS = ("roller", "flat")
 
 
-class Coupling(Coupled):
+class Coupling(CoupledPair):
     """A coupling of two joints; it is given to :func:`mechc.from_joints` among the joints.
 
     Made by :meth:`gear`, :meth:`belt`, :meth:`rack_and_pinion` and :meth:`cam`.  Angles and ways
@@ -66,7 +66,7 @@ class Coupling(Coupled):
         whole = (one + other) / sqrt(across.dot(across))
         pitch = wheels[0].centre.locatenew(f"{name}_pitch", one / (one + other) * across)
         return cls(
-            **_described(name, wheels, pitch),
+            **_joint_fields(name, wheels, pitch),
             constraint=Constraint(name, one * wheels[0].angle + other * wheels[1].angle, "m"),
             force=size * n.cross(across),
             drawing=Drawing(
@@ -94,7 +94,7 @@ class Coupling(Coupled):
         n, across = wheels[0].axis, wheels.distance
         size = (one + other) / across.dot(across)
         return cls(
-            **_described(name, wheels, wheels[1].centre),
+            **_joint_fields(name, wheels, wheels[1].centre),
             constraint=Constraint(name, one * wheels[0].angle + other * wheels[1].angle, "m"),
             force=size * n.cross(across),
             torque=-other * n,
@@ -128,7 +128,7 @@ class Coupling(Coupled):
         touch = wheel.centre.locatenew(f"{name}_pitch", radius * slide.direction.cross(wheel.axis))
         gap = slide.way - radius * wheel.angle
         return cls(
-            **_described(name, (wheel, slide), touch),
+            **_joint_fields(name, (wheel, slide), touch),
             constraint=Constraint(name, gap, "m"),
             force=-slide.direction,
             drawing=Drawing(
@@ -171,7 +171,7 @@ class Coupling(Coupled):
         if shape == "roller":
             force, torque = -d - turned / place.dot(d) * beside, 0 * n
         return cls(
-            **_described(name, (wheel, slide), slide.point),
+            **_joint_fields(name, (wheel, slide), slide.point),
             constraint=Constraint(name, slide.way - lift, "m"),
             force=force,
             torque=torque,
@@ -184,7 +184,7 @@ def _factors(radii: tuple[Any, Any], internal: bool) -> tuple[Expr, Expr]:
     return one, -other if internal else other
 
 
-def _described(name: str, sides: Any, point: Any) -> dict[str, Any]:
+def _joint_fields(name: str, sides: Any, point: Any) -> dict[str, Any]:
     bodies = {"parent": sides[0].body, "child": sides[1].body}
     return {"name": name, **bodies, "parent_point": sides[0].centre, "child_point": point}
 

@@ -1,4 +1,4 @@
-"""What is drawn of couplings: rims with a spoke, strands, racks, profiles of cams.
+"""The drawing of couplings: rims with a spoke, strands, racks, profiles of cams.
 
 Polylines through points that are fixed to the bodies; they are located from points of the joints.
 """
@@ -21,16 +21,16 @@ PROFILE = 72
 
 def rim(name: str, wheel: Wheel, radius: Expr) -> tuple[Link, ...]:
     """A circle about a wheel's axis with a spoke."""
-    start = radius * wheel.turned(_beside(wheel))
-    axis = wheel.turned(wheel.axis)
+    start = radius * wheel.rotate(_beside(wheel))
+    axis = wheel.rotate(wheel.axis)
     turns = (2 * pi * Rational(k, CORNERS) for k in range(CORNERS))
-    arms = (_turned(start, axis, turn) for turn in turns)
+    arms = (_rotate(start, axis, turn) for turn in turns)
     points = _points(f"{name}_{wheel.body.name}", wheel.hub, arms)
     return ((str(wheel.body.name), (wheel.hub, *points, points[0])),)
 
 
 def strands(name: str, pair: Pair, one: Expr, other: Expr) -> tuple[Link, ...]:
-    """The two straight parts of a belt; ``other`` is negative for an open one."""
+    """The two straight parts of a belt; ``other`` is negative for an open belt."""
     n, distance = pair[0].axis, pair.distance
     length = sqrt(distance.dot(distance))
     along, beside = distance / length, n.cross(distance) / length
@@ -55,12 +55,12 @@ def profile(name: str, wheel: Wheel, slide: Slide, lift: Expr, flat: bool) -> tu
     d, n = slide.direction, wheel.axis
     beside, foot = n.cross(d), slide.start.pos_from(wheel.centre)
     offset = -lift.diff(wheel.angle) if flat else foot.dot(beside)
-    arms, axis = [], wheel.turned(n)
+    arms, axis = [], wheel.rotate(n)
     for k in range(PROFILE):
         turn = 2 * pi * Rational(k, PROFILE)
         at = {wheel.angle: turn}
         touch = (foot.dot(d) + lift).subs(at) * d + offset.subs(at) * beside
-        arms.append(_turned(wheel.turned(touch), axis, -turn))
+        arms.append(_rotate(wheel.rotate(touch), axis, -turn))
     points = _points(f"{name}_profile", wheel.hub, arms)
     curve = (str(wheel.body.name), (*points, points[0], wheel.hub))
     return (curve, *_follower(name, slide, foot.dot(d), beside, flat))
@@ -84,11 +84,11 @@ def _beside(wheel: Wheel) -> Vector:
     return x * frame.x + y * frame.y + z * frame.z
 
 
-def _turned(vector: Vector, axis: Vector, angle: Expr) -> Vector:
-    """By Rodrigues' formula, of a vector across the axis."""
+def _rotate(vector: Vector, axis: Vector, angle: Expr) -> Vector:
+    """A vector perpendicular to the axis, rotated about it by Rodrigues' formula."""
     return cos(angle) * vector + sin(angle) * axis.cross(vector)
 
 
 def _points(name: str, origin: Point, arms: Iterable[Vector]) -> list[Point]:
-    """Points whose names begin with a dot: no joints, so they are drawn without a mark."""
+    """Points whose names begin with a dot: they are not joints and are drawn without a mark."""
     return [origin.locatenew(f".{name}_{k}", arm) for k, arm in enumerate(arms)]

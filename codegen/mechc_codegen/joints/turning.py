@@ -1,4 +1,4 @@
-"""Joints with fixed axes that SymPy has not: :class:`UniversalJoint` and :class:`ScrewJoint`."""
+"""Joints with fixed axes that SymPy lacks: :class:`UniversalJoint` and :class:`ScrewJoint`."""
 
 from __future__ import annotations
 

@@ -38,15 +38,15 @@ class Wheel:
 
     @classmethod
     def of(cls, name: str, pin: Any) -> Self:
-        """The child of a pin."""
+        """The wheel that is the child of a pin."""
         _expect(PinJoint, pin, name)
         points = (pin.parent_point, pin.child_point)
         frames = (pin.parent_interframe, pin.child_interframe)
         axis = pin.joint_axis.normalize()
         return cls(pin.child, pin.parent, *points, axis, pin.coordinates[0], *frames)
 
-    def turned(self, vector: Vector) -> Vector:
-        """The vector fixed to the wheel that is this one at angle 0."""
+    def rotate(self, vector: Vector) -> Vector:
+        """The vector fixed to the wheel that equals this vector at angle 0."""
         axes = (self.frame.x, self.frame.y, self.frame.z)
         components = vector.to_matrix(self.still)
         return sum((c * axis for c, axis in zip(components, axes, strict=True)), Vector(0))
@@ -65,7 +65,7 @@ class Slide:
 
     @classmethod
     def of(cls, name: str, slide: Any) -> Self:
-        """The child of a prismatic joint."""
+        """The slide that is the child of a prismatic joint."""
         _expect(PrismaticJoint, slide, name)
         direction = slide.joint_axis.normalize()
         points = (slide.parent_point, slide.child_point)
@@ -87,7 +87,7 @@ class Pair(NamedTuple):
 
     @property
     def distance(self) -> Vector:
-        """From the first centre to the second."""
+        """The vector from the first centre to the second."""
         return self.second.centre.pos_from(self.first.centre)
 
 
@@ -103,7 +103,7 @@ def between(name: str, first: Any, second: Any, carrier: PinJoint | None) -> Pai
     wheels = [_wheel(name, each, arm) for each in (first, second)]
     own = arm.body if arm else wheels[0].carrier
     wheels = [_relative(name, wheel, own, arm) for wheel in wheels]
-    pair = Pair(wheels[0], _aligned(name, *wheels))
+    pair = Pair(wheels[0], _with_common_axis(name, *wheels))
     _check_distance(name, pair)
     return pair
 
@@ -127,7 +127,7 @@ def _wheel(name: str, given: Any, arm: Wheel | None) -> Wheel:
 
 
 def _relative(name: str, wheel: Wheel, carrier: Body, arm: Wheel | None) -> Wheel:
-    """A wheel with its angle relative to the carrier."""
+    """The wheel with its angle measured relative to the carrier."""
     if wheel.carrier is carrier:
         return wheel
     if arm is None or wheel.carrier is not arm.carrier:
@@ -139,8 +139,8 @@ def _relative(name: str, wheel: Wheel, carrier: Body, arm: Wheel | None) -> Whee
     return replace(wheel, carrier=carrier, angle=wheel.angle - turn)
 
 
-def _aligned(name: str, first: Wheel, second: Wheel) -> Wheel:
-    """The second with its angle about the first's axis."""
+def _with_common_axis(name: str, first: Wheel, second: Wheel) -> Wheel:
+    """The second wheel with its angle measured about the first wheel's axis."""
     return replace(second, angle=_sense(name, first, second) * second.angle)
 
 

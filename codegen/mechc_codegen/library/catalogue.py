@@ -60,7 +60,7 @@ class Option:
 
 
 @dataclass(frozen=True)
-class Shipped:
+class LibraryMechanism:
     """A mechanism of the library."""
 
     build: Callable[..., Mechanism]
@@ -68,8 +68,8 @@ class Shipped:
     options: tuple[Option, ...] = ()
 
 
-SHIPPED: Mapping[str, Shipped] = {
-    "four_bar": Shipped(
+SHIPPED: Mapping[str, LibraryMechanism] = {
+    "four_bar": LibraryMechanism(
         four_bar,
         "Planar four-bar linkage",
         (
@@ -79,29 +79,29 @@ SHIPPED: Mapping[str, Shipped] = {
             Option("coupler_point", "a traced point C at (x_C, y_C) on the coupler"),
         ),
     ),
-    "andrews": Shipped(andrews, "Andrews' squeezing mechanism"),
-    "bicycle": Shipped(whipple_bicycle, "Whipple's bicycle"),
-    "car_axis": Shipped(car_axis, "Car axis on a bumpy road"),
-    "flyball_governor": Shipped(flyball_governor, "Flyball governor"),
-    "heavy_top": Shipped(heavy_top, "Heavy top"),
-    "pendulum": Shipped(
+    "andrews": LibraryMechanism(andrews, "Andrews' squeezing mechanism"),
+    "bicycle": LibraryMechanism(whipple_bicycle, "Whipple's bicycle"),
+    "car_axis": LibraryMechanism(car_axis, "Car axis on a bumpy road"),
+    "flyball_governor": LibraryMechanism(flyball_governor, "Flyball governor"),
+    "heavy_top": LibraryMechanism(heavy_top, "Heavy top"),
+    "pendulum": LibraryMechanism(
         pendulum,
         "Pendulum: simple, double, of any number of links",
         (Option("links", "point masses, each hinged to the one before", count=Count(1, 100, 1)),),
     ),
-    "planar_chain": Shipped(
+    "planar_chain": LibraryMechanism(
         planar_chain,
         "Chain of rods in a plane",
         (Option("links", "rods, each hinged to the one before", count=Count(1, 200, 3)),),
     ),
-    "rigid_body": Shipped(rigid_body, "Free rigid body"),
-    "slider_crank": Shipped(slider_crank, "Slider-crank"),
-    "spatial_chain": Shipped(
+    "rigid_body": LibraryMechanism(rigid_body, "Free rigid body"),
+    "slider_crank": LibraryMechanism(slider_crank, "Slider-crank"),
+    "spatial_chain": LibraryMechanism(
         spatial_chain,
         "Chain of bars in space",
         (Option("links", "bars, hinge axes alternately across and along", count=Count(1, 200, 3)),),
     ),
-    "windows": Shipped(
+    "windows": LibraryMechanism(
         windows,
         "Four-bar windows in a row",
         (Option("count", "windows in the row", count=Count(1, 100, 2)),),

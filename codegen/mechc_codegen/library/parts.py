@@ -31,7 +31,7 @@ def locate(
 
 
 def weight(body: RigidBody | Particle, origin: Point, g: Expr, up: Vector) -> Load:
-    """The body's weight; adds its potential to the body's."""
+    """The body's weight as a load; adds its potential energy to the body's."""
     centre = body.masscenter
     body.potential_energy += body.mass * g * centre.pos_from(origin).dot(up)
     return (centre, -body.mass * g * up)

@@ -19,7 +19,7 @@ LINE = 84  # characters, roughly
 
 
 class Equation(NamedTuple):
-    """``left`` equals the sum of the ``lines``."""
+    """An equation: ``left`` equals the sum of the ``lines``."""
 
     left: Formula
     lines: list[Formula]
@@ -37,7 +37,7 @@ def equation_groups(
 
 
 def _lines(item: Item) -> list[Formula]:
-    """The right-hand side; a long sum in several lines, each of as many terms as fit."""
+    """The right-hand side, in several lines if it is a long sum."""
     room = LINE - width(item.left)
     lines: list[list[str]] = [[]]
     for term in terms(item.right):

@@ -48,7 +48,7 @@ _TEX_TEXT = {sign: f"\\{sign}" for sign in "{}$&#%_"} | {
 
 
 class Formula(str):
-    """LaTeX in math mode; a sign of a text that is no letter is a reference like ``&#x5f;``."""
+    """LaTeX in math mode; letters of user text are plain, other characters ``&#x5f;`` and so on."""
 
     __slots__ = ()
 
@@ -146,7 +146,7 @@ def formula(thing: Any) -> Formula:
 
 
 def terms(thing: Any) -> list[str]:
-    """The terms of a sum or a vector, each with its sign; one term for anything else."""
+    """The terms of a sum or a vector, each with its sign; any other expression is one term."""
     if isinstance(thing, Vector):
         return _vector_terms(thing)
     parts = thing.as_ordered_terms() if isinstance(thing, Add) else [thing]
@@ -154,7 +154,7 @@ def terms(thing: Any) -> list[str]:
 
 
 def sum_of(parts: list[str]) -> Formula:
-    """The sum of terms that have their signs."""
+    """The sum of terms that carry their signs."""
     return Formula(" ".join(parts).removeprefix("+ "))
 
 
@@ -180,6 +180,6 @@ def _along(component: Any, unit: str) -> list[str]:
 
 
 def width(formula: str) -> int:
-    """A rough width in characters: commands of layout have none, any other is one sign."""
+    """A rough width in characters: layout commands count nothing, every other sign counts one."""
     shown = re.sub(r"\\(left|right|frac|mathbf|boldsymbol|text(bf)?|d?dot|hat)\b|\\,", "", formula)
     return len(re.sub(r"[{}^_ ]", "", re.sub(r"&#x\w+;|\\\w+", "x", shown)))

@@ -45,7 +45,7 @@ def about(axis: Vec, angle: Entry) -> Mat:
 
 
 def of_angles(rpy: Vec) -> Mat:
-    """Roll about x, then pitch about y, then yaw about z, of the fixed axes: Rz Ry Rx."""
+    """Rotation by roll about x, then pitch about y, then yaw about z, all fixed axes: Rz Ry Rx."""
     roll, pitch, yaw = rpy
     turned = product(about((0, 1, 0), pitch), about((1, 0, 0), roll))
     return product(about((0, 0, 1), yaw), turned)
@@ -89,7 +89,7 @@ class Place:
     origin: Vec = (0, 0, 0)
 
     def then(self, other: Place) -> Place:
-        """The place in the outer frame of one that is given in this frame."""
+        """The place in the outer frame of a place that is given in this frame."""
         rotation = product(self.rotation, other.rotation)
         return Place(rotation, plus(self.origin, apply(self.rotation, other.origin)))
 
@@ -107,7 +107,7 @@ class Inertia:
         return self.mass == 0 and not any(entry != 0 for row in self.about for entry in row)
 
     def transform(self, place: Place) -> Inertia:
-        """The inertia in the frame in which this one has that place."""
+        """The inertia in the frame in which this frame has the given place."""
         turned = product(product(place.rotation, self.about), transpose(place.rotation))
         return Inertia(
             self.mass, plus(place.origin, apply(place.rotation, self.centre)), _symmetric(turned)
@@ -115,7 +115,7 @@ class Inertia:
 
 
 def combine(parts: Iterable[Inertia]) -> Inertia:
-    """Bodies that are fixed to each other, as one (Huygens and Steiner)."""
+    """The inertia of bodies that are fixed to each other, as one (Huygens and Steiner)."""
     present = [part for part in parts if not part.vanishes]
     if len(present) < 2:
         return present[0] if present else Inertia()
@@ -144,5 +144,5 @@ def _about(part: Inertia, point: Vec) -> Mat:
 
 
 def _symmetric(matrix: Mat) -> Mat:
-    """The matrix with its upper half below too, where rounding or the form differ."""
+    """The matrix with its upper half copied to the lower one, against rounding differences."""
     return [[matrix[min(i, j)][max(i, j)] for j in range(3)] for i in range(3)]

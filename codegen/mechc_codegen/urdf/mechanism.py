@@ -148,7 +148,7 @@ class _MechanismBuilder:
         return part
 
     def _attach(self, name: str, part: _Part, place: Place) -> None:
-        """A link at a place on its part: its inertia, and its shapes."""
+        """Add a link at a place on its part: its inertia and its shapes."""
         link = self.robot.links[name]
         self.parts[name] = (part, place)
         part.line.append(self.points[name].name)
@@ -185,7 +185,7 @@ class _MechanismBuilder:
     def _act(
         self, joint: RobotJoint, motion: Motion, sides: tuple[_Part, _Part], place: Place
     ) -> None:
-        """The motor and the damper of a joint, and its limits."""
+        """Add the motor and the damper of a joint, and its limits."""
         unit = "rad" if joint.kind in TURNING else "m"
         effort = {"rad": "N m", "m": "N"}[unit]
         applied = -sympify(self.values.damping(joint, f"{effort} s/{unit}")) * motion.rate
@@ -202,7 +202,7 @@ class _MechanismBuilder:
     def _push(
         self, joint: RobotJoint, size: Expr, sides: tuple[_Part, _Part], place: Place
     ) -> None:
-        """A torque about the axis or a force along it, by the parent on the child, and back."""
+        """Add a torque about the axis or a force along it, on the child, and its reaction."""
         carrier, part = sides
         along = size * vector(joint.axis, part.frame)
         if joint.kind in TURNING:
@@ -215,7 +215,7 @@ class _MechanismBuilder:
     # -- bodies ----------------------------------------------------------------------------
 
     def _embody(self) -> None:
-        """A body for every moving part; one without mass within a chain too, as it carries."""
+        """Add a body for every moving part; also for a massless part within a chain."""
         for joint, _, part, _ in self.joints:
             whole = combine(part.inertias)
             if whole.vanishes and not self._carries(part):
@@ -226,7 +226,7 @@ class _MechanismBuilder:
             part.body = _body(joint.child, part, whole)
 
     def _carries(self, part: _Part) -> bool:
-        """Whether any link beyond has inertia."""
+        """Whether any link beyond this part has inertia."""
         beyond = [child for _, parent, child, _ in self.joints if parent is part]
         return any(not combine(p.inertias).vanishes or self._carries(p) for p in beyond)
 

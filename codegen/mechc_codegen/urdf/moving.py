@@ -56,7 +56,7 @@ class Motion:
     start: dict[str, float] = field(default_factory=dict)
 
     def add(self, joint: RobotJoint, letters: tuple[str, str], unit: str) -> tuple[Any, Any]:
-        """One coordinate and the speed that is its rate."""
+        """Add a coordinate and the speed that is its rate."""
         q, u = (of_time(f"{letter}_{joint.name}") for letter in letters)
         described = f"of the joint {joint.name}"
         self.coordinates.append(Coordinate(q, Quantity(unit, described)))
@@ -125,5 +125,5 @@ def _floating(joint: RobotJoint) -> Motion:
 
 
 def of_time(name: str) -> Any:
-    """``dynamicsymbols`` would read commas and colons in a name as several."""
+    """A function of time; ``dynamicsymbols`` would split names at commas and colons."""
     return Function(name)(dynamicsymbols._t)

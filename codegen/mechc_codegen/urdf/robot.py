@@ -1,4 +1,4 @@
-"""What a URDF file says, as plain data: links, joints, shapes, in SI units and the file's order."""
+"""The content of a URDF file as plain data: links, joints, shapes, in SI units and file order."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Visual:
 
 @dataclass(frozen=True)
 class Link:
-    """A link.
+    """A link of the robot.
 
     ``inertia``: Ixx, Ixy, Ixz, Iyy, Iyz, Izz about the mass centre, in the axes of ``centre``.
     """
@@ -46,7 +46,7 @@ class Link:
 
 @dataclass(frozen=True)
 class Range:
-    """The limits of a joint's position, which is None where it has none, speed and effort."""
+    """Limits of a joint's position (None without limits), speed and effort."""
 
     lower: Number | None = None
     upper: Number | None = None
@@ -56,7 +56,7 @@ class Range:
 
 @dataclass(frozen=True)
 class Mimic:
-    """The position is ``multiplier`` times that of another joint, plus ``offset``."""
+    """A position that follows another joint: ``multiplier`` times its position plus ``offset``."""
 
     joint: str
     multiplier: Number = 1

@@ -77,7 +77,7 @@ def _refuse_rings(robot: Robot, ordered: list[RobotJoint]) -> None:
 
 
 class _Mimics:
-    """Mimics of mimics as mimics of the joint that moves by itself."""
+    """Mimics of mimics, resolved to the joint that moves by itself."""
 
     def __init__(self, robot: Robot) -> None:
         self.robot = robot

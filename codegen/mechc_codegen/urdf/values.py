@@ -48,7 +48,7 @@ class Values:
         ]
 
     def inertia(self, link: Link) -> list[list[Any]]:
-        """About the mass centre, in the axes of the file."""
+        """The inertia about the mass centre, in the axes of the file."""
         xx, xy, xz, yy, yz, zz = (
             self._value("inertia", link.name, entry, x, "kg m^2", f"inertia {entry[1:]} of {{}}")
             for entry, x in zip(_INERTIA, link.inertia, strict=True)
@@ -72,7 +72,7 @@ class Values:
         return self._value("damping", joint.name, "d", joint.damping, unit, "damping of {}", 0.0)
 
     def limit(self, joint: RobotJoint, which: str, unit: str) -> Any:
-        """A bound, None where the file has none."""
+        """A bound of a joint; None where the file has none."""
         given = getattr(joint.limits, which)
         if given is None:
             return None

@@ -40,7 +40,7 @@ def _drawn(system: System, request: Any, drawing: Any) -> System:
     if look not in pictures:
         own = system
         if pictures or drawing is not None or system.drawn is None:
-            made = drawn_by(request.described, drawing)
+            made = drawn_by(request.description, drawing)
             own = system.drawn_by(made, more=drawing is not None)
         if drawing is not None:
             _ = own.picture  # a wrong name is told now
@@ -51,8 +51,8 @@ def _drawn(system: System, request: Any, drawing: Any) -> System:
 def _compiled(request: Any, reference: ModelReference, seconds: dict[str, float]) -> System:
     known = request.digest
     if known is None:
-        return compile_described(request.described, reference, seconds)
-    return compile_known(known, request.described, reference, seconds)
+        return compile_described(request.description, reference, seconds)
+    return compile_known(known, request.description, reference, seconds)
 
 
 def read_compilable(

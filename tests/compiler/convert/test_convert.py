@@ -43,7 +43,7 @@ def mechanism(thing: Any, **settings: Any) -> Mechanism:
 def described(thing: Any, fix: Any = (), outputs: Any = None, **settings: Any) -> Any:
     return CompileRequest(
         thing, CompileOptions(ConversionSettings(**settings), dict(fix), outputs)
-    ).described()
+    ).description()
 
 
 # -- what is read ---------------------------------------------------------------------------------

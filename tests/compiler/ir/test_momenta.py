@@ -3,9 +3,9 @@
 import mpmath
 import numpy as np
 import pytest
-from mechc_codegen.compiler import Stopwatch, optimised
+from mechc_codegen.compiler import Stopwatch, optimised_scene
 from mechc_codegen.description.request import DEFAULT_REQUEST
-from mechc_codegen.ir.momenta import added, multiplied, products_of, turned
+from mechc_codegen.ir.momenta import add, harmonic, multiply, products_of
 from mechc_codegen.library.chains.pendulum import pendulum
 from mechc_codegen.library.spatial.heavy_top import heavy_top
 
@@ -15,7 +15,7 @@ STEP = mpmath.mpf("1e-30")
 
 
 def program_of(mechanism):
-    return optimised(mechanism, DEFAULT_REQUEST, Stopwatch()).program
+    return optimised_scene(mechanism, DEFAULT_REQUEST, Stopwatch()).program
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +43,7 @@ def parts(numbers):
 def values(series, known, state):
     """Of the operations needed."""
     found = {}
-    for n in series.needed:
+    for n in series.needed_operations:
         operation = series.operations[n]
         args = [found[a] for a in operation.args if a in found]
         factors = [value(f, known) for f in operation.factors]
@@ -105,11 +105,11 @@ def test_products_of_sines_are_sums(one, other):
     angles = np.array([0.3, 1.1])
     function = {"sine": np.sin, "cosine": np.cos}
     for a, b in [((1, 0), (0, 1)), ((1, -1), (1, 0)), ((2, 1), (2, 1)), ((-1, 0), (1, 2))]:
-        found = multiplied(turned(one, a), turned(other, b))
+        found = multiply(harmonic(one, a), harmonic(other, b))
         total = sum(
             float(factor) * (function[term.turn](angles @ term.angle) if term.turn else 1.0)
             for term, factor in found.items()
         )
         wanted = function[one](angles @ np.array(a)) * function[other](angles @ np.array(b))
         assert total == pytest.approx(wanted, rel=1e-14)
-        assert added(found, multiplied({next(iter(turned("cosine", (0, 0)))): -1}, found)) == {}
+        assert add(found, multiply({next(iter(harmonic("cosine", (0, 0)))): -1}, found)) == {}

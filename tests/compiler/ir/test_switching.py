@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import mpmath
 import pytest
-from mechc_codegen.compiler import Stopwatch, optimised
+from mechc_codegen.compiler import Stopwatch, optimised_scene
 from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.ir.program import SWITCHING, Program, slice_statements, symbols_of
 from sympy import (
@@ -38,7 +38,7 @@ STATE = {q: 0.37, u: -0.81, f: 1.3, t: 0.29}
 def made(load: Expr, **own: Expr) -> tuple[Program, dict[str, object]]:
     """Program and metadata of a bead under this force, with outputs of the user's own."""
     request = OutputRequest(frozenset(), expressions=own)
-    scene = optimised(scenes.bead_with(load), request, Stopwatch())
+    scene = optimised_scene(scenes.bead_with(load), request, Stopwatch())
     return scene.program, scene.metadata
 
 

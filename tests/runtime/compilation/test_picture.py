@@ -34,7 +34,7 @@ DRAWN = {
 def test_points_are_where_sympy_places_them(name: str) -> None:
     script = MODELS[name].derive()
     request, _ = read_compilable(script.method, None, None, **script.further)
-    mechanism, requested = request.described()
+    mechanism, requested = request.description()
     parameters = tuple(p.symbol.name for p in mechanism.parameters)
     system: Any = SimpleNamespace(parameters=parameters)
     picture = described_picture(system, lambda: (mechanism, requested))

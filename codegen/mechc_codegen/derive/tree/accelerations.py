@@ -16,7 +16,7 @@ class LinkAccelerations:
         self._found: dict[int, tuple[V3, V3]] = {GROUND: (ZERO, ZERO)}
 
     def of_link(self, link: int) -> tuple[V3, V3]:
-        """The parts of angular acceleration and acceleration of the reference point due to u'."""
+        """The terms with u' in the accelerations, angular and of the reference point."""
         for outward in reversed(self.links.path(link)):
             if outward not in self._found:
                 self._found[outward] = self._next(outward)
@@ -35,7 +35,7 @@ class LinkAccelerations:
     def _next(self, number: int) -> tuple[V3, V3]:
         tape, link = self.tape, self.links.links[number]
         carried, at = self._found[link.parent]
-        turning = [tape.scaled(self._of_speeds[k], a) for k, (a, _) in link.columns.items()]
-        moving = [tape.scaled(self._of_speeds[k], v) for k, (_, v) in link.columns.items()]
+        turning = [tape.scale(self._of_speeds[k], a) for k, (a, _) in link.columns.items()]
+        moving = [tape.scale(self._of_speeds[k], v) for k, (_, v) in link.columns.items()]
         angular = tape.total(carried, *turning)
         return angular, tape.total(at, tape.cross(carried, link.offset), *moving)

@@ -51,20 +51,20 @@ class LinkBodies:
         for body in self._of(link):
             arm = body.centre.arm
             mass += body.mass
-            moment = tape.total(moment, tape.scaled(body.mass, arm))
+            moment = tape.total(moment, tape.scale(body.mass, arm))
             about = _sum(about, body.inertia, self._offset(body.mass, arm))
-        return tape.keep(mass), moment, self._kept(about)
+        return tape.keep(mass), moment, self._keep_matrix(about)
 
     def wrench(self, link: int) -> tuple[V3, V3]:
-        """Moment about the reference point and force: applied minus inertial at u' = 0."""
+        """Moment about the reference point and force: loads minus inertia forces at u' = 0."""
         tape = self.tape
         mass, moment, about = self.inertia(link)
         omega = self.links.frame_of(link).omega
         torque = tape.cross(moment, self.gravity)
-        force = tape.scaled(mass, self.gravity)
+        force = tape.scale(mass, self.gravity)
         for arm, load in self._applied.get(link, ()):
             torque, force = tape.total(torque, arm), tape.total(force, load)
-        momentum = tape.turned(about, omega)
+        momentum = tape.transform(about, omega)
         gyroscopic = tape.cross(omega, momentum)
         centripetal = tape.cross(omega, tape.cross(omega, moment))
         return tape.difference(torque, gyroscopic), tape.difference(force, centripetal)
@@ -85,9 +85,9 @@ class LinkBodies:
         rows = [local.entries(row) for row in given]
         if not all(local.constant(row) for row in rows):
             raise NotATreeError(f"the inertia of {body.name} changes")
-        half = [self.tape.turned(rows, axis) for axis in frame.rotation]
+        half = [self.tape.transform(rows, axis) for axis in frame.rotation]
         turned = [[dot(axis, h) for h in half] for axis in frame.rotation]
-        return Body(body.name, mass, self.links.turning(centre, frame), self._kept(turned))
+        return Body(body.name, mass, self.links.turning(centre, frame), self._keep_matrix(turned))
 
     def _apply(self, place: object, vector: Vector) -> None:
         value = self.links.frames.along(vector.xreplace(self.mechanism.rates))
@@ -100,7 +100,7 @@ class LinkBodies:
             self._applied.setdefault(link, []).append(wrench)
 
     def _offset(self, mass: Expr, arm: V3) -> Symmetric3:
-        """m (r.r E - r r^T)."""
+        """The inertia of a point mass, m (r.r E - r r^T)."""
         square = dot(arm, arm)
         rows = [
             [mass * ((square if i == j else S.Zero) - arm[i] * arm[j]) for j in range(3)]
@@ -108,8 +108,8 @@ class LinkBodies:
         ]
         return [(row[0], row[1], row[2]) for row in rows]
 
-    def _kept(self, matrix: Sequence[Sequence[Expr]]) -> Symmetric3:
-        """A symmetric matrix whose lower half is kept on the tape."""
+    def _keep_matrix(self, matrix: Sequence[Sequence[Expr]]) -> Symmetric3:
+        """A symmetric matrix whose lower half is stored on the tape."""
         names = {(i, j): self.tape.keep(matrix[i][j]) for i in range(3) for j in range(i + 1)}
         rows = [[names[max(i, j), min(i, j)] for j in range(3)] for i in range(3)]
         return [(row[0], row[1], row[2]) for row in rows]

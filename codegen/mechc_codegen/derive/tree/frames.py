@@ -21,7 +21,7 @@ Node = TypeVar("Node", ReferenceFrame, Point)
 
 
 class NotATreeError(Exception):
-    """The mechanism is not a tree of links in the sense of this package; the message says why."""
+    """An error for a mechanism that is no tree of links as this package needs; says why."""
 
 
 @dataclass(frozen=True)
@@ -116,9 +116,9 @@ class Frames:
         return self._found[frame]
 
     def along(self, vector: Vector) -> V3:
-        """A vector, in components along the inertial axes."""
+        """The components of a vector along the inertial axes."""
         parts = [
-            self.tape.turned(self.motion(frame).rotation, self.local.entries(matrix))
+            self.tape.transform(self.motion(frame).rotation, self.local.entries(matrix))
             for matrix, frame in vector.args
         ]
         return self.tape.total(*parts) if parts else ZERO
@@ -136,16 +136,16 @@ class Frames:
             if not self.local.at_rest(value):
                 raise NotATreeError(f"frame {frame.name} turns even if all speeds are zero")
             rows = rotation if written_in is frame else self.motion(written_in).rotation
-            relative = tape.total(relative, tape.turned(rows, value))
+            relative = tape.total(relative, tape.transform(rows, value))
             for k, column in self.local.columns(value).items():
-                columns[k] = tape.total(columns.get(k, ZERO), tape.turned(rows, column))
-            bias = tape.total(bias, tape.turned(rows, self.local.rates_of(value)))
+                columns[k] = tape.total(columns.get(k, ZERO), tape.transform(rows, column))
+            bias = tape.total(bias, tape.transform(rows, self.local.rates_of(value)))
         omega = tape.total(carrier.omega, relative)
         for entries, written_in in given.args:
             own = len(given.args) == 1 and written_in in (frame, carrier.frame)
             turning = carrier.omega if own else self._omega(written_in, frame, omega)
             rows = rotation if written_in is frame else self.motion(written_in).rotation
-            turned = tape.turned(rows, self.local.entries(entries))
+            turned = tape.transform(rows, self.local.entries(entries))
             bias = tape.total(bias, tape.cross(turning, turned))
         still = not given.args and all(self.local.constant(row) for row in turn)
         return FrameMotion(
@@ -169,7 +169,7 @@ class Frames:
 
 
 def tree_of(root: Node, beside: Callable[[Node], Iterable[Node]]) -> dict[Node, Node]:
-    """For each frame or point connected to the root, the previous one on the path from there."""
+    """The previous frame or point on the path from the root, for all that are connected to it."""
     parents: dict[Node, Node] = {}
     waiting = [root]
     for node in waiting:

@@ -85,7 +85,7 @@ class Links:
         return self._points[point]
 
     def turning(self, at: PointMotion, frame: FrameMotion) -> PointMotion:
-        """The same point, as a point of the link that turns with ``frame`` there."""
+        """The point as a point of the link that turns with ``frame`` there."""
         if self.frame_of(at.link).body is frame.body:
             return at
         between = self._body_between(at, frame)
@@ -119,7 +119,7 @@ class Links:
         tape, local = self.tape, self.local
         value = local.entries(entries)
         start = self.turning(start, frame)
-        arm = tape.turned(frame.rotation, value)
+        arm = tape.transform(frame.rotation, value)
         turned = tape.cross(frame.omega, arm)
         velocity = tape.total(start.velocity, turned)
         bias = tape.total(start.bias, tape.cross(frame.bias, arm), tape.cross(frame.omega, turned))
@@ -130,13 +130,13 @@ class Links:
         rate = local.rates_of(value)
         if not local.at_rest(rate):
             raise NotATreeError("a point is moved by time")
-        sliding = tape.turned(frame.rotation, rate)
+        sliding = tape.transform(frame.rotation, rate)
         beyond = tape.total(
-            tape.scaled(2, tape.cross(frame.omega, sliding)),
-            tape.turned(frame.rotation, local.rates_of(rate)),
+            tape.scale(2, tape.cross(frame.omega, sliding)),
+            tape.transform(frame.rotation, local.rates_of(rate)),
         )
         columns = {
-            k: (ZERO, tape.turned(frame.rotation, column))
+            k: (ZERO, tape.transform(frame.rotation, column))
             for k, column in local.columns(rate).items()
         }
         link = self._add(
@@ -145,7 +145,7 @@ class Links:
                 start.link,
                 whole,
                 columns,
-                (ZERO, tape.total(self._carried(start.link, whole), beyond)),
+                (ZERO, tape.total(self._centripetal(start.link, whole), beyond)),
                 position,
             )
         )
@@ -154,7 +154,7 @@ class Links:
         )
 
     def _body_between(self, at: PointMotion, frame: FrameMotion) -> FrameMotion | None:
-        """The last frame of another body on the path to ``frame``: both may turn in one point."""
+        """The last frame of another body on the way to ``frame``; both may turn about one point."""
         inner, step = self.frame_of(at.link).body, frame.carrier
         while step is not None and step.body is not inner:
             if step.body is not frame.body and step.body in self._bodies:
@@ -176,10 +176,10 @@ class Links:
                 angular, linear = columns.get(k, (ZERO, ZERO))
                 columns[k] = (self.tape.total(angular, column), linear)
             step = step.carrier
-        bias = (self.tape.difference(frame.bias, parent.bias), self._carried(at.link, at.arm))
+        bias = (self.tape.difference(frame.bias, parent.bias), self._centripetal(at.link, at.arm))
         return self._add(Link(frame, at.link, at.arm, columns, bias, at.position))
 
-    def _carried(self, link: int, arm: V3) -> V3:
+    def _centripetal(self, link: int, arm: V3) -> V3:
         """Centripetal acceleration at the end of an arm on a link."""
         omega = self.frame_of(link).omega
         return self.tape.cross(omega, self.tape.cross(omega, arm))

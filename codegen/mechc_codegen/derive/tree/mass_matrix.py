@@ -50,7 +50,7 @@ def equations_of_motion(
 
 
 def _needed_at_rest(loaded: LinkBodies, symbols: Symbols) -> list[Expr]:
-    """The residual of the motion at u' = 0."""
+    """The residual of the equations of motion at u' = 0."""
     still = replace(symbols, accelerations=(S.Zero,) * len(symbols.accelerations))
     return Residual(loaded, (), still).elements()
 
@@ -61,27 +61,27 @@ class _MassMatrix:
         self.rows: list[list[Expr]] = [[S.Zero] * size for _ in range(size)]
         composites: dict[int, Composite] = {}
         for number in reversed(range(len(self.links))):
-            own = composites[number] = self._joined(number, composites)
+            own = composites[number] = self._composite(number, composites)
             self._project(number, own)
 
-    def _joined(self, number: int, composites: dict[int, Composite]) -> Composite:
-        """The link with all that it carries, about its reference point."""
+    def _composite(self, number: int, composites: dict[int, Composite]) -> Composite:
+        """The composite body of a link and all links beyond it, about its reference point."""
         mass, moment, about = self.loaded.inertia(number)
         for child, link in enumerate(self.links):
             if link.parent == number:
-                more = self._moved(composites[child], link.offset)
+                more = self._shift(composites[child], link.offset)
                 mass += more[0]
                 moment = self.tape.total(moment, more[1])
                 about = [self.tape.total(a, b) for a, b in zip(about, more[2], strict=True)]
         return self.tape.keep(mass), moment, about
 
-    def _moved(self, body: Composite, arm: V3) -> Composite:
-        """About a point from which the body's own reference point is at ``arm``."""
+    def _shift(self, body: Composite, arm: V3) -> Composite:
+        """The composite body about another point, from which its reference point is at ``arm``."""
         mass, moment, about = body
         tape = self.tape
-        both = tape.total(tape.scaled(mass, arm), tape.scaled(2, moment))
+        both = tape.total(tape.scale(mass, arm), tape.scale(2, moment))
         square = tape.dot(arm, both)
-        mixed = tape.total(tape.scaled(mass, arm), moment)
+        mixed = tape.total(tape.scale(mass, arm), moment)
         entries = {
             (i, j): tape.keep(
                 about[i][j]
@@ -95,11 +95,11 @@ class _MassMatrix:
         return mass, mixed, [(row[0], row[1], row[2]) for row in rows]
 
     def _project(self, number: int, body: Composite) -> None:
-        """What each speed of a link needs of every speed up to the ground."""
+        """Add the entries of M that couple a link's speeds with all speeds towards the ground."""
         tape, (mass, arm, about) = self.tape, body
         for speed, (turning, sliding) in self.links[number].columns.items():
-            moment = tape.total(tape.turned(about, turning), tape.cross(arm, sliding))
-            force = tape.total(tape.scaled(mass, sliding), tape.cross(turning, arm))
+            moment = tape.total(tape.transform(about, turning), tape.cross(arm, sliding))
+            force = tape.total(tape.scale(mass, sliding), tape.cross(turning, arm))
             self._add_own(number, speed, moment, force)
             at = number
             while self.links[at].parent != GROUND:

@@ -26,7 +26,7 @@ class TreeKinetics:
         self.moving = LinkAccelerations(links, symbols)
         tape = links.tape
         self.total, self.difference = tape.total, tape.difference
-        self.cross, self.scaled = tape.cross, tape.scaled
+        self.cross, self.scale = tape.cross, tape.scale
 
     def along(self, vector: Vector) -> V3:
         return self.links.frames.along(vector.xreplace(self.mechanism.rates))
@@ -40,7 +40,7 @@ class TreeKinetics:
     def momentum_rates(self, body: Body) -> tuple[V3, V3]:
         tape, on = self.links.tape, self.bodies[body]
         omega = self.links.frame_of(on.centre.link).omega
-        momentum = tape.turned(on.inertia, omega)
-        turning = tape.turned(on.inertia, self.moving.of_frame(on.centre.link))
-        linear = tape.scaled(on.mass, self.moving.of_point(on.centre))
+        momentum = tape.transform(on.inertia, omega)
+        turning = tape.transform(on.inertia, self.moving.of_frame(on.centre.link))
+        linear = tape.scale(on.mass, self.moving.of_point(on.centre))
         return linear, tape.total(turning, tape.cross(omega, momentum))

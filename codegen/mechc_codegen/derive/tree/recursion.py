@@ -148,7 +148,7 @@ class _Derivation:
         return self.to_symbols.expression(sympify(expression).xreplace(self.mechanism.rates))
 
     def _refuse_written(self, least: int | None) -> None:
-        """Where M and F cannot be written out, or have fewer operations by another way."""
+        """Refuse to write out M and F where that is impossible or another way is shorter."""
         if self.written and self.cuts:
             raise NotATreeError("loops are closed, and M and F are to be written out")
         links = self.links.links
@@ -167,7 +167,7 @@ class _Derivation:
         )
 
     def _written(self) -> list[Output]:
-        """M and F in place of the tree, and the constraints on the speeds, of which it has none."""
+        """The outputs M and F in place of the tree's data, and the constraints on the speeds."""
         names = [printed_name(u) for u in self.mechanism.u]
         return [
             *equations_of_motion(self.loaded, self.symbols, names),
@@ -179,27 +179,27 @@ class _Derivation:
         columns = [c for link in links for c in link.columns.values()]
         wrenches = [self.loaded.wrench(k) for k in numbers]
         return [
-            _numbered(
+            _data_output(
                 "tree_offset",
                 "from the reference point of the link before to that of each link",
                 [link.offset[:2] if planar else link.offset for link in links],
             ),
-            _numbered(
+            _data_output(
                 "tree_subspace",
                 "partial angular velocity and velocity against the link before, by each speed",
                 [_motion(c, planar) for c in columns],
             ),
-            _numbered(
+            _data_output(
                 "tree_inertia",
                 "mass, mass times arm, inertia about the reference point",
                 [self._inertia(k, planar) for k in numbers],
             ),
-            _numbered(
+            _data_output(
                 "tree_bias",
                 "acceleration against the link before that is free of u'",
                 [_motion(link.bias, planar) for link in links],
             ),
-            _numbered(
+            _data_output(
                 "tree_wrench",
                 "moment about the reference point and force, less inertia free of u'",
                 [_motion(w, planar) for w in wrenches],
@@ -246,21 +246,21 @@ class _Derivation:
         ]
 
     def _across(self, what: str) -> tuple[Expr, ...]:
-        """Difference of the two ends of each cut along its axis."""
+        """The distance of the two ends of each cut along its axis."""
         tape = self.tape
         gaps = [tape.difference(getattr(c.point, what), getattr(c.target, what)) for c in self.cuts]
         return tuple(tape.dot(gap, cut.axis) for gap, cut in zip(gaps, self.cuts, strict=True))
 
     def _cut_outputs(self, planar: bool) -> list[Output]:
-        """What the runtime needs for the rows of J."""
+        """Outputs from which the runtime forms the rows of J."""
         size = 2 if planar else 3
         references = [link.reference[:size] for link in self.links.links]
         rows = [
             (*c.point.position[:size], *c.target.position[:size], *c.axis[:size]) for c in self.cuts
         ]
         return [
-            _numbered("tree_reference", "positions of the links' reference points", references),
-            _numbered("tree_cut", "both ends of each cut, and the axis of its constraint", rows),
+            _data_output("tree_reference", "positions of the links' reference points", references),
+            _data_output("tree_cut", "both ends of each cut, and the axis of its constraint", rows),
         ]
 
     # -- other outputs ----------------------------------------------------------------------
@@ -313,16 +313,16 @@ class _Derivation:
 
     def _kinetic(self, body: Body) -> Expr:
         omega = self.links.frame_of(body.centre.link).omega
-        spin = dot(omega, self.tape.turned(body.inertia, omega))
+        spin = dot(omega, self.tape.transform(body.inertia, omega))
         speed = dot(body.centre.velocity, body.centre.velocity)
         return self.tape.keep(body.mass * speed / 2 + spin / 2)
 
     def _momenta(self) -> list[Output]:
         tape, linear, angular = self.tape, [], []
         for body in self.loaded.bodies:
-            momentum = tape.scaled(body.mass, body.centre.velocity)
+            momentum = tape.scale(body.mass, body.centre.velocity)
             omega = self.links.frame_of(body.centre.link).omega
-            own = tape.turned(body.inertia, omega)
+            own = tape.transform(body.inertia, omega)
             linear.append(momentum)
             angular.append(tape.total(tape.cross(body.centre.position, momentum), own))
         names = [body.name for body in self.loaded.bodies]
@@ -352,7 +352,7 @@ class _Derivation:
         ]
 
     def _residual(self) -> list[Output]:
-        """The residual that Jacobians are derived from in place of M and F; it is not emitted."""
+        """The residual that Jacobians are derived from instead of M and F; it is not emitted."""
         elements = tuple(Residual(self.loaded, self.cuts, self.symbols).elements())
         labels = tuple(f"residual[{i}]" for i in range(len(elements)))
         equation = "M u' + J^T lambda - F and J u' - gamma"
@@ -374,7 +374,7 @@ class _Derivation:
             Output(n, "user-defined output", (e,), (), (n,))
             for n, e in self.request.expressions.items()
         ]
-        scalars = [self.to_symbols.solved(output) for output in own]
+        scalars = [self.to_symbols.motion_output(output) for output in own]
         if self.mechanism.preference is not None:
             value = self._plain(self.mechanism.preference)
             scalars.append(Output("preference", equation, (value,), (), ("preference",)))
@@ -386,7 +386,7 @@ def _motion(pair: tuple[V3, V3], planar: bool) -> list[Expr]:
     return [angular[2], *linear[:2]] if planar else [*angular, *linear]
 
 
-def _numbered(name: str, equation: str, rows: Sequence[Iterable[Expr]]) -> Output:
+def _data_output(name: str, equation: str, rows: Sequence[Iterable[Expr]]) -> Output:
     values = [tuple(row) for row in rows]
     width = len(values[0])
     labels = tuple(f"{name}[{i}, {j}]" for i in range(len(values)) for j in range(width))

@@ -41,7 +41,7 @@ class Residual:
         return [*self._balance(), *self._openings()]
 
     def _openings(self) -> list[Expr]:
-        """Difference of the accelerations of the two ends of each cut along its axis."""
+        """The relative acceleration of the two ends of each cut along its axis."""
         tape, moving = self.tape, LinkAccelerations(self.links, self.symbols)
         ends = [(moving.of_point(c.point), moving.of_point(c.target)) for c in self.cuts]
         gaps = [tape.difference(one, other) for one, other in ends]
@@ -49,7 +49,7 @@ class Residual:
 
     def _balance(self) -> list[Expr]:
         tape, found = self.tape, dict[int, Expr]()
-        wrenches = self._needed(self._motions())
+        wrenches = self._needed_wrenches(self._motions())
         self._add_cuts(wrenches)
         for number, link in reversed(list(enumerate(self.links.links))):
             moment, force = wrenches[number]
@@ -68,29 +68,29 @@ class Residual:
             angular, linear = motions[link.parent] if link.parent != GROUND else (ZERO, ZERO)
             turns, slides = [link.bias[0]], [link.bias[1], tape.cross(angular, link.offset)]
             for k, (turning, sliding) in link.columns.items():
-                turns.append(tape.scaled(self.symbols.accelerations[k], turning))
-                slides.append(tape.scaled(self.symbols.accelerations[k], sliding))
+                turns.append(tape.scale(self.symbols.accelerations[k], turning))
+                slides.append(tape.scale(self.symbols.accelerations[k], sliding))
             motions.append((tape.total(angular, *turns), tape.total(linear, *slides)))
         return motions
 
-    def _needed(self, motions: Sequence[tuple[V3, V3]]) -> list[tuple[V3, V3]]:
-        """The wrench about each reference point that each link's motion needs, minus the loads."""
+    def _needed_wrenches(self, motions: Sequence[tuple[V3, V3]]) -> list[tuple[V3, V3]]:
+        """Wrench of each link for its motion minus its loads, about its reference point."""
         tape, found = self.tape, list[tuple[V3, V3]]()
         for number, (angular, linear) in enumerate(motions):
             mass, arm, about = self.loaded.inertia(number)
             moment, force = self.loaded.wrench(number)
-            turning = tape.total(tape.turned(about, angular), tape.cross(arm, linear))
-            pushing = tape.total(tape.scaled(mass, linear), tape.cross(angular, arm))
+            turning = tape.total(tape.transform(about, angular), tape.cross(arm, linear))
+            pushing = tape.total(tape.scale(mass, linear), tape.cross(angular, arm))
             found.append((tape.difference(turning, moment), tape.difference(pushing, force)))
         return found
 
     def _add_cuts(self, wrenches: list[tuple[V3, V3]]) -> None:
-        """J^T lambda: equal and opposite forces along the axis at the two ends of each cut."""
+        """Add J^T lambda: opposite forces along the axis at the two ends of each cut."""
         tape = self.tape
         for cut, multiplier in zip(self.cuts, self.symbols.multipliers, strict=True):
             for end, sign in ((cut.point, 1), (cut.target, -1)):
                 if end.link != GROUND:
-                    force = tape.scaled(sign * multiplier, cut.axis)
+                    force = tape.scale(sign * multiplier, cut.axis)
                     arm = tape.difference(end.position, self.links.reference(end.link))
                     self._add(wrenches, end.link, tape.cross(arm, force), force)
 

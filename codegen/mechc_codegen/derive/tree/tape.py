@@ -64,10 +64,10 @@ class Tape:
     def difference(self, a: V3, b: V3) -> V3:
         return self.vector(x - y for x, y in zip(a, b, strict=True))
 
-    def scaled(self, factor: Expr, a: V3) -> V3:
+    def scale(self, factor: Expr, a: V3) -> V3:
         return self.vector(factor * x for x in a)
 
-    def turned(self, rows: Sequence[V3], a: Sequence[Expr]) -> V3:
+    def transform(self, rows: Sequence[V3], a: Sequence[Expr]) -> V3:
         """Matrix times vector."""
         return self.vector(dot(row, a) for row in rows)
 

@@ -1,4 +1,4 @@
-"""Velocities set by the user or by SymPy's joints must be those of the tree.
+"""Check that velocities set by the user or by SymPy's joints are those of the tree.
 
 The tree derives velocities from positions.  Where a velocity that was set differs (it holds on the
 constraints only, or the point has no position) the equations are derived in full instead.
@@ -42,7 +42,7 @@ def refuse_other_velocities(mechanism: Mechanism, links: Links) -> None:
 
 
 def _difference(mechanism: Mechanism, links: Links, point: Point) -> Iterator[Expr]:
-    """Components of the velocity set minus that of the tree, without statements on the tape."""
+    """The given velocity minus that of the tree, with nothing added to the tape."""
     rows = list[tuple[Sequence[Expr], Sequence[Expr]]]()
     for matrix, frame in point.vel(mechanism.frame).args:
         rows.append((links.frames.motion(frame).rotation, links.local.entries(matrix)))
@@ -51,7 +51,7 @@ def _difference(mechanism: Mechanism, links: Links, point: Point) -> Iterator[Ex
 
 
 def _values(tape: Tape, wanted: Iterable[Symbol], seed: int) -> dict[Symbol, Expr]:
-    """Numbers for symbols, at random for those that no statement defines."""
+    """Values of symbols, random ones where no statement defines the symbol."""
     needed = set(wanted)
     kept = []
     for symbol, value in reversed(tape.statements):

@@ -37,7 +37,7 @@ def joints_and_closures(
     MechanismError
         If they are not a tree with cuts, or one joins an unknown body.
     """
-    joints = tuple(_grounded(name, place[0], bodies, joint_of(joint)) for joint in given)
+    joints = tuple(_with_ground(name, place[0], bodies, joint_of(joint)) for joint in given)
     check_joints(name, joints)
     placements = [Placement(*place, seed) for seed in range(SAMPLES)]
     closures = [
@@ -48,7 +48,7 @@ def joints_and_closures(
     return joints, tuple(c for c in closures if c.rows)
 
 
-def _grounded(name: str, frame: ReferenceFrame, bodies: Sequence[Body], joint: Joint) -> Joint:
+def _with_ground(name: str, frame: ReferenceFrame, bodies: Sequence[Body], joint: Joint) -> Joint:
     sides: dict[str, Any] = {}
     for side in ("parent", "child"):
         body = getattr(joint, side)
@@ -80,7 +80,7 @@ def _moving(closure: Closure, placements: Sequence[Placement]) -> list[bool]:
 
 
 def _values(closure: Closure, placement: Placement) -> list[float]:
-    ends = [_located(closure.name, p, placement) for p in (closure.point, closure.target)]
+    ends = [_position(closure.name, p, placement) for p in (closure.point, closure.target)]
     gap = [a - b for a, b in zip(*ends, strict=True)]
     along = [dot(gap, placement.vector(axis)) for axis in closure.axes]
     across = [
@@ -89,7 +89,7 @@ def _values(closure: Closure, placement: Placement) -> list[float]:
     return along + across
 
 
-def _located(name: str, point: Point, placement: Placement) -> Sequence[float]:
+def _position(name: str, point: Point, placement: Placement) -> Sequence[float]:
     try:
         return placement.position(point)
     except KeyError:

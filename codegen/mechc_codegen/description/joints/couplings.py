@@ -13,7 +13,7 @@ from mechc_codegen.description.joints.tree import Joint
 
 
 @dataclass(frozen=True, eq=False)
-class Coupled(Joint):
+class CoupledPair(Joint):
     """Two bodies of the tree whose joints move together, by one constraint.
 
     Attributes

@@ -124,7 +124,7 @@ class Cut(Joint):
     ) -> Self:
         """A cut weld: three positions and three directions held; parameters as in :meth:`pin`."""
         sides = _Sides(name, parent, child, *args, **places)
-        return cls(*sides.described, perpendicular=sides.aligned())
+        return cls(*sides.described, perpendicular=sides.all_parallel())
 
     @classmethod
     def prismatic(
@@ -134,7 +134,7 @@ class Cut(Joint):
         """A cut slide along an axis: two positions and three directions held; see :meth:`pin`."""
         sides = _Sides(name, parent, child, *args, **places)
         across = sides.across(sides.axis(joint_axis))
-        return cls(*sides.described, axes=across, perpendicular=sides.aligned())
+        return cls(*sides.described, axes=across, perpendicular=sides.all_parallel())
 
     @classmethod
     def cylindrical(
@@ -162,7 +162,7 @@ class Cut(Joint):
 
 
 class _Sides:
-    """Points and local frames of a cut joint, and axes of equal components on both sides."""
+    """Points and local frames on both sides of a cut joint, which has the same axes on both."""
 
     def __init__(
         self,
@@ -189,7 +189,7 @@ class _Sides:
         """The joint's axis, in components along the parent's interframe."""
         if given is None:
             return UNITS[0]
-        frame = self._oriented(0)
+        frame = self._frame_of(0)
         try:
             x, y, z = given.to_matrix(frame)
         except ValueError as error:
@@ -204,10 +204,10 @@ class _Sides:
         return x, y, z
 
     def on_parent(self, components: Components) -> Vector:
-        return _vector(components, self._oriented(0))
+        return _vector(components, self._frame_of(0))
 
     def on_child(self, components: Components) -> Vector:
-        return _vector(components, self._oriented(1))
+        return _vector(components, self._frame_of(1))
 
     def across(self, axis: Components) -> tuple[Vector, ...]:
         """Two directions of the parent that are perpendicular to the axis."""
@@ -217,13 +217,13 @@ class _Sides:
         """Pairs that keep the axis of the child along that of the parent."""
         return tuple((self.on_child(axis), other) for other in self.across(axis))
 
-    def aligned(self) -> tuple[tuple[Vector, Vector], ...]:
+    def all_parallel(self) -> tuple[tuple[Vector, Vector], ...]:
         """Pairs that keep all axes of the child along those of the parent."""
         return tuple(
             (self.on_child(UNITS[k]), self.on_parent(UNITS[(k + 1) % 3])) for k in range(3)
         )
 
-    def _oriented(self, side: int) -> ReferenceFrame:
+    def _frame_of(self, side: int) -> ReferenceFrame:
         frame = self.frames[side]
         if frame is None:
             what = ("parent", "child")[side]

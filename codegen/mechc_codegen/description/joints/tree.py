@@ -51,7 +51,7 @@ class Joint:
 
     @property
     def is_cut(self) -> bool:
-        """Whether its motion is restricted by constraints, and not by the tree."""
+        """Whether the joint is a cut, whose motion only constraints restrict."""
         return False
 
 
@@ -126,7 +126,7 @@ def check_joints(mechanism: str, joints: Sequence[Joint]) -> None:
     for joint in joints:
         if joint.parent is joint.child:
             raise MechanismError(
-                f"{mechanism}: the joint {joint.name} joins {_named(joint.parent)} to itself"
+                f"{mechanism}: the joint {joint.name} joins {_title(joint.parent)} to itself"
             )
     _refuse_loops(mechanism, [joint for joint in joints if not joint.is_cut])
 
@@ -178,7 +178,7 @@ class _Neighbours:
         return self._of.get(body, [])
 
     def way(self, start: Body | None, end: Body | None) -> list[Joint] | None:
-        """The joints between two bodies, None if they are not joined."""
+        """The joints on the path between two bodies; None if no path joins them."""
         came: dict[Body | None, tuple[Joint, Body | None] | None] = {start: None}
         waiting = [start]
         for at in waiting:
@@ -202,12 +202,12 @@ def _refuse_loops(mechanism: str, joints: Sequence[Joint]) -> None:
         if way is not None:
             through = ", ".join(other.name for other in way)
             raise MechanismError(
-                f"{mechanism}: the joint {joint.name} closes a loop: {_named(joint.child)} is "
-                f"joined to {_named(joint.parent)} through {through} already. A body is the child "
+                f"{mechanism}: the joint {joint.name} closes a loop: {_title(joint.child)} is "
+                f"joined to {_title(joint.parent)} through {through} already. A body is the child "
                 "of one joint of the tree, so one joint of the loop must be a cut (mechc.Cut)"
             )
         neighbours.add(joint)
 
 
-def _named(body: Body | None) -> str:
+def _title(body: Body | None) -> str:
     return "the ground" if body is None else str(body.name)

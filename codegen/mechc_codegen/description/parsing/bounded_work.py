@@ -18,7 +18,7 @@ class TooMuchWorkError(BaseException):
 
 
 def with_at_most(calls: int, work: Callable[[], T]) -> T:
-    """``work()``, stopped after so many calls of Python functions in this thread.
+    """The result of ``work()``, stopped after so many calls of Python functions in this thread.
 
     Raises
     ------

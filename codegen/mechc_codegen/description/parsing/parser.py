@@ -91,8 +91,8 @@ class _Parser:
             raise self._error("an operator was expected")
         return value
 
-    def _settled(self, value: Expr) -> Expr:
-        """``value`` if it is real and of a size that doubles can hold."""
+    def _within_bounds(self, value: Expr) -> Expr:
+        """``value``, checked to be real and of a size that doubles can hold."""
         if value.has(nan, zoo, oo, -oo, I):
             raise self._error("this has no finite real value")
         if not value.free_symbols:
@@ -138,21 +138,21 @@ class _Parser:
         value = self._product()
         while sign := self._take("+", "-"):
             term = self._product()
-            value = self._settled(value + term if sign == "+" else value - term)
+            value = self._within_bounds(value + term if sign == "+" else value - term)
         return value
 
     def _product(self) -> Expr:
-        value = self._signed()
+        value = self._unary()
         while sign := self._take("*", "/"):
-            factor = self._signed()
+            factor = self._unary()
             if sign == "/" and factor == 0:
                 raise self._error("division by zero")
-            value = self._settled(value * factor if sign == "*" else value / factor)
+            value = self._within_bounds(value * factor if sign == "*" else value / factor)
         return value
 
-    def _signed(self) -> Expr:
+    def _unary(self) -> Expr:
         if sign := self._take("+", "-"):
-            value = self._nested(self._signed)
+            value = self._one_level_deeper(self._unary)
             return -value if sign == "-" else value
         return self._power()
 
@@ -160,19 +160,19 @@ class _Parser:
         base = self._atom()
         if not self._take("**", "^"):
             return base
-        exponent = self._nested(self._signed)
+        exponent = self._one_level_deeper(self._unary)
         if exponent.free_symbols or abs(exponent) > _MAX_EXPONENT:
             raise self._error(f"an exponent must be a number of at most {_MAX_EXPONENT}")
         if base == 0 and exponent < 0:
             raise self._error("division by zero")
-        return self._raised(base, exponent)
+        return self._to_power(base, exponent)
 
-    def _raised(self, base: Expr, exponent: Expr) -> Expr:
-        """A power; SymPy would need very long for roots of powers of complex numbers."""
+    def _to_power(self, base: Expr, exponent: Expr) -> Expr:
+        """A checked power; SymPy takes very long for roots of powers of complex numbers."""
         factors = Mul.make_args(base) if base.free_symbols and not exponent.is_Integer else ()
         if any(isinstance(f, (Pow, exp)) and not f.args[0].is_Atom for f in factors):
             raise self._error("a root of a power: write it as one power, or with abs")
-        return self._settled(base**exponent)
+        return self._within_bounds(base**exponent)
 
     def _atom(self) -> Expr:
         if self.next == len(self.tokens):
@@ -180,14 +180,14 @@ class _Parser:
         kind, token, _ = self.tokens[self.next]
         if kind == "number":
             self.next += 1
-            return self._settled(Integer(token) if token.isdigit() else Float(float(token)))
+            return self._within_bounds(Integer(token) if token.isdigit() else Float(float(token)))
         if kind == "name":
-            return self._named(token)
+            return self._symbol_or_call(token)
         if self._take("("):
-            return self._closing(self._nested(self._sum))
+            return self._closing(self._one_level_deeper(self._sum))
         raise self._error("a number, a name or '(' was expected")
 
-    def _named(self, name: str) -> Expr:
+    def _symbol_or_call(self, name: str) -> Expr:
         if name in FUNCTIONS:
             self.next += 1
             if not self._take("("):
@@ -195,11 +195,11 @@ class _Parser:
             self.functions += 1
             if self.functions > _MAX_FUNCTIONS:
                 raise self._error(f"more than {_MAX_FUNCTIONS} functions inside each other")
-            argument = self._closing(self._nested(self._sum))
+            argument = self._closing(self._one_level_deeper(self._sum))
             self.functions -= 1
             if name == "sqrt":
-                return self._raised(argument, S.Half)
-            return self._settled(FUNCTIONS[name](argument))
+                return self._to_power(argument, S.Half)
+            return self._within_bounds(FUNCTIONS[name](argument))
         if name not in self.names:
             known = ", ".join([*self.names, *FUNCTIONS])
             raise self._error(f"{name!r} is not known here; known are {known}")
@@ -211,7 +211,7 @@ class _Parser:
             raise self._error("')' was expected")
         return value
 
-    def _nested(self, rule: Callable[[], Expr]) -> Expr:
+    def _one_level_deeper(self, rule: Callable[[], Expr]) -> Expr:
         self.depth += 1
         if self.depth > _MAX_DEPTH:
             raise self._error(f"more than {_MAX_DEPTH} levels of nesting")
@@ -221,7 +221,7 @@ class _Parser:
 
 
 def _number(value: Expr) -> Expr:
-    """A small fraction or a small fraction of pi as it is, anything else as a double."""
+    """A small fraction or small multiple of pi unchanged, any other number as a double."""
     fraction = value if value.is_Rational else value / pi
     if fraction.is_Rational and max(abs(fraction.p), fraction.q) <= _MAX_EXACT:
         return value

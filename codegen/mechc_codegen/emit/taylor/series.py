@@ -17,7 +17,7 @@ from sympy import Expr, Symbol
 from mechc_codegen.emit.definition import definition
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.printer import RealPrinter
-from mechc_codegen.emit.taylor.sums import Pair, are_few, arranged, sums_text
+from mechc_codegen.emit.taylor.sums import Pair, are_few, arrange, sums_text
 from mechc_codegen.ir.program import Operation, Series
 
 Row = tuple[int, str]  # an operation's number, and "" or "j" where coefficient j is times j
@@ -52,7 +52,7 @@ class SeriesWriter:
         self.places = {s: f"p[{i}]" for i, s in enumerate(symbols.parameters)}
         self.places |= {s: f"k[{i}]" for i, s in enumerate(functions.constants)}
         self.nq, self.nu = len(symbols.q), len(symbols.u)
-        self.needed = series.needed
+        self.needed = series.needed_operations
         self.integrals = [each for each in series.integrals if each[0] in self.needed]
         integrated = [*range(self.nq + self.nu), *(n for n, _ in self.integrals)]
         self.rows: dict[Row, int] = {(n, ""): place for place, n in enumerate(integrated)}
@@ -67,7 +67,7 @@ class SeriesWriter:
     def _varying(self) -> set[int]:
         """The operations that change with time: not those of parameters and of speeds that nothing
         accelerates."""
-        fixed = {self.nq + i for i in range(self.nu) if self._unaccelerated(i)}
+        fixed = {self.nq + i for i in range(self.nu) if self._has_constant_speed(i)}
         varying = set[int]()
         for number in self.needed:
             operation = self.series.operations[number]
@@ -76,7 +76,7 @@ class SeriesWriter:
                 varying.add(number)
         return varying
 
-    def _unaccelerated(self, i: int) -> bool:
+    def _has_constant_speed(self, i: int) -> bool:
         coupled = any(self._entry(i, j) is not None for j in range(self.nu) if j != i)
         own = self.series.mass[i * self.nu + i]
         steady = not self.series.momenta or self.series.is_constant(own)
@@ -106,21 +106,21 @@ class SeriesWriter:
     # -- pieces -----------------------------------------------------------------------------
 
     def keep(self, name: str) -> str:
-        """A number of order 0 that higher orders use."""
+        """Store a number of order 0 for higher orders, and return its name."""
         self.kept.setdefault(name, len(self.kept))
         return name
 
     def row(self, number: int, weight: str = "") -> int:
-        """The place of a series in a row."""
+        """The place of a series within a row of coefficients."""
         return self.rows.setdefault((number, weight), len(self.rows))
 
     def sum(self, left: int, right: int) -> str:
-        """The sum over products of two series' lower coefficients."""
+        """The name of the sum of products of two series' lower coefficients."""
         pair = (min(left, right), max(left, right))
         return f"s{self.sums.setdefault(pair, len(self.sums))}"
 
     def constant(self, value: Expr | None) -> str:
-        """Of a constant or an exponent."""
+        """The C text of a constant or an exponent."""
         assert value is not None
         self.used |= value.free_symbols
         return self.printer.real(value)
@@ -129,12 +129,12 @@ class SeriesWriter:
         return number in self.varying
 
     def value(self, number: int) -> str:
-        """Of order 0, where higher orders use it."""
+        """The name of a value of order 0 that higher orders use."""
         name = self.start(number)
         return name if self.series.is_constant(number) else self.keep(name)
 
     def start(self, number: int) -> str:
-        """Of order 0."""
+        """The name or number of a value of order 0."""
         operation = self.series.operations[number]
         return self.constant(operation.value) if operation.kind == "constant" else f"v{number}"
 
@@ -183,7 +183,7 @@ class SeriesWriter:
             case "state":
                 return f"q[{n}]" if n < self.nq else f"u[{n - self.nq}]"
             case "sum":
-                return self._combined(operation.factors, v)
+                return self._linear_combination(operation.factors, v)
             case "product":
                 return f"{v[0]} * {v[1]}"
             case "quotient":
@@ -202,7 +202,7 @@ class SeriesWriter:
         else:
             yield f"const real r{n} = 1.0 / {self.start(operation.args[-1])};"
 
-    def _combined(self, factors: Iterable[Expr], names: Iterable[str]) -> str:
+    def _linear_combination(self, factors: Iterable[Expr], names: Iterable[str]) -> str:
         """A sum of multiples; every product and its addition are one operation."""
         text = ""
         for factor, name in zip(factors, names, strict=True):
@@ -221,7 +221,7 @@ class SeriesWriter:
         own = self._rows_after(self.integrated)
         body += [f"row[{place}] = {self._next_of(*of)};" for of, place in own]
         body += self._rates("d")
-        self.sums = arranged(self.sums)
+        self.sums = arrange(self.sums)
         loads = [f"const real {name} = kept[{place}];" for name, place in self.kept.items()]
         loads += [f"const real s{place} = sums[{place}];" for place in self.sums.values()]
         signature = (
@@ -237,7 +237,7 @@ class SeriesWriter:
         return f"order * d{number}" if weight else f"d{number}"
 
     def _coefficients(self) -> list[str]:
-        """Those that M u is made of first, where it gives the speeds."""
+        """Lines for the coefficients; terms of M u come first where it determines the speeds."""
         if self.series.momenta:
             lines = self._speeds()
             later = [number for number in self.needed if number not in self._first()]
@@ -246,18 +246,18 @@ class SeriesWriter:
         return lines + self._solution("d", self._forcing_coefficients())
 
     def _speeds(self) -> list[str]:
-        """From M u, which is integrated and stands in their places."""
+        """Lines that solve the speeds from M u, which is integrated and stands in their places."""
         lines = [line for number in self._first() for line in self._coefficient(number)]
         lines += self._solution("d", self._momenta())
         self.solving = {int(n) for line in lines for n in _SUM.findall(line)}
         return lines + [f"row[{self.nq + i}] = b{i};" for i in range(self.nu)]
 
     def _first(self) -> list[int]:
-        """What M is made of, without the rates that it is integrated by."""
-        return replace(self.series, forcing=(), rates=(), integrals=()).needed
+        """The operations that M is made of, without the rates of integrals."""
+        return replace(self.series, forcing=(), rates=(), integrals=()).needed_operations
 
     def _solving(self) -> str:
-        """The end of the last order, of which nothing but the states is asked."""
+        """The last lines of the highest order, from which only the states are needed."""
         lines = self._speeds()
         loads = [f"const real {name} = kept[{place}];" for name, place in self.kept.items()]
         loads += [f"const real s{place} = sums[{place}];" for place in sorted(self.solving)]
@@ -281,7 +281,7 @@ class SeriesWriter:
             case "sum":
                 pairs = zip(operation.factors, args, strict=True)
                 varying = [(factor, f"d{a}") for factor, a in pairs if self.varies(a)]
-                return self._combined(*zip(*varying, strict=True))
+                return self._linear_combination(*zip(*varying, strict=True))
             case "product":
                 return self._product(*args)
             case "quotient":
@@ -314,7 +314,7 @@ class SeriesWriter:
         return f"R_FMA({self.value(a)}, d{b}, R_FMA({self.value(b)}, d{a}, {total}))"
 
     def depth(self, number: int) -> int:
-        """How many values an operation's coefficient waits for, one after the other."""
+        """The number of values on which an operation's coefficient depends one after the other."""
         if number not in self.depths:
             operation, nx = self.series.operations[number], self.nq + self.nu
             solved = self.series.momenta and self.nq <= number < nx
@@ -349,7 +349,7 @@ class SeriesWriter:
         return [self.start(n) for n in self.series.forcing]
 
     def _forcing_coefficients(self) -> list[str]:
-        """F_k less the products with what M gains."""
+        """Coefficients of F_k minus the products with coefficients of M."""
         return [self._forcing_coefficient(i) for i in range(self.nu)]
 
     def _forcing_coefficient(self, i: int) -> str:
@@ -362,7 +362,7 @@ class SeriesWriter:
         return text
 
     def _momenta(self) -> list[str]:
-        """Of M u, which the row holds, less the products with what M gains."""
+        """Coefficients of M u, which are in the row, minus the products with coefficients of M."""
         return [self._momentum(i) for i in range(self.nu)]
 
     def _momentum(self, i: int) -> str:
@@ -379,7 +379,7 @@ class SeriesWriter:
         return text
 
     def _sum_with(self, number: int, place: int) -> tuple[str, str]:
-        """A factor and a sum: of a multiple of one series those of the series itself."""
+        """A factor and a sum of products; a multiple of one series uses the sum of that series."""
         operation = self.series.operations[number]
         if operation.kind == "sum":
             pairs = zip(operation.factors, operation.args, strict=True)
@@ -390,7 +390,7 @@ class SeriesWriter:
         return "R(1.0)", self.sum(self.row(number), place)
 
     def _pattern(self) -> list[list[int]]:
-        """For each row of L the columns where it is not zero: M = L D L^T."""
+        """The columns in which each row of L is not zero: M = L D L^T."""
         rows = [[j for j in range(i) if self._entry(i, j) is not None] for i in range(self.nu)]
         for i, row in enumerate(rows):
             for j in range(i):
@@ -416,7 +416,7 @@ class SeriesWriter:
         return lines
 
     def _solution(self, kind: str, forcing: list[str]) -> list[str]:
-        """a from L D L^T a = F."""
+        """Lines that solve L D L^T a = F."""
         keep, result = (self.keep, "b") if kind == "d" else (str, "a")
         pattern, lines = self._pattern(), list[str]()
         for i, row in enumerate(pattern):
@@ -432,7 +432,7 @@ class SeriesWriter:
         return lines
 
     def _rates(self, kind: str) -> list[str]:
-        """q' and u'."""
+        """Lines that store q' and u'."""
         rates = [self._rate(kind, i) for i in range(self.nq)]
         if self.series.momenta:
             rates += [self._of_order(kind, number) for number in self.series.forcing]
@@ -447,7 +447,7 @@ class SeriesWriter:
         return self._of_order(kind, self.series.rates[i])
 
     def _of_order(self, kind: str, number: int) -> str:
-        """Of order 0, or of the order at hand."""
+        """The value of order 0 (``kind`` "v"), or the coefficient of the current order."""
         if kind == "v":
             return self.start(number)
         return f"d{number}" if self.varies(number) else "R(0.0)"
@@ -461,7 +461,7 @@ class SeriesWriter:
 
 
 def _used(body: list[str]) -> list[str]:
-    """Without the values that no later line reads: of angles the sines alone are asked for."""
+    """The lines without values that no later line reads, such as unused cosines."""
     kept, read = list[str](), set[str]()
     for line in reversed(body):
         name = _DEFINITION.match(line)

@@ -28,24 +28,23 @@ _TERMS = (
 
 
 def are_few(sums: Mapping[Pair, int]) -> bool:
-    """Whether two orders are added up together."""
+    """Whether there are so few sums that two orders are added up together."""
     return len(sums) <= _FEW
 
 
 def sums_text(sums: Mapping[Pair, int], last: Collection[int] | None) -> list[str]:
-    """The functions; ``last``: the sums that the last order is solved with, None: all of them."""
+    """The functions that compute sums; ``last``: sums that the last order needs, None for all."""
     if are_few(sums):
         return [_cores(sums), _ending(sums)]
-    texts = [_summed("series_sums", "Sums over lower orders.", [*sums.items()])]
+    texts = [_sum_function("series_sums", "Sums over lower orders.", [*sums.items()])]
     if last is not None:
         few = [each for each in sums.items() if each[1] in last]
-        texts.append(_summed("series_last_sums", "Those that give M u.", few))
+        texts.append(_sum_function("series_last_sums", "Those that give M u.", few))
     return [*texts, _packing(sums), _ending(sums)]
 
 
-def arranged(sums: Mapping[Pair, int]) -> dict[Pair, int]:
-    """In an order and with sides such that those that share a series stand together with it on the
-    left, so that it is loaded once."""
+def arrange(sums: Mapping[Pair, int]) -> dict[Pair, int]:
+    """Sort the pairs so that those with a common series are adjacent, with it on the left."""
     left = set(sums)
     ordered = list[Pair]()
     while left:
@@ -58,8 +57,8 @@ def arranged(sums: Mapping[Pair, int]) -> dict[Pair, int]:
     return {pair: numbers[tuple(sorted(pair))] for pair in ordered}
 
 
-def _summed(name: str, comment: str, ordered: list[tuple[Pair, int]]) -> str:
-    """The products with the first and the last row come last."""
+def _sum_function(name: str, comment: str, ordered: list[tuple[Pair, int]]) -> str:
+    """The C function that computes all sums of one order, block by block."""
     lines = list[str]()
     for first in range(0, len(ordered), _BLOCK):
         lines += _block(ordered[first : first + _BLOCK])
@@ -67,7 +66,7 @@ def _summed(name: str, comment: str, ordered: list[tuple[Pair, int]]) -> str:
 
 
 def _block(block: list[tuple[Pair, int]]) -> list[str]:
-    """Sums side by side; a factor on the right that several have is loaded once."""
+    """C lines for several sums at once; a right factor used more than once is loaded once."""
     uses = Counter(b for (_, b), _ in block)
     held = [b for b, count in uses.items() if count > 1]
     names = {b: f"b{b}" if b in held else f"other[{b}]" for b in uses}
@@ -82,7 +81,7 @@ def _block(block: list[tuple[Pair, int]]) -> list[str]:
 
 
 def _cores(sums: Mapping[Pair, int]) -> str:
-    """Of an even order and the next one, whose factors are the same but for one row."""
+    """The C function for two consecutive orders, which share all factors but those of one row."""
     return _function(
         "series_cores", "int order, const real *rows, real *cores, real *next",
         "Sums over lower orders without the first two and the last two.",
@@ -91,7 +90,7 @@ def _cores(sums: Mapping[Pair, int]) -> str:
 
 
 def _core_lines(sums: Mapping[Pair, int]) -> Iterator[str]:
-    """The factors on the right are at hand for two orders, one after the other."""
+    """Lines of that function; each right factor is used for two orders while it is loaded."""
     right = sorted({b for _, b in sums})
     yield "const real *last = rows + (order - 2) * MECHC_SERIES;"
     yield from (f"real s{n} = R(0.0), t{n} = R(0.0);" for n in sums.values())

@@ -1,1 +1,1 @@
-"""Texts of compiled units: their files, instruction sets, and functions split for the compiler."""
+"""Texts of compiled units: files, instruction sets, and functions split for the compiler."""

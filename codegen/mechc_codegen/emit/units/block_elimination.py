@@ -27,7 +27,7 @@ Terms = Mapping[int, str]  # name of each entry that is not zero
 
 @dataclass
 class _Text:
-    """Statements of one function, and how many operations they take."""
+    """Statements of one function, with the number of their operations."""
 
     lines: list[str] = field(default_factory=list)
     operations: int = 0
@@ -44,14 +44,14 @@ class _Text:
         self.operations += operations
 
     def ask(self, square: str, of: str, operations: int) -> None:
-        """Is a squared sine large enough?"""
+        """Add the test whether a squared sine is large enough."""
         self.add(f"safe &= R_MASK({square} > MECHC_SAFE_SINE * ({of}));", operations + 2)
 
     def products(self, name: str, pairs: Sequence[tuple[str, str]]) -> str:
         return self.let(name, _sum(pairs), len(pairs))
 
     def less(self, name: str, start: str, pairs: Sequence[tuple[str, str]]) -> str:
-        """start - the sum of the products; start may be zero."""
+        """A start value minus the sum of the products; the start value may be zero."""
         if not pairs:
             return start
         value = f"{start} - ({_sum(pairs)})" if start else f"-({_sum(pairs)})"
@@ -59,7 +59,7 @@ class _Text:
 
 
 class BlockElimination:
-    """The functions of one scene."""
+    """The C functions of block elimination for one scene."""
 
     def __init__(self, form: BlockForm) -> None:
         self.form = form
@@ -72,11 +72,11 @@ class BlockElimination:
         self.kept = kept
 
     def text(self) -> str:
-        """All functions."""
+        """The text of all functions."""
         return "\n".join(_function(*each) for each in self._functions())
 
     def operations(self) -> dict[str, int]:
-        """Of rows that are factored, of one solution, of the conditioning."""
+        """Operation counts: factoring all rows, one solution, the condition numbers."""
         named = {name: text.operations for name, _, _, text in self._functions()}
         free = self.form.free
         weights = 2 * self.size * free
@@ -87,7 +87,7 @@ class BlockElimination:
         }
 
     def _functions(self) -> Iterator[tuple[str, str, str, _Text]]:
-        """Name, what it returns, parameters, statements."""
+        """Name, return type, parameters and statements of each function."""
         given = "const real *jacobian, "
         yield (
             "factor_blocks", "rmask",
@@ -123,7 +123,7 @@ class BlockElimination:
     def _before(self, block: Block, row: int) -> list[int]:
         return [k for k in self._row(row) if k not in block.speeds]
 
-    def _kept(self, number: int, speed: int, row: int) -> str:
+    def _factor(self, number: int, speed: int, row: int) -> str:
         block = self.form.blocks[number]
         place = block.speeds.index(speed) * len(block.rows) + block.rows.index(row)
         return f"kept[{self.first[number] + place}]"
@@ -157,7 +157,7 @@ class BlockElimination:
         if len(block.rows) == 1:
             row, speed = block.rows[0], block.speeds[0]
             a = self._entry(row, speed)
-            text.put(self._kept(number, speed, row), f"1.0 / {a}", 1)
+            text.put(self._factor(number, speed, row), f"1.0 / {a}", 1)
             text.ask(f"{a} * {a} * weight[{speed}]", f"lengths[{row}]", 2)
             return
         (r, s), (i, j) = block.rows, block.speeds
@@ -167,10 +167,10 @@ class BlockElimination:
         text.ask(f"{det} * {det}", f"({a} * {a} + {c} * {c}) * ({b} * {b} + {d} * {d})", 6)
         inverse = text.let(f"inverse{n}", f"1.0 / {det}", 1)
         for speed, row, value in ((i, r, d), (i, s, f"-{b}"), (j, r, f"-{c}"), (j, s, a)):
-            text.put(self._kept(number, speed, row), f"{value} * {inverse}", 1)
+            text.put(self._factor(number, speed, row), f"{value} * {inverse}", 1)
 
     def _free_block(self, text: _Text, number: int, free: int) -> None:
-        """n and G of a block with a speed more than rows."""
+        """Add n and G of a block that has one speed more than rows."""
         block = self.form.blocks[number]
         n = f"_{number}"
         entries = [[self._entry(row, k) for k in block.speeds] for row in block.rows]
@@ -193,10 +193,10 @@ class BlockElimination:
         inverse = text.let(f"inverse{n}", f"1.0 / {square}", 1)
         for row, column in zip(block.rows, _right_inverse(entries, weighted), strict=True):
             for speed, (value, operations) in zip(block.speeds, column, strict=True):
-                text.put(self._kept(number, speed, row), f"({value}) * {inverse}", operations + 1)
+                text.put(self._factor(number, speed, row), f"({value}) * {inverse}", operations + 1)
 
     def _open_row(self, text: _Text, number: int, free: int) -> None:
-        """The same of one row with three speeds; both directions have the one that counts most."""
+        """Add the directions and G of one row with three speeds, by the speed that counts most."""
         (row,), speeds = self.form.blocks[number].rows, self.form.blocks[number].speeds
         a, n = [self._entry(row, speed) for speed in speeds], f"_{number}"
         moved = [text.let(f"v{n}_{k}", f"{a[k]} * weight[{s}]", 1) for k, s in enumerate(speeds)]
@@ -213,11 +213,11 @@ class BlockElimination:
             text.put(f"own[{free + which}]", " + ".join(squares), 6)
         inverse = text.let(f"inverse{n}", f"1.0 / ({' + '.join(part)})", 3)
         for speed, value in zip(speeds, moved, strict=True):
-            text.put(self._kept(number, speed, row), f"{value} * {inverse}", 1)
+            text.put(self._factor(number, speed, row), f"{value} * {inverse}", 1)
 
     def _clear(self, text: _Text) -> None:
-        """Is every critical configuration far?  There columns of a square block are parallel, or
-        the rows of another one are, or a row vanishes."""
+        """Add the test that every critical configuration is far: rows or columns of a block are not
+        nearly parallel, and no row is nearly zero."""
         text.put("*clear", "safe")
         configuration = range(len(self.form.jacobian) - self.form.of_speeds)
         for number, block in enumerate(self.form.blocks):
@@ -234,7 +234,7 @@ class BlockElimination:
         text.add(f"*clear &= R_MASK({square} > MECHC_CLEAR_SINE * ({of}));", 5)
 
     def _directions(self, text: _Text) -> Iterator[dict[int, str]]:
-        """The entries of each free direction."""
+        """The entries of every free direction."""
         blocks = enumerate(self.form.blocks)
         free = [(number, k) for number, block in blocks for k in range(block.free)]
         for which, (number, place) in enumerate(free):
@@ -249,7 +249,7 @@ class BlockElimination:
     def _propagate(
         self, text: _Text, start: int, prefix: str, found: dict[int, str], values: Terms
     ) -> None:
-        """Add to `found` what the blocks from `start` on take for these values of the rows."""
+        """Add to ``found`` the speeds in blocks from ``start`` on, for these values of the rows."""
         for number in range(start, len(self.form.blocks)):
             block = self.form.blocks[number]
             rests = {}
@@ -261,7 +261,7 @@ class BlockElimination:
                     name = f"{prefix}_r{row}"
                     rests[row] = text.less(name, values.get(row, ""), pairs)
             for speed in block.speeds if rests else ():
-                pairs = [(self._kept(number, speed, row), rest) for row, rest in rests.items()]
+                pairs = [(self._factor(number, speed, row), rest) for row, rest in rests.items()]
                 found[speed] = text.products(f"{prefix}_x{speed}", pairs)
 
     def _momentum(self, text: _Text, number: int, direction: Terms) -> None:
@@ -285,12 +285,12 @@ class BlockElimination:
         return text
 
     def _longest_answer(self) -> _Text:
-        """Of the least changes by which one row takes the value 1, the longest, squared."""
+        """The largest squared length among the least solutions for a unit value of one row."""
         text = _Text()
         text.add("real most = R(0.0);")
         for number, block in enumerate(self.form.blocks):
             for row in block.rows:
-                found = {speed: self._kept(number, speed, row) for speed in block.speeds}
+                found = {speed: self._factor(number, speed, row) for speed in block.speeds}
                 self._propagate(text, number + 1, f"a{row}", found, {})
                 self._length(text, f"size{row}", found)
         text.add("return most;")
@@ -308,12 +308,12 @@ class BlockElimination:
         text.put("most", f"R_SELECT(R_MASK({name} > most), {name}, most)")
 
     def _back(self) -> _Text:
-        """Multipliers: the blocks in the opposite order."""
+        """The multipliers, by the blocks in reverse order."""
         text, rests = _Text(), {k: f"reaction[{k}]" for k in range(self.size)}
         for number in reversed(range(len(self.form.blocks))):
             block = self.form.blocks[number]
             for row in block.rows:
-                pairs = [(self._kept(number, k, row), rests[k]) for k in block.speeds]
+                pairs = [(self._factor(number, k, row), rests[k]) for k in block.speeds]
                 name = text.products(f"l{row}", pairs)
                 text.put(f"lambda[{row}]", name)
             for speed in {k for row in block.rows for k in self._before(block, row)}:
@@ -347,7 +347,7 @@ def _sum(pairs: Iterable[tuple[str, str]]) -> str:
 
 
 def _complement(rows: list[list[str]]) -> list[tuple[str, int]]:
-    """What the rows, one less than their entries, leave free; each entry with its operations."""
+    """The null vector of rows that are one fewer than their entries, with operation counts."""
     if not rows:
         return [("R(1.0)", 0)]
     if len(rows) == 1:

@@ -120,7 +120,7 @@ def _slopes(name: str, value: Expr, width: int) -> str:
 
 
 def _reset(name: str, reset: Mapping[int, Expr]) -> str:
-    """Components of the state and parameters come in as they are before."""
+    """Lines of one reset; it reads components of the state and parameters before the event."""
     results, lines = _statements(list(reset.values()))
     lines += [f"after[{k}] = {result};" for k, result in zip(reset, results, strict=True)]
     return _function(f"static int {name}({_ARGUMENTS}, double *after)", [*lines, "return 1;"])

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from mechc_codegen.derive.equations import Equations
 
-# Of rows solved together: beyond it, the factors of all lanes would overflow a stack of 8 MB.
+# Bound for rows solved together: beyond it, factors of all lanes would overflow a stack of 8 MB.
 MOST_SQUARES = 65536  # squares of the speeds, times lanes
 
 
@@ -32,12 +32,12 @@ WIDER = (
 
 
 def instruction_sets() -> tuple[InstructionSet, ...]:
-    """Baseline, and on x86-64 the wider ones, among which a program chooses when it starts."""
+    """The baseline and, on x86-64, wider sets, among which a program chooses at start."""
     return (BASELINE, *WIDER) if platform.machine() in {"x86_64", "AMD64"} else (BASELINE,)
 
 
 def with_fitting_lanes(chosen: InstructionSet, equations: Equations) -> InstructionSet:
-    """With fewer lanes, down to two, where a scene with loops has very many speeds."""
+    """The set with fewer lanes, at least two, if a scene with loops has very many speeds."""
     if not equations.holonomic + equations.nonholonomic:
         return chosen
     lanes = chosen.lanes

@@ -46,12 +46,12 @@ def sizes_header(functions: SceneFunctions, metadata: Mapping[str, Any]) -> str:
         **layout.sizes,
         "tables": _sizes_of_few(functions) + _slides(functions, metadata) + layout.tables,
         "widest": max([*_widths(functions), len(symbols.q) + len(symbols.u), functions.rows]),
-        "outputs": _entries(functions, [*_explicit(functions), *functions.solved()]),
+        "outputs": _entries(functions, [*_explicit(functions), *functions.by_runtime()]),
         "solved": _entries(functions, _of_motion(functions)),
         "state_jacobian": int("residual_by_state" in functions.outputs),
         "parameter_jacobian": int("residual_by_parameters" in functions.outputs),
         "input_jacobian": int("residual_by_inputs" in functions.outputs),
-        "mass_matrix": int("mass_matrix" in dict([*_explicit(functions), *functions.solved()])),
+        "mass_matrix": int("mass_matrix" in dict([*_explicit(functions), *functions.by_runtime()])),
         "own": functions.own_rows,
         "multipliers": int(functions.rows > 0 and _uses_multipliers(functions, bool(jacobians))),
     }
@@ -59,13 +59,13 @@ def sizes_header(functions: SceneFunctions, metadata: Mapping[str, Any]) -> str:
 
 
 def _sizes_of_few(functions: SceneFunctions) -> str:
-    """Sizes of what few scenes have."""
+    """Sizes that only a few scenes have."""
     states, values = functions.equations.states, len(functions.program.input_values())
     text = f"#define MECHC_STATES {states} /* of the coordinates */\n" if states else ""
     if found := angles(functions):
-        text += f"#define MECHC_ANGLES {_listed(found)} /* in sines and cosines */\n"
+        text += f"#define MECHC_ANGLES {_comma_list(found)} /* in sines and cosines */\n"
     if found := periodic(functions):
-        text += f"#define MECHC_PERIODIC {_listed(found)} /* in these alone */\n"
+        text += f"#define MECHC_PERIODIC {_comma_list(found)} /* in these alone */\n"
     text += "#define MECHC_LONG 1 /* equations: called, not in line */\n" if functions.long else ""
     if SWITCHING in functions.outputs:
         count = len(functions.outputs[SWITCHING].elements)
@@ -82,25 +82,25 @@ def _sizes_of_few(functions: SceneFunctions) -> str:
 
 
 def _slides(functions: SceneFunctions, metadata: Mapping[str, Any]) -> str:
-    """Flags of the components of a state that a length measures: no angles, no numbers."""
+    """Flags of the state's components that are measured in units of length."""
     states = len(metadata["coordinates"]) - functions.equations.states
     rows = (*metadata["coordinates"], *metadata["speeds"])
     slides = [
         int(row["kind"] not in PURE and not states <= i < len(metadata["coordinates"]))
         for i, row in enumerate(rows)
     ]
-    return f"#define MECHC_SLIDES {_listed(slides)}\n" if any(slides) else ""
+    return f"#define MECHC_SLIDES {_comma_list(slides)}\n" if any(slides) else ""
 
 
 def _variational(functions: SceneFunctions) -> str:
-    """What the variational equations of a scene with sensitivities are made of."""
+    """Macros for the variational equations of a scene with sensitivities."""
     if not functions.request.includes("sensitivities"):
         return ""
     present = [macro for name, macro in VARIATIONAL.items() if name in functions.outputs]
     return "".join(f"#define {macro} 1\n" for macro in ("MECHC_VARIATIONAL", *present))
 
 
-def _listed(indices: list[int]) -> str:
+def _comma_list(indices: list[int]) -> str:
     return ", ".join(map(str, indices))
 
 
@@ -110,24 +110,24 @@ def _widths(functions: SceneFunctions) -> list[int]:
 
 
 def _uses_multipliers(functions: SceneFunctions, jacobians: bool) -> bool:
-    """Whether an output is computed from them; the motion itself is solved without."""
-    solved = any(functions.needs_motion(o) for o in functions.listed())
+    """Whether an output needs multipliers; the motion itself is solved without them."""
+    solved = any(functions.needs_motion(o) for o in functions.listed_outputs())
     return jacobians or solved or functions.request.includes("multipliers")
 
 
 def listed_outputs(functions: SceneFunctions) -> list[tuple[str, int]]:
     """Label and width of every output."""
-    return [*_explicit(functions), *functions.solved(), *_of_motion(functions)]
+    return [*_explicit(functions), *functions.by_runtime(), *_of_motion(functions)]
 
 
 def _explicit(functions: SceneFunctions) -> list[tuple[str, int]]:
-    explicit = [o for o in functions.listed() if not functions.needs_motion(o)]
+    explicit = [o for o in functions.listed_outputs() if not functions.needs_motion(o)]
     return [(o.name, len(o.elements)) for o in explicit]
 
 
 def _of_motion(functions: SceneFunctions) -> list[tuple[str, int]]:
-    """Outputs that hold accelerations or multipliers."""
-    solved = [o for o in functions.listed() if functions.needs_motion(o)]
+    """Outputs that contain accelerations or multipliers."""
+    solved = [o for o in functions.listed_outputs() if functions.needs_motion(o)]
     return [(o.name, len(o.elements)) for o in solved]
 
 
@@ -178,7 +178,7 @@ def _in_one_line(name: str) -> str:
 
 
 def texts_source(first: str, texts: str) -> str:
-    """A first unit, and the texts that its parts are compiled from."""
+    """The source of a first unit with the texts that later units are compiled from."""
     return template("first_unit.c.in").substitute(first=first, texts=_string_literal(texts))
 
 

@@ -26,7 +26,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Piece:
-    """Lines, and the places in the shared array of what they receive and hand on."""
+    """Lines, and the places in the shared array of the values that they read and write."""
 
     lines: Sequence[Line]
     received: Mapping[Symbol, int]
@@ -48,7 +48,7 @@ def _piece(lines: Sequence[Line], places: Mapping[Symbol, int]) -> Piece:
 
 
 def _places(parts: Sequence[Sequence[Line]]) -> tuple[dict[Symbol, int], int]:
-    """Places for the values that one part hands to later ones, and how many there are."""
+    """Places for the values that one part passes to later parts, and their number."""
     last = {s: n for n, part in enumerate(parts) for line in part for s in line.uses}
     places, size = dict[Symbol, int](), 0
     free, ends = list[int](), dict[int, list[int]]()
@@ -63,7 +63,7 @@ def _places(parts: Sequence[Sequence[Line]]) -> tuple[dict[Symbol, int], int]:
 
 
 def _as_soon_as_possible(lines: Sequence[Line]) -> Iterator[Line]:
-    """Lines that define nothing come right after the last value they use."""
+    """Move lines that define nothing directly behind the last value they use."""
     order = {s: n for n, line in enumerate(lines) for s in line.defines}
     after: dict[int, list[Line]] = {}
     for line in lines:

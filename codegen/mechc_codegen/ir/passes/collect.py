@@ -56,11 +56,11 @@ class _Costs:
         return count_operations(self.without_parameters(expression))
 
     def moves(self, expression: Expr) -> bool:
-        """Whether anything but parameters is in it."""
+        """Whether an expression contains anything besides parameters and numbers."""
         return self._kinds(expression)[0]
 
     def parametric(self, expression: Expr) -> bool:
-        """Whether a parameter is in it."""
+        """Whether an expression contains a parameter."""
         return self._kinds(expression)[1]
 
     def _kinds(self, expression: Expr) -> tuple[bool, bool]:
@@ -99,7 +99,7 @@ class _Costs:
 def _collect_sum(expression: Add, costs: _Costs) -> Expr:
     coefficients: dict[Expr, Expr] = {}
     for coefficient, cofactor in _terms(expression, costs):
-        cofactor, sign = _signed(cofactor)
+        cofactor, sign = _split_sign(cofactor)
         coefficients[cofactor] = coefficients.get(cofactor, S.Zero) + sign * coefficient
     return Add(*(c * cofactor for cofactor, c in coefficients.items()))
 
@@ -119,8 +119,8 @@ def _terms(expression: Expr, costs: _Costs) -> Iterator[tuple[Expr, Expr]]:
             yield fixed * coefficient, rest * cofactor
 
 
-def _signed(cofactor: Expr) -> tuple[Expr, int]:
-    """Make ``b - a`` and ``a - b`` one cofactor up to sign."""
+def _split_sign(cofactor: Expr) -> tuple[Expr, int]:
+    """The cofactor with a normalised sign, so that ``b - a`` and ``a - b`` become one."""
     sign, factors = 1, []
     for factor in Mul.make_args(cofactor):
         if isinstance(factor, Add) and factor.could_extract_minus_sign():

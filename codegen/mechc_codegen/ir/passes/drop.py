@@ -1,4 +1,4 @@
-"""Drop: statements that no output needs."""
+"""Drop: remove statements that no output needs."""
 
 from __future__ import annotations
 

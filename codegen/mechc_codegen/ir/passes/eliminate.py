@@ -25,7 +25,7 @@ def _eliminate(
     values = [s.value for s in statements] + [e for o in outputs for e in o.elements]
     if not values:
         return statements, outputs
-    common, reduced = cse(values, symbols=_numbered(prefix), list=False)
+    common, reduced = cse(values, symbols=_make_symbols(prefix), list=False)
     rewritten = iter(reduced)
     kept = [rewrite_statement(s, lambda _: next(rewritten)) for s in statements]
     finished = tuple(
@@ -37,13 +37,13 @@ def _eliminate(
 
 
 def _in_order(statements: list[Statement]) -> Iterator[Statement]:
-    """Each statement after those it uses, otherwise as they come."""
+    """The statements, each after those that it uses, otherwise in the given order."""
     by_target = {target: s for s in statements for target in s.targets}
     placed: set[int] = set()
     for statement in statements:
         stack = [statement]
         while stack:
-            waiting = [by_target[x] for x in _sorted(stack[-1].value) if x in by_target]
+            waiting = [by_target[x] for x in _sorted_symbols(stack[-1].value) if x in by_target]
             missing = [s for s in waiting if id(s) not in placed]
             if missing:
                 stack.append(missing[0])
@@ -54,11 +54,11 @@ def _in_order(statements: list[Statement]) -> Iterator[Statement]:
                 yield ready
 
 
-def _sorted(value: Expr) -> list[Symbol]:
+def _sorted_symbols(value: Expr) -> list[Symbol]:
     return sorted(value.free_symbols, key=str)
 
 
-def _numbered(prefix: str) -> Iterator[Symbol]:
+def _make_symbols(prefix: str) -> Iterator[Symbol]:
     k = 0
     while True:
         yield Symbol(f"{prefix}{k}", real=True)

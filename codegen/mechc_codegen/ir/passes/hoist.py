@@ -1,4 +1,4 @@
-"""Hoist: what depends on parameters alone is computed once a run, into ``k0, k1, ...``."""
+"""Hoist: expressions of parameters alone are computed once a run, into ``k0, k1, ...``."""
 
 from __future__ import annotations
 
@@ -39,40 +39,40 @@ class _Constants:
             return -self.known[-value]
         return self.known.setdefault(value, Symbol(f"k{len(self.known)}", real=True))
 
-    def fixed(self, expression: Basic) -> bool:
-        """Whether no symbol but parameters is in it; subexpressions are asked once."""
+    def is_fixed(self, expression: Basic) -> bool:
+        """Whether an expression has no symbols except parameters; results are stored."""
         known = self._fixed.get(expression)
         if known is None:
             is_symbol = isinstance(expression, Symbol)
             known = (
                 expression in self.parameters
                 if is_symbol
-                else all(map(self.fixed, expression.args))
+                else all(map(self.is_fixed, expression.args))
             )
             self._fixed[expression] = known
         return known
 
     def rewrite(self, expression: Expr) -> Expr:
-        if self.fixed(expression) or not isinstance(expression, (Add, Mul)):
+        if self.is_fixed(expression) or not isinstance(expression, (Add, Mul)):
             return self._arguments(expression)
-        fixed = [a for a in expression.args if self.fixed(a)]
-        state = [a for a in expression.args if not self.fixed(a)]
+        fixed = [a for a in expression.args if self.is_fixed(a)]
+        state = [a for a in expression.args if not self.is_fixed(a)]
         if isinstance(expression, Add):
             return Add(self.constant(Add(*fixed)), *state)
-        sign, magnitude = _signed(Mul(*fixed))
+        sign, magnitude = _split_sign(Mul(*fixed))
         return sign * self.constant(magnitude) * Mul(*state)
 
     def _arguments(self, expression: Expr) -> Expr:
         """Constants inside powers and functions of the state."""
-        if self.fixed(expression) or not expression.args:
+        if self.is_fixed(expression) or not expression.args:
             return expression
         return expression.func(*(self.whole(a) for a in expression.args))
 
     def whole(self, expression: Expr) -> Expr:
         """An expression that is parameter-only as a whole becomes one constant."""
-        known = self.fixed(expression) and expression.free_symbols
+        known = self.is_fixed(expression) and expression.free_symbols
         return self.constant(expression) if known else expression
 
 
-def _signed(value: Expr) -> tuple[Expr, Expr]:
+def _split_sign(value: Expr) -> tuple[Expr, Expr]:
     return (S.NegativeOne, -value) if value.could_extract_minus_sign() else (S.One, value)

@@ -34,7 +34,7 @@ def pair(program: Program) -> Program:
 
 
 def _positive(argument: Expr) -> tuple[Expr, int]:
-    """The same one of x and -x for both, so that they share a statement."""
+    """One representative of x and -x, and the sign, so that both share a statement."""
     if argument.could_extract_minus_sign():
         return -argument, -1
     return argument, 1

@@ -20,7 +20,7 @@ TITLES = {1: "Simple pendulum", 2: "Double pendulum"}
 
 
 def pendulum(links: int = 1) -> Mechanism:
-    """Every angle is measured from the downward vertical; the start is level, at rest."""
+    """A chain whose angles are measured from the downward vertical; it starts level, at rest."""
     theta, omega = dynamicsymbols(f"theta_0:{links}"), dynamicsymbols(f"omega_0:{links}")
     m, l, g = symbols(f"m_0:{links}"), symbols(f"l_0:{links}"), Symbol("g")
     r = ReferenceFrame("r")

@@ -17,7 +17,7 @@ BENT = 0.5  # rad, out of the plane in which gravity and the first hinge would k
 
 
 def planar_chain(links: int = 3) -> Mechanism:
-    """Uniform rods, each hinged to the end of the one before, in one plane; they start level."""
+    """Uniform rods in one plane, each hinged to the end of the previous one; they start level."""
     return _chain(links, spatial=False)
 
 

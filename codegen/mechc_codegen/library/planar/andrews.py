@@ -41,7 +41,7 @@ LINKS = (
 
 
 def andrews() -> Mechanism:
-    """A torque drives the crank against a stiff spring, two and a half turns in 0.03 s.
+    """The mechanism with a driving torque against a stiff spring: two and a half turns in 0.03 s.
 
     One degree of freedom.  Of the eight ways to close the loops for a crank angle the published
     one is preferred.

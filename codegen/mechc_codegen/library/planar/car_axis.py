@@ -17,7 +17,7 @@ ENDS = ("x of the left", "y of the left", "x of the right", "y of the right")
 
 
 def car_axis() -> Mechanism:
-    """Two ends with mass on springs, one over a standing and one over a bouncing wheel.
+    """A bar whose ends have mass and stand on springs; one wheel rests, the other follows the road.
 
     The numbers are those of the test set, which are scaled: not those of a car.
     """

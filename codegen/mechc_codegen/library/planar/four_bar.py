@@ -143,7 +143,7 @@ def _joints(
     p: list[Point], pivot: Point, bodies: tuple[RigidBody, ...],
     frames: tuple[ReferenceFrame, ...], states: tuple[list[Expr], list[Expr]],
 ) -> tuple[Joint, ...]:  # fmt: skip
-    """Pins from link to link; the last one closes the loop: p_3 is the ground pivot R."""
+    """Pins from link to link; the last one closes the loop at the ground pivot R."""
     r, links, (theta, omega) = frames[0], (None, *bodies), states
     pins = [
         Joint(
@@ -241,7 +241,7 @@ def _coupler_point(
 def _unused_options(
     crank_torque: bool | Expr, crank_speed: bool | Expr, friction: bool, coupler_point: bool
 ) -> tuple[str, ...]:
-    """Options that this scene does not use."""
+    """Options that have no effect on this scene."""
     options = {
         "crank_torque": crank_torque is not False,
         "crank_speed": crank_speed is not False,

@@ -37,12 +37,12 @@ tilt = symbols("tilt_0:2")
 
 
 def spatial() -> Mechanism:
-    """Five rows where two do."""
+    """The four-bar in space, closed by five rows of which two would suffice."""
     return _linkage("spatial", _hinge, tilted=True)
 
 
 def two_rockers() -> Mechanism:
-    """Four rows where three do, on closed configurations."""
+    """The planar four-bar with two rockers, and one redundant row on closed configurations."""
     return _linkage("two_rockers", _once, rockers=2)
 
 
@@ -51,7 +51,7 @@ def _once(gap: Vector, ground: ReferenceFrame, frame: ReferenceFrame) -> Rows:
 
 
 def _hinge(gap: Vector, ground: ReferenceFrame, frame: ReferenceFrame) -> Rows:
-    """Place along axes of which none is special, and the hinge's axis."""
+    """A hinge: its place by rows along general axes, and its axis by two rows."""
     a = ground.orientnew("a", "Axis", (0.4, ground.y)).orientnew("b", "Axis", (0.9, ground.x))
     place = [(f"of place along {n}", dot(gap, v)) for n, v in zip("abc", a, strict=True)]
     axis = [(f"of axis with {n}", dot(frame.z, v)) for n, v in zip("xy", ground, strict=False)]

@@ -42,15 +42,15 @@ ANGLES = ("yaw", "roll", "pitch of the frame", "rear wheel", "steer", "front whe
 q = dict(zip(NAMES, dynamicsymbols(",".join(NAMES)), strict=True))
 u = dict(zip(NAMES, dynamicsymbols(",".join(f"{name}_rate" for name in NAMES)), strict=True))
 
-# Of the steer axis: its distance from the rear wheel's centre and from the front wheel's, and the
+# The steer axis: its distance from the rear wheel's centre and from the front wheel's, and the
 # distance along it between the two.
 behind, ahead, along = symbols("behind ahead along")
 r_rear, r_front, g = symbols("r_rear r_front g")
 lean_torque, steer_torque = symbols("lean_torque steer_torque")
 
 
-class Described(NamedTuple):
-    """The parts of both formulations."""
+class BicycleParts(NamedTuple):
+    """The parts that both formulations of the bicycle share."""
 
     frame: ReferenceFrame
     origin: Point
@@ -70,7 +70,7 @@ def whipple_bicycle() -> Mechanism:
     6.0 m/s (capsize) the bicycle is stable: it steers into the fall and returns upright.
     ``lean_torque`` and ``steer_torque`` are zero.
     """
-    made = described()
+    made = bicycle_parts()
     return Mechanism(
         name="bicycle",
         title="Whipple's bicycle",
@@ -121,7 +121,7 @@ def bicycle() -> KanesMethod:
     ``steer_torque`` (on the fork, from the frame) are for measuring the mass matrix; the
     potential energy is that of the weights alone.
     """
-    made = described()
+    made = bicycle_parts()
     method = KanesMethod(
         made.frame,
         q_ind=[q[name] for name in NAMES if name != "pitch"],
@@ -137,8 +137,8 @@ def bicycle() -> KanesMethod:
     return method
 
 
-def described() -> Described:
-    """Frames, points, bodies and loads; the contacts with the ground, and their slip."""
+def bicycle_parts() -> BicycleParts:
+    """Frames, points, bodies and loads; wheel contacts with the ground, and their slip."""
     N, yaw, leaning, frame, fork, rear, front = _frames()
     origin = fixed_point("O", N)
     touch = origin.locatenew("rear contact", q["x"] * N.x + q["y"] * N.y)
@@ -159,7 +159,7 @@ def described() -> Described:
     loads += [(frame, lean_torque * yaw.x - steer_torque * frame.z), (fork, steer_torque * frame.z)]
     slip = hub.vel(N) + rear.ang_vel_in(N).cross(r_rear * leaning.z)
     slip_ahead = nose.vel(N) + front.ang_vel_in(N).cross(r_front * down)
-    return Described(
+    return BicycleParts(
         N, origin, (touch, hub, head, nose), bodies, loads,
         height=(nose.pos_from(touch) + r_front * down).dot(N.z),
         slip=[slip.dot(axis) for axis in (yaw.x, yaw.y)],
@@ -172,7 +172,7 @@ def described() -> Described:
 
 
 def _frames() -> tuple[ReferenceFrame, ...]:
-    """Inertial, yaw, roll, rear frame, fork, rear wheel, front wheel, each turned from another."""
+    """Frames: inertial, yaw, roll, rear frame, fork, rear wheel, front wheel; each from another."""
     frames = {"": ReferenceFrame("N")}
     turns = (
         *(("yaw", "", "z"), ("roll", "yaw", "x"), ("pitch", "roll", "y")),

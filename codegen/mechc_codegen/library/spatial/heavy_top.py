@@ -22,7 +22,7 @@ from mechc_codegen.library.parts import (
 
 
 def heavy_top() -> Mechanism:
-    """Spun at 150 rad/s with its axis level, it precesses and nods; its energy is constant."""
+    """The top, which starts level with 150 rad/s of spin: it precesses and nods without loss."""
     psi, theta, phi = q = dynamicsymbols("psi theta phi")
     w_x, w_y, w_z = u = dynamicsymbols("w_x w_y w_z")
     m, d, I_s, I_t, g = symbols("m d I_s I_t g")

@@ -17,7 +17,7 @@ MODULUS = Rational(51, 100)
 
 
 def rigid_body() -> Mechanism:
-    """It turns about its axis of least inertia and tumbles back and forth; speeds y_k as in B5."""
+    """The body about its axis of least inertia, which tumbles; speeds y_k as in problem B5."""
     e = dynamicsymbols("e_0:4")
     y = dynamicsymbols("y_1:4")
     A, B, C, d = symbols("A B C d")

@@ -1,4 +1,4 @@
-/* An output with its parameters bound: what C code calls without knowing anything of the scene.
+/* An output with its parameters bound, which C code can call without knowledge of the scene.
  *
  * A bound output lies in one block of memory from malloc and is released by free.  Calls keep
  * nothing and change nothing in it, so threads may share it. */
@@ -63,7 +63,7 @@ typedef struct {
     double t;
 } mechc_along;
 
-/* Takes `of` over; released by mechc_let_go.  NULL where memory is out. */
+/* Create a component from `of`, which it then owns; mechc_let_go releases it.  NULL without memory. */
 static inline mechc_along *mechc_follow(mechc_bound *of, int component, int count,
                                         const int *places, const double *y, double t)
 {
@@ -84,7 +84,7 @@ static inline void mechc_let_go(mechc_along *along)
     free(along);
 }
 
-/* The component where the arguments at `places` are x; NaN if their number is another. */
+/* The component with the arguments at `places` set to x; NaN if their number is another. */
 static inline double mechc_call_along(int count, double *x, void *data)
 {
     const mechc_along *along = data;

@@ -5,7 +5,7 @@
  * scenes work on a stack of their own, and a step that has begun can be given up. */
 #define MECHC_WIDE 64
 
-/* How a run, or the projection of one state, ended. */
+/* The result of a run, or of the projection of one state. */
 typedef enum {
     MECHC_RUNNING = 0,
     MECHC_FINISHED = 1,
@@ -23,7 +23,7 @@ typedef enum {
     MECHC_BEND_TOO_SHARP = 14     /* a near miss, in whose bend the steps shrank to nothing */
 } mechc_status;
 
-/* How a run, or a member of a batch, ended where its driver decides that. */
+/* The result of a run, or of a member of a batch, where its driver decides it. */
 typedef enum {
     MECHC_NOT_RUN = 0,
     MECHC_NEARLY_DEPENDENT = 11, /* the constraints, where no crossing is looked for */
@@ -53,10 +53,10 @@ typedef enum {
 #define MECHC_METHOD_NUMBER(name, NUMBER, number, PART, degree) MECHC_##NUMBER = number,
 typedef enum { MECHC_METHOD_TABLE(MECHC_METHOD_NUMBER) MECHC_METHODS } mechc_method_number;
 
-/* What to do at a change point: mechc_options.on_change_point. */
+/* The action at a change point: mechc_options.on_change_point. */
 typedef enum { MECHC_CONTINUE_STRAIGHT = 0, MECHC_STOP_BEFORE = 1 } mechc_change_point_policy;
 
-/* What a batch counts of each member: columns of mechc_batch.counts. */
+/* The counters of a batch for each member: columns of mechc_batch.counts. */
 typedef enum {
     MECHC_COUNT_STEPS = 0,
     MECHC_COUNT_REJECTED = 1,
@@ -82,7 +82,7 @@ typedef enum {
     MECHC_LAST = 4
 } mechc_reduction;
 
-/* What is made of an output before it is reduced: mechc_quantity.form. */
+/* The number that is formed from an output before it is reduced: mechc_quantity.form. */
 typedef enum {
     MECHC_COMPONENT = 0,
     MECHC_ABSOLUTE = 1,

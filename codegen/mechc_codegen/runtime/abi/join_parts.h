@@ -10,7 +10,7 @@ typedef struct {
     int parts;
 } mechc_joined;
 
-/* Take over what a part has.  Others may be calling functions of the unit meanwhile. */
+/* Add the functions of a part to the unit.  Other threads may call functions of the unit meanwhile. */
 static inline void mechc_join(mechc_joined *joined, const mechc_unit *part, int parts)
 {
     mechc_unit *unit = &joined->unit;
@@ -41,7 +41,7 @@ static inline void mechc_join(mechc_joined *joined, const mechc_unit *part, int 
     joined->parts |= parts;
 }
 
-/* The part that has the code of a method. */
+/* The part that contains the code of a method. */
 static inline int mechc_part_of_method(int method)
 {
 #define MECHC_METHOD_PART(name, NUMBER, number, PART, degree) MECHC_PART_##PART,

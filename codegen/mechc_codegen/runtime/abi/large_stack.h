@@ -1,5 +1,5 @@
-/* Work on a stack of its own: work space of a scene is as large as its matrices, and threads may
- * have small stacks.  Who asked for it may do other things meanwhile. */
+/* Work on a separate stack: work space of a scene is as large as its matrices, and threads may have
+ * small stacks.  The caller can do other things meanwhile. */
 #pragma once
 
 #include <pthread.h>
@@ -27,14 +27,14 @@ static inline void *mechc_run_on_stack(void *given)
     return 0;
 }
 
-/* Bytes of stack that a scene of this width is given; 0: those of the calling thread will do. */
+/* The stack size for a scene of this width, in bytes; 0: the stack of the calling thread suffices. */
 static inline size_t mechc_stack_of(int width)
 {
     const size_t square = (size_t)width * (size_t)width * sizeof(double);
     return width < MECHC_WIDE ? 0 : ((size_t)16 << 20) + 80 * square;
 }
 
-/* Bytes of stack that work on a scene of this width takes at most. */
+/* The greatest stack use of work on a scene of this width, in bytes. */
 static inline size_t mechc_stack_needed(int width)
 {
     return width < MECHC_WIDE ? (size_t)512 << 10 : mechc_stack_of(width);
@@ -63,7 +63,7 @@ static inline int mechc_begin_on_stack(mechc_on_stack *job, size_t bytes, void (
     return made;
 }
 
-/* Wait for so many seconds at most, below one; 1 where the work is done. */
+/* Wait for at most this many seconds, below one; returns 1 if the work is done. */
 static inline int mechc_wait_on_stack(mechc_on_stack *job, double seconds)
 {
     struct timespec until;
@@ -84,7 +84,7 @@ static inline void mechc_end_on_stack(mechc_on_stack *job)
     mechc_forget_on_stack(job);
 }
 
-/* The whole of it; 0 if there is no stack. */
+/* Do the work on a separate stack and wait for its end; 0 if there is no stack. */
 static inline int mechc_with_stack(size_t bytes, void (*work)(void *), void *data)
 {
     mechc_on_stack job;

@@ -1,4 +1,4 @@
-/* How functions are compiled, and names made of other names. */
+/* Macros for how functions are compiled, and for names composed of other names. */
 #pragma once
 
 #define MECHC_INLINE static inline __attribute__((always_inline, unused))

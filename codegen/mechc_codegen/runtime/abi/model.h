@@ -30,8 +30,8 @@ typedef struct {
     mechc_evaluate *evaluate;
 } mechc_output;
 
-/* One compilation of a scene for one instruction set; of a part of it the functions that it has, the
- * others NULL. */
+/* One compilation of a scene for one instruction set; a part of it has only its own functions, the
+ * others are NULL. */
 typedef struct {
     const char *instruction_set;
     int lanes;
@@ -53,8 +53,8 @@ typedef struct {
     void (*start)(mechc_run *run, const mechc_options *options);
     /* At most `steps` attempted steps; returns run->status. */
     int (*advance)(mechc_run *run, long steps);
-    /* The same for up to `lanes` runs side by side, where the method and the scene allow it: each
-       is the run that it is by itself.  Returns early where one of them ends. */
+    /* Likewise for up to `lanes` runs side by side, where method and scene allow it; each has the
+       same results as alone.  Returns early when one of them ends. */
     void (*advance_lockstep)(mechc_run **runs, int count, long steps);
     void (*release)(mechc_run *run);
     /* Dense output, projected onto the constraints where that is asked for. */

@@ -17,7 +17,7 @@
 #endif
 #define MECHC_HAS(part) ((MECHC_UNIT_PARTS & MECHC_PART_##part) != 0)
 
-/* What is found by name in a shared object. */
+/* The attribute of symbols that are found by name in a shared object. */
 #ifdef _WIN32
 #define MECHC_SHOWN __declspec(dllexport)
 #else

@@ -1,4 +1,4 @@
-/* Which instructions this processor has, and the system saves the registers of.
+/* The instruction sets that this processor has and whose registers the system saves.
  *
  * __builtin_cpu_supports asks a table of the compiler's own library, which zig's leaves empty.
  * Leaves and bits of CPUID, and of the register XCR0: Intel 64 and IA-32 Architectures Software

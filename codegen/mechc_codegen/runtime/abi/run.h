@@ -1,4 +1,4 @@
-/* A run of one scene as its caller sees it: what is asked for, how it went, the trajectory. */
+/* A run of one scene as its caller sees it: options, statistics and trajectory. */
 #pragma once
 
 #include <stddef.h>
@@ -14,8 +14,8 @@ typedef struct {
     const double *times, *longest;
 } mechc_step_limits;
 
-/* Rates in place of the scene's own, as in contact: the state is moved onto what holds it.  Explicit
- * methods alone take them. */
+/* Rates that replace those of the scene, as in contact: the state is first moved onto the
+ * constraints.  Only explicit methods support them. */
 typedef struct {
     int (*rates)(void *owner, double t, double *y, double *rates);
     void *owner;

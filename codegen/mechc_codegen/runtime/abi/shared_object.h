@@ -1,4 +1,4 @@
-/* Shared objects opened while the program runs, and what they have under a name. */
+/* Shared objects opened at run time, and their symbols by name. */
 #pragma once
 
 #include <stddef.h>
@@ -13,7 +13,7 @@
 #undef far
 #undef small
 
-/* The path is UTF-8; NULL if it cannot be opened. */
+/* Open a shared object by its path in UTF-8; NULL if that fails. */
 static inline void *mechc_open_shared(const char *path)
 {
     wchar_t wide[4096];
@@ -31,7 +31,7 @@ static inline void mechc_close_shared(void *library)
     FreeLibrary((HMODULE)library);
 }
 
-/* Why the last call of this thread failed. */
+/* The reason why the last call of this thread failed. */
 static inline void mechc_shared_error(char *text, size_t size)
 {
     snprintf(text, size, "Windows error %lu", (unsigned long)GetLastError());

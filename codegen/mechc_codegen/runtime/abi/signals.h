@@ -15,7 +15,7 @@ typedef struct {
     const double *knots, *coefficients;
 } mechc_signal;
 
-/* What one value is taken from: a signal or, where that is NULL, the callback. */
+/* The source of one value: a signal or, if that is NULL, the callback. */
 typedef struct {
     const mechc_signal *signal;
     int order; /* of the derivative by time */
@@ -40,7 +40,7 @@ static inline const double *mechc_signal_piece(const mechc_signal *signal, doubl
     return signal->coefficients + low * (signal->degree + 1);
 }
 
-/* Horner's scheme for the derivative: c_n n (n-1) .. (n-order+1) s^(n-order) + .. */
+/* The value of a derivative, by Horner's scheme: c_n n (n-1) .. (n-order+1) s^(n-order) + .. */
 static inline double mechc_signal_value(const mechc_signal *signal, int order, double t)
 {
     double since, value = 0.0;

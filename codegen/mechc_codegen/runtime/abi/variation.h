@@ -1,4 +1,4 @@
-/* Derivatives of a finished run, step by step: what is asked of a unit. */
+/* Derivatives of a finished run, step by step: the request to a unit. */
 #pragma once
 
 #include <stddef.h>

@@ -11,14 +11,14 @@
 #include "run/memory.h"
 
 #if MECHC_VARIATIONAL
-/* What was added at the start of a step. */
+/* Add the sources at the start of a step to the covectors. */
 MECHC_INLINE void mechc_add_source(const mechc_covariation *v, ptrdiff_t step)
 {
     const double *source = v->sources + (step - v->first) * MECHC_NX;
     for (int k = 0; v->sources && k < MECHC_NX; k++) v->covector[k] += source[k];
 }
 
-/* A step by collocation; 0 where its equations are singular or without memory. */
+/* Go back over a step by collocation; 0 if its equations are singular or without memory. */
 MECHC_STATIC int mechc_nodes_back(mechc_covarying *w, const mechc_covariation *v, int method,
                                   ptrdiff_t step, double h)
 {
@@ -31,7 +31,7 @@ MECHC_STATIC int mechc_nodes_back(mechc_covarying *w, const mechc_covariation *v
     return mechc_eliminated_back(w->blocks, rule, h, v->covector, v->gradient);
 }
 
-/* Steps first ... first + count - 1 by one method, the last first. */
+/* Go back over steps first ... first + count - 1 of one method, the last first. */
 MECHC_STATIC int mechc_covary_alike(mechc_covarying *w, const mechc_covariation *v, int method,
                                     ptrdiff_t first, int count)
 {
@@ -53,14 +53,14 @@ MECHC_STATIC int mechc_covary_alike(mechc_covarying *w, const mechc_covariation 
     return 1;
 }
 
-/* What was gathered over some steps: the sum does not depend on how many a call is about. */
+/* Add what was gathered over some steps; the sum does not depend on how many steps a call covers. */
 MECHC_STATIC void mechc_add_gathered(mechc_covarying *w, const mechc_covariation *v)
 {
     for (int k = 0; k < MECHC_NB; k++) v->gradient[k] += mechc_sum_of_lanes(w->gathered[k]);
     memset(w->gathered, 0, sizeof w->gathered);
 }
 
-/* NULL without memory. */
+/* Allocate the work space; NULL without memory. */
 MECHC_STATIC mechc_covarying *mechc_new_covarying(const mechc_covariation *v)
 {
     mechc_covarying *w = mechc_new_aligned(sizeof *w);
@@ -73,7 +73,7 @@ MECHC_STATIC mechc_covarying *mechc_new_covarying(const mechc_covariation *v)
     return w;
 }
 
-/* As mechc_vary. */
+/* Go back over all steps; arguments and results as of mechc_vary. */
 MECHC_ONCE int mechc_covary(const mechc_covariation *v)
 {
     const unsigned char *methods = v->trajectory->methods;

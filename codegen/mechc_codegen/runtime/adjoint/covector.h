@@ -9,7 +9,7 @@
 #include "simd/unbind.h"
 
 #if MECHC_VARIATIONAL
-/* Of the steps at hand: their method's rule, their states at the stages. */
+/* Data of the current steps: the rule of their method, and the states at their stages. */
 typedef struct {
     mechc_given_twice given;
     mechc_rule rules[2]; /* of Gauss and Radau */
@@ -24,7 +24,7 @@ typedef struct {
     mechc_vector gathered[MECHC_AT_LEAST_ONE(MECHC_NB)]; /* by parameters and inputs */
 } mechc_covarying;
 
-/* What a state at time t adds by shapes, of its derivatives by parameters and inputs. */
+/* Add the derivatives of the shapes by parameters and inputs at a state at time t. */
 MECHC_STATIC void mechc_gather_shapes(const mechc_covariation *v, double t, const double *slopes)
 {
     const mechc_shapes *shapes = v->shapes;
@@ -41,7 +41,7 @@ MECHC_INLINE void mechc_add_slopes(const mechc_covariation *v, double t, const d
     mechc_gather_shapes(v, t, slopes);
 }
 
-/* From behind the projection of the end of a step, the n-th of those at hand, to before it. */
+/* Move the covector from behind the projection of a step's end to before it; step n of the current ones. */
 MECHC_STATIC void mechc_before_projection(const mechc_covarying *w, const mechc_covariation *v,
                                           int n)
 {

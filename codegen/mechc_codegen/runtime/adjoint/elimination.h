@@ -17,7 +17,7 @@ typedef struct {
     double w[MECHC_VARIED_NODES * MECHC_NX], z[MECHC_VARIED_NODES * MECHC_NX];
 } mechc_eliminated;
 
-/* Work space with a column by each parameter and input, and those of the shapes. */
+/* Allocate work space with a column for each parameter and input, and for those of the shapes. */
 MECHC_STATIC mechc_varying *mechc_new_blocks(const mechc_covariation *v)
 {
     double *unit = calloc((size_t)(MECHC_NB * v->columns + 1), sizeof *unit);
@@ -51,7 +51,7 @@ MECHC_INLINE const double *mechc_block_of(const mechc_eliminated *c, int a)
     return c->nodes->slopes + a * c->d->block;
 }
 
-/* Row b size + k of the matrix, and its right side in the vector behind it. */
+/* Form row b size + k of the matrix, and its right side in the vector behind it. */
 MECHC_INLINE void mechc_transposed_row(const mechc_eliminated *c, int b, int k, int own,
                                        mechc_vector *row)
 {
@@ -93,7 +93,7 @@ MECHC_INLINE void mechc_weigh_end(mechc_eliminated *c, const double *covector)
         }
 }
 
-/* One step whose nodes are placed; 0 where its equations are singular. */
+/* Go back over one step whose nodes are placed; 0 if its equations are singular. */
 MECHC_STATIC int mechc_eliminated_back(mechc_varying *blocks, const mechc_rule *rule, double h,
                                        double *covector, double *gradient)
 {

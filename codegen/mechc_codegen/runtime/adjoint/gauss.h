@@ -20,7 +20,7 @@ typedef struct {
     mechc_vector slopes[MECHC_BLOCKS][MECHC_SLOPES];
 } mechc_costages;
 
-/* The stages of a step, solved. */
+/* Solve the motion at the stages of a step. */
 MECHC_STATIC void mechc_take_costages(mechc_covarying *w, const mechc_nodes_at_hand *nodes)
 {
     for (int block = 0; block < MECHC_BLOCKS; block++) {
@@ -51,7 +51,7 @@ MECHC_INLINE void mechc_begin_costages(mechc_costages *c, const double *covector
     memcpy(c->z, c->w, sizeof c->z);
 }
 
-/* The next z of a component. */
+/* Compute the next z of a component. */
 MECHC_INLINE void mechc_next_costages(const mechc_costages *c, int k, mechc_vector *next)
 {
     const int nq = MECHC_FIRST_UNKNOWN;
@@ -67,7 +67,7 @@ MECHC_INLINE void mechc_next_costages(const mechc_costages *c, int k, mechc_vect
     }
 }
 
-/* z <- w + E^T z; the largest change. */
+/* One iteration z <- w + E^T z; returns the largest change. */
 MECHC_STATIC double mechc_iterate_costages(const mechc_covarying *w, mechc_costages *c)
 {
     mechc_vector change = mechc_spread(0.0);
@@ -85,8 +85,8 @@ MECHC_STATIC double mechc_iterate_costages(const mechc_covarying *w, mechc_costa
     return mechc_greatest(change);
 }
 
-/* Down to rounding, with the slopes of the last z but one, which is as near; 0 where the iteration
- * does not get there. */
+/* Iterate down to rounding, with the slopes of the last z but one, which is as near; 0 without
+ * convergence. */
 MECHC_STATIC int mechc_converge_costages(const mechc_covarying *w, mechc_costages *c)
 {
     mechc_vector sizes = mechc_spread(0.0);
@@ -105,7 +105,7 @@ MECHC_STATIC int mechc_converge_costages(const mechc_covarying *w, mechc_costage
     return 0;
 }
 
-/* By shapes, whose factors differ from stage to stage. */
+/* Gather derivatives by shapes, whose factors differ from stage to stage. */
 MECHC_STATIC void mechc_gather_stages(const mechc_covariation *v, const double *t,
                                       const mechc_vector *slopes)
 {
@@ -116,7 +116,7 @@ MECHC_STATIC void mechc_gather_stages(const mechc_covariation *v, const double *
     }
 }
 
-/* 0 where the iteration does not converge: then the covector is as it was. */
+/* Go back over one step; 0 without convergence, with the covector unchanged. */
 MECHC_STATIC int mechc_gauss_back(mechc_covarying *w, const mechc_covariation *v,
                                   const mechc_nodes_at_hand *nodes, double h)
 {

@@ -6,7 +6,7 @@
 #include "adjoint/covector.h"
 
 #if MECHC_VARIATIONAL
-/* States of the stages of `count` steps from `first` on. */
+/* Compute the states at the stages of `count` steps from `first` on. */
 MECHC_STATIC void mechc_take_stages_back(mechc_covarying *w, const mechc_tableau *tableau,
                                          int method, const mechc_trajectory *record,
                                          ptrdiff_t first, int count)
@@ -31,7 +31,7 @@ MECHC_STATIC void mechc_take_stages_back(mechc_covarying *w, const mechc_tableau
     }
 }
 
-/* Stage i of step n of those at hand. */
+/* Go back over stage i of step n of the current ones. */
 MECHC_INLINE void mechc_stage_back(mechc_covarying *w, int i, int n, const double *z,
                                    double *slopes)
 {

@@ -17,7 +17,7 @@
 #if MECHC_VARIATIONAL
 #define MECHC_COVECTOR (MECHC_MOTION + (MECHC_IDENTITY_KINEMATICS ? 0 : MECHC_NQ))
 
-/* A state whose motion is solved, and what pulls covectors back there. */
+/* A state whose motion is solved, with the data that pulling covectors back there needs. */
 typedef struct {
     real t, y[MECHC_NX];
     FN(place) place;
@@ -43,7 +43,7 @@ MECHC_ONCE void FN(solve_state)(real t, const real *y, const FN(given) *given,
     for (int k = 0; k < MECHC_NU; k++) rates[MECHC_NQ + k] = at->a[k];
 }
 
-/* The factors of K, and the projection where the rates are along the constraints. */
+/* Compute the factors of K, and the projection if the rates are along the constraints. */
 MECHC_ONCE void FN(prepare_pullback)(const FN(given) *given, rmask along, FN(solved_state) *at)
 {
     at->along = along;
@@ -81,7 +81,7 @@ MECHC_INLINE void FN(weigh_residual)(const FN(solved_state) *at, const real *z, 
 }
 
 #if MECHC_NC > 0
-/* From behind the projection to before it: slopes, MECHC_SLOPES of them, in place. */
+/* Pull MECHC_SLOPES slopes back through the projection, in place. */
 MECHC_INLINE void FN(pull_through)(const real *tangent, rmask along, real *slopes)
 {
     real after[MECHC_NX];
@@ -96,7 +96,7 @@ MECHC_INLINE void FN(pull_through)(const real *tangent, rmask along, real *slope
 }
 #endif
 
-/* z: of the rates; slopes: how z . rates changes with state, parameters and inputs. */
+/* Pull z, a covector of the rates, back; slopes: derivatives of z . rates by state, parameters and inputs. */
 MECHC_ONCE void FN(pull_back)(const FN(solved_state) *at, const FN(given) *given, const real *z,
                               real *slopes)
 {

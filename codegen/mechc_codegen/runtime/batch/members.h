@@ -14,7 +14,7 @@
 
 typedef struct {
     const mechc_unit *unit;
-    mechc_options options; /* t0, t1, tolerances and policy; y0 and p are set per member */
+    mechc_options options; /* t0, t1, tolerances and policy; y0 and p are set for each member */
     mechc_motion scene;    /* its sizes */
     ptrdiff_t count;
     int lockstep; /* whether members run side by side, rather than one by one */
@@ -43,7 +43,7 @@ typedef struct {
     int stop;
 } mechc_batch;
 
-/* A member under way. */
+/* A member that is being integrated. */
 typedef struct {
     mechc_batch *batch;
     mechc_hybrid hybrid;
@@ -53,7 +53,7 @@ typedef struct {
     long taken;        /* attempted steps whose results are reduced */
 } mechc_batch_slot;
 
-/* What one thread works with. */
+/* The data of one thread. */
 typedef struct {
     int width;
     mechc_batch_slot *slot;
@@ -62,8 +62,8 @@ typedef struct {
 
 /* -- what is seen of a member's steps ----------------------------------------------------------- */
 
-/* States at the requested times within the steps that are kept, up to `end`; a time equal to `end`
- * counts where no step follows. */
+/* Write states at the requested times within the kept steps up to `end`; a time equal to `end`
+ * counts if no step follows. */
 static void mechc_batch_at_times(mechc_batch_slot *slot, double end, int last)
 {
     const mechc_batch *batch = slot->batch;
@@ -83,7 +83,7 @@ static void mechc_batch_at_times(mechc_batch_slot *slot, double end, int last)
                           batch->at_times + (row + first) * motion->width);
 }
 
-/* Reduce the steps that are kept, up to a time within the last one, or NaN. */
+/* Reduce the kept steps up to a time within the last one, or all for NaN. */
 static void mechc_batch_reduce(mechc_batch_slot *slot, double until, int last)
 {
     const mechc_trajectory *steps = &slot->hybrid.run->trajectory;
@@ -102,7 +102,7 @@ static void mechc_batch_jumps(void *context, double t, const double *before, con
     mechc_reducer_jump(&((mechc_batch_slot *)context)->reducer, t, before, after);
 }
 
-/* How far a quantity is from the level at which the member ends. */
+/* The difference between a quantity and the level at which the member ends. */
 static double mechc_batch_until(void *context, double t, const double *y, const double *p)
 {
     const mechc_batch_slot *slot = context;
@@ -169,7 +169,7 @@ static void mechc_batch_end(mechc_batch *batch, ptrdiff_t member, int status)
     if (status != MECHC_NOT_RUN) __atomic_fetch_add(&batch->done, 1, __ATOMIC_RELAXED);
 }
 
-/* The results of a motion that came to its end. */
+/* Write the results of a motion that has ended. */
 static void mechc_batch_report(mechc_batch_slot *slot)
 {
     mechc_batch *batch = slot->batch;
@@ -199,7 +199,7 @@ static void mechc_batch_report(mechc_batch_slot *slot)
     if (batch->lowered) batch->lowered[member] = hybrid->contacts.lowered;
 }
 
-/* The member's motion has ended, or is given up since the stop flag was set. */
+/* Finish the member whose motion has ended, or was given up because the stop flag is set. */
 static void mechc_batch_release(mechc_batch_slot *slot, int status)
 {
     mechc_hybrid_drop(&slot->hybrid);
@@ -207,7 +207,7 @@ static void mechc_batch_release(mechc_batch_slot *slot, int status)
     slot->member = -1;
 }
 
-/* Begin a member's motion; it is not under way where it ended at once. */
+/* Begin the motion of a member; its slot stays free if it ends at once. */
 static void mechc_batch_begin(mechc_batch *batch, ptrdiff_t member, mechc_batch_slot *slot)
 {
     mechc_options options = batch->options;
@@ -242,7 +242,7 @@ static long mechc_batch_attempts(const mechc_run *run)
     return run->stats.steps + run->stats.rejected;
 }
 
-/* Put members into the slots that are free, while there are some; how many are under way. */
+/* Put members into the free slots while there are any; returns the number of occupied slots. */
 static int mechc_batch_fill(mechc_batch *batch, mechc_batch_worker *worker)
 {
     int busy = 0;
@@ -258,7 +258,7 @@ static int mechc_batch_fill(mechc_batch *batch, mechc_batch_worker *worker)
     return busy;
 }
 
-/* Attempted steps until the results of some motion are to be reduced, or its steps searched. */
+/* The number of attempted steps until a motion is to be reduced or searched. */
 static long mechc_batch_ahead(const mechc_batch *batch, const mechc_batch_worker *worker)
 {
     long ahead = MECHC_BATCH_PIECE;
@@ -272,8 +272,7 @@ static long mechc_batch_ahead(const mechc_batch *batch, const mechc_batch_worker
     return ahead > 0 ? ahead : 1;
 }
 
-/* Search the steps of motions that have advanced; reduce those that have ended or have made enough of
- * them. */
+/* Search the steps of motions that have advanced; reduce those that ended or have many steps. */
 static void mechc_batch_collect(mechc_batch_worker *worker)
 {
     for (int i = 0; i < worker->width; i++) {
@@ -293,8 +292,8 @@ static void mechc_batch_collect(mechc_batch_worker *worker)
     }
 }
 
-/* Advance by `ahead` attempts, or until a run ends or the stop flag is set.  Pieces are shorter the
- * wider the system, since the cost of a step grows up to the cube of its width. */
+/* Advance by `ahead` attempts, or until a run ends or the stop flag is set.  The wider the system,
+ * the fewer attempts, since the cost of a step grows up to the cube of its width. */
 static void mechc_batch_advance(mechc_batch *batch, mechc_batch_worker *worker, int busy,
                                 long ahead)
 {
@@ -309,7 +308,7 @@ static void mechc_batch_advance(mechc_batch *batch, mechc_batch_worker *worker, 
     }
 }
 
-/* One thread's share of the batch; 0 without memory.  Any number may work at once. */
+/* Process one thread's share of the batch; 0 without memory.  Threads may work side by side. */
 static int mechc_batch_work(mechc_batch *batch)
 {
     mechc_batch_worker worker = {0};

@@ -1,4 +1,4 @@
-/* A trajectory reduced to numbers: extremes, means and first crossings of a quantity.
+/* Reductions of a trajectory to numbers: extremes, means and first crossings of a quantity.
  *
  * A quantity is sampled eight times in every step on the dense output, and extremes and crossings
  * found there are refined; means are Gauss-Legendre sums over the steps.
@@ -28,7 +28,7 @@ static double mechc_probe_time(const mechc_probe *probe, double s)
     return mechc_time_in(probe->steps, probe->step, s);
 }
 
-/* One component on the polynomial of the step, unprojected: within the tolerance of the run. */
+/* One component from the polynomial of the step, not projected: within the tolerance of the run. */
 static double mechc_probe_component(const mechc_probe *probe, double s)
 {
     const mechc_trajectory *steps = probe->steps;
@@ -73,7 +73,7 @@ static double mechc_probe_once(const mechc_probe *probe, double s)
     return probe->sign * value;
 }
 
-/* The quantity at a fraction of the step, projected: what is reported. */
+/* The quantity at a fraction of the step, on the constraints, as it is reported. */
 static double mechc_probe_projected(const mechc_probe *probe, double s)
 {
     const mechc_reducer *reducer = probe->reducer;
@@ -92,7 +92,7 @@ static double mechc_vertex(double a, double b, double c, double x, double d)
     return bend != 0.0 ? x + 0.5 * d * (a - c) / bend : NAN;
 }
 
-/* Where within [low, high] the sampled quantity is least, by golden sections and parabolas. */
+/* The place of the least value in [low, high], by golden sections and parabolas. */
 static double mechc_probe_least(const mechc_probe *probe, double low, double middle, double high,
                                 double least)
 {
@@ -148,14 +148,13 @@ static void mechc_keep_least(const mechc_probe *probe, int i, double value)
     }
 }
 
-/* Whether a minimum whose parabola has the value `foreseen` may be less than what is known. */
+/* Whether a minimum whose parabola has the value `foreseen` may be less than the least so far. */
 static int mechc_may_be_least(const mechc_probe *probe, int i, double least, double foreseen)
 {
     return !(least - 3.0 * fabs(least - foreseen) > probe->sign * probe->reducer->value[i]);
 }
 
-/* Refine a minimum between the samples at low and high, unless what is known is less than it can
- * be. */
+/* Refine a minimum between the samples at low and high if it may be below the least so far. */
 static void mechc_refine_extreme(const mechc_probe *probe, int i, double low, double middle,
                                  double high, double least, double foreseen)
 {
@@ -203,7 +202,7 @@ static void mechc_reduce_extreme(const mechc_probe *probe, int i, const double *
     }
 }
 
-/* Whether the quantity goes through zero from a to b in the direction asked for. */
+/* Whether the quantity goes through zero from a to b in the requested direction. */
 static int mechc_crosses_level(const mechc_probe *probe, double a, double b)
 {
     const int crosses = a != 0.0 && (b == 0.0 || (a < 0.0) != (b < 0.0));
@@ -234,7 +233,7 @@ static void mechc_reduce_first(const mechc_probe *probe, int i, const double *s,
     probe->reducer->known[i] = 1;
 }
 
-/* The samples of the quantity in the step; of a whole step they are known. */
+/* The samples of the quantity in a part of a step; for a whole step they are stored. */
 static void mechc_probe_all(const mechc_probe *probe, int i, const double *s, double *out)
 {
     const int nodes = mechc_set_of(probe->quantity) == MECHC_AT_NODES;
@@ -245,7 +244,7 @@ static void mechc_probe_all(const mechc_probe *probe, int i, const double *s, do
     else mechc_probe_many(probe, count, s, out);
 }
 
-/* Gauss-Legendre of order 16 over the step. */
+/* Add the integral over the step, by Gauss-Legendre quadrature of order 16. */
 static void mechc_reduce_mean(const mechc_probe *probe, int i)
 {
     static const double weight[MECHC_SAMPLES] = {
@@ -260,7 +259,7 @@ static void mechc_reduce_mean(const mechc_probe *probe, int i)
     probe->reducer->known[i] = 1;
 }
 
-/* Quantity i over the fraction `end` of a step. */
+/* Reduce quantity i over the fraction `end` of a step. */
 static void mechc_reduce_step(mechc_reducer *reducer, const mechc_trajectory *steps, ptrdiff_t step,
                               int i, double end)
 {
@@ -280,14 +279,14 @@ static void mechc_reduce_step(mechc_reducer *reducer, const mechc_trajectory *st
     else mechc_reduce_extreme(&probe, i, s, seen);
 }
 
-/* The fraction of a step before the time `until`, 1 where that is NaN. */
+/* The fraction of a step before the time `until`; 1 if that is NaN. */
 static double mechc_reduce_before(const mechc_trajectory *steps, ptrdiff_t step, double until)
 {
     const double *t = steps->t + step, share = (until - t[0]) / (t[1] - t[0]);
     return share < 1.0 ? share : 1.0;
 }
 
-/* Reduce the steps that are kept, up to the time `until`; NaN: all of them. */
+/* Reduce the kept steps up to the time `until`; NaN: all of them. */
 static void mechc_reducer_take(mechc_reducer *reducer, const mechc_trajectory *steps, double until)
 {
     mechc_forget_samples(reducer);
@@ -299,7 +298,7 @@ static void mechc_reducer_take(mechc_reducer *reducer, const mechc_trajectory *s
     }
 }
 
-/* The state jumps: a level between the quantities before and after it is crossed. */
+/* Record a crossing of the level by a jump of the state. */
 static void mechc_reducer_jump(mechc_reducer *reducer, double t, const double *before,
                                const double *after)
 {
@@ -316,7 +315,7 @@ static void mechc_reducer_jump(mechc_reducer *reducer, double t, const double *b
     }
 }
 
-/* The results, with the last time and state; NaN for a crossing that did not come. */
+/* Write the results, with the last time and state; NaN for a crossing that did not occur. */
 static void mechc_reducer_end(mechc_reducer *reducer, double t, const double *y, double *out)
 {
     const double passed = t - reducer->t0;

@@ -1,4 +1,4 @@
-/* Samples of the quantities of which a trajectory is reduced to numbers: values within every step.
+/* Samples of the quantities that are reduced: their values within every step.
  *
  * Many steps are sampled together, so that parameters are prepared once and outputs are evaluated
  * in full lanes; quantities of the same output share its values.
@@ -24,8 +24,8 @@ typedef struct {
     double level;
 } mechc_quantity;
 
-/* Where in a step quantities are sampled: one set of fractions for extremes and crossings, another
- * for means.  The first sample of a block of steps is at its start. */
+/* Sets of fractions at which a step is sampled: one for extremes and crossings, one for means.  The
+ * first sample of a block of steps is at its start. */
 enum { MECHC_EVENLY, MECHC_AT_NODES, MECHC_SETS };
 
 typedef struct {
@@ -42,7 +42,7 @@ typedef struct {
     double t0;
     double *value;  /* a quantity each: the result so far */
     int *known;
-    int *shared;    /* a quantity each: the first one that has the same values */
+    int *shared;    /* for each quantity the first one with the same values */
     int ahead, rows; /* steps that are sampled together, and samples in them */
     mechc_samples samples[MECHC_SETS];
     double *t, *states, *outputs; /* at the samples of one set at a time */
@@ -125,7 +125,7 @@ static void mechc_reducer_begin(mechc_reducer *reducer, double t0)
     }
 }
 
-/* Output `output` of `count` states. */
+/* Evaluate an output at `count` states. */
 static void mechc_reduce_output(const mechc_reducer *reducer, int output, ptrdiff_t count,
                                 const double *t, const double *states, double *out)
 {
@@ -134,7 +134,7 @@ static void mechc_reduce_output(const mechc_reducer *reducer, int output, ptrdif
     reducer->unit->outputs[output].evaluate(count, times, rows, p, motion->whole, out);
 }
 
-/* One number from the values of an output at one state. */
+/* The number that a quantity is, from the values of an output at one state. */
 static double mechc_reduce_form(const mechc_quantity *quantity, const double *values, int width)
 {
     double square = 0.0;
@@ -146,7 +146,7 @@ static double mechc_reduce_form(const mechc_quantity *quantity, const double *va
     return sqrt(square);
 }
 
-/* The quantity at `count` states, no more than there are rows. */
+/* The quantity at `count` states, at most as many as there are rows. */
 static void mechc_reduce_states(const mechc_reducer *reducer, const mechc_quantity *quantity,
                                 ptrdiff_t count, const double *t, const double *states,
                                 double *out)
@@ -167,13 +167,13 @@ static void mechc_reduce_states(const mechc_reducer *reducer, const mechc_quanti
     for (ptrdiff_t i = 0; i < count; i++) out[i] += others[i * width + quantity->component];
 }
 
-/* Whether a quantity is a component of the state, which is read off the polynomial of a step. */
+/* Whether a quantity is a component of the state, evaluated by the polynomial of a step. */
 static int mechc_is_component(const mechc_quantity *quantity)
 {
     return quantity->output < 0 && quantity->form != MECHC_NORM;
 }
 
-/* Whether its values are still needed in a set. */
+/* Whether a quantity still needs samples of a set. */
 static int mechc_needs_samples(const mechc_reducer *reducer, int i, int set)
 {
     const mechc_quantity *quantity = reducer->quantity + i;
@@ -182,7 +182,7 @@ static int mechc_needs_samples(const mechc_reducer *reducer, int i, int set)
         && quantity->reduction != MECHC_LAST && !mechc_is_component(quantity);
 }
 
-/* The fractions of a step in one of the sets. */
+/* The fractions of a step in a set. */
 static const double *mechc_fractions(int set)
 {
     static const double fractions[MECHC_SETS][MECHC_SAMPLES] = {
@@ -198,13 +198,13 @@ static double mechc_time_in(const mechc_trajectory *steps, ptrdiff_t step, doubl
     return s <= 0.0 ? t[0] : s >= 1.0 ? t[1] : t[0] + s * (t[1] - t[0]);
 }
 
-/* A state at the end of a step: the accepted one, whether the run has gone on from it or not. */
+/* The accepted state at the end of a step, whether or not the run has gone on from it. */
 static void mechc_take_end(const mechc_trajectory *steps, ptrdiff_t step, double *state)
 {
     memcpy(state, steps->y + (step + 1) * steps->width, (size_t)steps->width * sizeof(double));
 }
 
-/* The values of all quantities that are sampled in this set, in the steps from `first` on. */
+/* Sample all quantities of this set in the steps from `first` on. */
 static void mechc_sample(mechc_reducer *reducer, const mechc_trajectory *steps, ptrdiff_t first,
                          int set)
 {
@@ -227,8 +227,8 @@ static void mechc_sample(mechc_reducer *reducer, const mechc_trajectory *steps, 
                                 samples->values + i * (ptrdiff_t)reducer->rows);
 }
 
-/* The samples of a quantity in a step, preceded by its value at the step's start where they include
- * that at its end. */
+/* The samples of a quantity in a step; if they include the step's end, its value at the start
+ * precedes them. */
 static const double *mechc_seen(mechc_reducer *reducer, const mechc_trajectory *steps,
                                 ptrdiff_t step, int i)
 {
@@ -240,7 +240,7 @@ static const double *mechc_seen(mechc_reducer *reducer, const mechc_trajectory *
     return samples->values + reducer->shared[i] * (ptrdiff_t)reducer->rows + row;
 }
 
-/* The trajectory has other steps now. */
+/* Mark the samples as outdated after the trajectory's steps have changed. */
 static void mechc_forget_samples(mechc_reducer *reducer)
 {
     for (int set = 0; set < MECHC_SETS; set++) reducer->samples[set].count = 0;

@@ -1,4 +1,4 @@
-/* Starts on their way to configurations that close the loops, several at once.
+/* The descent of several starts at once to configurations that close the loops.
  *
  * Levenberg-Marquardt with the damping of Yamashita & Fukushima (2001).  Close to a solution steps
  * continue while they close the loops further: where two assemblies meet each gains a bit.
@@ -186,7 +186,7 @@ static void mechc_close_solve(const mechc_closing *job, mechc_closer *closer, in
         mechc_close_solve_sized(job, closer, k, damping, job->unknowns, job->rows);
 }
 
-/* The state that start k tries next: its part of the step from x. */
+/* Set the state that start k tries next: x plus a part of the step. */
 static void mechc_close_try(const mechc_closing *job, mechc_closer *closer, int k)
 {
     double *y = closer->y + k * job->closure.width;
@@ -198,7 +198,7 @@ static void mechc_close_try(const mechc_closing *job, mechc_closer *closer, int 
     }
 }
 
-/* Put the next start of this phase in place k; 0 where there is none. */
+/* Put the next start of this phase in place k; 0 if there is none left. */
 static int mechc_close_begin(const mechc_closing *job, mechc_closer *closer, int k)
 {
     const int n = job->unknowns;
@@ -257,7 +257,7 @@ static int mechc_close_is_known(const mechc_closing *job, const mechc_closer *cl
     return 0;
 }
 
-/* Whether a start has come to where it leads: closed to rounding, or no longer gaining. */
+/* Whether the search of a start has converged: closed to rounding, or no longer gaining. */
 static int mechc_close_arrived(const mechc_closer *closer, int k)
 {
     const mechc_seeker *seeker = closer->seeker + k;
@@ -273,7 +273,7 @@ static int mechc_close_arrived(const mechc_closer *closer, int k)
         || (!near && !(seeker->size <= stalls * seeker->before));
 }
 
-/* Keep where start k led to, unless it is known. */
+/* Store the configuration that start k has reached, unless it is known. */
 static void mechc_close_keep(mechc_closing *job, mechc_closer *closer, int k)
 {
     const int n = job->unknowns, coordinates = job->closure.coordinates;
@@ -298,8 +298,8 @@ static void mechc_close_keep(mechc_closing *job, mechc_closer *closer, int k)
     ++*many;
 }
 
-/* Another start led to a closed configuration.  With w of them found by n starts, a share of about
- * w (w + 1) / (n (n - 1)) leads elsewhere (Boender & Rinnooy Kan 1987, Mathematical Programming). */
+/* Count another start that reached a closed configuration.  With w of them found by n starts, a share of
+ * about w (w + 1) / (n (n - 1)) leads elsewhere (Boender & Rinnooy Kan 1987, Mathematical Programming). */
 static void mechc_close_hit(const mechc_closing *job, mechc_closer *closer)
 {
     const double w = job->many[closer->member], n = (double)++closer->hits;
@@ -308,7 +308,7 @@ static void mechc_close_hit(const mechc_closing *job, mechc_closer *closer)
         closer->next = closer->end = closer->active = 0;
 }
 
-/* A start's search is over. */
+/* End the search of a start. */
 static void mechc_close_end(mechc_closing *job, mechc_closer *closer, int k)
 {
     const double size = sqrt(closer->seeker[k].size);
@@ -322,7 +322,7 @@ static void mechc_close_end(mechc_closing *job, mechc_closer *closer, int k)
     mechc_close_hit(job, closer);
 }
 
-/* Take in the outputs at what start k tried, and choose what it tries next; 0: it is over. */
+/* Judge the outputs at the trial of start k, and choose the next trial; 0 if its search is over. */
 static int mechc_close_take(mechc_closing *job, mechc_closer *closer, int k)
 {
     mechc_seeker *seeker = closer->seeker + k;
@@ -354,7 +354,7 @@ static int mechc_close_take(mechc_closing *job, mechc_closer *closer, int k)
     return !over;
 }
 
-/* The last start at work moves into the place k. */
+/* Move the last active start into place k. */
 static void mechc_close_remove(const mechc_closing *job, mechc_closer *closer, int k)
 {
     const int last = --closer->active, n = job->unknowns, width = job->closure.width;
@@ -365,7 +365,7 @@ static void mechc_close_remove(const mechc_closing *job, mechc_closer *closer, i
     memcpy(closer->y + k * width, closer->y + last * width, (size_t)width * sizeof(double));
 }
 
-/* One look at what every start at work tries. */
+/* Evaluate one trial of every active start. */
 static void mechc_close_round(mechc_closing *job, mechc_closer *closer)
 {
     const mechc_closure *closure = &job->closure;

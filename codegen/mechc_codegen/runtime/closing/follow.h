@@ -97,13 +97,13 @@ static void mechc_follower_free(mechc_follower *one)
     mechc_measure_free(&one->measure);
 }
 
-/* The step of an unknown; of the driven coordinate after the last of them. */
+/* The unit of an unknown's step; the driven coordinate comes after the last unknown. */
 static double mechc_follow_unit(const mechc_following *job, const mechc_follower *one, int i)
 {
     return job->kind[job->unknown[i]] == MECHC_TRANSLATION ? one->measure.length : 1.0;
 }
 
-/* Gap and gradient at a place. */
+/* Evaluate gap and gradient at a place. */
 static void mechc_follow_ask(const mechc_following *job, mechc_follower *one,
                              const mechc_follow_place *place)
 {
@@ -165,7 +165,7 @@ static double mechc_follow_solve(const mechc_following *job, mechc_follower *one
     return sign;
 }
 
-/* The tangent at a place, whose gradient is at hand; 0 where it is singular. */
+/* The tangent at a place whose gradient is known; 0 if it is singular. */
 static int mechc_follow_tangent(const mechc_following *job, mechc_follower *one,
                                 mechc_follow_place *place, int choose)
 {
@@ -250,7 +250,7 @@ static double mechc_follow_cosine(const mechc_following *job, const mechc_follow
     return both / sqrt(first * second);
 }
 
-/* The tangent at the place reached, by rows that are independent there. */
+/* Compute the tangent at the place reached, by rows that are independent there. */
 static int mechc_follow_arrive(const mechc_following *job, mechc_follower *one)
 {
     mechc_follow_ask(job, one, &one->at);
@@ -285,8 +285,8 @@ static void mechc_follow_note(mechc_following *job, const mechc_follower *one, p
     job->passed[member]++;
 }
 
-/* Go on to a value of the driven coordinate, or a little beyond where it is a change point; 0: the
- * assembly ends before it. */
+/* Follow the curve to a value of the driven coordinate, or a little beyond it at a change point; 0:
+ * the assembly ends before it. */
 static int mechc_follow_to(mechc_following *job, mechc_follower *one, ptrdiff_t member,
                            double target)
 {
@@ -308,7 +308,7 @@ static int mechc_follow_to(mechc_following *job, mechc_follower *one, ptrdiff_t 
     return 0;
 }
 
-/* A place of the curve at a distance from one beside a crossing, on its side; 0: none is found. */
+/* A place of the curve at a distance from a place beside a crossing, on the same side; 0: none was found. */
 static int mechc_follow_aside(const mechc_following *job, mechc_follower *one,
                               mechc_follow_place *from, double distance,
                               mechc_follow_place *found)
@@ -327,8 +327,8 @@ static int mechc_follow_aside(const mechc_following *job, mechc_follower *one,
     return 1;
 }
 
-/* q and its slope at a crossing, between the last two places, from others farther aside if the
- * curve goes on there. */
+/* q and its slope at a crossing between the last two places, from places farther aside if the curve
+ * goes on there. */
 static void mechc_follow_at_crossing(const mechc_following *job, mechc_follower *one, double s,
                                      double *q, double *slope)
 {
@@ -379,7 +379,7 @@ static void mechc_follow_member(mechc_following *job, mechc_follower *one, ptrdi
     if (!goes_on) job->end[member] = one->at.s;
 }
 
-/* Any number of threads; 0 without memory. */
+/* Follow the curves of members until none is left; any number of threads; 0 without memory. */
 static int mechc_follow_work(mechc_following *job)
 {
     mechc_follower one = {0};

@@ -1,4 +1,4 @@
-/* The least x with A x = b, of rows that may depend on each other. */
+/* The least x with A x = b, for rows that may be dependent. */
 #ifndef MECHC_LEAST_CHANGE_H
 #define MECHC_LEAST_CHANGE_H
 
@@ -7,7 +7,7 @@
 
 #define MECHC_JACOBI_SWEEPS 30
 
-/* Turn rows i and j of A, and of b if there is one, until they are orthogonal; whether they were. */
+/* Rotate rows i and j of A, and of b if there is one, until they are orthogonal; tells whether they were. */
 static int mechc_turn_rows(double *a, double *b, int columns, int i, int j)
 {
     double *first = a + i * columns, *second = a + j * columns;
@@ -59,8 +59,8 @@ static double mechc_largest(const double *values, int count)
     return largest;
 }
 
-/* x, of the least length, with A x nearest to b; singular values below `cut` times the largest
- * count as zero.  A and b are overwritten; lengths: work space, a number a row. */
+/* The shortest x with A x nearest to b; singular values below `cut` times the largest count as
+ * zero.  A and b are overwritten; lengths: work space, one number a row. */
 static void mechc_least_change(double *a, double *b, int rows, int columns, double cut,
                                double *lengths, double *x)
 {

@@ -1,4 +1,4 @@
-/* The sizes that a search compares coordinates and rows with, whatever their units are.
+/* The sizes by which a search measures coordinates and rows, whatever their units are.
  *
  * A row may be a distance, its square or the cosine of an angle, in metres or millimetres, times any
  * number.  It is measured by what steps of the coordinates make of it, over configurations spread
@@ -29,7 +29,7 @@
 
 enum { MECHC_TRANSLATION, MECHC_ANGLE, MECHC_NUMBER }; /* kinds of coordinates */
 
-/* What is the same for all members. */
+/* Data that all members share. */
 typedef struct {
     const mechc_closure *closure;
     int rows, columns; /* of the gradient; the first `rows` count */
@@ -83,7 +83,7 @@ static int mechc_measure_make(mechc_measure *one, const mechc_measured *of)
 
 static void mechc_measure_free(mechc_measure *one) { free(one->memory); }
 
-/* Gaps and gradients where the unknowns are spread over a range of this length. */
+/* Gaps and gradients at configurations spread over a range of this length. */
 static void mechc_measure_at(mechc_measure *one, const double *p, double length)
 {
     static const double turn[] = {1.0, M_PI, 1.0};
@@ -98,7 +98,7 @@ static void mechc_measure_at(mechc_measure *one, const double *p, double length)
     of->closure->ask(of->closure, MECHC_GRADIENT, MECHC_MEASURED, one->y, p, one->gradient);
 }
 
-/* The degree with which a row grows with the translations; 0: it contains none. */
+/* The degree with which a row grows with the translations; 0 if it contains none. */
 static double mechc_measure_degree(const mechc_measure *one, int row)
 {
     const mechc_measured *of = &one->of;
@@ -117,7 +117,7 @@ static double mechc_measure_degree(const mechc_measure *one, int row)
     return growth > 0.0 ? sqrt(growth / value) : 0.0;
 }
 
-/* The degrees of the rows far out; 0 for a row that is no homogeneous function there. */
+/* The degrees of the rows far out; 0 for a row that is not a homogeneous function there. */
 static void mechc_measure_degrees(mechc_measure *one, const double *p, double hint)
 {
     const double far = hint * exp2(MECHC_MEASURE_FAR);
@@ -132,7 +132,7 @@ static void mechc_measure_degrees(mechc_measure *one, const double *p, double hi
     }
 }
 
-/* How far the degrees at this length are behind those far out, relative, beyond what is allowed. */
+/* The relative difference between the degrees at this length and those far out, beyond what is allowed. */
 static double mechc_measure_lag(mechc_measure *one, const double *p, double length)
 {
     double lag = -1.0;
@@ -143,7 +143,7 @@ static double mechc_measure_lag(mechc_measure *one, const double *p, double leng
     return lag - MECHC_MEASURE_LAG;
 }
 
-/* The length from which on constants do not show; the hint where the rows contain none. */
+/* The length beyond which constants no longer matter; the hint if the rows contain none. */
 static double mechc_measure_length(mechc_measure *one, const double *p, double hint)
 {
     double low = 0.0, lag_low, high, lag_high; /* octaves */
@@ -171,14 +171,14 @@ static double mechc_measure_length(mechc_measure *one, const double *p, double h
     return MECHC_MEASURE_LINKS * hint * exp2(high);
 }
 
-/* The length of a step of a coordinate that may be given, and then large. */
+/* The step length of a coordinate that may be held, and may be large. */
 static double mechc_measure_step(const mechc_measure *one, int k, int coordinate)
 {
     const double value = fabs(one->y[k * one->of.closure->width + coordinate]);
     return one->of.kind[coordinate] != MECHC_TRANSLATION ? 1.0 : fmax(one->length, value);
 }
 
-/* What steps of all coordinates together change a row by at most; of a row without any, its value. */
+/* The greatest change of a row by steps of all coordinates together; its value if no step changes it. */
 static double mechc_measure_row(const mechc_measure *one, int row)
 {
     const mechc_measured *of = &one->of;
@@ -196,7 +196,7 @@ static double mechc_measure_row(const mechc_measure *one, int row)
     return most > 0.0 && most < HUGE_VAL ? most : 1.0;
 }
 
-/* Rows known to have the same unit have the size of the largest of them. */
+/* Give rows with the same unit the size of the largest of them. */
 static void mechc_measure_alike(mechc_measure *one, double *sizes)
 {
     const int *alike = one->of.alike;
@@ -205,8 +205,8 @@ static void mechc_measure_alike(mechc_measure *one, double *sizes)
     for (int row = 0; alike && row < one->of.rows; row++) sizes[row] = sizes[alike[row]];
 }
 
-/* Measure one member: the coordinates given are those of q.  `hint`: where the search for the
- * length begins. */
+/* Measure one member, whose held coordinates are those of q. `hint`: start of the search for the
+ * length. */
 static void mechc_measure_member(mechc_measure *one, const double *q, const double *p, double hint)
 {
     const mechc_measured *of = &one->of;
@@ -230,7 +230,7 @@ static void mechc_measure_member(mechc_measure *one, const double *q, const doub
     }
 }
 
-/* Weigh the rows of gaps and gradients of some states. */
+/* Scale the rows of gaps and gradients at some states by their sizes. */
 static void mechc_measure_weigh(const mechc_measure *one, int count, double *gaps,
                                 double *gradients)
 {

@@ -1,4 +1,4 @@
-/* The configurations found, in order: the nearest to the guess first, or the preferred one. */
+/* The order of the configurations found: the nearest to the guess first, or the preferred one. */
 #ifndef MECHC_ORDER_H
 #define MECHC_ORDER_H
 
@@ -6,7 +6,7 @@
 #include <string.h>
 #include "closing/descent.h"
 
-/* How far the configuration is from the guess, or how little it is preferred. */
+/* The rank of a configuration: its distance from the guess, or how little it is preferred. */
 static double mechc_close_rank(const mechc_closing *job, mechc_closer *closer, const double *q)
 {
     const double *guess = job->fixed + closer->member * job->closure.coordinates;
@@ -43,7 +43,7 @@ static int mechc_close_before(const double *a, const double *b, int count)
     return 0;
 }
 
-/* The angles within half a turn of those guessed. */
+/* Turn angles to within half a turn of the guessed ones. */
 static void mechc_close_turn(const mechc_closing *job, const double *guess, double *q)
 {
     for (int i = 0; i < job->unknowns; i++) {
@@ -53,7 +53,7 @@ static void mechc_close_turn(const mechc_closing *job, const double *guess, doub
     }
 }
 
-/* Put the nearest to the guess first, or the preferred one. */
+/* Sort the configurations: the nearest to the guess first, or the preferred one. */
 static void mechc_close_order(mechc_closing *job, mechc_closer *closer)
 {
     const int width = job->closure.coordinates;

@@ -45,7 +45,7 @@ static void mechc_close_member(mechc_closing *job, mechc_closer *closer)
     else mechc_close_phase_of(job, closer, MECHC_PHASE_SPREAD, job->starts, HUGE_VAL);
 }
 
-/* How far from the guess the nearest configuration found is, in radians or lengths. */
+/* The distance of the nearest configuration found from the guess, in radians or lengths. */
 static double mechc_close_nearest(const mechc_closing *job, const mechc_closer *closer)
 {
     const int coordinates = job->closure.coordinates, many = job->many[closer->member];
@@ -65,7 +65,7 @@ static double mechc_close_nearest(const mechc_closing *job, const mechc_closer *
     return nearest;
 }
 
-/* Starts within a distance of the guess: as dense as those spread over all, and some besides. */
+/* Set starts within a distance of the guess: as dense as those spread over all, and some more. */
 static ptrdiff_t mechc_close_about(const mechc_closing *job, double radius)
 {
     double share = 1.0;
@@ -75,7 +75,7 @@ static ptrdiff_t mechc_close_about(const mechc_closing *job, double radius)
     return some < (double)job->starts ? (ptrdiff_t)some : job->starts;
 }
 
-/* Begin what follows a phase that is over; 0: the member is done. */
+/* Begin the next phase after one has ended; 0: the member is done. */
 static int mechc_close_next_phase(mechc_closing *job, mechc_closer *closer)
 {
     const int many = job->many[closer->member];
@@ -106,7 +106,7 @@ static int mechc_close_next_member(mechc_closing *job, mechc_closer *closer)
     return 1;
 }
 
-/* The least gap met, of the rows as they are, and where: wanted where nothing closes. */
+/* Record the least gap met, of the unscaled rows, and its place, for members without a solution. */
 static void mechc_close_tell(const mechc_closing *job, mechc_closer *closer)
 {
     const ptrdiff_t member = closer->member;
@@ -122,7 +122,7 @@ static void mechc_close_tell(const mechc_closing *job, mechc_closer *closer)
     job->miss[member] = sqrt(mechc_square(closer->gaps, job->closure.breadth[MECHC_GAPS]));
 }
 
-/* Search for some seconds; 0: no member is left.  Any number of threads may, a closer each. */
+/* Search for some seconds; 0: no member is left.  Any number of threads may do so, each with its closer. */
 static int mechc_close_go_on(mechc_closing *job, mechc_closer *closer, double seconds)
 {
     const double end = mechc_seconds() + seconds;

@@ -1,4 +1,4 @@
-/* Speeds that keep the constraints, state by state. */
+/* Speeds that satisfy the constraints, state by state. */
 #ifndef MECHC_SPEEDS_H
 #define MECHC_SPEEDS_H
 
@@ -26,7 +26,7 @@ typedef struct {
     int stop;
 } mechc_speeds_job;
 
-/* Work space of one state: J, a copy of it, residuals, change, singular values. */
+/* The size of the work space for one state: J, a copy of it, residuals, change, singular values. */
 static double *mechc_speeds_space(const mechc_speeds_job *job)
 {
     const size_t matrix = (size_t)(job->rows * job->speeds), rows = (size_t)job->rows;
@@ -40,7 +40,7 @@ static void mechc_speeds_columns(const mechc_speeds_job *job, const double *jaco
             out[i * job->unknowns + k] = jacobian[i * job->speeds + job->unknown[k]];
 }
 
-/* The least singular value of J, of the largest; 0 where J has more rows than columns. */
+/* The ratio of the least to the largest singular value of J; 0 if J has more rows than columns. */
 static double mechc_speeds_conditioning(const mechc_speeds_job *job, const double *jacobian,
                                         double *copy, double *lengths)
 {
@@ -62,7 +62,7 @@ static double mechc_speeds_step(const mechc_speeds_job *job, ptrdiff_t state, in
     return job->step ? job->step[(job->p_stride ? state * job->speeds : 0) + speed] : 1.0;
 }
 
-/* Residuals and J as they are where every row and every speed has its unit. */
+/* Residuals and J, scaled by the units of rows and speeds. */
 static void mechc_speeds_ask(const mechc_speeds_job *job, ptrdiff_t state, double *residuals,
                              double *jacobian)
 {
@@ -78,7 +78,7 @@ static void mechc_speeds_ask(const mechc_speeds_job *job, ptrdiff_t state, doubl
     }
 }
 
-/* What is left of the residuals, against the size of J and of the speeds. */
+/* Report the remaining residuals, relative to the size of J and of the speeds. */
 static void mechc_speeds_report(mechc_speeds_job *job, ptrdiff_t state, const double *residuals,
                                 const double *jacobian)
 {
@@ -116,7 +116,7 @@ static void mechc_speeds_of(mechc_speeds_job *job, ptrdiff_t state, double *spac
     mechc_speeds_report(job, state, residuals, jacobian);
 }
 
-/* 0 without memory. */
+/* Compute the speeds of states until none is left; 0 without memory. */
 static int mechc_speeds_work(mechc_speeds_job *job)
 {
     double *space = mechc_speeds_space(job);

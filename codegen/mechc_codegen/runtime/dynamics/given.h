@@ -1,4 +1,4 @@
-/* What a run is given, and what follows from it: parameters, constants made of them, inputs.
+/* The arguments of a run and values that follow from them: parameters, constants, inputs.
  *
  * Generic over `real`: each lane has parameters, inputs, time and state of its own. */
 #include <math.h>
@@ -43,8 +43,8 @@ MECHC_INLINE const int *FN(stop_of)(const FN(given) *given)
 #endif
 }
 
-/* Whether another thread asks to give up what is under way, which takes long in a wide scene: it
- * then fails with MECHC_INTERRUPTED, or its result is not used. */
+/* Whether another thread asks to stop the present work, which takes long in a wide scene: it then
+ * fails with MECHC_INTERRUPTED, or its result is not used. */
 MECHC_INLINE int FN(stopped)(const FN(given) *given)
 {
 #if MECHC_NX >= MECHC_WIDE
@@ -75,9 +75,9 @@ MECHC_INLINE const mechc_inputs *FN(inputs_of)(const FN(given) *given)
 }
 
 #if MECHC_NI > 0
-/* Values first .. last - 1, NaN where no inputs are given; u may be NULL where none needs the
- * speeds.  A lane that repeats the one before it, as all do but one where a single run is in
- * lockstep, has its values: a function may be costly. */
+/* Input values first .. last - 1, NaN if no inputs are given; u may be NULL if none needs the
+ * speeds.  A lane that repeats the one before it, as all but one do if a single run is in lockstep,
+ * has its values: a function may be costly. */
 MECHC_ONCE void FN(read_inputs)(real t, const real *q, const real *u, const FN(given) *given,
                                 int first, int last, real *values)
 {

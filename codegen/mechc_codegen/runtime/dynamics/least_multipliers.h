@@ -15,7 +15,7 @@
 
 #if MECHC_NC > 0
 
-/* Bring the largest remaining column to place i; its squared length. */
+/* Move the largest remaining column to place i; returns its squared length. */
 MECHC_INLINE real FN(pivot_column)(real *columns, int i)
 {
     real most = R(0.0);
@@ -39,7 +39,7 @@ MECHC_INLINE void FN(take_column)(const real *column, real inverse, real *other)
     for (int r = 0; r < MECHC_NC; r++) other[r] -= part * inverse * column[r];
 }
 
-/* In the lanes where rows of the factors are redundant; weights scale the columns. */
+/* Project the multipliers in the lanes where rows of the factors are redundant; weights scale the columns. */
 MECHC_ONCE __attribute__((cold)) void FN(least_multipliers)(const real *jacobian,
                                                             const FN(factors) *f, real *lambda)
 {

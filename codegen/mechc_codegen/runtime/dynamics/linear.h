@@ -101,7 +101,7 @@ MECHC_INLINE void FN(swap)(rmask mask, real *a, real *b)
     *b = R_SELECT(mask, kept, *b);
 }
 
-/* Bring the largest remaining row to place i. */
+/* Move the largest remaining row to place i. */
 MECHC_INLINE void FN(pivot)(FN(factors) *f, int i, int rows, real *start)
 {
     for (int j = i + 1; j < rows; j++) {
@@ -116,7 +116,7 @@ MECHC_INLINE void FN(pivot)(FN(factors) *f, int i, int rows, real *start)
     }
 }
 
-/* Make row i orthogonal to the rows before it once more: rounding left a part of them. */
+/* Orthogonalise row i once more against the rows before it, of which rounding left a part. */
 MECHC_INLINE void FN(sweep_again)(FN(factors) *f, int i, rmask lost)
 {
     real *row = f->rows + i * MECHC_NU, follow = R(1.0);
@@ -131,7 +131,7 @@ MECHC_INLINE void FN(sweep_again)(FN(factors) *f, int i, rmask lost)
     f->norm[i] = R_SELECT(lost, FN(inner)(f, row, row), f->norm[i]);
 }
 
-/* Make row j orthogonal to row i. */
+/* Orthogonalise row j against row i. */
 MECHC_INLINE void FN(sweep)(FN(factors) *f, int i, int j, real inverse)
 {
     const real *row = f->rows + i * MECHC_NU;
@@ -167,8 +167,8 @@ MECHC_INLINE void FN(orthogonalise)(FN(factors) *f, int rows, real rank)
 }
 
 #if MECHC_LINKS > 0
-/* Rows of a tree in the metric of the mass matrix itself, as L^-1 J^T with D^-1 for weights: along
- * a chain its diagonal says little of how the speeds act together. */
+/* Factor the rows of a tree in the metric of the mass matrix itself, as L^-1 J^T with D^-1 for
+ * weights: along a chain its diagonal says little about how the speeds act together. */
 MECHC_ONCE void FN(factor_rows)(const real *jacobian, const real *mass, int rows, real rank,
                                 FN(factors) *f)
 {
@@ -179,13 +179,13 @@ MECHC_ONCE void FN(factor_rows)(const real *jacobian, const real *mass, int rows
     FN(orthogonalise)(f, rows, rank);
 }
 
-/* From there to speeds. */
+/* Transform from that metric to speeds. */
 MECHC_INLINE void FN(to_speeds)(const FN(factors) *f, real *x)
 {
     FN(backward)(&f->metric, MECHC_NU, x);
 }
 #else
-/* The first `rows` rows of the Jacobian in the metric of the mass matrix's diagonal. */
+/* Factor the first `rows` rows of the Jacobian in the metric of the mass matrix's diagonal. */
 MECHC_INLINE void FN(factor_rows)(const real *jacobian, const real *mass, int rows, real rank,
                                   FN(factors) *f)
 {
@@ -195,14 +195,14 @@ MECHC_INLINE void FN(factor_rows)(const real *jacobian, const real *mass, int ro
     FN(orthogonalise)(f, rows, rank);
 }
 
-/* From there to speeds. */
+/* Transform from that metric to speeds. */
 MECHC_INLINE void FN(to_speeds)(const FN(factors) *f, real *x)
 {
     for (int k = 0; k < MECHC_NU; k++) x[k] *= f->weight[k];
 }
 #endif
 
-/* From values of the given rows to those of the orthogonal rows. */
+/* Transform values of the given rows to those of the orthogonal rows. */
 MECHC_INLINE void FN(values_of_rows)(const FN(factors) *f, int rows, const real *values,
                                      real *wanted)
 {
@@ -228,7 +228,7 @@ MECHC_INLINE void FN(least_change)(const FN(factors) *f, int rows, const real *v
     FN(to_speeds)(f, x);
 }
 
-/* Multipliers of the rows as given, from the multiples of the orthogonal rows. */
+/* The multipliers of the given rows, from the multiples of the orthogonal rows. */
 MECHC_INLINE void FN(multipliers)(const FN(factors) *f, const real *multiples, real *lambda)
 {
     for (int i = 0; i < MECHC_NC; i++)

@@ -36,7 +36,7 @@ MECHC_INLINE void FN(take_inertia)(const real *mass, const real *x, real *y)
 }
 
 #if MECHC_NC > 0
-/* lambda may be NULL. */
+/* Solve M x = F and the rows with it; lambda may be NULL. */
 MECHC_INLINE void FN(solve_in_mass_metric)(const FN(motion_terms) *terms, real *x, real *lambda)
 {
     FN(mass_factors) mass;
@@ -90,7 +90,7 @@ MECHC_ONCE __attribute__((cold)) void FN(solve_redundant)(const real *terms, rea
     FN(solve_in_mass_metric)(&split, solution, MECHC_MULTIPLIERS ? solution + MECHC_NU : 0);
 }
 
-/* Solve again in the lanes given.  Works on copies: an array whose address is passed on would be
+/* Solve again in the given lanes.  Works on copies: an array whose address is passed on would be
  * kept in memory on the usual path too. */
 MECHC_INLINE void FN(redundant_motion)(const FN(motion_terms) *terms, rmask lanes, real *x,
                                        real *lambda)
@@ -118,7 +118,7 @@ typedef struct {
     real left[MECHC_NU]; /* squared share of each unit vector that is in none of them yet */
 } FN(basis);
 
-/* The unit vector of which most is left goes to place i; part[j] is its part in vector j < i. */
+/* Put the unit vector of which most is left at place i; part[j] is its part in vector j < i. */
 MECHC_INLINE void FN(pick)(const FN(factors) *f, FN(basis) *basis, int i, real *part)
 {
     real *unit = basis->vectors + i * MECHC_NU, most = basis->left[0];
@@ -190,7 +190,7 @@ MECHC_INLINE void FN(reduced_mass)(const real *mass, const real *directions, rea
     }
 }
 
-/* The multiples of the orthogonal rows that make up the reaction F - M u'. */
+/* The multiples of the orthogonal rows whose sum is the reaction F - M u'. */
 MECHC_INLINE void FN(reactions)(const FN(motion_terms) *terms, const FN(factors) *f, const real *x,
                                 real *lambda)
 {
@@ -229,8 +229,8 @@ MECHC_INLINE void FN(solve_reduced)(const FN(motion_terms) *terms, const FN(fact
 #if MECHC_ONE_FREEDOM
 typedef FN(freedom) FN(solver);
 
-/* What the rows of a configuration, of which `rank` count, are solved with; regular: they are known
- * to be far from dependent. */
+/* The factors with which the rows of a configuration are solved, of which `rank` count; regular:
+ * they are known to be far from dependent. */
 MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, real rank,
                                    real ordinary, int regular, FN(solver) *f)
 {
@@ -285,7 +285,7 @@ MECHC_INLINE void FN(least_step)(const real *jacobian, const real *mass, const F
     }
 }
 #elif MECHC_NC > 0
-/* By the orthogonal factors. */
+/* The least change by the orthogonal factors. */
 MECHC_INLINE void FN(solve_orthogonal)(const FN(motion_terms) *terms, const FN(factors) *f, real *x,
                                        real *lambda)
 {

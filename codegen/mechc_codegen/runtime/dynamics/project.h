@@ -1,4 +1,4 @@
-/* One state, moved to the nearest one on the constraints. */
+/* Projection of one state to the nearest one on the constraints. */
 #pragma once
 
 #include "dynamics/scalar_stage.h"
@@ -7,7 +7,7 @@
 #define MECHC_MOST_FIT 1e-3
 
 #if MECHC_NC > 0
-/* The rows at q without those that are that weak; returns how many these are. */
+/* Factor the rows at q without the weakest ones; returns how many were left out. */
 MECHC_ONCE int mechc_strong_rows(double t, const double *q, const mechc_scalar_given *given,
                                  mechc_scalar_place *place, mechc_scalar_factors *rows)
 {
@@ -21,7 +21,7 @@ MECHC_ONCE int mechc_strong_rows(double t, const double *q, const mechc_scalar_g
     return weak;
 }
 
-/* The least change of the speeds that every row but those left out asks for. */
+/* Correct the speeds by the least change that satisfies every row but those left out. */
 MECHC_STATIC void mechc_steady_rows(const mechc_scalar_place *place,
                                     const mechc_scalar_factors *rows, double *u)
 {
@@ -34,7 +34,7 @@ MECHC_STATIC void mechc_steady_rows(const mechc_scalar_place *place,
 #endif
 
 #if MECHC_NH > 0
-/* Close the loops; left: the gap, in units of rounding. */
+/* Close the loops; left: the remaining gap, in units of rounding. */
 MECHC_STATIC int mechc_close_between(double t, double *q, const mechc_scalar_given *given,
                                      mechc_scalar_place *place, mechc_scalar_factors *rows)
 {
@@ -100,7 +100,7 @@ MECHC_RARE void mechc_fit_to_speeds(double t, double *y, const mechc_scalar_give
 }
 #endif
 
-/* A state between accepted ones. */
+/* Project a state between accepted ones. */
 MECHC_ONCE int mechc_project_between(double t, double *y, const mechc_scalar_given *given)
 {
 #if MECHC_NC > 0
@@ -123,7 +123,7 @@ MECHC_ONCE int mechc_project_between(double t, double *y, const mechc_scalar_giv
     return MECHC_RUNNING;
 }
 
-/* Is a state, whose loops are closed, to be projected as those between accepted ones are? */
+/* Whether a state with closed loops has to be projected like those between accepted ones. */
 MECHC_STATIC int mechc_is_delicate(const mechc_scalar_place *place, const mechc_scalar_given *given)
 {
 #if MECHC_NH > 0 && MECHC_NC == MECHC_NH
@@ -135,7 +135,7 @@ MECHC_STATIC int mechc_is_delicate(const mechc_scalar_place *place, const mechc_
 #endif
 }
 
-/* moved[0], moved[1]: largest closure gap and largest velocity residual found before. */
+/* Project a state; moved[0], moved[1]: largest closure gap and largest velocity residual before. */
 MECHC_ONCE int mechc_project_state(double t, double *y, const mechc_scalar_given *given,
                                    double *moved)
 {

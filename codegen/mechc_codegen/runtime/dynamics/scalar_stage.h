@@ -1,4 +1,4 @@
-/* A stage of one trajectory. */
+/* A stage of one trajectory, as functions of doubles. */
 #pragma once
 
 #include "simd/bind_scalar.h"
@@ -6,14 +6,14 @@
 #include "simd/unbind.h"
 #include "simd/lanes.h"
 
-/* A radian, 1, or the mechanism's length: what component i of a state is measured by. */
+/* The unit in which component i of a state is measured: a radian, 1, or the mechanism's length. */
 MECHC_INLINE double mechc_given_unit(const mechc_scalar_given *given, int i)
 {
     (void)given, (void)i;
     return MECHC_SLIDES_AT(i) ? given->k[MECHC_LENGTH] : 1.0;
 }
 
-/* Compiled once for all that is not in every step: inlined there, equations that are long would take
+/* Locate a stage outside the steps.  Compiled once: inlined everywhere, long equations would take
  * most of the time of compiling a scene. */
 MECHC_ONCE void mechc_locate(double t, const double *q, const mechc_scalar_given *given,
                              mechc_scalar_place *place)

@@ -1,4 +1,4 @@
-/* Sizes of the scene, and what follows from them. */
+/* Sizes of the scene, and constants derived from them. */
 #pragma once
 
 #include "scene_sizes.h"

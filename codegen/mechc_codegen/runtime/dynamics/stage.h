@@ -21,7 +21,7 @@
 #include "dynamics/tree.h"
 #include "scene_program.h"
 
-/* The constants, once the parameters are there. */
+/* Compute the constants of given parameters. */
 MECHC_INLINE void FN(make_constants)(FN(given) *given)
 {
     FN(hoist)(given->p, given->k);
@@ -70,8 +70,8 @@ MECHC_INLINE void FN(give_ordinary)(const FN(given) *given, FN(place) *place)
 }
 #endif
 
-/* turns: three numbers an angle, where its sine and cosine are kept, or NULL; near: they are there
- * from a configuration near this one; regular: the rows are known to be far from dependent. */
+/* Locate a stage. turns: three numbers an angle, where its sine and cosine are kept, or NULL; near: they are
+ * kept from a configuration near this one; regular: the rows are known to be far from dependent. */
 MECHC_OF_STAGE void FN(locate_near)(real t, const real *q, const FN(given) *given,
                                     FN(place) *place, real *turns, int near, int regular)
 {
@@ -109,7 +109,7 @@ MECHC_INLINE void FN(locate)(real t, const real *q, const FN(given) *given, FN(p
 }
 
 #if MECHC_NC > 0
-/* Gap, rows and mass matrix, whatever they are solved with. */
+/* Evaluate gap, rows and mass matrix, whichever way the rows are solved. */
 MECHC_ONCE void FN(locate_all)(real t, const real *q, const FN(given) *given, FN(place) *place)
 {
     FN(configuration)(t, q, given, place->gap, place->jacobian, place->bias, place->mass,
@@ -157,7 +157,7 @@ MECHC_INLINE void FN(least_step_at)(const FN(place) *place, const real *values, 
  * row at tolerances from 1e-6 to 1e-12. */
 #define MECHC_TOGETHER 0.05
 
-/* Squared. */
+/* The conditioning of the rows, squared. */
 MECHC_INLINE real FN(conditioning_at)(const FN(place) *place)
 {
 #if MECHC_LINKS > 0
@@ -173,9 +173,9 @@ MECHC_INLINE real FN(conditioning)(const FN(place) *place)
     return R_SQRT(FN(conditioning_at)(place));
 }
 
-/* How far a critical configuration is, squared.  Where rows are eliminated block by block, the sines of
- * the blocks tell: these are angles, which change by no more than links turn, and do not ask how heavy
- * those are.  Elsewhere the conditioning of all rows. */
+/* The distance of a critical configuration, squared.  Where rows are eliminated block by block, it
+ * is the sines of the blocks: these are angles, which change by no more than links turn, and do not
+ * depend on masses.  Elsewhere it is the conditioning of all rows. */
 MECHC_INLINE real FN(regularity_at)(const FN(place) *place)
 {
 #if MECHC_ROW_BLOCKS > 0
@@ -188,7 +188,7 @@ MECHC_INLINE real FN(regularity_at)(const FN(place) *place)
 }
 
 #if MECHC_NH == 1 && MECHC_NC > 1 && MECHC_LINKS == 0
-/* Of the only configuration row, beside which there are velocity constraints. */
+/* The conditioning of the only configuration row, beside which there are velocity constraints. */
 MECHC_INLINE real FN(conditioning_of_row)(const FN(place) *place)
 {
     real square = R(0.0);
@@ -219,14 +219,14 @@ MECHC_INLINE void FN(rates_of_rows)(const FN(place) *place, const real *x, real 
 #if MECHC_NH > 0
 MECHC_INLINE real FN(size)(real x) { return R_SELECT(R_MASK(x < 0.0), -x, x); }
 
-/* What component i of a state is measured by. */
+/* The unit in which component i of a state is measured. */
 MECHC_INLINE real FN(unit_of)(const FN(place) *place, int i)
 {
     (void)place, (void)i;
     return MECHC_SLIDES_AT(i) ? place->length : R(1.0);
 }
 
-/* The largest sum of a row's entries, of what they are by units of the speeds. */
+/* The largest sum of a row's entries, in units of the speeds. */
 MECHC_INLINE real FN(sum_of_partials)(const FN(place) *place)
 {
 #if MECHC_LINKS > 0
@@ -245,7 +245,7 @@ MECHC_INLINE real FN(sum_of_partials)(const FN(place) *place)
 #endif
 }
 
-/* Largest gap of the configuration constraints, and the rounding that it is measured against. */
+/* The largest gap of the configuration constraints, and the rounding that it is compared with. */
 MECHC_INLINE real FN(gap_and_rounding)(const FN(place) *place, const real *q, real *rounding)
 {
     real gap = R(0.0), turn = R(1.0);
@@ -270,14 +270,14 @@ MECHC_INLINE double FN(gap)(const FN(place) *place, const real *q, double *round
     return R_GREATEST(gap);
 }
 
-/* What a correction of q must change the rows by; nothing for velocity constraints. */
+/* The change of the rows that a correction of q must make; 0 for velocity constraints. */
 MECHC_INLINE void FN(gap_values)(const FN(place) *place, real *values)
 {
     for (int i = 0; i < MECHC_NC; i++) values[i] = R(0.0);
     for (int i = 0; i < MECHC_NH; i++) values[i] = -place->gap[i];
 }
 
-/* q moved by a step of the speeds. */
+/* Move q by a step of the speeds. */
 MECHC_INLINE void FN(displace)(real t, real *q, const FN(given) *given, const real *step)
 {
 #if MECHC_IDENTITY_KINEMATICS
@@ -303,7 +303,7 @@ MECHC_INLINE void FN(correct)(real t, real *q, const FN(given) *given, const FN(
 #endif
 
 #if MECHC_NH > 0
-/* The same, but a gap within so many units of rounding is not corrected: noise would be magnified
+/* A correction of q that leaves gaps within so many units of rounding: noise would be magnified
  * from one iteration to the next. */
 MECHC_INLINE void FN(correct_beyond)(real t, real *q, const FN(given) *given,
                                      const FN(place) *place, double units)
@@ -367,7 +367,7 @@ MECHC_INLINE void FN(steady)(const FN(place) *place, real *u)
 #endif
 }
 
-/* Accelerations, and the multipliers when asked for. */
+/* Accelerations, and multipliers on request. */
 MECHC_OF_STAGE void FN(accelerate)(real t, const real *q, const real *u, const FN(given) *given,
                                    const FN(place) *place, real *accelerations, real *lambda)
 {
@@ -395,7 +395,7 @@ MECHC_OF_STAGE void FN(accelerate)(real t, const real *q, const real *u, const F
 #endif
 }
 
-/* State rates at a state taken as it is. */
+/* State rates at a state without projection. */
 MECHC_INLINE void FN(rates)(real t, const real *y, const FN(given) *given, real *out)
 {
     FN(place) place;

@@ -187,7 +187,7 @@ MECHC_ONCE void FN(composite_mass)(const real *tree, real *mass)
     }
 }
 
-/* The motion that a link has as a part of its parent, put where its own is kept. */
+/* Write the motion that a link has as a part of its parent to the link's own place. */
 MECHC_INLINE real *FN(motion_of_parent)(const real *tree, int link, real *motion)
 {
     const int parent = mechc_parent[link];
@@ -227,8 +227,8 @@ MECHC_ONCE void FN(along_speeds)(const real *tree, real *wrench, real *forcing)
 /* Articulated inertias: each link with all its descendants, whose joints are free. */
 typedef struct {
     real inertia[MECHC_LINKS * MECHC_SQUARE];
-    real momentum[MECHC_NU * MECHC_DIM]; /* of each column's motion */
-    real inverse[MECHC_NU];              /* of each column's inertia along itself */
+    real momentum[MECHC_NU * MECHC_DIM]; /* momentum of each column's motion */
+    real inverse[MECHC_NU];              /* inverse of each column's inertia along itself */
 } FN(articulated);
 
 /* I <- I - U U^T / D */
@@ -405,8 +405,7 @@ MECHC_ONCE real FN(most_partials)(const real *tree, real unit)
 }
 #endif
 
-/* The same functions that the equations of other scenes are written out as; jacobian and mass may
- * be NULL. */
+/* The functions that other scenes have as written-out equations; jacobian and mass may be NULL. */
 MECHC_INLINE void FN(configuration)(real t, const real *q, const FN(given) *given, real *gap,
                                     real *jacobian, real *bias, real *mass, real *saved,
                                     real *turns, int near)
@@ -434,7 +433,7 @@ MECHC_INLINE void FN(motion)(real t, const real *q, const real *u, const FN(give
     FN(along_speeds)(saved, wrench, forcing);
 }
 
-/* Any of the three may be NULL. */
+/* Rows, mass matrix and forcing of the tree; any of the three may be NULL. */
 MECHC_ONCE void FN(tree_terms)(real t, const real *q, const real *u, const FN(given) *given,
                                real *rows, real *mass, real *forcing)
 {

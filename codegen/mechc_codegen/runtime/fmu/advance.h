@@ -1,4 +1,4 @@
-/* Co-simulation: the motion on to a communication point by mechc's own integrators. */
+/* Co-simulation: motion to a communication point by mechc's own integrators. */
 #pragma once
 
 #include "fmu/initialise.h"
@@ -30,7 +30,7 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_ended(const mechc_fmu *fmu, int status)
     return mechc_fmu_fails(fmu, "the motion through a change point is not determined");
 }
 
-/* The motion begins anew where a state or parameters were given. */
+/* Begin the motion anew after a state or parameters were set. */
 MECHC_STATIC int mechc_fmu_begin_again(mechc_fmu *fmu)
 {
     const int status = mechc_fmu_close(fmu);
@@ -38,7 +38,7 @@ MECHC_STATIC int mechc_fmu_begin_again(mechc_fmu *fmu)
     return status;
 }
 
-/* From the present time on by h. */
+/* Advance by h from the present time. */
 MECHC_STATIC mechc_fmu_status mechc_fmu_step(mechc_fmu *fmu, double t, double h)
 {
     const double t1 = t + h;

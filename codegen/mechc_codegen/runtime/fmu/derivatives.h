@@ -6,14 +6,14 @@
 #define MECHC_FMU_KNOWNS (MECHC_NX + MECHC_NP + MECHC_NI)
 #define MECHC_FMU_UNKNOWNS (MECHC_NX + MECHC_FMU_VALUES)
 
-/* Rates, then outputs, by states, parameters and values of inputs: each row by row. */
+/* Jacobians of rates, then outputs, by states, parameters and values of inputs: each row by row. */
 typedef struct {
     double by_state[MECHC_FMU_UNKNOWNS * MECHC_NX];
     double by_parameter[MECHC_AT_LEAST_ONE(MECHC_FMU_UNKNOWNS * MECHC_NP)];
     double by_input[MECHC_AT_LEAST_ONE(MECHC_FMU_UNKNOWNS * MECHC_NI)];
 } mechc_fmu_jacobian;
 
-/* A direction, and what follows of it. */
+/* A direction of the knowns, and the changes that follow from it. */
 typedef struct {
     double y[MECHC_NX], p[MECHC_AT_LEAST_ONE(MECHC_NP)], inputs[MECHC_AT_LEAST_ONE(MECHC_NI)];
 } mechc_fmu_direction;
@@ -44,7 +44,7 @@ MECHC_STATIC void mechc_fmu_linearise(mechc_fmu *fmu, mechc_fmu_jacobian *to)
 #endif
 }
 
-/* Where a direction keeps a known variable; NULL where nothing can be differentiated by it. */
+/* The place where a direction stores a known variable; NULL if nothing depends on it. */
 MECHC_STATIC double *mechc_fmu_known(mechc_fmu_direction *along, uint32_t reference)
 {
     const int64_t r = reference, parameter = r - MECHC_OF_PARAMETERS;
@@ -64,7 +64,7 @@ MECHC_STATIC double mechc_fmu_dot(const double *row, const double *along, int co
     return sum;
 }
 
-/* The rate of change of an unknown; 0 where it is none. */
+/* The rate of change of an unknown; 0 if the reference is no unknown. */
 MECHC_STATIC int mechc_fmu_change(const mechc_fmu_jacobian *of, const mechc_fmu_direction *along,
                                   uint32_t reference, double *change)
 {
@@ -96,7 +96,7 @@ MECHC_STATIC int mechc_fmu_changes(mechc_fmu *fmu, const mechc_fmu_jacobian *of,
 #define MECHC_FMU_NOT_DIFFERENTIATED "no derivative exists of or by this variable"
 #define MECHC_FMU_NO_DERIVATIVES "the unit was exported without derivatives"
 
-/* changes = d unknowns / d knowns seed. */
+/* Compute changes = d unknowns / d knowns seed. */
 MECHC_STATIC mechc_fmu_status mechc_fmu_directional(
     mechc_fmu *fmu, const uint32_t *unknowns, size_t unknown_count, const uint32_t *knowns,
     size_t known_count, const double *seed, double *changes)
@@ -118,7 +118,7 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_directional(
     return right ? MECHC_FMU_OK : mechc_fmu_fails(fmu, MECHC_FMU_NOT_DIFFERENTIATED);
 }
 
-/* The sum of the unknowns, each times its seed, differentiated by one known variable. */
+/* The derivative by one known variable of the sum of unknowns times their seeds. */
 MECHC_STATIC int mechc_fmu_gradient(mechc_fmu *fmu, const mechc_fmu_jacobian *of,
                                     const uint32_t *unknowns, size_t count, const double *seed,
                                     uint32_t known, double *changes, double *sum)
@@ -134,7 +134,7 @@ MECHC_STATIC int mechc_fmu_gradient(mechc_fmu *fmu, const mechc_fmu_jacobian *of
     return 1;
 }
 
-/* gradient = seed^T d unknowns / d knowns. */
+/* Compute gradient = seed^T d unknowns / d knowns. */
 MECHC_STATIC mechc_fmu_status mechc_fmu_adjoint(
     mechc_fmu *fmu, const uint32_t *unknowns, size_t unknown_count, const uint32_t *knowns,
     size_t known_count, const double *seed, double *gradient)

@@ -1,4 +1,5 @@
-/* Events in model exchange: the side of its zero on which each is, and the resets that crossings make.
+/* Events in model exchange: on which side of its zero each event is, and resets where it is
+ * crossed.
  *
  * The importer finds the zeros of the indicators and asks for event mode; resets are then made as a run
  * of mechc makes them.  A unit with contacts has co-simulation alone. */
@@ -7,7 +8,7 @@
 #include "fmu/instance.h"
 
 #if MECHC_FMU_EVENTS > 0 && !MECHC_FMU_CONTACTS
-/* The events from the present state on. */
+/* The search for events, beginning at the present state. */
 MECHC_STATIC mechc_watch *mechc_fmu_watch(mechc_fmu *fmu)
 {
     mechc_watch *watch = &fmu->reacher.hybrid.watch;
@@ -17,8 +18,8 @@ MECHC_STATIC mechc_watch *mechc_fmu_watch(mechc_fmu *fmu)
     return watch;
 }
 
-/* The sign that an event has from now on: where it is zero, that of its rate.  After a reset beyond
- * the zero, where an importer has stepped over it, it stays on the side to which it returns. */
+/* The sign of an event from now on; at zero, that of its rate.  After a reset beyond the zero,
+ * which an importer has stepped over, it is the side to which the event returns. */
 MECHC_STATIC double mechc_fmu_side(const mechc_fmu *fmu, int number)
 {
     const mechc_watch *watch = &fmu->reacher.hybrid.watch;
@@ -30,7 +31,7 @@ MECHC_STATIC double mechc_fmu_side(const mechc_fmu *fmu, int number)
     return copysign(1.0, value);
 }
 
-/* Whether an event with a reset has come to the other side of its zero in its direction. */
+/* Whether an event with a reset has crossed its zero in its direction. */
 MECHC_STATIC int mechc_fmu_is_crossed(const mechc_fmu *fmu, int number)
 {
     const double side = mechc_fmu_side(fmu, number);
@@ -38,7 +39,7 @@ MECHC_STATIC int mechc_fmu_is_crossed(const mechc_fmu *fmu, int number)
         && mechc_event_resets(&fmu->reacher.hybrid.watch, number);
 }
 
-/* Whether one was crossed that the importer has not found. */
+/* Whether an event was crossed that the importer has not found. */
 MECHC_STATIC int mechc_fmu_missed(mechc_fmu *fmu)
 {
     int missed = 0;
@@ -51,8 +52,8 @@ MECHC_STATIC int mechc_fmu_missed(mechc_fmu *fmu)
     return missed;
 }
 
-/* Whether an event that was crossed is far from its zero and has not been back on its side since
- * its last reset: the importer's steps do not tell its resets apart. */
+/* Whether a crossed event is far from its zero and has not been back on its side since its last
+ * reset: then the importer's steps do not separate its resets. */
 MECHC_STATIC int mechc_fmu_is_too_fast(const mechc_fmu *fmu, int number)
 {
     return fmu->now.away[number] && fmu->reacher.hybrid.watch.event[number].side == 0.0;
@@ -64,8 +65,8 @@ MECHC_STATIC void mechc_fmu_take_sides(mechc_fmu *fmu)
     for (int k = 0; k < MECHC_FMU_EVENTS; k++) fmu->now.side[k] = mechc_fmu_side(fmu, k);
 }
 
-/* The reset of one event and of those that it causes, which are then on the side that their rates
- * lead to; `crossed` is cleared of them. */
+/* Reset one event and those that it causes; each is then on the side that its rate leads to, and is
+ * removed from `crossed`. */
 MECHC_STATIC int mechc_fmu_apply(mechc_fmu *fmu, int number, unsigned char *crossed)
 {
     mechc_watch *watch = &fmu->reacher.hybrid.watch;
@@ -82,7 +83,7 @@ MECHC_STATIC int mechc_fmu_apply(mechc_fmu *fmu, int number, unsigned char *cros
     return status;
 }
 
-/* Event mode: resets of the events whose zero was crossed in their direction. */
+/* Event mode: reset the events whose zero was crossed in their direction. */
 MECHC_STATIC int mechc_fmu_cross(mechc_fmu *fmu, int *changed)
 {
     unsigned char crossed[MECHC_FMU_EVENTS];

@@ -33,7 +33,8 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_nominals(mechc_fmu *fmu, double *nominal
     return MECHC_FMU_OK;
 }
 
-/* A trial step of the importer's may ask where no motion exists: it is to try a shorter one. */
+/* The rates of the state.  If no motion exists at a trial step of the importer, it has to try a
+ * shorter one. */
 MECHC_STATIC mechc_fmu_status mechc_fmu_rates(mechc_fmu *fmu, double *rates, size_t count)
 {
     if (count != MECHC_NX) return mechc_fmu_fails(fmu, "this is not the number of states");
@@ -42,7 +43,7 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_rates(mechc_fmu *fmu, double *rates, siz
     return mechc_all_finite(rates, MECHC_NX) ? MECHC_FMU_OK : MECHC_FMU_DISCARD;
 }
 
-/* How far the nearest state on the constraints is, over the scale of each component. */
+/* The distance to the nearest state on the constraints, divided by the scale of each component. */
 MECHC_STATIC double mechc_fmu_drift(mechc_fmu *fmu)
 {
     double y[MECHC_NX], farthest = 0.0;
@@ -55,13 +56,13 @@ MECHC_STATIC double mechc_fmu_drift(mechc_fmu *fmu)
     return farthest;
 }
 
-/* Are the loops to be closed in event mode? */
+/* Whether the loops have to be closed in event mode. */
 MECHC_STATIC int mechc_fmu_has_drifted(mechc_fmu *fmu)
 {
     return MECHC_NC > 0 && fmu->now.drift > 0.0 && mechc_fmu_drift(fmu) > fmu->now.drift;
 }
 
-/* Does a completed step of the importer's ask for event mode? */
+/* Whether event mode is needed after a completed step of the importer. */
 MECHC_STATIC int mechc_fmu_asks_for_event(mechc_fmu *fmu)
 {
     return mechc_fmu_has_drifted(fmu) || mechc_fmu_missed(fmu);
@@ -76,7 +77,7 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_indicators(mechc_fmu *fmu, double *value
     return MECHC_FMU_OK;
 }
 
-/* Loops are closed where they drifted open or values were given; whether a state changed. */
+/* Close loops that drifted open or whose values were set; tells whether a state changed. */
 MECHC_STATIC mechc_fmu_status mechc_fmu_close_again(mechc_fmu *fmu, int *changed)
 {
     const int asked = fmu->moved || mechc_fmu_has_drifted(fmu);
@@ -91,8 +92,8 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_close_again(mechc_fmu *fmu, int *changed
     return MECHC_FMU_OK;
 }
 
-/* Event mode: loops are closed and resets made; whether a state changed, and whether no motion goes
- * on. */
+/* Event mode: close loops and reset events; tells whether a state changed, and whether the motion
+ * ends. */
 MECHC_STATIC mechc_fmu_status mechc_fmu_update(mechc_fmu *fmu, int *changed, int *ends)
 {
     const mechc_fmu_status status = mechc_fmu_close_again(fmu, changed);

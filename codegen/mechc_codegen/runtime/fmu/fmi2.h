@@ -1,4 +1,4 @@
-/* The functions of FMI 2.0 that importers call, over those that both versions have.
+/* The functions of FMI 2.0 that importers call, based on those that both versions share.
  *
  * Source of the interface: Functional Mock-up Interface for Model Exchange and Co-Simulation,
  * version 2.0.4, sections 2 to 4. */

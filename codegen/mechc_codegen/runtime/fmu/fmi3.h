@@ -1,4 +1,4 @@
-/* The functions of FMI 3.0 that importers call, over those that both versions have.
+/* The functions of FMI 3.0 that importers call, based on those that both versions share.
  *
  * Source of the interface: Functional Mock-up Interface Specification, version 3.0.2, sections 2 to
  * 4. */
@@ -16,7 +16,7 @@ MECHC_EXPORTED void *fmi3InstantiateModelExchange(const char *name, const char *
     return mechc_fmi_make(name, token, logging, environment, log);
 }
 
-/* None where the importer wants events in co-simulation: the description says that there are none. */
+/* Create an instance; NULL if the importer wants events in co-simulation, which the description excludes. */
 MECHC_EXPORTED void *fmi3InstantiateCoSimulation(
     const char *name, const char *token, const char *resources, bool visible, bool logging,
     bool events, bool early, const uint32_t *required, size_t required_count, void *environment,
@@ -51,7 +51,7 @@ MECHC_FMI_NO_TYPE(UInt64, uint64_t)
 MECHC_FMI_NONE(GetBinary, size_t *sizes, const uint8_t **values, size_t size)
 MECHC_FMI_NONE(SetBinary, const size_t *sizes, const uint8_t *const *values, size_t size)
 
-/* Clocks, and what only a unit with clocks or arrays of variable size has. */
+/* Functions for clocks and arrays of variable size, which this unit lacks. */
 MECHC_FMI_NONE(GetClock, bool *ticks)
 MECHC_FMI_NONE(SetClock, const bool *ticks)
 MECHC_FMI_NONE(GetIntervalDecimal, double *intervals, int *kinds)

@@ -1,4 +1,4 @@
-/* Initialization of a unit: values, then loops that are closed. */
+/* Initialization of a unit: values are set, then loops are closed. */
 #pragma once
 
 #include "fmu/events.h"
@@ -15,7 +15,7 @@ MECHC_STATIC void mechc_fmu_set_options(mechc_fmu *fmu)
     };
 }
 
-/* The motion of co-simulation begins at the present state. */
+/* Begin the motion of co-simulation at the present state. */
 MECHC_STATIC void mechc_fmu_go_from_now(mechc_fmu *fmu)
 {
     mechc_fmu_set_options(fmu);
@@ -23,7 +23,7 @@ MECHC_STATIC void mechc_fmu_go_from_now(mechc_fmu *fmu)
     fmu->moved = 0;
 }
 
-/* From t0 on; tolerance 0: that of the unit. */
+/* Begin initialization at t0; tolerance 0: that of the unit. */
 MECHC_STATIC mechc_fmu_status mechc_fmu_initialise(mechc_fmu *fmu, double t0, double tolerance)
 {
     fmu->now.t = t0;
@@ -33,7 +33,7 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_initialise(mechc_fmu *fmu, double t0, do
     return MECHC_FMU_OK;
 }
 
-/* The end of initialization: the loops are closed at the nearest state. */
+/* End initialization: close the loops at the nearest state. */
 MECHC_STATIC mechc_fmu_status mechc_fmu_begin(mechc_fmu *fmu)
 {
     mechc_fmu_current(fmu);

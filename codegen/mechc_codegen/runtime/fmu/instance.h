@@ -1,4 +1,4 @@
-/* One instance of the unit: its values by their references, evaluated when they are asked for.
+/* One instance of the unit: values by their references, evaluated on request.
  *
  * References: time, states, their rates, parameters, the least drift, inputs, outputs, events. */
 #pragma once
@@ -23,10 +23,10 @@ enum {
 
 #define MECHC_UNIT_TABLE MECHC_JOIN(mechc_unit_, MECHC_UNIT)
 
-/* How a call ended: the numbers of both versions of FMI. */
+/* The result of a call, by the numbers that both versions of FMI use. */
 typedef enum { MECHC_FMU_OK = 0, MECHC_FMU_DISCARD = 2, MECHC_FMU_ERROR = 3 } mechc_fmu_status;
 
-/* All that a motion goes on from. */
+/* All values from which a motion can continue. */
 typedef struct {
     double t, rtol, drift;
     double y[MECHC_NX], p[MECHC_AT_LEAST_ONE(MECHC_NP)], inputs[MECHC_AT_LEAST_ONE(MECHC_NI)];
@@ -39,7 +39,7 @@ typedef struct mechc_fmu mechc_fmu;
 struct mechc_fmu {
     mechc_moment now;
     int given_parameters; /* since `model` was made of them */
-    int moved;            /* time, state or parameters were given: a run begins anew */
+    int moved;            /* time, state or parameters were set: a run begins anew */
     int driven;           /* inputs were given: a run goes on with others */
     int evaluated;        /* rates and outputs are those of `now` */
     mechc_standalone model;
@@ -66,7 +66,7 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_fails(const mechc_fmu *fmu, const char *
     return MECHC_FMU_ERROR;
 }
 
-/* To what an instance begins with. */
+/* Set all values to those that an instance begins with. */
 MECHC_STATIC void mechc_fmu_reset(mechc_fmu *fmu)
 {
     const mechc_fmu_model *scene = &mechc_fmu_scene;
@@ -95,7 +95,7 @@ MECHC_STATIC void mechc_fmu_give_inputs(mechc_fmu *fmu)
     };
 }
 
-/* 0 without memory. */
+/* Allocate the motion; 0 without memory. */
 MECHC_STATIC int mechc_fmu_make_motion(mechc_fmu *fmu)
 {
     const mechc_fmu_model *scene = &mechc_fmu_scene;
@@ -130,7 +130,7 @@ MECHC_STATIC void mechc_fmu_free(mechc_fmu *fmu)
     free(fmu);
 }
 
-/* NULL where memory is out or the token is that of another description. */
+/* Create an instance; NULL without memory, or if the token belongs to another description. */
 MECHC_STATIC mechc_fmu *mechc_fmu_make(const char *name, const char *token)
 {
     if (!token || strcmp(token, mechc_fmu_scene.token)) return 0;
@@ -147,7 +147,7 @@ MECHC_STATIC mechc_fmu *mechc_fmu_make(const char *name, const char *token)
     return fmu;
 }
 
-/* The model of the present parameters and inputs. */
+/* The model with the present parameters and inputs. */
 MECHC_STATIC mechc_standalone *mechc_fmu_current(mechc_fmu *fmu)
 {
     if (fmu->given_parameters) {
@@ -159,8 +159,7 @@ MECHC_STATIC mechc_standalone *mechc_fmu_current(mechc_fmu *fmu)
     return &fmu->model;
 }
 
-/* The motion with the present parameters; where its state has a size, `scale` is that of each
- * component. */
+/* The motion with the present parameters; `scale` has the size of each component of the state. */
 MECHC_STATIC mechc_motion *mechc_fmu_motion(mechc_fmu *fmu)
 {
     mechc_motion *motion = &fmu->reacher.hybrid.motion;
@@ -174,7 +173,7 @@ MECHC_STATIC mechc_motion *mechc_fmu_motion(mechc_fmu *fmu)
     return motion;
 }
 
-/* Close the loops at the nearest state.  The constraints that count are found on them. */
+/* Close the loops at the nearest state.  The constraints that count are determined there. */
 MECHC_STATIC int mechc_fmu_close(mechc_fmu *fmu)
 {
     const int status = mechc_standalone_project(mechc_fmu_current(fmu), fmu->now.t, fmu->now.y);
@@ -184,7 +183,7 @@ MECHC_STATIC int mechc_fmu_close(mechc_fmu *fmu)
     return status;
 }
 
-/* Rates of the state, with the forces of contacts that last. */
+/* Rates of the state, with the forces of lasting contacts. */
 MECHC_STATIC void mechc_fmu_rates_at_hand(mechc_fmu *fmu, const mechc_standalone *model)
 {
     const mechc_hybrid *hybrid = &fmu->reacher.hybrid;
@@ -193,7 +192,7 @@ MECHC_STATIC void mechc_fmu_rates_at_hand(mechc_fmu *fmu, const mechc_standalone
     else mechc_standalone_rates(model, fmu->now.t, fmu->now.y, fmu->rates);
 }
 
-/* Of an event its function; of dry friction the speed of sliding. */
+/* Evaluate the function of each event; for dry friction the speed of sliding. */
 MECHC_STATIC void mechc_fmu_evaluate_events(mechc_fmu *fmu)
 {
     const mechc_contact_laws *laws = &mechc_fmu_scene.contacts;
@@ -225,13 +224,13 @@ MECHC_STATIC void mechc_fmu_evaluate(mechc_fmu *fmu)
     fmu->evaluated = 1;
 }
 
-/* In one range of references, which may be empty. */
+/* Whether a reference is in a range, which may be empty. */
 MECHC_INLINE int mechc_fmu_within(int64_t reference, int first, int after)
 {
     return reference >= first && reference < after;
 }
 
-/* Where the value is kept that a reference names; NULL for none. */
+/* The place where the value of a reference is stored; NULL: none. */
 MECHC_STATIC double *mechc_fmu_place(mechc_fmu *fmu, uint32_t reference)
 {
     const int64_t r = reference;
@@ -265,7 +264,7 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_get(mechc_fmu *fmu, const uint32_t *refe
     return MECHC_FMU_OK;
 }
 
-/* Notes what a value given changes; 0 where it cannot be given. */
+/* Note the changes that setting a value causes; 0 if it cannot be set. */
 MECHC_STATIC int mechc_fmu_takes(mechc_fmu *fmu, uint32_t reference)
 {
     const int64_t r = reference;

@@ -1,4 +1,4 @@
-/* The functions of FMI that 2.0 and 3.0 both have, and the names and types in which they differ.
+/* The functions that FMI 2.0 and 3.0 share, and the names and types in which they differ.
  *
  * No header declares the functions of FMI: importers find them by name. */
 #pragma once
@@ -8,7 +8,7 @@
 #include "fmu/exchange.h"
 #include "fmu/saved_state.h"
 
-/* FMI names arguments that a unit has no use for. */
+/* Unused parameters are allowed, since FMI prescribes arguments that this unit does not need. */
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 
 #ifdef _WIN32
@@ -94,14 +94,14 @@ MECHC_FMI(Reset)(mechc_fmu *fmu)
 
 MECHC_FMI(ExitInitializationMode)(mechc_fmu *fmu) { return (int)mechc_fmu_begin(fmu); }
 
-/* A mode in which nothing is done at once. */
+/* Functions that enter a mode and do nothing else. */
 #define MECHC_FMI_ENTERS(name) \
     MECHC_FMI(name)(mechc_fmu *fmu) { return fmu ? MECHC_FMU_OK : MECHC_FMU_ERROR; }
 MECHC_FMI_ENTERS(EnterEventMode)
 MECHC_FMI_ENTERS(EnterContinuousTimeMode)
 MECHC_FMI_ENTERS(Terminate)
 
-/* What a unit without such things is asked for. */
+/* Functions for features that the unit lacks. */
 #define MECHC_FMI_REFUSES(name, why, ...) \
     MECHC_FMI(name)(mechc_fmu *fmu, __VA_ARGS__) { return (int)mechc_fmu_fails(fmu, why); }
 

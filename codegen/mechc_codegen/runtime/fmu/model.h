@@ -1,13 +1,13 @@
-/* A functional mock-up unit (FMI 2.0 and 3.0) of one scene: what is generated for it. */
+/* The generated data of a functional mock-up unit (FMI 2.0 and 3.0) of one scene. */
 #pragma once
 
 #include <stddef.h>
 #include "hybrid/reach.h"
 
 typedef struct {
-    const char *token;   /* of the model's description: what an importer has to name */
+    const char *token;   /* of the model's description; an importer has to supply it */
     int method;          /* mechc_method_number that co-simulation begins with */
-    double rtol, drift;  /* of co-simulation; least drift, over the scale, that is projected away */
+    double rtol, drift;  /* tolerance of co-simulation; least drift, over the scale, to project */
     const double *y, *p; /* at which a model starts */
     const unsigned char *calculated;   /* of each parameter: does it follow others? */
     void (*complete)(double *p);       /* parameters that follow others */
@@ -16,7 +16,7 @@ typedef struct {
     int length_count;
     const int *lengths;  /* parameters that are lengths */
     int input_count;
-    const int *inputs;   /* the places of inputs among the values that a run is given */
+    const int *inputs;   /* the places of inputs among the input values of a run */
     const mechc_event_unit *events; /* NULL: none */
     const mechc_event_policy *policy; /* of each */
     mechc_contact_laws contacts; /* none: their count is 0 */

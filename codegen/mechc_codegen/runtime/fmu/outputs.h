@@ -1,4 +1,4 @@
-/* Sizes of the unit, which the generated file sets; without it none of the lists has an entry. */
+/* Sizes of the unit, which the generated file sets; otherwise none of the lists has an entry. */
 #pragma once
 
 #include "dynamics/sizes.h"
@@ -16,6 +16,6 @@
 #ifndef MECHC_FMU_CONTACTS
 #define MECHC_FMU_CONTACTS 0 /* of them: stops, and places of dry friction */
 #endif
-/* A unit holds only what its motions may need. */
+/* Switches with which a unit includes only what its motions may need. */
 #define MECHC_WITH_EVENTS (MECHC_FMU_EVENTS > 0)
 #define MECHC_WITH_CONTACTS (MECHC_FMU_CONTACTS > 0)

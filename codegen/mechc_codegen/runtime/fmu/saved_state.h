@@ -1,4 +1,4 @@
-/* States of a unit that are kept and brought back.
+/* Saved states of a unit.
  *
  * In the instance that saved it a run continues to the last bit.  As bytes a state is a moment
  * alone: a run begins anew there. */
@@ -19,7 +19,7 @@ MECHC_STATIC mechc_fmu_saved *mechc_fmu_new_saved(size_t size)
     return calloc(1, sizeof(mechc_fmu_saved) + size);
 }
 
-/* In place of what `state` is, which may be NULL. */
+/* Save the state, replacing `state`, which may be NULL. */
 MECHC_STATIC mechc_fmu_status mechc_fmu_save(mechc_fmu *fmu, mechc_fmu_saved **state)
 {
     const size_t size = mechc_reach_saved_size(&fmu->reacher);
@@ -69,7 +69,7 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_to_bytes(const mechc_fmu *fmu, const mec
     return MECHC_FMU_OK;
 }
 
-/* In place of what `state` is, which may be NULL. */
+/* Restore a state from bytes, replacing `state`, which may be NULL. */
 MECHC_STATIC mechc_fmu_status mechc_fmu_from_bytes(const mechc_fmu *fmu, const void *bytes,
                                                    size_t size, mechc_fmu_saved **state)
 {

@@ -1,5 +1,5 @@
-/* The driver of a motion: runs of a method, stopped where inputs have kinks, samples fall due, events
- * have zeros or contacts change; what belongs there is applied, and the next run begun.
+/* The driver of a motion: it runs a method, stops where inputs have kinks, samples fall due, events
+ * have zeros or contacts change, applies the change of state there, and begins the next run.
  *
  * Every accepted step is searched before the next is attempted, so that a motion has the same steps
  * whoever drives it: alone, in parts, or in a batch.
@@ -11,8 +11,8 @@
 #include "hybrid/inputs.h"
 #include "record/piece.h"
 
-/* Who sees the steps of a piece before they are dropped, up to a time within the last one or NaN, and
- * the state before and after a jump. */
+/* A reader of the steps of a piece, called before they are dropped, with the steps up to a time
+ * within the last one or NaN, and of the state before and after a jump. */
 typedef struct {
     void (*ends)(void *context, double until);
     void (*jumps)(void *context, double t, const double *before, const double *after);
@@ -45,7 +45,7 @@ typedef struct {
 
 #define MECHC_MOST_STATES 4e18 /* of a piece: below the largest ptrdiff_t */
 
-/* A unit may leave out what its motions never have. */
+/* Switches with which a unit leaves out code that its motions never need. */
 #ifndef MECHC_WITH_EVENTS
 #define MECHC_WITH_EVENTS 1
 #endif
@@ -63,8 +63,8 @@ MECHC_STATIC int mechc_has_contacts(const mechc_hybrid *hybrid)
     return MECHC_WITH_CONTACTS && hybrid->contacts.laws.count > 0;
 }
 
-/* Room for motions of a scene, whose motion, inputs and laws of contacts are described; 0 without
- * memory.  Events are then given to watch. */
+/* Allocate the memory for motions of a scene; motion, inputs and laws of contacts are described
+ * before, events are given to watch after.  Returns 0 without memory. */
 MECHC_STATIC int mechc_hybrid_make(mechc_hybrid *hybrid, int events)
 {
     mechc_motion *motion = &hybrid->motion;
@@ -89,7 +89,7 @@ MECHC_STATIC mechc_piece *mechc_last_piece(const mechc_hybrid *hybrid)
     return hybrid->pieces ? hybrid->piece[hybrid->pieces - 1] : 0;
 }
 
-/* The steps of the motion, if they are not kept, are forgotten. */
+/* Drop the steps of the motion if they are not kept. */
 MECHC_STATIC void mechc_hybrid_drop(mechc_hybrid *hybrid)
 {
     if (hybrid->live && hybrid->keeps) mechc_piece_take(mechc_last_piece(hybrid), hybrid->run);
@@ -135,7 +135,7 @@ MECHC_STATIC void mechc_add_stats(mechc_stats *all, const mechc_stats *more)
     }
 }
 
-/* Counters of all runs. */
+/* The sum of the counters of all runs. */
 MECHC_STATIC mechc_stats mechc_hybrid_stats(const mechc_hybrid *hybrid)
 {
     mechc_stats all = hybrid->ended;
@@ -143,7 +143,7 @@ MECHC_STATIC mechc_stats mechc_hybrid_stats(const mechc_hybrid *hybrid)
     return all;
 }
 
-/* Change points that the run at hand has passed up to a time; NaN: all. */
+/* The number of change points that the current run has passed up to a time; NaN: all of them. */
 MECHC_STATIC long mechc_crossings_until(const mechc_hybrid *hybrid, double t)
 {
     const mechc_trajectory *steps = &hybrid->run->trajectory;
@@ -156,14 +156,14 @@ MECHC_STATIC long mechc_crossings_until(const mechc_hybrid *hybrid, double t)
 
 /* -- pieces ------------------------------------------------------------------------------------ */
 
-/* Bytes of the steps of a run. */
+/* The memory that a run takes for each step, in bytes. */
 MECHC_STATIC double mechc_bytes_a_state(const mechc_trajectory *steps)
 {
     return sizeof(double) * (1.0 + steps->width * (1.0 + steps->dense_rows));
 }
 
-/* The last piece ends, at a time within its last step or, where that is NaN, with its last state.
- * MECHC_RUNNING, or what the motion has used up. */
+/* End the last piece, at a time within its last step or, if that is NaN, with its last state.
+ * Returns MECHC_RUNNING, or which limit the motion has reached. */
 MECHC_STATIC int mechc_end_piece(mechc_hybrid *hybrid, double cut)
 {
     mechc_piece *piece = mechc_last_piece(hybrid);
@@ -188,7 +188,7 @@ MECHC_STATIC int mechc_end_piece(mechc_hybrid *hybrid, double cut)
     return left > 0 ? MECHC_RUNNING : MECHC_TOO_MANY_STEPS;
 }
 
-/* One more piece, of the mode at hand; 0 without memory. */
+/* Add a piece in the current mode of contact; 0 without memory. */
 MECHC_STATIC int mechc_add_piece(mechc_hybrid *hybrid, int jumps)
 {
     const mechc_watch *watch = &hybrid->watch;
@@ -212,7 +212,7 @@ MECHC_STATIC int mechc_add_piece(mechc_hybrid *hybrid, int jumps)
     return 1;
 }
 
-/* The method of the pieces in contact: the one asked for where it takes their rates. */
+/* Choose the method of the pieces in contact: the requested one if it supports their rates. */
 MECHC_STATIC void mechc_in_contact(mechc_hybrid *hybrid, mechc_options *options)
 {
     options->outer = &hybrid->outer;
@@ -221,7 +221,7 @@ MECHC_STATIC void mechc_in_contact(mechc_hybrid *hybrid, mechc_options *options)
     if (options->method != MECHC_DOPRI5) options->method = MECHC_DOP853;
 }
 
-/* A piece begins at the state y, and goes on to t1; its run's status, or why there is none. */
+/* Begin a piece at the state y that goes on to t1; returns its status, or why it has no run. */
 MECHC_STATIC int mechc_begin_piece(mechc_hybrid *hybrid, double t, const double *y, double t1, int jumps)
 {
     mechc_motion *motion = &hybrid->motion;
@@ -255,7 +255,7 @@ MECHC_STATIC int mechc_begin_piece(mechc_hybrid *hybrid, double t, const double 
     return hybrid->run->status;
 }
 
-/* Inputs from a time on, at the state y. */
+/* Go to the inputs that hold from a time on, at the state y. */
 MECHC_STATIC void mechc_enter_inputs(mechc_hybrid *hybrid, double t, const double *y)
 {
     mechc_motion *motion = &hybrid->motion;
@@ -265,7 +265,7 @@ MECHC_STATIC void mechc_enter_inputs(mechc_hybrid *hybrid, double t, const doubl
 
 /* -- what happens at an instant ---------------------------------------------------------------- */
 
-/* Has an event happened as often as ends the motion? */
+/* Whether an event has happened so often that the motion ends. */
 MECHC_STATIC int mechc_ends_motion(const mechc_hybrid *hybrid)
 {
     const mechc_watch *watch = &hybrid->watch;
@@ -277,7 +277,7 @@ MECHC_STATIC int mechc_ends_motion(const mechc_hybrid *hybrid)
     return ends;
 }
 
-/* The next piece, after what has happened at a time; `status`: what the pieces until then leave. */
+/* Begin the next piece after a change at a time; `status` is the status of the pieces before it. */
 MECHC_STATIC int mechc_next_piece(mechc_hybrid *hybrid, double t, const double *y, int jumps, int ends,
                             int status)
 {
@@ -285,7 +285,7 @@ MECHC_STATIC int mechc_next_piece(mechc_hybrid *hybrid, double t, const double *
     return ends ? MECHC_STOPPED_BY_EVENT : status != MECHC_RUNNING ? status : begun;
 }
 
-/* Contacts change; the motion goes on in another mode. */
+/* Change the contacts and go on in another mode. */
 MECHC_STATIC int mechc_change_contacts(mechc_hybrid *hybrid, const mechc_contact_change *change, double t,
                                  int left)
 {
@@ -304,7 +304,7 @@ MECHC_STATIC int mechc_change_contacts(mechc_hybrid *hybrid, const mechc_contact
     return mechc_next_piece(hybrid, t, hybrid->after, 1, mechc_ends_motion(hybrid), left);
 }
 
-/* A mode of contact has come to one of its ends. */
+/* Handle the end of a mode of contact. */
 MECHC_STATIC int mechc_end_contacts(mechc_hybrid *hybrid, const mechc_end *end, double t, int left)
 {
     mechc_contacts *contacts = &hybrid->contacts;
@@ -341,7 +341,7 @@ MECHC_STATIC int mechc_end_contacts(mechc_hybrid *hybrid, const mechc_end *end, 
     return mechc_change_contacts(hybrid, &change, t, left);
 }
 
-/* An event resets the state. */
+/* Reset the state by an event. */
 MECHC_STATIC int mechc_reset_motion(mechc_hybrid *hybrid, int number, double t, int left)
 {
     mechc_watch *watch = &hybrid->watch;
@@ -366,7 +366,7 @@ MECHC_STATIC int mechc_reset_motion(mechc_hybrid *hybrid, int number, double t, 
     return accumulates ? code : status;
 }
 
-/* The event that was found: it ends the motion, or the state changes and the motion goes on. */
+/* Handle the event that was found: it ends the motion, or changes the state. */
 MECHC_STATIC int mechc_take_event(mechc_hybrid *hybrid)
 {
     mechc_watch *watch = &hybrid->watch;
@@ -391,7 +391,7 @@ MECHC_STATIC int mechc_take_event(mechc_hybrid *hybrid)
     return mechc_change_contacts(hybrid, &change, t, left);
 }
 
-/* The run has come to the end of its segment, or of the motion. */
+/* Handle the end of a run: the end of its segment of inputs, or of the motion. */
 MECHC_STATIC int mechc_take_run_end(mechc_hybrid *hybrid)
 {
     mechc_motion *motion = &hybrid->motion;
@@ -415,7 +415,7 @@ MECHC_STATIC int mechc_take_run_end(mechc_hybrid *hybrid)
 
 /* -- forwards ---------------------------------------------------------------------------------- */
 
-/* A motion that comes to nothing but its start, for a reason that is given back. */
+/* Begin a motion that consists of its start alone, for a reason that is returned. */
 MECHC_STATIC int mechc_begin_nothing(mechc_hybrid *hybrid, int why)
 {
     mechc_options options = hybrid->options;
@@ -431,8 +431,7 @@ MECHC_STATIC int mechc_begin_nothing(mechc_hybrid *hybrid, int why)
     return mechc_add_piece(hybrid, 0) ? why : MECHC_NO_MEMORY;
 }
 
-/* The motion goes on from the state at hand by these options, as of a run, without a piece before it.
- */
+/* Continue the motion from the current state with these options, without a piece before it. */
 MECHC_STATIC int mechc_hybrid_go_on(mechc_hybrid *hybrid, const mechc_options *options)
 {
     mechc_motion *motion = &hybrid->motion;
@@ -456,7 +455,7 @@ MECHC_STATIC int mechc_hybrid_go_on(mechc_hybrid *hybrid, const mechc_options *o
     return hybrid->status = mechc_begin_piece(hybrid, options->t0, hybrid->state, options->t1, 0);
 }
 
-/* A motion begins. */
+/* Begin a motion. */
 MECHC_STATIC int mechc_hybrid_begin(mechc_hybrid *hybrid, const mechc_options *options)
 {
     hybrid->ended = (mechc_stats){.least_singular = HUGE_VAL, .critical_gap = HUGE_VAL, .coordinate = -1};
@@ -469,7 +468,7 @@ MECHC_STATIC int mechc_hybrid_begin(mechc_hybrid *hybrid, const mechc_options *o
     return mechc_hybrid_go_on(hybrid, options);
 }
 
-/* Search the new steps of the run; the first time at which something happens is in hybrid->stop. */
+/* Search the new steps of the run; hybrid->stop gets the first time at which something happens. */
 MECHC_STATIC int mechc_hybrid_search(mechc_hybrid *hybrid)
 {
     const mechc_trajectory *steps = &hybrid->run->trajectory;
@@ -484,7 +483,7 @@ MECHC_STATIC int mechc_hybrid_search(mechc_hybrid *hybrid)
     return MECHC_RUNNING;
 }
 
-/* The run has advanced: search its new steps, and take what happens there. */
+/* Search the new steps after the run has advanced, and handle what happens there. */
 MECHC_STATIC int mechc_hybrid_take(mechc_hybrid *hybrid)
 {
     int status = mechc_hybrid_search(hybrid);
@@ -495,7 +494,7 @@ MECHC_STATIC int mechc_hybrid_take(mechc_hybrid *hybrid)
     return hybrid->status = status;
 }
 
-/* Attempts that the run may make before its steps are searched. */
+/* The number of attempted steps that the run may make before its steps are searched. */
 MECHC_STATIC long mechc_attempts_at_once(const mechc_hybrid *hybrid, long steps)
 {
     const ptrdiff_t room = hybrid->most - hybrid->run->trajectory.count;
@@ -503,7 +502,7 @@ MECHC_STATIC long mechc_attempts_at_once(const mechc_hybrid *hybrid, long steps)
     return room < steps ? (long)room : steps;
 }
 
-/* At most so many attempted steps; the status.  Returns early where the code of a method is wanted. */
+/* Advance by at most this many attempts; returns the status, early if the code of a method is missing. */
 MECHC_STATIC int mechc_hybrid_advance(mechc_hybrid *hybrid, long steps)
 {
     while (hybrid->status == MECHC_RUNNING && hybrid->run->wanted < 0 && steps > 0) {
@@ -519,7 +518,7 @@ MECHC_STATIC int mechc_hybrid_advance(mechc_hybrid *hybrid, long steps)
     return hybrid->status;
 }
 
-/* The run was brought back to a moment within a segment. */
+/* Adapt the driver after the run was brought back to a moment within a segment. */
 MECHC_STATIC void mechc_hybrid_back(mechc_hybrid *hybrid, ptrdiff_t segment)
 {
     hybrid->status = hybrid->run->status;
@@ -532,7 +531,7 @@ MECHC_STATIC void mechc_hybrid_back(mechc_hybrid *hybrid, ptrdiff_t segment)
     mechc_narrow_inputs(hybrid->given, &hybrid->inputs, hybrid->run->t, end);
 }
 
-/* The last time, and the state there. */
+/* The last time; y gets the state there. */
 MECHC_STATIC double mechc_hybrid_end(mechc_hybrid *hybrid, double *y)
 {
     mechc_motion *motion = &hybrid->motion;

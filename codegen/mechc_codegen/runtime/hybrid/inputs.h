@@ -1,4 +1,4 @@
-/* The inputs of one motion: between two kinks as they are there.
+/* The inputs of one motion, restricted to the interval between two kinks.
  *
  * No step crosses a kink or a jump of a signal.  Signals that a motion was given have all their pieces;
  * it works with copies that are narrowed to the pieces between two kinks, and with numbers of its own.
@@ -14,8 +14,8 @@
 #define MECHC_KNOT_TICKS 4 /* ulps: a time so near to a kink is the kink */
 #define MECHC_INSIDE 0.25  /* of a segment: farther from its ends no knot is looked for */
 
-/* What motions are given.  `due`, or NULL, is called at the start and at each kink, before the inputs
- * from there on are asked for. */
+/* Inputs as motions are given them. `due`, or NULL, is called at the start and at each kink, before
+ * the inputs from there on are read. */
 typedef struct {
     const mechc_driven *driven;    /* NULL: the scene has no inputs */
     const mechc_signal *signals;   /* those that `driven` is made of */
@@ -52,7 +52,7 @@ MECHC_STATIC void mechc_copy_driven(const mechc_given_inputs *given, mechc_signa
     copy->sources = sources;
 }
 
-/* 0 without memory. */
+/* Allocate and copy the inputs of one motion; 0 without memory. */
 MECHC_STATIC int mechc_motion_inputs_make(const mechc_given_inputs *given, mechc_motion_inputs *inputs)
 {
     const size_t signals = (size_t)given->signal_count, sources = (size_t)given->source_count;
@@ -65,7 +65,7 @@ MECHC_STATIC int mechc_motion_inputs_make(const mechc_given_inputs *given, mechc
     return 1;
 }
 
-/* Take these numbers in place of constant signals. */
+/* Replace constant signals by these numbers. */
 MECHC_STATIC void mechc_motion_inputs_own(const mechc_given_inputs *given, mechc_motion_inputs *inputs,
                                     int count, const int *place, const double *numbers)
 {
@@ -91,8 +91,8 @@ MECHC_STATIC ptrdiff_t mechc_last_knot(const mechc_signal *signal, ptrdiff_t kno
     return low;
 }
 
-/* Use only the pieces of signals between two times, a little inside them: not those of a kink at an
- * end. */
+/* Restrict signals to their pieces between two times, a little inside them, so that a kink at an
+ * end is left out. */
 MECHC_STATIC void mechc_narrow_inputs(const mechc_given_inputs *given, mechc_motion_inputs *inputs, double t0,
                                 double t1)
 {
@@ -105,7 +105,7 @@ MECHC_STATIC void mechc_narrow_inputs(const mechc_given_inputs *given, mechc_mot
     }
 }
 
-/* The end of the present segment; `end`: of the motion, beyond which kinks may lie. */
+/* The end of the present segment; beyond `end`, the end of the motion, there may be more kinks. */
 MECHC_STATIC double mechc_segment_end(const mechc_given_inputs *given, const mechc_motion_inputs *inputs,
                                 double end, double sense)
 {
@@ -113,7 +113,7 @@ MECHC_STATIC double mechc_segment_end(const mechc_given_inputs *given, const mec
     return sense * (kink - end) < 0.0 ? kink : end;
 }
 
-/* Go to the segment that begins at time t, or has begun before it, at the state y. */
+/* Go to the segment that begins at time t or contains it, at the state y. */
 MECHC_STATIC void mechc_enter_segment(const mechc_given_inputs *given, mechc_motion_inputs *inputs, double t,
                                 const double *y, double end, double sense)
 {

@@ -1,5 +1,5 @@
-/* A motion of a scene as what may end its pieces sees it: parameters and inputs that hold, the steps
- * at hand, and states between them. */
+/* The current piece of a motion as events and contacts read it: parameters, inputs, steps, and
+ * states between the steps. */
 #pragma once
 
 #include <float.h>
@@ -10,8 +10,8 @@
 #include "abi/model.h"
 #include "abi/macros.h"
 
-/* Which components of a state contain no length, which parameters are lengths, and what parameters
- * are within; NULL: anything. */
+/* Flags of the state's components without a length and of the parameters that are lengths, and
+ * bounds of parameters; NULL: none. */
 typedef struct {
     const unsigned char *dimensionless;
     const int *lengths;
@@ -25,14 +25,14 @@ struct mechc_motion {
     int coordinates, speeds, width, rows, parameters;
     int jacobian, residuals; /* places of these outputs in the unit; -1: none */
     mechc_sizes sizes;
-    double *p, *scale;          /* parameters that hold; the size of each component by them */
+    double *p, *scale;          /* present parameters; sizes of components by them */
     const mechc_inputs *inputs; /* between two kinks, */
     const mechc_inputs *whole;  /* and over the whole span, with which results are read */
     mechc_given *given;         /* made of these */
     const mechc_trajectory *steps; /* of the piece at hand */
     double rtol, sense;            /* sense: 1 forwards, -1 backwards in time */
     const double *atol;            /* a component each, or NULL */
-    /* Of the piece at hand: states on its constraints, and rates of a state. */
+    /* for the current piece: states on its constraints, and rates of a state */
     void (*states)(mechc_motion *motion, ptrdiff_t count, const double *t, double *y);
     void (*rates)(const mechc_motion *motion, double t, const double *y, double *rates);
     void *contacts; /* for these, where contacts last */
@@ -58,7 +58,7 @@ MECHC_STATIC void mechc_motion_free(mechc_motion *motion)
     free(motion->given);
 }
 
-/* Of a scene whose sizes are given; `prepared`: rates of states are asked for.  0 without memory. */
+/* Allocate for a scene of known sizes; `prepared`: rates of states are needed.  0 without memory. */
 MECHC_STATIC int mechc_motion_make(mechc_motion *motion, int prepared)
 {
     motion->width = motion->coordinates + motion->speeds;
@@ -70,7 +70,7 @@ MECHC_STATIC int mechc_motion_make(mechc_motion *motion, int prepared)
     return motion->p && (motion->given || !prepared);
 }
 
-/* Take over parameters and inputs that have changed. */
+/* Adopt changed parameters and inputs. */
 MECHC_STATIC void mechc_motion_renew(mechc_motion *motion)
 {
     const mechc_sizes *sizes = &motion->sizes;
@@ -92,20 +92,20 @@ MECHC_STATIC int mechc_motion_may_have(const mechc_motion *motion, const double 
     return within && mechc_is_finite(p, motion->parameters);
 }
 
-/* Of a piece without contacts that last. */
+/* States of a piece without lasting contacts. */
 MECHC_STATIC void mechc_free_states(mechc_motion *motion, ptrdiff_t count, const double *t, double *y)
 {
     motion->unit->interpolate(1, motion->steps, motion->p, motion->inputs, count, t, y);
 }
 
-/* States of the piece at hand, whatever kinks of inputs lie in it. */
+/* States of the current piece, also across kinks of inputs. */
 MECHC_STATIC void mechc_read_states(mechc_motion *motion, ptrdiff_t count, const double *t, double *y)
 {
     if (motion->states != mechc_free_states) motion->states(motion, count, t, y);
     else motion->unit->interpolate(1, motion->steps, motion->p, motion->whole, count, t, y);
 }
 
-/* Unprojected rates of a state without contacts. */
+/* Rates of a state without contacts, not projected. */
 MECHC_STATIC void mechc_free_rates(const mechc_motion *motion, double t, const double *y, double *rates)
 {
     motion->unit->rates(t, y, motion->given, rates);

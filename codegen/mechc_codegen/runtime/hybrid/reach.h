@@ -1,4 +1,4 @@
-/* A motion up to times that are asked for one after the other, of which nothing is kept.
+/* A motion to a sequence of increasing times, without a record of its steps.
  *
  * A mechanism without loops and events is integrated up to the time itself.  One with loops may come to a
  * change point, near which no step of the integrator should end: it is integrated in steps of their own
@@ -20,7 +20,7 @@ typedef struct {
     double t, *y;          /* reached; the state there */
 } mechc_reacher;
 
-/* The motion begins at a time and state, the options' own. */
+/* Begin the motion at the time and state of the options. */
 MECHC_STATIC void mechc_reach_from(mechc_reacher *reacher, double t, const double *y)
 {
     mechc_hybrid *hybrid = &reacher->hybrid;
@@ -33,7 +33,7 @@ MECHC_STATIC void mechc_reach_from(mechc_reacher *reacher, double t, const doubl
     if (mechc_has_contacts(hybrid)) mechc_contacts_begin(&hybrid->contacts);
 }
 
-/* Of the steps the last state alone is kept. */
+/* Drop all steps but the last state. */
 MECHC_STATIC void mechc_forget_steps(mechc_hybrid *hybrid)
 {
     mechc_keep_last(&hybrid->run->trajectory);
@@ -42,7 +42,7 @@ MECHC_STATIC void mechc_forget_steps(mechc_hybrid *hybrid)
     hybrid->searched = 0;
 }
 
-/* A run from the state at hand. */
+/* Begin a run from the current state. */
 MECHC_STATIC int mechc_reach_begin(mechc_reacher *reacher, double t1, int method)
 {
     mechc_hybrid *hybrid = &reacher->hybrid;
@@ -55,13 +55,13 @@ MECHC_STATIC int mechc_reach_begin(mechc_reacher *reacher, double t1, int method
     return mechc_hybrid_go_on(hybrid, &options);
 }
 
-/* Where the run has come to. */
+/* Set the time and state that the run has reached. */
 MECHC_STATIC void mechc_reach_end(mechc_reacher *reacher)
 {
     reacher->t = mechc_hybrid_end(&reacher->hybrid, reacher->y);
 }
 
-/* Up to the time itself; `changed`: inputs have other values. */
+/* Integrate exactly to a time; `changed`: inputs have new values. */
 MECHC_STATIC int mechc_reach_exactly(mechc_reacher *reacher, double t1, int changed)
 {
     mechc_hybrid *hybrid = &reacher->hybrid;
@@ -79,15 +79,15 @@ MECHC_STATIC int mechc_reach_exactly(mechc_reacher *reacher, double t1, int chan
     return mechc_hybrid_advance(hybrid, LONG_MAX);
 }
 
-/* Beside change points another method steps more surely. */
+/* Whether a run ended beside a change point, where another method is more reliable. */
 MECHC_STATIC int mechc_ended_beside(int status)
 {
     return status == MECHC_UNDECIDED || status == MECHC_NO_STEP_FITS || status == MECHC_BRANCH_IN_DOUBT
         || status == MECHC_BEND_TOO_SHARP || status == MECHC_STEP_TOO_SMALL;
 }
 
-/* Take steps of their own length until one has reached t1, or something happens before it; the status.
- */
+/* Take steps of free length until one has reached t1 or something happens before it; returns the
+ * status. */
 MECHC_STATIC int mechc_reach_steps(mechc_hybrid *hybrid, double t1)
 {
     if (hybrid->run->t < t1 && isnan(hybrid->stop)) mechc_forget_steps(hybrid);
@@ -105,7 +105,7 @@ MECHC_STATIC int mechc_reach_steps(mechc_hybrid *hybrid, double t1)
     return hybrid->status;
 }
 
-/* Beyond the time. */
+/* Integrate to or beyond a time, and read the dense output there. */
 MECHC_STATIC int mechc_reach_beyond(mechc_reacher *reacher, double t1, int changed)
 {
     mechc_hybrid *hybrid = &reacher->hybrid;
@@ -126,7 +126,7 @@ MECHC_STATIC int mechc_reach_beyond(mechc_reacher *reacher, double t1, int chang
     }
 }
 
-/* Bytes of a run that can be saved; 0: none is at hand, or what is known of events belongs to it. */
+/* The bytes that saving the run takes; 0 if there is no run or it has events, which are not saved. */
 MECHC_STATIC size_t mechc_reach_saved_size(const mechc_reacher *reacher)
 {
     const mechc_hybrid *hybrid = &reacher->hybrid;
@@ -139,7 +139,7 @@ MECHC_STATIC void mechc_reach_save(const mechc_reacher *reacher, void *to)
     reacher->hybrid.motion.unit->save(reacher->hybrid.run, to);
 }
 
-/* Back to a state, and to the run that was saved there; NULL: one begins anew.  0 without memory. */
+/* Restore a state and the run saved there; NULL: begin a new run.  0 without memory. */
 MECHC_STATIC int mechc_reach_restore(mechc_reacher *reacher, double t, const double *y, const void *saved)
 {
     mechc_hybrid *hybrid = &reacher->hybrid;
@@ -153,8 +153,8 @@ MECHC_STATIC int mechc_reach_restore(mechc_reacher *reacher, double t, const dou
     return 1;
 }
 
-/* The state at t1, later than what was reached; MECHC_RUNNING or MECHC_FINISHED, or why the motion has
- * come to reacher->t alone.  Where the code of a method is wanted, ask again once it is there. */
+/* The state at t1, later than before.  Returns MECHC_RUNNING or MECHC_FINISHED, or why the motion
+ * has only come to reacher->t.  If the code of a method is missing, call again once it is there. */
 MECHC_STATIC int mechc_reach_time(mechc_reacher *reacher, double t1, int changed)
 {
     mechc_hybrid *hybrid = &reacher->hybrid;

@@ -1,4 +1,4 @@
-/* Runs of one method continue side by side. */
+/* Advance of several runs of one method side by side. */
 #pragma once
 
 #include "abi/run.h"
@@ -22,7 +22,7 @@ MECHC_STATIC void mechc_lockstep_take_turns(mechc_lockstep *a, mechc_integration
         if (q[i] != a->y[i][lane]) a->y[i][lane] = q[i];
 }
 
-/* Keep a step that was accepted; 0 without memory. */
+/* Record a step that was accepted; 0 without memory. */
 MECHC_STATIC int mechc_lockstep_keep(const mechc_lockstep_method *method, mechc_lockstep *a,
                                      mechc_integration **runs, int lane, const mechc_vector *rows)
 {
@@ -41,7 +41,7 @@ MECHC_STATIC int mechc_lockstep_keep(const mechc_lockstep_method *method, mechc_
     return 1;
 }
 
-/* Is there something to do for a lane by itself? */
+/* Whether some lane needs work of its own. */
 MECHC_INLINE int mechc_lockstep_asks(const mechc_lockstep *a, mechc_mask accepted, mechc_mask leaves)
 {
     mechc_mask asks = a->last | (a->stiff >= MECHC_STIFF);
@@ -53,7 +53,7 @@ MECHC_INLINE int mechc_lockstep_asks(const mechc_lockstep *a, mechc_mask accepte
     return !a->last_only || mechc_any(leaves | (accepted & asks));
 }
 
-/* What each run does next, once a step of all of them is judged; 1 where one is to leave. */
+/* Decide what each run does next, after a step of all of them is judged; 1 if one is to leave. */
 MECHC_STATIC int mechc_lockstep_part(const mechc_lockstep_method *method, mechc_lockstep *a,
                                      mechc_integration **runs, int count, mechc_mask accepted,
                                      mechc_mask leaves, const mechc_vector *rows)
@@ -89,8 +89,8 @@ MECHC_INLINE int mechc_lockstep_go_on(const mechc_lockstep_method *method, mechc
     return mechc_lockstep_part(method, a, runs, count, accepted, leaves, rows);
 }
 
-/* Up to `steps` attempts of each run, fewer where one of them ends or continues alone; the attempts
- * made.  Inlined into a function of each method, so that its table is constant. */
+/* Make up to `steps` attempts of each run, fewer if one of them ends or continues alone; returns the number
+ * of attempts.  Inlined into a function of each method, so that its table is constant. */
 MECHC_INLINE long mechc_lockstep_advance(const mechc_lockstep_method *method, mechc_lockstep *a,
                                          mechc_integration **runs, int count, long steps)
 {

@@ -1,4 +1,4 @@
-/* After a step of every lane: which are accepted, what is kept of them, how long the next are. */
+/* The judgement of a step of every lane: which are accepted, what is recorded, how long the next are. */
 #pragma once
 
 #include "lockstep/lanes_of_runs.h"
@@ -11,7 +11,7 @@
 #include "stepping/passages.h"
 #include "stepping/stiffness.h"
 
-/* What the error lets the step grow by; it is expected to continue growing as it did.
+/* The factor of the step that the error allows; the error is expected to grow as it did before.
  * Gustafsson (1991). */
 MECHC_INLINE mechc_vector mechc_lockstep_factor(const mechc_lockstep_method *method,
                                                  mechc_lockstep *a)
@@ -74,7 +74,7 @@ MECHC_INLINE void mechc_lockstep_watch_stiffness(const mechc_lockstep_method *me
     a->stiff &= a->easy < MECHC_EASY;
 }
 
-/* Accept the steps that stand; the others are tried again, shorter. */
+/* Accept the steps that succeeded; the others are tried again with a shorter step. */
 MECHC_INLINE void mechc_lockstep_accept(const mechc_lockstep_method *method, mechc_lockstep *a,
                                         mechc_mask accepted, mechc_mask leaves)
 {

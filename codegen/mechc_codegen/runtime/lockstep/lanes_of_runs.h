@@ -40,13 +40,13 @@ typedef struct {
     int last_only; /* no run keeps states but the last */
 } mechc_lockstep;
 
-/* What a method gives to run in lockstep; its own lanes begin with a mechc_lockstep. */
+/* The functions of a method for lockstep; its own lanes begin with a mechc_lockstep. */
 typedef struct {
     mechc_method_number number;
     int last_rate;  /* the rates of a step's end are kept there */
     int dense_rows; /* of its dense output */
     double growth;  /* most that one step may be longer than the one before */
-    /* What it keeps of a run besides, into a lane and out of it; NULL: nothing. */
+    /* data of a run besides, into a lane and out of it; NULL: none */
     void (*load)(mechc_lockstep *a, int lane, const mechc_integration *run);
     void (*store)(const mechc_lockstep *a, int lane, mechc_integration *run);
     /* From y at t by h to the end, compensated, on the constraints: mechc_lockstep_project.  The
@@ -95,7 +95,7 @@ MECHC_STATIC void mechc_lockstep_load(mechc_lockstep *a, int lane, const mechc_i
     a->before[1][lane] = run->head.trajectory.dropped[1];
 }
 
-/* The state of a run that keeps no other, unless it is kept already; 0 without memory. */
+/* Record the last state of a run that records no other; 0 without memory. */
 MECHC_STATIC int mechc_lockstep_keep_last(mechc_lockstep *a, int lane, mechc_integration *run)
 {
     mechc_trajectory *trajectory = &run->head.trajectory;
@@ -109,7 +109,7 @@ MECHC_STATIC int mechc_lockstep_keep_last(mechc_lockstep *a, int lane, mechc_int
     return mechc_append_turned(trajectory, a->t[lane], y, run->turns);
 }
 
-/* Take it out again. */
+/* Store a run from its lane. */
 MECHC_STATIC void mechc_lockstep_store(mechc_lockstep *a, int lane, mechc_integration *run)
 {
     mechc_stats *stats = &run->head.stats;

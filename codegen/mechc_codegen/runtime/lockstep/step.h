@@ -1,5 +1,5 @@
-/* What a step of every lane is made of, whatever the method: its length, rates as the equations stand,
- * its end on the constraints. */
+/* The parts of a step of every lane, for any method: its length, rates without projection, its
+ * projected end. */
 #pragma once
 
 #include "lockstep/lanes_of_runs.h"
@@ -13,8 +13,8 @@
 
 #define MECHC_LOCKSTEP_CLOSINGS 4
 
-/* Rates of a state, and the square of how far the rows are from dependent ones there unless they are
- * known to be; turns, near: see mechc_vector_locate_near. */
+/* Rates of a state and, unless rows are known to be independent, the square of their distance from
+ * dependence; turns, near: see mechc_vector_locate_near. */
 MECHC_INLINE mechc_vector mechc_lockstep_rates_at(const mechc_lockstep *a, mechc_vector t,
                                                   const mechc_vector *state, mechc_vector *turns,
                                                   int near, int regular, mechc_vector *rates)
@@ -35,14 +35,14 @@ MECHC_ONCE void mechc_lockstep_rates(const mechc_lockstep *a, mechc_vector t,
     mechc_lockstep_rates_at(a, t, state, 0, 0, 1, rates);
 }
 
-/* Likewise, and how far the rows are from dependent ones there. */
+/* Rates of a state, and the distance of the rows from dependence there. */
 MECHC_ONCE void mechc_lockstep_watched_rates(mechc_lockstep *a, mechc_vector t,
                                              const mechc_vector *state, mechc_vector *rates)
 {
     a->met = mechc_lesser(mechc_lockstep_rates_at(a, t, state, 0, 0, 0, rates), a->met);
 }
 
-/* Close the loops of the ends; a lane that is closed is not moved on. */
+/* Close the loops at the ends; a lane that is closed is not moved further. */
 MECHC_INLINE void mechc_lockstep_close(mechc_lockstep *a, mechc_vector t,
                                        mechc_vector_place *place)
 {
@@ -66,7 +66,7 @@ MECHC_INLINE void mechc_lockstep_close(mechc_lockstep *a, mechc_vector t,
 #endif
 }
 
-/* The monitor's conditioning at the ends. */
+/* The conditioning at the ends, for the monitor. */
 MECHC_INLINE mechc_vector mechc_lockstep_conditioning(const mechc_vector_place *place)
 {
 #if MECHC_NH == 1 && MECHC_NC > 1 && MECHC_LINKS == 0
@@ -79,7 +79,7 @@ MECHC_INLINE mechc_vector mechc_lockstep_conditioning(const mechc_vector_place *
 #endif
 }
 
-/* The ends on the constraints, and their rates. */
+/* Project the ends onto the constraints, and compute their rates. */
 MECHC_ONCE void mechc_lockstep_project(mechc_lockstep *a, mechc_vector t, mechc_vector *rates)
 {
     mechc_vector_place place;
@@ -94,7 +94,7 @@ MECHC_ONCE void mechc_lockstep_project(mechc_lockstep *a, mechc_vector t, mechc_
 #endif
 }
 
-/* 1 over what is tolerated of a component's error. */
+/* The weight of a component's error: 1 over its tolerance. */
 MECHC_INLINE mechc_vector mechc_lockstep_weight(const mechc_lockstep *a, int i)
 {
     const mechc_vector y = mechc_size_of(a->y[i]), end = mechc_size_of(a->end[i]);
@@ -104,7 +104,7 @@ MECHC_INLINE mechc_vector mechc_lockstep_weight(const mechc_lockstep *a, int i)
     return mechc_vector_rough_inverse(mechc_choose(asked > digit, asked, digit));
 }
 
-/* The step to attempt, and whether it is the last. */
+/* The step to attempt, and whether it is the last one. */
 MECHC_INLINE void mechc_lockstep_next_step(mechc_lockstep *a)
 {
     const mechc_vector left = a->t1 - a->t, size = mechc_size_of(left);

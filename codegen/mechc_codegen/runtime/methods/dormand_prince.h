@@ -74,9 +74,8 @@ MECHC_STATIC double mechc_pair_error(mechc_integration *run, double h, const dou
     return first > 0.0 ? first / sqrt(first + MECHC_DOP853_SECOND * second) : 0.0;
 }
 
-/* Two states at the step's end, the last stage's and the end's own, and their rates estimate the
- * largest eigenvalue; does it times the step stay at the bound of stability?  Hairer & Wanner
- * (1996), section IV.2. */
+/* Whether stability limits the step: two states at its end, the last stage's and the end's own, and
+ * their rates estimate the largest eigenvalue.  Hairer & Wanner (1996), section IV.2. */
 MECHC_STATIC int mechc_pair_limited(const mechc_integration *run, double h, const double *end,
                                     double step_error)
 {

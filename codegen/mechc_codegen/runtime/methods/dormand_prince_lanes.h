@@ -21,7 +21,7 @@ typedef struct {
 /* The stages whose conditioning is monitored: with both ends, no stage is far from one of them. */
 MECHC_INLINE int mechc_pair_lanes_watch(int stage) { return stage == 5 || stage == 8; }
 
-/* Rates of stage i; those of the dense output, after the end, are not watched. */
+/* Compute the rates of stage i; those of the dense output, after the end, are not monitored. */
 MECHC_INLINE int mechc_pair_lanes_stage(void *owner, int i, mechc_vector t, mechc_vector *state,
                                         mechc_vector *rates)
 {
@@ -76,7 +76,7 @@ MECHC_INLINE mechc_vector mechc_pair_lanes_factor(mechc_vector error)
     return MECHC_LOCKSTEP_SAFETY * mechc_vector_rough_root(error);
 }
 
-/* See mechc_pair_limited. */
+/* Whether stability limits the step: see mechc_pair_limited. */
 MECHC_INLINE mechc_mask mechc_pair_lanes_limited(const mechc_lockstep *a)
 {
     const int stages = mechc_dop853_tableau.stages;
@@ -93,7 +93,7 @@ MECHC_INLINE mechc_mask mechc_pair_lanes_limited(const mechc_lockstep *a)
     return (state > 0.0) & (a->h * a->h * rate > square * state);
 }
 
-/* The extra stages of the dense output, and its rows. */
+/* Compute the extra stages of the dense output, and its rows. */
 MECHC_ONCE void mechc_pair_lanes_dense(mechc_lockstep *a, mechc_vector *rows)
 {
     const mechc_tableau *tableau = &mechc_dop853_tableau;

@@ -10,7 +10,7 @@
 #include "dynamics/sizes.h"
 #include "run/tableau.h"
 
-/* Where a step begins, how long it is, and where its rates are kept; those of y are the first. */
+/* Data of a step: its start, its length, and its rates, of which those of y come first. */
 typedef struct {
     real t, h;
     const real *y, *compensation; /* of y: what rounding has left of the steps before */
@@ -41,7 +41,7 @@ MECHC_INLINE void FN(explicit_state)(const mechc_tableau *tableau, const FN(expl
     for (int n = 0; n < MECHC_NX; n++) state[n] = step->y[n] + step->h * sum[n];
 }
 
-/* The same for the step's end, compensated.  Kahan (1965). */
+/* The state at the step's end, by compensated summation.  Kahan (1965). */
 MECHC_INLINE void FN(explicit_end)(const mechc_tableau *tableau, const FN(explicit_data) *step,
                                    real *end)
 {
@@ -55,7 +55,7 @@ MECHC_INLINE void FN(explicit_end)(const mechc_tableau *tableau, const FN(explic
     }
 }
 
-/* Rates first .. last but those of the end; `state` is where they are taken. */
+/* Compute rates first .. last except those of the end; `state` is work space for their states. */
 MECHC_INLINE int FN(explicit_stages)(const mechc_tableau *tableau, const FN(explicit_data) *step,
                                      int first, int last, FN(explicit_rates) *rates_of,
                                      void *owner, real *state)
@@ -69,7 +69,7 @@ MECHC_INLINE int FN(explicit_stages)(const mechc_tableau *tableau, const FN(expl
     return MECHC_RUNNING;
 }
 
-/* All stages, the end, and its rates. */
+/* Compute all stages, the end, and its rates. */
 MECHC_INLINE int FN(explicit_step)(const mechc_tableau *tableau, const FN(explicit_data) *step,
                                    FN(explicit_rates) *rates_of, void *owner, real *end)
 {

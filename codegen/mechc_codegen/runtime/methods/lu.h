@@ -7,7 +7,7 @@
 #include "simd/unbind.h"
 #include "simd/lanes.h"
 
-/* a = P^-1 L U in place; 0 where a pivot vanishes, or where it is stopped. */
+/* Factor a = P^-1 L U in place; 0 if a pivot vanishes, or if it is stopped. */
 MECHC_ONCE int mechc_lu_factor(double *a, int *rows, int size,
                                const mechc_scalar_given *given)
 {

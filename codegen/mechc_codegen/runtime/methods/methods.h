@@ -31,7 +31,7 @@ static const mechc_method mechc_radau5 = {MECHC_RADAU5_TRAITS};
 static const mechc_method mechc_taylor = {MECHC_TAYLOR_TRAITS};
 #endif
 
-/* Of methods without code in this part their traits, where the driver is in it. */
+/* The table entry of a method: traits alone if its code is not in this part but the driver is. */
 #define MECHC_METHOD_HERE(name, NUMBER, number, PART, degree)                                     \
     [number] = (MECHC_HAS(DRIVER) || MECHC_HAS(PART))                                             \
                    && (number != MECHC_TAYLOR || MECHC_TAYLOR_SERIES) ? &mechc_##name : 0,

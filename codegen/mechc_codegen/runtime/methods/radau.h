@@ -28,7 +28,7 @@
 /* The polynomial is extrapolated to steps at most this many times as long. */
 #define MECHC_RADAU_REACH 8.0
 
-/* Work space of one implicit step, and what is kept from the last one. */
+/* Work space of one implicit step, with the values kept from the last one. */
 typedef struct {
     double jacobian[MECHC_NX * MECHC_NX];
     double jacobian_time;         /* of the state that it was taken at */
@@ -47,7 +47,7 @@ MECHC_STATIC mechc_radau *mechc_radau_of(const mechc_integration *run)
     return run->work[MECHC_RADAU5];
 }
 
-/* Derivative of the projected rates by the state at the step's start, by differences. */
+/* The derivative of the projected rates by the state at the step's start, by differences. */
 MECHC_STATIC int mechc_radau_jacobian(mechc_integration *run)
 {
     mechc_radau *radau = mechc_radau_of(run);
@@ -85,7 +85,7 @@ MECHC_STATIC int mechc_radau_factor(mechc_integration *run, double h)
         && mechc_lu_factor(radau->filter, radau->filter_rows, MECHC_NX, &run->given);
 }
 
-/* Rates at the stages as they stand. */
+/* Rates at the stages without projection. */
 MECHC_STATIC int mechc_radau_rates(mechc_integration *run, double h, double *end)
 {
     mechc_radau *radau = mechc_radau_of(run);
@@ -120,7 +120,7 @@ MECHC_STATIC double mechc_radau_correct(mechc_integration *run, double h)
     return sqrt(square / MECHC_RADAU_SIZE);
 }
 
-/* The rates that the next step begins with. */
+/* Set the rates that the next step begins with. */
 MECHC_STATIC int mechc_radau_end(mechc_integration *run, double h, double *end)
 {
     const int last = MECHC_RADAU_STAGES - 1;
@@ -189,7 +189,7 @@ MECHC_STATIC void mechc_radau_predict(mechc_radau *radau, const double *nodes, d
     }
 }
 
-/* Is the state where the last attempt ended? */
+/* Whether the state is that at which the last attempt ended. */
 MECHC_STATIC int mechc_radau_follows(const mechc_integration *run)
 {
     const mechc_radau *radau = mechc_radau_of(run);
@@ -197,7 +197,7 @@ MECHC_STATIC int mechc_radau_follows(const mechc_integration *run)
         && fabs(run->head.t - radau->tried_end) <= MECHC_RADAU_SAME_TIME * fabs(radau->tried_step);
 }
 
-/* The Jacobian at this state, and factors for h, where those at hand do not serve. */
+/* Provide the Jacobian at this state, and factors for h, unless the present ones serve. */
 MECHC_STATIC int mechc_radau_prepare(mechc_integration *run, double h, int anew)
 {
     mechc_radau *radau = mechc_radau_of(run);
@@ -215,7 +215,7 @@ MECHC_STATIC int mechc_radau_prepare(mechc_integration *run, double h, int anew)
     return MECHC_RUNNING;
 }
 
-/* With a Jacobian of an earlier state where that still serves, else with this one's. */
+/* Make a step, with a Jacobian of an earlier state if that still serves. */
 MECHC_STATIC int mechc_radau_step(mechc_integration *run, double h, double *end)
 {
     mechc_radau *radau = mechc_radau_of(run);
@@ -257,8 +257,8 @@ MECHC_STATIC double mechc_radau_error(mechc_integration *run, double h, const do
     return mechc_radau_size(run, end);
 }
 
-/* The collocation polynomial through start and stages, in the rows of the dense output: what is
- * left of it beyond the chord is s (1 - s)(r1 + s r2). */
+/* Rows of the dense output, from the collocation polynomial: its difference from the chord is s (1
+ * - s)(r1 + s r2). */
 MECHC_STATIC void mechc_radau_dense(mechc_integration *run, double h, const double *end,
                                     int count, double *rows)
 {

@@ -49,7 +49,7 @@ MECHC_STATIC void mechc_taylor_make(mechc_integration *run)
     mechc_taylor_enter(run);
 }
 
-/* The series in units of a step, and how large its last terms are; 0 where these overflow. */
+/* Expand the series in units of a step, with the size of its last terms; 0 if these overflow. */
 MECHC_STATIC int mechc_taylor_expand_by(mechc_integration *run, mechc_taylor_work *w, double step)
 {
     double weights[MECHC_NX], floor[MECHC_NX];
@@ -68,8 +68,8 @@ MECHC_STATIC int mechc_taylor_expand_by(mechc_integration *run, mechc_taylor_wor
     return finite;
 }
 
-/* The series at the state; kept until the state is another.  Far beyond its radius of convergence
- * terms overflow, and tell nothing of a step. */
+/* Expand the series at the state, if it is not known yet.  Far beyond its radius of convergence
+ * terms overflow, and say nothing about the step. */
 MECHC_STATIC void mechc_taylor_expand(mechc_integration *run, mechc_taylor_work *w)
 {
     const double t = run->head.t, least = mechc_smallest_step(run);
@@ -111,7 +111,7 @@ MECHC_STATIC void mechc_taylor_leave_zero(mechc_integration *run, mechc_taylor_w
     w->over_zero *= MECHC_SHRINKS; /* if that is too long */
 }
 
-/* Did the step end just past a zero? */
+/* Whether the step has ended just past a zero. */
 MECHC_STATIC void mechc_taylor_accept(mechc_integration *run, double h)
 {
     mechc_taylor_work *w = mechc_taylor_of(run);
@@ -158,14 +158,14 @@ MECHC_STATIC int mechc_taylor_step(mechc_integration *run, double h, double *end
     return MECHC_RUNNING;
 }
 
-/* What the step was planned for. */
+/* The error for which the step was planned. */
 MECHC_STATIC double mechc_taylor_error(mechc_integration *run, double h, const double *end)
 {
     (void)run, (void)h, (void)end;
     return 0.5;
 }
 
-/* The next series tells how much the step may grow. */
+/* The factor of the next step: 1, since the next series decides about it. */
 MECHC_STATIC double mechc_taylor_factor(mechc_integration *run, double error)
 {
     (void)run, (void)error;

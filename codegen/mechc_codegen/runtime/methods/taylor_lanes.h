@@ -23,7 +23,7 @@ typedef struct {
     mechc_vector rows[MECHC_TAYLOR_MOST + 1][MECHC_SERIES];
     mechc_vector scale, sizes[MECHC_TAYLOR_JUDGED];
     mechc_mask first; /* the first step is not lengthened */
-    mechc_mask leaves; /* those that continue alone, from where they are */
+    mechc_mask leaves; /* lanes that continue alone, from their present state */
     int order; /* of all runs, whose tolerance is one */
 } mechc_taylor_lanes;
 
@@ -34,7 +34,7 @@ MECHC_STATIC void mechc_taylor_lanes_load(mechc_lockstep *a, int lane, const mec
     own->first[lane] = -(int64_t)(run->head.stats.steps == 0);
 }
 
-/* The rates of the end, which a step leaves to the next one. */
+/* Store the rates of the end, which a step leaves to the next one. */
 MECHC_STATIC void mechc_taylor_lanes_store(const mechc_lockstep *a, int lane, mechc_integration *run)
 {
     (void)a, (void)lane;
@@ -55,7 +55,7 @@ MECHC_INLINE void mechc_taylor_lanes_expand(mechc_taylor_lanes *own, mechc_vecto
     a->evaluations += own->order;
 }
 
-/* The lanes leave in whose step a root changes its branch. */
+/* Mark the lanes in whose step a root changes its branch; they leave. */
 MECHC_INLINE void mechc_taylor_lanes_watch(mechc_taylor_lanes *own)
 {
 #if MECHC_SERIES_ROOTS
@@ -96,7 +96,7 @@ MECHC_ONCE void mechc_taylor_lanes_step(mechc_lockstep *a)
     a->closed = ~(mechc_mask){0};
 }
 
-/* Planned for; runs without a finite end continue alone. */
+/* The error for which the step was planned; runs without a finite end continue alone. */
 MECHC_INLINE mechc_vector mechc_taylor_lanes_error(mechc_lockstep *a)
 {
     const mechc_mask leaves = ((const mechc_taylor_lanes *)a)->leaves;

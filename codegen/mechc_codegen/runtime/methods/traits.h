@@ -1,4 +1,4 @@
-/* What the driver knows of a method, whether or not its code is loaded. */
+/* The properties of a method that the driver knows, whether or not its code is loaded. */
 #pragma once
 
 #include <math.h>

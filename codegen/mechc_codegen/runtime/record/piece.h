@@ -1,4 +1,4 @@
-/* A piece of a motion: the steps of one run, and what held in them. */
+/* A piece of a motion: the steps of one run, and what was constant in them. */
 #pragma once
 
 #include <math.h>
@@ -11,7 +11,7 @@ typedef struct {
     int owners;                    /* who reads it; the last one frees it */
     const mechc_trajectory *steps; /* those of the run under way, or its own */
     mechc_trajectory own;
-    double cut;    /* an event ended it at this time within its last step; NaN: it counts to its end */
+    double cut;    /* time of the event that ended it within its last step; NaN: none */
     int jumps;     /* the state jumps at its start, */
     int causes;    /* by the resets of these events, in order */
     int *cause;
@@ -29,7 +29,7 @@ MECHC_STATIC void mechc_free_steps(mechc_trajectory *steps)
     free(steps->crossings);
 }
 
-/* One reader less. */
+/* Release a piece by one reader; the last one frees it. */
 MECHC_STATIC void mechc_piece_leave(mechc_piece *piece)
 {
     if (!piece || __atomic_sub_fetch(&piece->owners, 1, __ATOMIC_ACQ_REL)) return;
@@ -40,7 +40,7 @@ MECHC_STATIC void mechc_piece_leave(mechc_piece *piece)
     free(piece);
 }
 
-/* NULL without memory. */
+/* Create a piece; NULL without memory. */
 MECHC_STATIC mechc_piece *mechc_piece_make(const double *p, int parameters, int causes, int contacts)
 {
     mechc_piece *piece = calloc(1, sizeof *piece);
@@ -66,7 +66,7 @@ MECHC_STATIC mechc_piece *mechc_piece_share(mechc_piece *piece)
     return piece;
 }
 
-/* Keep of steps the last state alone, such that the run goes on as if it kept all. */
+/* Drop all steps but the last state, such that the run continues as if it kept all. */
 MECHC_STATIC void mechc_keep_last(mechc_trajectory *steps)
 {
     const ptrdiff_t last = steps->count - 1, width = steps->width;
@@ -79,7 +79,7 @@ MECHC_STATIC void mechc_keep_last(mechc_trajectory *steps)
     steps->count = 1;
 }
 
-/* Its run has ended: the steps are its own. */
+/* Take over the steps of a run that has ended. */
 MECHC_STATIC void mechc_piece_take(mechc_piece *piece, mechc_run *run)
 {
     piece->own = run->trajectory;

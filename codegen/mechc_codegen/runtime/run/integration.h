@@ -11,7 +11,7 @@
 typedef struct mechc_driver mechc_driver;
 
 #if MECHC_SWITCHES
-/* What a run knows of its switching functions: stepping/switches.h. */
+/* Data of a run's switching functions: see stepping/switches.h. */
 typedef struct {
     double cut;     /* the step to try, which is to end at a zero; 0: as step control says */
     double planned; /* the step before it was cut; 0: it was not */
@@ -32,7 +32,7 @@ typedef struct {
     const mechc_method *method;  /* in use */
     const mechc_method *current; /* of this step: that one, or the pair that bridges a crossing */
     const mechc_method *resumed; /* the one that left a crossing to the pair; NULL: none did */
-    void *work[MECHC_METHODS];   /* of each method, made when it is first used */
+    void *work[MECHC_METHODS];   /* work space of each method, made when it is first used */
     int number;                  /* of the method asked for */
     int missed;                  /* crossings in a row that the method could not step over */
     int has_tolerances;
@@ -73,7 +73,7 @@ typedef struct {
                                       its error would have let it grow; 0: none */
 } mechc_integration;
 
-/* What other parts of the unit call of the driver's. */
+/* Functions of the driver that other parts of the unit call. */
 struct mechc_driver {
     int (*rates_at)(mechc_integration *run, double t, double *y, double *rates);
     double (*conditioning)(const mechc_integration *run, double t, const double *q);
@@ -84,7 +84,7 @@ struct mechc_driver {
 /* Of a step: what is left of the run after its last one, by rounding. */
 #define MECHC_LAST_STEP 1e-12
 
-/* No step of the run follows one of this length. */
+/* Whether no step of the run follows one of this length. */
 MECHC_STATIC int mechc_is_last(const mechc_integration *run, double h)
 {
     return fabs(run->t1 - run->head.t - h) <= MECHC_LAST_STEP * fabs(h);

@@ -7,7 +7,7 @@
 #include <malloc.h>
 #endif
 
-/* NULL without memory; its content is undefined. */
+/* Allocate without initialisation; NULL without memory. */
 MECHC_STATIC void *mechc_new_aligned(size_t bytes)
 {
     const size_t whole = (bytes + 63) / 64 * 64;

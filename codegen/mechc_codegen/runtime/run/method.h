@@ -54,7 +54,7 @@ struct mechc_method {
     void (*renew)(mechc_integration *run);                       /* with other inputs */
     int (*step)(mechc_integration *run, double h, double *end);  /* MECHC_RUNNING or why not */
     double (*error)(mechc_integration *run, double h, const double *end); /* over the tolerance */
-    double (*factor)(mechc_integration *run, double error);      /* what it lets the step grow by */
+    double (*factor)(mechc_integration *run, double error);      /* factor of the next step */
     /* Was a step that its error refuses followed to an end that tells where it led? */
     int (*shows_end)(const mechc_integration *run, double error);
     void (*accept)(mechc_integration *run, double h);
@@ -66,24 +66,24 @@ struct mechc_method {
     /* How long a step may be begun, at most; NULL: any, and crossings are not looked for before a
      * step is tried. */
     double (*reach)(const mechc_integration *run);
-    int (*dense_stages)(mechc_integration *run, double h);       /* those of the dense output */
+    int (*dense_stages)(mechc_integration *run, double h);       /* stages of the dense output */
     /* The first `count` rows of the dense output: see dense_output.h. */
     void (*dense)(mechc_integration *run, double h, const double *end, int count, double *rows);
 };
 
-/* Work space of a method, its content undefined; NULL without memory. */
+/* Allocate the work space of a method without initialisation; NULL without memory. */
 MECHC_STATIC void *mechc_new_work(const mechc_method *method)
 {
     return mechc_new_aligned(method->work_size);
 }
 
-/* Is its code there, not its traits alone? */
+/* Whether the code of a method is loaded, not only its traits. */
 MECHC_STATIC int mechc_is_loaded(const mechc_method *method)
 {
     return method->step || method->together;
 }
 
-/* Go on with a method; 0 without memory. */
+/* Continue with a method; 0 without memory. */
 MECHC_STATIC int mechc_use_method(mechc_integration *run, const mechc_method *method)
 {
     void **work = &run->work[method->number];
@@ -101,8 +101,8 @@ MECHC_STATIC int mechc_use_method(mechc_integration *run, const mechc_method *me
     return 1;
 }
 
-/* Use the code of the method of this step, where it has been loaded since; 0 where it is still wanted
- * or there is no memory. */
+/* Use the code of this step's method if it has been loaded since; 0 if it is still missing or
+ * without memory. */
 MECHC_STATIC int mechc_use_loaded(mechc_integration *run)
 {
     const int in_use = run->current == run->method;

@@ -57,7 +57,7 @@ MECHC_INLINE double mechc_small_change(double scale, double value)
     return MECHC_SMALL_MOVE * mechc_max(scale, MECHC_LARGE_VALUE * fabs(value));
 }
 
-/* Statistics and the monitor learn of a stage. */
+/* Report a stage to statistics and monitor. */
 MECHC_STATIC void mechc_meet(mechc_integration *run, double t, const double *y, double singular)
 {
 #if MECHC_NC > 0
@@ -73,8 +73,8 @@ MECHC_STATIC void mechc_meet(mechc_integration *run, double t, const double *y, 
 #endif
 }
 
-/* Why rates are not finite: the mass matrix is factored only here where constraints are solved in
- * their free directions. */
+/* The reason why rates are not finite: where constraints are solved in their free directions, the
+ * mass matrix is factored only here. */
 MECHC_RARE_ONCE int mechc_not_finite(const mechc_scalar_place *place, mechc_stats *stats)
 {
 #if MECHC_ARTICULATED
@@ -99,7 +99,7 @@ MECHC_RARE_ONCE int mechc_not_finite(const mechc_scalar_place *place, mechc_stat
 #if MECHC_HAS(DRIVER)
 MECHC_RARE double mechc_conditioning_at(const mechc_integration *run, double t, const double *q);
 
-/* By functions of the caller's. */
+/* Rates by functions of the caller. */
 MECHC_RARE int mechc_outer_rates(mechc_integration *run, double t, double *y, double *rates)
 {
     run->head.stats.rhs_evaluations++;
@@ -137,7 +137,7 @@ MECHC_ONCE int mechc_rates_at(mechc_integration *run, double t, double *y, doubl
     return MECHC_RUNNING;
 }
 
-/* Of the configuration rows at a configuration, whatever rows are redundant. */
+/* The conditioning of the configuration rows at a configuration, whichever rows are redundant. */
 MECHC_ONCE double mechc_conditioning_at(const mechc_integration *run, double t, const double *q)
 {
 #if MECHC_NH > 0
@@ -169,10 +169,10 @@ MECHC_INLINE double mechc_conditioning_at(const mechc_integration *run, double t
  * near a crossing to have any. */
 #define MECHC_ASIDE 1e-2
 
-/* The same of a first or last state so near a crossing that rows which its rounding turns would
- * decide about its speeds: the speeds are kept, and q is moved within its rounding until they fit.
- * Its accelerations are those a little farther on (`way` 1) or back (-1) in the run: steps of
- * collocation, which take it, take no rates at their ends, and begin their iteration with these. */
+/* Rates of a first or last state so near a crossing that rows turned by its rounding would decide about its
+ * speeds: the speeds are kept, and q is moved within its rounding until they fit.  The accelerations are
+ * those a little farther on (`way` 1) or back (-1) in the run: steps of collocation, which begin or end
+ * there, take no rates at their ends, and begin their iteration with these. */
 MECHC_RARE int mechc_rates_beside(mechc_integration *run, double t, double way,
                                   const double *scale, double *y, double *rates)
 {

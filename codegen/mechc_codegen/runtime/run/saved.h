@@ -11,7 +11,7 @@
 #include "run/method.h"
 #include "run/trajectory.h"
 
-/* The end of a trajectory: of the last step both states and the rows between them. */
+/* The size of a trajectory's end: both states of its last step, and the rows between them. */
 MECHC_STATIC size_t mechc_end_size(const mechc_trajectory *trajectory)
 {
     return (size_t)(2 + trajectory->width * (2 + trajectory->dense_rows)) * sizeof(double);
@@ -29,7 +29,7 @@ MECHC_STATIC void mechc_save_end(const mechc_trajectory *trajectory, double *to)
         memcpy(to + 2 + 2 * width, trajectory->dense + first * block, (size_t)block * sizeof *to);
 }
 
-/* As the whole trajectory; 0 without memory. */
+/* Restore the end as the whole trajectory; 0 without memory. */
 MECHC_STATIC int mechc_restore_end(mechc_trajectory *trajectory, const double *from)
 {
     const ptrdiff_t width = trajectory->width, block = width * trajectory->dense_rows;
@@ -49,7 +49,7 @@ MECHC_RARE size_t mechc_saved_size(const mechc_run *head)
     return size;
 }
 
-/* Into mechc_saved_size(run) bytes, at a multiple of 8. */
+/* Save the run into mechc_saved_size(run) bytes, at a multiple of 8. */
 MECHC_RARE void mechc_save(const mechc_run *head, void *saved)
 {
     const mechc_integration *run = (const mechc_integration *)head;
@@ -65,7 +65,7 @@ MECHC_RARE void mechc_save(const mechc_run *head, void *saved)
     }
 }
 
-/* The trajectory of the run is then the step that ended there. */
+/* Restore the run; its trajectory then consists of the step that ended there. */
 MECHC_RARE void mechc_restore(mechc_run *head, const void *saved)
 {
     mechc_integration *run = (mechc_integration *)head;

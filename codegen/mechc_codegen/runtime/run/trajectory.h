@@ -14,7 +14,7 @@ MECHC_STATIC int mechc_grow(double **array, ptrdiff_t doubles)
     return 1;
 }
 
-/* Room for one more state; dense rows between the states grow along. */
+/* Make room for one more state and the dense rows before it; 0 without memory. */
 MECHC_STATIC int mechc_make_room(mechc_trajectory *trajectory)
 {
     if (trajectory->count < trajectory->capacity) return 1;
@@ -33,7 +33,7 @@ MECHC_STATIC int mechc_make_room(mechc_trajectory *trajectory)
     return 1;
 }
 
-/* The state is not kept any more, but for its time. */
+/* Drop a state, except for its time. */
 MECHC_STATIC void mechc_drop(mechc_trajectory *trajectory, double t)
 {
     trajectory->dropped[1] = trajectory->dropped[0];
@@ -53,7 +53,7 @@ MECHC_STATIC int mechc_append(mechc_trajectory *trajectory, double t, const doub
     return 1;
 }
 
-/* One more crossing of a change point; `coordinates` of them in q. */
+/* Append a crossing of a change point; q has `coordinates` of them. */
 MECHC_STATIC int mechc_append_crossing(mechc_trajectory *trajectory, double t, double gap,
                                        const double *q, int coordinates)
 {
@@ -69,7 +69,7 @@ MECHC_STATIC int mechc_append_crossing(mechc_trajectory *trajectory, double t, d
     return 1;
 }
 
-/* A state whose turns were taken out. */
+/* Append a state from whose angles turns were removed. */
 MECHC_STATIC int mechc_append_turned(mechc_trajectory *trajectory, double t, const double *y,
                                      const double *turns)
 {
@@ -116,8 +116,8 @@ MECHC_STATIC int mechc_holds(const mechc_trajectory *trajectory, ptrdiff_t step,
         && (step + 1 == last || direction * (t - times[step + 1]) < 0.0);
 }
 
-/* The same as mechc_step_of, found at once at or right after the step `near`: times that are
- * asked for are mostly in order. */
+/* The step that holds t, as of mechc_step_of, found at once if it is the step `near` or the next
+ * one: requested times are mostly in order. */
 MECHC_STATIC ptrdiff_t mechc_step_near(const mechc_trajectory *trajectory, ptrdiff_t near, double t)
 {
     if (mechc_holds(trajectory, near, t)) return near;

@@ -37,7 +37,7 @@ MECHC_STATIC void mechc_take_turns(double *q, double *turns)
 #endif
 }
 
-/* The coordinates with their turns. */
+/* Write the coordinates with their turns. */
 MECHC_STATIC void mechc_give_turns(const double *turns, double *q)
 {
 #ifdef MECHC_PERIODIC

@@ -1,4 +1,4 @@
-/* How far a step keeps to the branches of its roots; generic over `real`.
+/* The limit that branches of roots put on a step; generic over `real`.
  *
  * A square root and a power are positive.  What they are taken of may touch zero, as that of
  * sqrt(x^2 + x^4): there the equations have a corner, but the series of the root goes on smoothly,

@@ -20,9 +20,9 @@
 #include "series/order.h"
 #include "scene_series.h"
 
-/* The rows up to the order `last`.  Of few series the row at hand stays in registers, since the next
- * one waits for it.  What is integrated has its row from the rates of the row before; of scenes that
- * are integrated by their momenta M u these have the places of the speeds, until those follow. */
+/* Compute the rows up to the order `last`.  With few series the current row stays in registers, since the
+ * next one waits for it.  Integrated series have their row from the rates of the row before; in scenes
+ * integrated by their momenta M u these have the places of the speeds until the speeds follow. */
 MECHC_ONCE void FN(series)(real t, const real *y, const FN(given) *given, real scale, int last,
                            real (*rows)[MECHC_SERIES])
 {

@@ -23,7 +23,7 @@ typedef struct {
 
 MECHC_INLINE void FN(series_begin)(FN(series_sides) *sides) { memset(sides, 0, sizeof *sides); }
 
-/* The products with row n from either end; last: row order - n. */
+/* Add the products with row n from either end; last: row order - n. */
 MECHC_INLINE void FN(series_outer)(int n, int order, real (*rows)[MECHC_SERIES], const real *last,
                                    const real *none, const real *inner, real *sums)
 {
@@ -32,7 +32,7 @@ MECHC_INLINE void FN(series_outer)(int n, int order, real (*rows)[MECHC_SERIES],
     FN(series_ends)(inner, early, first, last, sums);
 }
 
-/* The whole sums of an order; last: the row before. */
+/* The complete sums of an order; last: the row before. */
 MECHC_INLINE void FN(series_take)(FN(series_sides) *sides, int order, real (*rows)[MECHC_SERIES],
                                   const real *last, real *sums)
 {

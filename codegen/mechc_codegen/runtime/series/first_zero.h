@@ -9,14 +9,14 @@
 #define MECHC_ZERO_LOOKS 64
 #define MECHC_ZERO_REFINED 6
 
-/* The polynomial seen from d on: Horner's scheme, again and again. */
+/* Shift the polynomial to a new origin d, by repeated use of Horner's scheme. */
 MECHC_STATIC void mechc_shift_series(double *terms, int last, double d)
 {
     for (int i = 0; i < last; i++)
         for (int k = last - 1; k >= i; k--) terms[k] += d * terms[k + 1];
 }
 
-/* What the first term keeps at least up to d, and the slope of that. */
+/* A lower bound of the polynomial up to d, and the slope of that bound. */
 MECHC_STATIC double mechc_surely_kept(const double *terms, int last, double d, double *slope)
 {
     double change = 0.0;
@@ -64,14 +64,14 @@ MECHC_STATIC double mechc_first_zero(double *terms, int last, double most, doubl
     return fmin(s, most);
 }
 
-/* What makes a difference to the time, in parts of the scale. */
+/* A difference that just shows in the time, in parts of the scale. */
 MECHC_STATIC double mechc_just_past(double t, double scale, double part)
 {
     return 4.0 * DBL_EPSILON * (fabs(t / scale) + part);
 }
 
-/* Of all roots of one run; `stride` numbers lie between the coefficients of one lane, *zero: one has
- * a zero there. */
+/* The end of a step at the first zero among all roots of one run; `stride` numbers lie between the
+ * coefficients of one lane, *zero: a root has a zero there. */
 MECHC_STATIC double mechc_branches_end(const double *rows, int stride, int order, double most,
                                        double past, int *zero)
 {

@@ -54,8 +54,8 @@ MECHC_INLINE void mechc_vector_series_put(mechc_vector_series_sides *sides, int 
     (void)sides, (void)order, (void)row;
 }
 #else
-/* The factors of all sums side by side, order after order, and what they add up to without the
- * products with the first and the last row. */
+/* The factors of all sums side by side, order after order, and the sums without the products with
+ * the first and the last row. */
 typedef struct {
     double left[MECHC_TAYLOR_MOST][MECHC_SPREAD_WIDTH] __attribute__((aligned(64)));
     double right[MECHC_TAYLOR_MOST][MECHC_SPREAD_WIDTH] __attribute__((aligned(64)));
@@ -69,7 +69,7 @@ MECHC_INLINE void mechc_scalar_series_begin(mechc_scalar_series_sides *sides)
     memset(sides->none, 0, sizeof sides->none);
 }
 
-/* The whole sums of an order; last: the row before. */
+/* The complete sums of an order; last: the row before. */
 MECHC_INLINE void mechc_scalar_series_take(const mechc_scalar_series_sides *sides, int order,
                                            double (*rows)[MECHC_SERIES], const double *last,
                                            double *sums)
@@ -83,7 +83,7 @@ MECHC_INLINE void mechc_scalar_series_take(const mechc_scalar_series_sides *side
 #define mechc_scalar_series_take_last mechc_scalar_series_take /* what is not used costs little */
 #endif
 
-/* Of an order of which only the last row is not there yet. */
+/* Prepare an order of which only the last row is missing. */
 MECHC_INLINE void mechc_scalar_series_prepare(mechc_scalar_series_sides *sides, int order)
 {
     mechc_vector sum[MECHC_SPREAD_WIDTH / MECHC_LANES];

@@ -21,7 +21,7 @@ static const double mechc_inverse_of[MECHC_TAYLOR_MOST + 1] __attribute__((unuse
     1.0 / 18, 1.0 / 19, 1.0 / 20, 1.0 / 21, 1.0 / 22, 1.0 / 23, 1.0 / 24, 1.0 / 25, 1.0 / 26,
 };
 
-/* Of steps that may err by so much, relative to the scales. */
+/* The order of steps whose allowed error, relative to the scales, is given. */
 static inline int mechc_taylor_order(double tolerance)
 {
     const double digits = -log(tolerance > DBL_EPSILON ? tolerance : DBL_EPSILON);

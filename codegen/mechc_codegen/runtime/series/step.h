@@ -14,8 +14,8 @@
 #define MECHC_ROUGH_EXCESS 0.2288 /* of f (1 - f), in 1 + f over 2^f */
 #define MECHC_TAYLOR_JUDGED 3 /* last orders: in a symmetric motion every other one may vanish */
 
-/* 1 over what is tolerated of each component's error: so much of its scale, or a number and so much of
- * its size; never less than rounding. */
+/* The inverse of the tolerated error of each component: a part of its scale, or a number and a part
+ * of its size; never less than rounding. */
 MECHC_INLINE void FN(taylor_weights)(const real *y, const real *scale, const real *floor,
                                      real of_scale, real of_size, real *weights)
 {
@@ -80,7 +80,7 @@ MECHC_INLINE void FN(taylor_sum)(real (*rows)[MECHC_SERIES], int order, real s, 
                    : R_FMA(sum[i], s, other[i]);
 }
 
-/* The state after the part s of the scale.  Compensated: Kahan (1965). */
+/* The state at the part s of the scale, by compensated summation: Kahan (1965). */
 MECHC_INLINE void FN(taylor_end)(real (*rows)[MECHC_SERIES], int order, real s,
                                  const real *compensation, real *next_compensation, real *end)
 {
@@ -93,8 +93,8 @@ MECHC_INLINE void FN(taylor_end)(real (*rows)[MECHC_SERIES], int order, real s,
     }
 }
 
-/* The same polynomial in the form of the dense output (run/dense_output.h) over a step of s:
- * p = s r0 + s (1 - s) (r1 + s (...)): by turns divided by s and by s - 1. */
+/* The polynomial in the form of the dense output (run/dense_output.h) over a step of s: p = s r0 +
+ * s (1 - s) (r1 + s (...)), by divisions by s and by s - 1 in turn. */
 MECHC_INLINE void FN(taylor_dense)(real (*rows)[MECHC_SERIES], int order, real s,
                                    const real *end, int count, real *dense)
 {

@@ -15,13 +15,13 @@
 #define MECHC_NEAR_BY_ITSELF 2
 #endif
 
-/* x is small enough for the reduction. */
+/* Whether x is small enough for the reduction. */
 MECHC_INLINE rmask FN(reducible)(real x)
 {
     return R_MASK(x <= MECHC_REDUCTION_LIMIT) & R_MASK(x >= -MECHC_REDUCTION_LIMIT);
 }
 
-/* The C library's where x is large, else what was found; out of line, by value: the usual path
+/* The C library's results for large x, otherwise those found; out of line, by value: the usual path
  * keeps its registers. */
 MECHC_ONCE __attribute__((cold)) real FN(sin_beyond)(real x, real found)
 {
@@ -57,14 +57,14 @@ MECHC_INLINE void FN(sincos)(real x, real *sine, real *cosine)
     }
 }
 
-/* Out of line, as above; both turn[1] and turn[2] are those of turn[0] = x then. */
+/* Renew what is kept in `turn`, out of line as above: turn[1] and turn[2] are those of turn[0] = x. */
 MECHC_ONCE void FN(renew_turn)(real x, real *turn)
 {
     turn[0] = x;
     FN(sincos)(x, turn + 1, turn + 2);
 }
 
-/* The same of those lanes alone that x has changed much in, by so much. */
+/* Renew only the lanes in which x has changed much, by the amount given. */
 MECHC_ONCE void FN(renew_far_turns)(real x, real by, real *turn)
 {
     const rmask near = R_MASK(by <= MECHC_NEAR_ANGLE) & R_MASK(by >= -MECHC_NEAR_ANGLE);

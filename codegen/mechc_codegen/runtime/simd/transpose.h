@@ -27,7 +27,7 @@ MECHC_INLINE void mechc_transpose(const mechc_vector *rows, mechc_vector *out)
     }
 }
 
-/* The first `count` numbers, then zeros; what is beyond them is not read. */
+/* Load the first `count` numbers, then zeros; numbers beyond them are not read. */
 MECHC_INLINE mechc_vector mechc_load_some(const double *from, int count)
 {
     return (mechc_vector)_mm512_maskz_loadu_pd((__mmask8)(0xff >> (8 - count)), from);
@@ -70,7 +70,7 @@ MECHC_INLINE void mechc_gather_block(const double *from, ptrdiff_t stride, int w
     }
 }
 
-/* Row by row. */
+/* Store a block row by row. */
 MECHC_INLINE void mechc_scatter_block(const mechc_vector *values, int width, double *to)
 {
     for (int first = 0; first < width; first += MECHC_LANES) {

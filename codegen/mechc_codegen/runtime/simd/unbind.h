@@ -1,4 +1,4 @@
-/* Takes the names that generic code uses away again: see real.h. */
+/* Removes the names that generic code uses: see real.h. */
 #undef R_VECTOR
 #undef R_EXTENDED
 #undef R_UNSIGNED

@@ -1,4 +1,4 @@
-/* What the operators on vectors do not give: selection, roots, lanes into one number and back. */
+/* Vector operations besides the operators: selection, roots, conversion between lanes and numbers. */
 #pragma once
 
 #include <math.h>

@@ -1,4 +1,4 @@
-/* On which branch of a near miss a configuration is.
+/* The branch of a near miss on which a configuration is.
  *
  * Beside q* the gap along w is g + x.Q x / 2 to second order, x the move from q* that the other rows
  * allow.  Where it vanishes is a hyperbola: of Q's two eigenvalues one, a, has the sign of -g, and
@@ -65,8 +65,8 @@ MECHC_STATIC int mechc_hyperbola_at(double t, const mechc_scalar_given *given,
         && mechc_vector_of_form(form, out->value[0], out->vector[1]);
 }
 
-/* x along the two vectors, times their values; 0 where q is off the hyperbola by more than higher
- * terms may be, or so near q* that rounding decides. */
+/* The components of x along the two vectors, times their values; 0 if q is off the hyperbola by
+ * more than higher terms allow, or so near q* that rounding decides. */
 MECHC_STATIC int mechc_along_vectors(double t, const double *q, const mechc_scalar_given *given,
                                      const mechc_critical *c, const mechc_hyperbola *at,
                                      double *along)
@@ -107,8 +107,8 @@ MECHC_STATIC int mechc_changes_branch(const mechc_span *span, const mechc_critic
     return 0;
 }
 
-/* The same at a change point, where the curves are lines: on the other side of q* both components of
- * x have changed their signs, on another branch one of them. */
+/* Whether the step changes the branch at a change point, where the curves are lines: on the other
+ * side of q* both components of x have changed their signs, on another branch one of them. */
 MECHC_STATIC int mechc_turns_aside(const mechc_span *span, const mechc_critical *c)
 {
     const mechc_path *path = span->path;

@@ -68,7 +68,7 @@ MECHC_INLINE double mechc_partial(const mechc_scalar_place *place, int row, int 
     return place->jacobian[row * MECHC_NU + j] * mechc_scalar_unit_of(place, MECHC_NQ + j);
 }
 
-/* The largest of them. */
+/* The largest of these entries. */
 MECHC_STATIC double mechc_largest_partial(const mechc_scalar_place *place)
 {
     double largest = place->ordinary_sum;
@@ -88,7 +88,7 @@ MECHC_STATIC void mechc_pull_of(const mechc_scalar_place *place, const double *n
     }
 }
 
-/* The same at q moved by `step` units along speed j; step 0: at q. */
+/* J^T w at q moved by `step` units along speed j; step 0: at q. */
 MECHC_STATIC void mechc_pull(double t, const double *q, const mechc_scalar_given *given, int j,
                              double step, const double *normal, double *out)
 {
@@ -141,7 +141,7 @@ MECHC_STATIC double mechc_critical_equations(double t, const mechc_scalar_given 
     return length;
 }
 
-/* Unit vectors, in weighted speeds, that span the rows which do not vanish at q*; how many. */
+/* Unit vectors, in weighted speeds, that span the rows which do not vanish at q*; their number. */
 MECHC_STATIC int mechc_span_rows(const mechc_scalar_place *place, const mechc_critical *c,
                                  double *rows)
 {
@@ -256,7 +256,7 @@ MECHC_ONCE int mechc_find_critical_of(double t, const double *q, const mechc_sca
     return 0;
 }
 
-/* The same of the weakest direction. */
+/* Newton's method for a critical configuration from the weakest direction. */
 MECHC_STATIC int mechc_find_critical(double t, const double *q, const mechc_scalar_given *given,
                                      const mechc_weakest *at, double reach, mechc_critical *c)
 {
@@ -276,8 +276,8 @@ MECHC_STATIC double mechc_weight(const mechc_scalar_given *given, const mechc_cr
 #endif
 }
 
-/* Is the critical configuration found before, but for whole turns of angles, one here too?  Then it
- * is stored in c. */
+/* Whether the critical configuration found before, apart from whole turns of angles, is one here
+ * too.  Then it is stored in c. */
 MECHC_ONCE int mechc_still_critical(double t, const double *q, const mechc_scalar_given *given,
                                     double reach, const mechc_critical *known, mechc_critical *c)
 {

@@ -1,4 +1,4 @@
-/* What a step did near a critical configuration, and whether it may be accepted.
+/* The judgement of a step near a critical configuration.
  *
  * Of a step with a poor conditioning three questions are asked: did the weakest direction change
  * its sign, did the configuration pass q*, and is q* a change point.  Through a change point the
@@ -171,7 +171,7 @@ MECHC_STATIC int mechc_straddle(const mechc_span *span, const mechc_critical *c,
 #define MECHC_END_BESIDE 0.05
 #define MECHC_END_NEAR (10.0 * MECHC_TOO_NEAR)
 
-/* Does the run end so near a crossing that a method which takes rates at its end is of no use? */
+/* Whether the run ends so near a crossing that a method which takes rates at its end is of no use. */
 MECHC_STATIC int mechc_ends_beside(const mechc_span *span, const mechc_critical *c, double ratio)
 {
     const double ahead = mechc_time_to(span, c), apart = fabs(span->left - ahead);
@@ -222,13 +222,13 @@ MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_monitor *
     else if (turned) out->action = MECHC_CROSSES;
 }
 
-/* A step of collocation may end a run as near to a crossing as it likes: no rates are taken there. */
+/* Whether the step ends a run by collocation, which takes no rates at its end. */
 MECHC_STATIC int mechc_ends_run(const mechc_span *span)
 {
     return span->last && span->looks_ahead;
 }
 
-/* The critical configuration near q: the last one found, where it is one of this step too.  at: the
+/* Find the critical configuration near q: the last one found, if it is in this step too. at: the
  * weak directions at q; NULL: not known yet. */
 MECHC_STATIC int mechc_find_near(const mechc_span *span, const double *q, const mechc_weakest *at,
                                  mechc_monitor *monitor, double reach, mechc_critical *c)
@@ -259,8 +259,8 @@ MECHC_STATIC int mechc_weak_part(const mechc_weakest *at, int i, double *normal)
     return square > 0.0;
 }
 
-/* Loops beside each other may be critical together: one bends at its near miss while another passes
- * its change point.  What is passed besides the weakest direction's near miss. */
+/* Examine what a step passed besides the weakest direction's near miss.  Loops beside each other
+ * may be critical together: one bends at its near miss while another passes its change point. */
 MECHC_ONCE void mechc_examine_others(const mechc_span *span, mechc_monitor *monitor, double reach,
                                      mechc_decision *out)
 {

@@ -21,7 +21,7 @@
 /* Conditioning below which loops are closed so. */
 #define MECHC_CLOSED_FINELY (0.03 * (MECHC_LINKS > 0 ? MECHC_TOGETHER : 1.0))
 
-/* Squared: not where what closing to rounding leaves is farther than the crossing. */
+/* Whether loops are closed finely, by the squared conditioning: not if it is as small as rounding. */
 MECHC_INLINE int mechc_is_fine(double conditioning)
 {
     return conditioning < MECHC_CLOSED_FINELY * MECHC_CLOSED_FINELY && conditioning > DBL_EPSILON;
@@ -41,7 +41,7 @@ MECHC_STATIC void mechc_extended_sincos(long double x, long double *sine, long d
 #include "scene_program.h"
 #include "simd/unbind.h"
 
-/* The gaps at q, less what the lengths leave at the crossing, rounded last. */
+/* The gaps at q minus those that the lengths leave at the crossing, rounded last. */
 MECHC_ONCE void mechc_find_fine_gap(double t, const double *q, const mechc_scalar_given *given,
                                     const mechc_critical *crossing, double *gap)
 {

@@ -96,7 +96,7 @@ MECHC_STATIC double mechc_sum_of_lengths(const mechc_scalar_place *place)
 /* A sum without rounding, as double and remainder, and what its terms stand for besides. */
 typedef struct {
     double sum, rest;
-    double typed;  /* what the decimals add to it */
+    double typed;  /* error of the typed decimals */
     double spread; /* half an ulp of each number that is none */
 } mechc_exact;
 
@@ -107,7 +107,7 @@ MECHC_STATIC void mechc_add_exactly(mechc_exact *out, double term)
     out->sum = sum;
 }
 
-/* The decimal of few digits within `near` of x, less x itself; NaN where there is none. */
+/* The decimal of few digits within `near` of x, minus x itself; NaN if there is none. */
 MECHC_STATIC double mechc_decimal_beyond(double x, double near, double longest)
 {
     double power = 1.0;
@@ -138,7 +138,7 @@ MECHC_STATIC double mechc_gap_along(double t, const mechc_scalar_given *given,
     return mechc_dot(c->normal, place.gap, MECHC_NH);
 }
 
-/* The coefficient of parameter i in the gap; NaN where it is no multiple as above. */
+/* The coefficient of parameter i in the gap; NaN if it is no such multiple. */
 MECHC_STATIC double mechc_coefficient(double t, const mechc_scalar_given *given,
                                       const mechc_critical *c, double gap, int i)
 {
@@ -178,7 +178,7 @@ MECHC_RARE_ONCE mechc_reading mechc_read_gap(double t, const mechc_scalar_given 
     return mechc_min(fabs(sum), fabs(typed)) <= least ? MECHC_READS_CLOSED : MECHC_READS_OPEN;
 }
 
-/* g and its rounding. */
+/* Compute g and its rounding. */
 MECHC_STATIC void mechc_measure_gap(double t, const mechc_scalar_given *given, mechc_critical *c)
 {
     mechc_scalar_place place;
@@ -202,8 +202,8 @@ MECHC_STATIC void mechc_measure_gap(double t, const mechc_scalar_given *given, m
                                                           : mechc_read_gap(t, given, c);
 }
 
-/* Lengths that make a change point as they were given, or whose gap is no sum of lengths and below
- * its rounding, do so to whoever gave them.  A gap of some units keeps its sign, and the curve its
+/* Judge the gap.  Lengths that make a change point as they were typed, or whose gap is no sum of
+ * lengths and below its rounding, make one.  A gap of some units keeps its sign, and the curve its
  * bend, whatever rounding the closure has. */
 MECHC_STATIC mechc_verdict mechc_judge(const mechc_critical *c)
 {

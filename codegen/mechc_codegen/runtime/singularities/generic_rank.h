@@ -1,4 +1,4 @@
-/* How many constraint rows are independent at generic configurations of the loops.
+/* The number of constraint rows that are independent at generic configurations of the loops.
  *
  * Rows may be redundant on closed configurations only (Bennett's and Bricard's linkages, parallel
  * cranks).  At others the rest of a redundant row is the closure error, as large as an independent
@@ -59,7 +59,7 @@ MECHC_STATIC int mechc_rank_beside(double t, const double *y, const mechc_scalar
 #endif
 
 #if MECHC_NH > 0 && MECHC_NC == MECHC_NH
-/* What closes the loops again after q has moved by `step`; HUGE_VAL: nothing does. */
+/* The size of the correction that closes the loops after q has moved by `step`; HUGE_VAL: none does. */
 MECHC_STATIC double mechc_correction(double t, const double *q, const mechc_scalar_given *given,
                                      const double *step)
 {
@@ -111,7 +111,7 @@ MECHC_STATIC int mechc_manifold_at(double t, const double *q, const mechc_scalar
 }
 #endif
 
-/* The most that is found at y and beside it.  The last of the constants is overwritten. */
+/* The largest rank found at y and beside it.  The last of the constants is overwritten. */
 MECHC_ONCE int mechc_count_rows(double t, const double *y, mechc_scalar_given *given)
 {
     mechc_scalar_place place;
@@ -137,7 +137,7 @@ MECHC_ONCE int mechc_count_rows(double t, const double *y, mechc_scalar_given *g
 }
 #endif
 
-/* The same for a run that starts at a state. */
+/* Set the constants, with the rank, for a run that starts at a state. */
 MECHC_STATIC void mechc_give_at(double t, const double *y, const double *p,
                                 const mechc_inputs *inputs, const int *stop,
                                 mechc_scalar_given *given)

@@ -1,4 +1,4 @@
-/* What the constraint rows are like at ordinary configurations.
+/* The size of the constraint rows at ordinary configurations.
  *
  * Conditioning compares rows with the longest of them.  Where links come in line all rows may vanish
  * together, the only row of a rod between two cranks for instance, and then the longest says
@@ -14,7 +14,7 @@
 /* rad: so little that rows change in proportion to it, and far from rounding */
 #define MECHC_TURNED_BY 1e-3
 
-/* The longest of the rows of this change, squared, and the largest sum of the entries of one. */
+/* Update by this change the longest row, squared, and the largest sum of the entries of one. */
 MECHC_STATIC void mechc_meet_change(const mechc_scalar_place *here, const mechc_scalar_place *there,
                                     const double *weight, double *length, double *sum)
 {

@@ -1,6 +1,5 @@
-/* Where in a step a crossing is placed: in the middle of a wide gap between the nodes, since the
- * nearest node decides how much the rounding of the closure is magnified.
- */
+/* Placement of a crossing in a step: in the middle of a wide gap between the nodes, since the
+ * nearest node decides how much the rounding of the closure is magnified. */
 #pragma once
 
 #include "simd/lanes.h"
@@ -39,8 +38,8 @@ MECHC_STATIC double mechc_plan(mechc_nodes nodes, double ahead, double open)
     return mechc_min(open, MECHC_WELL_BEFORE * ahead);
 }
 
-/* The same of a step that reaches the run's end: a crossing near it lies behind the last node, in the
- * middle of the gap before that one, or will of the next step. */
+/* The longest step that suits a crossing and reaches the run's end: a crossing near the end lies behind the
+ * last node, in the middle of the gap before that one, or will do so in the next step. */
 MECHC_STATIC double mechc_plan_to_end(mechc_nodes nodes, double ahead, double open)
 {
     const double last = nodes.at[nodes.count - 1], before = nodes.at[nodes.count - 2];
@@ -50,8 +49,8 @@ MECHC_STATIC double mechc_plan_to_end(mechc_nodes nodes, double ahead, double op
     return ahead < (middle + near) * open ? open : open - (open - ahead) / (1.0 - middle);
 }
 
-/* The widest gap between a step's nodes, its middle, and how far from the middle is still well
- * inside. */
+/* The widest gap between a step's nodes, its middle, and the distance from the middle that is still
+ * well inside. */
 MECHC_STATIC void mechc_widest_gap(mechc_nodes nodes, double *low, double *best, double *high)
 {
     double widest = 0.0;

@@ -1,4 +1,4 @@
-/* A step to be examined, and what is found of it. */
+/* A step that is examined, and the results. */
 #pragma once
 
 #include "dynamics/scalar_stage.h"

@@ -1,4 +1,4 @@
-/* Which weak directions changed their sign within a step, followed from node to node.
+/* Weak directions that changed their sign within a step, followed from node to node.
  *
  * The step's ends alone cannot show it: a step over two near misses changes the sign twice, and
  * besides the weakest row a second one may change its own.  So every direction whose singular value
@@ -26,7 +26,7 @@ MECHC_STATIC int mechc_has_no_sign(const mechc_span *span, const mechc_weakest *
         || (span->last && after->ratio < MECHC_NO_SIGN);
 }
 
-/* A configuration of a step, its rows, and what was asked of them so far. */
+/* A configuration of a step, its rows, and the results computed for it so far. */
 typedef struct {
     double fraction, q[MECHC_NQ];
     int open; /* off the manifold: from there another sheet is near, unseen */
@@ -39,7 +39,7 @@ typedef struct {
 #endif
 } mechc_seen;
 
-/* At out->q. */
+/* Compute the rows at out->q. */
 MECHC_STATIC void mechc_see(const mechc_span *span, mechc_seen *out)
 {
     mechc_scalar_place place;
@@ -51,7 +51,7 @@ MECHC_STATIC void mechc_see(const mechc_span *span, mechc_seen *out)
 #endif
 }
 
-/* Its weak directions. */
+/* Compute its weak directions. */
 MECHC_STATIC const mechc_weakest *mechc_weakest_seen(int rank, mechc_seen *seen)
 {
     double a[MECHC_NH * MECHC_NU];
@@ -131,7 +131,7 @@ MECHC_STATIC int mechc_surely_kept(const mechc_weakest *before, const mechc_weak
 /* How often a piece between two nodes is halved. */
 #define MECHC_HALVINGS 3
 
-/* Is it one, with every gap closed but the one along its normal? */
+/* Whether a configuration is critical, with every gap closed but the one along its normal. */
 MECHC_STATIC int mechc_is_critical(const mechc_span *span, double t, const mechc_critical *c)
 {
     mechc_scalar_place place;
@@ -144,15 +144,15 @@ MECHC_STATIC int mechc_is_critical(const mechc_span *span, double t, const mechc
     return 1;
 }
 
-/* What is found between two nodes: directions that certainly changed their sign, and the last gap
+/* Findings between two nodes: directions that certainly changed their sign, and the last gap
  * judged. */
 typedef struct {
     int turned;
     double gap;
 } mechc_tally;
 
-/* What direction k passed there, from the node at which it is weaker.  Where it changed its sign
- * and no critical configuration explains it, the step is too long to follow the motion. */
+/* Judge what direction k passed there, from the node at which it is weaker.  If it changed its sign
+ * and no critical configuration explains that, the step is too long to follow the motion. */
 MECHC_STATIC mechc_verdict mechc_judge_row(const mechc_span *span, const mechc_seen *before,
                                            const mechc_seen *after, int k, double reach, int surely,
                                            mechc_tally *tally)
@@ -170,7 +170,7 @@ MECHC_STATIC mechc_verdict mechc_judge_row(const mechc_span *span, const mechc_s
     return is_one ? mechc_judge(&found) : surely ? MECHC_NEAR_MISS : MECHC_UNKNOWN;
 }
 
-/* The worst that a weak direction passed between two nodes. */
+/* The worst case among the weak directions between two nodes. */
 MECHC_STATIC mechc_verdict mechc_judge_piece(const mechc_span *span, const mechc_seen *before,
                                              const mechc_seen *after, double reach,
                                              mechc_tally *tally)
@@ -310,7 +310,7 @@ MECHC_STATIC void mechc_see_between(const mechc_span *span, int i, double fracti
 }
 #endif
 
-/* The same; the piece is halved where a direction may have changed its sign twice. */
+/* Judge a piece between two nodes; it is halved where a direction may have changed its sign twice. */
 MECHC_STATIC mechc_verdict mechc_judge_halves(const mechc_span *span, int rank,
                                               mechc_seen *before, mechc_seen *after, int i,
                                               int halvings, double reach, mechc_tally *tally)
@@ -333,7 +333,7 @@ MECHC_STATIC mechc_verdict mechc_judge_halves(const mechc_span *span, int rank,
     return mechc_judge_piece(span, before, after, reach, tally);
 }
 
-/* A node of the step. */
+/* Add a node of the step. */
 MECHC_STATIC void mechc_see_node(const mechc_span *span, int i, mechc_seen *out)
 {
     out->fraction = span->path->fraction[i];

@@ -1,4 +1,4 @@
-/* The length that coordinates which are no angles and no numbers are measured by, from the rows.
+/* The unit of coordinates that are neither angles nor pure numbers, from the rows.
  *
  * It is the move of such a coordinate that changes a row as much as a radian of an angle does, or how
  * far they are from zero; where neither tells, what a radian changes a row by.

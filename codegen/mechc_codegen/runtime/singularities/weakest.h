@@ -174,7 +174,7 @@ MECHC_ONCE void mechc_decompose(double *a, double ordinary, int rank, mechc_weak
 #endif
 }
 
-/* The same of rows by speeds. */
+/* The weakest direction of rows by speeds. */
 MECHC_STATIC void mechc_find_weakest(const double *jacobian, const double *mass, double ordinary,
                                      int rank, mechc_weakest *out)
 {
@@ -183,7 +183,7 @@ MECHC_STATIC void mechc_find_weakest(const double *jacobian, const double *mass,
     mechc_decompose(a, ordinary, rank, out);
 }
 
-/* The same of a configuration whose rows may not have been computed explicitly. */
+/* The weakest direction at a configuration whose rows may not have been computed explicitly. */
 MECHC_ONCE void mechc_weakest_of(const mechc_scalar_place *place, int rank, mechc_weakest *out)
 {
 #if MECHC_LINKS > 0

@@ -1,4 +1,4 @@
-/* Runs continue: side by side where their method and they are fit for it, else one by one. */
+/* Advance of runs: side by side if method and state allow it, otherwise one by one. */
 #pragma once
 
 #include "abi/run.h"
@@ -8,14 +8,14 @@
 #include "stepping/attempt.h"
 #include "stepping/lockstep_fit.h"
 
-/* Attempts that a run still has, of those asked for. */
+/* The number of requested attempts that a run has left. */
 MECHC_STATIC long mechc_attempts_left(const mechc_integration *run, long steps)
 {
     const long left = run->max_steps - run->head.stats.steps - run->head.stats.rejected;
     return left < steps ? left : steps;
 }
 
-/* Over to the method in lockstep, or to the one that continues alone; 0 without memory. */
+/* Change to the method in lockstep, or to the one that continues alone; 0 without memory. */
 MECHC_STATIC int mechc_take_place(mechc_integration *run)
 {
     const mechc_method *asked = run->methods[run->number];
@@ -27,14 +27,14 @@ MECHC_STATIC int mechc_take_place(mechc_integration *run)
     return 0;
 }
 
-/* Can its next steps be taken side by side with others'? */
+/* Whether its next steps can be taken side by side with other runs. */
 MECHC_STATIC int mechc_runs_together(const mechc_integration *run, long steps)
 {
     return run->current->together && mechc_attempts_left(run, steps) > 0
         && mechc_fits_lockstep(run);
 }
 
-/* Up to `steps` attempts of each of up to MECHC_LANES runs of one method; returns early where one
+/* Make up to `steps` attempts of each of up to MECHC_LANES runs of one method; returns early if one
  * that ran beside others has ended or continues alone. */
 MECHC_STATIC void mechc_advance_runs(mechc_run **heads, int count, long steps)
 {

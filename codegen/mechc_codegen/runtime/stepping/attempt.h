@@ -16,7 +16,7 @@
 /* Conditioning above which a crossing that the pair was left to is passed. */
 #define MECHC_LEFT_BEHIND (MECHC_NC > 2 ? 0.2 : 0.1)
 
-/* The step to try; 1 where it is the last. */
+/* The step to try; returns 1 if it is the last. */
 MECHC_STATIC int mechc_next_step(mechc_integration *run, double *h)
 {
     if (run->current->plan) run->current->plan(run);
@@ -39,7 +39,7 @@ MECHC_STATIC void mechc_widen_scale(mechc_integration *run)
         run->scale[i] = mechc_max(run->scale[i], fabs(run->y[i]));
 }
 
-/* Rows of the dense output where they are kept or wanted for a crossing. */
+/* Compute the rows of the dense output if they are recorded or needed for a crossing. */
 MECHC_STATIC int mechc_finish_step(mechc_integration *run, double h, const double *end)
 {
     mechc_trajectory *trajectory = &run->head.trajectory;
@@ -71,7 +71,7 @@ MECHC_STATIC void mechc_move_on(mechc_integration *run, double h, double t, cons
     run->head.t = t;
 }
 
-/* The monitor learns of an accepted step, whose end has this conditioning. */
+/* Tell the monitor about an accepted step, whose end has this conditioning. */
 MECHC_STATIC void mechc_monitor_accept(mechc_integration *run, double h, double conditioning)
 {
     mechc_monitor *monitor = &run->monitor;
@@ -111,7 +111,7 @@ MECHC_STATIC int mechc_accept(mechc_integration *run, double h, double t, const 
     return made ? MECHC_RUNNING : MECHC_NO_MEMORY;
 }
 
-/* Try again from the same state, with a step by `factor` as long. */
+/* Try again from the same state, with the step multiplied by `factor`. */
 MECHC_STATIC int mechc_refuse(mechc_integration *run, double factor)
 {
     run->head.stats.rejected++;
@@ -122,7 +122,7 @@ MECHC_STATIC int mechc_refuse(mechc_integration *run, double factor)
     return MECHC_RUNNING;
 }
 
-/* The status where no step succeeds: beside a critical configuration doubles cannot decide it. */
+/* The status if no step succeeds: beside a critical configuration, doubles cannot decide it. */
 MECHC_STATIC int mechc_too_small(const mechc_integration *run)
 {
     const int examined = run->head.stats.critical_gap < HUGE_VAL;
@@ -132,7 +132,7 @@ MECHC_STATIC int mechc_too_small(const mechc_integration *run)
     return run->failure ? run->failure : MECHC_STEP_TOO_SMALL;
 }
 
-/* A stage could not be taken. */
+/* Handle a stage that could not be computed. */
 MECHC_STATIC int mechc_fail(mechc_integration *run, double h, int status)
 {
     const int over = status == MECHC_NO_MEMORY || status == MECHC_INTERRUPTED;
@@ -157,7 +157,7 @@ MECHC_STATIC int mechc_place_instead(mechc_integration *run, double h, const dou
         && run->decision.action == MECHC_RETRY;
 }
 
-/* A step's error is too large. */
+/* Handle a step whose error is too large. */
 MECHC_STATIC int mechc_shorten(mechc_integration *run, double h, const double *end, double error,
                                double factor)
 {
@@ -167,7 +167,7 @@ MECHC_STATIC int mechc_shorten(mechc_integration *run, double h, const double *e
     return mechc_refuse(run, error > 1.0 ? factor : MECHC_SHRINKS);
 }
 
-/* The next step's length, once this one stands. */
+/* Choose the next step's length after an accepted step. */
 MECHC_STATIC void mechc_lengthen(mechc_integration *run, double h, double error, double factor)
 {
     mechc_stats *stats = &run->head.stats;
@@ -184,7 +184,7 @@ MECHC_STATIC void mechc_lengthen(mechc_integration *run, double h, double error,
     run->refused = 0;
 }
 
-/* One attempt; the run's status after it. */
+/* Make one attempt; returns the run's status after it. */
 MECHC_STATIC int mechc_attempt(mechc_integration *run)
 {
     const double t = run->head.t;
@@ -218,7 +218,7 @@ MECHC_STATIC int mechc_attempt(mechc_integration *run)
     return last ? MECHC_FINISHED : MECHC_RUNNING;
 }
 
-/* Up to `steps` attempts, fewer where the run is fit for lockstep; the attempts made. */
+/* Make up to `steps` attempts, fewer if the run is fit for lockstep; returns their number. */
 MECHC_STATIC long mechc_advance_alone(mechc_integration *run, long steps)
 {
     mechc_run *head = &run->head;

@@ -41,7 +41,7 @@
 /* Errors that rounding near a crossing may leave, in units of each component's scale. */
 #define MECHC_ROUNDING_ALLOWED 1e-9
 
-/* Rounding of a state, as a poor conditioning magnifies it. */
+/* The rounding of a state, as a poor conditioning magnifies it. */
 MECHC_STATIC double mechc_rounding(const mechc_integration *run)
 {
     const double low = MECHC_NH > 0 ? mechc_max(run->monitor.first, MECHC_NARROW) : 1.0;
@@ -58,7 +58,7 @@ MECHC_STATIC double mechc_tolerance(const mechc_integration *run, int i, const d
     return mechc_max(run->method->share * asked, mechc_rounding(run) * size);
 }
 
-/* Does a step whose error is so small end near enough to the motion to tell where it led? */
+/* Whether a step with such a small error ends near enough to the motion to be examined. */
 MECHC_STATIC int mechc_error_is_small(const mechc_integration *run, double error)
 {
     return error * run->method->share * run->rtol < MECHC_SMALL_ERROR;
@@ -70,8 +70,8 @@ MECHC_STATIC double mechc_elementary_factor(mechc_integration *run, double error
     return MECHC_SAFETY * pow(error, -1.0 / run->current->order);
 }
 
-/* The same, predictive: the error grows as it did since the last step, whose length and factor are
- * given.  Gustafsson (1991).  *factor is kept for the next step. */
+/* The predictive factor: the error grows as it did since the last step, whose length and factor are
+ * given.  Gustafsson (1991). *factor is kept for the next step. */
 MECHC_STATIC double mechc_predictive_factor(const mechc_integration *run, double error,
                                             double last_step, double last_factor, double *factor)
 {
@@ -82,7 +82,7 @@ MECHC_STATIC double mechc_predictive_factor(const mechc_integration *run, double
     return MECHC_PREDICTED_SAFETY * plain * mechc_min(1.0, trend);
 }
 
-/* The same within the limits of the method. */
+/* The predictive factor within the limits of the method. */
 MECHC_STATIC double mechc_limited_factor(mechc_integration *run, double error)
 {
     const double most = run->refused ? 1.0 : run->current->growth;
@@ -91,14 +91,14 @@ MECHC_STATIC double mechc_limited_factor(mechc_integration *run, double error)
     return error > 0.0 ? mechc_min(most, mechc_max(MECHC_SHRINKS, factor)) : most;
 }
 
-/* The shortest step: some times the spacing of doubles at this time. */
+/* The shortest step: a few times the spacing of doubles at this time. */
 MECHC_STATIC double mechc_smallest_step(const mechc_integration *run)
 {
     const double t = run->head.t;
     return MECHC_SMALLEST_STEP * mechc_max(fabs(t), fabs(run->t1 - t));
 }
 
-/* The part of the limits that holds t, or would after it; count where there is none. */
+/* The part of the limits that holds t or begins after it; count if there is none. */
 MECHC_STATIC ptrdiff_t mechc_limit_at(const mechc_step_limits *limits, double t, double direction)
 {
     ptrdiff_t low = 0, high = limits->count;
@@ -111,8 +111,8 @@ MECHC_STATIC ptrdiff_t mechc_limit_at(const mechc_step_limits *limits, double t,
     return low;
 }
 
-/* A step cut to what the limits allow: over parts with different limits the shares add up to one
- * whole.  Near a critical configuration it is the crossing that decides. */
+/* A step shortened to what the limits allow: over parts with different limits the shares add up to
+ * one.  Near a critical configuration the crossing decides instead. */
 MECHC_RARE double mechc_within_limits(const mechc_integration *run, double step)
 {
     const mechc_step_limits *limits = run->limits;
@@ -133,7 +133,7 @@ MECHC_RARE double mechc_within_limits(const mechc_integration *run, double step)
     return step;
 }
 
-/* A step so long, cut to the run's end or to half of the rest; 1 where it is the last. */
+/* A step of this length, cut to the run's end or to half of the rest; returns 1 if it is the last. */
 MECHC_STATIC int mechc_fit_to_end(const mechc_integration *run, double step, double *h)
 {
     const double left = run->t1 - run->head.t;

@@ -1,4 +1,5 @@
-/* What a run does about critical configurations: all that the driver asks of singularities/.
+/* The behaviour of a run at critical configurations: all functions of singularities/ that the
+ * driver needs.
  *
  * monitor_start: at the start.   step_ahead: before a step is tried.   leave_to_pair, step_aside,
  * come_back: steps that a method leaves to the explicit pair of order 8.   examine_step: may a step
@@ -44,9 +45,9 @@ MECHC_RARE int mechc_generic_rank(const mechc_integration *run, const mechc_span
 #endif
 
 #if MECHC_NH > 0
-/* Does the conditioning at the start show that no row is redundant?  It is that of the rows that count.
- * Of n rows the least singular value is at most n^(1/2) 2^(n-1) times as small as what is left of the
- * last row in an elimination. */
+/* Whether the conditioning at the start, that of the rows that count, shows that no row is
+ * redundant.  Of n rows the least singular value is at most n^(1/2) 2^(n-1) times as small as what
+ * is left of the last row in an elimination. */
 MECHC_STATIC int mechc_shows_all_rows(const mechc_integration *run)
 {
     const int of_all = MECHC_LINKS == 0 && MECHC_NC == MECHC_NH && MECHC_NH < 8
@@ -54,7 +55,7 @@ MECHC_STATIC int mechc_shows_all_rows(const mechc_integration *run)
     return of_all && run->conditioning * run->conditioning > MECHC_NO_ROW;
 }
 
-/* Learn which rows are redundant everywhere, and refuse a start where more are. */
+/* Find the rows that are redundant everywhere, and refuse a start where more are. */
 MECHC_RARE void mechc_find_rank(mechc_integration *run)
 {
     const mechc_span span = {.given = &run->given};
@@ -69,7 +70,7 @@ MECHC_RARE void mechc_find_rank(mechc_integration *run)
 }
 #endif
 
-/* The monitor begins with the start's rates known. */
+/* Begin monitoring, with the start's rates known. */
 MECHC_RARE void mechc_monitor_start(mechc_integration *run)
 {
 #if MECHC_NH > 0
@@ -80,7 +81,7 @@ MECHC_RARE void mechc_monitor_start(mechc_integration *run)
     run->monitor.ahead = NAN;
 }
 
-/* A step from the run's state; its end may not be known yet. */
+/* The data of a step from the run's state; its end may not be known yet. */
 MECHC_STATIC mechc_span mechc_span_of(const mechc_integration *run, double h, const double *end,
                                       const double *end_rates)
 {
@@ -106,7 +107,7 @@ MECHC_STATIC mechc_span mechc_span_of(const mechc_integration *run, double h, co
     };
 }
 
-/* The step to try, as a rule no longer than `open`. */
+/* The step to try, normally no longer than `open`. */
 MECHC_STATIC double mechc_step_ahead(mechc_integration *run, double open)
 {
 #if MECHC_NH > 0
@@ -119,7 +120,7 @@ MECHC_STATIC double mechc_step_ahead(mechc_integration *run, double open)
 #endif
 }
 
-/* After one step by the pair, across a crossing: back to the method in use and its step. */
+/* Return to the method in use and its step, after one step by the pair across a crossing. */
 MECHC_STATIC void mechc_leave_bridge(mechc_integration *run)
 {
     if (run->current == run->method) return;
@@ -137,13 +138,13 @@ MECHC_STATIC void mechc_leave_to_pair(mechc_integration *run, double h)
     mechc_use_method(run, run->methods[MECHC_DOP853]);
 }
 
-/* Collocation alone starts beside a crossing. */
+/* Whether the method can start beside a crossing: only collocation can. */
 MECHC_STATIC int mechc_starts_beside(const mechc_integration *run)
 {
     return run->head.stats.steps == 0 && run->monitor.first < MECHC_TOO_NEAR;
 }
 
-/* Over a crossing so near that a step's error is nothing but rounding, as magnified there. */
+/* Step with the pair over a crossing so near that a step's error is only rounding, as magnified there. */
 MECHC_STATIC void mechc_straddle_with_pair(mechc_integration *run)
 {
     if (mechc_starts_beside(run)) return;
@@ -173,7 +174,7 @@ MECHC_STATIC int mechc_step_aside(mechc_integration *run, double h)
     return run->current->reach && here && !mechc_starts_beside(run) && ++run->missed >= 2;
 }
 
-/* Past it: back to the method that left it to the pair; 0 without memory. */
+/* Return, past the crossing, to the method that left it to the pair; 0 without memory. */
 MECHC_STATIC int mechc_come_back(mechc_integration *run)
 {
     const mechc_method *method = run->resumed;
@@ -183,7 +184,7 @@ MECHC_STATIC int mechc_come_back(mechc_integration *run)
 }
 
 #if MECHC_NH > 0
-/* On the cubic through both ends of a step, its loops closed; 1 where they cannot be. */
+/* A configuration on the cubic through both ends of a step, with its loops closed; 1 if that fails. */
 MECHC_STATIC int mechc_close_on_cubic(const mechc_span *span, double s, double *q)
 {
     const double r = 1.0 - s;
@@ -202,7 +203,7 @@ MECHC_STATIC int mechc_close_on_cubic(const mechc_span *span, double s, double *
     return 0;
 }
 
-/* The configurations of a step: those of the method where it keeps them. */
+/* The configurations of a step, those of the method if it stores them. */
 MECHC_STATIC void mechc_path_of(const mechc_integration *run, const mechc_span *span,
                                 mechc_path *path)
 {
@@ -222,7 +223,7 @@ MECHC_STATIC void mechc_path_of(const mechc_integration *run, const mechc_span *
 #endif
 
 #if MECHC_NH > 0
-/* The status of a run that gives up, and the gap that decides it. */
+/* The status of a run that gives up, and the gap that is the reason. */
 MECHC_STATIC int mechc_tell_why(mechc_integration *run)
 {
     run->head.stats.critical_gap = fabs(run->decision.gap);
@@ -237,7 +238,7 @@ MECHC_STATIC int mechc_tell_why(mechc_integration *run)
 #define MECHC_POOR_IN_CONTACT 1e-3
 #define MECHC_HIDES 0.5
 
-/* Change points are not passed by rates that are not the scene's own: no step leaps over one. */
+/* Refuse a step over a change point by rates that are not those of the scene. */
 MECHC_RARE int mechc_examine_outer(mechc_integration *run, double h)
 {
     const mechc_monitor *monitor = &run->monitor;
@@ -252,7 +253,7 @@ MECHC_RARE int mechc_examine_outer(mechc_integration *run, double h)
 }
 #endif
 
-/* Judge a step that its error allows; decision.action MECHC_RETRY where it is taken back. */
+/* Judge a step that its error allows; decision.action is MECHC_RETRY if it is rejected. */
 MECHC_STATIC int mechc_examine_step(mechc_integration *run, double h, const double *end)
 {
     run->decision.action = MECHC_STANDS;

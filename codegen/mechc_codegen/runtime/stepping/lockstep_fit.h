@@ -1,4 +1,4 @@
-/* Which runs may continue side by side: those of one method, far from critical configurations. */
+/* The conditions for runs to continue side by side: one method, far from critical configurations. */
 #pragma once
 
 #include "dynamics/scalar_stage.h"
@@ -15,7 +15,7 @@
 /* Larger states and their stages leave the first cache. */
 #define MECHC_LOCKSTEP (MECHC_NX <= 32 && MECHC_LOCKSTEP_ROWS)
 
-/* Does the run continue by the method asked for, or by the one that this leaves it to alone? */
+/* Whether the run uses the requested method, or the one that replaces it outside lockstep. */
 MECHC_STATIC int mechc_keeps_method(const mechc_integration *run)
 {
     const mechc_method *asked = run->methods[run->number];
@@ -23,7 +23,7 @@ MECHC_STATIC int mechc_keeps_method(const mechc_integration *run)
     return run->current == run->method && ((int)run->method->number == run->number || alone);
 }
 
-/* Are the rows at the run's state that far from dependent ones? */
+/* Whether the rows at the run's state are that far from dependence. */
 MECHC_STATIC int mechc_is_regular(const mechc_integration *run, double low)
 {
     if (MECHC_NC == 0 || (MECHC_NC == MECHC_NH && run->monitor.first >= low)) return 1;
@@ -49,7 +49,7 @@ MECHC_STATIC int mechc_fits_lockstep(const mechc_integration *run)
     return run->regular || mechc_is_regular(run, MECHC_LOCKSTEP_LOW);
 }
 
-/* After an accepted step of a run by itself. */
+/* Return to lockstep, if possible, after an accepted step of a run that was alone. */
 MECHC_STATIC void mechc_return_to_lockstep(mechc_integration *run)
 {
     run->last_step = run->last_factor = 0.0;

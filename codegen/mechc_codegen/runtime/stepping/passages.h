@@ -1,4 +1,4 @@
-/* Change points that an accepted step passed, each with its time and configuration.
+/* Passages: change points that an accepted step passed, each with its time and configuration.
  *
  * A step may pass several: where a motion is simple, as that of a folded linkage, steps are long.
  * Nodes do not show that, so the dense output is followed in short pieces, and each change of sign
@@ -32,7 +32,7 @@
  * it is as far from two nodes as 2 asin(MECHC_CLEAR), whose gap is half of a step of radau5. */
 #define MECHC_FAR 1.5
 
-/* How far the dense output at the fraction s has passed the change point, in this direction. */
+/* The way of the dense output beyond the change point at the fraction s, in this direction. */
 MECHC_STATIC double mechc_past_crossing(const mechc_integration *run, const double *rows, double s,
                                         const double *along)
 {
@@ -43,7 +43,7 @@ MECHC_STATIC double mechc_past_crossing(const mechc_integration *run, const doub
     return sum;
 }
 
-/* Record the crossing, its time refined on the dense output; stop there where that is asked for. */
+/* Record the crossing, its time refined on the dense output; stop there on request. */
 MECHC_STATIC int mechc_record_crossing(mechc_integration *run, double h, const double *rows)
 {
     double s = run->decision.fraction, before[MECHC_NX], along[MECHC_NX];
@@ -116,7 +116,7 @@ MECHC_STATIC void mechc_see_dense(const mechc_integration *run, const mechc_span
 }
 #endif
 
-/* May an accepted step have passed change points?  Rows turn no more than coordinates move. */
+/* Whether an accepted step may have passed change points: rows turn no more than coordinates move. */
 MECHC_STATIC int mechc_may_pass(const mechc_integration *run, double h, const double *end)
 {
 #if MECHC_NH > 0
@@ -130,7 +130,7 @@ MECHC_STATIC int mechc_may_pass(const mechc_integration *run, double h, const do
 #endif
 }
 
-/* Record all that the step passed; at least the one that it was placed across. */
+/* Record all passages of the step; at least the crossing that it was placed across. */
 MECHC_STATIC int mechc_record_passages(mechc_integration *run, double h, const double *end,
                                        const double *rows)
 {

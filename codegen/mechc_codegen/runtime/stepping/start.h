@@ -1,4 +1,4 @@
-/* The start of a run: its options taken over, scales and the first step. */
+/* The start of a run: options, scales and the first step. */
 #pragma once
 
 #include "abi/run.h"
@@ -33,8 +33,8 @@ MECHC_STATIC void mechc_first_scale(mechc_integration *run, const double *scale)
 }
 
 #if MECHC_NI > 0
-/* A motion may rest until an input sets in: speeds that within the span would not move anything by
- * a thousandth of its unit say nothing of the speeds that follow. */
+/* Widen the scales for inputs: a motion may rest until an input sets in, so speeds that within the
+ * span would not move anything by a thousandth of its unit say nothing about later speeds. */
 MECHC_STATIC void mechc_widen_for_inputs(mechc_integration *run, const double *scale)
 {
     const double span = fabs(run->t1 - run->head.t);
@@ -42,7 +42,7 @@ MECHC_STATIC void mechc_widen_for_inputs(mechc_integration *run, const double *s
         run->scale[i] = mechc_max(run->scale[i], MECHC_LEAST_SPEED * scale[i] / span);
 }
 
-/* Other inputs from the time reached on. */
+/* Change the inputs at the time that the run has reached. */
 MECHC_STATIC void mechc_change_inputs(mechc_integration *run, const mechc_inputs *inputs)
 {
     mechc_scalar_give_inputs(&run->given, 0, inputs);
@@ -54,7 +54,7 @@ MECHC_STATIC void mechc_change_inputs(mechc_integration *run, const mechc_inputs
 }
 #endif
 
-/* Of a state that is kept, or of one dropped before: numbers below 0. */
+/* The time of a recorded state, or, for numbers below 0, of one dropped before. */
 MECHC_STATIC double mechc_time_of(const mechc_trajectory *kept, ptrdiff_t i)
 {
     return i < 0 ? kept->dropped[-1 - i] : kept->t[i];
@@ -77,7 +77,7 @@ MECHC_RARE void mechc_integration_extend(mechc_run *head, double t1, const mechc
 #endif
 }
 
-/* What is asked for. */
+/* Adopt the options. */
 MECHC_STATIC void mechc_take_options(mechc_integration *run, const mechc_options *options)
 {
     mechc_run *head = &run->head;
@@ -106,7 +106,7 @@ MECHC_STATIC void mechc_give_options(mechc_integration *run, const mechc_options
     mechc_give_at(options->t0, run->y, options->p, options->inputs, options->stop, &run->given);
 }
 
-/* Move the start onto the constraints; 0 where it is off them by more than is allowed. */
+/* Move the start onto the constraints; 0 if it is off them by more than allowed. */
 MECHC_STATIC int mechc_close_start(mechc_integration *run, const mechc_options *options)
 {
     double moved[2], fastest = 1.0;
@@ -115,8 +115,8 @@ MECHC_STATIC int mechc_close_start(mechc_integration *run, const mechc_options *
     return moved[0] <= options->allowed && moved[1] <= options->allowed * fastest;
 }
 
-/* The start, and what is given there; 0 where it is refused.  Constants are made once more only where
- * it is moved. */
+/* Adopt the start with its parameters and inputs; 0 if it is refused.  Constants are computed again
+ * only if it is moved. */
 MECHC_STATIC int mechc_take_start(mechc_integration *run, const mechc_options *options)
 {
     const int closes = MECHC_NC > 0 && options->allowed > 0.0;
@@ -132,7 +132,7 @@ MECHC_STATIC int mechc_take_start(mechc_integration *run, const mechc_options *o
     return 1;
 }
 
-/* Rows of the dense output: of the method asked for, and of others that may take part. */
+/* The number of rows of the dense output: of the requested method, and of others that may take part. */
 MECHC_STATIC void mechc_count_dense_rows(mechc_integration *run, int dense)
 {
     const int others = MECHC_NH > 0 || run->may_stiffen;
@@ -147,7 +147,7 @@ MECHC_STATIC void mechc_count_dense_rows(mechc_integration *run, int dense)
 /* Of the angle that a first step beside a crossing covers: its nodes are to be far from it. */
 #define MECHC_FIRST_MOVE 0.3
 
-/* Is the start beside a crossing?  Then it is known to the monitor. */
+/* Whether the start is beside a crossing, which the monitor then knows. */
 MECHC_STATIC int mechc_finds_crossing(mechc_integration *run)
 {
     mechc_monitor *monitor = &run->monitor;
@@ -166,7 +166,7 @@ MECHC_STATIC int mechc_finds_crossing(mechc_integration *run)
     return monitor->known.curves && mechc_judge(&monitor->known) == MECHC_CROSSING;
 }
 
-/* A start beside a crossing, which its speeds lead along one branch; 0 where it is none. */
+/* Start beside a crossing, which the speeds leave along one branch; 0 if the start is not one. */
 MECHC_STATIC int mechc_start_beside(mechc_integration *run, const double *scale)
 {
     double y[MECHC_NX], rates[MECHC_NX];
@@ -183,7 +183,7 @@ MECHC_STATIC int mechc_start_beside(mechc_integration *run, const double *scale)
     return 1;
 }
 
-/* Collocation begins such a run, by a step long enough. */
+/* Leave such a start by a collocation step that is long enough. */
 MECHC_STATIC void mechc_leave_start(mechc_integration *run)
 {
     double fastest = 0.0;
@@ -194,7 +194,7 @@ MECHC_STATIC void mechc_leave_start(mechc_integration *run)
 }
 #endif
 
-/* methods: by their numbers; a run that needs one without code says so in head->wanted. */
+/* Start a run. methods: all methods by their numbers; a run that needs one without code sets head->wanted. */
 MECHC_RARE void mechc_integration_start(mechc_run *head, const mechc_options *options,
                                         const mechc_method *const *methods,
                                         const mechc_driver *driver)

@@ -1,4 +1,4 @@
-/* Where stability, not accuracy, limits the steps: the implicit method takes over, on trial.
+/* The change to the implicit method, on trial, where stability and not accuracy limits the steps.
  *
  * Its order is lower: where a motion is followed to many digits it may need more steps than stability
  * does.  So its first steps are compared with those before it, by how far the same work leads; if it
@@ -22,21 +22,21 @@ MECHC_STATIC double mechc_work_of_evaluation(const mechc_method *method)
     return method->number == MECHC_GAUSS8 ? 2.0 / MECHC_LANES : 1.0;
 }
 
-/* The pace is measured from the end of this step on. */
+/* Begin measuring the pace at the end of this step. */
 MECHC_STATIC void mechc_start_pace(mechc_integration *run, double h)
 {
     run->pace_t = run->head.t + h;
     run->pace_rhs = run->head.stats.rhs_evaluations;
 }
 
-/* How far a unit of work has led since then, to the end of this step. */
+/* The progress per unit of work since then, to the end of this step. */
 MECHC_STATIC double mechc_pace(const mechc_integration *run, double h)
 {
     const double made = (double)(run->head.stats.rhs_evaluations - run->pace_rhs);
     return fabs(run->head.t + h - run->pace_t) / (made * mechc_work_of_evaluation(run->method));
 }
 
-/* Count a step on trial; at the end of it the slower method gives way. */
+/* Count a step on trial; at the end of the trial the slower method is dropped. */
 MECHC_STATIC void mechc_count_trial(mechc_integration *run, double h)
 {
     run->trial--;

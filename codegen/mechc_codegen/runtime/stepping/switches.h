@@ -46,7 +46,7 @@ MECHC_STATIC void mechc_switch_weigh(mechc_switch_curve *curve)
     }
 }
 
-/* In the barycentric form. */
+/* The value of a function, by the barycentric form. */
 MECHC_STATIC double mechc_switch_value(const mechc_switch_curve *curve, double s)
 {
     double above = 0.0, below = 0.0;
@@ -59,7 +59,7 @@ MECHC_STATIC double mechc_switch_value(const mechc_switch_curve *curve, double s
     return above / below;
 }
 
-/* Between two fractions of the step with values of different signs. */
+/* A zero between two fractions of the step with values of different signs, by bisection. */
 MECHC_STATIC double mechc_switch_bisect(const mechc_switch_curve *curve, double low, double high)
 {
     const int sign = mechc_switch_value(curve, high) > 0.0;
@@ -71,7 +71,7 @@ MECHC_STATIC double mechc_switch_bisect(const mechc_switch_curve *curve, double 
     return high;
 }
 
-/* No value is as near to zero as the next one is to it. */
+/* Whether no value is as near to zero as the next one is to it. */
 MECHC_STATIC int mechc_switch_is_far(const mechc_switch_curve *curve)
 {
     double low = fabs(curve->value[curve->last]), change = 0.0;
@@ -100,7 +100,7 @@ MECHC_STATIC int mechc_switch_sample_start(const mechc_switch_curve *curve,
     return curve->first && rate * rate > curve->noise * most;
 }
 
-/* The nodes with points between them, without those where the function is zero; how many. */
+/* Sample the nodes and points between them, except where the function is zero; returns how many. */
 MECHC_STATIC int mechc_switch_sample(const mechc_switch_curve *curve, mechc_switch_point *points)
 {
     int count = mechc_switch_sample_start(curve, points);
@@ -116,7 +116,7 @@ MECHC_STATIC int mechc_switch_sample(const mechc_switch_curve *curve, mechc_swit
     return count;
 }
 
-/* Of three points of one sign, where the function is nearest to zero or beyond it. */
+/* The place between three points of one sign where the function is nearest to zero or beyond it. */
 MECHC_STATIC double mechc_switch_dip(const mechc_switch_curve *curve,
                                      const mechc_switch_point *points)
 {
@@ -133,8 +133,8 @@ MECHC_STATIC double mechc_switch_dip(const mechc_switch_curve *curve,
     return 0.5 * (low + high);
 }
 
-/* May the function be zero near the middle of three points of one sign?  A parabola that is lies
- * nearer to zero there than one of the others lies to it. */
+/* Whether the function may be zero near the middle of three points of one sign.  A parabola that is
+ * lies nearer to zero there than one of the others lies to it. */
 MECHC_STATIC int mechc_switch_may_dip(const mechc_switch_point *points)
 {
     const double near = fabs(points[1].value);
@@ -142,7 +142,7 @@ MECHC_STATIC int mechc_switch_may_dip(const mechc_switch_point *points)
     return near < before && near <= after && near <= mechc_max(before, after) - near;
 }
 
-/* The zero before a point, or on both sides of it the first; infinite: there is none. */
+/* The zero before a point, or the first of the zeros on both sides of it; infinite: there is none. */
 MECHC_STATIC double mechc_switch_before(const mechc_switch_curve *curve,
                                         const mechc_switch_point *here, int is_last)
 {
@@ -168,7 +168,7 @@ MECHC_STATIC double mechc_switch_zero(const mechc_switch_curve *curve)
     return HUGE_VAL;
 }
 
-/* Of the polynomial at the step's end, per step. */
+/* The slope of the polynomial at the step's end, per step. */
 MECHC_STATIC double mechc_switch_slope(const mechc_switch_curve *curve)
 {
     const double before = mechc_switch_value(curve, 1.0 - MECHC_SWITCH_SLOPE);
@@ -189,7 +189,7 @@ MECHC_STATIC void mechc_switch_curve_of(const mechc_integration *run, double h, 
     mechc_switch_weigh(curve);
 }
 
-/* Of the step, how far off a zero its end may be. */
+/* The tolerance, as a fraction of the step, for its end to be at a zero. */
 MECHC_STATIC double mechc_switch_exact(const mechc_integration *run, double h, double noise,
                                        double slope)
 {
@@ -212,7 +212,7 @@ MECHC_STATIC double mechc_switch_of(mechc_integration *run, double h, int which,
     return switches->at_end[which] ? HUGE_VAL : 1.0 + beyond;
 }
 
-/* The first of all. */
+/* The first zero among all functions. */
 MECHC_RARE double mechc_first_switch(mechc_integration *run, double h)
 {
     const int nodes = run->current->nodes.count + 1;
@@ -227,7 +227,7 @@ MECHC_RARE double mechc_first_switch(mechc_integration *run, double h)
     return first;
 }
 
-/* The pair takes over for a while where the method is free, else the step is judged by its error alone. */
+/* Leave zeros to the pair for a while if the method may change; else the step's error alone decides. */
 MECHC_RARE int mechc_leave_switches(mechc_integration *run, double h)
 {
     mechc_switches *switches = &run->switches;
@@ -240,7 +240,7 @@ MECHC_RARE int mechc_leave_switches(mechc_integration *run, double h)
     return 1;
 }
 
-/* After an accepted step of the pair. */
+/* Return to switching functions after an accepted step of the pair. */
 MECHC_STATIC void mechc_return_to_switches(mechc_integration *run)
 {
     mechc_switches *switches = &run->switches;
@@ -250,7 +250,7 @@ MECHC_STATIC void mechc_return_to_switches(mechc_integration *run)
         run->head.status = MECHC_NO_MEMORY;
 }
 
-/* After a step that ended at a zero. */
+/* Continue after a step that ended at a zero. */
 MECHC_STATIC void mechc_leave_zero(mechc_integration *run)
 {
     mechc_switches *switches = &run->switches;
@@ -262,7 +262,7 @@ MECHC_STATIC void mechc_leave_zero(mechc_integration *run)
 }
 #endif
 
-/* Is the step to try one that ends at a zero? */
+/* Whether the step to try is one that ends at a zero. */
 MECHC_STATIC int mechc_ends_at_switch(const mechc_integration *run)
 {
 #if MECHC_SWITCHES
@@ -273,7 +273,7 @@ MECHC_STATIC int mechc_ends_at_switch(const mechc_integration *run)
 #endif
 }
 
-/* That step; 1 where it is the last. */
+/* The step that ends at this zero; returns 1 if it is the last. */
 MECHC_STATIC int mechc_step_to_switch(const mechc_integration *run, double left, double *h)
 {
 #if MECHC_SWITCHES
@@ -286,7 +286,7 @@ MECHC_STATIC int mechc_step_to_switch(const mechc_integration *run, double left,
 }
 
 #if MECHC_SWITCHES
-/* The same, of a step that can be judged. */
+/* Cut a step that can be judged, if a function vanishes in it. */
 MECHC_RARE int mechc_cut_step(mechc_integration *run, double h, int good)
 {
     mechc_switches *switches = &run->switches;
@@ -304,7 +304,7 @@ MECHC_RARE int mechc_cut_step(mechc_integration *run, double h, int good)
 }
 #endif
 
-/* 1 where the step is to be tried anew, since a switching function vanishes within it. */
+/* Returns 1 if the step is to be tried again, since a switching function vanishes within it. */
 MECHC_STATIC int mechc_cut_at_switch(mechc_integration *run, double h, int status, double error)
 {
 #if MECHC_SWITCHES
@@ -320,7 +320,7 @@ MECHC_STATIC int mechc_cut_at_switch(mechc_integration *run, double h, int statu
 #endif
 }
 
-/* No zero is known at the state reached, where the inputs change. */
+/* Forget all zeros at the state reached, where the inputs change. */
 MECHC_STATIC void mechc_forget_switches(mechc_integration *run)
 {
 #if MECHC_SWITCHES
@@ -330,7 +330,7 @@ MECHC_STATIC void mechc_forget_switches(mechc_integration *run)
 #endif
 }
 
-/* The step stands: the next one begins where this one ended. */
+/* Accept a step: the next one begins where it ended. */
 MECHC_STATIC void mechc_pass_switches(mechc_integration *run)
 {
 #if MECHC_SWITCHES

@@ -1,4 +1,4 @@
-/* Does the kinetic energy change by the work that is done, over a step near a critical configuration?
+/* The balance of kinetic energy and work over a step near a critical configuration.
  *
  * In the bend of a near miss a step's own error estimate may miss that it cut the bend short: what
  * turns the speeds there are reactions, which do no work.  d/dt (u . M u / 2) = u . M u' + u . M' u / 2
@@ -18,7 +18,7 @@
 #define MECHC_WORK_VARIES 0.1 /* of the power over a step, in any case */
 
 #if MECHC_NH > 0
-/* One end of a step: kinetic energy, its rate, and what the errors allowed may change of it. */
+/* One end of a step: kinetic energy, its rate, and the change of it that errors may cause. */
 typedef struct {
     double kinetic, power, allowed;
 } mechc_work;
@@ -55,8 +55,8 @@ MECHC_STATIC mechc_work mechc_work_at(const mechc_integration *run, double t, co
     return out;
 }
 
-/* 0 where more is missing than the whole tolerance of the run, and than how much the power varied
- * over the step may explain. */
+/* Whether the balance holds: 0 if more is missing than the whole tolerance of the run, and than the
+ * variation of the power over the step may explain. */
 MECHC_STATIC int mechc_keeps_work(const mechc_integration *run, const mechc_span *span)
 {
     const mechc_work a = mechc_work_at(run, span->t, span->start, span->start_rates, span->h);

@@ -1,4 +1,4 @@
-/* Loops closed by the coordinates that are not held, from a configuration near a closed one. */
+/* Assembly: loops are closed by the coordinates that are not held, from a configuration near a closed one. */
 #pragma once
 
 #include <math.h>
@@ -13,8 +13,8 @@
 #define MECHC_LEFT_BY_ROUNDING 64.0 /* units, of the terms */
 
 #if MECHC_NC > 0
-/* Speeds that are held move nothing: their columns of the rows vanish, and their inertia acts on no
- * other speed. */
+/* Remove held speeds from the equations: their columns of the rows vanish, and their inertia acts
+ * on no other speed. */
 MECHC_STATIC void mechc_hold(mechc_scalar_place *place, const unsigned char *held)
 {
     for (int j = 0; held && j < MECHC_NU; j++) {
@@ -64,7 +64,7 @@ MECHC_STATIC int mechc_speeds_beside(double t, double *y, const mechc_scalar_giv
 #endif
 
 #if MECHC_NH > 0
-/* q <- q + step, shortened where it is too long. */
+/* Move q by a step, shortened if it is too long. */
 MECHC_STATIC void mechc_move_beside(double t, double *q, const mechc_scalar_given *given,
                                     double *step)
 {
@@ -94,8 +94,8 @@ MECHC_STATIC int mechc_loops_beside(double t, double *q, const mechc_scalar_give
 }
 #endif
 
-/* A state whose loops are closed, but for rounding, without those of the speeds that are held and
- * the coordinates that they move; y stays as it is where there is none near. */
+/* A state whose loops are closed to rounding; held speeds, and the coordinates that they move, do
+ * not change. y is unchanged if there is none near. */
 MECHC_ONCE int mechc_assemble_beside(double t, double *y, const mechc_scalar_given *given,
                                      const unsigned char *held)
 {

@@ -27,7 +27,7 @@ MECHC_ONCE void mechc_gather(mechc_rows rows, ptrdiff_t first, ptrdiff_t count, 
     }
 }
 
-/* Inlined where `f` and `width` are constants. */
+/* Evaluate blocks of states; inlined where `f` and `width` are constants. */
 MECHC_INLINE void mechc_evaluate_blocks(mechc_vector_output *f, int width, ptrdiff_t count,
                                         mechc_rows t, mechc_rows y, mechc_rows p,
                                         const mechc_inputs *inputs, double *out)
@@ -68,7 +68,7 @@ MECHC_INLINE void mechc_vector_output_rates(mechc_vector t, const mechc_vector *
     mechc_vector_rates(t, q, given, out);
 }
 
-/* One copy for all outputs but the rates. */
+/* Evaluate any output but the rates; compiled once for all of them. */
 MECHC_ONCE void mechc_evaluate_by(mechc_vector_output *f, int width, ptrdiff_t count,
                                   mechc_rows t, mechc_rows y, mechc_rows p,
                                   const mechc_inputs *inputs, double *out)

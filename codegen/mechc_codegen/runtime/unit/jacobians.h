@@ -1,4 +1,4 @@
-/* Jacobians of the motion, and of outputs that hold it; generic over `real`. */
+/* Jacobians of the motion, and of outputs that contain it; generic over `real`. */
 #include "simd/real.h"
 #if R_VECTOR ? !defined MECHC_JACOBIANS_VECTOR : !defined MECHC_JACOBIANS_SCALAR
 #if R_VECTOR
@@ -17,7 +17,7 @@ MECHC_ONCE void FN(respond)(const FN(place) *place, const real *residual, int co
     FN(respond_with)(place, residual, columns, MECHC_OWN > 0, out);
 }
 
-/* partials: of each output by the columns at a given motion, then by the motion. */
+/* Jacobian of outputs. partials: of each output by the columns at a given motion, then by the motion. */
 MECHC_ONCE void FN(follow)(const real *partials, const real *response, int columns, real *out)
 {
     for (int row = 0; row < MECHC_OWN; row++) {
@@ -32,7 +32,7 @@ MECHC_ONCE void FN(follow)(const real *partials, const real *response, int colum
 }
 #endif
 
-/* Of `columns` inputs called `by`: the response of the motion; rows of q' and u'; outputs. */
+/* Functions for `columns` inputs called `by`: response of the motion; rows of q' and u'; outputs. */
 #define MECHC_DEFINE_RESPONSE(by, columns)                                                        \
     MECHC_INLINE void FN(response_##by)(real t, const real *q, const real *u,                     \
                                         const FN(given) *given, real *a, real *l, real *response) \

@@ -1,4 +1,4 @@
-/* Outputs of one state. */
+/* Outputs of one state, as functions of doubles. */
 #pragma once
 
 #include "simd/bind_scalar.h"

@@ -10,7 +10,7 @@
 #include "dynamics/stage.h"
 #include "scene_program.h"
 
-/* One copy for all that need it; multipliers may be NULL. */
+/* Solve the motion, one copy for all outputs that need it; multipliers may be NULL. */
 MECHC_ONCE void FN(solve)(real t, const real *q, const real *u, const FN(given) *given,
                           FN(place) *place, real *accelerations, real *multipliers)
 {

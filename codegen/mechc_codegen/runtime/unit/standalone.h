@@ -28,7 +28,7 @@ double MECHC_PUBLIC(conditioning)(const mechc_standalone *model, double t, const
 int MECHC_PUBLIC(step)(const mechc_standalone *model, double t, double h, double *y);
 #endif
 
-/* Inputs that keep their values, or that a function of the program gives. */
+/* Inputs with constant values, or values by a function of the program. */
 typedef struct {
     mechc_inputs head; /* first: it is what the scene is given */
     const double *values;
@@ -53,7 +53,7 @@ MECHC_STATIC void mechc_values_at(const mechc_inputs *inputs, int first, int las
     for (int i = first; i < last; i++) values[i - first] = all[i];
 }
 
-/* What the scene's functions take; `held` lives as long. */
+/* Set the arguments of the scene's functions; `held` has the lifetime of the result. */
 MECHC_STATIC void mechc_give_standalone(const mechc_standalone *model, mechc_held *held,
                                         mechc_scalar_given *given)
 {
@@ -122,7 +122,7 @@ double MECHC_PUBLIC(conditioning)(const mechc_standalone *model, double t, const
 #endif
 }
 
-/* Kutta's method of order 4; the end is moved to the nearest state on the constraints. */
+/* One step of Kutta's method of order 4; its end is moved to the nearest state on the constraints. */
 int MECHC_PUBLIC(step)(const mechc_standalone *model, double t, double h, double *y)
 {
     static const double node[4] = {0.0, 0.5, 0.5, 1.0}, weight[4] = {1.0, 2.0, 2.0, 1.0};

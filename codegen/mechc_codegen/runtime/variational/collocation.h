@@ -36,7 +36,7 @@ MECHC_STATIC void mechc_gauss_rule(mechc_rule *rule)
     }
 }
 
-/* Its last node is the end. */
+/* The rule of Radau's method, whose last node is the step's end. */
 MECHC_STATIC void mechc_radau_rule(mechc_rule *rule)
 {
     rule->stages = MECHC_RADAU_STAGES;
@@ -54,7 +54,7 @@ MECHC_STATIC void mechc_radau_rule(mechc_rule *rule)
         }
 }
 
-/* Derivatives at the stages of one step, a block each. */
+/* Derivatives at the stages of one step, one block for each. */
 typedef struct {
     double t[MECHC_VARIED_NODES], y[MECHC_VARIED_NODES * MECHC_NX];
     int kept;
@@ -81,7 +81,7 @@ MECHC_STATIC void mechc_place_nodes(int method, const mechc_rule *rule,
     nodes->kept = mechc_any(along);
 }
 
-/* Derivatives of the rates at the stages placed; all are kept on the constraints or none is. */
+/* Derivatives of the rates at the placed stages; either all stages are kept on the constraints or none. */
 MECHC_ONCE void mechc_linearise_nodes(const mechc_rule *rule, const mechc_given_twice *given,
                                       const mechc_directions *d, mechc_nodes_at_hand *nodes)
 {
@@ -179,7 +179,7 @@ MECHC_INLINE void mechc_node_columns(const mechc_rule *rule, int stages, double 
     }
 }
 
-/* Equations and their solution; 0 where they are singular. */
+/* Set up and solve the equations; 0 if they are singular. */
 MECHC_INLINE int mechc_solve_nodes(const mechc_rule *rule, int stages, const mechc_nodes_at_hand *nodes,
                                    double h, int nq, const mechc_directions *d, int width,
                                    const mechc_vector *start, int own, mechc_vector *room,
@@ -244,7 +244,8 @@ typedef int mechc_collocating(const mechc_rule *, const mechc_nodes_at_hand *, d
                               const mechc_directions *, const double *, const mechc_vector *,
                               mechc_vector *, mechc_vector **, mechc_vector *, double *);
 
-/* Gauss's stages integrate the accelerations twice, then are projected; Radau's use q' there. */
+/* Whether accelerations are integrated twice: by Gauss's stages, projected afterwards, not by
+ * Radau's. */
 MECHC_INLINE int mechc_integrates_twice(const mechc_rule *rule, int kept)
 {
     return MECHC_IDENTITY_KINEMATICS && (rule->stages == MECHC_STAGES || !kept);

@@ -37,7 +37,7 @@ MECHC_STATIC mechc_vector *mechc_new_vectors(size_t count)
     return mechc_new_aligned((count + 1) * sizeof(mechc_vector));
 }
 
-/* 0 without memory. */
+/* Allocate and set the directions; 0 without memory. */
 MECHC_STATIC int mechc_take_directions(const double *given, int columns,
                                        const mechc_shapes *shapes, mechc_directions *d)
 {
@@ -58,7 +58,7 @@ MECHC_STATIC int mechc_take_directions(const double *given, int columns,
     return 1;
 }
 
-/* A row of numbers in vectors, with zeros after it, and back. */
+/* Copy a row of numbers into vectors padded with zeros, and back. */
 MECHC_INLINE void mechc_pad(const double *row, int columns, int width, mechc_vector *to)
 {
     for (int v = 0; v < width; v++) {
@@ -74,7 +74,7 @@ MECHC_INLINE void mechc_unpad(const mechc_vector *from, int columns, double *row
     memcpy(row, from, (size_t)columns * sizeof(double));
 }
 
-/* Groups `first` ... last - 1 of MECHC_LANES numbers of each state to its block. */
+/* Store groups `first` ... last - 1 of MECHC_LANES numbers of each state in its block. */
 MECHC_INLINE void mechc_empty_groups(const mechc_directions *d, int first, int last, int count,
                                      double *out)
 {
@@ -121,7 +121,7 @@ MECHC_INLINE void mechc_along_columns(const mechc_vector *slopes, int first, con
     mechc_empty_groups(d, square + first * d->width, square + MECHC_NX * d->width, count, out);
 }
 
-/* Which of `count` <= MECHC_LANES states the method keeps on the constraints. */
+/* The states among `count` <= MECHC_LANES that the method keeps on the constraints. */
 MECHC_STATIC mechc_mask mechc_kept_states(int method, const mechc_given_twice *given, int count,
                                           const double *t, const double *y)
 {
@@ -131,8 +131,8 @@ MECHC_STATIC mechc_mask mechc_kept_states(int method, const mechc_given_twice *g
     return mechc_keeps(method, state, time, given);
 }
 
-/* Rates at so many states and their derivatives along the columns; the states of these lanes are
- * moved onto the constraints before, and their derivatives are those of the rates of the projected
+/* Rates at `count` states and their derivatives along the columns; states in lanes of the mask are
+ * first moved onto the constraints, and their derivatives are those of the rates of the projected
  * state. */
 MECHC_ONCE void mechc_linearise_states(mechc_mask along, const mechc_given_twice *given, int count,
                                        const double *t, const double *y,
@@ -149,7 +149,7 @@ MECHC_ONCE void mechc_linearise_states(mechc_mask along, const mechc_given_twice
     mechc_along_columns(block, first, t, count, d, slopes);
 }
 
-/* Those of the projection of the ends of the steps from `first` on. */
+/* Derivatives of the projection of the ends of the steps from `first` on. */
 MECHC_STATIC void mechc_end_tangents(const mechc_given_twice *given,
                                      const mechc_trajectory *record, ptrdiff_t first, int count,
                                      const mechc_directions *d, double *tangents)
@@ -175,7 +175,7 @@ MECHC_INLINE mechc_vector mechc_row_along(const double *slopes, int i, int width
     return sum;
 }
 
-/* A vector of columns moved onto the tangent space. */
+/* Move a vector of columns onto the tangent space. */
 MECHC_INLINE void mechc_onto_tangent(const double *tangent, int width, int block,
                                      mechc_vector *columns)
 {

@@ -8,8 +8,8 @@
 #include "variational/columns.h"
 
 #if MECHC_VARIATIONAL
-/* Of up to MECHC_LANES steps: rates, whether those of some steps are of projected states, their
- * derivatives and those of the projection of the ends. */
+/* Data of up to MECHC_LANES steps: rates, whether those of some steps are of projected states,
+ * their derivatives, and derivatives of the projection of the ends. */
 typedef struct {
     double t[MECHC_LANES], y[MECHC_LANES * MECHC_NX];
     double rates[MECHC_MOST_RATES][MECHC_LANES * MECHC_NX];
@@ -22,7 +22,7 @@ MECHC_INLINE const mechc_tableau *mechc_pair_tableau(int method)
     return method == MECHC_DOPRI5 ? &mechc_dopri5_tableau : &mechc_dop853_tableau;
 }
 
-/* States of stage i. */
+/* Compute the states of stage i. */
 MECHC_STATIC void mechc_pair_states(const mechc_tableau *tableau, const mechc_trajectory *record,
                                     ptrdiff_t first, int count, int i, mechc_pair_stages *stages)
 {
@@ -39,9 +39,9 @@ MECHC_STATIC void mechc_pair_states(const mechc_tableau *tableau, const mechc_tr
     }
 }
 
-/* Adds the lanes whose stage at hand the method keeps on the constraints; 1 where there are more.
- * The stages of a step are all kept or none is: rates with and without projection differ off the
- * constraints, and a step by both has a low order. */
+/* Add the lanes whose current stage the method keeps on the constraints; returns 1 if there are
+ * more.  The stages of a step are all kept or none is: rates with and without projection differ off
+ * the constraints, and a step by both has a low order. */
 MECHC_STATIC int mechc_keeps_more(int method, const mechc_given_twice *given, int count,
                                   const mechc_pair_stages *stages, mechc_mask *along)
 {
@@ -96,7 +96,7 @@ MECHC_INLINE void mechc_stage_columns(const double *row, int count, double h,
         }
 }
 
-/* One vector of columns over step n of those at hand; count: of its rates. */
+/* Move one vector of columns over step n of the current ones; count: number of its rates. */
 MECHC_STATIC void mechc_pair_columns(const mechc_tableau *tableau, const mechc_pair_stages *stages,
                                      int n, double h, int count, const mechc_directions *d,
                                      int block, const mechc_vector *start, mechc_vector *end,

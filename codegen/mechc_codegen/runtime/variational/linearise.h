@@ -21,7 +21,7 @@
 #if MECHC_VARIATIONAL
 #define MECHC_ROOM(rows, columns) MECHC_AT_LEAST_ONE((rows) * (columns))
 
-/* rows x columns, with a stride of MECHC_SLOPES, from an array without gaps. */
+/* Copy rows x columns, with a stride of MECHC_SLOPES, from an array without gaps. */
 MECHC_INLINE void FN(put_columns)(const real *from, int rows, int columns, real *to)
 {
     for (int i = 0; i < rows; i++)
@@ -41,7 +41,7 @@ MECHC_INLINE void FN(add_product)(double sign, const real *a, int a_stride, cons
 }
 
 #if MECHC_NC > 0
-/* The accelerations (NU x NC) that each row's own value 1 makes: the least change. */
+/* The accelerations (NU x NC) that a value 1 of each row causes: the least change. */
 MECHC_INLINE void FN(least_changes)(const FN(place) *place, real *changes)
 {
     real unit[MECHC_MOTION * MECHC_NC];
@@ -52,7 +52,7 @@ MECHC_INLINE void FN(least_changes)(const FN(place) *place, real *changes)
 }
 #endif
 
-/* Of the accelerations by `columns` inputs from the derivatives of the residual. */
+/* Derivatives of the accelerations by `columns` inputs, from those of the residual. */
 MECHC_INLINE void FN(put_response)(const FN(place) *place, const real *responses,
                                    const real *residual, int columns, real *to)
 {
@@ -73,7 +73,7 @@ MECHC_INLINE void FN(put_response)(const FN(place) *place, const real *responses
 #endif
 }
 
-/* Of q' by what is no state. */
+/* Derivatives of q' by inputs that are not states. */
 #if MECHC_IDENTITY_KINEMATICS
 #define MECHC_PUT_RATES(by, columns, first) (void)0
 #else
@@ -93,7 +93,7 @@ MECHC_INLINE void FN(put_response)(const FN(place) *place, const real *responses
         MECHC_PUT_RATES(by, columns, first);                                                      \
     } while (0)
 
-/* NX rows: derivatives of the rates where the motion was solved. */
+/* Derivatives of the rates, NX rows, where the motion was solved. */
 MECHC_INLINE void FN(put_slopes)(real t, const real *y, const FN(given) *given,
                                  const FN(place) *place, const real *a, const real *l,
                                  real *slopes)
@@ -128,7 +128,7 @@ MECHC_INLINE void FN(put_slopes)(real t, const real *y, const FN(given) *given,
         FN(put_columns)(part, rows, columns, (to) + (first));                                     \
     } while (0)
 
-/* NH rows: derivatives of the configuration constraints by q and by parameters and inputs. */
+/* Derivatives of the configuration constraints, NH rows, by q and by parameters and inputs. */
 MECHC_INLINE void FN(put_gap_slopes)(real t, const real *y, const FN(given) *given,
                                      const real *jacobian, real *gaps)
 {
@@ -148,7 +148,7 @@ MECHC_INLINE void FN(put_gap_slopes)(real t, const real *y, const FN(given) *giv
 #endif
 }
 
-/* NC rows: derivatives of J u + b by the state, parameters and inputs. */
+/* Derivatives of J u + b, NC rows, by the state, parameters and inputs. */
 MECHC_INLINE void FN(put_speed_slopes)(real t, const real *y, const FN(given) *given,
                                        const real *jacobian, real *rates)
 {
@@ -165,7 +165,7 @@ MECHC_INLINE void FN(put_speed_slopes)(real t, const real *y, const FN(given) *g
 }
 #undef MECHC_PUT_CONSTRAINTS
 
-/* NX rows P | Q with which columns S become P S + Q: the derivative of the projection. */
+/* The derivative of the projection: NX rows P | Q with which columns S become P S + Q. */
 MECHC_INLINE void FN(put_tangent)(real t, const real *y, const FN(given) *given,
                                   const FN(place) *place, real *tangent)
 {
@@ -205,7 +205,7 @@ MECHC_INLINE void FN(put_tangent)(real t, const real *y, const FN(given) *given,
 }
 #endif
 
-/* The rates and, NX rows, their derivatives; along the constraints: those of the rates of the
+/* The rates and, in NX rows, their derivatives; along the constraints: those of the rates of the
  * projected state. */
 MECHC_ONCE void FN(linearise)(real t, const real *y, const FN(given) *given, rmask along,
                               real *rates, real *slopes)
@@ -243,7 +243,7 @@ MECHC_ONCE void FN(tangent)(real t, const real *y, const FN(given) *given, real 
     FN(put_tangent)(t, y, given, &place, tangent);
 }
 
-/* Conditioning, squared. */
+/* The conditioning, squared. */
 MECHC_ONCE real FN(conditioning_there)(real t, const real *y, const FN(given) *given)
 {
 #if MECHC_NH > 0

@@ -7,7 +7,7 @@
 
 #if MECHC_VARIATIONAL
 #if MECHC_NC > 0
-/* `count` <= MECHC_LANES states from `first` on. */
+/* Project the columns at `count` <= MECHC_LANES states from `first` on. */
 MECHC_STATIC void mechc_project_in_lanes(mechc_varying *w, const mechc_projected_columns *v,
                                          ptrdiff_t first, int count)
 {
@@ -26,7 +26,7 @@ MECHC_STATIC void mechc_project_in_lanes(mechc_varying *w, const mechc_projected
 }
 #endif
 
-/* MECHC_RUNNING or MECHC_MEMORY_LIMIT. */
+/* Project columns at all states; returns MECHC_RUNNING or MECHC_MEMORY_LIMIT. */
 MECHC_ONCE int mechc_project_columns(const mechc_projected_columns *v)
 {
 #if MECHC_NC > 0

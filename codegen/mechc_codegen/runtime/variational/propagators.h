@@ -23,7 +23,7 @@ typedef struct {
     mechc_vector whole[MECHC_NX * MECHC_SLOPES], tangent[MECHC_NX * MECHC_SLOPES];
 } mechc_propagation;
 
-/* States of stage a, in the lanes. */
+/* Compute the states of stage a, in the lanes. */
 MECHC_INLINE void mechc_node_states(const mechc_propagation *g, double s, int rows,
                                     mechc_vector *state)
 {
@@ -46,7 +46,7 @@ MECHC_STATIC void mechc_load_steps(const mechc_trajectory *record, ptrdiff_t fir
     mechc_fill_lanes(record->dense + first * width, count, width, g->dense);
 }
 
-/* Times and states of stage a. */
+/* Set times and states of stage a. */
 MECHC_INLINE mechc_vector mechc_node_place(const mechc_rule *rule, const mechc_trajectory *record,
                                            ptrdiff_t first, int count, int a,
                                            const mechc_propagation *g, double *t,
@@ -60,8 +60,8 @@ MECHC_INLINE mechc_vector mechc_node_place(const mechc_rule *rule, const mechc_t
     return time;
 }
 
-/* Derivatives of the rates at all stages; all stages of a step are kept on the constraints or none
- * is. */
+/* Derivatives of the rates at all stages; either all stages of a step are kept on the constraints
+ * or none. */
 MECHC_STATIC void mechc_node_slopes(const mechc_rule *rule, const mechc_trajectory *record,
                                     ptrdiff_t first, int count, const mechc_given_twice *given,
                                     mechc_propagation *g)
@@ -80,7 +80,7 @@ MECHC_STATIC void mechc_node_slopes(const mechc_rule *rule, const mechc_trajecto
     }
 }
 
-/* K and W: unknown i of stage a has the place a MECHC_UNKNOWNS + i. */
+/* Set up K and W: unknown i of stage a has the place a MECHC_UNKNOWNS + i. */
 MECHC_STATIC void mechc_node_matrix(const mechc_rule *rule, mechc_propagation *g)
 {
     const int n = MECHC_NODE_UNKNOWNS, m = MECHC_UNKNOWNS, nq = MECHC_FIRST_UNKNOWN;
@@ -106,7 +106,7 @@ MECHC_STATIC void mechc_node_matrix(const mechc_rule *rule, mechc_propagation *g
         }
 }
 
-/* Row j + 1 below row j, and how the rows below follow both: two pivots share each load. */
+/* Eliminate with rows j and j + 1 from the rows below: two pivots share each load. */
 MECHC_INLINE mechc_vector mechc_factor_pair(mechc_propagation *g, int j, mechc_vector growth)
 {
     const int n = MECHC_NODE_UNKNOWNS;
@@ -127,7 +127,7 @@ MECHC_INLINE mechc_vector mechc_factor_pair(mechc_propagation *g, int j, mechc_v
     return growth;
 }
 
-/* K = L U; 0 where a factor is too large without exchanges. */
+/* Factor K = L U; 0 if a factor is too large without exchanges. */
 MECHC_STATIC int mechc_factor_nodes(mechc_propagation *g)
 {
     mechc_vector growth = mechc_spread(0.0);
@@ -135,7 +135,7 @@ MECHC_STATIC int mechc_factor_nodes(mechc_propagation *g)
     return mechc_greatest(growth) <= MECHC_GROWTH;
 }
 
-/* Row by row of the factors, each once for all right sides: z_k <- z_k - z_j entry_k. */
+/* Apply a row of the factors to all right sides: z_k <- z_k - z_j entry_k. */
 MECHC_INLINE void mechc_take_factor_row(mechc_propagation *g, int j, int first, int last)
 {
     const int n = MECHC_NODE_UNKNOWNS;
@@ -148,7 +148,7 @@ MECHC_INLINE void mechc_take_factor_row(mechc_propagation *g, int j, int first, 
     }
 }
 
-/* Z = W U^-1 L^-1 in the place of W. */
+/* Compute Z = W U^-1 L^-1 in the place of W. */
 MECHC_STATIC void mechc_weigh_nodes(mechc_propagation *g)
 {
     const int n = MECHC_NODE_UNKNOWNS;
@@ -159,7 +159,7 @@ MECHC_STATIC void mechc_weigh_nodes(mechc_propagation *g)
     for (int j = n - 1; j > 0; j--) mechc_take_factor_row(g, j, 0, j);
 }
 
-/* Column k of the rates of all stages through Z; drift: weighed by the time since the start. */
+/* Add column k of the rates of all stages through Z; drift: weighted by the time since the start. */
 MECHC_INLINE void mechc_through_nodes(const mechc_rule *rule, const mechc_propagation *g, int k,
                                       int drift, mechc_vector *sum)
 {
@@ -173,7 +173,7 @@ MECHC_INLINE void mechc_through_nodes(const mechc_rule *rule, const mechc_propag
         }
 }
 
-/* The propagators before the projection of the ends. */
+/* Compute the propagators before the projection of the ends. */
 MECHC_STATIC void mechc_combine_nodes(const mechc_rule *rule, mechc_propagation *g)
 {
     const int nq = MECHC_FIRST_UNKNOWN;
@@ -189,7 +189,7 @@ MECHC_STATIC void mechc_combine_nodes(const mechc_rule *rule, mechc_propagation 
     }
 }
 
-/* Those of the projected ends. */
+/* Compute the propagators to the projected ends. */
 MECHC_STATIC void mechc_project_nodes(mechc_propagation *g)
 {
     for (int k = 0; k < MECHC_SLOPES; k++) {
@@ -203,8 +203,8 @@ MECHC_STATIC void mechc_project_nodes(mechc_propagation *g)
     }
 }
 
-/* Of `count` <= MECHC_LANES steps from `first` on, NX rows of MECHC_SLOPES; 0 where the elimination
- * needs exchanges of rows. */
+/* Propagators of `count` <= MECHC_LANES steps from `first` on, NX rows of MECHC_SLOPES; 0 if the
+ * elimination needs exchanges of rows. */
 MECHC_ONCE int mechc_propagate(const mechc_rule *rule, const mechc_trajectory *record,
                                ptrdiff_t first, int count, const mechc_given_twice *given,
                                mechc_propagation *g)

@@ -1,4 +1,4 @@
-/* How accelerations and multipliers respond to changes of the equations of motion; generic over
+/* The response of accelerations and multipliers to changes of the equations of motion; generic over
  * `real`. */
 #include "simd/real.h"
 #if R_VECTOR ? !defined MECHC_RESPOND_VECTOR : !defined MECHC_RESPOND_SCALAR

@@ -1,4 +1,4 @@
-/* What a scene has for the variational equations. */
+/* Sizes of a scene's variational equations. */
 #pragma once
 
 #include "dynamics/sizes.h"

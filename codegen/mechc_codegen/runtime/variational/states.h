@@ -37,7 +37,7 @@ MECHC_INLINE double mechc_within(double before, double after, double s)
     return s > 0.0 ? nextafter(after, before) : nextafter(before, after);
 }
 
-/* `count` <= MECHC_LANES rows in the lanes; the last one is repeated. */
+/* Copy `count` <= MECHC_LANES rows into the lanes; the last one is repeated. */
 MECHC_INLINE void mechc_fill_lanes(const double *rows, int count, int width, mechc_vector *out)
 {
     for (int i = 0; i < width; i++) {
@@ -90,7 +90,7 @@ MECHC_STATIC void mechc_keep_state(const mechc_scalar_given *given, double t, do
 #endif
 }
 
-/* States of `count` lanes, those of the mask, moved onto the constraints. */
+/* Move states of `count` lanes, those of the mask, onto the constraints. */
 MECHC_STATIC void mechc_keep_lanes(const mechc_given_twice *given, const double *t, int count,
                                    mechc_mask which, mechc_vector *state)
 {

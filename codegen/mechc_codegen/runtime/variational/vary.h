@@ -42,7 +42,7 @@ MECHC_STATIC void mechc_free_varying(mechc_varying *w)
     mechc_free_aligned(w);
 }
 
-/* NULL without memory. */
+/* Allocate the work space; NULL without memory. */
 MECHC_STATIC mechc_varying *mechc_new_varying(const mechc_trajectory *record, const double *p,
                                               const mechc_inputs *inputs, const double *directions,
                                               int columns, const mechc_shapes *shapes)
@@ -71,7 +71,7 @@ MECHC_STATIC mechc_varying *mechc_new_varying(const mechc_trajectory *record, co
     return w;
 }
 
-/* The rates of an explicit step's vector of columns. */
+/* Store the rates of a vector of columns in an explicit step. */
 MECHC_STATIC void mechc_keep_rates(mechc_vector rates[][MECHC_NX], int count, int columns,
                                    int block, double *to)
 {
@@ -101,7 +101,7 @@ MECHC_INLINE void mechc_store_columns(const mechc_varying *w, double *rows)
         mechc_unpad(w->after + i * d->width, d->columns, rows + i * d->columns);
 }
 
-/* By the affine map in block n of those at hand. */
+/* Move the columns by the affine map in block n of the current ones. */
 MECHC_INLINE void mechc_move_columns(mechc_varying *w, int n)
 {
     const mechc_directions *d = &w->directions;
@@ -112,7 +112,7 @@ MECHC_INLINE void mechc_move_columns(mechc_varying *w, int n)
                 mechc_row_along(block, i, d->width, k, w->before + k, d->width);
 }
 
-/* The columns at the end of a step, out of the work space; they are the next step's start. */
+/* Write the columns at the end of a step from the work space; they are the next step's start. */
 MECHC_INLINE void mechc_end_step(mechc_varying *w, const mechc_variation *v, ptrdiff_t step)
 {
     mechc_vector *const kept = w->before;
@@ -120,7 +120,7 @@ MECHC_INLINE void mechc_end_step(mechc_varying *w, const mechc_variation *v, ptr
     if (!v->restart) w->before = w->after, w->after = kept;
 }
 
-/* `count` steps of an explicit pair from `step` on. */
+/* Move the columns over `count` steps of an explicit pair from `step` on. */
 MECHC_STATIC void mechc_vary_pairs(mechc_varying *w, const mechc_variation *v, int method,
                                    ptrdiff_t step, int count)
 {
@@ -141,7 +141,7 @@ MECHC_STATIC void mechc_vary_pairs(mechc_varying *w, const mechc_variation *v, i
     }
 }
 
-/* Steps by Gauss's collocation through their propagators; 0 where these cannot be found. */
+/* Move the columns over Gauss steps by their propagators; 0 if these cannot be computed. */
 MECHC_STATIC int mechc_vary_propagated(mechc_varying *w, const mechc_variation *v, ptrdiff_t step,
                                        int count)
 {
@@ -161,7 +161,7 @@ MECHC_STATIC int mechc_vary_propagated(mechc_varying *w, const mechc_variation *
 #endif
 }
 
-/* `count` steps by collocation; 0 where the equations of one are singular. */
+/* Move the columns over `count` steps by collocation; 0 if the equations of one are singular. */
 MECHC_STATIC int mechc_vary_nodes(mechc_varying *w, const mechc_variation *v, int method,
                                   ptrdiff_t step, int count)
 {
@@ -184,7 +184,7 @@ MECHC_STATIC int mechc_vary_nodes(mechc_varying *w, const mechc_variation *v, in
     return whole;
 }
 
-/* The first columns moved onto the tangent space, in the work space and where they were given. */
+/* Move the first columns onto the tangent space, in the work space and in the caller's array. */
 MECHC_STATIC void mechc_project_start(mechc_varying *w, const mechc_variation *v)
 {
 #if MECHC_NC > 0
@@ -204,8 +204,8 @@ MECHC_STATIC void mechc_project_start(mechc_varying *w, const mechc_variation *v
 #endif
 }
 
-/* MECHC_RUNNING, MECHC_MEMORY_LIMIT, or MECHC_NOT_FINITE where a step's equations are singular.
- * Not marked as rare: all that it alone calls would be compiled for size. */
+/* Move the columns over all steps.  Returns MECHC_RUNNING, MECHC_MEMORY_LIMIT, or MECHC_NOT_FINITE if a
+ * step's equations are singular.  Not marked as rare: all that it alone calls would be compiled for size. */
 MECHC_ONCE int mechc_vary(const mechc_variation *v)
 {
     const unsigned char *methods = v->trajectory->methods;

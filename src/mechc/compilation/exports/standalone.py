@@ -82,7 +82,7 @@ def _describe(
     """The mechanism with its request, and default values that are not part of it."""
     if not isinstance(mechanism, str):
         request, numbers = read_compilable(mechanism, fix, outputs, **options)
-        return request.described(), {str(key): float(value) for key, value in numbers.items()}
+        return request.description(), {str(key): float(value) for key, value in numbers.items()}
     asked: dict[str, Any] = {} if outputs is None else {"outputs": tuple(outputs)}
     asked |= {"fix": dict(fix)} if fix else {}
     return described_as_asked(mechanism, options, asked), {}
@@ -91,4 +91,4 @@ def _describe(
 def described_mechanism(thing: Any) -> Any:
     """A mechanism or SymPy object as the compiler describes it."""
     errors_of_compiler()
-    return read_compilable(thing, None, None)[0].described()[0]
+    return read_compilable(thing, None, None)[0].description()[0]

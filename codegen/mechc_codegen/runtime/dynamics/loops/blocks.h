@@ -47,7 +47,7 @@ MECHC_ONCE void FN(factor_together)(const real *jacobian, const real *mass, real
     FN(factor_rows)(jacobian, mass, MECHC_NC, rank, f);
 }
 
-/* The lanes in which no row is short; f->longest. */
+/* The lanes in which no row is short; sets f->longest. */
 MECHC_INLINE rmask FN(long_rows)(const real *lengths, real ordinary, FN(solver) *f)
 {
     real shortest = f->longest = lengths[0];
@@ -58,7 +58,7 @@ MECHC_INLINE rmask FN(long_rows)(const real *lengths, real ordinary, FN(solver) 
     return R_MASK(shortest > MECHC_SAFE_LENGTH * FN(larger)(f->longest, ordinary));
 }
 
-/* n^T M n, factored; the lanes in which enough of every direction lies in its own block. */
+/* Factor n^T M n; returns the lanes in which enough of every direction lies in its own block. */
 MECHC_INLINE rmask FN(reduce_mass)(const real *own, FN(solver) *f)
 {
     rmask safe = R_MASK(R(0.0) == R(0.0));
@@ -107,7 +107,7 @@ MECHC_INLINE void FN(add_free_part)(const FN(solver) *f, const real *forcing, re
         for (int k = 0; k < MECHC_NU; k++) x[k] += part[i] * f->directions[i * MECHC_NU + k];
 }
 
-/* Free directions made orthogonal in the metric of M's diagonal D, as D n, with their 1 / (n.D n). */
+/* Make the free directions orthogonal in the metric of M's diagonal D, as D n, with 1 / (n.D n). */
 MECHC_INLINE void FN(free_axes)(const FN(solver) *f, const real *mass, real *axes, real *inverse)
 {
     for (int i = 0; i < MECHC_FREE; i++) {
@@ -135,7 +135,7 @@ MECHC_INLINE real FN(conditioning_squared)(const real *jacobian, const real *mas
     return R_SELECT(f->apart, square, FN(least_singular_squared)(&f->factors, ordinary));
 }
 
-/* The same as terms of a motion, by the orthogonal factors. */
+/* Solve the terms of a motion by the orthogonal factors, where blocks do not serve. */
 MECHC_ONCE void FN(solve_together)(const FN(motion_terms) *terms, const FN(factors) *f, real *x,
                                    real *lambda)
 {

@@ -37,7 +37,7 @@ MECHC_ONCE void FN(factor_together)(const real *tree, real *jacobian, real *mass
     FN(factor_rows)(jacobian, mass, MECHC_NC, rank, f);
 }
 
-/* jacobian and mass are filled where some lane needs them; `rank` rows count. */
+/* Factor the rows of which `rank` count; jacobian and mass are filled where some lane needs them. */
 MECHC_INLINE void FN(prepare_rows)(const real *tree, real *jacobian, real *mass, real rank,
                                    FN(solver) *f)
 {

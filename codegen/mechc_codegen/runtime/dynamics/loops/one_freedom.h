@@ -79,7 +79,7 @@ MECHC_INLINE void FN(weigh_rows)(const real *mass, real size, FN(freedom) *f)
           & R_MASK(f->rank >= (double)MECHC_NC));
 }
 
-/* regular: the rows are known to be far from dependent. */
+/* Factor the rows; regular: they are known to be far from dependent. */
 MECHC_INLINE void FN(find_freedom)(const real *jacobian, const real *mass, real rank, int regular,
                                    FN(freedom) *f)
 {
@@ -98,7 +98,7 @@ MECHC_INLINE void FN(find_freedom)(const real *jacobian, const real *mass, real 
     f->inverse = 1.0 / size;
 }
 
-/* x: rows take the values given and momentum . x = along. */
+/* The x on which rows take the values given and momentum . x = along. */
 MECHC_INLINE void FN(along_freedom)(const FN(freedom) *f, const real *values, real along, real *x)
 {
 #if MECHC_NU == 3

@@ -25,7 +25,7 @@
 #include "dynamics/tree.h"
 
 #if MECHC_CARRIED > 0
-/* What is kept of the elimination, column by column. */
+/* Results of the elimination, column by column. */
 typedef struct {
     real momentum[MECHC_NU * MECHC_DIM]; /* U of each column */
     real along[MECHC_NU], inverse[MECHC_NU]; /* D and 1 / D */
@@ -128,7 +128,7 @@ MECHC_ONCE void FN(eliminate)(const real *tree, FN(eliminated) *f)
     f->conditioning = least / most;
 }
 
-/* The same elimination of the rows' values, from the cuts towards the ground; *taken: r / (R S). */
+/* Eliminate the rows' values in the same way, from the cuts towards the ground; *taken: r / (R S). */
 MECHC_INLINE void FN(eliminate_value)(const FN(eliminated) *f, int column, int rows, real *value,
                                       real *taken)
 {

@@ -1,4 +1,4 @@
-/* The contacts of one motion: at an instant at which they change, impacts and the mode that follows. */
+/* The contacts of one motion: at an instant at which they change, the impacts and the next mode. */
 #pragma once
 
 #include "hybrid/contact/ends.h"
@@ -24,15 +24,15 @@ typedef struct {
     double *zero, *fastest_gap, *fastest_slip, *speeds_met, *sizes, *space;
     double changed_at;
     int changes;   /* of the mode at this instant */
-    int why;       /* nothing could be computed: MECHC_NO_LAW, MECHC_NO_MASS, MECHC_PUSHES; 0 */
+    int why;       /* why computation failed: MECHC_NO_LAW, MECHC_NO_MASS, MECHC_PUSHES; 0 */
     int overlaps;  /* a contact whose gap is none; -1 */
     double overlap;
     long lowered;  /* impacts at which less than the whole restitution counted, */
     double lowered_at, lowered_to; /* the first of them, and what did */
 } mechc_contacts;
 
-/* Why contacts are looked at: a gap that has closed, what has come to rest, states at their limits;
- * contacts -1: none. */
+/* The reason why contacts are examined: a gap that has closed, contacts that have come to rest,
+ * states at their limits.  Contact -1: none. */
 typedef struct {
     int hit, halted, left_by;
     unsigned left;
@@ -51,7 +51,7 @@ MECHC_STATIC void mechc_contacts_free(mechc_contacts *contacts)
     free(contacts->zero);
 }
 
-/* 0 without memory. */
+/* Allocate the memory; 0 without memory. */
 MECHC_STATIC int mechc_contacts_make(mechc_contacts *contacts, mechc_motion *motion, mechc_watch *watch)
 {
     const mechc_contact_laws *laws = &contacts->laws;
@@ -77,7 +77,7 @@ MECHC_STATIC int mechc_contacts_make(mechc_contacts *contacts, mechc_motion *mot
         && mechc_ends_make(&contacts->ends, &contacts->place, &contacts->answer);
 }
 
-/* A motion begins. */
+/* Begin a motion. */
 MECHC_STATIC void mechc_contacts_begin(mechc_contacts *contacts)
 {
     const size_t n = (size_t)contacts->laws.count;
@@ -101,7 +101,7 @@ MECHC_STATIC int mechc_contacts_last(const mechc_contacts *contacts)
 
 /* -- the motion in a mode ---------------------------------------------------------------------- */
 
-/* States of a piece in contact. */
+/* States of a piece in contact, on its constraints. */
 MECHC_STATIC void mechc_contact_states(mechc_motion *motion, ptrdiff_t count, const double *t, double *y)
 {
     mechc_contacts *contacts = motion->contacts;
@@ -113,7 +113,7 @@ MECHC_STATIC void mechc_contact_states(mechc_motion *motion, ptrdiff_t count, co
     }
 }
 
-/* Rates in the mode, at the place at hand. */
+/* Rates in the mode, at the current place. */
 MECHC_STATIC int mechc_contact_rates_at_hand(mechc_contacts *contacts, double *rates)
 {
     mechc_contact_place *c = &contacts->place;
@@ -124,7 +124,7 @@ MECHC_STATIC int mechc_contact_rates_at_hand(mechc_contacts *contacts, double *r
     return MECHC_RUNNING;
 }
 
-/* Rates of a state on the mode's constraints. */
+/* Rates of a state that is on the mode's constraints. */
 MECHC_STATIC void mechc_contact_rates(const mechc_motion *motion, double t, const double *y, double *rates)
 {
     mechc_contacts *contacts = motion->contacts;
@@ -133,7 +133,7 @@ MECHC_STATIC void mechc_contact_rates(const mechc_motion *motion, double t, cons
         for (int i = 0; i < motion->width; i++) rates[i] = NAN;
 }
 
-/* Of a stage: the state is moved onto the mode's constraints. */
+/* Rates at a stage of a method: the state is moved onto the mode's constraints first. */
 MECHC_STATIC int mechc_contact_stage(void *owner, double t, double *y, double *rates)
 {
     mechc_contacts *contacts = owner;
@@ -142,8 +142,8 @@ MECHC_STATIC int mechc_contact_stage(void *owner, double t, double *y, double *r
     return status == MECHC_NO_MASS ? MECHC_SINGULAR_MASS : status == MECHC_NO_LAW ? MECHC_NOT_FINITE : status;
 }
 
-/* The sizes of the speeds for step control, at a start: what holds a state has no size but rounding, so
- * those without it count, and those met before. */
+/* Set the sizes of the speeds for step control at a start.  What contacts hold has only the size of
+ * rounding, so sizes of the free state, and earlier ones, count. */
 MECHC_STATIC void mechc_contact_sizes(mechc_contacts *contacts, const double *y)
 {
     const mechc_motion *motion = contacts->motion;
@@ -167,7 +167,7 @@ MECHC_STATIC int mechc_event_of(const mechc_contacts *contacts, int contact)
     return contacts->laws.event[contact];
 }
 
-/* What gaps may be where they are 0 as far as the motion is known. */
+/* Set the bounds below which gaps count as 0, given how exactly the motion is known. */
 MECHC_STATIC void mechc_contact_zeros(mechc_contacts *contacts)
 {
     const mechc_contact_place *c = &contacts->place;
@@ -184,7 +184,7 @@ MECHC_STATIC void mechc_contact_zeros(mechc_contacts *contacts)
     }
 }
 
-/* Which gaps touch at the place at hand. */
+/* Find the gaps that are closed at the current place. */
 MECHC_STATIC void mechc_find_touching(mechc_contacts *contacts, int hit)
 {
     mechc_contact_zeros(contacts);
@@ -200,8 +200,8 @@ MECHC_STATIC double mechc_slow(const mechc_contacts *contacts, double fastest)
     return MECHC_CONTACT_SLOW * contacts->motion->rtol * fastest;
 }
 
-/* The rate of a gap that is 0 as far as the motion is known: next to the fastest met, and where the next
- * flight is too short to be told from none. */
+/* The rate below which a gap of 0 counts as resting: small beside the fastest rate met, or with a
+ * next flight too short to be seen. */
 MECHC_STATIC double mechc_slow_gap(const mechc_contacts *contacts, int contact)
 {
     const mechc_contact_place *c = &contacts->place;
@@ -232,8 +232,8 @@ MECHC_STATIC double mechc_slow_slip(const mechc_contacts *contacts, int contact)
 
 /* -- impacts ----------------------------------------------------------------------------------- */
 
-/* The impulses at the contacts that touch, `again`: one whose restitution does not count any more; the
- * speeds of y change. */
+/* Compute the impulses at the contacts that touch and change the speeds of y; `again`: a contact
+ * whose restitution no longer counts. */
 MECHC_STATIC int mechc_strike(mechc_contacts *contacts, int again, double *y)
 {
     const mechc_contact_place *c = &contacts->place;
@@ -275,7 +275,7 @@ MECHC_STATIC int mechc_strike(mechc_contacts *contacts, int again, double *y)
     return MECHC_RUNNING;
 }
 
-/* The state after the impacts at this instant; `struck` says which contacts had one. */
+/* The state after the impacts at this instant; `struck` marks the contacts that had one. */
 MECHC_STATIC int mechc_impacts(mechc_contacts *contacts, int hit, int again, int piece, double *y)
 {
     mechc_contact_place *c = &contacts->place;
@@ -308,7 +308,7 @@ MECHC_STATIC int mechc_impacts(mechc_contacts *contacts, int hit, int again, int
 
 /* -- modes ------------------------------------------------------------------------------------- */
 
-/* The mode in which the motion goes on from the place at hand. */
+/* Decide the mode in which the motion goes on from the current place. */
 MECHC_STATIC int mechc_next_contacts(mechc_contacts *contacts, const mechc_contact_change *change, int again)
 {
     const mechc_contact_place *c = &contacts->place;
@@ -344,7 +344,7 @@ MECHC_STATIC int mechc_contact_failure(mechc_contacts *contacts, int status)
     return MECHC_EVENT_FAILED;
 }
 
-/* Whether a gap is none at the place at hand: parts overlap. */
+/* Whether parts overlap at the current place: a gap is negative. */
 MECHC_STATIC int mechc_contacts_overlap(mechc_contacts *contacts)
 {
     mechc_contact_zeros(contacts);
@@ -358,7 +358,7 @@ MECHC_STATIC int mechc_contacts_overlap(mechc_contacts *contacts)
     return 0;
 }
 
-/* Was a contact that is hit hit just before, as far as can be told? */
+/* Whether the contact that is hit was also hit just before, as far as can be told. */
 MECHC_STATIC int mechc_is_hit_again(const mechc_contacts *contacts, int hit, double t)
 {
     mechc_event *event;
@@ -369,8 +369,8 @@ MECHC_STATIC int mechc_is_hit_again(const mechc_contacts *contacts, int hit, dou
     return mechc_is_now(event, event->last, t);
 }
 
-/* Go on from the state y: the state after the impacts there, on the constraints of the mode that
- * follows.  Impacts are kept as zeros in `piece`.  MECHC_RUNNING, or why the motion ends. */
+/* Change contacts at the state y: apply the impacts there and put the state onto the constraints of the next
+ * mode.  Impacts are recorded as zeros in `piece`.  Returns MECHC_RUNNING, or why the motion ends. */
 MECHC_STATIC int mechc_contacts_change(mechc_contacts *contacts, const mechc_contact_change *change, int piece,
                                  double t, double *y)
 {
@@ -393,7 +393,7 @@ MECHC_STATIC int mechc_contacts_change(mechc_contacts *contacts, const mechc_con
     return mechc_contact_failure(contacts, status);
 }
 
-/* A piece begins in the mode at hand at the state y: its ends, and which events do not happen in it. */
+/* Begin a piece in the current mode at the state y: set its ends, and which events cannot happen. */
 MECHC_STATIC int mechc_contacts_enter(mechc_contacts *contacts, double t, const double *y)
 {
     mechc_contact_place *c = &contacts->place;
@@ -413,7 +413,7 @@ MECHC_STATIC int mechc_contacts_enter(mechc_contacts *contacts, double t, const 
     return MECHC_RUNNING;
 }
 
-/* Do contacts have to be looked at at the start? */
+/* Whether contacts have to be examined at the start. */
 MECHC_STATIC int mechc_contacts_may_last(mechc_contacts *contacts)
 {
     double largest = 0.0;

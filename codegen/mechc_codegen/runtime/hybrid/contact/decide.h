@@ -1,4 +1,4 @@
-/* The mode in which a motion goes on: which contacts open, are held, stick or slide.
+/* The decision in which mode a motion goes on: which contacts open, are held, stick or slide.
  *
  * A mode is consistent where gaps press and do not pull, friction stays within its limit and opposes
  * the sliding, and open gaps open: a complementarity problem on accelerations.  Its solutions are found
@@ -13,14 +13,14 @@
 #define MECHC_MOST_MODES 4096   /* that are tried */
 #define MECHC_MODE_ROUND 1e-11  /* of a coefficient: friction that is larger by more */
 
-/* Modes that are tried: of each contact its states, in order. */
+/* An enumeration of modes: for each contact its possible states, in order. */
 typedef struct {
     int contacts;
     unsigned char (*state)[4], *count, *at, *mode;
 } mechc_choices;
 
-/* What the consistent modes of a problem are judged by: gaps that are to keep closed or to open, and
- * contacts without slip, where one that begins to slide does so its way. */
+/* The conditions for a consistent mode: which gaps have to stay closed or to open, and for contacts
+ * without slip the direction in which one that begins to slide moves. */
 typedef struct {
     const unsigned char *closed, *still;
 } mechc_demands;
@@ -43,8 +43,8 @@ MECHC_STATIC void mechc_choose_state(mechc_choices *choices, int contact, mechc_
     choices->state[contact][choices->count[contact]++] = (unsigned char)state;
 }
 
-/* The states that each contact may be in: closed gaps, of these still or sliding ones.  What neither
- * presses nor opens is open, so that no force is sought that is rounding. */
+/* Set the possible states of each contact: closed gaps, and still or sliding ones among them.  A gap that
+ * neither presses nor opens is open, so that no force is computed that is only rounding. */
 MECHC_STATIC void mechc_choose_states(mechc_choices *choices, const mechc_demands *demands,
                                 const double *slip, const unsigned char *has_gap,
                                 const unsigned char *has_friction)
@@ -64,7 +64,7 @@ MECHC_STATIC void mechc_choose_states(mechc_choices *choices, const mechc_demand
     }
 }
 
-/* Begin with the first mode; 0 where there are too many. */
+/* Begin with the first mode; 0 if there are too many modes. */
 MECHC_STATIC int mechc_first_mode(mechc_choices *choices)
 {
     double modes = 1.0;
@@ -76,7 +76,7 @@ MECHC_STATIC int mechc_first_mode(mechc_choices *choices)
     return modes <= MECHC_MOST_MODES;
 }
 
-/* The next mode, the last contact first; 0 after the last one. */
+/* Go to the next mode, changing the last contact first; 0 after the last mode. */
 MECHC_STATIC int mechc_next_mode(mechc_choices *choices)
 {
     for (int k = choices->contacts - 1; k >= 0; k--) {
@@ -101,7 +101,7 @@ MECHC_STATIC int mechc_is_consistent(const mechc_answer *answer, const mechc_dem
     return 1;
 }
 
-/* Whether two modes differ by contacts that stick in one, with more friction than sliding. */
+/* Whether two modes differ only by contacts that stick in one, with more friction than in sliding. */
 MECHC_STATIC int mechc_differ_by_sticking(const mechc_problem *of, const unsigned char *a, const unsigned char *b)
 {
     int all = 1;
@@ -114,7 +114,7 @@ MECHC_STATIC int mechc_differ_by_sticking(const mechc_problem *of, const unsigne
     return all;
 }
 
-/* The first of several consistent modes, and what it does. */
+/* The first of several consistent modes, with its forces and accelerations. */
 typedef struct {
     unsigned char *mode;
     double *after; /* accelerations of gaps and slips (2 n) */
@@ -140,10 +140,10 @@ MECHC_STATIC void mechc_candidate_take(mechc_candidate *candidate, const mechc_a
                        && !mechc_differ_by_sticking(of, candidate->mode, answer->mode);
 }
 
-/* The mode in which the motion goes on, into mode (n).  `left_by`: a contact, -1: none, that has come to
- * the limit of these states, bits by their numbers, which are taken only where nothing else is
- * consistent.  Sticking comes before sliding where both are, as they are with a larger static friction.
- * MECHC_RUNNING, or why none is decided. */
+/* Decide the mode in which the motion goes on, mode (n). `left_by`: a contact, -1: none, that has
+ * reached the limit of these states (bits by their numbers); they are used only if nothing else is
+ * consistent.  Sticking precedes sliding if both are consistent, which a larger static friction
+ * allows.  Returns MECHC_RUNNING, or why there is no decision. */
 MECHC_STATIC int mechc_decide(const mechc_problem *of, mechc_answer *answer, mechc_choices *choices,
                         const mechc_demands *demands, int left_by, unsigned left, unsigned char *mode)
 {

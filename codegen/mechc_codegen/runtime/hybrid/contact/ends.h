@@ -1,4 +1,4 @@
-/* What ends a mode of contact: functions that stay above 0 while it lasts, looked for as events are. */
+/* The ends of a mode of contact: functions that are above 0 while it lasts, searched like events. */
 #pragma once
 
 #include "hybrid/contact/manifold.h"
@@ -12,7 +12,7 @@
 typedef enum {
     MECHC_END_HALT,     /* what slides comes to rest */
     MECHC_END_LIMIT,    /* a force comes to its limit */
-    MECHC_END_MARGIN,   /* of forces that are not unique, the largest least limit comes to 0 */
+    MECHC_END_MARGIN,   /* the largest least limit, of forces that are not unique, reaches 0 */
     MECHC_END_NEGATIVE, /* a coefficient of friction, which would push */
     MECHC_END_PARADOX,  /* the determinant of the sliding contacts (Painleve 1895) */
     MECHC_END_CLEAR,    /* a gap that opens from rest is open by more than the motion is known to, */
@@ -28,7 +28,7 @@ typedef struct {
     int number;  /* for the function of the event */
 } mechc_end;
 
-/* The ends of the mode at hand, and their values at the last times. */
+/* The ends of the current mode, and their values at the last times. */
 typedef struct {
     mechc_contact_place *place;
     mechc_answer *answer;
@@ -48,7 +48,7 @@ MECHC_STATIC void mechc_ends_free(mechc_ends *ends)
     free(ends->friction);
 }
 
-/* Of each contact: halt, two limits, negative, clear, back; of all: margin, paradox. */
+/* Allocate the ends: for each contact halt, two limits, negative, clear, back; for all margin, paradox. */
 MECHC_STATIC int mechc_ends_make(mechc_ends *ends, mechc_contact_place *place, mechc_answer *answer)
 {
     const size_t n = (size_t)place->contacts, most = 6 * n + 2;
@@ -64,7 +64,7 @@ MECHC_STATIC int mechc_ends_make(mechc_ends *ends, mechc_contact_place *place, m
     return 1;
 }
 
-/* The forces at the place at hand. */
+/* Compute the forces at the current place. */
 MECHC_STATIC int mechc_ends_solve(mechc_ends *ends)
 {
     const int status = mechc_contact_accelerate(ends->place);
@@ -74,15 +74,15 @@ MECHC_STATIC int mechc_ends_solve(mechc_ends *ends)
     return MECHC_RUNNING;
 }
 
-/* What rounding of a force at a contact is, N. */
+/* The rounding error of a force at a contact, N. */
 MECHC_STATIC double mechc_force_rounding(const mechc_ends *ends, int contact)
 {
     const double newton = mechc_of_one_newton(&ends->problem, contact);
     return newton > 0.0 ? MECHC_END_ROUND * ends->answer->size / newton : 0.0;
 }
 
-/* The value of an end at the place at hand; what is rounding of a slip counts as none, of a force as
- * pressing. */
+/* The value of an end at the current place; a slip within rounding counts as none, a force within
+ * rounding as pressing. */
 MECHC_STATIC double mechc_end_value(mechc_ends *ends, const mechc_end *end)
 {
     const mechc_contact_place *c = ends->place;
@@ -113,7 +113,7 @@ MECHC_STATIC double *mechc_ends_row(const mechc_ends *ends, double t)
     return ends->kept + (mixed >> 55) * (unsigned)(1 + ends->most);
 }
 
-/* Keep the values of all ends at the place at hand; NaN where forces cannot be computed. */
+/* Store the values of all ends at the current place; NaN if forces cannot be computed. */
 MECHC_STATIC void mechc_ends_keep(mechc_ends *ends)
 {
     double *row = mechc_ends_row(ends, ends->place->t);
@@ -128,7 +128,7 @@ MECHC_STATIC void mechc_ends_keep(mechc_ends *ends)
         row[1 + i] = solved ? mechc_end_value(ends, ends->end + i) : NAN;
 }
 
-/* The function of an end as an event: states of the piece were asked for at this time before. */
+/* An end as the function of an event; states of the piece at this time were evaluated before. */
 MECHC_STATIC double mechc_end_event(void *context, double t, const double *y, const double *p)
 {
     const mechc_end *end = context;
@@ -150,9 +150,9 @@ MECHC_STATIC mechc_end *mechc_ends_add(mechc_ends *ends, mechc_end_kind kind, in
     return end;
 }
 
-/* The ends of a mode that begins at the place at hand, whose accelerations are known, as events behind
- * those of the caller.  `still`: contacts without slip there; `leaving`: gaps that open from rest, and
- * what they may be where they are 0. */
+/* Set the ends of a mode that begins at the current place, with known accelerations, as events
+ * after those of the caller. `still`: contacts without slip there; `leaving`: gaps that open from
+ * rest, with the bounds below which they count as 0. */
 MECHC_STATIC void mechc_ends_begin(mechc_ends *ends, mechc_watch *watch, const unsigned char *mode,
                              const unsigned char *still, const unsigned char *leaving,
                              const double *zero)
@@ -189,7 +189,7 @@ MECHC_STATIC void mechc_ends_begin(mechc_ends *ends, mechc_watch *watch, const u
         const int number = watch->own + i;
         const double value = mechc_end_value(ends, end);
         const int halts = end->kind == MECHC_END_HALT && still[end->contact];
-        /* at its limit, as far as that is known, a mode may begin: it ends where it goes beyond */
+        /* a mode may begin at its limit, and ends where it exceeds it */
         const int at = end->kind != MECHC_END_HALT && end->kind != MECHC_END_PARADOX && value <= 0.0
                     && end->kind != MECHC_END_CLEAR && end->kind != MECHC_END_BACK;
         watch->functions[number] = (mechc_event_functions){mechc_end_event, 0, 0, ends->end + i};

@@ -20,8 +20,8 @@
 #define MECHC_ENERGY_ROUND 1e-13   /* of the energy exchanged */
 #define MECHC_AFTER_IMPACT 1e-12   /* of the largest rate or slip: one so small is 0 */
 
-/* An impact of n contacts that touch.  `has_friction` (n); out: impulses along the normals (n), changes
- * along rows R (nu), and the part of the restitution that counted, so that no energy was given. */
+/* An impact of n contacts that touch. `has_friction` (n).  Results: impulses along the normals (n), changes
+ * along rows R (nu), and the fraction of the restitution that counted, so that no energy was gained. */
 typedef struct {
     mechc_problem problem; /* closing, slipping: rates of gaps and slips before */
     const double *restitution;
@@ -32,14 +32,14 @@ typedef struct {
     double *space; /* 7 n + nu numbers, 3 n bytes */
 } mechc_impact;
 
-/* Of all solutions of a problem the one that leaves the least energy, as seen from the rates before:
- * its impulses, changes and energy. */
+/* The solution of a problem that leaves the least energy, computed from the rates before: its
+ * impulses, changes and energy. */
 typedef struct {
     double *normal, *friction, *change, energy;
     int found;
 } mechc_solution;
 
-/* What impulses give, J. */
+/* The energy that impulses add, J. */
 MECHC_STATIC double mechc_answer_energy(const mechc_problem *before, const mechc_answer *answer)
 {
     double energy = 0.5 * mechc_inner_product(answer->along, answer->along, before->nu), normal, friction;
@@ -62,7 +62,7 @@ MECHC_STATIC void mechc_solution_take(mechc_solution *solution, const mechc_prob
     memcpy(solution->change, answer->along, (size_t)before->nu * sizeof(double));
 }
 
-/* The size of what impulses give and take, J. */
+/* The size of the energies that impulses add and remove, J. */
 MECHC_STATIC double mechc_exchanged(const mechc_problem *before, const mechc_solution *solution)
 {
     double sum = 0.0;
@@ -72,7 +72,7 @@ MECHC_STATIC double mechc_exchanged(const mechc_problem *before, const mechc_sol
     return sum;
 }
 
-/* Try all modes of the choices at hand. */
+/* Try all modes of the current choices. */
 MECHC_STATIC int mechc_solve_impact(const mechc_impact *impact, const mechc_problem *before,
                               const mechc_problem *of, const mechc_demands *demands, int opens,
                               mechc_solution *solution)
@@ -94,7 +94,7 @@ MECHC_STATIC int mechc_solve_impact(const mechc_impact *impact, const mechc_prob
 
 /* -- Newton's law ------------------------------------------------------------------------------ */
 
-/* With a part of the restitution. */
+/* Solve the impact with a fraction of the restitution. */
 MECHC_STATIC int mechc_impact_with(const mechc_impact *impact, double part, mechc_solution *solution)
 {
     const mechc_problem *before = &impact->problem;
@@ -118,7 +118,7 @@ MECHC_STATIC int mechc_gives_energy(const mechc_problem *before, const mechc_sol
     return solution->energy > MECHC_ENERGY_ROUND * mechc_exchanged(before, solution);
 }
 
-/* The largest part of the restitution that gives no energy, and its impulses. */
+/* Find the largest fraction of the restitution that adds no energy, and its impulses. */
 MECHC_STATIC int mechc_newton_impact(mechc_impact *impact, mechc_solution *solution)
 {
     int status = mechc_impact_with(impact, 1.0, solution);
@@ -137,7 +137,7 @@ MECHC_STATIC int mechc_newton_impact(mechc_impact *impact, mechc_solution *solut
 
 /* -- Poisson's law ----------------------------------------------------------------------------- */
 
-/* All solutions in which these contacts press more than is restored. */
+/* Try all solutions in which these contacts press more than restitution demands. */
 MECHC_STATIC int mechc_expand_with(const mechc_impact *impact, const mechc_problem *begun,
                              const unsigned char *pressed, mechc_solution *solution)
 {
@@ -163,7 +163,7 @@ MECHC_STATIC int mechc_expand_with(const mechc_impact *impact, const mechc_probl
     return mechc_solve_impact(impact, begun, &of, &demands, 1, solution);
 }
 
-/* The next set of `count` out of n; 0 after the last one. */
+/* Go to the next set of `count` out of n; 0 after the last one. */
 MECHC_STATIC int mechc_next_set(unsigned char *set, int n)
 {
     int ones = 0, k = n - 1;
@@ -176,8 +176,8 @@ MECHC_STATIC int mechc_next_set(unsigned char *set, int n)
     return 1;
 }
 
-/* The impulses that follow compression.  Of all solutions one with the fewest contacts that press more
- * than is restored, as with much friction they may without need (Painleve 1895). */
+/* The impulses of expansion.  Among all solutions take one with the fewest contacts that press more
+ * than restitution demands; with much friction they may do so without need (Painleve 1895). */
 MECHC_STATIC int mechc_expand(const mechc_impact *impact, const mechc_problem *begun, mechc_solution *solution)
 {
     const int n = begun->n;
@@ -197,7 +197,7 @@ MECHC_STATIC int mechc_expand(const mechc_impact *impact, const mechc_problem *b
     return solution->found ? MECHC_RUNNING : MECHC_CONTACT_INCONSISTENT;
 }
 
-/* Where different restitutions give energy the least counts for all. */
+/* Solve the impact by Poisson's law; if different restitutions add energy, the least counts for all. */
 MECHC_STATIC int mechc_poisson_impact(mechc_impact *impact, mechc_solution *solution)
 {
     const mechc_problem *before = &impact->problem;
@@ -239,7 +239,7 @@ MECHC_STATIC int mechc_poisson_impact(mechc_impact *impact, mechc_solution *solu
 
 /* -- any impact -------------------------------------------------------------------------------- */
 
-/* Without friction. */
+/* Solve an impact without friction. */
 MECHC_STATIC int mechc_plain_impact(mechc_impact *impact, int poisson)
 {
     const mechc_problem *of = &impact->problem;

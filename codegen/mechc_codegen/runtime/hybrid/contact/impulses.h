@@ -22,7 +22,7 @@
 #define MECHC_IMPACT_EXACT 1e-9    /* the same, of what is accepted as a solution */
 #define MECHC_IMPACT_SETS 30       /* sets of pressing contacts that are tried, a contact */
 
-/* (A p + b)_i. */
+/* The component (A p + b)_i. */
 MECHC_STATIC double mechc_rate_after(const double *a, const double *b, int n, const double *p, int i)
 {
     double rate = b[i];
@@ -41,7 +41,7 @@ MECHC_STATIC int mechc_is_complementary(const double *a, const double *b, int n,
     return 1;
 }
 
-/* The impulses with which all pressing contacts have A p + b = 0.  `space`: n (n + 3) numbers. */
+/* The impulses with which all pressing contacts have A p + b = 0. `space`: n (n + 3) numbers. */
 MECHC_STATIC void mechc_press(const double *a, const double *b, int n, const int *pressing, double *p,
                         double *space)
 {
@@ -58,8 +58,8 @@ MECHC_STATIC void mechc_press(const double *a, const double *b, int n, const int
     for (int i = 0; i < n; i++) p[i] = pressing[i] ? found[rows++] : 0.0;
 }
 
-/* Go from the impulses p towards those aimed at, until the first of them would pull; it presses no
- * longer.  0 where none would. */
+/* Move the impulses p towards those aimed at until the first of them would pull; its contact stops
+ * pressing.  0 if none would pull. */
 MECHC_STATIC int mechc_press_less(int n, int *pressing, const double *aim, double *p)
 {
     double share = 1.0;
@@ -74,7 +74,7 @@ MECHC_STATIC int mechc_press_less(int n, int *pressing, const double *aim, doubl
     return first >= 0;
 }
 
-/* The contact that closes fastest of those that neither press nor were tried in vain; -1: none. */
+/* The contact that closes fastest among those that do not press and were not tried; -1: none. */
 MECHC_STATIC int mechc_closes(const double *a, const double *b, int n, const int *pressing,
                         const int *vain, const double *p)
 {
@@ -88,9 +88,9 @@ MECHC_STATIC int mechc_closes(const double *a, const double *b, int n, const int
     return closes;
 }
 
-/* p >= 0 with A p + b >= 0 and p^T (A p + b) = 0, of a symmetric A (n, n) without negative
- * eigenvalues, by sets of pressing contacts (Lawson & Hanson 1974, chapter 23).  0 where there is
- * none.  `space`: n (n + 4); `sets`: 2 n. */
+/* Solve p >= 0, A p + b >= 0, p^T (A p + b) = 0 for a symmetric A (n, n) without negative
+ * eigenvalues, by sets of pressing contacts (Lawson & Hanson 1974, chapter 23).  0 if there is no
+ * solution. `space`: n (n + 4); `sets`: 2 n. */
 MECHC_STATIC int mechc_complementary(const double *a, const double *b, int n, double *p, double *space,
                                int *sets)
 {
@@ -108,7 +108,7 @@ MECHC_STATIC int mechc_complementary(const double *a, const double *b, int n, do
     return mechc_is_complementary(a, b, n, p);
 }
 
-/* Energy that the impulses give, p^T (w + w+) / 2. */
+/* The energy that the impulses add, p^T (w + w+) / 2. */
 MECHC_STATIC double mechc_impact_energy(const double *a, const double *w, int n, const double *p)
 {
     double energy = 0.0;
@@ -120,7 +120,7 @@ MECHC_STATIC double mechc_impact_energy(const double *a, const double *w, int n,
     return energy;
 }
 
-/* Impulses by Newton's law.  0 where there are none.  `space`: n (n + 5); `sets`: 2 n. */
+/* Impulses by Newton's law.  0 if there are none. `space`: n (n + 5); `sets`: 2 n. */
 MECHC_STATIC int mechc_by_newton(const double *a, const double *w, const double *e, int n, double *p,
                            double *space, int *sets)
 {
@@ -129,7 +129,7 @@ MECHC_STATIC int mechc_by_newton(const double *a, const double *w, const double 
     return mechc_complementary(a, b, n, p, b + n, sets);
 }
 
-/* Impulses by Poisson's law.  0 where there are none.  `space`: n (n + 6); `sets`: 2 n. */
+/* Impulses by Poisson's law.  0 if there are none. `space`: n (n + 6); `sets`: 2 n. */
 MECHC_STATIC int mechc_by_poisson(const double *a, const double *w, const double *e, int n, double *p,
                             double *space, int *sets)
 {
@@ -146,9 +146,8 @@ MECHC_STATIC int mechc_by_poisson(const double *a, const double *w, const double
     return found;
 }
 
-/* Impulses p (n,) of n contacts with A, rates w before and restitution e: where different ones would
- * give energy, the least counts for all.  0 where there are none.  `space`: n (n + 7); `sets`: 2 n.
- */
+/* Impulses p (n,) of n contacts with A, rates w before and restitution e; if different ones would
+ * add energy, the least counts for all.  0 if there are none. `space`: n (n + 7); `sets`: 2 n. */
 MECHC_STATIC int mechc_impulses(const double *a, const double *w, const double *e, int n, int poisson,
                           double *p, double *space, int *sets)
 {

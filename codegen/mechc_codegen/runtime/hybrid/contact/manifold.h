@@ -1,4 +1,4 @@
-/* States put onto the constraints of a mode of contact. */
+/* Projection of states onto the constraints of a mode of contact. */
 #pragma once
 
 #include "hybrid/contact/problem.h"
@@ -11,7 +11,7 @@ MECHC_STATIC int mechc_keeps_gap(const mechc_contact_place *c, const unsigned ch
     return c->laws->has_gap[contact] && mode[contact] != MECHC_OPEN;
 }
 
-/* Whether the gaps that the mode keeps are closed, as far as doubles tell. */
+/* Whether the gaps that the mode keeps are closed, to rounding. */
 MECHC_STATIC int mechc_contact_is_closed(const mechc_contact_place *c, const unsigned char *mode)
 {
     int settled = 1;
@@ -26,7 +26,7 @@ MECHC_STATIC int mechc_contact_is_closed(const mechc_contact_place *c, const uns
     return settled;
 }
 
-/* Speeds (nu) that make the least change with rows R x = values. */
+/* Add the least change of speeds (nu) for which R x = values. */
 MECHC_STATIC void mechc_contact_step(mechc_contact_place *c, double *rows, double *values, int count,
                                double *step)
 {
@@ -34,7 +34,7 @@ MECHC_STATIC void mechc_contact_step(mechc_contact_place *c, double *rows, doubl
     mechc_solve_upper(c->root, c->speeds, step);
 }
 
-/* Move to the nearest coordinates, in the metric of M, at which gaps are closed. */
+/* Move to the nearest coordinates, in the metric of M, at which the mode's gaps are closed. */
 MECHC_STATIC int mechc_contact_onto_gaps(mechc_contact_place *c, const unsigned char *mode)
 {
     const mechc_motion *motion = c->motion;
@@ -62,7 +62,7 @@ MECHC_STATIC int mechc_contact_onto_gaps(mechc_contact_place *c, const unsigned 
     return status;
 }
 
-/* Change to the nearest speeds at which these gaps keep and what sticks does not slip. */
+/* Change to the nearest speeds at which these gaps stay closed and sticking contacts do not slip. */
 MECHC_STATIC int mechc_contact_with_speeds(mechc_contact_place *c, const unsigned char *mode)
 {
     const int n = c->contacts, nq = c->coordinates, nu = c->speeds, most = 2 * n;
@@ -85,7 +85,7 @@ MECHC_STATIC int mechc_contact_with_speeds(mechc_contact_place *c, const unsigne
     return mechc_contact_table_at_hand(c);
 }
 
-/* The place at a state that is moved onto a mode's constraints. */
+/* Move a state onto a mode's constraints, and go to it. */
 MECHC_STATIC int mechc_contact_settle(mechc_contact_place *c, const unsigned char *mode, double t, double *y)
 {
     const size_t size = (size_t)(c->coordinates + c->speeds) * sizeof *y;

@@ -1,4 +1,4 @@
-/* How far the forces of a mode are from their limits. */
+/* The margin of a mode: the distance of its forces from their limits. */
 #pragma once
 
 #include "hybrid/contact/problem.h"
@@ -7,7 +7,7 @@
 
 typedef enum { MECHC_LIFTS, MECHC_RELEASES } mechc_limit_kind;
 
-/* Something that has to stay above 0: a x_i + b x_k + c; i or k -1: there is no such term. */
+/* A quantity that has to stay above 0: a x_i + b x_k + c; i or k is -1 where a term is missing. */
 typedef struct {
     mechc_limit_kind kind;
     int contact, i, k;
@@ -21,8 +21,8 @@ MECHC_STATIC int mechc_unknown_of(const mechc_answer *answer, int contact, int f
     return -1;
 }
 
-/* The limits of a mode, at most two a contact: that normal forces press, and that what sticks does not
- * need more than its friction; how many. */
+/* The limits of a mode, at most two for each contact: normal forces press, and sticking contacts
+ * need no more than their friction.  Returns their number. */
 MECHC_STATIC int mechc_limits_of(const mechc_answer *answer, mechc_limit *limit)
 {
     const mechc_problem *of = answer->of;
@@ -46,7 +46,7 @@ MECHC_STATIC double mechc_limit_value(const mechc_answer *answer, const mechc_li
          + (limit->k >= 0 ? limit->b * answer->unknown[limit->k] : 0.0);
 }
 
-/* One column of the tableau in place of the basic one of a row. */
+/* Exchange the basic column of a row for another column of the tableau. */
 MECHC_STATIC void mechc_pivot(double *tableau, int rows, int columns, int row, int column)
 {
     double *own = tableau + row * columns;
@@ -60,9 +60,9 @@ MECHC_STATIC void mechc_pivot(double *tableau, int rows, int columns, int row, i
     }
 }
 
-/* Lower the costs, the last row of the tableau, with the least numbers first, so that no basis comes
- * twice (Bland 1977, Math. Oper. Res. 2).  The last column is what rows are to give; only the first
- * `allowed` columns enter. */
+/* Minimise the costs, the last row of the tableau, choosing columns of least number, so that no
+ * basis repeats (Bland 1977, Math.  Oper.  Res.  2).  The last column is the right side; only the
+ * first `allowed` columns enter. */
 MECHC_STATIC void mechc_simplex(double *tableau, int rows, int columns, int allowed, int *basis, double zero)
 {
     for (;;) {
@@ -82,8 +82,8 @@ MECHC_STATIC void mechc_simplex(double *tableau, int rows, int columns, int allo
     }
 }
 
-/* The least c^T w over w >= 0 with A w = b, b >= 0; HUGE_VAL where there is no such w.  The tableau has
- * rows A, 1 for each row's own column, b, and room for one row more. */
+/* The least c^T w over w >= 0 with A w = b, b >= 0; HUGE_VAL if there is no such w.  The tableau
+ * has rows A, 1 for each row's own column, b, and room for one more row. */
 MECHC_STATIC double mechc_least_cost(double *tableau, int rows, int count, const double *cost, int *basis)
 {
     const int columns = count + rows + 1;
@@ -115,9 +115,9 @@ MECHC_STATIC double mechc_least_cost(double *tableau, int rows, int count, const
     return -last[columns - 1];
 }
 
-/* Of all forces with G x = aim the largest least limit, a linear program.  By its dual: of weights of the
- * limits that sum to 1 and along which no force of G x = 0 acts, the least weighted limit.  Not more than
- * the size: forces may grow without end where contacts jam.  -HUGE_VAL without memory. */
+/* The largest least limit over all forces with G x = aim, by the dual of this linear program: the least
+ * weighted limit over weights that sum to 1 and along which no force of G x = 0 acts.  It is bounded by the
+ * size, as forces may grow without bound in jammed contacts. -HUGE_VAL without memory. */
 MECHC_STATIC double mechc_largest_margin(const mechc_answer *answer, const mechc_limit *limit, int count)
 {
     const int n = answer->count, rows = n + 1, columns = count + rows + 1;
@@ -154,7 +154,7 @@ MECHC_STATIC double mechc_largest_margin(const mechc_answer *answer, const mechc
     return least;
 }
 
-/* The least of the limits, m/s^2; the largest that there is where forces are not unique. */
+/* The least of the limits, m/s^2; its largest possible value if forces are not unique. */
 MECHC_STATIC double mechc_answer_margin(const mechc_answer *answer, mechc_limit *limit)
 {
     const int count = mechc_limits_of(answer, limit);

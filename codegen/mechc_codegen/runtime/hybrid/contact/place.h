@@ -1,4 +1,4 @@
-/* The equations of motion at one state with what contacts there do.
+/* The equations of motion at one state, with the effects of its contacts.
  *
  * M u' + J^T lambda = F + W^T f for forces f along the rows W of contacts.  With M = L L^T and what
  * lies along J L^-T taken out of the rows W L^-T =: R, the forces change u' by L^-T R^T f, and the
@@ -19,7 +19,7 @@
  * restitution that is not 0 to 1. */
 enum { MECHC_NO_MASS = -1, MECHC_NO_LAW = -2, MECHC_PUSHES = -3, MECHC_NO_RESTITUTION = -4 };
 
-/* The contacts of a motion as they are asked for. */
+/* The contacts of a motion as the caller defines them. */
 typedef struct {
     int count;
     const unsigned char *has_gap, *has_friction;
@@ -29,9 +29,9 @@ typedef struct {
     void *context;
 } mechc_contact_laws;
 
-/* At the state at hand: q' (nq) and the table; where has_rows is set also L, rows R of gaps and slips
- * (n, nu each), N of q' = N u + b (nq, nu) and J; where has_accelerations is set also rates (nq + nu)
- * and accelerations of gaps and slips (n each) without forces of contacts. */
+/* The current state with q' (nq) and the table; where has_rows is set also L, rows R of gaps and
+ * slips (n, nu each), N of q' = N u + b (nq, nu) and J; where has_accelerations is set also rates
+ * (nq + nu) and accelerations of gaps and slips (n each) without forces of contacts. */
 typedef struct {
     const mechc_motion *motion;
     const mechc_contact_laws *laws;
@@ -78,7 +78,7 @@ MECHC_STATIC double mechc_inner_product(const double *a, const double *b, int n)
     return sum;
 }
 
-/* Quantities of the contacts where time or speeds have changed; MECHC_NO_LAW where they are not
+/* Evaluate the quantities of the contacts after time or speeds have changed; MECHC_NO_LAW if they are not
  * finite.  An open gap needs no slopes and no slip: in the middle of a bush there are none. */
 MECHC_STATIC int mechc_contact_table_at_hand(mechc_contact_place *c)
 {
@@ -106,7 +106,7 @@ MECHC_STATIC int mechc_contact_table_at_hand(mechc_contact_place *c)
     return MECHC_RUNNING;
 }
 
-/* N of q' = N u + b. */
+/* Compute N of q' = N u + b. */
 MECHC_STATIC void mechc_contact_kinematics(mechc_contact_place *c)
 {
     const int nq = c->coordinates, nu = c->speeds;
@@ -120,7 +120,7 @@ MECHC_STATIC void mechc_contact_kinematics(mechc_contact_place *c)
     }
 }
 
-/* Take out of the rows (count, nu) what lies along the rows of J L^-T. */
+/* Remove from the rows (count, nu) their components along the rows of J L^-T. */
 MECHC_STATIC void mechc_contact_without_loops(mechc_contact_place *c, double *rows, int count)
 {
     const int nu = c->speeds, nc = c->rows;
@@ -139,14 +139,14 @@ MECHC_STATIC void mechc_contact_without_loops(mechc_contact_place *c, double *ro
     }
 }
 
-/* The same at a new state. */
+/* Evaluate the quantities of the contacts at a new state. */
 MECHC_STATIC int mechc_contact_at_hand(mechc_contact_place *c)
 {
     c->has_rows = 0;
     return mechc_contact_table_at_hand(c);
 }
 
-/* The rows at the state at hand. */
+/* Compute the rows at the current state. */
 MECHC_STATIC int mechc_contact_rows(mechc_contact_place *c)
 {
     const int n = c->contacts, nq = c->coordinates, nu = c->speeds;
@@ -194,7 +194,7 @@ MECHC_STATIC void mechc_contact_second_rates(mechc_contact_place *c, double *lat
     }
 }
 
-/* Rows, rates and accelerations without forces of contacts, at the state at hand. */
+/* Compute rows, rates and accelerations without forces of contacts, at the current state. */
 MECHC_STATIC int mechc_contact_accelerate(mechc_contact_place *c)
 {
     const int nq = c->coordinates, nu = c->speeds, status = mechc_contact_rows(c);
@@ -212,7 +212,7 @@ MECHC_STATIC int mechc_contact_accelerate(mechc_contact_place *c)
     return MECHC_RUNNING;
 }
 
-/* The place at a state. */
+/* Go to a state. */
 MECHC_STATIC int mechc_contact_at(mechc_contact_place *c, double t, const double *y)
 {
     c->t = t;
@@ -220,14 +220,14 @@ MECHC_STATIC int mechc_contact_at(mechc_contact_place *c, double t, const double
     return mechc_contact_at_hand(c);
 }
 
-/* The place at a state, with all that forces of contacts follow from. */
+/* Go to a state, and compute everything that forces of contacts depend on. */
 MECHC_STATIC int mechc_contact_motion_at(mechc_contact_place *c, double t, const double *y)
 {
     const int status = mechc_contact_at(c, t, y);
     return status == MECHC_RUNNING ? mechc_contact_accelerate(c) : status;
 }
 
-/* The rounding of a gap's value: that of its terms. */
+/* The rounding error of a gap's value, from the size of its terms. */
 MECHC_STATIC double mechc_gap_rounding(const mechc_contact_place *c, int contact)
 {
     const double *row = mechc_law(c, contact), *slopes = row + MECHC_LAWS;
@@ -236,7 +236,7 @@ MECHC_STATIC double mechc_gap_rounding(const mechc_contact_place *c, int contact
     return DBL_EPSILON * (fabs((row[MECHC_RATE] - mechc_inner_product(slopes, c->v, c->coordinates)) * c->t) + terms);
 }
 
-/* Change the speeds y by what a change along rows R makes of them. */
+/* Change the speeds y by a change along rows R. */
 MECHC_STATIC void mechc_contact_change_speeds(const mechc_contact_place *c, double *change, double *y)
 {
     mechc_solve_upper(c->root, c->speeds, change);

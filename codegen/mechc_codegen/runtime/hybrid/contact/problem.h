@@ -1,4 +1,4 @@
-/* The forces of contacts in one mode, at one state, or impulses, which follow the same law.
+/* The forces of contacts in one mode at one state, or the impulses, which follow the same law.
  *
  * A mode says of each contact whether it is open, held, sticks or slides one way.  Gaps that are kept
  * and contacts that stick need such forces that their accelerations are zero; the friction of a sliding
@@ -14,30 +14,30 @@ typedef enum {
     MECHC_OPEN, MECHC_HELD, MECHC_STICKS, MECHC_SLIDES_ON, MECHC_SLIDES_BACK
 } mechc_contact_state;
 
-/* 1 or -1 where it slides, else 0. */
+/* The direction of sliding, 1 or -1; 0 if the contact does not slide. */
 MECHC_STATIC double mechc_way(unsigned char state)
 {
     return state == MECHC_SLIDES_ON ? 1.0 : state == MECHC_SLIDES_BACK ? -1.0 : 0.0;
 }
 
-/* Rows R of gaps and slips (n, nu each); what of them is to be made 0, accelerations or speeds;
- * friction and static friction, forces in N where there is no gap; of an impact's expansion normal
- * impulses that it has besides those sought, or NULL. */
+/* Rows R of gaps and slips (n, nu each); their accelerations or speeds, which are to become 0;
+ * friction and static friction, as forces in N where there is no gap; normal impulses of an
+ * expansion that come in addition to those sought, or NULL. */
 typedef struct {
     int n, nu;
     const double *normal, *tangent, *closing, *slipping, *friction, *sticking, *restored;
     const unsigned char *has_gap;
 } mechc_problem;
 
-/* The forces x of a mode, G x = aim, and what they do. */
+/* The forces x of a mode, G x = aim, and their effects. */
 typedef struct {
     const mechc_problem *of;
     const unsigned char *mode;
     int count, rank;         /* of the unknowns; of G */
-    int *contact, *friction; /* of each unknown: its contact, and whether it is a friction */
-    double size;             /* the largest of what is to be made 0, and of what given forces do */
+    int *contact, *friction; /* for each unknown: its contact, and whether it is a friction */
+    double size;             /* the largest value that is to become 0, or effect of given forces */
     double *matrix, *aim, *columns, *unknown; /* G; the columns along which the unknowns act */
-    double *given, *along;   /* changes along rows R (nu): by forces that are known, by all */
+    double *given, *along;   /* changes along rows R (nu): by known forces, by all forces */
     double *opening, *sliding; /* afterwards (n each) */
     double *space;
     int *owners;
@@ -49,7 +49,7 @@ MECHC_STATIC void mechc_answer_free(mechc_answer *answer)
     free(answer->owners);
 }
 
-/* Room for n contacts; 0 without memory. */
+/* Allocate the memory for n contacts; 0 without memory. */
 MECHC_STATIC int mechc_answer_make(mechc_answer *answer, int contacts, int speeds)
 {
     const size_t n = (size_t)contacts, nu = (size_t)speeds, most = 2 * n;
@@ -77,7 +77,7 @@ MECHC_STATIC double mechc_problem_size(const mechc_problem *of)
     return size > 0.0 ? size : 1.0;
 }
 
-/* One more unknown, with its row; the column is less by a part of another row. */
+/* Add an unknown with its row; its column is reduced by a multiple of another row. */
 MECHC_STATIC void mechc_answer_add(mechc_answer *answer, int contact, int friction, const double *row,
                              const double *other, double part, double target, double *rows)
 {
@@ -91,7 +91,7 @@ MECHC_STATIC void mechc_answer_add(mechc_answer *answer, int contact, int fricti
     }
 }
 
-/* The unknown forces of the mode, and what known ones do. */
+/* Set up the unknown forces of the mode, and the effects of known ones. */
 MECHC_STATIC void mechc_answer_unknowns(mechc_answer *answer, double *rows)
 {
     const mechc_problem *of = answer->of;
@@ -113,7 +113,7 @@ MECHC_STATIC void mechc_answer_unknowns(mechc_answer *answer, double *rows)
     }
 }
 
-/* The forces, and what they do; whether the mode is consistent is another question. */
+/* Compute the forces and their effects, whether or not the mode is consistent. */
 MECHC_STATIC void mechc_answer_of(mechc_answer *answer, const mechc_problem *of, const unsigned char *mode)
 {
     const int nu = of->nu;
@@ -172,15 +172,15 @@ MECHC_STATIC void mechc_answer_forces(const mechc_answer *answer, int contact, d
     if (way != 0.0) *friction = -way * of->friction[contact] * (of->has_gap[contact] ? *normal : 1.0);
 }
 
-/* How much one newton at a contact accelerates it. */
+/* The acceleration at a contact due to one newton there. */
 MECHC_STATIC double mechc_of_one_newton(const mechc_problem *of, int contact)
 {
     const double *normal = of->normal + contact * of->nu, *tangent = of->tangent + contact * of->nu;
     return fmax(mechc_inner_product(normal, normal, of->nu), mechc_inner_product(tangent, tangent, of->nu));
 }
 
-/* The determinant of the sliding contacts over that without friction, 1 where none slides: at 0 and
- * below, normal forces do not keep gaps from closing (Painleve 1895). */
+/* The determinant of the sliding contacts divided by that without friction, 1 if none slides: at 0
+ * and below, normal forces cannot keep gaps from closing (Painleve 1895). */
 MECHC_STATIC double mechc_answer_stiffness(mechc_answer *answer)
 {
     const mechc_problem *of = answer->of;
@@ -212,7 +212,7 @@ MECHC_STATIC double mechc_answer_stiffness(mechc_answer *answer)
     return determinant;
 }
 
-/* The problem of the forces at a place whose accelerations are at hand. */
+/* The problem of the forces at a place with known accelerations. */
 MECHC_STATIC mechc_problem mechc_problem_of_forces(const mechc_contact_place *c, double *friction,
                                              double *sticking)
 {

@@ -1,10 +1,10 @@
-/* States of a piece in contact, read when its motion is over. */
+/* States of a piece in contact, evaluated after its motion has ended. */
 #pragma once
 
 #include "hybrid/contact/manifold.h"
 #include "record/piece.h"
 
-/* Does a contact last in a piece? */
+/* Whether a contact lasts in a piece. */
 MECHC_STATIC int mechc_piece_in_contact(const mechc_piece *piece)
 {
     int lasts = 0;
@@ -12,8 +12,8 @@ MECHC_STATIC int mechc_piece_in_contact(const mechc_piece *piece)
     return lasts;
 }
 
-/* On the constraints of the piece's mode, by a motion whose scene is described and the laws of its
- * contacts; NaN where they cannot be met.  0 without memory. */
+/* States on the constraints of the piece's mode, by a motion of the same scene and the laws of its
+ * contacts; NaN if the constraints cannot be satisfied.  0 without memory. */
 MECHC_STATIC int mechc_read_contact(const mechc_motion *of, const mechc_contact_laws *laws,
                               const mechc_piece *piece, ptrdiff_t count, const double *t, double *y)
 {

@@ -1,4 +1,4 @@
-/* Numbers of several arrays in one block of memory. */
+/* Memory for several arrays of numbers in one block. */
 #pragma once
 
 #include <stdlib.h>
@@ -9,7 +9,7 @@ typedef struct {
     size_t count;
 } mechc_part_of_room;
 
-/* One block, zeroed, for all parts; the first one is what free() takes.  0 without memory. */
+/* Allocate one zeroed block for all parts; free() takes the first one.  0 without memory. */
 MECHC_STATIC int mechc_make_room_for(const mechc_part_of_room *parts, size_t count)
 {
     size_t all = 1;

@@ -1,11 +1,11 @@
-/* A state put onto the constraints by an impulse. */
+/* Projection of a state onto the constraints by an impulse. */
 #pragma once
 
 #include "closing/least_change.h"
 #include "closing/triangular.h"
 #include "hybrid/motion.h"
 
-/* Numbers of work space. */
+/* The size of the work space, in numbers. */
 MECHC_STATIC size_t mechc_impulse_room(const mechc_motion *motion)
 {
     const size_t nu = (size_t)motion->speeds, nc = (size_t)motion->rows;
@@ -13,8 +13,8 @@ MECHC_STATIC size_t mechc_impulse_room(const mechc_motion *motion)
 }
 
 /* Move a state onto the constraints: coordinates to the nearest that close the loops; speeds by the
- * impulse p with M (u+ - u) = J^T p, J u+ + b = 0, which takes the least kinetic energy in the
- * difference.  0 where there is no such state. */
+ * impulse p with M (u+ - u) = J^T p, J u+ + b = 0, the change with the least kinetic energy.  0 if
+ * there is no such state. */
 MECHC_STATIC int mechc_onto_constraints(const mechc_motion *motion, double t, double *y, double *room)
 {
     const int rows = motion->rows, n = motion->speeds, first = motion->coordinates;

@@ -1,4 +1,4 @@
-/* Resets of the state by events: those of one instant, and what they leave of the motion. */
+/* Resets of the state by events, also several at one instant. */
 #pragma once
 
 #include "hybrid/events/search.h"
@@ -13,14 +13,14 @@
 #define MECHC_RESET_TOUCHING 10.0 /* times rtol of an event's largest value: it may be zero */
 #define MECHC_EVENT_CHANGE 1e-6   /* of a component's size: over such a change differences are taken */
 
-/* What an event may be where it is zero as far as the motion is known. */
+/* The bound below which an event counts as zero, given how exactly the motion is known. */
 MECHC_STATIC double mechc_event_nothing(const mechc_watch *watch, int number)
 {
     return MECHC_RESET_TOUCHING * watch->motion->rtol * watch->event[number].size;
 }
 
-/* Derivatives of a function of the caller's, by central differences; the rates of the state tell how
- * fast time counts. */
+/* Derivatives of a caller's function by central differences; the rates of the state set the scale
+ * of time. */
 MECHC_STATIC void mechc_event_differences(const mechc_watch *watch, int number, double t, const double *y,
                                     double *slopes)
 {
@@ -43,7 +43,7 @@ MECHC_STATIC void mechc_event_differences(const mechc_watch *watch, int number, 
     }
 }
 
-/* The rate of an event along the motion, whose rates are at hand, and the rounding of its value. */
+/* The rate of an event by the known rates of the state, and the rounding of its value. */
 MECHC_STATIC double mechc_event_rate(mechc_watch *watch, int number, double t, const double *y)
 {
     const mechc_motion *motion = watch->motion;
@@ -60,8 +60,8 @@ MECHC_STATIC double mechc_event_rate(mechc_watch *watch, int number, double t, c
     return motion->sense * rate;
 }
 
-/* Rates of all events with a reset along the motion, into event->later, and the roundings of their
- * values; 0 of others. */
+/* Compute the rates of all events with a reset into event->later, and the rounding of their values;
+ * 0 for other events. */
 MECHC_STATIC void mechc_event_rates(mechc_watch *watch, double t, const double *y)
 {
     watch->motion->rates(watch->motion, t, y, watch->rates);
@@ -72,8 +72,7 @@ MECHC_STATIC void mechc_event_rates(mechc_watch *watch, double t, const double *
     }
 }
 
-/* Whether an event is zero as far as the motion is known; what is clearly still to come is found
- * later. */
+/* Whether an event counts as zero; a zero that is clearly ahead is found later. */
 MECHC_STATIC int mechc_event_touches(const mechc_watch *watch, int number, double t, const double *y)
 {
     const double value = mechc_event_value(watch, number, t, y), rate = watch->event[number].later;
@@ -83,7 +82,7 @@ MECHC_STATIC int mechc_event_touches(const mechc_watch *watch, int number, doubl
     return fabs(value) <= soon || passed;
 }
 
-/* A piece begins at this state: the side of each event's zero on which it does. */
+/* Store the side of zero on which each event is at the start of a piece. */
 MECHC_STATIC void mechc_watch_enter(mechc_watch *watch, double t, const double *y)
 {
     watch->start = t;
@@ -96,8 +95,8 @@ MECHC_STATIC void mechc_watch_enter(mechc_watch *watch, double t, const double *
     }
 }
 
-/* Whether a zero at t, with the rate event->later there, is told from the last one by neither its
- * time nor the way between them. */
+/* Whether a zero at t, with the rate event->later there, coincides with the last one: neither its
+ * time nor the way between them separates the two. */
 MECHC_STATIC int mechc_is_now(const mechc_event *event, double last, double t)
 {
     const double way = fabs(t - last) * fmax(fabs(event->after), fabs(event->later));
@@ -105,7 +104,7 @@ MECHC_STATIC int mechc_is_now(const mechc_event *event, double last, double t)
         || way <= MECHC_RESET_FLIGHT * event->rounding;
 }
 
-/* Whether a reset ends the motion towards the zero and leaves the state there. */
+/* Whether a reset stops the motion towards the zero and leaves the state on it. */
 MECHC_STATIC int mechc_reset_stays(const mechc_watch *watch, int number, double t, const double *y)
 {
     const mechc_event *event = watch->event + number;
@@ -115,8 +114,8 @@ MECHC_STATIC int mechc_reset_stays(const mechc_watch *watch, int number, double 
         && fabs(mechc_event_value(watch, number, t, y)) <= mechc_event_nothing(watch, number);
 }
 
-/* Another event that is zero and about to be crossed, or one that the last reset lets cross again;
- * -1: none. */
+/* The number of another event that is zero and about to be crossed, or of one that the last reset
+ * allows to be crossed again; -1: none. */
 MECHC_STATIC int mechc_reset_caused(const mechc_watch *watch, double t, const double *y, double largest)
 {
     for (int k = 0; k < watch->own; k++) {
@@ -132,8 +131,8 @@ MECHC_STATIC int mechc_reset_caused(const mechc_watch *watch, double t, const do
     return -1;
 }
 
-/* The state after the reset of one event, on the constraints; parameters are taken over.  0 where there
- * is none. */
+/* The state after the reset of one event, projected onto the constraints; parameters are adopted.
+ * 0 if there is none. */
 MECHC_STATIC int mechc_reset_state(mechc_watch *watch, int number, double t, double *y)
 {
     mechc_motion *motion = watch->motion;
@@ -152,8 +151,7 @@ MECHC_STATIC int mechc_reset_state(mechc_watch *watch, int number, double t, dou
     return mechc_onto_constraints(motion, t, y, watch->room);
 }
 
-/* The reset of an event whose rates before are in event->rate; those after come into event->later.
- */
+/* Reset one event; event->rate holds the rates before, event->later gets those after. */
 MECHC_STATIC int mechc_reset_one(mechc_watch *watch, int number, double t, double *y, double *largest)
 {
     mechc_event *event = watch->event + number;
@@ -171,8 +169,8 @@ MECHC_STATIC int mechc_reset_one(mechc_watch *watch, int number, double t, doubl
     return MECHC_RUNNING;
 }
 
-/* The state after the reset of an event, and of those that it causes at the same instant, which are
- * kept as zeros in `piece`.  MECHC_RUNNING, MECHC_RESETS_ACCUMULATE, or why there is none. */
+/* Reset the state by an event and by those that it causes at once, all recorded as zeros in
+ * `piece`.  Returns MECHC_RUNNING, MECHC_RESETS_ACCUMULATE, or why it failed. */
 MECHC_STATIC int mechc_watch_reset(mechc_watch *watch, int number, int piece, double t, double *y)
 {
     double largest = 0.0;

@@ -17,7 +17,7 @@
 #define MECHC_ROOT_TWO 1.4142135623730951
 #define MECHC_EVENT_GRAZES 10.0 /* times rtol of its largest value: a touch so small may not be one */
 
-/* Into the order of time, or against it for sense -1, by insertion: most are in order. */
+/* Sort points by time, or in reverse for sense -1, by insertion, as most are in order. */
 MECHC_STATIC void mechc_sort_points(mechc_event_point *points, int count, double sense)
 {
     for (int i = 1; i < count; i++) {
@@ -28,7 +28,7 @@ MECHC_STATIC void mechc_sort_points(mechc_event_point *points, int count, double
     }
 }
 
-/* Sample i of a step, all unevenly spaced: a function in step with even samples would seem slow. */
+/* The fraction of the step at sample i; uneven, as a function in phase with even ones would seem slow. */
 MECHC_STATIC double mechc_event_fraction(int i)
 {
     const double square = (double)(i * i) * MECHC_ROOT_TWO;
@@ -37,8 +37,8 @@ MECHC_STATIC double mechc_event_fraction(int i)
     return (i + MECHC_EVENT_UNEVEN * (square - floor(square) - 0.5)) / MECHC_EVENT_SAMPLES;
 }
 
-/* Sample a step: times, and the states there; how many.  The first piece of a grid at the start of a
- * motion lies ever more densely towards it. */
+/* Compute the sample times of a step and the states there; returns their number.  The first grid at
+ * the start of a motion is ever denser towards the start. */
 MECHC_STATIC int mechc_event_grid(mechc_watch *watch, double start, double end)
 {
     const double length = end - start, first = mechc_event_fraction(1);
@@ -76,7 +76,7 @@ MECHC_STATIC int mechc_changes_fast(const mechc_event_point *points, int count)
     return off > MECHC_EVENT_COARSE * (count - 2);
 }
 
-/* Put a point between each two; how many there are then. */
+/* Insert a point between each two points; returns the new number of points. */
 MECHC_STATIC int mechc_twice_as_many(mechc_watch *watch, int event, int count)
 {
     mechc_motion *motion = watch->motion;
@@ -114,8 +114,8 @@ MECHC_STATIC int mechc_add_dips(mechc_watch *watch, int event, int count)
     return all;
 }
 
-/* A zero between two samples, by secant steps kept inside a bracket that is halved at least every
- * third step; of an event with a reset to the last digit, for errors add up over resets. */
+/* A zero between two samples, by secant steps inside a bracket that is halved at least every third
+ * step; for an event with a reset to the last digit, since errors add up over resets. */
 MECHC_STATIC double mechc_event_root(mechc_watch *watch, int event, mechc_event_point before,
                                mechc_event_point after)
 {
@@ -162,7 +162,7 @@ MECHC_STATIC mechc_event_point mechc_event_least(mechc_watch *watch, int event, 
                               : (mechc_event_point){right, at_right};
 }
 
-/* Minima towards zero that may be zeros or none. */
+/* Record minima towards zero that may or may not be zeros. */
 MECHC_STATIC void mechc_watch_grazing(mechc_watch *watch, int number, int count)
 {
     mechc_event *event = watch->event + number;
@@ -183,8 +183,8 @@ MECHC_STATIC void mechc_watch_grazing(mechc_watch *watch, int number, int count)
     }
 }
 
-/* The values of an event on the grid of `count` times; those close to the start of the piece go to the
- * end of the points, how many of them into *close: the number of the others. */
+/* The values of an event on the grid of `count` times; points close to the start of the piece are
+ * moved to the end, and *close gets their number.  Returns the number of the others. */
 MECHC_STATIC int mechc_event_samples(mechc_watch *watch, int number, int count, int *close)
 {
     mechc_event *event = watch->event + number;
@@ -205,15 +205,15 @@ MECHC_STATIC int mechc_event_samples(mechc_watch *watch, int number, int count, 
     return MECHC_EVENT_SAMPLES + 1;
 }
 
-/* Whether a zero is the one at which the piece begins: of an event that resets nothing. */
+/* Whether a zero is that at the start of the piece, for an event without a reset. */
 MECHC_STATIC int mechc_event_is_start(const mechc_watch *watch, int number, double t)
 {
     return watch->event[number].side == 0.0 && !mechc_event_resets(watch, number)
         && fabs(t - watch->start) <= mechc_located(t);
 }
 
-/* The zeros of one event in a step whose grid has `grid` times, in order; how many, or -1 where its
- * value is no number. */
+/* The zeros of one event in a step whose grid has `grid` times, in order; returns their number, or
+ * -1 if its value is not a number. */
 MECHC_STATIC int mechc_event_zeros(mechc_watch *watch, int number, int grid, double *root)
 {
     mechc_event *event = watch->event + number;
@@ -246,8 +246,7 @@ MECHC_STATIC int mechc_event_zeros(mechc_watch *watch, int number, int grid, dou
     return roots;
 }
 
-/* The place among its zeros in a step of the one at which an event ends or resets the motion; -1:
- * none. */
+/* The index of the zero in a step at which an event ends or resets the motion; -1: none. */
 MECHC_STATIC int mechc_event_stop(const mechc_watch *watch, int number, int roots)
 {
     const long terminal = watch->policy[number].terminal, before = watch->event[number].count;
@@ -256,8 +255,8 @@ MECHC_STATIC int mechc_event_stop(const mechc_watch *watch, int number, int root
     return terminal > 0 && terminal <= before + roots ? (int)(terminal - before - 1) : -1;
 }
 
-/* Search one step of the piece.  MECHC_RUNNING, MECHC_STOPPED_BY_EVENT with the time at which an event
- * ends or resets the motion, or why the search failed. */
+/* Search one step of the piece.  Returns MECHC_RUNNING, MECHC_STOPPED_BY_EVENT with the time at
+ * which an event ends or resets the motion, or why the search failed. */
 MECHC_STATIC int mechc_watch_step(mechc_watch *watch, int piece, double begin, double end, double *stop)
 {
     mechc_motion *motion = watch->motion;

@@ -1,4 +1,4 @@
-/* The events of one motion: their functions, what was found of them, and room to work in. */
+/* The events of one motion: their functions, the zeros found, and work space. */
 #pragma once
 
 #include "hybrid/events/constraints.h"
@@ -17,14 +17,14 @@ typedef struct {
     double t, value;
 } mechc_event_point;
 
-/* An event as it is asked for. */
+/* An event as the caller defines it. */
 typedef struct {
-    double direction; /* positive: where it grows alone; negative: where it falls; 0: both */
+    double direction; /* positive: rising zeros only; negative: falling zeros only; 0: both */
     long terminal;    /* the motion ends at so many zeros; 0: never */
     int contact;      /* the contact whose gap it is; -1: none */
 } mechc_event_policy;
 
-/* What is known of one event. */
+/* The state of one event during the search. */
 typedef struct {
     long count;       /* zeros so far */
     int idle;         /* it does not happen in this piece */
@@ -32,11 +32,11 @@ typedef struct {
     double size;      /* largest magnitude met */
     double grazing;   /* the first time that it may only touch zero, or NaN */
     double too_fast;  /* time from which it changes too fast to follow, or NaN */
-    double side;      /* the sign that it has right after the start, where it is zero; else 0 */
+    double side;      /* its sign right after the start if it is zero there; else 0 */
     double near;      /* so long after the start its value may be rounding, s */
-    double cleared;   /* it has just opened so far: it does not graze before twice that; else 0 */
+    double cleared;   /* it has just opened this far: no grazing before twice that; else 0 */
     double rounding;  /* of its value where its rates were taken last */
-    double last, passed; /* times of its last reset, and of one that let it be crossed, or NaN */
+    double last, passed; /* times of its last reset, and of the last one that lets it cross again */
     double after;     /* its rate after its last reset */
     double fastest;   /* largest rate at a reset */
     double rate, later; /* before and after a reset */
@@ -48,7 +48,7 @@ typedef struct {
     double t;
 } mechc_event_zero;
 
-/* Those of the caller come first; the ends of a mode of contact follow. */
+/* All events: those of the caller first, then the ends of a mode of contact. */
 typedef struct {
     mechc_motion *motion;
     int own, count, most; /* most: that there is room for */
@@ -58,7 +58,7 @@ typedef struct {
     double start; /* of the piece at hand */
     int stopped_by;
     int keeps_states;
-    mechc_event_zero *zero; /* found so far; where their states are kept these are in zero_state */
+    mechc_event_zero *zero; /* zeros found so far; if states are kept they are in zero_state */
     double *zero_state;
     ptrdiff_t zeros, zero_room;
     int *cause, causes; /* events that made the last reset, in order */
@@ -81,7 +81,7 @@ MECHC_STATIC void mechc_watch_free(mechc_watch *watch)
     free(watch->points);
 }
 
-/* Room for `own` events and `ends` of modes; 0 without memory. */
+/* Allocate the memory for `own` events and `ends` of modes; 0 without memory. */
 MECHC_STATIC int mechc_watch_make(mechc_watch *watch, mechc_motion *motion, int own, int ends)
 {
     const size_t most = (size_t)(own + ends), width = (size_t)motion->width;
@@ -112,14 +112,14 @@ MECHC_STATIC int mechc_watch_make(mechc_watch *watch, mechc_motion *motion, int 
     return 1;
 }
 
-/* Nothing is known of an event yet. */
+/* Reset the state of an event. */
 MECHC_STATIC void mechc_event_forget(mechc_event *event)
 {
     memset(event, 0, sizeof *event);
     event->latest = event->grazing = event->too_fast = event->last = event->passed = NAN;
 }
 
-/* A motion begins. */
+/* Begin a motion. */
 MECHC_STATIC void mechc_watch_begin(mechc_watch *watch)
 {
     watch->zeros = 0;
@@ -128,7 +128,7 @@ MECHC_STATIC void mechc_watch_begin(mechc_watch *watch)
     for (int k = 0; k < watch->own; k++) mechc_event_forget(watch->event + k);
 }
 
-/* How exactly a zero near t is located, s. */
+/* The accuracy of a zero's time near t, s. */
 MECHC_STATIC double mechc_located(double t)
 {
     const double size = fabs(t);
@@ -153,7 +153,7 @@ MECHC_STATIC double mechc_event_at(mechc_watch *watch, int event, double t)
     return mechc_event_value(watch, event, t, watch->states);
 }
 
-/* Keep a zero, and its state; 0 without memory. */
+/* Record a zero and its state; 0 without memory. */
 MECHC_STATIC int mechc_watch_keep(mechc_watch *watch, int event, double t, int piece, const double *y)
 {
     const size_t width = watch->keeps_states ? (size_t)watch->motion->width : 0;

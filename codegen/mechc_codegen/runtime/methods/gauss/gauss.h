@@ -100,8 +100,8 @@ MECHC_STATIC void mechc_gauss_weigh(const mechc_integration *run, mechc_gauss *g
     }
 }
 
-/* Root of the step's error over what is tolerated.  The end is of order 16, twice that of the
- * stages: what the stages' polynomial lacks, by its two coefficients of highest degree (one alone
+/* The root of the step's error over its tolerance.  The end is of order 16, twice that of the
+ * stages: the error of the stages' polynomial, by its two coefficients of highest degree (one alone
  * may vanish), counts with its square. */
 MECHC_STATIC double mechc_gauss_measure(const mechc_gauss *g, double h)
 {
@@ -127,7 +127,7 @@ MECHC_STATIC double mechc_gauss_factor(mechc_integration *run, double error)
     return mechc_predictive_factor(run, error, g->last_step, g->last_factor, &g->factor);
 }
 
-/* Near a critical configuration the loops are closed before the rates are computed. */
+/* Choose how the loops are closed: near a critical configuration before the rates are computed. */
 MECHC_INLINE void mechc_gauss_watch(mechc_gauss *g)
 {
 #if MECHC_NH > 0
@@ -144,7 +144,7 @@ MECHC_INLINE void mechc_gauss_watch(mechc_gauss *g)
 #endif
 }
 
-/* Does the run start or end with this step beside a crossing? */
+/* Whether the run starts or ends with this step beside a crossing. */
 MECHC_STATIC int mechc_is_beside(const mechc_integration *run, double h)
 {
     const double after = run->monitor.ahead - fabs(h);
@@ -152,8 +152,8 @@ MECHC_STATIC int mechc_is_beside(const mechc_integration *run, double h)
         || (mechc_is_last(run, h) && fabs(after) < MECHC_GAUSS_ENDS_BESIDE * fabs(h));
 }
 
-/* What of a run's first or last step may be rounding, over its scales: the weight of the node next to
- * the crossing leaves a twentieth of it. */
+/* The part of a run's first or last step that may be rounding, over its scales: the weight of the
+ * node next to the crossing leaves a twentieth of it. */
 MECHC_STATIC double mechc_gauss_most_noise(const mechc_integration *run)
 {
     return mechc_max(MECHC_GAUSS_NOISE, MECHC_GAUSS_NOISE_OF_RTOL * run->rtol);
@@ -175,8 +175,8 @@ MECHC_STATIC int mechc_gauss_crosses(const mechc_integration *run, double h)
     return MECHC_NH > 0 && (run->monitor.ahead < fabs(h) || mechc_is_beside(run, h));
 }
 
-/* Changes that may be rounding.  In a step over a crossing the closure's rounding is magnified into
- * reactions, which the projection of the end removes; elsewhere it changes the motion. */
+/* The changes that may be rounding.  In a step over a crossing the closure's rounding is magnified
+ * into reactions, which the projection of the end removes; elsewhere it changes the motion. */
 MECHC_STATIC double mechc_gauss_floor(const mechc_integration *run, double h)
 {
     const mechc_gauss *g = mechc_gauss_of(run);
@@ -244,8 +244,8 @@ MECHC_STATIC int mechc_gauss_converge(mechc_integration *run, double h)
     return MECHC_NOT_CLOSED;
 }
 
-/* Did closing the loops move the stages little?  Their distance is the polynomial's error; stages
- * moved farther are on another branch or in another assembly of the mechanism. */
+/* Whether closing the loops moved the stages little.  Their distance is the polynomial's error;
+ * stages moved farther are on another branch or in another assembly of the mechanism. */
 MECHC_STATIC int mechc_gauss_stays(const mechc_integration *run)
 {
     mechc_vector most = {0};
@@ -318,16 +318,15 @@ MECHC_STATIC void mechc_gauss_meet(mechc_integration *run, double h)
     }
 }
 
-/* The end of a step is computed where the step will be accepted or where its end is needed to place
- * a crossing. */
+/* Compute the end of a step if the step will be accepted or its end is needed to place a crossing. */
 MECHC_STATIC int mechc_gauss_reached_end(const mechc_integration *run, double error)
 {
     return error <= run->allowed
         || (mechc_gauss_of(run)->closing == MECHC_CLOSE_BEFORE && error < MECHC_GAUSS_SHOWS_END);
 }
 
-/* The end, projected, and its rates.  No rates are needed of a last one so near a crossing that they
- * would be rounding. */
+/* Compute the projected end, and its rates.  No rates are needed at the end of a run so near a
+ * crossing that they would be rounding. */
 MECHC_STATIC int mechc_gauss_end_rates(mechc_integration *run, double h, double *end)
 {
     double *rates = MECHC_RATE(run, run->current->last_rate), sum[MECHC_NX];
@@ -343,7 +342,7 @@ MECHC_STATIC int mechc_gauss_end_rates(mechc_integration *run, double h, double 
     return status;
 }
 
-/* Solve for the stages; by Newton's iteration where the plain one does not contract. */
+/* Solve for the stages, by Newton's iteration where the plain one does not contract. */
 MECHC_STATIC int mechc_gauss_solve(mechc_integration *run, double h)
 {
 #if MECHC_NEWTON
@@ -366,7 +365,7 @@ MECHC_STATIC int mechc_gauss_solve(mechc_integration *run, double h)
 #endif
 }
 
-/* A step from the run's state; leaves the end's rates where the explicit pairs do. */
+/* Make a step from the run's state; the end's rates are left where the explicit pairs leave them. */
 MECHC_STATIC int mechc_gauss_step(mechc_integration *run, double h, double *end)
 {
     mechc_gauss *g = mechc_gauss_of(run);
@@ -392,7 +391,7 @@ MECHC_STATIC int mechc_gauss_step(mechc_integration *run, double h, double *end)
 }
 
 #if MECHC_SWITCHES
-/* Of the step's start, its stages and its end. */
+/* Switching functions at the step's start, its stages and its end. */
 MECHC_RARE void mechc_gauss_switching(mechc_integration *run, double h, double *values)
 {
     mechc_gauss *g = mechc_gauss_of(run);
@@ -425,7 +424,7 @@ MECHC_STATIC int mechc_gauss_limited(const mechc_integration *run, double h, con
     return mechc_gauss_of(run)->shrinking > MECHC_GAUSS_SLOW && error < MECHC_GAUSS_NEEDLESS;
 }
 
-/* Keep the polynomial of an accepted step. */
+/* Store the polynomial of an accepted step. */
 MECHC_STATIC void mechc_gauss_accept(mechc_integration *run, double h)
 {
     mechc_gauss *g = mechc_gauss_of(run);
@@ -455,7 +454,7 @@ MECHC_STATIC void mechc_gauss_dense(mechc_integration *run, double h, const doub
     for (int i = 0; i < MECHC_NX; i++) rows[i] = end[i] - run->y[i];
 }
 
-/* The longest step that the last one's polynomial may begin. */
+/* The longest step that can begin with the last step's polynomial. */
 MECHC_STATIC double mechc_gauss_reach(const mechc_integration *run)
 {
     const mechc_gauss *g = mechc_gauss_of(run);
@@ -482,8 +481,8 @@ MECHC_STATIC void mechc_gauss_make(mechc_integration *run)
     mechc_gauss_take_inputs(g, run);
 }
 
-/* Start anew, without a polynomial to extrapolate; a run whose steps were limited in lockstep by Newton's
- * iteration. */
+/* Begin without a polynomial to extrapolate, also for a run from lockstep whose steps Newton's
+ * iteration limited. */
 MECHC_STATIC void mechc_gauss_enter(mechc_integration *run)
 {
     mechc_gauss *g = mechc_gauss_of(run);
@@ -494,7 +493,7 @@ MECHC_STATIC void mechc_gauss_enter(mechc_integration *run)
     memset(g->compensation, 0, sizeof g->compensation);
 }
 
-/* No polynomial is extrapolated over a kink of the inputs. */
+/* Drop the polynomial at a kink of the inputs, over which it cannot be extrapolated. */
 MECHC_STATIC void mechc_gauss_renew(mechc_integration *run)
 {
     mechc_gauss *g = mechc_gauss_of(run);

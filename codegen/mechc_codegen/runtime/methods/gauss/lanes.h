@@ -136,7 +136,7 @@ MECHC_INLINE void mechc_gauss_lanes_continue(const mechc_gauss_lanes *g, mechc_v
     }
 }
 
-/* The state at a stage, from the rates as they stand. */
+/* The state at a stage, from the present rates. */
 MECHC_INLINE void mechc_gauss_lanes_state(const mechc_gauss_lanes *g, int stage,
                                           mechc_vector *state)
 {
@@ -165,7 +165,7 @@ MECHC_INLINE void mechc_gauss_lanes_state(const mechc_gauss_lanes *g, int stage,
     }
 }
 
-/* Rates at a stage, in the first sweep with the conditioning; */
+/* Rates at a stage in the first sweep, with the conditioning. */
 MECHC_ONCE void mechc_gauss_lanes_first(mechc_gauss_lanes *g, mechc_vector t, int stage,
                                         const mechc_vector *state, mechc_vector *rates)
 {
@@ -175,7 +175,7 @@ MECHC_ONCE void mechc_gauss_lanes_first(mechc_gauss_lanes *g, mechc_vector t, in
     a->met = mechc_lesser(met, a->met);
 }
 
-/* and in those after it. */
+/* Rates at a stage in later sweeps. */
 MECHC_ONCE void mechc_gauss_lanes_again(mechc_gauss_lanes *g, mechc_vector t, int stage,
                                         const mechc_vector *state, mechc_vector *rates)
 {
@@ -191,7 +191,7 @@ MECHC_INLINE void mechc_gauss_lanes_stage(mechc_gauss_lanes *g, int stage, int f
     (first ? mechc_gauss_lanes_first : mechc_gauss_lanes_again)(g, t, stage, state, rates);
 }
 
-/* One sweep over the stages; the sum of squares of the changes of rates over what is tolerated. */
+/* Sweep once over the stages; returns the sum of squares of the changes of rates over their tolerances. */
 MECHC_ONCE mechc_vector mechc_gauss_lanes_sweep(mechc_gauss_lanes *g, int sweep)
 {
     mechc_vector products[MECHC_STAGES], change = mechc_spread(0.0);
@@ -232,9 +232,9 @@ MECHC_INLINE mechc_vector mechc_gauss_lanes_measure(const mechc_gauss_lanes *g)
     return g->lanes.h * g->lanes.h * squares;
 }
 
-/* Which lanes need no further sweep: see mechc_gauss_converge.  Changes and their rates are squares.  A
- * large error after three sweeps is the step's where it is more than what they still change; where they
- * contract slowly besides, the lane fails. */
+/* The lanes that need no further sweep: see mechc_gauss_converge.  Changes and their rates are
+ * squares.  A large error after three sweeps is the step's where it is more than what they still
+ * change; where they contract slowly besides, the lane fails. */
 MECHC_INLINE void mechc_gauss_lanes_settle(mechc_gauss_lanes *g, int sweep, mechc_vector change,
                                            mechc_vector rate, mechc_vector rate_before)
 {
@@ -275,7 +275,7 @@ MECHC_INLINE void mechc_gauss_lanes_solve(mechc_gauss_lanes *g)
     g->lanes.stiff = (g->lanes.stiff & ~g->failed) | (g->failed & MECHC_GAUSS_LIMITED);
 }
 
-/* y plus a gain, compensated. */
+/* y plus a gain, by compensated summation. */
 MECHC_INLINE void mechc_gauss_lanes_gain(mechc_lockstep *a, int i, mechc_vector gain)
 {
     const mechc_vector whole = gain + a->compensation[i];
@@ -332,7 +332,7 @@ MECHC_INLINE mechc_mask mechc_gauss_lanes_limited(const mechc_lockstep *a)
     return (((const mechc_gauss_lanes *)a)->shrinking > slow) & (a->error < needless);
 }
 
-/* Keep the polynomials of accepted steps. */
+/* Store the polynomials of accepted steps. */
 MECHC_INLINE void mechc_gauss_lanes_accept(mechc_lockstep *a, mechc_mask accepted)
 {
     mechc_gauss_lanes *g = (mechc_gauss_lanes *)a;
@@ -397,7 +397,7 @@ MECHC_STATIC void mechc_gauss_lanes_make(mechc_integration *run)
     memset(run->work[MECHC_GAUSS8_LOCKSTEP], 0, sizeof(mechc_gauss_last));
 }
 
-/* No polynomial is extrapolated from another motion, or over a kink of the inputs. */
+/* Drop a polynomial of another motion, or from before a kink of the inputs. */
 MECHC_STATIC void mechc_gauss_lanes_renew(mechc_integration *run)
 {
     run->last_step = run->last_factor = 0.0;

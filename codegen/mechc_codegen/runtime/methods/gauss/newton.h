@@ -64,7 +64,7 @@ MECHC_STATIC void mechc_newton_slopes(mechc_newton *w, mechc_gauss *g, double t,
     }
 }
 
-/* The size of h J, by rows in units of the scales: of q, second derivatives, its root. */
+/* The size of h J, by rows in units of the scales; for q, where J has second derivatives, its root. */
 MECHC_STATIC double mechc_newton_size(const mechc_newton *w, double h, const double *scale)
 {
     double once = 0.0, twice = 0.0;
@@ -81,7 +81,7 @@ MECHC_STATIC double mechc_newton_size(const mechc_newton *w, double h, const dou
     return fabs(h) * (once + sqrt(twice));
 }
 
-/* The systems of the modes. */
+/* Set up the systems of the modes. */
 MECHC_STATIC void mechc_newton_equations(mechc_newton *w, double h)
 {
     mechc_modes real, imaginary;
@@ -98,8 +98,8 @@ MECHC_STATIC void mechc_newton_equations(mechc_newton *w, double h)
         }
 }
 
-/* The row from j on with the largest entry of column j, in the mode where it is least; its size
- * squared. */
+/* The pivot row from j on, whose least entry in column j over the modes is largest; returns its
+ * square. */
 MECHC_STATIC double mechc_newton_pivot(const mechc_newton *w, int j, int *row)
 {
     double most = 0.0;
@@ -142,7 +142,7 @@ MECHC_STATIC void mechc_newton_take_row(mechc_newton *w, int i, int j)
     }
 }
 
-/* Their inverses in place, by Gauss and Jordan; 0 where one is singular or not finite. */
+/* Invert the systems in place, by Gauss and Jordan; 0 if one is singular or not finite. */
 MECHC_ONCE int mechc_newton_invert(mechc_newton *w)
 {
     int rows[MECHC_UNKNOWNS];
@@ -167,7 +167,7 @@ MECHC_ONCE int mechc_newton_invert(mechc_newton *w)
     return 1;
 }
 
-/* Rates found at the stages in, the next iterates out: those before and Newton's correction. */
+/* Replace the rates found at the stages by the next iterates: the former ones plus Newton's correction. */
 MECHC_ONCE void mechc_newton_correct(const mechc_gauss *g,
                                      mechc_vector rates[][MECHC_UNKNOWNS])
 {
@@ -208,7 +208,7 @@ MECHC_ONCE void mechc_newton_correct(const mechc_gauss *g,
 }
 #endif
 
-/* Rates of one block of stages, kept on the constraints or not; places the changes of positions. */
+/* Rates of one block of stages, kept on the constraints or not; also stores the changes of positions. */
 MECHC_INLINE void mechc_gauss_block(mechc_gauss *g, double t, const double *y, double h, int block,
                                     int first, mechc_vector *rates, mechc_vector *moved)
 {
@@ -223,7 +223,7 @@ MECHC_INLINE void mechc_gauss_block(mechc_gauss *g, double t, const double *y, d
     }
 }
 
-/* One iteration; the largest change of a rate over what is tolerated. */
+/* Make one iteration; returns the largest change of a rate over its tolerance. */
 MECHC_ONCE double mechc_gauss_iterate(mechc_gauss *g, double t, const double *y, double h,
                                       int first)
 {

@@ -1,6 +1,5 @@
-/* The stages of a collocation step, side by side in the lanes: their values from the unknowns, what
- * closes their loops, their rates, and one fixed-point iteration.  See gauss.h for the method.
- */
+/* The stages of a collocation step, side by side in the lanes: values, closure of loops, rates, and
+ * one fixed-point iteration.  See gauss.h for the method. */
 #pragma once
 
 #include "methods/gauss/tableau.h"
@@ -33,7 +32,7 @@
 #define MECHC_GAUSS_NEEDLESS 0.01
 #define MECHC_GAUSS_LIMITED 2 /* such steps in a row, and Newton's iteration takes over */
 
-/* How stages are kept on the constraints: not at all, or closed after or before their rates. */
+/* Ways of keeping stages on the constraints: not at all, or closed after or before their rates. */
 enum { MECHC_UNPROJECTED, MECHC_CLOSE_AFTER, MECHC_CLOSE_BEFORE };
 
 /* Integral and second integral to the step's end, Legendre coefficients of degrees 7 and 6. */
@@ -49,7 +48,7 @@ typedef struct {
     mechc_vector_given given;
     mechc_vector q[MECHC_NQ][MECHC_BLOCKS];    /* stages as last evaluated */
     mechc_vector turns[MECHC_BLOCKS][MECHC_AT_LEAST_ONE(3 * MECHC_TURNS)]; /* see sine_cosine.h */
-    mechc_vector shift[MECHC_NQ][MECHC_BLOCKS]; /* what closes their loops */
+    mechc_vector shift[MECHC_NQ][MECHC_BLOCKS]; /* changes of q that close their loops */
     mechc_sums columns[MECHC_STAGES];
     double rates[MECHC_UNKNOWNS][MECHC_STAGES];
     double ends[MECHC_UNKNOWNS]; /* rates at the last accepted end */
@@ -120,7 +119,7 @@ MECHC_INLINE void mechc_gauss_states(const mechc_gauss *g, const double *y, doub
 
 #if MECHC_NH > 0
 /* The gaps of those stages of a block that are near a crossing, beyond the rounding of doubles;
- * nothing is left of them once these stages are closed. */
+ * zero after these stages are closed. */
 MECHC_RARE void mechc_gauss_fine_gaps(const mechc_gauss *g, mechc_vector time, int block,
                                       int closed, const mechc_vector *q, mechc_vector *gaps)
 {
@@ -137,7 +136,7 @@ MECHC_RARE void mechc_gauss_fine_gaps(const mechc_gauss *g, mechc_vector time, i
 #endif
 }
 
-/* One correction of the stages towards closed loops; moved: by how much. */
+/* Correct the stages once towards closed loops; moved: the size of the correction. */
 MECHC_INLINE void mechc_gauss_close(mechc_gauss *g, mechc_vector time, int block, int again,
                                     mechc_vector_place *place, mechc_vector *q,
                                     mechc_vector *moved)

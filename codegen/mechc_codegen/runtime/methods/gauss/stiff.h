@@ -1,5 +1,4 @@
-/* When Newton's iteration serves a step of collocation, and what stiff components add to its error.
- */
+/* The use of Newton's iteration in a step of collocation, and the error due to stiff components. */
 #pragma once
 
 #include "methods/gauss/newton.h"
@@ -21,8 +20,8 @@ MECHC_STATIC mechc_gauss *mechc_gauss_of(const mechc_integration *run)
     return run->work[MECHC_GAUSS8];
 }
 
-/* The error of a step's stiff components over what is tolerated, of the first order in what the
- * polynomial lacks. */
+/* The error of a step's stiff components over its tolerance, of first order in the polynomial's
+ * error. */
 MECHC_STATIC double mechc_gauss_stiff_error(const mechc_integration *run, double h)
 {
     const mechc_gauss *g = mechc_gauss_of(run);
@@ -36,7 +35,7 @@ MECHC_STATIC double mechc_gauss_stiff_error(const mechc_integration *run, double
     return g->response * fabs(h) * most;
 }
 
-/* Newton's iteration takes over; for twice as many steps as the last time where that is not long ago. */
+/* Change to Newton's iteration, for twice as many steps as the last time if that is not long ago. */
 MECHC_STATIC void mechc_gauss_stiffen(mechc_gauss *g)
 {
     const int again = g->plain < MECHC_GAUSS_PATIENCE && g->patience;
@@ -58,7 +57,7 @@ MECHC_STATIC void mechc_gauss_count(mechc_gauss *g, int limited)
     if (g->slow >= MECHC_GAUSS_LIMITED) mechc_gauss_stiffen(g);
 }
 
-/* Is a motion stiff, or was it a few steps ago? */
+/* Whether a motion is stiff, or was so a few steps ago. */
 MECHC_STATIC int mechc_gauss_stays_alone(const mechc_integration *run)
 {
     const mechc_gauss *g = mechc_gauss_of(run);
@@ -66,7 +65,7 @@ MECHC_STATIC int mechc_gauss_stays_alone(const mechc_integration *run)
 }
 
 #if MECHC_NEWTON
-/* What stiff components make of a step's missing coefficient, over a step's share of the tolerance:
+/* The response of stiff components to a step's missing coefficient, over a step's share of the tolerance:
  * theirs is as much larger as the errors of fewer steps add up; `size` is that of h J. */
 MECHC_STATIC double mechc_gauss_respond(const mechc_integration *run, double size)
 {
@@ -75,7 +74,7 @@ MECHC_STATIC double mechc_gauss_respond(const mechc_integration *run, double siz
     return mechc_min(MECHC_GAUSS_RESPONSE, low) * steps / most;
 }
 
-/* Newton's equations of this step, where the plain iteration contracts slowly. */
+/* Prepare Newton's equations of this step if the plain iteration contracts slowly. */
 MECHC_STATIC void mechc_gauss_prepare(mechc_integration *run, double h, mechc_newton *w)
 {
     mechc_gauss *g = mechc_gauss_of(run);

@@ -89,7 +89,7 @@ class Configurations(Outputs):
         params: Parameters = None,
         t: float = 0.0,
     ) -> Array:
-        """Every state that closes the loops with the coordinates given: (n, nq + nu).
+        """The states (n, nq + nu) that close the loops with the coordinates given.
 
         The mechanism's preferred assembly comes first; at a change point there is one state for
         every branch on which the speeds are possible.  Arguments and errors as in :meth:`assemble`.

@@ -82,7 +82,7 @@ def limits(system: System, coordinate: str, values: Array) -> tuple[tuple[float,
 
 
 def _closed_at(system: System, driven: int, grid: Array, values: Array) -> list[Array | None]:
-    """For each value of a coordinate a closed configuration (nq,), or None."""
+    """Closed configurations (nq,), one for each value of a coordinate, None where there is none."""
     fixed = system.default_configurations(len(grid), [system.coordinates[driven]])
     fixed[:, driven] = grid
     free = system.unknowns([driven])
@@ -102,7 +102,7 @@ Side = tuple[float, "Array | None"]
 
 
 def _edge(system: System, driven: int, a: Side, b: Side, values: Array) -> float:
-    """Where closing starts or ends between a and b, on the side that closes, by bisection."""
+    """The value between a and b where closing starts or ends, on the closed side, by bisection."""
     free = system.unknowns([driven])
     (inside, q), (outside, _) = (a, b) if a[1] is not None else (b, a)
     if not free:
@@ -181,7 +181,7 @@ def _slope(system: System, y: Array, basis: Array, values: Array, t: float) -> A
 
 
 def _moved(system: System, y: Array, change: Array, values: Array, t: float) -> Array | None:
-    """By `change`, in units of the steps, along the speeds; back onto the manifold, at rest."""
+    """A state moved by `change` along the speeds, then put back onto the manifold, at rest."""
     width = len(system.coordinates)
     with_speeds = np.concatenate([y[:width], change * _speed_steps(system, values)])
     trial = y.copy()

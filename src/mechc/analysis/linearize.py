@@ -214,7 +214,7 @@ def _least_tied(rows: Array) -> Places:
 
 
 def _scaled(rows: Array) -> Array:
-    """Each row over its largest entry; rows that are negligible against the others stay so."""
+    """Rows divided by their largest entries; those negligible against the others stay so."""
     largest = np.abs(rows).max(axis=1, initial=0.0, keepdims=True)
     whole = float(largest.max(initial=0.0)) or 1.0
     return np.asarray(rows / np.where(largest > DEPENDENT * whole, largest, whole))

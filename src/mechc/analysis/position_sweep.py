@@ -118,7 +118,7 @@ class PositionSweep:
 
     @property
     def _states(self) -> Array:
-        """With speeds of zero, (..., nt, nq + nu)."""
+        """States (..., nt, nq + nu) with speeds of zero."""
         still = np.zeros((*self.q.shape[:-1], len(self.system.speeds)))
         return np.concatenate([self.q, still], axis=-1)
 

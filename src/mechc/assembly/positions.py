@@ -51,7 +51,7 @@ def _attitudes(system: System, given: Collection[str]) -> dict[str, float]:
 def assemblies(
     system: System, coordinates: Values, speeds: Values, p: Array, t: float = 0.0
 ) -> Array:
-    """Every state (n, nq + nu) that closes the loops with the coordinates given."""
+    """The states (n, nq + nu) that close the loops with the coordinates given."""
     found = _configurations(system, coordinates, p, {}, t, all=True)
     return with_speeds(system, found, coordinates, speeds, p, t)
 
@@ -155,7 +155,7 @@ def _as_given(system: System, q: Array, p: Array, t: float) -> Array:
 
 
 def told_miss(system: System, given: Values, near: Values, q: Array, p: Array, t: float) -> str:
-    """That nothing was found that closes the loops; q (nq,) is where the gap is least."""
+    """The message that no configuration closes the loops; q (nq,) has the least gap."""
     at = ", ".join(in_words(system.quantities[name], value) for name, value in given.items())
     where = f" at {at}" if at else ""
     if not np.isfinite(q).all():

@@ -109,7 +109,7 @@ def _refuse_speeds(
     system: System, y: Array, given: Mapping[str, float], at: branches.SingularConfiguration,
     values: Array, t: float, *, leave_a_choice: bool,
 ) -> None:  # fmt: skip
-    """At a change point: speeds that follow no branch, or do not determine one."""
+    """Raise at a change point for speeds that follow no branch, or do not determine one."""
     words = ", ".join(f"{name} = {value:g}" for name, value in given.items())
     if leave_a_choice:
         raise AssemblyError(

@@ -140,7 +140,7 @@ def second_order(
 def speeds_on_branches(
     system: System, at: SingularConfiguration, given: dict[int, float], values: Array, t: float
 ) -> Array | None:
-    """All possible speeds (n, nu) with the values given; None where these do not determine them.
+    """Possible speeds (n, nu) with the values given; None where these do not determine them.
 
     n = 0 where there are none.  Least speeds where only rest is determined.
     """

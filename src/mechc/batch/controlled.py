@@ -16,7 +16,7 @@ from mechc.system.system import System
 def run_controlled(
     system: System, recipe: Recipe, threads: int, report: Callable[[int], None]
 ) -> tuple[dict[str, Array], bool]:
-    """As :func:`mechc.batch.run.run_members`; Ctrl-C keeps the finished members.
+    """Run members as :func:`mechc.batch.run.run_members`; Ctrl-C keeps the finished ones.
 
     Raises
     ------

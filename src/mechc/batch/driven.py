@@ -28,7 +28,7 @@ class BatchInputs(NamedTuple):
     controllers: Mapping[tuple[str, ...], Sequence[Sampled]] = MappingProxyType({})
 
     def cut(self, first: int, last: int) -> BatchInputs:
-        """Those of members first ... last - 1."""
+        """The inputs of members first ... last - 1."""
         rows = {n: c[first:last] if np.ndim(c) else c for n, c in self.numbers.items()}
         controllers = {
             names: c[first:last] if len(c) > 1 else c for names, c in self.controllers.items()
@@ -36,7 +36,7 @@ class BatchInputs(NamedTuple):
         return self._replace(numbers=rows, controllers=controllers)
 
     def held(self, span: tuple[float, float]) -> BatchInputs:
-        """Of one member: with a signal to be filled in place of each controller."""
+        """The inputs of one member, with a signal to be filled in place of each controller."""
         given = {names: several[0] for names, several in self.controllers.items()}
         signals, _ = with_held(given, span)
         return self._replace(signals={**self.signals, **signals}, controllers={})
@@ -47,7 +47,7 @@ class BatchInputs(NamedTuple):
         return bool(self.functions or self.controllers)
 
     def without_functions(self) -> BatchInputs:
-        """What can be kept, and sent elsewhere."""
+        """The inputs without functions of Python, which can be stored and sent to workers."""
         return self._replace(functions={}, controllers={})
 
     @property
@@ -56,7 +56,7 @@ class BatchInputs(NamedTuple):
         return {name: column for name, column in self.numbers.items() if np.ndim(column)}
 
     def of(self, member: int) -> dict[str, Any]:
-        """What one member is given; 0 where it has a controller."""
+        """The inputs of one member; 0 where it has a controller."""
         numbers = {n: float(c[member] if np.ndim(c) else c) for n, c in self.numbers.items()}
         controlled = (name for names in self.controllers for name in names)
         return {**numbers, **self.signals, **self.functions, **dict.fromkeys(controlled, 0.0)}

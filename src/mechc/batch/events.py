@@ -39,13 +39,13 @@ class BatchEvents(NamedTuple):
         return run_events(self.given, system, p, Compiler(*COMPILER))
 
     def told(self) -> dict[str, Any]:
-        """As JSON data, for :func:`events_told`."""
+        """The events as JSON data, which :func:`events_from_json` reads."""
         ends = [int(count) for count in self.terminal]
         return {"key": self.key, "directions": self.directions.tolist(), "terminal": ends}
 
 
 def events_told(told: Any) -> BatchEvents | None:
-    """What :meth:`BatchEvents.told` gave, without functions.
+    """Events from the JSON data of :meth:`BatchEvents.as_json`, without functions.
 
     Raises
     ------

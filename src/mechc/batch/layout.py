@@ -61,7 +61,7 @@ class Layout:
         return math.prod(self.chunk) * np.dtype(_KINDS[self.kind]).itemsize
 
     def told(self) -> dict[str, Any]:
-        """What Zarr's metadata must say."""
+        """The metadata of the array that Zarr's format demands."""
         return {
             "zarr_format": 3,
             "node_type": "array",
@@ -215,7 +215,7 @@ def digest(values: Array) -> str:
 
 
 def stored_digest(path: Path, layout: Layout, first: int, last: int) -> str:
-    """The same of the members ``first`` to ``last`` - 1, read from their checked file in blocks."""
+    """The digest of members ``first`` to ``last`` - 1, read from their checked file in blocks."""
     found = hashlib.sha256()
     for name in chunk_files(path, layout, first):
         left = layout.chunk_bytes // layout.chunk[0] * (last - first)

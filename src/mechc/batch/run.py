@@ -33,7 +33,7 @@ Report = Callable[[int], None]
 
 
 def cores() -> int:
-    """How many cores this process may use."""
+    """The number of cores that this process may use."""
     if hasattr(os, "process_cpu_count"):
         return os.process_cpu_count() or 1
     if hasattr(os, "sched_getaffinity"):  # neither macOS nor Windows has it
@@ -118,7 +118,7 @@ def _raise_failure(system: System, events: RunEvents | None) -> None:
 
 
 def _results(recipe: Recipe, y0: Array, runs: Runs, events: RunEvents | None) -> dict[str, Array]:
-    """What every batch has, by name, members first."""
+    """The results that every batch has, by name, members first."""
     results = {"y0": y0, "y": runs.y, "t": runs.t, "status": runs.status.astype(np.int16)}
     results |= {name: runs.counts[:, i].astype(np.int64) for name, i in COUNTERS.items()}
     results |= {name: runs.least[:, i] for name, i in LEAST.items()}
@@ -130,7 +130,7 @@ def _results(recipe: Recipe, y0: Array, runs: Runs, events: RunEvents | None) ->
 
 
 def parameter_rows(system: System, recipe: Recipe) -> Array:
-    """All parameters of every member (n, np)."""
+    """The parameters of every member (n, np)."""
     values = np.zeros((recipe.count, len(system.parameters)))
     for name, column in recipe.params.items():
         values[:, system.parameter_set.index[name]] = column

@@ -122,13 +122,13 @@ class Members:
 
     @property
     def results(self) -> dict[str, Array]:
-        """By the names of a batch's arrays."""
+        """The results by the names of a batch's arrays."""
         found = {"sensitivity_final": self.final, "sensitivity_max": self.largest}
         return found | ({"sensitivity": self.at_times} if len(self.recipe.t_eval) else {})
 
 
 def _driven(system: System, recipe: Recipe, member: int) -> System:
-    """With the inputs of a member, whose steps end at the samples that derivatives are by."""
+    """A system with a member's inputs, whose steps end at the samples derivatives are taken by."""
     if system.driven is None:
         return system
     own = with_inputs(system, recipe.inputs.of(member))
@@ -140,7 +140,7 @@ def _params(recipe: Recipe, member: int) -> dict[str, float]:
 
 
 def _start(recipe: Recipe, member: int) -> Mapping[str, float] | None:
-    """What was given to assemble; None for a whole state."""
+    """The coordinates and speeds that a start was assembled from; None for a whole state."""
     if recipe.states is not None:
         return None
     every: Sequence[tuple[str, Any]] = [*recipe.coordinates.items(), *recipe.speeds.items()]

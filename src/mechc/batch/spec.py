@@ -98,7 +98,7 @@ class Recipe:
         return {name: column for name, column in every.items() if np.ndim(column)}
 
     def told(self) -> dict[str, Any]:
-        """All that decides the results, as JSON data; arrays by their hash."""
+        """The recipe as JSON data: all that decides the results, with arrays by their hash."""
         policy = self.policy.asked()
         del policy["dense"]
         signals = {n: _told_signal(s) for n, s in sorted(self.inputs.signals.items())}
@@ -264,7 +264,7 @@ def _column(values: Array, name: str) -> Array:
 
 
 def common_count(every: Mapping[str, Array]) -> int:
-    """How many members there are; all that is given per member must agree on it."""
+    """The number of members, on which all that is given per member must agree."""
     counts = {
         name: len(values)
         for name, values in every.items()

@@ -75,7 +75,7 @@ def variant_options(parser: argparse.ArgumentParser) -> None:
 
 
 def suite_options(parser: argparse.ArgumentParser) -> argparse.ArgumentParser:
-    """All that follows is for the suite."""
+    """Add the options of the suite to a parser."""
     parser.add_argument("options", nargs="*")
     return parser
 

@@ -1,4 +1,4 @@
-"""From a description to a system: found in the cache, or derived, compiled and cached."""
+"""Systems from descriptions: found in the cache, or derived, compiled and cached."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def _system(
     seconds: Seconds,
     started: float,
 ) -> System:
-    """Its first unit, from the cache or compiled; other parts of it are compiled when needed."""
+    """A system with its first unit, cached or compiled; other parts are compiled when needed."""
     if key not in _compiled:
         seconds = dict(seconds)
         parts = Parts(key, seconds)

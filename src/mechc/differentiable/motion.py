@@ -138,12 +138,12 @@ class Motion:
 
     @property
     def width(self) -> int:
-        """How many numbers a state has."""
+        """The number of elements of a state."""
         return len(self.model.coordinates) + len(self.model.speeds)
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What derivatives are by, in the order of x; ``"y0"`` stands for a whole state."""
+        """Names of the elements of x, in their order; ``"y0"`` stands for a whole state."""
         return (*((START,) if self.start is None else self.start), *self.parameters)
 
     def given(self, x: Array) -> tuple[Any, dict[str, Any]]:
@@ -255,7 +255,7 @@ def _members(t: Array, x: Array) -> tuple[tuple[int, ...], Array, Array]:
 
 
 def _numbers(columns: Array) -> list[Any]:
-    """Each a float, or an array of one number a member."""
+    """Columns as values: each a float, or an array with a number for each member."""
     return [column if column.ndim else float(column) for column in columns]
 
 

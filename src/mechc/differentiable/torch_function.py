@@ -81,7 +81,7 @@ def _states() -> Any:
     library, called = _library(), _called()
 
     class States(library.autograd.Function):  # type: ignore[misc, name-defined]
-        """Of a motion, times t (..., nt) and x (..., k)."""
+        """The states of a motion, as a function of times t (..., nt) and x (..., k)."""
 
         @staticmethod
         def forward(motion: Motion, t: Any, x: Any) -> Any:

@@ -25,7 +25,7 @@ SAMPLES: Final = 800
 
 
 def draw_fit(result: Findings) -> Figure:
-    """Of each recording a column, four at most; of each quantity its data and its residuals."""
+    """A figure with a column for each recording, four at most, and rows for each quantity."""
     problem = result.problem
     shown = range(min(MOST, len(problem.recordings)))
     rows = len(problem.measured)

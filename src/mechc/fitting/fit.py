@@ -60,7 +60,7 @@ def _problem(
     model: Any, measurements: Any, free: Mapping[Any, Any], measured: Any, params: Any, y0: Any,
     guess: Any, inputs: Any, t0: float | None, shared: Any,
 ) -> Problem:  # fmt: skip
-    """All arguments, checked before anything is computed."""
+    """Checked arguments, before anything is computed."""
     system: System = model.system
     wanted = checked_measured(system, measured)
     recordings = read_recordings(measurements, wanted)
@@ -158,7 +158,7 @@ def _result(
 
 
 def _sizes(problem: Problem, x: Array) -> Array:
-    """In units of which changes are measured (k,): a value itself, 1 rad, the model's length."""
+    """Units of changes (k,): a value itself, 1 rad, the model's length."""
     system = problem.model.system
     scale = system.scale(system.parameter_set.resolve(problem.setting(x, 0).params))
     sizes = np.ones(len(x))

@@ -22,7 +22,7 @@ TURN = 2.0 * np.pi
 
 @dataclass(frozen=True)
 class Setting:
-    """All that one run needs: parameters, its start, its inputs."""
+    """Settings of one run: parameters, start, inputs."""
 
     params: dict[str, Any]
     start: dict[str, float] | Array
@@ -62,7 +62,7 @@ class Problem:
 
     @property
     def count(self) -> int:
-        """How many samples there are."""
+        """The number of samples."""
         return sum(int(np.count_nonzero(one.known)) for one in self.recordings)
 
     def setting(self, x: Sequence[float] | Array, place: int) -> Setting:

@@ -25,7 +25,7 @@ class Recording:
 
     @property
     def known(self) -> Any:
-        """Which values are not missing (nt, k)."""
+        """Flags (nt, k) of the values that are not missing."""
         return np.isfinite(self.values)
 
 

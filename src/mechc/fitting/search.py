@@ -1,4 +1,4 @@
-"""From where the search begins, and the search: SciPy's least squares with the exact Jacobian."""
+"""The starts of the search, and the search: SciPy's least squares with exact Jacobian."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Report = Callable[[float, str], None]
 
 @dataclass(frozen=True)
 class Settings:
-    """How the search is done; see :meth:`mechc.Model.fit`."""
+    """Settings of the search; see :meth:`mechc.Model.fit`."""
 
     starts: int
     refined: int
@@ -86,7 +86,7 @@ def screened(problem: Problem, points: Array, settings: Settings) -> Array:
 
 
 def _one_by_one(problem: Problem, x: Array) -> bool:
-    """Where a batch does not do: with Python functions, and outputs that may contain inputs."""
+    """Whether members run alone: with Python functions, and outputs that may contain inputs."""
     model = problem.model
     if not model.inputs:
         return False

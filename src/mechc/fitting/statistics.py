@@ -1,4 +1,4 @@
-"""What the data say about the values found: covariance, intervals, combinations left open.
+"""Statistics of the values found: covariance, intervals, undetermined combinations.
 
 The covariance is that of the linearised problem, (J^T J)^-1 times a variance: 1 where the noise is
 known, else that of the residuals; with a robust loss that of an M-estimator,
@@ -96,7 +96,7 @@ def statistics_of(
 
 
 def _variance(residuals: Array, loss: Loss, count: int, absolute: bool) -> float:
-    """Of residuals that count alike: what (J^T J)^-1 is multiplied by."""
+    """The variance, the factor of (J^T J)^-1, of residuals that count alike."""
     if absolute and not loss.robust:
         return 1.0
     psi, slope = loss.influence(residuals)
@@ -108,7 +108,7 @@ def _variance(residuals: Array, loss: Loss, count: int, absolute: bool) -> float
 
 
 def _touched(directions: Array) -> Array:
-    """Which unknowns partake in these directions."""
+    """The unknowns that partake in these directions."""
     return np.asarray((np.abs(directions) > 1e-6).any(axis=0))
 
 

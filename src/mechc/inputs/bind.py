@@ -89,7 +89,7 @@ class GivenInputs:
         return Inputs(pieces, self._sources, caller)
 
     def places(self, names: Sequence[str]) -> Array:
-        """Which of the signals of :meth:`compiled` the numbers with these names are."""
+        """The places of the numbers with these names among the signals of :meth:`compiled`."""
         return np.array([self._places[name] for name in names], np.intc)
 
     @property
@@ -100,7 +100,7 @@ class GivenInputs:
 
     @property
     def numbers(self) -> dict[str, Array]:
-        """Of each input that is a number its place (1, 1), which runs read."""
+        """The place (1, 1), which runs read, of each input that is a number."""
         return dict(self._numbers)
 
     def breaks(self, t0: float, t1: float, rtol: float) -> list[float]:

@@ -39,7 +39,7 @@ class DrivenScene:
         return getattr(self._scene, name)
 
     def with_inputs(self, given: Mapping[str, Any]) -> DrivenScene:
-        """The same scene, with these inputs besides those it has."""
+        """A copy of the scene with further inputs."""
         return DrivenScene(self._scene, self._slots, tuple(self._free), {**self.given, **given})
 
     @property
@@ -48,7 +48,7 @@ class DrivenScene:
         return told_inputs(self.given)
 
     def not_given(self, told: Mapping[str, Any]) -> dict[str, Any]:
-        """Of inputs as :attr:`told` has them those that this scene was not given."""
+        """The inputs in a dict of :attr:`inputs_as_json` that this scene was not given."""
         return {name: x for name, x in inputs_told(told).items() if name not in self.given}
 
     def given_to(self, names: Sequence[str], t: float) -> Any:
@@ -60,7 +60,7 @@ class DrivenScene:
         return self._whole
 
     def evaluate(self, name: str, t: Array, y: Array, p: Array) -> Array:
-        """As of :class:`mechc.native._driver.Scene`."""
+        """Evaluate an output as :class:`mechc.native._driver.Scene` does."""
         if name in self._free:
             return np.asarray(self._scene.evaluate(name, t, y, p))
         values = self._needed()
@@ -76,11 +76,11 @@ class DrivenScene:
         return out
 
     def evaluate_into(self, name: str, t: Array, y: Array, p: Array, out: Array) -> None:
-        """As of :class:`mechc.native._driver.Scene`."""
+        """Evaluate an output into an array as :class:`mechc.native._driver.Scene` does."""
         out[...] = self.evaluate(name, t, y, p)
 
     def project(self, t: float, y: Array, p: Array) -> tuple[int, Array, float, float]:
-        """As of :class:`mechc.native._driver.Scene`."""
+        """Project a state as :class:`mechc.native._driver.Scene` does."""
         self._needed().check_times((t,))
         found: tuple[int, Array, float, float] = self._scene.project(t, y, p, self._whole)
         self.raise_failure()
@@ -95,17 +95,17 @@ class DrivenScene:
             control.skip(t)
 
     def repeat(self) -> None:
-        """From now on runs repeat what controllers have given, and call none."""
+        """Let later runs repeat the values that controllers gave, and call none."""
         for control in self._needed().controls:
             control.repeat()
 
     def begun_at(self, t: float) -> DrivenScene:
-        """The same scene, with controllers of a run without an end that begins at this time."""
+        """A copy of the scene with controllers of an endless run that begins at this time."""
         sampled = {control.names: control.sampled for control in self._needed().controls}
         return self.with_inputs(with_held(sampled, (t, np.inf))[0]) if sampled else self
 
     def controlled_until(self, t0: float, t: float) -> DrivenScene:
-        """The same scene in the same run, which began at t0, with controllers until t."""
+        """A copy of the scene whose controllers go on until t in the run that began at t0."""
         more = [c.longer(t0, t) for c in self._needed().controls if c.signals[0].until <= t]
         return self.with_inputs({k: s for each in more for k, s in each.items()}) if more else self
 
@@ -138,7 +138,7 @@ class DrivenScene:
 
     @property
     def numbers(self) -> dict[str, Array]:
-        """Of each input that is a number its place (1, 1), which runs read."""
+        """The place (1, 1), which runs read, of each input that is a number."""
         return self._needed().numbers
 
     def compiled(self) -> Any:
@@ -146,15 +146,15 @@ class DrivenScene:
         return self._needed().compiled()
 
     def breaks(self, t0: float, t1: float, rtol: float) -> list[float]:
-        """As :meth:`GivenInputs.breaks`."""
+        """The kinks of the signals, see :meth:`GivenInputs.breaks`."""
         return self._needed().breaks(t0, t1, rtol)
 
     def places(self, names: Sequence[str]) -> Array:
-        """As :meth:`GivenInputs.places`."""
+        """The places of numbers among the signals, see :meth:`GivenInputs.places`."""
         return self._needed().places(names)
 
     def of_time(self, names: Sequence[str]) -> list[str]:
-        """Those of the inputs that constraints, mass matrix or kinematics contain."""
+        """The inputs among these names that constraints, mass matrix or kinematics contain."""
         return [slot.name for slot in self._slots if slot.of_time and slot.name in names]
 
     def is_free(self, output: str) -> bool:
@@ -162,7 +162,7 @@ class DrivenScene:
         return output in self._free
 
     def check_times(self, times: Sequence[float]) -> None:
-        """As :meth:`GivenInputs.check_times`."""
+        """Check that signals have values at these times, see :meth:`GivenInputs.check_times`."""
         self._needed().check_times(times)
 
     def reset(self) -> None:
@@ -197,7 +197,7 @@ class DrivenScene:
         return True
 
     def failure_in_words(self) -> str:
-        """Which function failed, when and how."""
+        """A message that says which function failed, when and how."""
         assert self._values is not None
         name, t, error = self._values.caller.failure
         why = "returned no finite number" if error is None else f"{type(error).__name__}: {error}"

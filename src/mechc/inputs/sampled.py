@@ -116,7 +116,7 @@ class HeldSignal(Signal):
 
     @property
     def values(self) -> Array:
-        """At the times (n,); NaN where the run did not come."""
+        """The values at the times (n,); NaN where the run did not come."""
         found: Array = self._coefficients[1:, 0]
         return found
 
@@ -139,7 +139,7 @@ class HeldSignal(Signal):
         return np.union1d(self.control.instants, self._knots[1:])
 
     def recorded(self) -> Signal:
-        """What the run has applied, as a signal with the same breaks."""
+        """The values that the run has applied, as a signal with the same breaks."""
         times = self.breaks(0.0)
         values = self(times)
         done = np.isfinite(values)
@@ -180,7 +180,7 @@ class Control:
             self._next = 0
 
     def repeat(self) -> None:
-        """From now on runs repeat what was recorded, and call nothing."""
+        """Let later runs repeat the recorded values, and call nothing."""
         self._next, self._repeats = len(self.instants), True
         for signal in self.signals:
             signal.hold_last()

@@ -110,7 +110,7 @@ class Signal:
 
     @property
     def parts(self) -> tuple[dict[str, Any], dict[str, Array]]:
-        """What it is made of, for a file: data for JSON, and arrays."""
+        """The contents of the signal for a file: data for JSON, and arrays."""
         words = {"kind": self.kind, "outside": self.outside, "at_samples": self._at_samples}
         arrays = {"times": self.times, "values": self.values}
         arrays |= {"knots": self._knots, "coefficients": self._coefficients}
@@ -145,7 +145,7 @@ class Signal:
         return bool(fits and known and (np.diff(knots) > 0).all() and np.isfinite(factors).all())
 
     def _continuous_derivatives(self) -> int:
-        """By the jumps at the knots, to rounding."""
+        """The number of continuous derivatives, by the jumps at the knots, to rounding."""
         widths, degree = np.diff(self._knots), self._coefficients.shape[1] - 1
         for n in range(degree + 1):
             before, after = _shifted(self._coefficients[:-1], widths, n), self._coefficients[1:, n]
@@ -156,7 +156,7 @@ class Signal:
 
     @property
     def smoothness(self) -> int:
-        """How many derivatives are continuous; -1: the value itself jumps."""
+        """The number of continuous derivatives; -1: the value itself jumps."""
         return min(self._smoothness, 0) if self.outside == "hold" else self._smoothness
 
     def breaks(self, rtol: float, order: int = 0) -> Array:
@@ -174,8 +174,8 @@ class Signal:
         return breaks
 
     def _roughness(self, order: int) -> Array:
-        """At each inner knot the largest jump of a derivative, as what it makes of the one of an
-        order within a piece."""
+        """The largest jump of a derivative at each inner knot, measured by its effect on the
+        derivative of an order within a piece."""
         widths = np.minimum(np.diff(self._knots), np.ptp(self.times))
         reach = np.maximum(widths, np.append(widths[1:], 0.0))
         roughness = np.zeros(len(widths))
@@ -185,7 +185,7 @@ class Signal:
         return roughness
 
     def broken_at_samples(self) -> Signal:
-        """The same with ``breaks="samples"``."""
+        """A copy of the signal with ``breaks="samples"``."""
         other = copy(self)
         other._at_samples = True
         return other
@@ -203,7 +203,7 @@ class Signal:
         return float(self.times[0]), float(self.times[-1])
 
     def __call__(self, t: float | Array, order: int = 0) -> Array:
-        """Its value, or its derivative of an order, at times within :attr:`span`; at a jump the
+        """The value, or the derivative of an order, at times within :attr:`span`; at a jump the
         value after it."""
         times = np.asarray(t, dtype=np.float64)
         low, high = self.span

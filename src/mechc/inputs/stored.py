@@ -27,7 +27,7 @@ def _told(value: Any) -> Any:
 
 
 def inputs_told(told: Mapping[str, Any]) -> dict[str, Any]:
-    """What :func:`told_inputs` gave, as inputs.
+    """Inputs from the JSON data of :func:`inputs_as_json`.
 
     Raises
     ------

@@ -252,7 +252,7 @@ cdef class Closure:
         self, const mechc_closure *closure, int what, ptrdiff_t count, const double *y, const double *p,
         double *out,
     ) noexcept:
-        """What C asks of a scene in Python; an error is kept and raised after C's work."""
+        """Evaluate a scene in Python for C; an error is stored and raised after C's work."""
         cdef ptrdiff_t size = count * self.closure.breadth[what], i
         cdef double[:, ::1] states = np.empty((count, self.closure.width))
         cdef double[:, ::1] values = np.empty((1, self.closure.parameters))

@@ -107,7 +107,7 @@ cdef int copy_numbers(double **to, const double *numbers, ptrdiff_t count) excep
 
 
 cdef class Sizes:
-    """What tells the sizes of the components of a scene's states.
+    """The rules for the sizes of the components of a scene's states.
 
     dimensionless : (nq + nu,)
         Which contain no length.

@@ -147,7 +147,7 @@ def _calls(system: System) -> ReportSection:
 
 
 def _row_blocks(system: System) -> tuple[tuple[str, str], ...]:
-    """How the constraint rows are eliminated, where that is done block by block."""
+    """The blocks by which the constraint rows are eliminated, where that is done by blocks."""
     found = system.data.get("row_blocks")
     if not found:
         return ()
@@ -212,7 +212,7 @@ def _saved_outputs(data: Mapping[str, Any], whole: Whole) -> str:
 
 
 def _redundant(system: System) -> ReportSection:
-    """Which constraints follow from others, and from which."""
+    """The constraints that follow from others, and from which."""
     what = "redundant constraints"
     try:
         found = redundant_constraints(system, system.parameter_set.resolve(None))

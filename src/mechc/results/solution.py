@@ -62,7 +62,7 @@ class Solution(Trajectory):
         return other
 
     def __deepcopy__(self, memo: Any) -> Solution:
-        """With copies of its arrays; the run itself never changes."""
+        """A copy of the solution with copies of its arrays; the run itself never changes."""
         other = copy(self)
         other.params = self.params.copy()
         for name in ("_reported", "energy", "work", "closure", "velocity_closure"):

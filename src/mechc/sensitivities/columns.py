@@ -60,7 +60,7 @@ class Columns:
 
     @property
     def shapes(self) -> Any:
-        """How inputs change as functions of time, for compiled code."""
+        """The changes of inputs as functions of time, for compiled code."""
         return self.samples and self.samples.shapes
 
     @cached_property
@@ -99,7 +99,7 @@ class Columns:
     def at_state(
         self, system: System, by_parameters: str, by_inputs: str, y: Array, values: Array, t: float
     ) -> Array | None:
-        """The same at one state (nx,): (rows, k)."""
+        """An array's derivative along the columns at one state (nx,): (rows, k)."""
         if self.samples is None:
             return self.of(system, by_parameters, by_inputs, y, values, t)
         found = self.of(system, by_parameters, by_inputs, y[None], values, t)
@@ -151,7 +151,7 @@ def columns_of(system: System, names: Sequence[str], values: Array, given: Any) 
 
 
 def _of_start(system: System, name: str) -> bool:
-    """Is it the whole start, or a component of it?"""
+    """Whether a name is the whole start, or a component of it."""
     one = COMPONENT.match(name)
     if one is not None and int(one[1]) >= system.scene.width:
         raise ValueOutOfBoundsError(
@@ -167,7 +167,7 @@ def _refuse_unknown(system: System, name: str) -> None:
 
 
 def _default_slopes(system: System, values: Array, given: Any) -> Array | None:
-    """How the parameters not given change with the others, (np, np); None where none follows."""
+    """The slopes of parameters not given by the others, (np, np); None where none follows."""
     if "default_slopes" not in system.scene.outputs or not _by_name(given):
         return None
     slopes = system.evaluate("default_slopes", np.zeros(system.scene.width), values, 0.0).copy()
@@ -177,8 +177,8 @@ def _default_slopes(system: System, values: Array, given: Any) -> Array | None:
 
 
 def _followed(along: Array, slopes: Array | None) -> Array:
-    """How all parameters change with those of each column: those not given follow as their defaults
-    do."""
+    """The change of all parameters along each column, where those not given follow
+    their defaults."""
     if slopes is None:
         return along
     changes = along

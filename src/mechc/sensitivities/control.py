@@ -34,7 +34,7 @@ Made = TypeVar("Made", bound=Trajectory)
 
 @dataclass(frozen=True)
 class StepErrors:
-    """Of the steps of a run, their times increasing.
+    """The errors of the columns in the steps of a run, with their times increasing.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class StepErrors:
         return np.asarray(0.5 * (self.times[1:] + self.times[:-1]))
 
     def compared(self, before: StepErrors | None) -> StepErrors:
-        """With what ``stayed``, after those of the run before."""
+        """The errors with ``stayed`` counted on from the run before."""
         if before is None:
             return self
         place = np.searchsorted(before.times, self.middles, side="right") - 1
@@ -71,7 +71,7 @@ class StepErrors:
 
     @property
     def tighter(self) -> Array:
-        """Which steps are to be shorter (n,): of too large an error that is no rounding."""
+        """Flags (n,) of the steps to be shortened: their error is too large and no rounding."""
         return np.asarray((self.errors > 1.0) & (self.stayed < ROUNDING))
 
     @property
@@ -150,7 +150,7 @@ def step_errors(sol: Trajectory, found: Sensitivity) -> StepErrors:
 
 
 def _of_piece(piece: Piece, sizes: _Sizes) -> tuple[Array, Array]:
-    """Of each of its steps the largest error of a column, and its order; 0 of those without."""
+    """The largest error of a column in each step of a piece, and its order; 0 without any."""
     size, tolerated = sizes.along(piece)
     found, orders = np.zeros(len(size)), np.ones(len(size))
     for first, last in piece.alike(np.arange(len(size))):
@@ -161,7 +161,7 @@ def _of_piece(piece: Piece, sizes: _Sizes) -> tuple[Array, Array]:
 
 
 def _of_steps(piece: Piece, first: int, last: int, size: Array, tolerated: Array) -> Array:
-    """The same of steps by one method."""
+    """The largest error of a column in each of some steps by one method."""
     rule, ends = piece.rule(first), slice(first + 1, last + 1)
     h = np.diff(piece.t[first : last + 1])[:, None, None]
 
@@ -196,8 +196,8 @@ class _Sizes:
         self.reached = np.zeros((2, columns.count))
 
     def along(self, piece: Piece) -> tuple[Array, Array]:
-        """Of the steps of a piece, (n, nx, k) each, after those asked for before: the sizes there,
-        and the errors tolerated."""
+        """Sizes and tolerated errors, (n, nx, k) each, at the steps of a piece; pieces are to be
+        asked for in their order."""
         h = np.abs(np.diff(piece.t))[:, None]
         q, u = self._largest(np.abs(piece.ends) / self.units)
         here = [np.fmax(each[1:], each[:-1]) for each in (q, u)]

@@ -52,7 +52,7 @@ class Sensitivity(Mapping[str, Array]):
         return len(self.names)
 
     def __call__(self, t: float | Array) -> dict[str, Array]:
-        """The same at any times (...) of the run, (..., nq + nu) each.
+        """The derivatives of the state at any times (...) of the run, (..., nq + nu) each.
 
         Raises
         ------
@@ -106,7 +106,7 @@ class Sensitivity(Mapping[str, Array]):
 
     @cached_property
     def events(self) -> tuple[EventSensitivity, ...]:
-        """Of each event of the run, how the times of its zeros and the states there change:
+        """The derivatives of the times and states at the zeros of each event of the run:
         ``sol.sensitivity.events[0].t["l_3"]`` (k,), ``.y["l_3"]`` (k, nq + nu).
 
         NaN where an event only touches its zero.  A function of Python is taken not to depend on

@@ -115,7 +115,7 @@ def _linear(
 
 
 def _rows(sol: Trajectory, label: str) -> tuple[list[int], tuple[int, ...]]:
-    """Where an output's elements are among the rows of the Jacobians, and its shape."""
+    """The rows of the Jacobians that hold an output's elements, and the output's shape."""
     system = sol.system
     own = list(system.data["own"])
     places: dict[str, range] = {name: range(k, k + 1) for k, name in enumerate(own)}

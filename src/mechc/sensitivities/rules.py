@@ -43,7 +43,7 @@ class Collocation:
 
     @property
     def rates(self) -> int:
-        """How many rates a step has."""
+        """The number of rates of a step."""
         return len(self.nodes)
 
     def weights(self, s: Array) -> Array:
@@ -87,11 +87,11 @@ class Pair:
 
     @property
     def rates(self) -> int:
-        """How many rates a step has, those of the dense output too."""
+        """The number of rates of a step, those of the dense output too."""
         return len(self.nodes)
 
     def weights(self, s: Array) -> Array:
-        """As of the pair's dense output (runtime/run/dense_output.h): (n, rates)."""
+        """The weights (n, rates) of the pair's dense output (runtime/run/dense_output.h)."""
         step, each = self.matrix[self.end], np.eye(len(self.nodes))
         bend = each[0] - step
         rows = [step, bend, step - each[self.end] - bend, *self.dense]
@@ -102,7 +102,7 @@ class Pair:
         return total
 
     def errors(self, h: Array, rates: Array, size: Array, tolerated: Array, kept: Kept) -> Array:
-        """As :meth:`Collocation.errors`, by the pair's embedded formulas."""
+        """Errors as :meth:`Collocation.errors` has them, by the pair's embedded formulas."""
         every = h * _combined(self.estimates, rates[:, : self.end + 1])
         found = np.stack([kept(each) for each in every])
         squares = ((found / tolerated) ** 2).mean(axis=2)

@@ -142,7 +142,7 @@ def _ended(columns: Columns, t: float, bad: Array, gaps: Array) -> tuple[str, ..
 
 
 def _opening(sol: Trajectory, columns: Columns, t: float, y: Array) -> Array | None:
-    """How the configuration constraints change with the columns, (nh, k)."""
+    """The change of the configuration constraints along the columns, (nh, k)."""
     if not sol.system.scene.holonomic:
         return None
     names = ("constraints_by_parameters", "constraints_by_inputs")
@@ -161,7 +161,7 @@ def _weak_rows(sol: Trajectory, y: Array, t: float) -> Array:
 
 
 def _end_at(pieces: Sequence[Piece], t: float, bad: Array) -> None:
-    """From the step that holds t on these columns are NaN."""
+    """Set these columns to NaN, from the step that contains t on."""
     if not bad.any():
         return
     for piece in pieces:

@@ -52,7 +52,7 @@ def start_columns(
 
 
 def _place_states(system: System, columns: Columns, found: Array) -> None:
-    """Of a whole state each component that is asked for, where none follows from others."""
+    """Set the columns of components of a whole state, where none follows from others."""
     for name in _of_state(system, columns):
         if system.scene.rows:
             raise MechcError(
@@ -71,7 +71,7 @@ def _of_state(system: System, columns: Columns) -> list[str]:
 def _assembled(
     system: System, columns: Columns, held: Sequence[str], y: Array, values: Array, t: float
 ) -> tuple[Array, tuple[str, ...]]:
-    """With the coordinates and speeds held that the mapping has."""
+    """Columns of a start that was assembled from the coordinates and speeds in the mapping."""
     for name in _of_state(system, columns):
         if name not in held:
             raise MechcError(
@@ -163,7 +163,7 @@ def _moving(y: Array, nq: int, speed: int | None) -> Array:
 def _velocity_change(
     system: System, columns: Columns, found: Array, y: Array, values: Array, t: float
 ) -> Array:
-    """How J u + b changes with the configuration and the parameters, (nc, k)."""
+    """The change of J u + b with the configuration and the parameters, (nc, k)."""
     nq = len(system.coordinates)
     names = ("velocity_constraints_by_parameters", "velocity_constraints_by_inputs")
     faster = columns.at_state(system, *names, y, values, t)

@@ -39,7 +39,7 @@ class Piece:
 
     @property
     def directions(self) -> Array:
-        """Of the columns."""
+        """The directions of the columns."""
         return self.columns.directions
 
     @cached_property
@@ -81,7 +81,7 @@ class Piece:
                 first = k
 
     def rule(self, step: int) -> Rule:
-        """That of a step's method."""
+        """The rule of a step's method."""
         return rule_of(NAMES[int(self.methods[step])])
 
     def rates(self, first: int, last: int) -> Array:
@@ -92,7 +92,7 @@ class Piece:
         return rates
 
     def _between(self, first: int, last: int, step: Any, times: Array) -> Array:
-        """At times within steps first ... last - 1, by the dense output of their method."""
+        """Columns at times within steps first ... last - 1, by the dense output of their method."""
         rule, rates = self.rule(first), self.rates(first, last)
         h = self.t[step + 1] - self.t[step]
         s = (times - self.t[step]) / h

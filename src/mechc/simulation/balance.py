@@ -195,7 +195,7 @@ def _alike(system: System, t: Array, y: Array, values: Array, part: float) -> bo
 def explained(
     system: System, t: Array, y: Array, values: Array, policy: Policy, asked: float
 ) -> float:
-    """What errors within the tolerance, far multiplied, do to the energy, J."""
+    """The change of the energy, J, by errors that are a large multiple of the tolerance."""
     count = len(t)
     some = np.unique(np.linspace(0, len(t) - 1, MOST_STEPS).astype(int))
     scale = system.scale(_first(values))

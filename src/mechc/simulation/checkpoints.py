@@ -48,7 +48,7 @@ class Checkpointed:
         self._add()
 
     def _note(self) -> None:
-        """What the run tells on its way forwards."""
+        """Store the status, the last state and the statistics of the run on its way forwards."""
         self._status, self._t = int(self._run.status), float(self._run.t)
         self._last: Array = self._run.steps.ends()[1][1]
         self._stats = dict(self._run.stats())
@@ -63,7 +63,7 @@ class Checkpointed:
     # -- forwards ----------------------------------------------------------------------------
 
     def advance(self, steps: int) -> int:
-        """At most so many attempted steps."""
+        """Attempt at most so many steps."""
         left = steps
         while left > 0 and self._status == RUNNING:
             made = min(left, GROUP - (self._run.count - 1))
@@ -97,7 +97,7 @@ class Checkpointed:
                 self._thin()
 
     def _thin(self) -> None:
-        """Every second checkpoint alone, as far as the steps between two of them have room."""
+        """Keep every second checkpoint, if there is room for the steps between two of them."""
         if 2 * self._length * self._run.bytes_a_step > (1.0 - SHARE) * self._max_bytes:
             self._status = MEMORY_LIMIT
             return
@@ -119,7 +119,7 @@ class Checkpointed:
 
     @property
     def pieces(self) -> list[tuple[Any, ...]]:
-        """As of :class:`mechc.native._motion.Motion`: a piece between each two checkpoints."""
+        """Pieces as :class:`mechc.native._motion.Motion` has them, one between two checkpoints."""
         p = self._run.request.p
         count = len(self._points)
         return [(Recomputed(self, number), p, False, (), (), None) for number in range(count)]

@@ -36,7 +36,7 @@ def request_of(
     system: System, span: tuple[float, float], values: Array, policy: Policy,
     events: RunEvents | None = None, scene: Any = None,
 ) -> Request:  # fmt: skip
-    """What is asked of motions over this span; ``scene``: the compiled one, where it is another."""
+    """The request for motions over this span; ``scene``: the compiled one, where it is another."""
     bound = None if events is None else events.bound
     driven = system.driven
     if driven is None:
@@ -51,8 +51,8 @@ def leave_change_point(
     system: System, span: tuple[float, float], state: Array, values: Array, policy: Policy,
     events: RunEvents | None,
 ) -> tuple[Record, Motion | None] | None:  # fmt: skip
-    """What leads from a change point along the branch of the speeds, and the motion from there on,
-    if the span does not end before; None if they are on no branch."""
+    """The record from a change point along the branch of the speeds, and the motion from its end
+    on, None if the span ends before; None alone if the speeds are on no branch."""
     from mechc.simulation.singular_start import singular_start
 
     first = singular_start(system, state, values, span)

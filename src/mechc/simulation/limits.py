@@ -1,4 +1,4 @@
-"""What limits the steps of a run that did not come to its end: found from its last steps.
+"""The cause that limits the steps of a run that did not reach its end, by its last steps.
 
 The steps of a slow run are limited by a jump of the equations, by a motion that grows without
 bound, by stability, by the rounding of doubles, or by the accuracy requested.  Only a run that has
@@ -41,7 +41,7 @@ FAST = 0.5  # step times the fastest rate of decay or vibration, above which sta
 
 
 class Limit(NamedTuple):
-    """What limits the steps, in words, and what to do."""
+    """A limit of the steps, in words, and advice."""
 
     what: str
     advice: str
@@ -187,7 +187,7 @@ def _smooth(last: _Last, degree: int) -> bool:
 
 
 def _off(t: Array, y: Array, degree: int) -> float:
-    """How far states are from the polynomial nearest to them."""
+    """The distance of states from the polynomial nearest to them."""
     powers = np.polynomial.legendre.legvander((2 * t - t[0] - t[-1]) / (t[-1] - t[0]), degree)
     nearest = np.linalg.lstsq(powers, y, rcond=None)[0]
     return float(np.abs(powers @ nearest - y).max())

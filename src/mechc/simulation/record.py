@@ -102,7 +102,7 @@ class Piece:
 
     @property
     def span(self) -> tuple[float, float]:
-        """Its first and last time, s."""
+        """The first and the last time, s."""
         first, last = self.steps.ends()[0].tolist()
         return first, last if self.cut is None else self.cut
 
@@ -249,7 +249,7 @@ class Record:
         return any(piece.contacts for piece in self.pieces)
 
     def in_contact(self) -> Array:
-        """Of each step between two states whether a contact lasted in it, (nt - 1,)."""
+        """Flags (nt - 1,) of the steps between states during which a contact lasted."""
         lasting = [np.full(len(piece.times()), piece.lasts) for piece in self.pieces]
         return self._joined(lasting)[1:]
 

@@ -22,7 +22,7 @@ SCIPYS = {"RK45": "dopri5", "DOP853": "dop853", "Radau": "radau5"}  # its names 
 
 
 class Policy(NamedTuple):
-    """How a simulation is run; see :func:`mechc.simulation.simulate.simulate`."""
+    """Settings of a simulation; see :func:`mechc.simulation.simulate.simulate`."""
 
     rtol: float
     atol: Array | None
@@ -38,7 +38,7 @@ class Policy(NamedTuple):
     checkpoints: float | None = None  # bytes for them, in place of the trajectory
 
     def asked(self) -> dict[str, Any]:
-        """What decides the motion besides its limits, which follow from it, by name."""
+        """The settings that decide the motion, by name; the limits follow from them."""
         told = self._asdict()
         del told["limits"], told["checkpoints"]
         return told

@@ -180,7 +180,7 @@ def _status(
     code: int, system: System, span: tuple[float, float], record: Record, motion: Any,
     policy: Policy, events: RunEvents | None,
 ) -> Status:  # fmt: skip
-    """How a run ended, in words, with what is to be known of it."""
+    """The status of a run that ended, with its warnings."""
     bad, driven = record.stats["coordinate"], system.driven
     status = status_of(
         code,
@@ -242,7 +242,7 @@ def continued(
 
 
 def _warnings(record: Record, code: int) -> tuple[str, ...]:
-    """Of a run that crossed change points."""
+    """Warnings of a run that crossed change points."""
     if not any(piece.steps.crossings for piece in record.pieces):
         return ()  # nearly always, and fast
     times = record.change_points()[0]
@@ -257,7 +257,7 @@ def _warnings(record: Record, code: int) -> tuple[str, ...]:
 
 
 def _coarse_angles(system: System, record: Record, rtol: float) -> tuple[str, ...]:
-    """Of angles so large that their last digit, not the tolerance, decides about the accuracy."""
+    """Warnings of angles so large that their last digit, not the tolerance, limits accuracy."""
     finest = COARSE * max(rtol, FINEST)
     steps: Any = record.last.steps if len(record.pieces) == 1 else None
     if type(steps) is Steps and math.ulp(steps.largest(system.angles)) <= finest:

@@ -203,7 +203,7 @@ def _passed(
 
 
 def _along(system: System, q: Array, u: Array, y0: Array, values: Array) -> float:
-    """How far along the tangent the start is from the change point."""
+    """The distance of the start from the change point, along the tangent."""
     scale = system.scale(values)[: len(q)]
     tangent = u / scale / np.linalg.norm(u / scale)
     return float(tangent @ ((y0[: len(q)] - q) / scale))

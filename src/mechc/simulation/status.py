@@ -1,4 +1,4 @@
-"""How a simulation ended: a code, its cause in words, and advice."""
+"""The status of a simulation: a code, its cause in words, and advice."""
 
 from __future__ import annotations
 

@@ -118,7 +118,7 @@ class Trajectory:
 
     @property
     def event_titles(self) -> tuple[str, ...]:
-        """Of each of ``events`` its expression as it was given, or the name of its function."""
+        """The titles of ``events``: the expression as given, or the name of the function."""
         titles = self._titles or (() if self._asked is None else self._asked.titles)
         if len(titles) == len(self.events):
             return titles
@@ -175,7 +175,7 @@ class Trajectory:
         return self.work_until(self.t)
 
     def work_until(self, times: float | Array) -> Array:
-        """The same at any times of the run, in its order (...), J."""
+        """The work done until any times (...) of the run, J."""
         times = doubles(times, "the times")
         flat = times.reshape(-1)
         known = self.system.knows_energy

@@ -31,7 +31,7 @@ class Attitudes:
 
     @classmethod
     def of(cls, data: Mapping[str, Any], names: Sequence[str]) -> Attitudes:
-        """From a scene's data."""
+        """The attitudes in a scene's data."""
         kinds = (data.get(kind, ()) for kind in ("quaternions", "unit_quaternions"))
         return cls(names, *(tuple(tuple(places) for places in kind) for kind in kinds))
 

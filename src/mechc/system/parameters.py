@@ -47,7 +47,7 @@ class NamedQuantity:
 
     @property
     def bounds_in_words(self) -> str:
-        """For people: ``> 0``, ``>= 0``, ``between 0 and 1`` or ``any``."""
+        """The bounds in words: ``> 0``, ``>= 0``, ``between 0 and 1`` or ``any``."""
         sign = "=" if self.closed else ""
         words = []
         if math.isfinite(self.lower):
@@ -109,7 +109,7 @@ class ParameterSet:
         self.missing = tuple(n for n, x in zip(self.names, self.defaults, strict=True) if x != x)
 
     def resolve(self, params: Parameters) -> Array:
-        """All values, shape (..., np): those given, and defaults.
+        """The values of all parameters, (..., np): those given, and defaults.
 
         A default that follows others (an inertia that follows mass and length) follows those
         given.
@@ -123,7 +123,7 @@ class ParameterSet:
         return self._from_array(_all_values(params).copy())
 
     def resolve_partly(self, params: Parameters, needed: Collection[str]) -> Array:
-        """The same where only the values ``needed`` matter: others that are missing are made up."""
+        """All values, where only those ``needed`` matter: missing others get arbitrary values."""
         if not self.missing or not (params is None or isinstance(params, Mapping)):
             return self.resolve(params)
         given = without_unused(params or {}, self.names, "params")

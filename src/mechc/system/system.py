@@ -102,7 +102,7 @@ class System(Description):
 
     @property
     def headline(self) -> str:
-        """Its name and sizes, in one line."""
+        """The name and the sizes of the mechanism, in one line."""
         return (
             f"{self.name}: {len(self.coordinates)} coordinates, {len(self.speeds)} speeds, "
             f"{len(self.constraint_names)} constraints, {self.instruction_set}"
@@ -112,7 +112,7 @@ class System(Description):
         return f"<mechc.System {self.headline}>"
 
     def replaced_scene(self, scene: Any) -> System:
-        """The same system with other compiled functions."""
+        """A copy of the system with other compiled functions."""
         other = object.__new__(System)
         other.__dict__.update(self.__dict__)
         other._set_scene(scene)
@@ -123,7 +123,7 @@ class System(Description):
     draws_more = False  # than the compiled points
 
     def drawn_by(self, drawn: Callable[..., Picture], *, more: bool = False) -> System:
-        """The same system with a picture made when it is asked for; ``more``: always by it."""
+        """A copy of the system with a picture made at first use; ``more``: always by ``drawn``."""
         other = self.replaced_scene(self.scene)
         other.drawn, other.draws_more = drawn, more
         return other
@@ -139,14 +139,14 @@ class System(Description):
         return ParameterSet(quantities, self.scene, known)
 
     def with_defaults(self, defaults: Mapping[str, float]) -> System:
-        """The same system with other defaults."""
+        """A copy of the system with other defaults."""
         other = self.replaced_scene(self.scene)
         other.reference = replace(self.reference, defaults=dict(defaults))
         other.parameter_set = other._parameter_set()
         return other
 
     def with_start(self, start: Mapping[str, float]) -> System:
-        """The same system with these coordinates and speeds as its start."""
+        """A copy of the system with these coordinates and speeds as its start."""
         other = self.replaced_scene(self.scene)
         other.data = {**self.data, "start": dict(start)}
         return other
@@ -157,7 +157,7 @@ class System(Description):
 
     @property
     def picture(self) -> Picture:
-        """What is drawn: by the compiled points, or by the description where these do not do."""
+        """The drawing, by the compiled points, or by the description where these do not suffice."""
         if Picture not in self.kept:
             self.kept[Picture] = self._picture()
         found: Picture = self.kept[Picture]
@@ -165,7 +165,7 @@ class System(Description):
 
     @property
     def picture_in_space(self) -> Picture:
-        """With solids, springs and dampers where the description is known; else ``picture``."""
+        """The drawing with solids, springs and dampers where these are known; else ``picture``."""
         if "space" not in self.kept:
             found = None if self.drawn is None else self.drawn(self, in_space=True)
             seen = found is not None and bool(found.skeleton or found.solids)
@@ -186,7 +186,7 @@ class System(Description):
 
     @cached_property
     def sizes(self) -> Sizes:
-        """What tells the sizes of the components of a state, for runs."""
+        """The rules for the sizes of the components of a state, for runs."""
         lowest, highest = self.parameter_set.limits
         lengths = self.parameter_set.length_places.astype(np.intc)
         return Sizes(self.dimensionless.astype(np.uint8), lengths, lowest, highest)
@@ -268,7 +268,7 @@ class System(Description):
         return self.evaluate("points", y, p, t)
 
     def evaluate(self, name: str, y: Array, p: Array, t: Time = 0.0) -> Array:
-        """Any output by name; a fresh array.
+        """Evaluate any output by name, into a new array.
 
         Raises
         ------

@@ -187,7 +187,7 @@ def _write_inputs(notes: Path, recipe: Recipe) -> None:
 
 
 def _columns(recipe: Recipe) -> dict[str, Columns]:
-    """All that may differ between members, by kind."""
+    """The columns that may differ between members, by kind."""
     return {
         "params": recipe.params, "coordinates": recipe.coordinates, "speeds": recipe.speeds,
         "inputs": recipe.inputs.numbers,
@@ -197,7 +197,7 @@ def _columns(recipe: Recipe) -> dict[str, Columns]:
 def _prepare_arrays(
     zarr: Any, system: System, recipe: Recipe, folder: Path, stored: Mapping[str, Layout]
 ) -> dict[str, Any]:
-    """Every array, writable; one that is missing or damaged is created again."""
+    """Arrays to write to; one that is missing or damaged is created again."""
     group = folder / DATA
     if not (group / METADATA).is_file():
         zarr.open_group(str(group), mode="a", zarr_format=3)

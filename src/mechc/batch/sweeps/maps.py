@@ -115,7 +115,7 @@ def _maps(batch: Batch, chosen: Plan) -> list[tuple[str, Members]]:
 
 
 def _others(batch: Batch, chosen: Plan, member: int) -> str:
-    """What varies besides the two axes of a map, with its values."""
+    """A text of what varies besides the two axes of a map, with its values."""
     told = []
     for i, variation in enumerate(chosen.variations[2:], start=2):
         values, _ = _axis(batch, chosen, i)
@@ -198,7 +198,7 @@ def _normalised(span: Array) -> Any:
 
 
 def _scale_values(axes: Axes, values: Array) -> None:
-    """The same for the values of a line."""
+    """Scale the axis of the values of a line."""
     from matplotlib.colors import LogNorm, SymLogNorm
 
     finite = values[np.isfinite(values)]

@@ -181,7 +181,7 @@ def members(
 
 
 def sweep_json(batch: Batch, chosen: Plan, seconds: float) -> dict[str, Any]:
-    """What ``mechc sweep --json`` prints, in SI units."""
+    """The output of ``mechc sweep --json``, in SI units."""
     return {
         "mechanism": batch.system.name,
         "members": len(batch),
@@ -219,7 +219,7 @@ def _extremes(batch: Batch, text: str) -> dict[str, Any]:
 
 
 def sweep_summary(batch: Batch, chosen: Plan, seconds: float) -> str:
-    """What ``mechc sweep`` prints for people."""
+    """The output of ``mechc sweep`` for people."""
     told = sweep_json(batch, chosen, seconds)
     shape = " x ".join(map(str, chosen.shape)) if chosen.shape else chosen.sampling
     lines = [f"{len(batch)} members ({shape}) in {seconds:.3g} s, {told['members_per_s']:,.0f}/s"]

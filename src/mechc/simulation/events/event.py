@@ -46,7 +46,7 @@ class Event:
 
     @classmethod
     def of(cls, given: Any) -> Event:
-        """From an Event, or a function with SciPy's attributes.
+        """An event from an Event, or from a function with SciPy's attributes.
 
         Raises
         ------
@@ -77,7 +77,7 @@ class EventRecord:
 
 
 def event_titles(events: Sequence[Any]) -> tuple[str, ...]:
-    """What each event is called: its expression, the name of its function, or its number."""
+    """Titles of events: the expression, the name of the function, or the number."""
     return tuple(_title(event, number) for number, event in enumerate(events))
 
 

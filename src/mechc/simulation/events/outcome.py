@@ -1,4 +1,4 @@
-"""What the driver has found of events: their zeros, warnings, and why one failed."""
+"""Events of a finished motion: their zeros, warnings, and why one failed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the resets of events give: states, and parameters."""
+"""Resets of events: the states and parameters after them."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def changed_state(system: System, event: Event, t: float, state: Array, values: 
 def state_given(
     event: Event, t: float, state: Array, system: System, values: Array
 ) -> tuple[Array, Array]:
-    """What a reset gives: the state, and all parameters, ``values`` itself where these stay."""
+    """The state after a reset, and all parameters, ``values`` itself where these stay."""
     assert event.reset is not None
     name = getattr(event.reset, "__name__", repr(event.reset))
     split = len(system.coordinates)

@@ -378,7 +378,7 @@ class Model(Fits):
         state = checked_state(system, y0, p, span[0])
         made = partial(Solution, model)
         sol = run(made, system, span, state, p, policy, times, chosen, progress, y0)
-        sol._given = (given, params)
+        sol._arguments = (given, params)
         if by and sensitivity_error_control:
             again = partial(_run_again, sol, made, span, state, times, chosen, progress, y0)
             return sol.differentiated_within_tolerance(by, again)
@@ -541,7 +541,7 @@ def _run_again(
 ) -> Solution:  # fmt: skip
     """The motion of a solution by another policy."""
     again = run(made, sol.system, span, state, sol.params, policy, times, events, progress, y0)
-    again._given = sol._given
+    again._arguments = sol._arguments
     return again
 
 

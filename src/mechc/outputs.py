@@ -122,13 +122,13 @@ class Outputs(Description):
         ``method="auto"`` takes the pair of order 8, whose error follows the tolerance across
         kinks too.
         """
-        from mechc.inputs.accept import accepted
+        from mechc.inputs.accept import accepted_inputs
         from mechc.inputs.driven_scene import with_inputs
 
         driven = object.__new__(type(self))
         driven.__dict__.update(self.__dict__)
         slots = self.data.get("inputs", ())
-        given = accepted(inputs, {slot["name"]: max(slot["orders"]) for slot in slots})
+        given = accepted_inputs(inputs, {slot["name"]: max(slot["orders"]) for slot in slots})
         driven.system = with_inputs(self.system, given)
         return self if driven.system is self.system else driven
 

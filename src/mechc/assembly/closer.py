@@ -37,7 +37,7 @@ class Search:
     only_near: bool
 
     def closings(self, t: float, fixed: Array, p: Array, most: int, **options: Any) -> Any:
-        """The search for members with coordinates ``fixed`` (n, nq), of those guessed the guess.
+        """The search for members with coordinates ``fixed`` (n, nq), which contain the guess.
 
         Parameters p (n, np); ``work`` of the result searches, ``solved`` at once.
         """
@@ -48,7 +48,7 @@ class Search:
             guessed=self.guessed, near=self.near, only_near=self.only_near, **options,
         )  # fmt: skip
 
-    def solved(self, t: float, fixed: Array, p: Array, most: int, **options: Any) -> Any:
+    def solve(self, t: float, fixed: Array, p: Array, most: int, **options: Any) -> Any:
         """A search as :meth:`closings` makes it, after its work."""
         search = self.closings(t, fixed, p, most, **options)
         search.work()
@@ -72,9 +72,9 @@ def search_of(
 def closure(system: System, t: float) -> Any:
     """The constraints of a system, with its inputs where they contain any."""
     inputs = None if system.driven is None else system.driven.given_to(USED, t)
-    known = system.kept.get("closure")
+    known = system.cache.get("closure")
     if known is None:
-        known = system.kept["closure"] = Closure(
+        known = system.cache["closure"] = Closure(
             system.scene.evaluator, inputs, _kinds(system), _alike(system)
         )
     return known

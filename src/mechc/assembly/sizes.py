@@ -11,7 +11,7 @@ import numpy as np
 
 from mechc.assembly.closer import closure
 from mechc.errors import AssemblyError
-from mechc.native._closing import measured
+from mechc.native._closing import measure
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -43,9 +43,9 @@ def sizes(system: System, p: Array, t: float = 0.0) -> Sizes:
 def sizes_of_members(system: System, p: Array, t: float) -> Sizes:
     """The sizes with parameters p (n, np); those of the last ones are kept."""
     key = p.tobytes(), len(p), t
-    known = system.kept.get("sizes")
+    known = system.cache.get("sizes")
     if known is None or known[0] != key:
-        known = system.kept["sizes"] = key, _sizes(system, np.ascontiguousarray(p), t)
+        known = system.cache["sizes"] = key, _sizes(system, np.ascontiguousarray(p), t)
     found: Sizes = known[1]
     return found
 
@@ -54,7 +54,7 @@ def _sizes(system: System, p: Array, t: float) -> Sizes:
     hints = system.parameter_set.lengths(p)
     if not system.scene.holonomic:
         return Sizes(hints, np.zeros((len(p), 0)))
-    found = measured(closure(system, t), t, _free(system), system.default_coordinates, p, hints)
+    found = measure(closure(system, t), t, _free(system), system.default_coordinates, p, hints)
     if system.driven is not None:
         system.driven.raise_failure()
     return Sizes(*found)
@@ -62,9 +62,9 @@ def _sizes(system: System, p: Array, t: float) -> Sizes:
 
 def _free(system: System) -> Array:
     """The places of all coordinates that closing may change."""
-    known: Array | None = system.kept.get("free")
+    known: Array | None = system.cache.get("free")
     if known is None:
-        known = system.kept["free"] = np.array(system.unknowns([]), np.intc)
+        known = system.cache["free"] = np.array(system.unknowns([]), np.intc)
     return known
 
 

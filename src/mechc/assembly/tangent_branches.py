@@ -58,7 +58,7 @@ def find(
     generic = generic_rank(system, y, values, t)
     if generic == 0 or singular[generic - 1] > near * singular[0]:
         return None
-    return _refined(system, y, values, t, generic, near, apart)
+    return _refined_configuration(system, y, values, t, generic, near, apart)
 
 
 def generic_rank(system: System, y: Array, values: Array, t: float) -> int:
@@ -77,7 +77,7 @@ def _size(jacobian: Array) -> float:
     return float(np.linalg.norm(jacobian, 2))
 
 
-def _refined(
+def _refined_configuration(
     system: System, y: Array, values: Array, t: float, generic: int, near: float, apart: float
 ) -> SingularConfiguration | None:
     """Gauss-Newton steps for a closed configuration where J^T w = 0."""

@@ -28,7 +28,7 @@ def run_controlled(
     try:
         for member in range(recipe.count):
             one = recipe.cut(member, member + 1)
-            one = replace(one, inputs=one.inputs.held(one.span))
+            one = replace(one, inputs=one.inputs.with_signals(one.span))
             results, complete = run_members(system, one, threads)
             if not complete:
                 break

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, brief
-from mechc.inputs.accept import accepted
+from mechc.inputs.accept import accepted_inputs
 from mechc.inputs.driven_scene import with_inputs
 from mechc.inputs.sampled import Sampled, with_held
 from mechc.inputs.signals import Signal
@@ -35,7 +35,7 @@ class BatchInputs(NamedTuple):
         }
         return self._replace(numbers=rows, controllers=controllers)
 
-    def held(self, span: tuple[float, float]) -> BatchInputs:
+    def with_signals(self, span: tuple[float, float]) -> BatchInputs:
         """The inputs of one member, with a signal to be filled in place of each controller."""
         given = {names: several[0] for names, several in self.controllers.items()}
         signals, _ = with_held(given, span)
@@ -81,7 +81,7 @@ def checked_inputs(system: System, given: Mapping[str, Any] | None) -> BatchInpu
     orders = {slot["name"]: max(slot["orders"]) for slot in slots}
     controllers = {k: c for k, x in dict(given or {}).items() if (c := _controllers(x))}
     others = {key: value for key, value in dict(given or {}).items() if key not in controllers}
-    every = {**system.driven.given, **accepted(others, orders)}
+    every = {**system.driven.given, **accepted_inputs(others, orders)}
     signals = {name: value for name, value in every.items() if isinstance(value, Signal)}
     functions = {name: value for name, value in every.items() if _is_called(value)}
     known = {*signals, *functions}
@@ -91,7 +91,7 @@ def checked_inputs(system: System, given: Mapping[str, Any] | None) -> BatchInpu
 
 
 def _is_called(value: Any) -> bool:
-    """Whether it is a function, or several that are its derivatives."""
+    """Whether a value is a function, or several: a function and its derivatives."""
     if isinstance(value, Signal):
         return False
     return callable(value) or (isinstance(value, (tuple, list)) and any(map(callable, value)))
@@ -153,7 +153,7 @@ def own_numbers(system: System, inputs: BatchInputs, count: int) -> tuple[Array,
     return numbers, np.asarray(places, np.intc)
 
 
-def evaluated(
+def evaluate_output(
     system: System, inputs: BatchInputs, name: str, states: Array, values: Array, times: Array
 ) -> Array:
     """An output at states (n, nt, nq + nu) of members with parameters (n, nt or 1, np)."""

@@ -60,7 +60,7 @@ class Layout:
         """Size of the file of a chunk."""
         return math.prod(self.chunk) * np.dtype(_KINDS[self.kind]).itemsize
 
-    def told(self) -> dict[str, Any]:
+    def zarr_metadata(self) -> dict[str, Any]:
         """The metadata of the array that Zarr's format demands."""
         return {
             "zarr_format": 3,
@@ -167,7 +167,7 @@ def check(path: Path, layout: Layout) -> None:
         raise MechcError(f"{path} is damaged: it has no {METADATA}") from None
     described = {"storage_transformers": [], **held}
     described.pop("attributes", None)
-    wanted = layout.told()
+    wanted = layout.zarr_metadata()
     for key in sorted({*described, *wanted}):
         if json.dumps(described.get(key)) != json.dumps(wanted.get(key)):  # 1.0 is not 1
             raise MechcError(

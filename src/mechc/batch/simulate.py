@@ -206,7 +206,7 @@ def _reduction(each: Any) -> str:
 
 
 def _refuse_functions(recipe: Recipe) -> None:
-    """Refuse what no other process has, and what does not identify a batch."""
+    """Refuse functions, which no other process has and which do not identify a batch."""
     if recipe.inputs.calls_python or (recipe.events is not None and not recipe.events.key):
         raise ValueOutOfBoundsError(
             "controllers, and events and inputs that are functions of Python, are those of this "

@@ -122,13 +122,13 @@ class _Positions:
         symbols = self._plan.arguments[2]
         function = lambdify([list(symbols)], list(entries), "numpy", dummify=True)
 
-        def evaluated(p: Array) -> Array:
+        def evaluate(p: Array) -> Array:
             values = [
                 p[self._index[n]] if n in self._index else self._fixed[n] for n in self._names
             ]
             return np.array(function(values), dtype=float)
 
-        return evaluated
+        return evaluate
 
     def _all(self, y: Array, p: Array, t: float | Array) -> tuple[list[Array], list[Array]]:
         """The points and frames of the plan."""

@@ -91,7 +91,7 @@ def checked_measured(system: System, given: Any) -> tuple[Measured, ...]:
             "outputs=(..., 'sensitivities')"
         )
     pairs = given.items() if isinstance(given, Mapping) else ((name, None) for name in _each(given))
-    found = tuple(_measured(system, name_of(name), sigma) for name, sigma in pairs)
+    found = tuple(_measured_quantity(system, name_of(name), sigma) for name, sigma in pairs)
     if not found:
         raise ValueOutOfBoundsError("nothing is measured: give measured={'theta_0': sigma}")
     names = [one.name for one in found]
@@ -110,7 +110,7 @@ def _each(given: Any) -> Sequence[Any]:
     return [given] if isinstance(given, str) or not isinstance(given, Sequence) else given
 
 
-def _measured(system: System, name: Any, sigma: Any) -> Measured:
+def _measured_quantity(system: System, name: Any, sigma: Any) -> Measured:
     match = _ENTRY.fullmatch(name) if isinstance(name, str) else None
     if match is None:
         raise ValueOutOfBoundsError(

@@ -24,7 +24,7 @@ class Recording:
     values: Array
 
     @property
-    def known(self) -> Any:
+    def valid(self) -> Any:
         """Flags (nt, k) of the values that are not missing."""
         return np.isfinite(self.values)
 

@@ -82,8 +82,8 @@ def statistics_of(
     known = singular > max(rounding, len(singular) * np.finfo(float).eps) * largest
     back = rows.T * np.where(known, 1.0 / np.where(known, singular, 1.0), 0.0)
     spread = back @ back.T * _variance(residuals, loss, len(open_), absolute)
-    spread[_touched(rows[~known])] = np.inf
-    spread[:, _touched(rows[~known])] = np.inf
+    spread[_unknowns_in(rows[~known])] = np.inf
+    spread[:, _unknowns_in(rows[~known])] = np.inf
     covariance = np.full((len(sizes), len(sizes)), np.nan)
     covariance[np.ix_(open_, open_)] = spread * np.outer(sizes[open_], sizes[open_])
     names = [labels[k] for k in open_.tolist()]
@@ -107,7 +107,7 @@ def _variance(residuals: Array, loss: Loss, count: int, absolute: bool) -> float
     return correction**2 * float(psi @ psi) / max(1, len(psi) - count) / mean**2
 
 
-def _touched(directions: Array) -> Array:
+def _unknowns_in(directions: Array) -> Array:
     """The unknowns that partake in these directions."""
     return np.asarray((np.abs(directions) > 1e-6).any(axis=0))
 

@@ -46,7 +46,7 @@ class Unknown:
         return self.name if self.recording is None else f"{self.name}[{self.recording}]"
 
     def holds_for(self, recording: int) -> bool:
-        """Whether it moves this recording."""
+        """Whether the unknown changes this recording."""
         return self.recording in (None, recording)
 
 

@@ -63,7 +63,7 @@ class Signal:
         if breaks not in ("kinks", "samples"):
             raise UnknownNameError("rule for breaks", breaks, ("kinks", "samples"))
         self.kind, self.outside, self._at_samples = kind, outside, breaks == "samples"
-        self.times, self.values = _checked(times, values, kind)
+        self.times, self.values = _checked_samples(times, values, kind)
         self._smoothness = SMOOTHNESS[kind]
         self._knots, self._coefficients = _pieces(self.times, self.values, kind)
         if outside == "hold":
@@ -87,7 +87,7 @@ class Signal:
         signal = object.__new__(cls)
         signal.kind, signal.outside = f"degree {coefficients.shape[1] - 1}", "refuse"
         signal._knots, signal._coefficients = knots[:-1].copy(), coefficients
-        last = _shifted(coefficients[-1:], np.diff(knots[-2:]), 0)
+        last = _shift(coefficients[-1:], np.diff(knots[-2:]), 0)
         signal.times, signal.values = knots, np.append(coefficients[:, 0], last)
         signal._smoothness = signal._continuous_derivatives()
         return signal
@@ -148,7 +148,7 @@ class Signal:
         """The number of continuous derivatives, by the jumps at the knots, to rounding."""
         widths, degree = np.diff(self._knots), self._coefficients.shape[1] - 1
         for n in range(degree + 1):
-            before, after = _shifted(self._coefficients[:-1], widths, n), self._coefficients[1:, n]
+            before, after = _shift(self._coefficients[:-1], widths, n), self._coefficients[1:, n]
             size = np.abs(self._coefficients[:, n]).max(initial=0.0)
             if (np.abs(after - before) > CONTINUOUS * size).any():
                 return n - 1
@@ -180,7 +180,7 @@ class Signal:
         reach = np.maximum(widths, np.append(widths[1:], 0.0))
         roughness = np.zeros(len(widths))
         for n in range(order, self._coefficients.shape[1]):
-            jump = np.abs(_shifted(self._coefficients[:-1], widths, n) - self._coefficients[1:, n])
+            jump = np.abs(_shift(self._coefficients[:-1], widths, n) - self._coefficients[1:, n])
             roughness = np.maximum(roughness, perm(n, order) * jump * reach ** (n - order))
         return roughness
 
@@ -230,7 +230,7 @@ class Signal:
         return f"<mechc.Signal, {self.kind}, {len(self.times)} samples in {low:g} ... {high:g} s>"
 
 
-def _shifted(coefficients: Array, by: Array, order: int) -> Array:
+def _shift(coefficients: Array, by: Array, order: int) -> Array:
     """The coefficient of an order of the same polynomials about a later time (Taylor)."""
     value = np.zeros(len(coefficients))
     for n in range(coefficients.shape[1] - 1, order - 1, -1):
@@ -238,7 +238,7 @@ def _shifted(coefficients: Array, by: Array, order: int) -> Array:
     return value
 
 
-def _checked(times: Any, values: Any, kind: str) -> tuple[Array, Array]:
+def _checked_samples(times: Any, values: Any, kind: str) -> tuple[Array, Array]:
     try:
         t, x = np.array(times, dtype=np.float64), np.array(values, dtype=np.float64)
     except (TypeError, ValueError):

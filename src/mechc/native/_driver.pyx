@@ -257,7 +257,7 @@ cdef class Scene:
         return self.members
 
     cdef prefer_lanes(self, ptrdiff_t count):
-        """Evaluate in lanes what many states are asked of, once that is compiled."""
+        """Evaluate outputs of many states in lanes, once these are compiled."""
         self.evaluated += count
         if self.evaluated > MANY:
             part = self.source.if_made(MECHC_PART_OUTPUTS)
@@ -437,7 +437,7 @@ cdef class Ode:
         free(self.bound)
 
     cdef int _bind(self) except -1:
-        """Anew when a compilation in the background has ended."""
+        """Choose the function anew when a compilation in the background has ended."""
         scene = self.system.scene
         free(self.bound)
         self.bound, self.scene = NULL, scene

@@ -112,7 +112,7 @@ cdef class Request:
             if self.limits.count:
                 self.limits.times, self.limits.longest = &times[0], &longest[0]
                 options.limits = &self.limits
-        self.kept = policy.atol, policy.limits, kinks
+        self.references = policy.atol, policy.limits, kinks
         if inputs is not None:
             self.take_inputs(inputs, kinks)
 
@@ -282,7 +282,7 @@ cdef class Motion:
                         self.request.p, self.request.inputs, None, self.request.sizes)
 
     def keep_last(self):
-        """Keep of the steps the last state only, such that the run goes on as if it kept all."""
+        """Keep only the last state of the steps, such that the run goes on as if it kept all."""
         mechc_keep_last(&self.hybrid.run.trajectory)
         self.hybrid.run.trajectory.crossing_count = 0
 
@@ -347,7 +347,7 @@ cdef size_t bytes_of_step(const mechc_trajectory *record):
 
 
 cdef load_wanted(Scene scene, mechc_hybrid *hybrid):
-    """Load the code of a method that a run has gone over to."""
+    """Load the code of a method that a run has changed to."""
     if hybrid.live and hybrid.run.wanted >= 0:
         scene.need(mechc_part_of_method(hybrid.run.wanted))
         hybrid.run.wanted = -1
@@ -356,7 +356,7 @@ cdef load_wanted(Scene scene, mechc_hybrid *hybrid):
 
 
 cdef class Stepping:
-    """A motion that is asked for at one time after the other, of which nothing is kept.
+    """A motion that advances to one requested time after another and keeps no record.
 
     ahead
         Whether runs go beyond the times that are asked for.
@@ -383,7 +383,7 @@ cdef class Stepping:
         mechc_hybrid_free(&self.reacher.hybrid)
 
     def reach(self, double t, bint changed):
-        """Go on to t; ``changed``: inputs have other values than before.  The status code."""
+        """Go on to t and return the status; ``changed``: inputs have other values than before."""
         cdef reaching job
         job.reacher, job.t, job.changed = &self.reacher, t, changed
         while True:
@@ -414,7 +414,7 @@ cdef class Stepping:
         return mechc_hybrid_stats(&self.reacher.hybrid) if self.reacher.hybrid.pieces else {}
 
     def steps(self):
-        """The steps since the last time that was asked for, or None."""
+        """The steps since the last time requested, or None."""
         cdef mechc_hybrid *hybrid = &self.reacher.hybrid
         if not hybrid.live:
             return None
@@ -434,7 +434,7 @@ cdef class Stepping:
         return saved
 
     def restore(self, double t, const double[::1] y, saved):
-        """Back to what :meth:`save` gave at this time and state."""
+        """Go back to what :meth:`save` returned at this time and state."""
         cdef const unsigned char[::1] kept
         cdef const void *run = NULL
         if saved is not None:

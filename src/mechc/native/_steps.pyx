@@ -119,7 +119,7 @@ cdef class Sizes:
 
     def __init__(self, const unsigned char[::1] dimensionless, const int[::1] lengths,
                  const double[::1] lowest, const double[::1] highest):
-        self.kept = dimensionless, lengths, lowest, highest
+        self.references = dimensionless, lengths, lowest, highest
         self.sizes.dimensionless = &dimensionless[0]
         self.sizes.length_count = lengths.shape[0]
         if lengths.shape[0]:

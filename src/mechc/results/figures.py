@@ -129,7 +129,7 @@ def save_all(
 
 
 def _lay_out(figure: Figure) -> Figure:
-    """Lay out once and round: the last bits of the layout's solver differ from run to run."""
+    """Lay out once and round, since the last bits of the layout's solver differ between runs."""
     with _matplotlib().rc_context(STYLE):
         figure.draw_without_rendering()
         figure.set_layout_engine(None)  # a placeholder engine would draw twice on every save

@@ -142,7 +142,7 @@ def shown_as(kind: Kind, unit: str) -> ShownUnit:
 
 
 def is_joint(name: str) -> bool:
-    """Whether a point is drawn with a mark: not those of curves, whose names begin with a dot."""
+    """Whether a point is drawn with a mark; points of curves begin with a dot and are not."""
     return not name.startswith(".")
 
 
@@ -191,7 +191,7 @@ class Run:
         return self._apart(moving) or (self._corners or self._ends)[:MOST_CORNERS]
 
     def _apart(self, names: Sequence[str]) -> tuple[str, ...]:
-        """The points that go with no earlier one, as the two ends that a loop joins do."""
+        """The points that move with no earlier one, as the two ends that a loop joins do."""
         found: dict[str, Array] = {}
         near = HELD * float(np.abs(self.positions).max(initial=0.0))
         for name in names:

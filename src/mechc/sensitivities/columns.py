@@ -1,4 +1,4 @@
-"""The columns of a sensitivity: what each name asked for is a derivative by.
+"""The columns of a sensitivity: parameters, inputs and starts that derivatives are taken by.
 
 Every column is a direction: of the parameters (with those whose defaults follow), of the inputs'
 values, of a value of a sampled signal, or of the start.
@@ -16,7 +16,7 @@ import numpy as np
 
 from mechc.errors import MechcError, UnavailableOutputError, UnknownNameError, ValueOutOfBoundsError
 from mechc.inputs.bind import InputSlot
-from mechc.inputs.samples import sampled
+from mechc.inputs.samples import signal_of
 from mechc.sensitivities.samples import Samples, samples_of, width
 from mechc.system.names import by_name
 from mechc.system.parameters import Array
@@ -142,11 +142,11 @@ def columns_of(system: System, names: Sequence[str], values: Array, given: Any) 
     for name, place in places.items():
         if name in system.parameters:
             along[system.parameters.index(name), place] = 1.0
-        elif sampled(system, name) is None and name in system.inputs:
+        elif signal_of(system, name) is None and name in system.inputs:
             pushed[_input_place(system, name), place] = 1.0
-        elif not _of_start(system, name) and sampled(system, name) is None:
+        elif not _of_start(system, name) and signal_of(system, name) is None:
             _refuse_unknown(system, name)
-    along = _followed(along, slopes)
+    along = _with_defaults(along, slopes)
     return Columns(tuple(places), places, along, pushed, samples_of(system, places))
 
 
@@ -176,7 +176,7 @@ def _default_slopes(system: System, values: Array, given: Any) -> Array | None:
     return slopes
 
 
-def _followed(along: Array, slopes: Array | None) -> Array:
+def _with_defaults(along: Array, slopes: Array | None) -> Array:
     """The change of all parameters along each column, where those not given follow
     their defaults."""
     if slopes is None:

@@ -15,7 +15,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from mechc.inputs.samples import input_of, sampled
+from mechc.inputs.samples import input_of, signal_of
 from mechc.sensitivities.columns import Columns
 from mechc.sensitivities.history import Sensitivity
 from mechc.sensitivities.steps import Piece
@@ -58,7 +58,7 @@ class StepErrors:
     def middles(self) -> Array:
         return np.asarray(0.5 * (self.times[1:] + self.times[:-1]))
 
-    def compared(self, before: StepErrors | None) -> StepErrors:
+    def counted_after(self, before: StepErrors | None) -> StepErrors:
         """The errors with ``stayed`` counted on from the run before."""
         if before is None:
             return self
@@ -83,17 +83,17 @@ class StepErrors:
         return self.times, np.where(self.stayed < ROUNDING, longest, np.inf)
 
 
-def controlled(
+def refine(
     again: Callable[[Policy], Made], sol: Made, differentiate: Callable[[Made], Sensitivity]
 ) -> tuple[Made, Sensitivity]:
     """A run with steps short enough for its derivatives too, and these; ``again`` makes runs."""
     before: StepErrors | None = None
     for _ in range(RUNS):
         found = differentiate(sol)
-        errors = step_errors(sol, found).compared(before)
+        errors = step_errors(sol, found).counted_after(before)
         if not errors.tighter.any():
             break
-        limits = joined(sol.policy.limits, errors.limits)
+        limits = lower_limits(sol.policy.limits, errors.limits)
         before, sol = errors, again(sol.policy._replace(limits=limits))
     else:
         found = differentiate(sol)
@@ -102,7 +102,7 @@ def controlled(
     return sol, found
 
 
-def joined(one: tuple[Array, Array] | None, two: tuple[Array, Array]) -> tuple[Array, Array]:
+def lower_limits(one: tuple[Array, Array] | None, two: tuple[Array, Array]) -> tuple[Array, Array]:
     """The smaller of two limits at each time."""
     if one is None:
         return two
@@ -165,12 +165,12 @@ def _of_steps(piece: Piece, first: int, last: int, size: Array, tolerated: Array
     rule, ends = piece.rule(first), slice(first + 1, last + 1)
     h = np.diff(piece.t[first : last + 1])[:, None, None]
 
-    def kept(errors: Array) -> Array:
+    def project(errors: Array) -> Array:
         none, y = np.zeros_like(piece.directions), piece.run.states()[1]
         piece.run.project_columns(piece.t[ends], y[ends], none, errors)
         return errors
 
-    errors = rule.errors(h, piece.rates(first, last), size, rule.share * tolerated, kept)
+    errors = rule.errors(h, piece.rates(first, last), size, rule.share * tolerated, project)
     alive = np.isfinite(piece.ends[ends]).all(axis=1) & np.isfinite(errors)
     return np.asarray(np.where(alive, errors, 0.0).max(axis=1, initial=0.0))
 
@@ -208,10 +208,10 @@ class _Sizes:
         )
         u = np.fmax(u, q / self.span)
         self.reached = np.stack([q[-1], u[-1]])
-        tolerated = self._tolerated(self._of_components(q[2:], u[2:]))
+        tolerated = self._tolerance(self._of_components(q[2:], u[2:]))
         return np.fmax(sizes, tolerated), tolerated
 
-    def _tolerated(self, reached: Array) -> Array:
+    def _tolerance(self, reached: Array) -> Array:
         size = np.fmax(reached, self.least)
         if self.atol is None:
             return self.rtol * size
@@ -229,12 +229,12 @@ class _Sizes:
 
 
 def _sizes_of(sol: Trajectory, columns: Columns) -> Array:
-    """The size of what each column is by (k,): of parameters and inputs their values."""
+    """The size (k,) of each column's quantity: the value of a parameter or of an input."""
     system, found = sol.system, np.ones(columns.count)
     for name, place in columns.places.items():
         if name in system.parameters:
             found[place] = abs(sol.params[system.parameters.index(name)])
-        elif (signal := sampled(system, name)) is not None:
+        elif (signal := signal_of(system, name)) is not None:
             found[place] = np.abs(signal.values).max()
         elif (own := input_of(name, system)) is not None:
             assert system.driven is not None

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechc.sensitivities.columns import Columns
-from mechc.simulation.events.event import Event, evaluated
+from mechc.simulation.events.event import Event, value_of
 from mechc.simulation.events.expressions import ResetExpressions
 from mechc.simulation.events.resets import changed_state
 from mechc.simulation.record import Record
@@ -88,11 +88,11 @@ def _slopes(
 
     def along(k: int) -> Array:
         unit = np.eye(len(y))[k]
-        return difference(lambda e: np.array(evaluated(event, t, y + e * unit)), float(sizes[k]))
+        return difference(lambda e: np.array(value_of(event, t, y + e * unit)), float(sizes[k]))
 
     by_state = np.array([along(k) for k in range(len(y))])
     pace = float((np.abs(system.rates(y, values, t)) / sizes).max(initial=1e-3))
-    by_time = float(difference(lambda e: np.array(evaluated(event, t + e, y)), 1.0 / pace))
+    by_time = float(difference(lambda e: np.array(value_of(event, t + e, y)), 1.0 / pace))
     return by_time, by_state, np.zeros(len(values))
 
 
@@ -122,11 +122,11 @@ def through_reset(sol: Trajectory, jump: Jump, columns: Columns, found: Array) -
     changed = np.full(found.shape, np.nan)
     for k in np.flatnonzero(np.isfinite(along).all(axis=0)):
         one = along[:, k], float(later[k]), columns.parameters[:, k]
-        changed[:, k] = _changed(sol, event, t, jump.before, *one)
+        changed[:, k] = _reset_derivative(sol, event, t, jump.before, *one)
     return changed - np.outer(system.rates(jump.after, values, t), later)
 
 
-def _changed(
+def _reset_derivative(
     sol: Trajectory, event: Event, t: float, y: Array, along: Array, later: float, change: Array
 ) -> Array:
     """The derivative of the state that a reset gives along one column; change: of parameters."""

@@ -176,7 +176,7 @@ def _add_outputs(way: Backwards, weights: Mapping[str, float], y: Array, t: floa
 
 
 def _back(way: Backwards, piece: Piece, weights: Mapping[str, float]) -> None:
-    """Over one piece."""
+    """Move the covector back over one piece of the motion."""
     run: Any = piece.steps
     stop = piece.cut
     checked_run(way.system, run, way.sol.params)

@@ -40,7 +40,7 @@ class Sensitivity(Mapping[str, Array]):
         self._sol, self.pieces = sol, tuple(pieces)
         self.columns, self.notes = columns, notes
         self.names = columns.names
-        self._kept: Array | None = None
+        self._cached_columns: Array | None = None
 
     def __getitem__(self, name: Any) -> Array:
         return self._of(name, self._at_own_times())
@@ -75,9 +75,9 @@ class Sensitivity(Mapping[str, Array]):
         return np.asarray(found[..., self.columns.places[key]])
 
     def _at_own_times(self) -> Array:
-        if self._kept is None:
-            self._kept = self.at(self._sol.t, self._sol.y)
-        return self._kept
+        if self._cached_columns is None:
+            self._cached_columns = self.at(self._sol.t, self._sol.y)
+        return self._cached_columns
 
     def at(self, t: Array, y: Array, *, before: bool = False) -> Array:
         """All columns (n, nx, k) at times and states of the run.

@@ -57,7 +57,7 @@ class Collocation:
         return np.asarray(powers @ self.coefficients)
 
     def errors(self, h: Array, rates: Array, size: Array, tolerated: Array, kept: Kept) -> Array:
-        """Errors of steps over what is tolerated, (m, k), as runtime/methods/gauss/gauss.h has.
+        """Errors of steps over those tolerated, (m, k), as in runtime/methods/gauss/gauss.h.
 
         h : (m, 1, 1)
             Lengths of the steps.
@@ -68,7 +68,7 @@ class Collocation:
         kept
             What the constraints leave of columns at the steps' ends.
         """
-        highest = h * _combined(self.coefficients[-self.highest :], rates)
+        highest = h * _weighted_sums(self.coefficients[-self.highest :], rates)
         squares = self.safety * (highest**2).sum(axis=0)
         return np.asarray((squares / (size * tolerated)).mean(axis=1))
 
@@ -103,7 +103,7 @@ class Pair:
 
     def errors(self, h: Array, rates: Array, size: Array, tolerated: Array, kept: Kept) -> Array:
         """Errors as :meth:`Collocation.errors` has them, by the pair's embedded formulas."""
-        every = h * _combined(self.estimates, rates[:, : self.end + 1])
+        every = h * _weighted_sums(self.estimates, rates[:, : self.end + 1])
         found = np.stack([kept(each) for each in every])
         squares = ((found / tolerated) ** 2).mean(axis=2)
         if len(squares) == 1:
@@ -115,7 +115,7 @@ class Pair:
 Rule = Collocation | Pair
 
 
-def _combined(weights: Array, rates: Array) -> Array:
+def _weighted_sums(weights: Array, rates: Array) -> Array:
     """Sums (e, m, nx, k) of rates (m, rates, nx, k) by weights (e, rates)."""
     flat = weights @ rates.reshape(*rates.shape[:2], -1)
     return np.ascontiguousarray(flat.swapaxes(0, 1)).reshape(-1, len(rates), *rates.shape[2:])

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from mechc.errors import MechcError
-from mechc.inputs.samples import cardinal, index_of, input_of, places_of_values, sampled
+from mechc.inputs.samples import cardinal, index_of, input_of, places_of_values, signal_of
 from mechc.inputs.signals import Signal
 from mechc.native._inputs import Caller, Inputs, Shapes
 from mechc.system.parameters import Array
@@ -73,7 +73,7 @@ def samples_of(system: System, places: Mapping[str, int | slice]) -> Samples | N
     """
     found: list[Sample] = []
     for name, place in places.items():
-        signal = sampled(system, name)
+        signal = signal_of(system, name)
         if signal is None:
             continue
         which = range(len(signal.times)) if isinstance(place, slice) else [index_of(system, name)]
@@ -86,7 +86,7 @@ def samples_of(system: System, places: Mapping[str, int | slice]) -> Samples | N
 
 def width(system: System, name: str) -> int | None:
     """The number of columns of a name that stands for all values of a signal; None for others."""
-    signal = sampled(system, name)
+    signal = signal_of(system, name)
     return len(signal.times) if signal is not None and name in system.inputs else None
 
 
@@ -100,7 +100,7 @@ def ends_of_steps(signal: Signal, t0: float, t1: float) -> Array:
 def check_steps(system: System, names: Sequence[str], times: Array) -> None:
     """Raise :class:`MechcError` where steps, which end at these times, pass over samples."""
     for name in names:
-        signal = sampled(system, name)
+        signal = signal_of(system, name)
         if signal is None:
             continue
         for knot in ends_of_steps(signal, times[0], times[-1]):

@@ -38,7 +38,7 @@ def start_columns(
     notes: tuple[str, ...] = ()
     if isinstance(given, Mapping):
         held = list(by_name(given, "y0"))
-        found, notes = _assembled(system, columns, held, state, values, t)
+        found, notes = _assembled_columns(system, columns, held, state, values, t)
     else:
         _place_states(system, columns, found)
     own = columns.of_start
@@ -68,7 +68,7 @@ def _of_state(system: System, columns: Columns) -> list[str]:
     return [name for name in columns.names if name in states]
 
 
-def _assembled(
+def _assembled_columns(
     system: System, columns: Columns, held: Sequence[str], y: Array, values: Array, t: float
 ) -> tuple[Array, tuple[str, ...]]:
     """Columns of a start that was assembled from the coordinates and speeds in the mapping."""

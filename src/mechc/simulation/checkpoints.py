@@ -40,7 +40,7 @@ class Checkpointed:
     def __init__(self, run: Any, max_bytes: float) -> None:
         self._run, self._max_bytes = run, max_bytes
         self._length = GROUP  # steps between two checkpoints
-        self._made, self._bytes = 0, 0
+        self._step_count, self._bytes = 0, 0
         self._open = -1  # the part that the run holds now
         self._crossed = run.steps.change_points()
         self._points: list[Checkpoint] = []
@@ -55,7 +55,7 @@ class Checkpointed:
 
     def _add(self) -> None:
         point = Checkpoint(
-            self._made, self._t, self._last, len(self._crossed[0]), self._run.checkpoint()
+            self._step_count, self._t, self._last, len(self._crossed[0]), self._run.checkpoint()
         )
         self._points.append(point)
         self._bytes += size_of(point)
@@ -80,9 +80,9 @@ class Checkpointed:
         return self._status
 
     def _take(self) -> None:
-        """The steps that the run holds are counted, and forgotten."""
+        """Count the steps that the run holds, then drop them."""
         self._note()
-        self._made += self._run.count - 1
+        self._step_count += self._run.count - 1
         steps = self._run.steps
         if steps.crossings:
             both = zip(self._crossed, steps.change_points(), strict=True)
@@ -90,8 +90,8 @@ class Checkpointed:
         self._run.keep_last()
 
     def _keep(self) -> None:
-        """A checkpoint, where one is due."""
-        if self._status == RUNNING and self._made % self._length == 0:
+        """Add a checkpoint where one is due."""
+        if self._status == RUNNING and self._step_count % self._length == 0:
             self._add()
             while self._bytes > SHARE * self._max_bytes and self._status == RUNNING:
                 self._thin()
@@ -130,7 +130,7 @@ class Checkpointed:
         end = (self._t, self._last) if last else self._points[number + 1][1:3]
         return np.array([begin.t, end[0]]), np.stack([begin.y, end[1]])
 
-    def crossed(self, number: int) -> tuple[Array, Array, Array]:
+    def change_points_of(self, number: int) -> tuple[Array, Array, Array]:
         """The change points crossed in a part."""
         first, after = self._points[number].crossed, self._points[number + 1 : number + 2]
         last = after[0].crossed if after else None
@@ -153,7 +153,7 @@ class Checkpointed:
     def _repeat(self, number: int) -> None:
         run, begin = self._run, self._points[number]
         last = number + 1 == len(self._points)
-        step, t = (self._made, self._t) if last else self._points[number + 1][:2]
+        step, t = (self._step_count, self._t) if last else self._points[number + 1][:2]
         run.back_to(begin.saved)
         self._open = -1
         while run.count - 1 < step - begin.step and run.status == RUNNING:
@@ -188,7 +188,7 @@ class Recomputed:
 
     def change_points(self) -> tuple[Array, Array, Array]:
         """The change points crossed in the part."""
-        return self._run.crossed(self._number)
+        return self._run.change_points_of(self._number)
 
 
 def size_of(point: Checkpoint) -> int:

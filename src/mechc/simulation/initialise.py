@@ -25,7 +25,7 @@ def begin(
     system: System, span: tuple[float, float], state: Array, values: Array, policy: Policy,
     events: RunEvents | None = None,
 ) -> Motion:  # fmt: skip
-    """The motion, at the start of the span."""
+    """A motion at the start of the span."""
     if system.driven is not None:
         system.driven.check_times(span)
     request = request_of(system, span, values, policy, events)
@@ -42,7 +42,7 @@ def request_of(
     if driven is None:
         return Request(scene or system.scene, system.sizes, policy, values, events=bound)
     return Request(
-        scene or driven.without_inputs, system.sizes, policy, values, driven.compiled(),
+        scene or driven.without_inputs, system.sizes, policy, values, driven.native_inputs(),
         np.array(driven.breaks(*span, policy.rtol)), driven.due, bound,
     )  # fmt: skip
 
@@ -69,7 +69,7 @@ def leave_change_point(
 def reach_end(
     system: System, record: Record, span: tuple[float, float], policy: Policy
 ) -> Record | None:
-    """A motion that no step could end beside a change point, to its end along the curve there."""
+    """The record with a last piece along the curve, to an end of the run beside a change point."""
     from mechc.simulation.singular_start import singular_end
 
     last = record.last
@@ -88,7 +88,7 @@ def reach_end(
 
 def checked_state(system: System, y0: Array, values: Array, t0: float) -> Array:
     """The state, on the constraints; refused if it is off by more than rounding."""
-    state = _shaped(system, y0)
+    state = _flat_state(system, y0)
     if not system.scene.rows and all_within(state, -LARGEST, LARGEST):
         return state
     allowed = checked_gap(system, values, t0)
@@ -104,12 +104,12 @@ def state_as_given(system: System, y0: Array, values: Array, t0: float) -> Array
 
     Unlike :func:`checked_state` it does not wait for the integrators, which may still be compiling.
     """
-    state = _shaped(system, y0)
+    state = _flat_state(system, y0)
     _refuse_open(system, state, values, t0)
     return state
 
 
-def _shaped(system: System, y0: Array) -> Array:
+def _flat_state(system: System, y0: Array) -> Array:
     state = doubles(y0, "y0")
     width = system.scene.width
     if state.size == width:

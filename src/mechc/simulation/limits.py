@@ -75,7 +75,7 @@ class _Last(NamedTuple):
         return size
 
 
-def explained(
+def with_limit(
     status: Status, code: int, system: System, record: Record, policy: Policy,
     span: tuple[float, float],
 ) -> Status:  # fmt: skip
@@ -102,8 +102,8 @@ def explained(
 
 
 def _jump(last: _Last) -> Limit | None:
-    """The rates on both sides of the last state, along the motion: their difference falls with the
-    distance unless they jump."""
+    """A limit by a jump of the rates at the last state: without one, their difference between both
+    sides falls with the distance."""
     t, y = last.t[-1], last.y[-1]
     rates = last.rates(last.t[-1:], last.y[-1:])[0]
     smallest = 16 * EPS * max(abs(t), abs(last.span[1] - t))
@@ -131,7 +131,7 @@ def _jump(last: _Last) -> Limit | None:
 
 
 def _lasts(sides: Array, jumps: Array, near: int, size: float) -> Array:
-    """Whether the jump of a component is there and each side the same from ``near`` on."""
+    """Whether a component jumps, with each side unchanged from ``near`` on."""
     distances = slice(near, near + SAME + 1)
     spread = np.maximum(*(np.ptp(part[distances], axis=0) for part in np.split(sides, 2)))
     there: Array = (jumps[near] > JUMP * size) & (spread < LEVEL * jumps[near])
@@ -139,7 +139,7 @@ def _lasts(sides: Array, jumps: Array, near: int, size: float) -> Array:
 
 
 def _growth(last: _Last) -> Limit | None:
-    """Rates that grow while steps shrink: the motion goes to infinity in a finite time."""
+    """A limit by rates that grow while steps shrink: the motion goes to infinity in finite time."""
     steps = np.abs(np.diff(last.t))
     if len(steps) < 3 or not steps[-1] < SHRUNK * steps[0]:
         return None

@@ -40,7 +40,7 @@ class Attitudes:
         """The places of the components of every quaternion."""
         return self.multiples + self.of_length_one
 
-    def unturned(self, q: Array, given: Collection[int]) -> Array:
+    def fill_quaternions(self, q: Array, given: Collection[int]) -> Array:
         """Configurations (n, nq) with the quaternions without a given component at 1, 0, 0, 0."""
         for places in self.quaternions:
             if not set(places) & set(given):

@@ -47,7 +47,7 @@ class ModelReference:
     defaults: Mapping[str, float] = field(default_factory=dict)
 
     @cached_property
-    def compiled(self) -> str:
+    def binary_identity(self) -> str:
         """The identity of this binary: its key, or the hash of its file."""
         if self.key or not self.library_file:
             return self.key
@@ -63,7 +63,7 @@ class ModelReference:
             "mechanism": self.mechanism,
             "options": dict(self.options),
             "custom": self.custom,
-            "compiled": self.compiled,
+            "compiled": self.binary_identity,
             "state": list(self.state),
         }
         return told | ({"defaults": dict(self.defaults)} if self.defaults else {})

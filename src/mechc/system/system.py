@@ -82,7 +82,7 @@ class System(Description):
     def default_configurations(self, count: int, given: Iterable[str]) -> Array:
         """Coordinates (count, nq) where none but those named are given."""
         q = np.tile(self.default_coordinates, (count, 1))
-        return self.attitudes.unturned(q, [self.state_index(name) for name in given])
+        return self.attitudes.fill_quaternions(q, [self.state_index(name) for name in given])
 
     @property
     def instruction_set(self) -> str:
@@ -118,7 +118,7 @@ class System(Description):
         other._set_scene(scene)
         return other
 
-    kept: dict[Any, Any]
+    cache: dict[Any, Any]
     drawn: Callable[..., Picture] | None = None
     draws_more = False  # than the compiled points
 
@@ -131,7 +131,7 @@ class System(Description):
     def _set_scene(self, scene: Any) -> None:
         self.scene = scene
         self.driven = scene if self.inputs else None
-        self.kept = {}
+        self.cache = {}
 
     def _parameter_set(self) -> ParameterSet:
         quantities = [self.quantities[name] for name in self.parameters]
@@ -158,19 +158,19 @@ class System(Description):
     @property
     def picture(self) -> Picture:
         """The drawing, by the compiled points, or by the description where these do not suffice."""
-        if Picture not in self.kept:
-            self.kept[Picture] = self._picture()
-        found: Picture = self.kept[Picture]
+        if Picture not in self.cache:
+            self.cache[Picture] = self._picture()
+        found: Picture = self.cache[Picture]
         return found
 
     @property
     def picture_in_space(self) -> Picture:
         """The drawing with solids, springs and dampers where these are known; else ``picture``."""
-        if "space" not in self.kept:
+        if "space" not in self.cache:
             found = None if self.drawn is None else self.drawn(self, in_space=True)
             seen = found is not None and bool(found.skeleton or found.solids)
-            self.kept["space"] = found if seen else self.picture
-        kept: Picture = self.kept["space"]
+            self.cache["space"] = found if seen else self.picture
+        kept: Picture = self.cache["space"]
         return kept
 
     def _picture(self) -> Picture:

@@ -88,7 +88,7 @@ def _read_count(name: str, text: str) -> int:
 def plan(
     variations: Sequence[Variation], sampling: str = "grid", count: int | None = None, seed: int = 0
 ) -> Plan:
-    """The members: every combination, or ``count`` of them drawn over the ranges.
+    """The plan of a sweep: every combination, or ``count`` members drawn over the ranges.
 
     Parameters
     ----------
@@ -213,8 +213,8 @@ def _extremes(batch: Batch, text: str) -> dict[str, Any]:
         "min": float(values[low]),
         "mean": float(values[known].mean()),
         "max": float(values[high]),
-        "min_at": {name: float(c[low]) for name, c in batch.recipe.varied().items()},
-        "max_at": {name: float(c[high]) for name, c in batch.recipe.varied().items()},
+        "min_at": {name: float(c[low]) for name, c in batch.recipe.varying_columns().items()},
+        "max_at": {name: float(c[high]) for name, c in batch.recipe.varying_columns().items()},
     }
 
 

@@ -1,4 +1,4 @@
-"""Events: zeros of functions of time and state, as they are asked for and as they were found."""
+"""Events: zeros of functions of time and state, as users describe them and as runs find them."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ class FunctionFailedError(Exception):
     """The function of an event, or its reset, failed with ``__cause__``; internal."""
 
 
-def evaluated(event: Event, t: float, y: Array) -> float:
+def value_of(event: Event, t: float, y: Array) -> float:
     """The value of an event at one state.
 
     Raises

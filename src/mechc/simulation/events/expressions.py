@@ -59,7 +59,7 @@ def changes_parameters(event: Any) -> bool:
 
 
 def is_one_event(given: Any) -> bool:
-    """Whether it is one event by itself, not several."""
+    """Whether a value is one event by itself, not several."""
     if (
         callable(given)
         or isinstance(given, (Event, Stop, DryFriction, Mapping))
@@ -70,7 +70,7 @@ def is_one_event(given: Any) -> bool:
 
 
 def is_expression(event: Any) -> bool:
-    """Whether it is a text, or a symbol or an expression of SymPy, not a function."""
+    """Whether a value is a text, or a symbol or an expression of SymPy, not a function."""
     return isinstance(event, str) or (hasattr(event, "free_symbols") and hasattr(event, "xreplace"))
 
 
@@ -307,10 +307,10 @@ class ValueExpression:
 
     def at(self, t: float, y: Array, p: Array) -> float:
         """The value of the expression for parameters p (np,)."""
-        return float(self._compiled(t, y, p)[0])
+        return float(self._values_of(t, y, p)[0])
 
     @cached_property
-    def _compiled(self) -> Callable[..., Any]:
+    def _values_of(self) -> Callable[..., Any]:
         return function_of([self.expression])
 
     @cached_property
@@ -345,10 +345,10 @@ class ResetExpressions:
         self.__name__ = "of expressions"
 
     def __call__(self, t: float, q: Array, u: Array, p: Array | None = None) -> tuple[Array, ...]:
-        """q and u; all parameters (np,) too where it changes some.  ``p``: other parameters than
-        those of the run."""
+        """New q and u, and all parameters (np,) where it changes some.  ``p``: other parameters
+        than those of the run."""
         y, before = np.concatenate([q, u]), self.p if p is None else p
-        found = self._compiled(t, y, before)
+        found = self._values_of(t, y, before)
         y[list(self.changes)] = found[: len(self.changes)]
         if not self.values:
             return y[: self.split], y[self.split :]
@@ -357,7 +357,7 @@ class ResetExpressions:
         return y[: self.split], y[self.split :], after
 
     @cached_property
-    def _compiled(self) -> Callable[..., Any]:
+    def _values_of(self) -> Callable[..., Any]:
         return function_of([*self.changes.values(), *self.values.values()])
 
     @cached_property

@@ -53,22 +53,22 @@ def state_given(
 
 
 def _read(told: Any, state: Array, system: System, values: Array) -> tuple[Array, Array]:
-    """State and parameters from what a reset returns: q and u, these and all parameters, or a
+    """State and parameters from the value of a reset: q and u, these and all parameters, or a
     mapping of names, of which all others stay."""
     if not isinstance(told, Mapping):
         q, u, *rest = told
         found = np.concatenate([np.asarray(q, dtype=float), np.asarray(u, dtype=float)])
-        return found, _checked(system, rest[0], values) if rest else values
+        return found, _checked_parameters(system, rest[0], values) if rest else values
     found, after = state.copy(), values.copy()
     for key, value in by_name(told, "a reset", "{'k': 0.0}").items():
         if key in system.parameters:
             after[system.parameters.index(key)] = float(value)
         else:
             found[system.state_index(key)] = float(value)
-    return found, _checked(system, after, values)
+    return found, _checked_parameters(system, after, values)
 
 
-def _checked(system: System, after: Array, values: Array) -> Array:
+def _checked_parameters(system: System, after: Array, values: Array) -> Array:
     """Parameters after a reset, within their bounds; ``values`` itself where none has changed."""
     if np.array_equal(after, values):
         return values

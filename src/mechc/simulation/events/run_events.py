@@ -122,9 +122,9 @@ def run_events(given: Any, system: System, p: Array, compiler: Compiler) -> RunE
         As :func:`mechc.simulation.events.expressions.read_events`.
     """
     key = _key_of(given), p.tobytes()
-    known = system.kept.get("events")
+    known = system.cache.get("events")
     if known is None or key[0] is None or known[0] != key:
-        known = system.kept["events"] = key, read_events(given, system, p, compiler.parse)
+        known = system.cache["events"] = key, read_events(given, system, p, compiler.parse)
     return RunEvents(known[1], system, p, compiler)
 
 

@@ -164,7 +164,7 @@ _DESCRIPTION = {
 
 
 def __getattr__(name: str) -> Any:
-    """Names that few programs use, or that need SymPy, are imported when they are first used."""
+    """Import a name at first use: few programs use these names, or they need SymPy."""
     if name in _LATER:
         return getattr(import_module(_LATER[name]), name)
     if name in _DESCRIPTION:

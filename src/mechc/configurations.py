@@ -70,7 +70,7 @@ class Configurations(Outputs):
             other, or if the configuration is a change point and the speeds are possible on several
             branches.
         """
-        given, pace, near = self._named(coordinates, speeds, guess)
+        given, pace, near = self._by_name(coordinates, speeds, guess)
         if coordinates is None:
             given, pace, near = filled_start(self.system, {}, pace, near)
         elif guess is None and len(given) >= closed_freedoms(self.system):
@@ -89,17 +89,17 @@ class Configurations(Outputs):
         params: Parameters = None,
         t: float = 0.0,
     ) -> Array:
-        """Every state that closes the loops with the coordinates given: (n, nq + nu).
+        """The states (n, nq + nu) that close the loops with the coordinates given.
 
         The mechanism's preferred assembly comes first; at a change point there is one state for
         every branch on which the speeds are possible.  Arguments and errors as in :meth:`assemble`.
         """
-        given, pace, _ = self._named(coordinates, speeds, None)
+        given, pace, _ = self._by_name(coordinates, speeds, None)
         given, pace = self._checked_start(given, pace)
         p = self._one_set_for_closing(params, f"assembly {ONE_SET}")
         return positions.assemblies(self.system, given, pace, p, t)
 
-    def _named(self, *given: Mapping[str, float] | None) -> list[Mapping[str, float]]:
+    def _by_name(self, *given: Mapping[str, float] | None) -> list[Mapping[str, float]]:
         """Coordinates, speeds and guesses by name, each empty where there are none."""
         names = (self.coordinates, self.speeds, self.coordinates)
         examples = [f"{{{known[0]!r}: 0.5}}" if known else "{}" for known in names]
@@ -196,7 +196,7 @@ class Configurations(Outputs):
         from mechc.analysis.position_sweep import sweep_positions
 
         name = self._coordinate(driven)
-        given, _, near = self._named(coordinates, None, guess)
+        given, _, near = self._by_name(coordinates, None, guess)
         kept = checked_numbers(given, self.coordinates, "coordinate")
         close_by = checked_numbers(near, self.coordinates, "coordinate")
         if both := sorted({name, *kept} & {*close_by} | {name} & {*kept}):

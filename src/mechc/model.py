@@ -60,7 +60,7 @@ class Model(Fits):
 
     @classmethod
     def of_system(cls, system: System) -> Model:
-        """The same model for the same system, as long as it exists."""
+        """The model of a system, one and the same as long as the system exists."""
         known = _models.get(id(system))
         if known is None or known.system is not system:
             known = _models[id(system)] = cls(system)
@@ -81,7 +81,7 @@ class Model(Fits):
 
     @property
     def build(self) -> Mapping[str, Any]:
-        """How it was made, with its options, seconds of each stage and key in the cache."""
+        """The record of its compilation: options, seconds of each stage and key in the cache."""
         return self.system.build
 
     @property
@@ -101,7 +101,7 @@ class Model(Fits):
 
     @property
     def picture(self) -> Picture:
-        """What is drawn of it, a :class:`mechc.system.picture.Picture` made when first asked for.
+        """The drawing of the mechanism, a :class:`mechc.system.picture.Picture` made at first use.
 
         Raises
         ------
@@ -112,7 +112,7 @@ class Model(Fits):
 
     @property
     def picture_in_space(self) -> Picture:
-        """The same with solids, springs and dampers, as ``sol.view()`` shows it."""
+        """The drawing with solids, springs and dampers, as ``sol.view()`` shows it."""
         return self.system.picture_in_space
 
     @property
@@ -124,7 +124,7 @@ class Model(Fits):
         return self.system.scene.capsule
 
     def report(self, *, compare: bool = True) -> Report:
-        """What is compiled, what is omitted and why, in operations; the seconds of each stage.
+        """A report of what is compiled, what is omitted and why, and the seconds of each stage.
 
         Parameters
         ----------
@@ -378,7 +378,7 @@ class Model(Fits):
         state = checked_state(system, y0, p, span[0])
         made = partial(Solution, model)
         sol = run(made, system, span, state, p, policy, times, chosen, progress, y0)
-        sol._given = (given, params)
+        sol._arguments = (given, params)
         if by and sensitivity_error_control:
             again = partial(_run_again, sol, made, span, state, times, chosen, progress, y0)
             return sol.differentiated_within_tolerance(by, again)
@@ -541,7 +541,7 @@ def _run_again(
 ) -> Solution:  # fmt: skip
     """The motion of a solution by another policy."""
     again = run(made, sol.system, span, state, sol.params, policy, times, events, progress, y0)
-    again._given = sol._given
+    again._arguments = sol._arguments
     return again
 
 

@@ -152,7 +152,7 @@ def _model(told: Mapping[str, Any], given: Model | None) -> Model:
     driven = model.system.driven
     if driven is None:
         return model
-    left = driven.not_given(mapping_of(told.get("inputs", {}), "its inputs"))
+    left = driven.missing_inputs(mapping_of(told.get("inputs", {}), "its inputs"))
     return model.with_inputs(left) if left else model
 
 

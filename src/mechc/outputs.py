@@ -95,7 +95,7 @@ class Outputs(Description):
         return self.system.parameter_set.resolve_partly(params, self.system.data["closing"])
 
     def _one_set_for_closing(self, params: Parameters, what: str) -> Array:
-        """The same (np,), where only one set is allowed."""
+        """Parameters (np,) for closing the loops, where only one set is allowed."""
         return _single(self._for_closing(params), what)
 
     def with_inputs(self, inputs: Mapping[str, Any]) -> Self:
@@ -122,20 +122,20 @@ class Outputs(Description):
         ``method="auto"`` takes the pair of order 8, whose error follows the tolerance across
         kinks too.
         """
-        from mechc.inputs.accept import accepted
+        from mechc.inputs.accept import accepted_inputs
         from mechc.inputs.driven_scene import with_inputs
 
         driven = object.__new__(type(self))
         driven.__dict__.update(self.__dict__)
         slots = self.data.get("inputs", ())
-        given = accepted(inputs, {slot["name"]: max(slot["orders"]) for slot in slots})
+        given = accepted_inputs(inputs, {slot["name"]: max(slot["orders"]) for slot in slots})
         driven.system = with_inputs(self.system, given)
         return self if driven.system is self.system else driven
 
     def _driven_over(
         self, span: tuple[float, float], inputs: Mapping[str, Any], sensitivities: Sequence[Any]
     ) -> Self:
-        """With the inputs of one run, in which the values of controllers will be."""
+        """A model with the inputs of one run, which record the values of its controllers."""
         from mechc.inputs.sampled import with_held
 
         given, sampled = with_held(inputs, span) if isinstance(inputs, Mapping) else (inputs, False)
@@ -147,7 +147,7 @@ class Outputs(Description):
         return self.with_inputs(given)
 
     def _breaking_at_samples(self, names: Sequence[str]) -> Self:
-        """With signals at whose samples steps end, where derivatives by these are asked for."""
+        """A model whose steps end at the samples of signals that derivatives are taken by."""
         from mechc.inputs.samples import signals_among
 
         signals = signals_among(self.system, names)
@@ -244,7 +244,7 @@ class Outputs(Description):
         return Momenta(*(self.system.evaluate(name, states, p, t) for name in names))
 
     def reactions(self, y: Array, params: Parameters = None, t: Time = 0.0) -> Reactions:
-        """What each joint's parent exerts on its child, force and torque of (..., joints, 3) each.
+        """Force and torque, (..., joints, 3) each, that each joint's parent exerts on its child.
 
         In the order of :attr:`joint_names`, cuts included; compiled with
         ``outputs=("reactions", ...)``.  Loads are not reactions: springs, friction and motors

@@ -46,7 +46,7 @@ class Redundancy:
 
 
 def redundant_constraints(system: System, values: Array, t: float = 0.0) -> tuple[Redundancy, ...]:
-    """Rows that are redundant everywhere: see :meth:`mechc.Model.redundant_constraints`."""
+    """Rows redundant in all configurations: see :meth:`mechc.Model.redundant_constraints`."""
     y = closed_states(system, even_points(STARTS, len(system.coordinates)), values, t)
     jacobian = _of_highest_rank(np.asarray(system.constraint_jacobian(y, values, t)))
     size = np.linalg.norm(jacobian, axis=2).max(axis=0, initial=0.0)
@@ -71,7 +71,7 @@ def _of_highest_rank(jacobian: Array) -> Array:
 
 
 def _shares(jacobian: Array, kept: list[int], row: int) -> tuple[Array, Array]:
-    """Shares (samples, kept) of the rows kept in this one, and the remainder (samples,)."""
+    """Factors (samples, kept) of the rows kept that make up a row, and the rest (samples,)."""
     shares = np.zeros((len(jacobian), len(kept)))
     left = np.linalg.norm(jacobian[:, row], axis=1)
     for i, sample in enumerate(jacobian):

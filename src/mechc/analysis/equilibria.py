@@ -82,7 +82,7 @@ def limits(system: System, coordinate: str, values: Array) -> tuple[tuple[float,
 
 
 def _closed_at(system: System, driven: int, grid: Array, values: Array) -> list[Array | None]:
-    """For each value of a coordinate a closed configuration (nq,), or None."""
+    """Closed configurations (nq,), one for each value of a coordinate, None where there is none."""
     fixed = system.default_configurations(len(grid), [system.coordinates[driven]])
     fixed[:, driven] = grid
     free = system.unknowns([driven])
@@ -94,7 +94,7 @@ def _closed_at(system: System, driven: int, grid: Array, values: Array) -> list[
         ]
     p = np.tile(values, (len(grid), 1))
     any_start = search_of(system, free, starts=even_points(STARTS, len(free)))
-    search = any_start.solved(0.0, fixed, p, 1, enough=1, tells_miss=False)
+    search = any_start.solve(0.0, fixed, p, 1, enough=1, tells_miss=False)
     return [q[0] if many else None for q, many in zip(search.found, search.many, strict=True)]
 
 
@@ -102,7 +102,7 @@ Side = tuple[float, "Array | None"]
 
 
 def _edge(system: System, driven: int, a: Side, b: Side, values: Array) -> float:
-    """Where closing starts or ends between a and b, on the side that closes, by bisection."""
+    """The value between a and b where closing starts or ends, on the closed side, by bisection."""
     free = system.unknowns([driven])
     (inside, q), (outside, _) = (a, b) if a[1] is not None else (b, a)
     if not free:
@@ -114,7 +114,7 @@ def _edge(system: System, driven: int, a: Side, b: Side, values: Array) -> float
             break
         trial = q[None].copy()
         trial[0, driven] = middle
-        search = nearby.solved(0.0, trial, values[None], 1, enough=1, tells_miss=False)
+        search = nearby.solve(0.0, trial, values[None], 1, enough=1, tells_miss=False)
         if search.many[0]:
             inside, q = middle, search.found[0, 0]
         else:
@@ -131,7 +131,7 @@ def _settle(system: System, y: Array, values: Array, t: float) -> Array | None:
         slope = _slope(system, y, basis, values, t)
         step = -np.linalg.lstsq(slope, residual, rcond=NEUTRAL)[0]
         size = float(np.abs(step).max(initial=0.0))
-        moved = _moved(system, y, basis @ (step * min(1.0, 0.3 / max(size, 1e-300))), values, t)
+        moved = _neighbour(system, y, basis @ (step * min(1.0, 0.3 / max(size, 1e-300))), values, t)
         if moved is None:
             return None
         y = moved
@@ -169,7 +169,7 @@ def _slope(system: System, y: Array, basis: Array, values: Array, t: float) -> A
         return np.zeros((0, 0))
     columns = []
     for direction in basis.T:
-        ends = [_moved(system, y, s * DIFFERENCE * direction, values, t) for s in (1.0, -1.0)]
+        ends = [_neighbour(system, y, s * DIFFERENCE * direction, values, t) for s in (1.0, -1.0)]
         if ends[0] is None or ends[1] is None:
             columns.append(np.zeros(basis.shape[1]))
             continue
@@ -180,8 +180,8 @@ def _slope(system: System, y: Array, basis: Array, values: Array, t: float) -> A
     return np.column_stack(columns)
 
 
-def _moved(system: System, y: Array, change: Array, values: Array, t: float) -> Array | None:
-    """By `change`, in units of the steps, along the speeds; back onto the manifold, at rest."""
+def _neighbour(system: System, y: Array, change: Array, values: Array, t: float) -> Array | None:
+    """A state moved by `change` along the speeds, then put back onto the manifold, at rest."""
     width = len(system.coordinates)
     with_speeds = np.concatenate([y[:width], change * _speed_steps(system, values)])
     trial = y.copy()
@@ -192,7 +192,7 @@ def _moved(system: System, y: Array, change: Array, values: Array, t: float) -> 
 
 
 def _kind(system: System, y: Array, values: Array, t: float) -> tuple[bool, int]:
-    """Whether it is stable, and in how many directions it is neutral."""
+    """Whether an equilibrium is stable, and the number of its neutral directions."""
     slope = _slope(system, y, _tangent(system, y, values, t), values, t)
     if not len(slope):
         return True, 0

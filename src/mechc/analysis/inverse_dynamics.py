@@ -125,7 +125,7 @@ def _least_norm(columns: Array, right: Array) -> Array:
 
 
 def _refuse_departing(jacobian: Array, difference: Array, rates: Array) -> None:
-    """Accelerations that keep the constraints differ from the motion's own along J x = 0."""
+    """Raise where accelerations that keep the constraints differ from the motion's own."""
     open_by = np.abs(np.einsum("...ij,...j->...i", jacobian, difference)).max(initial=0.0)
     size = np.abs(jacobian).max(initial=0.0) * np.abs(rates).max(initial=1.0)
     if open_by > KEPT * size:

@@ -34,6 +34,6 @@ def jacobian(
 
 
 def input_values(system: System) -> tuple[str, ...]:
-    """Every input with its derivatives that the equations contain: ``("F", "r", "r'", "r''")``."""
+    """Names of inputs and their derivatives in the equations: ``("F", "r", "r'", "r''")``."""
     slots = system.data.get("inputs", ())
     return tuple(slot["name"] + "'" * order for slot in slots for order in slot["orders"])

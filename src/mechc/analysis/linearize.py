@@ -146,13 +146,13 @@ def _tangent(
     rows = system.constraint_jacobian(y, values, t)
     if not len(rows):
         chosen = range(nq + nu) if independent is None else _places(system, independent)
-        return _checked(_Tangent(np.eye(nq + nu), np.arange(nq + nu)), list(chosen))
+        return _chosen_tangent(_Tangent(np.eye(nq + nu), np.arange(nq + nu)), list(chosen))
     wanted = None if independent is None else _places(system, independent)
     of_q = None if wanted is None else [i for i in wanted if i < nq]
     of_u = None if wanted is None else [i - nq for i in wanted if i >= nq]
     _refuse_change_point(system, rows, y, values, t)
-    q, free_q = _solved(_gradient(system, y, values, t, rows), of_q, system.coordinates)
-    u, free_u = _solved(rows, of_u, system.speeds)
+    q, free_q = _kernel(_gradient(system, y, values, t, rows), of_q, system.coordinates)
+    u, free_u = _kernel(rows, of_u, system.speeds)
     pushed = system.evaluate("velocity_gradient", y, values, t) @ q
     follow = -np.linalg.lstsq(_without(rows, free_u), pushed, rcond=DEPENDENT)[0]
     directions = np.zeros((nq + nu, len(free_q) + len(free_u)))
@@ -162,7 +162,7 @@ def _tangent(
     return _Tangent(directions, np.concatenate([free_q, nq + free_u]))
 
 
-def _checked(tangent: _Tangent, chosen: list[int]) -> _Tangent:
+def _chosen_tangent(tangent: _Tangent, chosen: list[int]) -> _Tangent:
     size = len(tangent.independent)
     if sorted(chosen) != list(range(size)):
         raise ValueError(f"without constraints all {size} coordinates and speeds are independent")
@@ -181,10 +181,10 @@ def _gradient(system: System, y: Array, values: Array, t: float, rows: Array) ->
     return rows[:holonomic] if holonomic else np.zeros((0, len(system.coordinates)))
 
 
-def _solved(rows: Array, wanted: list[int] | None, names: tuple[str, ...]) -> tuple[Array, Places]:
+def _kernel(rows: Array, wanted: list[int] | None, names: tuple[str, ...]) -> tuple[Array, Places]:
     """A basis of the rows' null space, unit in independent columns, and these columns."""
     width = rows.shape[1]
-    offered = _least_tied(_scaled(rows))
+    offered = _least_tied(_scaled_rows(rows))
     free = offered if wanted is None else np.array(wanted, dtype=np.intp)
     rank = width - len(offered)
     if len(free) != len(offered) or _rank(_without(rows, free)) < rank:
@@ -213,15 +213,15 @@ def _least_tied(rows: Array) -> Places:
     return np.sort(pivots[rank:]).astype(np.intp)
 
 
-def _scaled(rows: Array) -> Array:
-    """Each row over its largest entry; rows that are negligible against the others stay so."""
+def _scaled_rows(rows: Array) -> Array:
+    """Rows divided by their largest entries; those negligible against the others stay so."""
     largest = np.abs(rows).max(axis=1, initial=0.0, keepdims=True)
     whole = float(largest.max(initial=0.0)) or 1.0
     return np.asarray(rows / np.where(largest > DEPENDENT * whole, largest, whole))
 
 
 def _rank(rows: Array) -> int:
-    return int(np.linalg.matrix_rank(_scaled(rows), tol=DEPENDENT)) if rows.size else 0
+    return int(np.linalg.matrix_rank(_scaled_rows(rows), tol=DEPENDENT)) if rows.size else 0
 
 
 def _without(rows: Array, columns: Places) -> Array:

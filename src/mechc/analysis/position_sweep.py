@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mechc.assembly.closer import closure
-from mechc.assembly.positions import search_for, told_miss
+from mechc.assembly.positions import miss_message, search_for
 from mechc.assembly.speeds import in_words
 from mechc.errors import (
     AssemblyError,
@@ -18,7 +18,7 @@ from mechc.errors import (
     UnknownNameError,
     ValueOutOfBoundsError,
 )
-from mechc.native._closing import followed
+from mechc.native._closing import trace_assemblies
 from mechc.system.names import name_of
 from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
@@ -118,7 +118,7 @@ class PositionSweep:
 
     @property
     def _states(self) -> Array:
-        """With speeds of zero, (..., nt, nq + nu)."""
+        """States (..., nt, nq + nu) with speeds of zero."""
         still = np.zeros((*self.q.shape[:-1], len(self.system.speeds)))
         return np.concatenate([self.q, still], axis=-1)
 
@@ -150,12 +150,12 @@ def sweep_positions(
             f"the constraints do not determine a configuration for every value of {driven}: give "
             "other coordinates, fewer where none is left to be solved for"
         )
-    first = search.solved(t, fixed, rows, KEPT)
+    first = search.solve(t, fixed, rows, KEPT)
     if p.ndim == 1 and not first.many[0]:
-        raise AssemblyError(told_miss(system, kept, near, first.open[0], p, t))
+        raise AssemblyError(miss_message(system, kept, near, first.open[0], p, t))
     q = np.full((len(rows), len(values), len(system.coordinates)), np.nan)
     q[:, 0] = first.found[:, 0]
-    ratios, change_points, passed, end = followed(
+    ratios, change_points, passed, end = trace_assemblies(
         closure(system, t), t, place, search.free, values, q, rows,
         system.parameter_set.lengths(rows), MOST,
     )  # fmt: skip

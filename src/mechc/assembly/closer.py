@@ -23,7 +23,7 @@ USED = (
 
 @dataclass(frozen=True)
 class Search:
-    """What is the same in all searches that move the same coordinates of a system.
+    """A plan of searches that move the same coordinates of a system.
 
     ``free``: the coordinates that may move, ``starts`` (count, free) within -1 ... 1, ``near``: how
     many of them are at the guess, ``only_near``: whether there are no others.
@@ -37,7 +37,7 @@ class Search:
     only_near: bool
 
     def closings(self, t: float, fixed: Array, p: Array, most: int, **options: Any) -> Any:
-        """The search for members with coordinates ``fixed`` (n, nq), of those guessed the guess.
+        """The search for members with coordinates ``fixed`` (n, nq), which contain the guess.
 
         Parameters p (n, np); ``work`` of the result searches, ``solved`` at once.
         """
@@ -48,8 +48,8 @@ class Search:
             guessed=self.guessed, near=self.near, only_near=self.only_near, **options,
         )  # fmt: skip
 
-    def solved(self, t: float, fixed: Array, p: Array, most: int, **options: Any) -> Any:
-        """The same after its work."""
+    def solve(self, t: float, fixed: Array, p: Array, most: int, **options: Any) -> Any:
+        """A search as :meth:`closings` makes it, after its work."""
         search = self.closings(t, fixed, p, most, **options)
         search.work()
         if self.system.driven is not None:
@@ -72,29 +72,29 @@ def search_of(
 def closure(system: System, t: float) -> Any:
     """The constraints of a system, with its inputs where they contain any."""
     inputs = None if system.driven is None else system.driven.given_to(USED, t)
-    known = system.kept.get("closure")
+    known = system.cache.get("closure")
     if known is None:
-        known = system.kept["closure"] = Closure(
+        known = system.cache["closure"] = Closure(
             system.scene.evaluator, inputs, _kinds(system), _alike(system)
         )
     return known
 
 
 def _kinds(system: System) -> Any:
-    """Of every coordinate (nq,): 0 a translation, 1 an angle, 2 a number."""
+    """The kind of every coordinate (nq,): 0 a translation, 1 an angle, 2 a number."""
     found = np.where(system.angular, 1, np.where(system.dimensionless, 2, 0))
     return found[: len(system.coordinates)].astype(np.uint8)
 
 
 def _alike(system: System) -> Any:
-    """Of every configuration constraint (nh,) the first one that is known to have its unit."""
+    """The first constraint with the same known unit, for each configuration constraint (nh,)."""
     units = system.closure_units
     first = [units.index(unit) if unit else i for i, unit in enumerate(units)]
     return np.array(first, np.intc)
 
 
 def start_count(unknowns: int) -> int:
-    """How many starts find all assemblies, by experience."""
+    """The number of starts that finds all assemblies, by experience."""
     return max(24 * unknowns * unknowns, 1)
 
 
@@ -114,5 +114,5 @@ def even_points(count: int, size: int) -> Array:
 
 
 def wrap(angle: Array) -> Array:
-    """The same angle in (-pi, pi]."""
+    """An angle, brought into (-pi, pi]."""
     return np.asarray(np.pi - (np.pi - angle) % (2 * np.pi))

@@ -39,7 +39,7 @@ def filled_start(
 
 
 def closed_freedoms(system: System) -> int:
-    """How many coordinates can be given before closing the loops settles the others."""
+    """The number of coordinates that can be given before the loops determine the others."""
     return int(len(system.coordinates) - len(system.states) - system.scene.holonomic)
 
 
@@ -51,7 +51,7 @@ def guess_of_start(system: System, given: Values) -> dict[str, Any]:
 
 
 def _together(own: Values, given: Values, freedoms: int) -> dict[str, Any]:
-    """Both, if there are degrees of freedom for both."""
+    """The values of both mappings, if there are degrees of freedom for both."""
     both = {**own, **given}
     return both if len(both) <= freedoms else dict(given)
 

@@ -51,7 +51,7 @@ def _attitudes(system: System, given: Collection[str]) -> dict[str, float]:
 def assemblies(
     system: System, coordinates: Values, speeds: Values, p: Array, t: float = 0.0
 ) -> Array:
-    """Every state (n, nq + nu) that closes the loops with the coordinates given."""
+    """The states (n, nq + nu) that close the loops with the coordinates given."""
     found = _configurations(system, coordinates, p, {}, t, all=True)
     return with_speeds(system, found, coordinates, speeds, p, t)
 
@@ -59,13 +59,13 @@ def assemblies(
 def _configurations(
     system: System, given: Values, p: Array, near: Values, t: float, **options: Any
 ) -> Array:
-    """Configurations (n, nq) whose attitudes are some: see :func:`_found`."""
-    found = _found(system, given, p, near, t, **options)
+    """Configurations (n, nq) whose attitudes are some: see :func:`_closed_configurations`."""
+    found = _closed_configurations(system, given, p, near, t, **options)
     system.attitudes.check(found)
     return found
 
 
-def _found(
+def _closed_configurations(
     system: System, given: Values, p: Array, near: Values, t: float, **options: Any
 ) -> Array:
     """Configurations found (n, nq): the nearest to the guess first, or the preferred one."""
@@ -76,24 +76,24 @@ def _found(
     search = search_for(system, tuple(given), tuple(near))
     if search is None:
         return _as_given(system, fixed, p, t)
-    done = search.solved(t, fixed, p[None], MOST, **options)
+    done = search.solve(t, fixed, p[None], MOST, **options)
     many = int(done.many[0])
     if not many:
-        raise AssemblyError(told_miss(system, given, near, done.open[0], p, t))
+        raise AssemblyError(miss_message(system, given, near, done.open[0], p, t))
     if many > MOST and not near:
         raise AssemblyError(f"there are over {MOST} assemblies: give more coordinates, or a guess")
     return np.asarray(done.found[0, :many])
 
 
 def search_for(system: System, given: tuple[str, ...], near: tuple[str, ...]) -> Search | None:
-    """The search with these coordinates given and guessed; None: there is nothing to solve for.
+    """The search with these coordinates given and guessed; None where none is to be solved for.
 
     Raises
     ------
     AssemblyError
         If constraints leave a choice that no guess makes.
     """
-    known: Search | None = system.kept.get((given, near))
+    known: Search | None = system.cache.get((given, near))
     if known is not None:
         return known
     free = system.unknowns([system.state_index(name) for name in given])
@@ -107,12 +107,12 @@ def search_for(system: System, given: tuple[str, ...], near: tuple[str, ...]) ->
             "of them, or a guess"
         )
     found = search_of(system, free, [system.state_index(name) for name in near])
-    system.kept[given, near] = found
+    system.cache[given, near] = found
     return found
 
 
 def reach(system: System, p: Array) -> Array:
-    """Half a turn, 1 or the mechanism's length: how far a search goes in every coordinate (nq,)."""
+    """The range of a search in every coordinate (nq,): half a turn, 1 or the mechanism's length."""
     width = len(system.coordinates)
     away = np.where(system.dimensionless[:width], 1.0, sizes(system, p).length)
     return np.where(system.angular[:width], np.pi, away)
@@ -130,9 +130,9 @@ def closed_states(system: System, starts: Array, p: Array, t: float) -> Array:
     closed = starts * reach(system, p)
     if system.scene.holonomic:
         every = search_of(system, system.unknowns([]), starts=starts[:, :movable])
-        found = every.solved(t, system.default_coordinates[None], p[None], len(starts), all=True)
+        found = every.solve(t, system.default_coordinates[None], p[None], len(starts), all=True)
         if not found.many[0]:
-            raise AssemblyError(told_miss(system, {}, {}, found.open[0], p, t))
+            raise AssemblyError(miss_message(system, {}, {}, found.open[0], p, t))
         closed = found.found[0, : found.many[0]]
     return np.hstack([closed, np.zeros((len(closed), len(system.speeds)))])
 
@@ -144,7 +144,7 @@ def gaps(system: System, q: Array, p: Array, t: float) -> Array:
 
 
 def _as_given(system: System, q: Array, p: Array, t: float) -> Array:
-    """Nothing to solve for, or nothing to close."""
+    """The configuration as given, where nothing is to be solved for, or nothing to be closed."""
     gap = gaps(system, q, p, t)[0]
     if is_open(system, gap, p, t):
         raise AssemblyError(
@@ -154,8 +154,8 @@ def _as_given(system: System, q: Array, p: Array, t: float) -> Array:
     return q
 
 
-def told_miss(system: System, given: Values, near: Values, q: Array, p: Array, t: float) -> str:
-    """That nothing was found that closes the loops; q (nq,) is where the gap is least."""
+def miss_message(system: System, given: Values, near: Values, q: Array, p: Array, t: float) -> str:
+    """The message that no configuration closes the loops; q (nq,) has the least gap."""
     at = ", ".join(in_words(system.quantities[name], value) for name, value in given.items())
     where = f" at {at}" if at else ""
     if not np.isfinite(q).all():

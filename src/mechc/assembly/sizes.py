@@ -1,4 +1,4 @@
-"""What is small: gaps of constraints beside what steps of the coordinates change them by.
+"""Gaps of constraints that are rounding, beside the change of the rows by unit steps.
 
 Whatever the unit of a row is, and whatever it is multiplied by.
 """
@@ -11,7 +11,7 @@ import numpy as np
 
 from mechc.assembly.closer import closure
 from mechc.errors import AssemblyError
-from mechc.native._closing import measured
+from mechc.native._closing import measure
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -43,9 +43,9 @@ def sizes(system: System, p: Array, t: float = 0.0) -> Sizes:
 def sizes_of_members(system: System, p: Array, t: float) -> Sizes:
     """The sizes with parameters p (n, np); those of the last ones are kept."""
     key = p.tobytes(), len(p), t
-    known = system.kept.get("sizes")
+    known = system.cache.get("sizes")
     if known is None or known[0] != key:
-        known = system.kept["sizes"] = key, _sizes(system, np.ascontiguousarray(p), t)
+        known = system.cache["sizes"] = key, _sizes(system, np.ascontiguousarray(p), t)
     found: Sizes = known[1]
     return found
 
@@ -54,7 +54,7 @@ def _sizes(system: System, p: Array, t: float) -> Sizes:
     hints = system.parameter_set.lengths(p)
     if not system.scene.holonomic:
         return Sizes(hints, np.zeros((len(p), 0)))
-    found = measured(closure(system, t), t, _free(system), system.default_coordinates, p, hints)
+    found = measure(closure(system, t), t, _free(system), system.default_coordinates, p, hints)
     if system.driven is not None:
         system.driven.raise_failure()
     return Sizes(*found)
@@ -62,9 +62,9 @@ def _sizes(system: System, p: Array, t: float) -> Sizes:
 
 def _free(system: System) -> Array:
     """The places of all coordinates that closing may change."""
-    known: Array | None = system.kept.get("free")
+    known: Array | None = system.cache.get("free")
     if known is None:
-        known = system.kept["free"] = np.array(system.unknowns([]), np.intc)
+        known = system.cache["free"] = np.array(system.unknowns([]), np.intc)
     return known
 
 
@@ -83,14 +83,14 @@ def checked_gap(system: System, p: Array, t: float) -> float:
 
 
 def allowed_gap(system: System, p: Array, t: float) -> float:
-    """The same, however uneven rows are."""
+    """A gap that is rounding in every row, however uneven the rows are."""
     if system.sized_by_lengths:
         return ROUNDING * system.length(p)
     return ROUNDING * float(sizes(system, p, t).rows.min())
 
 
 def allowed_gaps(system: System, p: Array, t: float) -> Array:
-    """The same for parameters p (n, np).
+    """Gaps (n,) that are rounding in every row, for parameters p (n, np).
 
     Raises
     ------
@@ -117,7 +117,7 @@ def refuse_uneven(system: System, p: Array, t: float) -> None:
 
 
 def _refuse_uneven(system: System, rows: Array) -> None:
-    """The same for the sizes of the rows of members (n, nh)."""
+    """Raise where the sizes of the rows (n, nh) of a member are too uneven."""
     uneven = rows.min(axis=1) < UNEVEN * rows.max(axis=1)
     if uneven.any():
         first = rows[np.argmax(uneven)]
@@ -136,7 +136,7 @@ def is_open(system: System, gap: Array, p: Array, t: float) -> bool:
 
 
 def gap_in_words(system: System, gap: Array, p: Array, t: float) -> str:
-    """What is open by how much: loops in m where that is known, else the row that is worst."""
+    """The gap in words: of loops in m where that is known, else of the row that is worst."""
     if system.gap_unit == "m":
         return f"the loop open by {np.abs(gap).max():.6g} m"
     worst = int(np.argmax(np.abs(gap) / sizes(system, p, t).rows))
@@ -145,7 +145,7 @@ def gap_in_words(system: System, gap: Array, p: Array, t: float) -> str:
 
 
 def speed_sizes(system: System, y: Array, p: Array, t: float) -> tuple[Array, Array]:
-    """What steps of the speeds change each row of J u + b by (n, nc), and these steps (n, nu).
+    """The change (n, nc) of each row of J u + b by unit steps of the speeds, and the steps (n, nu).
 
     States y (n, nq + nu), parameters p (n, np).  Configuration constraints have their sizes;
     others, those of their rows at the state.
@@ -164,7 +164,7 @@ def speed_sizes(system: System, y: Array, p: Array, t: float) -> tuple[Array, Ar
 
 
 def excess_of_rates(system: System, drift: Array, y: Array, p: Array, t: float) -> Array:
-    """By how much the rows of J u + b (nc,) at a state exceed rounding; above 1 they are off."""
+    """The ratio of the rows of J u + b (nc,) at a state to rounding; above 1 they are off."""
     (rows,), (steps,) = speed_sizes(system, y[None], p[None], t)
     fastest = max(1.0, float(np.abs(y[len(system.coordinates) :] / steps).max(initial=0.0)))
     return np.asarray(np.abs(drift) / (ROUNDING * fastest * rows))

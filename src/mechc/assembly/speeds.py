@@ -62,15 +62,15 @@ class KeptSpeeds(NamedTuple):
 
 
 def consistent(system: System, y: Array, given: Collection[str], p: Array, t: float) -> KeptSpeeds:
-    """The least change of the speeds that are not given with which the constraints keep.
+    """The speeds that keep the constraints, with the least change of those that are not given.
 
     States y (n, nq + nu), parameters p (n or 1, np); the scene has constraints.
     """
     names = "speeds", tuple(given)
-    free = system.kept.get(names)
+    free = system.cache.get(names)
     if free is None:
         places = [i for i, name in enumerate(system.speeds) if name not in given]
-        free = system.kept[names] = np.array(places, np.intc)
+        free = system.cache[names] = np.array(places, np.intc)
     units = () if system.sized_by_lengths else _units(system, y, p, t)
     y, left, row, residual, conditioning = closure(system, t).keep_speeds(
         t, y, p, free, DEAD, *units
@@ -90,7 +90,7 @@ def _speeds_at(
     system: System, y: Array, kept: KeptSpeeds, i: int, fixed: list[int],
     given: Mapping[str, float], values: Array, t: float,
 ) -> Array:  # fmt: skip
-    """One state of those above, or one a branch where it is a change point."""
+    """States with speeds at one configuration: one, or at a change point one for each branch."""
     near = not kept.conditioning[i] > branches.NEAR
     at = branches.find(system, y, values, t) if near else None
     if at is None or (at.q[fixed] != y[fixed]).any():
@@ -109,7 +109,7 @@ def _refuse_speeds(
     system: System, y: Array, given: Mapping[str, float], at: branches.SingularConfiguration,
     values: Array, t: float, *, leave_a_choice: bool,
 ) -> None:  # fmt: skip
-    """At a change point: speeds that follow no branch, or do not determine one."""
+    """Raise at a change point for speeds that follow no branch, or do not determine one."""
     words = ", ".join(f"{name} = {value:g}" for name, value in given.items())
     if leave_a_choice:
         raise AssemblyError(
@@ -138,7 +138,7 @@ def _or_none(rows: Array | None) -> Array:
 def only_branch(
     system: System, states: Array, given: Mapping[str, float], pace: Mapping[str, float]
 ) -> Array:
-    """The one state, or of several branches the one whose speeds are nearest to a guess."""
+    """The only state, or among those of several branches the one nearest in speed to a guess."""
     if len(states) == 1:
         return np.asarray(states[0])
     if not pace:

@@ -58,7 +58,7 @@ def find(
     generic = generic_rank(system, y, values, t)
     if generic == 0 or singular[generic - 1] > near * singular[0]:
         return None
-    return _refined(system, y, values, t, generic, near, apart)
+    return _refined_configuration(system, y, values, t, generic, near, apart)
 
 
 def generic_rank(system: System, y: Array, values: Array, t: float) -> int:
@@ -77,7 +77,7 @@ def _size(jacobian: Array) -> float:
     return float(np.linalg.norm(jacobian, 2))
 
 
-def _refined(
+def _refined_configuration(
     system: System, y: Array, values: Array, t: float, generic: int, near: float, apart: float
 ) -> SingularConfiguration | None:
     """Gauss-Newton steps for a closed configuration where J^T w = 0."""
@@ -140,7 +140,7 @@ def second_order(
 def speeds_on_branches(
     system: System, at: SingularConfiguration, given: dict[int, float], values: Array, t: float
 ) -> Array | None:
-    """All possible speeds (n, nu) with the values given; None where these do not determine them.
+    """Possible speeds (n, nu) with the values given; None where these do not determine them.
 
     n = 0 where there are none.  Least speeds where only rest is determined.
     """

@@ -24,7 +24,7 @@ def compute_on(
     client: Any, system: System, recipe: Recipe, ranges: Sequence[tuple[int, int]],
     report: Callable[[int], None],
 ) -> Iterator[tuple[int, dict[str, Array], bool]]:  # fmt: skip
-    """Chunks as the workers finish them; one lost with its worker is computed by another.
+    """Chunks in the order in which workers finish them; a lost one is computed by another worker.
 
     Raises
     ------
@@ -63,7 +63,7 @@ def compute_on(
 
 
 def run_chunk(reference: ModelReference, recipe: Recipe) -> dict[str, Array]:
-    """Runs on a worker: one of its threads computes the members of one chunk."""
+    """Compute the members of one chunk in a thread of a worker."""
     found, complete = run_members(system_of(reference), recipe, threads=1)
     if not complete:
         raise MechcError("the worker was interrupted")

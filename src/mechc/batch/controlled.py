@@ -16,7 +16,7 @@ from mechc.system.system import System
 def run_controlled(
     system: System, recipe: Recipe, threads: int, report: Callable[[int], None]
 ) -> tuple[dict[str, Array], bool]:
-    """As :func:`mechc.batch.run.run_members`; Ctrl-C keeps the finished members.
+    """Run members as :func:`mechc.batch.run.run_members`; Ctrl-C keeps the finished ones.
 
     Raises
     ------
@@ -28,7 +28,7 @@ def run_controlled(
     try:
         for member in range(recipe.count):
             one = recipe.cut(member, member + 1)
-            one = replace(one, inputs=one.inputs.held(one.span))
+            one = replace(one, inputs=one.inputs.with_signals(one.span))
             results, complete = run_members(system, one, threads)
             if not complete:
                 break

@@ -52,7 +52,7 @@ def to_dataset(
         coords["time"] = ("time", recipe.t_eval, {"units": "s"})
     if recipe.sensitivities:
         coords["by"] = list(recipe.sensitivities)
-    varied = recipe.varied()
+    varied = recipe.varying_columns()
     taken = {*variables, *coords}
     for key, name in netcdf_names(tuple(varied)).items():
         free = key if key not in taken else f"{key}_given"

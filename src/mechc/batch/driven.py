@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, brief
-from mechc.inputs.accept import accepted
+from mechc.inputs.accept import accepted_inputs
 from mechc.inputs.driven_scene import with_inputs
 from mechc.inputs.sampled import Sampled, with_held
 from mechc.inputs.signals import Signal
@@ -28,15 +28,15 @@ class BatchInputs(NamedTuple):
     controllers: Mapping[tuple[str, ...], Sequence[Sampled]] = MappingProxyType({})
 
     def cut(self, first: int, last: int) -> BatchInputs:
-        """Those of members first ... last - 1."""
+        """The inputs of members first ... last - 1."""
         rows = {n: c[first:last] if np.ndim(c) else c for n, c in self.numbers.items()}
         controllers = {
             names: c[first:last] if len(c) > 1 else c for names, c in self.controllers.items()
         }
         return self._replace(numbers=rows, controllers=controllers)
 
-    def held(self, span: tuple[float, float]) -> BatchInputs:
-        """Of one member: with a signal to be filled in place of each controller."""
+    def with_signals(self, span: tuple[float, float]) -> BatchInputs:
+        """The inputs of one member, with a signal to be filled in place of each controller."""
         given = {names: several[0] for names, several in self.controllers.items()}
         signals, _ = with_held(given, span)
         return self._replace(signals={**self.signals, **signals}, controllers={})
@@ -47,7 +47,7 @@ class BatchInputs(NamedTuple):
         return bool(self.functions or self.controllers)
 
     def without_functions(self) -> BatchInputs:
-        """What can be kept, and sent elsewhere."""
+        """The inputs without functions of Python, which can be stored and sent to workers."""
         return self._replace(functions={}, controllers={})
 
     @property
@@ -56,7 +56,7 @@ class BatchInputs(NamedTuple):
         return {name: column for name, column in self.numbers.items() if np.ndim(column)}
 
     def of(self, member: int) -> dict[str, Any]:
-        """What one member is given; 0 where it has a controller."""
+        """The inputs of one member; 0 where it has a controller."""
         numbers = {n: float(c[member] if np.ndim(c) else c) for n, c in self.numbers.items()}
         controlled = (name for names in self.controllers for name in names)
         return {**numbers, **self.signals, **self.functions, **dict.fromkeys(controlled, 0.0)}
@@ -81,7 +81,7 @@ def checked_inputs(system: System, given: Mapping[str, Any] | None) -> BatchInpu
     orders = {slot["name"]: max(slot["orders"]) for slot in slots}
     controllers = {k: c for k, x in dict(given or {}).items() if (c := _controllers(x))}
     others = {key: value for key, value in dict(given or {}).items() if key not in controllers}
-    every = {**system.driven.given, **accepted(others, orders)}
+    every = {**system.driven.given, **accepted_inputs(others, orders)}
     signals = {name: value for name, value in every.items() if isinstance(value, Signal)}
     functions = {name: value for name, value in every.items() if _is_called(value)}
     known = {*signals, *functions}
@@ -91,7 +91,7 @@ def checked_inputs(system: System, given: Mapping[str, Any] | None) -> BatchInpu
 
 
 def _is_called(value: Any) -> bool:
-    """Whether it is a function, or several that are its derivatives."""
+    """Whether a value is a function, or several: a function and its derivatives."""
     if isinstance(value, Signal):
         return False
     return callable(value) or (isinstance(value, (tuple, list)) and any(map(callable, value)))
@@ -153,7 +153,7 @@ def own_numbers(system: System, inputs: BatchInputs, count: int) -> tuple[Array,
     return numbers, np.asarray(places, np.intc)
 
 
-def evaluated(
+def evaluate_output(
     system: System, inputs: BatchInputs, name: str, states: Array, values: Array, times: Array
 ) -> Array:
     """An output at states (n, nt, nq + nu) of members with parameters (n, nt or 1, np)."""

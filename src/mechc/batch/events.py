@@ -38,14 +38,14 @@ class BatchEvents(NamedTuple):
         """The events of runs with parameters p (np,)."""
         return run_events(self.given, system, p, Compiler(*COMPILER))
 
-    def told(self) -> dict[str, Any]:
-        """As JSON data, for :func:`events_told`."""
+    def as_json(self) -> dict[str, Any]:
+        """The events as JSON data, which :func:`events_from_json` reads."""
         ends = [int(count) for count in self.terminal]
         return {"key": self.key, "directions": self.directions.tolist(), "terminal": ends}
 
 
-def events_told(told: Any) -> BatchEvents | None:
-    """What :meth:`BatchEvents.told` gave, without functions.
+def events_from_json(told: Any) -> BatchEvents | None:
+    """Events from the JSON data of :meth:`BatchEvents.as_json`, without functions.
 
     Raises
     ------

@@ -60,8 +60,8 @@ class Layout:
         """Size of the file of a chunk."""
         return math.prod(self.chunk) * np.dtype(_KINDS[self.kind]).itemsize
 
-    def told(self) -> dict[str, Any]:
-        """What Zarr's metadata must say."""
+    def zarr_metadata(self) -> dict[str, Any]:
+        """The metadata of the array that Zarr's format demands."""
         return {
             "zarr_format": 3,
             "node_type": "array",
@@ -167,7 +167,7 @@ def check(path: Path, layout: Layout) -> None:
         raise MechcError(f"{path} is damaged: it has no {METADATA}") from None
     described = {"storage_transformers": [], **held}
     described.pop("attributes", None)
-    wanted = layout.told()
+    wanted = layout.zarr_metadata()
     for key in sorted({*described, *wanted}):
         if json.dumps(described.get(key)) != json.dumps(wanted.get(key)):  # 1.0 is not 1
             raise MechcError(
@@ -215,7 +215,7 @@ def digest(values: Array) -> str:
 
 
 def stored_digest(path: Path, layout: Layout, first: int, last: int) -> str:
-    """The same of the members ``first`` to ``last`` - 1, read from their checked file in blocks."""
+    """The digest of members ``first`` to ``last`` - 1, read from their checked file in blocks."""
     found = hashlib.sha256()
     for name in chunk_files(path, layout, first):
         left = layout.chunk_bytes // layout.chunk[0] * (last - first)

@@ -45,7 +45,7 @@ class Batch:
         self.arrays, self.complete = arrays, complete
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Its numbers, and the model's reference."""
+        """The numbers of the batch, and the model's reference, for pickle."""
         arrays = {name: np.asarray(values) for name, values in self.arrays.items()}
         return _unpickled, (type(self), self.model, self.recipe, arrays, self.complete)
 
@@ -94,7 +94,7 @@ class Batch:
         return np.asarray(np.isin(self["status"], REACHED))
 
     def status(self, member: int) -> Status:
-        """How one member ended, in words by ``str``."""
+        """The status of one member, in words by ``str``."""
         code, t = int(self["status"][member]), float(self["t"][member])
         return status_of(code, t, "some speed", float(self["critical_gap"][member]))
 

@@ -12,7 +12,7 @@ import numpy as np
 from mechc.assembly.sizes import allowed_gaps
 from mechc.assembly.speeds import consistent
 from mechc.batch.assemble import configurations
-from mechc.batch.driven import driven_by, evaluated, own_numbers
+from mechc.batch.driven import driven_by, evaluate_output, own_numbers
 from mechc.batch.events import changes_any_parameter
 from mechc.batch.reductions import Reduction, read_reduction, read_stop
 from mechc.batch.sensitivities import Members
@@ -33,7 +33,7 @@ Report = Callable[[int], None]
 
 
 def cores() -> int:
-    """How many cores this process may use."""
+    """The number of cores that this process may use."""
     if hasattr(os, "process_cpu_count"):
         return os.process_cpu_count() or 1
     if hasattr(os, "sched_getaffinity"):  # neither macOS nor Windows has it
@@ -118,7 +118,7 @@ def _raise_failure(system: System, events: RunEvents | None) -> None:
 
 
 def _results(recipe: Recipe, y0: Array, runs: Runs, events: RunEvents | None) -> dict[str, Array]:
-    """What every batch has, by name, members first."""
+    """The results that every batch has, by name, members first."""
     results = {"y0": y0, "y": runs.y, "t": runs.t, "status": runs.status.astype(np.int16)}
     results |= {name: runs.counts[:, i].astype(np.int64) for name, i in COUNTERS.items()}
     results |= {name: runs.least[:, i] for name, i in LEAST.items()}
@@ -130,12 +130,12 @@ def _results(recipe: Recipe, y0: Array, runs: Runs, events: RunEvents | None) ->
 
 
 def parameter_rows(system: System, recipe: Recipe) -> Array:
-    """All parameters of every member (n, np)."""
+    """The parameters of every member (n, np)."""
     values = np.zeros((recipe.count, len(system.parameters)))
     for name, column in recipe.params.items():
         values[:, system.parameter_set.index[name]] = column
     given = np.array([name in recipe.params for name in system.parameters], np.uint8)
-    system.parameter_set.completed(values, given)
+    system.parameter_set.fill_defaults(values, given)
     return values
 
 
@@ -178,7 +178,7 @@ def _histories(system: System, recipe: Recipe, values: Array, states: Array) -> 
     found = {"y_eval": states} if recipe.keep_states else {}
     for i, name in enumerate(recipe.outputs):
         times = np.broadcast_to(recipe.t_eval, states.shape[:2])
-        history = evaluated(system, recipe.inputs, name, states, values, times)
+        history = evaluate_output(system, recipe.inputs, name, states, values, times)
         history[np.isnan(states[:, :, 0])] = np.nan  # also where the state has no effect
         found[f"output_{i}"] = history
     return found

@@ -1,4 +1,4 @@
-"""Forward sensitivities of the members of a batch: each as of the run of its own."""
+"""Forward sensitivities of the members of a batch, each as a run of its own has them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from mechc.errors import MechcError, ValueOutOfBoundsError
 from mechc.inputs.driven_scene import with_inputs
 from mechc.inputs.samples import signals_among
 from mechc.sensitivities.columns import START, columns_of
-from mechc.sensitivities.control import controlled
+from mechc.sensitivities.control import refine
 from mechc.sensitivities.history import Sensitivity
 from mechc.sensitivities.run import sensitivity_of_run
 from mechc.simulation.initialise import checked_state
@@ -50,7 +50,7 @@ def check_names(system: System, recipe: Recipe) -> None:
         )
     if not recipe.count:
         return
-    driven, first = _driven(system, recipe, 0), system.parameter_set.resolve(_params(recipe, 0))
+    driven, first = _system_of(system, recipe, 0), system.parameter_set.resolve(_params(recipe, 0))
     columns = columns_of(driven, recipe.sensitivities, np.asarray(first), _params(recipe, 0))
     for name, place in columns.places.items():
         if isinstance(place, slice):
@@ -89,12 +89,12 @@ class Members:
             self.done += 1
 
     def stop(self) -> None:
-        """After the members at hand."""
+        """Stop after the members at hand."""
         self._stopped = True
 
     def _differentiate(self, member: int) -> None:
         recipe, given = self.recipe, _start(self.recipe, member)
-        system = _driven(self.system, recipe, member)
+        system = _system_of(self.system, recipe, member)
         times = recipe.t_eval if len(recipe.t_eval) else None
         policy, p = recipe.policy._replace(dense=True), self.values[member]
         try:
@@ -109,7 +109,7 @@ class Members:
 
             sol = motion(policy)
             if recipe.sensitivity_error_control:
-                sol, found = controlled(motion, sol, differentiate)
+                sol, found = refine(motion, sol, differentiate)
             else:
                 found = differentiate(sol)
         except MechcError:  # this member has none
@@ -122,13 +122,13 @@ class Members:
 
     @property
     def results(self) -> dict[str, Array]:
-        """By the names of a batch's arrays."""
+        """The results by the names of a batch's arrays."""
         found = {"sensitivity_final": self.final, "sensitivity_max": self.largest}
         return found | ({"sensitivity": self.at_times} if len(self.recipe.t_eval) else {})
 
 
-def _driven(system: System, recipe: Recipe, member: int) -> System:
-    """With the inputs of a member, whose steps end at the samples that derivatives are by."""
+def _system_of(system: System, recipe: Recipe, member: int) -> System:
+    """A system with a member's inputs, whose steps end at the samples derivatives are taken by."""
     if system.driven is None:
         return system
     own = with_inputs(system, recipe.inputs.of(member))
@@ -140,7 +140,7 @@ def _params(recipe: Recipe, member: int) -> dict[str, float]:
 
 
 def _start(recipe: Recipe, member: int) -> Mapping[str, float] | None:
-    """What was given to assemble; None for a whole state."""
+    """The coordinates and speeds that a start was assembled from; None for a whole state."""
     if recipe.states is not None:
         return None
     every: Sequence[tuple[str, Any]] = [*recipe.coordinates.items(), *recipe.speeds.items()]

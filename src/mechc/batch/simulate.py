@@ -168,7 +168,7 @@ def _recipe(
     atol: Any, method: str, lockstep: bool, first_step: float | None, max_step: float,
     max_steps: int, on_change_point: str, inputs: Mapping[str, Any] | None,
 ) -> Recipe:  # fmt: skip
-    """All arguments, checked before anything is computed."""
+    """Checked arguments, before anything is computed."""
     span = checked_span(t_span)
     times = np.zeros(0) if t_eval is None else checked_times(t_eval, span)
     if on_change_point == "raise":
@@ -186,7 +186,7 @@ def _recipe(
 
 
 def _reductions(reduce: Any) -> list[str]:
-    """As texts: ("max", q) is max(q), by name or symbol."""
+    """Reductions as texts: ("max", q) is max(q), by name or symbol."""
     pair = isinstance(reduce, tuple) and len(reduce) == 2
     one = isinstance(reduce, str) or (
         pair and not (isinstance(reduce[0], str) and "(" in reduce[0])
@@ -206,7 +206,7 @@ def _reduction(each: Any) -> str:
 
 
 def _refuse_functions(recipe: Recipe) -> None:
-    """Refuse what no other process has, and what does not identify a batch."""
+    """Refuse functions, which no other process has and which do not identify a batch."""
     if recipe.inputs.calls_python or (recipe.events is not None and not recipe.events.key):
         raise ValueOutOfBoundsError(
             "controllers, and events and inputs that are functions of Python, are those of this "
@@ -215,7 +215,7 @@ def _refuse_functions(recipe: Recipe) -> None:
 
 
 def _checked_threads(threads: int | None) -> int:
-    """As many as cores that this process may use, or as requested."""
+    """The number of threads: as requested, or all cores that this process may use."""
     if threads is None:
         return cores()
     asked, most = _whole("threads", threads), THREADS_A_CORE * cores()
@@ -270,7 +270,7 @@ def _report_more(report: Callable[[int], None], before: int, more: int) -> None:
 def _collect(
     system: System, recipe: Recipe, size: int, compute: Compute, report: Callable[[int], None]
 ) -> Batch:
-    """All results in memory."""
+    """A batch with all results in memory."""
     arrays: dict[str, Array] = {}
     complete = True
     try:

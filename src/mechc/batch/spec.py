@@ -92,28 +92,28 @@ class Recipe:
         """First and last + 1 member of every chunk of a size."""
         return [(k, min(k + size, self.count)) for k in range(0, self.count, size)]
 
-    def varied(self) -> dict[str, Array]:
+    def varying_columns(self) -> dict[str, Array]:
         """The columns that differ between members: parameters, coordinates, speeds, inputs."""
         every = {**self.params, **self.coordinates, **self.speeds, **self.inputs.numbers}
         return {name: column for name, column in every.items() if np.ndim(column)}
 
-    def told(self) -> dict[str, Any]:
-        """All that decides the results, as JSON data; arrays by their hash."""
-        policy = self.policy.asked()
+    def as_json(self) -> dict[str, Any]:
+        """The recipe as JSON data: all that decides the results, with arrays by their hash."""
+        policy = self.policy.as_dict()
         del policy["dense"]
-        signals = {n: _told_signal(s) for n, s in sorted(self.inputs.signals.items())}
-        driven = {"inputs": _told(self.inputs.numbers), "signals": signals}
+        signals = {n: _signal_as_json(s) for n, s in sorted(self.inputs.signals.items())}
+        driven = {"inputs": _columns_as_json(self.inputs.numbers), "signals": signals}
         return {
             **(driven if self.inputs != NONE else {}),
-            **({} if self.events is None else {"events": self.events.told()}),
+            **({} if self.events is None else {"events": self.events.as_json()}),
             **({"sensitivities": list(self.sensitivities)} if self.sensitivities else {}),
             **({"sensitivity_error_control": True} if self.sensitivity_error_control else {}),
             "members": self.count,
             "t_span": list(self.span),
-            "params": _told(self.params),
+            "params": _columns_as_json(self.params),
             "y0": _hash(self.states),
-            "assembled coordinates": _told(self.coordinates),
-            "assembled speeds": _told(self.speeds),
+            "assembled coordinates": _columns_as_json(self.coordinates),
+            "assembled speeds": _columns_as_json(self.speeds),
             "guess": dict(self.guess),
             "t_eval": _hash(self.t_eval),
             "keep_states": self.keep_states,
@@ -128,11 +128,11 @@ def _cut(columns: Columns, first: int, last: int) -> Columns:
     return {name: c[first:last] if np.ndim(c) else c for name, c in columns.items()}
 
 
-def _told(columns: Columns) -> dict[str, Any]:
+def _columns_as_json(columns: Columns) -> dict[str, Any]:
     return {n: _hash(c) if np.ndim(c) else float(c) for n, c in sorted(columns.items())}
 
 
-def _told_signal(signal: Signal) -> dict[str, Any]:
+def _signal_as_json(signal: Signal) -> dict[str, Any]:
     words, arrays = signal.parts
     return {**words, **{name: _hash(values) for name, values in arrays.items()}}
 
@@ -225,7 +225,7 @@ def _checked_params(system: System, params: Parameters) -> dict[str, Array]:
         params = {name: table[..., i] for i, name in enumerate(system.parameters)}
     known = without_unused(params, system.parameters, "params")
     columns = {
-        name: _column(system.parameter_set.checked(name, v), name) for name, v in known.items()
+        name: _column(system.parameter_set.values_of(name, v), name) for name, v in known.items()
     }
     # parameters without a default must be given: checked here, for one member
     system.parameter_set.resolve({n: float(c.reshape(-1)[0]) for n, c in columns.items() if c.size})
@@ -264,7 +264,7 @@ def _column(values: Array, name: str) -> Array:
 
 
 def common_count(every: Mapping[str, Array]) -> int:
-    """How many members there are; all that is given per member must agree on it."""
+    """The number of members, on which all that is given per member must agree."""
     counts = {
         name: len(values)
         for name, values in every.items()

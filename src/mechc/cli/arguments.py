@@ -106,7 +106,7 @@ def _own_model(chosen: argparse.Namespace, outputs: Sequence[str] | None) -> mec
 
 
 def options_of(typed: Sequence[str]) -> dict[str, Any]:
-    """``friction`` is on; ``crank_torque=2*t`` has a value."""
+    """Options as typed: ``friction`` is on; ``crank_torque=2*t`` has a value."""
     return {
         name.strip(): value.strip() if sign else True
         for name, sign, value in (text.partition("=") for text in typed)

@@ -40,7 +40,7 @@ def _view_of(path: Path) -> Any:
 
 
 def open_in_browser(path: Path) -> None:
-    """Only on a desktop; elsewhere the path is printed."""
+    """Open a page in the browser of a desktop; elsewhere the path is printed."""
     desktop = sys.platform == "darwin" or "DISPLAY" in os.environ or "WAYLAND_DISPLAY" in os.environ
     if desktop:
         webbrowser.open(path.resolve().as_uri())

@@ -63,7 +63,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def variant_options(parser: argparse.ArgumentParser) -> None:
-    """A mechanism, and its options."""
+    """Add arguments for a mechanism and its options."""
     parser.add_argument(
         "name", metavar="NAME",
         help="a mechanism of `mechc list`, or FILE.py:MODEL, a user-defined one in a Python file",
@@ -75,13 +75,13 @@ def variant_options(parser: argparse.ArgumentParser) -> None:
 
 
 def suite_options(parser: argparse.ArgumentParser) -> argparse.ArgumentParser:
-    """All that follows is for the suite."""
+    """Add the options of the suite to a parser."""
     parser.add_argument("options", nargs="*")
     return parser
 
 
 def scene_options(parser: argparse.ArgumentParser) -> None:
-    """A mechanism and its parameters."""
+    """Add arguments for a mechanism and its parameters."""
     variant_options(parser)
     several(
         parser, "--set", "NAME=VALUE", "parameters",
@@ -90,7 +90,7 @@ def scene_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run_options(parser: argparse.ArgumentParser) -> None:
-    """One run: a scene, its start, and its output."""
+    """Add arguments for one run: a scene, its start, and its output."""
     _start_options(parser)
     parser.add_argument("--open", action="store_true", help="open the motion in space in a browser")
     parser.add_argument(
@@ -99,7 +99,7 @@ def run_options(parser: argparse.ArgumentParser) -> None:
 
 
 def sweep_options(parser: argparse.ArgumentParser) -> None:
-    """Many runs: what varies, and the reductions."""
+    """Add arguments for many runs: what varies, and the reductions."""
     parser.epilog = SWEEP_EPILOGUE
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     _start_options(parser)
@@ -136,7 +136,7 @@ def _run_options(parser: argparse.ArgumentParser) -> None:
 
 
 def export_options(parser: argparse.ArgumentParser) -> None:
-    """Options of what is handed on, and of the run of its example."""
+    """Add arguments for an export, and for the run of its example."""
     _state_options(parser)
     parser.add_argument(
         "--c", action="store_true", help="C99 files: header, source, example, CMake"
@@ -164,7 +164,7 @@ def export_options(parser: argparse.ArgumentParser) -> None:
 
 
 def fit_options(parser: argparse.ArgumentParser) -> None:
-    """A scene, recordings, what is free and what was measured."""
+    """Add arguments for a fit: a scene, recordings, unknowns and measured quantities."""
     parser.epilog = FIT_EPILOGUE
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     _given_start(parser)
@@ -190,7 +190,7 @@ def fit_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _state_options(parser: argparse.ArgumentParser) -> None:
-    """A scene, its start, and the time at the end."""
+    """Add arguments for a scene, its start, and the time at the end."""
     _given_start(parser)
     parser.add_argument(
         "--t-end", metavar="TIME", help="20, 20s, 500ms, 2min [by mechanism; four_bar: 20 s]"
@@ -198,7 +198,7 @@ def _state_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _given_start(parser: argparse.ArgumentParser) -> None:
-    """A scene and its start."""
+    """Add arguments for a scene and its start."""
     scene_options(parser)
     several(
         parser, "--start", "NAME=VALUE", "start",

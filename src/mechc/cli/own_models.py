@@ -14,7 +14,7 @@ from mechc.errors import MechcError
 
 
 def is_own(name: str) -> bool:
-    """Whether it names a model in a file, not a mechanism of the library."""
+    """Whether a text names a model in a file, not a mechanism of the library."""
     return name.rpartition(":")[0].endswith(".py")
 
 
@@ -55,7 +55,7 @@ def own_model(name: str, outputs: Sequence[str] | None = None) -> mechc.Model:
 
 
 def own_description(name: str) -> Any:
-    """FILE.py:NAME, what can be derived.
+    """The object of FILE.py:NAME, from which equations can be derived.
 
     Raises
     ------

@@ -12,7 +12,7 @@ DAMAGED = 1
 
 
 def verify_command(chosen: argparse.Namespace) -> int:
-    """0 if it is complete and undamaged, 1 if a batch is not, 2 by an error."""
+    """Check a file or folder: 0 if complete and undamaged, 1 if a batch is not, 2 by an error."""
     path = Path(chosen.path)
     if not path.is_dir():
         verify(path)

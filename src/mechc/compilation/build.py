@@ -1,4 +1,4 @@
-"""From a description to a system: found in the cache, or derived, compiled and cached."""
+"""Systems from descriptions: found in the cache, or derived, compiled and cached."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def compiled_before(reference: ModelReference) -> System:
 
 
 def time_stage(seconds: Seconds, stage: str, run: Callable[[], Any]) -> Any:
-    """The result of ``run()``; its time in seconds is recorded."""
+    """The result of ``run()``, whose time in seconds is recorded."""
     started = time.perf_counter()
     done = run()
     seconds[stage] = time.perf_counter() - started
@@ -88,7 +88,7 @@ def time_stage(seconds: Seconds, stage: str, run: Callable[[], Any]) -> Any:
 
 @one_at_a_time
 def _built(described: Described) -> Any:
-    """Described, derived and emitted, with the seconds of each stage."""
+    """The texts of a mechanism, described, derived and emitted, with the seconds of each stage."""
     from mechc_codegen.compiler import build_scene
 
     seconds: Seconds = {}
@@ -105,7 +105,7 @@ def _system(
     seconds: Seconds,
     started: float,
 ) -> System:
-    """Its first unit, from the cache or compiled; other parts of it are compiled when needed."""
+    """A system with its first unit, cached or compiled; other parts are compiled when needed."""
     if key not in _compiled:
         seconds = dict(seconds)
         parts = Parts(key, seconds)

@@ -71,10 +71,10 @@ def _compile(
         )
     except errors["MechanismError"]:
         return None
-    return loaded(text)
+    return load_functions(text)
 
 
-def loaded(text: str) -> EventFunctions:
+def load_functions(text: str) -> EventFunctions:
     """The functions that C of :func:`event_functions` is, compiled where they are not known."""
     from mechc_codegen.extension.flags import RUNTIME
 

@@ -1,4 +1,4 @@
-"""One thread at a time imports the compiler and compiles.
+"""A lock by which one thread at a time imports the compiler and compiles.
 
 Two threads that import modules with mutual imports at once may see them incomplete, and the caches
 of the compiler and SymPy are not safe for several threads.

@@ -30,34 +30,34 @@ class Pending:
 
     def __init__(self, make: Callable[[], Any], *, at_once: bool = True) -> None:
         self._make, self._process = make, os.getpid()
-        self._made: Any = None
+        self._object: Any = None
         self._error: BaseException | None = None
         self._thread = threading.Thread(target=self._run, name="mechc compiler", daemon=True)
-        self._begun = at_once
+        self._running = at_once
         if at_once:
             self._thread.start()
 
     def _run(self) -> None:
         try:
-            self._made = self._make()
+            self._object = self._make()
         except BaseException as error:
             self._error = error
 
     def if_made(self) -> Any:
         """The object, or None."""
-        return self._made
+        return self._object
 
     def result(self) -> Any:
         """The object; an error of its making is raised here."""
-        if self._begun and self._process == os.getpid():
+        if self._running and self._process == os.getpid():
             self._thread.join()
-            self._begun, error = False, self._error
+            self._running, error = False, self._error
             self._error = None
             if error is not None:
                 raise error
-        if self._made is None:
-            self._made = self._make()
-        return self._made
+        if self._object is None:
+            self._object = self._make()
+        return self._object
 
 
 class Parts:
@@ -70,7 +70,7 @@ class Parts:
         self.key, self.seconds = key, seconds
         self.build: Any = None  # where it was derived in this process
         self._texts: Callable[[], str] | None = None
-        self._begun: dict[str, Pending] = {}
+        self._pending: dict[str, Pending] = {}
         self._lock = threading.Lock()
 
     def scene(self, first: Any) -> Scene:
@@ -80,12 +80,12 @@ class Parts:
 
     def begin(self, name: str) -> Pending:
         """Make a part in the background, where that was not begun before."""
-        if name not in self._begun:
+        if name not in self._pending:
             import_compiler()
         with self._lock:
-            if name not in self._begun:
-                self._begun[name] = Pending(lambda: self._make_part(name))
-            return self._begun[name]
+            if name not in self._pending:
+                self._pending[name] = Pending(lambda: self._make_part(name))
+            return self._pending[name]
 
     def parts(self, bits: int) -> list[Any]:
         """The capsules of these parts; those that are missing are compiled side by side."""
@@ -104,7 +104,7 @@ class Parts:
         return entries.load_or_make(self.key, self._maker(WHOLE))
 
     def _load_part(self, name: str) -> Any:
-        if name in self._begun:
+        if name in self._pending:
             return None
         return entries.load(cache.part_key(self.key, name), part_of)
 
@@ -134,6 +134,6 @@ class Parts:
 
 @one_at_a_time
 def import_compiler() -> None:
-    """Before threads begin that compile side by side: see ``one_at_a_time.py``."""
+    """Import the compiler before threads compile side by side: see ``one_at_a_time.py``."""
     import mechc_codegen.extension.build
     import mechc_codegen.extension.flags  # noqa: F401

@@ -106,7 +106,7 @@ class _Positions:
 
     @cached_property
     def _forces(self) -> Any:
-        """Every component of the loads, of time, state, speeds and parameters."""
+        """A function of time, state, speeds and parameters for all components of the loads."""
         time, state, values = self._plan.arguments
         entries = [entry for _, _, arms in self._plan.loads for _, arm in arms for entry in arm]
         return _numeric([time, *state, *self._plan.speeds, *values], entries)
@@ -122,16 +122,16 @@ class _Positions:
         symbols = self._plan.arguments[2]
         function = lambdify([list(symbols)], list(entries), "numpy", dummify=True)
 
-        def evaluated(p: Array) -> Array:
+        def evaluate(p: Array) -> Array:
             values = [
                 p[self._index[n]] if n in self._index else self._fixed[n] for n in self._names
             ]
             return np.array(function(values), dtype=float)
 
-        return evaluated
+        return evaluate
 
     def _all(self, y: Array, p: Array, t: float | Array) -> tuple[list[Array], list[Array]]:
-        """Every point and every frame of the plan."""
+        """The points and frames of the plan."""
         leading = np.broadcast_shapes(y.shape[:-1], p.shape[:-1], np.shape(t))
         count = len(self._plan.arguments[1])
         state = [y[..., k] for k in range(count)]

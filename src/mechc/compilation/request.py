@@ -25,7 +25,7 @@ def compile_any(thing: Any, *, drawing: Any = None, **asked: Any) -> System:
     errors_of_compiler()
     seconds: dict[str, float] = {}
     request, numbers = time_stage(seconds, "read", lambda: read_compilable(thing, **asked))
-    system = _compiled(request, ModelReference("", custom=True), seconds)
+    system = _compile_request(request, ModelReference("", custom=True), seconds)
     system = _drawn(system, request, drawing)
     return with_defaults(system, numbers, request.symbol_names) if numbers else system
 
@@ -35,7 +35,7 @@ def _drawn(system: System, request: Any, drawing: Any) -> System:
 
     One system for objects that look the same, with the same drawing.
     """
-    pictures: dict[Any, System] = system.kept.setdefault(_drawn, {})
+    pictures: dict[Any, System] = system.cache.setdefault(_drawn, {})
     look = request.looks, drawing
     if look not in pictures:
         own = system
@@ -48,7 +48,7 @@ def _drawn(system: System, request: Any, drawing: Any) -> System:
     return pictures[look]
 
 
-def _compiled(request: Any, reference: ModelReference, seconds: dict[str, float]) -> System:
+def _compile_request(request: Any, reference: ModelReference, seconds: dict[str, float]) -> System:
     known = request.digest
     if known is None:
         return compile_described(request.description, reference, seconds)
@@ -82,7 +82,7 @@ def read_compilable(
     if "states" in given:
         given["states"] = _rates(given["states"])
     if "parameters" in given and readable(thing):
-        given["parameters"], values = _declared(given["parameters"])
+        given["parameters"], values = _declared_parameters(given["parameters"])
         given["defaults"] = {**values, **given.get("defaults", {})}
     if "defaults" in given and readable(thing):
         numbers, given["defaults"] = split(given["defaults"], given.get("states", ()))
@@ -107,7 +107,7 @@ def _rates(states: Any) -> dict[Any, Any]:
     return {x: rate for one in several for x, rate in zip(one.x, one.rhs(), strict=True)}
 
 
-def _declared(parameters: Any) -> tuple[tuple[Any, ...], dict[Any, Any]]:
+def _declared_parameters(parameters: Any) -> tuple[tuple[Any, ...], dict[Any, Any]]:
     """Parameters besides those of the equations, and the values of those that have one."""
     if not isinstance(parameters, Mapping):
         return tuple([parameters] if isinstance(parameters, str) else parameters), {}
@@ -160,10 +160,10 @@ def _piecewise(x: Any, signal: Signal) -> Any:
             value = value * (x - knot) + Float(float(factor))
         values.append(value)
 
-    def chosen(first: int, last: int) -> Any:
+    def select(first: int, last: int) -> Any:
         middle = (first + last) // 2
         if middle == first:
             return values[first]
-        return Where(Step(knots[middle] - x), chosen(first, middle), chosen(middle, last))
+        return Where(Step(knots[middle] - x), select(first, middle), select(middle, last))
 
-    return chosen(0, len(values))
+    return select(0, len(values))

@@ -86,7 +86,7 @@ def _differentiable(
 ) -> Callable[[Any, Any], Any]:  # fmt: skip
     """States of t (nt,) and x (k,), with their derivative along (dt, dx)."""
     motion = motion_of(model, start, parameters, t0, dict(policy))
-    call = partial(_called, library, motion)
+    call = partial(_call, library, motion)
 
     def plain(t: Any, x: Any) -> Any:
         return call(motion.states, (), t, x)
@@ -104,7 +104,7 @@ def _differentiable(
     return states
 
 
-def _called(library: Any, motion: Motion, function: Any, tail: tuple[int, ...], *given: Any) -> Any:
+def _call(library: Any, motion: Motion, function: Any, tail: tuple[int, ...], *given: Any) -> Any:
     """A function of NumPy arrays, called from a computation of JAX."""
     import numpy as np
 

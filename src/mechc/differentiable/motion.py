@@ -23,7 +23,7 @@ def jvp(
     """See :meth:`mechc.Model.jvp`."""
     tangents = by_name(along, "along", "{'l_3': 1.0}")
     times = _checked_times(t, t0)
-    sol = _solved(model, times, y0, params, list(tangents), t0, policy)
+    sol = _simulate(model, times, y0, params, list(tangents), t0, policy)
     moved = np.zeros_like(sol.y)
     for name, tangent in tangents.items():
         columns = sol.sensitivity[name]
@@ -39,7 +39,7 @@ def vjp(
     """See :meth:`mechc.Model.vjp`."""
     names, times = names_of(by), _checked_times(t, t0)
     forwards = len(times) > 1
-    sol = _solved(model, times, y0, params, names if forwards else (), t0, policy)
+    sol = _simulate(model, times, y0, params, names if forwards else (), t0, policy)
     columns_of(sol.system, names, sol.params, params)  # refuses unknown names
     y = _as_asked(t, sol.y)
 
@@ -90,7 +90,7 @@ def _as_asked(t: Any, rows: Array) -> Array:
     return rows if np.ndim(t) else np.asarray(rows[0])
 
 
-def _solved(
+def _simulate(
     model: Any, times: Array, y0: Any, params: Any, names: Sequence[str], t0: float,
     policy: Mapping[str, Any],
 ) -> Any:  # fmt: skip
@@ -138,15 +138,15 @@ class Motion:
 
     @property
     def width(self) -> int:
-        """How many numbers a state has."""
+        """The number of elements of a state."""
         return len(self.model.coordinates) + len(self.model.speeds)
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What derivatives are by, in the order of x; ``"y0"`` stands for a whole state."""
+        """Names of the elements of x, in their order; ``"y0"`` stands for a whole state."""
         return (*((START,) if self.start is None else self.start), *self.parameters)
 
-    def given(self, x: Array) -> tuple[Any, dict[str, Any]]:
+    def arguments_of(self, x: Array) -> tuple[Any, dict[str, Any]]:
         """Start and parameters from x (..., k)."""
         count = self.width if self.start is None else len(self.start)
         columns = np.moveaxis(x, -1, 0)
@@ -163,7 +163,7 @@ class Motion:
         leading, times, rows = _members(t, x)
         if not leading:
             return np.asarray(self._one(t, x).y)
-        if self._called:
+        if self._calls_python:
             found = np.stack([self._one(*each).y for each in zip(times, rows, strict=True)])
         else:
             found = self._batch(times, rows)
@@ -177,13 +177,13 @@ class Motion:
         leading, times, rows = _members(t, x)
         if not leading:
             return self._slope(t, x)
-        if self._called:
+        if self._calls_python:
             found = np.stack([self._slope(*each) for each in zip(times, rows, strict=True)])
         else:
             found = self._batch(times, rows, self.names)
         return found.reshape(*leading, *found.shape[1:])
 
-    def pulled(self, t: Array, x: Array, cotangent: Array) -> Array:
+    def pull_back(self, t: Array, x: Array, cotangent: Array) -> Array:
         """Gradients (..., k) by x of the sum of cotangents (..., nt, nq + nu) times states; of one
         motion's end by the adjoint, several are a batch."""
         if x.ndim == 1 and t.ndim == 1:
@@ -192,15 +192,15 @@ class Motion:
 
     def rates(self, t: Array, x: Array, y: Array) -> Array:
         """Derivatives (..., nt, nq + nu) of the states y by the times."""
-        _, parameters = self.given(x)
+        _, parameters = self.arguments_of(x)
         values = self.model.system.parameter_set.resolve(parameters)
         values = values if values.ndim == 1 else values[..., None, :]
         return np.asarray(self.model.rhs(np.broadcast_to(t, y.shape[:-1]), y, values))
 
     def _one(self, t: Array, x: Array, names: Sequence[str] = ()) -> Any:
-        start, parameters = self.given(x)
+        start, parameters = self.arguments_of(x)
         times = _checked_times(t, self.t0)
-        return _solved(self.model, times, start, parameters, names, self.t0, self.policy)
+        return _simulate(self.model, times, start, parameters, names, self.t0, self.policy)
 
     def _slope(self, t: Array, x: Array) -> Array:
         sol = self._one(t, x, self.names)
@@ -208,16 +208,16 @@ class Motion:
         return np.concatenate([c if c.ndim == 3 else c[..., None] for c in columns], axis=-1)
 
     def _pull(self, t: Array, x: Array, cotangent: Array) -> Array:
-        start, parameters = self.given(x)
+        start, parameters = self.arguments_of(x)
         _, pull = vjp(self.model, t, start, parameters, self.names, self.t0, self.policy)
         found = pull(cotangent)
         return np.concatenate([np.atleast_1d(found[name]) for name in self.names] or [np.zeros(0)])
 
     @property
-    def _called(self) -> bool:
-        """Are there inputs that are functions of Python, which a batch does not take?"""
+    def _calls_python(self) -> bool:
+        """Whether there are inputs that are functions of Python, which a batch does not take."""
         driven = self.model.system.driven
-        return bool(driven and driven.called)
+        return bool(driven and driven.calls_python)
 
     def _batch(self, t: Array, x: Array, names: Sequence[str] = ()) -> Array:
         """States (n, nt, nq + nu), or their derivatives by the names, at times (n, nt) of members.
@@ -225,7 +225,7 @@ class Motion:
         One batch until the last time of all; a member that fails only after its own last time is
         run again until there.
         """
-        start, parameters = self.given(x)
+        start, parameters = self.arguments_of(x)
         for each in np.unique(t, axis=0):
             _checked_times(each, self.t0)
         times = np.unique(t)
@@ -255,7 +255,7 @@ def _members(t: Array, x: Array) -> tuple[tuple[int, ...], Array, Array]:
 
 
 def _numbers(columns: Array) -> list[Any]:
-    """Each a float, or an array of one number a member."""
+    """Columns as values: each a float, or an array with a number for each member."""
     return [column if column.ndim else float(column) for column in columns]
 
 

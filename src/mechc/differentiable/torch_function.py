@@ -78,14 +78,14 @@ def _differentiable(
 @cache
 def _states() -> Any:
     """The differentiable function, made when PyTorch is there."""
-    library, called = _library(), _called()
+    library, called = _library(), _numpy_function()
 
     class States(library.autograd.Function):  # type: ignore[misc, name-defined]
-        """Of a motion, times t (..., nt) and x (..., k)."""
+        """The states of a motion, as a function of times t (..., nt) and x (..., k)."""
 
         @staticmethod
         def forward(motion: Motion, t: Any, x: Any) -> Any:
-            return _evaluated(motion.states, t, x)
+            return _on_tensors(motion.states, t, x)
 
         @staticmethod
         def setup_context(ctx: Any, inputs: Any, output: Any) -> None:
@@ -100,7 +100,7 @@ def _states() -> Any:
             if ctx.needs_input_grad[1]:
                 by_t = (cotangent * called.apply(ctx.motion.rates, t, x, y)).sum(-1)
             if ctx.needs_input_grad[2]:
-                by_x = called.apply(ctx.motion.pulled, t, x, cotangent)
+                by_x = called.apply(ctx.motion.pull_back, t, x, cotangent)
             return None, by_t, by_x
 
         @staticmethod
@@ -122,16 +122,16 @@ def _states() -> Any:
 
 
 @cache
-def _called() -> Any:
+def _numpy_function() -> Any:
     """A function of NumPy arrays on tensors, without derivatives of its own."""
     library = _library()
 
     class Called(library.autograd.Function):  # type: ignore[misc, name-defined]
-        """Also on the tensors within a vmap."""
+        """A call of a NumPy function, also on the tensors within a vmap."""
 
         @staticmethod
         def forward(function: Callable[..., Any], *given: Any) -> Any:
-            return _evaluated(function, *given)
+            return _on_tensors(function, *given)
 
         @staticmethod
         def setup_context(ctx: Any, inputs: Any, output: Any) -> None:
@@ -156,7 +156,7 @@ def _leading(info: Any, in_dims: Any, given: Any) -> list[Any]:
     ]
 
 
-def _evaluated(function: Callable[..., Any], *given: Any) -> Any:
+def _on_tensors(function: Callable[..., Any], *given: Any) -> Any:
     arrays = [np.ascontiguousarray(each.detach().cpu().numpy()) for each in given]
     values = np.ascontiguousarray(function(*arrays))
     return _library().as_tensor(values, dtype=given[-1].dtype, device=given[-1].device)

@@ -25,7 +25,7 @@ SAMPLES: Final = 800
 
 
 def draw_fit(result: Findings) -> Figure:
-    """Of each recording a column, four at most; of each quantity its data and its residuals."""
+    """A figure with a column for each recording, four at most, and rows for each quantity."""
     problem = result.problem
     shown = range(min(MOST, len(problem.recordings)))
     rows = len(problem.measured)
@@ -54,10 +54,10 @@ def _title(result: Findings, shown: int) -> str:
     problem = result.problem
     left = len(problem.recordings) - shown
     more = f", {left} more recordings not shown" if left else ""
-    return f"{clean_text(problem.model.title, 60)}: fit of {_listed(result.names)}{more}"
+    return f"{clean_text(problem.model.title, 60)}: fit of {_list_of_names(result.names)}{more}"
 
 
-def _listed(names: Sequence[str]) -> str:
+def _list_of_names(names: Sequence[str]) -> str:
     """Names as they are typed, a few of them."""
     told = ", ".join(clean_text(name) for name in names[:5])
     return told + (" ..." if len(names) > 5 else "")
@@ -87,7 +87,7 @@ def _draw_data(axes: Any, result: Findings, place: int, k: int) -> None:
     t = np.linspace(sol.span[0], sol.span[1], SAMPLES)
     line = one.on(sol.system, sol(t), sol.params, t)
     line = line + _turns(result, place, k)
-    known = recording.known[:, k]
+    known = recording.valid[:, k]
     axes.plot(
         recording.t[known], factor * recording.values[known, k], "o", markersize=_dot(known),
         color=QUIET, alpha=0.6, markeredgewidth=0, label="data",
@@ -101,7 +101,7 @@ def _turns(result: Findings, place: int, k: int) -> float:
     one = result.problem.measured[k]
     own = one.on(sol.system, sol.y, sol.params, sol.t)
     left = result.residuals[place][:, k] + recording.values[:, k] - own
-    return float(left[recording.known[:, k]][0])
+    return float(left[recording.valid[:, k]][0])
 
 
 def _dot(known: Array) -> float:
@@ -111,7 +111,7 @@ def _dot(known: Array) -> float:
 def _draw_residuals(axes: Any, result: Findings, place: int, k: int) -> None:
     one, recording = result.problem.measured[k], result.problem.recordings[place]
     _, factor = shown_in(one.kind, one.unit)
-    known = recording.known[:, k]
+    known = recording.valid[:, k]
     left = factor * result.residuals[place][known, k]
     if np.isfinite(one.sigma):
         band = 2 * factor * one.sigma

@@ -1,4 +1,4 @@
-"""What a fit found, as numbers."""
+"""Findings of a fit, as numbers."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ class Findings:
 
     @property
     def probability(self) -> float:
-        """Of residuals that are at least as large, if the noise is as given (chi-squared test).
+        """The probability of residuals at least as large, for noise as given (chi-squared test).
 
         NaN where it is not known, and with a robust loss.
         """
@@ -128,19 +128,19 @@ class Findings:
 
     @property
     def starts(self) -> list[Any]:
-        """Of each recording its start, for ``simulate``."""
+        """The start of each recording, for ``simulate``."""
         count = len(self.problem.recordings)
         return [self.problem.setting(self.x, place).start for place in range(count)]
 
     @cached_property
     def solutions(self) -> tuple[Any, ...]:
-        """Of each recording the motion fitted, a :class:`mechc.Solution`."""
+        """The fitted motion of each recording, a :class:`mechc.Solution`."""
         count = len(self.problem.recordings)
         return tuple(self.problem.simulate(self.x, place) for place in range(count))
 
     @cached_property
     def residuals(self) -> tuple[Array, ...]:
-        """Of each recording model minus data (nt, measured), in SI units; NaN without a sample."""
+        """Model minus data (nt, measured) of each recording, in SI units; NaN without a sample."""
         weights = np.array([one.weight for one in self.problem.measured])
         return tuple(
             self.problem.deviations(sol.system, sol.y, sol.params, place) * weights

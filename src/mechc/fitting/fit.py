@@ -60,7 +60,7 @@ def _problem(
     model: Any, measurements: Any, free: Mapping[Any, Any], measured: Any, params: Any, y0: Any,
     guess: Any, inputs: Any, t0: float | None, shared: Any,
 ) -> Problem:  # fmt: skip
-    """All arguments, checked before anything is computed."""
+    """Checked arguments, before anything is computed."""
     system: System = model.system
     wanted = checked_measured(system, measured)
     recordings = read_recordings(measurements, wanted)
@@ -120,7 +120,7 @@ def _checked_start(system: System, given: Any) -> Any:
 def _check_enough(problem: Problem) -> None:
     recordings, count = problem.recordings, len(problem.unknowns)
     for k, one in enumerate(problem.measured):
-        if not any(recording.known[:, k].any() for recording in recordings):
+        if not any(recording.valid[:, k].any() for recording in recordings):
             raise ValueOutOfBoundsError(f"{one.name} was measured nowhere: all samples are NaN")
     if problem.count < count:
         raise ValueOutOfBoundsError(
@@ -132,7 +132,7 @@ def _check_enough(problem: Problem) -> None:
 def _check_starts(problem: Problem) -> None:
     """Refuse free starts of a recording whose whole state is given."""
     starts = [one.name for one in problem.unknowns if one.kind == START]
-    if starts and any(isinstance(each, np.ndarray) for each in problem.known.starts):
+    if starts and any(isinstance(each, np.ndarray) for each in problem.fixed.starts):
         raise MechcError(
             f"y0 is a whole state and {starts[0]} is free: give y0 as a mapping of coordinates and "
             "speeds, which is assembled"
@@ -158,7 +158,7 @@ def _result(
 
 
 def _sizes(problem: Problem, x: Array) -> Array:
-    """In units of which changes are measured (k,): a value itself, 1 rad, the model's length."""
+    """Units of changes (k,): a value itself, 1 rad, the model's length."""
     system = problem.model.system
     scale = system.scale(system.parameter_set.resolve(problem.setting(x, 0).params))
     sizes = np.ones(len(x))

@@ -22,7 +22,7 @@ TURN = 2.0 * np.pi
 
 @dataclass(frozen=True)
 class Setting:
-    """All that one run needs: parameters, its start, its inputs."""
+    """Settings of one run: parameters, start, inputs."""
 
     params: dict[str, Any]
     start: dict[str, float] | Array
@@ -53,17 +53,17 @@ class Problem:
     unknowns: tuple[Unknown, ...]
     measured: tuple[Measured, ...]
     recordings: tuple[Recording, ...]
-    known: Known
+    fixed: Known
     guess: Mapping[str, float]
     begin: list[float]
     policy: dict[str, Any]
     runs: int = 0
-    kept: tuple[bytes, Array] = (b"", np.zeros(0))  # where the last Jacobian was taken, and it
+    last_jacobian: tuple[bytes, Array] = (b"", np.zeros(0))  # where it was taken, and it
 
     @property
     def count(self) -> int:
-        """How many samples there are."""
-        return sum(int(np.count_nonzero(one.known)) for one in self.recordings)
+        """The number of samples."""
+        return sum(int(np.count_nonzero(one.valid)) for one in self.recordings)
 
     def setting(self, x: Sequence[float] | Array, place: int) -> Setting:
         """The run of one recording with these values of the unknowns."""
@@ -71,13 +71,13 @@ class Problem:
         for one, value in zip(self.unknowns, x, strict=True):
             if one.holds_for(place):
                 free[one.kind][one.name] = value if np.ndim(value) else float(value)
-        given = self.known.starts[place]
+        given = self.fixed.starts[place]
         start: Any = given
         if given is None or isinstance(given, Mapping):
             start = {**(given or {}), **free[START]}
         return Setting(
-            {**self.known.params, **free[PARAMETER]}, start,
-            {**self.known.inputs[place], **free[INPUT]},
+            {**self.fixed.params, **free[PARAMETER]}, start,
+            {**self.fixed.inputs[place], **free[INPUT]},
         )  # fmt: skip
 
     def named_start(
@@ -87,7 +87,7 @@ class Problem:
         model = self.model
         speeds = {name: value for name, value in start.items() if name in model.speeds}
         rest = {name: value for name, value in start.items() if name not in speeds}
-        if self.known.starts[place] is None:
+        if self.fixed.starts[place] is None:
             return filled_start(model.system, rest, speeds, self.guess)
         return rest, speeds, dict(self.guess)
 
@@ -122,9 +122,9 @@ class Problem:
             except AssemblyError:
                 sol = None
             if sol is None or not sol.status.ok:
-                parts.append(np.full(int(np.count_nonzero(recording.known)), np.inf))
+                parts.append(np.full(int(np.count_nonzero(recording.valid)), np.inf))
             else:
-                parts.append(self.deviations(sol.system, sol.y, sol.params, place)[recording.known])
+                parts.append(self.deviations(sol.system, sol.y, sol.params, place)[recording.valid])
         return np.concatenate(parts)
 
     def deviations(self, system: System, y: Array, values: Array, place: int) -> Array:
@@ -136,15 +136,15 @@ class Problem:
         found = np.empty((*y.shape[:-1], len(self.measured)))
         for k, one in enumerate(self.measured):
             apart = one.on(system, y, values, recording.t) - recording.values[:, k]
-            if self._assembled(one, place) and recording.known[:, k].any():
-                first = int(np.argmax(recording.known[:, k]))
+            if self._follows_from_loops(one, place) and recording.valid[:, k].any():
+                first = int(np.argmax(recording.valid[:, k]))
                 apart = apart - TURN * np.round(apart[..., first, None] / TURN)
             found[..., k] = apart / one.weight
         return found
 
-    def _assembled(self, one: Measured, place: int) -> bool:
-        """Whether it is an angle that follows from the closing of the loops."""
-        start = self.known.starts[place]
+    def _follows_from_loops(self, one: Measured, place: int) -> bool:
+        """Whether a quantity is an angle that follows from the closing of the loops."""
+        start = self.fixed.starts[place]
         held = {u.name for u in self.unknowns} | {*(start if isinstance(start, Mapping) else ())}
         return one.kind is Kind.ANGLE and one.output not in held
 
@@ -156,13 +156,13 @@ class Problem:
         MechcError
             Where a derivative does not exist, with the reason.
         """
-        if self.kept[0] != x.tobytes():
+        if self.last_jacobian[0] != x.tobytes():
             parts = [self._slopes(x, place) for place in range(len(self.recordings))]
-            self.kept = x.tobytes(), np.concatenate(parts)
-        return self.kept[1].copy()
+            self.last_jacobian = x.tobytes(), np.concatenate(parts)
+        return self.last_jacobian[1].copy()
 
     def _slopes(self, x: Array, place: int) -> Array:
-        """The part of one recording."""
+        """The rows of the Jacobian of one recording."""
         recording = self.recordings[place]
         mine = [k for k, one in enumerate(self.unknowns) if one.holds_for(place)]
         names = [self.unknowns[k].name for k in mine]
@@ -170,7 +170,7 @@ class Problem:
         slopes = np.zeros((len(recording.t), len(self.measured), len(self.unknowns)))
         for j, one in enumerate(self.measured):
             slopes[:, j, mine] = one.slopes(sol, names) / one.weight
-        part: Array = slopes[recording.known]
+        part: Array = slopes[recording.valid]
         if not np.isfinite(part).all():
             raise MechcError(_no_derivative(sol, place))
         return part

@@ -1,4 +1,4 @@
-"""What was measured: names of quantities with their uncertainty, and their values on states."""
+"""Measured quantities: names, uncertainties, and values of the model on states."""
 
 from __future__ import annotations
 
@@ -51,11 +51,11 @@ class Measured:
 
     @property
     def weight(self) -> float:
-        """What its residuals are divided by."""
+        """The divisor of its residuals."""
         return 1.0 if math.isnan(self.sigma) else self.sigma
 
     def on(self, system: System, y: Array, values: Array, t: Array) -> Array:
-        """Its values (...) on states (..., nq + nu)."""
+        """The values (...) of the quantity on states (..., nq + nu)."""
         if self.output in (*system.coordinates, *system.speeds):
             return np.asarray(y[..., system.state_index(self.output)])
         if self.output == "energy":
@@ -63,7 +63,7 @@ class Measured:
         return self._entry(system.evaluate(self.output, y, values, t))
 
     def slopes(self, sol: Any, names: Sequence[str]) -> Array:
-        """Its derivatives (nt, names) along a solution with sensitivities."""
+        """The derivatives (nt, names) of the quantity along a solution with sensitivities."""
         system = sol.system
         if self.output in (*system.coordinates, *system.speeds):
             place = system.state_index(self.output)
@@ -78,7 +78,7 @@ class Measured:
 
 
 def checked_measured(system: System, given: Any) -> tuple[Measured, ...]:
-    """What was measured, from ``{name: sigma}`` or from names alone.
+    """The measured quantities, from ``{name: sigma}`` or from names alone.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def checked_measured(system: System, given: Any) -> tuple[Measured, ...]:
             "outputs=(..., 'sensitivities')"
         )
     pairs = given.items() if isinstance(given, Mapping) else ((name, None) for name in _each(given))
-    found = tuple(_measured(system, name_of(name), sigma) for name, sigma in pairs)
+    found = tuple(_measured_quantity(system, name_of(name), sigma) for name, sigma in pairs)
     if not found:
         raise ValueOutOfBoundsError("nothing is measured: give measured={'theta_0': sigma}")
     names = [one.name for one in found]
@@ -110,7 +110,7 @@ def _each(given: Any) -> Sequence[Any]:
     return [given] if isinstance(given, str) or not isinstance(given, Sequence) else given
 
 
-def _measured(system: System, name: Any, sigma: Any) -> Measured:
+def _measured_quantity(system: System, name: Any, sigma: Any) -> Measured:
     match = _ENTRY.fullmatch(name) if isinstance(name, str) else None
     if match is None:
         raise ValueOutOfBoundsError(

@@ -24,8 +24,8 @@ class Recording:
     values: Array
 
     @property
-    def known(self) -> Any:
-        """Which values are not missing (nt, k)."""
+    def valid(self) -> Any:
+        """Flags (nt, k) of the values that are not missing."""
         return np.isfinite(self.values)
 
 

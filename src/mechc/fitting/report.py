@@ -94,7 +94,7 @@ def _notes(result: Findings) -> list[str]:
 
 
 def json_of(result: Findings) -> dict[str, Any]:
-    """As JSON data; a number that is not finite is null."""
+    """The result as JSON data; a number that is not finite is null."""
     return {
         "mechanism": result.problem.model.name,
         "values": result.values,

@@ -1,4 +1,4 @@
-"""What a fit found, with its words and its picture."""
+"""The result of a fit, with its report and its figure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From where the search begins, and the search: SciPy's least squares with the exact Jacobian."""
+"""The starts of the search, and the search: SciPy's least squares with exact Jacobian."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Report = Callable[[float, str], None]
 
 @dataclass(frozen=True)
 class Settings:
-    """How the search is done; see :meth:`mechc.Model.fit`."""
+    """Settings of the search; see :meth:`mechc.Model.fit`."""
 
     starts: int
     refined: int
@@ -42,7 +42,7 @@ def beginnings(problem: Problem, settings: Settings) -> Array:
         _refuse_infeasible(problem, first)
         return first[None]
     points = np.vstack([first, _spread(problem, settings.starts - 1, settings.seed, first)])
-    costs = screened(problem, points, settings)
+    costs = costs_at(problem, points, settings)
     if not np.isfinite(costs).any():
         _refuse_infeasible(problem, first)
     order = np.argsort(costs, kind="stable")
@@ -72,7 +72,7 @@ def bounds_of(problem: Problem) -> tuple[Array, Array]:
     )
 
 
-def screened(problem: Problem, points: Array, settings: Settings) -> Array:
+def costs_at(problem: Problem, points: Array, settings: Settings) -> Array:
     """The cost at each point (n,), of all in one batch; infinite where a motion fails."""
     loss = loss_of(settings.loss, settings.f_scale)
     if _one_by_one(problem, points[0]):
@@ -86,13 +86,13 @@ def screened(problem: Problem, points: Array, settings: Settings) -> Array:
 
 
 def _one_by_one(problem: Problem, x: Array) -> bool:
-    """Where a batch does not do: with Python functions, and outputs that may contain inputs."""
+    """Whether members run alone: with Python functions, and outputs that may contain inputs."""
     model = problem.model
     if not model.inputs:
         return False
     states = (*model.coordinates, *model.speeds)
     driven = model.with_inputs(problem.setting(x, 0).inputs).system.driven
-    return bool(driven.called) or any(one.output not in states for one in problem.measured)
+    return bool(driven.calls_python) or any(one.output not in states for one in problem.measured)
 
 
 def _batch(problem: Problem, points: Array, place: int) -> Array:
@@ -114,11 +114,11 @@ def _batch(problem: Problem, points: Array, place: int) -> Array:
     values = np.broadcast_to(values, (len(points), values.shape[-1]))
     apart = problem.deviations(model.system, batch["y_eval"], values[:, None, :], place)
     apart[~batch.ok] = np.inf
-    return np.asarray(apart[:, recording.known])
+    return np.asarray(apart[:, recording.valid])
 
 
 def _for_all(start: Any, count: int) -> Any:
-    """A state for every member: one that is given may be the only thing that says how many."""
+    """A state for every member, where a single one is given for all."""
     return np.tile(start, (count, 1)) if isinstance(start, np.ndarray) else start
 
 

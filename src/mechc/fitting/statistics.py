@@ -1,4 +1,4 @@
-"""What the data say about the values found: covariance, intervals, combinations left open.
+"""Statistics of the values found: covariance, intervals, undetermined combinations.
 
 The covariance is that of the linearised problem, (J^T J)^-1 times a variance: 1 where the noise is
 known, else that of the residuals; with a robust loss that of an M-estimator,
@@ -82,8 +82,8 @@ def statistics_of(
     known = singular > max(rounding, len(singular) * np.finfo(float).eps) * largest
     back = rows.T * np.where(known, 1.0 / np.where(known, singular, 1.0), 0.0)
     spread = back @ back.T * _variance(residuals, loss, len(open_), absolute)
-    spread[_touched(rows[~known])] = np.inf
-    spread[:, _touched(rows[~known])] = np.inf
+    spread[_unknowns_in(rows[~known])] = np.inf
+    spread[:, _unknowns_in(rows[~known])] = np.inf
     covariance = np.full((len(sizes), len(sizes)), np.nan)
     covariance[np.ix_(open_, open_)] = spread * np.outer(sizes[open_], sizes[open_])
     names = [labels[k] for k in open_.tolist()]
@@ -96,7 +96,7 @@ def statistics_of(
 
 
 def _variance(residuals: Array, loss: Loss, count: int, absolute: bool) -> float:
-    """Of residuals that count alike: what (J^T J)^-1 is multiplied by."""
+    """The variance, the factor of (J^T J)^-1, of residuals that count alike."""
     if absolute and not loss.robust:
         return 1.0
     psi, slope = loss.influence(residuals)
@@ -107,8 +107,8 @@ def _variance(residuals: Array, loss: Loss, count: int, absolute: bool) -> float
     return correction**2 * float(psi @ psi) / max(1, len(psi) - count) / mean**2
 
 
-def _touched(directions: Array) -> Array:
-    """Which unknowns partake in these directions."""
+def _unknowns_in(directions: Array) -> Array:
+    """The unknowns that partake in these directions."""
     return np.asarray((np.abs(directions) > 1e-6).any(axis=0))
 
 

@@ -1,4 +1,4 @@
-"""What is free in a fit: parameters, starts, constant inputs; and the vector they make up."""
+"""Unknowns of a fit: parameters, starts, constant inputs; and the vector they make up."""
 
 from __future__ import annotations
 
@@ -46,13 +46,13 @@ class Unknown:
         return self.name if self.recording is None else f"{self.name}[{self.recording}]"
 
     def holds_for(self, recording: int) -> bool:
-        """Whether it moves this recording."""
+        """Whether the unknown changes this recording."""
         return self.recording in (None, recording)
 
 
 @dataclass(frozen=True)
 class Known:
-    """What is given with the fit and stays: of each recording its start and its inputs."""
+    """Values that a fit does not change: parameters, and each recording's start and inputs."""
 
     params: Mapping[str, Any]
     starts: Sequence[Mapping[str, float] | Array | None]
@@ -106,7 +106,7 @@ def _kind(system: System, name: str) -> str:
 def _given_value(
     name: str, kind: str, known: Known, place: int, low: float, high: float
 ) -> float | None:
-    """Where the user lets it begin, within its bounds; None where nothing is said."""
+    """The user's start of an unknown, within its bounds; None where there is none."""
     start = known.starts[place]
     given: Mapping[str, Any] = start if isinstance(start, Mapping) else {}
     if kind != START:

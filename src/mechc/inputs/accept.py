@@ -21,7 +21,7 @@ from mechc.system.parameters import Array
 TIME = ("t", "time")
 
 
-def accepted(given: Any, orders: Mapping[str, int]) -> dict[str, Any]:
+def accepted_inputs(given: Any, orders: Mapping[str, int]) -> dict[str, Any]:
     """Name -> number, signal, function, or functions for value and rates.
 
     ``orders``: of each input the highest derivative that the equations contain.
@@ -68,7 +68,7 @@ def _one(name: str, value: Any, order: int) -> Any:
 
 
 def _samples(value: Any) -> bool:
-    """Whether it is a pair of rows of numbers, as long as each other."""
+    """Whether a value is a pair of rows of numbers of equal length."""
     if not isinstance(value, (tuple, list)) or len(value) != 2 or any(map(callable, value)):
         return False
     return all(np.ndim(row) == 1 for row in value)

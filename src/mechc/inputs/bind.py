@@ -53,7 +53,7 @@ class GivenInputs:
         _check_names(slots, given)
         self.signals = {n: x for n, x in given.items() if isinstance(x, Signal)}
         self._order = {slot.name: max(slot.orders) for slot in slots}
-        self.called = [n for n, x in given.items() if _functions(x)]
+        self.function_names = [n for n, x in given.items() if _functions(x)]
         self._numbers: dict[str, Array] = {}
         self._places: dict[str, int] = {}
         self._pieces: list[tuple[Array, Array]] = []
@@ -74,7 +74,7 @@ class GivenInputs:
         self._functions, self._sizes = functions, sizes
         self.caller = Caller(functions, *sizes)
 
-    def compiled(self) -> Any:
+    def native_inputs(self) -> Any:
         """The values for compiled code."""
         return Inputs(self._pieces, self._sources, self.caller)
 
@@ -89,7 +89,7 @@ class GivenInputs:
         return Inputs(pieces, self._sources, caller)
 
     def places(self, names: Sequence[str]) -> Array:
-        """Which of the signals of :meth:`compiled` the numbers with these names are."""
+        """The places of the numbers with these names among the signals of :meth:`native_inputs`."""
         return np.array([self._places[name] for name in names], np.intc)
 
     @property
@@ -100,7 +100,7 @@ class GivenInputs:
 
     @property
     def numbers(self) -> dict[str, Array]:
-        """Of each input that is a number its place (1, 1), which runs read."""
+        """The place (1, 1), which runs read, of each input that is a number."""
         return dict(self._numbers)
 
     def breaks(self, t0: float, t1: float, rtol: float) -> list[float]:
@@ -132,9 +132,9 @@ class GivenInputs:
         """The cost of the Python functions, as warnings."""
         if not self.caller.calls:
             return ()
-        which = f"The input {self.called[0]} is a Python function"
-        if len(self.called) > 1:
-            which = f"The inputs {', '.join(self.called)} are Python functions"
+        which = f"The input {self.function_names[0]} is a Python function"
+        if len(self.function_names) > 1:
+            which = f"The inputs {', '.join(self.function_names)} are Python functions"
         cost = f"{self.caller.calls} calls from compiled code took {1e3 * self.caller.seconds:.3g}"
         return (f"{which}: {cost} ms",)
 

@@ -10,7 +10,7 @@ import numpy as np
 from mechc.errors import InputError, MechcError, UnknownNameError
 from mechc.inputs.bind import GivenInputs, InputSlot, missing
 from mechc.inputs.sampled import Control, with_held
-from mechc.inputs.stored import inputs_told, told_inputs
+from mechc.inputs.stored import inputs_as_json, inputs_from_json
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -33,41 +33,41 @@ class DrivenScene:
         self.given = dict(given or {})
         sizes = scene.coordinates, scene.speeds
         self._values = GivenInputs(slots, self.given, sizes) if self.given else None
-        self._whole: Any = self._values.compiled() if self._values else None
+        self._whole: Any = self._values.native_inputs() if self._values else None
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._scene, name)
 
     def with_inputs(self, given: Mapping[str, Any]) -> DrivenScene:
-        """The same scene, with these inputs besides those it has."""
+        """A copy of the scene with further inputs."""
         return DrivenScene(self._scene, self._slots, tuple(self._free), {**self.given, **given})
 
     @property
-    def told(self) -> dict[str, Any]:
+    def inputs_as_json(self) -> dict[str, Any]:
         """The inputs as JSON data, but for functions of Python."""
-        return told_inputs(self.given)
+        return inputs_as_json(self.given)
 
-    def not_given(self, told: Mapping[str, Any]) -> dict[str, Any]:
-        """Of inputs as :attr:`told` has them those that this scene was not given."""
-        return {name: x for name, x in inputs_told(told).items() if name not in self.given}
+    def missing_inputs(self, data: Mapping[str, Any]) -> dict[str, Any]:
+        """The inputs in a dict of :attr:`inputs_as_json` that this scene was not given."""
+        return {n: x for n, x in inputs_from_json(data).items() if n not in self.given}
 
     def given_to(self, names: Sequence[str], t: float) -> Any:
         """The inputs for C functions of these outputs; None where no such output contains any."""
         if self._free.issuperset({*names} & {*self._scene.outputs}):
             return None
-        values = self._needed()
+        values = self._given_inputs()
         values.check_times((t,))
         return self._whole
 
     def evaluate(self, name: str, t: Array, y: Array, p: Array) -> Array:
-        """As of :class:`mechc.native._driver.Scene`."""
+        """Evaluate an output as :class:`mechc.native._driver.Scene` does."""
         if name in self._free:
             return np.asarray(self._scene.evaluate(name, t, y, p))
-        values = self._needed()
+        values = self._given_inputs()
         if values.caller.takes_state and name.endswith("state_jacobian"):
             raise MechcError(
-                f"how {', '.join(values.called)} depend on the state is not known, so there is no "
-                "derivative by it: compile with expressions for them"
+                f"how {', '.join(values.function_names)} depend on the state is not known, "
+                "so there is no derivative by it: compile with expressions for them"
             )
         values.check_times(t)
         out: Array = self._scene.evaluate(name, t, y, p, self._whole)
@@ -76,43 +76,43 @@ class DrivenScene:
         return out
 
     def evaluate_into(self, name: str, t: Array, y: Array, p: Array, out: Array) -> None:
-        """As of :class:`mechc.native._driver.Scene`."""
+        """Evaluate an output into an array as :class:`mechc.native._driver.Scene` does."""
         out[...] = self.evaluate(name, t, y, p)
 
     def project(self, t: float, y: Array, p: Array) -> tuple[int, Array, float, float]:
-        """As of :class:`mechc.native._driver.Scene`."""
-        self._needed().check_times((t,))
+        """Project a state as :class:`mechc.native._driver.Scene` does."""
+        self._given_inputs().check_times((t,))
         found: tuple[int, Array, float, float] = self._scene.project(t, y, p, self._whole)
         self.raise_failure()
         return found
 
     def restart(self, t: float) -> None:
-        """A run begins at this time: controllers are called from there on."""
-        values = self._needed()
+        """Begin a run at this time, from which on controllers are called."""
+        values = self._given_inputs()
         values.caller.reset()
         for control in values.controls:
             control.restart()
             control.skip(t)
 
     def repeat(self) -> None:
-        """From now on runs repeat what controllers have given, and call none."""
-        for control in self._needed().controls:
+        """Let later runs repeat the values that controllers gave, and call none."""
+        for control in self._given_inputs().controls:
             control.repeat()
 
-    def begun_at(self, t: float) -> DrivenScene:
-        """The same scene, with controllers of a run without an end that begins at this time."""
-        sampled = {control.names: control.sampled for control in self._needed().controls}
+    def with_controllers_from(self, t: float) -> DrivenScene:
+        """A copy of the scene with controllers of an endless run that begins at this time."""
+        sampled = {control.names: control.sampled for control in self._given_inputs().controls}
         return self.with_inputs(with_held(sampled, (t, np.inf))[0]) if sampled else self
 
     def controlled_until(self, t0: float, t: float) -> DrivenScene:
-        """The same scene in the same run, which began at t0, with controllers until t."""
-        more = [c.longer(t0, t) for c in self._needed().controls if c.signals[0].until <= t]
+        """A copy of the scene whose controllers go on until t in the run that began at t0."""
+        more = [c.longer(t0, t) for c in self._given_inputs().controls if c.signals[0].until <= t]
         return self.with_inputs({k: s for each in more for k, s in each.items()}) if more else self
 
     @property
     def due(self) -> Any:
         """Calls, at a time and a state, controllers whose instant has come; None without any."""
-        controls = self._needed().controls
+        controls = self._given_inputs().controls
         return (lambda t, y: self._call(controls, t, y)) if controls else None
 
     def _call(self, controls: Sequence[Control], t: float, y: Array) -> None:
@@ -122,7 +122,7 @@ class DrivenScene:
             try:
                 control.reach(t, y[:count].copy(), y[count:].copy())
             except BaseException as error:
-                self._needed().caller.failure = ", ".join(control.names), t, error
+                self._given_inputs().caller.failure = ", ".join(control.names), t, error
 
     # -- for a stepper ------------------------------------------------------------------------
 
@@ -134,27 +134,27 @@ class DrivenScene:
     @property
     def has_signals(self) -> bool:
         """Whether an input is a signal, which may have kinks."""
-        return bool(self._needed().signals)
+        return bool(self._given_inputs().signals)
 
     @property
     def numbers(self) -> dict[str, Array]:
-        """Of each input that is a number its place (1, 1), which runs read."""
-        return self._needed().numbers
+        """The place (1, 1), which runs read, of each input that is a number."""
+        return self._given_inputs().numbers
 
-    def compiled(self) -> Any:
+    def native_inputs(self) -> Any:
         """The values for compiled code, separate from those of other runs."""
-        return self._needed().compiled()
+        return self._given_inputs().native_inputs()
 
     def breaks(self, t0: float, t1: float, rtol: float) -> list[float]:
-        """As :meth:`GivenInputs.breaks`."""
-        return self._needed().breaks(t0, t1, rtol)
+        """The kinks of the signals, see :meth:`GivenInputs.breaks`."""
+        return self._given_inputs().breaks(t0, t1, rtol)
 
     def places(self, names: Sequence[str]) -> Array:
-        """As :meth:`GivenInputs.places`."""
-        return self._needed().places(names)
+        """The places of numbers among the signals, see :meth:`GivenInputs.places`."""
+        return self._given_inputs().places(names)
 
     def of_time(self, names: Sequence[str]) -> list[str]:
-        """Those of the inputs that constraints, mass matrix or kinematics contain."""
+        """The inputs among these names that constraints, mass matrix or kinematics contain."""
         return [slot.name for slot in self._slots if slot.of_time and slot.name in names]
 
     def is_free(self, output: str) -> bool:
@@ -162,33 +162,33 @@ class DrivenScene:
         return output in self._free
 
     def check_times(self, times: Sequence[float]) -> None:
-        """As :meth:`GivenInputs.check_times`."""
-        self._needed().check_times(times)
+        """Check that signals have values at these times, see :meth:`GivenInputs.check_times`."""
+        self._given_inputs().check_times(times)
 
     def reset(self) -> None:
         """Forget calls and failures of functions."""
-        self._needed().caller.reset()
+        self._given_inputs().caller.reset()
 
     def for_c(self, output: str) -> Any:
         """The inputs that an output as a C function keeps; None where it contains none."""
-        return None if output in self._free else self._needed().for_c()
+        return None if output in self._free else self._given_inputs().for_c()
 
     # -- Python functions ----------------------------------------------------------------------
 
     @property
-    def called(self) -> bool:
-        """Whether there are such functions; how smooth they are is not known."""
-        return self._values is not None and bool(self._values.called)
+    def calls_python(self) -> bool:
+        """Whether there are functions of Python, whose smoothness is not known."""
+        return self._values is not None and bool(self._values.function_names)
 
     @property
-    def failed(self) -> bool:
+    def has_failed(self) -> bool:
         """Whether a function failed since this was last raised."""
         return self._values is not None and self._values.caller.failure is not None
 
     @property
-    def interrupted(self) -> bool:
+    def was_interrupted(self) -> bool:
         """Whether Ctrl-C interrupted a function; this is then reset."""
-        if self._values is None or not self.failed:
+        if self._values is None or not self.has_failed:
             return False
         caller = self._values.caller
         if not isinstance(caller.failure[2], KeyboardInterrupt):
@@ -197,7 +197,7 @@ class DrivenScene:
         return True
 
     def failure_in_words(self) -> str:
-        """Which function failed, when and how."""
+        """A message that says which function failed, when and how."""
         assert self._values is not None
         name, t, error = self._values.caller.failure
         why = "returned no finite number" if error is None else f"{type(error).__name__}: {error}"
@@ -205,7 +205,7 @@ class DrivenScene:
 
     def raise_failure(self, solution: object = None) -> None:
         """Raise :class:`InputError` if a function failed; ``solution``: the motion until then."""
-        if not self.failed:
+        if not self.has_failed:
             return
         assert self._values is not None
         told, error = self.failure_in_words(), self._values.caller.failure[2]
@@ -219,7 +219,7 @@ class DrivenScene:
         """The cost of Python functions in the last run."""
         return () if self._values is None else self._values.notes()
 
-    def _needed(self) -> GivenInputs:
+    def _given_inputs(self) -> GivenInputs:
         if self._values is None:
             raise missing(self._slots, self.given)
         return self._values

@@ -111,12 +111,12 @@ class HeldSignal(Signal):
         self._knots = np.append(-FAR, changes)
         self._coefficients = np.full((len(self._knots), 1), np.nan)
         self._coefficients[0] = initial
-        self.known = 2 if first else 1
-        self._coefficients[: self.known] = initial
+        self.known_count = 2 if first else 1
+        self._coefficients[: self.known_count] = initial
 
     @property
     def values(self) -> Array:
-        """At the times (n,); NaN where the run did not come."""
+        """The values at the times (n,); NaN where the run did not come."""
         found: Array = self._coefficients[1:, 0]
         return found
 
@@ -125,12 +125,12 @@ class HeldSignal(Signal):
         raise AttributeError("a controller gives these values")
 
     def put(self, index: int, value: float) -> None:
-        """The value of an instant."""
-        self._coefficients[self.known + index] = value
+        """Store the value of an instant."""
+        self._coefficients[self.known_count + index] = value
 
     def take_known(self, shorter: HeldSignal, called: int) -> None:
-        """Values of a signal of the same run, whose controller was called so often."""
-        known = shorter.known + called
+        """Take over the values of a shorter signal, whose controller was called so often."""
+        known = shorter.known_count + called
         self._coefficients[:known] = shorter._coefficients[:known]
 
     def breaks(self, rtol: float, order: int = 0) -> Array:
@@ -138,8 +138,8 @@ class HeldSignal(Signal):
         del rtol, order
         return np.union1d(self.control.instants, self._knots[1:])
 
-    def recorded(self) -> Signal:
-        """What the run has applied, as a signal with the same breaks."""
+    def as_signal(self) -> Signal:
+        """The values that the run has applied, as a signal with the same breaks."""
         times = self.breaks(0.0)
         values = self(times)
         done = np.isfinite(values)
@@ -150,7 +150,7 @@ class HeldSignal(Signal):
 
     @property
     def parts(self) -> tuple[dict[str, Any], dict[str, Array]]:
-        return self.recorded().parts
+        return self.as_signal().parts
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Signal.from_parts, self.parts
@@ -175,26 +175,26 @@ class Control:
         self._next, self._repeats = 0, False
 
     def restart(self) -> None:
-        """A run begins: the controller is called from the first instant on."""
+        """Begin a run: the controller is called from the first instant on."""
         if not self._repeats:
             self._next = 0
 
     def repeat(self) -> None:
-        """From now on runs repeat what was recorded, and call nothing."""
+        """Let later runs repeat the recorded values, and call nothing."""
         self._next, self._repeats = len(self.instants), True
         for signal in self.signals:
             signal.hold_last()
 
     def skip(self, t: float) -> None:
-        """A part of a run begins at this time: none of the instants before it is left, and none is
-        called again."""
+        """Begin a part of a run at this time: earlier instants are over, and none of them is called
+        again."""
         first = int(np.searchsorted(self.instants, t - TICKS * np.spacing(abs(t))))
         self._next = max(self._next, first)
 
     def longer(self, t0: float, t1: float) -> dict[str, HeldSignal]:
         """The signals of the same run, which began at t0, until t1 at least, with what is known."""
         until = t1 + max(t1 - t0, AT_ONCE * self.sampled.period)
-        signals = _held(list(self.names), self.sampled, (t0, until))
+        signals = _hold(list(self.names), self.sampled, (t0, until))
         control = next(iter(signals.values())).control
         control._next = self._next
         for signal, shorter in zip(signals.values(), self.signals, strict=True):
@@ -240,13 +240,13 @@ def with_held(inputs: Mapping[Any, Any], span: tuple[float, float]) -> tuple[dic
     for key, value in inputs.items():
         if isinstance(value, Sampled):
             names = [name_of(each) for each in (key if isinstance(key, tuple) else (key,))]
-            found |= _held(names, value, span)
+            found |= _hold(names, value, span)
         else:
             found[key] = value
     return found, any(isinstance(value, Sampled) for value in inputs.values())
 
 
-def _held(names: list[str], sampled: Sampled, span: tuple[float, float]) -> dict[str, HeldSignal]:
+def _hold(names: list[str], sampled: Sampled, span: tuple[float, float]) -> dict[str, HeldSignal]:
     until = span[1] if span[1] < np.inf else span[0] + AT_ONCE * sampled.period
     instants = sampled.instants(span[0], until)
     changes = instants + sampled.delay

@@ -16,8 +16,8 @@ from mechc.system.system import System
 INDEXED = re.compile(r"(.+)\[(\d+)\]\Z", re.DOTALL)
 
 
-def sampled(system: System, name: str) -> Signal | None:
-    """The signal that a name is one value, or all values, of; None for other names.
+def signal_of(system: System, name: str) -> Signal | None:
+    """The signal of a name that stands for one or all of its values; None for other names.
 
     Raises
     ------
@@ -49,7 +49,7 @@ def sampled(system: System, name: str) -> Signal | None:
 
 def signals_among(system: System, names: Sequence[str]) -> dict[str, Signal]:
     """Input -> its signal with breaks at all samples, of those whose values are among the names."""
-    found = {input_of(name, system): sampled(system, name) for name in names}
+    found = {input_of(name, system): signal_of(system, name) for name in names}
     return {n: each.broken_at_samples() for n, each in found.items() if n and each is not None}
 
 
@@ -66,7 +66,7 @@ def cardinal(signal: Signal, index: int) -> tuple[Array, Array]:
 
 
 def input_of(name: str, system: System) -> str | None:
-    """The input that a name is of."""
+    """The input that a name belongs to."""
     if name in system.inputs:
         return name
     found = INDEXED.match(name) if system.inputs else None

@@ -63,7 +63,7 @@ class Signal:
         if breaks not in ("kinks", "samples"):
             raise UnknownNameError("rule for breaks", breaks, ("kinks", "samples"))
         self.kind, self.outside, self._at_samples = kind, outside, breaks == "samples"
-        self.times, self.values = _checked(times, values, kind)
+        self.times, self.values = _checked_samples(times, values, kind)
         self._smoothness = SMOOTHNESS[kind]
         self._knots, self._coefficients = _pieces(self.times, self.values, kind)
         if outside == "hold":
@@ -87,7 +87,7 @@ class Signal:
         signal = object.__new__(cls)
         signal.kind, signal.outside = f"degree {coefficients.shape[1] - 1}", "refuse"
         signal._knots, signal._coefficients = knots[:-1].copy(), coefficients
-        last = _shifted(coefficients[-1:], np.diff(knots[-2:]), 0)
+        last = _shift(coefficients[-1:], np.diff(knots[-2:]), 0)
         signal.times, signal.values = knots, np.append(coefficients[:, 0], last)
         signal._smoothness = signal._continuous_derivatives()
         return signal
@@ -110,7 +110,7 @@ class Signal:
 
     @property
     def parts(self) -> tuple[dict[str, Any], dict[str, Array]]:
-        """What it is made of, for a file: data for JSON, and arrays."""
+        """The contents of the signal for a file: data for JSON, and arrays."""
         words = {"kind": self.kind, "outside": self.outside, "at_samples": self._at_samples}
         arrays = {"times": self.times, "values": self.values}
         arrays |= {"knots": self._knots, "coefficients": self._coefficients}
@@ -145,10 +145,10 @@ class Signal:
         return bool(fits and known and (np.diff(knots) > 0).all() and np.isfinite(factors).all())
 
     def _continuous_derivatives(self) -> int:
-        """By the jumps at the knots, to rounding."""
+        """The number of continuous derivatives, by the jumps at the knots, to rounding."""
         widths, degree = np.diff(self._knots), self._coefficients.shape[1] - 1
         for n in range(degree + 1):
-            before, after = _shifted(self._coefficients[:-1], widths, n), self._coefficients[1:, n]
+            before, after = _shift(self._coefficients[:-1], widths, n), self._coefficients[1:, n]
             size = np.abs(self._coefficients[:, n]).max(initial=0.0)
             if (np.abs(after - before) > CONTINUOUS * size).any():
                 return n - 1
@@ -156,7 +156,7 @@ class Signal:
 
     @property
     def smoothness(self) -> int:
-        """How many derivatives are continuous; -1: the value itself jumps."""
+        """The number of continuous derivatives; -1: the value itself jumps."""
         return min(self._smoothness, 0) if self.outside == "hold" else self._smoothness
 
     def breaks(self, rtol: float, order: int = 0) -> Array:
@@ -174,18 +174,18 @@ class Signal:
         return breaks
 
     def _roughness(self, order: int) -> Array:
-        """At each inner knot the largest jump of a derivative, as what it makes of the one of an
-        order within a piece."""
+        """The largest jump of a derivative at each inner knot, measured by its effect on the
+        derivative of an order within a piece."""
         widths = np.minimum(np.diff(self._knots), np.ptp(self.times))
         reach = np.maximum(widths, np.append(widths[1:], 0.0))
         roughness = np.zeros(len(widths))
         for n in range(order, self._coefficients.shape[1]):
-            jump = np.abs(_shifted(self._coefficients[:-1], widths, n) - self._coefficients[1:, n])
+            jump = np.abs(_shift(self._coefficients[:-1], widths, n) - self._coefficients[1:, n])
             roughness = np.maximum(roughness, perm(n, order) * jump * reach ** (n - order))
         return roughness
 
     def broken_at_samples(self) -> Signal:
-        """The same with ``breaks="samples"``."""
+        """A copy of the signal with ``breaks="samples"``."""
         other = copy(self)
         other._at_samples = True
         return other
@@ -203,7 +203,7 @@ class Signal:
         return float(self.times[0]), float(self.times[-1])
 
     def __call__(self, t: float | Array, order: int = 0) -> Array:
-        """Its value, or its derivative of an order, at times within :attr:`span`; at a jump the
+        """The value, or the derivative of an order, at times within :attr:`span`; at a jump the
         value after it."""
         times = np.asarray(t, dtype=np.float64)
         low, high = self.span
@@ -230,7 +230,7 @@ class Signal:
         return f"<mechc.Signal, {self.kind}, {len(self.times)} samples in {low:g} ... {high:g} s>"
 
 
-def _shifted(coefficients: Array, by: Array, order: int) -> Array:
+def _shift(coefficients: Array, by: Array, order: int) -> Array:
     """The coefficient of an order of the same polynomials about a later time (Taylor)."""
     value = np.zeros(len(coefficients))
     for n in range(coefficients.shape[1] - 1, order - 1, -1):
@@ -238,7 +238,7 @@ def _shifted(coefficients: Array, by: Array, order: int) -> Array:
     return value
 
 
-def _checked(times: Any, values: Any, kind: str) -> tuple[Array, Array]:
+def _checked_samples(times: Any, values: Any, kind: str) -> tuple[Array, Array]:
     try:
         t, x = np.array(times, dtype=np.float64), np.array(values, dtype=np.float64)
     except (TypeError, ValueError):

@@ -10,35 +10,35 @@ import numpy as np
 from mechc.inputs.signals import PARTS, Signal
 
 
-def told_inputs(given: Mapping[str, Any]) -> dict[str, Any]:
+def inputs_as_json(given: Mapping[str, Any]) -> dict[str, Any]:
     """Numbers and signals by name; functions of Python are left out."""
-    return {name: _told(value) for name, value in given.items() if not _is_function(value)}
+    return {name: _input_as_json(value) for name, value in given.items() if not _is_function(value)}
 
 
 def _is_function(value: Any) -> bool:
     return not isinstance(value, Signal) and (callable(value) or isinstance(value, tuple))
 
 
-def _told(value: Any) -> Any:
+def _input_as_json(value: Any) -> Any:
     if not isinstance(value, Signal):
         return float(value)
     words, arrays = value.parts
     return [words, {part: rows.tolist() for part, rows in arrays.items()}]
 
 
-def inputs_told(told: Mapping[str, Any]) -> dict[str, Any]:
-    """What :func:`told_inputs` gave, as inputs.
+def inputs_from_json(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Inputs from the JSON data of :func:`inputs_as_json`.
 
     Raises
     ------
     TypeError, ValueError, LookupError
         For anything else.
     """
-    return {name: _input(value) for name, value in told.items()}
+    return {name: _input(value) for name, value in data.items()}
 
 
-def _input(told: Any) -> Any:
-    if not isinstance(told, list):
-        return float(told)
-    words, rows = told
+def _input(data: Any) -> Any:
+    if not isinstance(data, list):
+        return float(data)
+    words, rows = data
     return Signal.from_parts(words, {part: np.array(rows[part], np.float64) for part in PARTS})

@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, initializedcheck=False
-"""Checks of arrays: at once for few numbers; of many, signals are handled between blocks."""
+"""Checks of arrays; for long ones, signals (Ctrl-C) are handled between blocks."""
 
 import numpy as np
 

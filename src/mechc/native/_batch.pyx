@@ -72,7 +72,7 @@ cdef void work_on_batch(void *given) noexcept nogil:
 
 
 cdef int parts_of_batch(Scene scene, const mechc_options *options, bint lockstep, bint quantities):
-    """The parts of a unit that such runs may come to: none waits for one under way."""
+    """The parts of a unit that such runs may need, so that none waits for one under way."""
     cdef int parts = MECHC_PART_DRIVER | mechc_part_of_method(options.method)
     if scene.holonomic or lockstep:
         parts |= MECHC_PART_EXPLICIT
@@ -108,7 +108,7 @@ cdef class Runs:
     ``event_counts`` (n, e), ``event_latest`` (n, e), the times of the last ones, ``lowered`` (n,).
     """
 
-    cdef object kept  # arrays that C points into
+    cdef object references  # arrays that C points into
     cdef mechc_batch batch
     cdef mechc_quantity *quantity
     cdef readonly object y, t, status, at_times, p_at_times, reduced, counts, least
@@ -131,7 +131,7 @@ cdef class Runs:
             raise ValueError("a row of parameters and a gap are needed for every member")
         if numbers.shape[0] != count or numbers.shape[1] != places.shape[0]:
             raise ValueError("a row of numbers is needed for every member")
-        self.kept = [request, y0, p, assembled, t_eval, allowed, numbers, places]
+        self.references = [request, y0, p, assembled, t_eval, allowed, numbers, places]
         batch.unit, batch.count, batch.lockstep = scene.unit, count, lockstep
         batch.scene.unit, batch.scene.sizes = scene.unit, request.sizes.sizes
         batch.scene.coordinates, batch.scene.speeds = scene.coordinates, scene.speeds

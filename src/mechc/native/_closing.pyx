@@ -252,7 +252,7 @@ cdef class Closure:
         self, const mechc_closure *closure, int what, ptrdiff_t count, const double *y, const double *p,
         double *out,
     ) noexcept:
-        """What C asks of a scene in Python; an error is kept and raised after C's work."""
+        """Evaluate a scene in Python for C; an error is stored and raised after C's work."""
         cdef ptrdiff_t size = count * self.closure.breadth[what], i
         cdef double[:, ::1] states = np.empty((count, self.closure.width))
         cdef double[:, ::1] values = np.empty((1, self.closure.parameters))
@@ -343,7 +343,7 @@ cdef class Closings:
 
     cdef mechc_closing job
     cdef Closure closure
-    cdef object kept  # arrays that C points into
+    cdef object references  # arrays that C points into
     cdef readonly object found, many, miss, open
 
     def __init__(self, Closure closure, double t, const int[::1] unknown,
@@ -367,7 +367,7 @@ cdef class Closings:
         if not 0 < near <= start.shape[0] or most < 1 or not closure.holonomic:
             raise ValueError("nothing to search for or to keep")
         self.closure = closure
-        self.kept = [unknown, start, fixed, p, length, guessed]
+        self.references = [unknown, start, fixed, p, length, guessed]
         found = self.found = np.empty((count, most, fixed.shape[1]))
         many = self.many = np.zeros(count, np.intc)
         miss = self.miss = np.empty(count)
@@ -417,8 +417,8 @@ cdef class Closings:
         self.job.stop = 1
 
 
-def measured(Closure closure, double t, const int[::1] unknown, const double[::1] q,
-             const double[:, ::1] p, const double[::1] hint):
+def measure(Closure closure, double t, const int[::1] unknown, const double[::1] q,
+            const double[:, ::1] p, const double[::1] hint):
     """The sizes that coordinates and rows of members are compared with, see ``closing/measure.h``.
 
     ``unknown``: coordinates that may move, the others are those of q (nq,).  Returns the lengths
@@ -450,9 +450,9 @@ def measured(Closure closure, double t, const int[::1] unknown, const double[::1
     return np.asarray(lengths), np.asarray(rows)
 
 
-def followed(Closure closure, double t, int driven, const int[::1] unknown,
-             const double[::1] value, double[:, :, ::1] q, const double[:, ::1] p,
-             const double[::1] length, int most):
+def trace_assemblies(Closure closure, double t, int driven, const int[::1] unknown,
+                     const double[::1] value, double[:, :, ::1] q, const double[:, ::1] p,
+                     const double[::1] length, int most):
     """One assembly of every member, followed through the values of a coordinate.
 
     ``q`` (n, values, nq): the

@@ -122,7 +122,7 @@ cdef const char *PART = "mechc.part"
 
 
 cdef const int *data_of(path, const char *symbol) except NULL:
-    """What a shared object has under this name, a struct that begins with its ABI."""
+    """The struct of this name in a shared object; it begins with its ABI version."""
     cdef bytes name = fsencode(path)
     cdef void *library = mechc_open_shared(name)
     cdef const int *abi = NULL
@@ -148,7 +148,7 @@ def capsule_of(path):
 
 
 def part_of(path):
-    """The same of a part of a unit."""
+    """A capsule of the part of a unit in a shared object."""
     return PyCapsule_New(<void *>data_of(path, b"mechc_part_of_unit"), PART, NULL)
 
 
@@ -216,7 +216,7 @@ cdef class Scene:
 
     @property
     def evaluator(self):
-        """What evaluates its outputs: itself, of a scene with inputs or under compilation its part."""
+        """The native scene that evaluates the outputs, for wrappers of a scene to pass on."""
         return self
 
     @property
@@ -246,7 +246,7 @@ cdef class Scene:
 
     @property
     def of_members(self):
-        """The same scene for loops over members, whose outputs are all evaluated in lanes.
+        """A copy of the scene for loops over members, with all outputs evaluated in lanes.
 
         What is loaded for them changes no digit of the outputs of this one.
         """
@@ -257,7 +257,7 @@ cdef class Scene:
         return self.members
 
     cdef prefer_lanes(self, ptrdiff_t count):
-        """Evaluate in lanes what many states are asked of, once that is compiled."""
+        """Evaluate outputs of many states in lanes, once these are compiled."""
         self.evaluated += count
         if self.evaluated > MANY:
             part = self.source.if_made(MECHC_PART_OUTPUTS)
@@ -276,7 +276,7 @@ cdef class Scene:
             self.model.complete(&given[0], &values[0])
 
     def complete_rows(self, const unsigned char[::1] given, double[:, ::1] rows):
-        """The same for every row; the flags are the same for all."""
+        """Complete the parameters of every row (members, np); the flags are the same for all."""
         cdef ptrdiff_t i
         if given.shape[0] != self.parameters or rows.shape[1] != self.parameters:
             raise ValueError(f"{self.parameters} parameters are needed")
@@ -296,7 +296,7 @@ cdef class Scene:
 
     def evaluate_into(self, str name, const double[::1] t, const double[:, ::1] y,
                       const double[:, ::1] p, double[:, ::1] out, Inputs inputs=None):
-        """The same, into an array (states, width)."""
+        """Evaluate an output into an array (states, width)."""
         cdef ptrdiff_t count = y.shape[0]
         if self.joined != NULL and not self.joined.parts & MECHC_PART_OUTPUTS:
             self.prefer_lanes(count)
@@ -437,7 +437,7 @@ cdef class Ode:
         free(self.bound)
 
     cdef int _bind(self) except -1:
-        """Anew when a compilation in the background has ended."""
+        """Choose the function anew when a compilation in the background has ended."""
         scene = self.system.scene
         free(self.bound)
         self.bound, self.scene = NULL, scene

@@ -20,6 +20,6 @@ cdef class Events:
     cdef mechc_event_policy *policy
     cdef mechc_contact_laws laws
     cdef called_event *called
-    cdef object kept, callbacks, table
+    cdef object references, callbacks, table
     cdef readonly bint calls_python
     cdef public object failure

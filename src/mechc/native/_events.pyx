@@ -178,7 +178,7 @@ cdef class Events:
             raise ValueError("these events are of another model")
         of_contacts = np.zeros(n, np.intc)
         cdef int[::1] numbers = of_contacts
-        self.kept = scene, unit, has_gap, has_friction, of_contacts
+        self.references = scene, unit, has_gap, has_friction, of_contacts
         self.callbacks, self.table, self.failure = callbacks, table, None
         self.functions = <mechc_event_functions *>calloc(self.count, sizeof(mechc_event_functions))
         self.policy = <mechc_event_policy *>calloc(self.count, sizeof(mechc_event_policy))

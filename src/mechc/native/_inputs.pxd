@@ -62,7 +62,7 @@ cdef class Inputs:
 
 cdef class Shapes:
     cdef mechc_shapes shapes
-    cdef object kept
+    cdef object references
     cdef readonly int columns
 
 

@@ -51,7 +51,7 @@ cdef class Caller:
 
 
 cdef object array_of(const double *numbers, ptrdiff_t count):
-    """A copy, which may be kept."""
+    """A copy of a state, which may be stored."""
     out = np.empty(count)
     cdef double[::1] view = out
     if count:
@@ -103,7 +103,7 @@ cdef class Inputs:
         self.driven.caller, self.driven.call = <void *>caller, call_back
 
     def values(self, int which, const double[::1] t, const double[:, ::1] q, const double[:, ::1] u):
-        """One of the values, as compiled scenes have it.
+        """The values of one input, as compiled scenes have them.
 
         Of times (n or 1,), coordinates (n, nq) and speeds (n or 1, nu): (n,), or one value for all
         where no state is needed.
@@ -148,7 +148,7 @@ cdef class Shapes:
     def __init__(self, Inputs factors, const int[::1] places, const int[::1] columns, int size):
         if places.shape[0] != factors.source_count or columns.shape[0] != factors.source_count:
             raise ValueError("each change needs a factor, a place and a column")
-        self.kept = factors, places, columns
+        self.references = factors, places, columns
         self.columns = size
         self.shapes.count = factors.source_count
         self.shapes.places, self.shapes.columns = &places[0], &columns[0]

@@ -16,7 +16,7 @@ cdef class Request:
     cdef Sizes sizes
     cdef Inputs inputs
     cdef Events events
-    cdef object due, kept
+    cdef object due, references
     cdef readonly object p
 
     cdef take_inputs(self, Inputs inputs, const double[::1] kinks)

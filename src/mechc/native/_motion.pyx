@@ -68,7 +68,7 @@ cdef void call_due(void *given, double t, const double *y) noexcept with gil:
 
 
 cdef class Request:
-    """What is asked of motions of a scene: policy, parameters, inputs and events.
+    """The request for motions of a scene: policy, parameters, inputs and events.
 
     policy
         A :class:`mechc.simulation.settings.Policy`.
@@ -112,7 +112,7 @@ cdef class Request:
             if self.limits.count:
                 self.limits.times, self.limits.longest = &times[0], &longest[0]
                 options.limits = &self.limits
-        self.kept = policy.atol, policy.limits, kinks
+        self.references = policy.atol, policy.limits, kinks
         if inputs is not None:
             self.take_inputs(inputs, kinks)
 
@@ -184,7 +184,7 @@ cdef class Motion:
         mechc_hybrid_free(&self.hybrid)
 
     def advance(self, long steps):
-        """At most `steps` further attempted steps, and no more than fit into a moment.
+        """Attempt at most `steps` further steps, and no more than fit into a moment.
 
         Returns the status code.  A pending signal (Ctrl-C) is raised as its handler says; the motion
         stays usable.
@@ -230,8 +230,8 @@ cdef class Motion:
 
     @property
     def pieces(self):
-        """Of each piece its steps, its parameters (np,), whether the state jumps at its start, the
-        events whose resets made that jump, the states of its contacts, and where it is cut or None."""
+        """The pieces: of each its steps, its parameters (np,), whether the state jumps at its start,
+        the events whose resets made that jump, its contacts' states, and its cut or None."""
         cdef mechc_piece *piece
         found = []
         for i in range(self.hybrid.pieces):
@@ -255,9 +255,9 @@ cdef class Motion:
         return numbers, times, array_of(self.hybrid.watch.zero_state, count * width).reshape(count, width)
 
     def notes(self):
-        """Of each event the first times at which it may only touch zero, and from which it changes
-        too fast to follow, or NaN; impacts at which less than the whole restitution counted, the first
-        of them, and what counted there."""
+        """Notes for warnings: of each event the first time at which it may only touch zero, and the one
+        from which it changes too fast to follow, or NaN; the number of impacts at which less than the
+        whole restitution counted, the first of them, and what counted there."""
         touched = [(self.hybrid.watch.event[k].grazing, self.hybrid.watch.event[k].too_fast)
                    for k in range(self.hybrid.watch.own)]
         contacts = &self.hybrid.contacts
@@ -272,7 +272,7 @@ cdef class Motion:
 
     @property
     def bytes_a_step(self):
-        """Of the record."""
+        """The bytes that a step takes in the record."""
         return bytes_of_step(&self.hybrid.run.trajectory)
 
     @property
@@ -282,12 +282,12 @@ cdef class Motion:
                         self.request.p, self.request.inputs, None, self.request.sizes)
 
     def keep_last(self):
-        """Keep of the steps the last state only, such that the run goes on as if it kept all."""
+        """Keep only the last state of the steps, such that the run goes on as if it kept all."""
         mechc_keep_last(&self.hybrid.run.trajectory)
         self.hybrid.run.trajectory.crossing_count = 0
 
     def checkpoint(self):
-        """What :meth:`back_to` goes on from."""
+        """A copy of the state of the motion, from which :meth:`back_to` goes on."""
         cdef mechc_trajectory *record = &self.hybrid.run.trajectory
         saved = np.empty(self.hybrid.motion.unit.saved_size(self.hybrid.run), dtype=np.uint8)
         cdef unsigned char[::1] to = saved
@@ -296,7 +296,7 @@ cdef class Motion:
         return saved, dropped, self.hybrid.inputs.segment
 
     def back_to(self, checkpoint):
-        """To a checkpoint of this motion; of its steps the state there is kept."""
+        """Go back to a checkpoint of this motion; its record then begins with the state there."""
         cdef mechc_trajectory *record = &self.hybrid.run.trajectory
         saved, dropped, segment = checkpoint
         cdef const unsigned char[::1] kept = saved
@@ -317,7 +317,7 @@ cdef class Motion:
 
     @property
     def contact_failure(self):
-        """What of contacts could not be computed, "" for nothing, and the contact, or -1."""
+        """The failure of contacts in words, "" for none, and the number of the contact, or -1."""
         if not self.hybrid.contacts.laws.count or not self.hybrid.contacts.why:
             return "", -1
         words = {
@@ -338,7 +338,7 @@ cdef class Motion:
 
     @property
     def stopped_at(self):
-        """When the event came at which the motion failed."""
+        """The time of the event at which the motion failed."""
         return self.hybrid.stop
 
 
@@ -347,7 +347,7 @@ cdef size_t bytes_of_step(const mechc_trajectory *record):
 
 
 cdef load_wanted(Scene scene, mechc_hybrid *hybrid):
-    """Load the code of a method that a run has gone over to."""
+    """Load the code of a method that a run has changed to."""
     if hybrid.live and hybrid.run.wanted >= 0:
         scene.need(mechc_part_of_method(hybrid.run.wanted))
         hybrid.run.wanted = -1
@@ -356,7 +356,7 @@ cdef load_wanted(Scene scene, mechc_hybrid *hybrid):
 
 
 cdef class Stepping:
-    """A motion that is asked for at one time after the other, of which nothing is kept.
+    """A motion that advances to one requested time after another and keeps no record.
 
     ahead
         Whether runs go beyond the times that are asked for.
@@ -383,7 +383,7 @@ cdef class Stepping:
         mechc_hybrid_free(&self.reacher.hybrid)
 
     def reach(self, double t, bint changed):
-        """Go on to t; ``changed``: inputs have other values than before.  The status code."""
+        """Go on to t and return the status; ``changed``: inputs have other values than before."""
         cdef reaching job
         job.reacher, job.t, job.changed = &self.reacher, t, changed
         while True:
@@ -414,7 +414,7 @@ cdef class Stepping:
         return mechc_hybrid_stats(&self.reacher.hybrid) if self.reacher.hybrid.pieces else {}
 
     def steps(self):
-        """The steps since the last time that was asked for, or None."""
+        """The steps since the last time requested, or None."""
         cdef mechc_hybrid *hybrid = &self.reacher.hybrid
         if not hybrid.live:
             return None
@@ -434,7 +434,7 @@ cdef class Stepping:
         return saved
 
     def restore(self, double t, const double[::1] y, saved):
-        """Back to what :meth:`save` gave at this time and state."""
+        """Go back to what :meth:`save` returned at this time and state."""
         cdef const unsigned char[::1] kept
         cdef const void *run = NULL
         if saved is not None:

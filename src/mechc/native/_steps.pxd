@@ -9,7 +9,7 @@ from mechc.native._inputs cimport Inputs
 
 cdef class Sizes:
     cdef mechc_sizes sizes
-    cdef object kept
+    cdef object references
 
 
 cdef class Steps:

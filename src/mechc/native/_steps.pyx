@@ -107,7 +107,7 @@ cdef int copy_numbers(double **to, const double *numbers, ptrdiff_t count) excep
 
 
 cdef class Sizes:
-    """What tells the sizes of the components of a scene's states.
+    """The rules for the sizes of the components of a scene's states.
 
     dimensionless : (nq + nu,)
         Which contain no length.
@@ -119,7 +119,7 @@ cdef class Sizes:
 
     def __init__(self, const unsigned char[::1] dimensionless, const int[::1] lengths,
                  const double[::1] lowest, const double[::1] highest):
-        self.kept = dimensionless, lengths, lowest, highest
+        self.references = dimensionless, lengths, lowest, highest
         self.sizes.dimensionless = &dimensionless[0]
         self.sizes.length_count = lengths.shape[0]
         if lengths.shape[0]:

@@ -17,7 +17,7 @@ cdef extern from "methods/dormand_prince_tableaus.h":
     const mechc_tableau mechc_dopri5_tableau, mechc_dop853_tableau
 
 
-cdef tuple _told(const mechc_tableau *tableau):
+cdef tuple _arrays_of(const mechc_tableau *tableau):
     cdef int i, j, rates = tableau.rates, extra = tableau.dense_rows - 3
     nodes = np.array([tableau.nodes[i] for i in range(rates)])
     matrix = np.zeros((rates, rates))
@@ -33,4 +33,4 @@ cdef tuple _told(const mechc_tableau *tableau):
 
 # Method: the rate at the step's end, nodes, matrix (rates, rates), rows of the dense output, of one
 # or two estimates of the error the weights of the rates up to that of the end.
-PAIRS = {"dopri5": _told(&mechc_dopri5_tableau), "dop853": _told(&mechc_dop853_tableau)}
+PAIRS = {"dopri5": _arrays_of(&mechc_dopri5_tableau), "dop853": _arrays_of(&mechc_dop853_tableau)}

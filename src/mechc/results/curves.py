@@ -72,7 +72,7 @@ def _alternating(groups: Sequence[Sequence[int]]) -> list[Any]:
 
 
 def legend_layout(count: int, panels: int) -> tuple[int, dict[str, Any]]:
-    """How many of ``count`` entries fit beside one of some panels, and how they are set.
+    """The number of ``count`` entries that fit beside one of some panels, and their layout.
 
     Up to a column's length in one column of the usual size, then all in two small ones, and of
     more than fit so again one column.

@@ -44,7 +44,7 @@ def write_text(path: Path, text: str) -> None:
 
 @contextmanager
 def written_into(folder: Path) -> Iterator[None]:
-    """Errors of the operating system become errors that name the folder or the file.
+    """Turn errors of the operating system into errors that name the folder or the file.
 
     The error of a full disk has no file name.
     """

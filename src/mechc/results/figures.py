@@ -63,19 +63,19 @@ PICTURES: Final[dict[str, tuple[Draw, tuple[float, float]]]] = {
     "energy": (panels.draw_energy, (7.4, 5.6)),
     "closure": (panels.draw_closure, (7.4, 3.6)),
 }
-"""What `save_all` writes: name of the file -> how it is drawn, width and height in inches."""
+"""The files that `save_all` writes: name -> drawing function, width and height in inches."""
 
 
 # --- the pictures ----------------------------------------------------------------------------
 
 
 def coordinates(sol: SolutionLike, *, samples: int = SAMPLES) -> Figure:
-    """Every coordinate against time, one panel per unit; angles in degrees, not wrapped."""
+    """The coordinates against time, one panel per unit; angles in degrees, not wrapped."""
     return _picture("coordinates", sample(sol, samples, jumps=True))
 
 
 def speeds(sol: SolutionLike, *, samples: int = SAMPLES) -> Figure:
-    """Every speed against time, one panel per unit; angular speeds in degrees per second."""
+    """The speeds against time, one panel per unit; angular speeds in degrees per second."""
     return _picture("speeds", sample(sol, samples, jumps=True))
 
 
@@ -98,7 +98,7 @@ def closure(sol: SolutionLike, *, samples: int = SAMPLES) -> Figure:
 
 
 def overview(sol: SolutionLike, *, samples: int = SAMPLES) -> Figure:
-    """All of the above in one figure: what `Solution.plot()` returns."""
+    """An overview of the motion in one figure, which `Solution.plot()` returns."""
     return _picture("overview", sample(sol, samples, jumps=True))
 
 
@@ -129,7 +129,7 @@ def save_all(
 
 
 def _lay_out(figure: Figure) -> Figure:
-    """Lay out once and round: the last bits of the layout's solver differ from run to run."""
+    """Lay out once and round, since the last bits of the layout's solver differ between runs."""
     with _matplotlib().rc_context(STYLE):
         figure.draw_without_rendering()
         figure.set_layout_engine(None)  # a placeholder engine would draw twice on every save

@@ -120,7 +120,7 @@ def _write_netcdf(sol: Trajectory, path: Path) -> None:
 
 
 def _view_of(sol: Any) -> bytes | None:
-    """The picture of a user-defined mechanism, whose description files do not hold."""
+    """The picture of a user-defined mechanism, since files do not hold its description."""
     system = sol.system
     if not system.reference.custom or getattr(system, "drawn", None) is None:
         return None
@@ -134,7 +134,7 @@ def _view_of(sol: Any) -> bytes | None:
 
 def recipe_of(sol: Trajectory) -> dict[str, Any]:
     """The data to simulate a motion again, as JSON data."""
-    policy = sol.policy.asked()
+    policy = sol.policy.as_dict()
     if policy["atol"] is not None:
         policy["atol"] = policy["atol"].tolist()
     y0, driven = sol.record.ends()[1][0], sol.system.driven
@@ -150,7 +150,7 @@ def recipe_of(sol: Trajectory) -> dict[str, Any]:
         "change_points": [asdict(point) for point in sol.change_points],
         "jumps": [[part.t0, part.y0.tolist()] for part in sol.segments[1:]],
         "values": _values_of(sol),
-        "inputs": {} if driven is None else driven.told,
+        "inputs": {} if driven is None else driven.inputs_as_json,
         "contacts": contacts_of(sol.record),
         "events": [[record.t.tolist(), record.y.tolist()] for record in sol.events],
         "event_titles": list(sol.event_titles),
@@ -236,7 +236,7 @@ def _write_csv(sol: Trajectory, path: Path) -> None:
 
 
 def _csv_text(text: str) -> str:
-    """Spreadsheets read a line with certain first characters as a formula."""
+    """The text of a CSV file in which no line begins as a formula of a spreadsheet."""
     line = " ".join(text.splitlines())
     return f"'{line}" if text[:1] in ("\t", "\r", "\n") or _FORMULA.match(line) else line
 

@@ -59,7 +59,7 @@ class ReportSection:
 
 
 class Report(str):
-    """Text; in a notebook, tables."""
+    """A report as text; in a notebook, as tables."""
 
     sections: tuple[ReportSection, ...]
     heading: str
@@ -92,7 +92,7 @@ def model_report(system: System, *, compare: bool = True) -> Report:
         A text; in a notebook, tables.
     """
     whole = _whole(system) if compare else None
-    sections = [_operations(system, whole), _calls(system), _omitted(system, whole)]
+    sections = [_operations(system, whole), _calls(system), _omitted_section(system, whole)]
     if system.constraint_names:
         sections.append(_redundant(system))
     if system.build.get("seconds"):
@@ -147,7 +147,7 @@ def _calls(system: System) -> ReportSection:
 
 
 def _row_blocks(system: System) -> tuple[tuple[str, str], ...]:
-    """How the constraint rows are eliminated, where that is done block by block."""
+    """The blocks by which the constraint rows are eliminated, where that is done by blocks."""
     found = system.data.get("row_blocks")
     if not found:
         return ()
@@ -159,8 +159,8 @@ def _row_blocks(system: System) -> tuple[tuple[str, str], ...]:
     return (("constraint rows", f"in blocks of {sizes}: {costs}"),)
 
 
-def _omitted(system: System, whole: Whole) -> ReportSection:
-    """Parts that the scene does not need."""
+def _omitted_section(system: System, whole: Whole) -> ReportSection:
+    """The section on parts that the scene does not need."""
     data = system.data
     given, zero = data["loads"]["given"], data["loads"]["zero"]
     loads = f"{given}, of which {zero or 'none'} vanish" if given else "none"
@@ -177,7 +177,7 @@ def _omitted(system: System, whole: Whole) -> ReportSection:
 
 
 def _third_dimension(data: Mapping[str, Any]) -> str:
-    """Words on it, from the elements that are always zero: in a plane all that point out of it."""
+    """The third dimension in words, from the elements that are always zero."""
     vectors = ("points", "point_velocities", "linear_momenta", "angular_momenta")
     zeros = data["operations"]["zeros"]
     found = [zeros[name] for name in vectors if name in zeros]
@@ -212,7 +212,7 @@ def _saved_outputs(data: Mapping[str, Any], whole: Whole) -> str:
 
 
 def _redundant(system: System) -> ReportSection:
-    """Which constraints follow from others, and from which."""
+    """The constraints that follow from others, and from which."""
     what = "redundant constraints"
     try:
         found = redundant_constraints(system, system.parameter_set.resolve(None))

@@ -238,7 +238,7 @@ def _step_dots(axes: Axes, run: Run, values: Array, colour: Any) -> Any:
 
 
 def has_closure(run: Run) -> bool:
-    """Whether anything has to close: without constraints there is no picture of it."""
+    """Whether there are constraints: without any there is no picture of their closing."""
     first = run.y[:1], run.solution.params, run.t[:1]
     kinds = (run.model.constraints, run.model.velocity_constraints)
     try:
@@ -277,7 +277,7 @@ def draw_closure(area: SubplotSpec, run: Run) -> None:
 
 
 def _positive(values: Array) -> Array:
-    """Magnitudes, with exact zeros left out: a log scale has no place for them."""
+    """Magnitudes without exact zeros, which a log scale cannot show."""
     sizes = np.abs(np.asarray(values, dtype=float))
     return np.where(sizes > 0.0, sizes, np.nan)
 

@@ -111,7 +111,7 @@ def power_of_ten(exponent: int) -> str:
 
 @dataclass(frozen=True)
 class ShownUnit:
-    """How a quantity is shown: its values times `factor` are in `label`."""
+    """The unit in which a quantity is shown: its values times `factor` are in `label`."""
 
     factor: float
     label: str
@@ -127,13 +127,13 @@ _SHOWN = {
 
 
 def shown_unit(model: ModelLike, name: str) -> ShownUnit:
-    """How a coordinate or speed of a model is shown."""
+    """The unit in which a coordinate or speed of a model is shown."""
     quantity = model.quantities.get(name)
     return shown_as(Kind.PURE, "") if quantity is None else shown_as(quantity.kind, quantity.unit)
 
 
 def shown_as(kind: Kind, unit: str) -> ShownUnit:
-    """How a quantity of a kind and a unit is shown: in degrees where the API has radians."""
+    """The unit in which a quantity is shown: degrees where the API has radians."""
     if kind is Kind.PURE:
         return ShownUnit(1.0, "", "value")
     label, factor = shown_in(kind, unit)
@@ -142,7 +142,7 @@ def shown_as(kind: Kind, unit: str) -> ShownUnit:
 
 
 def is_joint(name: str) -> bool:
-    """Whether a point is drawn with a mark: not those of curves, whose names begin with a dot."""
+    """Whether a point is drawn with a mark; points of curves begin with a dot and are not."""
     return not name.startswith(".")
 
 
@@ -191,7 +191,7 @@ class Run:
         return self._apart(moving) or (self._corners or self._ends)[:MOST_CORNERS]
 
     def _apart(self, names: Sequence[str]) -> tuple[str, ...]:
-        """The points that go with no earlier one, as the two ends that a loop joins do."""
+        """The points that move with no earlier one, as the two ends that a loop joins do."""
         found: dict[str, Array] = {}
         near = HELD * float(np.abs(self.positions).max(initial=0.0))
         for name in names:
@@ -273,7 +273,7 @@ def sample(solution: SolutionLike, samples: int, *, jumps: bool = False) -> Run:
 
 @dataclass(frozen=True)
 class PlaneView:
-    """All points in the plane they are drawn in: positions (n, points, 2) m."""
+    """Positions (n, points, 2) m of all points, in the plane they are drawn in."""
 
     positions: Array
     names: tuple[str, ...]

@@ -13,7 +13,7 @@ import numpy as np
 from mechc.errors import MechcError
 from mechc.simulation.record import Piece, Record
 from mechc.simulation.settings import refuse_without_derivatives
-from mechc.simulation.simulate import continued
+from mechc.simulation.simulate import continue_run
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.names import names_of
 from mechc.system.parameters import Array
@@ -49,7 +49,7 @@ class Solution(Trajectory):
     """
 
     _sensitivity: Sensitivity | None = None
-    _given: tuple[Any, Any] | None = None  # y0 and params, as they were given
+    _arguments: tuple[Any, Any] | None = None  # y0 and params, as they were given
     _recorded_view: Mapping[str, Any] | None = None  # of its file, for a model of unknown looks
 
     def __init__(self, model: Any, *run: Any) -> None:
@@ -62,7 +62,7 @@ class Solution(Trajectory):
         return other
 
     def __deepcopy__(self, memo: Any) -> Solution:
-        """With copies of its arrays; the run itself never changes."""
+        """A copy of the solution with copies of its arrays; the run itself never changes."""
         other = copy(self)
         other.params = self.params.copy()
         for name in ("_reported", "energy", "work", "closure", "velocity_closure"):
@@ -99,7 +99,7 @@ class Solution(Trajectory):
         """
         if not self.policy.dense:
             raise MechcError("this run kept no dense output: simulate with dense=True")
-        return continued(
+        return continue_run(
             self, t_end, partial(Solution, self.model),
             max_steps=max_steps, on_change_point=on_change_point, progress=progress,
         )  # fmt: skip
@@ -133,14 +133,14 @@ class Solution(Trajectory):
         self, names: Sequence[str], again: Callable[[Policy], Solution]
     ) -> Solution:
         """This motion by steps for ``sensitivity`` by these names too; ``again`` computes it."""
-        from mechc.sensitivities.control import controlled
+        from mechc.sensitivities.control import refine
 
-        return controlled(again, self, lambda sol: sol.differentiate(names, *sol._given_or_own))[0]
+        return refine(again, self, lambda sol: sol.differentiate(names, *sol._start_and_params))[0]
 
     @property
-    def _given_or_own(self) -> tuple[Any, Any]:
+    def _start_and_params(self) -> tuple[Any, Any]:
         """The start and the parameters as they were given; those of a part of a motion its own."""
-        return self._given or (self.record.ends()[1][0], self.params)
+        return self._arguments or (self.record.ends()[1][0], self.params)
 
     @property
     def sensitivity(self) -> Sensitivity:
@@ -200,7 +200,7 @@ class Solution(Trajectory):
             raise MechcError("this run kept no dense output: simulate with dense=True")
         refuse_without_derivatives(self.policy.method)
         names = None if by is None else names_of(by)
-        return gradient_of_run(self, end, integral, names, *self._given_or_own)
+        return gradient_of_run(self, end, integral, names, *self._start_and_params)
 
     def sensitivity_of(self, output: Any, name: Any, t: Array | None = None) -> Array:
         """The derivative of an output, (nt, ...), the output's shape after the times.

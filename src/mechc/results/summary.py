@@ -84,7 +84,7 @@ def summary_rows(sol: Trajectory) -> list[tuple[str, str]]:
 
 
 def _energy_check(sol: Trajectory) -> tuple[str, str]:
-    """How the energy changed, or, where work is done, how it differs from that work."""
+    """The change of the energy, or, where work is done, its difference from that work."""
     if not sol.system.knows_energy:
         return "energy change", "the energy is not known"
     work, drift = _work_done(sol), f"{sol.energy_drift:.1e} of the largest kinetic energy"

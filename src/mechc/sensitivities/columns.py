@@ -1,4 +1,4 @@
-"""The columns of a sensitivity: what each name asked for is a derivative by.
+"""The columns of a sensitivity: parameters, inputs and starts that derivatives are taken by.
 
 Every column is a direction: of the parameters (with those whose defaults follow), of the inputs'
 values, of a value of a sampled signal, or of the start.
@@ -16,7 +16,7 @@ import numpy as np
 
 from mechc.errors import MechcError, UnavailableOutputError, UnknownNameError, ValueOutOfBoundsError
 from mechc.inputs.bind import InputSlot
-from mechc.inputs.samples import sampled
+from mechc.inputs.samples import signal_of
 from mechc.sensitivities.samples import Samples, samples_of, width
 from mechc.system.names import by_name
 from mechc.system.parameters import Array
@@ -60,7 +60,7 @@ class Columns:
 
     @property
     def shapes(self) -> Any:
-        """How inputs change as functions of time, for compiled code."""
+        """The changes of inputs as functions of time, for compiled code."""
         return self.samples and self.samples.shapes
 
     @cached_property
@@ -99,7 +99,7 @@ class Columns:
     def at_state(
         self, system: System, by_parameters: str, by_inputs: str, y: Array, values: Array, t: float
     ) -> Array | None:
-        """The same at one state (nx,): (rows, k)."""
+        """An array's derivative along the columns at one state (nx,): (rows, k)."""
         if self.samples is None:
             return self.of(system, by_parameters, by_inputs, y, values, t)
         found = self.of(system, by_parameters, by_inputs, y[None], values, t)
@@ -142,16 +142,16 @@ def columns_of(system: System, names: Sequence[str], values: Array, given: Any) 
     for name, place in places.items():
         if name in system.parameters:
             along[system.parameters.index(name), place] = 1.0
-        elif sampled(system, name) is None and name in system.inputs:
+        elif signal_of(system, name) is None and name in system.inputs:
             pushed[_input_place(system, name), place] = 1.0
-        elif not _of_start(system, name) and sampled(system, name) is None:
+        elif not _of_start(system, name) and signal_of(system, name) is None:
             _refuse_unknown(system, name)
-    along = _followed(along, slopes)
+    along = _with_defaults(along, slopes)
     return Columns(tuple(places), places, along, pushed, samples_of(system, places))
 
 
 def _of_start(system: System, name: str) -> bool:
-    """Is it the whole start, or a component of it?"""
+    """Whether a name is the whole start, or a component of it."""
     one = COMPONENT.match(name)
     if one is not None and int(one[1]) >= system.scene.width:
         raise ValueOutOfBoundsError(
@@ -167,7 +167,7 @@ def _refuse_unknown(system: System, name: str) -> None:
 
 
 def _default_slopes(system: System, values: Array, given: Any) -> Array | None:
-    """How the parameters not given change with the others, (np, np); None where none follows."""
+    """The slopes of parameters not given by the others, (np, np); None where none follows."""
     if "default_slopes" not in system.scene.outputs or not _by_name(given):
         return None
     slopes = system.evaluate("default_slopes", np.zeros(system.scene.width), values, 0.0).copy()
@@ -176,9 +176,9 @@ def _default_slopes(system: System, values: Array, given: Any) -> Array | None:
     return slopes
 
 
-def _followed(along: Array, slopes: Array | None) -> Array:
-    """How all parameters change with those of each column: those not given follow as their defaults
-    do."""
+def _with_defaults(along: Array, slopes: Array | None) -> Array:
+    """The change of all parameters along each column, where those not given follow
+    their defaults."""
     if slopes is None:
         return along
     changes = along

@@ -15,7 +15,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from mechc.inputs.samples import input_of, sampled
+from mechc.inputs.samples import input_of, signal_of
 from mechc.sensitivities.columns import Columns
 from mechc.sensitivities.history import Sensitivity
 from mechc.sensitivities.steps import Piece
@@ -34,7 +34,7 @@ Made = TypeVar("Made", bound=Trajectory)
 
 @dataclass(frozen=True)
 class StepErrors:
-    """Of the steps of a run, their times increasing.
+    """The errors of the columns in the steps of a run, with their times increasing.
 
     Attributes
     ----------
@@ -58,8 +58,8 @@ class StepErrors:
     def middles(self) -> Array:
         return np.asarray(0.5 * (self.times[1:] + self.times[:-1]))
 
-    def compared(self, before: StepErrors | None) -> StepErrors:
-        """With what ``stayed``, after those of the run before."""
+    def counted_after(self, before: StepErrors | None) -> StepErrors:
+        """The errors with ``stayed`` counted on from the run before."""
         if before is None:
             return self
         place = np.searchsorted(before.times, self.middles, side="right") - 1
@@ -71,7 +71,7 @@ class StepErrors:
 
     @property
     def tighter(self) -> Array:
-        """Which steps are to be shorter (n,): of too large an error that is no rounding."""
+        """Flags (n,) of the steps to be shortened: their error is too large and no rounding."""
         return np.asarray((self.errors > 1.0) & (self.stayed < ROUNDING))
 
     @property
@@ -83,17 +83,17 @@ class StepErrors:
         return self.times, np.where(self.stayed < ROUNDING, longest, np.inf)
 
 
-def controlled(
+def refine(
     again: Callable[[Policy], Made], sol: Made, differentiate: Callable[[Made], Sensitivity]
 ) -> tuple[Made, Sensitivity]:
     """A run with steps short enough for its derivatives too, and these; ``again`` makes runs."""
     before: StepErrors | None = None
     for _ in range(RUNS):
         found = differentiate(sol)
-        errors = step_errors(sol, found).compared(before)
+        errors = step_errors(sol, found).counted_after(before)
         if not errors.tighter.any():
             break
-        limits = joined(sol.policy.limits, errors.limits)
+        limits = lower_limits(sol.policy.limits, errors.limits)
         before, sol = errors, again(sol.policy._replace(limits=limits))
     else:
         found = differentiate(sol)
@@ -102,7 +102,7 @@ def controlled(
     return sol, found
 
 
-def joined(one: tuple[Array, Array] | None, two: tuple[Array, Array]) -> tuple[Array, Array]:
+def lower_limits(one: tuple[Array, Array] | None, two: tuple[Array, Array]) -> tuple[Array, Array]:
     """The smaller of two limits at each time."""
     if one is None:
         return two
@@ -150,7 +150,7 @@ def step_errors(sol: Trajectory, found: Sensitivity) -> StepErrors:
 
 
 def _of_piece(piece: Piece, sizes: _Sizes) -> tuple[Array, Array]:
-    """Of each of its steps the largest error of a column, and its order; 0 of those without."""
+    """The largest error of a column in each step of a piece, and its order; 0 without any."""
     size, tolerated = sizes.along(piece)
     found, orders = np.zeros(len(size)), np.ones(len(size))
     for first, last in piece.alike(np.arange(len(size))):
@@ -161,16 +161,16 @@ def _of_piece(piece: Piece, sizes: _Sizes) -> tuple[Array, Array]:
 
 
 def _of_steps(piece: Piece, first: int, last: int, size: Array, tolerated: Array) -> Array:
-    """The same of steps by one method."""
+    """The largest error of a column in each of some steps by one method."""
     rule, ends = piece.rule(first), slice(first + 1, last + 1)
     h = np.diff(piece.t[first : last + 1])[:, None, None]
 
-    def kept(errors: Array) -> Array:
+    def project(errors: Array) -> Array:
         none, y = np.zeros_like(piece.directions), piece.run.states()[1]
         piece.run.project_columns(piece.t[ends], y[ends], none, errors)
         return errors
 
-    errors = rule.errors(h, piece.rates(first, last), size, rule.share * tolerated, kept)
+    errors = rule.errors(h, piece.rates(first, last), size, rule.share * tolerated, project)
     alive = np.isfinite(piece.ends[ends]).all(axis=1) & np.isfinite(errors)
     return np.asarray(np.where(alive, errors, 0.0).max(axis=1, initial=0.0))
 
@@ -196,8 +196,8 @@ class _Sizes:
         self.reached = np.zeros((2, columns.count))
 
     def along(self, piece: Piece) -> tuple[Array, Array]:
-        """Of the steps of a piece, (n, nx, k) each, after those asked for before: the sizes there,
-        and the errors tolerated."""
+        """Sizes and tolerated errors, (n, nx, k) each, at the steps of a piece; pieces are to be
+        asked for in their order."""
         h = np.abs(np.diff(piece.t))[:, None]
         q, u = self._largest(np.abs(piece.ends) / self.units)
         here = [np.fmax(each[1:], each[:-1]) for each in (q, u)]
@@ -208,10 +208,10 @@ class _Sizes:
         )
         u = np.fmax(u, q / self.span)
         self.reached = np.stack([q[-1], u[-1]])
-        tolerated = self._tolerated(self._of_components(q[2:], u[2:]))
+        tolerated = self._tolerance(self._of_components(q[2:], u[2:]))
         return np.fmax(sizes, tolerated), tolerated
 
-    def _tolerated(self, reached: Array) -> Array:
+    def _tolerance(self, reached: Array) -> Array:
         size = np.fmax(reached, self.least)
         if self.atol is None:
             return self.rtol * size
@@ -229,12 +229,12 @@ class _Sizes:
 
 
 def _sizes_of(sol: Trajectory, columns: Columns) -> Array:
-    """The size of what each column is by (k,): of parameters and inputs their values."""
+    """The size (k,) of each column's quantity: the value of a parameter or of an input."""
     system, found = sol.system, np.ones(columns.count)
     for name, place in columns.places.items():
         if name in system.parameters:
             found[place] = abs(sol.params[system.parameters.index(name)])
-        elif (signal := sampled(system, name)) is not None:
+        elif (signal := signal_of(system, name)) is not None:
             found[place] = np.abs(signal.values).max()
         elif (own := input_of(name, system)) is not None:
             assert system.driven is not None

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechc.sensitivities.columns import Columns
-from mechc.simulation.events.event import Event, evaluated
+from mechc.simulation.events.event import Event, value_of
 from mechc.simulation.events.expressions import ResetExpressions
 from mechc.simulation.events.resets import changed_state
 from mechc.simulation.record import Record
@@ -62,9 +62,9 @@ def difference(f: Callable[[float], Array], size: float) -> Array:
 def moved_time(
     system: System, event: Event, t: float, y: Array, values: Array, columns: Columns, found: Array
 ) -> Array:
-    """How the time of an event moves with the columns (nx, k): (k,).
+    """The slopes (k,) of the time of an event along the columns (nx, k).
 
-    Where the event only touches its zero NaN, but for columns that do not move it: 0.
+    NaN where the event only touches its zero, but 0 along columns that do not move it.
     """
     by_time, by_state, by_parameters = _slopes(system, event, t, y, values)
     rates = system.rates(y, values, t)
@@ -79,7 +79,7 @@ def moved_time(
 def _slopes(
     system: System, event: Event, t: float, y: Array, values: Array
 ) -> tuple[float, Array, Array]:
-    """Of g by time, state (nx,) and parameters (np,)."""
+    """The derivatives of g by time, state (nx,) and parameters (np,)."""
     exact = getattr(event.function, "slopes", None)
     if exact is not None:
         found: tuple[float, Array, Array] = exact(t, y)
@@ -88,11 +88,11 @@ def _slopes(
 
     def along(k: int) -> Array:
         unit = np.eye(len(y))[k]
-        return difference(lambda e: np.array(evaluated(event, t, y + e * unit)), float(sizes[k]))
+        return difference(lambda e: np.array(value_of(event, t, y + e * unit)), float(sizes[k]))
 
     by_state = np.array([along(k) for k in range(len(y))])
     pace = float((np.abs(system.rates(y, values, t)) / sizes).max(initial=1e-3))
-    by_time = float(difference(lambda e: np.array(evaluated(event, t + e, y)), 1.0 / pace))
+    by_time = float(difference(lambda e: np.array(value_of(event, t + e, y)), 1.0 / pace))
     return by_time, by_state, np.zeros(len(values))
 
 
@@ -107,7 +107,7 @@ class Jump:
 
 
 def jump_of(record: Record, number: int) -> Jump:
-    """That with which a piece of a motion begins."""
+    """The jump with which a piece of a motion begins."""
     piece = record.pieces[number]
     (t, _), (after, _) = piece.steps.ends()
     return Jump(float(t), record.pieces[number - 1].states()[1][-1], after, piece.causes)
@@ -122,11 +122,11 @@ def through_reset(sol: Trajectory, jump: Jump, columns: Columns, found: Array) -
     changed = np.full(found.shape, np.nan)
     for k in np.flatnonzero(np.isfinite(along).all(axis=0)):
         one = along[:, k], float(later[k]), columns.parameters[:, k]
-        changed[:, k] = _changed(sol, event, t, jump.before, *one)
+        changed[:, k] = _reset_derivative(sol, event, t, jump.before, *one)
     return changed - np.outer(system.rates(jump.after, values, t), later)
 
 
-def _changed(
+def _reset_derivative(
     sol: Trajectory, event: Event, t: float, y: Array, along: Array, later: float, change: Array
 ) -> Array:
     """The derivative of the state that a reset gives along one column; change: of parameters."""
@@ -152,7 +152,7 @@ def _changed(
 def event_sensitivities(
     sol: Trajectory, columns: Columns, at: Callable[[Array, Array], Array]
 ) -> tuple[EventSensitivity, ...]:
-    """Of every event of a run; ``at``: columns (n, nx, k) at times and states, before resets."""
+    """The sensitivity of every event of a run; ``at``: columns (n, nx, k) before resets."""
     return tuple(
         _one(sol, event, record.t, record.y, columns, at)
         for event, record in zip(sol.asked_events, sol.events, strict=True)

@@ -64,7 +64,7 @@ class Backwards:
 
     @cached_property
     def every(self) -> Columns:
-        """Of propagators: the state's components, then parameters, inputs and samples."""
+        """The columns of propagators: the state's components, then parameters, inputs, samples."""
         width, raw = self.system.scene.width, self.raw
         size = len(raw.parameters) + len(raw.inputs)
         parameters, inputs = (
@@ -79,7 +79,7 @@ class Backwards:
         return np.hstack([np.eye(width), np.zeros((width, len(self.gathered)))])
 
     def through(self, columns: Array) -> None:
-        """Back through an affine map [P | Q] (nx, nx + np + ni)."""
+        """Move the covector back through an affine map [P | Q] (nx, nx + np + ni)."""
         found = self.covector @ columns
         width = self.system.scene.width
         self.covector = np.ascontiguousarray(found[:width])
@@ -132,7 +132,7 @@ def _raw(columns: Columns) -> Columns:
 
 
 def _along(columns: Columns) -> Array:
-    """How these change along the columns asked for."""
+    """The changes of parameters, inputs and samples along the columns asked for."""
     samples = () if columns.samples is None else columns.samples.samples
     own = np.zeros((len(samples), columns.count))
     for row, sample in zip(own, samples, strict=True):
@@ -176,7 +176,7 @@ def _add_outputs(way: Backwards, weights: Mapping[str, float], y: Array, t: floa
 
 
 def _back(way: Backwards, piece: Piece, weights: Mapping[str, float]) -> None:
-    """Over one piece."""
+    """Move the covector back over one piece of the motion."""
     run: Any = piece.steps
     stop = piece.cut
     checked_run(way.system, run, way.sol.params)
@@ -195,7 +195,7 @@ def _back(way: Backwards, piece: Piece, weights: Mapping[str, float]) -> None:
 
 
 def _back_over(way: Backwards, jump: Jump, weights: Mapping[str, float]) -> None:
-    """From behind the reset of an event to before it."""
+    """Move the covector back from after the reset of an event to before it."""
     if len(jump.causes) != 1:
         raise MechcError(
             f"at t = {jump.t:.9g} s several events reset the state at one instant, in an order "
@@ -212,7 +212,7 @@ def _back_over(way: Backwards, jump: Jump, weights: Mapping[str, float]) -> None
 
 
 def _move_jump(way: Backwards, jump: Jump, weights: Mapping[str, float]) -> None:
-    """What integrals gain where the jump of their integrand moves with the event's time."""
+    """Add what integrals gain as the jump of their integrand moves with the event's time."""
     both, times = np.array([jump.before, jump.after]), np.full(2, jump.t)
     values = {name: linear_output(way.sol, name, both, times, way.raw)[0] for name in weights}
     fall = sum(weight * (values[name][0] - values[name][1]) for name, weight in weights.items())
@@ -226,7 +226,7 @@ def _move_jump(way: Backwards, jump: Jump, weights: Mapping[str, float]) -> None
 def _back_within(
     way: Backwards, run: Any, step: int, stop: float, weights: Mapping[str, float]
 ) -> None:
-    """From a time within a step to its start."""
+    """Move the covector back from a time within a step to the start of the step."""
     t = run.times(0)
     h = t[step + 1] - t[step]
     rule = rule_of(NAMES[int(run.methods()[step])])
@@ -256,9 +256,9 @@ def _integral(
     way: Backwards, run: Any, t: Array, first: int, last: int, stop: float,
     weights: Mapping[str, float],
 ) -> Array | None:  # fmt: skip
-    """Of outputs over steps first ... last - 1, the last until ``stop``: what it adds to the
-    covector at the start of each step; its value and what it adds by parameters and inputs are
-    gathered, the last step first.
+    """Integrate outputs over steps first ... last - 1, the last until ``stop``; return what this
+    adds to the covector at the start of each step.  The value, and what is added by parameters
+    and inputs, are gathered in ``way``, the last step first.
 
     By Gauss's quadrature with eight points a step, on the dense output.
     """

@@ -40,7 +40,7 @@ class Sensitivity(Mapping[str, Array]):
         self._sol, self.pieces = sol, tuple(pieces)
         self.columns, self.notes = columns, notes
         self.names = columns.names
-        self._kept: Array | None = None
+        self._cached_columns: Array | None = None
 
     def __getitem__(self, name: Any) -> Array:
         return self._of(name, self._at_own_times())
@@ -52,7 +52,7 @@ class Sensitivity(Mapping[str, Array]):
         return len(self.names)
 
     def __call__(self, t: float | Array) -> dict[str, Array]:
-        """The same at any times (...) of the run, (..., nq + nu) each.
+        """The derivatives of the state at any times (...) of the run, (..., nq + nu) each.
 
         Raises
         ------
@@ -75,9 +75,9 @@ class Sensitivity(Mapping[str, Array]):
         return np.asarray(found[..., self.columns.places[key]])
 
     def _at_own_times(self) -> Array:
-        if self._kept is None:
-            self._kept = self.at(self._sol.t, self._sol.y)
-        return self._kept
+        if self._cached_columns is None:
+            self._cached_columns = self.at(self._sol.t, self._sol.y)
+        return self._cached_columns
 
     def at(self, t: Array, y: Array, *, before: bool = False) -> Array:
         """All columns (n, nx, k) at times and states of the run.
@@ -106,7 +106,7 @@ class Sensitivity(Mapping[str, Array]):
 
     @cached_property
     def events(self) -> tuple[EventSensitivity, ...]:
-        """Of each event of the run, how the times of its zeros and the states there change:
+        """The derivatives of the times and states at the zeros of each event of the run:
         ``sol.sensitivity.events[0].t["l_3"]`` (k,), ``.y["l_3"]`` (k, nq + nu).
 
         NaN where an event only touches its zero.  A function of Python is taken not to depend on

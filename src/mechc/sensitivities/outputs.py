@@ -40,7 +40,7 @@ def output_sensitivity(
         _one(sol, sensitivity, each, times, y, columns) for each in SUMS.get(label, (label,))
     )
     parts = [np.asarray(found)[..., place] for place in places]
-    return _joined(parts, places) if several else parts[0]
+    return _side_by_side(parts, places) if several else parts[0]
 
 
 def _place(sensitivity: Sensitivity, name: Any) -> Any:
@@ -50,7 +50,7 @@ def _place(sensitivity: Sensitivity, name: Any) -> Any:
     return place
 
 
-def _joined(parts: list[Array], places: list[Any]) -> Array:
+def _side_by_side(parts: list[Array], places: list[Any]) -> Array:
     """Columns side by side; a name may have several of them."""
     one = [isinstance(place, int) for place in places]
     whole = [part[..., None] if alone else part for part, alone in zip(parts, one, strict=True)]
@@ -115,7 +115,7 @@ def _linear(
 
 
 def _rows(sol: Trajectory, label: str) -> tuple[list[int], tuple[int, ...]]:
-    """Where an output's elements are among the rows of the Jacobians, and its shape."""
+    """The rows of the Jacobians that hold an output's elements, and the output's shape."""
     system = sol.system
     own = list(system.data["own"])
     places: dict[str, range] = {name: range(k, k + 1) for k, name in enumerate(own)}

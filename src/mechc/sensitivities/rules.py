@@ -43,7 +43,7 @@ class Collocation:
 
     @property
     def rates(self) -> int:
-        """How many rates a step has."""
+        """The number of rates of a step."""
         return len(self.nodes)
 
     def weights(self, s: Array) -> Array:
@@ -57,7 +57,7 @@ class Collocation:
         return np.asarray(powers @ self.coefficients)
 
     def errors(self, h: Array, rates: Array, size: Array, tolerated: Array, kept: Kept) -> Array:
-        """Errors of steps over what is tolerated, (m, k), as runtime/methods/gauss/gauss.h has.
+        """Errors of steps over those tolerated, (m, k), as in runtime/methods/gauss/gauss.h.
 
         h : (m, 1, 1)
             Lengths of the steps.
@@ -68,7 +68,7 @@ class Collocation:
         kept
             What the constraints leave of columns at the steps' ends.
         """
-        highest = h * _combined(self.coefficients[-self.highest :], rates)
+        highest = h * _weighted_sums(self.coefficients[-self.highest :], rates)
         squares = self.safety * (highest**2).sum(axis=0)
         return np.asarray((squares / (size * tolerated)).mean(axis=1))
 
@@ -87,11 +87,11 @@ class Pair:
 
     @property
     def rates(self) -> int:
-        """How many rates a step has, those of the dense output too."""
+        """The number of rates of a step, those of the dense output too."""
         return len(self.nodes)
 
     def weights(self, s: Array) -> Array:
-        """As of the pair's dense output (runtime/run/dense_output.h): (n, rates)."""
+        """The weights (n, rates) of the pair's dense output (runtime/run/dense_output.h)."""
         step, each = self.matrix[self.end], np.eye(len(self.nodes))
         bend = each[0] - step
         rows = [step, bend, step - each[self.end] - bend, *self.dense]
@@ -102,8 +102,8 @@ class Pair:
         return total
 
     def errors(self, h: Array, rates: Array, size: Array, tolerated: Array, kept: Kept) -> Array:
-        """As :meth:`Collocation.errors`, by the pair's embedded formulas."""
-        every = h * _combined(self.estimates, rates[:, : self.end + 1])
+        """Errors as :meth:`Collocation.errors` has them, by the pair's embedded formulas."""
+        every = h * _weighted_sums(self.estimates, rates[:, : self.end + 1])
         found = np.stack([kept(each) for each in every])
         squares = ((found / tolerated) ** 2).mean(axis=2)
         if len(squares) == 1:
@@ -115,7 +115,7 @@ class Pair:
 Rule = Collocation | Pair
 
 
-def _combined(weights: Array, rates: Array) -> Array:
+def _weighted_sums(weights: Array, rates: Array) -> Array:
     """Sums (e, m, nx, k) of rates (m, rates, nx, k) by weights (e, rates)."""
     flat = weights @ rates.reshape(*rates.shape[:2], -1)
     return np.ascontiguousarray(flat.swapaxes(0, 1)).reshape(-1, len(rates), *rates.shape[2:])

@@ -88,7 +88,7 @@ def _end(record: Record, number: int, piece: Piece) -> Array:
 def without_closure(
     sol: Trajectory, columns: Columns, start: Array, t: float, y: Array
 ) -> tuple[str, ...]:
-    """Columns along which the loops do not stay closed become NaN: redundant rows forbid it."""
+    """Set columns to NaN along which redundant rows keep the loops from staying closed."""
     opened = _opening(sol, columns, t, y)
     if opened is None:
         return ()
@@ -106,7 +106,7 @@ def without_closure(
 
 
 def _past_crossings(sol: Trajectory, columns: Columns, pieces: Sequence[Piece]) -> tuple[str, ...]:
-    """Columns that open a crossing, which is one of these lengths only, end there."""
+    """Set columns to NaN from a change point on that exists for exactly these lengths only."""
     notes: list[str] = []
     for t, bad, said in ended_columns(sol, columns):
         _end_at(pieces, t, bad)
@@ -128,10 +128,10 @@ def ended_columns(
         gaps = np.abs(_weak_rows(sol, y, point.t) @ opened).max(axis=0, initial=0.0)
         bad = alive & (gaps > OPENS * np.abs(opened).max())
         alive &= ~bad
-        yield point.t, bad, _ended(columns, point.t, bad, gaps)
+        yield point.t, bad, _end_warnings(columns, point.t, bad, gaps)
 
 
-def _ended(columns: Columns, t: float, bad: Array, gaps: Array) -> tuple[str, ...]:
+def _end_warnings(columns: Columns, t: float, bad: Array, gaps: Array) -> tuple[str, ...]:
     return tuple(
         f"by {name}: none from t = {t:.9g} s on, for there is a change point of exactly "
         f"these lengths: with another {name} the motion turns off or back (the gap there "
@@ -142,7 +142,7 @@ def _ended(columns: Columns, t: float, bad: Array, gaps: Array) -> tuple[str, ..
 
 
 def _opening(sol: Trajectory, columns: Columns, t: float, y: Array) -> Array | None:
-    """How the configuration constraints change with the columns, (nh, k)."""
+    """The change of the configuration constraints along the columns, (nh, k)."""
     if not sol.system.scene.holonomic:
         return None
     names = ("constraints_by_parameters", "constraints_by_inputs")
@@ -161,7 +161,7 @@ def _weak_rows(sol: Trajectory, y: Array, t: float) -> Array:
 
 
 def _end_at(pieces: Sequence[Piece], t: float, bad: Array) -> None:
-    """From the step that holds t on these columns are NaN."""
+    """Set these columns to NaN, from the step that contains t on."""
     if not bad.any():
         return
     for piece in pieces:

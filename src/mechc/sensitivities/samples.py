@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from mechc.errors import MechcError
-from mechc.inputs.samples import cardinal, index_of, input_of, places_of_values, sampled
+from mechc.inputs.samples import cardinal, index_of, input_of, places_of_values, signal_of
 from mechc.inputs.signals import Signal
 from mechc.native._inputs import Caller, Inputs, Shapes
 from mechc.system.parameters import Array
@@ -40,7 +40,7 @@ class Samples:
 
     @cached_property
     def shapes(self) -> Shapes:
-        """The same, for compiled code."""
+        """The columns and their signals as compiled code reads them."""
         each = [(k, s.column, *place) for k, s in enumerate(self.samples) for place in s.places]
         signals, columns, places, orders = zip(*each, strict=True)
         sources = list(zip(signals, orders, strict=True))
@@ -50,7 +50,7 @@ class Samples:
         return Shapes(factors, placed, np.array(columns, np.intc), len(self.samples))
 
     def add(self, slopes: Array, t: Any, found: Array) -> None:
-        """What the slopes (n, rows, inputs) at times t make of the columns, to (n, rows, k)."""
+        """Add derivatives by samples to ``found`` (n, rows, k), from slopes (n, rows, inputs)."""
         times = np.broadcast_to(np.asarray(t, dtype=np.float64), slopes.shape[:1])
         for sample in self.samples:
             for place, order in sample.places:
@@ -58,13 +58,13 @@ class Samples:
                 found[..., sample.column] += slopes[..., place] * factors[:, None]
 
     def behind(self, first: int) -> Samples:
-        """The same with columns of their own, from ``first`` on."""
+        """A copy whose columns are numbered from ``first`` on."""
         moved = (replace(s, column=first + k) for k, s in enumerate(self.samples))
         return replace(self, samples=tuple(moved))
 
 
 def samples_of(system: System, places: Mapping[str, int | slice]) -> Samples | None:
-    """Those among the columns; None where there are none.
+    """The columns that are by values of signals; None where there are none.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def samples_of(system: System, places: Mapping[str, int | slice]) -> Samples | N
     """
     found: list[Sample] = []
     for name, place in places.items():
-        signal = sampled(system, name)
+        signal = signal_of(system, name)
         if signal is None:
             continue
         which = range(len(signal.times)) if isinstance(place, slice) else [index_of(system, name)]
@@ -85,8 +85,8 @@ def samples_of(system: System, places: Mapping[str, int | slice]) -> Samples | N
 
 
 def width(system: System, name: str) -> int | None:
-    """How many columns a name has that is all values of a signal; None for other names."""
-    signal = sampled(system, name)
+    """The number of columns of a name that stands for all values of a signal; None for others."""
+    signal = signal_of(system, name)
     return len(signal.times) if signal is not None and name in system.inputs else None
 
 
@@ -100,7 +100,7 @@ def ends_of_steps(signal: Signal, t0: float, t1: float) -> Array:
 def check_steps(system: System, names: Sequence[str], times: Array) -> None:
     """Raise :class:`MechcError` where steps, which end at these times, pass over samples."""
     for name in names:
-        signal = sampled(system, name)
+        signal = signal_of(system, name)
         if signal is None:
             continue
         for knot in ends_of_steps(signal, times[0], times[-1]):

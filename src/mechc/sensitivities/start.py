@@ -38,7 +38,7 @@ def start_columns(
     notes: tuple[str, ...] = ()
     if isinstance(given, Mapping):
         held = list(by_name(given, "y0"))
-        found, notes = _assembled(system, columns, held, state, values, t)
+        found, notes = _assembled_columns(system, columns, held, state, values, t)
     else:
         _place_states(system, columns, found)
     own = columns.of_start
@@ -52,7 +52,7 @@ def start_columns(
 
 
 def _place_states(system: System, columns: Columns, found: Array) -> None:
-    """Of a whole state each component that is asked for, where none follows from others."""
+    """Set the columns of components of a whole state, where none follows from others."""
     for name in _of_state(system, columns):
         if system.scene.rows:
             raise MechcError(
@@ -68,10 +68,10 @@ def _of_state(system: System, columns: Columns) -> list[str]:
     return [name for name in columns.names if name in states]
 
 
-def _assembled(
+def _assembled_columns(
     system: System, columns: Columns, held: Sequence[str], y: Array, values: Array, t: float
 ) -> tuple[Array, tuple[str, ...]]:
-    """With the coordinates and speeds held that the mapping has."""
+    """Columns of a start that was assembled from the coordinates and speeds in the mapping."""
     for name in _of_state(system, columns):
         if name not in held:
             raise MechcError(
@@ -163,7 +163,7 @@ def _moving(y: Array, nq: int, speed: int | None) -> Array:
 def _velocity_change(
     system: System, columns: Columns, found: Array, y: Array, values: Array, t: float
 ) -> Array:
-    """How J u + b changes with the configuration and the parameters, (nc, k)."""
+    """The change of J u + b with the configuration and the parameters, (nc, k)."""
     nq = len(system.coordinates)
     names = ("velocity_constraints_by_parameters", "velocity_constraints_by_inputs")
     faster = columns.at_state(system, *names, y, values, t)

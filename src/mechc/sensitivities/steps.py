@@ -39,7 +39,7 @@ class Piece:
 
     @property
     def directions(self) -> Array:
-        """Of the columns."""
+        """The directions of the columns."""
         return self.columns.directions
 
     @cached_property
@@ -67,7 +67,7 @@ class Piece:
         return found
 
     def alike(self, steps: Any) -> Iterator[tuple[int, int]]:
-        """Ranges of steps by one method among those given, not too many at once."""
+        """Ranges of steps by one method, among those given, each of limited length."""
         most = max(1, NUMBERS_AT_ONCE // (16 * self.ends[0].size + 1))
         first = 0
         for k in range(1, len(steps) + 1):
@@ -81,18 +81,18 @@ class Piece:
                 first = k
 
     def rule(self, step: int) -> Rule:
-        """That of a step's method."""
+        """The rule of a step's method."""
         return rule_of(NAMES[int(self.methods[step])])
 
     def rates(self, first: int, last: int) -> Array:
-        """S' where steps first ... last - 1, by one method, take it: (steps, rates, nx, k)."""
+        """Rates S' (steps, rates, nx, k) of the columns in steps first ... last - 1 by one method."""
         start, count = np.ascontiguousarray(self.ends[first]), self.rule(first).rates
         shapes = self.columns.shapes
         rates: Array = self.run.vary(first, last, self.directions, start, count, shapes=shapes)[1]
         return rates
 
     def _between(self, first: int, last: int, step: Any, times: Array) -> Array:
-        """At times within steps first ... last - 1, by the dense output of their method."""
+        """Columns at times within steps first ... last - 1, by the dense output of their method."""
         rule, rates = self.rule(first), self.rates(first, last)
         h = self.t[step + 1] - self.t[step]
         s = (times - self.t[step]) / h
@@ -143,7 +143,7 @@ def refuse_contact(sol: Trajectory) -> None:
             "there are no derivatives of a motion whose resets change parameters: make what they "
             "change a state whose rate is zero, mechc.compile(..., states={x: 0})"
         )
-    rub = sol._asked is not None and sol._asked.rub
+    rub = sol._run_events is not None and sol._run_events.rub
     if rub or any(piece.lasts for piece in sol.record.pieces):
         raise MechcError(
             "there are no derivatives of a motion with friction or with contacts that last: end "
@@ -152,7 +152,7 @@ def refuse_contact(sol: Trajectory) -> None:
 
 
 def checked_run(system: System, run: Any, values: Array) -> None:
-    """Nothing, for a run that has derivatives.
+    """Check that a run has derivatives.
 
     Raises
     ------

@@ -173,7 +173,7 @@ def energy_note(system: System, record: Record, policy: Policy) -> tuple[str, ..
     if not (looked_at and system.data.get("smooth", True)):
         return ()
     missing, kinetic = imbalance(system, record), system.kinetic_energy(y, p, t).max()
-    if not missing > explained(system, t, y, p, policy, asked):
+    if not missing > energy_of_errors(system, t, y, p, policy, asked):
         return ()
     return (
         f"The energy is off by {missing:.2g} J, {missing / kinetic:.1g} of the largest "
@@ -192,10 +192,10 @@ def _alike(system: System, t: Array, y: Array, values: Array, part: float) -> bo
     return bool(abs(b + d - a - c) <= part * (a + b))
 
 
-def explained(
+def energy_of_errors(
     system: System, t: Array, y: Array, values: Array, policy: Policy, asked: float
 ) -> float:
-    """What errors within the tolerance, far multiplied, do to the energy, J."""
+    """The change of the energy, J, by errors that are a large multiple of the tolerance."""
     count = len(t)
     some = np.unique(np.linspace(0, len(t) - 1, MOST_STEPS).astype(int))
     scale = system.scale(_first(values))

@@ -40,7 +40,7 @@ class Checkpointed:
     def __init__(self, run: Any, max_bytes: float) -> None:
         self._run, self._max_bytes = run, max_bytes
         self._length = GROUP  # steps between two checkpoints
-        self._made, self._bytes = 0, 0
+        self._step_count, self._bytes = 0, 0
         self._open = -1  # the part that the run holds now
         self._crossed = run.steps.change_points()
         self._points: list[Checkpoint] = []
@@ -48,14 +48,14 @@ class Checkpointed:
         self._add()
 
     def _note(self) -> None:
-        """What the run tells on its way forwards."""
+        """Store the status, the last state and the statistics of the run on its way forwards."""
         self._status, self._t = int(self._run.status), float(self._run.t)
         self._last: Array = self._run.steps.ends()[1][1]
         self._stats = dict(self._run.stats())
 
     def _add(self) -> None:
         point = Checkpoint(
-            self._made, self._t, self._last, len(self._crossed[0]), self._run.checkpoint()
+            self._step_count, self._t, self._last, len(self._crossed[0]), self._run.checkpoint()
         )
         self._points.append(point)
         self._bytes += size_of(point)
@@ -63,7 +63,7 @@ class Checkpointed:
     # -- forwards ----------------------------------------------------------------------------
 
     def advance(self, steps: int) -> int:
-        """At most so many attempted steps."""
+        """Attempt at most so many steps."""
         left = steps
         while left > 0 and self._status == RUNNING:
             made = min(left, GROUP - (self._run.count - 1))
@@ -80,9 +80,9 @@ class Checkpointed:
         return self._status
 
     def _take(self) -> None:
-        """The steps that the run holds are counted, and forgotten."""
+        """Count the steps that the run holds, then drop them."""
         self._note()
-        self._made += self._run.count - 1
+        self._step_count += self._run.count - 1
         steps = self._run.steps
         if steps.crossings:
             both = zip(self._crossed, steps.change_points(), strict=True)
@@ -90,14 +90,14 @@ class Checkpointed:
         self._run.keep_last()
 
     def _keep(self) -> None:
-        """A checkpoint, where one is due."""
-        if self._status == RUNNING and self._made % self._length == 0:
+        """Add a checkpoint where one is due."""
+        if self._status == RUNNING and self._step_count % self._length == 0:
             self._add()
             while self._bytes > SHARE * self._max_bytes and self._status == RUNNING:
                 self._thin()
 
     def _thin(self) -> None:
-        """Every second checkpoint alone, as far as the steps between two of them have room."""
+        """Keep every second checkpoint, if there is room for the steps between two of them."""
         if 2 * self._length * self._run.bytes_a_step > (1.0 - SHARE) * self._max_bytes:
             self._status = MEMORY_LIMIT
             return
@@ -119,7 +119,7 @@ class Checkpointed:
 
     @property
     def pieces(self) -> list[tuple[Any, ...]]:
-        """As of :class:`mechc.native._motion.Motion`: a piece between each two checkpoints."""
+        """Pieces as :class:`mechc.native._motion.Motion` has them, one between two checkpoints."""
         p = self._run.request.p
         count = len(self._points)
         return [(Recomputed(self, number), p, False, (), (), None) for number in range(count)]
@@ -130,7 +130,7 @@ class Checkpointed:
         end = (self._t, self._last) if last else self._points[number + 1][1:3]
         return np.array([begin.t, end[0]]), np.stack([begin.y, end[1]])
 
-    def crossed(self, number: int) -> tuple[Array, Array, Array]:
+    def change_points_of(self, number: int) -> tuple[Array, Array, Array]:
         """The change points crossed in a part."""
         first, after = self._points[number].crossed, self._points[number + 1 : number + 2]
         last = after[0].crossed if after else None
@@ -153,7 +153,7 @@ class Checkpointed:
     def _repeat(self, number: int) -> None:
         run, begin = self._run, self._points[number]
         last = number + 1 == len(self._points)
-        step, t = (self._made, self._t) if last else self._points[number + 1][:2]
+        step, t = (self._step_count, self._t) if last else self._points[number + 1][:2]
         run.back_to(begin.saved)
         self._open = -1
         while run.count - 1 < step - begin.step and run.status == RUNNING:
@@ -194,7 +194,7 @@ class Recomputed:
 
     def change_points(self) -> tuple[Array, Array, Array]:
         """The change points crossed in the part."""
-        return self._run.crossed(self._number)
+        return self._run.change_points_of(self._number)
 
 
 def size_of(point: Checkpoint) -> int:

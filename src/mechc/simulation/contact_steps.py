@@ -48,5 +48,5 @@ def steps_of(system: System, p: Array, given: Mapping[str, Any]) -> Steps:
     if not sound or not (np.diff(t) > 0.0).all():
         raise ValueError("steps of a motion in contact that are none")
     scene, driven = system.scene, system.driven
-    inputs = None if driven is None else driven.compiled()
+    inputs = None if driven is None else driven.native_inputs()
     return Steps(scene if driven is None else driven.without_inputs, p, inputs, t, y, rows)

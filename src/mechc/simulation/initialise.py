@@ -25,7 +25,7 @@ def begin(
     system: System, span: tuple[float, float], state: Array, values: Array, policy: Policy,
     events: RunEvents | None = None,
 ) -> Motion:  # fmt: skip
-    """The motion, at the start of the span."""
+    """A motion at the start of the span."""
     if system.driven is not None:
         system.driven.check_times(span)
     request = request_of(system, span, values, policy, events)
@@ -36,7 +36,7 @@ def request_of(
     system: System, span: tuple[float, float], values: Array, policy: Policy,
     events: RunEvents | None = None, scene: Any = None,
 ) -> Request:  # fmt: skip
-    """What is asked of motions over this span; ``scene``: the compiled one, where it is another."""
+    """The request for motions over this span; ``scene``: the compiled one, where it is another."""
     bound = None if events is None else events.bound
     driven = system.driven
     if driven is None:
@@ -49,7 +49,7 @@ def request_of(
         found: Request = known[4]
         return found
     return Request(
-        scene or driven.without_inputs, system.sizes, policy, values, driven.compiled(),
+        scene or driven.without_inputs, system.sizes, policy, values, driven.native_inputs(),
         np.array(driven.breaks(*span, policy.rtol)), driven.due, bound,
     )  # fmt: skip
 
@@ -58,8 +58,8 @@ def leave_change_point(
     system: System, span: tuple[float, float], state: Array, values: Array, policy: Policy,
     events: RunEvents | None,
 ) -> tuple[Record, Motion | None] | None:  # fmt: skip
-    """What leads from a change point along the branch of the speeds, and the motion from there on,
-    if the span does not end before; None if they are on no branch."""
+    """The record from a change point along the branch of the speeds, and the motion from its end
+    on, None if the span ends before; None alone if the speeds are on no branch."""
     from mechc.simulation.singular_start import singular_start
 
     first = singular_start(system, state, values, span)
@@ -76,7 +76,7 @@ def leave_change_point(
 def reach_end(
     system: System, record: Record, span: tuple[float, float], policy: Policy
 ) -> Record | None:
-    """A motion that no step could end beside a change point, to its end along the curve there."""
+    """The record with a last piece along the curve, to an end of the run beside a change point."""
     from mechc.simulation.singular_start import singular_end
 
     last = record.last
@@ -95,7 +95,7 @@ def reach_end(
 
 def checked_state(system: System, y0: Array, values: Array, t0: float) -> Array:
     """The state, on the constraints; refused if it is off by more than rounding."""
-    state = _shaped(system, y0)
+    state = _flat_state(system, y0)
     if not system.scene.rows and all_within(state, -LARGEST, LARGEST):
         return state
     allowed = checked_gap(system, values, t0)
@@ -111,12 +111,12 @@ def state_as_given(system: System, y0: Array, values: Array, t0: float) -> Array
 
     Unlike :func:`checked_state` it does not wait for the integrators, which may still be compiling.
     """
-    state = _shaped(system, y0)
+    state = _flat_state(system, y0)
     _refuse_open(system, state, values, t0)
     return state
 
 
-def _shaped(system: System, y0: Array) -> Array:
+def _flat_state(system: System, y0: Array) -> Array:
     state = doubles(y0, "y0")
     width = system.scene.width
     if state.size == width:

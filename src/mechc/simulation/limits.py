@@ -1,4 +1,4 @@
-"""What limits the steps of a run that did not come to its end: found from its last steps.
+"""The cause that limits the steps of a run that did not reach its end, by its last steps.
 
 The steps of a slow run are limited by a jump of the equations, by a motion that grows without
 bound, by stability, by the rounding of doubles, or by the accuracy requested.  Only a run that has
@@ -41,7 +41,7 @@ FAST = 0.5  # step times the fastest rate of decay or vibration, above which sta
 
 
 class Limit(NamedTuple):
-    """What limits the steps, in words, and what to do."""
+    """A limit of the steps, in words, and advice."""
 
     what: str
     advice: str
@@ -75,7 +75,7 @@ class _Last(NamedTuple):
         return size
 
 
-def explained(
+def with_limit(
     status: Status, code: int, system: System, record: Record, policy: Policy,
     span: tuple[float, float],
 ) -> Status:  # fmt: skip
@@ -102,8 +102,8 @@ def explained(
 
 
 def _jump(last: _Last) -> Limit | None:
-    """The rates on both sides of the last state, along the motion: their difference falls with the
-    distance unless they jump."""
+    """A limit by a jump of the rates at the last state: without one, their difference between both
+    sides falls with the distance."""
     t, y = last.t[-1], last.y[-1]
     rates = last.rates(last.t[-1:], last.y[-1:])[0]
     smallest = 16 * EPS * max(abs(t), abs(last.span[1] - t))
@@ -131,7 +131,7 @@ def _jump(last: _Last) -> Limit | None:
 
 
 def _lasts(sides: Array, jumps: Array, near: int, size: float) -> Array:
-    """Whether the jump of a component is there and each side the same from ``near`` on."""
+    """Whether a component jumps, with each side unchanged from ``near`` on."""
     distances = slice(near, near + SAME + 1)
     spread = np.maximum(*(np.ptp(part[distances], axis=0) for part in np.split(sides, 2)))
     there: Array = (jumps[near] > JUMP * size) & (spread < LEVEL * jumps[near])
@@ -139,7 +139,7 @@ def _lasts(sides: Array, jumps: Array, near: int, size: float) -> Array:
 
 
 def _growth(last: _Last) -> Limit | None:
-    """Rates that grow while steps shrink: the motion goes to infinity in a finite time."""
+    """A limit by rates that grow while steps shrink: the motion goes to infinity in finite time."""
     steps = np.abs(np.diff(last.t))
     if len(steps) < 3 or not steps[-1] < SHRUNK * steps[0]:
         return None
@@ -187,7 +187,7 @@ def _smooth(last: _Last, degree: int) -> bool:
 
 
 def _off(t: Array, y: Array, degree: int) -> float:
-    """How far states are from the polynomial nearest to them."""
+    """The distance of states from the polynomial nearest to them."""
     powers = np.polynomial.legendre.legvander((2 * t - t[0] - t[-1]) / (t[-1] - t[0]), degree)
     nearest = np.linalg.lstsq(powers, y, rcond=None)[0]
     return float(np.abs(powers @ nearest - y).max())

@@ -104,7 +104,7 @@ class Piece:
 
     @property
     def span(self) -> tuple[float, float]:
-        """Its first and last time, s."""
+        """The first and the last time, s."""
         first, last = self.steps.span
         return first, last if self.cut is None else self.cut
 
@@ -175,22 +175,22 @@ class Record:
         """The first and the last time, s."""
         return self.pieces[0].span[0], self.last.span[1]
 
-    def _joined(self, parts: Sequence[Array]) -> Array:
-        """Rows of all pieces; a state that is that of the piece before once."""
+    def _concatenate(self, parts: Sequence[Array]) -> Array:
+        """Rows of all pieces; a state shared by two pieces appears once."""
         return np.concatenate([
             part[int(k > 0 and not self.pieces[k].jumps) :] for k, part in enumerate(parts)
         ])  # fmt: skip
 
     def times(self, first: int = 0) -> Array:
         """Times (nt - first,) of the accepted states."""
-        return self._joined([piece.times() for piece in self.pieces])[first:]
+        return self._concatenate([piece.times() for piece in self.pieces])[first:]
 
     def states(self) -> tuple[Array, Array]:
         """Accepted times (nt,) and states (nt, nq + nu)."""
         parts = [piece.states() for piece in self.pieces]
         if len(parts) == 1:
             return parts[0]
-        return self._joined([t for t, _ in parts]), self._joined([y for _, y in parts])
+        return self._concatenate([t for t, _ in parts]), self._concatenate([y for _, y in parts])
 
     def ends(self) -> tuple[Array, Array]:
         """The first and the last time (2,), and the states there (2, nq + nu)."""
@@ -207,8 +207,8 @@ class Record:
         return t, q, gap
 
     def _numbers(self, t: Array) -> Any:
-        """The piece at each time; at a jump the one after it, of two equal times in a row there
-        the first the one before."""
+        """The number of the piece at each time: at a jump that of the piece after it, but the
+        first of two equal times in a row there has the piece before."""
         starts = np.array([piece.span[0] for piece in self.pieces])
         forwards = 1.0 if self.span[1] >= starts[0] else -1.0
         numbers = np.searchsorted(forwards * starts[1:], forwards * t, side="right")
@@ -251,9 +251,9 @@ class Record:
         return any(piece.contacts for piece in self.pieces)
 
     def in_contact(self) -> Array:
-        """Of each step between two states whether a contact lasted in it, (nt - 1,)."""
+        """Flags (nt - 1,) of the steps between states during which a contact lasted."""
         lasting = [np.full(len(piece.times()), piece.lasts) for piece in self.pieces]
-        return self._joined(lasting)[1:]
+        return self._concatenate(lasting)[1:]
 
     def smooth_parts(self) -> tuple[SmoothPart, ...]:
         """The parts between jumps."""

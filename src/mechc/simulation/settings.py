@@ -23,7 +23,7 @@ SCIPYS = {"RK45": "dopri5", "DOP853": "dop853", "Radau": "radau5"}  # its names 
 
 
 class Policy(NamedTuple):
-    """How a simulation is run; see :func:`mechc.simulation.simulate.simulate`."""
+    """Settings of a simulation; see :func:`mechc.simulation.simulate.simulate`."""
 
     rtol: float
     atol: Array | None
@@ -38,15 +38,15 @@ class Policy(NamedTuple):
     limits: tuple[Array, Array] | None = None  # times (n + 1,), the longest steps between them (n,)
     checkpoints: float | None = None  # bytes for them, in place of the trajectory
 
-    def asked(self) -> dict[str, Any]:
-        """What decides the motion besides its limits, which follow from it, by name."""
+    def as_dict(self) -> dict[str, Any]:
+        """The settings that decide the motion, by name; the limits follow from them."""
         told = self._asdict()
         del told["limits"], told["checkpoints"]
         return told
 
     def arguments(self) -> dict[str, Any]:
-        """The arguments of :func:`checked_policy` that ask for it again."""
-        told = self.asked()
+        """The arguments of :func:`checked_policy` that give the same policy."""
+        told = self.as_dict()
         told["lockstep"] = self.method == LOCKSTEP
         told["method"] = "auto" if told.pop("stiff_switch") else self.method_of_users
         told["first_step"] = self.first_step or None
@@ -54,7 +54,7 @@ class Policy(NamedTuple):
 
     @property
     def method_of_users(self) -> str:
-        """The method as it is asked for, in lockstep or not."""
+        """The method by the name that users know, in lockstep or not."""
         return self.method.removesuffix("_lockstep")
 
 
@@ -72,7 +72,7 @@ def checked_policy(
     """
     asked = (rtol, method, first_step, max_step, max_steps, dense, on_change_point, max_bytes,
              checkpoints, lockstep)  # fmt: skip
-    known = system.kept.get("policy")
+    known = system.cache.get("policy")
     if known is not None and atol is None and _are_equal(known[0], asked):
         kept: Policy = known[1]
         return kept
@@ -90,7 +90,7 @@ def checked_policy(
         checkpoints=None if checkpoints is None else _positive("checkpoints", checkpoints),
     )
     if atol is None:
-        system.kept["policy"] = asked, policy
+        system.cache["policy"] = asked, policy
     return policy
 
 
@@ -150,7 +150,7 @@ def _in_lockstep(method: str, lockstep: bool) -> str:
 def _chosen_method(system: System, method: str) -> str:
     if method == "auto":
         smooth = system.data.get("smooth", True) or system.data.get("switches", 0) > 0
-        called = system.driven and system.driven.called
+        called = system.driven and system.driven.calls_python
         return "gauss8" if smooth and not called else "dop853"
     method = SCIPYS.get(method, method) if isinstance(method, str) else method
     if not isinstance(method, str) or method not in METHODS_OF_USERS:

@@ -31,7 +31,7 @@ from mechc.simulation.events.event import EventRecord
 from mechc.simulation.events.outcome import event_notes, event_records, failure_of, overlap_of
 from mechc.simulation.events.run_events import RunEvents
 from mechc.simulation.initialise import begin, leave_change_point, reach_end
-from mechc.simulation.limits import LIMITED, explained
+from mechc.simulation.limits import LIMITED, with_limit
 from mechc.simulation.record import Piece, Record, added_stats
 from mechc.simulation.settings import (
     LOCKSTEP,
@@ -65,7 +65,7 @@ def run(
     progress: Progress = None,
     typed: Array | None = None,
 ) -> Made:
-    """Integrate; every stage and every accepted state is on the constraints.
+    """Integrate a motion, with every stage and every accepted state on the constraints.
 
     Arguments were checked before: ``state`` (nq + nu,) is on the constraints, ``values`` (np,)
     are all parameters, ``times`` are within the span.  ``typed`` is the state before projection.
@@ -88,14 +88,14 @@ def run(
         before, motion = found or (before, motion)
     if policy.checkpoints is not None:
         motion = Checkpointed(motion, policy.checkpoints)
-    sol = _driven(made, system, span, before, motion, values, policy, times, events, progress,
+    sol = _run_to_end(made, system, span, before, motion, values, policy, times, events, progress,
                   started)  # fmt: skip
     if policy.on_change_point == "raise" and sol.change_points:
-        raise ChangePointError(_met(sol), sol)
+        raise ChangePointError(_change_point_message(sol), sol)
     return sol
 
 
-def _driven(
+def _run_to_end(
     made: Callable[..., Made],
     system: System,
     span: tuple[float, float],
@@ -121,8 +121,8 @@ def _driven(
     if code == EVENT_FAILED:
         failure = failure_of(events, motion)
         code = INTERRUPTED if failure is None else code
-    if driven is not None and driven.failed:
-        code, failure = INTERRUPTED if driven.interrupted else INPUT_FAILED, None
+    if driven is not None and driven.has_failed:
+        code, failure = INTERRUPTED if driven.was_interrupted else INPUT_FAILED, None
     status = _status(code, system, span, record, motion, policy, events)
     if failure is not None:
         status = replace(status, cause=str(failure))
@@ -133,7 +133,7 @@ def _driven(
         stats["lowered_impacts"] = 0 if motion is None else motion.notes()[1][0]
     found = () if events is None else event_records(events, motion, system.scene.width)
     sol = made(system, record.pieces[0].params, policy, record, status, stats, times, found)
-    sol._asked = events
+    sol._run_events = events
     if failure is not None:
         words = f"{failure}; error.solution is the motion until then"
         raise EventError(words, sol) from failure.__cause__
@@ -143,7 +143,7 @@ def _driven(
 
 
 def _advance(motion: Any, span: tuple[float, float], progress: Progress) -> int:
-    """Advance to the end; the final status code."""
+    """Advance to the end and return the final status code."""
     try:
         while motion.status == RUNNING:
             motion.advance(CHUNK)
@@ -173,7 +173,7 @@ def _status(
     code: int, system: System, span: tuple[float, float], record: Record, motion: Any,
     policy: Policy, events: RunEvents | None,
 ) -> Status:  # fmt: skip
-    """How a run ended, in words, with what is to be known of it."""
+    """The status of a run that ended, with its warnings."""
     bad, driven = record.stats["coordinate"], system.driven
     crossed = len(record.pieces) > 1 or record.pieces[0].steps.crossings
     status = status_of(
@@ -190,13 +190,13 @@ def _status(
         ),
     )
     if code in LIMITED:
-        status = explained(status, code, system, record, policy, span)
+        status = with_limit(status, code, system, record, policy, span)
     if code == INPUT_FAILED and driven is not None:
         status = replace(status, cause=driven.failure_in_words())
     return status
 
 
-def continued(
+def continue_run(
     sol: Made,
     t_end: float,
     made: Callable[..., Made],
@@ -220,9 +220,9 @@ def continued(
         on_change_point=checked_change_point(on_change_point or sol.policy.on_change_point),
     )
     state, values = sol.record.ends()[1][1], sol.record.last.params
-    motion = begin(sol.system, (end, last), state, values, policy, sol._asked)
-    whole = _driven(made, sol.system, (end, last), sol.record, motion, values, policy, None,
-                    sol._asked, progress, started)  # fmt: skip
+    motion = begin(sol.system, (end, last), state, values, policy, sol._run_events)
+    whole = _run_to_end(made, sol.system, (end, last), sol.record, motion, values, policy, None,
+                    sol._run_events, progress, started)  # fmt: skip
     whole.stats = MappingProxyType(
         {**whole.stats, "wall_s": whole.stats["wall_s"] + sol.stats["wall_s"]}
     )
@@ -231,12 +231,12 @@ def continued(
         for old, new in zip(sol.events, whole.events, strict=True)
     )
     if policy.on_change_point == "raise" and len(whole.change_points) > len(sol.change_points):
-        raise ChangePointError(_met(whole), whole)
+        raise ChangePointError(_change_point_message(whole), whole)
     return whole
 
 
 def _warnings(record: Record, code: int) -> tuple[str, ...]:
-    """Of a run that crossed change points."""
+    """Warnings of a run that crossed change points."""
     times = record.change_points()[0]
     if not len(times) or code == STOPPED_AT_CHANGE_POINT:
         return ()
@@ -249,7 +249,7 @@ def _warnings(record: Record, code: int) -> tuple[str, ...]:
 
 
 def _coarse_angles(system: System, record: Record, rtol: float) -> tuple[str, ...]:
-    """Of angles so large that their last digit, not the tolerance, decides about the accuracy."""
+    """Warnings of angles so large that their last digit, not the tolerance, limits accuracy."""
     finest = COARSE * max(rtol, FINEST)
     steps: Any = record.pieces[-1].steps if len(record.pieces) == 1 else None
     if type(steps) is Steps and math.ulp(steps.largest(system.angles)) <= finest:
@@ -267,7 +267,7 @@ def _coarse_angles(system: System, record: Record, rtol: float) -> tuple[str, ..
     )
 
 
-def _met(sol: Trajectory) -> str:
+def _change_point_message(sol: Trajectory) -> str:
     point = sol.change_points[-1]
     where = ", ".join(
         f"{n} = {x:.9g}" for n, x in zip(sol.system.coordinates, point.q, strict=True)

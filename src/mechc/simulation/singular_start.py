@@ -61,7 +61,7 @@ class SingularStart:
         return self
 
     def advance(self, steps: int) -> int:
-        """Nothing is left to do."""
+        """Do nothing: the run is finished."""
         return self.status
 
     def stats(self) -> dict[str, Any]:
@@ -136,7 +136,7 @@ def singular_start(
     width = len(system.coordinates)
     at = branches.find(system, y0, values, span[0])
     at = at or branches.find(system, y0, values, span[0], BESIDE, BESIDE)
-    if at is None or not _supported(system, at, y0, values, span):
+    if at is None or not _is_supported(system, at, y0, values, span):
         return None
     u = y0[width:]
     size = float(np.abs(u).max())
@@ -151,7 +151,7 @@ def singular_start(
     if curve is None:
         return None
     motion = _motion(system, curve, x0, y0, values, span)
-    return motion and replace(motion, passed=_passed(motion, at, x0, values))
+    return motion and replace(motion, passed=_passed_point(motion, at, x0, values))
 
 
 def singular_end(
@@ -165,7 +165,7 @@ def singular_end(
     width = len(system.coordinates)
     t, y = float(times[-1]), states[-1]
     at = branches.find(system, y, values, t, AHEAD, AHEAD)
-    if at is None or not y[width:].any() or not _supported(system, at, y, values, (t, t_end)):
+    if at is None or not y[width:].any() or not _is_supported(system, at, y, values, (t, t_end)):
         return None
     curve = _branch(system, at, y[width:], values, t)
     if curve is None:
@@ -179,7 +179,7 @@ def singular_end(
     motion = _motion(system, curve, float(x[k]), states[k], values, (float(times[k]), t_end))
     if motion is None or motion.t != t_end:
         return None
-    return replace(motion, passed=_passed(motion, at, float(x[k]), values))
+    return replace(motion, passed=_passed_point(motion, at, float(x[k]), values))
 
 
 def _on_curve(system: System, curve: _Curve, x: Array, states: Array, values: Array) -> bool:
@@ -193,7 +193,7 @@ def _on_curve(system: System, curve: _Curve, x: Array, states: Array, values: Ar
     return bool(off <= ON_CURVE and astray <= ON_CURVE * np.abs(u).max())
 
 
-def _passed(
+def _passed_point(
     motion: SingularStart, at: branches.SingularConfiguration, x0: float, values: Array
 ) -> Passed | None:
     """The change point, if the motion comes from clearly before it."""
@@ -207,13 +207,13 @@ def _passed(
 
 
 def _along(system: System, q: Array, u: Array, y0: Array, values: Array) -> float:
-    """How far along the tangent the start is from the change point."""
+    """The distance of the start from the change point, along the tangent."""
     scale = system.scale(values)[: len(q)]
     tangent = u / scale / np.linalg.norm(u / scale)
     return float(tangent @ ((y0[: len(q)] - q) / scale))
 
 
-def _supported(
+def _is_supported(
     system: System,
     at: branches.SingularConfiguration,
     y0: Array,
@@ -245,7 +245,7 @@ def _branch(
         bend = np.zeros(len(scale))
         for i in sorted(np.flatnonzero(side * x > 0), key=lambda i: abs(x[i])):
             guess = at.q + scale * tangent * x[i] + bend * x[i] ** 2
-            found = _closed(system, at, tangent, scale, x[i], guess, values, t)
+            found = _closed_configuration(system, at, tangent, scale, x[i], guess, values, t)
             if found is None:
                 return None
             q[i] = found
@@ -255,7 +255,7 @@ def _branch(
     return curve if through < 1e-10 else None  # else the two sides are on different branches
 
 
-def _closed(
+def _closed_configuration(
     system: System, at: branches.SingularConfiguration, tangent: Array, scale: Array, x: float,
     q: Array, values: Array, t: float,
 ) -> Array | None:  # fmt: skip

@@ -1,4 +1,4 @@
-"""How a simulation ended: a code, its cause in words, and advice."""
+"""The status of a simulation: a code, its cause in words, and advice."""
 
 from __future__ import annotations
 
@@ -245,10 +245,10 @@ def status_of(
     """The status for a code of the compiled integrator."""
     name, cause, advice = CODES[code]
     if not cause:
-        return _reached(name, t, warnings)
+        return _status_at_end(name, t, warnings)
     return Status(name, t, cause.format(coordinate=coordinate, gap=gap), advice, warnings)
 
 
 @lru_cache(maxsize=64)
-def _reached(name: str, t: float, warnings: tuple[str, ...]) -> Status:
+def _status_at_end(name: str, t: float, warnings: tuple[str, ...]) -> Status:
     return Status(name, t, warnings=warnings)

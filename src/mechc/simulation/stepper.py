@@ -70,7 +70,7 @@ class Stepper:
     def _begin_at(self, t: float, state: Array, params: Array) -> None:
         self._start = t
         if self._driven is not None:
-            self._drive(self._driven.begun_at(t))
+            self._drive(self._driven.with_controllers_from(t))
             self._driven.restart(t)
         self._go_from(t, state, params)
 
@@ -174,7 +174,7 @@ class Stepper:
         return self.y
 
     def _go_on_until(self, t: float) -> None:
-        """Make room for what controllers will give."""
+        """Make room for the values of controllers until a time."""
         driven = self._driven.controlled_until(self._start, t)
         if driven is not self._driven:
             self._drive(driven)

@@ -24,7 +24,7 @@ from mechc.system.system import System
 class Trajectory:
     """The states of a run over time; :class:`mechc.Solution`, its public face, tells of them."""
 
-    _asked: RunEvents | None = None  # the events looked for
+    _run_events: RunEvents | None = None  # the events looked for
     _titles: tuple[str, ...] = ()  # theirs, where they are known from a file alone
 
     def __init__(
@@ -45,14 +45,14 @@ class Trajectory:
         self.record, self._times = record, times
 
     @cached_property
-    def _reported(self) -> tuple[Array, Array]:
+    def _reported_states(self) -> tuple[Array, Array]:
         """Times and states as reported; times in t_eval after the run's end are omitted."""
         if self._times is not None:
-            times = self._reached(self._times)
+            times = self._reached_times(self._times)
             return times, self.record.interpolate(times)
         return self.record.states()
 
-    def _reached(self, times: Array) -> Array:
+    def _reached_times(self, times: Array) -> Array:
         """The times, in the direction of the run, that it reached."""
         start, end = self.span
         if not len(times) or abs(times[-1] - start) <= abs(end - start):
@@ -63,11 +63,11 @@ class Trajectory:
 
     @property
     def t(self) -> Array:
-        return self._reported[0]
+        return self._reported_states[0]
 
     @property
     def y(self) -> Array:
-        return self._reported[1]
+        return self._reported_states[1]
 
     @property
     def q(self) -> Array:
@@ -114,12 +114,12 @@ class Trajectory:
     @property
     def asked_events(self) -> Sequence[Event]:
         """The events that were looked for."""
-        return () if self._asked is None else self._asked.events
+        return () if self._run_events is None else self._run_events.events
 
     @property
     def event_titles(self) -> tuple[str, ...]:
-        """Of each of ``events`` its expression as it was given, or the name of its function."""
-        titles = self._titles or (() if self._asked is None else self._asked.titles)
+        """The titles of ``events``: the expression as given, or the name of the function."""
+        titles = self._titles or (() if self._run_events is None else self._run_events.titles)
         if len(titles) == len(self.events):
             return titles
         return tuple(f"event {number}" for number in range(len(self.events)))
@@ -175,7 +175,7 @@ class Trajectory:
         return self.work_until(self.t)
 
     def work_until(self, times: float | Array) -> Array:
-        """The same at any times of the run, in its order (...), J."""
+        """The work done until any times (...) of the run, J."""
         times = doubles(times, "the times")
         flat = times.reshape(-1)
         known = self.system.knows_energy
@@ -200,7 +200,7 @@ class Trajectory:
         """
         if not self.system.knows_energy:
             return float("nan")
-        t, y = self.record.states() if self._times is not None else self._reported
+        t, y = self.record.states() if self._times is not None else self._reported_states
         p = self.values_along(t)
         energy = self.system.energy(y, p, t) - self.work_until(t)
         largest = float(self.system.kinetic_energy(y, p, t).max(initial=0.0))

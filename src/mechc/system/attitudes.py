@@ -31,7 +31,7 @@ class Attitudes:
 
     @classmethod
     def of(cls, data: Mapping[str, Any], names: Sequence[str]) -> Attitudes:
-        """From a scene's data."""
+        """The attitudes in a scene's data."""
         kinds = (data.get(kind, ()) for kind in ("quaternions", "unit_quaternions"))
         return cls(names, *(tuple(tuple(places) for places in kind) for kind in kinds))
 
@@ -40,7 +40,7 @@ class Attitudes:
         """The places of the components of every quaternion."""
         return self.multiples + self.of_length_one
 
-    def unturned(self, q: Array, given: Collection[int]) -> Array:
+    def fill_quaternions(self, q: Array, given: Collection[int]) -> Array:
         """Configurations (n, nq) with the quaternions without a given component at 1, 0, 0, 0."""
         for places in self.quaternions:
             if not set(places) & set(given):

@@ -108,7 +108,7 @@ def _inputs(system: System, output: str) -> Any:
 
 
 def _place(system: System, name: str) -> int:
-    """Its index in y; -1 is the time, unless a coordinate is called t."""
+    """The index of a name in y; -1 is the time, unless a coordinate is called t."""
     names = (*system.coordinates, *system.speeds)
     if name in names:
         return names.index(name)

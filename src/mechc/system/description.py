@@ -42,7 +42,7 @@ class Description:
 
     @cached_property
     def quantities(self) -> Mapping[str, NamedQuantity]:
-        """Every coordinate, speed and parameter by name."""
+        """The coordinates, speeds and parameters by name."""
         kinds = ("coordinates", "speeds", "parameters")
         found = (NamedQuantity.from_metadata(each) for kind in kinds for each in self.data[kind])
         return MappingProxyType({quantity.name: quantity for quantity in found})

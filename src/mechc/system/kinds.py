@@ -10,7 +10,7 @@ from enum import StrEnum
 
 
 class Kind(StrEnum):
-    """The same members as the compiler's ``mechc.Kind``."""
+    """Kinds of quantities, with the members of the compiler's ``mechc.Kind``."""
 
     ANGLE = "angle"
     ANGULAR_SPEED = "angular speed"

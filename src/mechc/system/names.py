@@ -58,7 +58,7 @@ def by_name(values: Any, what: str, example: str = "{name or symbol: value}") ->
 
 
 def without_unused(values: Mapping[Any, Any], known: Iterable[str], what: str) -> dict[Any, Any]:
-    """By name, without symbols that are not in the equations.
+    """Values by name, without symbols that are not in the equations.
 
     A derivation's constants are often in one dict, and some are not in the equations: two moments
     of inertia of a body that moves in a plane.  They are named in one warning; an unknown text

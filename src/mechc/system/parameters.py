@@ -47,7 +47,7 @@ class NamedQuantity:
 
     @property
     def bounds_in_words(self) -> str:
-        """For people: ``> 0``, ``>= 0``, ``between 0 and 1`` or ``any``."""
+        """The bounds in words: ``> 0``, ``>= 0``, ``between 0 and 1`` or ``any``."""
         sign = "=" if self.closed else ""
         words = []
         if math.isfinite(self.lower):
@@ -103,13 +103,13 @@ class ParameterSet:
         self.missing: tuple[str, ...] = ()
         self._preset = {self.index[name]: value for name, value in (preset or {}).items()}
         nothing = np.zeros(len(self.names), np.uint8)
-        self.defaults = self.completed(np.zeros(len(self.names)), nothing)
+        self.defaults = self.fill_defaults(np.zeros(len(self.names)), nothing)
         self.defaults.flags.writeable = False
         self._default_length = largest_of(self.defaults, self.length_places) or 1.0
         self.missing = tuple(n for n, x in zip(self.names, self.defaults, strict=True) if x != x)
 
     def resolve(self, params: Parameters) -> Array:
-        """All values, shape (..., np): those given, and defaults.
+        """The values of all parameters, (..., np): those given, and defaults.
 
         A default that follows others (an inertia that follows mass and length) follows those
         given.
@@ -123,7 +123,7 @@ class ParameterSet:
         return self._from_array(_all_values(params).copy())
 
     def resolve_partly(self, params: Parameters, needed: Collection[str]) -> Array:
-        """The same where only the values ``needed`` matter: others that are missing are made up."""
+        """All values, where only those ``needed`` matter: missing others get arbitrary values."""
         if not self.missing or not (params is None or isinstance(params, Mapping)):
             return self.resolve(params)
         given = without_unused(params or {}, self.names, "params")
@@ -163,13 +163,13 @@ class ParameterSet:
             return usual
         if {*map(type, params)} != {str}:
             params = without_unused(params, self.names, "params")
-        given = {name: self.checked(name, value) for name, value in params.items()}
+        given = {name: self.values_of(name, value) for name, value in params.items()}
         shape = np.broadcast_shapes(*(value.shape for value in given.values()))
         values, flags = np.zeros((*shape, len(self.names))), np.zeros(len(self.names), np.uint8)
         for name, value in given.items():
             values[..., self.index[name]] = value
             flags[self.index[name]] = 1
-        return self.completed(values, flags)
+        return self.fill_defaults(values, flags)
 
     def _from_floats(self, params: Mapping[str, Any]) -> Array | None:
         """The usual case, fast: names and floats, all within their bounds."""
@@ -180,9 +180,9 @@ class ParameterSet:
                 return None
             values[i] = value
             flags[i] = 1
-        return self.completed(values, flags)
+        return self.fill_defaults(values, flags)
 
-    def checked(self, name: str, value: Any) -> Array:
+    def values_of(self, name: str, value: Any) -> Array:
         """Values of one parameter, each within its bounds."""
         if name not in self.index:
             raise UnknownNameError("parameter", name, self.names)
@@ -202,7 +202,7 @@ class ParameterSet:
                 quantity.check(values[..., i])
         return values
 
-    def completed(self, values: Array, flags: NDArray[np.uint8]) -> Array:
+    def fill_defaults(self, values: Array, flags: NDArray[np.uint8]) -> Array:
         """Fill in the values that are not flagged as given, in place."""
         for i, value in self._preset.items():
             if not flags[i]:

@@ -1,4 +1,4 @@
-"""What a mechanism looks like: named points, lines between them, and where they are."""
+"""The drawing of a mechanism: named points, lines between them, and where they are."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How another process, a saved file or a cluster's worker finds a compiled scene again."""
+"""References by which other processes, saved files and workers find a compiled scene."""
 
 from __future__ import annotations
 
@@ -47,30 +47,30 @@ class ModelReference:
     defaults: Mapping[str, float] = field(default_factory=dict)
 
     @cached_property
-    def compiled(self) -> str:
+    def binary_identity(self) -> str:
         """The identity of this binary: its key, or the hash of its file."""
         if self.key or not self.library_file:
             return self.key
         return hashlib.sha256(Path(self.library_file).read_bytes()).hexdigest()
 
     def exactly(self, instruction_set: str) -> ModelReference:
-        """The same binary, whatever processor a worker has."""
+        """A reference to the same binary, whatever processor a worker has."""
         return replace(self, instruction_set=instruction_set if self.library_file else None)
 
     def to_json(self) -> dict[str, Any]:
-        """For files: JSON data."""
+        """The reference as JSON data, for files."""
         told: dict[str, Any] = {
             "mechanism": self.mechanism,
             "options": dict(self.options),
             "custom": self.custom,
-            "compiled": self.compiled,
+            "compiled": self.binary_identity,
             "state": list(self.state),
         }
         return told | ({"defaults": dict(self.defaults)} if self.defaults else {})
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> ModelReference:
-        """From an untrusted file.
+        """A reference from an untrusted file.
 
         Raises
         ------

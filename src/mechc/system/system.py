@@ -82,7 +82,7 @@ class System(Description):
     def default_configurations(self, count: int, given: Iterable[str]) -> Array:
         """Coordinates (count, nq) where none but those named are given."""
         q = np.tile(self.default_coordinates, (count, 1))
-        return self.attitudes.unturned(q, [self.state_index(name) for name in given])
+        return self.attitudes.fill_quaternions(q, [self.state_index(name) for name in given])
 
     @property
     def instruction_set(self) -> str:
@@ -102,7 +102,7 @@ class System(Description):
 
     @property
     def headline(self) -> str:
-        """Its name and sizes, in one line."""
+        """The name and the sizes of the mechanism, in one line."""
         return (
             f"{self.name}: {len(self.coordinates)} coordinates, {len(self.speeds)} speeds, "
             f"{len(self.constraint_names)} constraints, {self.instruction_set}"
@@ -112,18 +112,18 @@ class System(Description):
         return f"<mechc.System {self.headline}>"
 
     def replaced_scene(self, scene: Any) -> System:
-        """The same system with other compiled functions."""
+        """A copy of the system with other compiled functions."""
         other = object.__new__(System)
         other.__dict__.update(self.__dict__)
         other._set_scene(scene)
         return other
 
-    kept: dict[Any, Any]
+    cache: dict[Any, Any]
     drawn: Callable[..., Picture] | None = None
     draws_more = False  # than the compiled points
 
     def drawn_by(self, drawn: Callable[..., Picture], *, more: bool = False) -> System:
-        """The same system with a picture made when it is asked for; ``more``: always by it."""
+        """A copy of the system with a picture made at first use; ``more``: always by ``drawn``."""
         other = self.replaced_scene(self.scene)
         other.drawn, other.draws_more = drawn, more
         return other
@@ -131,7 +131,7 @@ class System(Description):
     def _set_scene(self, scene: Any) -> None:
         self.scene = scene
         self.driven = scene if self.inputs else None
-        self.kept = {}
+        self.cache = {}
 
     def _parameter_set(self) -> ParameterSet:
         quantities = [self.quantities[name] for name in self.parameters]
@@ -139,14 +139,14 @@ class System(Description):
         return ParameterSet(quantities, self.scene, known)
 
     def with_defaults(self, defaults: Mapping[str, float]) -> System:
-        """The same system with other defaults."""
+        """A copy of the system with other defaults."""
         other = self.replaced_scene(self.scene)
         other.reference = replace(self.reference, defaults=dict(defaults))
         other.parameter_set = other._parameter_set()
         return other
 
     def with_start(self, start: Mapping[str, float]) -> System:
-        """The same system with these coordinates and speeds as its start."""
+        """A copy of the system with these coordinates and speeds as its start."""
         other = self.replaced_scene(self.scene)
         other.data = {**self.data, "start": dict(start)}
         return other
@@ -157,20 +157,20 @@ class System(Description):
 
     @property
     def picture(self) -> Picture:
-        """What is drawn: by the compiled points, or by the description where these do not do."""
-        if Picture not in self.kept:
-            self.kept[Picture] = self._picture()
-        found: Picture = self.kept[Picture]
+        """The drawing, by the compiled points, or by the description where these do not suffice."""
+        if Picture not in self.cache:
+            self.cache[Picture] = self._picture()
+        found: Picture = self.cache[Picture]
         return found
 
     @property
     def picture_in_space(self) -> Picture:
-        """With solids, springs and dampers where the description is known; else ``picture``."""
-        if "space" not in self.kept:
+        """The drawing with solids, springs and dampers where these are known; else ``picture``."""
+        if "space" not in self.cache:
             found = None if self.drawn is None else self.drawn(self, in_space=True)
             seen = found is not None and bool(found.skeleton or found.solids)
-            self.kept["space"] = found if seen else self.picture
-        kept: Picture = self.kept["space"]
+            self.cache["space"] = found if seen else self.picture
+        kept: Picture = self.cache["space"]
         return kept
 
     def _picture(self) -> Picture:
@@ -186,7 +186,7 @@ class System(Description):
 
     @cached_property
     def sizes(self) -> Sizes:
-        """What tells the sizes of the components of a state, for runs."""
+        """The rules for the sizes of the components of a state, for runs."""
         lowest, highest = self.parameter_set.limits
         lengths = self.parameter_set.length_places.astype(np.intc)
         return Sizes(self.dimensionless.astype(np.uint8), lengths, lowest, highest)
@@ -268,7 +268,7 @@ class System(Description):
         return self.evaluate("points", y, p, t)
 
     def evaluate(self, name: str, y: Array, p: Array, t: Time = 0.0) -> Array:
-        """Any output by name; a fresh array.
+        """Evaluate any output by name, into a new array.
 
         Raises
         ------

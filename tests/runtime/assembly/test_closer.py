@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from mechc.native._closing import Closings, Closure, measured
+from mechc.native._closing import Closings, Closure, measure
 
 from mechc.assembly.closer import spread
 from tests.support.linkages import dyads
@@ -205,7 +205,7 @@ def test_the_length_is_the_extent_of_the_linkage_in_any_unit(unit):
     rods = np.ones(len(linkage.rods))
     rows = dyads.Rows(linkage, rods > 0, 1e6 * rods)
     free, nothing = np.arange(rows.coordinates, dtype=np.intc), np.zeros(rows.coordinates)
-    (length,), (sizes,) = measured(Closure(rows), 0.0, free, nothing, np.zeros((1, 1)), np.ones(1))
+    (length,), (sizes,) = measure(Closure(rows), 0.0, free, nothing, np.zeros((1, 1)), np.ones(1))
     extent = np.abs(linkage.assemblies()).max()
     assert extent < length < 3 * extent
     assert (sizes > 1e6 * extent * np.min([rod[2] for rod in linkage.rods])).all()
@@ -218,6 +218,6 @@ def test_rows_without_a_length_keep_the_one_given():
     )
     free = np.arange(2, dtype=np.intc)
     hints = np.array([7.0, 3.0])
-    lengths, sizes = measured(Closure(line), 0.0, free, np.zeros(2), np.zeros((2, 1)), hints)
+    lengths, sizes = measure(Closure(line), 0.0, free, np.zeros(2), np.zeros((2, 1)), hints)
     assert lengths.tolist() == hints.tolist()
     assert sizes[:, 0] == pytest.approx(2 * hints)

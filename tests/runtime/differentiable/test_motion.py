@@ -105,7 +105,7 @@ def test_derivatives_of_several_motions_are_one_batch(pendulum, start, monkeypat
     np.testing.assert_allclose(motion.states(t, x), states, rtol=1e-8, atol=1e-9)
     weights = np.arange(12.0).reshape(3, 2, 2)
     wanted = [np.einsum("ti,tik->k", w, s) for w, s in zip(weights, alone, strict=True)]
-    np.testing.assert_allclose(motion.pulled(t, x, weights), wanted, rtol=1e-8)
+    np.testing.assert_allclose(motion.pull_back(t, x, weights), wanted, rtol=1e-8)
     assert calls == ["batch"] * 3
     monkeypatch.setattr(type(pendulum), "simulate", single)
     together = motion.slopes(t[[0, 2]], x[[0, 2]])

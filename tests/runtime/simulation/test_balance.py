@@ -12,7 +12,7 @@ from sympy.physics.mechanics import (
 )
 
 import mechc
-from mechc.simulation.balance import energy_note, explained, imbalance
+from mechc.simulation.balance import energy_note, energy_of_errors, imbalance
 from mechc.simulation.record import Record
 from tests.support import scenes
 
@@ -89,7 +89,7 @@ def test_the_work_of_loads_explains_what_changes(name):
     assert imbalance(sol.system, sol.record) < 1e-6 * kinetic
     assert not judged(sol, sol.record)
     off = imbalance(sol.system, Tampered(sol.record, 0.05))
-    assert off > explained(sol.system, sol.t, sol.y, sol.params, sol.policy, 1e-8)
+    assert off > energy_of_errors(sol.system, sol.t, sol.y, sol.params, sol.policy, 1e-8)
 
 
 def test_a_run_that_ends_early_is_not_judged(model, regular):

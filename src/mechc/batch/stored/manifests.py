@@ -37,7 +37,7 @@ def write(notes: Path, data: Path, first: int, found: Mapping[str, Array],
 
 
 def _sync_chunk(array: Path, files: list[Path]) -> None:
-    """The files, and every folder between them and the array."""
+    """Sync the files, and every folder between them and the array, to the disk."""
     there = [file for file in files if file.exists()]
     folders = {parent for file in there for parent in file.parents if array in parent.parents}
     for path in (*there, *folders, array):
@@ -66,7 +66,7 @@ def damage(
     return None
 
 
-def damaged(
+def damaged_chunks(
     notes: Path, data: Path, stored: Mapping[str, Layout], ranges: Sequence[tuple[int, int]]
 ) -> Iterator[tuple[int, int, str]]:
     """Chunks that do not agree with their manifest: first, last + 1, what is wrong."""

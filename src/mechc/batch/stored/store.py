@@ -19,7 +19,7 @@ import numpy as np
 
 from mechc.batch.dataset import attributes
 from mechc.batch.driven import NONE, BatchInputs
-from mechc.batch.events import events_told
+from mechc.batch.events import events_from_json
 from mechc.batch.layout import (
     METADATA,
     Layout,
@@ -34,7 +34,7 @@ from mechc.batch.spec import Assembly, Columns, Compute, Recipe, checked_recipe,
 from mechc.batch.stored import manifests
 from mechc.compilation.find import system_of
 from mechc.errors import MechcError, MissingPackageError
-from mechc.files import locked
+from mechc.files import file_lock
 from mechc.inputs.signals import PARTS, Signal
 from mechc.results.durable import replacing, write_text
 from mechc.results.files import reference_in
@@ -78,7 +78,7 @@ def stream(
         with _naming_folder(folder):
             arrays = _prepare_arrays(zarr, system, recipe, folder, stored)
             every = recipe.ranges(size)
-            for first, _, _ in manifests.damaged(notes, data, stored, every):
+            for first, _, _ in manifests.damaged_chunks(notes, data, stored, every):
                 manifests.discard(notes, data, stored, first)
         missing = [r for r in every if not manifests.path_of(notes, r[0]).exists()]
         report(recipe.count - sum(last - first for first, last in missing))
@@ -96,7 +96,7 @@ def stream(
 
 @contextmanager
 def _naming_folder(folder: Path) -> Iterator[None]:
-    """Errors of the operating system become errors that name the folder."""
+    """Turn errors of the operating system into errors that name the folder."""
     try:
         yield
     except OSError as error:
@@ -140,7 +140,7 @@ def _request(system: System, recipe: Recipe, size: int) -> dict[str, Any]:
         **system.reference.to_json(),
         "instruction set": system.instruction_set,
         "chunk": size,
-        **json.loads(json.dumps(recipe.told())),
+        **json.loads(json.dumps(recipe.as_json())),
     }
 
 
@@ -162,13 +162,13 @@ def _write_inputs(notes: Path, recipe: Recipe) -> None:
         for i, column in enumerate(named.values())
     }
     names = {kind: list(named) for kind, named in _columns(recipe).items()}
-    policy = recipe.policy.asked()
+    policy = recipe.policy.as_dict()
     atol = policy.pop("atol")
     told: dict[str, Any] = {
         "count": recipe.count, "span": recipe.span, "guess": dict(recipe.guess), "names": names,
         "keep_states": recipe.keep_states, "outputs": recipe.outputs,
         "reductions": recipe.reductions, "until": recipe.until, "policy": policy,
-        "events": None if recipe.events is None else recipe.events.told(),
+        "events": None if recipe.events is None else recipe.events.as_json(),
         "sensitivities": recipe.sensitivities,
         "sensitivity_error_control": recipe.sensitivity_error_control,
     }  # fmt: skip
@@ -187,7 +187,7 @@ def _write_inputs(notes: Path, recipe: Recipe) -> None:
 
 
 def _columns(recipe: Recipe) -> dict[str, Columns]:
-    """All that may differ between members, by kind."""
+    """The columns that may differ between members, by kind."""
     return {
         "params": recipe.params, "coordinates": recipe.coordinates, "speeds": recipe.speeds,
         "inputs": recipe.inputs.numbers,
@@ -197,7 +197,7 @@ def _columns(recipe: Recipe) -> dict[str, Columns]:
 def _prepare_arrays(
     zarr: Any, system: System, recipe: Recipe, folder: Path, stored: Mapping[str, Layout]
 ) -> dict[str, Any]:
-    """Every array, writable; one that is missing or damaged is created again."""
+    """Arrays to write to; one that is missing or damaged is created again."""
     group = folder / DATA
     if not (group / METADATA).is_file():
         zarr.open_group(str(group), mode="a", zarr_format=3)
@@ -223,12 +223,12 @@ def _write_chunk(
 
 @contextmanager
 def _alone_in(folder: Path) -> Iterator[None]:
-    """One call at a time."""
+    """Hold the lock of a folder, so that one call at a time writes to it."""
     with ExitStack() as until_end:
         try:
             folder.mkdir(parents=True, exist_ok=True)
             refuse_links(folder)
-            alone = until_end.enter_context(locked(folder / LOCK, wait=False))
+            alone = until_end.enter_context(file_lock(folder / LOCK, wait=False))
         except OSError as error:
             raise MechcError(f"cannot write into {folder}: {error.strerror}") from None
         if not alone:
@@ -262,7 +262,7 @@ def open_batch(folder: Path, given: System | None = None) -> Batch:
         recipe = _checked_again(system, held.recipe)
         tails = output_shapes(system, recipe)
     arrays, stored = _open_arrays(zarr, held, tails)
-    for _, _, why in manifests.damaged(folder / NOTES, folder / DATA, stored, held.ranges):
+    for _, _, why in manifests.damaged_chunks(folder / NOTES, folder / DATA, stored, held.ranges):
         raise MechcError(f"{why}. Repeat the call that made {folder} to repair it")
     return Batch(system, recipe, arrays, not held.missing())
 
@@ -287,7 +287,7 @@ def examine(folder: Path) -> Examined:
     held = _read(folder)
     _, stored = _open_arrays(zarr, held, None)
     notes, data = folder / NOTES, folder / DATA
-    damage = [why for *_, why in manifests.damaged(notes, data, stored, held.ranges)]
+    damage = [why for *_, why in manifests.damaged_chunks(notes, data, stored, held.ranges)]
     return Examined(len(held.ranges), len(held.missing()), damage)
 
 
@@ -313,7 +313,7 @@ def _read(folder: Path) -> _Held:
     request = _read_request(folder)
     with _naming_damaged(folder):
         recipe = _read_recipe(folder / NOTES)
-        for key, value in json.loads(json.dumps(recipe.told())).items():
+        for key, value in json.loads(json.dumps(recipe.as_json())).items():
             if request[key] != value:
                 raise ValueError(f"its inputs are not those of its request: {key}")
         state = names_of(request["state"], "its states")
@@ -325,7 +325,7 @@ def _read(folder: Path) -> _Held:
 
 @contextmanager
 def _naming_damaged(folder: Path) -> Iterator[None]:
-    """Errors in a folder's files become errors that name the folder."""
+    """Turn errors in a folder's files into errors that name the folder."""
     try:
         yield
     except MechcError as error:
@@ -382,7 +382,7 @@ def _read_recipe(notes: Path) -> Recipe:
         reductions=names_of(told["reductions"], "its reductions"), until=told["until"],
         policy=Policy(atol=arrays.get("atol"), **told["policy"]),
         params=columns["params"], coordinates=columns["coordinates"], speeds=columns["speeds"],
-        inputs=driven if any(driven) else NONE, events=events_told(told.get("events")),
+        inputs=driven if any(driven) else NONE, events=events_from_json(told.get("events")),
         sensitivities=names_of(told.get("sensitivities", []), "its sensitivities"),
         sensitivity_error_control=told.get("sensitivity_error_control") is True,
     )  # fmt: skip
@@ -419,7 +419,7 @@ def _checked_again(system: System, recipe: Recipe) -> Recipe:
     )  # fmt: skip
     if again.sensitivities:
         check_names(system, again)
-    if again.told() != recipe.told():
+    if again.as_json() != recipe.as_json():
         raise ValueError("no call makes such a request")
     return again
 

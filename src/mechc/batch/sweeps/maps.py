@@ -115,7 +115,7 @@ def _maps(batch: Batch, chosen: Plan) -> list[tuple[str, Members]]:
 
 
 def _others(batch: Batch, chosen: Plan, member: int) -> str:
-    """What varies besides the two axes of a map, with its values."""
+    """A text of what varies besides the two axes of a map, with its values."""
     told = []
     for i, variation in enumerate(chosen.variations[2:], start=2):
         values, _ = _axis(batch, chosen, i)
@@ -154,7 +154,7 @@ def _draw_plane(
 
 
 def _mark(axes: Axes, batch: Batch, x: Array, y: Array, members: Members, size: float) -> None:
-    """Failed members, and those that met a change point."""
+    """Mark failed members, and those that met a change point."""
     lost = batch["status"][members] == NOT_ASSEMBLED
     failed = members[np.logical_not(batch.ok[members] | lost)]
     axes.plot(x[failed], y[failed], "x", color=FAILED, markersize=4)
@@ -178,10 +178,10 @@ def _colours(batch: Batch, values: Array) -> tuple[Any, str]:
     low, high = span.min(), span.max()
     below, above = bool((values[finite] < low).any()), bool((values[finite] > high).any())
     extend = {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[below, above]
-    return _normalised(span), extend
+    return _normalisation(span), extend
 
 
-def _normalised(span: Array) -> Any:
+def _normalisation(span: Array) -> Any:
     """The scale of some finite values: logarithmic from three decades on.
 
     With zeros or both signs among them it is linear about zero, up to the median size, where the
@@ -198,11 +198,11 @@ def _normalised(span: Array) -> Any:
 
 
 def _scale_values(axes: Axes, values: Array) -> None:
-    """The same for the values of a line."""
+    """Scale the axis of the values of a line."""
     from matplotlib.colors import LogNorm, SymLogNorm
 
     finite = values[np.isfinite(values)]
-    norm = _normalised(finite) if finite.size else None
+    norm = _normalisation(finite) if finite.size else None
     if isinstance(norm, LogNorm):
         axes.set_yscale("log")
     elif isinstance(norm, SymLogNorm):

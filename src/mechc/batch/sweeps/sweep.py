@@ -88,7 +88,7 @@ def _read_count(name: str, text: str) -> int:
 def plan(
     variations: Sequence[Variation], sampling: str = "grid", count: int | None = None, seed: int = 0
 ) -> Plan:
-    """The members: every combination, or ``count`` of them drawn over the ranges.
+    """The plan of a sweep: every combination, or ``count`` members drawn over the ranges.
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ def members(
 
 
 def sweep_json(batch: Batch, chosen: Plan, seconds: float) -> dict[str, Any]:
-    """What ``mechc sweep --json`` prints, in SI units."""
+    """The output of ``mechc sweep --json``, in SI units."""
     return {
         "mechanism": batch.system.name,
         "members": len(batch),
@@ -213,13 +213,13 @@ def _extremes(batch: Batch, text: str) -> dict[str, Any]:
         "min": float(values[low]),
         "mean": float(values[known].mean()),
         "max": float(values[high]),
-        "min_at": {name: float(c[low]) for name, c in batch.recipe.varied().items()},
-        "max_at": {name: float(c[high]) for name, c in batch.recipe.varied().items()},
+        "min_at": {name: float(c[low]) for name, c in batch.recipe.varying_columns().items()},
+        "max_at": {name: float(c[high]) for name, c in batch.recipe.varying_columns().items()},
     }
 
 
 def sweep_summary(batch: Batch, chosen: Plan, seconds: float) -> str:
-    """What ``mechc sweep`` prints for people."""
+    """The output of ``mechc sweep`` for people."""
     told = sweep_json(batch, chosen, seconds)
     shape = " x ".join(map(str, chosen.shape)) if chosen.shape else chosen.sampling
     lines = [f"{len(batch)} members ({shape}) in {seconds:.3g} s, {told['members_per_s']:,.0f}/s"]

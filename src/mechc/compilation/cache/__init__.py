@@ -31,7 +31,7 @@ from mechc.compilation.cache.security import (
 from mechc.compilation.cache.security import cache_folder as cache_folder
 from mechc.compilation.cache.size import keep_within, note_use
 from mechc.errors import CacheError, CompilerError
-from mechc.files import READ, locked, owned_by_another, unlink_open, writable_by_others
+from mechc.files import READ, file_lock, owned_by_another, unlink_open, writable_by_others
 
 SHARED_OBJECT, SEAL = "scene.so", "scene.seal"
 _PART, _NOTE = r"\.[a-z0-9]+", ".note"
@@ -91,7 +91,7 @@ def identity(shared: Path) -> tuple[int, int] | None:
 def discard(key: str, known: tuple[int, int] | None) -> None:
     """Remove an entry that cannot be used here, if it is still the one of this identity."""
     root = cache_folder()
-    with suppress(OSError), locked(root / f"{key}.lock"):
+    with suppress(OSError), file_lock(root / f"{key}.lock"):
         if known is not None and identity(root / key / SHARED_OBJECT) == known:
             shutil.rmtree(root / key, ignore_errors=True)
 
@@ -144,7 +144,7 @@ def clear() -> int:
         refuse_foreign(root)
     for key in keys:
         lock = root / f"{key}.lock"
-        with locked(lock):
+        with file_lock(lock):
             for folder in (root / key, *root.glob(f".new-{key}-*")):
                 shutil.rmtree(folder, ignore_errors=True)
             unlink_open(lock)
@@ -173,7 +173,7 @@ def check() -> Path:
 def _entry(root: Path, key: str, make: Callable[[Path], None]) -> Path:
     target, made = root / key, False
     try:
-        with locked(root / f"{key}.lock") as alone:
+        with file_lock(root / f"{key}.lock") as alone:
             if not _sound(target):
                 _replace(root, target, make, alone)
                 made = True
@@ -215,7 +215,7 @@ def _move(aside: Path, target: Path) -> None:
 
 
 def _sound(folder: Path) -> bool:
-    """Whether the entry is complete, the user's, and has the right seal."""
+    """Whether an entry is complete, the user's, and has the right seal."""
     try:
         refuse_foreign(folder)
         seal = _content(folder / SEAL)

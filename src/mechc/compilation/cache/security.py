@@ -51,7 +51,7 @@ def writable(root: Path) -> Path:
 
 
 def _make_private(folder: Path) -> None:
-    """Parent folders are made for the user only too, whatever the umask."""
+    """Make a folder and its parents for the user only, whatever the umask."""
     if folder.exists() and folder.is_dir():
         return
     if not folder.parent.exists():
@@ -107,7 +107,7 @@ def refuse_unsafe(root: Path) -> Path:
 
 
 def refuse_foreign(folder: Path) -> None:
-    """Compiled code is loaded from here, so nobody else may be able to write it."""
+    """Raise where others own or can write a folder that compiled code is loaded from."""
     status = folder.lstat()
     if not stat.S_ISDIR(status.st_mode):
         raise CacheError(f"{folder} is not a folder; remove it or set MECHC_CACHE_DIR")
@@ -118,7 +118,7 @@ def refuse_foreign(folder: Path) -> None:
 
 
 def refuse_open_parents(folder: Path) -> None:
-    """Who can write a folder above can replace this one, unless it is sticky.
+    """Raise where others can write a folder above, and so replace this one, unless it is sticky.
 
     Windows keeps the folders of a user from others by lists of access rights: nothing is checked.
     """
@@ -143,7 +143,7 @@ def refuse_open_parents(folder: Path) -> None:
 
 
 def _private_group(group: int) -> bool:
-    """Whether it is the user's private group, which many systems make for every user."""
+    """Whether a group is the user's private one, which many systems make for every user."""
     import grp  # Windows has neither
     import pwd
 

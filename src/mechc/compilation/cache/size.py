@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from mechc.errors import CacheError
-from mechc.files import locked, unlink_open
+from mechc.files import file_lock, unlink_open
 
 LARGEST = 2**30  # bytes, by default
 _LATELY = 3600.0  # s between two records of uses
@@ -76,7 +76,7 @@ def _remove(root: Path, key: str, unless_entry: bool = False) -> bool:
     """Remove an entry, its lock and its temporary files, unless a process is using it."""
     lock = root / f"{key}.lock"
     try:
-        with locked(lock, wait=False) as free:
+        with file_lock(lock, wait=False) as free:
             if not free or (unless_entry and (root / key).exists()):
                 return False
             shutil.rmtree(root / key, ignore_errors=True)

@@ -1,1 +1,1 @@
-"""What a mechanism becomes for other programs: C, WebAssembly, a functional mock-up unit."""
+"""Exports of a mechanism to other programs: C, WebAssembly, a functional mock-up unit."""

@@ -37,7 +37,7 @@ def standalone_texts(
 
 @dataclass(frozen=True)
 class ExportRequest:
-    """A description that is handed on: its request, its start, the values of parameters."""
+    """A mechanism to export: its request, its start, the values of parameters."""
 
     mechanism: Any
     request: Any
@@ -54,7 +54,7 @@ def read_export(
     outputs: Iterable[Any] | None,
     **options: Any,
 ) -> ExportRequest:
-    """An export that is asked for, checked; arguments as those of :func:`mechc.export_c`."""
+    """A checked request for an export; arguments as those of :func:`mechc.export_c`."""
     errors_of_compiler()
     (found, request), numbers = _describe(mechanism, fix, outputs, options)
     states = len(found.coordinates) + len(found.states) + len(found.speeds)

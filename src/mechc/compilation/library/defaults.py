@@ -54,9 +54,9 @@ def with_defaults(system: System, numbers: Mapping[Any, float], read: Iterable[s
 
 def _again_or_new(system: System, values: Mapping[str, float]) -> System:
     """The system with these defaults; the same object as the last time if they are the same."""
-    last: tuple[Any, System] = system.kept.get(_again_or_new, (None, system))
+    last: tuple[Any, System] = system.cache.get(_again_or_new, (None, system))
     if last[0] != values:
-        last = system.kept[_again_or_new] = dict(values), system.with_defaults(values)
+        last = system.cache[_again_or_new] = dict(values), system.with_defaults(values)
     return last[1]
 
 

@@ -50,12 +50,12 @@ def variant(name: str, options: Mapping[str, Any], asked: Mapping[str, Any]) -> 
     same = plain or _reads_again(options, told)
     reference = ModelReference(name, told if same else {}, custom=not same)
 
-    def described() -> tuple[Any, Any]:
+    def describe() -> tuple[Any, Any]:
         return described_as_asked(name, options, asked)
 
     if plain:
-        return compile_known(_variant_digest(name, told), described, reference)
-    return compile_described(described, reference)
+        return compile_known(_variant_digest(name, told), describe, reference)
+    return compile_described(describe, reference)
 
 
 def names_to_compile(name: str, options: Mapping[str, Any]) -> Mapping[str, tuple[str, ...]] | None:

@@ -47,11 +47,11 @@ def find_compiler() -> list[str] | None:
         If ``$CC`` names a command that does not exist: no other is used in its place.
     """
     if chosen := os.environ.get("CC", "").strip():
-        return _chosen(chosen)
+        return _command_words(chosen)
     return installed_compiler() or packaged_compiler()
 
 
-def _chosen(command: str) -> list[str]:
+def _command_words(command: str) -> list[str]:
     try:
         words = shlex.split(command.replace(os.sep, "/"))
     except ValueError as error:
@@ -190,7 +190,7 @@ in_forked_child(_running.clear)  # they belong to the parent
 
 
 def _output(command: list[str], longest: float, **where: Any) -> subprocess.CompletedProcess[str]:
-    """Run to the end, in a separate process group, which ends with it."""
+    """Run a command to its end, in a separate process group, which ends with it."""
     with _running_process(command, **where) as process:
         out, told = _communicate(process, command, longest)
     return subprocess.CompletedProcess(command, process.returncode, out, told)
@@ -249,7 +249,7 @@ def _rest(process: subprocess.Popen[str]) -> str:
 
 
 def _end(process: subprocess.Popen[str]) -> None:
-    """End it, and its children."""
+    """End a process and its children."""
     if sys.platform != "win32":  # which has no groups of processes
         with suppress(ProcessLookupError, PermissionError):
             os.killpg(process.pid, signal.SIGKILL)
@@ -257,7 +257,7 @@ def _end(process: subprocess.Popen[str]) -> None:
 
 
 def _run(command: list[str], folder: Path, target: Path) -> None:
-    """Raises :class:`CompilerError` unless the target is written."""
+    """Run a compiler; raise :class:`CompilerError` unless the target is written."""
     done = _alone(command, folder)
     if done.returncode in _UNMAPPED:
         done = _made_elsewhere(command, target)

@@ -1,4 +1,4 @@
-"""Where the compiler of the package ``ziglang`` keeps what it has compiled of the C library."""
+"""The cache in which the compiler of ``ziglang`` keeps its compiled C library."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ def read_stl(path: str) -> Array:
 
 
 def _is_binary(content: bytes) -> bool:
-    """By its length, which is that of its count of triangles; texts begin with "solid"."""
+    """Whether the length is that of a binary file with its count of triangles."""
     count = int.from_bytes(content[80:HEADER], "little")
     return len(content) >= HEADER and len(content) == HEADER + count * RECORD.itemsize
 

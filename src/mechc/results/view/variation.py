@@ -83,7 +83,7 @@ class Variation:
         return (*self.model.coordinates, *self.model.speeds)
 
     def sliders(self) -> list[dict[str, Any]]:
-        """For each name a label, a unit, and the range in units of the API."""
+        """The sliders, for each name a label, a unit, and the range in units of the API."""
         units = {name: shown_unit(self.model, name) for name in self.ranges}
         return [slider_data(name, units[name], self.ranges[name]) for name in self.ranges]
 

@@ -59,7 +59,7 @@ class MotionWidget(anywidget.AnyWidget):  # type: ignore[misc]  # it has no type
 
     @traitlets.validate("values")
     def _all_values(self, proposal: Any) -> dict[str, float]:
-        """All values, within their ranges."""
+        """The values of all sliders, within their ranges."""
         ranges = self._variation.ranges
         for name in proposal["value"]:
             if name not in ranges:

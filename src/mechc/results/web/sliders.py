@@ -1,4 +1,4 @@
-"""Which values of a mechanism have sliders on its page."""
+"""The values of a mechanism that have sliders on its page."""
 
 from __future__ import annotations
 

@@ -82,7 +82,7 @@ def contacts_of(laws: Sequence[ContactLaw], events: int, nq: int, nu: int) -> Co
 
 
 def contact_laws(events: Sequence[Any]) -> list[ContactLaw]:
-    """The laws of those of a run's events that are contacts."""
+    """The laws of the contacts among a run's events."""
     found = []
     for number, event in enumerate(events):
         function, reset = getattr(event, "function", None), getattr(event, "reset", None)

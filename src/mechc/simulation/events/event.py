@@ -1,4 +1,4 @@
-"""Events: zeros of functions of time and state, as they are asked for and as they were found."""
+"""Events: zeros of functions of time and state, as users describe them and as runs find them."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Event:
 
     @classmethod
     def of(cls, given: Any) -> Event:
-        """From an Event, or a function with SciPy's attributes.
+        """An event from an Event, or from a function with SciPy's attributes.
 
         Raises
         ------
@@ -77,7 +77,7 @@ class EventRecord:
 
 
 def event_titles(events: Sequence[Any]) -> tuple[str, ...]:
-    """What each event is called: its expression, the name of its function, or its number."""
+    """Titles of events: the expression, the name of the function, or the number."""
     return tuple(_title(event, number) for number, event in enumerate(events))
 
 
@@ -91,7 +91,7 @@ class FunctionFailedError(Exception):
     """The function of an event, or its reset, failed with ``__cause__``; internal."""
 
 
-def evaluated(event: Event, t: float, y: Array) -> float:
+def value_of(event: Event, t: float, y: Array) -> float:
     """The value of an event at one state.
 
     Raises

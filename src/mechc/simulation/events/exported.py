@@ -46,14 +46,14 @@ def exported_events(
     if not isinstance(given, (tuple, list)) and is_one_event(given):
         given = [given]
     reader = EventReader(names, np.zeros(len(names.parameters)), parse)
-    events = [_checked(reader.event(each), each) for each in given]
+    events = [_exportable_event(reader.event(each), each) for each in given]
     sizes = len(names.coordinates), len(names.speeds)
     contacts = contacts_of(contact_laws(events), len(events), *sizes)
     titles = event_titles(events)
-    return [_exported(*each) for each in zip(events, titles, strict=True)], contacts
+    return [_exported_event(*each) for each in zip(events, titles, strict=True)], contacts
 
 
-def _checked(event: Any, given: Any) -> Event:
+def _exportable_event(event: Any, given: Any) -> Event:
     if changes_parameters(event):
         raise ValueOutOfBoundsError(
             "a reset of parameters is not exported: make them states, whose rates are zero"
@@ -71,7 +71,7 @@ def _checked(event: Any, given: Any) -> Event:
     return checked
 
 
-def _exported(event: Event, title: str) -> ExportedEvent:
+def _exported_event(event: Event, title: str) -> ExportedEvent:
     value = getattr(event.function, "expression", None)
     changes = getattr(event.reset, "changes", None)
     return ExportedEvent(title, float(event.direction), value, changes)

@@ -59,7 +59,7 @@ def changes_parameters(event: Any) -> bool:
 
 
 def is_one_event(given: Any) -> bool:
-    """Whether it is one event by itself, not several."""
+    """Whether a value is one event by itself, not several."""
     if (
         callable(given)
         or isinstance(given, (Event, Stop, DryFriction, Mapping))
@@ -70,7 +70,7 @@ def is_one_event(given: Any) -> bool:
 
 
 def is_expression(event: Any) -> bool:
-    """Whether it is a text, or a symbol or an expression of SymPy, not a function."""
+    """Whether a value is a text, or a symbol or an expression of SymPy, not a function."""
     return isinstance(event, str) or (hasattr(event, "free_symbols") and hasattr(event, "xreplace"))
 
 
@@ -125,7 +125,7 @@ class EventReader:
         return given
 
     def _difference(self, given: Any) -> tuple[Any, float]:
-        """What is zero at the event, and its direction: of ``q > 1`` q - 1, rising."""
+        """The expression that is zero at the event, and its direction: for ``q > 1`` q - 1, up."""
         if isinstance(given, str):
             relation = next((sign for sign in _DIRECTIONS if sign in given), None)
             if relation is None:
@@ -270,7 +270,7 @@ def _function_of(expressions: tuple[Any, ...]) -> Callable[[float, Array, Array]
 def _derivatives(
     values: tuple[Any, ...], width: int, parameters: int
 ) -> Callable[[float, Array, Array], tuple[Array, Array, Array]]:
-    """Of n values by t (n,), state (n, width) and parameters (n, np), as a function of t, y, p."""
+    """A function of t, y, p: derivatives of n values by t (n,), y (n, width) and p (n, np)."""
     from sympy import Symbol, diff
 
     by = ["t", *(f"y{k}" for k in range(width)), *(f"p{k}" for k in range(parameters))]
@@ -306,11 +306,11 @@ class ValueExpression:
         return self.at(t, y, self.p)
 
     def at(self, t: float, y: Array, p: Array) -> float:
-        """Its value for parameters p (np,)."""
-        return float(self._compiled(t, y, p)[0])
+        """The value of the expression for parameters p (np,)."""
+        return float(self._values_of(t, y, p)[0])
 
     @cached_property
-    def _compiled(self) -> Callable[..., Any]:
+    def _values_of(self) -> Callable[..., Any]:
         return function_of([self.expression])
 
     @cached_property
@@ -345,10 +345,10 @@ class ResetExpressions:
         self.__name__ = "of expressions"
 
     def __call__(self, t: float, q: Array, u: Array, p: Array | None = None) -> tuple[Array, ...]:
-        """q and u; all parameters (np,) too where it changes some.  ``p``: other parameters than
-        those of the run."""
+        """New q and u, and all parameters (np,) where it changes some.  ``p``: other parameters
+        than those of the run."""
         y, before = np.concatenate([q, u]), self.p if p is None else p
-        found = self._compiled(t, y, before)
+        found = self._values_of(t, y, before)
         y[list(self.changes)] = found[: len(self.changes)]
         if not self.values:
             return y[: self.split], y[self.split :]
@@ -357,7 +357,7 @@ class ResetExpressions:
         return y[: self.split], y[self.split :], after
 
     @cached_property
-    def _compiled(self) -> Callable[..., Any]:
+    def _values_of(self) -> Callable[..., Any]:
         return function_of([*self.changes.values(), *self.values.values()])
 
     @cached_property
@@ -365,7 +365,7 @@ class ResetExpressions:
         return _derivatives(tuple(self.changes.values()), self.width, len(self.p))
 
     def slopes(self, t: float, y: Array) -> tuple[Array, Array, Array]:
-        """Of the state after it by time (nx,), state (nx, nx) and parameters (nx, np)."""
+        """Slopes of the state after it by time (nx,), state (nx, nx) and parameters (nx, np)."""
         by_time, by_state = np.zeros(self.width), np.eye(self.width)
         by_parameters, rows = np.zeros((self.width, len(self.p))), list(self.changes)
         by_time[rows], by_state[rows], by_parameters[rows] = self._derivatives(t, y, self.p)

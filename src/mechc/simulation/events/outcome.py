@@ -1,4 +1,4 @@
-"""What the driver has found of events: their zeros, warnings, and why one failed."""
+"""Events of a finished motion: their zeros, warnings, and why one failed."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MOST_SAMPLES = 4096  # a step
 
 
 def event_records(events: RunEvents | None, motion: Any, width: int) -> tuple[EventRecord, ...]:
-    """The zeros found, of each event."""
+    """The zeros found, for each event."""
     if events is None:
         return ()
     if motion is None:
@@ -62,7 +62,7 @@ def _overlap(events: Any, motion: Any) -> str:
 
 
 def failure_of(events: Any, motion: Any) -> FunctionFailedError | None:
-    """Why an event, or a contact, failed; None: its function was interrupted."""
+    """The error of an event or a contact that failed; None: its function was interrupted."""
     t = motion.stopped_at
     if events.bound.failure is not None:
         return function_failed(events)
@@ -95,7 +95,7 @@ CONTACT_FAILURES = {
 
 
 def function_failed(events: RunEvents) -> FunctionFailedError | None:
-    """Why a function of Python failed, once; None: it was interrupted."""
+    """The error of a function of Python that failed, once; None: it was interrupted."""
     (number, what, t, error), events.bound.failure = events.bound.failure, None
     if error is not None and not isinstance(error, Exception):
         if isinstance(error, KeyboardInterrupt):

@@ -1,4 +1,4 @@
-"""What the resets of events give: states, and parameters."""
+"""Resets of events: the states and parameters after them."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def changed_state(system: System, event: Event, t: float, state: Array, values: 
 def state_given(
     event: Event, t: float, state: Array, system: System, values: Array
 ) -> tuple[Array, Array]:
-    """What a reset gives: the state, and all parameters, ``values`` itself where these stay."""
+    """The state after a reset, and all parameters, ``values`` itself where these stay."""
     assert event.reset is not None
     name = getattr(event.reset, "__name__", repr(event.reset))
     split = len(system.coordinates)
@@ -53,22 +53,22 @@ def state_given(
 
 
 def _read(told: Any, state: Array, system: System, values: Array) -> tuple[Array, Array]:
-    """State and parameters from what a reset returns: q and u, these and all parameters, or a
+    """State and parameters from the value of a reset: q and u, these and all parameters, or a
     mapping of names, of which all others stay."""
     if not isinstance(told, Mapping):
         q, u, *rest = told
         found = np.concatenate([np.asarray(q, dtype=float), np.asarray(u, dtype=float)])
-        return found, _checked(system, rest[0], values) if rest else values
+        return found, _checked_parameters(system, rest[0], values) if rest else values
     found, after = state.copy(), values.copy()
     for key, value in by_name(told, "a reset", "{'k': 0.0}").items():
         if key in system.parameters:
             after[system.parameters.index(key)] = float(value)
         else:
             found[system.state_index(key)] = float(value)
-    return found, _checked(system, after, values)
+    return found, _checked_parameters(system, after, values)
 
 
-def _checked(system: System, after: Array, values: Array) -> Array:
+def _checked_parameters(system: System, after: Array, values: Array) -> Array:
     """Parameters after a reset, within their bounds; ``values`` itself where none has changed."""
     if np.array_equal(after, values):
         return values

@@ -33,7 +33,7 @@ from mechc.system.system import System
 
 
 class Compiler(NamedTuple):
-    """What is needed of the compiler.
+    """Functions of the compiler that events need.
 
     Attributes
     ----------
@@ -92,7 +92,7 @@ class RunEvents(Sequence[Event]):
 
     @cached_property
     def titles(self) -> tuple[str, ...]:
-        """What each event is called."""
+        """The titles of the events."""
         return event_titles(self.events)
 
     @property
@@ -122,14 +122,14 @@ def run_events(given: Any, system: System, p: Array, compiler: Compiler) -> RunE
         As :func:`mechc.simulation.events.expressions.read_events`.
     """
     key = _key_of(given), p.tobytes()
-    known = system.kept.get("events")
+    known = system.cache.get("events")
     if known is None or key[0] is None or known[0] != key:
-        known = system.kept["events"] = key, read_events(given, system, p, compiler.parse)
+        known = system.cache["events"] = key, read_events(given, system, p, compiler.parse)
     return RunEvents(known[1], system, p, compiler)
 
 
 def _key_of(given: Any) -> Any:
-    """What tells events from others without reading them; None where nothing does."""
+    """A key that tells events from others without reading them; None where there is none."""
     if isinstance(given, (tuple, list)):
         keys = tuple(map(_key_of, given))
         return None if any(key is None for key in keys) else keys

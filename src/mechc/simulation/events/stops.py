@@ -81,7 +81,7 @@ class StopReset:
         self.__name__ = "of a stop"
 
     def __call__(self, t: float, q: Array, u: Array, p: Array | None = None) -> tuple[Array, Array]:
-        """``p``: other parameters than those of the run."""
+        """The state after the impact; ``p``: other parameters than those of the run."""
         values = self.p if p is None else p
         y, system, split = np.concatenate([q, u]), self.system, len(q)
         by_time, by_state, _ = self.gap.slopes(t, y, values)

@@ -9,7 +9,7 @@ from tests.support.impacts import impacts
 
 
 def is_compiled(sol):
-    return bool(sol._asked.source)
+    return bool(sol._run_events.source)
 
 
 def same(one, other, tolerance=1e-12):

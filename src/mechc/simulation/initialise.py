@@ -42,10 +42,10 @@ def request_of(
     if driven is None:
         scene = scene or system.scene
         key = policy, values.tobytes(), scene, bound  # most runs ask as the one before
-        known = system.kept.get("request")
+        known = system.cache.get("request")
         if known is None or known[0] is not policy or known[2:4] != key[2:] or known[1] != key[1]:
             asked = Request(scene, system.sizes, policy, values, events=bound)
-            known = system.kept["request"] = *key, asked
+            known = system.cache["request"] = *key, asked
         found: Request = known[4]
         return found
     return Request(

@@ -180,7 +180,7 @@ class Model(Fits):
         """
         from mechc.analysis.inverse_dynamics import inverse_dynamics
 
-        states, p = self._checked(y, params)
+        states, p = self._as_arrays(y, params)
         rates = np.asarray(accelerations, dtype=np.float64)
         wanted = (*states.shape[:-1], len(self.speeds))
         if rates.shape != wanted:
@@ -376,11 +376,11 @@ class Model(Fits):
         if type(y0) is not np.ndarray and isinstance(y0, Mapping):
             y0 = model._start(y0, p, span[0])
         state = checked_state(system, y0, p, span[0])
-        made = partial(Solution, model)
-        sol = run(made, system, span, state, p, policy, times, chosen, progress, y0)
+        make = partial(Solution, model)
+        sol = run(make, system, span, state, p, policy, times, chosen, progress, y0)
         sol._arguments = (given, params)
         if by and sensitivity_error_control:
-            again = partial(_run_again, sol, made, span, state, times, chosen, progress, y0)
+            again = partial(_run_again, sol, make, span, state, times, chosen, progress, y0)
             return sol.differentiated_within_tolerance(by, again)
         if by:
             sol.differentiate(by, given, params)
@@ -535,12 +535,12 @@ def _run_events(
 
 
 def _run_again(
-    sol: Solution, made: Callable[..., Solution], span: tuple[float, float], state: Array,
+    sol: Solution, make: Callable[..., Solution], span: tuple[float, float], state: Array,
     times: Array | None, events: RunEvents | None, progress: Callable[[float], None] | None,
     y0: Array, policy: Policy,
 ) -> Solution:  # fmt: skip
     """The motion of a solution by another policy."""
-    again = run(made, sol.system, span, state, sol.params, policy, times, events, progress, y0)
+    again = run(make, sol.system, span, state, sol.params, policy, times, events, progress, y0)
     again._arguments = sol._arguments
     return again
 

@@ -69,9 +69,9 @@ class Outputs(Description):
         self.system = system
 
     def _evaluate(self, name: str, y: Array, params: Parameters, t: Time) -> Array:
-        return self.system.evaluate(name, *self._checked(y, params), t)
+        return self.system.evaluate(name, *self._as_arrays(y, params), t)
 
-    def _checked(self, y: Array, params: Parameters) -> tuple[Array, Array]:
+    def _as_arrays(self, y: Array, params: Parameters) -> tuple[Array, Array]:
         """States and all parameters, as arrays for the system."""
         return self._checked_states(y), self.system.parameter_set.resolve(params)
 
@@ -235,11 +235,11 @@ class Outputs(Description):
 
     def energy(self, y: Array, params: Parameters = None, t: Time = 0.0) -> Array:
         """T + V in J, shape (...)."""
-        return self.system.energy(*self._checked(y, params), t)
+        return self.system.energy(*self._as_arrays(y, params), t)
 
     def momenta(self, y: Array, params: Parameters = None, t: Time = 0.0) -> Momenta:
         """Linear and angular momenta of every body, each of shape (..., bodies, 3)."""
-        states, p = self._checked(y, params)
+        states, p = self._as_arrays(y, params)
         names = ("linear_momenta", "angular_momenta")
         return Momenta(*(self.system.evaluate(name, states, p, t) for name in names))
 
@@ -256,7 +256,7 @@ class Outputs(Description):
         balance the same motion: these are those of the multipliers of least norm.  Near a
         crossing they grow like 1/distance.
         """
-        states, p = self._checked(y, params)
+        states, p = self._as_arrays(y, params)
         names = ("reaction_forces", "reaction_torques")
         return Reactions(*(self.system.evaluate(name, states, p, t) for name in names))
 
@@ -312,7 +312,7 @@ class Outputs(Description):
         return self._jacobian("input", y, params, t, of)
 
     def _jacobian(self, by: str, y: Array, params: Parameters, t: Time, of: str | None) -> Array:
-        return jacobian(self.system, by, *self._checked(y, params), t, name_of(of))
+        return jacobian(self.system, by, *self._as_arrays(y, params), t, name_of(of))
 
     @property
     def input_values(self) -> tuple[str, ...]:

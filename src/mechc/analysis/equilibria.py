@@ -57,7 +57,7 @@ def equilibria(system: System, values: Array, t: float = 0.0) -> tuple[Equilibri
     if not found:
         raise MechcError(
             f"no equilibrium was found from {len(starts)} configurations that close the loops: "
-            "the loads have none, or it is where the search does not end; integrate with damping "
+            "the loads have none, or the search did not reach it; integrate with damping "
             "to see where the mechanism comes to rest"
         )
     return tuple(sorted(found, key=lambda e: (not e.stable, e.y.tolist())))

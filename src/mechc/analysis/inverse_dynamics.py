@@ -42,7 +42,7 @@ def inverse_dynamics(
     t: float | Array,
 ) -> InverseDynamics:
     """The inputs r that produce a motion: see :meth:`mechc.Model.inverse_dynamics`."""
-    pushed = _Pushed(system, states, values, names, t)
+    pushed = _ModelWithInputs(system, states, values, names, t)
     still, per_input = pushed.forces()
     driven, at_one = pushed.at({})
     mass = driven.mass_matrix(states, at_one, t)
@@ -59,7 +59,7 @@ def inverse_dynamics(
 
 
 @dataclass(frozen=True)
-class _Pushed:
+class _ModelWithInputs:
     """The model at given states, with different values of the inputs."""
 
     system: System

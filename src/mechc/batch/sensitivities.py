@@ -55,7 +55,7 @@ def check_names(system: System, recipe: Recipe) -> None:
     for name, place in columns.places.items():
         if isinstance(place, slice):
             raise ValueOutOfBoundsError(
-                f"sensitivities of a batch are by one number each, and {name} stands for several: "
+                f"a batch takes sensitivities by single numbers, and {name} stands for several: "
                 "name coordinates, speeds, parameters, or values of signals such as 'F[0]'"
             )
 

@@ -209,8 +209,8 @@ def _refuse_functions(recipe: Recipe) -> None:
     """Refuse functions, which no other process has and which do not identify a batch."""
     if recipe.inputs.calls_python or (recipe.events is not None and not recipe.events.key):
         raise ValueOutOfBoundsError(
-            "controllers, and events and inputs that are functions of Python, are those of this "
-            "process: leave out= and client= away, or give expressions and signals"
+            "controllers, and events and inputs that are functions of Python, exist in this "
+            "process only: omit out= and client=, or give expressions and signals"
         )
 
 

@@ -141,7 +141,7 @@ def export_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--c", action="store_true", help="C99 files: header, source, example, CMake"
     )
-    parser.add_argument("--float", action="store_true", help="of --c: numbers in single precision")
+    parser.add_argument("--float", action="store_true", help="with --c: single precision")
     parser.add_argument(
         "--fmu", action="store_true",
         help="a functional mock-up unit: model exchange and co-simulation, compiled, with its C",
@@ -150,12 +150,12 @@ def export_options(parser: argparse.ArgumentParser) -> None:
         "--wasm", action="store_true",
         help="WebAssembly with a module of JavaScript, and a page with sliders that simulates live",
     )  # fmt: skip
-    parser.add_argument("--fmi", metavar="VERSION", help="of --fmu: 3.0 or 2.0 [3.0]")
+    parser.add_argument("--fmi", metavar="VERSION", help="with --fmu: 3.0 or 2.0 [3.0]")
     parser.add_argument(
         "--no-derivatives", action="store_true",
-        help="of --fmu: without directional and adjoint derivatives, sooner for a large mechanism",
+        help="with --fmu: no directional and adjoint derivatives; faster for a large mechanism",
     )  # fmt: skip
-    parser.add_argument("--prefix", metavar="WORD", help="begins all names in C [the mechanism's]")
+    parser.add_argument("--prefix", metavar="WORD", help="prefix of C names [the mechanism's]")
     parser.add_argument(
         "--out",
         metavar="PATH",

@@ -100,7 +100,7 @@ def checked_measured(system: System, given: Any) -> tuple[Measured, ...]:
             raise ValueOutOfBoundsError(f"{name} is measured twice")
     if len({math.isnan(one.sigma) for one in found}) > 1:
         raise ValueOutOfBoundsError(
-            "give the standard deviation of everything measured, or of nothing: without it all "
+            "give the standard deviation of every measured quantity, or of none: without them all "
             "residuals count alike, in SI units"
         )
     return found

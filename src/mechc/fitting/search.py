@@ -56,7 +56,7 @@ def _spread(problem: Problem, count: int, seed: int, first: Array) -> Array:
     lower, upper = bounds_of(problem)
     bounded = np.isfinite(lower) & np.isfinite(upper)
     if not bounded.any():
-        raise MechcError("several starts are spread between bounds: give some of what is free both")
+        raise MechcError("several starts are spread between bounds: give a free value both bounds")
     points = np.tile(first, (count, 1))
     drawn = qmc.Sobol(int(bounded.sum()), seed=seed).random_base2(max(0, (count - 1).bit_length()))
     low, high = lower[bounded], upper[bounded]

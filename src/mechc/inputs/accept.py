@@ -111,7 +111,7 @@ def _several(names: list[str], value: Any) -> dict[str, Any]:
     if not callable(value):
         if not isinstance(value, (tuple, list, np.ndarray)) or len(value) != len(names):
             raise ValueOutOfBoundsError(
-                f"{what} take a function that gives {len(names)} numbers, {len(names)} numbers, or "
+                f"{what} take {len(names)} numbers, a function that returns as many, or "
                 f"(times, values) with values (n, {len(names)})"
             )
         return dict(zip(names, value, strict=True))

@@ -153,8 +153,8 @@ class Solution(Trajectory):
         """
         if self._sensitivity is None:
             raise MechcError(
-                "this run has no derivatives: simulate with sensitivities=[...], the names of "
-                "what they are by"
+                "this run has no derivatives: simulate with sensitivities=[...], the names "
+                "that derivatives are taken by"
             )
         return self._sensitivity
 

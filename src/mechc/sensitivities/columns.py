@@ -209,4 +209,4 @@ def _input_place(system: System, name: str) -> int:
             if slot.name == name and order == 0:
                 return place
             place += 1
-    raise MechcError(f"the equations contain derivatives of {name} alone: no number moves them")
+    raise MechcError(f"the equations contain only rates of {name}: a number has none")

@@ -199,7 +199,7 @@ def _back_over(way: Backwards, jump: Jump, weights: Mapping[str, float]) -> None
     if len(jump.causes) != 1:
         raise MechcError(
             f"at t = {jump.t:.9g} s several events reset the state at one instant, in an order "
-            "that a change may turn: there is no derivative"
+            "that a small change may reverse: there is no derivative"
         )
     columns = through_reset(way.sol, jump, way.every, way.start)
     if not np.isfinite(columns).all():

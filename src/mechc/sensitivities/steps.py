@@ -85,7 +85,7 @@ class Piece:
         return rule_of(NAMES[int(self.methods[step])])
 
     def rates(self, first: int, last: int) -> Array:
-        """Rates S' (steps, rates, nx, k) of the columns in steps first ... last - 1."""
+        """Rates S' (steps, rates, nx, k) of columns in steps first ... last - 1 by one method."""
         start, count = np.ascontiguousarray(self.ends[first]), self.rule(first).rates
         shapes = self.columns.shapes
         rates: Array = self.run.vary(first, last, self.directions, start, count, shapes=shapes)[1]

@@ -30,7 +30,7 @@ class Checkpoint(NamedTuple):
     saved: Any
 
 
-class Checkpointed:
+class CheckpointedRun:
     """A run with checkpoints, over one that has begun.
 
     Checkpoints are multiples of 64 steps apart: what compiled code computes of several steps at
@@ -122,7 +122,7 @@ class Checkpointed:
         """Pieces as :class:`mechc.native._motion.Motion` has them, one between two checkpoints."""
         p = self._run.request.p
         count = len(self._points)
-        return [(Recomputed(self, number), p, False, (), (), None) for number in range(count)]
+        return [(RunPart(self, number), p, False, (), (), None) for number in range(count)]
 
     def ends(self, number: int) -> tuple[Array, Array]:
         """The first and last time of a part (2,) and the states there (2, nq + nu)."""
@@ -166,13 +166,13 @@ class Checkpointed:
         self._open = number
 
 
-class Recomputed:
+class RunPart:
     """The steps of a part between two checkpoints, as :class:`mechc.simulation.record.Steps`.
 
     All but their ends is computed again when it is read.
     """
 
-    def __init__(self, run: Checkpointed, number: int) -> None:
+    def __init__(self, run: CheckpointedRun, number: int) -> None:
         self._run, self._number = run, number
 
     def __getattr__(self, name: str) -> Any:

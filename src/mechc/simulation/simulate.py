@@ -26,7 +26,7 @@ from mechc.native._codes import (
 )
 from mechc.native._steps import Steps
 from mechc.simulation.balance import energy_note
-from mechc.simulation.checkpoints import Checkpointed
+from mechc.simulation.checkpoints import CheckpointedRun
 from mechc.simulation.events.event import EventRecord
 from mechc.simulation.events.outcome import event_notes, event_records, failure_of, overlap_of
 from mechc.simulation.events.run_events import RunEvents
@@ -54,7 +54,7 @@ Progress = Callable[[float], None] | None
 
 
 def run(
-    made: Callable[..., Made],
+    make: Callable[..., Made],
     system: System,
     span: tuple[float, float],
     state: Array,
@@ -69,7 +69,7 @@ def run(
 
     Arguments were checked before: ``state`` (nq + nu,) is on the constraints, ``values`` (np,)
     are all parameters, ``times`` are within the span.  ``typed`` is the state before projection.
-    ``made``: :class:`Trajectory`, or a class with the same arguments.
+    ``make``: :class:`Trajectory`, or a class with the same arguments.
 
     Raises
     ------
@@ -87,8 +87,8 @@ def run(
         found = leave_change_point(system, span, first, values, policy, events)
         before, motion = found or (before, motion)
     if policy.checkpoints is not None:
-        motion = Checkpointed(motion, policy.checkpoints)
-    sol = _run_to_end(made, system, span, before, motion, values, policy, times, events, progress,
+        motion = CheckpointedRun(motion, policy.checkpoints)
+    sol = _run_to_end(make, system, span, before, motion, values, policy, times, events, progress,
                   started)  # fmt: skip
     if policy.on_change_point == "raise" and sol.change_points:
         raise ChangePointError(_change_point_message(sol), sol)
@@ -96,7 +96,7 @@ def run(
 
 
 def _run_to_end(
-    made: Callable[..., Made],
+    make: Callable[..., Made],
     system: System,
     span: tuple[float, float],
     before: Record | None,
@@ -132,7 +132,7 @@ def _run_to_end(
     if events is not None:
         stats["lowered_impacts"] = 0 if motion is None else motion.notes()[1][0]
     found = () if events is None else event_records(events, motion, system.scene.width)
-    sol = made(system, record.pieces[0].params, policy, record, status, stats, times, found)
+    sol = make(system, record.pieces[0].params, policy, record, status, stats, times, found)
     sol._run_events = events
     if failure is not None:
         words = f"{failure}; error.solution is the motion until then"
@@ -199,7 +199,7 @@ def _status(
 def continue_run(
     sol: Made,
     t_end: float,
-    made: Callable[..., Made],
+    make: Callable[..., Made],
     *,
     max_steps: int | None = None,
     on_change_point: str | None = None,
@@ -221,7 +221,7 @@ def continue_run(
     )
     state, values = sol.record.ends()[1][1], sol.record.last.params
     motion = begin(sol.system, (end, last), state, values, policy, sol._run_events)
-    whole = _run_to_end(made, sol.system, (end, last), sol.record, motion, values, policy, None,
+    whole = _run_to_end(make, sol.system, (end, last), sol.record, motion, values, policy, None,
                     sol._run_events, progress, started)  # fmt: skip
     whole.stats = MappingProxyType(
         {**whole.stats, "wall_s": whole.stats["wall_s"] + sol.stats["wall_s"]}

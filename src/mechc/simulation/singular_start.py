@@ -34,7 +34,7 @@ ON_CURVE = 1e-6  # of the scale: states on another branch are farther off
 EPS = float(np.finfo(float).eps)
 
 
-class Passed(NamedTuple):
+class Passage(NamedTuple):
     """A change point passed: when, its coordinates (nq,), its gap in m."""
 
     t: float
@@ -52,7 +52,7 @@ class SingularStart:
     curve: _Curve
     path: Chebyshev
     evaluations: int
-    passed: Passed | None = None
+    passed: Passage | None = None
     status: int = FINISHED
     count: int = 2
 
@@ -151,7 +151,7 @@ def singular_start(
     if curve is None:
         return None
     motion = _motion(system, curve, x0, y0, values, span)
-    return motion and replace(motion, passed=_passed_point(motion, at, x0, values))
+    return motion and replace(motion, passed=_passage(motion, at, x0, values))
 
 
 def singular_end(
@@ -179,7 +179,7 @@ def singular_end(
     motion = _motion(system, curve, float(x[k]), states[k], values, (float(times[k]), t_end))
     if motion is None or motion.t != t_end:
         return None
-    return replace(motion, passed=_passed_point(motion, at, float(x[k]), values))
+    return replace(motion, passed=_passage(motion, at, float(x[k]), values))
 
 
 def _on_curve(system: System, curve: _Curve, x: Array, states: Array, values: Array) -> bool:
@@ -193,9 +193,9 @@ def _on_curve(system: System, curve: _Curve, x: Array, states: Array, values: Ar
     return bool(off <= ON_CURVE and astray <= ON_CURVE * np.abs(u).max())
 
 
-def _passed_point(
+def _passage(
     motion: SingularStart, at: branches.SingularConfiguration, x0: float, values: Array
-) -> Passed | None:
+) -> Passage | None:
     """The change point, if the motion comes from clearly before it."""
     if abs(x0) <= branches.SNAP or x0 * motion.path(motion.t) > 0:
         return None
@@ -203,7 +203,7 @@ def _passed_point(
     t = float(brentq(motion.path, *ends, xtol=1e-14))
     state = np.append(at.q, np.zeros(len(motion.system.speeds)))
     gap = np.abs(motion.system.constraints(state, values, t)).max()
-    return Passed(t, at.q, float(gap))
+    return Passage(t, at.q, float(gap))
 
 
 def _along(system: System, q: Array, u: Array, y0: Array, values: Array) -> float:

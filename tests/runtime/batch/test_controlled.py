@@ -66,7 +66,7 @@ def test_one_controller_for_all_and_starts_that_are_assembled(pushed):
 
 def test_controllers_that_a_batch_cannot_have(pushed, tmp_path):
     sampled = mechc.Sampled(lambda t: 0.0, 0.1)
-    with pytest.raises(mechc.MechcError, match="those of this process"):
+    with pytest.raises(mechc.MechcError, match="in this process only"):
         pushed.simulate_batch(1.0, STARTS, inputs={"F": sampled}, out=tmp_path / "kept")
     with pytest.raises(mechc.MechcError, match=r"F \(2\)"):
         pushed.simulate_batch(1.0, STARTS, inputs={"F": [sampled, sampled]})

@@ -65,7 +65,7 @@ def test_json_and_columns_by_default(recording, here, capsys):
         (("--free", "l_0=1kg:3kg"), "'kg' in '1kg' is not one of its units"),
         (("--free", "l_0", "--measure", "omega_0"), "no column of swing.csv is called 'omega_0'"),
         (("--free", "l_0", "--measure", "theta_0=-1"), "must be a positive number"),
-        (("--free", "l_0", "--starts", "3"), "give some of what is free both"),
+        (("--free", "l_0", "--starts", "3"), "give a free value both bounds"),
     ],
 )
 def test_what_is_wrong_is_said_in_a_line(recording, typed, words, capsys):

@@ -18,7 +18,7 @@ _LATELY = 3600.0  # s between two records of uses
 _ABANDONED = 24 * 3600.0  # s: older unfinished files are left from a killed process
 
 
-class Stored(NamedTuple):
+class StoredEntry(NamedTuple):
     """An entry: when it was last used (s since 1970), its bytes, its folder."""
 
     used: float
@@ -65,11 +65,11 @@ def keep_within(root: Path, keys: list[str], seal: str, kept: str) -> None:
         _remove(root, key, unless_entry=True)  # another process may have made it by now
 
 
-def _entries(root: Path, keys: list[str], seal: str) -> Iterator[Stored]:
+def _entries(root: Path, keys: list[str], seal: str) -> Iterator[StoredEntry]:
     for key in keys:
         with suppress(OSError):
             size = sum(file.lstat().st_size for file in (root / key).iterdir())
-            yield Stored((root / key / seal).stat().st_mtime, size, root / key)
+            yield StoredEntry((root / key / seal).stat().st_mtime, size, root / key)
 
 
 def _remove(root: Path, key: str, unless_entry: bool = False) -> bool:

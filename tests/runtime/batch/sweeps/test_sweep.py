@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import mechc
-from mechc.batch.sweeps.maps import _normalised, draw_map
+from mechc.batch.sweeps.maps import _normalisation, draw_map
 from mechc.batch.sweeps.sweep import members, plan, read_variation
 from mechc.cli.commands import main
 
@@ -133,7 +133,7 @@ def test_colours_span_the_members_that_met_no_change_point():
     ],
 )
 def test_a_scale_is_logarithmic_where_the_range_asks_for_it(values, kind):
-    norm = _normalised(np.array(values))
+    norm = _normalisation(np.array(values))
     assert type(norm).__name__ == kind
     assert (norm.vmin, norm.vmax) == (min(values), max(values))
 

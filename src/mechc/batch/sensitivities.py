@@ -13,7 +13,7 @@ from mechc.errors import MechcError, ValueOutOfBoundsError
 from mechc.inputs.driven_scene import with_inputs
 from mechc.inputs.samples import signals_among
 from mechc.sensitivities.columns import START, columns_of
-from mechc.sensitivities.control import refine
+from mechc.sensitivities.control import controlled
 from mechc.sensitivities.history import Sensitivity
 from mechc.sensitivities.run import sensitivity_of_run
 from mechc.simulation.initialise import checked_state
@@ -109,7 +109,7 @@ class Members:
 
             sol = motion(policy)
             if recipe.sensitivity_error_control:
-                sol, found = refine(motion, sol, differentiate)
+                sol, found = controlled(motion, sol, differentiate)
             else:
                 found = differentiate(sol)
         except MechcError:  # this member has none

@@ -65,7 +65,7 @@ class Solution(Trajectory):
         """A copy of the solution with copies of its arrays; the run itself never changes."""
         other = copy(self)
         other.params = self.params.copy()
-        for name in ("_reported", "energy", "work", "closure", "velocity_closure"):
+        for name in ("_history", "energy", "work", "closure", "velocity_closure"):
             other.__dict__.pop(name, None)
         return other
 
@@ -114,7 +114,7 @@ class Solution(Trajectory):
         ]
         whole = copy(after)
         whole.params = self.params
-        cached = ("_reported", "span", "change_points", "energy", "work", "_conserves_energy")
+        cached = ("_history", "span", "change_points", "energy", "work", "_conserves_energy")
         for name in (*cached, "closure", "velocity_closure"):
             whole.__dict__.pop(name, None)
         whole.record = Record([*self.record.pieces, *added])
@@ -133,12 +133,12 @@ class Solution(Trajectory):
         self, names: Sequence[str], again: Callable[[Policy], Solution]
     ) -> Solution:
         """This motion by steps for ``sensitivity`` by these names too; ``again`` computes it."""
-        from mechc.sensitivities.control import refine
+        from mechc.sensitivities.control import controlled
 
-        return refine(again, self, lambda sol: sol.differentiate(names, *sol._start_and_params))[0]
+        return controlled(again, self, lambda sol: sol.differentiate(names, *sol._run_start))[0]
 
     @property
-    def _start_and_params(self) -> tuple[Any, Any]:
+    def _run_start(self) -> tuple[Any, Any]:
         """The start and the parameters as they were given; those of a part of a motion its own."""
         return self._arguments or (self.record.ends()[1][0], self.params)
 
@@ -200,7 +200,7 @@ class Solution(Trajectory):
             raise MechcError("this run kept no dense output: simulate with dense=True")
         refuse_without_derivatives(self.policy.method)
         names = None if by is None else names_of(by)
-        return gradient_of_run(self, end, integral, names, *self._start_and_params)
+        return gradient_of_run(self, end, integral, names, *self._run_start)
 
     def sensitivity_of(self, output: Any, name: Any, t: Array | None = None) -> Array:
         """The derivative of an output, (nt, ...), the output's shape after the times.

@@ -83,7 +83,7 @@ class StepErrors:
         return self.times, np.where(self.stayed < ROUNDING, longest, np.inf)
 
 
-def refine(
+def controlled(
     again: Callable[[Policy], Made], sol: Made, differentiate: Callable[[Made], Sensitivity]
 ) -> tuple[Made, Sensitivity]:
     """A run with steps short enough for its derivatives too, and these; ``again`` makes runs."""

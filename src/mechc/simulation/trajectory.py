@@ -45,7 +45,7 @@ class Trajectory:
         self.record, self._times = record, times
 
     @cached_property
-    def _reported_states(self) -> tuple[Array, Array]:
+    def _history(self) -> tuple[Array, Array]:
         """Times and states as reported; times in t_eval after the run's end are omitted."""
         if self._times is not None:
             times = self._reached_times(self._times)
@@ -63,11 +63,11 @@ class Trajectory:
 
     @property
     def t(self) -> Array:
-        return self._reported_states[0]
+        return self._history[0]
 
     @property
     def y(self) -> Array:
-        return self._reported_states[1]
+        return self._history[1]
 
     @property
     def q(self) -> Array:
@@ -200,7 +200,7 @@ class Trajectory:
         """
         if not self.system.knows_energy:
             return float("nan")
-        t, y = self.record.states() if self._times is not None else self._reported_states
+        t, y = self.record.states() if self._times is not None else self._history
         p = self.values_along(t)
         energy = self.system.energy(y, p, t) - self.work_until(t)
         largest = float(self.system.kinetic_energy(y, p, t).max(initial=0.0))

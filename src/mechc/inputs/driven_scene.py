@@ -99,6 +99,11 @@ class DrivenScene:
         for control in self._given_inputs().controls:
             control.repeat()
 
+    @property
+    def feeds_back(self) -> bool:
+        """Whether a controller reads the state."""
+        return self._values is not None and any(c.takes_state for c in self._values.controls)
+
     def with_controllers_from(self, t: float) -> DrivenScene:
         """A copy of the scene with controllers of an endless run that begins at this time."""
         sampled = {control.names: control.sampled for control in self._given_inputs().controls}
@@ -106,7 +111,8 @@ class DrivenScene:
 
     def controlled_until(self, t0: float, t: float) -> DrivenScene:
         """A copy of the scene whose controllers go on until t in the run that began at t0."""
-        more = [c.longer(t0, t) for c in self._given_inputs().controls if c.signals[0].until <= t]
+        controls = self._given_inputs().controls
+        more = [c.longer(t0, t) for c in controls if c.signals[0].until <= t or c.repeats]
         return self.with_inputs({k: s for each in more for k, s in each.items()}) if more else self
 
     @property

@@ -172,16 +172,27 @@ class Control:
         self.sampled = sampled
         self._function = with_state_apart(what, sampled.controller)
         self._takes_state = _arguments(self._function, what) == 3
-        self._next, self._repeats = 0, False
+        self._next, self._called = 0, -1
+
+    @property
+    def takes_state(self) -> bool:
+        """Whether the controller reads the state: its values then change with the motion."""
+        return self._takes_state
+
+    @property
+    def repeats(self) -> bool:
+        """Whether runs repeat what was recorded."""
+        return self._called >= 0
 
     def restart(self) -> None:
         """Begin a run: the controller is called from the first instant on."""
-        if not self._repeats:
+        if not self.repeats:
             self._next = 0
 
     def repeat(self) -> None:
         """Let later runs repeat the recorded values, and call nothing."""
-        self._next, self._repeats = len(self.instants), True
+        self._called = self._called if self.repeats else self._next
+        self._next = len(self.instants)
         for signal in self.signals:
             signal.hold_last()
 
@@ -196,9 +207,9 @@ class Control:
         until = t1 + max(t1 - t0, AT_ONCE * self.sampled.period)
         signals = _hold(list(self.names), self.sampled, (t0, until))
         control = next(iter(signals.values())).control
-        control._next = self._next
+        control._next = self._called if self.repeats else self._next
         for signal, shorter in zip(signals.values(), self.signals, strict=True):
-            signal.take_known(shorter, self._next)
+            signal.take_known(shorter, control._next)
         return signals
 
     def reach(self, t: float, q: Array, u: Array) -> None:

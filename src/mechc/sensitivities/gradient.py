@@ -98,6 +98,11 @@ def gradient_of_run(
     """
     refuse_contact(sol)
     system = sol.system
+    if system.driven is not None and system.driven.feeds_back:
+        raise MechcError(
+            "how a controller depends on the state is not known, so a run with mechc.Sampled has "
+            "no gradient: give its law as an expression, mechc.compile(..., inputs=)"
+        )
     names = list(system.parameters) if by is None else list(by)
     columns = columns_of(system, names, sol.params, params)
     t, y = sol.record.ends()

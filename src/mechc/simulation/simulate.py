@@ -220,8 +220,12 @@ def continue_run(
         on_change_point=checked_change_point(on_change_point or sol.policy.on_change_point),
     )
     state, values = sol.record.ends()[1][1], sol.record.last.params
-    motion = begin(sol.system, (end, last), state, values, policy, sol._run_events)
-    whole = _run_to_end(make, sol.system, (end, last), sol.record, motion, values, policy, None,
+    system = sol.system
+    if system.driven is not None:
+        driven = system.driven.controlled_until(start, last)
+        system = system if driven is system.driven else system.replaced_scene(driven)
+    motion = begin(system, (end, last), state, values, policy, sol._run_events)
+    whole = _run_to_end(make, system, (end, last), sol.record, motion, values, policy, None,
                     sol._run_events, progress, started)  # fmt: skip
     whole.stats = MappingProxyType(
         {**whole.stats, "wall_s": whole.stats["wall_s"] + sol.stats["wall_s"]}

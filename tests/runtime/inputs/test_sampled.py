@@ -56,6 +56,33 @@ def test_values_are_held_between_instants(pushed, method, delay):
     assert np.abs(instants[:, None] - sol.t).min(axis=1).max() < 1e-15
 
 
+@pytest.mark.parametrize("cut", [0.4, 0.5, 1.234])
+@pytest.mark.parametrize("delay", [0.0, 0.25])
+def test_a_run_that_is_continued_is_the_run_in_one(pushed, delay, cut):
+    """Its controller goes on: at the instants that follow, and with what is still to be applied."""
+    times = []
+
+    def noted(t, q, u):
+        times.append(t)
+        return law(t, q, u)
+
+    sampled = mechc.Sampled(noted, PERIOD, delay, jitter=0.03, seed=5)
+    given = {"inputs": {"F": sampled}, "rtol": 1e-9}
+    whole = pushed.simulate(END, [1.0, 0.0], **given)
+    called, times[:] = list(times), []
+    parts = pushed.simulate(cut, [1.0, 0.0], **given).continue_to(1.7).continue_to(END)
+    np.testing.assert_allclose(parts.y[-1], whole.y[-1], atol=1e-12)
+    np.testing.assert_allclose(times, called, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(parts(0.9 * END), whole(0.9 * END), atol=1e-10)
+
+
+def test_a_gradient_knows_no_feedback_and_says_so(pushed):
+    given = {"F": mechc.Sampled(law, PERIOD)}
+    sol = pushed.simulate(END, [1.0, 0.0], inputs=given)
+    with pytest.raises(mechc.MechcError, match="no gradient"):
+        sol.gradient(end="q")
+
+
 def test_a_controller_is_called_once_at_each_instant(pushed):
     times = []
 

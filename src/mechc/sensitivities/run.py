@@ -68,7 +68,10 @@ def _after_jump(
     else:
         found = np.full(start.shape, np.nan)
         ended = np.isfinite(start).all(axis=0)
-        why = "several events reset the state at once, in an order that a small change may reverse"
+        why = (
+            "several events reset the state at one instant, in an order that a small change may "
+            "reverse"
+        )
     notes += [
         f"by {name}: none from t = {jump.t:.9g} s on, for {why}"
         for name in columns.names_among(np.asarray(ended))

@@ -70,10 +70,7 @@ def starts(scene):
     return y, np.tile([model.defaults[name] for name in model.parameters], (MEMBERS, 1))
 
 
-@pytest.mark.parametrize(
-    "scene",
-    [*list(SCENES)[:-1], pytest.param("bicycle", marks=pytest.mark.thorough)],
-)
+@pytest.mark.parametrize("scene", SCENES)
 def test_a_scene_is_sound(scene, tmp_path):
     program, chosen = built(scene, tmp_path)
     data = b"".join(np.ascontiguousarray(a, dtype=np.float64).tobytes() for a in starts(scene))

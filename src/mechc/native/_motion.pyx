@@ -179,6 +179,8 @@ cdef class Motion:
             with_stack(self.stack, begin_motion, &job, &self.stop)
         else:
             begin_motion(&job)  # of a small scene it takes less time than giving up the GIL
+        if not self.hybrid.pieces:
+            raise MemoryError("no memory for the start of a run")
 
     def __dealloc__(self):
         mechc_hybrid_free(&self.hybrid)

@@ -45,7 +45,7 @@ def test_a_wrong_motion_is_seen(monkeypatch, changed, why):
     half = len(model.coordinates)
     moved = sol.y.copy()
     moved[-1, slice(0, half) if changed == "q" else slice(half, None)] += 0.1
-    sol.__dict__["_record"] = (sol.t, moved)
+    sol.__dict__["_history"] = (sol.t, moved)
     assert why in judge._not_kept(model, case, sol)
 
 

@@ -89,7 +89,7 @@ static void together(const mechc_unit *unit, int method, int lockstep, int stop,
                      const double *p, double *end, int *status)
 {
     const double t_eval[TIMES] = {0.0, 0.3 * SECONDS, SECONDS};
-    double length[N], allowed[N], *pieces = heap(N * TIMES * NX), *t = heap(N);
+    double allowed[N], *pieces = heap(N * TIMES * NX), *t = heap(N);
     double *least = heap(N * MECHC_LEASTS);
     double *reduced = heap(N * QUANTITIES);
     long *counts = calloc(N * MECHC_COUNTS, sizeof(long));
@@ -99,7 +99,7 @@ static void together(const mechc_unit *unit, int method, int lockstep, int stop,
     pthread_t threads[2];
     memset(&batch, 0, sizeof batch);
     memset(quantity, 0, sizeof quantity);
-    for (int i = 0; i < N; i++) length[i] = 1.0, allowed[i] = 1e-6;
+    for (int i = 0; i < N; i++) allowed[i] = 1e-6;
     memset(pure, 1, sizeof pure);
     for (int i = 0; i < QUANTITIES; i++) {
         quantity[i].reduction = i < 5 ? i : 0;
@@ -109,9 +109,11 @@ static void together(const mechc_unit *unit, int method, int lockstep, int stop,
         quantity[i].level = 0.1;
     }
     batch.unit = unit, batch.options = options_of(method);
-    batch.coordinates = MECHC_NQ, batch.width = NX, batch.parameters = MECHC_NP;
+    batch.scene.unit = unit, batch.scene.coordinates = MECHC_NQ, batch.scene.speeds = MECHC_NU;
+    batch.scene.rows = MECHC_NC, batch.scene.parameters = MECHC_NP, batch.scene.width = NX;
+    batch.scene.sizes.dimensionless = pure, batch.options.stop = &batch.stop;
     batch.allowed = allowed, batch.count = N, batch.lockstep = lockstep;
-    batch.y0 = y0, batch.p = p, batch.length = length, batch.pure = pure;
+    batch.y0 = y0, batch.p = p;
     batch.times = TIMES, batch.t_eval = t_eval;
     batch.quantities = QUANTITIES, batch.quantity = quantity;
     batch.y = end, batch.t = t, batch.at_times = pieces, batch.reduced = reduced;

@@ -84,6 +84,7 @@ cdef extern from "hybrid/reach.h":
         ptrdiff_t zeros
         int *cause
         int causes
+        const double *reset
 
     int MECHC_NO_LAW, MECHC_NO_MASS, MECHC_NO_RESTITUTION, MECHC_PUSHES
 

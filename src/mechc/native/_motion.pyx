@@ -20,7 +20,7 @@ from mechc.native._hybrid cimport (
     MECHC_NO_LAW, MECHC_NO_MASS, MECHC_NO_RESTITUTION, MECHC_PUSHES, mechc_hybrid,
     mechc_hybrid_advance, mechc_hybrid_back, mechc_hybrid_begin, mechc_hybrid_end, mechc_hybrid_free,
     mechc_hybrid_make, mechc_hybrid_stats, mechc_keep_last, mechc_piece, mechc_reach_time,
-    mechc_reach_from, mechc_reach_restore, mechc_reach_save, mechc_reach_saved_size, mechc_reacher
+    mechc_reach_from, mechc_reach_restore, mechc_reach_save, mechc_reach_saved_size, mechc_reacher, mechc_sizes
 )
 from mechc.native._inputs cimport Inputs, array_of
 from mechc.native._pieces cimport LOOK, next_piece, seconds_now, with_stack
@@ -148,7 +148,66 @@ cdef class Request:
         memcpy(hybrid.watch.policy, events.policy, events.count * sizeof(events.policy[0]))
 
 
-cdef class Motion:
+cdef class Advanced:
+    """A motion that the driver in C advances, and why it failed.
+
+    Attributes
+    ----------
+    request
+        What is asked of it.
+    """
+
+    cdef mechc_hybrid *driver
+    cdef readonly Request request
+
+    @property
+    def overlap(self):
+        """The contact whose parts overlap, and its gap; None: none do."""
+        if not self.driver.contacts.laws.count or self.driver.contacts.overlaps < 0:
+            return None
+        return self.driver.contacts.overlaps, self.driver.contacts.overlap
+
+    @property
+    def contact_failure(self):
+        """The failure of contacts in words, "" for none, and the number of the contact, or -1."""
+        if not self.driver.contacts.laws.count or not self.driver.contacts.why:
+            return "", -1
+        words = {
+            MECHC_NO_LAW: "no law", MECHC_NO_MASS: "no mass", MECHC_PUSHES: "negative",
+            MECHC_NO_RESTITUTION: "restitution",
+        }
+        return words[self.driver.contacts.why], self.driver.contacts.place.failed
+
+    @property
+    def failed_event(self):
+        """The event whose value was no number; None: a reset failed."""
+        return self.driver.watch.stopped_by if self.driver.live else None
+
+    @property
+    def last_causes(self):
+        """The events that the last change of the state was made by."""
+        return [self.driver.watch.cause[k] for k in range(self.driver.watch.causes)]
+
+    @property
+    def beyond_bounds(self):
+        """The parameters that the last reset gave values beyond their bounds."""
+        cdef const double *values = self.driver.watch.reset + self.request.scene.width
+        cdef const mechc_sizes *sizes = &self.driver.motion.sizes
+        cdef int i
+        return [i for i in range(self.request.scene.parameters) if sizes.lowest != NULL
+                and not sizes.lowest[i] <= values[i] <= sizes.highest[i]]
+
+    @property
+    def stopped_at(self):
+        """The time of the event at which the motion failed."""
+        return self.driver.stop
+
+
+cdef size_t bytes_of_step(const mechc_trajectory *record):
+    return sizeof(double) * (1 + record.width * (1 + record.dense_rows))
+
+
+cdef class Motion(Advanced):
     """A motion under way or finished, from the state y0 (nq + nu,) at t0 to t1.
 
     Attributes
@@ -158,7 +217,6 @@ cdef class Motion:
     """
 
     cdef mechc_hybrid hybrid
-    cdef readonly Request request
     cdef int stop  # set to give up a step of a wide scene
     cdef size_t stack
     cdef ptrdiff_t piece  # attempted steps until the next check of the clock
@@ -167,6 +225,7 @@ cdef class Motion:
                  double max_bytes=INFINITY):
         cdef mechc_options options = request.options
         cdef advancing job
+        self.driver = &self.hybrid
         self.request, self.stack, self.piece = request, request.scene.stack, 1
         if y0.shape[0] != request.scene.width:
             raise ValueError("wrong number of state components")
@@ -308,45 +367,6 @@ cdef class Motion:
         record.dropped[0], record.dropped[1], record.dropped_count = dropped
         mechc_hybrid_back(&self.hybrid, segment)
 
-    # -- why it failed ------------------------------------------------------------------------------
-
-    @property
-    def overlap(self):
-        """The contact whose parts overlap, and its gap; None: none do."""
-        if not self.hybrid.contacts.laws.count or self.hybrid.contacts.overlaps < 0:
-            return None
-        return self.hybrid.contacts.overlaps, self.hybrid.contacts.overlap
-
-    @property
-    def contact_failure(self):
-        """The failure of contacts in words, "" for none, and the number of the contact, or -1."""
-        if not self.hybrid.contacts.laws.count or not self.hybrid.contacts.why:
-            return "", -1
-        words = {
-            MECHC_NO_LAW: "no law", MECHC_NO_MASS: "no mass", MECHC_PUSHES: "negative",
-            MECHC_NO_RESTITUTION: "restitution",
-        }
-        return words[self.hybrid.contacts.why], self.hybrid.contacts.place.failed
-
-    @property
-    def failed_event(self):
-        """The event whose value was no number; None: a reset failed."""
-        return self.hybrid.watch.stopped_by if self.hybrid.live else None
-
-    @property
-    def last_causes(self):
-        """The events that the last change of the state was made by."""
-        return [self.hybrid.watch.cause[k] for k in range(self.hybrid.watch.causes)]
-
-    @property
-    def stopped_at(self):
-        """The time of the event at which the motion failed."""
-        return self.hybrid.stop
-
-
-cdef size_t bytes_of_step(const mechc_trajectory *record):
-    return sizeof(double) * (1 + record.width * (1 + record.dense_rows))
-
 
 cdef load_wanted(Scene scene, mechc_hybrid *hybrid):
     """Load the code of a method that a run has changed to."""
@@ -357,7 +377,7 @@ cdef load_wanted(Scene scene, mechc_hybrid *hybrid):
     return False
 
 
-cdef class Stepping:
+cdef class Stepping(Advanced):
     """A motion that advances to one requested time after another and keeps no record.
 
     ahead
@@ -365,13 +385,13 @@ cdef class Stepping:
     """
 
     cdef mechc_reacher reacher
-    cdef readonly Request request
     cdef object y
     cdef int stop
     cdef size_t stack
 
     def __init__(self, Request request, double t, const double[::1] y0, bint ahead):
         cdef double[::1] state = np.array(y0)
+        self.driver = &self.reacher.hybrid
         self.request, self.stack, self.y = request, request.scene.stack, np.asarray(state)
         self.reacher.hybrid.max_bytes = INFINITY
         request.describe(&self.reacher.hybrid)

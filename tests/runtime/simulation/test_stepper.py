@@ -199,3 +199,12 @@ def test_a_sampled_controller_is_that_of_one_run(pushed, delay, monkeypatch):
         stepper.save()
     stepper.set([0.1, 0.0], t=0.0)
     np.testing.assert_allclose(stepper.step(0.5), sol(0.5), atol=1e-9)
+
+
+def test_why_an_event_failed_is_told_as_by_simulate():
+    pendulum = mechc.load("pendulum")
+    wrong = mechc.Event("theta_0 < 0", reset={"m_0": "-m_0"})
+    stepper = pendulum.stepper([0.5, 0.0], events=wrong)
+    with pytest.raises(mechc.StepError, match="m_0 beyond its bounds"):
+        stepper.step(2.0)
+    assert 0.4 < stepper.t < 0.6

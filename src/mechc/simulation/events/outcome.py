@@ -78,9 +78,11 @@ def failure_of(events: Any, motion: Any) -> FunctionFailedError | None:
         return FunctionFailedError(CONTACT_FAILURES[why].format(number=number, t=motion.t))
     if motion.failed_event is not None:
         return value_failed(events[motion.failed_event], motion.t, None)
+    reset = f"the reset of event {motion.last_causes[-1]} at t = {t:.9g} s"
+    if beyond := [events.parameters[i] for i in motion.beyond_bounds]:
+        return FunctionFailedError(f"{reset} gives {', '.join(beyond)} beyond its bounds")
     return FunctionFailedError(
-        f"the reset of event {motion.last_causes[-1]} at t = {t:.9g} s gives a state that is not "
-        "finite, or does not close the loops, or parameters beyond their bounds"
+        f"{reset} gives a state that is not finite, or does not close the loops"
     )
 
 

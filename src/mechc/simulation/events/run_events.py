@@ -58,6 +58,8 @@ class RunEvents(Sequence[Event]):
     ----------
     laws
         Those of the contacts among them.
+    parameters
+        Names of those of the system.
     bound
         What the driver takes: :class:`mechc.native._events.Events`.
     source
@@ -68,6 +70,7 @@ class RunEvents(Sequence[Event]):
         self, events: Sequence[Event], system: System, p: Array, compiler: Compiler
     ) -> None:  # fmt: skip
         self.events, self.laws = tuple(events), tuple(contact_laws(events))
+        self.parameters = tuple(system.parameters)
         width, parameters = system.scene.width, len(system.parameters)
         sizes = len(system.coordinates), len(system.speeds)
         contacts = contacts_of(self.laws, len(events), *sizes)

@@ -8,6 +8,7 @@ from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
 from mechc.inputs import sampled
+from mechc.simulation.stepper import SavedStep
 from tests.support.pendulums import pushed_mass
 
 MASS, STIFFNESS, DT = 2.0, 30.0, 1e-3
@@ -208,3 +209,42 @@ def test_why_an_event_failed_is_told_as_by_simulate():
     with pytest.raises(mechc.StepError, match="m_0 beyond its bounds"):
         stepper.step(2.0)
     assert 0.4 < stepper.t < 0.6
+
+
+@pytest.mark.parametrize("kind", ["previous", "linear"])
+def test_a_moment_before_kinks_comes_back_to_the_last_bit(pushed, kind):
+    """Those that were passed meanwhile are ahead again."""
+    times = np.linspace(0.0, 2.0, 40) + 0.0123
+    signal = mechc.Signal(times, 20.0 * np.sin(9.0 * times), kind, outside="hold")
+    stepper = pushed.stepper([0.1, 0.0], inputs={"F": signal})
+    stepper.step(0.03)
+    saved = stepper.save()
+    once = [stepper.step(0.07) for _ in range(20)]
+    stepper.restore(saved)
+    assert np.array_equal(once, [stepper.step(0.07) for _ in range(20)])
+
+
+def test_a_run_that_is_ahead_goes_on_beyond_its_end_after_it_was_restored(model):
+    """The run that was saved ends at another time than the one that took its place."""
+    stepper = model.stepper(model.assemble({"theta_0": 1.4}))
+    stepper.step(0.5)
+    first = stepper.save()
+    stepper.restore(first)
+    once = [stepper.step(100.0) for _ in range(6)]
+    stepper.restore(SavedStep(first.t, first.y, stepper, {}, first._params, first._motion, None))
+    stepper.step(0.5)
+    stepper.restore(first)
+    again = [stepper.step(100.0) for _ in range(6)]
+    assert np.array_equal(once, again)
+
+
+def test_the_least_conditioning_is_that_of_the_motion(model):
+    y0 = model.assemble({"theta_0": 1.4})
+    stepper = model.stepper(y0)
+    for _ in range(30):
+        stepper.step(0.02)
+    sol = model.simulate(0.6, y0)
+    least = stepper.stats["least_singular"]
+    assert least <= sol.stats["least_singular"] * (1.0 + 1e-12)  # its run is ahead
+    assert least > 0.5 * sol.stats["least_singular"]
+    assert stepper.stats["critical_gap"] == np.inf

@@ -135,6 +135,13 @@ MECHC_STATIC void mechc_add_stats(mechc_stats *all, const mechc_stats *more)
     }
 }
 
+/* Begin to count anew. */
+MECHC_STATIC void mechc_forget_counters(mechc_hybrid *hybrid)
+{
+    hybrid->ended = (mechc_stats){.least_singular = HUGE_VAL, .critical_gap = HUGE_VAL, .coordinate = -1};
+    hybrid->crossings = 0;
+}
+
 /* The sum of the counters of all runs. */
 MECHC_STATIC mechc_stats mechc_hybrid_stats(const mechc_hybrid *hybrid)
 {
@@ -458,8 +465,7 @@ MECHC_STATIC int mechc_hybrid_go_on(mechc_hybrid *hybrid, const mechc_options *o
 /* Begin a motion. */
 MECHC_STATIC int mechc_hybrid_begin(mechc_hybrid *hybrid, const mechc_options *options)
 {
-    hybrid->ended = (mechc_stats){.least_singular = HUGE_VAL, .critical_gap = HUGE_VAL, .coordinate = -1};
-    hybrid->crossings = 0;
+    mechc_forget_counters(hybrid);
     hybrid->inputs.segment = 0;
     memcpy(hybrid->motion.p, options->p, (size_t)hybrid->motion.parameters * sizeof(double));
     memcpy(hybrid->state, options->y0, (size_t)hybrid->motion.width * sizeof(double));

@@ -25,6 +25,7 @@ MECHC_STATIC void mechc_reach_from(mechc_reacher *reacher, double t, const doubl
 {
     mechc_hybrid *hybrid = &reacher->hybrid;
     mechc_hybrid_drop(hybrid);
+    mechc_forget_counters(hybrid);
     reacher->t = t;
     memcpy(reacher->y, y, (size_t)hybrid->motion.width * sizeof *y);
     memcpy(hybrid->motion.p, reacher->options.p, (size_t)hybrid->motion.parameters * sizeof *y);
@@ -33,16 +34,25 @@ MECHC_STATIC void mechc_reach_from(mechc_reacher *reacher, double t, const doubl
     if (mechc_has_contacts(hybrid)) mechc_contacts_begin(&hybrid->contacts);
 }
 
-/* Drop all steps but the last state. */
+/* Drop all steps but the last state, and count steps from zero. */
 MECHC_STATIC void mechc_forget_steps(mechc_hybrid *hybrid)
 {
     mechc_keep_last(&hybrid->run->trajectory);
     hybrid->run->trajectory.crossing_count = 0;
     hybrid->run->stats.steps = hybrid->run->stats.rejected = 0;
+    hybrid->ended.steps = hybrid->ended.rejected = 0;
     hybrid->searched = 0;
 }
 
-/* Begin a run from the current state. */
+/* Give up the run; what it has met counts. */
+MECHC_STATIC void mechc_reach_drop(mechc_hybrid *hybrid)
+{
+    if (hybrid->live) mechc_add_stats(&hybrid->ended, &hybrid->run->stats);
+    hybrid->ended.steps = hybrid->ended.rejected = 0;
+    mechc_hybrid_drop(hybrid);
+}
+
+/* Begin a run from the current state, where there is none. */
 MECHC_STATIC int mechc_reach_begin(mechc_reacher *reacher, double t1, int method)
 {
     mechc_hybrid *hybrid = &reacher->hybrid;
@@ -50,7 +60,6 @@ MECHC_STATIC int mechc_reach_begin(mechc_reacher *reacher, double t1, int method
     options.t0 = reacher->t;
     options.t1 = t1;
     options.method = method;
-    mechc_hybrid_drop(hybrid);
     memcpy(hybrid->state, reacher->y, (size_t)hybrid->motion.width * sizeof(double));
     return mechc_hybrid_go_on(hybrid, &options);
 }
@@ -110,7 +119,7 @@ MECHC_STATIC int mechc_reach_beyond(mechc_reacher *reacher, double t1, int chang
 {
     mechc_hybrid *hybrid = &reacher->hybrid;
     int method = reacher->options.method;
-    if (changed) mechc_hybrid_drop(hybrid);
+    if (changed) mechc_reach_drop(hybrid);
     for (;;) {
         const double ahead = fmax(MECHC_REACH_AHEAD, MECHC_STEPS_AHEAD * (t1 - reacher->t));
         if (!hybrid->live) mechc_reach_begin(reacher, reacher->t + ahead, method);
@@ -122,32 +131,46 @@ MECHC_STATIC int mechc_reach_beyond(mechc_reacher *reacher, double t1, int chang
         mechc_reach_end(reacher);
         if (status != MECHC_FINISHED && !beside) return status;
         method = beside ? MECHC_DOP853 : reacher->options.method;
-        mechc_hybrid_drop(hybrid);
+        mechc_reach_drop(hybrid);
     }
 }
+
+/* What the driver knows of a saved run, which follows it. */
+typedef struct {
+    double t1;
+    ptrdiff_t segment;
+} mechc_saved_driver;
 
 /* The bytes that saving the run takes; 0 if there is no run or it has events, which are not saved. */
 MECHC_STATIC size_t mechc_reach_saved_size(const mechc_reacher *reacher)
 {
     const mechc_hybrid *hybrid = &reacher->hybrid;
     if (!hybrid->live || mechc_has_events(hybrid)) return 0;
-    return hybrid->motion.unit->saved_size(hybrid->run);
+    return sizeof(mechc_saved_driver) + hybrid->motion.unit->saved_size(hybrid->run);
 }
 
 MECHC_STATIC void mechc_reach_save(const mechc_reacher *reacher, void *to)
 {
-    reacher->hybrid.motion.unit->save(reacher->hybrid.run, to);
+    const mechc_hybrid *hybrid = &reacher->hybrid;
+    const mechc_saved_driver at = {hybrid->options.t1, hybrid->inputs.segment};
+    memcpy(to, &at, sizeof at);
+    hybrid->motion.unit->save(hybrid->run, (char *)to + sizeof at);
 }
 
 /* Restore a state and the run saved there; NULL: begin a new run.  0 without memory. */
 MECHC_STATIC int mechc_reach_restore(mechc_reacher *reacher, double t, const double *y, const void *saved)
 {
     mechc_hybrid *hybrid = &reacher->hybrid;
+    mechc_saved_driver at;
     if (!saved || !hybrid->live) mechc_reach_from(reacher, t, y);
     if (saved && !hybrid->live) mechc_reach_begin(reacher, t + 1.0, reacher->options.method);
     if (saved && !hybrid->live) return 0;
-    if (saved) hybrid->motion.unit->restore(hybrid->run, saved);
-    if (saved) mechc_hybrid_back(hybrid, hybrid->inputs.segment);
+    if (saved) {
+        memcpy(&at, saved, sizeof at);
+        hybrid->motion.unit->restore(hybrid->run, (const char *)saved + sizeof at);
+        hybrid->options.t1 = at.t1;
+        mechc_hybrid_back(hybrid, at.segment);
+    }
     reacher->t = t;
     memmove(reacher->y, y, (size_t)hybrid->motion.width * sizeof *y);
     return 1;

@@ -21,8 +21,6 @@ import mechc
 from .. import problems
 from ..references.closure_curve import Geometry
 from ..references.linkage_curve import PlanarLinkage
-from ..references.pinned_chain import PinnedChain
-from ..references.tangent import TangentBar, UnfinishedError
 from ..stability import ends
 from ..stability.families import FAMILIES, Family
 from ..stability.judge import Row, bounded, row
@@ -148,9 +146,10 @@ def cases_of(constant: Constant, full: bool) -> tuple[str, ...]:
 
 WORK = ("steps", "evaluations")
 JUDGES: tuple[tuple[Any, str], ...] = (
-    (Geometry, "integrate"), (PlanarLinkage, "integrate"), (PinnedChain, "final"),
-    (TangentBar, "final"), (ends, "_change_points"),
-)  # fmt: skip
+    (Geometry, "integrate"),
+    (PlanarLinkage, "integrate"),
+    (ends, "_change_points"),
+)
 
 
 def remember_judges() -> None:
@@ -166,12 +165,7 @@ def _remembered(function: Callable[..., Any]) -> Callable[..., Any]:
     def of(*given: Any) -> Any:
         key = pickle.dumps(given)
         if key not in known:
-            try:
-                known[key] = function(*given)
-            except UnfinishedError as error:
-                known[key] = error
-        if isinstance(known[key], UnfinishedError):
-            raise known[key]
+            known[key] = function(*given)
         return known[key]
 
     return of

@@ -33,6 +33,7 @@ from ..timing.processes import environment, module_command
 from .constants import Constant, code, constants
 from .varied import FILE_VARIABLE, build_closing, compiler, write_factors, write_headers
 
+NOT_MEASURED = "not measured"
 HALF, TWICE, TENTH, TENFOLD = 0.5, 2.0, 0.1, 10.0
 LEAST_ERROR, LEAST_CHANGE = 1e-14, 5e-3
 WORK = ("steps", "evaluations")
@@ -50,8 +51,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--factors", nargs="+", type=float, metavar="X", help="[0.5 2]")
     parser.add_argument("--full", action="store_true", help="every case: a minute a factor")
     parser.add_argument(
-        "--page", type=Path, help="write the rows into this page, of all that is measured"
-    )
+        "--page", type=Path,
+        help="write the rows into this page; those not measured now stay as they are there",
+    )  # fmt: skip
     parser.add_argument("--processes", type=int, default=os.cpu_count() or 1, metavar="N")
     chosen = parser.parse_args(arguments)
     known = constants()
@@ -71,15 +73,28 @@ def main(arguments: Sequence[str] | None = None) -> int:
     chosen_rows = [each for each in known if each.name in names]
     print(HEAD + "".join(_row(each, found, tried) for each in chosen_rows))
     if chosen.page:
-        write_page(chosen.page, HEAD + "".join(_row(each, found, tried) for each in known))
+        write_page(chosen.page, [_row(each, found, tried) for each in known])
     return 0
 
 
-def write_page(page: Path, table: str) -> None:
-    """Put the table in the place of the one that the page has."""
+def write_page(page: Path, rows: Sequence[str]) -> None:
+    """Put the rows in the place of those that the page has; of a constant with the same value that
+    was not measured now, the figures of the page stay."""
     before, _, rest = page.read_text("utf-8").partition(MARKS[0])
-    after = rest.partition(MARKS[1])[2]
-    page.write_text(before + MARKS[0] + table + MARKS[1] + after, "utf-8")
+    old, _, after = rest.partition(MARKS[1])
+    known = {_key(row): row.split(" | ")[3:] for row in old.splitlines(True) if row[:3] == "| `"}
+    kept = [
+        " | ".join([*row.split(" | ")[:3], *known[_key(row)]])
+        if NOT_MEASURED in row and _key(row) in known
+        else row
+        for row in rows
+    ]
+    page.write_text(before + MARKS[0] + HEAD + "".join(kept) + MARKS[1] + after, "utf-8")
+
+
+def _key(row: str) -> str:
+    """The constant of a row, with its value."""
+    return " | ".join(row.split(" | ")[:2])
 
 
 # -- measuring ------------------------------------------------------------------------------------
@@ -159,7 +174,7 @@ def told(found: Found, name: str, factor: float) -> str:
     """What a factor changes, in words."""
     base, now = found[("", 1.0)], found.get((name, factor))
     if now is None:
-        return "not measured"
+        return NOT_MEASURED
     if "broke" in now:
         return f"runs do not end ({now['broke']})"
     parts = [*_counts(base, now, "WRONG", "wrong"), *_counts(base, now, "flagged", "flagged")]

@@ -377,10 +377,10 @@ class Model(Fits):
             y0 = model._start(y0, p, span[0])
         state = checked_state(system, y0, p, span[0])
         make = partial(Solution, model)
-        sol = run(make, system, span, state, p, policy, times, chosen, progress, y0)
+        sol = run(make, system, span, state, p, policy, times, chosen, progress)
         sol._arguments = (given, params)
         if by and sensitivity_error_control:
-            again = partial(_run_again, sol, make, span, state, times, chosen, progress, y0)
+            again = partial(_run_again, sol, make, span, state, times, chosen, progress)
             return sol.differentiated_within_tolerance(by, again)
         if by:
             sol.differentiate(by, given, params)
@@ -537,10 +537,10 @@ def _run_events(
 def _run_again(
     sol: Solution, make: Callable[..., Solution], span: tuple[float, float], state: Array,
     times: Array | None, events: RunEvents | None, progress: Callable[[float], None] | None,
-    y0: Array, policy: Policy,
+    policy: Policy,
 ) -> Solution:  # fmt: skip
     """The motion of a solution by another policy."""
-    again = run(make, sol.system, span, state, sol.params, policy, times, events, progress, y0)
+    again = run(make, sol.system, span, state, sol.params, policy, times, events, progress)
     again._arguments = sol._arguments
     return again
 

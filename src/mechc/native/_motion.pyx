@@ -285,11 +285,6 @@ cdef class Motion(Advanced):
         return mechc_hybrid_stats(&self.hybrid)  # the struct as a dict, by the names of its fields
 
     @property
-    def met_critical(self):
-        """Whether a critical configuration was found near a state: at the start, or in a step."""
-        return mechc_hybrid_stats(&self.hybrid).critical_gap < 1e300
-
-    @property
     def pieces(self):
         """The pieces: of each its steps, its parameters (np,), whether the state jumps at its start,
         the events whose resets made that jump, its contacts' states, and its cut or None."""

@@ -12,13 +12,11 @@ from mechc.native._arrays import all_within
 from mechc.native._codes import RUNNING
 from mechc.native._motion import Motion, Request
 from mechc.simulation.events.run_events import RunEvents
-from mechc.simulation.record import Piece, Record, added_stats
 from mechc.simulation.settings import Policy
 from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
 
 LARGEST = float(np.finfo(float).max)
-LAST = 1024  # accepted states, from one of which the end of a run is followed
 
 
 def begin(
@@ -52,45 +50,6 @@ def request_of(
         scene or driven.without_inputs, system.sizes, policy, values, driven.native_inputs(),
         np.array(driven.breaks(*span, policy.rtol)), driven.due, bound,
     )  # fmt: skip
-
-
-def leave_change_point(
-    system: System, span: tuple[float, float], state: Array, values: Array, policy: Policy,
-    events: RunEvents | None,
-) -> tuple[Record, Motion | None] | None:  # fmt: skip
-    """The record from a change point along the branch of the speeds, and the motion from its end
-    on, None if the span ends before; None alone if the speeds are on no branch."""
-    from mechc.simulation.singular_start import singular_start
-
-    first = singular_start(system, state, values, span)
-    if first is None:
-        return None
-    record = Record([Piece(first, values)])
-    record.stats = first.stats()
-    if first.t == span[1]:
-        return record, None
-    beside = checked_state(system, first.states()[1][-1], values, first.t)
-    return record, begin(system, (first.t, span[1]), beside, values, policy, events)
-
-
-def reach_end(
-    system: System, record: Record, span: tuple[float, float], policy: Policy
-) -> Record | None:
-    """The record with a last piece along the curve, to an end of the run beside a change point."""
-    from mechc.simulation.singular_start import singular_end
-
-    last = record.last
-    steps = last.steps
-    if policy.on_change_point == "stop" or system.driven is not None or steps.count < 2:
-        return None
-    times, states = steps.tail(min(steps.count, LAST))
-    motion = singular_end(system, times, states, last.params, span[1])
-    if motion is None:
-        return None
-    until = last if motion.t0 == times[-1] else last.until(motion.t0)
-    whole = Record([*record.pieces[:-1], until, Piece(motion, last.params)])
-    whole.stats = added_stats(record.stats, motion.stats())
-    return whole
 
 
 def checked_state(system: System, y0: Array, values: Array, t0: float) -> Array:

@@ -7,7 +7,6 @@ that lasted, and the events whose resets made its first state.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from copy import copy
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -95,12 +94,6 @@ class Piece:
     ) -> None:  # fmt: skip
         self.steps, self.params, self.cut = steps, params, cut
         self.jumps, self.causes, self.contacts = jumps, causes, contacts
-
-    def until(self, t: float) -> Piece:
-        """This piece up to a time within it."""
-        other = copy(self)
-        other.cut = t
-        return other
 
     @property
     def span(self) -> tuple[float, float]:

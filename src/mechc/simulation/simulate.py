@@ -13,12 +13,10 @@ import numpy as np
 
 from mechc.errors import ChangePointError, EventError, ValueOutOfBoundsError
 from mechc.native._codes import (
-    AT_CHANGE_POINT,
     EVENT_FAILED,
     FINISHED,
     INPUT_FAILED,
     INTERRUPTED,
-    NO_STEP_FITS,
     OPEN_AT_START,
     RUNNING,
     STOPPED_AT_CHANGE_POINT,
@@ -30,7 +28,7 @@ from mechc.simulation.checkpoints import CheckpointedRun
 from mechc.simulation.events.event import EventRecord
 from mechc.simulation.events.outcome import event_notes, event_records, failure_of, overlap_of
 from mechc.simulation.events.run_events import RunEvents
-from mechc.simulation.initialise import begin, leave_change_point, reach_end
+from mechc.simulation.initialise import begin
 from mechc.simulation.limits import LIMITED, with_limit
 from mechc.simulation.record import Piece, Record, added_stats
 from mechc.simulation.settings import (
@@ -63,12 +61,11 @@ def run(
     times: Array | None = None,
     events: RunEvents | None = None,
     progress: Progress = None,
-    typed: Array | None = None,
 ) -> Made:
     """Integrate a motion, with every stage and every accepted state on the constraints.
 
     Arguments were checked before: ``state`` (nq + nu,) is on the constraints, ``values`` (np,)
-    are all parameters, ``times`` are within the span.  ``typed`` is the state before projection.
+    are all parameters, ``times`` are within the span.
     ``make``: :class:`Trajectory`, or a class with the same arguments.
 
     Raises
@@ -80,15 +77,9 @@ def run(
     if system.driven is not None:
         system.driven.restart(span[0])
     motion: Any = begin(system, span, state, values, policy, events)
-    before: Record | None = None
-    beside = motion.met_critical and policy.on_change_point != "stop"
-    if motion.status == AT_CHANGE_POINT or (beside and motion.status == RUNNING):
-        first = state if typed is None else np.asarray(typed, float)
-        found = leave_change_point(system, span, first, values, policy, events)
-        before, motion = found or (before, motion)
     if policy.checkpoints is not None:
         motion = CheckpointedRun(motion, policy.checkpoints)
-    sol = _run_to_end(make, system, span, before, motion, values, policy, times, events, progress,
+    sol = _run_to_end(make, system, span, None, motion, values, policy, times, events, progress,
                   started)  # fmt: skip
     if policy.on_change_point == "raise" and sol.change_points:
         raise ChangePointError(_change_point_message(sol), sol)
@@ -109,12 +100,9 @@ def _run_to_end(
     started: float,
 ) -> Made:
     """Advance a motion to its end; ``before``: what is known of it until its start."""
-    code = FINISHED if motion is None else _advance(motion, span, progress)
+    code = _advance(motion, span, progress)
     driven = system.driven
     record = record_of(before, motion, events)
-    if code == NO_STEP_FITS and events is None:
-        ended = reach_end(system, record, span, policy)
-        record, code = (ended, FINISHED) if ended is not None else (record, code)
     failure = None
     if code == OPEN_AT_START:
         raise ValueOutOfBoundsError(overlap_of(events, motion))
@@ -130,7 +118,7 @@ def _run_to_end(
     stats = {**record.stats, "wall_s": time.perf_counter() - started, "method": method}
     del stats["coordinate"]
     if events is not None:
-        stats["lowered_impacts"] = 0 if motion is None else motion.notes()[1][0]
+        stats["lowered_impacts"] = motion.notes()[1][0]
     found = () if events is None else event_records(events, motion, system.scene.width)
     sol = make(system, record.pieces[0].params, policy, record, status, stats, times, found)
     sol._run_events = events
@@ -155,11 +143,8 @@ def _advance(motion: Any, span: tuple[float, float], progress: Progress) -> int:
 
 
 def record_of(before: Record | None, motion: Any, events: RunEvents | None) -> Record:
-    """The record of a motion that goes on from another; ``motion``: None for that alone."""
+    """The record of a motion, which may go on from another."""
     record = Record(before.pieces if before else ())
-    if motion is None:
-        record.stats = before.stats if before else {}
-        return record
     for steps, p, jumps, causes, contacts, cut in motion.pieces:
         words = () if events is None else events.words(contacts)
         record.pieces.append(Piece(steps, p, jumps=jumps, causes=causes, contacts=words, cut=cut))
@@ -186,7 +171,7 @@ def _status(
             *_coarse_angles(system, record, policy.rtol),
             *(energy_note(system, record, policy) if code in ENDED else ()),
             *(driven.notes() if driven else ()),
-            *(event_notes(motion) if events is not None and motion is not None else ()),
+            *(event_notes(motion) if events is not None else ()),
         ),
     )
     if code in LIMITED:

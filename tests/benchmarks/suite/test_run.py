@@ -1,6 +1,7 @@
 """The suite runs its scripts apart from each other, keeps what it has, and shows all of it."""
 
 import json
+import pkgutil
 import signal
 import subprocess
 import sys
@@ -10,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+import benchmarks
 from benchmarks.report import command, compare, page
 from benchmarks.stability.families import FAMILIES
 from benchmarks.suite import run, running
@@ -130,6 +132,16 @@ def test_every_script_and_command_is_there_and_is_run_by_a_test():
         word = script.module.rpartition(".")[2]
         called = f"{word}.main(" in tests or f"{word}.measured(" in tests
         assert name in SMOKED or called, f"no test runs {name}"
+
+
+def test_every_module_of_the_benchmarks_can_be_imported():
+    """What a worker imports is seen by no other test."""
+    for module in pkgutil.walk_packages(benchmarks.__path__, "benchmarks."):
+        try:
+            import_module(module.name)
+        except ModuleNotFoundError as error:  # a peer that is not installed
+            if str(error.name).startswith(("benchmarks", "mechc")):
+                raise
 
 
 def test_every_script_has_its_place_in_the_report():

@@ -56,8 +56,18 @@ def test_a_bare_literal_is_seen(runtime):
     assert bare_literals(runtime) == ["dynamics/some.h:8: 0.7"]
 
 
-def test_a_table_takes_the_place_of_the_one_before(tmp_path):
+def test_rows_take_the_place_of_those_before_unless_they_were_not_measured_now(tmp_path):
     page = tmp_path / "page.md"
-    page.write_text(f"before\n{MARKS[0]}old\n{MARKS[1]}after\n", "utf-8")
-    write_page(page, "new\n")
-    assert page.read_text("utf-8") == f"before\n{MARKS[0]}new\n{MARKS[1]}after\n"
+    old = "| `A` | `1` | why | a | b |\n| `B` | `2` | why | c | d |\n| `C` | `3` | why | e | f |\n"
+    page.write_text(f"before{MARKS[0]}{old}{MARKS[1]}after", "utf-8")
+    none = "not measured | not measured |\n"
+    write_page(page, [
+        "| `A` | `1` | why | new | new |\n", f"| `B` | `2` | because | {none}",
+        f"| `C` | `4` | why | {none}",
+    ])  # fmt: skip
+    text = page.read_text("utf-8")
+    assert text.startswith(f"before{MARKS[0]}")
+    assert text.endswith(
+        "| `A` | `1` | why | new | new |\n| `B` | `2` | because | c | d |\n"
+        f"| `C` | `4` | why | {none}{MARKS[1]}after"
+    )

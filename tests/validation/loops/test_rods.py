@@ -85,3 +85,12 @@ def test_a_start_where_the_only_row_vanishes_takes_the_branch_of_its_speeds():
     assert np.abs(along.y[-1] - np.repeat(pendulum(1.0, [0.0, 1.0], 0.2), 2)).max() < 1e-8
     between = model.simulate(0.2, [0.0, 0.0, 1.0, 0.5], params, rtol=1e-9)
     assert between.status.code == "at a change point"
+
+
+def test_a_start_where_rows_vanish_that_are_redundant_elsewhere():
+    pivots = [(0.0, 0.0), (3.0, 0.0), (4.5, 0.0)]
+    name = "two loops, one rod redundant"
+    params = equal_cranks(name, pivots, 1.0, [1.0, 2.0, 1.5])
+    sol = compiled(name).simulate(0.2, [0.0] * 3 + [1.0] * 3, params, rtol=1e-9)
+    assert sol.status.ok
+    assert np.abs(sol.y[-1] - np.repeat(pendulum(1.0, [0.0, 1.0], 0.2), 3)).max() < 1e-8

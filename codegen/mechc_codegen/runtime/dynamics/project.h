@@ -100,6 +100,18 @@ MECHC_RARE void mechc_fit_to_speeds(double t, double *y, const mechc_scalar_give
 }
 #endif
 
+#if MECHC_NH > 0
+/* Correct the speeds at a closed configuration by every row but the weakest. */
+MECHC_RARE void mechc_keep_weakest_rate(double t, double *y, const mechc_scalar_given *given)
+{
+    mechc_scalar_place place;
+    mechc_scalar_factors rows;
+    mechc_strong_rows(t, y, given, &place, &rows);
+    rows.inverse_norm[(int)rows.rank - 1] = 0.0;
+    mechc_steady_rows(&place, &rows, y + MECHC_NQ);
+}
+#endif
+
 /* Project a state between accepted ones. */
 MECHC_ONCE int mechc_project_between(double t, double *y, const mechc_scalar_given *given)
 {
@@ -160,6 +172,12 @@ MECHC_ONCE int mechc_project_state(double t, double *y, const mechc_scalar_given
 #endif
     if (!mechc_is_delicate(&place, given)) return status;
     memcpy(y, kept, sizeof kept);
+#if MECHC_NH > 0
+    if (moved[0] <= rounding) { /* no other q is closed better */
+        mechc_keep_weakest_rate(t, y, given);
+        return MECHC_RUNNING;
+    }
+#endif
     return mechc_project_between(t, y, given);
 }
 

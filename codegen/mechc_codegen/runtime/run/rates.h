@@ -168,17 +168,35 @@ MECHC_INLINE double mechc_conditioning_at(const mechc_integration *run, double t
 /* How far the coordinates move, over their scales, to where rates are taken for a state that is too
  * near a crossing to have any. */
 #define MECHC_ASIDE 1e-2
+/* Of the fastest coordinate: how far rates change over that way on a branch; on none they change by as much
+ * as themselves. */
+#define MECHC_SAME_BRANCH 0.2
+
+/* Close the loops of a state so near a crossing that its speeds decide about the weakest row. */
+MECHC_RARE int mechc_close_beside(mechc_integration *run, double t, double *y)
+{
+    double closed[MECHC_NX], unused[MECHC_NX];
+    memcpy(closed, y, sizeof closed);
+    const int status = mechc_rates_at(run, t, closed, unused);
+    const double square = run->conditioning * run->conditioning;
+    if (status != MECHC_RUNNING || !mechc_is_fine(square) || !mechc_knows_crossing(&run->monitor))
+        return mechc_project_between(t, y, &run->given);
+    memcpy(y, closed, MECHC_NQ * sizeof *y);
+    mechc_keep_weakest_rate(t, y, &run->given);
+    return MECHC_RUNNING;
+}
 
 /* Rates of a first or last state so near a crossing that rows turned by its rounding would decide about its
- * speeds: the speeds are kept, and q is moved within its rounding until they fit.  The accelerations are
- * those a little farther on (`way` 1) or back (-1) in the run: steps of collocation, which begin or end
- * there, take no rates at their ends, and begin their iteration with these. */
+ * speeds: these are kept, and q is closed beyond the rounding of doubles, or moved within it until they fit.
+ * The accelerations are those a little farther on (`way` 1) or back (-1) in the run: steps of collocation,
+ * which begin or end there, take no rates at their ends, and begin their iteration with these.  Where they
+ * follow no branch: MECHC_NOT_CLOSED. */
 MECHC_RARE int mechc_rates_beside(mechc_integration *run, double t, double way,
                                   const double *scale, double *y, double *rates)
 {
     const double conditioning = run->conditioning;
     double moved[MECHC_NX], fastest = 0.0;
-    int status = mechc_project_between(t, y, &run->given);
+    int status = mechc_close_beside(run, t, y);
     if (status != MECHC_RUNNING) return status;
     mechc_scalar_coordinate_rates_of(t, y, y + MECHC_NQ, &run->given, rates);
     for (int i = 0; i < MECHC_NQ; i++) fastest = mechc_max(fastest, fabs(rates[i]) / scale[i]);
@@ -188,6 +206,8 @@ MECHC_RARE int mechc_rates_beside(mechc_integration *run, double t, double way,
     for (int i = 0; i < MECHC_NQ; i++) moved[i] += by * rates[i];
     double beside[MECHC_NX];
     status = mechc_rates_at(run, t + by, moved, beside);
+    for (int i = 0; i < MECHC_NQ; i++)
+        if (!(fabs(beside[i] - rates[i]) <= MECHC_SAME_BRANCH * fastest * scale[i])) return MECHC_NOT_CLOSED;
     memcpy(rates + MECHC_NQ, beside + MECHC_NQ, MECHC_NU * sizeof *rates);
     run->conditioning = conditioning;
     return status;

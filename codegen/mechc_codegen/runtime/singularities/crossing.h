@@ -320,6 +320,10 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
     out->fraction = mechc_nearest(span, &critical);
     switch (mechc_judge(&critical)) {
     case MECHC_CROSSING:
+        if (monitor->at_critical && span->first) { /* the start's side is rounding */
+            if (mechc_turns_aside(span, &critical)) mechc_retry(out, MECHC_ASTRAY, 0);
+            break;
+        }
         if (!span->looks_ahead && monitor->tries < 8
             && mechc_ends_beside(span, &critical, before.ratio)) {
             mechc_retry(out, span->left / fabs(span->h), 0);

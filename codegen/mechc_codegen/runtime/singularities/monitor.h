@@ -10,6 +10,7 @@ typedef struct {
     double first, least, most;
     double q[MECHC_NQ]; /* time where it was least */
     int rank;           /* of the configuration rows at a generic place; 0: not known yet */
+    int at_critical;    /* at the start fewer rows are independent */
     int tries;          /* since the last accepted step */
     double patience;    /* time before the crossing from which one step may cross it */
     double wanted;      /* the step that the error would have allowed, before it was shortened to

@@ -55,7 +55,7 @@ MECHC_STATIC int mechc_shows_all_rows(const mechc_integration *run)
     return of_all && run->conditioning * run->conditioning > MECHC_NO_ROW;
 }
 
-/* Find the rows that are redundant everywhere, and refuse a start where more are. */
+/* Find the rows that are redundant everywhere; where more are, the start is a change point. */
 MECHC_RARE void mechc_find_rank(mechc_integration *run)
 {
     const mechc_span span = {.given = &run->given};
@@ -63,8 +63,11 @@ MECHC_RARE void mechc_find_rank(mechc_integration *run)
     mechc_weakest_at(run->head.t, run->y, &span, 0, &weakest);
     run->monitor.rank = weakest.rank;
     if (weakest.found < MECHC_NH) {
+        const int generic = mechc_generic_rank(run, &span);
         /* where every row vanishes they may do so at this configuration alone, and none is beside */
-        if (weakest.found == 0 || mechc_generic_rank(run, &span) > weakest.found) run->head.status = MECHC_AT_CHANGE_POINT;
+        run->monitor.at_critical = weakest.found == 0 || generic > weakest.found;
+        if (generic > weakest.found) mechc_weakest_at(run->head.t, run->y, &span, generic, &weakest);
+        run->monitor.rank = weakest.rank;
     }
     run->conditioning = weakest.ratio;
 }
@@ -160,7 +163,7 @@ MECHC_STATIC void mechc_straddle_with_pair(mechc_integration *run)
  * memory. */
 MECHC_STATIC int mechc_leave_to_collocation(mechc_integration *run)
 {
-    run->resumed = run->method;
+    run->resumed = run->method->alone ? run->methods[run->method->alone] : run->method;
     run->monitor.wanted = 0.0;
     return mechc_use_method(run, run->methods[MECHC_GAUSS8]);
 }

@@ -154,10 +154,11 @@ MECHC_STATIC int mechc_finds_crossing(mechc_integration *run)
     const mechc_span span = {.given = &run->given};
     mechc_scalar_place place;
     mechc_weakest weakest;
-    if (run->conditioning >= MECHC_TOO_NEAR || MECHC_NC != MECHC_NH || monitor->rank < MECHC_NH)
+    if (run->conditioning >= MECHC_TOO_NEAR || MECHC_NC != MECHC_NH)
         return 0;
     mechc_weakest_at(run->head.t, run->y, &span, monitor->rank, &weakest);
     mechc_place_at(run->head.t, run->y, &run->given, &place);
+    weakest.ratio = mechc_max(weakest.ratio, MECHC_TOO_NEAR); /* at a crossing it is rounding */
     const double reach = mechc_beside(&weakest, &place);
     if (!mechc_find_critical(run->head.t, run->y, &run->given, &weakest, reach,
                              &monitor->known))
@@ -166,13 +167,14 @@ MECHC_STATIC int mechc_finds_crossing(mechc_integration *run)
     return monitor->known.curves && mechc_judge(&monitor->known) == MECHC_CROSSING;
 }
 
-/* Start beside a crossing, which the speeds leave along one branch; 0 if the start is not one. */
-MECHC_STATIC int mechc_start_beside(mechc_integration *run, const double *scale)
+/* Start at a crossing or beside one, which the speeds leave along one branch; 0 if the start, a state
+ * before it was projected, is not one. */
+MECHC_STATIC int mechc_start_beside(mechc_integration *run, const double *start, const double *scale)
 {
     double y[MECHC_NX], rates[MECHC_NX];
     mechc_trajectory *trajectory = &run->head.trajectory;
     if (!mechc_finds_crossing(run)) return 0;
-    memcpy(y, run->y, sizeof y);
+    memcpy(y, start, sizeof y);
     if (mechc_rates_beside(run, run->head.t, 1.0, scale, y, rates) != MECHC_RUNNING) return 0;
     memcpy(run->y, y, sizeof y);
     memcpy(MECHC_RATE(run, 0), rates, sizeof rates);
@@ -209,6 +211,10 @@ MECHC_RARE void mechc_integration_start(mechc_run *head, const mechc_options *op
         head->status = MECHC_OPEN_AT_START;
         return;
     }
+#if MECHC_NH > 0
+    double start[MECHC_NX];
+    memcpy(start, run->y, sizeof start);
+#endif
     const int made = mechc_use_method(run, methods[options->method]);
     mechc_count_dense_rows(run, options->dense);
     head->status = mechc_rates_at(run, head->t, run->y, MECHC_RATE(run, 0));
@@ -218,7 +224,11 @@ MECHC_RARE void mechc_integration_start(mechc_run *head, const mechc_options *op
     mechc_monitor_start(run);
     if (head->status != MECHC_RUNNING) return;
 #if MECHC_NH > 0
-    const int beside = mechc_start_beside(run, options->scale);
+    const int beside = mechc_start_beside(run, start, options->scale);
+    if (run->monitor.at_critical && !beside) {
+        head->status = MECHC_AT_CHANGE_POINT;
+        return;
+    }
 #endif
     mechc_first_scale(run, options->scale);
 #if MECHC_NI > 0

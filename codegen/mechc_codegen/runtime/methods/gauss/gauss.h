@@ -30,9 +30,7 @@
 #define MECHC_GAUSS_ENDS_BESIDE 0.1 /* of its length: so near a crossing a last step ends beside it */
 #define MECHC_GAUSS_STAYS 1e-11 /* scales that closing the loops may move a stage by in any case */
 #define MECHC_GAUSS_SHOWS_END 10.0 /* error below which a step's end tells where it led */
-/* Noise of a run's first or last step: in scales, of rtol, and of what the closure's rounding makes. */
-#define MECHC_GAUSS_NOISE 5e-9
-#define MECHC_GAUSS_NOISE_OF_RTOL 200.0
+/* Changes of a run's first or last step that may be rounding, of what the closure's rounding makes. */
 #define MECHC_GAUSS_NOISES 16.0
 /* Changes of a step over a crossing that may be rounding, in scales: so much over the conditioning,
  * or its square where several rows may be weak, between these. */
@@ -152,15 +150,8 @@ MECHC_STATIC int mechc_is_beside(const mechc_integration *run, double h)
         || (mechc_is_last(run, h) && fabs(after) < MECHC_GAUSS_ENDS_BESIDE * fabs(h));
 }
 
-/* The part of a run's first or last step that may be rounding, over its scales: the weight of the
- * node next to the crossing leaves a twentieth of it. */
-MECHC_STATIC double mechc_gauss_most_noise(const mechc_integration *run)
-{
-    return mechc_max(MECHC_GAUSS_NOISE, MECHC_GAUSS_NOISE_OF_RTOL * run->rtol);
-}
-
-/* The rounding of the closure as that node magnifies it: q by the conditioning, speeds by its square,
- * accelerations by its cube. */
+/* The rounding of the closure as the node next to a crossing magnifies it: q by the conditioning, speeds by
+ * its square, accelerations by its cube. */
 MECHC_STATIC double mechc_gauss_noise(const mechc_integration *run, double h)
 {
     const double low = mechc_max(sqrt(mechc_gauss_of(run)->lowest), DBL_EPSILON);
@@ -189,8 +180,7 @@ MECHC_STATIC double mechc_gauss_floor(const mechc_integration *run, double h)
         const double floor = mechc_max(MECHC_GAUSS_FLOOR_LOWEST,
                                        mechc_min(highest, MECHC_GAUSS_FLOOR / magnified));
         if (!mechc_is_beside(run, h)) return most * floor;
-        return most * mechc_min(MECHC_GAUSS_NOISES * mechc_gauss_noise(run, h),
-                                mechc_gauss_most_noise(run));
+        return most * MECHC_GAUSS_NOISES * mechc_gauss_noise(run, h);
     }
     double turn = MECHC_GAUSS_LARGE; /* the last digit of a coordinate that has grown large */
     for (int i = 0; i < MECHC_NQ; i++) turn = mechc_max(turn, fabs(run->y[i]) / run->scale[i]);
@@ -379,9 +369,6 @@ MECHC_STATIC int mechc_gauss_step(mechc_integration *run, double h, double *end)
     mechc_gauss_weigh(run, g);
     const int status = mechc_gauss_solve(run, h);
     if (status != MECHC_RUNNING) return status;
-    if (MECHC_NH > 0 && mechc_is_beside(run, h)
-        && mechc_gauss_noise(run, h) > mechc_gauss_most_noise(run))
-        return MECHC_NOT_CLOSED;
     g->error = mechc_max(mechc_gauss_measure(g, h), mechc_gauss_stiff_error(run, h));
     if (!mechc_gauss_reached_end(run, g->error)) return status;
     if (!mechc_gauss_stays(run)) return MECHC_NOT_CLOSED;

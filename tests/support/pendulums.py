@@ -44,15 +44,16 @@ def pendulum(gravity=9.81, name="pendulum", angle="q", speed="u", mass="m", leng
     )
 
 
-def pushed_mass():
-    """A mass m on a spring k, pushed by the input F, by Kane's method."""
+def pushed_mass(force=None):
+    """A mass m on a spring k, pushed by the input F, by Kane's method; ``force``: of q and u alone,
+    in place of both."""
     q, u, push = dynamicsymbols("q u F")
     frame, origin = ReferenceFrame("N"), Point("O")
     origin.set_vel(frame, 0)
     point = origin.locatenew("P", q * frame.x)
     point.set_vel(frame, u * frame.x)
     kane = KanesMethod(frame, [q], [u], kd_eqs=[q.diff(t) - u])
-    load = (push - Symbol("k") * q) * frame.x
+    load = (push - Symbol("k") * q if force is None else force) * frame.x
     cart = Particle("cart", point, Symbol("m"))
     cart.potential_energy = Symbol("k") * q**2 / 2
     kane.kanes_equations([cart], [(point, load)])

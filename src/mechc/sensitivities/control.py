@@ -170,7 +170,7 @@ def _of_steps(piece: Piece, first: int, last: int, size: Array, tolerated: Array
         piece.run.project_columns(piece.t[ends], y[ends], none, errors)
         return errors
 
-    errors = rule.errors(h, piece.rates(first, last), size, rule.share * tolerated, project)
+    errors = rule.errors(h, piece.rates(first, last)[1], size, rule.share * tolerated, project)
     alive = np.isfinite(piece.ends[ends]).all(axis=1) & np.isfinite(errors)
     return np.asarray(np.where(alive, errors, 0.0).max(axis=1, initial=0.0))
 

@@ -18,7 +18,7 @@ from mechc.sensitivities.columns import Columns, columns_of
 from mechc.sensitivities.events import GRAZING, Jump, jump_of, moved_time, through_reset
 from mechc.sensitivities.outputs import linear_output
 from mechc.sensitivities.rules import rule_of
-from mechc.sensitivities.run import ended_columns, without_closure
+from mechc.sensitivities.run import NO_DERIVATIVE, ended_columns, without_closure
 from mechc.sensitivities.samples import check_steps
 from mechc.sensitivities.start import start_columns
 from mechc.sensitivities.steps import NAMES, checked_run, refuse_contact
@@ -118,6 +118,8 @@ def gradient_of_run(
         _back(way, piece, _weights(integral))
         if piece.jumps:
             _back_over(way, jump_of(sol.record, number), _weights(integral))
+    if not np.isfinite(way.covector).all():
+        notes += (f"none, for {NO_DERIVATIVE}: sensitivities= tells where",)
     total = start.T @ way.covector + _along(columns).T @ (way.gathered + way.integrated)
     for _, bad, said in ended_columns(sol, columns):
         total[bad] = np.nan

@@ -17,6 +17,9 @@ from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import Array
 
 WEAK = 1e-5  # of the largest singular value: at a crossing the weakest row is weaker
+NO_DERIVATIVE = (
+    "there a law jumps at a zero that is only touched (grazing), or two laws jump at one instant"
+)
 OPENS = 1e-7  # of a row's derivative: the part of it that opens the loop
 
 
@@ -50,7 +53,19 @@ def _pieces(sol: Trajectory, columns: Columns, start: Array, notes: list[str]) -
         if piece.jumps:
             start = _after_jump(sol, jump_of(sol.record, number), columns, start, notes)
         found.append(follow(sol.system, piece.steps, sol.params, columns, start))
+        notes += _lost_at_jumps(found[-1])
     return found
+
+
+def _lost_at_jumps(piece: Piece) -> list[str]:
+    """Notes of columns that are NaN from a jump of a law on."""
+    lost = np.asarray(np.isnan(piece.ends).any(axis=1))
+    return [
+        f"by {name}: none from t = {piece.t[int(np.argmax(lost[:, column]))]:.9g} s on, "
+        f"for {NO_DERIVATIVE}"
+        for column in np.flatnonzero(lost[-1] & ~lost[0])
+        for name in piece.columns.names_among(np.arange(lost.shape[1]) == column)
+    ]
 
 
 def _after_jump(

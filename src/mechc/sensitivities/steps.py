@@ -84,23 +84,27 @@ class Piece:
         """The rule of a step's method."""
         return rule_of(NAMES[int(self.methods[step])])
 
-    def rates(self, first: int, last: int) -> Array:
-        """Rates S' (steps, rates, nx, k) of columns in steps first ... last - 1 by one method."""
+    def rates(self, first: int, last: int) -> tuple[Array, Array]:
+        """Columns (steps + 1, nx, k) at the ends of steps first ... last - 1 by one method, before
+        a law jumps there, and rates S' (steps, rates, nx, k) in them."""
         start, count = np.ascontiguousarray(self.ends[first]), self.rule(first).rates
         shapes = self.columns.shapes
-        rates: Array = self.run.vary(first, last, self.directions, start, count, shapes=shapes)[1]
-        return rates
+        found: tuple[Array, Array] = self.run.vary(
+            first, last, self.directions, start, count, shapes=shapes
+        )
+        return found
 
     def _between(self, first: int, last: int, step: Any, times: Array) -> Array:
         """Columns at times within steps first ... last - 1, by the dense output of their method."""
-        rule, rates = self.rule(first), self.rates(first, last)
+        rule = self.rule(first)
+        ends, rates = self.rates(first, last)
         h = self.t[step + 1] - self.t[step]
         s = (times - self.t[step]) / h
         weights = rule.weights(s) * h[:, None]
         whole = rule.weights(np.ones(1))[0]
         before = self.ends[step]
         gained = np.einsum("mj,mjik->mik", weights - (s * h)[:, None] * whole, rates[step - first])
-        return np.asarray(before + s[:, None, None] * (self.ends[step + 1] - before) + gained)
+        return np.asarray(before + s[:, None, None] * (ends[step + 1 - first] - before) + gained)
 
 
 def follow(system: System, run: Any, values: Array, columns: Columns, start: Array) -> Piece:

@@ -45,6 +45,7 @@ MECHC_STATIC int mechc_covary_alike(mechc_covarying *w, const mechc_covariation 
 #endif
     for (int n = count - 1; n >= 0; n--) {
         const double h = record->t[first + n + 1] - record->t[first + n];
+        mechc_before_jumps(w, v, first + n);
         mechc_before_projection(w, v, n);
         if (pair) mechc_pair_back(w, v, tableau, n, h);
         else if (!mechc_nodes_back(w, v, method, first + n, h)) return 0;

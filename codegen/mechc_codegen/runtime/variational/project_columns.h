@@ -20,7 +20,7 @@ MECHC_STATIC void mechc_project_in_lanes(mechc_varying *w, const mechc_projected
     for (int n = 0; n < count; n++) {
         double *columns = v->columns + (first + n) * MECHC_NX * d->columns;
         mechc_load_columns(w, columns);
-        mechc_move_columns(w, n);
+        mechc_move_columns(w, w->tangents + n * d->block);
         mechc_store_columns(w, columns);
     }
 }

@@ -5,6 +5,7 @@
 #include "run/dense_output.h"
 #include "variational/collocation.h"
 #include "variational/explicit.h"
+#include "variational/jumps.h"
 #include "variational/propagators.h"
 
 #if MECHC_VARIATIONAL
@@ -16,6 +17,7 @@ typedef struct {
     mechc_nodes_at_hand nodes;
     mechc_directions directions;
     double *tangents; /* of the ends of MECHC_LANES steps of collocation, or propagators */
+    double *jump;     /* at the end of one */
 #if MECHC_PROPAGATES
     mechc_propagation propagation;
 #endif
@@ -35,6 +37,7 @@ MECHC_STATIC void mechc_free_varying(mechc_varying *w)
     mechc_free_aligned(w->stages.slopes);
     mechc_free_aligned(w->tangents);
     mechc_free_aligned(w->nodes.slopes);
+    mechc_free_aligned(w->jump);
     mechc_free_aligned(w->room);
     free(w->rows);
     mechc_free_aligned(w->before);
@@ -57,11 +60,12 @@ MECHC_STATIC mechc_varying *mechc_new_varying(const mechc_trajectory *record, co
     w->stages.slopes = (double *)mechc_new_vectors(MECHC_MOST_RATES * MECHC_LANES * block);
     w->tangents = w->stages.tangents = (double *)mechc_new_vectors(MECHC_LANES * block);
     w->nodes.slopes = (double *)mechc_new_vectors(MECHC_VARIED_NODES * block);
+    w->jump = (double *)mechc_new_vectors(MECHC_LANES * block);
     w->room = mechc_new_vectors(most * (most / MECHC_LANES + 1 + width));
     w->rows = malloc(most * sizeof *w->rows);
     w->before = mechc_new_vectors(MECHC_NX * width);
     w->after = mechc_new_vectors(MECHC_NX * width);
-    if (!taken || !w->stages.slopes || !w->tangents || !w->nodes.slopes || !w->room || !w->rows || !w->before || !w->after) {
+    if (!taken || !w->stages.slopes || !w->tangents || !w->nodes.slopes || !w->jump || !w->room || !w->rows || !w->before || !w->after) {
         mechc_free_varying(w);
         return 0;
     }
@@ -101,22 +105,45 @@ MECHC_INLINE void mechc_store_columns(const mechc_varying *w, double *rows)
         mechc_unpad(w->after + i * d->width, d->columns, rows + i * d->columns);
 }
 
-/* Move the columns by the affine map in block n of the current ones. */
-MECHC_INLINE void mechc_move_columns(mechc_varying *w, int n)
+/* Move the columns by an affine map. */
+MECHC_INLINE void mechc_move_columns(mechc_varying *w, const double *block)
 {
     const mechc_directions *d = &w->directions;
-    const double *block = w->tangents + n * d->block;
     for (int i = 0; i < MECHC_NX; i++)
         for (int k = 0; k < d->width; k++)
             w->after[i * d->width + k] =
                 mechc_row_along(block, i, d->width, k, w->before + k, d->width);
 }
 
-/* Write the columns at the end of a step from the work space; they are the next step's start. */
+/* Move the columns at the end of a step over the jumps of laws in it. */
+MECHC_STATIC void mechc_vary_jumps(mechc_varying *w, const mechc_trajectory *record, ptrdiff_t step)
+{
+#if MECHC_SWITCHES
+    double map[MECHC_NX * MECHC_SLOPES];
+    mechc_vector lanes[MECHC_NX * MECHC_SLOPES], *const start = w->before, *const end = w->after;
+    if (!mechc_jumps_of_step(&w->given, record, step, map)) return;
+    for (int i = 0; i < MECHC_NX * MECHC_SLOPES; i++) lanes[i] = mechc_spread(map[i]);
+    mechc_along_columns(lanes, 0, &record->t[step + 1], 1, &w->directions, w->jump);
+    w->before = end;
+    w->after = w->room;
+    mechc_move_columns(w, w->jump);
+    memcpy(end, w->room, (size_t)(MECHC_NX * w->directions.width) * sizeof *end);
+    w->before = start;
+    w->after = end;
+#else
+    (void)w, (void)record, (void)step;
+#endif
+}
+
+/* Write the columns at the end of a step from the work space; they are the next step's start.  Dense
+ * output is of those before a jump. */
 MECHC_INLINE void mechc_end_step(mechc_varying *w, const mechc_variation *v, ptrdiff_t step)
 {
     mechc_vector *const kept = w->before;
-    mechc_store_columns(w, v->ends + (step + 1 - v->first) * MECHC_NX * v->columns);
+    double *const ends = v->ends + (step + 1 - v->first) * MECHC_NX * v->columns;
+    if (v->rates) mechc_store_columns(w, ends);
+    mechc_vary_jumps(w, v->trajectory, step);
+    if (!v->rates) mechc_store_columns(w, ends);
     if (!v->restart) w->before = w->after, w->after = kept;
 }
 
@@ -151,7 +178,7 @@ MECHC_STATIC int mechc_vary_propagated(mechc_varying *w, const mechc_variation *
     if (!mechc_propagate(&w->rules[0], v->trajectory, step, count, &w->given, g)) return 0;
     mechc_along_columns(g->whole, 0, 0, count, d, w->tangents);
     for (int n = 0; n < count; n++) {
-        mechc_move_columns(w, n);
+        mechc_move_columns(w, w->tangents + n * d->block);
         mechc_end_step(w, v, step + n);
     }
     return 1;
@@ -196,7 +223,7 @@ MECHC_STATIC void mechc_project_start(mechc_varying *w, const mechc_variation *v
     mechc_fill_lanes(record->y + v->first * MECHC_NX, 1, MECHC_NX, state);
     mechc_vector_tangent(time, state, &w->given.vector, block);
     mechc_along_columns(block, 0, &at, 1, d, w->tangents);
-    mechc_move_columns(w, 0);
+    mechc_move_columns(w, w->tangents);
     mechc_store_columns(w, v->ends);
     memcpy(w->before, w->after, (size_t)(MECHC_NX * d->width) * sizeof *w->before);
 #else

@@ -1,0 +1,99 @@
+"""Derivatives over the jumps of laws, against motions that are integrated from zero to zero."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+import sympy as sm
+from scipy.integrate import solve_ivp
+from sympy.physics.mechanics import dynamicsymbols
+
+import mechc
+from tests.support.differences import extrapolated
+from tests.support.pendulums import pushed_mass
+
+pytestmark = pytest.mark.slow  # compiles much
+q, u = dynamicsymbols("q u")
+t = dynamicsymbols._t
+k, c, w = sm.symbols("k c w")
+VALUES = {"k": 2.0, "c": 0.3, "w": 0.7}
+START, T = (1.0, 0.0), 2.0
+
+# Each law with what it jumps at, and its form while the signs of these are held.
+LAWS = {
+    "sign": (-k * sm.sign(q - c), [q - c], lambda s: -k * s[0]),
+    "Piecewise": (
+        sm.Piecewise((-k * q - 3, q > c), (-2 * k * q + 1, True)), [q - c],
+        lambda s: -k * q - 3 if s[0] > 0 else -2 * k * q + 1,
+    ),
+    "Heaviside of time": (
+        3 * sm.Heaviside(t - w) - k * q, [t - w], lambda s: 3 * int(s[0] > 0) - k * q
+    ),
+    "sign of a sine": (
+        2 * sm.sign(sm.sin(6 * w * t)) - k * q, [sm.sin(6 * w * t)], lambda s: 2 * s[0] - k * q
+    ),
+    "the same law twice": (
+        -k * sm.sign(q - c) - sm.Heaviside(2 * (q - c)) - q, [q - c],
+        lambda s: -k * s[0] - int(s[0] > 0) - q,
+    ),
+    "a law in a law": (
+        -k * sm.sign(q - c * sm.sign(t - w)) - q * u**2, [q - c, q + c, t - w],
+        lambda s: -k * (s[0] if s[2] > 0 else s[1]) - q * u**2,
+    ),
+}  # fmt: skip
+
+
+@cache
+def held(law, change, name):
+    """The end of the motion, integrated from zero to zero, where one sign changes."""
+    _, zeros, form = LAWS[law]
+    values = VALUES | ({name: VALUES[name] + change} if name in VALUES else {})
+    numbers = {symbol: values[symbol.name] for symbol in (k, c, w)}
+    zeros = [sm.lambdify((t, q, u), zero.subs(numbers)) for zero in zeros]
+    at, y = 0.0, np.add(START, [change * (name == "q"), change * (name == "u")])
+    signs = [np.sign(zero(1e-9, *y)) for zero in zeros]
+    while at < T:
+        at, y, met = _until_a_zero(at, y, signs, zeros, form(signs), numbers)
+        signs = [s * (-1) ** len(times) for s, times in zip(signs, met, strict=True)]
+    return y
+
+
+def _until_a_zero(at, y, signs, zeros, form, numbers):
+    force = sm.lambdify((t, q, u), sm.sympify(form).subs(numbers))
+
+    def end(sign, zero):
+        def value(t, y):
+            return sign * zero(t, *y)
+
+        value.terminal, value.direction = True, -1.0
+        return value
+
+    run = solve_ivp(
+        lambda t, y: [y[1], force(t, *y)], (at, T), y, "DOP853", rtol=1e-13, atol=1e-14,
+        events=[end(*each) for each in zip(signs, zeros, strict=True)], max_step=0.2,
+    )  # fmt: skip
+    return run.t[-1], run.y[:, -1], run.t_events
+
+
+@pytest.fixture(scope="module", params=LAWS)
+def case(request):
+    model = mechc.compile(
+        pushed_mass(LAWS[request.param][0]), outputs=("sensitivities",), name="law",
+        defaults={"m": 1.0},
+    )  # fmt: skip
+    return request.param, model
+
+
+@pytest.mark.parametrize("method", ["auto", "dop853", "radau5"])
+def test_through_jumps_forwards_and_backwards(case, method):
+    law, model = case
+    params = {name: VALUES[name] for name in model.parameters if name in VALUES}
+    by = [*params, "q", "u"]
+    sol = model.simulate(T, START, params, rtol=1e-10, method=method, sensitivities=by)
+    back = sol.gradient(end=[1.0, -2.0], by=by)
+    for name in by:
+        found = sol.sensitivity[name][-1]
+        wanted = extrapolated(lambda change: held(law, change, name), 1e-3)  # noqa: B023
+        tolerance = 1e-7 if method == "auto" else 1e-5
+        np.testing.assert_allclose(found, wanted, rtol=tolerance, atol=tolerance, err_msg=name)
+        assert abs(back[name] - found @ [1.0, -2.0]) < 1e-12 * max(1.0, np.abs(found).max())

@@ -20,22 +20,13 @@ FLAGS = (
 # Quick to compile rather than quick to run: it serves until the whole is compiled.
 OUTPUTS_ONLY_FLAGS = ("-std=gnu11", "-O1", *FLAGS[2:], "-DMECHC_SHARED")
 SHARED = ("-DMECHC_SHARED",)  # the model is found by name
-# Parts of a unit that are shared objects of their own: see runtime/abi/parts.h.
-PARTS = {
-    name: (f"-DMECHC_UNIT_PARTS=MECHC_PART_{macro}",)
-    for name, macro in (
-        ("driver", "DRIVER"),
-        ("gauss8", "COLLOCATION"),
-        ("dop853", "EXPLICIT"),
-        ("radau5", "IMPLICIT"),
-        ("taylor", "SERIES"),
-        ("outputs", "OUTPUTS"),
-        ("derivatives", "DERIVATIVES"),
-        ("gauss8_lockstep", "SWEEPS"),
-    )
-}
 STRICT = ("-Wall", "-Wextra", "-Werror")  # for our tests; a user's compiler may warn of more
 RUNTIME = Path(str(files("mechc_codegen"))) / "runtime"
+
+
+def part_flags(part: str) -> tuple[str, ...]:
+    """Flags of a part of a unit that is a shared object of its own: see runtime/abi/parts.h."""
+    return (f"-DMECHC_UNIT_PARTS=MECHC_PART_{part.upper()}",)
 
 
 def runtime_headers() -> list[str]:

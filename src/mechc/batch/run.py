@@ -23,12 +23,11 @@ from mechc.native._codes import COUNTERS, FINISHED, LAST, LEAST
 from mechc.simulation.events.outcome import function_failed
 from mechc.simulation.events.run_events import RunEvents
 from mechc.simulation.initialise import request_of
-from mechc.simulation.settings import LOCKSTEP
+from mechc.simulation.settings import IN_LOCKSTEP
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
 LOOK = 0.1  # s between checks of the threads' progress
-IN_LOCKSTEP = ("dop853", LOCKSTEP, "taylor")  # members in lockstep, a lane each
 Report = Callable[[int], None]
 
 

@@ -127,7 +127,7 @@ def _run_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--method",
         default="auto",
-        help="auto, dopri5, dop853, gauss8, radau5 or taylor [auto]",
+        help="auto, dopri5, dop853, radau5, gauss8 or taylor [auto]",
     )
     parser.add_argument("--out", metavar="DIR", help="folder for pictures and data [mechc_NAME]")
     parser.add_argument(

@@ -132,5 +132,5 @@ def _first(parts: Parts, built: Callable[[], Any]) -> Any:
 
     first = entries.load_or_make(cache.part_key(parts.key, FIRST), make)
     if FIRST_UNIT in seconds:
-        parts.begin("gauss8")
+        parts.begin("collocation")
     return first

@@ -65,12 +65,12 @@ def make_outputs_only(scene: Any, folder: Path) -> None:
 
 def make_part(scene: Any, part: str, folder: Path) -> None:
     """Compile a part of the scene's unit into ``folder``; only the shared object stays."""
-    from mechc_codegen.extension.flags import FLAGS, PARTS, RUNTIME
+    from mechc_codegen.extension.flags import FLAGS, RUNTIME, part_flags
 
     work = folder / "work"
     scene.write(work)
     ((source, own),) = scene.units.items()
-    flags, includes = [*FLAGS, *PARTS[part], *own], (str(RUNTIME), str(work))
+    flags, includes = [*FLAGS, *part_flags(part), *own], (str(RUNTIME), str(work))
     toolchain.compile_shared(work, source, flags, includes, folder / cache.SHARED_OBJECT)
     shutil.rmtree(work)
 

@@ -36,6 +36,11 @@ ABSOLUTE: int
 NORM: int
 METHODS: dict[str, int]
 DEGREES: dict[str, int]
+LOCKSTEP: dict[str, str]
+RULES: dict[str, int]
+RULE_GAUSS: int
+RULE_RADAU: int
+RULE_PAIR: int
 CHANGE_POINT_POLICIES: dict[str, int]
 COUNTERS: dict[str, int]
 LEAST: dict[str, int]

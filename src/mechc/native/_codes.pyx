@@ -3,6 +3,7 @@
 
 
 cdef extern from "abi/codes.h":
+    int MECHC_RULE_GAUSS, MECHC_RULE_RADAU, MECHC_RULE_PAIR, MECHC_RULE_NONE
     int MECHC_RUNNING, MECHC_FINISHED, MECHC_NOT_CLOSED, MECHC_STEP_TOO_SMALL, MECHC_NOT_FINITE
     int MECHC_SINGULAR_MASS, MECHC_TOO_MANY_STEPS, MECHC_NO_MEMORY, MECHC_UNDECIDED
     int MECHC_NO_STEP_FITS, MECHC_BRANCH_IN_DOUBT, MECHC_BEND_TOO_SHARP
@@ -20,14 +21,16 @@ cdef extern from "abi/codes.h":
 
 cdef extern from *:
     """
-    typedef struct { const char *name; int number, degree; } mechc_method_row;
-    #define MECHC_METHOD_ROW(name, NUMBER, number, PART, degree) {#name, number, degree},
+    typedef struct { const char *name, *lockstep; int number, degree, rule; } mechc_method_row;
+    #define MECHC_METHOD_ROW(name, NUMBER, number, PART, degree, RULE, kept, lockstep) \
+        {#name, #lockstep, number, degree, MECHC_RULE_##RULE},
     static const mechc_method_row mechc_method_rows[] = {MECHC_METHOD_TABLE(MECHC_METHOD_ROW)};
     enum { mechc_method_count = MECHC_METHODS };
     """
     ctypedef struct mechc_method_row:
         const char *name
-        int number, degree
+        const char *lockstep
+        int number, degree, rule
 
     const mechc_method_row mechc_method_rows[]
     int mechc_method_count
@@ -51,8 +54,16 @@ CONTACT_INCONSISTENT = MECHC_CONTACT_INCONSISTENT
 CONTACT_UNDECIDED = MECHC_CONTACT_UNDECIDED
 CONTACTS_TOO_MANY = MECHC_CONTACTS_TOO_MANY
 
-METHODS = {row["name"].decode(): row["number"] for row in mechc_method_rows[:mechc_method_count]}
-DEGREES = {row["name"].decode(): row["degree"] for row in mechc_method_rows[:mechc_method_count]}
+cdef list rows = [mechc_method_rows[i] for i in range(mechc_method_count)]
+METHODS = {row["name"].decode(): row["number"] for row in rows}
+DEGREES = {row["name"].decode(): row["degree"] for row in rows}
+# The method whose code takes several runs of a method in the lanes, where there is one.
+LOCKSTEP = {
+    row["name"].decode(): row["lockstep"].decode() for row in rows if row["lockstep"] != b"none"
+}
+# How derivatives follow the steps of a method; one without a rule has none.
+RULE_GAUSS, RULE_RADAU, RULE_PAIR = MECHC_RULE_GAUSS, MECHC_RULE_RADAU, MECHC_RULE_PAIR
+RULES = {row["name"].decode(): row["rule"] for row in rows if row["rule"] != MECHC_RULE_NONE}
 
 # What a run does at a change point; for an error it stops, and Python raises it.
 CHANGE_POINT_POLICIES = {

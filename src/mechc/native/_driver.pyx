@@ -16,7 +16,7 @@ from libc.stdlib cimport calloc, free
 from libc.string cimport memcpy
 from mechc.native._abi cimport (
     MECHC_ABI, MECHC_ALL_PARTS, MECHC_CAPSULE, MECHC_PART_COLLOCATION, MECHC_PART_DERIVATIVES,
-    MECHC_PART_DRIVER, MECHC_PART_EXPLICIT, MECHC_PART_IMPLICIT, MECHC_PART_OUTPUTS, MECHC_PART_SERIES, MECHC_PART_SWEEPS, mechc_given, mechc_join, mechc_joined, mechc_model, mechc_output, mechc_part, mechc_part_of_method, mechc_rows, mechc_stack_needed,
+    MECHC_PART_DRIVER, MECHC_PART_EXPLICIT, MECHC_PART_IMPLICIT, MECHC_PART_OUTPUTS, MECHC_PART_TAYLOR, MECHC_PART_SWEEPS, mechc_given, mechc_join, mechc_joined, mechc_model, mechc_output, mechc_part, mechc_part_of_method, mechc_rows, mechc_stack_needed,
     mechc_stack_of, mechc_unit
 )
 from mechc.native._inputs cimport Inputs, address_of, mechc_inputs
@@ -46,15 +46,26 @@ cdef ptrdiff_t LANES = 8  # states are evaluated in lanes, at most so many
 cdef ptrdiff_t LITTLE_WORK = 1 << 17
 cdef ptrdiff_t MANY = 1 << 16  # states, from which on compiling their evaluation in lanes pays
 
+cdef extern from *:
+    """
+    typedef struct { const char *name; int bit; } mechc_part_row;
+    #define MECHC_PART_ROW(PART) {#PART, MECHC_PART_##PART},
+    static const mechc_part_row mechc_part_rows[] = {MECHC_PART_TABLE(MECHC_PART_ROW)};
+    enum { mechc_part_count = sizeof mechc_part_rows / sizeof *mechc_part_rows };
+    """
+    ctypedef struct mechc_part_row:
+        const char *name
+        int bit
+
+    const mechc_part_row mechc_part_rows[]
+    int mechc_part_count
+
 # The parts of a unit by their names, and what batches may need of them.
 PARTS = {
-    "driver": MECHC_PART_DRIVER, "gauss8": MECHC_PART_COLLOCATION,
-    "dop853": MECHC_PART_EXPLICIT, "radau5": MECHC_PART_IMPLICIT,
-    "taylor": MECHC_PART_SERIES, "gauss8_lockstep": MECHC_PART_SWEEPS,
-    "outputs": MECHC_PART_OUTPUTS, "derivatives": MECHC_PART_DERIVATIVES,
+    mechc_part_rows[i].name.decode().lower(): mechc_part_rows[i].bit for i in range(mechc_part_count)
 }
-FOR_BATCHES = MECHC_ALL_PARTS & ~MECHC_PART_DERIVATIVES & ~(MECHC_PART_SERIES | MECHC_PART_SWEEPS)
-FOR_RUNS = PARTS["driver"] | PARTS["gauss8"]  # as most are
+FOR_BATCHES = MECHC_ALL_PARTS & ~MECHC_PART_DERIVATIVES & ~(MECHC_PART_TAYLOR | MECHC_PART_SWEEPS)
+FOR_RUNS = MECHC_PART_DRIVER | MECHC_PART_COLLOCATION  # as most are
 
 
 cdef ptrdiff_t first_piece(ptrdiff_t width) noexcept nogil:

@@ -3,18 +3,39 @@
 
 import numpy as np
 
+cdef extern from "abi/codes.h":
+    pass
+
 cdef extern from "methods/dormand_prince_tableaus.h":
     int MECHC_MOST_RATES
+    double MECHC_SHARE, MECHC_SHARE_OF_MANY
 
     ctypedef struct mechc_tableau:
-        int stages, rates, dense_rows
+        int stages, rates, dense_rows, order
+        double share
         const double *nodes
         const double *matrix
         const double *dense
         const double *error
         const double *second_error
 
-    const mechc_tableau mechc_dopri5_tableau, mechc_dop853_tableau
+cdef extern from *:
+    """
+    typedef struct { const char *name; const mechc_tableau *tableau; } mechc_pair_row;
+    #define MECHC_PAIR_ROW_PAIR(name) {#name, &mechc_##name##_tableau},
+    #define MECHC_PAIR_ROW_GAUSS(name)
+    #define MECHC_PAIR_ROW_RADAU(name)
+    #define MECHC_PAIR_ROW_NONE(name)
+    #define MECHC_PAIR_ROW(name, NUMBER, number, PART, degree, RULE, ...) MECHC_PAIR_ROW_##RULE(name)
+    static const mechc_pair_row mechc_pairs[] = {MECHC_METHOD_TABLE(MECHC_PAIR_ROW)};
+    enum { mechc_pair_count = sizeof mechc_pairs / sizeof *mechc_pairs };
+    """
+    ctypedef struct mechc_pair_row:
+        const char *name
+        const mechc_tableau *tableau
+
+    const mechc_pair_row mechc_pairs[]
+    int mechc_pair_count
 
 
 cdef tuple _arrays_of(const mechc_tableau *tableau):
@@ -28,9 +49,12 @@ cdef tuple _arrays_of(const mechc_tableau *tableau):
     errors = [[tableau.error[j] for j in range(tableau.stages + 1)]]
     if tableau.second_error != NULL:
         errors.append([tableau.second_error[j] for j in range(tableau.stages + 1)])
-    return tableau.stages, nodes, matrix, np.array(dense), np.array(errors)
+    measures = tableau.order, tableau.share
+    return tableau.stages, nodes, matrix, np.array(dense), np.array(errors), *measures
 
 
 # Method: the rate at the step's end, nodes, matrix (rates, rates), rows of the dense output, of one
-# or two estimates of the error the weights of the rates up to that of the end.
-PAIRS = {"dopri5": _arrays_of(&mechc_dopri5_tableau), "dop853": _arrays_of(&mechc_dop853_tableau)}
+# or two estimates of the error the weights of the rates up to that of the end, order, share of the
+# tolerance for one step.
+PAIRS = {mechc_pairs[i].name.decode(): _arrays_of(mechc_pairs[i].tableau) for i in range(mechc_pair_count)}
+SHARE, SHARE_OF_MANY = MECHC_SHARE, MECHC_SHARE_OF_MANY

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import legendre
 
-from mechc.native._tableaus import PAIRS
+from mechc.native._codes import RULE_PAIR, RULE_RADAU, RULES
+from mechc.native._tableaus import PAIRS, SHARE, SHARE_OF_MANY
 from mechc.system.parameters import Array
 
-SHARE, SHARE_OF_MANY = 0.03, 0.01  # of the tolerance, for one step, as runtime/stepping/control.h
 RADAU_NODES = (0.1 * (4.0 - 6.0**0.5), 0.1 * (4.0 + 6.0**0.5), 1.0)  # Hairer & Wanner 1996, IV.5
 GAUSS_STAGES = 8
 
@@ -124,10 +124,8 @@ def _weighted_sums(weights: Array, rates: Array) -> Array:
 @cache
 def rule_of(method: str) -> Rule:
     """The rule of a method by its name."""
-    if method in PAIRS:
-        order, share = (8, SHARE) if method == "dop853" else (5, SHARE_OF_MANY)
-        end, nodes, matrix, dense, estimates = PAIRS[method]
-        return Pair(end, nodes, matrix, dense, estimates, order, share)
-    if method == "radau5":
+    if RULES[method] == RULE_PAIR:
+        return Pair(*PAIRS[method])
+    if RULES[method] == RULE_RADAU:
         return Collocation.at(np.array(RADAU_NODES), 6, 1, 1.0, SHARE_OF_MANY)
     return Collocation.at(0.5 * legendre.leggauss(GAUSS_STAGES)[0] + 0.5, 16, 2, 1e3)

@@ -10,15 +10,16 @@ import numpy as np
 
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.native._arrays import NOT_IN_ORDER, OUTSIDE, times_along
-from mechc.native._codes import CHANGE_POINT_POLICIES, METHODS
+from mechc.native._codes import CHANGE_POINT_POLICIES, LOCKSTEP, METHODS, RULES
 from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
 
 SEQUENCES = (tuple, list, np.ndarray)
 LOOSEST = 0.1  # a larger rtol is refused
 LARGEST_TRAJECTORY = 2.0**30  # bytes of states and dense output, by default
-LOCKSTEP = "gauss8_lockstep"  # the code of gauss8 whose lanes hold members of a batch
-METHODS_OF_USERS = tuple(name for name in METHODS if name != LOCKSTEP)
+# Of the code that takes several runs in the lanes, the name of the method that users know.
+IN_LOCKSTEP = {code: name for name, code in reversed(LOCKSTEP.items())}
+METHODS_OF_USERS = tuple(name for name in METHODS if IN_LOCKSTEP.get(name, name) == name)
 SCIPYS = {"RK45": "dopri5", "DOP853": "dop853", "Radau": "radau5"}  # its names of the same methods
 
 
@@ -47,7 +48,7 @@ class Policy(NamedTuple):
     def arguments(self) -> dict[str, Any]:
         """The arguments of :func:`checked_policy` that give the same policy."""
         told = self.as_dict()
-        told["lockstep"] = self.method == LOCKSTEP
+        told["lockstep"] = self.method not in METHODS_OF_USERS
         told["method"] = "auto" if told.pop("stiff_switch") else self.method_of_users
         told["first_step"] = self.first_step or None
         return told
@@ -55,7 +56,7 @@ class Policy(NamedTuple):
     @property
     def method_of_users(self) -> str:
         """The method by the name that users know, in lockstep or not."""
-        return self.method.removesuffix("_lockstep")
+        return IN_LOCKSTEP.get(self.method, self.method)
 
 
 def checked_policy(
@@ -122,10 +123,11 @@ def refuse_without_derivatives(method: str) -> None:
     ValueOutOfBoundsError
         For a method over whose steps no derivatives are computed.
     """
-    if method == "taylor":
+    if method not in RULES:
+        others = ", ".join(repr(name) for name in METHODS_OF_USERS if name in RULES)
         raise ValueOutOfBoundsError(
-            "there are no derivatives over steps of method='taylor': take 'auto', 'gauss8', "
-            "'dop853', 'dopri5' or 'radau5'"
+            f"there are no derivatives over steps of method={method!r}: take 'auto' or one of "
+            f"{others}"
         )
 
 
@@ -138,13 +140,10 @@ def checked_change_point(policy: str) -> str:
 
 def _in_lockstep(method: str, lockstep: bool) -> str:
     """The method, or its code with a run in each lane."""
-    if not lockstep or method in ("dop853", "taylor"):
-        return method
-    if method != "gauss8":
-        raise ValueOutOfBoundsError(
-            f"method={method!r} has no lockstep: take 'gauss8', 'dop853' or 'taylor'"
-        )
-    return LOCKSTEP
+    if lockstep and method not in LOCKSTEP:
+        others = ", ".join(repr(name) for name in METHODS_OF_USERS if name in LOCKSTEP)
+        raise ValueOutOfBoundsError(f"method={method!r} has no lockstep: take one of {others}")
+    return LOCKSTEP[method] if lockstep else method
 
 
 def _chosen_method(system: System, method: str) -> str:

@@ -32,7 +32,6 @@ from mechc.simulation.initialise import begin
 from mechc.simulation.limits import LIMITED, with_limit
 from mechc.simulation.record import Piece, Record, added_stats
 from mechc.simulation.settings import (
-    LOCKSTEP,
     Policy,
     checked_change_point,
     checked_count,
@@ -114,8 +113,8 @@ def _run_to_end(
     status = _status(code, system, span, record, motion, policy, events)
     if failure is not None:
         status = replace(status, cause=str(failure))
-    method = policy.method_of_users if policy.method == LOCKSTEP else policy.method
-    stats = {**record.stats, "wall_s": time.perf_counter() - started, "method": method}
+    wall = time.perf_counter() - started
+    stats = {**record.stats, "wall_s": wall, "method": policy.method_of_users}
     del stats["coordinate"]
     if events is not None:
         stats["lowered_impacts"] = motion.notes()[1][0]

@@ -115,6 +115,6 @@ def test_a_run_compiles_what_it_needs_and_nothing_else(fresh):
     model = mechc.compile(pendulum(3.75), outputs=())
     key = model.build["key"]
     model.simulate(0.1, [0.3, 0.1], method="dopri5")
-    assert names_in_cache(key) == {"first", "driver", "dop853"}
+    assert names_in_cache(key) == {"first", "driver", "explicit"}
     model.simulate_batch(0.1, [[0.3, 0.1], [0.2, 0.1]], method="gauss8")
-    assert names_in_cache(key) == {"first", "driver", "dop853", "gauss8"}
+    assert names_in_cache(key) == {"first", "driver", "explicit", "collocation"}

@@ -17,7 +17,7 @@ HEADER = (RUNTIME / "abi" / "codes.h").read_text("utf-8")
 NUMBERS = {
     name: int(number) for name, number in re.findall(r"\bMECHC_(\w+) = (\d+)", HEADER)
 }  # fmt: skip
-ROWS = re.findall(r"    X\((\w+), (\w+), (\d+), \w+, \d+\)", HEADER)  # of methods
+ROWS = re.findall(r"    X\((\w+), (\w+), (\d+), \w+, ", HEADER)  # of methods
 
 
 def members(enumeration: str) -> set[int]:

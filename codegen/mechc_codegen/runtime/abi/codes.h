@@ -41,16 +41,27 @@ typedef enum {
     MECHC_CONTACTS_TOO_MANY = 119 /* more modes than are tried */
 } mechc_driver_status;
 
+/* How derivatives follow the steps of a method: by collocation at its nodes, by its stages, or not. */
+typedef enum {
+    MECHC_RULE_GAUSS = 0,
+    MECHC_RULE_RADAU = 1,
+    MECHC_RULE_PAIR = 2,
+    MECHC_RULE_NONE = 3
+} mechc_derivative_rule;
+
 /* Integration methods, mechc_options.method: name, number, part of a unit that has their code
- * (parts.h), degree of a polynomial through the ends of steps that tells no step from its own end. */
+ * (parts.h), degree of a polynomial through the ends of steps that tells no step from its own end,
+ * rule of derivatives and whether all states that it takes them at are put onto the constraints,
+ * method whose code takes several such runs in the lanes. */
 #define MECHC_METHOD_TABLE(X) \
-    X(dopri5, DOPRI5, 0, EXPLICIT, 4) /* Dormand & Prince, order 5(4) */ \
-    X(dop853, DOP853, 1, EXPLICIT, 7) /* Dormand & Prince, order 8(5,3) */ \
-    X(radau5, RADAU5, 2, IMPLICIT, 3) /* Radau IIA, order 5 */ \
-    X(gauss8, GAUSS8, 3, COLLOCATION, 8) /* Gauss-Legendre collocation, 8 stages */ \
-    X(taylor, TAYLOR, 4, SERIES, 6) /* Taylor series, of an order that follows from the tolerance */ \
-    X(gauss8_lockstep, GAUSS8_LOCKSTEP, 5, SWEEPS, 8) /* its stages one after another, for lanes */
-#define MECHC_METHOD_NUMBER(name, NUMBER, number, PART, degree) MECHC_##NUMBER = number,
+    X(dopri5, DOPRI5, 0, EXPLICIT, 4, PAIR, 1, none) /* Dormand & Prince, order 5(4) */ \
+    X(dop853, DOP853, 1, EXPLICIT, 7, PAIR, 0, dop853) /* Dormand & Prince, order 8(5,3) */ \
+    X(radau5, RADAU5, 2, IMPLICIT, 3, RADAU, 1, none) /* Radau IIA, order 5 */ \
+    X(gauss8, GAUSS8, 3, COLLOCATION, 8, GAUSS, 0, gauss8_lockstep) /* Gauss-Legendre, 8 stages */ \
+    X(taylor, TAYLOR, 4, TAYLOR, 6, NONE, 0, taylor) /* Taylor series, order by the tolerance */ \
+    /* stages of gauss8 one after another, for lanes */ \
+    X(gauss8_lockstep, GAUSS8_LOCKSTEP, 5, SWEEPS, 8, GAUSS, 0, gauss8_lockstep)
+#define MECHC_METHOD_NUMBER(name, NUMBER, number, ...) MECHC_##NUMBER = number,
 typedef enum { MECHC_METHOD_TABLE(MECHC_METHOD_NUMBER) MECHC_METHODS } mechc_method_number;
 
 /* The action at a change point: mechc_options.on_change_point. */

@@ -44,7 +44,7 @@ static inline void mechc_join(mechc_joined *joined, const mechc_unit *part, int 
 /* The part that contains the code of a method. */
 static inline int mechc_part_of_method(int method)
 {
-#define MECHC_METHOD_PART(name, NUMBER, number, PART, degree) MECHC_PART_##PART,
+#define MECHC_METHOD_PART(name, NUMBER, number, PART, ...) MECHC_PART_##PART,
     static const int parts[] = {MECHC_METHOD_TABLE(MECHC_METHOD_PART)};
     return parts[method];
 }

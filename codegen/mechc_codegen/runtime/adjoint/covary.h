@@ -22,9 +22,10 @@ MECHC_INLINE void mechc_add_source(const mechc_covariation *v, ptrdiff_t step)
 MECHC_STATIC int mechc_nodes_back(mechc_covarying *w, const mechc_covariation *v, int method,
                                   ptrdiff_t step, double h)
 {
-    const mechc_rule *rule = &w->rules[method == MECHC_RADAU5];
+    const mechc_derivative_rule number = mechc_rule_of(method);
+    const mechc_rule *rule = &w->rules[number];
     mechc_place_nodes(method, rule, v->trajectory, step, &w->given, &w->nodes);
-    if (method == MECHC_GAUSS8 && mechc_gauss_back(w, v, &w->nodes, h)) return 1;
+    if (number == MECHC_RULE_GAUSS && mechc_gauss_back(w, v, &w->nodes, h)) return 1;
     if (!w->blocks) w->blocks = mechc_new_blocks(v);
     if (!w->blocks) return 0;
     mechc_place_nodes(method, rule, v->trajectory, step, &w->given, &w->blocks->nodes);
@@ -37,8 +38,7 @@ MECHC_STATIC int mechc_covary_alike(mechc_covarying *w, const mechc_covariation 
 {
     const mechc_trajectory *record = v->trajectory;
     const mechc_tableau *tableau = mechc_pair_tableau(method);
-    const int pair = mechc_is_pair(method);
-    if (pair) mechc_take_stages_back(w, tableau, method, record, first, count);
+    if (tableau) mechc_take_stages_back(w, tableau, method, record, first, count);
 #if MECHC_NC > 0
     mechc_ends_in_lanes(record, first, count, w->ends);
     mechc_tangents_in_lanes(&w->given, record, first, count, w->ends, w->tangents);
@@ -47,7 +47,7 @@ MECHC_STATIC int mechc_covary_alike(mechc_covarying *w, const mechc_covariation 
         const double h = record->t[first + n + 1] - record->t[first + n];
         mechc_before_jumps(w, v, first + n);
         mechc_before_projection(w, v, n);
-        if (pair) mechc_pair_back(w, v, tableau, n, h);
+        if (tableau) mechc_pair_back(w, v, tableau, n, h);
         else if (!mechc_nodes_back(w, v, method, first + n, h)) return 0;
         mechc_add_source(v, first + n);
     }
@@ -69,8 +69,8 @@ MECHC_STATIC mechc_covarying *mechc_new_covarying(const mechc_covariation *v)
     memset(w->gathered, 0, sizeof w->gathered);
     w->blocks = 0;
     mechc_give_twice(v->trajectory, v->p, v->inputs, &w->given);
-    mechc_gauss_rule(&w->rules[0]);
-    mechc_radau_rule(&w->rules[1]);
+    mechc_gauss_rule(&w->rules[MECHC_RULE_GAUSS]);
+    mechc_radau_rule(&w->rules[MECHC_RULE_RADAU]);
     return w;
 }
 

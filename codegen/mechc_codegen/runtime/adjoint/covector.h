@@ -12,7 +12,7 @@
 /* Data of the current steps: the rule of their method, and the states at their stages. */
 typedef struct {
     mechc_given_twice given;
-    mechc_rule rules[2]; /* of Gauss and Radau */
+    mechc_rule rules[2]; /* by their numbers */
     mechc_varying *blocks; /* work space where Jacobians are needed, or NULL */
     double t[MECHC_MOST_RATES * MECHC_LANES], y[MECHC_MOST_RATES * MECHC_LANES * MECHC_NX];
     mechc_nodes_at_hand nodes;

@@ -120,7 +120,7 @@ MECHC_STATIC void mechc_gather_stages(const mechc_covariation *v, const double *
 MECHC_STATIC int mechc_gauss_back(mechc_covarying *w, const mechc_covariation *v,
                                   const mechc_nodes_at_hand *nodes, double h)
 {
-    const mechc_rule *rule = &w->rules[0];
+    const mechc_rule *rule = &w->rules[MECHC_RULE_GAUSS];
     double *const covector = v->covector;
     const int nq = MECHC_FIRST_UNKNOWN;
     mechc_costages c = {.rule = rule, .h = h};

@@ -109,12 +109,8 @@ MECHC_STATIC void mechc_pair_dense(mechc_integration *run, double h, const doubl
     mechc_scalar_explicit_dense(run->current->tableau, &step, end, count, rows);
 }
 
-#define MECHC_PAIR_CODE /* what both methods share */ \
+#define MECHC_PAIR_CODE /* what all pairs share */ \
     .step = mechc_pair_step, .error = mechc_pair_error, .factor = mechc_elementary_factor, \
     .shows_end = mechc_error_is_small, .limited = mechc_pair_limited, \
     .dense_stages = mechc_pair_dense_stages, .dense = mechc_pair_dense
 
-static const mechc_method mechc_dopri5 = {MECHC_DOPRI5_TRAITS, MECHC_PAIR_CODE};
-static const mechc_method mechc_dop853 = {
-    MECHC_DOP853_TRAITS, MECHC_PAIR_CODE, .together = mechc_dop853_together,
-};

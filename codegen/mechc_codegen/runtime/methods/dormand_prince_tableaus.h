@@ -30,8 +30,8 @@ static const double mechc_dopri5_dense[] = {
     -1.7672812570757455, 2.382468931778144, 0, 0, 0, 0, 0, 0, 0, 0, 0,
 };
 static const mechc_tableau mechc_dopri5_tableau = {
-    6, 7, 4, mechc_dopri5_nodes, mechc_dopri5_matrix, mechc_dopri5_error, 0, mechc_dopri5_dense,
-    3.25,
+    6, 7, 4, 5, mechc_dopri5_nodes, mechc_dopri5_matrix, mechc_dopri5_error, 0, mechc_dopri5_dense,
+    3.25, MECHC_SHARE_OF_MANY,
 };
 
 /* Dormand & Prince, order 8(5,3), 12 stages; dense output of order 7: Hairer, Norsett & Wanner
@@ -102,6 +102,6 @@ static const double mechc_dop853_dense[] = {
     -43.53345659001114, 96.32455395918828, -39.17726167561544, -149.72683625798564,
 };
 static const mechc_tableau mechc_dop853_tableau = {
-    12, 16, 7, mechc_dop853_nodes, mechc_dop853_matrix, mechc_dop853_error,
-    mechc_dop853_second_error, mechc_dop853_dense, 6.1,
+    12, 16, 7, 8, mechc_dop853_nodes, mechc_dop853_matrix, mechc_dop853_error,
+    mechc_dop853_second_error, mechc_dop853_dense, 6.1, MECHC_SHARE,
 };

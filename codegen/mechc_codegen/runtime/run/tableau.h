@@ -11,10 +11,16 @@
 #define MECHC_TAYLOR_MOST 26 /* order of a Taylor series, at the rounding of doubles */
 #define MECHC_MOST_DENSE (MECHC_TAYLOR_SERIES ? MECHC_TAYLOR_MOST : 9) /* rows of the dense output */
 
+/* Shares of the tolerance that one step may use; the second where steps are many, since the order
+ * is low. */
+#define MECHC_SHARE 0.03
+#define MECHC_SHARE_OF_MANY 0.01
+
 typedef struct {
-    int stages, rates, dense_rows;
+    int stages, rates, dense_rows, order;
     const double *nodes, *matrix;       /* matrix: rows of MECHC_MOST_RATES */
     const double *error, *second_error; /* second_error may be NULL */
     const double *dense;                /* dense_rows - 3 rows of MECHC_MOST_RATES */
     double stability;                   /* |h lambda| that an explicit method bears; 0: implicit */
+    double share;                       /* of the tolerance that one step may use */
 } mechc_tableau;

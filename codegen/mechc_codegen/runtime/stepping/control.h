@@ -8,11 +8,6 @@
 #include "run/rates.h"
 #include "singularities/monitor.h"
 
-/* Shares of the tolerance that one step may use; the second where steps are many, since the order
- * is low. */
-#define MECHC_SHARE 0.03
-#define MECHC_SHARE_OF_MANY 0.01
-
 /* Of the step that an error allows: by itself, and where it is predicted from the last one besides. */
 #define MECHC_SAFETY 0.9
 #define MECHC_PREDICTED_SAFETY 0.85

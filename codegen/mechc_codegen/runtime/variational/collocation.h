@@ -23,6 +23,15 @@ typedef struct {
     double second[MECHC_VARIED_NODES + 1][MECHC_VARIED_NODES];
 } mechc_rule;
 
+#define MECHC_RULE_OF(name, NUMBER, number, PART, degree, RULE, ...) MECHC_RULE_##RULE,
+
+/* The rule by which derivatives follow the steps of a method. */
+MECHC_INLINE mechc_derivative_rule mechc_rule_of(int method)
+{
+    static const mechc_derivative_rule rules[] = {MECHC_METHOD_TABLE(MECHC_RULE_OF)};
+    return rules[method];
+}
+
 MECHC_STATIC void mechc_gauss_rule(mechc_rule *rule)
 {
     rule->stages = MECHC_STAGES;

@@ -17,9 +17,17 @@ typedef struct {
     double *slopes, *tangents; /* MECHC_LANES blocks a rate, a block a step */
 } mechc_pair_stages;
 
+#define MECHC_TABLEAU_PAIR(name) &mechc_##name##_tableau
+#define MECHC_TABLEAU_GAUSS(name) 0
+#define MECHC_TABLEAU_RADAU(name) 0
+#define MECHC_TABLEAU_NONE(name) 0
+#define MECHC_TABLEAU_OF(name, NUMBER, number, PART, degree, RULE, ...) MECHC_TABLEAU_##RULE(name),
+
+/* The tableau of an explicit pair; of another method NULL. */
 MECHC_INLINE const mechc_tableau *mechc_pair_tableau(int method)
 {
-    return method == MECHC_DOPRI5 ? &mechc_dopri5_tableau : &mechc_dop853_tableau;
+    static const mechc_tableau *const tableaus[] = {MECHC_METHOD_TABLE(MECHC_TABLEAU_OF)};
+    return tableaus[method];
 }
 
 /* Compute the states of stage i. */

@@ -58,12 +58,15 @@ MECHC_INLINE void mechc_empty_lanes(const mechc_vector *values, int count, int w
     if (count == MECHC_LANES) mechc_scatter_block(values, width, out);
 }
 
+#define MECHC_ALWAYS_KEPT(name, NUMBER, number, PART, degree, RULE, kept, lockstep) kept,
+
 /* The lanes in which the method keeps a stage on the constraints. */
 MECHC_INLINE mechc_mask mechc_keeps(int method, const mechc_vector *state, mechc_vector t,
                                     const mechc_given_twice *given)
 {
 #if MECHC_NC > 0
-    if (method == MECHC_DOPRI5 || method == MECHC_RADAU5) return ~(mechc_mask){0};
+    static const unsigned char always[] = {MECHC_METHOD_TABLE(MECHC_ALWAYS_KEPT)};
+    if (always[method]) return ~(mechc_mask){0};
     return ~(mechc_vector_conditioning_there(t, state, &given->vector) > MECHC_CLEAR * MECHC_CLEAR);
 #else
     (void)method, (void)state, (void)t, (void)given;

@@ -12,7 +12,7 @@
 /* Work space of a call. */
 typedef struct {
     mechc_given_twice given;
-    mechc_rule rules[2]; /* of Gauss and Radau */
+    mechc_rule rules[2]; /* by their numbers */
     mechc_pair_stages stages;
     mechc_nodes_at_hand nodes;
     mechc_directions directions;
@@ -24,11 +24,6 @@ typedef struct {
     mechc_vector *room, **rows;     /* of an elimination */
     mechc_vector *before, *after;   /* columns of a step */
 } mechc_varying;
-
-MECHC_INLINE int mechc_is_pair(int method)
-{
-    return method == MECHC_DOPRI5 || method == MECHC_DOP853;
-}
 
 MECHC_STATIC void mechc_free_varying(mechc_varying *w)
 {
@@ -70,8 +65,8 @@ MECHC_STATIC mechc_varying *mechc_new_varying(const mechc_trajectory *record, co
         return 0;
     }
     mechc_give_twice(record, p, inputs, &w->given);
-    mechc_gauss_rule(&w->rules[0]);
-    mechc_radau_rule(&w->rules[1]);
+    mechc_gauss_rule(&w->rules[MECHC_RULE_GAUSS]);
+    mechc_radau_rule(&w->rules[MECHC_RULE_RADAU]);
     return w;
 }
 
@@ -175,7 +170,7 @@ MECHC_STATIC int mechc_vary_propagated(mechc_varying *w, const mechc_variation *
 #if MECHC_PROPAGATES
     const mechc_directions *d = &w->directions;
     mechc_propagation *g = &w->propagation;
-    if (!mechc_propagate(&w->rules[0], v->trajectory, step, count, &w->given, g)) return 0;
+    if (!mechc_propagate(&w->rules[MECHC_RULE_GAUSS], v->trajectory, step, count, &w->given, g)) return 0;
     mechc_along_columns(g->whole, 0, 0, count, d, w->tangents);
     for (int n = 0; n < count; n++) {
         mechc_move_columns(w, w->tangents + n * d->block);
@@ -192,11 +187,12 @@ MECHC_STATIC int mechc_vary_propagated(mechc_varying *w, const mechc_variation *
 MECHC_STATIC int mechc_vary_nodes(mechc_varying *w, const mechc_variation *v, int method,
                                   ptrdiff_t step, int count)
 {
-    const mechc_rule *rule = &w->rules[method == MECHC_RADAU5];
+    const mechc_derivative_rule number = mechc_rule_of(method);
+    const mechc_rule *rule = &w->rules[number];
     const mechc_directions *d = &w->directions;
     int whole = 1;
     const int constant = !d->shapes; /* so are the changes along columns, within a step */
-    if (method == MECHC_GAUSS8 && constant && !v->rates && mechc_vary_propagated(w, v, step, count))
+    if (number == MECHC_RULE_GAUSS && constant && !v->rates && mechc_vary_propagated(w, v, step, count))
         return 1;
     mechc_end_tangents(&w->given, v->trajectory, step, count, d, w->tangents);
     for (int n = 0; n < count; n++, step++) {
@@ -247,7 +243,7 @@ MECHC_ONCE int mechc_vary(const mechc_variation *v)
         while ((step + count) % MECHC_LANES && step + count < v->last
                && methods[step + count] == methods[step])
             count++;
-        if (mechc_is_pair(methods[step])) mechc_vary_pairs(w, v, methods[step], step, count);
+        if (mechc_pair_tableau(methods[step])) mechc_vary_pairs(w, v, methods[step], step, count);
         else whole = mechc_vary_nodes(w, v, methods[step], step, count);
         step += count;
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -172,3 +173,28 @@ def test_the_runtime_loads_light(lines: str) -> None:
 def test_the_law_covers_every_folder() -> None:
     """Renaming a folder must not quietly take it out of this test."""
     assert {part(name) for name in COMPILER} == {*COMPILER_LAW, *DOORS}
+
+
+# What reads a motion, by the names of its methods: one class reads the steps of one run, one reads
+# the pieces of a motion; the others pass these on.
+READERS = {
+    "interpolate": {"native/_steps.pyx: Steps", "simulation/record.py: Record",
+                    "simulation/record.py: Steps"},  # the last: its protocol
+    "smooth_parts": {"simulation/record.py: Record"},
+    "params_along": {"simulation/record.py: Record"},
+    "advance": {"native/_motion.pyx: Motion", "simulation/checkpoints.py: CheckpointedRun"},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("method", READERS)
+def test_a_motion_is_one_record_that_one_class_reads(method: str) -> None:
+    runtime = ROOT / "src" / "mechc"
+    found = set()
+    for path in [*RUNTIME, *(runtime / "native").glob("*.pyx")]:
+        owner = ""
+        for line in path.read_text("utf-8").splitlines():
+            if match := re.match(r"(?:cdef )?class (\w+)", line):
+                owner = match[1]
+            elif re.match(rf"    def {method}\(", line):
+                found.add(f"{path.relative_to(runtime).as_posix()}: {owner}")
+    assert found == READERS[method]

@@ -1,6 +1,5 @@
 /* The constraints of one scene as functions of states, from compiled code or from a function. */
-#ifndef MECHC_CLOSURE_H
-#define MECHC_CLOSURE_H
+#pragma once
 
 #include <math.h>
 #include <stddef.h>
@@ -43,5 +42,3 @@ static double mechc_square(const double *values, int count)
     for (int i = 0; i < count; i++) square += values[i] * values[i];
     return square;
 }
-
-#endif

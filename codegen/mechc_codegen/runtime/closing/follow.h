@@ -6,8 +6,7 @@
  * configurations crosses itself: such a step is taken only if it is tiny, so that a curve that
  * turns back or aside beside a crossing is followed and not left.
  */
-#ifndef MECHC_FOLLOW_H
-#define MECHC_FOLLOW_H
+#pragma once
 
 #include <float.h>
 #include <math.h>
@@ -393,5 +392,3 @@ static int mechc_follow_work(mechc_following *job)
     mechc_follower_free(&one);
     return made;
 }
-
-#endif

@@ -8,8 +8,7 @@
  * on homogeneous functions x . grad g = d g there.  The length is where that ceases to hold: about
  * the extent of the mechanism.
  */
-#ifndef MECHC_MEASURE_H
-#define MECHC_MEASURE_H
+#pragma once
 
 #include <math.h>
 #include <stdint.h>
@@ -245,5 +244,3 @@ static void mechc_measure_weigh(const mechc_measure *one, int count, double *gap
         }
     }
 }
-
-#endif

@@ -1,6 +1,5 @@
 /* The order of the configurations found: the nearest to the guess first, or the preferred one. */
-#ifndef MECHC_ORDER_H
-#define MECHC_ORDER_H
+#pragma once
 
 #include <math.h>
 #include <string.h>
@@ -76,5 +75,3 @@ static void mechc_close_order(mechc_closing *job, mechc_closer *closer)
             mechc_close_turn(job, job->fixed + closer->member * width, found + i * width);
     }
 }
-
-#endif

@@ -1,6 +1,5 @@
 /* Speeds that satisfy the constraints, state by state. */
-#ifndef MECHC_SPEEDS_H
-#define MECHC_SPEEDS_H
+#pragma once
 
 #include <math.h>
 #include <string.h>
@@ -128,5 +127,3 @@ static int mechc_speeds_work(mechc_speeds_job *job)
     free(space);
     return 1;
 }
-
-#endif

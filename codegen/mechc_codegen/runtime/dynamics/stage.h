@@ -34,8 +34,8 @@ MECHC_INLINE void FN(make_constants)(FN(given) *given)
 MECHC_INLINE void mechc_give(const double *p, const mechc_inputs *inputs, mechc_scalar_given *given)
 {
     for (int i = 0; i < MECHC_NP; i++) given->p[i] = p[i];
-    mechc_scalar_give_inputs(given, 0, inputs);
-    mechc_scalar_give_stop(given, 0);
+    given->inputs[0] = inputs;
+    given->stop = 0;
     mechc_scalar_make_constants(given);
 }
 #endif

@@ -45,11 +45,8 @@ MECHC_STATIC int mechc_lockstep_keep(const mechc_lockstep_method *method, mechc_
 MECHC_INLINE int mechc_lockstep_asks(const mechc_lockstep *a, mechc_mask accepted, mechc_mask leaves)
 {
     mechc_mask asks = a->last | (a->stiff >= MECHC_STIFF);
-#ifdef MECHC_PERIODIC
-    static const int periodic[] = {MECHC_PERIODIC};
-    for (unsigned k = 0; k < sizeof periodic / sizeof *periodic; k++)
-        asks |= mechc_size_of(a->y[periodic[k]]) > MECHC_FEW_TURNS * MECHC_TURN;
-#endif
+    for (int k = 0; k < MECHC_PERIODICS; k++)
+        asks |= mechc_size_of(a->y[mechc_periodic[k]]) > MECHC_FEW_TURNS * MECHC_TURN;
     return !a->last_only || mechc_any(leaves | (accepted & asks));
 }
 

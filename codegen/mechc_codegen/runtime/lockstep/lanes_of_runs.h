@@ -65,7 +65,7 @@ MECHC_STATIC void mechc_lockstep_load(mechc_lockstep *a, int lane, const mechc_i
     const double asked = run->method->share * run->rtol;
     for (int i = 0; i < MECHC_NP; i++) a->given.p[i][lane] = run->given.p[i];
     for (int i = 0; i < MECHC_CONSTANTS; i++) a->given.k[i][lane] = run->given.k[i];
-    mechc_vector_give_inputs(&a->given, lane, mechc_scalar_inputs_of(&run->given));
+    a->given.inputs[lane] = run->given.inputs[0];
     for (int i = 0; i < MECHC_NX; i++) {
         a->y[i][lane] = run->y[i];
         a->compensation[i][lane] = run->compensation[i];

@@ -60,17 +60,14 @@ MECHC_INLINE double mechc_small_change(double scale, double value)
 /* Report a stage to statistics and monitor. */
 MECHC_STATIC void mechc_meet(mechc_integration *run, double t, const double *y, double singular)
 {
-#if MECHC_NC > 0
     mechc_stats *stats = &run->head.stats;
+    if (MECHC_NC == 0) return;
     if (singular < stats->least_singular) {
         stats->least_singular = singular;
         stats->least_singular_time = t;
     }
     run->conditioning = singular;
     mechc_monitor_meet(&run->monitor, singular, y);
-#else
-    (void)run, (void)t, (void)y, (void)singular;
-#endif
 }
 
 /* The reason why rates are not finite: where constraints are solved in their free directions, the

@@ -143,7 +143,7 @@ MECHC_STATIC void mechc_give_at(double t, const double *y, const double *p,
                                 mechc_scalar_given *given)
 {
     mechc_give(p, inputs, given);
-    mechc_scalar_give_stop(given, stop);
+    given->stop = stop;
 #if MECHC_NC > 0
     mechc_find_length(t, y, given);
     mechc_find_ordinary_rows(t, y, given);

@@ -22,7 +22,10 @@ MECHC_STATIC int mechc_next_step(mechc_integration *run, double *h)
     if (run->current->plan) run->current->plan(run);
     const double left = fabs(run->t1 - run->head.t), free = mechc_min(run->step, run->max_step);
     const double step = run->limits ? mechc_within_limits(run, free) : free;
-    if (mechc_ends_at_switch(run)) return mechc_step_to_switch(run, left, h);
+    if (MECHC_SWITCHES && run->switches.cut > 0.0) { /* to the zero of a switching function */
+        *h = run->direction * mechc_min(run->switches.cut, left);
+        return run->switches.cut >= left;
+    }
     if (run->current->reach) {
         const double open = mechc_min(step, left), planned = mechc_step_ahead(run, open);
         *h = run->direction * planned;

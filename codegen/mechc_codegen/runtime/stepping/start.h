@@ -45,10 +45,10 @@ MECHC_STATIC void mechc_widen_for_inputs(mechc_integration *run, const double *s
 /* Change the inputs at the time that the run has reached. */
 MECHC_STATIC void mechc_change_inputs(mechc_integration *run, const mechc_inputs *inputs)
 {
-    mechc_scalar_give_inputs(&run->given, 0, inputs);
+    run->given.inputs[0] = inputs;
     for (int i = 0; i < MECHC_METHODS; i++)
         if (run->work[i] && run->methods[i]->renew) run->methods[i]->renew(run);
-    mechc_forget_switches(run);
+    memset(run->switches.at_start, 0, sizeof run->switches.at_start); /* zeros at the state reached */
     run->regular = 0;
     run->head.status = mechc_rates_at(run, run->head.t, run->y, MECHC_RATE(run, 0));
 }

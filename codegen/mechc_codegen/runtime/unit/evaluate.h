@@ -36,8 +36,7 @@ MECHC_INLINE void mechc_evaluate_blocks(mechc_vector_output *f, int width, ptrdi
     mechc_vector_given given;
     if (count < 1) return;
     mechc_gather(t, 0, count, 1, time);
-    for (int lane = 0; lane < MECHC_LANES; lane++)
-        mechc_vector_give_inputs(&given, lane, inputs);
+    for (int lane = 0; lane < MECHC_LANES; lane++) given.inputs[lane] = inputs;
     mechc_gather(p, 0, count, MECHC_NP, given.p);
     mechc_vector_make_constants(&given);
     for (ptrdiff_t first = 0; first < count; first += MECHC_LANES) {

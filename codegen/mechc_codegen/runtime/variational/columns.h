@@ -179,13 +179,10 @@ MECHC_INLINE mechc_vector mechc_row_along(const double *slopes, int i, int width
 MECHC_INLINE void mechc_onto_tangent(const double *tangent, int width, int block,
                                      mechc_vector *columns)
 {
-#if MECHC_NC > 0
     mechc_vector before[MECHC_NX];
+    if (MECHC_NC == 0) return;
     memcpy(before, columns, sizeof before);
     for (int i = 0; i < MECHC_NX; i++)
         columns[i] = mechc_row_along(tangent, i, width, block, before, 1);
-#else
-    (void)tangent, (void)width, (void)block, (void)columns;
-#endif
 }
 #endif

@@ -25,9 +25,8 @@ MECHC_STATIC void mechc_give_twice(const mechc_trajectory *trajectory, const dou
     for (int i = 0; i < MECHC_NP; i++) given->vector.p[i] = mechc_spread(given->scalar.p[i]);
     for (int i = 0; i < MECHC_CONSTANTS; i++)
         given->vector.k[i] = mechc_spread(given->scalar.k[i]);
-    for (int lane = 0; lane < MECHC_LANES; lane++)
-        mechc_vector_give_inputs(&given->vector, lane, inputs);
-    mechc_vector_give_stop(&given->vector, 0);
+    for (int lane = 0; lane < MECHC_LANES; lane++) given->vector.inputs[lane] = inputs;
+    given->vector.stop = 0;
 }
 
 /* A time at the fraction s of a step, strictly within it: inputs may jump at its ends. */
@@ -80,16 +79,14 @@ MECHC_INLINE mechc_mask mechc_keeps(int method, const mechc_vector *state, mechc
 MECHC_STATIC void mechc_keep_state(const mechc_scalar_given *given, double t, double *y)
 {
     double moved[2];
-    const int status = mechc_project_state(t, y, given, moved);
+    if (mechc_project_state(t, y, given, moved) != MECHC_RUNNING) return;
 #if MECHC_NH > 0
     mechc_scalar_place place;
     mechc_locate(t, y, given, &place);
-    if (status != MECHC_RUNNING || mechc_is_delicate(&place, given)) return;
+    if (mechc_is_delicate(&place, given)) return;
     mechc_scalar_correct(t, y, given, &place);
     mechc_locate(t, y, given, &place);
     mechc_scalar_steady(&place, y + MECHC_NQ);
-#else
-    (void)status;
 #endif
 }
 

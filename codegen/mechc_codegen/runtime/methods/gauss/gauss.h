@@ -452,8 +452,7 @@ MECHC_STATIC double mechc_gauss_reach(const mechc_integration *run)
 
 MECHC_STATIC void mechc_gauss_take_inputs(mechc_gauss *g, const mechc_integration *run)
 {
-    for (int lane = 0; lane < MECHC_LANES; lane++)
-        mechc_vector_give_inputs(&g->given, lane, mechc_scalar_inputs_of(&run->given));
+    for (int lane = 0; lane < MECHC_LANES; lane++) g->given.inputs[lane] = run->given.inputs[0];
 }
 
 MECHC_STATIC void mechc_gauss_make(mechc_integration *run)

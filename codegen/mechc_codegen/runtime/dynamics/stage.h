@@ -300,9 +300,7 @@ MECHC_INLINE void FN(correct)(real t, real *q, const FN(given) *given, const FN(
     FN(least_step_at)(place, values, step);
     FN(displace)(t, q, given, step);
 }
-#endif
 
-#if MECHC_NH > 0
 /* A correction of q that leaves gaps within so many units of rounding: noise would be magnified
  * from one iteration to the next. */
 MECHC_INLINE void FN(correct_beyond)(real t, real *q, const FN(given) *given,

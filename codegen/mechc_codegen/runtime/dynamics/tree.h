@@ -324,9 +324,7 @@ MECHC_ONCE void FN(cut_rows)(const real *tree, real *jacobian)
         FN(add_partials)(tree, mechc_cut[2 * i + 1], target, axis, -1.0, row);
     }
 }
-#endif
 
-#if MECHC_NC > 0
 /* J x: how fast the cuts open, from link to link. */
 MECHC_ONCE void FN(cut_rates)(const real *tree, const real *x, real *rates)
 {

@@ -20,7 +20,9 @@ MECHC_STATIC double mechc_conditioning(const mechc_integration *run,
 #if MECHC_NH > 0
     if (MECHC_NC == MECHC_NH && (run->monitor.rank == 0 || run->monitor.rank == MECHC_NH))
         return mechc_scalar_conditioning(place);
-    return mechc_weakest_ratio(place, run->monitor.rank);
+    mechc_weakest weakest;
+    mechc_weakest_of(place, run->monitor.rank, &weakest);
+    return weakest.ratio;
 #else
     (void)run, (void)place;
     return 1.0;
@@ -138,11 +140,8 @@ MECHC_ONCE int mechc_rates_at(mechc_integration *run, double t, double *y, doubl
 MECHC_ONCE double mechc_conditioning_at(const mechc_integration *run, double t, const double *q)
 {
 #if MECHC_NH > 0
-    mechc_scalar_place place;
     mechc_weakest weakest;
-    mechc_place_at(t, q, &run->given, &place);
-    mechc_find_weakest(place.jacobian, place.mass, place.ordinary_length, run->monitor.rank,
-                       &weakest);
+    mechc_weakest_at(t, q, &run->given, run->monitor.rank, &weakest);
     return weakest.ratio;
 #else
     (void)run, (void)t, (void)q;

@@ -52,13 +52,6 @@ MECHC_STATIC void mechc_displace(double t, const double *q, const mechc_scalar_g
 #endif
 }
 
-/* Gap, Jacobian and mass matrix at q; compiled once, since no step waits for it. */
-MECHC_ONCE void mechc_place_at(double t, const double *q, const mechc_scalar_given *given,
-                               mechc_scalar_place *place)
-{
-    mechc_scalar_locate_all(t, q, given, place);
-}
-
 #if MECHC_LINKS > 0
 MECHC_ONCE void mechc_rows_at(double t, const double *q, const mechc_scalar_given *given,
                               mechc_scalar_place *place)
@@ -67,7 +60,7 @@ MECHC_ONCE void mechc_rows_at(double t, const double *q, const mechc_scalar_give
                                place->saved, 0, 0);
 }
 #else
-#define mechc_rows_at mechc_place_at
+#define mechc_rows_at mechc_scalar_locate_all
 #endif
 
 /* Factor of the spread of the gap's samples: with many rows, a sample moves few of them. */

@@ -151,13 +151,12 @@ MECHC_STATIC void mechc_count_dense_rows(mechc_integration *run, int dense)
 MECHC_STATIC int mechc_finds_crossing(mechc_integration *run)
 {
     mechc_monitor *monitor = &run->monitor;
-    const mechc_span span = {.given = &run->given};
     mechc_scalar_place place;
     mechc_weakest weakest;
     if (run->conditioning >= MECHC_TOO_NEAR || MECHC_NC != MECHC_NH)
         return 0;
-    mechc_weakest_at(run->head.t, run->y, &span, monitor->rank, &weakest);
-    mechc_place_at(run->head.t, run->y, &run->given, &place);
+    mechc_weakest_at(run->head.t, run->y, &run->given, monitor->rank, &weakest);
+    mechc_scalar_locate_all(run->head.t, run->y, &run->given, &place);
     weakest.ratio = mechc_max(weakest.ratio, MECHC_TOO_NEAR); /* at a crossing it is rounding */
     const double reach = mechc_beside(&weakest, &place);
     if (!mechc_find_critical(run->head.t, run->y, &run->given, &weakest, reach,

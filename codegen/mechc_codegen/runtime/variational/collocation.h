@@ -53,7 +53,7 @@ MECHC_STATIC void mechc_radau_rule(mechc_rule *rule)
         const int row = a < MECHC_RADAU_STAGES ? a + 1 : MECHC_RADAU_STAGES;
         rule->nodes[a] = mechc_radau5_nodes[row];
         for (int b = 0; b < MECHC_RADAU_STAGES; b++)
-            rule->first[a][b] = mechc_radau5_matrix[row * MECHC_MOST_RATES + b + 1];
+            rule->first[a][b] = mechc_radau5_matrix[row][b + 1];
     }
     for (int a = 0; a <= MECHC_RADAU_STAGES; a++) /* as its stages, first order in q too */
         for (int b = 0; b < MECHC_RADAU_STAGES; b++) {

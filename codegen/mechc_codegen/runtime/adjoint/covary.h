@@ -37,16 +37,20 @@ MECHC_STATIC int mechc_covary_alike(mechc_covarying *w, const mechc_covariation 
                                     ptrdiff_t first, int count)
 {
     const mechc_trajectory *record = v->trajectory;
+    const mechc_steps steps = {record, first, count, &w->given};
     const mechc_tableau *tableau = mechc_pair_tableau(method);
-    if (tableau) mechc_take_stages_back(w, tableau, method, record, first, count);
+    if (tableau) mechc_take_stages_back(w, tableau, method, &steps);
 #if MECHC_NC > 0
-    mechc_ends_in_lanes(record, first, count, w->ends);
-    mechc_tangents_in_lanes(&w->given, record, first, count, w->ends, w->tangents);
+    mechc_tangents_in_lanes(&steps, w->ends, w->tangents);
 #endif
     for (int n = count - 1; n >= 0; n--) {
         const double h = record->t[first + n + 1] - record->t[first + n];
+#if MECHC_SWITCHES
         mechc_before_jumps(w, v, first + n);
+#endif
+#if MECHC_NC > 0
         mechc_before_projection(w, v, n);
+#endif
         if (tableau) mechc_pair_back(w, v, tableau, n, h);
         else if (!mechc_nodes_back(w, v, method, first + n, h)) return 0;
         mechc_add_source(v, first + n);

@@ -22,7 +22,6 @@
 #endif
 #if MECHC_HAS(DERIVATIVES) && MECHC_VARIATIONAL
 #include "adjoint/covary.h"
-#include "variational/project_columns.h"
 #endif
 
 #if MECHC_HAS(OUTPUTS)

@@ -29,6 +29,14 @@ MECHC_STATIC void mechc_give_twice(const mechc_trajectory *trajectory, const dou
     given->vector.stop = 0;
 }
 
+/* Up to MECHC_LANES steps of a run from `first` on, side by side in the lanes. */
+typedef struct {
+    const mechc_trajectory *record;
+    ptrdiff_t first;
+    int count;
+    const mechc_given_twice *given;
+} mechc_steps;
+
 /* A time at the fraction s of a step, strictly within it: inputs may jump at its ends. */
 MECHC_INLINE double mechc_within(double before, double after, double s)
 {
@@ -102,23 +110,15 @@ MECHC_STATIC void mechc_keep_lanes(const mechc_given_twice *given, const double 
 }
 
 #if MECHC_NC > 0
-/* Times of the ends of the steps from `first` on. */
-MECHC_INLINE void mechc_ends_in_lanes(const mechc_trajectory *record, ptrdiff_t first, int count,
-                                      double *t)
+/* Derivatives of the projection of the ends of the steps, at times that are written to t. */
+MECHC_ONCE void mechc_tangents_in_lanes(const mechc_steps *steps, double *t, mechc_vector *tangents)
 {
-    for (int n = 0; n < count; n++)
-        t[n] = mechc_within(record->t[first + n], record->t[first + n + 1], 1.0);
-}
-
-/* Derivatives of the projection of the ends of the steps from `first` on. */
-MECHC_ONCE void mechc_tangents_in_lanes(const mechc_given_twice *given,
-                                        const mechc_trajectory *record, ptrdiff_t first, int count,
-                                        const double *t, mechc_vector *tangents)
-{
+    const double *times = steps->record->t + steps->first;
     mechc_vector time, state[MECHC_NX];
-    mechc_fill_lanes(t, count, 1, &time);
-    mechc_fill_lanes(record->y + (first + 1) * MECHC_NX, count, MECHC_NX, state);
-    mechc_vector_tangent(time, state, &given->vector, tangents);
+    for (int n = 0; n < steps->count; n++) t[n] = mechc_within(times[n], times[n + 1], 1.0);
+    mechc_fill_lanes(t, steps->count, 1, &time);
+    mechc_fill_lanes(steps->record->y + (steps->first + 1) * MECHC_NX, steps->count, MECHC_NX, state);
+    mechc_vector_tangent(time, state, &steps->given->vector, tangents);
 }
 #endif
 #endif

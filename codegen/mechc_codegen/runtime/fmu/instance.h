@@ -245,12 +245,6 @@ MECHC_STATIC double *mechc_fmu_place(mechc_fmu *fmu, uint32_t reference)
     return r < MECHC_REFERENCES ? &fmu->indicators[r - MECHC_OF_EVENTS] : 0;
 }
 
-MECHC_STATIC int mechc_fmu_is_evaluated(uint32_t reference)
-{
-    return mechc_fmu_within(reference, MECHC_OF_RATES, MECHC_OF_PARAMETERS)
-        || reference >= MECHC_OF_OUTPUTS;
-}
-
 MECHC_STATIC mechc_fmu_status mechc_fmu_get(mechc_fmu *fmu, const uint32_t *references,
                                             size_t count, double *values)
 {
@@ -258,7 +252,8 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_get(mechc_fmu *fmu, const uint32_t *refe
     for (size_t i = 0; i < count; i++) {
         const double *place = mechc_fmu_place(fmu, references[i]);
         if (!place) return mechc_fmu_fails(fmu, "no variable has this value reference");
-        if (mechc_fmu_is_evaluated(references[i])) mechc_fmu_evaluate(fmu);
+        const int rate = mechc_fmu_within(references[i], MECHC_OF_RATES, MECHC_OF_PARAMETERS);
+        if (rate || references[i] >= MECHC_OF_OUTPUTS) mechc_fmu_evaluate(fmu);
         values[i] = *place;
     }
     return MECHC_FMU_OK;

@@ -11,13 +11,6 @@
 #include "run/memory.h"
 
 #if MECHC_VARIATIONAL
-/* Add the sources at the start of a step to the covectors. */
-MECHC_INLINE void mechc_add_source(const mechc_covariation *v, ptrdiff_t step)
-{
-    const double *source = v->sources + (step - v->first) * MECHC_NX;
-    for (int k = 0; v->sources && k < MECHC_NX; k++) v->covector[k] += source[k];
-}
-
 /* Go back over a step by collocation; 0 if its equations are singular or without memory. */
 MECHC_STATIC int mechc_nodes_back(mechc_covarying *w, const mechc_covariation *v, int method,
                                   ptrdiff_t step, double h)
@@ -53,16 +46,10 @@ MECHC_STATIC int mechc_covary_alike(mechc_covarying *w, const mechc_covariation 
 #endif
         if (tableau) mechc_pair_back(w, v, tableau, n, h);
         else if (!mechc_nodes_back(w, v, method, first + n, h)) return 0;
-        mechc_add_source(v, first + n);
+        const double *source = v->sources + (first + n - v->first) * MECHC_NX; /* at its start */
+        for (int k = 0; v->sources && k < MECHC_NX; k++) v->covector[k] += source[k];
     }
     return 1;
-}
-
-/* Add what was gathered over some steps; the sum does not depend on how many steps a call covers. */
-MECHC_STATIC void mechc_add_gathered(mechc_covarying *w, const mechc_covariation *v)
-{
-    for (int k = 0; k < MECHC_NB; k++) v->gradient[k] += mechc_sum_of_lanes(w->gathered[k]);
-    memset(w->gathered, 0, sizeof w->gathered);
 }
 
 /* Allocate the work space; NULL without memory. */
@@ -91,7 +78,9 @@ MECHC_ONCE int mechc_covary(const mechc_covariation *v)
                && methods[last - count - 1] == methods[last - 1])
             count++;
         whole = mechc_covary_alike(w, v, methods[last - 1], last - count, count);
-        mechc_add_gathered(w, v);
+        /* the sum does not depend on how many steps a call covers */
+        for (int k = 0; k < MECHC_NB; k++) v->gradient[k] += mechc_sum_of_lanes(w->gathered[k]);
+        memset(w->gathered, 0, sizeof w->gathered);
         last -= count;
     }
     mechc_free_varying(w->blocks);

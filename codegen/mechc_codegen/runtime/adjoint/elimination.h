@@ -24,23 +24,6 @@ MECHC_STATIC mechc_varying *mechc_new_blocks(const mechc_covariation *v)
     return blocks;
 }
 
-/* to <- to + sum_i z_i row_i, of `count` rows from row `first` of a block: by the state, and by
- * parameters and inputs. */
-MECHC_INLINE void mechc_by_state(const double *block, int first, int count, const double *z,
-                                 double *to)
-{
-    for (int i = 0; i < count; i++)
-        for (int k = 0; k < MECHC_NX; k++) to[k] += z[i] * block[(first + i) * MECHC_NX + k];
-}
-
-MECHC_INLINE void mechc_by_given(const double *block, int first, int count, const double *z,
-                                 const mechc_directions *d, double *to)
-{
-    const double *rows = block + MECHC_BY_STATE + first * d->width * MECHC_LANES;
-    for (int i = 0; i < count; i++)
-        for (int k = 0; k < d->columns; k++) to[k] += z[i] * rows[i * d->width * MECHC_LANES + k];
-}
-
 MECHC_INLINE const double *mechc_block_of(const mechc_eliminated *c, int a)
 {
     return c->step.nodes->slopes + a * c->step.d->block;
@@ -102,10 +85,15 @@ MECHC_STATIC int mechc_eliminated_back(mechc_varying *blocks, const mechc_rule *
     for (int k = 0; k < nq; k++) covector[nq + k] += h * covector[k];
     for (int a = 0; a < rule->stages; a++) {
         double by_state[MECHC_NX] = {0.0};
-        mechc_by_state(mechc_block_of(&c, a), nq, size, c.z + a * size, by_state);
+        const double *z = c.z + a * size, *rows = mechc_block_of(&c, a) + nq * MECHC_NX;
+        const double *given = mechc_block_of(&c, a) + MECHC_BY_STATE + nq * d->width * MECHC_LANES;
+        for (int i = 0; i < size; i++)
+            for (int k = 0; k < MECHC_NX; k++) by_state[k] += z[i] * rows[i * MECHC_NX + k];
         for (int k = 0; k < MECHC_NX; k++) covector[k] += by_state[k];
         for (int k = 0; k < nq; k++) covector[nq + k] += h * rule->nodes[a] * by_state[k];
-        mechc_by_given(mechc_block_of(&c, a), nq, size, c.z + a * size, d, gradient);
+        for (int i = 0; i < size; i++)
+            for (int k = 0; k < d->columns; k++)
+                gradient[k] += z[i] * given[i * d->width * MECHC_LANES + k];
     }
     return 1;
 }

@@ -279,22 +279,15 @@ static void mechc_reduce_step(mechc_reducer *reducer, const mechc_trajectory *st
     else mechc_reduce_extreme(&probe, i, s, seen);
 }
 
-/* The fraction of a step before the time `until`; 1 if that is NaN. */
-static double mechc_reduce_before(const mechc_trajectory *steps, ptrdiff_t step, double until)
-{
-    const double *t = steps->t + step, share = (until - t[0]) / (t[1] - t[0]);
-    return share < 1.0 ? share : 1.0;
-}
-
 /* Reduce the kept steps up to the time `until`; NaN: all of them. */
 static void mechc_reducer_take(mechc_reducer *reducer, const mechc_trajectory *steps, double until)
 {
-    mechc_forget_samples(reducer);
+    for (int set = 0; set < MECHC_SETS; set++) reducer->samples[set].count = 0; /* of other steps */
     for (ptrdiff_t step = 0; step + 1 < steps->count; step++) {
-        const double before = mechc_reduce_before(steps, step, until);
+        const double *t = steps->t + step, before = (until - t[0]) / (t[1] - t[0]);
         if (before <= 0.0) break;
         for (int i = 0; i < reducer->quantities; i++)
-            mechc_reduce_step(reducer, steps, step, i, before);
+            mechc_reduce_step(reducer, steps, step, i, before < 1.0 ? before : 1.0);
     }
 }
 

@@ -94,6 +94,7 @@ MECHC_INLINE long mechc_lockstep_advance(const mechc_lockstep_method *method, me
     int dense = 0, parted = 0;
     long made = 0;
     a->last_only = 1;
+    if (method->plans) memset(a->rates, 0, sizeof a->rates); /* it leaves none */
     for (int lane = 0; lane < MECHC_LANES; lane++) {
         /* idle lanes repeat the first run */
         const mechc_integration *run = runs[lane < count ? lane : 0];
@@ -113,4 +114,12 @@ MECHC_INLINE long mechc_lockstep_advance(const mechc_lockstep_method *method, me
     }
     return made;
 }
+
+/* Such a function of a method, whose own lanes have a type. */
+#define MECHC_LOCKSTEP_TOGETHER(name, own_lanes, method)                                          \
+    MECHC_SINGLE long name(mechc_integration **runs, int count, long steps)                       \
+    {                                                                                             \
+        own_lanes own;                                                                            \
+        return mechc_lockstep_advance(&method, &own.lanes, runs, count, steps);                   \
+    }
 #endif

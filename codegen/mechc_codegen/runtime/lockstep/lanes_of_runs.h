@@ -53,7 +53,7 @@ typedef struct {
      * least conditioning on the way is `met`; evaluations are counted. */
     void (*step)(mechc_lockstep *a);
     mechc_vector (*error)(mechc_lockstep *a); /* squared, over what is tolerated */
-    mechc_vector (*factor)(mechc_vector error); /* by which that lets the step grow */
+    int plans; /* it sets the length of a step itself before it takes it */
     mechc_mask (*limited)(const mechc_lockstep *a); /* by stability; NULL: no step is */
     void (*accept)(mechc_lockstep *a, mechc_mask accepted); /* NULL: nothing to keep */
     void (*dense)(mechc_lockstep *a, mechc_vector *rows); /* of this step: see dense_output.h */

@@ -24,12 +24,6 @@ typedef struct {
     int has_known;
 } mechc_monitor;
 
-MECHC_STATIC void mechc_monitor_begin(mechc_monitor *monitor, const double *q)
-{
-    monitor->least = monitor->most = monitor->first;
-    memcpy(monitor->q, q, sizeof monitor->q);
-}
-
 MECHC_STATIC void mechc_monitor_meet(mechc_monitor *monitor, double conditioning, const double *q)
 {
     if (conditioning > monitor->most) monitor->most = conditioning;

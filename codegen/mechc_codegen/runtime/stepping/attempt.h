@@ -35,13 +35,6 @@ MECHC_STATIC int mechc_next_step(mechc_integration *run, double *h)
     return mechc_fit_to_end(run, step, h);
 }
 
-/* Speeds are judged against the largest met so far. */
-MECHC_STATIC void mechc_widen_scale(mechc_integration *run)
-{
-    for (int i = MECHC_NQ; i < MECHC_NX; i++)
-        run->scale[i] = mechc_max(run->scale[i], fabs(run->y[i]));
-}
-
 /* Compute the rows of the dense output if they are recorded or needed for a crossing. */
 MECHC_STATIC int mechc_finish_step(mechc_integration *run, double h, const double *end)
 {
@@ -106,7 +99,8 @@ MECHC_STATIC int mechc_accept(mechc_integration *run, double h, double t, const 
     }
     mechc_monitor_accept(run, h, conditioning);
     made &= mechc_change_method(run);
-    mechc_widen_scale(run);
+    for (int i = MECHC_NQ; i < MECHC_NX; i++) /* speeds are judged against the largest met so far */
+        run->scale[i] = mechc_max(run->scale[i], fabs(run->y[i]));
     mechc_return_to_lockstep(run);
     run->head.stats.steps++;
     made &= mechc_append_turned(&run->head.trajectory, t, run->y, run->turns);
@@ -201,7 +195,8 @@ MECHC_STATIC int mechc_attempt(mechc_integration *run)
         return MECHC_RUNNING;
     }
     if (!last && fabs(h) < mechc_smallest_step(run)) return mechc_too_small(run);
-    mechc_monitor_begin(&run->monitor, run->y);
+    run->monitor.least = run->monitor.most = run->monitor.first;
+    memcpy(run->monitor.q, run->y, sizeof run->monitor.q);
     const int status = run->current->step(run, h, end);
     const double error = status == MECHC_RUNNING ? run->current->error(run, h, end) : HUGE_VAL;
     if (mechc_cut_at_switch(run, h, status, error)) return run->head.status;

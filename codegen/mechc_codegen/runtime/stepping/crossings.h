@@ -220,14 +220,6 @@ MECHC_STATIC void mechc_path_of(const mechc_integration *run, const mechc_span *
     }
 }
 
-/* The status of a run that gives up, and the gap that is the reason. */
-MECHC_STATIC int mechc_tell_why(mechc_integration *run)
-{
-    run->head.stats.critical_gap = fabs(run->decision.gap);
-    run->head.stats.critical_time = run->head.t;
-    return run->decision.why;
-}
-
 /* Of the conditioning: below it a motion in contact is not followed; of its change over a step: a value
  * so much smaller may have been zero between the stages. */
 #define MECHC_POOR_IN_CONTACT 1e-3
@@ -271,7 +263,11 @@ MECHC_STATIC int mechc_examine_step(mechc_integration *run, double h, const doub
         stats->critical_gap = fabs(run->decision.gap);
         stats->critical_time = run->head.t;
     }
-    if (run->decision.action == MECHC_CANNOT_TELL) return mechc_tell_why(run);
+    if (run->decision.action == MECHC_CANNOT_TELL) {
+        stats->critical_gap = fabs(run->decision.gap); /* the reason */
+        stats->critical_time = run->head.t;
+        return run->decision.why;
+    }
     if (run->decision.action == MECHC_RETRY) {
         const int bridge = run->decision.bridge && !run->method->holds_crossing;
         run->monitor.tries++;

@@ -28,20 +28,16 @@ MECHC_STATIC void mechc_first_scale(mechc_integration *run, const double *scale)
         if (run->outer) run->scale[i] = mechc_max(run->scale[i], run->outer->sizes[i]);
         largest = mechc_max(largest, run->scale[i] / scale[i]);
     }
-    for (int i = MECHC_NQ; i < MECHC_NX; i++)
+    const double span = fabs(run->t1 - run->head.t);
+    for (int i = MECHC_NQ; i < MECHC_NX; i++) {
         run->scale[i] = mechc_max(run->scale[i], scale[i] * (largest > 0.0 ? MECHC_LEAST_SPEED * largest : 1.0));
+        /* a motion may rest until an input sets in, so speeds that within the span would not move anything
+         * by a thousandth of its unit say nothing about later speeds */
+        if (MECHC_NI > 0) run->scale[i] = mechc_max(run->scale[i], MECHC_LEAST_SPEED * scale[i] / span);
+    }
 }
 
 #if MECHC_NI > 0
-/* Widen the scales for inputs: a motion may rest until an input sets in, so speeds that within the
- * span would not move anything by a thousandth of its unit say nothing about later speeds. */
-MECHC_STATIC void mechc_widen_for_inputs(mechc_integration *run, const double *scale)
-{
-    const double span = fabs(run->t1 - run->head.t);
-    for (int i = MECHC_NQ; i < MECHC_NX; i++)
-        run->scale[i] = mechc_max(run->scale[i], MECHC_LEAST_SPEED * scale[i] / span);
-}
-
 /* Change the inputs at the time that the run has reached. */
 MECHC_STATIC void mechc_change_inputs(mechc_integration *run, const mechc_inputs *inputs)
 {
@@ -106,15 +102,6 @@ MECHC_STATIC void mechc_give_options(mechc_integration *run, const mechc_options
     mechc_give_at(options->t0, run->y, options->p, options->inputs, options->stop, &run->given);
 }
 
-/* Move the start onto the constraints; 0 if it is off them by more than allowed. */
-MECHC_STATIC int mechc_close_start(mechc_integration *run, const mechc_options *options)
-{
-    double moved[2], fastest = 1.0;
-    for (int i = MECHC_NQ; i < MECHC_NX; i++) fastest = mechc_max(fastest, fabs(run->y[i]));
-    mechc_project_state(options->t0, run->y, &run->given, moved);
-    return moved[0] <= options->allowed && moved[1] <= options->allowed * fastest;
-}
-
 /* Adopt the start with its parameters and inputs; 0 if it is refused.  Constants are computed again
  * only if it is moved. */
 MECHC_STATIC int mechc_take_start(mechc_integration *run, const mechc_options *options)
@@ -123,7 +110,10 @@ MECHC_STATIC int mechc_take_start(mechc_integration *run, const mechc_options *o
     memcpy(run->y, options->y0, sizeof run->y);
     if (closes) {
         mechc_give_options(run, options);
-        if (!mechc_close_start(run, options)) return 0;
+        double moved[2], fastest = 1.0;
+        for (int i = MECHC_NQ; i < MECHC_NX; i++) fastest = mechc_max(fastest, fabs(run->y[i]));
+        mechc_project_state(options->t0, run->y, &run->given, moved);
+        if (!(moved[0] <= options->allowed && moved[1] <= options->allowed * fastest)) return 0;
     }
     if (!run->outer) mechc_take_turns(run->y, run->turns);
     int moved = 0;
@@ -230,9 +220,6 @@ MECHC_RARE void mechc_integration_start(mechc_run *head, const mechc_options *op
     }
 #endif
     mechc_first_scale(run, options->scale);
-#if MECHC_NI > 0
-    mechc_widen_for_inputs(run, options->scale);
-#endif
     run->step = options->first_step > 0.0 ? options->first_step : mechc_first_step(run);
 #if MECHC_NH > 0
     if (beside) mechc_leave_start(run);

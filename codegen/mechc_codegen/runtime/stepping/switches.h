@@ -167,13 +167,6 @@ MECHC_STATIC double mechc_switch_zero(const mechc_switch_curve *curve)
     return HUGE_VAL;
 }
 
-/* The slope of the polynomial at the step's end, per step. */
-MECHC_STATIC double mechc_switch_slope(const mechc_switch_curve *curve)
-{
-    const double before = mechc_switch_value(curve, 1.0 - MECHC_SWITCH_SLOPE);
-    return (curve->value[curve->last] - before) / MECHC_SWITCH_SLOPE;
-}
-
 MECHC_STATIC void mechc_switch_curve_of(const mechc_integration *run, double h, int which,
                                         const double *values, mechc_switch_curve *curve)
 {
@@ -204,8 +197,9 @@ MECHC_STATIC double mechc_switch_of(mechc_integration *run, double h, int which,
     mechc_switches *switches = &run->switches;
     mechc_switch_curve curve;
     mechc_switch_curve_of(run, h, which, values, &curve);
-    const double zero = mechc_switch_zero(&curve), slope = mechc_switch_slope(&curve);
-    const double beyond = -curve.value[curve.last] / slope;
+    const double zero = mechc_switch_zero(&curve), last = curve.value[curve.last];
+    const double slope = (last - mechc_switch_value(&curve, 1.0 - MECHC_SWITCH_SLOPE)) / MECHC_SWITCH_SLOPE;
+    const double beyond = -last / slope;
     if (!(fabs(beyond) <= MECHC_SWITCH_NEAR && zero > 1.0 - MECHC_SWITCH_NEAR)) return zero;
     switches->at_end[which] = fabs(beyond) <= mechc_switch_exact(run, h, curve.noise, slope);
     return switches->at_end[which] ? HUGE_VAL : 1.0 + beyond;

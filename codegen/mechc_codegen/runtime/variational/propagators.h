@@ -126,14 +126,6 @@ MECHC_INLINE mechc_vector mechc_factor_pair(mechc_propagation *g, int j, mechc_v
     return growth;
 }
 
-/* Factor K = L U; 0 if a factor is too large without exchanges. */
-MECHC_STATIC int mechc_factor_nodes(mechc_propagation *g)
-{
-    mechc_vector growth = mechc_spread(0.0);
-    for (int j = 0; j < MECHC_NODE_UNKNOWNS; j += 2) growth = mechc_factor_pair(g, j, growth);
-    return mechc_greatest(growth) <= MECHC_GROWTH;
-}
-
 /* Apply a row of the factors to all right sides: z_k <- z_k - z_j entry_k. */
 MECHC_INLINE void mechc_take_factor_row(mechc_propagation *g, int j, int first, int last)
 {
@@ -208,7 +200,9 @@ MECHC_ONCE int mechc_propagate(const mechc_rule *rule, const mechc_steps *steps,
     mechc_load_steps(steps, g);
     mechc_node_slopes(rule, steps, g);
     mechc_node_matrix(rule, g);
-    if (!mechc_factor_nodes(g)) return 0;
+    mechc_vector growth = mechc_spread(0.0);
+    for (int j = 0; j < MECHC_NODE_UNKNOWNS; j += 2) growth = mechc_factor_pair(g, j, growth);
+    if (!(mechc_greatest(growth) <= MECHC_GROWTH)) return 0;
     mechc_weigh_nodes(g);
     mechc_combine_nodes(rule, g);
 #if MECHC_NC > 0

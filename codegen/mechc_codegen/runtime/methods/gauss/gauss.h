@@ -161,11 +161,6 @@ MECHC_STATIC double mechc_gauss_noise(const mechc_integration *run, double h)
     return DBL_EPSILON / (low * low * low) * fabs(h) * fastest;
 }
 
-MECHC_STATIC int mechc_gauss_crosses(const mechc_integration *run, double h)
-{
-    return MECHC_NH > 0 && (run->monitor.ahead < fabs(h) || mechc_is_beside(run, h));
-}
-
 /* The changes that may be rounding.  In a step over a crossing the closure's rounding is magnified
  * into reactions, which the projection of the end removes; elsewhere it changes the motion. */
 MECHC_STATIC double mechc_gauss_floor(const mechc_integration *run, double h)
@@ -173,7 +168,7 @@ MECHC_STATIC double mechc_gauss_floor(const mechc_integration *run, double h)
     const mechc_gauss *g = mechc_gauss_of(run);
     double most = 0.0;
     for (int i = 0; i < MECHC_NX; i++) most = mechc_max(most, run->scale[i] * g->weights[i]);
-    if (mechc_gauss_crosses(run, h)) {
+    if (MECHC_NH > 0 && (run->monitor.ahead < fabs(h) || mechc_is_beside(run, h))) {
         const int together = MECHC_NC > 2; /* several rows may be nearly dependent */
         const double magnified = together ? g->lowest * g->lowest : g->lowest;
         const double highest = together ? MECHC_GAUSS_FLOOR_TOGETHER : MECHC_GAUSS_FLOOR_HIGHEST;

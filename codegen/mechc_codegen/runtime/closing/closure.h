@@ -36,6 +36,15 @@ static void mechc_ask_unit(const mechc_closure *closure, int what, ptrdiff_t cou
                                                            closure->inputs, out);
 }
 
+static void mechc_close_swap(double *a, double *b, int count)
+{
+    for (int i = 0; i < count; i++) {
+        const double kept = a[i];
+        a[i] = b[i];
+        b[i] = kept;
+    }
+}
+
 static double mechc_square(const double *values, int count)
 {
     double square = 0.0;

@@ -130,14 +130,9 @@ static double mechc_follow_solve(const mechc_following *job, mechc_follower *one
         least = fmin(least, fabs(pivot));
         if (!(fabs(pivot) > 0.0)) return 0.0;
         if (best != k) {
-            for (int j = 0; j < n; j++) {
-                const double kept = a[k * n + j];
-                a[k * n + j] = a[best * n + j];
-                a[best * n + j] = kept;
-            }
-            const double kept = b[k];
             const int row = one->row[k];
-            b[k] = b[best], b[best] = kept;
+            mechc_close_swap(a + k * n, a + best * n, n);
+            mechc_close_swap(b + k, b + best, 1);
             if (choose) one->row[k] = one->row[best], one->row[best] = row;
             sign = -sign;
         }

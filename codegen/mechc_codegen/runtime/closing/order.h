@@ -25,15 +25,6 @@ static double mechc_close_rank(const mechc_closing *job, mechc_closer *closer, c
     return rank;
 }
 
-static void mechc_close_swap(double *a, double *b, int count)
-{
-    for (int i = 0; i < count; i++) {
-        const double kept = a[i];
-        a[i] = b[i];
-        b[i] = kept;
-    }
-}
-
 /* Whether row a comes before row b, which has the same rank. */
 static int mechc_close_before(const double *a, const double *b, int count)
 {

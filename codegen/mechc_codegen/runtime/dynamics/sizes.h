@@ -15,10 +15,6 @@
 #define MECHC_SWITCHES 0 /* functions at whose zeros the equations change their form */
 #endif
 
-#ifndef MECHC_ROW_BLOCKS
-#define MECHC_ROW_BLOCKS 0 /* in which constraint rows are eliminated one by one */
-#endif
-
 /* Squared sine or share, and squared length over that of the longest row, below which rows are not
  * eliminated block by block: see loops/blocks.h. */
 #define MECHC_SAFE_SINE 0.1

@@ -170,13 +170,6 @@ static double mechc_measure_length(mechc_measure *one, const double *p, double h
     return MECHC_MEASURE_LINKS * hint * exp2(high);
 }
 
-/* The step length of a coordinate that may be held, and may be large. */
-static double mechc_measure_step(const mechc_measure *one, int k, int coordinate)
-{
-    const double value = fabs(one->y[k * one->of.closure->width + coordinate]);
-    return one->of.kind[coordinate] != MECHC_TRANSLATION ? 1.0 : fmax(one->length, value);
-}
-
 /* The greatest change of a row by steps of all coordinates together; its value if no step changes it. */
 static double mechc_measure_row(const mechc_measure *one, int row)
 {
@@ -186,8 +179,11 @@ static double mechc_measure_row(const mechc_measure *one, int row)
         const double *gradient = one->gradient + k * of->closure->breadth[MECHC_GRADIENT]
                                + row * of->columns;
         double sum = 0.0;
-        for (int j = 0; j < of->columns; j++)
-            sum += fabs(gradient[j]) * mechc_measure_step(one, k, j);
+        for (int j = 0; j < of->columns; j++) { /* one that may be held may be large */
+            const double held = fabs(one->y[k * of->closure->width + j]);
+            const int slides = of->kind[j] == MECHC_TRANSLATION;
+            sum += fabs(gradient[j]) * (slides ? fmax(one->length, held) : 1.0);
+        }
         most = fmax(most, sum);
         value = fmax(value, fabs(one->gap[k * of->closure->breadth[MECHC_GAPS] + row]));
     }

@@ -3,7 +3,6 @@
 
 #include "fmu/instance.h"
 
-#define MECHC_FMU_KNOWNS (MECHC_NX + MECHC_NP + MECHC_NI)
 #define MECHC_FMU_UNKNOWNS (MECHC_NX + MECHC_FMU_VALUES)
 
 /* Jacobians of rates, then outputs, by states, parameters and values of inputs: each row by row. */
@@ -24,23 +23,21 @@ MECHC_STATIC void mechc_fmu_linearise(mechc_fmu *fmu, mechc_fmu_jacobian *to)
     const double t = fmu->now.t, *y = fmu->now.y;
     memset(to, 0, sizeof *to);
     (void)model, (void)t, (void)y;
-#if MECHC_STATE_JACOBIAN
-    mechc_standalone_state_jacobian(model, t, y, to->by_state);
 #if MECHC_OWN > 0
-    mechc_standalone_own_state_jacobian(model, t, y, to->by_state + MECHC_NX * MECHC_NX);
+#define MECHC_FMU_JACOBIAN(name, out, columns)                                                    \
+    mechc_standalone_##name(model, t, y, out);                                                    \
+    mechc_standalone_own_##name(model, t, y, (out) + MECHC_NX * (columns))
+#else
+#define MECHC_FMU_JACOBIAN(name, out, columns) mechc_standalone_##name(model, t, y, out)
 #endif
+#if MECHC_STATE_JACOBIAN
+    MECHC_FMU_JACOBIAN(state_jacobian, to->by_state, MECHC_NX);
 #endif
 #if MECHC_PARAMETER_JACOBIAN
-    mechc_standalone_parameter_jacobian(model, t, y, to->by_parameter);
-#if MECHC_OWN > 0
-    mechc_standalone_own_parameter_jacobian(model, t, y, to->by_parameter + MECHC_NX * MECHC_NP);
-#endif
+    MECHC_FMU_JACOBIAN(parameter_jacobian, to->by_parameter, MECHC_NP);
 #endif
 #if MECHC_INPUT_JACOBIAN
-    mechc_standalone_input_jacobian(model, t, y, to->by_input);
-#if MECHC_OWN > 0
-    mechc_standalone_own_input_jacobian(model, t, y, to->by_input + MECHC_NX * MECHC_NI);
-#endif
+    MECHC_FMU_JACOBIAN(input_jacobian, to->by_input, MECHC_NI);
 #endif
 }
 

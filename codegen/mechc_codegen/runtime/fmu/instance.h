@@ -79,8 +79,11 @@ MECHC_STATIC void mechc_fmu_reset(mechc_fmu *fmu)
     fmu->driven = fmu->evaluated = 0;
 }
 
-MECHC_STATIC void mechc_fmu_give_inputs(mechc_fmu *fmu)
+/* Allocate the motion; 0 without memory. */
+MECHC_STATIC int mechc_fmu_make_motion(mechc_fmu *fmu)
 {
+    const mechc_fmu_model *scene = &mechc_fmu_scene;
+    mechc_hybrid *hybrid = &fmu->reacher.hybrid;
     static const double from = 0.0; /* the knot of a constant */
     for (int i = 0; i < MECHC_NI; i++) {
         fmu->signals[i] = (mechc_signal){.knots = &from, .coefficients = fmu->now.inputs + i};
@@ -93,14 +96,6 @@ MECHC_STATIC void mechc_fmu_give_inputs(mechc_fmu *fmu)
         .driven = &fmu->driven_by, .signals = fmu->signals, .knots = fmu->knots,
         .signal_count = MECHC_NI, .source_count = MECHC_NI,
     };
-}
-
-/* Allocate the motion; 0 without memory. */
-MECHC_STATIC int mechc_fmu_make_motion(mechc_fmu *fmu)
-{
-    const mechc_fmu_model *scene = &mechc_fmu_scene;
-    mechc_hybrid *hybrid = &fmu->reacher.hybrid;
-    mechc_fmu_give_inputs(fmu);
     hybrid->motion.unit = &MECHC_UNIT_TABLE;
     hybrid->motion.coordinates = MECHC_NQ;
     hybrid->motion.speeds = MECHC_NU;
@@ -183,15 +178,6 @@ MECHC_STATIC int mechc_fmu_close(mechc_fmu *fmu)
     return status;
 }
 
-/* Rates of the state, with the forces of lasting contacts. */
-MECHC_STATIC void mechc_fmu_rates_at_hand(mechc_fmu *fmu, const mechc_standalone *model)
-{
-    const mechc_hybrid *hybrid = &fmu->reacher.hybrid;
-    if (mechc_has_contacts(hybrid) && hybrid->live && !fmu->moved)
-        hybrid->motion.rates(&hybrid->motion, fmu->now.t, fmu->now.y, fmu->rates);
-    else mechc_standalone_rates(model, fmu->now.t, fmu->now.y, fmu->rates);
-}
-
 /* Evaluate the function of each event; for dry friction the speed of sliding. */
 MECHC_STATIC void mechc_fmu_evaluate_events(mechc_fmu *fmu)
 {
@@ -215,7 +201,10 @@ MECHC_STATIC void mechc_fmu_evaluate(mechc_fmu *fmu)
     if (fmu->evaluated) return;
     const mechc_standalone *model = mechc_fmu_current(fmu);
     double *out = fmu->outputs;
-    mechc_fmu_rates_at_hand(fmu, model);
+    mechc_hybrid *hybrid = &fmu->reacher.hybrid;
+    if (mechc_has_contacts(hybrid) && hybrid->live && !fmu->moved) /* with the forces of lasting ones */
+        hybrid->motion.rates(&hybrid->motion, fmu->now.t, fmu->now.y, fmu->rates);
+    else mechc_standalone_rates(model, fmu->now.t, fmu->now.y, fmu->rates);
 #define MECHC_FMU_EVALUATE(label, width) \
     mechc_standalone_##label(model, fmu->now.t, fmu->now.y, out), out += width;
     MECHC_FMU_OUTPUTS(MECHC_FMU_EVALUATE)

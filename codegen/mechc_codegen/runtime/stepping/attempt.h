@@ -57,16 +57,6 @@ MECHC_STATIC int mechc_finish_step(mechc_integration *run, double h, const doubl
     return passes ? mechc_record_passages(run, h, end, rows) : MECHC_RUNNING;
 }
 
-/* The state, its rates and the time at the end of a step. */
-MECHC_STATIC void mechc_move_on(mechc_integration *run, double h, double t, const double *end)
-{
-    memcpy(run->y, end, sizeof run->y);
-    memcpy(run->compensation, run->next_compensation, sizeof run->compensation);
-    memcpy(MECHC_RATE(run, 0), MECHC_RATE(run, run->current->last_rate), sizeof run->y);
-    run->time_compensation = h + run->time_compensation - (t - run->head.t);
-    run->head.t = t;
-}
-
 /* Tell the monitor about an accepted step, whose end has this conditioning. */
 MECHC_STATIC void mechc_monitor_accept(mechc_integration *run, double h, double conditioning)
 {
@@ -88,7 +78,11 @@ MECHC_STATIC int mechc_accept(mechc_integration *run, double h, double t, const 
     if (status != MECHC_RUNNING) return status;
     mechc_watch_stiffness(run, h, end, error);
     if (run->current->accept) run->current->accept(run, h);
-    mechc_move_on(run, h, t, end);
+    memcpy(run->y, end, sizeof run->y);
+    memcpy(run->compensation, run->next_compensation, sizeof run->compensation);
+    memcpy(MECHC_RATE(run, 0), MECHC_RATE(run, run->current->last_rate), sizeof run->y);
+    run->time_compensation = h + run->time_compensation - (t - run->head.t);
+    run->head.t = t;
     run->refused_step = 0.0;
     run->failure = 0;
     if (run->monitor.leaving && conditioning > MECHC_LEFT_BEHIND)

@@ -31,21 +31,17 @@ MECHC_STATIC double mechc_pace(const mechc_integration *run, double h)
     return fabs(run->head.t + h - run->pace_t) / (made * work);
 }
 
-/* Count a step on trial; at the end of the trial the slower method is dropped. */
-MECHC_STATIC void mechc_count_trial(mechc_integration *run, double h)
-{
-    run->trial--;
-    if (run->trial == MECHC_TRIAL - MECHC_TRIAL_GROWS) mechc_start_pace(run, h);
-    if (run->trial == 0 && mechc_pace(run, h) < run->pace) run->goes_back = 1;
-}
-
 /* Count an accepted step. */
 MECHC_STATIC void mechc_watch_stiffness(mechc_integration *run, double h, const double *end,
                                         double error)
 {
     const mechc_method *method = run->method;
     if (!run->may_stiffen || run->current != method) return;
-    if (run->trial > 0 && method->number == MECHC_RADAU5) mechc_count_trial(run, h);
+    if (run->trial > 0 && method->number == MECHC_RADAU5) { /* at its end the slower method is dropped */
+        run->trial--;
+        if (run->trial == MECHC_TRIAL - MECHC_TRIAL_GROWS) mechc_start_pace(run, h);
+        if (run->trial == 0 && mechc_pace(run, h) < run->pace) run->goes_back = 1;
+    }
     if (!method->limited) return;
     if (MECHC_NH > 0 && run->monitor.first < MECHC_NARROW) return;
     const int limited = method->limited(run, h, end, error);

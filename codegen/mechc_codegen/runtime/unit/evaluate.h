@@ -17,14 +17,8 @@ typedef void mechc_vector_output(mechc_vector t, const mechc_vector *q, const me
 MECHC_ONCE void mechc_gather(mechc_rows rows, ptrdiff_t first, ptrdiff_t count, int width,
                              mechc_vector *out)
 {
-    for (int i = 0; i < width; i++) {
-        double column[MECHC_LANES];
-        for (int lane = 0; lane < MECHC_LANES; lane++) {
-            const ptrdiff_t row = first + (first + lane < count ? lane : count - 1 - first);
-            column[lane] = rows.data[row * rows.stride + i];
-        }
-        memcpy(&out[i], column, sizeof column);
-    }
+    const int some = count - first < MECHC_LANES ? (int)(count - first) : MECHC_LANES;
+    mechc_fill_from(rows.data + first * rows.stride, rows.stride, some, width, out);
 }
 
 /* Evaluate blocks of states; inlined where `f` and `width` are constants. */
@@ -49,13 +43,7 @@ MECHC_INLINE void mechc_evaluate_blocks(mechc_vector_output *f, int width, ptrdi
         if (whole) mechc_gather_block(y.data + first * y.stride, y.stride, MECHC_NX, state);
         else mechc_gather(y, first, count, MECHC_NX, state);
         f(time[0], state, state + MECHC_NQ, &given, values);
-        if (whole) {
-            mechc_scatter_block(values, width, out + first * width);
-        } else {
-            double block[MECHC_LANES * MECHC_AT_LEAST_ONE(MECHC_WIDEST)];
-            mechc_scatter_block(values, width, block);
-            memcpy(out + first * width, block, (size_t)((count - first) * width) * sizeof(double));
-        }
+        mechc_empty_lanes(values, whole ? MECHC_LANES : (int)(count - first), width, out + first * width);
     }
 }
 

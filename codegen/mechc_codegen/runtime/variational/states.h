@@ -44,27 +44,6 @@ MECHC_INLINE double mechc_within(double before, double after, double s)
     return s > 0.0 ? nextafter(after, before) : nextafter(before, after);
 }
 
-/* Copy `count` <= MECHC_LANES rows into the lanes; the last one is repeated. */
-MECHC_INLINE void mechc_fill_lanes(const double *rows, int count, int width, mechc_vector *out)
-{
-    for (int i = 0; i < width; i++) {
-        double column[MECHC_LANES];
-        for (int lane = 0; lane < MECHC_LANES; lane++)
-            column[lane] = rows[(lane < count ? lane : count - 1) * width + i];
-        memcpy(&out[i], column, sizeof column);
-    }
-}
-
-MECHC_INLINE void mechc_empty_lanes(const mechc_vector *values, int count, int width, double *out)
-{
-    for (int i = 0; i < width && count < MECHC_LANES; i++) {
-        double column[MECHC_LANES];
-        memcpy(column, &values[i], sizeof column);
-        for (int lane = 0; lane < count; lane++) out[lane * width + i] = column[lane];
-    }
-    if (count == MECHC_LANES) mechc_scatter_block(values, width, out);
-}
-
 #define MECHC_ALWAYS_KEPT(name, NUMBER, number, PART, degree, RULE, kept, lockstep) kept,
 
 /* The lanes in which the method keeps a stage on the constraints. */

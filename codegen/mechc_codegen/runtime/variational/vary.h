@@ -70,16 +70,6 @@ MECHC_STATIC mechc_varying *mechc_new_varying(const mechc_trajectory *record, co
     return w;
 }
 
-/* Store the rates of a vector of columns in an explicit step. */
-MECHC_STATIC void mechc_keep_rates(mechc_vector rates[][MECHC_NX], int count, int columns,
-                                   int block, double *to)
-{
-    const int left = columns - block * MECHC_LANES;
-    for (int i = 0; i < count * MECHC_NX; i++)
-        mechc_unpad(&rates[i / MECHC_NX][i % MECHC_NX], left < MECHC_LANES ? left : MECHC_LANES,
-                    to + i * columns + block * MECHC_LANES);
-}
-
 MECHC_INLINE double *mechc_rates_of(const mechc_variation *v, ptrdiff_t step, int count)
 {
     return v->rates ? v->rates + (step - v->first) * count * MECHC_NX * v->columns : 0;
@@ -156,8 +146,10 @@ MECHC_STATIC void mechc_vary_pairs(mechc_varying *w, const mechc_variation *v, i
             mechc_vector rates[MECHC_MOST_RATES][MECHC_NX];
             mechc_pair_columns(tableau, &w->stages, n, h, taken, &w->directions, block,
                                w->before + block, w->after + block, rates);
-            if (v->rates)
-                mechc_keep_rates(rates, taken, v->columns, block, mechc_rates_of(v, step, taken));
+            const int left = v->columns - block * MECHC_LANES;
+            for (int i = 0; v->rates && i < taken * MECHC_NX; i++)
+                mechc_unpad(&rates[i / MECHC_NX][i % MECHC_NX], left < MECHC_LANES ? left : MECHC_LANES,
+                            mechc_rates_of(v, step, taken) + i * v->columns + block * MECHC_LANES);
         }
         mechc_end_step(w, v, step);
     }

@@ -184,14 +184,6 @@ MECHC_STATIC double mechc_gauss_floor(const mechc_integration *run, double h)
                                 : MECHC_GAUSS_DIGITS_FREE * digit);
 }
 
-/* A correction that closed the loops of stages far from convergence also moved them along the
- * motion, and no later correction undoes that: corrections are restarted until such a part is
- * negligible. */
-MECHC_STATIC void mechc_gauss_reclose(mechc_gauss *g, double change)
-{
-    if (change * change * g->tolerated > MECHC_GAUSS_LEFT) memset(g->shift, 0, sizeof g->shift);
-}
-
 /* Iterate until the change is negligible, or down to rounding: small changes that no longer shrink
  * by a third.  Where loops are closed one iteration late, changes may shrink in every second
  * iteration only.  A step whose error is too large after three iterations is rejected at once. */
@@ -204,7 +196,10 @@ MECHC_STATIC int mechc_gauss_converge(mechc_integration *run, double h)
     for (int iteration = 0; iteration < MECHC_GAUSS_ITERATIONS; iteration++) {
         if (mechc_scalar_stopped(&run->given)) return MECHC_INTERRUPTED;
         if (iteration == 1 || g->closing != MECHC_UNPROJECTED) mechc_gauss_watch(g);
-        if (g->closing != MECHC_UNPROJECTED) mechc_gauss_reclose(g, before);
+        /* A correction that closed the loops of stages far from convergence also moved them along the
+         * motion, and no later correction undoes that: they are begun again until such a part is negligible. */
+        if (g->closing != MECHC_UNPROJECTED && before * before * g->tolerated > MECHC_GAUSS_LEFT)
+            memset(g->shift, 0, sizeof g->shift);
         const double change = mechc_gauss_iterate(g, run->head.t, run->y, h, iteration == 0);
         const double rate = change / before;
         if (iteration == 2) g->shrinking = rate;

@@ -8,7 +8,6 @@
 #include "adjoint/elimination.h"
 #include "adjoint/gauss.h"
 #include "adjoint/pairs.h"
-#include "run/memory.h"
 
 #if MECHC_VARIATIONAL
 /* Go back over a step by collocation; 0 if its equations are singular or without memory. */

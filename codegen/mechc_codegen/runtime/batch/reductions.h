@@ -7,7 +7,6 @@
 
 #include <math.h>
 #include <string.h>
-#include "abi/codes.h"
 #include "batch/samples.h"
 
 #define MECHC_FINE 3e-6 /* of a step: an extreme placed so is right to the square of it */

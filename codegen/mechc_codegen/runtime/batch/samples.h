@@ -8,7 +8,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "abi/codes.h"
 #include "hybrid/motion.h"
 
 #define MECHC_SAMPLES 8 /* of a step */

@@ -9,7 +9,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "closing/closure.h"
 #include "closing/measure.h"
 
 #define MECHC_CLOSE_ITERATIONS 60

@@ -12,7 +12,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "closing/closure.h"
 #include "closing/measure.h"
 
 #define MECHC_FOLLOW_ITERATIONS 8

@@ -9,7 +9,6 @@
 #include <stddef.h>
 #include <string.h>
 #include "abi/clock.h"
-#include "closing/descent.h"
 #include "closing/order.h"
 
 static void mechc_close_phase_of(const mechc_closing *job, mechc_closer *closer,

@@ -1,15 +1,8 @@
 /* Advance of several runs of one method side by side. */
 #pragma once
 
-#include "abi/run.h"
 #include "lockstep/judge.h"
-#include "lockstep/lanes_of_runs.h"
 #include "lockstep/step.h"
-#include "run/integration.h"
-#include "run/method.h"
-#include "run/trajectory.h"
-#include "stepping/lockstep_fit.h"
-#include "stepping/stiffness.h"
 
 #if MECHC_LOCKSTEP
 /* Take whole turns out of a lane's coordinates. */

@@ -5,7 +5,6 @@
 #include "simd/bind_vector.h"
 #include "simd/rough.h"
 #include "simd/unbind.h"
-#include "run/integration.h"
 #include "simd/vector.h"
 #include "stepping/lockstep_fit.h"
 #include "stepping/passages.h"

@@ -9,10 +9,8 @@
  */
 #pragma once
 
-#include "run/integration.h"
 #include "run/method.h"
 #include "run/trajectory.h"
-#include "singularities/monitor.h"
 #include "simd/bind_vector.h"
 #include "dynamics/given.h"
 #include "simd/unbind.h"

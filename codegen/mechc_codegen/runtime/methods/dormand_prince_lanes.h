@@ -2,15 +2,11 @@
 #pragma once
 
 #include "lockstep/advance.h"
-#include "lockstep/lanes_of_runs.h"
-#include "lockstep/step.h"
 #include "methods/dormand_prince_tableaus.h"
 #include "simd/bind_vector.h"
 #include "methods/explicit_step.h"
 #include "simd/rough.h"
 #include "simd/unbind.h"
-#include "run/integration.h"
-#include "simd/vector.h"
 
 #if MECHC_LOCKSTEP
 typedef struct {

@@ -6,7 +6,6 @@
 #include "abi/run.h"
 #include "run/tableau.h"
 #include "singularities/crossing.h"
-#include "singularities/monitor.h"
 
 typedef struct mechc_driver mechc_driver;
 

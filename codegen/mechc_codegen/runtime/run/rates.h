@@ -6,12 +6,8 @@
 #pragma once
 
 #include "abi/parts.h"
-#include "dynamics/project.h"
-#include "dynamics/scalar_stage.h"
 #include "run/integration.h"
 #include "singularities/fine_gap.h"
-#include "singularities/monitor.h"
-#include "singularities/weakest.h"
 
 /* Conditioning of the configuration rows; rows that are redundant everywhere do not count. */
 MECHC_STATIC double mechc_conditioning(const mechc_integration *run,

@@ -6,8 +6,6 @@
 #pragma once
 
 #include <string.h>
-#include "run/integration.h"
-#include "run/memory.h"
 #include "run/method.h"
 #include "run/trajectory.h"
 

@@ -11,7 +11,6 @@
 #include "run/tableau.h"
 #include "series/spread.h"
 #include "scene_series.h"
-#include "simd/vector.h"
 
 #if MECHC_TAYLOR_SERIES && !MECHC_SERIES_FEW
 /* The factors of all sums side by side, order after order, and the sums without the products with

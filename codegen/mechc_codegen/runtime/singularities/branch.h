@@ -8,8 +8,6 @@
  */
 #pragma once
 
-#include "dynamics/scalar_stage.h"
-#include "singularities/critical.h"
 #include "singularities/span.h"
 
 #if MECHC_NH > 0

@@ -7,9 +7,7 @@
  */
 #pragma once
 
-#include "dynamics/scalar_stage.h"
 #include "singularities/gap.h"
-#include "singularities/weakest.h"
 
 #define MECHC_WHOLE_TURN 6.283185307179586 /* rad */
 /* Pivots, of the first: of Newton's equations below which they leave a direction free, and of a form of

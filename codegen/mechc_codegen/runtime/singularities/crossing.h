@@ -12,14 +12,8 @@
 #pragma once
 
 #include "dynamics/project.h"
-#include "dynamics/scalar_stage.h"
 #include "singularities/branch.h"
-#include "singularities/critical.h"
-#include "singularities/monitor.h"
-#include "singularities/placement.h"
-#include "singularities/span.h"
 #include "singularities/turned_rows.h"
-#include "singularities/weakest.h"
 
 /* Middle of the widest gap between the nodes of the explicit pair of order 8. */
 #define MECHC_PAIR_GAP 0.4667

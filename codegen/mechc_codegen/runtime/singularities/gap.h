@@ -6,7 +6,6 @@
  */
 #pragma once
 
-#include "dynamics/scalar_stage.h"
 #include "singularities/weakest.h"
 
 /* Lengths as they were given: do they make a change point? */

@@ -10,7 +10,6 @@
 #include "abi/inputs.h"
 #include "singularities/ordinary_rows.h"
 #include "singularities/unit_of_length.h"
-#include "dynamics/scalar_stage.h"
 
 #if MECHC_NC > 0
 /* How much farther configurations near the start may be once their loops are closed: there may be

@@ -3,12 +3,7 @@
  */
 #pragma once
 
-#include "dynamics/scalar_stage.h"
-#include "singularities/critical.h"
 #include "singularities/crossing.h"
-#include "singularities/monitor.h"
-#include "singularities/placement.h"
-#include "singularities/weakest.h"
 
 #if MECHC_NH > 0
 /* Steps within which the conditioning would vanish if it kept falling at this rate. */

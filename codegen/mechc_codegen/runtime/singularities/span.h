@@ -1,10 +1,8 @@
 /* A step that is examined, and the results. */
 #pragma once
 
-#include "dynamics/scalar_stage.h"
 #include "singularities/critical.h"
 #include "singularities/placement.h"
-#include "singularities/weakest.h"
 
 /* Configurations of a step in the order of time: its start, nodes between, its end. */
 #define MECHC_MOST_NODES 10

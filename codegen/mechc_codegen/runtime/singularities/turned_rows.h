@@ -6,11 +6,8 @@
  */
 #pragma once
 
-#include "dynamics/scalar_stage.h"
-#include "singularities/critical.h"
 #include "singularities/monitor.h"
 #include "singularities/span.h"
-#include "singularities/weakest.h"
 
 #if MECHC_NH > 0
 

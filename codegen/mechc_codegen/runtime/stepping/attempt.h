@@ -1,13 +1,6 @@
 /* The driver's loop: a step is tried, refused or accepted, whatever the method. */
 #pragma once
 
-#include "run/integration.h"
-#include "run/method.h"
-#include "run/trajectory.h"
-#include "singularities/crossing.h"
-#include "singularities/monitor.h"
-#include "stepping/control.h"
-#include "stepping/crossings.h"
 #include "stepping/lockstep_fit.h"
 #include "stepping/passages.h"
 #include "stepping/stiffness.h"

@@ -3,10 +3,8 @@
  */
 #pragma once
 
-#include "run/integration.h"
 #include "run/method.h"
 #include "run/rates.h"
-#include "singularities/monitor.h"
 
 /* Of the step that an error allows: by itself, and where it is predicted from the last one besides. */
 #define MECHC_SAFETY 0.9

@@ -7,18 +7,8 @@
  */
 #pragma once
 
-#include "dynamics/scalar_stage.h"
 #include "run/dense_output.h"
-#include "run/integration.h"
-#include "run/method.h"
-#include "run/trajectory.h"
-#include "singularities/critical.h"
-#include "singularities/crossing.h"
 #include "singularities/look_ahead.h"
-#include "singularities/monitor.h"
-#include "singularities/span.h"
-#include "singularities/weakest.h"
-#include "stepping/control.h"
 #include "stepping/work.h"
 
 #if MECHC_NH > 0

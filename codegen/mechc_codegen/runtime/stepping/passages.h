@@ -6,16 +6,6 @@
  */
 #pragma once
 
-#include "dynamics/scalar_stage.h"
-#include "run/dense_output.h"
-#include "run/integration.h"
-#include "run/trajectory.h"
-#include "run/turns.h"
-#include "singularities/critical.h"
-#include "singularities/crossing.h"
-#include "singularities/monitor.h"
-#include "singularities/span.h"
-#include "singularities/turned_rows.h"
 #include "stepping/crossings.h"
 
 /* Move of a coordinate, over its scale, in one piece. */

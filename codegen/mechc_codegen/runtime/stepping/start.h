@@ -1,15 +1,6 @@
 /* The start of a run: options, scales and the first step. */
 #pragma once
 
-#include "abi/run.h"
-#include "singularities/generic_rank.h"
-#include "dynamics/project.h"
-#include "dynamics/scalar_stage.h"
-#include "run/integration.h"
-#include "run/method.h"
-#include "run/rates.h"
-#include "run/trajectory.h"
-#include "stepping/control.h"
 #include "stepping/crossings.h"
 #include "stepping/switches.h"
 

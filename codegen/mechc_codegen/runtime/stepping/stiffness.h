@@ -6,9 +6,7 @@
  */
 #pragma once
 
-#include "run/integration.h"
 #include "run/method.h"
-#include "singularities/monitor.h"
 
 #define MECHC_STIFF 15 /* such steps, with fewer than MECHC_EASY others in a row between */
 #define MECHC_EASY 6

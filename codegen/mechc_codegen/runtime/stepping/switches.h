@@ -11,8 +11,6 @@
  */
 #pragma once
 
-#include "run/integration.h"
-#include "run/method.h"
 #include "stepping/control.h"
 
 #define MECHC_SWITCH_NODES (MECHC_MOST_NODES + 1)

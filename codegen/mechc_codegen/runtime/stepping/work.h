@@ -6,11 +6,6 @@
  */
 #pragma once
 
-#include "dynamics/scalar_stage.h"
-#include "run/integration.h"
-#include "run/method.h"
-#include "singularities/critical.h"
-#include "singularities/span.h"
 #include "stepping/control.h"
 
 #define MECHC_WORK_MOVE 1e-5  /* scales, over which the rate of M is a difference */

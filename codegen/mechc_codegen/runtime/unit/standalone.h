@@ -5,10 +5,7 @@
 #pragma once
 
 #include <string.h>
-#include "abi/codes.h"
-#include "abi/inputs.h"
 #include "singularities/generic_rank.h"
-#include "dynamics/project.h"
 #include "unit/assemble.h"
 #include "unit/scalar_outputs.h"
 

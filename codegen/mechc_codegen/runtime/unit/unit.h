@@ -3,8 +3,6 @@
 #pragma once
 
 #include "abi/model.h"
-#include "abi/run.h"
-#include "dynamics/scalar_stage.h"
 #include "methods/methods.h"
 #if MECHC_HAS(DRIVER)
 #include "singularities/generic_rank.h"

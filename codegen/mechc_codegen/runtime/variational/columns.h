@@ -2,6 +2,7 @@
 #pragma once
 
 #include <stdlib.h>
+#include "abi/variation.h"
 #include "run/memory.h"
 #include "variational/states.h"
 

@@ -1,9 +1,6 @@
 /* Columns of derivatives over the steps of a run, each step by the method that made it. */
 #pragma once
 
-#include "abi/variation.h"
-#include "run/dense_output.h"
-#include "variational/collocation.h"
 #include "variational/explicit.h"
 #include "variational/jumps.h"
 #include "variational/propagators.h"

@@ -13,16 +13,7 @@
 #pragma once
 
 #include "methods/gauss/stiff.h"
-#include "methods/gauss/tableau.h"
 #include "methods/traits.h"
-#include "run/integration.h"
-#include "run/method.h"
-#include "run/rates.h"
-#include "simd/vector.h"
-#include "singularities/critical.h"
-#include "singularities/monitor.h"
-#include "singularities/weakest.h"
-#include "stepping/control.h"
 
 #define MECHC_GAUSS_ITERATIONS 40
 #define MECHC_GAUSS_CRITICAL 0.1 /* conditioning below which closing a loop varies fast */

@@ -12,17 +12,11 @@
 #pragma once
 
 #include "lockstep/advance.h"
-#include "lockstep/lanes_of_runs.h"
-#include "lockstep/step.h"
 #include "methods/gauss/stages.h"
-#include "methods/gauss/tableau.h"
 #include "methods/traits.h"
-#include "run/integration.h"
-#include "run/method.h"
 #include "simd/bind_vector.h"
 #include "simd/rough.h"
 #include "simd/unbind.h"
-#include "simd/vector.h"
 
 #define MECHC_GAUSS_BACK 3 /* stages of the last step that the first sweep's differences vanish at */
 #define MECHC_SWEEPS 20

@@ -44,7 +44,7 @@ typedef struct {
 #if MECHC_NC > 0
     real rank;       /* rows that count */
     real ordinary_length, ordinary_sum; /* see ordinary_rows.h */
-    real length;     /* see unit_of_length.h */
+    real length;     /* see ordinary_rows.h */
     FN(solver) rows; /* every one of them: speeds and accelerations */
 #elif MECHC_LINKS > 0
     FN(articulated) factored;

@@ -115,22 +115,6 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_directional(
     return right ? MECHC_FMU_OK : mechc_fmu_fails(fmu, MECHC_FMU_NOT_DIFFERENTIATED);
 }
 
-/* The derivative by one known variable of the sum of unknowns times their seeds. */
-MECHC_STATIC int mechc_fmu_gradient(mechc_fmu *fmu, const mechc_fmu_jacobian *of,
-                                    const uint32_t *unknowns, size_t count, const double *seed,
-                                    uint32_t known, double *changes, double *sum)
-{
-    mechc_fmu_direction along;
-    memset(&along, 0, sizeof along);
-    double *place = mechc_fmu_known(&along, known);
-    if (!place) return 0;
-    *place = 1.0;
-    if (!mechc_fmu_changes(fmu, of, &along, unknowns, count, changes)) return 0;
-    *sum = 0.0;
-    for (size_t i = 0; i < count; i++) *sum += seed[i] * changes[i];
-    return 1;
-}
-
 /* Compute gradient = seed^T d unknowns / d knowns. */
 MECHC_STATIC mechc_fmu_status mechc_fmu_adjoint(
     mechc_fmu *fmu, const uint32_t *unknowns, size_t unknown_count, const uint32_t *knowns,
@@ -143,9 +127,15 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_adjoint(
     if (of && changes) {
         mechc_fmu_linearise(fmu, of);
         right = 1;
-        for (size_t i = 0; i < known_count && right; i++)
-            right = mechc_fmu_gradient(fmu, of, unknowns, unknown_count, seed, knowns[i], changes,
-                                       &gradient[i]);
+        for (size_t i = 0; i < known_count && right; i++) { /* along one of them after the other */
+            mechc_fmu_direction along;
+            memset(&along, 0, sizeof along);
+            double *place = mechc_fmu_known(&along, knowns[i]);
+            if (place) *place = 1.0;
+            right = place && mechc_fmu_changes(fmu, of, &along, unknowns, unknown_count, changes);
+            gradient[i] = 0.0;
+            for (size_t k = 0; right && k < unknown_count; k++) gradient[i] += seed[k] * changes[k];
+        }
     }
     free(of);
     free(changes);

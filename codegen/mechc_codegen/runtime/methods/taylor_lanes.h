@@ -11,7 +11,6 @@
 #include "methods/traits.h"
 #include "dynamics/scalar_stage.h"
 #include "simd/bind_vector.h"
-#include "series/branches.h"
 #include "series/step.h"
 #include "simd/unbind.h"
 #include "series/first_zero.h"

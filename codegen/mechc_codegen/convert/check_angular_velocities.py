@@ -20,7 +20,15 @@ from mechc_codegen.convert.algebra import Rows, evaluator, random_point
 from mechc_codegen.convert.check_accelerations import Flow
 from mechc_codegen.convert.classify_constraints import RateRows, Rates
 from mechc_codegen.description.mechanism import is_rigid
-from mechc_codegen.description.placement import ZERO, Number3, Placement, steps_from
+from mechc_codegen.description.placement import (
+    ZERO,
+    Number3,
+    Placement,
+    apply,
+    product,
+    steps_from,
+    way_to,
+)
 from mechc_codegen.description.source import Source
 from mechc_codegen.errors import MechanismError
 
@@ -101,13 +109,6 @@ def _compare(claim: _Claim, turns: _Turns, numbers: Numbers) -> None:
         )
 
 
-def _rates_of(source: Source, rates: Rates) -> dict[Expr, Expr]:
-    """A dict from q' and auxiliary speeds to their expressions."""
-    time = dynamicsymbols._t
-    moving = {q.diff(time): rate for q, rate in zip(source.q, rates.original, strict=True)}
-    return moving | dict.fromkeys(source.auxiliary, S.Zero)
-
-
 class _AnyMotion:
     """One motion at random values of everything, which need not satisfy the constraints.
 
@@ -116,7 +117,7 @@ class _AnyMotion:
 
     def __init__(self, source: Source, rates: Rates) -> None:
         self._placement = Placement(source.frame, Point("O"), seed=4)
-        for symbol, rate in _rates_of(source, rates).items():
+        for symbol, rate in rates.moving.items():
             self._placement.assume(symbol, self._placement.value(rate))
         self._before = steps_from(source.frame, lambda f: f._dcm_dict)
         self._spins: dict[ReferenceFrame, Number3] = {source.frame: ZERO}
@@ -132,18 +133,13 @@ class _AnyMotion:
         return hypot(*apart) <= _SAME * max(1.0, hypot(*said))
 
     def _spin(self, frame: ReferenceFrame) -> Number3:
-        way = []
-        while frame not in self._spins:
-            way.append(frame)
-            frame = self._before[frame]
-        for step in reversed(way):
+        for step in way_to(frame, self._before, self._spins):
             before = self._before[step]
             turn = [self._value_and_rate(e) for e in step._dcm_dict[before].T]
             axis = _axis([value for value, _ in turn], [rate for _, rate in turn])
-            local = _times(list(self._placement.rotation(before)), axis)
+            local = apply(self._placement.rotation(before), axis)
             x, y, z = (a + b for a, b in zip(self._spins[before], local, strict=True))
             self._spins[step] = (x, y, z)
-            frame = step
         return self._spins[frame]
 
     def _value_and_rate(self, entry: Expr) -> tuple[float, float]:
@@ -162,7 +158,6 @@ class _Turns:
     def __init__(self, source: Source, rates: Rates) -> None:
         self._source, self._rates = source, rates
         self._before = steps_from(source.frame, lambda f: f._dcm_dict)
-        self._moving = _rates_of(source, rates)
         self._known = {*source.q, *source.u, *source.auxiliary}
         self._entries: dict[object, Sequence[Expr]] = {}
 
@@ -200,7 +195,7 @@ class _Turns:
     def at_random_motions(self, motion: Sequence[Expr]) -> Iterator[Numbers]:
         """Values of all entries at random motions that satisfy the constraints."""
         plain = {
-            key: [self._rates.in_symbols(e.xreplace(self._moving)) for e in entries]
+            key: [self._rates.in_symbols(e.xreplace(self._rates.moving)) for e in entries]
             for key, entries in self._entries.items()
         }
         closed = [self._rates.in_symbols(e) for e in self._source.configuration]
@@ -228,7 +223,7 @@ class _Turns:
         """An angular velocity that was set, along the inertial axes."""
         total = [0.0, 0.0, 0.0]
         for _, frame in vector.args:
-            part = _times(self.rotation(frame, numbers), numbers[id(vector), frame])
+            part = apply(self.rotation(frame, numbers), numbers[id(vector), frame])
             total = [a + b for a, b in zip(total, part, strict=True)]
         return total
 
@@ -236,7 +231,7 @@ class _Turns:
         """Rows that turn components in ``frame`` into inertial ones."""
         rows = _IDENTITY
         for step in self._steps(frame)[1:]:
-            rows = _product(rows, _square(numbers["turn", step]))
+            rows = product(rows, _square(numbers["turn", step]))
         return rows
 
     def spin(self, frame: ReferenceFrame, numbers: Numbers) -> list[float]:
@@ -244,25 +239,17 @@ class _Turns:
         rows, total = _IDENTITY, [0.0, 0.0, 0.0]
         for step in self._steps(frame)[1:]:
             local = _axis(numbers["turn", step], numbers["rate", step])
-            total = [a + b for a, b in zip(total, _times(rows, local), strict=True)]
-            rows = _product(rows, _square(numbers["turn", step]))
+            total = [a + b for a, b in zip(total, apply(rows, local), strict=True)]
+            rows = product(rows, _square(numbers["turn", step]))
         return total
 
 
 def _axis(turn: Sequence[float], rate: Sequence[float]) -> list[float]:
     """The angular velocity of a rotation R and its rate: that of the skew matrix R' R^T."""
-    columns = [list(column) for column in zip(*_square(turn), strict=True)]
-    skew = _product(_square(rate), columns)
+    columns = list(zip(*_square(turn), strict=True))
+    skew = product(_square(rate), columns)
     return [skew[2][1], skew[0][2], skew[1][0]]
 
 
 def _square(entries: Sequence[float]) -> Rows:
     return [list(entries[k : k + 3]) for k in (0, 3, 6)]
-
-
-def _product(a: Rows, b: Rows) -> Rows:
-    return [_times([list(column) for column in zip(*b, strict=True)], row) for row in a]
-
-
-def _times(rows: Sequence[Sequence[float]], vector: Sequence[float]) -> list[float]:
-    return [sum(x * y for x, y in zip(row, vector, strict=True)) for row in rows]

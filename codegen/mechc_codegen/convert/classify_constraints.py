@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from sympy import Derivative, Expr, Symbol
+from sympy import Derivative, Expr, S, Symbol
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import dynamicsymbols
 
@@ -32,8 +32,8 @@ _STEP, _FLAT, _NOTHING = 1e-5, 1e-6, 1e-9
 class Rates:
     """The kinematics q' = N u + n over symbols, by which expressions can be differentiated.
 
-    Each speed is a symbol, and so is every specified function of time and each of its
-    derivatives.
+    ``moving``: q' and auxiliary speeds -> their expressions.  Each speed is a symbol, and so is
+    every specified function of time and each of its derivatives.
     """
 
     def __init__(
@@ -42,8 +42,12 @@ class Rates:
         kinematics: Sequence[Expr],
         parameters: Sequence[Symbol],
         specified: Mapping[AppliedUndef, Expr],
+        auxiliary: Sequence[AppliedUndef] = (),
     ) -> None:
         q, u = state
+        rates = zip(q, kinematics, strict=True)
+        self.moving = {x.diff(dynamicsymbols._t): rate for x, rate in rates}
+        self.moving |= dict.fromkeys(auxiliary, S.Zero)
         self._specified = dict(specified)
         self._plain: dict[Expr, Expr] = {}
         for k, x in enumerate((dynamicsymbols._t, *q, *u)):
@@ -51,7 +55,7 @@ class Rates:
         self.q = [self._plain[x] for x in q]
         self.u = [self._plain[x] for x in u]
         self.time = self._plain[dynamicsymbols._t]
-        self.original = tuple(kinematics)
+        self.are_speeds = tuple(kinematics) == tuple(u)
         self._parameters = list(parameters)
         self.known = 1 + len(q) + len(self._parameters)
         self.kinematics = [self.in_symbols(rate) for rate in kinematics]

@@ -46,6 +46,7 @@ from mechc_codegen.description.mechanism import (
     State,
     printed_name,
 )
+from mechc_codegen.description.placement import reachable
 from mechc_codegen.description.source import ConversionSettings, Key, Source
 from mechc_codegen.errors import MechanismError
 
@@ -64,9 +65,9 @@ def convert(
     parameters = _parameter_symbols(source, settings, read, (*inputs.values(), *states.values()))
     kinematics = _kinematics(source, settings)
     specified = {f: expression for f, expression in inputs.items() if expression is not None}
-    rates = Rates((source.q, source.u), kinematics, parameters, specified)
+    rates = Rates((source.q, source.u), kinematics, parameters, specified, source.auxiliary)
     source, added, held = split_accelerations(source, rates)
-    configuration, motion, skipped = _constraints(source, settings, rates, kinematics)
+    configuration, motion, skipped = _constraints(source, settings, rates)
     stationary = Stationary(source.frame)
     bodies = tuple(b for b in source.bodies if not stationary.body(b))
     gravity, source = gravity_apart(source, bodies)
@@ -119,21 +120,17 @@ def _kinematics(source: Source, settings: ConversionSettings) -> tuple[Expr, ...
 
 
 def _constraints(
-    source: Source, settings: ConversionSettings, rates: Rates, kinematics: Sequence[Expr]
+    source: Source, settings: ConversionSettings, rates: Rates
 ) -> tuple[tuple[Expr, ...], tuple[Expr, ...], tuple[str, ...]]:
     """(configuration constraints, constraints on the speeds only, omitted constraints)."""
-    time = dynamicsymbols._t
-    replaced = {q.diff(time): r for q, r in zip(source.q, kinematics, strict=True)}
-    replaced |= dict.fromkeys(source.auxiliary, S.Zero)
     added = tuple(sympify(e) for e in settings.configuration_constraints or ())
     configuration = (*source.configuration, *added)
-    motion = tuple(e.xreplace(replaced) for e in source.motion)
+    motion = tuple(e.xreplace(rates.moving) for e in source.motion)
     if source.mixed:
         motion = nonholonomic(configuration, motion, rates)
     if motion and source.mixed and settings.configuration_constraints is None:
         _refuse_integrable(motion, rates, source)
-    trivial = tuple(kinematics) == source.u
-    identities = [] if trivial else satisfied_identically(configuration, rates)
+    identities = [] if rates.are_speeds else satisfied_identically(configuration, rates)
     skipped = tuple(f"constraint {i + 1}, kept by the kinematics" for i in identities)
     configuration = tuple(e for i, e in enumerate(configuration) if i not in identities)
     return configuration, motion, skipped
@@ -141,12 +138,10 @@ def _constraints(
 
 def _all_rates(source: Source, rates: Rates, motion: Sequence[Expr]) -> tuple[Expr, ...]:
     """All constraints on the speeds, including the rates of configuration constraints."""
-    time = dynamicsymbols._t
-    replaced = {q.diff(time): r for q, r in zip(source.q, rates.original, strict=True)}
-    replaced |= dict.fromkeys(source.auxiliary, S.Zero)
     if source.mixed:
-        return tuple(e.xreplace(replaced) for e in source.motion)
-    return (*(e.diff(time).xreplace(replaced) for e in source.configuration), *motion)
+        return tuple(e.xreplace(rates.moving) for e in source.motion)
+    along = (e.diff(dynamicsymbols._t) for e in source.configuration)
+    return (*(e.xreplace(rates.moving) for e in along), *motion)
 
 
 def _refuse_integrable(motion: Sequence[Expr], rates: Rates, source: Source) -> None:
@@ -373,37 +368,19 @@ def _origin(source: Source) -> Point | None:
     return None
 
 
-def reachable(starts: Iterable[Point]) -> list[Point]:
-    """These points and all whose position relative to one of them is known, each once."""
-    found, waiting = [], list(starts)
-    seen: set[int] = set()
-    while waiting:
-        point = waiting.pop(0)
-        if id(point) not in seen:
-            seen.add(id(point))
-            found.append(point)
-            waiting.extend(point._pos_dict)
-    return found
-
-
 def _points(bodies: Sequence[RigidBody | Particle], origin: Point | None) -> tuple[Point, ...]:
     """Mass centres whose position is known, each once and with different names."""
     if origin is None:
         return ()
-    linked = {id(p) for p in reachable([origin])}
-    centres = {id(b.masscenter): b.masscenter for b in bodies if id(b.masscenter) in linked}
+    linked = set(reachable([origin]))
     named: dict[str, Point] = {}
-    for point in centres.values():
+    for point in dict.fromkeys(b.masscenter for b in bodies if b.masscenter in linked):
         name, count = point.name, 1
         while name in named:
             count += 1
             name = f"{point.name} ({count})"
-        named[name] = point if count == 1 else _copy_named(point, name)
+        if count > 1:  # a copy: the user's own point keeps its name
+            point = copy(point)
+            point.name = name
+        named[name] = point
     return tuple(named.values())
-
-
-def _copy_named(point: Point, name: str) -> Point:
-    """A copy of the point under another name; the user's own point keeps its name."""
-    twin = copy(point)
-    twin.name = name
-    return twin

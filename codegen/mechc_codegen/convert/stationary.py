@@ -8,7 +8,7 @@ from __future__ import annotations
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
 from sympy.physics.vector import Vector
 
-from mechc_codegen.description.placement import ZERO, Number3, Placement, cross, steps_from
+from mechc_codegen.description.placement import ZERO, Number3, Placement, cross, steps_from, way_to
 from mechc_codegen.description.terms import is_rigid, velocity_of
 
 MOVES = 1e-9  # of values of the order of one
@@ -30,26 +30,20 @@ class Stationary:
 
     def place(self, place: Point | ReferenceFrame) -> bool:
         """Whether a point does not move, or a frame does not turn."""
-        turning = isinstance(place, ReferenceFrame)
         try:
+            turning = isinstance(place, ReferenceFrame)
             rate = self._spin(place) if turning else self._velocity(place)
         except KeyError:  # not oriented step by step
             rate = ZERO
         if max(map(abs, rate)) > MOVES:
             return False
-        symbolic = place.ang_vel_in(self.frame) if turning else velocity_of(place, self.frame)
-        return bool(symbolic == 0)
+        return bool(velocity_of(place, self.frame) == 0)
 
     def _spin(self, frame: ReferenceFrame) -> Number3:
-        way = []
-        while frame not in self._spins:
-            way.append(frame)
-            frame = self._before[frame]
-        for step in reversed(way):
+        for step in way_to(frame, self._before, self._spins):
             before = self._before[step]
             relative = self._placement.vector(step._ang_vel_dict[before])
             self._spins[step] = _sum(self._spins[before], relative)
-            frame = step
         return self._spins[frame]
 
     def _velocity(self, point: Point) -> Number3:

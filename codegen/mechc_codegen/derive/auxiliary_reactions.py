@@ -100,9 +100,7 @@ class _Motion:
 
     def _speed_of(self, place: Point | ReferenceFrame) -> Vector:
         frame = self._mechanism.frame
-        turning = isinstance(place, ReferenceFrame)
-        velocity = place.ang_vel_in(frame) if turning else velocity_of(place, frame)
-        velocity = velocity.xreplace(self._moving)
+        velocity = velocity_of(place, frame).xreplace(self._moving)
         parts = (
             factor * velocity.diff(u, frame, var_in_dcm=False) for u, factor in self._along.items()
         )

@@ -12,7 +12,7 @@ force on the child is -lambda axis, and its torque -lambda a x b.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -23,15 +23,14 @@ from sympy.physics.vector import Vector
 
 from mechc_codegen.derive.equations import Output
 from mechc_codegen.derive.load_bodies import LoadBodies
+from mechc_codegen.derive.outputs import V3, vectors
 from mechc_codegen.description.constraints import Closure
 from mechc_codegen.description.joints.couplings import CoupledPair
 from mechc_codegen.description.joints.tree import Body, Joint, joint_tree, refuse_unreached
 from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.errors import MechanismError
 
-V3 = tuple[Expr, Expr, Expr]
 ZERO: V3 = (S.Zero, S.Zero, S.Zero)
-AXES = ("x", "y", "z")
 
 
 class Kinetics(Protocol):
@@ -69,12 +68,12 @@ def reaction_outputs(mechanism: Mechanism, kinetics: Kinetics) -> list[Output]:
         If they are not known; the message says what to add.
     """
     refuse_unknown_reactions(mechanism)
-    found = _Reactions(mechanism, kinetics).of_all()
+    found = _JointReactions(mechanism, kinetics).of_all()
     names = [joint.name for joint in mechanism.joints]
     acting = "of every joint, by the parent on the child, in the inertial frame"
     return [
-        _vectors("reaction_forces", f"forces {acting}", names, [w.force for w in found]),
-        _vectors("reaction_torques", f"torques {acting}", names, [w.moment for w in found]),
+        vectors("reaction_forces", f"forces {acting}", names, [w.force for w in found]),
+        vectors("reaction_torques", f"torques {acting}", names, [w.moment for w in found]),
     ]
 
 
@@ -142,7 +141,7 @@ def _speeds_of(mechanism: Mechanism, expression: Expr) -> set[AppliedUndef]:
     return held & set(mechanism.u)
 
 
-class _Reactions:
+class _JointReactions:
     """Sums over the subtree beyond each joint."""
 
     def __init__(self, mechanism: Mechanism, kinetics: Kinetics) -> None:
@@ -168,7 +167,8 @@ class _Reactions:
         self._outside.setdefault(body, []).append(wrench)
 
     def _opposite(self, wrench: Wrench) -> Wrench:
-        force, moment = (self.kinetics.scale(S.NegativeOne, v) for v in _both(wrench))
+        acting = (wrench.force, wrench.moment)
+        force, moment = (self.kinetics.scale(S.NegativeOne, v) for v in acting)
         return Wrench(force, moment, wrench.at)
 
     def _needed_wrench(self, body: Body, at: V3) -> Wrench:
@@ -232,13 +232,3 @@ class _Reactions:
             k.scale(-k.multiplier(row + i), direction) for i, direction in enumerate(directions)
         ]
         return k.total(ZERO, *parts)
-
-
-def _both(wrench: Wrench) -> tuple[V3, V3]:
-    return wrench.force, wrench.moment
-
-
-def _vectors(name: str, equation: str, of: Sequence[str], vectors: Iterable[V3]) -> Output:
-    components = tuple(c for vector in vectors for c in vector)
-    labels = tuple(f"{joint} along {axis}" for joint in of for axis in AXES)
-    return Output(name, equation, components, (len(of), 3), labels)

@@ -10,6 +10,7 @@ from sympy.physics.vector import Vector
 
 from mechc_codegen.description.joints.tree import Body
 from mechc_codegen.description.mechanism import Mechanism
+from mechc_codegen.description.placement import cross
 from mechc_codegen.description.terms import multiplier
 
 V3 = tuple[Expr, Expr, Expr]
@@ -32,11 +33,7 @@ class WrittenKinetics:
         return self.total(a, self.scale(S.NegativeOne, b))
 
     def cross(self, a: V3, b: V3) -> V3:
-        return (
-            a[1] * b[2] - a[2] * b[1],
-            a[2] * b[0] - a[0] * b[2],
-            a[0] * b[1] - a[1] * b[0],
-        )
+        return cross(a, b)
 
     def scale(self, factor: Expr, a: V3) -> V3:
         return factor * a[0], factor * a[1], factor * a[2]

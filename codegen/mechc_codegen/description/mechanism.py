@@ -236,6 +236,11 @@ class Mechanism:
         return tuple(f for f, expression in self.inputs.items() if expression is None)
 
     @property
+    def has_identity_kinematics(self) -> bool:
+        """Whether the speeds are the coordinates' rates, without states."""
+        return tuple(self.kinematics) == self.u and not self.states
+
+    @property
     def holonomic(self) -> tuple[tuple[str, str], ...]:
         """Name and unit of every holonomic constraint."""
         written = [(c.name, c.unit) for c in self.configuration_constraints]

@@ -16,7 +16,7 @@ from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Point, ReferenceFrame, dynamicsymbols
 from sympy.physics.vector import Vector
 
-from mechc_codegen.description.placement import Placement, steps_from
+from mechc_codegen.description.placement import Placement, dot, steps_from
 
 if TYPE_CHECKING:
     from mechc_codegen.description.mechanism import Mechanism
@@ -113,8 +113,8 @@ class Places:
             for k, symbol in enumerate(self.parameters):
                 at.assume(symbol, 0.7 + 0.6180339887 * (k + 1) % 1.0)
             parts = Vector([(matrix.applyfunc(self.expression), f) for matrix, f in way.args])
-            squares.append(sum(x * x for x in at.vector(parts)))
-        return max(squares) - min(squares) <= CONSTANT * max(squares)
+            squares.append(dot(at.vector(parts), at.vector(parts)))
+        return bool(max(squares) - min(squares) <= CONSTANT * max(squares))
 
     # -- points that are one ----------------------------------------------------------------------
 

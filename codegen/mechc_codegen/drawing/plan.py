@@ -14,6 +14,7 @@ from sympy import Expr
 from sympy.physics.mechanics import Point, ReferenceFrame, dynamicsymbols
 
 from mechc_codegen.description.drawing import Drawing
+from mechc_codegen.description.placement import way_to
 from mechc_codegen.drawing.infer import infer_drawing
 from mechc_codegen.drawing.places import Places
 from mechc_codegen.drawing.solids import Shape, shapes, weight
@@ -167,15 +168,11 @@ class _Steps:
                     self.plan.loads.append((f"force on {place.name}", self._point(place), arms))
 
     def _frame(self, frame: ReferenceFrame) -> int:
-        way = []
-        while frame not in self._frames:
-            way.append(frame)
-            frame = self.places.frames[frame]
-        for step in reversed(way):
-            turn = tuple(map(self.places.expression, frame.dcm(step)))
-            self.plan.frames.append((self._frames[frame], turn))
+        for step in way_to(frame, self.places.frames, self._frames):
+            before = self.places.frames[step]
+            turn = tuple(map(self.places.expression, before.dcm(step)))
+            self.plan.frames.append((self._frames[before], turn))
             self._frames[step] = len(self.plan.frames)
-            frame = step
         return self._frames[frame]
 
     def _point(self, point: Point) -> int:

@@ -1,4 +1,4 @@
-"""A program divided into the functions of a scene, the same ones in every language.
+"""A program divided into the functions of a scene.
 
 Input: an optimised program with its equations and request.  Output: for each function the
 statements it computes, the outputs it stores and the values it keeps for later calls.  Invariant:

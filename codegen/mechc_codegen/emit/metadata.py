@@ -17,10 +17,10 @@ from mechc_codegen.derive.equations import Equations, Output
 from mechc_codegen.description.mechanism import Mechanism, Parameter, Quantity, printed_name
 from mechc_codegen.description.piecewise import Floor, Step
 from mechc_codegen.description.quaternions import unit_quaternions
-from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
+from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.description.tables import Lookup
-from mechc_codegen.emit.layout import layout
-from mechc_codegen.emit.row_blocks import orthogonal_operations, scene_blocks
+from mechc_codegen.emit.functions import SceneFunctions
+from mechc_codegen.emit.row_blocks import orthogonal_operations
 from mechc_codegen.emit.units.block_elimination import BlockElimination
 from mechc_codegen.ir.program import (
     SWITCHING,
@@ -29,22 +29,20 @@ from mechc_codegen.ir.program import (
     operations,
     slice_statements,
     symbols_of,
-    targets_of,
 )
 
 
 def scene_metadata(
     mechanism: Mechanism,
     parameters: Sequence[Parameter],
-    programs: tuple[Program, Program],
-    equations: Equations,
-    request: OutputRequest = DEFAULT_REQUEST,
+    lowered: Program,
+    functions: SceneFunctions,
 ) -> dict[str, Any]:
     """The metadata, as data for JSON.
 
-    ``programs``: before and after optimisation; ``parameters``: those not fixed.
+    ``parameters``: those not fixed; ``lowered``: the program before optimisation.
     """
-    lowered, program = programs
+    program, equations, request = functions.program, functions.equations, functions.request
     return {
         "name": mechanism.name,
         "title": mechanism.title,
@@ -87,8 +85,8 @@ def scene_metadata(
         **_switches(program),
         **({"taylor": True} if program.series else {}),
         "closing": _closing(parameters, lowered, equations),
-        "operations": operation_counts((lowered, program), equations, request),
-        **_row_blocks(program, equations),
+        "operations": operation_counts(lowered, functions),
+        **_row_blocks(functions),
         "loads": _loads(mechanism, request),
         "walked": len(equations.tree.parents) if equations.tree else 0,
         "planar": equations.tree.planar if equations.tree else None,
@@ -262,16 +260,14 @@ def _finite(bound: float) -> float | None:
     return bound if math.isfinite(bound) else None
 
 
-def operation_counts(
-    programs: tuple[Program, Program], equations: Equations, request: OutputRequest
-) -> dict[str, Any]:
+def operation_counts(lowered: Program, functions: SceneFunctions) -> dict[str, Any]:
     """Numbers of operations, functions included, before and after optimisation.
 
     ``outputs``: of each separately.  ``stages``: of the two functions that a right-hand side is
     computed with.  ``zeros``: how many of an output's elements are zero for any state, and of how
     many.  ``once_per_run``: of parameters only, kept in so many ``constants``.
     """
-    lowered, program = programs
+    program, request = functions.program, functions.request
     outputs = {
         request.name_of(output.name): [
             _cost(lowered, [output]),
@@ -283,9 +279,9 @@ def operation_counts(
         "before": sum(before for before, _ in outputs.values()),  # nothing is shared there yet
         "after": _cost(program, program.outputs),
         "once_per_run": operations(program.hoisted),
-        "constants": len(_constants(program)),
+        "constants": len(functions.constants),
         "outputs": outputs,
-        "stages": _stages(program, equations),
+        "stages": _stages(functions),
         "zeros": {
             request.name_of(o.name): [o.elements.count(S.Zero), len(o.elements)]
             for o in program.outputs
@@ -293,27 +289,18 @@ def operation_counts(
     }
 
 
-def _constants(program: Program) -> set[Symbol]:
-    """Values that depend on parameters only and are used in every call."""
-    used = symbols_of(s.value for s in program.body)
-    used |= symbols_of(e for o in program.outputs for e in o.elements)
-    return used.intersection(targets_of(program.hoisted))
-
-
-def _stages(program: Program, equations: Equations) -> dict[str, int]:
+def _stages(functions: SceneFunctions) -> dict[str, int]:
     """Operations of the configuration, and those added for the speeds."""
-    present = {o.name: o for o in program.outputs}
-    divided = layout(equations, present)
-    first = [present[name] for name in divided.configuration if name in present]
-    both = [*first, *(present[name] for name in divided.motion if name in present)]
+    program, present, layout = functions.program, functions.outputs, functions.layout
+    first = [present[name] for name in layout.configuration if name in present]
+    both = [*first, *(present[name] for name in layout.motion if name in present)]
     configuration = _cost(program, first)
     return {"configuration": configuration, "motion": _cost(program, both) - configuration}
 
 
-def _row_blocks(program: Program, equations: Equations) -> dict[str, Any]:
+def _row_blocks(functions: SceneFunctions) -> dict[str, Any]:
     """Rows and speeds of each block of constraint rows, and operations with and without blocks."""
-    present = {o.name: o for o in program.outputs}
-    form = scene_blocks(equations, layout(equations, present), present)
+    form = functions.blocks
     if form is None:
         return {}
     return {

@@ -14,7 +14,6 @@ from typing import Any
 
 from sympy import diff
 
-from mechc_codegen.derive.equations import Equations
 from mechc_codegen.description.quantity import PURE, Kind
 from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.emit.c import program_texts
@@ -29,7 +28,6 @@ from mechc_codegen.export.description import Unit, build_description, model_desc
 from mechc_codegen.export.standalone import checked_name, fill_template
 from mechc_codegen.export.variables import Values, open_inputs, output_sizes, variables
 from mechc_codegen.extension.flags import FLAGS, RUNTIME
-from mechc_codegen.ir.program import Program
 
 VERSIONS = ("3.0", "2.0")
 SOURCE = "fmu.c"
@@ -118,11 +116,7 @@ def fmu_request(request: OutputRequest, derivatives: bool) -> OutputRequest:
 
 
 def fmu_files(
-    program: Program,
-    equations: Equations,
-    metadata: Mapping[str, Any],
-    request: OutputRequest,
-    options: FmuOptions,
+    functions: SceneFunctions, metadata: Mapping[str, Any], options: FmuOptions
 ) -> dict[str, bytes]:
     """A dict from paths in the archive to content, without binaries.
 
@@ -136,8 +130,9 @@ def fmu_files(
             f"FMI {plain_words(options.version)!r} is not known: {', '.join(VERSIONS)}"
         )
     name = checked_name(options.name)
-    functions = SceneFunctions(program, equations, request)
-    metadata = {**metadata, "differentiated": _outputs(program, request)}
+    outputs = functions.program.named_values()
+    every = [[each, len(outputs[each])] for each in functions.request.of_mechanism(outputs)]
+    metadata = {**metadata, "differentiated": every}
     values, events = start_values(functions, metadata, options), options.events(metadata)
     parts = {
         "what": f"a functional mock-up unit by FMI {options.version}",
@@ -158,12 +153,6 @@ def fmu_files(
     if options.version == "3.0":
         found["sources/buildDescription.xml"] = build_description(unit, SOURCE, FLAGS)
     return found
-
-
-def _outputs(program: Program, request: OutputRequest) -> list[list[Any]]:
-    """Names and sizes of all outputs except user-defined ones."""
-    values = program.named_values()
-    return [[name, len(values[name])] for name in request.of_mechanism(values)]
 
 
 def _token(sources: Mapping[str, str], metadata: Mapping[str, Any]) -> str:

@@ -13,8 +13,6 @@ from importlib.resources import files
 from string import Template
 from typing import Any
 
-from mechc_codegen.derive.equations import Equations
-from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.emit.c import program_texts
 from mechc_codegen.emit.definition import plain_words
 from mechc_codegen.emit.functions import SceneFunctions
@@ -24,7 +22,6 @@ from mechc_codegen.export.amalgamate import amalgamate
 from mechc_codegen.export.single import headers as single_headers
 from mechc_codegen.export.single import single
 from mechc_codegen.extension.flags import RUNTIME
-from mechc_codegen.ir.program import Program
 
 # Not a header of C's library, the example's file, or a beginning of names that the file keeps.
 _NAME = re.compile(
@@ -51,10 +48,8 @@ PRECISIONS = {
 
 
 def standalone(
-    program: Program,
-    equations: Equations,
+    functions: SceneFunctions,
     metadata: Mapping[str, Any],
-    request: OutputRequest,
     name: str,
     start: Sequence[float],
     values: Mapping[str, float],
@@ -75,7 +70,6 @@ def standalone(
     if real not in PRECISIONS:
         raise CodegenError(f"numbers are {' or '.join(PRECISIONS)}, not {plain_words(real)!r}")
     precision = PRECISIONS[real]
-    functions = SceneFunctions(program, equations, request)
     generated = program_texts(functions, metadata)
     parameters = [quantity["name"] for quantity in metadata["parameters"]]
     states = [q["name"] for kind in ("coordinates", "speeds") for q in metadata[kind]]

@@ -11,7 +11,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from mechc_codegen.derive.equations import Equations
 from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.units.scene_files import default_lines, listed_outputs
@@ -19,7 +18,6 @@ from mechc_codegen.export.fmu import FmuEvents, FmuOptions, event_parts, start_v
 from mechc_codegen.export.placing import placing
 from mechc_codegen.export.standalone import checked_name, fill_template
 from mechc_codegen.export.variables import open_inputs
-from mechc_codegen.ir.program import Program
 
 if TYPE_CHECKING:
     from mechc_codegen.drawing.plan import Plan
@@ -30,12 +28,7 @@ _SHOWN = ("name", "kind", "unit", "description")
 
 
 def web_scene(
-    program: Program,
-    equations: Equations,
-    metadata: Mapping[str, Any],
-    request: OutputRequest,
-    plan: Plan,
-    options: FmuOptions,
+    functions: SceneFunctions, metadata: Mapping[str, Any], plan: Plan, options: FmuOptions
 ) -> tuple[dict[str, str], dict[str, Any]]:
     """Texts of files, of which :data:`SOURCE` becomes WebAssembly, and what the module around it
     knows: names, units, outputs, the drawing, the start.
@@ -46,7 +39,6 @@ def web_scene(
         If the name cannot begin names of files, or a parameter has no value.
     """
     checked_name(options.name)
-    functions = SceneFunctions(program, equations, request)
     outputs = listed_outputs(functions)
     parameters = [quantity["name"] for quantity in metadata["parameters"]]
     values = start_values(functions, metadata, options)

@@ -13,6 +13,7 @@ from sympy.physics.vector import Vector
 
 from mechc_codegen.description.drawing import Link
 from mechc_codegen.description.joints.cuts import across
+from mechc_codegen.description.terms import vector_along
 from mechc_codegen.joints.wheels import Pair, Slide, Wheel
 
 CORNERS = 24
@@ -79,9 +80,7 @@ def _follower(name: str, slide: Slide, size: Expr, beside: Vector, flat: bool) -
 
 def _beside(wheel: Wheel) -> Vector:
     """A unit vector across a wheel's axis."""
-    frame = wheel.still
-    x, y, z = across(tuple(wheel.axis.to_matrix(frame)))[0]
-    return x * frame.x + y * frame.y + z * frame.z
+    return vector_along(across(tuple(wheel.axis.to_matrix(wheel.still)))[0], wheel.still)
 
 
 def _rotate(vector: Vector, axis: Vector, angle: Expr) -> Vector:

@@ -13,7 +13,8 @@ from sympy.physics.mechanics import PinJoint, Point, PrismaticJoint, ReferenceFr
 from sympy.physics.vector import Vector
 
 from mechc_codegen.description.joints.tree import Body
-from mechc_codegen.description.placement import Placement
+from mechc_codegen.description.placement import Placement, dot
+from mechc_codegen.description.terms import vector_along
 from mechc_codegen.errors import MechanismError
 
 ROUNDING = 1e-12  # of vectors of length one
@@ -47,9 +48,7 @@ class Wheel:
 
     def rotate(self, vector: Vector) -> Vector:
         """The vector fixed to the wheel that equals this vector at angle 0."""
-        axes = (self.frame.x, self.frame.y, self.frame.z)
-        components = vector.to_matrix(self.still)
-        return sum((c * axis for c, axis in zip(components, axes, strict=True)), Vector(0))
+        return vector_along(vector.to_matrix(self.still), self.frame)
 
 
 @dataclass(frozen=True)
@@ -169,5 +168,5 @@ def _dots(wheel: Wheel, one: Vector, other: Vector) -> list[float]:
     found = []
     for seed in range(SAMPLES):
         at = Placement(wheel.frame, wheel.centre, seed)
-        found.append(sum(a * b for a, b in zip(at.vector(one), at.vector(other), strict=True)))
+        found.append(dot(at.vector(one), at.vector(other)))
     return found

@@ -16,10 +16,10 @@ from mechc_codegen.errors import MechanismError
 from mechc_codegen.library.chains.pendulum import pendulum
 from mechc_codegen.library.chains.rods import planar_chain, spatial_chain
 from mechc_codegen.library.chains.windows import windows
+from mechc_codegen.library.parts import t as time
 from mechc_codegen.library.planar.andrews import andrews
 from mechc_codegen.library.planar.car_axis import car_axis
 from mechc_codegen.library.planar.four_bar import four_bar
-from mechc_codegen.library.planar.four_bar import t as time
 from mechc_codegen.library.planar.slider_crank import slider_crank
 from mechc_codegen.library.spatial.bicycle import whipple_bicycle
 from mechc_codegen.library.spatial.flyball_governor import flyball_governor

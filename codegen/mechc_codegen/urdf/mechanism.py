@@ -20,9 +20,10 @@ from mechc_codegen.description.joints.tree import Joint
 from mechc_codegen.description.limits import Limits
 from mechc_codegen.description.mechanism import Load, Mechanism, Parameter, Quantity
 from mechc_codegen.description.solid import Solid
+from mechc_codegen.description.terms import vector_along
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.urdf.geometry import IDENTITY, Inertia, Place, combine, of_angles
-from mechc_codegen.urdf.moving import Motion, motion_of, of_time, orient, vector
+from mechc_codegen.urdf.moving import Motion, motion_of, of_time, orient
 from mechc_codegen.urdf.read import read_robot
 from mechc_codegen.urdf.robot import SINGLE, TURNING, Link, Robot, RobotJoint
 from mechc_codegen.urdf.tree import as_tree
@@ -170,7 +171,7 @@ class _MechanismBuilder:
         place = at.then(Place(rotation, self.values.origin(joint)))
         point = Point(joint.child)
         if joint.kind == "fixed":
-            point.set_pos(carrier.point, vector(place.origin, carrier.frame))
+            point.set_pos(carrier.point, vector_along(place.origin, carrier.frame))
             self.points[joint.child] = point
             self._attach(joint.child, carrier, place)
             return
@@ -204,12 +205,12 @@ class _MechanismBuilder:
     ) -> None:
         """Add a torque about the axis or a force along it, on the child, and its reaction."""
         carrier, part = sides
-        along = size * vector(joint.axis, part.frame)
+        along = size * vector_along(joint.axis, part.frame)
         if joint.kind in TURNING:
             self.loads += [(part.frame, along), (carrier.frame, -along)]
             return
         start = Point(f"{joint.name} start")
-        start.set_pos(carrier.point, vector(place.origin, carrier.frame))
+        start.set_pos(carrier.point, vector_along(place.origin, carrier.frame))
         self.loads += [(part.point, along), (start, -along)]
 
     # -- bodies ----------------------------------------------------------------------------
@@ -265,7 +266,7 @@ class _MechanismBuilder:
     def _joint(self, joint: RobotJoint, carrier: _Part, part: _Part, place: Place) -> Joint:
         at = _frame_at(f"{joint.name} start", carrier, place)
         start = carrier.point.locatenew(
-            f"{joint.name} start", vector(place.origin, carrier.frame)
+            f"{joint.name} start", vector_along(place.origin, carrier.frame)
         )  # fmt: skip
         motion = self.motions[joint.name]
         own = (tuple(c.symbol for c in motion.coordinates), tuple(s.symbol for s in motion.speeds))
@@ -298,7 +299,7 @@ def _star(line: list[str]) -> tuple[str, ...]:
 
 
 def _body(name: str, part: _Part, whole: Inertia) -> RigidBody:
-    centre = part.point.locatenew(f"{name} centre", vector(whole.centre, part.frame))
+    centre = part.point.locatenew(f"{name} centre", vector_along(whole.centre, part.frame))
     (xx, xy, xz), (_, yy, yz), (*_, zz) = whole.about
     about = inertia(part.frame, *map(sympify, (xx, yy, zz, xy, yz, xz)))
     return RigidBody(name, centre, part.frame, sympify(whole.mass), (about, centre))
@@ -315,5 +316,5 @@ def _frame_at(name: str, part: _Part, place: Place) -> ReferenceFrame:
 
 def _solid(kind: str, label: str, sizes: tuple[Any, ...], part: _Part, place: Place) -> Solid:
     frame = _frame_at(f"{label} shape", part, place)
-    at = part.point.locatenew(f"{label} shape", vector(place.origin, part.frame))
+    at = part.point.locatenew(f"{label} shape", vector_along(place.origin, part.frame))
     return Solid(kind, label, at, None if kind == "ball" else frame, tuple(sizes))

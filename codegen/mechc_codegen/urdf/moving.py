@@ -12,17 +12,13 @@ from typing import Any
 from sympy import Expr, Function, Matrix, sympify
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Point, ReferenceFrame, dynamicsymbols
-from sympy.physics.vector import Vector
 
 from mechc_codegen.description.mechanism import Coordinate, Quantity, Speed
+from mechc_codegen.description.placement import apply, product
+from mechc_codegen.description.terms import vector_along
 from mechc_codegen.joints.attitude import attitude_matrix, quaternion_rates
-from mechc_codegen.urdf.geometry import Mat, Place, Vec, about, across, apply, plus, product
+from mechc_codegen.urdf.geometry import Mat, Place, Vec, about, across, plus
 from mechc_codegen.urdf.robot import TURNING, RobotJoint
-
-
-def vector(components: Vec, frame: ReferenceFrame) -> Vector:
-    x, y, z = map(sympify, components)
-    return x * frame.x + y * frame.y + z * frame.z
 
 
 def orient(child: ReferenceFrame, parent: ReferenceFrame, rotation: Mat) -> None:
@@ -69,9 +65,9 @@ class Motion:
         """Locate and orient the child's frame from the carrier's, on which the joint is ``at``."""
         point, frame = child
         orient(frame, carrier[1], product(at.rotation, self.rotation))
-        frame.set_ang_vel(carrier[1], vector(self.turning, frame))
+        frame.set_ang_vel(carrier[1], vector_along(self.turning, frame))
         way = plus(at.origin, apply(at.rotation, self.way))
-        point.set_pos(carrier[0], vector(way, carrier[1]))
+        point.set_pos(carrier[0], vector_along(way, carrier[1]))
 
 
 def motion_of(joint: RobotJoint, positions: Mapping[str, Motion]) -> Motion:

@@ -11,8 +11,9 @@ from sympy.physics.vector import Vector
 
 from mechc_codegen.derive.tree.frames import NotATreeError
 from mechc_codegen.derive.tree.links import GROUND, Links, PointMotion
-from mechc_codegen.derive.tree.tape import V3, ZERO, dot
+from mechc_codegen.derive.tree.tape import V3, ZERO
 from mechc_codegen.description.mechanism import Mechanism, is_rigid
+from mechc_codegen.description.placement import dot
 
 Symmetric3 = Sequence[V3]
 NOTHING: Symmetric3 = (ZERO, ZERO, ZERO)

@@ -5,19 +5,18 @@ All vectors are in components along the inertial frame's axes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
 
 from sympy import Expr, S, diff, eye
-from sympy.physics.mechanics import Point, ReferenceFrame
+from sympy.physics.mechanics import ReferenceFrame
 from sympy.physics.vector import Vector
 
 from mechc_codegen.derive.equations import Symbols
 from mechc_codegen.derive.tree.tape import V3, ZERO, Tape, vanishes
+from mechc_codegen.description.placement import steps_from
 
 Matrix3 = Sequence[V3]
-Node = TypeVar("Node", ReferenceFrame, Point)
 
 
 class NotATreeError(Exception):
@@ -95,7 +94,7 @@ class Frames:
         unit = (tuple(x), tuple(y), tuple(z))
         self.inertial = FrameMotion(inertial, None, inertial, unit, ZERO, ZERO, {})
         self._found = {inertial: self.inertial}
-        self._parents = tree_of(inertial, lambda frame: frame._dcm_dict)
+        self._parents = steps_from(inertial, lambda frame: frame._dcm_dict)
 
     def motion(self, frame: ReferenceFrame) -> FrameMotion:
         """The motion of a frame.
@@ -166,15 +165,3 @@ class Frames:
         if given is not None:
             return given
         raise NotATreeError(f"the angular velocity of {frame.name} in {carrier.name} is not set")
-
-
-def tree_of(root: Node, beside: Callable[[Node], Iterable[Node]]) -> dict[Node, Node]:
-    """The previous frame or point on the path from the root, for all that are connected to it."""
-    parents: dict[Node, Node] = {}
-    waiting = [root]
-    for node in waiting:
-        for other in beside(node):
-            if other is not root and other not in parents:
-                parents[other] = node
-                waiting.append(other)
-    return parents

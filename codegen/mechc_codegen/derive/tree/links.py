@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from sympy import Expr
 from sympy.physics.mechanics import Point, ReferenceFrame
 
-from mechc_codegen.derive.tree.frames import FrameMotion, Frames, NotATreeError, tree_of
+from mechc_codegen.derive.tree.frames import FrameMotion, Frames, NotATreeError
 from mechc_codegen.derive.tree.tape import V3, ZERO, vanishes
+from mechc_codegen.description.placement import steps_from
 
 GROUND = -1
 
@@ -53,7 +54,7 @@ class Links:
     ) -> None:
         self.frames, self.tape, self.local = frames, frames.tape, frames.local
         self.links: list[Link] = []
-        self._parents = tree_of(origin, lambda point: point._pos_dict)
+        self._parents = steps_from(origin, lambda point: point._pos_dict)
         self._points = {origin: PointMotion(ZERO, ZERO, ZERO, GROUND, ZERO)}
         self._bodies = {frames.motion(frame).body for frame in bodies}
         self._known: dict[tuple[ReferenceFrame, int, V3], int] = {}

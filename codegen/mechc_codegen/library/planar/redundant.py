@@ -26,6 +26,7 @@ from mechc_codegen.library.parts import (
     joint_angles,
     locate,
     parameter,
+    turned,
     weight,
 )
 
@@ -75,8 +76,7 @@ def _linkage(
     bodies, ends, frames = [], [origin], []
     for k in range(size):
         link = min(k, 2)
-        frame = ground.orientnew(f"e_{k}", "Axis", (theta[k], ground.z))
-        frame.set_ang_vel(ground, omega[k] * ground.z)
+        frame = turned(f"e_{k}", ground, theta[k], omega[k], ground.z)
         start = ends[link]
         mass = m[link] / (rockers if link == 2 else 1)
         centre = locate(f"g_{k}", start, l[link] / 2 * frame.x, frame, r)

@@ -79,6 +79,12 @@ class Rates:
         functions = [x for x, symbol in self._plain.items() if symbol in held]
         return [(self._plain[f], self.in_symbols(f.diff(dynamicsymbols._t))) for f in functions]
 
+    def values_of(self, state: Sequence[float]) -> dict[Expr, float]:
+        """The values of what the symbols stand for, from those of :attr:`symbols` and speeds."""
+        given = dict(zip([*self.symbols, *self.u], state, strict=True))
+        of_parameters = {parameter: given[parameter] for parameter in self._parameters}
+        return of_parameters | {x: given[symbol] for x, symbol in self._plain.items()}
+
     @property
     def symbols(self) -> list[Expr]:
         """All symbols of such expressions except the speeds."""
@@ -231,7 +237,8 @@ def integrable(motion: Sequence[Expr], rates: Rates) -> bool:
     if rows is None:
         return False
     coupled = [sum(abs(x) > _NOTHING for x in scale_row(row)) > 1 for row in rows]
-    suspects = [i for i in forms.undriven(values) if coupled[i]]
+    still = forms.rows.still(values)  # terms that are free of the speeds
+    suspects = [i for i, b in enumerate(still) if abs(b) < _NOTHING and coupled[i]]
     if not suspects:
         return False
     slopes = forms.slopes(values)
@@ -264,10 +271,6 @@ class _Forms:
             [sum(row[k] * inverse[k][j] for k in range(self.size)) for j in range(self.size)]
             for row in self.rows.at(values)
         ]
-
-    def undriven(self, values: Sequence[float]) -> list[int]:
-        """The rows without a term that is free of the speeds."""
-        return [i for i, b in enumerate(self.rows.still(values)) if abs(b) < _NOTHING]
 
     def slopes(self, values: Sequence[float]) -> list[list[list[float]]]:
         """slopes[k][i][j] = d A_ij / d q_k."""

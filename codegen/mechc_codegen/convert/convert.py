@@ -79,6 +79,7 @@ def convert(
     potential = potential_of(source, bodies, origin, stationary, kinematics)
     given = _by_symbol(settings.units, "units", source, (*parameters, *states))
     units = Units(source, read, kinematics, given)
+    defaults = _by_symbol(settings.defaults, "defaults", source, (*parameters, *states))
     return Mechanism(
         name=settings.name or source.kind,
         title=settings.name or f"Mechanism read from a {source.kind}",
@@ -87,7 +88,7 @@ def convert(
         coordinates=tuple(Coordinate(q, Quantity(units.of(q), "")) for q in source.q),
         speeds=tuple(Speed(u, Quantity(units.of(u), "")) for u in source.u),
         kinematics=kinematics,
-        parameters=_parameters(source, settings, parameters, units, states),
+        parameters=_parameters(settings, parameters, units, states, defaults),
         bodies=bodies,
         loads=source.loads,
         configuration_constraints=_numbered_constraints("constraint", configuration),
@@ -101,7 +102,10 @@ def convert(
         unknown_potentials=(*potential.unknown, *held),
         added_inertia=added,
         joints=_joints(source, bodies),
-        states=_described_states(source, settings, states, units, parameters),
+        states=tuple(
+            State(x, rate, Quantity(units.of(x), ""), _start(x, defaults.get(x)))
+            for x, rate in states.items()
+        ),
         reactions=reactions,
         auxiliary_constraints=constraints_with_auxiliary(source) if reactions else (),
         gravity=gravity,
@@ -235,20 +239,6 @@ def _named_in(expressions: Iterable[Any]) -> list[AppliedUndef]:
     return sorted(found, key=str)
 
 
-def _described_states(
-    source: Source,
-    settings: ConversionSettings,
-    states: Mapping[AppliedUndef, Expr],
-    units: Units,
-    parameters: Sequence[Symbol],
-) -> tuple[State, ...]:
-    given = _by_symbol(settings.defaults, "defaults", source, (*parameters, *states))
-    return tuple(
-        State(x, rate, Quantity(units.of(x), ""), _start(x, given.get(x)))
-        for x, rate in states.items()
-    )
-
-
 def _start(state: AppliedUndef, given: Any) -> float:
     value = number(0 if given is None else given)
     if value is None or not value.is_number:
@@ -281,13 +271,9 @@ def _declared_symbols(settings: ConversionSettings, known: Iterable[Symbol]) -> 
 
 
 def _parameters(
-    source: Source,
-    settings: ConversionSettings,
-    symbols: Sequence[Symbol],
-    units: Units,
-    states: Iterable[AppliedUndef],
-) -> tuple[Parameter, ...]:
-    defaults = _by_symbol(settings.defaults, "defaults", source, (*symbols, *states))
+    settings: ConversionSettings, symbols: Sequence[Symbol], units: Units,
+    states: Iterable[AppliedUndef], defaults: Mapping[Expr, Any],
+) -> tuple[Parameter, ...]:  # fmt: skip
     for symbol, value in defaults.items():
         held = value.atoms(AppliedUndef) if isinstance(value, Expr) else ()
         if held and symbol not in states:

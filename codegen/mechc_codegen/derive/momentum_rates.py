@@ -8,12 +8,11 @@ from sympy import Expr, S
 from sympy.physics.mechanics import Point, ReferenceFrame
 from sympy.physics.vector import Vector
 
+from mechc_codegen.derive.outputs import V3
 from mechc_codegen.description.joints.tree import Body
 from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.description.placement import cross
 from mechc_codegen.description.terms import multiplier
-
-V3 = tuple[Expr, Expr, Expr]
 
 
 class WrittenKinetics:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from sympy import Derivative, Expr, MatrixBase, S, Symbol, sympify
+from sympy import Derivative, Expr, S, Symbol, sympify
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
 from sympy.physics.vector import Vector
@@ -27,7 +27,7 @@ from mechc_codegen.description.limits import Limits as Limits
 from mechc_codegen.description.quantity import Quantity as Quantity  # the stages find them here
 from mechc_codegen.description.quantity import refuse_scaled
 from mechc_codegen.description.terms import Load as Load
-from mechc_codegen.description.terms import as_expression, refuse_no_vector
+from mechc_codegen.description.terms import as_expression, entries_of, refuse_no_vector
 from mechc_codegen.description.terms import is_rigid as is_rigid
 from mechc_codegen.description.terms import printed_name as printed_name
 from mechc_codegen.errors import MechanismError
@@ -340,7 +340,11 @@ def _check_symbols(mechanism: Mechanism) -> None:
     specified = {*mechanism.inputs, *mechanism.auxiliary}
     known |= specified
     for place, expression in _expressions(mechanism):
-        unknown = {x for x in _free_symbols(expression) - known if not _is_rate(x, specified)}
+        unknown = {
+            x
+            for x in _free_symbols(expression) - known
+            if not (isinstance(x, Derivative) and x.expr in specified)
+        }
         if unknown:
             name = printed_name(min(unknown, key=str))
             raise MechanismError(
@@ -348,10 +352,6 @@ def _check_symbols(mechanism: Mechanism) -> None:
                 "a speed of the mechanism; declare it (a Symbol and a dynamicsymbol of one name "
                 "are different symbols)"
             )
-
-
-def _is_rate(symbol: Expr, of: set[AppliedUndef]) -> bool:
-    return isinstance(symbol, Derivative) and symbol.expr in of
 
 
 def _expressions(mechanism: Mechanism) -> Iterable[tuple[str, Expr]]:
@@ -369,23 +369,15 @@ def _expressions(mechanism: Mechanism) -> Iterable[tuple[str, Expr]]:
     for constraint in (*mechanism.configuration_constraints, *mechanism.motion_constraints):
         yield f"the constraint {constraint.name}", constraint.expression
     for load_at, vector in mechanism.loads:
-        yield from _components(f"the load on {load_at.name}", vector)
+        yield from ((f"the load on {load_at.name}", c) for c in entries_of(vector))
     for added in mechanism.added_inertia:
-        for vector in added.per_acceleration:
-            yield from _components(f"the load on {added.place.name}", vector)
+        parts = (c for vector in added.per_acceleration for c in entries_of(vector))
+        yield from ((f"the load on {added.place.name}", c) for c in parts)
     if mechanism.gravity is not None:
-        yield from _components("gravity", mechanism.gravity)
+        yield from (("gravity", c) for c in entries_of(mechanism.gravity))
     for closure in mechanism.closures:
         for axis in (*closure.axes, *(a for pair in closure.perpendicular for a in pair)):
-            yield from _components(f"an axis of {closure.name}", axis)
-
-
-def _components(place: str, vector: Vector) -> Iterable[tuple[str, Expr]]:
-    """Components of each vector in the frame that it was written in."""
-    for matrix, _ in vector.args:
-        # SymPy makes a number of a matrix that nan or infinity multiplies.
-        for component in matrix if isinstance(matrix, MatrixBase) else [matrix]:
-            yield place, component
+            yield from ((f"an axis of {closure.name}", c) for c in entries_of(axis))
 
 
 def _free_symbols(expression: Expr) -> set[Expr]:

@@ -25,6 +25,7 @@ class Placement:
     """Places for one random choice of values, which ``seed`` determines; along inertial axes."""
 
     def __init__(self, frame: ReferenceFrame, origin: Point, seed: int) -> None:
+        self.is_real = True  # until a value has an imaginary part
         self._random = random.Random(seed)
         self._values: dict[Expr, Expr] = {}
         self._frames = {frame: _UNIT}
@@ -44,6 +45,7 @@ class Placement:
             if symbol not in self._values:
                 self._values[symbol] = Float(self._random.uniform(0.4, 1.7))
         number = complex(expression.xreplace(self._values))
+        self.is_real = self.is_real and number.imag == 0.0
         return number.real + number.imag
 
     def assume(self, symbol: Expr, value: float) -> None:

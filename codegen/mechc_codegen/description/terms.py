@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
-from sympy import Expr, Function, Integer, Symbol, SympifyError, sympify
+from sympy import Expr, Function, Integer, MatrixBase, Symbol, SympifyError, sympify
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody
 from sympy.physics.vector import Vector
@@ -69,6 +69,13 @@ def vector_along(components: Iterable[Any], frame: ReferenceFrame) -> Vector:
     """The vector with these components along the axes of a frame."""
     x, y, z = map(sympify, components)
     return x * frame.x + y * frame.y + z * frame.z
+
+
+def entries_of(vector: Vector) -> Iterator[Expr]:
+    """The components of a vector in the frames that it was written in; SymPy makes one number of
+    a matrix that nan or infinity multiplies."""
+    for matrix, _ in vector.args:
+        yield from matrix if isinstance(matrix, MatrixBase) else [matrix]
 
 
 def is_rigid(body: RigidBody | Particle) -> bool:

@@ -1,8 +1,8 @@
 """The steps by which the points of a picture are placed, as expressions of small matrices.
 
 Input: a mechanism, what the user adds to its drawing, and the names of the parameters whose values
-are known.  Output: a Plan.  Invariant: steps are listed after those that they start from, so that
-they can be followed in one pass, for many states at once.
+are known.  Output: a PicturePlan.  Invariant: steps are listed after those that they start from, so
+that they can be followed in one pass, for many states at once.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ Arm = tuple[int, tuple[Expr, Expr, Expr]]  # the number of a frame, components i
 
 
 @dataclass
-class Plan:
+class PicturePlan:
     """The steps by which the points of a drawing are found from a state.
 
     Attributes
@@ -71,7 +71,7 @@ class Plan:
 
 def picture_plan(
     mechanism: Mechanism, added: Drawing, known: Collection[str], *, in_space: bool = False
-) -> Plan:
+) -> PicturePlan:
     """The plan of a mechanism's own drawing, or of what can be inferred, and of what is added.
 
     ``in_space``: with solids, springs, dampers and the weight.
@@ -95,8 +95,8 @@ def picture_plan(
         drawing = _with_struts(drawing, places)
     state = (*mechanism.q, *mechanism.x)
     arguments = (dynamicsymbols._t, state, tuple(places.parameters))
-    plan = Plan(drawing, arguments)
-    steps = _Steps(places, plan)
+    plan = PicturePlan(drawing, arguments)
+    steps = _PlanBuilder(places, plan)
     if in_space:
         steps.add(shapes(places, drawing.solids))
         steps.add_joints()
@@ -133,10 +133,10 @@ def _refuse_unknown(added: Drawing, names: Mapping[str, Point]) -> None:
             )
 
 
-class _Steps:
+class _PlanBuilder:
     """Frames and points in the order in which they are reached."""
 
-    def __init__(self, places: Places, plan: Plan) -> None:
+    def __init__(self, places: Places, plan: PicturePlan) -> None:
         self.places, self.plan = places, plan
         self._frames = {places.mechanism.frame: 0}
         self._points = {places.mechanism.origin: 0}

@@ -10,8 +10,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
-from sympy import Abs, Expr, MatrixBase, S, Symbol
-from sympy.physics.vector import Vector
+from sympy import Abs, S, Symbol
 
 from mechc_codegen.derive.equations import Equations, Output
 from mechc_codegen.description.mechanism import Mechanism, Parameter, Quantity, printed_name
@@ -19,6 +18,7 @@ from mechc_codegen.description.piecewise import Floor, Step
 from mechc_codegen.description.quaternions import unit_quaternions
 from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.description.tables import Lookup
+from mechc_codegen.description.terms import entries_of
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.row_blocks import orthogonal_operations
 from mechc_codegen.emit.units.block_elimination import BlockElimination
@@ -43,6 +43,7 @@ def scene_metadata(
     ``parameters``: those not fixed; ``lowered``: the program before optimisation.
     """
     program, equations, request = functions.program, functions.equations, functions.request
+    switched = SWITCHING in functions.outputs
     return {
         "name": mechanism.name,
         "title": mechanism.title,
@@ -81,8 +82,13 @@ def scene_metadata(
         **_inputs(mechanism, program),
         **({"states": [float(s.start) for s in mechanism.states]} if mechanism.states else {}),
         **_quaternions(mechanism),
-        "smooth": _smooth(program, request),
-        **_switches(program),
+        # Whether no equation has a corner or a jump; user-defined outputs are not considered.
+        "smooth": not any(
+            value.has(Abs, Step, Floor, Lookup)
+            for value in equation_values(program, request.expressions)
+        ),
+        # Number of switching functions; none if they do not show every corner and jump.
+        **({"switches": len(functions.outputs[SWITCHING].elements)} if switched else {}),
         **({"taylor": True} if program.series else {}),
         "closing": _closing(parameters, lowered, equations),
         "operations": operation_counts(lowered, functions),
@@ -134,18 +140,6 @@ def _closing(parameters: Sequence[Parameter], lowered: Program, equations: Equat
         followed = (defaults[symbol] for symbol in symbols if symbol in needed)
         needed |= symbols_of(value for value in followed if value is not None)
     return [str(p.symbol) for s, p in zip(symbols, parameters, strict=True) if s in needed]
-
-
-def _smooth(program: Program, request: OutputRequest) -> bool:
-    """Whether no equation has a corner or a jump; user-defined outputs are not considered."""
-    values = equation_values(program, request.expressions)
-    return not any(value.has(Abs, Step, Floor, Lookup) for value in values)
-
-
-def _switches(program: Program) -> dict[str, int]:
-    """Number of switching functions; nothing if they do not show every corner and jump."""
-    found = [len(o.elements) for o in program.outputs if o.name == SWITCHING]
-    return {"switches": found[0]} if found else {}
 
 
 def _inputs(mechanism: Mechanism, program: Program) -> dict[str, Any]:
@@ -317,14 +311,8 @@ def _loads(mechanism: Mechanism, request: OutputRequest) -> dict[str, int]:
     vectors = [load for _, load in mechanism.loads]
     vectors += [] if mechanism.gravity is None else [mechanism.gravity]
     fixed = dict(request.fixed)
-    zero = [all(e.xreplace(fixed) == 0 for e in _entries(v)) for v in vectors]
+    zero = [all(e.xreplace(fixed) == 0 for e in entries_of(v)) for v in vectors]
     return {"given": len(vectors), "zero": sum(zero)}
-
-
-def _entries(vector: Vector) -> Iterator[Expr]:
-    """The entries of a matrix; SymPy makes one number of a matrix times nan or infinity."""
-    for matrix, _ in vector.args:
-        yield from matrix if isinstance(matrix, MatrixBase) else [matrix]
 
 
 def _cost(program: Program, outputs: Iterable[Output]) -> int:

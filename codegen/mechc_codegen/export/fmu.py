@@ -26,7 +26,7 @@ from mechc_codegen.errors import CodegenError
 from mechc_codegen.export.amalgamate import included_headers
 from mechc_codegen.export.description import Unit, build_description, model_description
 from mechc_codegen.export.standalone import checked_name, fill_template
-from mechc_codegen.export.variables import Values, open_inputs, output_sizes, variables
+from mechc_codegen.export.variables import StartValues, open_inputs, output_sizes, variables
 from mechc_codegen.extension.flags import FLAGS, RUNTIME
 
 VERSIONS = ("3.0", "2.0")
@@ -165,7 +165,7 @@ def _token(sources: Mapping[str, str], metadata: Mapping[str, Any]) -> str:
 
 def start_values(
     functions: SceneFunctions, metadata: Mapping[str, Any], options: FmuOptions
-) -> Values:
+) -> StartValues:
     """Start values of all parameters; dependent ones are calculated."""
     names = [told["name"] for told in metadata["parameters"]]
     numbers, calculated = [math.nan] * len(names), [False] * len(names)
@@ -179,13 +179,13 @@ def start_values(
     missing = [name for name, x in zip(names, numbers, strict=True) if math.isnan(x)]
     if missing:
         raise CodegenError(f"give values for the parameters {', '.join(map(plain_words, missing))}")
-    return Values(options.start, numbers, calculated, options.drift)
+    return StartValues(options.start, numbers, calculated, options.drift)
 
 
 def unit_sources(
     functions: SceneFunctions,
     metadata: Mapping[str, Any],
-    values: Values,
+    values: StartValues,
     options: FmuOptions,
     parts: Mapping[str, Any],
 ) -> dict[str, str]:
@@ -213,7 +213,7 @@ def _head(metadata: Mapping[str, Any], options: FmuOptions) -> dict[str, Any]:
 
 
 def _lists(
-    functions: SceneFunctions, metadata: Mapping[str, Any], values: Values
+    functions: SceneFunctions, metadata: Mapping[str, Any], values: StartValues
 ) -> dict[str, Any]:
     labels = [*functions.request.expressions, *dict(metadata["differentiated"])]
     outputs = zip(labels, output_sizes(metadata), strict=True)
@@ -278,7 +278,7 @@ def _c_number(value: float) -> str:
     return repr(float(value))
 
 
-def _dependent_parameters(functions: SceneFunctions, values: Values) -> dict[str, str]:
+def _dependent_parameters(functions: SceneFunctions, values: StartValues) -> dict[str, str]:
     """Statements that compute dependent parameters, and statements for their changes."""
     symbols, real = functions.program.symbols.parameters, RealPrinter().real
     complete, follow = list[str](), list[str]()

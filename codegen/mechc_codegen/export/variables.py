@@ -58,7 +58,7 @@ class Variable:
 
 
 @dataclass(frozen=True)
-class Values:
+class StartValues:
     """Start values: states, parameters in the scene's order, and which of these follow others."""
 
     states: Sequence[float]
@@ -68,7 +68,7 @@ class Values:
 
 
 def variables(
-    metadata: Mapping[str, Any], values: Values, events: Sequence[str] = ()
+    metadata: Mapping[str, Any], values: StartValues, events: Sequence[str] = ()
 ) -> list[Variable]:
     """All variables; the place of each in the list is its value reference.
 
@@ -109,7 +109,7 @@ def output_sizes(metadata: Mapping[str, Any]) -> list[tuple[str, int]]:
     return own + [(name, size) for name, size in metadata.get("differentiated", ())]
 
 
-def _states(metadata: Mapping[str, Any], values: Values) -> Iterator[Variable]:
+def _states(metadata: Mapping[str, Any], values: StartValues) -> Iterator[Variable]:
     described = [*metadata["coordinates"], *metadata["speeds"]]
     for quantity, start in zip(described, values.states, strict=True):
         yield replace(_quantity(quantity), causality="output", variability="continuous",
@@ -133,7 +133,7 @@ def _quantity(told: Mapping[str, Any]) -> Variable:
     )
 
 
-def _parameters(metadata: Mapping[str, Any], values: Values) -> Iterator[Variable]:
+def _parameters(metadata: Mapping[str, Any], values: StartValues) -> Iterator[Variable]:
     columns = (metadata["parameters"], values.parameters, values.calculated)
     for told, start, calculated in zip(*columns, strict=True):
         each = _quantity(told)

@@ -20,7 +20,7 @@ from mechc_codegen.export.standalone import checked_name, fill_template
 from mechc_codegen.export.variables import open_inputs
 
 if TYPE_CHECKING:
-    from mechc_codegen.drawing.plan import Plan
+    from mechc_codegen.drawing.plan import PicturePlan
 
 SOURCE = "web.c"
 RTOL = 1e-9  # where a start asks for none
@@ -28,7 +28,7 @@ _SHOWN = ("name", "kind", "unit", "description")
 
 
 def web_scene(
-    functions: SceneFunctions, metadata: Mapping[str, Any], plan: Plan, options: FmuOptions
+    functions: SceneFunctions, metadata: Mapping[str, Any], plan: PicturePlan, options: FmuOptions
 ) -> tuple[dict[str, str], dict[str, Any]]:
     """Texts of files, of which :data:`SOURCE` becomes WebAssembly, and what the module around it
     knows: names, units, outputs, the drawing, the start.
@@ -64,7 +64,10 @@ def web_scene(
     )
     about = {
         "title": metadata["title"] or metadata["name"],
-        **{kind: _rows(metadata[kind]) for kind in ("coordinates", "speeds", "parameters")},
+        **{
+            kind: [{key: row[key] for key in _SHOWN} for row in metadata[kind]]
+            for kind in ("coordinates", "speeds", "parameters")
+        },
         "inputs": _inputs(metadata),
         "outputs": _outputs(outputs, metadata["shapes"], functions.request),
         "follows": [i for i, value, held in functions.defaults() if value is not None and held],
@@ -74,10 +77,6 @@ def web_scene(
         "values": {key: float(value) for key, value in options.values.items()},
     }
     return texts, about
-
-
-def _rows(quantities: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    return [{key: quantity[key] for key in _SHOWN} for quantity in quantities]
 
 
 def _inputs(metadata: Mapping[str, Any]) -> list[str]:
@@ -93,7 +92,7 @@ def _outputs(
     return [{"name": n, "size": width, "shape": shapes.get(n, [width])} for n, width in names]
 
 
-def _drawing(plan: Plan) -> dict[str, Any]:
+def _drawing(plan: PicturePlan) -> dict[str, Any]:
     """Lines, pivots and paths by the numbers of their points."""
     number = {name: i for i, name in enumerate(plan.names)}
     drawing = plan.drawing

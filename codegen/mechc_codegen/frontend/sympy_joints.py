@@ -103,7 +103,7 @@ def from_joints(
     couplings = [joint for joint in every if isinstance(joint, CoupledPair)]
     found = _symbols(ground, bodies, loads, gravity, more, [c.constraint for c in couplings])
     named = _Names(states, units or {}, _parameters(parameters, found))
-    places = _Places(every, bodies)
+    places = _JointPoints(every, bodies)
     return Mechanism(
         name=name,
         frame=ground.frame,
@@ -146,7 +146,7 @@ def _on_ground(joint: Joint, ground: RigidBody) -> Joint:
 
 
 @dataclass(frozen=True)
-class _States:
+class _JointStates:
     """Coordinates, speeds, the coordinates' rates, and the joint of each."""
 
     q: tuple[AppliedUndef, ...]
@@ -157,7 +157,7 @@ class _States:
     units: Mapping[Expr, str]
 
 
-def _states(joints: Sequence[tuple[Any, Joint]]) -> _States:
+def _states(joints: Sequence[tuple[Any, Joint]]) -> _JointStates:
     time = dynamicsymbols._t
     q, u, equations = list[Any](), list[Any](), list[Expr]()
     of_joint: dict[Expr, str] = {}
@@ -177,7 +177,7 @@ def _states(joints: Sequence[tuple[Any, Joint]]) -> _States:
         known = (*getattr(given, "coordinate_units", ()), *getattr(given, "speed_units", ()))
         units |= dict(zip((*joint.coordinates, *speeds), known, strict=False))
     kinematics = coordinate_rates(equations, q)
-    return _States(tuple(q), tuple(u), kinematics, frozenset(turning), of_joint, units)
+    return _JointStates(tuple(q), tuple(u), kinematics, frozenset(turning), of_joint, units)
 
 
 def _turning(joint: Joint) -> set[Expr]:
@@ -195,7 +195,7 @@ class _Names:
     """Quantities of coordinates and speeds, and parameters with their units."""
 
     def __init__(
-        self, states: _States, units: Mapping[Key, str], parameters: Sequence[Parameter]
+        self, states: _JointStates, units: Mapping[Key, str], parameters: Sequence[Parameter]
     ) -> None:
         known = [*states.q, *states.u, *(p.symbol for p in parameters)]
         self.states = states
@@ -270,7 +270,7 @@ def _parameters(
 # -- points and the picture -----------------------------------------------------------------------
 
 
-class _Places:
+class _JointPoints:
     """Joint points and mass centres, each place once, the first of each name."""
 
     def __init__(self, joints: Sequence[Joint], bodies: Sequence[Body]) -> None:

@@ -16,7 +16,7 @@ from markupsafe import Markup
 from mechc_codegen.typeset.equations import equation_groups
 from mechc_codegen.typeset.formula import Formula, latex, latex_text, mathml, visible
 from mechc_codegen.typeset.sections import Derivation, Item, Section, derivation
-from mechc_codegen.typeset.tables import all_values, notes, value_tables
+from mechc_codegen.typeset.tables import all_values, value_tables
 
 __all__ = ["Derivation", "Item", "Section", "derivation", "html_page", "latex_document"]
 
@@ -71,7 +71,8 @@ def _parts(derivation: Derivation, given: Mapping[str, float] | None, splits: An
     """The data of the templates."""
     mechanism = derivation.mechanism
     values = all_values(mechanism, given)
-    tables, remarks = value_tables(mechanism, values), notes(mechanism, values)
+    tables = value_tables(mechanism, values)
+    remarks = mechanism.notes(values) if mechanism.notes else []
     own = [section.title for section in derivation.sections]
     return {
         "title": mechanism.title,

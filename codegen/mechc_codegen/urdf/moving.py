@@ -1,6 +1,6 @@
 """The motion of each joint: coordinates, speeds, the place of the child's frame, and its limits.
 
-Input: a joint, and the place of its frame on the body that carries it.  Output: :class:`Motion`.
+Input: a joint, and the place of its frame on the body that carries it.  Output: a JointMotion.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def orient(child: ReferenceFrame, parent: ReferenceFrame, rotation: Mat) -> None
 
 
 @dataclass
-class Motion:
+class JointMotion:
     """How a joint moves its child.
 
     Attributes
@@ -70,13 +70,13 @@ class Motion:
         point.set_pos(carrier[0], vector_along(way, carrier[1]))
 
 
-def motion_of(joint: RobotJoint, positions: Mapping[str, Motion]) -> Motion:
+def motion_of(joint: RobotJoint, positions: Mapping[str, JointMotion]) -> JointMotion:
     """The motion of a joint; ``positions``: those of the joints that mimics may follow."""
     if joint.kind == "floating":
         return _floating(joint)
     if joint.kind == "planar":
         return _planar(joint)
-    motion = Motion()
+    motion = JointMotion()
     if joint.mimic is None:
         unit = "rad" if joint.kind in TURNING else "m"
         q, u = motion.add(joint, ("q", "u"), unit)
@@ -93,8 +93,8 @@ def motion_of(joint: RobotJoint, positions: Mapping[str, Motion]) -> Motion:
     return motion
 
 
-def _planar(joint: RobotJoint) -> Motion:
-    motion = Motion()
+def _planar(joint: RobotJoint) -> JointMotion:
+    motion = JointMotion()
     first, second = across(joint.axis)
     x, _ = motion.add(joint, ("x", "vx"), "m")
     y, _ = motion.add(joint, ("y", "vy"), "m")
@@ -105,8 +105,8 @@ def _planar(joint: RobotJoint) -> Motion:
     return motion
 
 
-def _floating(joint: RobotJoint) -> Motion:
-    motion = Motion()
+def _floating(joint: RobotJoint) -> JointMotion:
+    motion = JointMotion()
     motion.way = [motion.add(joint, (axis, f"v{axis}"), "m")[0] for axis in "xyz"]
     q = [of_time(f"q{k}_{joint.name}") for k in range(4)]
     w = [of_time(f"w{axis}_{joint.name}") for axis in "xyz"]

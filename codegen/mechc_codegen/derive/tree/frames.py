@@ -128,7 +128,11 @@ class Frames:
         columns_of_turn = list(zip(*turn, strict=True))
         product = [[tape.dot(row, c) for c in columns_of_turn] for row in carrier.rotation]
         rotation = [tape.vector(row) for row in product]
-        given = self._relative(carrier.frame, frame)
+        given = frame._ang_vel_dict.get(carrier.frame)
+        if given is None:
+            raise NotATreeError(
+                f"the angular velocity of {frame.name} in {carrier.frame.name} is not set"
+            )
         bias, columns, relative = carrier.bias, dict[int, V3](), ZERO
         for entries, written_in in given.args:
             value = self.local.entries(entries)
@@ -142,10 +146,11 @@ class Frames:
         omega = tape.total(carrier.omega, relative)
         for entries, written_in in given.args:
             own = len(given.args) == 1 and written_in in (frame, carrier.frame)
-            turning = carrier.omega if own else self._omega(written_in, frame, omega)
-            rows = rotation if written_in is frame else self.motion(written_in).rotation
+            turns = written_in is frame
+            turning = omega if turns else self.motion(written_in).omega
+            rows = rotation if turns else self.motion(written_in).rotation
             turned = tape.transform(rows, self.local.entries(entries))
-            bias = tape.total(bias, tape.cross(turning, turned))
+            bias = tape.total(bias, tape.cross(carrier.omega if own else turning, turned))
         still = not given.args and all(self.local.constant(row) for row in turn)
         return FrameMotion(
             frame,
@@ -156,12 +161,3 @@ class Frames:
             bias,
             columns,
         )
-
-    def _omega(self, written_in: ReferenceFrame, frame: ReferenceFrame, omega: V3) -> V3:
-        return omega if written_in is frame else self.motion(written_in).omega
-
-    def _relative(self, carrier: ReferenceFrame, frame: ReferenceFrame) -> Vector:
-        given = frame._ang_vel_dict.get(carrier)
-        if given is not None:
-            return given
-        raise NotATreeError(f"the angular velocity of {frame.name} in {carrier.name} is not set")

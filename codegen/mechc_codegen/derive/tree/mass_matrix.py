@@ -63,17 +63,12 @@ class _MassMatrix:
         both = tape.total(tape.scale(mass, arm), tape.scale(2, moment))
         square = tape.dot(arm, both)
         mixed = tape.total(tape.scale(mass, arm), moment)
-        entries = {
-            (i, j): tape.keep(
-                about[i][j]
-                + (square if i == j else S.Zero)
-                - (arm[i] * mixed[j] + moment[i] * arm[j])
-            )
-            for i in range(3)
-            for j in range(i + 1)
-        }
-        rows = [[entries[max(i, j), min(i, j)] for j in range(3)] for i in range(3)]
-        return mass, mixed, [(row[0], row[1], row[2]) for row in rows]
+
+        def entry(i: int, j: int) -> Expr:
+            turning = about[i][j] + (square if i == j else S.Zero)
+            return turning - (arm[i] * mixed[j] + moment[i] * arm[j])
+
+        return mass, mixed, tape.symmetric(entry)
 
     def _project(self, number: int, body: Composite) -> None:
         """Add the entries of M that couple a link's speeds with all speeds towards the ground."""

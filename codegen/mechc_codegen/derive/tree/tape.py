@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from sympy import Expr, Mul, S, Symbol
 
@@ -66,6 +66,12 @@ class Tape:
 
     def scale(self, factor: Expr, a: V3) -> V3:
         return self.vector(factor * x for x in a)
+
+    def symmetric(self, entry: Callable[[int, int], Expr]) -> list[V3]:
+        """A symmetric matrix, of which the lower half is stored."""
+        lower = (self.keep(entry(i, j)) for i in range(3) for j in range(i + 1))
+        xx, xy, yy, xz, yz, zz = lower
+        return [(xx, xy, xz), (xy, yy, yz), (xz, yz, zz)]
 
     def transform(self, rows: Sequence[V3], a: Sequence[Expr]) -> V3:
         """Matrix times vector."""

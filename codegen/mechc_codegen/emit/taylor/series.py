@@ -145,7 +145,7 @@ class SeriesWriter:
         body = [line for number in self.needed for line in self._value(number)]
         body += self._factors()
         if not self.series.momenta:
-            body += self._solution("v", self._forcing_values())
+            body += self._solution("v", [self.start(n) for n in self.series.forcing])
         body += [f"kept[{place}] = {name};" for name, place in self.kept.items()]
         own = self._rows_after(self.nq + self.nu)
         body += [f"row[{place}] = {self._start_of(*of)};" for of, place in own]
@@ -243,12 +243,12 @@ class SeriesWriter:
             later = [number for number in self.needed if number not in self._first()]
             return lines + [line for number in later for line in self._coefficient(number)]
         lines = [line for number in self.needed for line in self._coefficient(number)]
-        return lines + self._solution("d", self._forcing_coefficients())
+        return lines + self._solution("d", list(map(self._forcing_coefficient, range(self.nu))))
 
     def _speeds(self) -> list[str]:
         """Lines that solve the speeds from M u, which is integrated and stands in their places."""
         lines = [line for number in self._first() for line in self._coefficient(number)]
-        lines += self._solution("d", self._momenta())
+        lines += self._solution("d", list(map(self._momentum, range(self.nu))))
         self.solving = {int(n) for line in lines for n in _SUM.findall(line)}
         return lines + [f"row[{self.nq + i}] = b{i};" for i in range(self.nu)]
 
@@ -345,14 +345,8 @@ class SeriesWriter:
         number = self.series.mass[i * self.nu + j]
         return None if self.series.is_number(number, 0) else number
 
-    def _forcing_values(self) -> list[str]:
-        return [self.start(n) for n in self.series.forcing]
-
-    def _forcing_coefficients(self) -> list[str]:
-        """Coefficients of F_k minus the products with coefficients of M."""
-        return [self._forcing_coefficient(i) for i in range(self.nu)]
-
     def _forcing_coefficient(self, i: int) -> str:
+        """The coefficient of F_i minus the products with coefficients of M."""
         text = f"d{self.series.forcing[i]}" if self.varies(self.series.forcing[i]) else "R(0.0)"
         for j in range(self.nu):
             entry = self._entry(i, j)
@@ -361,11 +355,8 @@ class SeriesWriter:
                 text = f"R_FMA(-d{entry}, {self.keep(f'a{j}')}, {text} - {total})"
         return text
 
-    def _momenta(self) -> list[str]:
-        """Coefficients of M u, which are in the row, minus the products with coefficients of M."""
-        return [self._momentum(i) for i in range(self.nu)]
-
     def _momentum(self, i: int) -> str:
+        """The coefficient of (M u)_i, which is in the row, minus the products with those of M."""
         text = f"row[{self.nq + i}]"
         for j in range(self.nu):
             entry = self._entry(i, j)

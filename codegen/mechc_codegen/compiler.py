@@ -10,9 +10,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
-from mechc_codegen.derive.derive_equations import derive_equations
+from mechc_codegen.derive.derive_equations import derive_equations, drop_parameters
 from mechc_codegen.derive.differentiate import differentiate
-from mechc_codegen.derive.drop_parameters import drop_parameters
 from mechc_codegen.description.drawing import Drawing
 from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.description.request import DEFAULT_REQUEST, USUAL, OutputRequest

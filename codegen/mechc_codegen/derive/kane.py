@@ -60,6 +60,13 @@ class BodyMotion:
             Vector(0) if self.inertia is None else dyadic_dot(self.inertia, self.angular_velocity)
         )
 
+    @property
+    def kinetic_energy(self) -> Expr:
+        energy = self.mass * dot(self.velocity, self.velocity) / 2
+        return energy + (
+            S.Zero if self.inertia is None else dot(self.angular_velocity, self.spin) / 2
+        )
+
 
 def derive(mechanism: Mechanism, request: OutputRequest = DEFAULT_REQUEST) -> Equations:
     """Derive the equations of motion and every other requested output of ``mechanism``."""
@@ -154,13 +161,15 @@ def _kanes_equations(
 ) -> tuple[list[list[Expr]], list[Expr]]:
     """The upper triangle of M, and F, by Kane's method."""
     speeds, frame = mechanism.u, mechanism.frame
-    size = len(speeds)
+    size, no_accelerations = len(speeds), {u.diff(dynamicsymbols._t): S.Zero for u in speeds}
     mass = [[S.Zero] * size for _ in speeds]
     forcing = _generalized_active_forces(mechanism)
     for motion in motions:
         linear = [motion.velocity.diff(u, frame, var_in_dcm=False) for u in speeds]
         angular = [motion.angular_velocity.diff(u, frame, var_in_dcm=False) for u in speeds]
-        force_rate, moment_rate = _inertia_without_accelerations(mechanism, motion)
+        carried = (motion.mass * motion.velocity, motion.spin)
+        changes = (p.dt(frame).xreplace(no_accelerations) for p in carried)
+        force_rate, moment_rate = (change.xreplace(mechanism.rates) for change in changes)
         spins = [] if motion.inertia is None else [dyadic_dot(motion.inertia, w) for w in angular]
         for row in range(size):
             for column in range(row, size):
@@ -173,16 +182,6 @@ def _kanes_equations(
                 load = added.per_acceleration[column].xreplace(mechanism.rates)
                 mass[row][column] -= dot(load, partial)
     return mass, forcing
-
-
-def _inertia_without_accelerations(
-    mechanism: Mechanism, motion: BodyMotion
-) -> tuple[Vector, Vector]:
-    """d(m v)/dt and dH/dt of a body with every u' zero."""
-    no_accelerations = {u.diff(dynamicsymbols._t): S.Zero for u in mechanism.u}
-    rates = (p.dt(mechanism.frame) for p in (motion.mass * motion.velocity, motion.spin))
-    force, moment = (r.xreplace(no_accelerations).xreplace(mechanism.rates) for r in rates)
-    return force, moment
 
 
 def _generalized_active_forces(mechanism: Mechanism) -> list[Expr]:
@@ -219,7 +218,7 @@ def _constraints(mechanism: Mechanism) -> list[Output]:
 
 
 def _energies(mechanism: Mechanism, motions: list[BodyMotion]) -> list[Output]:
-    kinetic = sum((_kinetic_energy(motion) for motion in motions), S.Zero)
+    kinetic = sum((motion.kinetic_energy for motion in motions), S.Zero)
     potential = sum((sympify(b.potential_energy) for b in mechanism.bodies), S.Zero)
     if mechanism.potential is not None:
         potential = mechanism.potential
@@ -249,13 +248,6 @@ def _auxiliary_reactions(mechanism: Mechanism, motions: list[BodyMotion]) -> dic
     pairs = zip(mechanism.bodies, motions, strict=True)
     momenta += [(body.frame, motion.spin) for body, motion in pairs if is_rigid(body)]
     return reaction_values(mechanism, (*mechanism.loads, *_weights(mechanism)), momenta)
-
-
-def _kinetic_energy(motion: BodyMotion) -> Expr:
-    energy = motion.mass * dot(motion.velocity, motion.velocity) / 2
-    if motion.inertia is not None:
-        energy += dot(motion.angular_velocity, motion.spin) / 2
-    return energy
 
 
 def _momenta(mechanism: Mechanism, motions: list[BodyMotion]) -> list[Output]:

@@ -4,38 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from sympy import Expr, S
+from sympy import Expr
 from sympy.physics.mechanics import Point, ReferenceFrame
 from sympy.physics.vector import Vector
 
-from mechc_codegen.derive.outputs import V3
+from mechc_codegen.derive.tree.tape import V3, Tape
 from mechc_codegen.description.joints.tree import Body
 from mechc_codegen.description.mechanism import Mechanism
-from mechc_codegen.description.placement import cross
 from mechc_codegen.description.terms import multiplier
 
 
-class WrittenKinetics:
-    """Expressions of coordinates, speeds and their rates.
+class WrittenKinetics(Tape):
+    """Expressions of coordinates, speeds and their rates, none of them named.
 
     ``momenta``: linear momentum of each body, and angular momentum about its mass centre.
     """
 
     def __init__(self, mechanism: Mechanism, momenta: Mapping[Body, tuple[Vector, Vector]]) -> None:
+        super().__init__(())
         self.mechanism, self.momenta = mechanism, momenta
 
-    def total(self, *vectors: V3) -> V3:
-        x, y, z = (sum(parts, S.Zero) for parts in zip(*vectors, strict=True))
-        return x, y, z
-
-    def difference(self, a: V3, b: V3) -> V3:
-        return self.total(a, self.scale(S.NegativeOne, b))
-
-    def cross(self, a: V3, b: V3) -> V3:
-        return cross(a, b)
-
-    def scale(self, factor: Expr, a: V3) -> V3:
-        return factor * a[0], factor * a[1], factor * a[2]
+    def keep(self, value: Expr) -> Expr:
+        return value
 
     def along(self, vector: Vector) -> V3:
         frame: ReferenceFrame = self.mechanism.frame

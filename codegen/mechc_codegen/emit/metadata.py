@@ -13,7 +13,14 @@ from typing import Any
 from sympy import Abs, S, Symbol
 
 from mechc_codegen.derive.equations import Equations, Output
-from mechc_codegen.description.mechanism import Mechanism, Parameter, Quantity, printed_name
+from mechc_codegen.description.mechanism import (
+    Coordinate,
+    Mechanism,
+    Parameter,
+    Speed,
+    State,
+    printed_name,
+)
 from mechc_codegen.description.piecewise import Floor, Step
 from mechc_codegen.description.quaternions import unit_quaternions
 from mechc_codegen.description.request import OutputRequest
@@ -44,25 +51,17 @@ def scene_metadata(
     """
     program, equations, request = functions.program, functions.equations, functions.request
     switched = SWITCHING in functions.outputs
+    rows = (*mechanism.holonomic, *((c.name, c.unit) for c in mechanism.motion_constraints))
     return {
         "name": mechanism.name,
         "title": mechanism.title,
-        "coordinates": [
-            *(_quantity_data(printed_name(c.symbol), c.quantity) for c in mechanism.coordinates),
-            *(_quantity_data(printed_name(s.symbol), s.quantity) for s in mechanism.states),
-        ],
-        "speeds": [_quantity_data(printed_name(s.symbol), s.quantity) for s in mechanism.speeds],
-        "parameters": [_quantity_data(str(p.symbol), p.quantity) for p in parameters],
+        "coordinates": _quantities((*mechanism.coordinates, *mechanism.states)),
+        "speeds": _quantities(mechanism.speeds),
+        "parameters": _quantities(parameters),
         "points": [p.name for p in mechanism.points] if request.includes("points") else [],
         "bodies": list(distinct(b.name for b in mechanism.bodies)),
         "joints": [j.name for j in mechanism.joints] if request.includes("reactions") else [],
-        "constraints": [
-            {"name": name, "unit": unit}
-            for name, unit in (
-                *mechanism.holonomic,
-                *((c.name, c.unit) for c in mechanism.motion_constraints),
-            )
-        ],
+        "constraints": [{"name": name, "unit": unit} for name, unit in rows],
         "links": [[label, list(points)] for label, points in mechanism.drawing.links],
         "ground": list(mechanism.drawing.ground),
         "traced": list(mechanism.drawing.traced),
@@ -238,20 +237,22 @@ def distinct(names: Iterable[str]) -> Iterator[str]:
         yield different
 
 
-def _quantity_data(name: str, quantity: Quantity) -> dict[str, Any]:
-    return {
-        "name": name,
-        "unit": quantity.unit,
-        "kind": quantity.kind,
-        "description": quantity.description,
-        "lower": _finite(quantity.lower),
-        "upper": _finite(quantity.upper),
-        "closed": quantity.closed,
-    }
+def _quantities(things: Iterable[Coordinate | State | Speed | Parameter]) -> list[dict[str, Any]]:
+    def finite(bound: float) -> float | None:
+        return bound if math.isfinite(bound) else None
 
-
-def _finite(bound: float) -> float | None:
-    return bound if math.isfinite(bound) else None
+    return [
+        {
+            "name": printed_name(thing.symbol),
+            "unit": thing.quantity.unit,
+            "kind": thing.quantity.kind,
+            "description": thing.quantity.description,
+            "lower": finite(thing.quantity.lower),
+            "upper": finite(thing.quantity.upper),
+            "closed": thing.quantity.closed,
+        }
+        for thing in things
+    ]
 
 
 def operation_counts(lowered: Program, functions: SceneFunctions) -> dict[str, Any]:

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 from sympy import diff
@@ -21,91 +21,23 @@ from mechc_codegen.emit.definition import plain_words
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.printer import RealPrinter
 from mechc_codegen.emit.tables import lookups
-from mechc_codegen.emit.units.event_unit import EventExpressions, event_functions
+from mechc_codegen.emit.units.event_unit import event_functions
 from mechc_codegen.errors import CodegenError
 from mechc_codegen.export.amalgamate import included_headers
-from mechc_codegen.export.description import Unit, build_description, model_description
+from mechc_codegen.export.description import build_description, model_description
 from mechc_codegen.export.standalone import checked_name, fill_template
-from mechc_codegen.export.variables import StartValues, open_inputs, output_sizes, variables
+from mechc_codegen.export.variables import (
+    VERSIONS,
+    StartValues,
+    open_inputs,
+    output_sizes,
+    variables,
+)
+from mechc_codegen.export.variables import FmuEvents as FmuEvents
+from mechc_codegen.export.variables import FmuOptions as FmuOptions
 from mechc_codegen.extension.flags import FLAGS, RUNTIME
 
-VERSIONS = ("3.0", "2.0")
 SOURCE = "fmu.c"
-
-
-@dataclass(frozen=True)
-class FmuEvents:
-    """The events of a unit.
-
-    Attributes
-    ----------
-    titles, directions, expressions
-        Of each event; direction 0: its zero is crossed in both.
-    contacts
-        Of each event the number of the contact that it is, or -1.
-    has_gap, has_friction
-        Of each contact.
-    poisson
-        Whether impacts follow Poisson's law of restitution, not Newton's.
-    quantities
-        Of all contacts, row after row: ``hybrid/events/functions.h``.
-    """
-
-    titles: Sequence[str] = ()
-    directions: Sequence[float] = ()
-    expressions: Sequence[EventExpressions] = ()
-    contacts: Sequence[int] = ()
-    has_gap: Sequence[int] = ()
-    has_friction: Sequence[int] = ()
-    poisson: bool = False
-    quantities: Sequence[Any] = ()
-
-    def every_expression(self) -> Iterator[Any]:
-        """All expressions of the events."""
-        for event in self.expressions:
-            yield from () if event.value is None else (event.value,)
-            yield from (event.reset or {}).values()
-        yield from self.quantities
-
-
-@dataclass(frozen=True)
-class FmuOptions:
-    """The settings of an export.
-
-    Attributes
-    ----------
-    name
-        Begins names of files.
-    start
-        State (nq + nu), SI units.
-    values
-        Parameters that were given, by name; the others have their defaults, and follow.
-    rtol
-        Tolerance of co-simulation.
-    version
-        Version of FMI, one of :data:`VERSIONS`.
-    end
-        End of the default experiment, s.
-    drift
-        The least drift that model exchange projects away.
-    tool
-        Name and version of what exports.
-    derivatives
-        Whether the unit offers derivatives, which take most of the time of a large mechanism.
-    events
-        The events over the symbols t, y0, y1, ..., p0, p1, ... of a scene with this metadata.
-    """
-
-    name: str
-    start: Sequence[float]
-    values: Mapping[str, float]
-    rtol: float
-    version: str = VERSIONS[0]
-    end: float = 1.0
-    drift: float = 0.0
-    tool: str = ""
-    derivatives: bool = True
-    events: Callable[[Mapping[str, Any]], FmuEvents] = lambda metadata: FmuEvents()
 
 
 def fmu_request(request: OutputRequest, derivatives: bool) -> OutputRequest:
@@ -141,17 +73,17 @@ def fmu_files(
         **event_parts(functions, events),
     }
     sources = unit_sources(functions, metadata, values, options, parts)
-    unit = Unit(
-        name, metadata["title"] or metadata["name"], _token(sources, metadata), options.version,
-        options.end, options.rtol, options.tool, options.derivatives,
-        0 if len(events.has_gap) else len(events.titles), not len(events.has_gap),
-    )  # fmt: skip
-    sources[SOURCE] = sources[SOURCE].replace("@TOKEN@", unit.token)
+    token = _token(sources, metadata)
+    sources[SOURCE] = sources[SOURCE].replace("@TOKEN@", token)
     found = {f"sources/{path}": text.encode() for path, text in sources.items()}
     listed = variables(metadata, values, events.titles)
-    found["modelDescription.xml"] = model_description(unit, listed, SOURCE)
+    title = metadata["title"] or metadata["name"]
+    indicators = None if len(events.has_gap) else len(events.titles)
+    found["modelDescription.xml"] = model_description(
+        options, title, token, listed, SOURCE, indicators
+    )
     if options.version == "3.0":
-        found["sources/buildDescription.xml"] = build_description(unit, SOURCE, FLAGS)
+        found["sources/buildDescription.xml"] = build_description(name, SOURCE, FLAGS)
     return found
 
 

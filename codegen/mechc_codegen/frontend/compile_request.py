@@ -7,18 +7,19 @@ binary in the cache is found by it without deriving again.
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, TypeGuard
 
 from sympy import Basic, Expr, sympify
-from sympy.physics.mechanics import ReferenceFrame
+from sympy.physics.mechanics import Particle, ReferenceFrame, RigidBody
+from sympy.physics.vector import Vector
 
 from mechc_codegen.convert.fingerprint import Fingerprint, fingerprint
+from mechc_codegen.description.placement import reachable
 from mechc_codegen.description.source import ConversionSettings
 from mechc_codegen.description.terms import as_expression, printed_name
-from mechc_codegen.drawing.looks import looks_of
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.frontend.array_outputs import Shape, scalar_outputs
 from mechc_codegen.frontend.described_text import DescribedText, NotWritableError, plain_text
@@ -91,7 +92,7 @@ class CompileRequest:
         """A value that determines the picture of its bodies."""
         described = self._mechanism or self._source
         assert described is not None
-        return looks_of((*described.bodies, *described.drawn))
+        return _looks_of((*described.bodies, *described.drawn))
 
     def description(self) -> tuple[Mechanism, OutputRequest]:
         """The mechanism, and the outputs and fixed parameters requested of it."""
@@ -106,6 +107,26 @@ class CompileRequest:
         return mechanism, read_request(
             mechanism, options.fix, options.outputs, of_object=of_object, shapes=self._shapes
         )
+
+
+def _looks_of(bodies: Sequence[RigidBody | Particle]) -> tuple[Any, ...]:
+    """Names of the bodies, and every step between the points and frames around them.
+
+    Two descriptions with the same equations share one compiled scene; they have one picture only if
+    the points and frames around their bodies are the same too.
+    """
+    points = reachable([body.masscenter for body in bodies])
+    ways = [way for point in points for way in point._pos_dict.values()]
+    frames = reachable([frame for way in ways for _, frame in way.args], "_dcm_dict")
+
+    def parts(way: Vector) -> tuple[Any, ...]:
+        return tuple((frame.name, tuple(matrix)) for matrix, frame in way.args)
+
+    return (
+        tuple((body.name, body.masscenter.name) for body in bodies),
+        tuple((p.name, tuple((o.name, parts(w)) for o, w in p._pos_dict.items())) for p in points),
+        tuple((f.name, tuple((o.name, tuple(m)) for o, m in f._dcm_dict.items())) for f in frames),
+    )
 
 
 def compilable(thing: object) -> bool:

@@ -105,8 +105,14 @@ class _TreeDerivation:
         mechanism, includes = self.mechanism, self.request.includes
         links = self.links.links
         planar = self._planar(links)
+        kinetics = TreeKinetics(mechanism, self.links, self.loaded, self.symbols)
         outputs = [
-            *(self._written() if self.written else self._tree_outputs(links, planar)),
+            *(
+                composite_equations(self.loaded, self.symbols)
+                if self.written
+                else self._tree_outputs(links, planar)
+            ),
+            *([array("motion_constraints", "constraints on the speeds", (), ())] * self.written),
             *self._kinematics(),
             *self._closures(planar),
             *(self._energies() if includes("energy") else ()),
@@ -114,7 +120,7 @@ class _TreeDerivation:
             *(self._points() if includes("points") else ()),
             *(self._accelerations() if includes("accelerations") else ()),
             *(self._residual() if self.request.includes_jacobian and not self.written else ()),
-            *(self._reactions() if includes("reactions") else ()),
+            *(reaction_outputs(mechanism, kinetics) if includes("reactions") else ()),
             *self._scalars(),
         ]
         return Equations(
@@ -159,13 +165,6 @@ class _TreeDerivation:
         return all(vanishes((*angular[:2], linear[2])) for angular, linear in motions) and all(
             vanishes((*link.bias[0][:2], link.bias[1][2])) for link in links
         )
-
-    def _written(self) -> list[Output]:
-        """The outputs M and F in place of the tree's data, and the constraints on the speeds."""
-        return [
-            *composite_equations(self.loaded, self.symbols),
-            array("motion_constraints", "constraints on the speeds", (), ()),
-        ]
 
     def _tree_outputs(self, links: Sequence[Link], planar: bool) -> list[Output]:
         numbers = range(len(links))
@@ -300,10 +299,6 @@ class _TreeDerivation:
         moving = LinkAccelerations(self.links, self.symbols)
         found = [moving.of_point(self.links.motion(p)) for p in self.mechanism.points]
         return [point_accelerations(self.mechanism, found)]
-
-    def _reactions(self) -> list[Output]:
-        kinetics = TreeKinetics(self.mechanism, self.links, self.loaded, self.symbols)
-        return reaction_outputs(self.mechanism, kinetics)
 
     def _scalars(self) -> list[Output]:
         own = user_outputs(self.request, {})

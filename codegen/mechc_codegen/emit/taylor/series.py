@@ -148,7 +148,9 @@ class SeriesWriter:
             body += self._solution("v", [self.start(n) for n in self.series.forcing])
         body += [f"kept[{place}] = {name};" for name, place in self.kept.items()]
         own = self._rows_after(self.nq + self.nu)
-        body += [f"row[{place}] = {self._start_of(*of)};" for of, place in own]
+        for (number, weight), place in own:
+            value = f"a{-1 - number}" if number < 0 else f"v{number}"
+            body.append(f"row[{place}] = {'R(0.0)' if weight else value};")
         body += self._rates("v")
         signature = (
             "real t, const real *q, const real *u, const FN(given) *given, real *kept, real *row, "
@@ -158,11 +160,6 @@ class SeriesWriter:
 
     def _rows_after(self, first: int) -> list[tuple[Row, int]]:
         return [(of, place) for of, place in self.rows.items() if place >= first]
-
-    def _start_of(self, number: int, weight: str) -> str:
-        if weight:
-            return "R(0.0)"
-        return f"a{-1 - number}" if number < 0 else f"v{number}"
 
     def _value(self, n: int) -> Iterator[str]:
         operation = self.series.operations[n]
@@ -219,7 +216,9 @@ class SeriesWriter:
         self.used = set()
         body = self._coefficients()
         own = self._rows_after(self.integrated)
-        body += [f"row[{place}] = {self._next_of(*of)};" for of, place in own]
+        for (number, weight), place in own:
+            value = f"b{-1 - number}" if number < 0 else f"d{number}"
+            body.append(f"row[{place}] = {'order * ' if weight else ''}{value};")
         body += self._rates("d")
         self.sums = arrange(self.sums)
         loads = [f"const real {name} = kept[{place}];" for name, place in self.kept.items()]
@@ -230,11 +229,6 @@ class SeriesWriter:
         )
         comment = "The row of an order from its states and the sums; rates of that order."
         return self._function("series_next", signature, comment, loads + body)
-
-    def _next_of(self, number: int, weight: str) -> str:
-        if number < 0:
-            return f"b{-1 - number}"
-        return f"order * d{number}" if weight else f"d{number}"
 
     def _coefficients(self) -> list[str]:
         """Lines for the coefficients; terms of M u come first where it determines the speeds."""

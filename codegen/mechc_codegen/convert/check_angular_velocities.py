@@ -26,6 +26,7 @@ from mechc_codegen.description.placement import (
     Placement,
     apply,
     dot,
+    plus,
     steps_from,
     way_to,
 )
@@ -188,8 +189,7 @@ class _Rotations:
             rate = [[self._rate(e) for e in row] for row in rows]
             axis = [dot(rate[i - 1], turn[i - 2]) for i in range(3)]
             local = apply(self._placement.rotation(before), axis)
-            x, y, z = (a + b for a, b in zip(self._spins[before], local, strict=True))
-            self._spins[step] = (x, y, z)
+            self._spins[step] = plus(self._spins[before], local)
         return self._spins[frame]
 
     def _rate(self, entry: Expr) -> float:

@@ -232,7 +232,7 @@ def integrable(motion: Sequence[Expr], rates: Rates) -> bool:
     if len(rates.q) != len(rates.u):
         return False
     forms = _Forms(rates, [rates.in_symbols(e) for e in motion])
-    values = forms.start()
+    values = random_point(None, len(rates.symbols), _SEEDS[0]) or []
     rows = forms.at(values)
     if rows is None:
         return False
@@ -256,10 +256,6 @@ class _Forms:
         self.rates, self.size = rates, len(rates.q)
         self.rows = SpeedRows(rates, motion)
         self.kinematics = SpeedRows(rates, rates.kinematics)
-
-    def start(self) -> list[float]:
-        """A random state."""
-        return random_point(None, len(self.rates.symbols), _SEEDS[0]) or []
 
     def at(self, values: Sequence[float]) -> Rows | None:
         """A = J N^-1; None where N has no inverse."""

@@ -132,8 +132,15 @@ def _constraints(
     motion = tuple(e.xreplace(rates.moving) for e in source.motion)
     if source.mixed:
         motion = nonholonomic(configuration, motion, rates)
-    if motion and source.mixed and settings.configuration_constraints is None:
-        _refuse_integrable(motion, rates, source)
+    unknown = source.mixed and settings.configuration_constraints is None
+    if motion and unknown and integrable(motion, rates):
+        raise MechanismError(
+            f"velocity constraints of this {source.kind} are rates of configuration constraints "
+            "that were not given, so positions cannot be recovered from it: add "
+            "configuration_constraints=[...] to the KanesMethod (with q_dependent), or to "
+            "mechc.compile. configuration_constraints=[] means that there are no others; "
+            "positions then keep the closure that they start with"
+        )
     identities = [] if rates.are_speeds else satisfied_identically(configuration, rates)
     skipped = tuple(f"constraint {i + 1}, kept by the kinematics" for i in identities)
     configuration = tuple(e for i, e in enumerate(configuration) if i not in identities)
@@ -146,17 +153,6 @@ def _all_rates(source: Source, rates: Rates, motion: Sequence[Expr]) -> tuple[Ex
         return tuple(e.xreplace(rates.moving) for e in source.motion)
     along = (e.diff(dynamicsymbols._t) for e in source.configuration)
     return (*(e.xreplace(rates.moving) for e in along), *motion)
-
-
-def _refuse_integrable(motion: Sequence[Expr], rates: Rates, source: Source) -> None:
-    if integrable(motion, rates):
-        raise MechanismError(
-            f"velocity constraints of this {source.kind} are rates of configuration constraints "
-            "that were not given, so positions cannot be recovered from it: add "
-            "configuration_constraints=[...] to the KanesMethod (with q_dependent), or to "
-            "mechc.compile. configuration_constraints=[] means that there are no others; "
-            "positions then keep the closure that they start with"
-        )
 
 
 def _numbered_constraints(kind: str, expressions: Sequence[Expr]) -> tuple[Constraint, ...]:
@@ -332,15 +328,9 @@ def find_symbol(key: Key, known: Sequence[Any], argument: str, kind: str) -> Any
 def _joints(source: Source, bodies: Sequence[RigidBody | Particle]) -> tuple[Joint, ...]:
     """The joints between moving bodies and with the ground, which all bodies at rest belong to."""
     still = {body for body in source.bodies if body not in bodies}
-    joints = [
-        replace(
-            joint,
-            parent=None if joint.parent in still else joint.parent,
-            child=None if joint.child in still else joint.child,
-        )
-        for joint in (source.joints if source.lagrangian is None else ())
-    ]
-    return tuple(joint for joint in joints if joint.parent is not joint.child)
+    joints = source.joints if source.lagrangian is None else ()
+    moved = (joint.on_ground(still) for joint in joints)
+    return tuple(joint for joint in moved if joint.parent is not joint.child)
 
 
 def _origin(source: Source) -> Point | None:

@@ -8,7 +8,15 @@ from __future__ import annotations
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
 from sympy.physics.vector import Vector
 
-from mechc_codegen.description.placement import ZERO, Number3, Placement, cross, steps_from, way_to
+from mechc_codegen.description.placement import (
+    ZERO,
+    Number3,
+    Placement,
+    cross,
+    plus,
+    steps_from,
+    way_to,
+)
 from mechc_codegen.description.terms import is_rigid, velocity_of
 
 MOVES = 1e-9  # of values of the order of one
@@ -43,7 +51,7 @@ class Stationary:
         for step in way_to(frame, self._before, self._spins):
             before = self._before[step]
             relative = self._placement.vector(step._ang_vel_dict[before])
-            self._spins[step] = _sum(self._spins[before], relative)
+            self._spins[step] = plus(self._spins[before], relative)
         return self._spins[frame]
 
     def _velocity(self, point: Point) -> Number3:
@@ -57,7 +65,7 @@ class Stationary:
             at, start = before[at], at
             if (at, start) not in self._rates:
                 self._rates[at, start] = self._rate(at._pos_dict[start])
-            velocity = _sum(velocity, self._rates[at, start])
+            velocity = plus(velocity, self._rates[at, start])
         return velocity
 
     def _rate(self, way: Vector) -> Number3:
@@ -65,10 +73,5 @@ class Stationary:
         for matrix, frame in way.args:
             arm = self._placement.vector(Vector([(matrix, frame)]))
             sliding = self._placement.vector(Vector([(matrix.diff(dynamicsymbols._t), frame)]))
-            total = _sum(total, sliding, cross(self._spin(frame), arm))
+            total = plus(total, sliding, cross(self._spin(frame), arm))
         return total
-
-
-def _sum(*vectors: Number3) -> Number3:
-    x, y, z = (sum(parts) for parts in zip(*vectors, strict=True))
-    return x, y, z

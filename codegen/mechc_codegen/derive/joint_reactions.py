@@ -24,7 +24,6 @@ from sympy.physics.vector import Vector
 from mechc_codegen.derive.equations import Output
 from mechc_codegen.derive.load_bodies import LoadBodies
 from mechc_codegen.derive.outputs import V3, vectors
-from mechc_codegen.description.constraints import Closure
 from mechc_codegen.description.joints.couplings import CoupledPair
 from mechc_codegen.description.joints.tree import Body, Joint, joint_tree, refuse_unreached
 from mechc_codegen.description.mechanism import Mechanism
@@ -98,18 +97,14 @@ def refuse_unknown_reactions(mechanism: Mechanism) -> None:
             "its joints (mechc.from_joints, or Mechanism(..., joints=...)), cut ones as mechc.Cut"
         )
     refuse_unreached(name, joint_tree(mechanism.joints, mechanism.bodies))
-    _refuse_loose_closures(mechanism)
-    _refuse_other_constraints(mechanism)
-
-
-def _refuse_loose_closures(mechanism: Mechanism) -> None:
     cut = {joint.name for joint in mechanism.joints if joint.is_cut}
     for closure in mechanism.closures:
         if closure.name not in cut:
             raise MechanismError(
-                f"{mechanism.name}: it is not known which bodies the closure {closure.name} "
-                "connects, so joint reactions are not; describe it as a joint (mechc.Cut)"
+                f"{name}: it is not known which bodies the closure {closure.name} connects, so "
+                "joint reactions are not; describe it as a joint (mechc.Cut)"
             )
+    _refuse_other_constraints(mechanism)
 
 
 def _refuse_other_constraints(mechanism: Mechanism) -> None:
@@ -152,9 +147,7 @@ class _JointReactions:
     def of_all(self) -> list[Wrench]:
         """The wrench of each joint on its child, about the child's point."""
         self._apply_loads()
-        self._cut_joints()
-        for coupling in _couplings(self.mechanism):
-            self._add_coupling(coupling)
+        self._apply_constraints()
         tree = joint_tree(self.mechanism.joints, self.mechanism.bodies)
         for branch in reversed(tree.branches):
             at = self.kinetics.position(branch.joint.child_point)
@@ -196,28 +189,23 @@ class _JointReactions:
                 weight = k.along(body.mass * self.mechanism.gravity)
                 self._add(body, Wrench(weight, ZERO, k.position(body.masscenter)))
 
-    def _cut_joints(self) -> None:
-        row = len(self.mechanism.configuration_constraints)
+    def _apply_constraints(self) -> None:
+        """Add the wrenches of cut joints and couplings, and opposite ones to the parents."""
+        k, row = self.kinetics, len(self.mechanism.configuration_constraints)
         joints = {joint.name: joint for joint in self.mechanism.joints if joint.is_cut}
         self._found |= dict.fromkeys(joints, Wrench(ZERO, ZERO, ZERO))  # without constraints
         for closure in self.mechanism.closures:
-            self._add_cut(joints[closure.name], closure, row)
+            joint, axes = joints[closure.name], [k.along(axis) for axis in closure.axes]
+            turning = [k.cross(k.along(a), k.along(b)) for a, b in closure.perpendicular]
+            force = self._weighted_sum(axes, row)
+            moment = self._weighted_sum(turning, row + len(axes))
+            self._add_pair(joint, Wrench(force, moment, k.position(joint.child_point)))
             row += len(closure.rows)
-
-    def _add_cut(self, joint: Joint, closure: Closure, row: int) -> None:
-        k = self.kinetics
-        axes = [k.along(axis) for axis in closure.axes]
-        turning = [k.cross(k.along(one), k.along(other)) for one, other in closure.perpendicular]
-        force = self._weighted_sum(axes, row)
-        moment = self._weighted_sum(turning, row + len(axes))
-        self._add_pair(joint, Wrench(force, moment, k.position(joint.child_point)))
-
-    def _add_coupling(self, joint: CoupledPair) -> None:
-        k = self.kinetics
         names = [c.name for c in self.mechanism.configuration_constraints]
-        weight = k.multiplier(names.index(joint.name))
-        force, torque = (k.scale(weight, k.along(v)) for v in (joint.force, joint.torque))
-        self._add_pair(joint, Wrench(force, torque, k.position(joint.child_point)))
+        for coupling in _couplings(self.mechanism):
+            weight = k.multiplier(names.index(coupling.name))
+            force, torque = (k.scale(weight, k.along(v)) for v in (coupling.force, coupling.torque))
+            self._add_pair(coupling, Wrench(force, torque, k.position(coupling.child_point)))
 
     def _add_pair(self, joint: Joint, wrench: Wrench) -> None:
         """Add a wrench to the child, and the opposite one to the parent."""

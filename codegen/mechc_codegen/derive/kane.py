@@ -82,8 +82,14 @@ def derive(mechanism: Mechanism, request: OutputRequest = DEFAULT_REQUEST) -> Eq
         *(_points(mechanism) if request.includes("points") else ()),
         *([] if mechanism.preference is None else [preference(mechanism.preference)]),
     ]
+    rates = (_velocity(mechanism, point).dt(mechanism.frame) for point in mechanism.points)
+    accelerations = (_along(rate, mechanism.frame) for rate in rates)
     solved = [
-        *([_point_accelerations(mechanism)] if request.includes("accelerations") else ()),
+        *(
+            [point_accelerations(mechanism, accelerations)]
+            if request.includes("accelerations")
+            else ()
+        ),
         *(_reactions(mechanism, motions) if request.includes("reactions") else ()),
         *user_outputs(request, _auxiliary_reactions(mechanism, motions)),
     ]
@@ -265,12 +271,6 @@ def _points(mechanism: Mechanism) -> list[Output]:
     positions = [_along(point.pos_from(mechanism.origin), frame) for point in named]
     velocities = [_along(_velocity(mechanism, point), frame) for point in named]
     return points(mechanism, positions, velocities)
-
-
-def _point_accelerations(mechanism: Mechanism) -> Output:
-    frame = mechanism.frame
-    found = (_velocity(mechanism, point).dt(frame) for point in mechanism.points)
-    return point_accelerations(mechanism, (_along(each, frame) for each in found))
 
 
 def _reactions(mechanism: Mechanism, motions: list[BodyMotion]) -> list[Output]:

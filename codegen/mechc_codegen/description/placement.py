@@ -56,9 +56,7 @@ class Placement:
         total = ZERO
         for matrix, frame in vector.args:
             entries = [self.value(entry) for entry in matrix]
-            turned = apply(self.rotation(frame), entries)
-            x, y, z = (a + b for a, b in zip(total, turned, strict=True))
-            total = (x, y, z)
+            total = plus(total, apply(self.rotation(frame), entries))
         return total
 
     def rotation(self, frame: ReferenceFrame) -> tuple[Number3, ...]:
@@ -80,9 +78,7 @@ class Placement:
         """
         for step in way_to(point, self._points_before, self._points):
             before = self._points_before[step]
-            arm = self.vector(step._pos_dict[before])
-            x, y, z = (a + b for a, b in zip(self._points[before], arm, strict=True))
-            self._points[step] = (x, y, z)
+            self._points[step] = plus(self._points[before], self.vector(step._pos_dict[before]))
         return self._points[point]
 
 
@@ -130,6 +126,12 @@ def cross(a: Sequence[Any], b: Sequence[Any]) -> tuple[Any, Any, Any]:
         a[2] * b[0] - a[0] * b[2],
         a[0] * b[1] - a[1] * b[0],
     )
+
+
+def plus(*vectors: Sequence[Any]) -> tuple[Any, Any, Any]:
+    """The sum of vectors given by components, numbers or expressions."""
+    x, y, z = (sum(parts) for parts in zip(*vectors, strict=True))
+    return x, y, z
 
 
 def apply(rows: Sequence[Sequence[Any]], vector: Sequence[Any]) -> list[Any]:

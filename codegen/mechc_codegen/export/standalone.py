@@ -79,8 +79,17 @@ def standalone(
         "guard": f"{name.upper()}_H",
         "title": plain_words(metadata["title"] or metadata["name"]),
     }
+    symbols, inputs = functions.program.symbols, len(functions.program.input_values())
+    q, u, p = (len(each) for each in (symbols.q, symbols.u, symbols.parameters))
     tables = {
-        **_sizes(functions),
+        "coordinates": q,
+        "speeds": u,
+        "states": q + u,
+        "parameters": p,
+        "room": max(p, 1),
+        "constants": len(functions.constants) + 1,
+        "inputs": inputs,
+        "inputs_room": max(inputs, 1),
         "not_closed": code("MECHC_NOT_CLOSED"),
         "not_finite": code("MECHC_NOT_FINITE"),
         "state_table": _table([*metadata["coordinates"], *metadata["speeds"]], "y"),
@@ -139,21 +148,6 @@ def code(name: str) -> str:
     found = re.search(rf"{name} = (\d+)", (RUNTIME / "abi" / "codes.h").read_text("utf-8"))
     assert found is not None
     return found[1]
-
-
-def _sizes(functions: SceneFunctions) -> dict[str, int]:
-    symbols, inputs = functions.program.symbols, len(functions.program.input_values())
-    q, u, p = (len(each) for each in (symbols.q, symbols.u, symbols.parameters))
-    return {
-        "coordinates": q,
-        "speeds": u,
-        "states": q + u,
-        "parameters": p,
-        "room": max(p, 1),
-        "constants": len(functions.constants) + 1,
-        "inputs": inputs,
-        "inputs_room": max(inputs, 1),
-    }
 
 
 def _table(quantities: Iterable[Mapping[str, Any]], array: str) -> str:

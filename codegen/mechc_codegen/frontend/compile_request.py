@@ -66,20 +66,17 @@ class CompileRequest:
     def digest(self) -> str | None:
         """Hash of everything that decides the derivation; None if it has no complete text."""
         try:
-            text = self._described_text()
+            if self._mechanism is not None:
+                text = DescribedText(self._mechanism).fingerprint
+            else:
+                assert self._source is not None
+                assert self._fingerprint is not None
+                text = Fingerprint(self._source.frame)
+                text.lines.append(self._fingerprint.digest())
             _write_options(text, self.options)
         except NotWritableError:
             return None
         return text.digest()
-
-    def _described_text(self) -> Fingerprint:
-        if self._mechanism is not None:
-            return DescribedText(self._mechanism).fingerprint
-        assert self._source is not None
-        assert self._fingerprint is not None
-        text = Fingerprint(self._source.frame)
-        text.lines.append(self._fingerprint.digest())
-        return text
 
     @property
     def symbol_names(self) -> set[str]:

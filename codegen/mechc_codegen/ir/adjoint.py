@@ -19,7 +19,6 @@ from mechc_codegen.ir.passes.rewrite import with_common_named
 from mechc_codegen.ir.program import (
     Assign,
     Program,
-    Statement,
     slice_statements,
     symbols_of,
 )
@@ -66,7 +65,12 @@ class _Reverse:
         for value, weight in zip(values, weights, strict=True):
             self._hand_on(value, weight)
         for statement in reversed(order):
-            self._hand_on(statement.value, self._name(self._through(statement)))
+            if isinstance(statement, Assign):
+                change = self._sum(statement.target)
+            else:
+                sine, cosine = statement.targets
+                change = cosine * self._sum(sine) - sine * self._sum(cosine)
+            self._hand_on(statement.value, self._name(change))
         return tuple(self._sum(symbol) for symbol in self.given)
 
     def _hand_on(self, value: Expr, change: Expr) -> None:
@@ -75,12 +79,6 @@ class _Reverse:
             return
         for symbol in sorted(value.free_symbols & self._followed, key=str):
             self._terms.setdefault(symbol, []).append(change * slope(value, symbol))
-
-    def _through(self, statement: Statement) -> Expr:
-        if isinstance(statement, Assign):
-            return self._sum(statement.target)
-        sine, cosine = statement.targets
-        return cosine * self._sum(sine) - sine * self._sum(cosine)
 
     def _sum(self, symbol: Symbol) -> Expr:
         return sum(self._terms.pop(symbol, ()), S.Zero)

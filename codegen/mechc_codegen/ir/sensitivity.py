@@ -22,7 +22,6 @@ from mechc_codegen.ir.passes.rewrite import with_common_named
 from mechc_codegen.ir.program import (
     Assign,
     Program,
-    SineCosine,
     Statement,
     in_order_of_use,
     slice_statements,
@@ -73,7 +72,9 @@ def _by(
         added += [_first_columns(output, len(program.symbols.q)) for output in gradient]
     for name in ("constraints", "velocity_constraints") if constraints else ():
         added += forward.of(f"{name}_by_{by}", f"derivative of the {name} by {by}", name)
-    return forward.with_derivatives([*added, *_of_own(f"own_by_{by}", program, forward, own)])
+    added += _of_own(f"own_by_{by}", program, forward, own)
+    kept, named = with_common_named(forward.statements, added, f"{prefix}{{}}x", "none")
+    return with_statements(replace(program, outputs=(*program.outputs, *named)), kept)
 
 
 def _with_slopes(program: Program, defaults: Sequence[Expr | None]) -> Program:
@@ -163,12 +164,6 @@ class _Forward:
         listed = [o for o in found if o.elements and o.elements != self.program.symbols.u]
         return [self.output(name, equation, o.elements) for o in listed]
 
-    def with_derivatives(self, outputs: Sequence[Output]) -> Program:
-        """The program with the derivatives; common subexpressions are computed once."""
-        name = f"{self.prefix}{{}}x"
-        kept, added = with_common_named(self.statements, outputs, name, "none")
-        return with_statements(replace(self.program, outputs=(*self.program.outputs, *added)), kept)
-
     def _reach(self, values: Iterable[Expr]) -> None:
         """Gradients of every statement that the values depend on."""
         needed = symbols_of(values)
@@ -177,16 +172,13 @@ class _Forward:
         for statement in (*hoisted, *body):
             if statement.targets[0] not in self._done:
                 self._done.update(statement.targets)
-                self._differentiate(statement)
-
-    def _differentiate(self, statement: Statement) -> None:
-        gradient = self._gradient(statement.value)
-        if isinstance(statement, Assign):
-            self._keep(statement.target, gradient)
-            return
-        assert isinstance(statement, SineCosine)
-        self._keep(statement.sine, {k: statement.cosine * d for k, d in gradient.items()})
-        self._keep(statement.cosine, {k: -statement.sine * d for k, d in gradient.items()})
+                gradient = self._gradient(statement.value)
+                if isinstance(statement, Assign):
+                    self._keep(statement.target, gradient)
+                    continue
+                sine, cosine = statement.targets
+                self._keep(sine, {k: cosine * d for k, d in gradient.items()})
+                self._keep(cosine, {k: -sine * d for k, d in gradient.items()})
 
     def _keep(self, symbol: Symbol, gradient: Gradient) -> None:
         named = {k: self._name(value) for k, value in gradient.items()}

@@ -14,7 +14,7 @@ from typing import Any
 import sympy
 from sympy import Expr
 
-from mechc_codegen.description.placement import apply, cross, dot, product
+from mechc_codegen.description.placement import apply, cross, dot, plus, product
 
 Entry = Any  # int, float or Expr
 Vec = Sequence[Entry]
@@ -51,10 +51,6 @@ def of_angles(rpy: Vec) -> Mat:
     roll, pitch, yaw = rpy
     turned = product(about((0, 1, 0), pitch), about((1, 0, 0), roll))
     return product(about((0, 0, 1), yaw), turned)
-
-
-def plus(a: Vec, b: Vec) -> Vec:
-    return [x + y for x, y in zip(a, b, strict=True)]
 
 
 def across(axis: Vec) -> tuple[Vec, Vec]:

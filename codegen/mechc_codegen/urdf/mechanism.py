@@ -150,7 +150,10 @@ class _MechanismBuilder:
         link = self.robot.links[name]
         self.parts[name] = (part, place)
         part.line.append(self.points[name].name)
-        part.inertias.append(self._inertia(link).transform(place))
+        turned = Inertia(0, (0, 0, 0), self.values.inertia(link))
+        about = turned.transform(Place(of_angles(link.centre.rpy))).about
+        own = Inertia(self.values.mass(link), self.values.centre(link), about)
+        part.inertias.append(own.transform(place))
         for visual in link.visuals:
             shape = place.then(Place(of_angles(visual.pose.rpy), visual.pose.xyz))
             frame = _frame_at(f"{visual.label} shape", part, shape)
@@ -158,11 +161,6 @@ class _MechanismBuilder:
             at = part.point.locatenew(f"{visual.label} shape", arm)
             on = None if visual.kind == "ball" else frame
             self.solids.append(Solid(visual.kind, visual.label, at, on, tuple(visual.sizes)))
-
-    def _inertia(self, link: RobotLink) -> Inertia:
-        rotation = of_angles(link.centre.rpy)
-        turned = Inertia(0, (0, 0, 0), self.values.inertia(link)).transform(Place(rotation))
-        return Inertia(self.values.mass(link), self.values.centre(link), turned.about)
 
     # -- joints ----------------------------------------------------------------------------
 
@@ -229,7 +227,13 @@ class _MechanismBuilder:
                     f"{self.robot.name}: nothing that the joint {joint.name!r} moves has mass or "
                     "inertia; make it fixed, or give the link a mass"
                 )
-            part.body = _body(joint.child, part, whole)
+            centre = part.point.locatenew(
+                f"{joint.child} centre", vector_along(whole.centre, part.frame)
+            )
+            (xx, xy, xz), (_, yy, yz), (*_, zz) = whole.about
+            about = inertia(part.frame, *map(sympify, (xx, yy, zz, xy, yz, xz)))
+            mass = sympify(whole.mass)
+            part.body = RigidBody(joint.child, centre, part.frame, mass, (about, centre))
 
     def _carries(self, part: _RigidGroup) -> bool:
         """Whether any link beyond this part has inertia."""
@@ -303,13 +307,6 @@ def _star(line: list[str]) -> tuple[str, ...]:
     """One polyline from the first point to each of the others and back."""
     first, *others = dict.fromkeys(line)
     return tuple(name for other in others for name in (first, other)) or (first,)
-
-
-def _body(name: str, part: _RigidGroup, whole: Inertia) -> RigidBody:
-    centre = part.point.locatenew(f"{name} centre", vector_along(whole.centre, part.frame))
-    (xx, xy, xz), (_, yy, yz), (*_, zz) = whole.about
-    about = inertia(part.frame, *map(sympify, (xx, yy, zz, xy, yz, xz)))
-    return RigidBody(name, centre, part.frame, sympify(whole.mass), (about, centre))
 
 
 def _frame_at(name: str, part: _RigidGroup, place: Place) -> ReferenceFrame:

@@ -14,10 +14,10 @@ from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Point, ReferenceFrame, dynamicsymbols
 
 from mechc_codegen.description.mechanism import Coordinate, Quantity, Speed
-from mechc_codegen.description.placement import apply, product
+from mechc_codegen.description.placement import apply, plus, product
 from mechc_codegen.description.terms import vector_along
 from mechc_codegen.joints.attitude import attitude_matrix, quaternion_rates
-from mechc_codegen.urdf.geometry import Mat, Place, Vec, about, across, plus
+from mechc_codegen.urdf.geometry import Mat, Place, Vec, about, across
 from mechc_codegen.urdf.robot import TURNING, RobotJoint
 
 

@@ -64,22 +64,18 @@ def _parse(path: Path) -> Element:
     try:
         if path.stat().st_size > LARGEST:
             raise MechanismError(f"{path.name!r} is larger than {LARGEST >> 20} MiB")
-        return _tree(path.read_bytes())
+        builder, parser = TreeBuilder(), expat.ParserCreate()
+        parser.StartElementHandler = builder.start
+        parser.EndElementHandler = builder.end
+        parser.StartDoctypeDeclHandler = _refuse_doctype
+        parser.Parse(path.read_bytes(), True)
+        return builder.close()
     except OSError as error:
         raise MechanismError(f"{str(path)!r} cannot be read: {error.strerror}") from None
     except (expat.ExpatError, ValueError, LookupError) as error:
         if isinstance(error, MechanismError):
             raise
         raise MechanismError(f"{path.name!r} is not XML: {error}") from None
-
-
-def _tree(content: bytes) -> Element:
-    builder, parser = TreeBuilder(), expat.ParserCreate()
-    parser.StartElementHandler = builder.start
-    parser.EndElementHandler = builder.end
-    parser.StartDoctypeDeclHandler = _refuse_doctype
-    parser.Parse(content, True)
-    return builder.close()
 
 
 def _refuse_doctype(*_: Any) -> NoReturn:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 from sympy import Expr, S
 from sympy.physics.mechanics import Particle, ReferenceFrame, RigidBody
-from sympy.physics.vector import Vector
 
 from mechc_codegen.derive.tree.frames import NotATreeError
 from mechc_codegen.derive.tree.links import GROUND, Links, PointMotion
@@ -43,7 +42,14 @@ class LinkBodies:
             if not links.local.constant(self.gravity):
                 raise NotATreeError("gravity is not uniform")
         for place, vector in mechanism.loads:
-            self._apply(place, vector)
+            value = links.frames.along(vector.xreplace(mechanism.rates))
+            if isinstance(place, ReferenceFrame):
+                link, wrench = links.with_frame(place), (value, ZERO)
+            else:
+                at = links.motion(place)
+                link, wrench = at.link, (self.tape.cross(at.arm, value), value)
+            if link != GROUND:
+                self._applied.setdefault(link, []).append(wrench)
 
     def inertia(self, link: int) -> tuple[Expr, V3, Symmetric3]:
         """Mass, mass times arm, and inertia about the reference point."""
@@ -95,13 +101,3 @@ class LinkBodies:
         turned = [[dot(axis, h) for h in half] for axis in frame.rotation]
         kept = self.tape.symmetric(lambda i, j: turned[i][j])
         return Body(body.name, mass, self.links.turning(centre, frame), kept)
-
-    def _apply(self, place: object, vector: Vector) -> None:
-        value = self.links.frames.along(vector.xreplace(self.mechanism.rates))
-        if isinstance(place, ReferenceFrame):
-            link, wrench = self.links.with_frame(place), (value, ZERO)
-        else:
-            at = self.links.motion(place)
-            link, wrench = at.link, (self.tape.cross(at.arm, value), value)
-        if link != GROUND:
-            self._applied.setdefault(link, []).append(wrench)

@@ -71,21 +71,7 @@ def event_functions(
     MechanismError
         For a function that has no form in C.
     """
-    every = [*(x for event in events for x in _expressions(event, width)), *contacts]
-    samples = table_text(lookups(every))
-    functions, table = _functions_and_table(events, width)
-    if contacts:
-        quantities = dict(enumerate(contacts))
-        name = "mechc_contact_quantities"
-        functions.append(_assigning("int", name, "table", quantities, "return 1;"))
-    array = "\n".join(["static const mechc_event_functions mechc_functions[] = {", *table, "};"])
-    return "\n\n".join([*([samples] if samples else []), *functions, array])
-
-
-def _functions_and_table(
-    events: Sequence[EventExpressions], width: int
-) -> tuple[list[str], list[str]]:
-    functions, table = [], []
+    functions, table, every = list[str](), list[str](), [*contacts]
     for number, event in enumerate(events):
         names = ["NULL"] * 4
         if event.value is not None:
@@ -93,20 +79,21 @@ def _functions_and_table(
             (value,), lines = _statements([event.value])
             head = f"static double {names[0]}({_ARGUMENTS})"
             functions.append(_function(head, [*lines, f"return {value};"]))
-            slopes = dict(enumerate(_slopes_of(event.value, width)))
-            functions.append(_assigning("void", names[1], "slopes", slopes))
+            slopes = _slopes_of(event.value, width)
+            functions.append(_assigning("void", names[1], "slopes", dict(enumerate(slopes))))
+            every += [event.value, *slopes]
         if event.reset is not None:  # it reads the state and parameters before the event
             names[2] = f"mechc_reset_{number}"
             functions.append(_assigning("int", names[2], "after", event.reset, "return 1;"))
+            every += event.reset.values()
         table.append(f"    {{{', '.join(names)}}},")
-    return functions, table
-
-
-def _expressions(event: EventExpressions, width: int) -> Iterator[Expr]:
-    if event.value is not None:
-        yield event.value
-        yield from _slopes_of(event.value, width)
-    yield from (event.reset or {}).values()
+    if contacts:
+        quantities = dict(enumerate(contacts))
+        name = "mechc_contact_quantities"
+        functions.append(_assigning("int", name, "table", quantities, "return 1;"))
+    samples = table_text(lookups(every))
+    array = "\n".join(["static const mechc_event_functions mechc_functions[] = {", *table, "};"])
+    return "\n\n".join([*([samples] if samples else []), *functions, array])
 
 
 def _slopes_of(value: Expr, width: int) -> list[Expr]:

@@ -85,7 +85,9 @@ def _sizes_of_few(functions: SceneFunctions) -> str:
             f"#define MECHC_ROW_BLOCKS {len(functions.blocks.blocks)} /* of constraint rows */\n"
         )
         text += f"#define MECHC_BLOCKS_KEPT {BlockElimination(functions.blocks).kept}\n"
-    text += _variational(functions)
+    if functions.request.includes("sensitivities"):  # macros for the variational equations
+        present = [macro for name, macro in VARIATIONAL.items() if name in functions.outputs]
+        text += "".join(f"#define {macro} 1\n" for macro in ("MECHC_VARIATIONAL", *present))
     return text + (f"#define MECHC_NI {values} /* values of inputs */\n" if values else "")
 
 
@@ -98,14 +100,6 @@ def _slides(functions: SceneFunctions, metadata: Mapping[str, Any]) -> str:
         for i, row in enumerate(rows)
     ]
     return f"#define MECHC_SLIDES {_comma_list(slides)}\n" if any(slides) else ""
-
-
-def _variational(functions: SceneFunctions) -> str:
-    """Macros for the variational equations of a scene with sensitivities."""
-    if not functions.request.includes("sensitivities"):
-        return ""
-    present = [macro for name, macro in VARIATIONAL.items() if name in functions.outputs]
-    return "".join(f"#define {macro} 1\n" for macro in ("MECHC_VARIATIONAL", *present))
 
 
 def _comma_list(indices: list[int]) -> str:

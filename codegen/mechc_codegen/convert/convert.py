@@ -34,7 +34,7 @@ from mechc_codegen.convert.reactions import (
     split_reactions,
 )
 from mechc_codegen.convert.stationary import Stationary
-from mechc_codegen.convert.units import Units
+from mechc_codegen.convert.units import symbol_units
 from mechc_codegen.description.joints.tree import Joint
 from mechc_codegen.description.mechanism import (
     Constraint,
@@ -78,15 +78,15 @@ def convert(
     origin = source.origin or _origin(source)
     potential = potential_of(source, bodies, origin, stationary, kinematics)
     given = _by_symbol(settings.units, "units", source, (*parameters, *states))
-    units = Units(source, read, kinematics, given)
+    units = symbol_units(source, read, kinematics, given)
     defaults = _by_symbol(settings.defaults, "defaults", source, (*parameters, *states))
     return Mechanism(
         name=settings.name or source.kind,
         title=settings.name or f"Mechanism read from a {source.kind}",
         frame=source.frame,
         origin=origin or _origin(replace(source, bodies=source.drawn)) or Point("O"),
-        coordinates=tuple(Coordinate(q, Quantity(units.of(q), "")) for q in source.q),
-        speeds=tuple(Speed(u, Quantity(units.of(u), "")) for u in source.u),
+        coordinates=tuple(Coordinate(q, Quantity(units.get(q, ""), "")) for q in source.q),
+        speeds=tuple(Speed(u, Quantity(units.get(u, ""), "")) for u in source.u),
         kinematics=kinematics,
         parameters=_parameters(settings, parameters, units, states, defaults),
         bodies=bodies,
@@ -103,7 +103,7 @@ def convert(
         added_inertia=added,
         joints=_joints(source, bodies),
         states=tuple(
-            State(x, rate, Quantity(units.of(x), ""), _start(x, defaults.get(x)))
+            State(x, rate, Quantity(units.get(x, ""), ""), _start(x, defaults.get(x)))
             for x, rate in states.items()
         ),
         reactions=reactions,
@@ -267,7 +267,7 @@ def _declared_symbols(settings: ConversionSettings, known: Iterable[Symbol]) -> 
 
 
 def _parameters(
-    settings: ConversionSettings, symbols: Sequence[Symbol], units: Units,
+    settings: ConversionSettings, symbols: Sequence[Symbol], units: Mapping[Expr, str],
     states: Iterable[AppliedUndef], defaults: Mapping[Expr, Any],
 ) -> tuple[Parameter, ...]:  # fmt: skip
     for symbol, value in defaults.items():
@@ -281,7 +281,7 @@ def _parameters(
     declared = _declared_symbols(settings, symbols)
     return tuple(
         Parameter(
-            symbol, number(defaults.get(symbol)), Quantity(units.of(symbol), ""),
+            symbol, number(defaults.get(symbol)), Quantity(units.get(symbol, ""), ""),
             preset=symbol in declared,
         )
         for symbol in symbols

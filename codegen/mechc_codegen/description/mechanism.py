@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TypeAlias
 
 from sympy import Derivative, Expr, S, Symbol, sympify
 from sympy.core.function import AppliedUndef
@@ -23,7 +24,6 @@ from mechc_codegen.description.drawing import Drawing as Drawing
 from mechc_codegen.description.joints.closures import joints_and_closures
 from mechc_codegen.description.joints.couplings import CoupledPair
 from mechc_codegen.description.joints.tree import Joint
-from mechc_codegen.description.limits import Limits as Limits
 from mechc_codegen.description.quantity import Quantity as Quantity  # the stages find them here
 from mechc_codegen.description.quantity import refuse_scaled
 from mechc_codegen.description.terms import Load as Load
@@ -100,6 +100,30 @@ class Reaction:
 
     symbol: Expr
     per_unit: tuple[Load, ...]
+
+
+Bound: TypeAlias = "Expr | float | None"
+
+
+@dataclass(frozen=True)
+class Limits:
+    """The bounds of a joint: numbers, symbols, or None where there is no bound.
+
+    Attributes
+    ----------
+    position
+        The joint's position, an expression of coordinates.
+    lower, upper
+        Its bounds, in rad or m.
+    velocity, effort
+        Of the magnitudes of its rate (rad/s, m/s) and of its motor's torque or force (N m, N).
+    """
+
+    position: Expr
+    lower: Bound = None
+    upper: Bound = None
+    velocity: Bound = None
+    effort: Bound = None
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,7 @@ from sympy.physics.vector import Vector
 
 from mechc_codegen.description.drawing import Drawing
 from mechc_codegen.description.joints.tree import Joint
-from mechc_codegen.description.limits import Limits
-from mechc_codegen.description.mechanism import Load, Mechanism, Parameter, Quantity
+from mechc_codegen.description.mechanism import Limits, Load, Mechanism, Parameter, Quantity
 from mechc_codegen.description.solid import Solid
 from mechc_codegen.description.terms import vector_along
 from mechc_codegen.errors import MechanismError

@@ -12,35 +12,25 @@ the generalized inertia force without u'.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from sympy import Expr, S, sympify
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
 from sympy.physics.vector import Dyadic, Vector
 
+from mechc_codegen.derive import outputs
 from mechc_codegen.derive.auxiliary_reactions import reaction_values
 from mechc_codegen.derive.dot_products import dot, dyadic_dot
 from mechc_codegen.derive.equations import Equations, Output
 from mechc_codegen.derive.joint_reactions import reaction_outputs
-from mechc_codegen.derive.momentum_rates import WrittenKinetics
-from mechc_codegen.derive.outputs import (
-    V3,
-    array,
-    constraints,
-    coordinate_rates,
-    energies,
-    equations_of_motion,
-    momenta,
-    point_accelerations,
-    points,
-    preference,
-    user_outputs,
-)
 from mechc_codegen.derive.state_symbols import StateSymbols, state_symbols
+from mechc_codegen.derive.tree.tape import V3, Tape
+from mechc_codegen.description.joints.tree import Body
 from mechc_codegen.description.mechanism import Load, Mechanism, is_rigid, printed_name
 from mechc_codegen.description.placement import reachable
 from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
-from mechc_codegen.description.terms import velocity_of
+from mechc_codegen.description.terms import multiplier, velocity_of
 
 
 @dataclass(frozen=True)
@@ -73,30 +63,30 @@ def derive(mechanism: Mechanism, request: OutputRequest = DEFAULT_REQUEST) -> Eq
     symbols = state_symbols(mechanism)
     motions = [_motion(mechanism, body) for body in mechanism.bodies]
     of_states = (mechanism.rates[x.diff(dynamicsymbols._t)] for x in mechanism.x)
-    outputs = [
+    derived = [
         *_equations_of_motion(mechanism, motions),
-        coordinate_rates(mechanism, (*mechanism.kinematics, *of_states)),
+        outputs.coordinate_rates(mechanism, (*mechanism.kinematics, *of_states)),
         *_constraints(mechanism),
         *(_energies(mechanism, motions) if request.includes("energy") else ()),
         *(_momenta(mechanism, motions) if request.includes("momenta") else ()),
         *(_points(mechanism) if request.includes("points") else ()),
-        *([] if mechanism.preference is None else [preference(mechanism.preference)]),
+        *([] if mechanism.preference is None else [outputs.preference(mechanism.preference)]),
     ]
     rates = (_velocity(mechanism, point).dt(mechanism.frame) for point in mechanism.points)
     accelerations = (_along(rate, mechanism.frame) for rate in rates)
     solved = [
         *(
-            [point_accelerations(mechanism, accelerations)]
+            [outputs.point_accelerations(mechanism, accelerations)]
             if request.includes("accelerations")
             else ()
         ),
         *(_reactions(mechanism, motions) if request.includes("reactions") else ()),
-        *user_outputs(request, _auxiliary_reactions(mechanism, motions)),
+        *outputs.user_outputs(request, _auxiliary_reactions(mechanism, motions)),
     ]
     to_symbols = StateSymbols(mechanism, symbols, request)
     return Equations(
         symbols=symbols,
-        outputs={o.name: to_symbols.output(o) for o in outputs}
+        outputs={o.name: to_symbols.output(o) for o in derived}
         | {o.name: to_symbols.motion_output(o) for o in solved},
         parameter_defaults=to_symbols.defaults(mechanism),
         holonomic=len(mechanism.holonomic),
@@ -143,7 +133,7 @@ def _equations_of_motion(mechanism: Mechanism, motions: list[BodyMotion]) -> lis
     size = len(forcing)
     symmetric = [mass[min(r, c)][max(r, c)] for r in range(size) for c in range(size)]
     equation = "M = sum of m v_r . v_s + omega_r . I . omega_s over the bodies"
-    return equations_of_motion(mechanism, equation, symmetric, forcing)
+    return outputs.equations_of_motion(mechanism, equation, symmetric, forcing)
 
 
 def _add_lagranges_equations(
@@ -216,8 +206,8 @@ def _constraints(mechanism: Mechanism) -> list[Output]:
     motion = mechanism.motion_constraints
     held = (c.expression.xreplace(mechanism.rates) for c in motion)
     return [
-        constraints((c.expression for c in configuration), (c.name for c in configuration)),
-        array(
+        outputs.constraints((c.expression for c in configuration), (c.name for c in configuration)),
+        outputs.array(
             "motion_constraints", "constraints on the speeds alone", held, (c.name for c in motion)
         ),
     ]
@@ -233,7 +223,7 @@ def _energies(mechanism: Mechanism, motions: list[BodyMotion]) -> list[Output]:
         kinetic, potential = kinetic + of_speeds, potential + rest
     for place, weight in _weights(mechanism):
         potential -= dot(weight, place.pos_from(mechanism.origin))
-    return energies(mechanism, kinetic, sympify(potential).xreplace(mechanism.rates))
+    return outputs.energies(mechanism, kinetic, sympify(potential).xreplace(mechanism.rates))
 
 
 def _jacobi_energy(mechanism: Mechanism) -> tuple[Expr, Expr]:
@@ -263,14 +253,14 @@ def _momenta(mechanism: Mechanism, motions: list[BodyMotion]) -> list[Output]:
         arm = motion.masscentre.pos_from(mechanism.origin)
         linear.append(_along(momentum, mechanism.frame))
         angular.append(_along(arm.cross(momentum) + motion.spin, mechanism.frame))
-    return momenta(mechanism, linear, angular)
+    return outputs.momenta(mechanism, linear, angular)
 
 
 def _points(mechanism: Mechanism) -> list[Output]:
     frame, named = mechanism.frame, mechanism.points
     positions = [_along(point.pos_from(mechanism.origin), frame) for point in named]
     velocities = [_along(_velocity(mechanism, point), frame) for point in named]
-    return points(mechanism, positions, velocities)
+    return outputs.points(mechanism, positions, velocities)
 
 
 def _reactions(mechanism: Mechanism, motions: list[BodyMotion]) -> list[Output]:
@@ -279,6 +269,34 @@ def _reactions(mechanism: Mechanism, motions: list[BodyMotion]) -> list[Output]:
         for body, motion in zip(mechanism.bodies, motions, strict=True)
     }
     return reaction_outputs(mechanism, WrittenKinetics(mechanism, momenta))
+
+
+class WrittenKinetics(Tape):
+    """Positions and rates of momentum for joint reactions, as full expressions of coordinates,
+    speeds and their rates, none of them named.
+
+    ``momenta``: linear momentum of each body, and angular momentum about its mass centre.
+    """
+
+    def __init__(self, mechanism: Mechanism, momenta: Mapping[Body, tuple[Vector, Vector]]) -> None:
+        super().__init__(())
+        self.mechanism, self.momenta = mechanism, momenta
+
+    def keep(self, value: Expr) -> Expr:
+        return value
+
+    def along(self, vector: Vector) -> V3:
+        return _along(vector, self.mechanism.frame)
+
+    def position(self, point: Point) -> V3:
+        return self.along(point.pos_from(self.mechanism.origin))
+
+    def multiplier(self, row: int) -> Expr:
+        return multiplier(row)
+
+    def momentum_rates(self, body: Body) -> tuple[V3, V3]:
+        linear, angular = (self.along(p.dt(self.mechanism.frame)) for p in self.momenta[body])
+        return linear, angular
 
 
 def _along(vector: Vector, frame: ReferenceFrame) -> V3:

@@ -7,11 +7,11 @@ ground is where a point of a link is fixed; the free ends of links are traced.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Mapping
 
 from sympy.physics.mechanics import Particle, Point, RigidBody
 
-from mechc_codegen.description.drawing import Drawing, Link
+from mechc_codegen.description.drawing import Drawing
 from mechc_codegen.description.terms import is_rigid
 from mechc_codegen.drawing.places import Places
 
@@ -25,16 +25,11 @@ def infer_drawing(places: Places) -> Drawing:
     name = {point: name for name, point in reversed(places.names.items())}
     links = tuple((label, tuple(name[p] for p in line)) for label, line in found.links)
     at_rest = tuple(name[p] for p in found.at_rest)
-    ends = [end for end in _free_ends(links) if end not in at_rest]
+    # The ends of polylines that no other link has, and particles on no link at all.
+    held = [name for _, line in links for name in set(line)]
+    ends = [n for _, line in links for n in dict.fromkeys((line[0], line[-1]))]
+    ends = [n for n in ends if held.count(n) == 1 and n not in at_rest]
     return Drawing(links=links, ground=at_rest, traced=tuple(ends[-MOST_TRACED:]))
-
-
-def _free_ends(links: Iterable[Link]) -> list[str]:
-    """The ends of polylines that no other link has, and particles on no link at all."""
-    lines = [line for _, line in links]
-    held = [name for line in lines for name in set(line)]
-    ends = (name for line in lines for name in dict.fromkeys((line[0], line[-1])))
-    return [name for name in ends if held.count(name) == 1]
 
 
 class _Polylines:

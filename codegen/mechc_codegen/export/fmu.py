@@ -126,14 +126,7 @@ def unit_sources(
     ``parts``: what the file is, the header of its interface, how parameters are completed, events.
     """
     generated = program_texts(functions, metadata)
-    head, lists = _head(metadata, options), _lists(functions, metadata, values)
-    generated[SOURCE] = fill_template("fmu.c.in", head, lists, parts)
-    runtime = included_headers(SOURCE, generated, RUNTIME)
-    return generated | {path: (RUNTIME / path).read_text("utf-8") for path in runtime}
-
-
-def _head(metadata: Mapping[str, Any], options: FmuOptions) -> dict[str, Any]:
-    return {
+    head = {
         "title": plain_words(metadata["title"] or metadata["name"]),
         "name": options.name,
         "lanes": 2,
@@ -142,6 +135,10 @@ def _head(metadata: Mapping[str, Any], options: FmuOptions) -> dict[str, Any]:
         "rtol": repr(float(options.rtol)),
         "drift": repr(float(options.drift)),
     }
+    lists = _lists(functions, metadata, values)
+    generated[SOURCE] = fill_template("fmu.c.in", head, lists, parts)
+    runtime = included_headers(SOURCE, generated, RUNTIME)
+    return generated | {path: (RUNTIME / path).read_text("utf-8") for path in runtime}
 
 
 def _lists(

@@ -7,15 +7,17 @@ users are data, not C.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from sympy import Expr, Float, Symbol
+
 from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.emit.functions import SceneFunctions
+from mechc_codegen.emit.printer import RealPrinter
 from mechc_codegen.emit.units.scene_files import default_lines, listed_outputs
 from mechc_codegen.export.fmu import FmuEvents, FmuOptions, event_parts, start_values, unit_sources
-from mechc_codegen.export.placing import placing
 from mechc_codegen.export.standalone import checked_name, fill_template
 from mechc_codegen.export.variables import open_inputs
 
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
 
 SOURCE = "web.c"
 RTOL = 1e-9  # where a start asks for none
+_IDENTITY = "{1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0}"
 _SHOWN = ("name", "kind", "unit", "description")
 
 
@@ -59,7 +62,7 @@ def web_scene(
                 f"    case {i}: mechc_standalone_{label}(model, t, state, out); break;"
                 for i, (label, _) in enumerate(outputs)
             ),
-            "placing": placing(plan, parameters, metadata["fixed"]),
+            "placing": _placing(plan, parameters, metadata["fixed"]),
         },
     )
     about = {
@@ -103,3 +106,43 @@ def _drawing(plan: PicturePlan) -> dict[str, Any]:
         "traced": [number[n] for n in drawing.traced],
         "view": list(drawing.view) if drawing.view else None,
     }
+
+
+def _placing(plan: PicturePlan, parameters: Sequence[str], fixed: Mapping[str, float]) -> str:
+    """Statements that write x, y, z of the drawing's points to ``places``, of ``t``, ``y`` and
+    ``p``: each is placed from the one before it; ``fixed``: values of parameters."""
+    return "\n".join(f"    {line}" for line in _lines(plan, parameters, fixed))
+
+
+def _lines(
+    plan: PicturePlan, parameters: Sequence[str], fixed: Mapping[str, float]
+) -> Iterator[str]:
+    time, state, values = plan.arguments
+    names: dict[Expr, Expr] = {time: Symbol("t")}
+    printer = RealPrinter(tables=True)
+
+    def array(entries: Sequence[Expr], size: int) -> str:
+        printed = (printer.real(entry.xreplace(names)) for entry in entries)
+        return f"(const double[{size}]){{{', '.join(printed)}}}"
+
+    for i, symbol in enumerate(state):
+        names[symbol] = Symbol(f"x{i}")
+        yield f"const double x{i} = y[{i}];"
+    for i, symbol in enumerate(values):
+        if symbol.name in fixed:
+            names[symbol] = Float(fixed[symbol.name])
+        else:
+            names[symbol] = Symbol(f"v{i}")
+            yield f"const double v{i} = p[{parameters.index(symbol.name)}];"
+    used = [str(name) for name in names.values() if isinstance(name, Symbol)]
+    yield f"{', '.join(f'(void){name}' for name in used)};"
+    yield f"double turn[{len(plan.frames) + 1}][9] = {{{_IDENTITY}}};"
+    yield f"double point[{len(plan.points) + 1}][3] = {{{{0.0}}}};"
+    for i, (before, entries) in enumerate(plan.frames, 1):
+        yield f"multiply_turns(turn[{before}], {array(entries, 9)}, turn[{i}]);"
+    for i, (before, arms) in enumerate(plan.points, 1):
+        yield f"memcpy(point[{i}], point[{before}], sizeof point[{i}]);"
+        for frame, arm in arms:
+            yield f"add_arm(turn[{frame}], {array(arm, 3)}, point[{i}]);"
+    for i, place in enumerate(plan.places):
+        yield f"memcpy(places + {3 * i}, point[{place}], sizeof point[{place}]);"

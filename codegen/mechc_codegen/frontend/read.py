@@ -15,16 +15,17 @@ from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import (
     KanesMethod,
     LagrangesMethod,
+    Point,
     ReferenceFrame,
     System,
     dynamicsymbols,
 )
+from sympy.physics.mechanics.loads import Force, Torque
 
 from mechc_codegen.description.joints.tree import joint_of
 from mechc_codegen.description.source import Source
-from mechc_codegen.description.terms import printed_name
+from mechc_codegen.description.terms import Load, printed_name
 from mechc_codegen.errors import MechanismError
-from mechc_codegen.frontend.loads import plain_loads
 
 METHODS = {"kane": KanesMethod, "lagrange": LagrangesMethod}
 
@@ -271,3 +272,31 @@ def _with_speeds(source: Source) -> Source:
         for joint in source.joints
     )
     return replace(source, u=named, kinematics=kinematics, joints=joints)
+
+
+# -- loads in every form that SymPy takes ---------------------------------------------------------
+
+
+def plain_loads(loads: Iterable[Any]) -> tuple[Load, ...]:
+    """``Force``, ``Torque`` and bare tuples as pairs; actuators give their own loads."""
+    pairs: list[Load] = []
+    for load in loads:
+        if isinstance(load, Force):
+            pairs.append((load.point, load.force))
+        elif isinstance(load, Torque):
+            pairs.append((load.frame, load.torque))
+        elif hasattr(load, "to_loads"):
+            pairs.extend(plain_loads(load.to_loads()))
+        else:
+            pairs.append(_pair(load))
+    return tuple(pairs)
+
+
+def _pair(load: Any) -> Load:
+    try:
+        place, vector = load
+    except (TypeError, ValueError):
+        raise MechanismError(f"{load!r} is not a load, a pair (Point or frame, vector)") from None
+    if not isinstance(place, (Point, ReferenceFrame)):
+        raise MechanismError(f"a load acts on a Point or a ReferenceFrame, not on {place!r}")
+    return place, vector

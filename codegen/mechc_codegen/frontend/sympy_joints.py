@@ -40,8 +40,7 @@ from mechc_codegen.description.mechanism import (
 from mechc_codegen.description.source import Key
 from mechc_codegen.description.terms import Load, refuse_no_vector
 from mechc_codegen.errors import MechanismError
-from mechc_codegen.frontend.loads import plain_loads
-from mechc_codegen.frontend.read import speed_of
+from mechc_codegen.frontend.read import plain_loads, speed_of
 
 _NOTHING = Quantity("", "")
 

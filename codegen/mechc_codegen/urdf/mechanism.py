@@ -291,7 +291,10 @@ class _MechanismBuilder:
         for _, carrier, part, _ in self.joints:
             lines.setdefault(part.point.name, part.line)
             lines.setdefault(carrier.point.name, carrier.line).append(part.point.name)
-        links = {name: _star(line) for name, line in lines.items()}
+        links = dict[str, tuple[str, ...]]()
+        for name, line in lines.items():  # from the first point to each of the others and back
+            first, *others = dict.fromkeys(line)
+            links[name] = tuple(n for other in others for n in (first, other)) or (first,)
         ends = [line[-1] for _, line in links.items()]
         return Drawing(
             links=tuple((name, line) for name, line in links.items() if len(line) > 1),
@@ -300,12 +303,6 @@ class _MechanismBuilder:
             view=("x", "z"),
             solids=tuple(self.solids),
         )
-
-
-def _star(line: list[str]) -> tuple[str, ...]:
-    """One polyline from the first point to each of the others and back."""
-    first, *others = dict.fromkeys(line)
-    return tuple(name for other in others for name in (first, other)) or (first,)
 
 
 def _frame_at(name: str, part: _RigidGroup, place: Place) -> ReferenceFrame:

@@ -21,7 +21,12 @@ def as_tree(robot: Robot) -> Robot:
     """
     above: dict[str, RobotJoint] = {}
     for joint in robot.joints:
-        _check_links(robot, joint)
+        for side, name in (("parent", joint.parent), ("child", joint.child)):
+            if name not in robot.links:
+                raise MechanismError(
+                    f"{robot.name}: the {side} of the joint {joint.name!r} is {name!r}, which is "
+                    "no link of the file"
+                )
         if joint.child in above:
             raise MechanismError(
                 f"{robot.name}: the link {joint.child!r} is the child of two joints, "
@@ -32,15 +37,6 @@ def as_tree(robot: Robot) -> Robot:
     ordered = _joints_from_root(robot, root)
     _refuse_rings(robot, ordered)
     return replace(robot, joints=tuple(_resolve(robot, joint) for joint in ordered), root=root)
-
-
-def _check_links(robot: Robot, joint: RobotJoint) -> None:
-    for side, name in (("parent", joint.parent), ("child", joint.child)):
-        if name not in robot.links:
-            raise MechanismError(
-                f"{robot.name}: the {side} of the joint {joint.name!r} is {name!r}, which is no "
-                "link of the file"
-            )
 
 
 def _root(robot: Robot, above: dict[str, RobotJoint]) -> str:

@@ -10,32 +10,22 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from sympy import Expr, S, sympify
+from sympy.physics.mechanics import Point
+from sympy.physics.vector import Vector
 
-from mechc_codegen.derive.equations import Equations, Output, Tree
+from mechc_codegen.derive import outputs
+from mechc_codegen.derive.equations import Equations, Output, Symbols, Tree
 from mechc_codegen.derive.joint_reactions import reaction_outputs, refuse_unknown_reactions
-from mechc_codegen.derive.outputs import (
-    array,
-    constraints,
-    coordinate_rates,
-    energies,
-    kinematic_matrix,
-    momenta,
-    point_accelerations,
-    points,
-    preference,
-    rates_of_constraints,
-    user_outputs,
-)
 from mechc_codegen.derive.state_symbols import StateSymbols, state_symbols
 from mechc_codegen.derive.tree.accelerations import LinkAccelerations
 from mechc_codegen.derive.tree.bodies import Body, LinkBodies
 from mechc_codegen.derive.tree.frames import Frames, Local, NotATreeError
 from mechc_codegen.derive.tree.links import Link, Links, every_speed_has_its_link
 from mechc_codegen.derive.tree.mass_matrix import composite_equations
-from mechc_codegen.derive.tree.reactions import TreeKinetics
 from mechc_codegen.derive.tree.residual import CutRow, Residual
 from mechc_codegen.derive.tree.tape import V3, Tape, vanishes
 from mechc_codegen.derive.tree.velocities import refuse_other_velocities
+from mechc_codegen.description.joints.tree import Body as JointedBody
 from mechc_codegen.description.mechanism import Mechanism, is_rigid, printed_name
 from mechc_codegen.description.placement import dot
 from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
@@ -106,13 +96,16 @@ class _TreeDerivation:
         links = self.links.links
         planar = self._planar(links)
         kinetics = TreeKinetics(mechanism, self.links, self.loaded, self.symbols)
-        outputs = [
+        derived = [
             *(
                 composite_equations(self.loaded, self.symbols)
                 if self.written
                 else self._tree_outputs(links, planar)
             ),
-            *([array("motion_constraints", "constraints on the speeds", (), ())] * self.written),
+            *(
+                [outputs.array("motion_constraints", "constraints on the speeds", (), ())]
+                * self.written
+            ),
             *self._kinematics(),
             *self._closures(planar),
             *(self._energies() if includes("energy") else ()),
@@ -125,7 +118,7 @@ class _TreeDerivation:
         ]
         return Equations(
             symbols=self.symbols,
-            outputs={o.name: o for o in outputs},
+            outputs={o.name: o for o in derived},
             parameter_defaults=self.to_symbols.defaults(mechanism),
             holonomic=len(self.cuts),
             nonholonomic=0,
@@ -224,8 +217,8 @@ class _TreeDerivation:
             raise NotATreeError("loops are closed, and speeds are not the coordinates' rates")
         gamma = tuple(-value for value in self._across("bias"))
         return [
-            constraints(self._across("position"), labels),
-            *rates_of_constraints(self._across("velocity"), gamma, along),
+            outputs.constraints(self._across("position"), labels),
+            *outputs.rates_of_constraints(self._across("velocity"), gamma, along),
             *(self._cut_outputs(planar) if self.cuts else ()),
         ]
 
@@ -251,22 +244,22 @@ class _TreeDerivation:
 
     def _kinematics(self) -> list[Output]:
         return [
-            coordinate_rates(self.mechanism, self.rates),
-            kinematic_matrix(self.rates, self.symbols.u, len(self.mechanism.q)),
+            outputs.coordinate_rates(self.mechanism, self.rates),
+            outputs.kinematic_matrix(self.rates, self.symbols.u, len(self.mechanism.q)),
         ]
 
     def _energies(self) -> list[Output]:
         tape, mechanism = self.tape, self.mechanism
         kinetic = tape.keep(sum((self._kinetic(body) for body in self.loaded.bodies), S.Zero))
         if mechanism.unknown_potentials:
-            return energies(mechanism, kinetic, S.Zero)
+            return outputs.energies(mechanism, kinetic, S.Zero)
         given = mechanism.potential
         if given is None:
             given = sum((sympify(b.potential_energy) for b in mechanism.bodies), S.Zero)
         potential = self._plain(given)
         for body in self.loaded.bodies:
             potential -= body.mass * dot(self.loaded.gravity, body.centre.position)
-        return energies(mechanism, kinetic, tape.keep(potential))
+        return outputs.energies(mechanism, kinetic, tape.keep(potential))
 
     def _kinetic(self, body: Body) -> Expr:
         omega = self.links.frame_of(body.centre.link).omega
@@ -282,29 +275,31 @@ class _TreeDerivation:
             own = tape.transform(body.inertia, omega)
             linear.append(momentum)
             angular.append(tape.total(tape.cross(body.centre.position, momentum), own))
-        return momenta(self.mechanism, linear, angular)
+        return outputs.momenta(self.mechanism, linear, angular)
 
     def _points(self) -> list[Output]:
         motions = [self.links.motion(point) for point in self.mechanism.points]
-        return points(self.mechanism, (m.position for m in motions), (m.velocity for m in motions))
+        return outputs.points(
+            self.mechanism, (m.position for m in motions), (m.velocity for m in motions)
+        )
 
     def _residual(self) -> list[Output]:
         """The residual that Jacobians are derived from instead of M and F; it is not emitted."""
         elements = tuple(Residual(self.loaded, self.cuts, self.symbols).elements())
         labels = (f"residual[{i}]" for i in range(len(elements)))
         equation = "M u' + J^T lambda - F and J u' - gamma"
-        return [array("residual", equation, elements, labels)]
+        return [outputs.array("residual", equation, elements, labels)]
 
     def _accelerations(self) -> list[Output]:
         moving = LinkAccelerations(self.links, self.symbols)
         found = [moving.of_point(self.links.motion(p)) for p in self.mechanism.points]
-        return [point_accelerations(self.mechanism, found)]
+        return [outputs.point_accelerations(self.mechanism, found)]
 
     def _scalars(self) -> list[Output]:
-        own = user_outputs(self.request, {})
+        own = outputs.user_outputs(self.request, {})
         scalars = [self.to_symbols.motion_output(output) for output in own]
         if self.mechanism.preference is not None:
-            scalars.append(preference(self._plain(self.mechanism.preference)))
+            scalars.append(outputs.preference(self._plain(self.mechanism.preference)))
         return scalars
 
 
@@ -318,3 +313,34 @@ def _data_output(name: str, equation: str, rows: Sequence[Iterable[Expr]]) -> Ou
     width = len(values[0])
     labels = tuple(f"{name}[{i}, {j}]" for i in range(len(values)) for j in range(width))
     return Output(name, equation, tuple(v for r in values for v in r), (len(values), width), labels)
+
+
+class TreeKinetics:
+    """Positions and momentum rates for joint reactions, link by link, as values on the tape."""
+
+    def __init__(
+        self, mechanism: Mechanism, links: Links, loaded: LinkBodies, symbols: Symbols
+    ) -> None:
+        self.mechanism, self.links, self.symbols = mechanism, links, symbols
+        self.bodies = dict(zip(mechanism.bodies, loaded.bodies, strict=True))
+        self.moving = LinkAccelerations(links, symbols)
+        tape = links.tape
+        self.total, self.difference = tape.total, tape.difference
+        self.cross, self.scale = tape.cross, tape.scale
+
+    def along(self, vector: Vector) -> V3:
+        return self.links.frames.along(vector.xreplace(self.mechanism.rates))
+
+    def position(self, point: Point) -> V3:
+        return self.links.motion(point).position
+
+    def multiplier(self, row: int) -> Expr:
+        return self.symbols.multipliers[row]
+
+    def momentum_rates(self, body: JointedBody) -> tuple[V3, V3]:
+        tape, on = self.links.tape, self.bodies[body]
+        omega = self.links.frame_of(on.centre.link).omega
+        momentum = tape.transform(on.inertia, omega)
+        turning = tape.transform(on.inertia, self.moving.of_frame(on.centre.link))
+        linear = tape.scale(on.mass, self.moving.of_point(on.centre))
+        return linear, tape.total(turning, tape.cross(omega, momentum))

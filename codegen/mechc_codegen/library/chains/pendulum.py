@@ -8,14 +8,7 @@ from sympy import Symbol, symbols
 from sympy.physics.mechanics import Particle, ReferenceFrame, dynamicsymbols
 
 from mechc_codegen.description.mechanism import Drawing, Mechanism
-from mechc_codegen.library.parts import (
-    fixed_point,
-    joint_angles,
-    locate,
-    parameter,
-    turned,
-    weight,
-)
+from mechc_codegen.library.parts import fixed_point, joint_angles, locate, parameter, turned, weight
 
 TITLES = {1: "Simple pendulum", 2: "Double pendulum"}
 

@@ -10,14 +10,7 @@ from __future__ import annotations
 from math import pi
 
 from sympy import Expr, Symbol, symbols
-from sympy.physics.mechanics import (
-    Point,
-    ReferenceFrame,
-    RigidBody,
-    dot,
-    dynamicsymbols,
-    inertia,
-)
+from sympy.physics.mechanics import Point, ReferenceFrame, RigidBody, dot, dynamicsymbols, inertia
 
 from mechc_codegen.description.drawing import Link
 from mechc_codegen.description.joints.cuts import Cut

@@ -11,24 +11,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from sympy import Expr, Symbol, symbols
-from sympy.physics.mechanics import (
-    ReferenceFrame,
-    RigidBody,
-    dot,
-    dynamicsymbols,
-    inertia,
-)
+from sympy.physics.mechanics import ReferenceFrame, RigidBody, dot, dynamicsymbols, inertia
 from sympy.physics.vector import Vector
 
 from mechc_codegen.description.mechanism import Constraint, Drawing, Mechanism
-from mechc_codegen.library.parts import (
-    fixed_point,
-    joint_angles,
-    locate,
-    parameter,
-    turned,
-    weight,
-)
+from mechc_codegen.library.parts import fixed_point, joint_angles, locate, parameter, turned, weight
 
 Rows = list[tuple[str, Expr]]  # what a row measures, and the gap
 Closing = Callable[[Vector, ReferenceFrame, ReferenceFrame], Rows]

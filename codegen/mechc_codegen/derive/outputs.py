@@ -108,7 +108,7 @@ def point_accelerations(mechanism: Mechanism, found: Iterable[V3]) -> Output:
 
 
 def preference(value: Expr) -> Output:
-    """What decides among several assemblies."""
+    """The expression that decides among several assemblies."""
     equation = "of several assemblies the one where this is largest is taken"
     return Output("preference", equation, (value,), (), ("preference",))
 

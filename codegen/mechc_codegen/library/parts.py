@@ -30,7 +30,7 @@ def locate(
     return point
 
 
-def turned(
+def turn_frame(
     name: str, parent: ReferenceFrame, angle: Expr, rate: Expr, axis: Vector
 ) -> ReferenceFrame:
     """A frame that turns in ``parent`` by an angle about an axis, at this rate."""

@@ -15,7 +15,7 @@ from mechc_codegen.ir.program import Assign, Program, Statement
 
 def rewrite_program(program: Program, rewrite: Rewrite) -> Program:
     """Apply one rewriting to every expression of the body and of the outputs."""
-    body, outputs = _rewritten(program.body, program.outputs, rewrite)
+    body, outputs = _rewrite_all(program.body, program.outputs, rewrite)
     return replace(program, body=tuple(body), outputs=outputs)
 
 
@@ -33,11 +33,11 @@ def with_common_named(
     names = (Symbol(name.format(k), real=True) for k in count())
     common, reduced = cse(values, symbols=names, list=False, order=order)
     left = iter(reduced)
-    kept, finished = _rewritten(statements, outputs, lambda _: next(left))
+    kept, finished = _rewrite_all(statements, outputs, lambda _: next(left))
     return [*(Assign(symbol, value) for symbol, value in common), *kept], finished
 
 
-def _rewritten(
+def _rewrite_all(
     statements: Sequence[Statement], outputs: Sequence[Output], rewrite: Rewrite
 ) -> tuple[list[Statement], tuple[Output, ...]]:
     kept = [replace(s, value=rewrite(s.value)) for s in statements]

@@ -8,7 +8,14 @@ from sympy import Symbol, symbols
 from sympy.physics.mechanics import Particle, ReferenceFrame, dynamicsymbols
 
 from mechc_codegen.description.mechanism import Drawing, Mechanism
-from mechc_codegen.library.parts import fixed_point, joint_angles, locate, parameter, turned, weight
+from mechc_codegen.library.parts import (
+    fixed_point,
+    joint_angles,
+    locate,
+    parameter,
+    turn_frame,
+    weight,
+)
 
 TITLES = {1: "Simple pendulum", 2: "Double pendulum"}
 
@@ -23,7 +30,7 @@ def pendulum(links: int = 1) -> Mechanism:
     # Link k is hinged to the end of link k-1; its mass is at its other end.
     joints, bobs, loads = [origin], [], []
     for k in range(links):
-        link = turned(f"link_{k}", r, theta[k], omega[k], r.z)
+        link = turn_frame(f"link_{k}", r, theta[k], omega[k], r.z)
         joints.append(locate(f"p_{k + 1}", joints[k], -l[k] * link.y, link, r))
         bobs.append(Particle(f"bob_{k}", joints[k + 1], m[k]))
         loads.append(weight(bobs[k], origin, g, r.y))

@@ -14,7 +14,7 @@ from sympy import Symbol
 from sympy.physics.mechanics import Point, ReferenceFrame, RigidBody, dynamicsymbols, inertia
 
 from mechc_codegen.description.mechanism import Closure, Drawing, Mechanism
-from mechc_codegen.library.parts import coordinates, fixed_point, parameter, speeds, turned
+from mechc_codegen.library.parts import coordinates, fixed_point, parameter, speeds, turn_frame
 
 l, m, g, tilt = Symbol("l"), Symbol("m"), Symbol("g"), Symbol("tilt")
 
@@ -35,7 +35,7 @@ def windows(count: int = 2) -> Mechanism:
     def rod(name: str, start: Point, end: str, on: ReferenceFrame) -> tuple[Point, ReferenceFrame]:
         """A uniform rod from ``start``, turned against ``on`` by the next angle; its far end."""
         k = len(bodies)
-        frame = turned(name, on, q[k], u[k], on.z)
+        frame = turn_frame(name, on, q[k], u[k], on.z)
         centre = start.locatenew(f"{name}_centre", l / 2 * frame.x)
         about = (inertia(frame, 0, 0, m * l**2 / 12), centre)
         bodies.append(RigidBody(name, centre, frame, m, about))

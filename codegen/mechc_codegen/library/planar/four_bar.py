@@ -29,7 +29,7 @@ from mechc_codegen.library.parts import (
     locate,
     parameter,
     speeds,
-    turned,
+    turn_frame,
     weight,
 )
 from mechc_codegen.library.planar.four_bar_geometry import geometry_notes
@@ -68,7 +68,7 @@ def four_bar(
     # One frame a link, turned about z; joints p_k+1 = p_k + l_k e_k.x from the origin on, and mass
     # centres in the links' middles.
     r = ReferenceFrame("r")
-    e = [turned(f"e_{k}", r, theta[k], omega[k], r.z) for k in range(3)]
+    e = [turn_frame(f"e_{k}", r, theta[k], omega[k], r.z) for k in range(3)]
     p, bodies = [fixed_point("O", r)], list[RigidBody]()
     for k in range(3):
         p.append(locate(f"p_{k + 1}", p[k], l[k] * e[k].x, e[k], r))

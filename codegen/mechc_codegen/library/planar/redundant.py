@@ -15,7 +15,14 @@ from sympy.physics.mechanics import ReferenceFrame, RigidBody, dot, dynamicsymbo
 from sympy.physics.vector import Vector
 
 from mechc_codegen.description.mechanism import Constraint, Drawing, Mechanism
-from mechc_codegen.library.parts import fixed_point, joint_angles, locate, parameter, turned, weight
+from mechc_codegen.library.parts import (
+    fixed_point,
+    joint_angles,
+    locate,
+    parameter,
+    turn_frame,
+    weight,
+)
 
 Rows = list[tuple[str, Expr]]  # what a row measures, and the gap
 Closing = Callable[[Vector, ReferenceFrame, ReferenceFrame], Rows]
@@ -63,7 +70,7 @@ def _linkage(
     bodies, ends, frames = [], [origin], []
     for k in range(size):
         link = min(k, 2)
-        frame = turned(f"e_{k}", ground, theta[k], omega[k], ground.z)
+        frame = turn_frame(f"e_{k}", ground, theta[k], omega[k], ground.z)
         start = ends[link]
         mass = m[link] / (rockers if link == 2 else 1)
         centre = locate(f"g_{k}", start, l[link] / 2 * frame.x, frame, r)

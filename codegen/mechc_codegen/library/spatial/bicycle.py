@@ -31,7 +31,7 @@ from mechc_codegen.library.parts import (
     locate,
     parameter,
     speeds,
-    turned,
+    turn_frame,
     weight,
 )
 
@@ -181,7 +181,7 @@ def _frames() -> tuple[ReferenceFrame, ...]:
     )
     for name, before, axis in turns:
         start = frames[before]
-        frames[name] = turned(name, start, q[name], u[name], getattr(start, axis))
+        frames[name] = turn_frame(name, start, q[name], u[name], getattr(start, axis))
     return tuple(frames.values())
 
 

@@ -27,7 +27,7 @@ from mechc_codegen.library.parts import (
     parameter,
     speeds,
     spring,
-    turned,
+    turn_frame,
     weight,
 )
 
@@ -41,7 +41,7 @@ def flyball_governor() -> Mechanism:
     omega, v, *nu = u = dynamicsymbols("omega v nu_1 nu_2")
     r = ReferenceFrame("r")
     origin = fixed_point("O", r)
-    shaft = turned("shaft", r, psi, omega, r.z)
+    shaft = turn_frame("shaft", r, psi, omega, r.z)
 
     # The shaft and the slider on it, which turns with the shaft.
     middle = locate("middle", origin, l / 2 * shaft.z, shaft, r)
@@ -58,7 +58,7 @@ def flyball_governor() -> Mechanism:
     points = [origin, top, slider]
     for side, sign in ((1, 1), (2, -1)):
         angle, rate = sign * alpha[side - 1], sign * nu[side - 1]
-        rod = turned(f"rod_{side}", shaft, angle, rate, shaft.y)
+        rod = turn_frame(f"rod_{side}", shaft, angle, rate, shaft.y)
         hinge = locate(f"hinge_{side}", top, sign * b * shaft.x, shaft, r)
         centre = locate(f"centre_{side}", hinge, sign * l / 2 * rod.x, rod, r)
         ball = locate(f"ball_{side}", hinge, sign * l * rod.x, rod, r)

@@ -72,14 +72,8 @@ def derive(mechanism: Mechanism, request: OutputRequest = DEFAULT_REQUEST) -> Eq
         *(_points(mechanism) if request.includes("points") else ()),
         *([] if mechanism.preference is None else [outputs.preference(mechanism.preference)]),
     ]
-    rates = (_velocity(mechanism, point).dt(mechanism.frame) for point in mechanism.points)
-    accelerations = (_along(rate, mechanism.frame) for rate in rates)
     solved = [
-        *(
-            [outputs.point_accelerations(mechanism, accelerations)]
-            if request.includes("accelerations")
-            else ()
-        ),
+        *(_accelerations(mechanism) if request.includes("accelerations") else ()),
         *(_reactions(mechanism, motions) if request.includes("reactions") else ()),
         *outputs.user_outputs(request, _auxiliary_reactions(mechanism, motions)),
     ]
@@ -261,6 +255,12 @@ def _points(mechanism: Mechanism) -> list[Output]:
     positions = [_along(point.pos_from(mechanism.origin), frame) for point in named]
     velocities = [_along(_velocity(mechanism, point), frame) for point in named]
     return outputs.points(mechanism, positions, velocities)
+
+
+def _accelerations(mechanism: Mechanism) -> list[Output]:
+    frame = mechanism.frame
+    rates = (_velocity(mechanism, point).dt(frame) for point in mechanism.points)
+    return [outputs.point_accelerations(mechanism, (_along(rate, frame) for rate in rates))]
 
 
 def _reactions(mechanism: Mechanism, motions: list[BodyMotion]) -> list[Output]:

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 
 from sympy import Expr, Float, Symbol
 
-from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.printer import RealPrinter
 from mechc_codegen.emit.units.scene_files import default_lines, listed_outputs
@@ -72,7 +71,10 @@ def web_scene(
             for kind in ("coordinates", "speeds", "parameters")
         },
         "inputs": _inputs(metadata),
-        "outputs": _outputs(outputs, metadata["shapes"], functions.request),
+        "outputs": [
+            {"name": n, "size": width, "shape": metadata["shapes"].get(n, [width])}
+            for n, width in ((functions.request.name_of(label), w) for label, w in outputs)
+        ],
         "follows": [i for i, value, held in functions.defaults() if value is not None and held],
         "plain": bool(functions.equations.identity_kinematics),
         "drawing": _drawing(plan),
@@ -86,13 +88,6 @@ def _inputs(metadata: Mapping[str, Any]) -> list[str]:
     """The names of the inputs; their rates are zero while they keep their values."""
     names = [each["name"] for each in metadata.get("inputs", ()) for _ in each["orders"]]
     return [names[place] for place in open_inputs(metadata)]
-
-
-def _outputs(
-    outputs: Sequence[tuple[str, int]], shapes: Mapping[str, Any], request: OutputRequest
-) -> list[dict[str, Any]]:
-    names = [(request.name_of(label), width) for label, width in outputs]
-    return [{"name": n, "size": width, "shape": shapes.get(n, [width])} for n, width in names]
 
 
 def _drawing(plan: PicturePlan) -> dict[str, Any]:

@@ -17,10 +17,9 @@ from mechc_codegen.derive import outputs
 from mechc_codegen.derive.equations import Equations, Output, Symbols, Tree
 from mechc_codegen.derive.joint_reactions import reaction_outputs, refuse_unknown_reactions
 from mechc_codegen.derive.state_symbols import StateSymbols, state_symbols
-from mechc_codegen.derive.tree.accelerations import LinkAccelerations
-from mechc_codegen.derive.tree.bodies import Body, LinkBodies
+from mechc_codegen.derive.tree.bodies import LinkBodies
 from mechc_codegen.derive.tree.frames import Frames, Local, NotATreeError
-from mechc_codegen.derive.tree.links import Link, Links, every_speed_has_its_link
+from mechc_codegen.derive.tree.links import Link, LinkAccelerations, Links, every_speed_has_its_link
 from mechc_codegen.derive.tree.mass_matrix import composite_equations
 from mechc_codegen.derive.tree.residual import CutRow, Residual
 from mechc_codegen.derive.tree.tape import V3, Tape, vanishes
@@ -96,16 +95,13 @@ class _TreeDerivation:
         links = self.links.links
         planar = self._planar(links)
         kinetics = TreeKinetics(mechanism, self.links, self.loaded, self.symbols)
+        if self.written:
+            motion = composite_equations(self.loaded, self.symbols)
+            motion.append(outputs.array("motion_constraints", "constraints on the speeds", (), ()))
+        else:
+            motion = self._tree_outputs(links, planar)
         derived = [
-            *(
-                composite_equations(self.loaded, self.symbols)
-                if self.written
-                else self._tree_outputs(links, planar)
-            ),
-            *(
-                [outputs.array("motion_constraints", "constraints on the speeds", (), ())]
-                * self.written
-            ),
+            *motion,
             *self._kinematics(),
             *self._closures(planar),
             *(self._energies() if includes("energy") else ()),
@@ -250,7 +246,12 @@ class _TreeDerivation:
 
     def _energies(self) -> list[Output]:
         tape, mechanism = self.tape, self.mechanism
-        kinetic = tape.keep(sum((self._kinetic(body) for body in self.loaded.bodies), S.Zero))
+        kinetic = S.Zero
+        for body in self.loaded.bodies:
+            omega, v = self.links.frame_of(body.centre.link).omega, body.centre.velocity
+            spin = dot(omega, tape.transform(body.inertia, omega))
+            kinetic += tape.keep(body.mass * dot(v, v) / 2 + spin / 2)
+        kinetic = tape.keep(kinetic)
         if mechanism.unknown_potentials:
             return outputs.energies(mechanism, kinetic, S.Zero)
         given = mechanism.potential
@@ -260,12 +261,6 @@ class _TreeDerivation:
         for body in self.loaded.bodies:
             potential -= body.mass * dot(self.loaded.gravity, body.centre.position)
         return outputs.energies(mechanism, kinetic, tape.keep(potential))
-
-    def _kinetic(self, body: Body) -> Expr:
-        omega = self.links.frame_of(body.centre.link).omega
-        spin = dot(omega, self.tape.transform(body.inertia, omega))
-        speed = dot(body.centre.velocity, body.centre.velocity)
-        return self.tape.keep(body.mass * speed / 2 + spin / 2)
 
     def _momenta(self) -> list[Output]:
         tape, linear, angular = self.tape, [], []

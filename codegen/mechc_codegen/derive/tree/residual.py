@@ -12,9 +12,8 @@ from dataclasses import dataclass
 from sympy import Expr, S
 
 from mechc_codegen.derive.equations import Symbols
-from mechc_codegen.derive.tree.accelerations import LinkAccelerations
 from mechc_codegen.derive.tree.bodies import LinkBodies
-from mechc_codegen.derive.tree.links import GROUND, PointMotion
+from mechc_codegen.derive.tree.links import GROUND, LinkAccelerations, PointMotion
 from mechc_codegen.derive.tree.tape import V3, ZERO
 
 

@@ -184,7 +184,7 @@ def operations() -> Iterator[dict[str, Any]]:
     for name, mechanism in COUNTED.items():
         described, request = read(mechanism())
         made = optimised_scene(described, request, Stopwatch())
-        texts = emit(made.program, made.equations, made.metadata, (BASELINE,), request)
+        texts = emit(made.functions, made.metadata, (BASELINE,))
         counts = made.metadata["operations"]
         for what, value, unit in (
             ("all outputs", counts["after"], "operations"),

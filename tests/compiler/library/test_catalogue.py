@@ -42,8 +42,8 @@ def run():
 # -- names and sizes ------------------------------------------------------------------------------
 
 
-def test_the_runtime_and_the_compiler_know_the_same_mechanisms_by_the_same_titles():
-    assert {n: e.title for n, e in LIBRARY.items()} == {n: s.title for n, s in SHIPPED.items()}
+def test_the_runtime_and_the_compiler_know_the_same_mechanisms():
+    assert LIBRARY.keys() == SHIPPED.keys()
     assert mechc.mechanisms() == tuple(LIBRARY)
 
 

@@ -135,39 +135,13 @@ _LATER = {
     "jax": "mechc.differentiable.jax_function",
     "torch": "mechc.differentiable.torch_function",
 }
-# For describing mechanisms: with SymPy.
-_DESCRIPTION = {
-    "BallJoint",
-    "Closure",
-    "Constraint",
-    "Coordinate",
-    "Coupling",
-    "Cut",
-    "Drawing",
-    "DryFriction",
-    "FreeJoint",
-    "Joint",
-    "Kind",
-    "Mechanism",
-    "MechanismError",
-    "Parameter",
-    "Quantity",
-    "ScrewJoint",
-    "Solid",
-    "Speed",
-    "State",
-    "UniversalJoint",
-    "from_joints",
-    "from_urdf",
-    "multiplier",
-}
 
 
 def __getattr__(name: str) -> Any:
     """Import a name at first use: few programs use these names, or they need SymPy."""
     if name in _LATER:
         return getattr(import_module(_LATER[name]), name)
-    if name in _DESCRIPTION:
+    if name in __all__:  # for describing mechanisms
         return _described_with(name)
     raise AttributeError(f"module 'mechc' has no attribute {name!r}")
 

@@ -78,19 +78,10 @@ def export_c(
     (``model.drive``).  Methods with error control, and motion through change points, are those of
     :func:`mechc.load`'s models alone.
     """
-    from mechc.compilation.exports.standalone import standalone_texts
+    from mechc.compilation.exports.standalone import read_export, standalone_texts
 
-    texts = standalone_texts(
-        mechanism,
-        name,
-        y0,
-        dict(params or {}),
-        t_end,
-        fix=fix,
-        outputs=outputs,
-        real=real,
-        **options,
-    )
+    asked = read_export(mechanism, y0, dict(params or {}), fix=fix, outputs=outputs, **options)
+    texts = standalone_texts(asked, name or asked.mechanism.name, t_end, real)
     target = Path(folder)
     with written_into(target):
         target.mkdir(parents=True, exist_ok=True)

@@ -380,7 +380,12 @@ class Model(Fits):
         sol = run(make, system, span, state, p, policy, times, chosen, progress)
         sol._arguments = (given, params)
         if by and sensitivity_error_control:
-            again = partial(_run_again, sol, make, span, state, times, chosen, progress)
+
+            def again(policy: Policy) -> Solution:
+                other = run(make, system, span, state, p, policy, times, chosen, progress)
+                other._arguments = sol._arguments
+                return other
+
             return sol.differentiated_within_tolerance(by, again)
         if by:
             sol.differentiate(by, given, params)
@@ -470,9 +475,7 @@ class Model(Fits):
 
     def _start(self, given: Mapping[Any, float], p: Array, t: float) -> Array:
         """The state from coordinates and speeds in one mapping."""
-        values = by_name(given, "y0")
-        speeds = {name: value for name, value in values.items() if name in self.speeds}
-        rest = {name: value for name, value in values.items() if name not in speeds}
+        rest, speeds = self.coordinates_and_speeds(by_name(given, "y0"))
         for name in rest:
             self.system.state_index(name)
         return self.assemble(rest, speeds, params=p, t=t)
@@ -532,17 +535,6 @@ def _run_events(
     found = run_events(events, system, p, Compiler(*COMPILER))
     refuse_backwards(found.laws, span)
     return found if len(found) else None
-
-
-def _run_again(
-    sol: Solution, make: Callable[..., Solution], span: tuple[float, float], state: Array,
-    times: Array | None, events: RunEvents | None, progress: Callable[[float], None] | None,
-    policy: Policy,
-) -> Solution:  # fmt: skip
-    """The motion of a solution by another policy."""
-    again = run(make, sol.system, span, state, sol.params, policy, times, events, progress)
-    again._arguments = sol._arguments
-    return again
 
 
 def _found_again(

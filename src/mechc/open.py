@@ -175,7 +175,11 @@ def _again(model: Model, recipe: dict[str, Any], t: Array, max_bytes: float) -> 
     sol.status = _status(mapping_of(recipe["status"], "its status"))
     if not np.array_equal(sol.record.times(), t):
         sol._times = t
-    sol.events = tuple(_event_record(model, *told) for told in recipe["events"])
+    width = model.system.scene.width
+    sol.events = tuple(
+        EventRecord(np.array(times, float), np.array(y, float).reshape(-1, width))
+        for times, y in recipe["events"]
+    )
     titles = recipe.get("event_titles", ())  # files of earlier versions have none
     sol._titles = tuple(text_of(title, "the title of an event") for title in titles)
     sol.change_points = tuple(
@@ -257,10 +261,6 @@ def _status(told: Mapping[str, Any]) -> Status:
         text_of(told["advice"], "the advice about its end"),
         tuple(text_of(text, "a warning") for text in told["warnings"]),
     )
-
-
-def _event_record(model: Model, t: list[float], y: list[list[float]]) -> EventRecord:
-    return EventRecord(np.array(t, float), np.array(y, float).reshape(-1, model.system.scene.width))
 
 
 def _compare(path: Path, sol: Solution, states: Array) -> None:

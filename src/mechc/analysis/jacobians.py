@@ -16,12 +16,8 @@ def jacobian(
 
     ``of``: of a user-defined output instead of the right-hand side, (..., n).
 
-    Raises
-    ------
-    UnavailableOutputError
-        If the model was compiled without them.
-    UnknownNameError
-        If there is no such user-defined output.
+    Raises :class:`UnavailableOutputError` if the model was compiled without them;
+    :class:`UnknownNameError` if there is no such user-defined output.
     """
     name = f"{by}_jacobian"
     if of is None:

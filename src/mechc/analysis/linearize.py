@@ -145,13 +145,18 @@ def _tangent(
     nq, nu = len(system.coordinates), len(system.speeds)
     rows = system.constraint_jacobian(y, values, t)
     if not len(rows):
-        chosen = range(nq + nu) if independent is None else _places(system, independent)
-        return _chosen_tangent(_Tangent(np.eye(nq + nu), np.arange(nq + nu)), list(chosen))
+        size = nq + nu
+        chosen = list(range(size)) if independent is None else _places(system, independent)
+        if sorted(chosen) != list(range(size)):
+            raise ValueError(
+                f"without constraints all {size} coordinates and speeds are independent"
+            )
+        return _Tangent(np.eye(size)[:, chosen], np.array(chosen))
     wanted = None if independent is None else _places(system, independent)
     of_q = None if wanted is None else [i for i in wanted if i < nq]
     of_u = None if wanted is None else [i - nq for i in wanted if i >= nq]
     _refuse_change_point(system, rows, y, values, t)
-    q, free_q = _kernel(_gradient(system, y, values, t, rows), of_q, system.coordinates)
+    q, free_q = _kernel(system.constraint_gradient(y, values, t), of_q, system.coordinates)
     u, free_u = _kernel(rows, of_u, system.speeds)
     pushed = system.evaluate("velocity_gradient", y, values, t) @ q
     follow = -np.linalg.lstsq(_without(rows, free_u), pushed, rcond=DEPENDENT)[0]
@@ -162,23 +167,8 @@ def _tangent(
     return _Tangent(directions, np.concatenate([free_q, nq + free_u]))
 
 
-def _chosen_tangent(tangent: _Tangent, chosen: list[int]) -> _Tangent:
-    size = len(tangent.independent)
-    if sorted(chosen) != list(range(size)):
-        raise ValueError(f"without constraints all {size} coordinates and speeds are independent")
-    return _Tangent(tangent.directions[:, chosen], np.array(chosen))
-
-
 def _places(system: System, independent: Sequence[str]) -> list[int]:
     return [system.state_index(name) for name in independent]
-
-
-def _gradient(system: System, y: Array, values: Array, t: float, rows: Array) -> Array:
-    """Derivative of the configuration constraints by the coordinates."""
-    if "constraint_gradient" in system.scene.outputs:
-        return system.evaluate("constraint_gradient", y, values, t)
-    holonomic = system.scene.holonomic
-    return rows[:holonomic] if holonomic else np.zeros((0, len(system.coordinates)))
 
 
 def _kernel(rows: Array, wanted: list[int] | None, names: tuple[str, ...]) -> tuple[Array, Places]:

@@ -17,6 +17,13 @@ from mechc.system.names import names_of
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
+Columns = Mapping[str, Any]  # name -> number, or one number a member
+
+
+def cut(columns: Columns, first: int, last: int) -> dict[str, Any]:
+    """The columns of members first ... last - 1."""
+    return {name: c[first:last] if np.ndim(c) else c for name, c in columns.items()}
+
 
 class BatchInputs(NamedTuple):
     """Numbers by name, arrays () or (n,), signals, functions of Python, and controllers by the
@@ -29,11 +36,10 @@ class BatchInputs(NamedTuple):
 
     def cut(self, first: int, last: int) -> BatchInputs:
         """The inputs of members first ... last - 1."""
-        rows = {n: c[first:last] if np.ndim(c) else c for n, c in self.numbers.items()}
         controllers = {
             names: c[first:last] if len(c) > 1 else c for names, c in self.controllers.items()
         }
-        return self._replace(numbers=rows, controllers=controllers)
+        return self._replace(numbers=cut(self.numbers, first, last), controllers=controllers)
 
     def with_signals(self, span: tuple[float, float]) -> BatchInputs:
         """The inputs of one member, with a signal to be filled in place of each controller."""
@@ -68,10 +74,8 @@ NONE = BatchInputs({}, {})
 def checked_inputs(system: System, given: Mapping[str, Any] | None) -> BatchInputs:
     """Inputs of a batch, besides those that the model was given before.
 
-    Raises
-    ------
-    UnknownNameError, ValueOutOfBoundsError
-        For unknown names, and numbers that are not finite.
+    Raises :class:`UnknownNameError`, :class:`ValueOutOfBoundsError` for unknown names, and numbers
+    that are not finite.
     """
     slots = system.data.get("inputs", ())
     if system.driven is None:
@@ -126,11 +130,9 @@ def driven_by(system: System, inputs: BatchInputs) -> System:
 def check_driven(system: System, inputs: BatchInputs, times: Array, assembled: bool) -> None:
     """Refuse inputs that the scene cannot have, or not at these times.
 
-    Raises
-    ------
-    MissingInputError, ValueOutOfBoundsError, MechcError
-        If one is missing, too rough, or not known at a time; if members are assembled with
-        different numbers in their constraints.
+    Raises :class:`MissingInputError`, :class:`ValueOutOfBoundsError`, :class:`MechcError` if one is
+    missing, too rough, or not known at a time; if members are assembled with different numbers in
+    their constraints.
     """
     if system.driven is None or any(np.size(c) == 0 for c in inputs.own.values()):
         return

@@ -108,10 +108,7 @@ def read_reduction(system: System, text: str) -> Reduction:
 def read_stop(system: System, text: str) -> Primitive:
     """Parse ``first(theta_0 > 360deg)``, or the text in its brackets, as an end of runs.
 
-    Raises
-    ------
-    MechcError
-        If it is not a crossing.
+    Raises :class:`MechcError` if it is not a crossing.
     """
     typed = text.strip() if isinstance(text, str) else ""
     crossing = read_reduction(system, typed if typed.startswith("first") else f"first({typed})")
@@ -182,9 +179,6 @@ def _flat(name: str, indices: str | None, shape: list[int], form: int) -> int:
     inside = len(given) == len(shape) and all(i < n for i, n in zip(given, shape, strict=True))
     if not inside:
         words = f"{name} has the shape {tuple(shape)}" if shape else f"{name} is one number"
-        raise MechcError(f"{words}: request one entry of it, as in {_sample(name, shape)}")
+        sample = f"{name}[{','.join('0' for _ in shape)}]" if shape else name
+        raise MechcError(f"{words}: request one entry of it, as in {sample}")
     return int(np.ravel_multi_index(given, shape)) if shape else 0
-
-
-def _sample(name: str, shape: list[int]) -> str:
-    return f"{name}[{','.join('0' for _ in shape)}]" if shape else name

@@ -30,7 +30,7 @@ class Batch:
     complete
         False after Ctrl-C: the members not computed have the status ``"not run"``.
     arrays
-        Name -> array with the members first: ``y`` (n, nq + nu) final states, ``t`` (n,) times
+        Name -> array with the members first: ``y`` (n, nq + nu) final states, ``t`` (n,) times in s
         reached, ``y0`` (n, nq + nu) starts, ``status`` (n,), counters, ``y_eval``
         (n, nt, nq + nu); with sensitivities by k names ``sensitivity_final`` and
         ``sensitivity_max`` (n, nq + nu, k), ``sensitivity`` (n, nt, nq + nu, k); a Zarr array
@@ -72,16 +72,6 @@ class Batch:
         if short not in keys:
             raise UnknownNameError("result", name, keys)
         return keys[short]
-
-    @property
-    def y(self) -> Array:
-        """States at the end of each member's run (n, nq + nu)."""
-        return self["y"]
-
-    @property
-    def t(self) -> Array:
-        """Times reached (n,), s."""
-        return self["t"]
 
     @property
     def t_eval(self) -> Array:

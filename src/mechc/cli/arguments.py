@@ -34,9 +34,8 @@ def start_state(model: mechc.Model, chosen: argparse.Namespace, params: dict[str
     state_names = (*model.coordinates, *model.speeds)
     start = values_of(model, chosen.start, state_names, STATE)
     guess = values_of(model, chosen.guess, model.coordinates, "coordinate")
-    coordinates = {n: v for n, v in start.items() if n in model.coordinates}
-    speeds = {n: v for n, v in start.items() if n in model.speeds}
-    return model.assemble(*filled_start(model.system, coordinates, speeds, guess), params)
+    halves = model.coordinates_and_speeds(start)
+    return model.assemble(*filled_start(model.system, *halves, guess), params)
 
 
 def output_folder(chosen: argparse.Namespace, prefix: str = "mechc") -> Path | None:
@@ -116,10 +115,7 @@ def options_of(typed: Sequence[str]) -> dict[str, Any]:
 def checked_options(name: str, options: dict[str, Any]) -> dict[str, Any]:
     """The options, all of which the mechanism has: not arguments of ``mechc.load``.
 
-    Raises
-    ------
-    UnknownNameError
-        For an option that the mechanism does not have.
+    Raises :class:`UnknownNameError` for an option that the mechanism does not have.
     """
     if options:
         from mechc.compilation.library.library import shipped_options

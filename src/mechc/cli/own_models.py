@@ -27,10 +27,7 @@ def own_name(name: str) -> str:
 def own_object(name: str) -> Any:
     """The object that FILE.py:NAME names: the file is run, a function without arguments is called.
 
-    Raises
-    ------
-    MechcError
-        If there is no such file or name, or nothing that can be compiled.
+    Raises :class:`MechcError` if there is no such file or name, or nothing that can be compiled.
     """
     path, _, attribute = name.rpartition(":")
     found = getattr(_module(Path(path)), attribute, None)
@@ -57,10 +54,7 @@ def own_model(name: str, outputs: Sequence[str] | None = None) -> mechc.Model:
 def own_description(name: str) -> Any:
     """The object of FILE.py:NAME, from which equations can be derived.
 
-    Raises
-    ------
-    MechcError
-        If it is a compiled model, which does not know its derivation.
+    Raises :class:`MechcError` if it is a compiled model, which does not know its derivation.
     """
     found = own_object(name)
     if isinstance(found, mechc.Model):

@@ -28,7 +28,8 @@ def library_system(
     """A mechanism of the library or a variant of one; see :func:`mechc.load`."""
     if name not in LIBRARY:
         raise UnknownNameError("mechanism", name, LIBRARY)
-    if instruction_set is not None and not _is_word(instruction_set):
+    given = instruction_set
+    if given is not None and not (isinstance(given, str) and given.isascii() and given.isalnum()):
         raise ValueError(f"no instruction set is called {brief(instruction_set)}")
     asked = _as_names_and_numbers(fix, outputs)
     if not (options or asked) and name in COMPILED_AT_INSTALL:
@@ -58,10 +59,7 @@ def _variant(
 def system_of(reference: ModelReference, given: System | None = None) -> System:
     """The system that a reference describes: the one given, of the library, or in the cache.
 
-    Raises
-    ------
-    MechcError
-        If it is not found, or the one given or found has other states.
+    Raises :class:`MechcError` if it is not found, or the one given or found has other states.
     """
     if given is None and not reference.custom:
         return library_system(
@@ -76,10 +74,6 @@ def system_of(reference: ModelReference, given: System | None = None) -> System:
             f"{system.name!r} has others"
         )
     return system
-
-
-def _is_word(text: object) -> bool:
-    return isinstance(text, str) and text.isascii() and text.isalnum()
 
 
 def _number(name: object, value: Any) -> float:

@@ -29,10 +29,7 @@ def described_picture(
 
     ``in_space``: with solids, springs and dampers.
 
-    Raises
-    ------
-    MechanismError
-        If that drawing names a point that is not there.
+    Raises :class:`MechanismError` if that drawing names a point that is not there.
     """
     from mechc_codegen.description.drawing import Drawing
     from mechc_codegen.drawing.plan import picture_plan

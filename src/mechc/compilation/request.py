@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from mechc.compilation.build import compile_described, compile_known, time_stage
+from mechc.compilation.build import compile_described, time_stage
 from mechc.compilation.compiler import errors_of_compiler
 from mechc.compilation.from_scene import drawn_by
 from mechc.compilation.library.defaults import split, with_defaults
@@ -25,7 +25,8 @@ def compile_any(thing: Any, *, drawing: Any = None, **asked: Any) -> System:
     errors_of_compiler()
     seconds: dict[str, float] = {}
     request, numbers = time_stage(seconds, "read", lambda: read_compilable(thing, **asked))
-    system = _compile_request(request, ModelReference("", custom=True), seconds)
+    reference = ModelReference("", custom=True)
+    system = compile_described(request.description, reference, request.digest, seconds)
     system = _drawn(system, request, drawing)
     return with_defaults(system, numbers, request.symbol_names) if numbers else system
 
@@ -46,13 +47,6 @@ def _drawn(system: System, request: Any, drawing: Any) -> System:
             _ = own.picture  # a wrong name is told now
         pictures[look] = own
     return pictures[look]
-
-
-def _compile_request(request: Any, reference: ModelReference, seconds: dict[str, float]) -> System:
-    known = request.digest
-    if known is None:
-        return compile_described(request.description, reference, seconds)
-    return compile_known(known, request.description, reference, seconds)
 
 
 def read_compilable(
@@ -78,7 +72,7 @@ def read_compilable(
         by_name(given.get(name, {}), name)
     by_name(fix or {}, "parameters to fix", "{'g': 9.81}")
     if "inputs" in given:
-        given["inputs"] = _with_curves(given["inputs"])
+        given["inputs"] = {key: _curve(key, value) for key, value in given["inputs"].items()}
     if "states" in given:
         given["states"] = _rates(given["states"])
     if "parameters" in given and readable(thing):
@@ -118,22 +112,16 @@ def _declared_parameters(parameters: Any) -> tuple[tuple[Any, ...], dict[Any, An
 # -- functions of a coordinate, by data -------------------------------------------------------
 
 
-def _with_curves(inputs: Mapping[Any, Any]) -> dict[Any, Any]:
-    """The inputs, with an expression where a function of a coordinate is given by data.
+def _curve(key: Any, value: Any) -> Any:
+    """An input; an expression where it is a function of a coordinate given by data.
 
     A :class:`mechc.Table` is taken of the function's arguments.  ``(positions, values)`` become a
     cubic spline; a :class:`mechc.Signal` and interpolants of SciPy are taken as they are.  Beyond
     their data the first and the last polynomial continue.
 
-    Raises
-    ------
-    ValueOutOfBoundsError
-        For data that are not valid, and data of a function of time.
+    Raises :class:`ValueOutOfBoundsError` for data that are not valid, and data of a function of
+    time.
     """
-    return {key: _curve(key, value) for key, value in inputs.items()}
-
-
-def _curve(key: Any, value: Any) -> Any:
     if isinstance(value, Table):
         return value(*key.args)
     signal = samples_or_signal(value, order=LEAST_DERIVATIVES)

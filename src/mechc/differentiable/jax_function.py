@@ -7,7 +7,7 @@ from functools import cache, partial
 from typing import Any
 
 from mechc.differentiable.motion import Motion, motion_of
-from mechc.errors import MechcError, MissingPackageError
+from mechc.errors import MechcError, package
 
 
 def jax(
@@ -49,7 +49,11 @@ def jax(
     made = cache(partial(_differentiable, library, driven, t0, policy))
 
     def f(t: Any, y0: Any, params: Mapping[Any, Any] | None = None) -> Any:
-        _refuse_single_precision(library)
+        if not library.config.jax_enable_x64:
+            raise MechcError(
+                "motions need double precision: jax.config.update('jax_enable_x64', True) after "
+                "importing jax"
+            )
         jnp = library.numpy
         given = params or {}
         start = tuple(y0) if isinstance(y0, Mapping) else None
@@ -65,19 +69,7 @@ def jax(
 
 
 def _library() -> Any:
-    try:
-        import jax as library
-    except ImportError as error:
-        raise MissingPackageError("JAX is not installed: pip install jax") from error
-    return library
-
-
-def _refuse_single_precision(library: Any) -> None:
-    if not library.config.jax_enable_x64:
-        raise MechcError(
-            "motions need double precision: jax.config.update('jax_enable_x64', True) after "
-            "importing jax"
-        )
+    return package("jax", "JAX is not installed: pip install jax")
 
 
 def _differentiable(

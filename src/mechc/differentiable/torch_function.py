@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mechc.differentiable.motion import Motion, motion_of
-from mechc.errors import MechcError, MissingPackageError
+from mechc.errors import MechcError, package
 
 
 def torch(
@@ -51,11 +51,7 @@ def torch(
 
 
 def _library() -> Any:
-    try:
-        import torch as library
-    except ImportError as error:
-        raise MissingPackageError("PyTorch is not installed: pip install torch") from error
-    return library
+    return package("torch", "PyTorch is not installed: pip install torch")
 
 
 def _double(library: Any, given: Any) -> Any:

@@ -32,11 +32,8 @@ class Recording:
 def read_recordings(given: Any, measured: Sequence[Measured]) -> tuple[Recording, ...]:
     """One recording or a list of several.
 
-    Raises
-    ------
-    UnknownNameError, ValueOutOfBoundsError, MechcError
-        For columns that are missing, times that do not rise or are not in seconds, wrong shapes
-        and units.
+    Raises :class:`UnknownNameError`, :class:`ValueOutOfBoundsError`, :class:`MechcError` for
+    columns that are missing, times that do not rise or are not in seconds, wrong shapes and units.
     """
     several = given if isinstance(given, list) else [given]
     if not several:
@@ -89,7 +86,9 @@ def _from_columns(given: Any, measured: Sequence[Measured], words: str) -> tuple
         if one.name not in names:
             raise UnknownNameError(f"column of {words}", one.name, sorted({*names} - {key}))
         column = given[one.name]
-        _check_unit(column, one, words)
+        unit = str(_attributes(column).get("units", one.unit))
+        if one.unit and unit not in (one.unit, ""):
+            raise MechcError(f"{one.name} of {words} is in {unit!r}: give it in {one.unit}")
         columns.append(_numbers(column, f"{one.name} of {words}"))
     times = _times(given[key], words)
     for one, column in zip(measured, columns, strict=True):
@@ -98,12 +97,6 @@ def _from_columns(given: Any, measured: Sequence[Measured], words: str) -> tuple
                 f"{one.name} of {words} has the shape {column.shape}, its times {times.shape}"
             )
     return times, np.stack(columns, axis=-1)
-
-
-def _check_unit(column: Any, one: Measured, words: str) -> None:
-    unit = str(_attributes(column).get("units", one.unit))
-    if one.unit and unit not in (one.unit, ""):
-        raise MechcError(f"{one.name} of {words} is in {unit!r}: give it in {one.unit}")
 
 
 def _times(given: Any, words: str) -> Array:

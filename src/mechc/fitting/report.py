@@ -19,15 +19,20 @@ STRONG = 0.95  # a correlation that is worth a line
 def in_words(result: Findings) -> str:
     """Values with their intervals, residuals, correlations, what the data leave open."""
     problem = result.problem
-    recordings = len(problem.recordings)
+    recordings, correlation = len(problem.recordings), result.correlation
     how = "converged" if result.converged else "did not converge"
     lines = [
         f"fit of {problem.model.name}: {len(result.names)} values from {problem.count} samples of "
         f"{recordings} recording{'s' * (recordings > 1)}, {how} ({result.motions} motions)",
         *_values(result),
         *_residuals(result),
-        *_correlations(result),
-        *_open(result),
+        *(
+            f"{result.names[i]} and {result.names[j]} are correlated: {correlation[i, j]:+.3f}"
+            for i in range(len(result.names))
+            for j in range(i)
+            if abs(correlation[i, j]) > STRONG
+        ),
+        *(f"the data do not determine {one}" for one in result.undetermined),
         *_notes(result),
     ]
     return "\n".join(lines)
@@ -60,20 +65,6 @@ def _residuals(result: Findings) -> list[str]:
         known = "" if math.isnan(one.sigma) else f", {rms / factor / one.sigma:.2f} of its sigma"
         lines.append(f"residuals of {one.name}: {rms:.3g} {unit} rms{known}")
     return lines
-
-
-def _correlations(result: Findings) -> list[str]:
-    found, names = result.correlation, result.names
-    return [
-        f"{names[i]} and {names[j]} are correlated: {found[i, j]:+.3f}"
-        for i in range(len(names))
-        for j in range(i)
-        if abs(found[i, j]) > STRONG
-    ]
-
-
-def _open(result: Findings) -> list[str]:
-    return [f"the data do not determine {one}" for one in result.undetermined]
 
 
 def _notes(result: Findings) -> list[str]:

@@ -65,11 +65,8 @@ def checked_unknowns(
 ) -> tuple[Unknown, ...]:  # fmt: skip
     """The free numbers with their bounds and first values.
 
-    Raises
-    ------
-    UnknownNameError, ValueOutOfBoundsError
-        For a name that the model does not have, and bounds that are reversed, are not numbers or
-        exceed those of the parameter.
+    Raises :class:`UnknownNameError`, :class:`ValueOutOfBoundsError` for a name that the model does
+    not have, and bounds that are reversed, are not numbers or exceed those of the parameter.
     """
     given = by_name(free, "free", "{'m_1': (0.1, 5.0)}")
     if not given:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
@@ -11,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from mechc.errors import MissingInputError, UnknownNameError, ValueOutOfBoundsError
+from mechc.inputs.accept import takes_state
 from mechc.inputs.sampled import Control, HeldSignal, Sampled
 from mechc.inputs.signals import FAR, Signal
 from mechc.native._inputs import Caller, Inputs
@@ -39,12 +39,8 @@ class InputSlot:
 class GivenInputs:
     """Values for all inputs of a scene.
 
-    Raises
-    ------
-    MissingInputError
-        If one is missing; all that are missing are named.
-    UnknownNameError, ValueOutOfBoundsError
-        For unknown names and wrong values.
+    Raises :class:`MissingInputError` if one is missing; all that are missing are named;
+    :class:`UnknownNameError`, :class:`ValueOutOfBoundsError` for unknown names and wrong values.
     """
 
     def __init__(
@@ -188,9 +184,9 @@ def _checked_functions(
             f"a function does not give: give {highest + 1} functions of time (value, rate, ...), "
             "or a mechc.Signal that is smooth enough"
         )
-    chosen = [(slot.name, functions[order], _takes_state(slot, functions[order]))
-              for order in slot.orders]  # fmt: skip
-    if slot.of_time and any(takes_state for _, _, takes_state in chosen):
+    asked, what = [functions[order] for order in slot.orders], f"the input {slot.name}"
+    chosen = [(slot.name, function, takes_state(what, function)) for function in asked]
+    if slot.of_time and any(reads_state for _, _, reads_state in chosen):
         raise ValueOutOfBoundsError(
             f"constraints, mass matrix or kinematics contain the input {slot.name}: it must be a "
             "function of time only"
@@ -198,26 +194,18 @@ def _checked_functions(
     return chosen
 
 
-def _takes_state(slot: InputSlot, function: Function) -> bool:
-    try:
-        signature = inspect.signature(function)
-    except (TypeError, ValueError):  # unknown for some compiled functions
-        return False
-    for count in (1, 3):
-        try:
-            signature.bind(*[0.0] * count)
-        except TypeError:
-            continue
-        return count == 3
-    raise ValueOutOfBoundsError(
-        f"the input {slot.name} must be a function of t, or of t, q and u; it takes {signature}"
-    )
-
-
 def _polynomials(slot: InputSlot, value: Any) -> tuple[Array, Array]:
     """Knots (n,) and coefficients (n, degree + 1)."""
     if isinstance(value, Signal):
-        _check_smoothness(slot, value)
+        highest = max(slot.orders)  # may jump, as accelerations may
+        if highest > value.smoothness + 1:
+            kinds = "'quintic'" if highest > 3 else "'cubic' or 'quintic'"
+            held = " that is held" if value.outside == "hold" else ""
+            raise ValueOutOfBoundsError(
+                f"the equations contain rates of the input {slot.name} up to order {highest}, and "
+                f"a {value.kind} signal{held} has jumps in those of order {value.smoothness + 1}: "
+                f"take kind={kinds} without outside='hold'"
+            )
         return value.pieces
     if isinstance(value, Sampled):
         raise ValueOutOfBoundsError(
@@ -231,16 +219,3 @@ def _polynomials(slot: InputSlot, value: Any) -> tuple[Array, Array]:
             f"{value!r}; an expression is given to mechc.compile(..., inputs={{...}})"
         )
     return np.zeros(1), np.full((1, 1), float(value))
-
-
-def _check_smoothness(slot: InputSlot, signal: Signal) -> None:
-    """Refuse signals with too few derivatives; the highest may jump, as accelerations may."""
-    highest = max(slot.orders)
-    if highest > signal.smoothness + 1:
-        kinds = "'quintic'" if highest > 3 else "'cubic' or 'quintic'"
-        raise ValueOutOfBoundsError(
-            f"the equations contain rates of the input {slot.name} up to order {highest}, and "
-            f"a {signal.kind} signal{' that is held' if signal.outside == 'hold' else ''} has "
-            f"jumps in those of order {signal.smoothness + 1}: take kind={kinds} without "
-            "outside='hold'"
-        )

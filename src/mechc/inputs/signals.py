@@ -120,10 +120,7 @@ class Signal:
     def from_parts(cls, words: Mapping[str, Any], arrays: Mapping[str, Array]) -> Signal:
         """The signal of :attr:`parts`, with the same values to the last bit.
 
-        Raises
-        ------
-        ValueError
-            If no signal has such parts.
+        Raises ``ValueError`` if no signal has such parts.
         """
         signal = object.__new__(Signal)
         signal.kind, signal.outside = str(words["kind"]), words["outside"]
@@ -209,12 +206,7 @@ class Signal:
         low, high = self.span
         if not ((times >= low) & (times <= high)).all():
             raise ValueOutOfBoundsError(f"the signal is known for {low:g} ... {high:g} s only")
-        piece = np.maximum(np.searchsorted(self._knots, times, side="right") - 1, 0)
-        since, value = times - self._knots[piece], np.zeros(times.shape)
-        for n in range(self._coefficients.shape[1] - 1, order - 1, -1):
-            weight = np.prod(np.arange(n, n - order, -1.0))
-            value = value * since + weight * self._coefficients[piece, n]
-        return value
+        return polynomials_at(*self.pieces, times, order)
 
     def _hold(self) -> None:
         width = self._coefficients.shape[1]
@@ -228,6 +220,15 @@ class Signal:
     def __repr__(self) -> str:
         low, high = self.times[[0, -1]]
         return f"<mechc.Signal, {self.kind}, {len(self.times)} samples in {low:g} ... {high:g} s>"
+
+
+def polynomials_at(knots: Array, coefficients: Array, t: Array, order: int) -> Array:
+    """The derivative of an order of piecewise polynomials, in powers of the time since a knot."""
+    piece = np.maximum(np.searchsorted(knots, t, side="right") - 1, 0)
+    since, value = t - knots[piece], np.zeros(t.shape)
+    for n in range(coefficients.shape[1] - 1, order - 1, -1):
+        value = value * since + np.prod(np.arange(n, n - order, -1.0)) * coefficients[piece, n]
+    return value
 
 
 def _shift(coefficients: Array, by: Array, order: int) -> Array:

@@ -9,7 +9,8 @@ from typing import Any
 from mechc.errors import ValueOutOfBoundsError
 from mechc.results.player.motion import frames, motion_data
 from mechc.results.player.page import Page, player_page, template
-from mechc.results.sampling import Run, SolutionLike, plane_view
+from mechc.results.sampling import Run, plane_view
+from mechc.simulation.trajectory import Trajectory
 
 X, Y = [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]
 
@@ -31,7 +32,7 @@ class Animation(Page):
         return self._write(target)
 
 
-def animate(sol: SolutionLike, *, fps: float = 60.0) -> Animation:
+def animate(sol: Trajectory, *, fps: float = 60.0) -> Animation:
     """The motion as an `Animation`: show it in a notebook, or `.save(path)` it.
 
     Raises

@@ -18,10 +18,8 @@ def replacing(path: Path) -> Iterator[Path]:
     The content is on the disk before it gets the name, so that neither a full disk nor a loss of
     power leaves an incomplete file.
 
-    Raises
-    ------
-    MechcError
-        If the operating system refuses; it names the file, which is then unchanged.
+    Raises :class:`MechcError` if the operating system refuses; it names the file, which is then
+    unchanged.
     """
     part = path.with_name(f".{path.name}.{token_hex(8)}.part")  # where nobody can put a link
     try:

@@ -78,19 +78,7 @@ class Report(str):
 
 
 def model_report(system: System, *, compare: bool = True) -> Report:
-    """A report: the parts compiled, those omitted and why, in operations; seconds of each stage.
-
-    Parameters
-    ----------
-    compare
-        Where parameters are fixed or outputs were not requested: derive the scene with all of them
-        too, so that the report gives the savings.  Takes as long as deriving.
-
-    Returns
-    -------
-    Report
-        A text; in a notebook, tables.
-    """
+    """See :meth:`mechc.Model.report`."""
     whole = _whole(system) if compare else None
     sections = [_operations(system, whole), _calls(system), _omitted_section(system, whole)]
     if system.constraint_names:

@@ -68,9 +68,14 @@ def summary_rows(sol: Trajectory) -> list[tuple[str, str]]:
         gap, rate = f"{sol.closure.max():.1e} {unit}".rstrip(), f"{sol.velocity_closure.max():.1e}"
         checks.append(("closure", f"{gap}, {rate} {f'{unit}/s' if unit else 'per second'}"))
     passages = _passages(sol)
+    changed = [
+        f"{name} = {value:g} {system.units[name]}"
+        for name, value in zip(system.parameters, sol.params, strict=True)
+        if value != system.defaults.get(name)
+    ]
     return [
         ("outcome", str(sol.status)),
-        ("parameters", _parameters_in_words(sol)),
+        ("parameters", ", ".join(changed) or "all by default"),
         *swing,
         *end,
         *passages,
@@ -116,9 +121,8 @@ def extremes(sol: Trajectory) -> tuple[Any, Any]:
     if not sol.policy.dense or sol.span[0] == sol.span[1]:
         return sol.q.min(axis=0), sol.q.max(axis=0)
     count = range(len(sol.system.coordinates))
-    return np.array([_extreme(sol, i, -1) for i in count]), np.array(
-        [_extreme(sol, i, 1) for i in count]
-    )
+    least, greatest = (np.array([_extreme(sol, i, sign) for i in count]) for sign in (-1, 1))
+    return least, greatest
 
 
 def _extreme(sol: Trajectory, component: int, sign: int) -> float:
@@ -131,15 +135,6 @@ def _extreme(sol: Trajectory, component: int, sign: int) -> float:
         near = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
         grid = np.linspace(*near, 65)
     return float(sign * values[best])
-
-
-def _parameters_in_words(sol: Trajectory) -> str:
-    changed = [
-        f"{name} = {value:g} {sol.system.units[name]}"
-        for name, value in zip(sol.system.parameters, sol.params, strict=True)
-        if value != sol.system.defaults.get(name)
-    ]
-    return ", ".join(changed) or "all by default"
 
 
 def _shown(system: System, name: str, value: float) -> str:

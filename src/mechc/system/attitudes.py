@@ -50,11 +50,8 @@ class Attitudes:
     def check(self, states: Array) -> None:
         """Check states (..., nq + nu).
 
-        Raises
-        ------
-        ValueOutOfBoundsError
-            Where a quaternion is zero, or has another length than one where it has to have it; the
-            message has its components.
+        Raises :class:`ValueOutOfBoundsError` where a quaternion is zero, or has another length than
+        one where it has to have it; the message has its components.
         """
         for places in self.quaternions:
             if not np.any(states[..., places], axis=-1).all():

@@ -186,7 +186,10 @@ class ParameterSet:
         """Values of one parameter, each within its bounds."""
         if name not in self.index:
             raise UnknownNameError("parameter", name, self.names)
-        array = _as_array(name, value)
+        try:
+            array = np.asarray(value, dtype=np.float64)
+        except (TypeError, ValueError, OverflowError):
+            raise ValueOutOfBoundsError(f"{name} must be a number, not {brief(value)}") from None
         self.quantities[self.index[name]].check(array)
         return array
 
@@ -224,13 +227,6 @@ class ParameterSet:
             "(in the shell: --set NAME=VALUE), or permanently with "
             "mechc.compile(..., defaults={...})"
         )
-
-
-def _as_array(name: str, value: Any) -> Array:
-    try:
-        return np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise ValueOutOfBoundsError(f"{name} must be a number, not {brief(value)}") from None
 
 
 def _all_values(params: Any) -> Array:

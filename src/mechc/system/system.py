@@ -225,6 +225,27 @@ class System(Description):
         movable = len(self.coordinates) - len(self.states)
         return sorted(set(range(movable)) - set(given))
 
+    def check_sensitivities(self) -> None:
+        """Raise :class:`UnavailableOutputError` where motions have no derivatives."""
+        if "differentiated" not in self.data:
+            raise UnavailableOutputError(
+                f"{self.name} was compiled without sensitivities, derivatives of motions: compile "
+                "or load it with outputs=(..., 'sensitivities')"
+            )
+
+    @cached_property
+    def derivative_rows(self) -> dict[str, tuple[list[int], tuple[int, ...]]]:
+        """Output -> its rows in the Jacobians of the outputs, and its shape."""
+        own, shapes = list(self.data["own"]), self.data["shapes"]
+        found: dict[str, tuple[list[int], tuple[int, ...]]]
+        found, first = {name: ([k], ()) for k, name in enumerate(own)}, len(own)
+        for name, size in self.data["differentiated"]:
+            found[name] = list(range(first, first + size)), tuple(shapes.get(name, ()))
+            first += size
+        for name, shape in self.array_outputs.items():
+            found[name] = [own.index(each) for each in self.array_elements(name)], tuple(shape)
+        return found
+
     # -- outputs ----------------------------------------------------------------------------
 
     def rates(self, y: Array, p: Array, t: Time = 0.0) -> Array:
@@ -234,10 +255,6 @@ class System(Description):
     def mass_matrix(self, y: Array, p: Array, t: Time = 0.0) -> Array:
         """M of M u' + J^T lambda = F, (..., nu, nu)."""
         return self.evaluate("mass_matrix", y, p, t)
-
-    def forcing(self, y: Array, p: Array, t: Time = 0.0) -> Array:
-        """F of M u' + J^T lambda = F, (..., nu)."""
-        return self.evaluate("forcing", y, p, t)
 
     def constraints(self, y: Array, p: Array, t: Time = 0.0) -> Array:
         """Configuration constraints, (..., holonomic rows)."""
@@ -250,6 +267,13 @@ class System(Description):
     def constraint_jacobian(self, y: Array, p: Array, t: Time = 0.0) -> Array:
         """J over the speeds, (..., nc, nu)."""
         return self.evaluate("constraint_jacobian", y, p, t)
+
+    def constraint_gradient(self, y: Array, p: Array, t: Time = 0.0) -> Array:
+        """Derivative of the configuration constraints by the coordinates, (..., rows, nq)."""
+        if "constraint_gradient" in self.scene.outputs:
+            return self.evaluate("constraint_gradient", y, p, t)
+        rows = self.constraint_jacobian(y, p, t)[..., : self.scene.holonomic, :]
+        return rows if self.scene.holonomic else np.zeros((*rows.shape[:-1], len(self.coordinates)))
 
     def kinetic_energy(self, y: Array, p: Array, t: Time = 0.0) -> Array:
         """T in J, (...)."""
@@ -270,10 +294,8 @@ class System(Description):
     def evaluate(self, name: str, y: Array, p: Array, t: Time = 0.0) -> Array:
         """Evaluate any output by name, into a new array.
 
-        Raises
-        ------
-        UnknownNameError, UnavailableOutputError
-            If there is no such output, or it was not requested when compiling.
+        Raises :class:`UnknownNameError`, :class:`UnavailableOutputError` if there is no such
+        output, or it was not requested when compiling.
         """
         if name in self.array_outputs:
             return self._array_output(name, y, p, t)

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mechc.batch.dataset import attributes
-from mechc.batch.driven import NONE, BatchInputs
+from mechc.batch.driven import NONE, BatchInputs, Columns
 from mechc.batch.events import events_from_json
 from mechc.batch.layout import (
     METADATA,
@@ -30,10 +30,10 @@ from mechc.batch.layout import (
 )
 from mechc.batch.results import Batch
 from mechc.batch.sensitivities import check_names
-from mechc.batch.spec import Assembly, Columns, Compute, Recipe, checked_recipe, common_count
+from mechc.batch.spec import Assembly, Compute, Recipe, checked_recipe, common_count
 from mechc.batch.stored import manifests
 from mechc.compilation.find import system_of
-from mechc.errors import MechcError, MissingPackageError
+from mechc.errors import MechcError, package
 from mechc.files import file_lock
 from mechc.inputs.signals import PARTS, Signal
 from mechc.results.durable import replacing, write_text
@@ -47,7 +47,6 @@ from mechc.results.untrusted import (
     short,
 )
 from mechc.simulation.settings import Policy, checked_policy, checked_span, checked_times
-from mechc.system.parameters import Array
 from mechc.system.system import System
 
 FORMAT = 2
@@ -64,11 +63,8 @@ def stream(
 ) -> Batch:  # fmt: skip
     """Compute the chunks that are not in ``folder`` yet; the batch, read from there.
 
-    Raises
-    ------
-    MechcError
-        If the folder contains something else, or the results of another request: it names the
-        difference.
+    Raises :class:`MechcError` if the folder contains something else, or the results of another
+    request: it names the difference.
     """
     zarr = _zarr()
     notes, data = folder / NOTES, folder / DATA
@@ -88,7 +84,9 @@ def stream(
                 complete = complete and whole
                 if whole:
                     with _naming_folder(folder):
-                        _write_chunk(folder, arrays, stored, first, found)
+                        for name in stored:
+                            arrays[name][first : first + len(found["t"])] = found[name]
+                        manifests.write(notes, data, first, found, stored)
         except KeyboardInterrupt:
             complete = False
     return Batch(system, recipe, arrays, complete)
@@ -121,7 +119,12 @@ def _claim(system: System, recipe: Recipe, folder: Path, size: int) -> None:
             _write_inputs(notes, recipe)
             write_text(notes / REQUEST, json.dumps(request, indent=1))
         return
-    differing = _differences(_read_request(folder), request)
+    held = _read_request(folder)
+    differing = [
+        f"{key} is {_short(held.get(key))}, not {_short(request.get(key))}"
+        for key in {**held, **request}
+        if held.get(key) != request.get(key)
+    ]
     if differing:
         raise MechcError(
             f"{folder} contains the results of another request: {'; '.join(differing)}. Name a new "
@@ -142,11 +145,6 @@ def _request(system: System, recipe: Recipe, size: int) -> dict[str, Any]:
         "chunk": size,
         **json.loads(json.dumps(recipe.as_json())),
     }
-
-
-def _differences(held: dict[str, Any], asked: dict[str, Any]) -> list[str]:
-    keys = [key for key in {**held, **asked} if held.get(key) != asked.get(key)]
-    return [f"{key} is {_short(held.get(key))}, not {_short(asked.get(key))}" for key in keys]
 
 
 def _short(value: Any) -> str:
@@ -211,16 +209,6 @@ def _prepare_arrays(
     return arrays
 
 
-def _write_chunk(
-    folder: Path, arrays: Mapping[str, Any], stored: Mapping[str, Layout], first: int,
-    found: Mapping[str, Array],
-) -> None:  # fmt: skip
-    """The data of one chunk, then its manifest."""
-    for name in stored:
-        arrays[name][first : first + len(found["t"])] = found[name]
-    manifests.write(folder / NOTES, folder / DATA, first, found, stored)
-
-
 @contextmanager
 def _alone_in(folder: Path) -> Iterator[None]:
     """Hold the lock of a folder, so that one call at a time writes to it."""
@@ -247,10 +235,8 @@ def open_batch(folder: Path, given: System | None = None) -> Batch:
 
     ``given`` is needed for a user-defined mechanism that is not in the cache any more.
 
-    Raises
-    ------
-    MechcError
-        If it is not a batch, its mechanism is not found, or it is damaged: with what.
+    Raises :class:`MechcError` if it is not a batch, its mechanism is not found, or it is damaged:
+    with what.
     """
     zarr = _zarr()
     held = _read(folder)
@@ -278,10 +264,8 @@ class Examined(NamedTuple):
 def examine(folder: Path) -> Examined:
     """Check all of a streamed batch, without its model.
 
-    Raises
-    ------
-    MechcError
-        If it is not a batch, or so damaged that its chunks cannot be checked.
+    Raises :class:`MechcError` if it is not a batch, or so damaged that its chunks cannot be
+    checked.
     """
     zarr = _zarr()
     held = _read(folder)
@@ -374,7 +358,11 @@ def _read_recipe(notes: Path) -> Recipe:
         kind: {name: arrays[f"{kind}/{i}"] for i, name in enumerate(told["names"].get(kind, ()))}
         for kind in ("params", "coordinates", "speeds", "inputs")
     }
-    driven = BatchInputs(columns["inputs"], _read_signals(told.get("signals", {}), arrays))
+    signals = {
+        name: Signal.from_parts(words, {part: arrays[f"signals/{i}/{part}"] for part in PARTS})
+        for i, (name, words) in enumerate(told.get("signals", {}).items())
+    }
+    driven = BatchInputs(columns["inputs"], signals)
     recipe = Recipe(
         count=told["count"], span=(told["span"][0], told["span"][1]),
         states=arrays.get("states"), guess=dict(told["guess"]), t_eval=arrays["t_eval"],
@@ -392,13 +380,6 @@ def _read_recipe(notes: Path) -> Recipe:
     if type(recipe.count) is not int or recipe.count != common_count(every):
         raise ValueError("it has another number of members than its inputs")
     return recipe
-
-
-def _read_signals(told: Mapping[str, Any], arrays: Mapping[str, Array]) -> dict[str, Signal]:
-    found = {}
-    for i, (name, words) in enumerate(told.items()):
-        found[name] = Signal.from_parts(words, {p: arrays[f"signals/{i}/{p}"] for p in PARTS})
-    return found
 
 
 def _checked_again(system: System, recipe: Recipe) -> Recipe:
@@ -425,10 +406,6 @@ def _checked_again(system: System, recipe: Recipe) -> Recipe:
 
 
 def _zarr() -> Any:
-    try:
-        import zarr
-    except ImportError:
-        raise MissingPackageError(
-            "zarr is not installed: pip install zarr (batches without out= do not need it)"
-        ) from None
-    return zarr
+    return package(
+        "zarr", "zarr is not installed: pip install zarr (batches without out= do not need it)"
+    )

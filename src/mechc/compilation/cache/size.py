@@ -29,10 +29,7 @@ class StoredEntry(NamedTuple):
 def most_bytes() -> int:
     """``$MECHC_CACHE_SIZE`` in MiB, else 1 GiB.
 
-    Raises
-    ------
-    CacheError
-        If it is no number.
+    Raises :class:`CacheError` if it is no number.
     """
     told = os.environ.get("MECHC_CACHE_SIZE", "").strip()
     if not told:

@@ -12,29 +12,6 @@ from mechc.compilation.request import read_compilable
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError
 
 
-def standalone_texts(
-    mechanism: Any,
-    name: str | None,
-    y0: Sequence[float] | None,
-    params: Mapping[str, float],
-    t_end: float,
-    *,
-    fix: Mapping[Any, float] | None,
-    outputs: Iterable[Any] | None,
-    real: str,
-    **options: Any,
-) -> dict[str, str]:
-    """File name -> text; see :func:`mechc.export_c`."""
-    from mechc_codegen.compiler import build_standalone
-
-    asked = read_export(mechanism, y0, params, fix=fix, outputs=outputs, **options)
-    found = asked.mechanism
-    texts: dict[str, str] = build_standalone(
-        found, name or found.name, asked.start, asked.values, t_end, asked.request, real
-    )
-    return texts
-
-
 @dataclass(frozen=True)
 class ExportRequest:
     """A mechanism to export: its request, its start, the values of parameters."""
@@ -43,6 +20,15 @@ class ExportRequest:
     request: Any
     start: list[float]
     values: dict[str, float]
+
+
+def standalone_texts(asked: ExportRequest, name: str, t_end: float, real: str) -> dict[str, str]:
+    """File name -> text; see :func:`mechc.export_c`."""
+    from mechc_codegen.compiler import build_standalone
+
+    given = (asked.mechanism, name, asked.start, asked.values, t_end, asked.request, real)
+    texts: dict[str, str] = build_standalone(*given)
+    return texts
 
 
 def read_export(

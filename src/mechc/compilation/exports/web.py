@@ -20,10 +20,7 @@ FLAGS = (
 def web(asked: ExportRequest, name: str) -> tuple[bytes, dict[str, Any]]:
     """Derive and compile: the module, which imports nothing, and data for JSON.
 
-    Raises
-    ------
-    CompilerError
-        If the package ``ziglang`` is not installed.
+    Raises :class:`CompilerError` if the package ``ziglang`` is not installed.
     """
     from mechc_codegen.compiler import build_web
     from mechc_codegen.export.fmu import FmuOptions

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from mechc.compilation import cache, entries
-from mechc.compilation.build import compile_described, compile_known, key_of
+from mechc.compilation.build import compile_described, key_of
 from mechc.compilation.compiler import errors_of_compiler
 from mechc.compilation.parts import FIRST
 from mechc.errors import UnknownNameError
@@ -53,9 +53,7 @@ def variant(name: str, options: Mapping[str, Any], asked: Mapping[str, Any]) -> 
     def describe() -> tuple[Any, Any]:
         return described_as_asked(name, options, asked)
 
-    if plain:
-        return compile_known(_variant_digest(name, told), describe, reference)
-    return compile_described(describe, reference)
+    return compile_described(describe, reference, _variant_digest(name, told) if plain else None)
 
 
 def names_to_compile(name: str, options: Mapping[str, Any]) -> Mapping[str, tuple[str, ...]] | None:

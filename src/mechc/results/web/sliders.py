@@ -20,19 +20,15 @@ def chosen_sliders(
     """The ranges of the sliders by name, None where the page chooses, and the coordinates and
     speeds that keep their values while loops are closed.
 
+    Raises :class:`UnknownNameError` for a name that is none of a parameter, coordinate, speed or
+    input; :class:`ValueOutOfBoundsError` for a range that is none.
+
     Parameters
     ----------
     about
         The data of the mechanism.
     start
         Its own start: coordinates and speeds by name.
-
-    Raises
-    ------
-    UnknownNameError
-        For a name that is none of a parameter, coordinate, speed or input.
-    ValueOutOfBoundsError
-        For a range that is none.
     """
     states = [each["name"] for kind in ("coordinates", "speeds") for each in about[kind]]
     parameters = [each["name"] for each in about["parameters"]]

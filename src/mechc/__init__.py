@@ -10,7 +10,6 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from mechc.compilation.one_at_a_time import one_at_a_time as _one_at_a_time
 from mechc.errors import (
     AssemblyError,
     CacheError,
@@ -142,15 +141,10 @@ def __getattr__(name: str) -> Any:
     if name in _LATER:
         return getattr(import_module(_LATER[name]), name)
     if name in __all__:  # for describing mechanisms
-        return _described_with(name)
+        from mechc.compilation.compiler import of_compiler
+
+        return of_compiler(name)
     raise AttributeError(f"module 'mechc' has no attribute {name!r}")
-
-
-@_one_at_a_time
-def _described_with(name: str) -> Any:
-    from mechc.compilation.compiler import of_compiler
-
-    return of_compiler(name)
 
 
 def __dir__() -> list[str]:

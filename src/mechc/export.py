@@ -182,8 +182,8 @@ def export_fmu(
 
     Parameters
     ----------
-    mechanism
-        The name of a mechanism of the library, or what :func:`mechc.compile` takes.
+    mechanism, fix, outputs, options
+        As for :func:`export_c`.
     file
         The archive, NAME.fmu; replaced if it exists.
     version
@@ -211,11 +211,6 @@ def export_fmu(
         Events that are expressions, as of :meth:`mechc.Model.simulate`, with resets that are, too:
         event indicators by model exchange; co-simulation makes the resets within its steps.  With
         stops or dry friction the unit has co-simulation alone.
-    fix, outputs
-        As for :func:`mechc.compile`.
-    options
-        Of the mechanism of the library as in :func:`mechc.load`, or the other arguments of
-        :func:`mechc.compile`.
 
     Returns
     -------

@@ -172,7 +172,16 @@ def _again(model: Model, recipe: dict[str, Any], t: Array, max_bytes: float) -> 
             "xarray instead, or allow more: mechc.open(path, max_bytes=...)"
         )
     sol.policy = told._replace(dense=True, atol=sol.policy.atol)
-    sol.status = _status(mapping_of(recipe["status"], "its status"))
+    ended = mapping_of(recipe["status"], "its status")
+    if ended["code"] not in {name for name, *_ in CODES.values()}:
+        raise MechcError("its status is unknown")
+    sol.status = Status(
+        ended["code"],
+        float(ended["t"]),
+        text_of(ended["cause"], "the cause of its end"),
+        text_of(ended["advice"], "the advice about its end"),
+        tuple(text_of(text, "a warning") for text in ended["warnings"]),
+    )
     if not np.array_equal(sol.record.times(), t):
         sol._times = t
     width = model.system.scene.width
@@ -247,20 +256,6 @@ def _unpickled(
 
 
 copyreg.pickle(Solution, _pickled)
-
-
-def _status(told: Mapping[str, Any]) -> Status:
-    """The outcome in a file: a known status, with plain texts."""
-    codes = {name for name, *_ in CODES.values()}
-    if told["code"] not in codes:
-        raise MechcError("its status is unknown")
-    return Status(
-        told["code"],
-        float(told["t"]),
-        text_of(told["cause"], "the cause of its end"),
-        text_of(told["advice"], "the advice about its end"),
-        tuple(text_of(text, "a warning") for text in told["warnings"]),
-    )
 
 
 def _compare(path: Path, sol: Solution, states: Array) -> None:

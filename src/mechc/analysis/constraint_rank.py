@@ -48,7 +48,10 @@ class Redundancy:
 def redundant_constraints(system: System, values: Array, t: float = 0.0) -> tuple[Redundancy, ...]:
     """Rows redundant in all configurations: see :meth:`mechc.Model.redundant_constraints`."""
     y = closed_states(system, even_points(STARTS, len(system.coordinates)), values, t)
-    jacobian = _of_highest_rank(np.asarray(system.constraint_jacobian(y, values, t)))
+    every = np.asarray(system.constraint_jacobian(y, values, t))
+    singular = np.linalg.svd(every, compute_uv=False)
+    rank = (singular > DEPENDENT * singular[:, :1]).sum(axis=1)
+    jacobian = np.asarray(every[rank == rank.max(initial=0)][:SAMPLES])  # of the highest rank
     size = np.linalg.norm(jacobian, axis=2).max(axis=0, initial=0.0)
     largest = float(size.max(initial=0.0))
     kept: list[int] = []
@@ -61,13 +64,6 @@ def redundant_constraints(system: System, values: Array, t: float = 0.0) -> tupl
         else:
             found.append(_relation(system, name, kept, shares))
     return tuple(found)
-
-
-def _of_highest_rank(jacobian: Array) -> Array:
-    """The samples (at most SAMPLES, nc, nu) whose rank is the highest."""
-    singular = np.linalg.svd(jacobian, compute_uv=False)
-    rank = (singular > DEPENDENT * singular[:, :1]).sum(axis=1)
-    return np.asarray(jacobian[rank == rank.max(initial=0)][:SAMPLES])
 
 
 def _shares(jacobian: Array, kept: list[int], row: int) -> tuple[Array, Array]:

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechc.analysis.constraint_rank import redundant_constraints
-from mechc.analysis.jacobians import input_values, jacobian
 from mechc.errors import ChangePointError, UnknownNameError
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -71,7 +70,7 @@ def linearize(
     independent: Sequence[str] | None,
 ) -> Linearization:
     """The linear model about a state on the constraints: see :meth:`mechc.Model.linearize`."""
-    by_state = jacobian(system, "state", state, values, t)
+    by_state = system.jacobian("state", state, values, t)
     tangent = _tangent(system, state, values, t, independent)
     names = (*system.coordinates, *system.speeds)
     chosen = names if outputs is None else outputs
@@ -106,13 +105,13 @@ def _by_inputs(
     columns = [np.zeros((len(y), 0) if of is None else 0)]
     for name in inputs:
         by, place = _input(system, name)
-        columns.append(jacobian(system, by, y, values, t, of)[..., place, None])
+        columns.append(system.jacobian(by, y, values, t, of)[..., place, None])
     return np.concatenate(columns, axis=-1)
 
 
 def _input(system: System, name: str) -> tuple[str, int]:
     """The array of derivatives that has those by an input, and its column there."""
-    given = input_values(system)
+    given = system.input_values
     if name in given:
         return "input", given.index(name)
     if name not in system.parameters:
@@ -130,7 +129,7 @@ def _output_rows(
     own = system.data["own"]
     if name not in own:
         raise UnknownNameError("coordinate, speed or user-defined output", name, [*names, *own])
-    return jacobian(system, "state", y, values, t, name), _by_inputs(
+    return system.jacobian("state", y, values, t, name), _by_inputs(
         system, y, values, t, inputs, name
     )
 
@@ -155,7 +154,7 @@ def _tangent(
     wanted = None if independent is None else _places(system, independent)
     of_q = None if wanted is None else [i for i in wanted if i < nq]
     of_u = None if wanted is None else [i - nq for i in wanted if i >= nq]
-    _refuse_change_point(system, rows, y, values, t)
+    _refuse_change_point(system, rows, values, t)
     q, free_q = _kernel(system.constraint_gradient(y, values, t), of_q, system.coordinates)
     u, free_u = _kernel(rows, of_u, system.speeds)
     pushed = system.evaluate("velocity_gradient", y, values, t) @ q
@@ -222,7 +221,7 @@ def _others(width: int, columns: Places) -> Places:
     return np.setdiff1d(np.arange(width), columns)
 
 
-def _refuse_change_point(system: System, rows: Array, y: Array, values: Array, t: float) -> None:
+def _refuse_change_point(system: System, rows: Array, values: Array, t: float) -> None:
     """Refuse a state where rows are dependent that are independent elsewhere."""
     lost = len(rows) - _rank(rows)
     if lost and lost > len(redundant_constraints(system, values, t)):

@@ -59,15 +59,6 @@ def assemblies(
 def _configurations(
     system: System, given: Values, p: Array, near: Values, t: float, **options: Any
 ) -> Array:
-    """Configurations (n, nq) whose attitudes are some: see :func:`_closed_configurations`."""
-    found = _closed_configurations(system, given, p, near, t, **options)
-    system.attitudes.check(found)
-    return found
-
-
-def _closed_configurations(
-    system: System, given: Values, p: Array, near: Values, t: float, **options: Any
-) -> Array:
     """Configurations found (n, nq): the nearest to the guess first, or the preferred one."""
     fixed = system.default_configurations(1, (*near, *given))
     for values in (near, given):
@@ -81,6 +72,7 @@ def _closed_configurations(
                 f"the coordinates given leave {gap_in_words(system, gap, p, t)}; give fewer of "
                 "them and let the others be solved for"
             )
+        system.attitudes.check(fixed)
         return fixed
     done = search.solve(t, fixed, p[None], MOST, **options)
     many = int(done.many[0])
@@ -88,7 +80,9 @@ def _closed_configurations(
         raise AssemblyError(miss_message(system, given, near, done.open[0], p, t))
     if many > MOST and not near:
         raise AssemblyError(f"there are over {MOST} assemblies: give more coordinates, or a guess")
-    return np.asarray(done.found[0, :many])
+    found = np.asarray(done.found[0, :many])
+    system.attitudes.check(found)
+    return found
 
 
 def search_for(system: System, given: tuple[str, ...], near: tuple[str, ...]) -> Search | None:

@@ -95,10 +95,7 @@ def allowed_gaps(system: System, p: Array, t: float) -> Array:
 def refuse_uneven(system: System, p: Array, t: float) -> None:
     """Raise where the integrator would take the smallest row for one that depends on others.
 
-    Raises
-    ------
-    AssemblyError
-        Which two rows these are.
+    Raises :class:`AssemblyError`, which names the two rows.
     """
     if not system.sized_by_lengths:
         _refuse_uneven(system, sizes(system, p, t).rows[None])

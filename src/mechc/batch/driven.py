@@ -10,6 +10,7 @@ import numpy as np
 
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.inputs.accept import accepted_inputs
+from mechc.inputs.bind import functions_of
 from mechc.inputs.driven_scene import with_inputs
 from mechc.inputs.sampled import Sampled, with_held
 from mechc.inputs.signals import Signal
@@ -87,18 +88,11 @@ def checked_inputs(system: System, given: Mapping[str, Any] | None) -> BatchInpu
     others = {key: value for key, value in dict(given or {}).items() if key not in controllers}
     every = {**system.driven.given, **accepted_inputs(others, orders)}
     signals = {name: value for name, value in every.items() if isinstance(value, Signal)}
-    functions = {name: value for name, value in every.items() if _is_called(value)}
+    functions = {name: value for name, value in every.items() if functions_of(value)}
     known = {*signals, *functions}
     numbers = {n: _numbers(n, value) for n, value in every.items() if n not in known}
     named = {tuple(names_of(key)): several for key, several in controllers.items()}
     return BatchInputs(numbers, signals, functions, named)
-
-
-def _is_called(value: Any) -> bool:
-    """Whether a value is a function, or several: a function and its derivatives."""
-    if isinstance(value, Signal):
-        return False
-    return callable(value) or (isinstance(value, (tuple, list)) and any(map(callable, value)))
 
 
 def _controllers(given: Any) -> tuple[Sampled, ...]:

@@ -137,13 +137,28 @@ def create(zarr: Any, path: Path, layout: Layout, attributes: Mapping[str, str])
         )
 
 
-def check(path: Path, layout: Layout) -> None:
-    """Refuse an array whose metadata or whose files are not those of the layout.
+def check_chunk(path: Path, layout: Layout, first: int) -> None:
+    """Raise :class:`MechcError`, which names the file, for a chunk of another size, or none."""
+    for file in chunk_files(path, layout, first):
+        try:
+            status = file.lstat()
+        except (FileNotFoundError, NotADirectoryError):
+            raise MechcError(f"{file} is damaged: it is missing") from None
+        if not stat.S_ISREG(status.st_mode) or status.st_size != layout.chunk_bytes:
+            raise MechcError(f"{file} is damaged: it is not a file of {layout.chunk_bytes} bytes")
 
-    Raises
-    ------
-    MechcError
-        Names what differs.  No data is read.
+
+def chunk_files(path: Path, layout: Layout, first: int) -> list[Path]:
+    """The file of the chunk that begins with the member ``first``."""
+    counts = [-(-n // size) for n, size in zip(layout.shape[1:], layout.chunk[1:], strict=True)]
+    row = str(first // layout.members)
+    return [path.joinpath("c", row, *map(str, at)) for at in product(*map(range, counts))]
+
+
+def open_array(zarr: Any, path: Path, layout: Layout, mode: str = "r") -> Any:
+    """An array whose metadata are those of the layout, of which no data is read yet.
+
+    Raises :class:`MechcError`, which names what differs.
     """
     try:
         held = read_json(path / METADATA, _LARGEST_METADATA)
@@ -168,35 +183,6 @@ def check(path: Path, layout: Layout) -> None:
             raise MechcError(
                 f"{path / METADATA} is damaged: {printable(key)} is not that of the request"
             )
-
-
-def check_chunk(path: Path, layout: Layout, first: int) -> None:
-    """Refuse a chunk that is not one file of the right size.
-
-    Raises
-    ------
-    MechcError
-        Names the file.
-    """
-    for file in chunk_files(path, layout, first):
-        try:
-            status = file.lstat()
-        except (FileNotFoundError, NotADirectoryError):
-            raise MechcError(f"{file} is damaged: it is missing") from None
-        if not stat.S_ISREG(status.st_mode) or status.st_size != layout.chunk_bytes:
-            raise MechcError(f"{file} is damaged: it is not a file of {layout.chunk_bytes} bytes")
-
-
-def chunk_files(path: Path, layout: Layout, first: int) -> list[Path]:
-    """The file of the chunk that begins with the member ``first``."""
-    counts = [-(-n // size) for n, size in zip(layout.shape[1:], layout.chunk[1:], strict=True)]
-    row = str(first // layout.members)
-    return [path.joinpath("c", row, *map(str, at)) for at in product(*map(range, counts))]
-
-
-def open_array(zarr: Any, path: Path, layout: Layout, mode: str = "r") -> Any:
-    """An array whose metadata are those of the layout; raises :class:`MechcError` otherwise."""
-    check(path, layout)
     try:
         with zarr.config.set(_EVERY_CHUNK):
             return zarr.open_array(str(path), mode=mode, zarr_format=3)

@@ -58,7 +58,13 @@ def run_members(
     job = _runs(system, scene, recipe, values, y0, assembled, reductions, events, changes)
     one_thread = recipe.inputs.calls_python or (events is not None and events.bound.calls_python)
     complete = complete and drive(job, 1 if one_thread else threads, report)
-    _raise_failure(system, events)
+    if system.driven is not None:  # a function of Python that failed
+        system.driven.raise_failure()
+    if events is not None and events.bound.failure is not None:
+        failed = function_failed(events)
+        if failed is None:
+            raise KeyboardInterrupt
+        raise EventError(str(failed), None) from failed.__cause__
     results = {"y0": y0, "y": job.y, "t": job.t, "status": job.status.astype(np.int16)}
     results |= {name: job.counts[:, i].astype(np.int64) for name, i in COUNTERS.items()}
     results |= {name: job.least[:, i] for name, i in LEAST.items()}
@@ -109,17 +115,6 @@ def _runs(
 def _first(system: System, values: Array) -> Array:
     """The parameters of the first member, where there is one."""
     return values[0] if len(values) else system.parameter_set.defaults
-
-
-def _raise_failure(system: System, events: RunEvents | None) -> None:
-    """Raise the error of a function of Python that failed."""
-    if system.driven is not None:
-        system.driven.raise_failure()
-    if events is not None and events.bound.failure is not None:
-        failed = function_failed(events)
-        if failed is None:
-            raise KeyboardInterrupt
-        raise EventError(str(failed), None) from failed.__cause__
 
 
 def parameter_rows(system: System, recipe: Recipe) -> Array:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -164,7 +165,11 @@ def simulate_batch(
         check_names(system, recipe)
     workers = _checked_threads(threads)
     size = _whole("chunk", chunk)
-    compute = _source(system, recipe, workers, client)
+    compute: Compute = partial(_compute_here, system, recipe, workers)
+    if client is not None:
+        from mechc.batch.cluster import compute_on
+
+        compute = partial(compute_on, client, system, recipe)  # by the workers of a cluster
     with CountBar(f"simulating {recipe.count} x {system.name}", recipe.count) as bar:
         report = bar.update_count if progress else lambda _: None
         if out is not None:
@@ -208,15 +213,6 @@ def _whole(name: str, value: int) -> int:
     if number != value:
         raise ValueOutOfBoundsError(f"{name} = {value} must be a whole number above 0")
     return number
-
-
-def _source(system: System, recipe: Recipe, threads: int, client: Any) -> Compute:
-    """The function that computes ranges of members: in this process, or on a cluster's workers."""
-    if client is not None:
-        from mechc.batch.cluster import compute_on
-
-        return lambda ranges, report: compute_on(client, system, recipe, ranges, report)
-    return lambda ranges, report: _compute_here(system, recipe, threads, ranges, report)
 
 
 def _compute_here(

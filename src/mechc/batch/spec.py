@@ -162,9 +162,9 @@ def checked_recipe(
     start = y0 if isinstance(y0, Assembly) else Assembly({})
     states = None if isinstance(y0, Assembly) else _checked_states(system, y0)
     columns = _checked_params(system, params)
-    coordinates = _checked_columns(system, start.coordinates, system.coordinates, "coordinate")
-    speeds = _checked_columns(system, start.speeds, system.speeds, "speed")
-    guess = _checked_columns(system, start.guess, system.coordinates, "coordinate")
+    coordinates = _checked_columns(start.coordinates, system.coordinates, "coordinate")
+    speeds = _checked_columns(start.speeds, system.speeds, "speed")
+    guess = _checked_columns(start.guess, system.coordinates, "coordinate")
     for name in guess:
         if name in coordinates or np.ndim(guess[name]):
             raise AssemblyError(f"{name}: a guess is one number, for a coordinate not given")
@@ -218,9 +218,7 @@ def _checked_params(system: System, params: Parameters) -> dict[str, Array]:
     return columns
 
 
-def _checked_columns(
-    system: System, columns: Columns, known: tuple[str, ...], kind: str
-) -> dict[str, Array]:
+def _checked_columns(columns: Columns, known: tuple[str, ...], kind: str) -> dict[str, Array]:
     checked = {}
     for name, values in by_name(columns, f"{kind}s", f"{{{known[0]!r}: 0.5}}").items():
         if name not in known:

@@ -18,7 +18,7 @@ import mechc
 from mechc.assembly.initial_values import filled_start
 from mechc.cli.arguments import (
     STATE,
-    library_name,
+    check_name,
     model_of,
     number,
     output_folder,
@@ -26,7 +26,6 @@ from mechc.cli.arguments import (
     values_of,
     whole,
 )
-from mechc.cli.own_models import is_own
 from mechc.errors import MechcError, UnknownNameError
 from mechc.fitting.quantities import Measured, checked_measured
 from mechc.fitting.recordings import SECONDS, TIMES
@@ -45,8 +44,7 @@ Table = dict[str, tuple[str, list[float]]]  # column -> its unit and its numbers
 
 def fit_command(chosen: argparse.Namespace) -> int:
     """Reads the recordings, fits, prints the values, draws."""
-    if not is_own(chosen.name):
-        library_name(chosen.name)
+    check_name(chosen)
     if not chosen.free:
         raise MechcError("say what is to be found: --free NAME=LOW:HIGH, for instance m_1=0.1:5")
     rtol = tolerance(chosen)
@@ -145,7 +143,8 @@ def _measurements(model: mechc.Model, typed: Iterable[str], tables: list[Table])
         name, sign, value = text.partition("=")
         key = "".join(name.split())
         one = checked_measured(model.system, [key])[0]
-        pairs[key] = read_value(value, _quantity(one)) if sign else None
+        own = NamedQuantity(one.name, one.unit, one.name, 0.0, math.inf, False, one.kind)
+        pairs[key] = read_value(value, own) if sign else None
     if pairs:
         unknown = any(sigma is None for sigma in pairs.values())
         return checked_measured(model.system, list(pairs) if unknown and not any(pairs.values())
@@ -168,10 +167,6 @@ def _known_columns(model: mechc.Model, tables: list[Table]) -> list[str]:
             f"coordinates and speeds {', '.join((*model.coordinates, *model.speeds))}"
         )
     return found
-
-
-def _quantity(one: Measured) -> NamedQuantity:
-    return NamedQuantity(one.name, one.unit, one.name, 0.0, math.inf, False, one.kind)
 
 
 def _free(model: mechc.Model, text: str) -> tuple[str, tuple[float | None, float | None] | None]:

@@ -59,6 +59,7 @@ def key_of(digest: str) -> str:
     return compiler_signature(digest, *environment(), files)
 
 
+@one_at_a_time
 def compiled_before(reference: ModelReference) -> System:
     """A scene that is in this user's cache, by its key.
 

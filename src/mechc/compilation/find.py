@@ -67,7 +67,11 @@ def system_of(reference: ModelReference, given: System | None = None) -> System:
             instruction_set=reference.instruction_set,
             **reference.options,
         )
-    system = _from_cache(reference) if given is None else given
+    if given is None:
+        from mechc.compilation.build import compiled_before
+
+        given = compiled_before(reference)
+    system = given
     if reference.state and (*system.coordinates, *system.speeds) != reference.state:
         raise MechcError(
             f"it is of a mechanism with the states {', '.join(reference.state)}; the model "
@@ -83,13 +87,6 @@ def _number(name: object, value: Any) -> float:
         raise ValueOutOfBoundsError(f"{name} must be a number, not {brief(value)}") from None
 
 
-@one_at_a_time
-def _from_cache(reference: ModelReference) -> System:
-    from mechc.compilation.build import compiled_before
-
-    return compiled_before(reference)
-
-
 @cache
 @one_at_a_time
 def _load_installed(name: str, instruction_set: str | None) -> System:
@@ -98,13 +95,13 @@ def _load_installed(name: str, instruction_set: str | None) -> System:
         name, instruction_set=instruction_set, library_file=str(module.__file__)
     )
     system = system_with(Scene(module.model, instruction_set), reference)
-    return system.drawn_by(drawn_by(lambda: _describe(name)))
 
+    def describe() -> tuple[Any, Any]:
+        from mechc.compilation.library.library import described_as_asked
 
-def _describe(name: str) -> tuple[Any, Any]:
-    from mechc.compilation.library.library import described_as_asked
+        return described_as_asked(name, {}, {})
 
-    return described_as_asked(name, {}, {})
+    return system.drawn_by(drawn_by(describe))
 
 
 def _as_names_and_numbers(

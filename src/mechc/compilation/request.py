@@ -9,6 +9,7 @@ from mechc.compilation.build import compile_described, time_stage
 from mechc.compilation.compiler import errors_of_compiler
 from mechc.compilation.from_scene import drawn_by
 from mechc.compilation.library.defaults import split, with_defaults
+from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.compilation.table import Table
 from mechc.errors import ValueOutOfBoundsError, brief
 from mechc.inputs.accept import samples_or_signal
@@ -20,6 +21,7 @@ from mechc.system.system import System
 LEAST_DERIVATIVES = 2  # of positions, for accelerations
 
 
+@one_at_a_time
 def compile_any(thing: Any, *, drawing: Any = None, **asked: Any) -> System:
     """The system of a request; see :func:`mechc.compile`."""
     errors_of_compiler()
@@ -76,7 +78,11 @@ def read_compilable(
     if "states" in given:
         given["states"] = _rates(given["states"])
     if "parameters" in given and readable(thing):
-        given["parameters"], values = _declared_parameters(given["parameters"])
+        names, values = given["parameters"], {}  # besides those of the equations
+        if isinstance(names, Mapping):
+            by_name(names, "parameters", "{'mu': 0.3}")
+            values = {key: x for key, x in names.items() if x is not None}
+        given["parameters"] = tuple([names] if isinstance(names, str) else names)
         given["defaults"] = {**values, **given.get("defaults", {})}
     if "defaults" in given and readable(thing):
         numbers, given["defaults"] = split(given["defaults"], given.get("states", ()))
@@ -99,14 +105,6 @@ def _rates(states: Any) -> dict[Any, Any]:
             f"muscles, not as {brief(states)}"
         )
     return {x: rate for one in several for x, rate in zip(one.x, one.rhs(), strict=True)}
-
-
-def _declared_parameters(parameters: Any) -> tuple[tuple[Any, ...], dict[Any, Any]]:
-    """Parameters besides those of the equations, and the values of those that have one."""
-    if not isinstance(parameters, Mapping):
-        return tuple([parameters] if isinstance(parameters, str) else parameters), {}
-    by_name(parameters, "parameters", "{'mu': 0.3}")
-    return tuple(parameters), {key: x for key, x in parameters.items() if x is not None}
 
 
 # -- functions of a coordinate, by data -------------------------------------------------------

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -27,7 +28,9 @@ def jvp(
     moved = np.zeros_like(sol.y)
     for name, tangent in tangents.items():
         columns = sol.sensitivity[name]
-        rate = _checked_tangent(name, tangent, columns.shape[2:])
+        rate, shape = doubles(tangent, f"the tangent of {name}"), columns.shape[2:]
+        if rate.shape != shape:
+            raise ValueOutOfBoundsError(f"the tangent of {name} has the shape {shape}")
         moved += columns @ rate if rate.ndim else columns * rate
     return _as_asked(t, sol.y), _as_asked(t, moved)
 
@@ -71,13 +74,6 @@ def _checked_times(t: Any, t0: float) -> Array:
             f"the times must rise, from the start at t0 = {t0:g} s on; t0 can be given"
         )
     return times
-
-
-def _checked_tangent(name: str, given: Any, shape: tuple[int, ...]) -> Array:
-    tangent = doubles(given, f"the tangent of {name}")
-    if tangent.shape != shape:
-        raise ValueOutOfBoundsError(f"the tangent of {name} has the shape {shape}")
-    return tangent
 
 
 def _as_asked(t: Any, rows: Array) -> Array:
@@ -248,6 +244,35 @@ def _members(t: Array, x: Array) -> tuple[tuple[int, ...], Array, Array]:
 def _numbers(columns: Array) -> list[Any]:
     """Columns as values: each a float, or an array with a number for each member."""
     return [column if column.ndim else float(column) for column in columns]
+
+
+def function_of(
+    model: Any, t0: float, inputs: Mapping[str, Any] | None, policy: Mapping[str, Any],
+    convert: Callable[[Any], Any], library: Any, differentiable: Callable[[Motion], Any],
+) -> Callable[..., Any]:  # fmt: skip
+    """A function ``f(t, y0, params) -> states`` of a library's arrays.
+
+    ``convert``: makes such an array of doubles, ``library`` joins them, ``differentiable`` gives
+    the states of a motion as a function of t (nt,) and x (k,).
+    """
+    driven = model if inputs is None else model.with_inputs(inputs)
+    motion_of(driven, None, (), t0, policy)
+
+    @cache
+    def states(start: tuple[Any, ...] | None, parameters: tuple[Any, ...]) -> Any:
+        return differentiable(motion_of(driven, start, parameters, t0, policy))
+
+    def f(t: Any, y0: Any, params: Mapping[Any, Any] | None = None) -> Any:
+        given = params or {}
+        start = tuple(y0) if isinstance(y0, Mapping) else None
+        first = [convert(y0[name]) for name in start] if start is not None else [*convert(y0)]
+        numbers = [*first, *(convert(given[name]) for name in given)]
+        x = library.stack(numbers) if numbers else library.zeros(0, dtype=library.float64)
+        times = convert(t)
+        y = states(start, tuple(given))(library.atleast_1d(times), x)
+        return y if times.ndim else y[0]
+
+    return f
 
 
 def motion_of(

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from mechc.fitting.quantities import Measured
 from mechc.results.figures import new_figure
 from mechc.results.mathtext import plain, typeset
 from mechc.results.panels import COLOURS, QUIET
@@ -38,7 +37,10 @@ def draw_fit(result: Findings) -> Figure:
                 _draw_data(panels[2 * k, place], result, place, k)
                 _draw_residuals(panels[2 * k + 1, place], result, place, k)
                 if place == 0:
-                    _name(panels[2 * k, place], panels[2 * k + 1, place], one)
+                    unit, _ = shown_in(one.kind, one.unit)
+                    told = f" ({unit})" if unit else ""
+                    panels[2 * k, 0].set_ylabel(typeset(one.name) + plain(told))
+                    panels[2 * k + 1, 0].set_ylabel(plain("fit - data" + told), fontsize=8)
             panels[-1, place].set_xlabel("time (s)")
             if len(shown) > 1:
                 panels[0, place].set_title(f"recording {place}")
@@ -64,13 +66,6 @@ def _legend(figure: Figure, *panels: Any) -> None:
         handles += some
         names += told
     figure.legend(handles, names, loc="outside upper right", ncols=len(names), fontsize=8)
-
-
-def _name(data: Any, residuals: Any, one: Measured) -> None:
-    unit, _ = shown_in(one.kind, one.unit)
-    told = f" ({unit})" if unit else ""
-    data.set_ylabel(typeset(one.name) + plain(told))
-    residuals.set_ylabel(plain("fit - data" + told), fontsize=8)
 
 
 def _draw_data(axes: Any, result: Findings, place: int, k: int) -> None:

@@ -129,20 +129,16 @@ class Problem:
         Whole turns of an angle that assembly chooses are left out: nobody measured them.
         """
         recording = self.recordings[place]
-        found = np.empty((*y.shape[:-1], len(self.measured)))
+        found, start = np.empty((*y.shape[:-1], len(self.measured))), self.fixed.starts[place]
+        held = {u.name for u in self.unknowns} | {*(start if isinstance(start, Mapping) else ())}
         for k, one in enumerate(self.measured):
             apart = one.on(system, y, values, recording.t) - recording.values[:, k]
-            if self._follows_from_loops(one, place) and recording.valid[:, k].any():
+            follows = one.kind is Kind.ANGLE and one.output not in held  # from the loops' closing
+            if follows and recording.valid[:, k].any():
                 first = int(np.argmax(recording.valid[:, k]))
                 apart = apart - TURN * np.round(apart[..., first, None] / TURN)
             found[..., k] = apart / one.weight
         return found
-
-    def _follows_from_loops(self, one: Measured, place: int) -> bool:
-        """Whether a quantity is an angle that follows from the closing of the loops."""
-        start = self.fixed.starts[place]
-        held = {u.name for u in self.unknowns} | {*(start if isinstance(start, Mapping) else ())}
-        return one.kind is Kind.ANGLE and one.output not in held
 
     def jacobian(self, x: Array) -> Array:
         """Derivatives of the residuals (n, k), exact.

@@ -38,16 +38,17 @@ def read_recordings(given: Any, measured: Sequence[Measured]) -> tuple[Recording
     several = given if isinstance(given, list) else [given]
     if not several:
         raise ValueOutOfBoundsError("measurements has no recording")
-    return tuple(_recording(one, measured, _words(several, i)) for i, one in enumerate(several))
+    alone = len(several) == 1
+    words = ["the recording" if alone else f"recording {number}" for number in range(len(several))]
+    return tuple(_recording(*each, measured) for each in zip(several, words, strict=True))
 
 
-def _words(several: Sequence[Any], number: int) -> str:
-    return "the recording" if len(several) == 1 else f"recording {number}"
-
-
-def _recording(given: Any, measured: Sequence[Measured], words: str) -> Recording:
+def _recording(given: Any, words: str, measured: Sequence[Measured]) -> Recording:
     if isinstance(given, tuple):
-        times, values = _from_arrays(given, measured, words)
+        if len(given) != 2:
+            raise ValueOutOfBoundsError(f"{words} is a tuple (times, values), not of {len(given)}")
+        times, values = _times(given[0], words), _numbers(given[1], f"the values of {words}")
+        values = values[:, None] if values.ndim == 1 else values
     elif hasattr(given, "keys"):
         times, values = _from_columns(given, measured, words)
     else:
@@ -65,15 +66,6 @@ def _recording(given: Any, measured: Sequence[Measured], words: str) -> Recordin
     if np.isinf(values).any():
         raise ValueOutOfBoundsError(f"{words} has infinite values; a missing sample is NaN")
     return Recording(times, values)
-
-
-def _from_arrays(
-    given: tuple[Any, ...], measured: Sequence[Measured], words: str
-) -> tuple[Array, Array]:
-    if len(given) != 2:
-        raise ValueOutOfBoundsError(f"{words} is a tuple (times, values), not of {len(given)}")
-    values = _numbers(given[1], f"the values of {words}")
-    return _times(given[0], words), values[:, None] if values.ndim == 1 else values
 
 
 def _from_columns(given: Any, measured: Sequence[Measured], words: str) -> tuple[Array, Array]:

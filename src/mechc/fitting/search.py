@@ -136,7 +136,6 @@ class Found:
     active: Array
     converged: bool
     message: str
-    evaluations: int
 
 
 def refine(problem: Problem, first: Array, settings: Settings) -> Found:
@@ -151,7 +150,5 @@ def refine(problem: Problem, first: Array, settings: Settings) -> Found:
         bounds=(lower, upper), x_scale="jac", loss=settings.loss, f_scale=settings.f_scale,
         ftol=settings.tol, xtol=settings.tol, gtol=settings.tol, max_nfev=settings.max_evaluations,
     )  # fmt: skip
-    return Found(
-        done.x, float(done.cost), np.asarray(done.active_mask != 0), done.status > 0, done.message,
-        int(done.nfev),
-    )  # fmt: skip
+    active = np.asarray(done.active_mask != 0)
+    return Found(done.x, float(done.cost), active, done.status > 0, done.message)

@@ -46,10 +46,15 @@ class GivenInputs:
     def __init__(
         self, slots: Sequence[InputSlot], given: Mapping[str, Any], sizes: tuple[int, int]
     ) -> None:
-        _check_names(slots, given)
+        known = [slot.name for slot in slots]
+        for name in given:
+            if name not in known:
+                raise UnknownNameError("input", name, known)
+        if len(given) < len(known):
+            raise missing(slots, given)
         self.signals = {n: x for n, x in given.items() if isinstance(x, Signal)}
         self._order = {slot.name: max(slot.orders) for slot in slots}
-        self.function_names = [n for n, x in given.items() if _functions(x)]
+        self.function_names = [n for n, x in given.items() if functions_of(x)]
         self._numbers: dict[str, Array] = {}
         self._places: dict[str, int] = {}
         self._pieces: list[tuple[Array, Array]] = []
@@ -57,8 +62,8 @@ class GivenInputs:
         functions: list[tuple[str, Function, bool] | None] = []
         for slot in slots:
             value = given[slot.name]
-            if _functions(value):
-                functions += _checked_functions(slot, _functions(value))
+            if functions_of(value):
+                functions += _checked_functions(slot, functions_of(value))
                 self._sources += [(-1, order) for order in slot.orders]
             else:
                 functions += [None] * len(slot.orders)
@@ -79,8 +84,12 @@ class GivenInputs:
         signal, and with a caller of their own."""
         pieces = [(knots, coefficients.copy()) for knots, coefficients in self._pieces]
         for name, signal in self.signals.items():
-            place = self._places[name]
-            pieces[place] = _nan_beyond(signal.span, *pieces[place])
+            if not np.isfinite(signal.span).all():
+                continue
+            knots, coefficients = pieces[self._places[name]]
+            beyond = np.full((1, coefficients.shape[1]), np.nan)
+            times = np.concatenate([[-FAR], knots, [np.nextafter(signal.span[1], np.inf)]])
+            pieces[self._places[name]] = times, np.vstack([beyond, coefficients, beyond])
         caller = Caller(self._functions, *self._sizes)
         return Inputs(pieces, self._sources, caller)
 
@@ -135,17 +144,6 @@ class GivenInputs:
         return (f"{which}: {cost} ms",)
 
 
-def _nan_beyond(
-    span: tuple[float, float], knots: Array, coefficients: Array
-) -> tuple[Array, Array]:
-    """The polynomials, and NaN before and after the span where it is finite."""
-    if not np.isfinite(span).all():
-        return knots, coefficients
-    beyond = np.full((1, coefficients.shape[1]), np.nan)
-    times = np.concatenate([[-FAR], knots, [np.nextafter(span[1], np.inf)]])
-    return times, np.vstack([beyond, coefficients, beyond])
-
-
 def missing(slots: Sequence[InputSlot], given: Mapping[str, Any]) -> MissingInputError:
     """The error for inputs that have no value."""
     names = ", ".join(slot.name for slot in slots if slot.name not in given)
@@ -156,16 +154,7 @@ def missing(slots: Sequence[InputSlot], given: Mapping[str, Any]) -> MissingInpu
     )
 
 
-def _check_names(slots: Sequence[InputSlot], given: Mapping[str, Any]) -> None:
-    known = [slot.name for slot in slots]
-    for name in given:
-        if name not in known:
-            raise UnknownNameError("input", name, known)
-    if len(given) < len(known):
-        raise missing(slots, given)
-
-
-def _functions(value: Any) -> tuple[Function, ...]:
+def functions_of(value: Any) -> tuple[Function, ...]:
     """The functions of a value; none if it is something else."""
     if isinstance(value, Signal):
         return ()

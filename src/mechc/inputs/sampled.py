@@ -128,11 +128,6 @@ class HeldSignal(Signal):
         """Store the value of an instant."""
         self._coefficients[self.known_count + index] = value
 
-    def take_known(self, shorter: HeldSignal, called: int) -> None:
-        """Take over the values of a shorter signal, whose controller was called so often."""
-        known = shorter.known_count + called
-        self._coefficients[:known] = shorter._coefficients[:known]
-
     def breaks(self, rtol: float, order: int = 0) -> Array:
         """Instants, and times at which the value changes."""
         del rtol, order
@@ -207,7 +202,8 @@ class Control:
         control = next(iter(signals.values())).control
         control._next = self._called if self.repeats else self._next
         for signal, shorter in zip(signals.values(), self.signals, strict=True):
-            signal.take_known(shorter, control._next)
+            known = shorter.known_count + control._next
+            signal._coefficients[:known] = shorter._coefficients[:known]
         return signals
 
     def reach(self, t: float, q: Array, u: Array) -> None:

@@ -296,6 +296,5 @@ def _pieces_of_samples(interpolant: Any) -> tuple[Array, Array] | None:
     values = np.asarray(interpolant.y, dtype=np.float64)
     if values.ndim != 1 or kind not in ("linear", "previous"):
         return None
-    if kind == "previous":
-        return np.append(times, times[-1]), values[:, None].copy()
-    return times, np.column_stack([values[:-1], np.diff(values) / np.diff(times)])
+    knots = np.append(times, times[-1]) if kind == "previous" else times
+    return knots, _pieces(times, values, kind)[1]

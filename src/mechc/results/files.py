@@ -142,18 +142,13 @@ def recipe_of(sol: Trajectory) -> dict[str, Any]:
         "status": asdict(sol.status),
         "change_points": [asdict(point) for point in sol.change_points],
         "jumps": [[part.t0, part.y0.tolist()] for part in sol.segments[1:]],
-        "values": _values_of(sol),
+        # where resets have changed the parameters: those of each smooth part
+        "values": [p.params.tolist() for p in sol.segments] if sol.record.changes_params else [],
         "inputs": {} if driven is None else driven.inputs_as_json,
         "contacts": contacts_of(sol.record),
         "events": [[record.t.tolist(), record.y.tolist()] for record in sol.events],
         "event_titles": list(sol.event_titles),
     }
-
-
-def _values_of(sol: Trajectory) -> list[list[float]]:
-    """The parameters of each smooth part, where resets have changed them."""
-    changed = sol.record.changes_params
-    return [part.params.tolist() for part in sol.segments] if changed else []
 
 
 def read(path: Path) -> tuple[dict[str, Any], Array, Array]:

@@ -262,14 +262,10 @@ def plane_view(run: Run) -> PlaneView:
     size = np.nanmax(np.abs(points), initial=0.0)
     spatial = bool(np.nanmax(np.abs(points[..., 2]), initial=0.0) > 1e-9 * size)
     axes = (run.picture.view or _widest_axes(points)) if spatial else ("x", "y")
-    columns = [_along(points, axis) for axis in axes]
+    columns = [  # along "x", "-x" and so on
+        (-1.0 if axis[0] == "-" else 1.0) * points[..., "xyz".index(axis[-1])] for axis in axes
+    ]
     return PlaneView(np.stack(columns, axis=-1), names, axes, spatial)
-
-
-def _along(points: Array, axis: str) -> Array:
-    """Components along ``"x"``, ``"-x"`` and so on."""
-    values = points[..., "xyz".index(axis[-1])]
-    return -values if axis[0] == "-" else values
 
 
 def _widest_axes(points: Array) -> tuple[str, str]:

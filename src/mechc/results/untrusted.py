@@ -55,10 +55,7 @@ def read_regular(path: Path, most: int) -> bytes:
 def refuse_links(folder: Path) -> None:
     """Refuse a folder in which something is a link: what is read and written there stays there.
 
-    Raises
-    ------
-    MechcError
-        Names the link.
+    Raises :class:`MechcError`, which names the link.
     """
     pending = [str(folder)]
     while pending:

@@ -15,7 +15,14 @@ import numpy as np
 
 from mechc.errors import MechcError
 from mechc.sensitivities.columns import Columns, columns_of
-from mechc.sensitivities.events import GRAZING, Jump, jump_of, moved_time, through_reset
+from mechc.sensitivities.events import (
+    AT_ONE_INSTANT,
+    GRAZING,
+    Jump,
+    jump_of,
+    moved_time,
+    through_reset,
+)
 from mechc.sensitivities.outputs import linear_output
 from mechc.sensitivities.rules import rule_of
 from mechc.sensitivities.run import NO_DERIVATIVE, ended_columns, without_closure
@@ -185,7 +192,11 @@ def _back(way: Backwards, piece: Piece, weights: Mapping[str, float]) -> None:
     if stop is not None and last > 0:
         forwards = 1.0 if t[-1] >= t[0] else -1.0
         last = max(int(np.searchsorted(forwards * t, forwards * stop)) - 1, 0)
-        _back_within(way, run, last, stop, weights)
+        _, columns = _within(way, run, t, last, np.array([stop]))
+        added = _integral(way, run, t, last, last + 1, stop, weights)
+        way.through(columns[0])
+        if added is not None:
+            way.covector = way.covector + added[0]
     sources = _integral(way, run, t, 0, last, t[last], weights)
     way.covector, way.gathered = run.covary(
         0, max(last, 0), way.covector, sources, way.raw.shapes, way.gathered
@@ -195,10 +206,7 @@ def _back(way: Backwards, piece: Piece, weights: Mapping[str, float]) -> None:
 def _back_over(way: Backwards, jump: Jump, weights: Mapping[str, float]) -> None:
     """Move the covector back from after the reset of an event to before it."""
     if len(jump.causes) != 1:
-        raise MechcError(
-            f"at t = {jump.t:.9g} s several events reset the state at one instant, in an order "
-            "that a small change may reverse: there is no derivative"
-        )
+        raise MechcError(f"at t = {jump.t:.9g} s {AT_ONE_INSTANT}: there is no derivative")
     columns = through_reset(way.sol, jump, way.every, way.start)
     if not np.isfinite(columns).all():
         raise MechcError(
@@ -219,18 +227,6 @@ def _move_jump(way: Backwards, jump: Jump, weights: Mapping[str, float]) -> None
     width = way.system.scene.width
     way.covector = way.covector + fall * later[:width]
     way.gathered = way.gathered + fall * later[width:]
-
-
-def _back_within(
-    way: Backwards, run: Any, step: int, stop: float, weights: Mapping[str, float]
-) -> None:
-    """Move the covector back from a time within a step to the start of the step."""
-    t = run.times(0)
-    _, columns = _within(way, run, t, step, np.array([stop]))
-    sources = _integral(way, run, t, step, step + 1, stop, weights)
-    way.through(columns[0])
-    if sources is not None:
-        way.covector = way.covector + sources[0]
 
 
 def _within(way: Backwards, run: Any, t: Array, step: int, points: Array) -> tuple[Array, Array]:

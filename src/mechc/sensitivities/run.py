@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechc.sensitivities.columns import Columns, columns_of
-from mechc.sensitivities.events import Jump, jump_of, through_reset
+from mechc.sensitivities.events import AT_ONE_INSTANT, Jump, jump_of, through_reset
 from mechc.sensitivities.history import Sensitivity
 from mechc.sensitivities.start import start_columns
 from mechc.sensitivities.steps import Piece, follow, refuse_contact
@@ -51,40 +51,26 @@ def _pieces(sol: Trajectory, columns: Columns, start: Array, notes: list[str]) -
         if piece.jumps:
             start = _after_jump(sol, jump_of(sol.record, number), columns, start, notes)
         found.append(follow(sol.system, piece.steps, sol.params, columns, start))
-        notes += _lost_at_jumps(found[-1])
+        lost = np.asarray(np.isnan(found[-1].ends).any(axis=1))
+        for column in np.flatnonzero(lost[-1] & ~lost[0]):  # NaN from a jump of a law on
+            t = found[-1].t[int(np.argmax(lost[:, column]))]
+            names = columns.names_among(np.arange(lost.shape[1]) == column)
+            notes += [f"by {n}: none from t = {t:.9g} s on, for {NO_DERIVATIVE}" for n in names]
     return found
-
-
-def _lost_at_jumps(piece: Piece) -> list[str]:
-    """Notes of columns that are NaN from a jump of a law on."""
-    lost = np.asarray(np.isnan(piece.ends).any(axis=1))
-    return [
-        f"by {name}: none from t = {piece.t[int(np.argmax(lost[:, column]))]:.9g} s on, "
-        f"for {NO_DERIVATIVE}"
-        for column in np.flatnonzero(lost[-1] & ~lost[0])
-        for name in piece.columns.names_among(np.arange(lost.shape[1]) == column)
-    ]
 
 
 def _after_jump(
     sol: Trajectory, jump: Jump, columns: Columns, start: Array, notes: list[str]
 ) -> Array:
     """Columns after the resets of events; NaN where they do not exist."""
+    found, why = np.full(start.shape, np.nan), AT_ONE_INSTANT
     if len(jump.causes) == 1:
         found = through_reset(sol, jump, columns, start)
-        ended = np.isfinite(start).all(axis=0)
-        ended &= np.isnan(found).any(axis=0)
         why = (
             "the event only touches its zero (grazing), and its time moves infinitely fast; by "
             "what does not move the event there is one"
         )
-    else:
-        found = np.full(start.shape, np.nan)
-        ended = np.isfinite(start).all(axis=0)
-        why = (
-            "several events reset the state at one instant, in an order that a small change may "
-            "reverse"
-        )
+    ended = np.isfinite(start).all(axis=0) & np.isnan(found).any(axis=0)
     notes += [
         f"by {name}: none from t = {jump.t:.9g} s on, for {why}"
         for name in columns.names_among(np.asarray(ended))

@@ -159,7 +159,12 @@ class System(Description):
     def picture(self) -> Picture:
         """The drawing, by the compiled points, or by the description where these do not suffice."""
         if Picture not in self.cache:
-            self.cache[Picture] = self._picture()
+            drawn = self.skeleton, self.ground, self.traced, self.view
+            own = Picture(self.point_names, *drawn, self.points)
+            if self.drawn is not None and (self.draws_more or not own.is_complete):
+                described = self.drawn(self)
+                own = described if described.skeleton else own
+            self.cache[Picture] = own
         found: Picture = self.cache[Picture]
         return found
 
@@ -172,15 +177,6 @@ class System(Description):
             self.cache["space"] = found if seen else self.picture
         kept: Picture = self.cache["space"]
         return kept
-
-    def _picture(self) -> Picture:
-        own = Picture(
-            self.point_names, self.skeleton, self.ground, self.traced, self.view, self.points
-        )
-        if self.drawn is None or (own.is_complete and not self.draws_more):
-            return own
-        found = self.drawn(self)
-        return found if found.skeleton else own
 
     # -- sizes ------------------------------------------------------------------------------
 
@@ -207,7 +203,7 @@ class System(Description):
     @cached_property
     def sized_by_lengths(self) -> bool:
         """Whether parameters tell the size of all configuration rows, or there are none."""
-        known = self.gap_unit == "m" and self.parameter_set.has_lengths
+        known = self.gap_unit == "m" and len(self.parameter_set.length_places) > 0
         return known or not self.scene.holonomic
 
     def length(self, p: Array) -> float:
@@ -245,6 +241,28 @@ class System(Description):
         for name, shape in self.array_outputs.items():
             found[name] = [own.index(each) for each in self.array_elements(name)], tuple(shape)
         return found
+
+    def jacobian(self, by: str, y: Array, p: Array, t: Time = 0.0, of: str | None = None) -> Array:
+        """Derivatives ``by`` ``"state"``, ``"parameter"`` or ``"input"``: (..., nq + nu, n).
+
+        ``of``: of a user-defined output instead of the right-hand side, (..., n).
+
+        Raises :class:`UnavailableOutputError` if the model was compiled without them;
+        :class:`UnknownNameError` if there is no such user-defined output.
+        """
+        name, own = f"{by}_jacobian", self.data["own"]
+        if of is None:
+            return self.evaluate(name, y, p, t)
+        if of not in own:
+            raise UnknownNameError("user-defined output", of, own)
+        whole = self.evaluate(f"own_{name}", y, p, t)
+        return np.ascontiguousarray(whole[..., own.index(of), :])
+
+    @property
+    def input_values(self) -> tuple[str, ...]:
+        """Every input with its rates that the equations contain, as ``("F", "r", "r'", "r''")``."""
+        slots = self.data.get("inputs", ())
+        return tuple(slot["name"] + "'" * order for slot in slots for order in slot["orders"])
 
     # -- outputs ----------------------------------------------------------------------------
 
@@ -298,18 +316,14 @@ class System(Description):
         output, or it was not requested when compiling.
         """
         if name in self.array_outputs:
-            return self._array_output(name, y, p, t)
+            parts = [self.evaluate(element, y, p, t) for element in self.array_elements(name)]
+            shape = (*parts[0].shape, *self.array_outputs[name])
+            return np.stack(parts, axis=-1).reshape(shape)
         if y.ndim == 1 and p.ndim == 1 and np.ndim(t) == 0:
             times = doubles([t], "the time")
             one: Array = self._rows(name, times, y[None], p[None])[0]
             return one
         return self._evaluate_many(name, y, p, doubles(t, "the time"))
-
-    def _array_output(self, name: str, y: Array, p: Array, t: Time) -> Array:
-        """The elements of a user-defined output that has several, (..., *shape)."""
-        parts = [self.evaluate(element, y, p, t) for element in self.array_elements(name)]
-        leading = parts[0].shape
-        return np.stack(parts, axis=-1).reshape(*leading, *self.array_outputs[name])
 
     def _evaluate_many(self, name: str, y: Array, p: Array, t: Array) -> Array:
         """Broadcast leading axes; values that are equal for all states are passed once."""

@@ -36,7 +36,7 @@ from mechc.compilation.find import system_of
 from mechc.errors import MechcError, package
 from mechc.files import file_lock
 from mechc.inputs.signals import PARTS, Signal
-from mechc.results.durable import replacing, write_text
+from mechc.results.durable import replacing, write_text, written_into
 from mechc.results.files import reference_in
 from mechc.results.untrusted import (
     names_of,
@@ -52,6 +52,7 @@ from mechc.system.system import System
 FORMAT = 2
 DATA, NOTES, REQUEST, INPUTS = "data.zarr", "mechc", "request.json", "inputs"
 LOCK = ".mechc-lock"
+RESUME = ". What is done is kept: make the same call again to resume"
 
 
 # -- streaming --------------------------------------------------------------------------------
@@ -71,7 +72,7 @@ def stream(
     with _alone_in(folder):
         _claim(system, recipe, folder, size)
         stored = layouts(recipe, system.scene.width, output_shapes(system, recipe), size)
-        with _naming_folder(folder):
+        with written_into(folder, RESUME):
             arrays = _prepare_arrays(zarr, system, recipe, folder, stored)
             every = recipe.ranges(size)
             for first, _, _ in manifests.damaged_chunks(notes, data, stored, every):
@@ -83,7 +84,7 @@ def stream(
             for first, found, whole in compute(missing, report):
                 complete = complete and whole
                 if whole:
-                    with _naming_folder(folder):
+                    with written_into(folder, RESUME):
                         for name in stored:
                             arrays[name][first : first + len(found["t"])] = found[name]
                         manifests.write(notes, data, first, found, stored)
@@ -92,29 +93,27 @@ def stream(
     return Batch(system, recipe, arrays, complete)
 
 
-@contextmanager
-def _naming_folder(folder: Path) -> Iterator[None]:
-    """Turn errors of the operating system into errors that name the folder."""
-    try:
-        yield
-    except OSError as error:
-        raise MechcError(
-            f"cannot write into {folder}: {error.strerror or error}. What is done is kept: make "
-            "the same call again to resume"
-        ) from None
-
-
 def _claim(system: System, recipe: Recipe, folder: Path, size: int) -> None:
     """Write the request into a new folder, or check that the folder has the same one."""
+    from mechc import __version__
+
     notes = folder / NOTES
-    request = _request(system, recipe, size)
+    system.wait()
+    request = {
+        "format": FORMAT,
+        "mechc": __version__,
+        **system.reference.to_json(),
+        "instruction set": system.instruction_set,
+        "chunk": size,
+        **json.loads(json.dumps(recipe.as_json())),
+    }
     if not (notes / REQUEST).exists():
         foreign = [p.name for p in folder.iterdir() if p.name not in (NOTES, LOCK)]
         if foreign:
             raise MechcError(
                 f"{folder} contains other files ({printable(foreign[0])}): name a new folder"
             )
-        with _naming_folder(folder):
+        with written_into(folder, RESUME):
             notes.mkdir(exist_ok=True)
             _write_inputs(notes, recipe)
             write_text(notes / REQUEST, json.dumps(request, indent=1))
@@ -131,20 +130,6 @@ def _claim(system: System, recipe: Recipe, folder: Path, size: int) -> None:
             "folder, or make the same call again to resume"
         )
     _write_inputs(notes, recipe)  # again, in case they were damaged on the disk
-
-
-def _request(system: System, recipe: Recipe, size: int) -> dict[str, Any]:
-    from mechc import __version__
-
-    system.wait()
-    return {
-        "format": FORMAT,
-        "mechc": __version__,
-        **system.reference.to_json(),
-        "instruction set": system.instruction_set,
-        "chunk": size,
-        **json.loads(json.dumps(recipe.as_json())),
-    }
 
 
 def _short(value: Any) -> str:
@@ -213,12 +198,10 @@ def _prepare_arrays(
 def _alone_in(folder: Path) -> Iterator[None]:
     """Hold the lock of a folder, so that one call at a time writes to it."""
     with ExitStack() as until_end:
-        try:
+        with written_into(folder):
             folder.mkdir(parents=True, exist_ok=True)
             refuse_links(folder)
             alone = until_end.enter_context(file_lock(folder / LOCK, wait=False))
-        except OSError as error:
-            raise MechcError(f"cannot write into {folder}: {error.strerror}") from None
         if not alone:
             raise MechcError(f"another call is writing into {folder}")
         yield

@@ -69,13 +69,20 @@ def _axis(batch: Batch, chosen: Plan, i: int) -> tuple[Array, str]:
 
 
 def _draw_line(figure: Figure, batch: Batch, chosen: Plan, values: Array, label: str) -> None:
+    from matplotlib.colors import LogNorm, SymLogNorm
+
     axes = figure.add_subplot()
     x, name = _axis(batch, chosen, 0)
     order = np.argsort(x, kind="stable")
     axes.plot(x[order], values[order], marker=".", markersize=3, color="#2563eb")
     axes.set_xlabel(name)
     axes.set_ylabel(label)
-    _scale_values(axes, values)
+    finite = values[np.isfinite(values)]
+    norm = _normalisation(finite) if finite.size else None
+    if isinstance(norm, LogNorm):
+        axes.set_yscale("log")
+    elif isinstance(norm, SymLogNorm):
+        axes.set_yscale("symlog", linthresh=norm.linthresh)
     status, crossing = batch["status"], batch["change_points"] > 0
     for where in x[status == NOT_ASSEMBLED]:
         axes.axvline(where, color=CANNOT, linewidth=1, zorder=0)
@@ -188,18 +195,6 @@ def _normalisation(span: Array) -> Any:
     if low <= 0.0 and sizes.size and sizes.max() > WIDE * np.median(sizes):
         return SymLogNorm(float(np.median(sizes)), vmin=low, vmax=high)
     return Normalize(low, high)
-
-
-def _scale_values(axes: Axes, values: Array) -> None:
-    """Scale the axis of the values of a line."""
-    from matplotlib.colors import LogNorm, SymLogNorm
-
-    finite = values[np.isfinite(values)]
-    norm = _normalisation(finite) if finite.size else None
-    if isinstance(norm, LogNorm):
-        axes.set_yscale("log")
-    elif isinstance(norm, SymLogNorm):
-        axes.set_yscale("symlog", linthresh=norm.linthresh)
 
 
 def _explain(figure: Figure, batch: Batch, values: Array) -> None:

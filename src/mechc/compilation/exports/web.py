@@ -26,7 +26,11 @@ def web(asked: ExportRequest, name: str) -> tuple[bytes, dict[str, Any]]:
     from mechc_codegen.export.fmu import FmuOptions
     from mechc_codegen.export.web import RTOL, SOURCE
 
-    command = web_compiler()
+    command = toolchain.packaged_compiler()
+    if command is None:
+        raise CompilerError(
+            "WebAssembly is compiled by the package ziglang: pip install 'mechc[compiler]'"
+        )
     options = FmuOptions(name, asked.start, asked.values, RTOL)
     texts, about = build_web(asked.mechanism, options, asked.request)
     with TemporaryDirectory(prefix="mechc-web-") as folder:
@@ -34,13 +38,3 @@ def web(asked: ExportRequest, name: str) -> tuple[bytes, dict[str, Any]]:
         target = Path(folder) / "web.wasm"
         toolchain.compile_with([*command, *FLAGS, f"-I{folder}"], Path(folder) / SOURCE, target)
         return target.read_bytes(), about
-
-
-def web_compiler() -> list[str]:
-    """The command that compiles WebAssembly with a C library."""
-    command = toolchain.packaged_compiler()
-    if command is None:
-        raise CompilerError(
-            "WebAssembly is compiled by the package ziglang: pip install 'mechc[compiler]'"
-        )
-    return command

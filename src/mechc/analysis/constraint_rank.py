@@ -62,7 +62,13 @@ def redundant_constraints(system: System, values: Array, t: float = 0.0) -> tupl
         if (left > DEPENDENT * scale).any():
             kept.append(row)
         else:
-            found.append(_relation(system, name, kept, shares))
+            sizes = np.abs(shares).max(axis=0, initial=0.0)
+            most = float(sizes.max(initial=0.0))
+            part = [i for i in range(len(kept)) if sizes[i] > SHARE * max(1.0, most)]
+            names = tuple(system.constraint_names[kept[i]] for i in part)
+            constant = np.ptp(shares, axis=0).max(initial=0.0) <= SHARE * most
+            same = tuple(shares[0, part].tolist()) if constant else ()
+            found.append(Redundancy(name, names, same))
     return tuple(found)
 
 
@@ -75,11 +81,3 @@ def _shares(jacobian: Array, kept: list[int], row: int) -> tuple[Array, Array]:
             shares[i] = np.linalg.lstsq(sample[kept].T, sample[row], rcond=DEPENDENT)[0]
             left[i] = np.linalg.norm(sample[row] - shares[i] @ sample[kept])
     return shares, left
-
-
-def _relation(system: System, name: str, kept: list[int], shares: Array) -> Redundancy:
-    size = np.abs(shares).max(axis=0, initial=0.0)
-    part = [i for i in range(len(kept)) if size[i] > SHARE * max(1.0, size.max(initial=0.0))]
-    names = tuple(system.constraint_names[kept[i]] for i in part)
-    constant = np.ptp(shares, axis=0).max(initial=0.0) <= SHARE * size.max(initial=0.0)
-    return Redundancy(name, names, tuple(shares[0, part].tolist()) if constant else ())

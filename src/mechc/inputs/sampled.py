@@ -61,7 +61,13 @@ class Sampled:
     ) -> None:
         if not callable(controller):
             raise TypeError(f"a controller must be a function, not {controller!r}")
-        _check_times(period, delay, jitter)
+        for name, value in {"period": period, "delay": delay, "jitter": jitter}.items():
+            if not (np.isfinite(value) and value >= 0.0):
+                raise ValueOutOfBoundsError(f"{name} = {value} must be a time in s, not below 0")
+        if not jitter < period:
+            raise ValueOutOfBoundsError(
+                f"the period, {period:g} s, must be above 0 and above the jitter, {jitter:g} s"
+            )
         self.controller, self.period, self.delay = controller, float(period), float(delay)
         self.jitter, self.seed, self.initial = float(jitter), seed, initial
 
@@ -83,16 +89,6 @@ class Sampled:
         times += self.jitter * np.random.default_rng(self.seed).random(len(times))
         found: Array = times[times < t1 - TICKS * np.spacing(abs(t1))]
         return found
-
-
-def _check_times(period: float, delay: float, jitter: float) -> None:
-    for name, value in {"period": period, "delay": delay, "jitter": jitter}.items():
-        if not (np.isfinite(value) and value >= 0.0):
-            raise ValueOutOfBoundsError(f"{name} = {value} must be a time in s, not below 0")
-    if not jitter < period:
-        raise ValueOutOfBoundsError(
-            f"the period, {period:g} s, must be above 0 and above the jitter, {jitter:g} s"
-        )
 
 
 class HeldSignal(Signal):

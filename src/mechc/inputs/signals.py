@@ -127,19 +127,16 @@ class Signal:
         signal._at_samples, signal._smoothness = words["at_samples"], words["smoothness"]
         signal.times, signal.values = arrays["times"], arrays["values"]
         signal._knots, signal._coefficients = arrays["knots"], arrays["coefficients"]
-        if not signal._is_sound():
-            raise ValueError("a signal whose parts do not fit")
-        return signal
-
-    def _is_sound(self) -> bool:
-        knots, factors = self._knots, self._coefficients
-        rows = (self.times, self.values, knots)
+        knots, factors = signal._knots, signal._coefficients
+        rows = (signal.times, signal.values, knots)
         fits = all(row.dtype == np.float64 and row.ndim == 1 and len(row) for row in rows)
         fits = fits and factors.dtype == np.float64 and factors.ndim == 2
         fits = fits and len(factors) == len(knots) and 1 <= factors.shape[1] <= HIGHEST + 1
-        known = self.outside in ("hold", "refuse") and type(self._at_samples) is bool
-        known = known and type(self._smoothness) is int
-        return bool(fits and known and (np.diff(knots) > 0).all() and np.isfinite(factors).all())
+        known = signal.outside in ("hold", "refuse") and type(signal._at_samples) is bool
+        known = known and type(signal._smoothness) is int
+        if not (fits and known and (np.diff(knots) > 0).all() and np.isfinite(factors).all()):
+            raise ValueError("a signal whose parts do not fit")
+        return signal
 
     def _continuous_derivatives(self) -> int:
         """The number of continuous derivatives, by the jumps at the knots, to rounding."""

@@ -258,9 +258,18 @@ def draw_closure(area: SubplotSpec, run: Run) -> None:
         handles.append(_step_dots(axes, run, _positive(at_steps), colour))
         names.append(name)
         everything += [largest, np.abs(at_steps)]
-    _scale_log(axes, np.concatenate(everything))
-    if zeros := _mark_zeros(axes, run):
-        handles.append(zeros)
+    values = np.concatenate(everything)
+    sizes = values[np.isfinite(values) & (values > 0.0)]
+    low, high = (sizes.min(), sizes.max()) if sizes.size else (1e-17, 1e-15)
+    bottom = float(np.floor(np.log10(low))) - 1.0
+    axes.set_yscale("log")
+    axes.set_ylim(10.0**bottom, 10.0 ** max(float(np.ceil(np.log10(high))) + 0.3, bottom + 3.0))
+    zero = (np.array([run.solution.closure, run.solution.velocity_closure]) == 0.0).any(axis=0)
+    if zero.any():  # marks on the floor at the steps where a residual is exactly zero
+        floor = np.full(int(zero.sum()), 0.03)
+        style: dict[str, Any] = {"marker": "v", "linestyle": "", "markersize": 4.0}
+        style |= {"color": QUIET, "transform": axes.get_xaxis_transform(), "fillstyle": "none"}
+        handles.append(axes.plot(run.solution.t[zero], floor, **style)[0])
         names.append("exactly zero")
     _legend(axes, handles, names)
     axes.set_ylabel("largest closure residual")
@@ -271,27 +280,6 @@ def _positive(values: Array) -> Array:
     """Magnitudes without exact zeros, which a log scale cannot show."""
     sizes = np.abs(np.asarray(values, dtype=float))
     return np.where(sizes > 0.0, sizes, np.nan)
-
-
-def _scale_log(axes: Axes, values: Array) -> None:
-    sizes = values[np.isfinite(values) & (values > 0.0)]
-    low, high = (sizes.min(), sizes.max()) if sizes.size else (1e-17, 1e-15)
-    bottom = float(np.floor(np.log10(low))) - 1.0
-    top = max(float(np.ceil(np.log10(high))) + 0.3, bottom + 3.0)
-    axes.set_yscale("log")
-    axes.set_ylim(10.0**bottom, 10.0**top)
-
-
-def _mark_zeros(axes: Axes, run: Run) -> Any:
-    """Marks on the floor at the steps where a residual is exactly zero; None if there are none."""
-    residuals = np.array([run.solution.closure, run.solution.velocity_closure])
-    zero = (residuals == 0.0).any(axis=0)
-    if not zero.any():
-        return None
-    floor = np.full(int(zero.sum()), 0.03)
-    style: dict[str, Any] = {"marker": "v", "linestyle": "", "markersize": 4.0, "fillstyle": "none"}
-    style |= {"color": QUIET, "transform": axes.get_xaxis_transform()}
-    return axes.plot(run.solution.t[zero], floor, **style)[0]
 
 
 # --- paths -----------------------------------------------------------------------------------

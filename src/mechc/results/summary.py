@@ -62,7 +62,15 @@ def summary_rows(sol: Trajectory) -> list[tuple[str, str]]:
         (f"{name} between", f"{_shown(system, name, low)} and {_shown(system, name, high)}")
         for name, low, high in zip(system.coordinates, *extremes(sol), strict=True)
     ]
-    checks = [_energy_check(sol)]
+    work, drift = _work_done(sol), f"{sol.energy_drift:.1e} of the largest kinetic energy"
+    if not system.knows_energy:
+        checks = [("energy change", "the energy is not known")]
+    elif math.isnan(work):
+        checks = [("energy balance", "not known: work is done, and no dense output was kept")]
+    elif work == 0.0:
+        checks = [("energy change", drift)]
+    else:  # the difference from the work done
+        checks = [("energy balance", f"{drift}, besides the work done, {work:.6g} J")]
     if system.constraint_names:
         unit = system.gap_unit
         gap, rate = f"{sol.closure.max():.1e} {unit}".rstrip(), f"{sol.velocity_closure.max():.1e}"
@@ -86,18 +94,6 @@ def summary_rows(sol: Trajectory) -> list[tuple[str, str]]:
             f"{1e3 * stats['wall_s']:.2f} ms ({stats['method']}, rtol {sol.policy.rtol:g})",
         ),
     ]
-
-
-def _energy_check(sol: Trajectory) -> tuple[str, str]:
-    """The change of the energy, or, where work is done, its difference from that work."""
-    if not sol.system.knows_energy:
-        return "energy change", "the energy is not known"
-    work, drift = _work_done(sol), f"{sol.energy_drift:.1e} of the largest kinetic energy"
-    if math.isnan(work):
-        return "energy balance", "not known: work is done, and no dense output was kept"
-    if work == 0.0:
-        return "energy change", drift
-    return "energy balance", f"{drift}, besides the work done, {work:.6g} J"
 
 
 def _work_done(sol: Trajectory) -> float:

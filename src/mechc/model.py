@@ -380,12 +380,7 @@ class Model(Fits):
         sol = run(make, system, span, state, p, policy, times, chosen, progress)
         sol._arguments = (given, params)
         if by and sensitivity_error_control:
-
-            def again(policy: Policy) -> Solution:
-                other = run(make, system, span, state, p, policy, times, chosen, progress)
-                other._arguments = sol._arguments
-                return other
-
+            again = partial(_run_again, sol, make, span, state, times, chosen, progress)
             return sol.differentiated_within_tolerance(by, again)
         if by:
             sol.differentiate(by, given, params)
@@ -535,6 +530,17 @@ def _run_events(
     found = run_events(events, system, p, Compiler(*COMPILER))
     refuse_backwards(found.laws, span)
     return found if len(found) else None
+
+
+def _run_again(
+    sol: Solution, make: Callable[..., Solution], span: tuple[float, float], state: Array,
+    times: Array | None, events: RunEvents | None, progress: Callable[[float], None] | None,
+    policy: Policy,
+) -> Solution:  # fmt: skip
+    """The motion of a solution by another policy."""
+    again = run(make, sol.system, span, state, sol.params, policy, times, events, progress)
+    again._arguments = sol._arguments
+    return again
 
 
 def _found_again(

@@ -173,7 +173,7 @@ def _figure_class() -> type[Figure]:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    class Picture(Figure):
+    class NotebookFigure(Figure):
         def __init__(self, *args: Any, **kwargs: Any) -> None:
             super().__init__(*args, **kwargs)
             FigureCanvasAgg(self)
@@ -184,7 +184,7 @@ def _figure_class() -> type[Figure]:
                 self.savefig(buffer, format="png", dpi=110)
             return buffer.getvalue()
 
-    return Picture
+    return NotebookFigure
 
 
 @contextmanager

@@ -125,7 +125,7 @@ def lower_limits(one: tuple[Array, Array] | None, two: tuple[Array, Array]) -> t
 
 def step_errors(sol: Trajectory, found: Sensitivity) -> StepErrors:
     """The errors of the steps of all pieces of a run."""
-    sizes = _Sizes(sol, found.columns, found.pieces)
+    sizes = _ColumnSizes(sol, found.columns, found.pieces)
     forwards = 1.0 if sol.span[1] >= sol.span[0] else -1.0
     ends = [*(forwards * piece.t[0] for piece in found.pieces[1:]), np.inf]
     parts = []
@@ -140,7 +140,7 @@ def step_errors(sol: Trajectory, found: Sensitivity) -> StepErrors:
     return StepErrors(times, np.abs(lengths), errors, orders, np.zeros(len(errors), int))
 
 
-def _of_piece(piece: Piece, sizes: _Sizes) -> tuple[Array, Array]:
+def _of_piece(piece: Piece, sizes: _ColumnSizes) -> tuple[Array, Array]:
     """The largest error of a column in each step of a piece, and its order; 0 without any."""
     size, tolerated = sizes.along(piece)
     found, orders = np.zeros(len(size)), np.ones(len(size))
@@ -166,7 +166,7 @@ def _of_steps(piece: Piece, first: int, last: int, size: Array, tolerated: Array
     return np.asarray(np.where(alive, errors, 0.0).max(axis=1, initial=0.0))
 
 
-class _Sizes:
+class _ColumnSizes:
     """The sizes of the columns' components, and the errors that are tolerated of them.
 
     What is tolerated follows the largest so far, of all coordinates or all speeds of a column in

@@ -53,10 +53,6 @@ class BatchInputs(NamedTuple):
         """Whether any of them is a function of this process."""
         return bool(self.functions or self.controllers)
 
-    def without_functions(self) -> BatchInputs:
-        """The inputs without functions of Python, which can be stored and sent to workers."""
-        return self._replace(functions={}, controllers={})
-
     @property
     def own(self) -> dict[str, Array]:
         """The numbers that differ between members."""

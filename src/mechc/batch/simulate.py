@@ -254,5 +254,6 @@ def _collect(
             complete = complete and whole
     except KeyboardInterrupt:
         complete = False
-    kept = replace(recipe, inputs=recipe.inputs.without_functions())
+    storable = recipe.inputs._replace(functions={}, controllers={})  # and can be sent to workers
+    kept = replace(recipe, inputs=storable)
     return Batch(system, kept, arrays, complete)

@@ -12,8 +12,9 @@ from mechc.errors import CacheError
 from mechc.native._driver import capsule_of
 
 
-def load(key: str, load: Callable[[Path], Any] = capsule_of) -> Any:
+def load(key: str, load: Callable[[Path], Any] | None = None) -> Any:
     """The content of an entry, if it exists and can be loaded, else None; by default a model."""
+    load = load or capsule_of
     path = cache.find(key)
     known = None if path is None else cache.identity(path)
     try:
@@ -24,9 +25,10 @@ def load(key: str, load: Callable[[Path], Any] = capsule_of) -> Any:
 
 
 def load_or_make(
-    key: str, make: Callable[[Path], None], load: Callable[[Path], Any] = capsule_of
+    key: str, make: Callable[[Path], None], load: Callable[[Path], Any] | None = None
 ) -> Any:
     """The content of an entry, which is made if it is missing or removed before it is loaded."""
+    load = load or capsule_of
     path = cache.entry(key, make)
     known = cache.identity(path)
     try:

@@ -34,7 +34,7 @@ RUNTIME_LAW = {
     "batch": {"native", "system", "inputs", "assembly", "compilation", "simulation",
               "sensitivities", "results"},
     "differentiable": {"system", "sensitivities"},
-    "outputs": {"system", "inputs", "analysis"},
+    "outputs": {"system", "inputs"},
     "configurations": {"outputs", "system", "assembly", "analysis"},
     "fits": {"configurations", "system", "simulation", "fitting", "differentiable"},
     "model": {"fits", "configurations", "outputs", "system", "assembly", "compilation",

@@ -203,10 +203,6 @@ cdef class Advanced:
         return self.driver.stop
 
 
-cdef size_t bytes_of_step(const mechc_trajectory *record):
-    return sizeof(double) * (1 + record.width * (1 + record.dense_rows))
-
-
 cdef class Motion(Advanced):
     """A motion under way or finished, from the state y0 (nq + nu,) at t0 to t1.
 
@@ -329,7 +325,8 @@ cdef class Motion(Advanced):
     @property
     def bytes_a_step(self):
         """The bytes that a step takes in the record."""
-        return bytes_of_step(&self.hybrid.run.trajectory)
+        cdef const mechc_trajectory *record = &self.hybrid.run.trajectory
+        return sizeof(double) * (1 + record.width * (1 + record.dense_rows))
 
     @property
     def steps(self):
@@ -421,10 +418,6 @@ cdef class Stepping(Advanced):
     def state(self):
         """The state there (nq + nu,), a copy."""
         return self.y.copy()
-
-    def go_to(self, double t, const double[::1] y):
-        """Go on from another state."""
-        mechc_reach_from(&self.reacher, t, &y[0])
 
     def stats(self):
         """Counters of the last step, and the least conditioning met."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
 
 from mechc.errors import MechcError
 from mechc.system.kinds import Kind
@@ -32,10 +31,7 @@ def split_assignment(text: str) -> tuple[str, str]:
 def read_value(text: str, quantity: NamedQuantity) -> float:
     """A typed number in SI units; without a unit it is in the quantity's unit.
 
-    Raises
-    ------
-    MechcError
-        If it is not a number, or the unit is not one of the quantity's.
+    Raises :class:`MechcError` if it is not a number, or the unit is not one of the quantity's.
     """
     match = _TYPED.fullmatch(text)
     if match is None:
@@ -44,7 +40,8 @@ def read_value(text: str, quantity: NamedQuantity) -> float:
     known = UNITS.get(quantity.kind, {quantity.unit: 1.0})
     if unit and unit not in known:
         raise MechcError(
-            f"{quantity.name}: {unit!r} in {text!r} is not one of its units; use {_choices(known)}"
+            f"{quantity.name}: {unit!r} in {text!r} is not one of its units; use "
+            f"{' or '.join(known)}"
         )
     return float(number) * (known[unit] if unit else 1.0)
 
@@ -54,7 +51,3 @@ def read_seconds(text: str) -> float:
     return read_value(
         text, NamedQuantity("time", "s", "time", -math.inf, math.inf, False, Kind.TIME)
     )
-
-
-def _choices(units: Iterable[str]) -> str:
-    return " or ".join(units)

@@ -179,9 +179,8 @@ def test_show_tells_names_units_geometry_and_options(capsys, here):
     ],
 )
 def test_what_is_refused_is_refused_before_anything_is_compiled(command, capsys, here, monkeypatch):
-    monkeypatch.setattr("mechc.compilation.build.compile_known", lambda *_: pytest.fail("compiled"))
     monkeypatch.setattr(
-        "mechc.compilation.library.library.compile_known", lambda *_: pytest.fail("compiled")
+        "mechc.compilation.library.library.compile_described", lambda *_: pytest.fail("compiled")
     )
     assert main(command) == 2
     assert capsys.readouterr().err.startswith("mechc: ")

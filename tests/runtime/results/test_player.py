@@ -33,7 +33,7 @@ def browser() -> Iterator[Any]:
 )
 def made(request: pytest.FixtureRequest) -> Page:
     run = fake_linkage.run(2.0)
-    page: Page = request.param(FakeSolution(run.model, run.t, (FakeChangePoint(0.5),)))
+    page: Page = request.param(FakeSolution(run.system, run.t, (FakeChangePoint(0.5),)))
     return page
 
 

@@ -28,7 +28,7 @@ def browser() -> Iterator[Any]:
 @pytest.fixture(scope="module")
 def page_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = fake_linkage.run(2.0)
-    sol = FakeSolution(made.model, made.t, (FakeChangePoint(0.5),))
+    sol = FakeSolution(made.system, made.t, (FakeChangePoint(0.5),))
     return view(sol).save(tmp_path_factory.mktemp("view") / "view.html")
 
 

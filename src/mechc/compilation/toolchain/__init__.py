@@ -41,10 +41,8 @@ def find_compiler() -> list[str] | None:
     """The command of the C compiler: ``$CC``, else gcc, clang, cc or Python's own, else that of the
     package ``ziglang``; None if absent.
 
-    Raises
-    ------
-    CompilerError
-        If ``$CC`` names a command that does not exist: no other is used in its place.
+    Raises :class:`CompilerError` if ``$CC`` names a command that does not exist: no other is used
+    in its place.
     """
     if chosen := os.environ.get("CC", "").strip():
         return _command_words(chosen)
@@ -133,10 +131,7 @@ def compile_all(
 ) -> list[Path]:
     """Compile sources (name, flags) of a folder; the object files.
 
-    Raises
-    ------
-    CompilerError
-        With the command and the compiler's output.
+    Raises :class:`CompilerError` with the command and the compiler's output.
     """
     command = compiler()
     paths = [f"-I{path}" for path in includes]
@@ -192,7 +187,18 @@ in_forked_child(_running.clear)  # they belong to the parent
 def _output(command: list[str], longest: float, **where: Any) -> subprocess.CompletedProcess[str]:
     """Run a command to its end, in a separate process group, which ends with it."""
     with _running_process(command, **where) as process:
-        out, told = _communicate(process, command, longest)
+        try:
+            out, told = process.communicate(timeout=longest)
+        except subprocess.TimeoutExpired:
+            _end(process)
+            try:
+                told = process.communicate(timeout=1.0)[1].strip()
+            except subprocess.TimeoutExpired as late:  # a child still runs and keeps the pipe open
+                told = (late.stderr or b"").decode(errors="replace").strip()
+            raise CompilerError(
+                f"the C compiler did not end within {longest:g} s and was stopped.\n"
+                f"{shlex.join(command)}\n{told}"
+            ) from None
     return subprocess.CompletedProcess(command, process.returncode, out, told)
 
 
@@ -225,27 +231,6 @@ def _start(command: list[str], **where: Any) -> subprocess.Popen[str]:
         raise CompilerError(f"cannot run {shlex.join(command)}: {error.strerror}") from None
     _running.add(process)
     return process
-
-
-def _communicate(
-    process: subprocess.Popen[str], command: list[str], longest: float
-) -> tuple[str, str]:
-    try:
-        return process.communicate(timeout=longest)
-    except subprocess.TimeoutExpired:
-        _end(process)
-        raise CompilerError(
-            f"the C compiler did not end within {longest:g} s and was stopped.\n"
-            f"{shlex.join(command)}\n{_rest(process)}"
-        ) from None
-
-
-def _rest(process: subprocess.Popen[str]) -> str:
-    """The output to stderr until the end; a child that still runs may keep the pipe open."""
-    try:
-        return process.communicate(timeout=1.0)[1].strip()
-    except subprocess.TimeoutExpired as late:
-        return (late.stderr or b"").decode(errors="replace").strip()
 
 
 def _end(process: subprocess.Popen[str]) -> None:

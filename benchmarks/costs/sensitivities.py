@@ -26,9 +26,9 @@ from sympy.physics.mechanics import ReferenceFrame, RigidBody, dynamicsymbols, i
 
 import mechc
 
+from ..peers.equal_error import MECHANISMS, table
 from ..timing.processes import least_of_rounds, said
 from ..timing.results import command_parser
-from .equal_error import MECHANISMS, table
 
 OUTPUTS = ("energy", "sensitivities")
 RTOLS = (1e-6, 1e-9, 1e-12)

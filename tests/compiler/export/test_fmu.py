@@ -22,14 +22,14 @@ from mechc.compilation import toolchain
 
 fmpy = pytest.importorskip("fmpy")
 validate_fmu = pytest.importorskip("fmpy.validation").validate_fmu
-pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("less_optimised")]
+pytestmark = pytest.mark.slow
 STATES = ["theta_0", "theta_1", "theta_2", "omega_0", "omega_1", "omega_2"]
 REGULAR = {"l_3": 3.5}
 HOSTILE = '<a b="c">&amp;\n\x07]]> %n */ "'
 
 
 @pytest.fixture(scope="module", params=["3.0", "2.0"])
-def four_bar(request, tmp_path_factory, less_optimised):
+def four_bar(request, tmp_path_factory):
     """A four-bar's file, its version of FMI."""
     target = tmp_path_factory.mktemp("fmu") / "four_bar.fmu"
     y0 = mechc.load("four_bar").assemble({"theta_0": 1.1}, {"omega_0": 2.0})
@@ -37,7 +37,7 @@ def four_bar(request, tmp_path_factory, less_optimised):
 
 
 @pytest.fixture(scope="module")
-def cart(tmp_path_factory, less_optimised):
+def cart(tmp_path_factory):
     """A cart that an input pushes, with a drag and an output of hostile names: model, file."""
     x, v, F = me.dynamicsymbols("x v F")
     m, c = sm.Symbol("m"), sm.Symbol(HOSTILE)

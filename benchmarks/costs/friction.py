@@ -17,10 +17,11 @@ from typing import Any
 
 import numpy as np
 from sympy import Symbol
-from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
+from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
 
+from ..problems.particle import particle
 from ..timing.processes import least_of_rounds
 from ..timing.results import command_parser
 
@@ -82,28 +83,19 @@ def ball() -> dict[str, list[float]]:
     return found
 
 
-def particle(load: Any) -> tuple[KanesMethod, Any]:
-    """A mass on a line under a load along it."""
-    q, u, t = *dynamicsymbols("q u"), dynamicsymbols._t
-    frame, origin = ReferenceFrame("N"), Point("O")
-    origin.set_vel(frame, 0)
-    point = origin.locatenew("P", q * frame.x)
-    point.set_vel(frame, u * frame.x)
-    kane = KanesMethod(frame, [q], [u], kd_eqs=[q.diff(t) - u])
-    kane.kanes_equations([Particle("mass", point, Symbol("m"))], [(point, load(q) * frame.x)])
-    return kane
-
-
 def on_spring() -> mechc.Model:
     """A mass on a spring."""
     defaults = {"m": 2.0, "k": 30.0}
-    return mechc.compile(particle(lambda q: -Symbol("k") * q), name="spring", defaults=defaults)
+    q, u = dynamicsymbols("q u")
+    kane = particle([q], [u], [-Symbol("k") * q])
+    return mechc.compile(kane, name="spring", defaults=defaults)
 
 
 def falling() -> mechc.Model:
     """A mass that falls."""
     defaults = {"m": 1.0, "g": 9.81}
-    kane = particle(lambda q: -Symbol("m") * Symbol("g"))
+    q, u = dynamicsymbols("q u")
+    kane = particle([q], [u], [-Symbol("m") * Symbol("g")])
     return mechc.compile(kane, name="ball", defaults=defaults)
 
 

@@ -22,9 +22,9 @@ from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
 
+from ..problems.particle import particle
 from ..timing.processes import clocked
 from ..timing.results import command_parser
-from .friction import particle
 
 METHODS = ("dopri5", "dop853", "gauss8", "radau5")  # those for one motion at a time, with inputs
 PERCENTILES = (50, 90, 99, 99.9, 100)
@@ -109,5 +109,6 @@ def show(row: dict[str, Any]) -> None:
 
 def driven_cart() -> mechc.Model:
     """A mass on a spring, pushed by the input F."""
-    pushed = particle(lambda q: dynamicsymbols("F") - Symbol("k") * q)
-    return mechc.compile(pushed, name="cart", defaults={"m": 2.0, "k": 30.0})
+    q, u, push = dynamicsymbols("q u F")
+    kane = particle([q], [u], [push - Symbol("k") * q])
+    return mechc.compile(kane, name="cart", defaults={"m": 2.0, "k": 30.0})

@@ -13,6 +13,7 @@ from benchmarks.references.linkage_curve import PlanarLinkage
 from benchmarks.stability import batches, crossings, long_runs, stiff, values
 from benchmarks.stability.misses import near_misses, on_curve
 from benchmarks.stability.silent import cases, redundant_loops
+from tests.support.marks import slow_among
 
 
 def test_the_pendulum_swings_as_its_equation_says():
@@ -43,7 +44,10 @@ def test_the_energy_of_a_run_that_gains_some_is_wrong(regular):
     assert values.judged("", regular, "four_bar", given | {"g": 2 * 9.81})["word"] == "WRONG"
 
 
-@pytest.mark.parametrize("name", ["four_bar", "pendulum", "slider_crank", "flyball_governor"])
+@pytest.mark.parametrize(
+    "name", slow_among(["four_bar", "pendulum", "slider_crank", "flyball_governor"],
+                       ["slider_crank", "flyball_governor"])
+)  # fmt: skip
 def test_kinetic_energies_are_those_of_the_mass_matrix(name):
     """SymPy's of the bodies and the compiled matrix, at random states."""
     model = values.model_of(name)
@@ -160,6 +164,7 @@ def test_the_judge_of_near_misses_leaps_to_no_other_branch():
     np.testing.assert_allclose(ends, [ends[0]] * len(ends), rtol=0, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_the_judge_of_five_bars_keeps_its_loop_and_its_energy():
     """Its equations of motion know none, and do not project."""
     model = mechc.compile(five_bar())

@@ -17,6 +17,7 @@ from mechc_codegen.errors import CodegenError
 from mechc_codegen.extension.flags import STRICT
 
 import mechc
+from benchmarks.problems.particle import particle
 from mechc.cli.commands import main
 from mechc.compilation import toolchain
 
@@ -40,15 +41,9 @@ def four_bar(request, tmp_path_factory):
 def cart(tmp_path_factory):
     """A cart that an input pushes, with a drag and an output of hostile names: model, file."""
     x, v, F = me.dynamicsymbols("x v F")
-    m, c = sm.Symbol("m"), sm.Symbol(HOSTILE)
-    N = me.ReferenceFrame("N")
-    O, P = me.Point("O"), me.Point("P")
-    O.set_vel(N, 0)
-    P.set_pos(O, x * N.x)
-    P.set_vel(N, v * N.x)
-    kane = me.KanesMethod(N, [x], [v], [x.diff() - v])
-    kane.kanes_equations([me.Particle("cart", P, m)], [(P, (F - c * v**3) * N.x)])
-    outputs = ("energy", {HOSTILE: sm.sin(x) * m})
+    c = sm.Symbol(HOSTILE)
+    kane = particle([x], [v], [F - c * v**3])
+    outputs = ("energy", {HOSTILE: sm.sin(x) * sm.Symbol("m")})
     values = {"m": 2.0, HOSTILE: 0.3}
     file = tmp_path_factory.mktemp("fmu") / "cart.fmu"
     mechc.export_fmu(kane, file, name="cart", y0=[0.5, 1.0], params=values, outputs=outputs)
@@ -335,13 +330,7 @@ def ball():
     """A ball over a floor, as SymPy describes it."""
     q, u = me.dynamicsymbols("q u")
     m, g, e, c = sm.symbols("m g e c")
-    N, O, P = me.ReferenceFrame("N"), me.Point("O"), me.Point("P")
-    O.set_vel(N, 0)
-    P.set_pos(O, q * N.x)
-    P.set_vel(N, u * N.x)
-    kane = me.KanesMethod(N, [q], [u], [q.diff() - u])
-    kane.kanes_equations([me.Particle("ball", P, m)], [(P, -(m * g + c * e * u) * N.x)])
-    return kane
+    return particle([q], [u], [-(m * g + c * e * u)])
 
 
 def states_of(record, names):

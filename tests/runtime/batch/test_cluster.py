@@ -9,7 +9,7 @@ import pytest
 import mechc
 from mechc.compilation.find import system_of
 from mechc.system.reference import ModelReference
-from tests.support.batches import have_the_same_arrays
+from tests.support.differences import have_the_same_arrays
 
 distributed = pytest.importorskip("distributed")
 pytestmark = pytest.mark.filterwarnings("default")  # of distributed's own and its sockets

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import mechc
-from tests.support.batches import have_the_same_arrays
+from tests.support.differences import have_the_same_arrays
 
 zarr = pytest.importorskip("zarr")
 

@@ -8,7 +8,6 @@ from mpmath import asin, ellipf, ellipk, mpf, pi, sin, sqrt, workdps
 import mechc
 from mechc.errors import EventError, InputError, MechcError, ValueOutOfBoundsError
 from tests.support.impacts import TIP_GAP, TIP_SLIP, G, block, impacts, rod
-from tests.support.pendulums import pushed_mass
 
 
 @pytest.fixture(scope="module", name="block")
@@ -445,11 +444,6 @@ def test_a_pin_that_rests_in_its_bush_swings_as_a_pendulum(block):
 
 
 TIMES = [0.0, 1.0, 2.0, 3.0, 4.0]
-
-
-@pytest.fixture(scope="module", name="pushed")
-def mass_pushed_by_an_input():
-    return mechc.compile(pushed_mass(), name="pushed", defaults={"m": 2.0, "k": 0.0})
 
 
 @pytest.mark.slow

@@ -45,7 +45,7 @@ class FmuEvents:
         Of each event; direction 0: its zero is crossed in both.
     contacts
         Of each event the number of the contact that it is, or -1.
-    has_gap, has_friction
+    has_gap, has_friction, is_linear
         Of each contact.
     poisson
         Whether impacts follow Poisson's law of restitution, not Newton's.
@@ -59,6 +59,7 @@ class FmuEvents:
     contacts: Sequence[int] = ()
     has_gap: Sequence[int] = ()
     has_friction: Sequence[int] = ()
+    is_linear: Sequence[int] = ()
     poisson: bool = False
     quantities: Sequence[Any] = ()
 
@@ -267,11 +268,13 @@ def event_parts(functions: SceneFunctions, events: FmuEvents) -> dict[str, Any]:
         f"static const mechc_event_policy policy[] = {{{policy}}};",
         f"static const mechc_event_unit event_unit = {{{unit}}};",
         f"static const unsigned char has_gap[] = {{{_array(map(int, events.has_gap))}}},",
-        f"    has_friction[] = {{{_array(map(int, events.has_friction))}}};",
+        f"    has_friction[] = {{{_array(map(int, events.has_friction))}}},",
+        f"    is_linear[] = {{{_array(map(int, events.is_linear))}}};",
         f"static const int events_of_contacts[] = {{{_array(numbers)}}};",
     ]
     law = int(events.poisson)
-    laws = f"{{{contacts}, has_gap, has_friction, events_of_contacts, {law}, {table}, 0}}"
+    of_contacts = "has_gap, has_friction, is_linear, events_of_contacts"
+    laws = f"{{{contacts}, {of_contacts}, {law}, {table}, 0}}"
     text = event_functions(events.expressions, events.quantities, width)
     return {
         **found,

@@ -185,11 +185,13 @@ def event_parts(functions: SceneFunctions, events: FmuEvents) -> dict[str, Any]:
         f"static const mechc_event_policy policy[] = {{{policy}}};",
         f"static const mechc_event_unit event_unit = {{{unit}}};",
         f"static const unsigned char has_gap[] = {{{_array(map(int, events.has_gap))}}},",
-        f"    has_friction[] = {{{_array(map(int, events.has_friction))}}};",
+        f"    has_friction[] = {{{_array(map(int, events.has_friction))}}},",
+        f"    is_linear[] = {{{_array(map(int, events.is_linear))}}};",
         f"static const int events_of_contacts[] = {{{_array(numbers)}}};",
     ]
     law = int(events.poisson)
-    laws = f"{{{contacts}, has_gap, has_friction, events_of_contacts, {law}, {table}, 0}}"
+    of_contacts = "has_gap, has_friction, is_linear, events_of_contacts"
+    laws = f"{{{contacts}, {of_contacts}, {law}, {table}, 0}}"
     text = event_functions(events.expressions, events.quantities, width)
     return {
         **found,

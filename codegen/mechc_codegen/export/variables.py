@@ -52,7 +52,7 @@ class FmuEvents:
         Of each event; direction 0: its zero is crossed in both.
     contacts
         Of each event the number of the contact that it is, or -1.
-    has_gap, has_friction
+    has_gap, has_friction, is_linear
         Of each contact.
     poisson
         Whether impacts follow Poisson's law of restitution, not Newton's.
@@ -66,6 +66,7 @@ class FmuEvents:
     contacts: Sequence[int] = ()
     has_gap: Sequence[int] = ()
     has_friction: Sequence[int] = ()
+    is_linear: Sequence[int] = ()
     poisson: bool = False
     quantities: Sequence[Any] = ()
 

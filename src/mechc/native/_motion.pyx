@@ -6,7 +6,7 @@ import numpy as np
 from cpython.exc cimport PyErr_CheckSignals
 from libc.limits cimport LONG_MAX
 from libc.math cimport INFINITY, isnan
-from libc.string cimport memcpy
+from libc.string cimport memcmp, memcpy
 
 from mechc.native._abi cimport (
     MECHC_FINISHED, MECHC_INTERRUPTED, MECHC_PART_DRIVER, MECHC_PART_EXPLICIT, MECHC_PART_OUTPUTS,
@@ -282,15 +282,18 @@ cdef class Motion(Advanced):
 
     @property
     def pieces(self):
-        """The pieces: of each its steps, its parameters (np,), whether the state jumps at its start,
+        """The pieces: of each its steps, its parameters (np,), the same array where they are those of the one
+        before, whether the state jumps at its start,
         the events whose resets made that jump, its contacts' states, and its cut or None."""
         cdef mechc_piece *piece
-        found = []
+        cdef int i, k, parameters = self.request.scene.parameters
+        found, p = [], None
         for i in range(self.hybrid.pieces):
             piece = self.hybrid.piece[i]
             causes = tuple([piece.cause[k] for k in range(piece.causes)])
             contacts = tuple([piece.contact[k] for k in range(piece.contacts)])
-            p = array_of(piece.p, self.request.scene.parameters)
+            if not i or memcmp(piece.p, self.hybrid.piece[i - 1].p, parameters * sizeof(double)):
+                p = array_of(piece.p, parameters)
             cut = None if isnan(piece.cut) else piece.cut
             steps = steps_of(self.request.scene, piece, p, self.request.inputs,
                              self.request.events, self.request.sizes)
@@ -302,8 +305,10 @@ cdef class Motion(Advanced):
         cdef ptrdiff_t count = self.hybrid.watch.zeros, i
         cdef int width = self.request.scene.width
         numbers, times = np.empty(count, np.intp), np.empty(count)
+        cdef Py_ssize_t[::1] of_events = numbers
+        cdef double[::1] at = times
         for i in range(count):
-            numbers[i], times[i] = self.hybrid.watch.zero[i].event, self.hybrid.watch.zero[i].t
+            of_events[i], at[i] = self.hybrid.watch.zero[i].event, self.hybrid.watch.zero[i].t
         return numbers, times, array_of(self.hybrid.watch.zero_state, count * width).reshape(count, width)
 
     def notes(self):

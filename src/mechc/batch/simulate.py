@@ -185,7 +185,7 @@ def _reductions(reduce: Any) -> list[str]:
     one = isinstance(reduce, str) or (
         pair and not (isinstance(reduce[0], str) and "(" in reduce[0])
     )
-    several = [reduce] if one else reduce
+    several = [reduce] if one else list(reduce)
     for each in several:
         if not isinstance(each, str) and (not isinstance(each, tuple) or len(each) != 2):
             raise ValueOutOfBoundsError(

@@ -76,7 +76,8 @@ MECHC_STATIC int mechc_event_stays_positive(const mechc_watch *watch, int number
     for (int row = 1; row < count; row += 2, share *= MECHC_DENSE_BULGE) {
         const double at_zero = mechc_inner_product(line, rows + row * width, width);
         const double more = row + 1 < count ? mechc_inner_product(line, rows + (row + 1) * width, width) : 0.0;
-        below -= share * fmin(fmin(at_zero, at_zero + more), 0.0);
+        const double least = more > 0.0 ? at_zero : at_zero + more;
+        below -= share * (least >= 0.0 ? 0.0 : least); /* NaN where a row is not finite */
     }
     const double *y = steps->y + step * width;
     const double first = event->constant + mechc_inner_product(line, y, width);

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -168,7 +169,7 @@ def checked_span_and_times(
 ) -> tuple[tuple[float, float], Array | None]:
     """(t0, t1) and the times to report at; a span of more than two times is those too."""
     if type(t_span) is float and t_eval is None and math.isfinite(t_span):
-        return (0.0, t_span), None  # nearly always, and fast
+        return _with_length(0.0, t_span), None  # nearly always, and fast
     if t_eval is None and isinstance(t_span, SEQUENCES) and _has_several(t_span):
         t_span, t_eval = (t_span[0], t_span[-1]), t_span
     span = checked_span(t_span)
@@ -190,6 +191,15 @@ def checked_span(t_span: float | tuple[float, float]) -> tuple[float, float]:
         ) from None
     if not (math.isfinite(t0) and math.isfinite(t1)):
         raise ValueOutOfBoundsError(f"t_span = ({t0}, {t1}) must be finite")
+    return _with_length(t0, t1)
+
+
+def _with_length(t0: float, t1: float) -> tuple[float, float]:
+    """A span whose fractions are numbers: steps of one that is shorter have no length."""
+    if 0.0 < abs(t1 - t0) < sys.float_info.min:
+        raise ValueOutOfBoundsError(
+            f"t_span = ({t0}, {t1}) must be 0 or at least {sys.float_info.min:g} s long"
+        )
     return t0, t1
 
 

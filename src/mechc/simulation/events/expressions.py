@@ -16,6 +16,7 @@ from mechc.simulation.events.stops import NEWTON, POISSON, Stop, StopReset
 from mechc.system.names import by_name, name_of
 from mechc.system.parameters import Array
 from mechc.system.system import System
+from mechc.system.units import is_with_unit, read_value
 
 MOST_KEPT = 256  # functions of expressions, from one run to the next
 _DIRECTIONS = {">": 1.0, ">=": 1.0, "<": -1.0, "<=": -1.0, "==": 0.0}  # SymPy's names
@@ -132,11 +133,30 @@ class EventReader:
                 return self._plain(given), 0.0
             left, right = given.split(relation, 1)
             relation = relation + "=" if right.startswith("=") else relation
-            return self._plain(left) - self._plain(right.removeprefix("=")), _DIRECTIONS[relation]
+            value = self._plain(left)
+            return value - self._level(value, right.removeprefix("=")), _DIRECTIONS[relation]
         direction = _DIRECTIONS.get(getattr(given, "rel_op", ""))
         if direction is None:
             return self._plain(given), 0.0
         return self._plain(given.lhs - given.rhs), direction
+
+    def _level(self, value: Any, text: str) -> Any:
+        """What a value is compared with: an expression, or a number with a unit of that value.
+
+        The unit is one of the quantities that the value is a sum of; for others there is none.
+        """
+        from sympy import Abs
+
+        if not is_with_unit(text):
+            return self._plain(text)
+        inside = value.args[0] if isinstance(value, Abs) else value
+        found = [name for name, symbol in self.names.items() if inside.has(symbol)]
+        known = getattr(self.system, "quantities", {})
+        quantities = [known[name] for name in found if name in known]
+        linear = all(inside.diff(self.names[name]).is_number for name in found)
+        if not (linear and found) or len({(q.kind, q.unit) for q in quantities}) != 1:
+            return self._plain(text)
+        return self._plain(read_value(text, quantities[0]))
 
     def _stop(self, given: Stop) -> Event:
         system = self.system
@@ -227,7 +247,7 @@ class EventReader:
         from sympy.core.function import AppliedUndef
 
         if isinstance(given, str):
-            return self.parse(given, self.names)
+            return _over_reals(self.parse(given, self.names))
         try:
             expression = sympify(given, strict=True)
         except SympifyError:
@@ -244,11 +264,30 @@ class EventReader:
             replaced = {atom: Dummy() for atom in known}
             stand_ins |= {*replaced.values()}
             rest = rest.xreplace(replaced)
-        return expression.xreplace(known)
+        return _over_reals(expression.xreplace(known))
+
+
+def _over_reals(expression: Any) -> Any:
+    """The expression with derivatives over real numbers also where SymPy cannot tell what is real.
+
+    For it abs(log(g)) may be that of a complex number, whose derivative no language has.
+    """
+    from sympy import Abs, Piecewise, sign, sqrt
+
+    def is_of_complex(part: Any) -> bool:
+        return isinstance(part, (Abs, sign)) and not part.args[0].is_extended_real
+
+    def real_form(part: Any) -> Any:
+        x = part.args[0]
+        return (
+            sqrt(x**2) if isinstance(part, Abs) else Piecewise((-1, x < 0), (1, x > 0), (0, True))
+        )
+
+    return expression.replace(is_of_complex, real_form)
 
 
 def function_of(expressions: Sequence[Any]) -> Callable[[float, Array, Array], Any]:
-    """A function of t, y and p for expressions over plain symbols."""
+    """A function of t, y and p for expressions over plain symbols: infinite or NaN as in C."""
     return _function_of(tuple(expressions))
 
 
@@ -263,7 +302,12 @@ def _function_of(expressions: tuple[Any, ...]) -> Callable[[float, Array, Array]
     arguments = [Symbol("t", real=True), places["y"], places["p"]]
     compiled = lambdify(arguments, list(expressions), "numpy", cse=True)
     of_state, of_parameters = at["y"], at["p"]
-    return lambda t, y, p: compiled(t, y[of_state], p[of_parameters])
+
+    def values(t: float, y: Array, p: Array) -> Any:
+        with np.errstate(all="ignore"):
+            return compiled(np.float64(t), y[of_state], p[of_parameters])
+
+    return values
 
 
 @lru_cache(MOST_KEPT)
@@ -271,11 +315,12 @@ def _derivatives(
     values: tuple[Any, ...], width: int, parameters: int
 ) -> Callable[[float, Array, Array], tuple[Array, Array, Array]]:
     """A function of t, y, p: derivatives of n values by t (n,), y (n, width) and p (n, np)."""
-    from sympy import Symbol, diff
+    from sympy import DiracDelta, Symbol, diff
 
     by = ["t", *(f"y{k}" for k in range(width)), *(f"p{k}" for k in range(parameters))]
     symbols = [Symbol(name, real=True) for name in by]
-    entries = [(i, j, diff(value, x)) for i, value in enumerate(values)
+    entries = [(i, j, diff(value, x).replace(DiracDelta, lambda *_: 0))  # not defined at a jump
+               for i, value in enumerate(values)
                for j, x in enumerate(symbols) if value.has(x)]  # fmt: skip
     function = function_of([entry for _, _, entry in entries])
 

@@ -156,7 +156,12 @@ def hostile_texts(pattern):
     befores = {"", "a", "1", *(before for before, _ in found)}
     characters = {one for before, again in found for one in before + again} | {" ", "1", "a"}
     own = sorted(characters)[:10]
-    again = {*own, *map("".join, product(own, repeat=2)), *befores, *(more for _, more in found)}
+    again = {
+        *own,
+        *map("".join, product(own, repeat=2)),
+        *map("".join, found),
+        *(more for _, more in found),
+    }
     return product(sorted(befores), sorted(filter(None, again)), ENDS)
 
 

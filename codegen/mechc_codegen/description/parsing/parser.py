@@ -204,7 +204,7 @@ class _Parser:
             arguments = self._arguments(several=FUNCTIONS[name] in (Max, Min))
             self.functions -= 1
             if name == "sqrt":
-                return self._to_power(*arguments, S.Half)
+                return self._to_power(arguments[0], S.Half)
             return self._within_bounds(FUNCTIONS[name](*arguments))
         if name not in self.names:
             known = ", ".join([*self.names, *FUNCTIONS])

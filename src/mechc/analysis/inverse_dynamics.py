@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mechc.errors import MechcError, UnknownNameError
+from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError
 from mechc.inputs.driven_scene import with_inputs
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -93,6 +93,8 @@ class _ModelWithInputs:
             bent = np.abs(again - 2.0 * column).max(initial=0.0) > LINEAR * size
             _refuse_input(name, bool(bent or np.any(inertia)), not np.any(column))
             columns.append(column)
+        if not columns:
+            raise ValueOutOfBoundsError("inverse dynamics needs at least one input")
         per_input = np.stack(columns, axis=-1)
         return ones - per_input.sum(axis=-1), per_input
 

@@ -187,7 +187,7 @@ def checked_recipe(
     count = common_count(every)
     for text in reductions:
         read_reduction(system, text)
-    if until:
+    if not isinstance(until, str) or until:
         read_stop(system, until)
     _check_outputs(system, outputs, t_eval)
     return Recipe(

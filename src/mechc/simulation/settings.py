@@ -12,6 +12,7 @@ import numpy as np
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.native._arrays import NOT_IN_ORDER, OUTSIDE, times_along
 from mechc.native._codes import CHANGE_POINT_POLICIES, LOCKSTEP, METHODS, RULES
+from mechc.system.names import checked_word
 from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
 
@@ -82,14 +83,14 @@ def checked_policy(
         _checked_rtol(rtol),
         None if atol is None else _checked_atol(system, atol),
         _in_lockstep(_chosen_method(system, method), lockstep),
-        0.0 if first_step is None else _positive("first_step", first_step),
-        _positive("max_step", max_step, infinite=True),
+        0.0 if first_step is None else checked_positive("first_step", first_step),
+        checked_positive("max_step", max_step, infinite=True),
         checked_count("max_steps", max_steps),
         dense,
         checked_change_point(on_change_point),
         method == "auto" and not lockstep,
-        _positive("max_bytes", max_bytes, infinite=True),
-        checkpoints=None if checkpoints is None else _positive("checkpoints", checkpoints),
+        checked_positive("max_bytes", max_bytes, infinite=True),
+        checkpoints=None if checkpoints is None else checked_positive("checkpoints", checkpoints),
     )
     if atol is None:
         system.cache["policy"] = asked, policy
@@ -134,13 +135,13 @@ def refuse_without_derivatives(method: str) -> None:
 
 def checked_change_point(policy: str) -> str:
     """``"continue"``, ``"stop"`` or ``"raise"``."""
-    if policy not in CHANGE_POINT_POLICIES:
-        raise UnknownNameError("policy at change points", policy, CHANGE_POINT_POLICIES)
-    return policy
+    return checked_word("policy at change points", policy, CHANGE_POINT_POLICIES)
 
 
 def _in_lockstep(method: str, lockstep: bool) -> str:
     """The method, or its code with a run in each lane."""
+    if not isinstance(lockstep, (bool, np.bool_)):
+        raise TypeError(f"lockstep is True or False, not {brief(lockstep)}")
     if lockstep and method not in LOCKSTEP:
         others = ", ".join(repr(name) for name in METHODS_OF_USERS if name in LOCKSTEP)
         raise ValueOutOfBoundsError(f"method={method!r} has no lockstep: take one of {others}")
@@ -148,7 +149,7 @@ def _in_lockstep(method: str, lockstep: bool) -> str:
 
 
 def _chosen_method(system: System, method: str) -> str:
-    if method == "auto":
+    if isinstance(method, str) and method == "auto":
         smooth = system.data.get("smooth", True) or system.data.get("switches", 0) > 0
         called = system.driven and system.driven.calls_python
         return "gauss8" if smooth and not called else "dop853"
@@ -232,7 +233,8 @@ def _checked_atol(system: System, atol: float | Array) -> Array:
     return np.ascontiguousarray(values)
 
 
-def _positive(name: str, value: float, *, infinite: bool = False) -> float:
+def checked_positive(name: str, value: float, *, infinite: bool = False) -> float:
+    """A positive number, finite or not."""
     if type(value) is float and 0.0 < value < math.inf:
         return value  # nearly always, and fast
     try:
@@ -245,7 +247,7 @@ def _positive(name: str, value: float, *, infinite: bool = False) -> float:
 
 
 def _checked_rtol(rtol: float) -> float:
-    value = _positive("rtol", rtol)
+    value = checked_positive("rtol", rtol)
     if value > LOOSEST:
         raise ValueOutOfBoundsError(f"rtol = {rtol:g} is too large; {LOOSEST:g} at most")
     return value
@@ -255,4 +257,4 @@ def checked_count(name: str, value: float) -> int:
     """A whole number above 0; infinity is the largest."""
     if type(value) is int and 0 < value < 2**62:
         return value
-    return int(min(_positive(name, value, infinite=True), 2.0**62))
+    return int(min(checked_positive(name, value, infinite=True), 2.0**62))

@@ -197,7 +197,7 @@ def test_a_model_without_derivatives_is_refused(model):
 
 @pytest.mark.parametrize("low", [-np.pi, 0.0])
 def test_angles_reduced_to_one_turn(pendulum, low):
-    """A pendulum that turns over, recorded between -pi and pi: the fit "converged" at l_0 = 0.55."""
+    """A pendulum that turns over, recorded within a turn: the fit "converged" at 0.55 m."""
     times, start = np.linspace(0.0, 3.0, 121), {"theta_0": 0.4, "omega_0": 8.0}
     sol = pendulum.simulate(3.0, start, {"l_0": 1.3}, t_eval=times)
     assert np.ptp(sol["theta_0"]) > 10.0

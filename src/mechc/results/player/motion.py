@@ -16,7 +16,7 @@ from mechc.errors import ValueOutOfBoundsError
 from mechc.results.player.page import base64_floats
 from mechc.results.player.plots import panels
 from mechc.results.sampling import Run, SolutionLike, clean_text, pretty_name, time_span
-from mechc.system.parameters import Array
+from mechc.system.parameters import Array, one_double
 
 MOST_FRAMES: Final = 3000
 FEWEST_FRAMES: Final = 240
@@ -40,7 +40,8 @@ def frames(sol: SolutionLike, fps: float, *, in_space: bool = False) -> Run:
     ValueOutOfBoundsError
         If ``fps`` is not a positive number.
     """
-    if not (math.isfinite(fps) and fps > 0.0):
+    fps = one_double(fps, "fps")
+    if not 0.0 < fps < math.inf:
         raise ValueOutOfBoundsError(
             f"fps must be a positive number of frames per second, not {fps!r}"
         )
@@ -111,7 +112,7 @@ def speed_choices(span: float) -> dict[str, Any]:
 
 def _step_note(step: float, fps: float) -> str:
     """A note if the limit of frames made the step longer than requested."""
-    return f"one frame every {1e3 * step:.3g} ms" if step * fps > 1.001 else ""
+    return f"one frame every {1e3 * step:.3g} ms" if step * float(fps) > 1.001 else ""
 
 
 def _status_note(run: Run) -> str:

@@ -14,7 +14,7 @@ from mechc.simulation.events.event import Event
 from mechc.simulation.events.friction import DryFriction, FrictionLaw
 from mechc.simulation.events.stops import NEWTON, POISSON, Stop, StopReset
 from mechc.system.names import by_name, name_of
-from mechc.system.parameters import Array
+from mechc.system.parameters import Array, one_double
 from mechc.system.system import System
 from mechc.system.units import is_with_unit, read_value
 
@@ -67,7 +67,7 @@ def is_one_event(given: Any) -> bool:
         or is_expression(given)
     ):
         return True
-    return not isinstance(given, Iterable)
+    return not isinstance(given, Iterable) or getattr(given, "ndim", 1) == 0
 
 
 def is_expression(event: Any) -> bool:
@@ -119,8 +119,9 @@ class EventReader:
         if is_expression(given.function):
             expression, direction = self._difference(given.function)
             function = ValueExpression(expression, self.p, self.width)
+            own = one_double(given.direction, "a direction")
             function.title = as_written(given.function)
-            given = replace(given, function=function, direction=given.direction or direction)
+            given = replace(given, function=function, direction=own or direction)
         if isinstance(given.reset, Mapping):
             given = replace(given, reset=self._reset(given.reset))
         return given
@@ -176,7 +177,7 @@ class EventReader:
                 )
         if not 0.0 <= kept(0.0, np.zeros(self.width)) <= 1.0:
             raise ValueOutOfBoundsError(f"restitution = {given.restitution} must be 0 to 1")
-        if given.law not in (NEWTON, POISSON):
+        if not isinstance(given.law, str) or given.law not in (NEWTON, POISSON):
             raise ValueOutOfBoundsError(
                 f"law = {given.law!r}: the law of restitution is {NEWTON!r} or {POISSON!r}"
             )
@@ -185,7 +186,7 @@ class EventReader:
         return Event(gap, -1.0, given.terminal, reset)
 
     def _friction_of_stop(self, given: Stop) -> FrictionLaw:
-        none = not is_expression(given.friction) and not given.friction and given.static is None
+        none = bool(self._plain(given.friction).is_zero) and given.static is None
         if given.slip is None and not none:
             raise ValueOutOfBoundsError(
                 "friction at a stop needs the speed of sliding there: slip='u_x + r*omega'"
@@ -243,17 +244,31 @@ class EventReader:
 
     def _plain(self, given: Any) -> Any:
         """A number, a text of the grammar or an expression of SymPy, over plain symbols."""
-        from sympy import Derivative, Dummy, Symbol, SympifyError, sympify
+        from sympy import (
+            Derivative,
+            Dummy,
+            Expr,
+            I,
+            Symbol,
+            SympifyError,
+            nan,
+            oo,
+            sympify,
+            zoo,
+        )  # fmt: skip
         from sympy.core.function import AppliedUndef
 
         if isinstance(given, str):
             return _over_reals(self.parse(given, self.names))
         try:
             expression = sympify(given, strict=True)
-        except SympifyError:
+        except (SympifyError, AttributeError, TypeError, ValueError):  # of arrays of anything
+            expression = None
+        if not isinstance(expression, Expr) or expression.has(I, nan, oo, -oo, zoo):
             raise ValueOutOfBoundsError(
-                f"a reset gives numbers, texts or expressions of SymPy, not {brief(given)}"
-            ) from None
+                "events are made of finite real numbers, texts and expressions of SymPy, not "
+                f"{brief(given)}"
+            )
         known, stand_ins, rest = {}, set[Any](), expression
         for kind in (Derivative, AppliedUndef, Symbol):  # from the outside inwards
             for atom in rest.atoms(kind) - stand_ins:

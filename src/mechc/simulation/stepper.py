@@ -68,7 +68,7 @@ class Stepper:
         self._begin_at(t, state, params)
 
     def _begin_at(self, t: float, state: Array, params: Array) -> None:
-        self._start = t
+        self._start, self._additions = t, 0
         if self._driven is not None:
             self._drive(self._driven.with_controllers_from(t))
             self._driven.restart(t)
@@ -167,7 +167,8 @@ class Stepper:
         changed = inputs is not None and self._give(inputs)
         t = self.t + dt
         if self._driven is not None:
-            self._driven.check_times((t,))
+            self._additions += 1
+            self._driven.check_times((t,), self._additions)
             self._go_on_until(t)
         self._code = self._motion.reach(t, changed)
         if self._code not in (RUNNING, FINISHED):

@@ -117,13 +117,20 @@ def _place(system: System, name: str) -> int:
 
 def _along(jacobian: Array, columns: Array) -> Array:
     """The part of forces along motions that the constraints allow."""
-    carried = np.linalg.pinv(jacobian, rcond=RANK) @ (jacobian @ columns)
+    carried = _inverse(jacobian) @ (jacobian @ columns)
     return np.asarray(columns - carried)
 
 
 def _least_norm(columns: Array, right: Array) -> Array:
-    inverse = np.linalg.pinv(columns, rcond=RANK)
-    return np.asarray(np.einsum("...ij,...j->...i", inverse, right))
+    return np.asarray(np.einsum("...ij,...j->...i", _inverse(columns), right))
+
+
+def _inverse(matrix: Array) -> Array:
+    """The pseudo-inverse of matrices."""
+    try:
+        return np.asarray(np.linalg.pinv(matrix, rcond=RANK))
+    except np.linalg.LinAlgError:
+        raise MechcError("the equations at these states are not finite, or too large") from None
 
 
 def _refuse_departing(jacobian: Array, difference: Array, rates: Array) -> None:

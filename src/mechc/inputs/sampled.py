@@ -11,7 +11,7 @@ from mechc.errors import ValueOutOfBoundsError, brief
 from mechc.inputs.accept import with_state_apart
 from mechc.inputs.signals import FAR, Signal
 from mechc.system.names import name_of
-from mechc.system.parameters import Array, doubles
+from mechc.system.parameters import Array, doubles, one_double
 
 TICKS = 8  # ulps: an instant that is no nearer to a break of the run is another time
 MOST = 10_000_000  # instants of a run
@@ -61,9 +61,14 @@ class Sampled:
     ) -> None:
         if not callable(controller):
             raise TypeError(f"a controller must be a function, not {controller!r}")
-        _check_times(period, delay, jitter)
-        self.controller, self.period, self.delay = controller, float(period), float(delay)
-        self.jitter, self.seed = float(jitter), _checked_seed(seed)
+        self.controller, self.seed = controller, _checked_seed(seed)
+        self.period, self.delay = _checked_time("period", period), _checked_time("delay", delay)
+        self.jitter = _checked_time("jitter", jitter)
+        if not self.jitter < self.period:
+            raise ValueOutOfBoundsError(
+                f"the period, {self.period:g} s, must be above 0 and above the jitter, "
+                f"{self.jitter:g} s"
+            )
         self.initial = doubles(initial, "initial")
         if self.initial.ndim > 1:
             raise ValueOutOfBoundsError("initial is a number, or one for each input")
@@ -94,15 +99,11 @@ def _checked_seed(seed: int) -> int:
     return int(seed)
 
 
-def _check_times(period: float, delay: float, jitter: float) -> None:
-    for name, given in {"period": period, "delay": delay, "jitter": jitter}.items():
-        value = doubles(given, name)
-        if value.ndim or not (np.isfinite(value) and value >= 0.0):
-            raise ValueOutOfBoundsError(f"{name} = {value} must be a time in s, not below 0")
-    if not jitter < period:
-        raise ValueOutOfBoundsError(
-            f"the period, {period:g} s, must be above 0 and above the jitter, {jitter:g} s"
-        )
+def _checked_time(name: str, given: float) -> float:
+    value = one_double(given, name)
+    if not 0.0 <= value < np.inf:
+        raise ValueOutOfBoundsError(f"{name} = {value} must be a time in s, not below 0")
+    return value
 
 
 class HeldSignal(Signal):

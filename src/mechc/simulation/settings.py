@@ -254,7 +254,10 @@ def _checked_rtol(rtol: float) -> float:
 
 
 def checked_count(name: str, value: float) -> int:
-    """A whole number above 0; infinity is the largest."""
+    """A whole number above 0; infinity is the largest, and fractions are left out."""
     if type(value) is int and 0 < value < 2**62:
         return value
-    return int(min(checked_positive(name, value, infinite=True), 2.0**62))
+    found = int(min(checked_positive(name, value, infinite=True), 2.0**62))
+    if not found:
+        raise ValueOutOfBoundsError(f"{name} = {value} must be at least 1")
+    return found

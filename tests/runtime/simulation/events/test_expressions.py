@@ -64,6 +64,13 @@ def test_resets_have_signs_and_bounds(ball):
     assert np.abs(sol.segments[1].y0) == pytest.approx([0.0, 2.0])
 
 
+def test_a_reset_that_changes_nothing(ball):
+    """An empty one ended in ``unhashable type: 'dict'``."""
+    sol = ball.simulate(0.5, [1.0, 0.0], events=mechc.Event("q_0 - 1/2", reset={}))
+    assert len(sol.segments) == 2
+    np.testing.assert_array_equal(sol.segments[0].y1, sol.segments[1].y0)
+
+
 def test_slopes_are_the_derivatives(ball):
     (event,) = read(ball, mechc.Event("q_0*m + u_0**2*t", reset={"u_0": "-u_0/m + q_0*t"}))
     t, y = 0.4, np.array([0.3, -1.5])
@@ -194,7 +201,7 @@ def test_what_is_wrong_is_told(ball):
         (mechc.Event("q_0", reset={"v": "2"}), UnknownNameError, "v"),
         (mechc.Event("q_0", reset={"u_0": "v"}), MechcError, "'v' is not known"),
         (mechc.Event("q_0", reset={"u_0": Symbol("v")}), UnknownNameError, "v"),
-        (mechc.Event("q_0", reset={"u_0": [1, 2]}), ValueOutOfBoundsError, "a reset gives"),
+        (mechc.Event("q_0", reset={"u_0": [1, 2]}), ValueOutOfBoundsError, "events are made of"),
         (mechc.Event("q_0", reset="-u_0"), ValueOutOfBoundsError, "mapping"),
         ("q_0 +", MechcError, "too early"),
         ("__import__('os')", MechcError, "cannot read"),

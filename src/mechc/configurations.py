@@ -195,7 +195,9 @@ class Configurations(Outputs):
         """
         from mechc.analysis.position_sweep import sweep_positions
 
-        name = self._coordinate(driven)
+        name: str = name_of(driven)
+        if name not in self.coordinates:
+            raise UnknownNameError("coordinate", name, self.coordinates)
         given, _, near = self._by_name(coordinates, None, guess)
         kept = checked_numbers(given, self.coordinates, "coordinate")
         close_by = checked_numbers(near, self.coordinates, "coordinate")
@@ -205,12 +207,6 @@ class Configurations(Outputs):
         return sweep_positions(
             self.system, name, values, kept, close_by, p, one_double(t, "the time")
         )
-
-    def _coordinate(self, given: Any) -> str:
-        name: str = name_of(given)
-        if name not in self.coordinates:
-            raise UnknownNameError("coordinate", name, self.coordinates)
-        return name
 
     def limits(self, coordinate: str, params: Parameters = None) -> tuple[tuple[float, float], ...]:
         """The ranges of a coordinate in (-pi, pi] or +-2 lengths for which the loops close.

@@ -478,9 +478,7 @@ class Model(Fits):
 
     def _start(self, given: Mapping[Any, float], p: Array, t: float) -> Array:
         """The state from coordinates and speeds in one mapping."""
-        values = by_name(given, "y0")
-        speeds = {name: value for name, value in values.items() if name in self.speeds}
-        rest = {name: value for name, value in values.items() if name not in speeds}
+        rest, speeds = self.coordinates_and_speeds(by_name(given, "y0"))
         for name in rest:
             self.system.state_index(name)
         return self.assemble(rest, speeds, params=p, t=t)

@@ -161,10 +161,23 @@ def _again(model: Model, recipe: dict[str, Any], t: Array, max_bytes: float) -> 
             "xarray instead, or allow more: mechc.open(path, max_bytes=...)"
         )
     sol.policy = told._replace(dense=True, atol=sol.policy.atol)
-    sol.status = _status(mapping_of(recipe["status"], "its status"))
+    ended = mapping_of(recipe["status"], "its status")
+    if ended["code"] not in {name for name, *_ in CODES.values()}:
+        raise MechcError("its status is unknown")
+    sol.status = Status(
+        ended["code"],
+        float(ended["t"]),
+        text_of(ended["cause"], "the cause of its end"),
+        text_of(ended["advice"], "the advice about its end"),
+        tuple(text_of(text, "a warning") for text in ended["warnings"]),
+    )
     if not np.array_equal(sol.record.times(), t):
         sol._times = t
-    sol.events = tuple(_event_record(model, *told) for told in recipe["events"])
+    width = model.system.scene.width
+    sol.events = tuple(
+        EventRecord(np.array(times, float), np.array(y, float).reshape(-1, width))
+        for times, y in recipe["events"]
+    )
     titles = recipe.get("event_titles", ())  # files of earlier versions have none
     sol._titles = tuple(text_of(title, "the title of an event") for title in titles)
     sol.change_points = tuple(
@@ -232,24 +245,6 @@ def _unpickled(
 
 
 copyreg.pickle(Solution, _pickled)
-
-
-def _status(told: Mapping[str, Any]) -> Status:
-    """The outcome in a file: a known status, with plain texts."""
-    codes = {name for name, *_ in CODES.values()}
-    if told["code"] not in codes:
-        raise MechcError("its status is unknown")
-    return Status(
-        told["code"],
-        float(told["t"]),
-        text_of(told["cause"], "the cause of its end"),
-        text_of(told["advice"], "the advice about its end"),
-        tuple(text_of(text, "a warning") for text in told["warnings"]),
-    )
-
-
-def _event_record(model: Model, t: list[float], y: list[list[float]]) -> EventRecord:
-    return EventRecord(np.array(t, float), np.array(y, float).reshape(-1, model.system.scene.width))
 
 
 def _compare(path: Path, sol: Solution, states: Array) -> None:

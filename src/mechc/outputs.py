@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
-from mechc.analysis.jacobians import input_values, jacobian
 from mechc.errors import MechcError, ValueOutOfBoundsError, brief
 from mechc.system.description import Description
 from mechc.system.names import name_of, names_of
@@ -312,12 +311,12 @@ class Outputs(Description):
         return self._jacobian("input", y, params, t, of)
 
     def _jacobian(self, by: str, y: Array, params: Parameters, t: Time, of: str | None) -> Array:
-        return jacobian(self.system, by, *self._as_arrays(y, params), t, name_of(of))
+        return self.system.jacobian(by, *self._as_arrays(y, params), t, name_of(of))
 
     @property
     def input_values(self) -> tuple[str, ...]:
         """Every input with its rates that the equations contain, as ``("F", "r", "r'", "r''")``."""
-        return input_values(self.system)
+        return self.system.input_values
 
     @property
     def knows_energy(self) -> bool:

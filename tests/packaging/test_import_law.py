@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -33,7 +34,7 @@ RUNTIME_LAW = {
     "batch": {"native", "system", "inputs", "assembly", "compilation", "simulation",
               "sensitivities", "results"},
     "differentiable": {"system", "sensitivities"},
-    "outputs": {"system", "inputs", "analysis"},
+    "outputs": {"system", "inputs"},
     "configurations": {"outputs", "system", "assembly", "analysis"},
     "fits": {"configurations", "system", "simulation", "fitting", "differentiable"},
     "model": {"fits", "configurations", "outputs", "system", "assembly", "compilation",
@@ -55,7 +56,7 @@ COMPILER_LAW = {
     "drawing": {"errors", "description"},
     "convert": {"errors", "description"},
     "derive": {"errors", "description"},
-    "frontend": {"errors", "description", "drawing", "convert", "derive"},
+    "frontend": {"errors", "description", "convert", "derive"},
     "ir": {"errors", "description", "derive"},
     "emit": {"errors", "description", "derive", "ir"},
     "extension": {"emit"},
@@ -72,7 +73,6 @@ DATA = {
     ("export", "ir"): {"ir.program"},
     ("export", "extension"): {"extension.flags"},
     ("frontend", "derive"): {"derive.joint_reactions"},
-    ("frontend", "drawing"): {"drawing.looks"},
     ("typeset", "derive"): {"derive.equations", "derive.kane", "derive.differentiate"},
 }
 DOORS = {"__init__", "compiler"}
@@ -97,7 +97,7 @@ def imported(path: Path, *, top_level: bool = False) -> Iterator[str]:
 
 
 def part(module: str) -> str:
-    """mechc_codegen.ir.passes.fold -> ir."""
+    """mechc_codegen.ir.passes.pair -> ir."""
     return [*module.split("."), "__init__"][1]
 
 
@@ -172,3 +172,28 @@ def test_the_runtime_loads_light(lines: str) -> None:
 def test_the_law_covers_every_folder() -> None:
     """Renaming a folder must not quietly take it out of this test."""
     assert {part(name) for name in COMPILER} == {*COMPILER_LAW, *DOORS}
+
+
+# What reads a motion, by the names of its methods: one class reads the steps of one run, one reads
+# the pieces of a motion; the others pass these on.
+READERS = {
+    "interpolate": {"native/_steps.pyx: Steps", "simulation/record.py: Record",
+                    "simulation/record.py: Steps"},  # the last: its protocol
+    "smooth_parts": {"simulation/record.py: Record"},
+    "params_along": {"simulation/record.py: Record"},
+    "advance": {"native/_motion.pyx: Motion", "simulation/checkpoints.py: CheckpointedRun"},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("method", READERS)
+def test_a_motion_is_one_record_that_one_class_reads(method: str) -> None:
+    runtime = ROOT / "src" / "mechc"
+    found = set()
+    for path in [*RUNTIME, *(runtime / "native").glob("*.pyx")]:
+        owner = ""
+        for line in path.read_text("utf-8").splitlines():
+            if match := re.match(r"(?:cdef )?class (\w+)", line):
+                owner = match[1]
+            elif re.match(rf"    def {method}\(", line):
+                found.add(f"{path.relative_to(runtime).as_posix()}: {owner}")
+    assert found == READERS[method]

@@ -13,8 +13,6 @@ from tests.support import sympy_models
 from tests.support.actuators import ACTUATED
 from tests.support.marks import slow_among
 
-pytestmark = pytest.mark.usefixtures("less_optimised")
-
 STATES = 3
 
 

@@ -13,35 +13,22 @@ from mechc_codegen.description.source import Source
 from mechc_codegen.description.terms import printed_name
 
 
-class Units:
-    """Units: as given; rad for coordinates that turn frames; unknown ("") otherwise.
+def symbol_units(
+    source: Source, read: Fingerprint, kinematics: Sequence[Expr], given: Mapping[Expr, str]
+) -> dict[Expr, str]:
+    """The units that are given, rad for coordinates that turn frames, and those of rates.
 
     Raises
     ------
     MechanismError
         For units that are not SI units: all values are in SI units, and are not converted.
     """
-
-    def __init__(
-        self,
-        source: Source,
-        read: Fingerprint,
-        kinematics: Sequence[Expr],
-        given: Mapping[Expr, str],
-    ) -> None:
-        for symbol, unit in given.items():
-            refuse_scaled(printed_name(symbol), str(unit))
-        self.given = given
-        turning = _turning(source, read)
-        self.known: dict[Expr, str] = {}
-        for q, rate in zip(source.q, kinematics, strict=True):
-            unit = given.get(q, "rad" if q in turning else "")
-            self.known[q] = unit
-            if unit and rate in source.u:
-                self.known[rate] = f"{unit}/s"
-
-    def of(self, symbol: Expr) -> str:
-        return str(self.given.get(symbol, self.known.get(symbol, "")))
+    for symbol, unit in given.items():
+        refuse_scaled(printed_name(symbol), str(unit))
+    known = {**dict.fromkeys(_turning(source, read), "rad"), **given}
+    rates = zip(source.q, kinematics, strict=True)
+    of_rates = {rate: f"{known[q]}/s" for q, rate in rates if known.get(q) and rate in source.u}
+    return {symbol: str(unit) for symbol, unit in (of_rates | known).items()}
 
 
 def _turning(source: Source, read: Fingerprint) -> set[AppliedUndef]:

@@ -13,8 +13,6 @@ from importlib.resources import files
 from string import Template
 from typing import Any
 
-from mechc_codegen.derive.equations import Equations
-from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.emit.c import program_texts
 from mechc_codegen.emit.definition import plain_words
 from mechc_codegen.emit.functions import SceneFunctions
@@ -24,7 +22,6 @@ from mechc_codegen.export.amalgamate import amalgamate
 from mechc_codegen.export.single import headers as single_headers
 from mechc_codegen.export.single import single
 from mechc_codegen.extension.flags import RUNTIME
-from mechc_codegen.ir.program import Program
 
 # Not a header of C's library, the example's file, or a beginning of names that the file keeps.
 _NAME = re.compile(
@@ -51,10 +48,8 @@ PRECISIONS = {
 
 
 def standalone(
-    program: Program,
-    equations: Equations,
+    functions: SceneFunctions,
     metadata: Mapping[str, Any],
-    request: OutputRequest,
     name: str,
     start: Sequence[float],
     values: Mapping[str, float],
@@ -75,7 +70,6 @@ def standalone(
     if real not in PRECISIONS:
         raise CodegenError(f"numbers are {' or '.join(PRECISIONS)}, not {plain_words(real)!r}")
     precision = PRECISIONS[real]
-    functions = SceneFunctions(program, equations, request)
     generated = program_texts(functions, metadata)
     parameters = [quantity["name"] for quantity in metadata["parameters"]]
     states = [q["name"] for kind in ("coordinates", "speeds") for q in metadata[kind]]
@@ -85,8 +79,17 @@ def standalone(
         "guard": f"{name.upper()}_H",
         "title": plain_words(metadata["title"] or metadata["name"]),
     }
+    symbols, inputs = functions.program.symbols, len(functions.program.input_values())
+    q, u, p = (len(each) for each in (symbols.q, symbols.u, symbols.parameters))
     tables = {
-        **_sizes(functions),
+        "coordinates": q,
+        "speeds": u,
+        "states": q + u,
+        "parameters": p,
+        "room": max(p, 1),
+        "constants": len(functions.constants) + 1,
+        "inputs": inputs,
+        "inputs_room": max(inputs, 1),
         "not_closed": code("MECHC_NOT_CLOSED"),
         "not_finite": code("MECHC_NOT_FINITE"),
         "state_table": _table([*metadata["coordinates"], *metadata["speeds"]], "y"),
@@ -152,21 +155,6 @@ def code(name: str) -> str:
     found = re.search(rf"{name} = (\d+)", (RUNTIME / "abi" / "codes.h").read_text("utf-8"))
     assert found is not None
     return found[1]
-
-
-def _sizes(functions: SceneFunctions) -> dict[str, int]:
-    symbols, inputs = functions.program.symbols, len(functions.program.input_values())
-    q, u, p = (len(each) for each in (symbols.q, symbols.u, symbols.parameters))
-    return {
-        "coordinates": q,
-        "speeds": u,
-        "states": q + u,
-        "parameters": p,
-        "room": max(p, 1),
-        "constants": len(functions.constants) + 1,
-        "inputs": inputs,
-        "inputs_room": max(inputs, 1),
-    }
 
 
 def _table(quantities: Iterable[Mapping[str, Any]], array: str) -> str:

@@ -50,9 +50,13 @@ def equilibria(system: System, values: Array, t: float = 0.0) -> tuple[Equilibri
     refuse_uneven(system, values, t)
     starts = closed_states(system, even_points(STARTS, len(system.coordinates)), values, t)
     found: list[Equilibrium] = []
+    units = steps_of(system, values)
     for start in starts:
         y = _settle(system, start, values, t)
-        if y is not None and all(_apart(system, y, e.y, values) for e in found):
+        if y is None:
+            continue
+        away = [np.where(system.angular, wrap(y - e.y), y - e.y) / units for e in found]
+        if all(np.abs(each).max() > 10 * SAME for each in away):
             found.append(Equilibrium(y, *_kind(system, y, values, t)))
     if not found:
         raise MechcError(
@@ -199,8 +203,3 @@ def _kind(system: System, y: Array, values: Array, t: float) -> tuple[bool, int]
     singular = np.linalg.svd(slope, compute_uv=False)
     neutral = int((singular <= NEUTRAL * singular[0]).sum())
     return not neutral and bool(np.linalg.eigvals(slope).real.max() < 0), neutral
-
-
-def _apart(system: System, a: Array, b: Array, values: Array) -> bool:
-    difference = np.where(system.angular, wrap(a - b), a - b) / steps_of(system, values)
-    return bool(np.abs(difference).max() > 10 * SAME)

@@ -54,7 +54,12 @@ def inverse_dynamics(
     left = needed - np.einsum("...ij,...j->...i", per_input, found)
     multipliers = _least_norm(-np.swapaxes(jacobian, -1, -2), left)
     undone = left + np.einsum("...ij,...i->...j", jacobian, multipliers)
-    _refuse_undone(undone, needed, names)
+    largest = np.abs(undone).max(initial=0.0)
+    if largest > MADE * np.abs(needed).max(initial=1.0):
+        raise MechcError(
+            f"{', '.join(names)} cannot produce this motion: a generalized force of {largest:.3g} "
+            "remains. Every direction that the constraints allow needs an input"
+        )
     return InverseDynamics(found, multipliers)
 
 
@@ -91,22 +96,18 @@ class _ModelWithInputs:
             inertia = self._evaluate("mass_matrix", {name: 3.0}) - self._evaluate("mass_matrix", {})
             size = np.abs(ones).max(initial=0.0) + np.abs(column).max(initial=0.0)
             bent = np.abs(again - 2.0 * column).max(initial=0.0) > LINEAR * size
-            _refuse_input(name, bool(bent or np.any(inertia)), not np.any(column))
+            if bent or np.any(inertia):
+                raise MechcError(
+                    f"the equations are not linear in {name}; they must be in the inputs of "
+                    "inverse dynamics"
+                )
+            if not np.any(column):
+                raise MechcError(f"{name} has no effect at these states: it cannot be an input")
             columns.append(column)
         if not columns:
             raise ValueOutOfBoundsError("inverse dynamics needs at least one input")
         per_input = np.stack(columns, axis=-1)
         return ones - per_input.sum(axis=-1), per_input
-
-
-def _refuse_input(name: str, bent: bool, idle: bool) -> None:
-    if bent:
-        raise MechcError(
-            f"the equations are not linear in {name}; they must be in the inputs of "
-            "inverse dynamics"
-        )
-    if idle:
-        raise MechcError(f"{name} has no effect at these states: it cannot be an input")
 
 
 def _place(system: System, name: str) -> int:
@@ -142,13 +143,4 @@ def _refuse_departing(jacobian: Array, difference: Array, rates: Array) -> None:
             f"these accelerations violate the constraints: J u' - gamma is {open_by:.3g}. "
             "Take them from a motion that keeps the loops closed (model.assemble closes states; "
             "model.linearize(...).to_state gives the rates that follow from independent ones)"
-        )
-
-
-def _refuse_undone(undone: Array, needed: Array, names: tuple[str, ...]) -> None:
-    largest = np.abs(undone).max(initial=0.0)
-    if largest > MADE * np.abs(needed).max(initial=1.0):
-        raise MechcError(
-            f"{', '.join(names)} cannot produce this motion: a generalized force of {largest:.3g} "
-            "remains. Every direction that the constraints allow needs an input"
         )

@@ -69,12 +69,9 @@ def generic_rank(system: System, y: Array, values: Array, t: float) -> int:
         code, beside, _, _ = system.scene.project(t, beside, values)
         if code == 0:
             jacobian = system.constraint_jacobian(beside, values, t)
-            rank = max(rank, int(np.linalg.matrix_rank(jacobian, tol=GENERIC * _size(jacobian))))
+            size = float(np.linalg.norm(jacobian, 2))
+            rank = max(rank, int(np.linalg.matrix_rank(jacobian, tol=GENERIC * size)))
     return rank
-
-
-def _size(jacobian: Array) -> float:
-    return float(np.linalg.norm(jacobian, 2))
 
 
 def _refined_configuration(

@@ -58,8 +58,20 @@ def run_members(
     job = _runs(system, scene, recipe, values, y0, assembled, reductions, events, changes)
     one_thread = recipe.inputs.calls_python or (events is not None and events.bound.calls_python)
     complete = complete and drive(job, 1 if one_thread else threads, report)
-    _raise_failure(system, events)
-    results = _results(recipe, y0, job, events)
+    if system.driven is not None:  # a function of Python that failed
+        system.driven.raise_failure()
+    if events is not None and events.bound.failure is not None:
+        failed = function_failed(events)
+        if failed is None:
+            raise KeyboardInterrupt
+        raise EventError(str(failed), None) from failed.__cause__
+    results = {"y0": y0, "y": job.y, "t": job.t, "status": job.status.astype(np.int16)}
+    results |= {name: job.counts[:, i].astype(np.int64) for name, i in COUNTERS.items()}
+    results |= {name: job.least[:, i] for name, i in LEAST.items()}
+    if events is not None:
+        results["event_counts"] = job.event_counts.astype(np.int64)
+        results["event_latest"] = job.event_latest
+        results["lowered_impacts"] = job.lowered.astype(np.int64)
     if miss is not None:
         results["miss"] = miss
     first = 0
@@ -103,29 +115,6 @@ def _runs(
 def _first(system: System, values: Array) -> Array:
     """The parameters of the first member, where there is one."""
     return values[0] if len(values) else system.parameter_set.defaults
-
-
-def _raise_failure(system: System, events: RunEvents | None) -> None:
-    """Raise the error of a function of Python that failed."""
-    if system.driven is not None:
-        system.driven.raise_failure()
-    if events is not None and events.bound.failure is not None:
-        failed = function_failed(events)
-        if failed is None:
-            raise KeyboardInterrupt
-        raise EventError(str(failed), None) from failed.__cause__
-
-
-def _results(recipe: Recipe, y0: Array, runs: Runs, events: RunEvents | None) -> dict[str, Array]:
-    """The results that every batch has, by name, members first."""
-    results = {"y0": y0, "y": runs.y, "t": runs.t, "status": runs.status.astype(np.int16)}
-    results |= {name: runs.counts[:, i].astype(np.int64) for name, i in COUNTERS.items()}
-    results |= {name: runs.least[:, i] for name, i in LEAST.items()}
-    if events is not None:
-        results["event_counts"] = runs.event_counts.astype(np.int64)
-        results["event_latest"] = runs.event_latest
-        results["lowered_impacts"] = runs.lowered.astype(np.int64)
-    return results
 
 
 def parameter_rows(system: System, recipe: Recipe) -> Array:

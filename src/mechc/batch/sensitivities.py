@@ -34,11 +34,9 @@ def one_number_each(system: System, names: Sequence[str]) -> tuple[str, ...]:
 def check_names(system: System, recipe: Recipe) -> None:
     """Refuse names that have no derivatives, before anything is computed.
 
-    Raises
-    ------
-    UnavailableOutputError, UnknownNameError, ValueOutOfBoundsError, MechcError
-        As :func:`columns_of`; for names that stand for several columns, for what a batch with
-        sensitivities cannot have.
+    Raises :class:`UnavailableOutputError`, :class:`UnknownNameError`,
+    :class:`ValueOutOfBoundsError`, :class:`MechcError` as :func:`columns_of`; for names that stand
+    for several columns, for what a batch with sensitivities cannot have.
     """
     if recipe.until or recipe.events is not None:
         raise ValueOutOfBoundsError(

@@ -37,7 +37,7 @@ def fit(
     settings = _checked_settings(settings)
     problem = _problem(model, measurements, free, measured, params, y0, guess, inputs, t0, shared)
     problem.policy = policy
-    report = progress or _silent
+    report = progress or (lambda _, __: None)
     report(0.0, "choosing starts")
     points = beginnings(problem, settings)
     ends = []
@@ -82,13 +82,25 @@ def _problem(
     )
     begin = [float(one.t[0]) if t0 is None else one_double(t0, "t0") for one in recordings]
     problem = Problem(model, unknowns, wanted, recordings, known, near, begin, {})
-    _check_enough(problem)
-    _check_starts(problem)
-    for place, one in enumerate(recordings):
-        if not begin[place] <= one.t[0]:
+    for k, one in enumerate(wanted):
+        if not any(recording.valid[:, k].any() for recording in recordings):
+            raise ValueOutOfBoundsError(f"{one.name} was measured nowhere: all samples are NaN")
+    if problem.count < len(unknowns):
+        raise ValueOutOfBoundsError(
+            f"{problem.count} samples do not determine {len(unknowns)} free values: give more of "
+            "the recording, or free fewer"
+        )
+    starts = [one.name for one in problem.unknowns if one.kind == START]
+    if starts and any(isinstance(each, np.ndarray) for each in problem.fixed.starts):
+        raise MechcError(
+            f"y0 is a whole state and {starts[0]} is free: give y0 as a mapping of coordinates and "
+            "speeds, which is assembled"
+        )
+    for place, (recording, first) in enumerate(zip(recordings, begin, strict=True)):
+        if not first <= recording.t[0]:
             raise ValueOutOfBoundsError(
-                f"t0 = {begin[place]:g} s: the motion begins after the first sample of recording "
-                f"{place}, at {one.t[0]:g} s"
+                f"t0 = {first:g} s: the motion begins after the first sample of recording "
+                f"{place}, at {recording.t[0]:g} s"
             )
     return problem
 
@@ -125,28 +137,6 @@ def _checked_start(system: System, given: Any) -> Any:
     return doubles(given, "y0")
 
 
-def _check_enough(problem: Problem) -> None:
-    recordings, count = problem.recordings, len(problem.unknowns)
-    for k, one in enumerate(problem.measured):
-        if not any(recording.valid[:, k].any() for recording in recordings):
-            raise ValueOutOfBoundsError(f"{one.name} was measured nowhere: all samples are NaN")
-    if problem.count < count:
-        raise ValueOutOfBoundsError(
-            f"{problem.count} samples do not determine {count} free values: give more of the "
-            "recording, or free fewer"
-        )
-
-
-def _check_starts(problem: Problem) -> None:
-    """Refuse free starts of a recording whose whole state is given."""
-    starts = [one.name for one in problem.unknowns if one.kind == START]
-    if starts and any(isinstance(each, np.ndarray) for each in problem.fixed.starts):
-        raise MechcError(
-            f"y0 is a whole state and {starts[0]} is free: give y0 as a mapping of coordinates and "
-            "speeds, which is assembled"
-        )
-
-
 def _result(
     problem: Problem, ends: Sequence[Found], settings: Settings, confidence: float
 ) -> FitResult:
@@ -176,7 +166,3 @@ def _sizes(problem: Problem, x: Array) -> Array:
         elif value:
             sizes[k] = abs(value)
     return sizes
-
-
-def _silent(_: float, __: str) -> None:
-    pass

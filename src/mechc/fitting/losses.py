@@ -69,10 +69,7 @@ class Loss:
 def loss_of(loss: Any, f_scale: float) -> Loss:
     """A loss by its name, or from a function that gives rho, rho', rho'' as SciPy's do.
 
-    Raises
-    ------
-    UnknownNameError
-        For a name that SciPy does not have.
+    Raises :class:`UnknownNameError` for a name that SciPy does not have.
     """
     if callable(loss):
         return Loss(loss, f_scale, True)

@@ -138,11 +138,6 @@ class DrivenScene:
         return self._scene
 
     @property
-    def has_signals(self) -> bool:
-        """Whether an input is a signal, which may have kinks."""
-        return bool(self._given_inputs().signals)
-
-    @property
     def numbers(self) -> dict[str, Array]:
         """The place (1, 1), which runs read, of each input that is a number."""
         return self._given_inputs().numbers

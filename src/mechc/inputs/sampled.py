@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechc.errors import ValueOutOfBoundsError, brief
-from mechc.inputs.accept import with_state_apart
+from mechc.inputs.accept import takes_state, with_state_apart
 from mechc.inputs.signals import FAR, Signal
 from mechc.system.names import name_of
 from mechc.system.parameters import Array, doubles, one_double
@@ -139,11 +139,6 @@ class HeldSignal(Signal):
         """Store the value of an instant."""
         self._coefficients[self.known_count + index] = value
 
-    def take_known(self, shorter: HeldSignal, called: int) -> None:
-        """Take over the values of a shorter signal, whose controller was called so often."""
-        known = shorter.known_count + called
-        self._coefficients[:known] = shorter._coefficients[:known]
-
     def breaks(self, rtol: float, order: int = 0) -> Array:
         """Instants, and times at which the value changes."""
         del rtol, order
@@ -173,7 +168,10 @@ class HeldSignal(Signal):
 
 
 class Control:
-    """A controller in one run: which of its instants comes next, and where its values go."""
+    """A controller in one run: which of its instants comes next, and where its values go.
+
+    ``takes_state``: whether it reads the state, so that its values change with the motion.
+    """
 
     def __init__(
         self, names: Sequence[str], sampled: Sampled, signals: Sequence[HeldSignal], instants: Array
@@ -182,13 +180,8 @@ class Control:
         self.names, self.signals, self.instants = tuple(names), tuple(signals), instants
         self.sampled = sampled
         self._function = with_state_apart(what, sampled.controller)
-        self._takes_state = _arguments(self._function, what) == 3
+        self.takes_state = takes_state(what, self._function, (3, 1))
         self._next, self._called = 0, -1
-
-    @property
-    def takes_state(self) -> bool:
-        """Whether the controller reads the state: its values then change with the motion."""
-        return self._takes_state
 
     @property
     def repeats(self) -> bool:
@@ -220,39 +213,25 @@ class Control:
         control = next(iter(signals.values())).control
         control._next = self._called if self.repeats else self._next
         for signal, shorter in zip(signals.values(), self.signals, strict=True):
-            signal.take_known(shorter, control._next)
+            known = shorter.known_count + control._next
+            signal._coefficients[:known] = shorter._coefficients[:known]
         return signals
 
     def reach(self, t: float, q: Array, u: Array) -> None:
         """Call the controller where an instant has come.
 
-        Raises
-        ------
-        ValueError
-            If it gives something else than a finite number for each input.
+        Raises ``ValueError`` if it gives something else than a finite number for each input.
         """
         while self._next < len(self.instants):
             if self.instants[self._next] > t + TICKS * np.spacing(abs(t)):
                 return
-            given = self._function(t, q, u) if self._takes_state else self._function(t)
+            given = self._function(t, q, u) if self.takes_state else self._function(t)
             values = np.ravel(np.asarray(given, dtype=np.float64))
             if len(values) != len(self.signals) or not np.isfinite(values).all():
                 raise ValueError(f"it must give {len(self.signals)} finite number(s), not {given}")
             for signal, value in zip(self.signals, values, strict=True):
                 signal.put(self._next, value)
             self._next += 1
-
-
-def _arguments(function: Callable[..., Any], what: str) -> int:
-    import inspect
-
-    for count in (3, 1):
-        try:
-            inspect.signature(function).bind(*[0.0] * count)
-        except TypeError:
-            continue
-        return count
-    raise ValueOutOfBoundsError(f"{what} must be a function of t, or of t, q and u")
 
 
 def with_held(inputs: Mapping[Any, Any], span: tuple[float, float]) -> tuple[dict[Any, Any], bool]:

@@ -136,15 +136,9 @@ ctypedef struct searching:
     mechc_closer *closer
     int more
 
-ctypedef struct steadying:
-    mechc_speeds_job *job
+ctypedef struct working:
+    void *job
     int made
-
-
-ctypedef struct following:
-    mechc_following *job
-    int made
-
 
 ctypedef struct measuring:
     mechc_measure *measure
@@ -169,8 +163,8 @@ cdef void measure_members(void *given) noexcept nogil:
 
 
 cdef void follow(void *given) noexcept nogil:
-    cdef following *work = <following *>given
-    work.made = mechc_follow_work(work.job)
+    cdef working *work = <working *>given
+    work.made = mechc_follow_work(<mechc_following *>work.job)
 
 
 cdef void search_a_while(void *given) noexcept nogil:
@@ -179,8 +173,8 @@ cdef void search_a_while(void *given) noexcept nogil:
 
 
 cdef void find_speeds(void *given) noexcept nogil:
-    cdef steadying *work = <steadying *>given
-    work.made = mechc_speeds_work(work.job)
+    cdef working *work = <working *>given
+    work.made = mechc_speeds_work(<mechc_speeds_job *>work.job)
 
 
 cdef void ask_python(
@@ -291,7 +285,7 @@ cdef class Closure:
         singular value of J relative to the largest (n,).
         """
         cdef mechc_speeds_job job
-        cdef steadying work
+        cdef working work
         cdef ptrdiff_t count = y.shape[0]
         out, left, size = np.array(y), np.empty(count), np.empty(count)
         row, conditions = np.empty(count, np.intc), np.empty(count)
@@ -461,7 +455,7 @@ def trace_assemblies(Closure closure, double t, int driven, const int[::1] unkno
     points passed (n, most), how many (n,), and where the assembly ends (n,), NaN where it does not.
     """
     cdef mechc_following job
-    cdef following work
+    cdef working work
     cdef ptrdiff_t count = q.shape[0], unknowns = unknown.shape[0]
     ratio, ends = np.full((count, q.shape[1], q.shape[2]), np.nan), np.full(count, np.nan)
     change_points, passed = np.full((count, most), np.nan), np.zeros(count, np.intc)

@@ -33,6 +33,7 @@ cdef extern from "hybrid/reach.h":
         int count
         const unsigned char *has_gap
         const unsigned char *has_friction
+        const unsigned char *is_linear
         const int *event
         int poisson
         mechc_contact_table table

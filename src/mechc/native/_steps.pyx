@@ -17,7 +17,7 @@ from mechc.native._hybrid cimport (
     mechc_contact_laws, mechc_motion, mechc_piece, mechc_piece_in_contact, mechc_piece_leave, mechc_piece_make,
     mechc_piece_share, mechc_read_contact
 )
-from mechc.native._inputs cimport Inputs, Shapes, address_of, mechc_inputs, shapes_of
+from mechc.native._inputs cimport Inputs, Shapes, address_of, array_of, mechc_inputs, shapes_of
 from mechc.native._pieces cimport LONG_STACK, LOOK, next_piece, seconds_now, with_stack
 
 
@@ -40,19 +40,9 @@ ctypedef struct contact_reading:
     double *out
     int made
 
-ctypedef struct varying:
+ctypedef struct differentiating:
     const mechc_unit *unit
-    mechc_variation *variation
-    int status
-
-ctypedef struct covarying:
-    const mechc_unit *unit
-    mechc_covariation *covariation
-    int status
-
-ctypedef struct projecting:
-    const mechc_unit *unit
-    mechc_projected_columns *columns
+    void *asked  # as the unit's function takes it
     int status
 
 
@@ -78,25 +68,23 @@ cdef void read_contact_states(void *given) noexcept nogil:
 
 
 cdef void vary_steps(void *given) noexcept nogil:
-    cdef varying *job = <varying *>given
-    job.status = job.unit.vary(job.variation)
+    cdef differentiating *job = <differentiating *>given
+    job.status = job.unit.vary(<mechc_variation *>job.asked)
 
 
 cdef void covary_steps(void *given) noexcept nogil:
-    cdef covarying *job = <covarying *>given
-    job.status = job.unit.covary(job.covariation)
+    cdef differentiating *job = <differentiating *>given
+    job.status = job.unit.covary(<mechc_covariation *>job.asked)
 
 
 cdef void project_at_states(void *given) noexcept nogil:
-    cdef projecting *job = <projecting *>given
-    job.status = job.unit.project_columns(job.columns)
+    cdef differentiating *job = <differentiating *>given
+    job.status = job.unit.project_columns(<mechc_projected_columns *>job.asked)
 
 
-cdef void check_varied(int status) except *:
-    if status == MECHC_MEMORY_LIMIT:
-        raise MemoryError()
-    if status != MECHC_RUNNING:
-        raise ArithmeticError("a step's variational equations are singular")
+cdef object table_of(const double *numbers, ptrdiff_t count, ptrdiff_t width):
+    """A copy of rows of numbers (count, width)."""
+    return array_of(numbers, count * width).reshape(count, width)
 
 
 cdef int copy_numbers(double **to, const double *numbers, ptrdiff_t count) except -1:
@@ -174,13 +162,7 @@ cdef class Steps:
     def states(self):
         """Accepted times (nt,) and states (nt, width), copied."""
         cdef const mechc_trajectory *record = self.piece.steps
-        t, y = np.empty(record.count), np.empty((record.count, self.width))
-        cdef double[::1] times = t
-        cdef double[:, ::1] states = y
-        if record.count:
-            memcpy(&times[0], record.t, record.count * sizeof(double))
-            memcpy(&states[0, 0], record.y, record.count * self.width * sizeof(double))
-        return t, y
+        return array_of(record.t, record.count), table_of(record.y, record.count, self.width)
 
     def methods(self):
         """The number of the method of each accepted step, where dense output was kept."""
@@ -197,26 +179,15 @@ cdef class Steps:
     def rows(self):
         """Rows of the dense output of each accepted step (steps, rows, width), copied."""
         cdef const mechc_trajectory *record = self.piece.steps
-        cdef ptrdiff_t steps = max(record.count - 1, 0), size
-        found = np.empty((steps, record.dense_rows, self.width))
-        cdef double[:, :, ::1] view = found
-        size = steps * record.dense_rows * self.width
-        if size:
-            memcpy(&view[0, 0, 0], record.dense, size * sizeof(double))
-        return found
+        cdef ptrdiff_t steps = max(record.count - 1, 0)
+        shape = (steps, record.dense_rows, self.width)
+        return array_of(record.dense, steps * record.dense_rows * self.width).reshape(shape)
 
     def tail(self, ptrdiff_t count):
         """The last accepted times and states, at most so many, copied."""
         cdef const mechc_trajectory *record = self.piece.steps
-        cdef ptrdiff_t some = min(count, record.count)
-        t, y = np.empty(some), np.empty((some, self.width))
-        cdef double[::1] times = t
-        cdef double[:, ::1] states = y
-        if some:
-            memcpy(&times[0], record.t + record.count - some, some * sizeof(double))
-            memcpy(&states[0, 0], record.y + (record.count - some) * self.width,
-                   some * self.width * sizeof(double))
-        return t, y
+        cdef ptrdiff_t some = min(count, record.count), first = record.count - some
+        return array_of(record.t + first, some), table_of(record.y + first * self.width, some, self.width)
 
     @property
     def span(self):
@@ -263,12 +234,7 @@ cdef class Steps:
     def times(self, ptrdiff_t first):
         """Accepted times from the index `first` on, copied."""
         cdef const mechc_trajectory *record = self.piece.steps
-        cdef ptrdiff_t left = max(record.count - first, 0)
-        t = np.empty(left)
-        cdef double[::1] times = t
-        if left:
-            memcpy(&times[0], record.t + first, left * sizeof(double))
-        return t
+        return array_of(record.t + first, max(record.count - first, 0))
 
     def change_points(self):
         """Change points crossed: times (n,), configurations (n, coordinates), closure gaps (n,).
@@ -276,12 +242,7 @@ cdef class Steps:
         A gap that is not 0 was within rounding of it.
         """
         cdef const mechc_trajectory *record = self.piece.steps
-        cdef ptrdiff_t width = self.coordinates + 2, i, j
-        rows = np.empty((record.crossing_count, width))
-        cdef double[:, ::1] view = rows
-        for i in range(record.crossing_count):
-            for j in range(width):
-                view[i, j] = record.crossings[i * width + j]
+        rows = table_of(record.crossings, record.crossing_count, self.coordinates + 2)
         return rows[:, 0].copy(), rows[:, 2:].copy(), rows[:, 1].copy()
 
     def interpolate(self, const double[::1] t):
@@ -358,14 +319,12 @@ cdef class Steps:
         cdef double[:, :, :, ::1] slopes = taken
         cdef double[::1] p = self.p
         cdef mechc_variation variation
-        cdef varying job
         variation.trajectory = record
         variation.p = &p[0] if p.shape[0] else NULL
         variation.inputs = address_of(self.inputs)
         variation.columns, variation.restart = k, restart
         variation.directions = &directions[0, 0] if directions.shape[0] else NULL
         variation.shapes = shapes_of(shapes)
-        job.unit, job.variation = self.unit, &variation
         while done < steps or project:
             variation.project, project = project, False
             variation.first = first + done
@@ -374,9 +333,7 @@ cdef class Steps:
             variation.rates = &slopes[done, 0, 0, 0] if rates else NULL
             if restart:
                 ends[done] = start
-            with_stack(max(self.stack, LONG_STACK) if self.stack else 0, vary_steps, &job)
-            PyErr_CheckSignals()
-            check_varied(job.status)
+            self.differentiate(vary_steps, &variation)
             done = variation.last - first
         return ends, taken
 
@@ -402,20 +359,16 @@ cdef class Steps:
             return
         cdef double[::1] p = self.p
         cdef mechc_projected_columns given
-        cdef projecting job
         given.trajectory, given.p = self.piece.steps, &p[0] if p.shape[0] else NULL
         given.inputs = address_of(self.inputs)
         given.count = k
         given.directions = &directions[0, 0] if directions.shape[0] else NULL
         given.shapes = shapes_of(shapes)
-        job.unit, job.columns = self.unit, &given
         while done < count:
             given.states = min(count - done, self.at_once(k))
             given.t, given.y = &t[done], &y[done, 0]
             given.columns = &columns[done, 0, 0]
-            with_stack(max(self.stack, LONG_STACK) if self.stack else 0, project_at_states, &job)
-            PyErr_CheckSignals()
-            check_varied(job.status)
+            self.differentiate(project_at_states, &given)
             done += given.states
 
     def covary(self, ptrdiff_t first, ptrdiff_t last, const double[::1] covector, sources=None,
@@ -444,7 +397,6 @@ cdef class Steps:
         cdef double[::1] p = self.p, moving = at, total = gradient
         cdef const double[:, ::1] added
         cdef mechc_covariation covariation
-        cdef covarying job
         covariation.trajectory, covariation.p = record, &p[0] if p.shape[0] else NULL
         covariation.inputs = address_of(self.inputs)
         covariation.covector, covariation.gradient = &moving[0], &total[0]
@@ -452,17 +404,25 @@ cdef class Steps:
         covariation.shapes = shapes_of(shapes)
         if sources is not None:
             added = sources
-        job.unit, job.covariation = self.unit, &covariation
         while left > first:
             covariation.last = left
             left = max(first, (left - 1) // self.at_once(columns) * self.at_once(columns))
             covariation.first = left
             if sources is not None:
                 covariation.sources = &added[left - first, 0]
-            with_stack(max(self.stack, LONG_STACK) if self.stack else 0, covary_steps, &job)
-            PyErr_CheckSignals()
-            check_varied(job.status)
+            self.differentiate(covary_steps, &covariation)
         return at, gradient[:columns]
+
+    cdef differentiate(self, void (*work)(void *) noexcept nogil, void *asked):
+        """Ask the unit for derivatives of some steps."""
+        cdef differentiating job
+        job.unit, job.asked = self.unit, asked
+        with_stack(max(self.stack, LONG_STACK) if self.stack else 0, work, &job)
+        PyErr_CheckSignals()
+        if job.status == MECHC_MEMORY_LIMIT:
+            raise MemoryError()
+        if job.status != MECHC_RUNNING:
+            raise ArithmeticError("a step's variational equations are singular")
 
     cdef ptrdiff_t at_once(self, int columns):
         """Steps between checks of signals."""

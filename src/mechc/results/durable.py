@@ -19,10 +19,8 @@ def replacing(path: Path) -> Iterator[Path]:
     The content is on the disk before it gets the name, so that neither a full disk nor a loss of
     power leaves an incomplete file.
 
-    Raises
-    ------
-    MechcError
-        If the operating system refuses; it names the file, which is then unchanged.
+    Raises :class:`MechcError` if the operating system refuses; it names the file, which is then
+    unchanged.
     """
     part = path.with_name(f".{path.name}.{token_hex(8)}.part")  # where nobody can put a link
     try:
@@ -52,8 +50,8 @@ def write_text(path: Path, text: str) -> None:
 
 
 @contextmanager
-def written_into(folder: Path) -> Iterator[None]:
-    """Turn errors of the operating system into errors that name the folder or the file.
+def written_into(folder: Path, advice: str = "") -> Iterator[None]:
+    """Turn errors of the operating system into errors that name folder or file, with advice.
 
     The error of a full disk has no file name.
     """
@@ -61,4 +59,5 @@ def written_into(folder: Path) -> Iterator[None]:
         yield
     except OSError as error:
         place = error.filename if isinstance(error.filename, str) else folder
-        raise MechcError(f"cannot write into {place}: {error.strerror or error}") from None
+        told = f"cannot write into {place}: {error.strerror or error}{advice}"
+        raise MechcError(told) from None

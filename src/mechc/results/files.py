@@ -14,11 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from mechc.errors import (
-    MechcError,
-    MissingPackageError,
-    ValueOutOfBoundsError,
-)
+from mechc.errors import MechcError, MissingPackageError, ValueOutOfBoundsError, package
 from mechc.results.durable import replacing
 from mechc.results.untrusted import (
     LARGEST_JSON,
@@ -103,10 +99,7 @@ def netcdf_names(names: tuple[str, ...]) -> dict[str, str]:
 def save(sol: Trajectory, path: Path) -> Path:
     """Write ``.nc`` or ``.csv``, by the ending of the path.
 
-    Raises
-    ------
-    MechcError
-        If the file cannot be written; an existing one is then unchanged.
+    Raises :class:`MechcError` if the file cannot be written; an existing one is then unchanged.
     """
     writers = {".nc": _write_netcdf, ".csv": _write_csv}
     if path.suffix not in writers:
@@ -155,18 +148,13 @@ def recipe_of(sol: Trajectory) -> dict[str, Any]:
         "status": asdict(sol.status),
         "change_points": [asdict(point) for point in sol.change_points],
         "jumps": [[part.t0, part.y0.tolist()] for part in sol.segments[1:]],
-        "values": _values_of(sol),
+        # where resets have changed the parameters: those of each smooth part
+        "values": [p.params.tolist() for p in sol.segments] if sol.record.changes_params else [],
         "inputs": {} if driven is None else driven.inputs_as_json,
         "contacts": contacts_of(sol.record),
         "events": [[record.t.tolist(), record.y.tolist()] for record in sol.events],
         "event_titles": list(sol.event_titles),
     }
-
-
-def _values_of(sol: Trajectory) -> list[list[float]]:
-    """The parameters of each smooth part, where resets have changed them."""
-    changed = sol.record.changes_params
-    return [part.params.tolist() for part in sol.segments] if changed else []
 
 
 def read(path: Path, max_bytes: float = LARGEST_JSON) -> tuple[dict[str, Any], Array, Array]:
@@ -205,10 +193,7 @@ def _load(content: bytes) -> Any:
 def reference_in(told: Mapping[str, Any], *, given: bool = False) -> ModelReference:
     """The mechanism of a file; ``given``: its model is given and need not be derived.
 
-    Raises
-    ------
-    MechcError
-        If it is missing, or if deriving it could take long.
+    Raises :class:`MechcError` if it is missing, or if deriving it could take long.
     """
     derived = not (given or told.get("custom"))
     options = checked_options(told.get("options")) if derived else told.get("options")
@@ -218,12 +203,7 @@ def reference_in(told: Mapping[str, Any], *, given: bool = False) -> ModelRefere
 def verify(path: Path) -> None:
     """Refuse a saved solution that is damaged.
 
-    Raises
-    ------
-    MechcError
-        With what is wrong.
-    FileNotFoundError
-        If there is no file.
+    Raises :class:`MechcError` with what is wrong; ``FileNotFoundError`` if there is no file.
     """
     try:
         read(path)
@@ -259,10 +239,4 @@ def _ascii(text: str) -> str:
 
 def xarray_module() -> Any:
     """xarray, or an error that says how to install it."""
-    try:
-        import xarray
-    except ImportError:
-        raise MissingPackageError(
-            "xarray is not installed: pip install xarray (CSV needs nothing)"
-        ) from None
-    return xarray
+    return package("xarray", "xarray is not installed: pip install xarray (CSV needs nothing)")

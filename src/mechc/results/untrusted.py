@@ -31,12 +31,8 @@ _LONGEST_TEXT = 1000  # characters of a file that a message repeats
 def read_regular(path: Path, most: int) -> bytes:
     """The content of a file of at most ``most`` bytes, not of a link, a pipe or a device.
 
-    Raises
-    ------
-    MechcError
-        If it is something else, larger, or cannot be read.
-    FileNotFoundError
-        If there is none.
+    Raises :class:`MechcError` if it is something else, larger, or cannot be read;
+    ``FileNotFoundError`` if there is none.
     """
     try:
         descriptor = os.open(path, READ)
@@ -61,10 +57,7 @@ def read_regular(path: Path, most: int) -> bytes:
 def refuse_links(folder: Path) -> None:
     """Refuse a folder in which something is a link: what is read and written there stays there.
 
-    Raises
-    ------
-    MechcError
-        Names the link.
+    Raises :class:`MechcError`, which names the link.
     """
     pending = [str(folder)]
     while pending:
@@ -79,12 +72,8 @@ def refuse_links(folder: Path) -> None:
 def read_json(path: Path, most: int = LARGEST_TEXT) -> dict[str, Any]:
     """A JSON object of names to values.
 
-    Raises
-    ------
-    MechcError
-        If it is anything else; the message names the file.
-    FileNotFoundError
-        If there is none.
+    Raises :class:`MechcError` if it is anything else; the message names the file;
+    ``FileNotFoundError`` if there is none.
     """
     return json_object(read_regular(path, most), str(path))
 
@@ -92,12 +81,9 @@ def read_json(path: Path, most: int = LARGEST_TEXT) -> dict[str, Any]:
 def json_object(content: bytes | str, where: str, most: float = LARGEST_JSON) -> dict[str, Any]:
     """The JSON object in a text; ``where`` is for the message.
 
-    Raises
-    ------
-    MechcError
-        If it is not text, not JSON, nested too deeply, not an object, has a whole number beyond
-        the largest double, or if its values would take more than ``most`` bytes of memory, which
-        those of empty lists do by forty times their text.
+    Raises :class:`MechcError` if it is not text, not JSON, nested too deeply, not an object, has a
+    whole number beyond the largest double, or if its values would take more than ``most`` bytes of
+    memory, which those of empty lists do by forty times their text.
     """
     try:
         text = content if isinstance(content, str) else content.decode()
@@ -122,12 +108,8 @@ def _whole_number(text: str) -> int:
 def read_arrays(path: Path) -> dict[str, Array]:
     """The arrays of doubles in an uncompressed ``.npz``, no larger in memory than the file.
 
-    Raises
-    ------
-    MechcError
-        If it contains anything else: compressed members may have any size, objects are code.
-    FileNotFoundError
-        If there is none.
+    Raises :class:`MechcError` if it contains anything else: compressed members may have any size,
+    objects are code; ``FileNotFoundError`` if there is none.
     """
     import zipfile  # half of what importing this module would take
 
@@ -210,10 +192,8 @@ def mapping_of(value: Any, what: str) -> Mapping[str, Any]:
 def checked_options(options: Any) -> dict[str, Any]:
     """Options of a shipped mechanism in a file, limited so that deriving it takes seconds.
 
-    Raises
-    ------
-    MechcError
-        If one is too large or of an unknown kind; it says how to open the file anyway.
+    Raises :class:`MechcError` if one is too large or of an unknown kind; it says how to open the
+    file anyway.
     """
     return {name: _option(name, value) for name, value in mapping_of(options, "options").items()}
 

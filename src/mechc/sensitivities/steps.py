@@ -110,10 +110,8 @@ class Piece:
 def follow(system: System, run: Any, values: Array, columns: Columns, start: Array) -> Piece:
     """The columns over a compiled run, from those (nx, k) at its start.
 
-    Raises
-    ------
-    MechcError
-        For a run that began at a change point, and for inputs that are functions of the state.
+    Raises :class:`MechcError` for a run that began at a change point, and for inputs that are
+    functions of the state.
     """
     checked_run(system, run, values)
     t = run.times(0)
@@ -136,11 +134,8 @@ def on_tangent_space(
 
 
 def refuse_contact(sol: Trajectory) -> None:
-    """
-    Raises
-    ------
-    MechcError
-        For a run with friction, or in which contacts lasted, or whose parameters have changed.
+    """Raises :class:`MechcError` for a run with friction, or in which contacts lasted, or whose
+    parameters have changed.
     """
     if sol.record.changes_params:
         raise MechcError(
@@ -158,10 +153,7 @@ def refuse_contact(sol: Trajectory) -> None:
 def checked_run(system: System, run: Any, values: Array) -> None:
     """Check that a run has derivatives.
 
-    Raises
-    ------
-    MechcError
-        As :func:`follow` says.
+    Raises :class:`MechcError` as :func:`follow` says.
     """
     if not hasattr(run, "vary"):
         raise MechcError(

@@ -155,13 +155,13 @@ class Record:
     def last(self) -> Piece:
         return self.pieces[-1]
 
-    def share_params(self, params: Array | None) -> None:
-        """Let pieces with the parameters of the one before have the same array; the first one
-        ``params``, where it has these."""
+    def share_params(self) -> None:
+        """Let pieces with the parameters of the one before have the same array."""
+        params = self.pieces[0].params
         for piece in self.pieces:
-            if params is not None and np.array_equal(piece.params, params):
-                piece.params = params
-            params = piece.params
+            if piece.params is not params and not np.array_equal(piece.params, params):
+                params = piece.params
+            piece.params = params
 
     @property
     def span(self) -> tuple[float, float]:
@@ -188,9 +188,11 @@ class Record:
     def ends(self) -> tuple[Array, Array]:
         """The first and the last time (2,), and the states there (2, nq + nu)."""
         t, y = (np.array(each) for each in self.pieces[0].steps.ends())
-        if len(self.pieces) > 1 or self.last.cut is not None:
-            t[1] = self.last.span[1]
-            y[1] = self.interpolate(t[1:])[0]
+        if self.last.cut is not None:
+            t[1] = self.last.cut
+            y[1] = self.last.steps.interpolate(t[1:])[0]
+        elif len(self.pieces) > 1:
+            t[1], y[1] = (each[1] for each in self.last.steps.ends())
         return t, y
 
     def change_points(self) -> tuple[Array, Array, Array]:

@@ -149,8 +149,8 @@ def record_of(before: Record | None, motion: Any, events: RunEvents | None) -> R
     for steps, p, jumps, causes, contacts, cut in motion.pieces:
         words = () if events is None else events.words(contacts)
         record.pieces.append(Piece(steps, p, jumps=jumps, causes=causes, contacts=words, cut=cut))
-    if len(record.pieces) > 1:
-        record.share_params(record.pieces[0].params)
+    if before:
+        record.share_params()
     record.stats = added_stats(before.stats, motion.stats()) if before else motion.stats()
     return record
 
@@ -161,7 +161,7 @@ def _status(
 ) -> Status:  # fmt: skip
     """The status of a run that ended, with its warnings."""
     bad, driven = record.stats["coordinate"], system.driven
-    crossed = len(record.pieces) > 1 or record.pieces[0].steps.crossings
+    crossed = any(piece.steps.crossings for piece in record.pieces)
     status = status_of(
         code,
         record.pieces[-1].span[1],

@@ -62,12 +62,8 @@ def names_of(keys: Any) -> list[Any]:
 def by_name(values: Any, what: str, example: str = "{name or symbol: value}") -> dict[Any, Any]:
     """A mapping, with names for symbols.
 
-    Raises
-    ------
-    TypeError
-        For anything but a mapping; the message has ``what`` and the ``example``.
-    ValueOutOfBoundsError
-        If two keys have one name.
+    Raises ``TypeError`` for anything but a mapping; the message has ``what`` and the ``example``;
+    :class:`ValueOutOfBoundsError` if two keys have one name.
     """
     if not isinstance(values, Mapping):
         raise TypeError(f"{what} are given by name, such as {example}, not as {brief(values)}")

@@ -143,11 +143,6 @@ class ParameterSet:
         highest = [q.upper if q.closed else np.nextafter(q.upper, -np.inf) for q in self.quantities]
         return np.array(lowest), np.array(highest)
 
-    @property
-    def has_lengths(self) -> bool:
-        """Whether any parameter is known to be a length."""
-        return len(self.length_places) > 0
-
     def lengths(self, rows: Array) -> Array:
         """The length scale of every row (n,)."""
         if len(rows) == 1:
@@ -186,7 +181,10 @@ class ParameterSet:
         """Values of one parameter, each within its bounds."""
         if name not in self.index:
             raise UnknownNameError("parameter", name, self.names)
-        array = _as_array(name, value)
+        try:
+            array = np.asarray(value, dtype=np.float64)
+        except (TypeError, ValueError, OverflowError):
+            raise ValueOutOfBoundsError(f"{name} must be a number, not {brief(value)}") from None
         self.quantities[self.index[name]].check(array)
         return array
 
@@ -226,13 +224,6 @@ class ParameterSet:
         )
 
 
-def _as_array(name: str, value: Any) -> Array:
-    try:
-        return np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise ValueOutOfBoundsError(f"{name} must be a number, not {brief(value)}") from None
-
-
 def _all_values(params: Any) -> Array:
     try:
         return doubles(params, "an array of parameters")
@@ -246,12 +237,8 @@ def _all_values(params: Any) -> Array:
 def doubles(value: Any, what: str) -> Array:
     """An array of doubles, row after row in memory.
 
-    Raises
-    ------
-    ValueOutOfBoundsError
-        For an integer beyond all doubles, texts that are no numbers and rows of different lengths.
-    TypeError
-        For anything else but an array of numbers.
+    Raises :class:`ValueOutOfBoundsError` for an integer beyond all doubles, texts that are no
+    numbers and rows of different lengths; ``TypeError`` for anything else but an array of numbers.
     """
     try:
         return np.asarray(value, dtype=np.float64, order="C")

@@ -32,10 +32,7 @@ def split_assignment(text: str) -> tuple[str, str]:
 def read_value(text: str, quantity: NamedQuantity) -> float:
     """A typed number in SI units; without a unit it is in the quantity's unit.
 
-    Raises
-    ------
-    MechcError
-        If it is not a number, or the unit is not one of the quantity's.
+    Raises :class:`MechcError` if it is not a number, or the unit is not one of the quantity's.
     """
     match = _TYPED.fullmatch(text.strip())
     if match is None:

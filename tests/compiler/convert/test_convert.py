@@ -9,8 +9,8 @@ import pytest
 from mechc_codegen.compiler import build_scene
 from mechc_codegen.convert.convert import convert
 from mechc_codegen.convert.kinematics import coordinate_rates
+from mechc_codegen.derive.derive_equations import drop_parameters
 from mechc_codegen.derive.differentiate import differentiate
-from mechc_codegen.derive.drop_parameters import drop_parameters
 from mechc_codegen.derive.kane import derive
 from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.description.source import ConversionSettings

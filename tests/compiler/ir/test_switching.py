@@ -39,7 +39,7 @@ def made(load: Expr, **own: Expr) -> tuple[Program, dict[str, object]]:
     """Program and metadata of a bead under this force, with outputs of the user's own."""
     request = OutputRequest(frozenset(), expressions=own)
     scene = optimised_scene(scenes.bead_with(load), request, Stopwatch())
-    return scene.program, scene.metadata
+    return scene.functions.program, scene.metadata
 
 
 def found(load: Expr) -> list[float]:

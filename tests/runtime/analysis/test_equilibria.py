@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
+from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
+from benchmarks.problems.particle import particle
 from mechc.errors import MechcError, UnknownNameError
 from tests.support.linkages.loops import spatial_four_bar
 
@@ -14,18 +15,7 @@ PARAMS = {"l_3": 3.5}
 def falling():
     """A mass on a vertical rail."""
     q, u = dynamicsymbols("q u")
-    frame, origin = ReferenceFrame("N"), Point("O")
-    origin.set_vel(frame, 0)
-    point = origin.locatenew("P", q * frame.x)
-    point.set_vel(frame, u * frame.x)
-    kane = KanesMethod(frame, [q], [u], kd_eqs=[q.diff() - u])
-    kane.kanes_equations([Particle("mass", point, 1)], [(point, -9.81 * frame.x)])
-    return kane
-
-
-@pytest.fixture(scope="module")
-def model():
-    return mechc.load("four_bar")
+    return particle([q], [u], [-9.81], 1)
 
 
 @pytest.fixture(scope="module")

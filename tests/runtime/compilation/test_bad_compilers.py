@@ -13,18 +13,9 @@ import numpy as np
 import pytest
 
 import mechc
-from mechc.compilation import build, toolchain
+from mechc.compilation import toolchain
 from mechc.errors import CompilerError
 from tests.support.pendulums import pendulum
-
-
-@pytest.fixture
-def fresh(tmp_path, monkeypatch):
-    monkeypatch.setenv("MECHC_CACHE_DIR", str(tmp_path / "cache"))
-    monkeypatch.setattr(build, "_compiled", {})
-    toolchain.version.cache_clear()
-    yield tmp_path
-    toolchain.version.cache_clear()
 
 
 def compiler_script(folder, body):

@@ -159,7 +159,7 @@ class Driven(fake_linkage.FakeSolution):
 
 def test_where_work_is_done_what_it_does_not_explain_is_drawn() -> None:
     run = fake_linkage.run()
-    plain, driven = (plot.energy(sol).axes[1] for sol in (run, Driven(run.model, run.t)))
+    plain, driven = (plot.energy(sol).axes[1] for sol in (run, Driven(run.system, run.t)))
     assert "change of total energy" in plain.get_ylabel()
     assert "change of energy less work" in driven.get_ylabel()
     t, change = driven.lines[0].get_data()
@@ -178,7 +178,7 @@ def test_a_unit_of_one_is_not_spelt_out() -> None:
 
 
 def test_energy_that_was_not_asked_for_is_a_sentence_not_an_error() -> None:
-    sol = replace(fake_linkage.run(), model=NoEnergyModel())
+    sol = replace(fake_linkage.run(), system=NoEnergyModel())
     assert any("compiled without energy" in text for text in texts(plot.energy(sol)))
     texts(plot.overview(sol))
 
@@ -187,7 +187,7 @@ def test_closure_is_on_a_log_scale_and_shows_exact_zeros() -> None:
     usual = plot.closure(fake_linkage.run())
     assert usual.axes[0].get_yscale() == "log"
     sol = fake_linkage.run()
-    closed = plot.closure(ExactlyClosed(sol.model, sol.t))
+    closed = plot.closure(ExactlyClosed(sol.system, sol.t))
     assert "exactly zero" in texts(closed)
     marks = closed.axes[0].get_lines()[-1]
     np.testing.assert_array_equal(marks.get_xdata(), sol.t)

@@ -156,7 +156,7 @@ def test_two_ends_that_a_loop_joins_have_one_path() -> None:
 
     own = (*FakeModel.point_names, "p_2 again")
     model = Doubled(point_names=own, traced=("p_1", "p_2", "p_2 again"))
-    run = sample(replace(fake_linkage.run(), model=model), 40)
+    run = sample(replace(fake_linkage.run(), system=model), 40)
     assert run.traced == ("p_1", "p_2")
 
 

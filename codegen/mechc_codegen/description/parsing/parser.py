@@ -70,7 +70,7 @@ def parse_expression(text: str, names: Mapping[str, Expr]) -> Expr:
     if len(text) > _MAX_LENGTH:
         raise ExpressionError(f"an expression of {len(text)} characters: {_MAX_LENGTH} at most")
     try:
-        return with_at_most(_MAX_CALLS, _Parser(text, {"pi": pi, **names}).whole)
+        return with_at_most(_MAX_CALLS, _ExpressionParser(text, {"pi": pi, **names}).whole)
     except TooMuchWorkError:
         raise ExpressionError(
             f"cannot read {text!r}: it takes SymPy too long; write it more simply, or give "
@@ -82,7 +82,7 @@ def parse_expression(text: str, names: Mapping[str, Expr]) -> Expr:
         raise ExpressionError(f"cannot read {text!r}: {error}") from error
 
 
-class _Parser:
+class _ExpressionParser:
     """Recursive descent over the tokens of one text."""
 
     def __init__(self, text: str, names: Mapping[str, Expr]) -> None:

@@ -145,10 +145,12 @@ class SeriesWriter:
         body = [line for number in self.needed for line in self._value(number)]
         body += self._factors()
         if not self.series.momenta:
-            body += self._solution("v", self._forcing_values())
+            body += self._solution("v", [self.start(n) for n in self.series.forcing])
         body += [f"kept[{place}] = {name};" for name, place in self.kept.items()]
         own = self._rows_after(self.nq + self.nu)
-        body += [f"row[{place}] = {self._start_of(*of)};" for of, place in own]
+        for (number, weight), place in own:
+            value = f"a{-1 - number}" if number < 0 else f"v{number}"
+            body.append(f"row[{place}] = {'R(0.0)' if weight else value};")
         body += self._rates("v")
         signature = (
             "real t, const real *q, const real *u, const FN(given) *given, real *kept, real *row, "
@@ -158,11 +160,6 @@ class SeriesWriter:
 
     def _rows_after(self, first: int) -> list[tuple[Row, int]]:
         return [(of, place) for of, place in self.rows.items() if place >= first]
-
-    def _start_of(self, number: int, weight: str) -> str:
-        if weight:
-            return "R(0.0)"
-        return f"a{-1 - number}" if number < 0 else f"v{number}"
 
     def _value(self, n: int) -> Iterator[str]:
         operation = self.series.operations[n]
@@ -219,7 +216,9 @@ class SeriesWriter:
         self.used = set()
         body = self._coefficients()
         own = self._rows_after(self.integrated)
-        body += [f"row[{place}] = {self._next_of(*of)};" for of, place in own]
+        for (number, weight), place in own:
+            value = f"b{-1 - number}" if number < 0 else f"d{number}"
+            body.append(f"row[{place}] = {'order * ' if weight else ''}{value};")
         body += self._rates("d")
         self.sums = arrange(self.sums)
         loads = [f"const real {name} = kept[{place}];" for name, place in self.kept.items()]
@@ -231,11 +230,6 @@ class SeriesWriter:
         comment = "The row of an order from its states and the sums; rates of that order."
         return self._function("series_next", signature, comment, loads + body)
 
-    def _next_of(self, number: int, weight: str) -> str:
-        if number < 0:
-            return f"b{-1 - number}"
-        return f"order * d{number}" if weight else f"d{number}"
-
     def _coefficients(self) -> list[str]:
         """Lines for the coefficients; terms of M u come first where it determines the speeds."""
         if self.series.momenta:
@@ -243,12 +237,12 @@ class SeriesWriter:
             later = [number for number in self.needed if number not in self._first()]
             return lines + [line for number in later for line in self._coefficient(number)]
         lines = [line for number in self.needed for line in self._coefficient(number)]
-        return lines + self._solution("d", self._forcing_coefficients())
+        return lines + self._solution("d", list(map(self._forcing_coefficient, range(self.nu))))
 
     def _speeds(self) -> list[str]:
         """Lines that solve the speeds from M u, which is integrated and stands in their places."""
         lines = [line for number in self._first() for line in self._coefficient(number)]
-        lines += self._solution("d", self._momenta())
+        lines += self._solution("d", list(map(self._momentum, range(self.nu))))
         self.solving = {int(n) for line in lines for n in _SUM.findall(line)}
         return lines + [f"row[{self.nq + i}] = b{i};" for i in range(self.nu)]
 
@@ -345,14 +339,8 @@ class SeriesWriter:
         number = self.series.mass[i * self.nu + j]
         return None if self.series.is_number(number, 0) else number
 
-    def _forcing_values(self) -> list[str]:
-        return [self.start(n) for n in self.series.forcing]
-
-    def _forcing_coefficients(self) -> list[str]:
-        """Coefficients of F_k minus the products with coefficients of M."""
-        return [self._forcing_coefficient(i) for i in range(self.nu)]
-
     def _forcing_coefficient(self, i: int) -> str:
+        """The coefficient of F_i minus the products with coefficients of M."""
         text = f"d{self.series.forcing[i]}" if self.varies(self.series.forcing[i]) else "R(0.0)"
         for j in range(self.nu):
             entry = self._entry(i, j)
@@ -361,11 +349,8 @@ class SeriesWriter:
                 text = f"R_FMA(-d{entry}, {self.keep(f'a{j}')}, {text} - {total})"
         return text
 
-    def _momenta(self) -> list[str]:
-        """Coefficients of M u, which are in the row, minus the products with coefficients of M."""
-        return [self._momentum(i) for i in range(self.nu)]
-
     def _momentum(self, i: int) -> str:
+        """The coefficient of (M u)_i, which is in the row, minus the products with those of M."""
         text = f"row[{self.nq + i}]"
         for j in range(self.nu):
             entry = self._entry(i, j)

@@ -8,7 +8,7 @@ from sympy import Symbol
 from sympy.physics.mechanics import Point, ReferenceFrame, RigidBody, dynamicsymbols, inertia
 
 from mechc_codegen.description.mechanism import Closure, Drawing, Mechanism
-from mechc_codegen.library.parts import fixed_point, joint_angles, parameter
+from mechc_codegen.library.parts import fixed_point, joint_angles, parameter, turn_frame
 
 l, m, g = Symbol("l"), Symbol("m"), Symbol("g")
 
@@ -36,8 +36,7 @@ def _chain(count: int, *, spatial: bool) -> Mechanism:
     on, bodies, ends = r, list[RigidBody](), list[Point]()
     for k in range(count):
         axis = on.y if spatial and k % 2 else on.z
-        frame = on.orientnew(f"link_{k}", "Axis", (q[k], axis))
-        frame.set_ang_vel(on, u[k] * axis)
+        frame = turn_frame(f"link_{k}", on, q[k], u[k], axis)
         centre = end.locatenew(f"centre_{k}", l / 2 * frame.x)
         across = m * l**2 / 12
         along = m * l**2 / 600 if spatial else 0

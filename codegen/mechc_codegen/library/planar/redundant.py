@@ -11,13 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from sympy import Expr, Symbol, symbols
-from sympy.physics.mechanics import (
-    ReferenceFrame,
-    RigidBody,
-    dot,
-    dynamicsymbols,
-    inertia,
-)
+from sympy.physics.mechanics import ReferenceFrame, RigidBody, dot, dynamicsymbols, inertia
 from sympy.physics.vector import Vector
 
 from mechc_codegen.description.mechanism import Constraint, Drawing, Mechanism
@@ -26,6 +20,7 @@ from mechc_codegen.library.parts import (
     joint_angles,
     locate,
     parameter,
+    turn_frame,
     weight,
 )
 
@@ -75,8 +70,7 @@ def _linkage(
     bodies, ends, frames = [], [origin], []
     for k in range(size):
         link = min(k, 2)
-        frame = ground.orientnew(f"e_{k}", "Axis", (theta[k], ground.z))
-        frame.set_ang_vel(ground, omega[k] * ground.z)
+        frame = turn_frame(f"e_{k}", ground, theta[k], omega[k], ground.z)
         start = ends[link]
         mass = m[link] / (rockers if link == 2 else 1)
         centre = locate(f"g_{k}", start, l[link] / 2 * frame.x, frame, r)

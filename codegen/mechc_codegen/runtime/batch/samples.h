@@ -8,7 +8,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "abi/codes.h"
 #include "hybrid/motion.h"
 
 #define MECHC_SAMPLES 8 /* of a step */
@@ -62,14 +61,6 @@ static int mechc_sampled_alike(const mechc_quantity *a, const mechc_quantity *b)
         && b->reduction != MECHC_FIRST_CROSSING && b->reduction != MECHC_LAST;
 }
 
-/* The first quantity with the same samples. */
-static int mechc_reducer_shared(const mechc_reducer *reducer, int i)
-{
-    for (int j = 0; j < i; j++)
-        if (mechc_sampled_alike(reducer->quantity + i, reducer->quantity + j)) return j;
-    return i;
-}
-
 static int mechc_reducer_make(mechc_reducer *reducer, mechc_motion *motion, int quantities,
                               const mechc_quantity *quantity)
 {
@@ -100,8 +91,11 @@ static int mechc_reducer_make(mechc_reducer *reducer, mechc_motion *motion, int 
         reducer->samples[set].values = malloc(rows * some);
         made = made && reducer->samples[set].values;
     }
-    for (int i = 0; made && i < quantities; i++)
-        reducer->shared[i] = mechc_reducer_shared(reducer, i);
+    for (int i = 0; made && i < quantities; i++) {
+        reducer->shared[i] = i;
+        for (int j = i - 1; j >= 0; j--)
+            if (mechc_sampled_alike(quantity + i, quantity + j)) reducer->shared[i] = j;
+    }
     return made;
 }
 
@@ -240,8 +234,3 @@ static const double *mechc_seen(mechc_reducer *reducer, const mechc_trajectory *
     return samples->values + reducer->shared[i] * (ptrdiff_t)reducer->rows + row;
 }
 
-/* Mark the samples as outdated after the trajectory's steps have changed. */
-static void mechc_forget_samples(mechc_reducer *reducer)
-{
-    for (int set = 0; set < MECHC_SETS; set++) reducer->samples[set].count = 0;
-}

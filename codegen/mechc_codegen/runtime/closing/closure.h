@@ -1,6 +1,5 @@
 /* The constraints of one scene as functions of states, from compiled code or from a function. */
-#ifndef MECHC_CLOSURE_H
-#define MECHC_CLOSURE_H
+#pragma once
 
 #include <math.h>
 #include <stddef.h>
@@ -37,11 +36,18 @@ static void mechc_ask_unit(const mechc_closure *closure, int what, ptrdiff_t cou
                                                            closure->inputs, out);
 }
 
+static void mechc_close_swap(double *a, double *b, int count)
+{
+    for (int i = 0; i < count; i++) {
+        const double kept = a[i];
+        a[i] = b[i];
+        b[i] = kept;
+    }
+}
+
 static double mechc_square(const double *values, int count)
 {
     double square = 0.0;
     for (int i = 0; i < count; i++) square += values[i] * values[i];
     return square;
 }
-
-#endif

@@ -3,14 +3,12 @@
  * Levenberg-Marquardt with the damping of Yamashita & Fukushima (2001).  Close to a solution steps
  * continue while they close the loops further: where two assemblies meet each gains a bit.
  */
-#ifndef MECHC_DESCENT_H
-#define MECHC_DESCENT_H
+#pragma once
 
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "closing/closure.h"
 #include "closing/measure.h"
 
 #define MECHC_CLOSE_ITERATIONS 60
@@ -379,5 +377,3 @@ static void mechc_close_round(mechc_closing *job, mechc_closer *closer)
         if (!mechc_close_begin(job, closer, k)) mechc_close_remove(job, closer, k);
     }
 }
-
-#endif

@@ -6,14 +6,12 @@
  * configurations crosses itself: such a step is taken only if it is tiny, so that a curve that
  * turns back or aside beside a crossing is followed and not left.
  */
-#ifndef MECHC_FOLLOW_H
-#define MECHC_FOLLOW_H
+#pragma once
 
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "closing/closure.h"
 #include "closing/measure.h"
 
 #define MECHC_FOLLOW_ITERATIONS 8
@@ -90,13 +88,6 @@ static int mechc_follower_make(const mechc_following *job, mechc_follower *one)
     return 1;
 }
 
-static void mechc_follower_free(mechc_follower *one)
-{
-    free(one->memory);
-    free(one->row);
-    mechc_measure_free(&one->measure);
-}
-
 /* The unit of an unknown's step; the driven coordinate comes after the last unknown. */
 static double mechc_follow_unit(const mechc_following *job, const mechc_follower *one, int i)
 {
@@ -138,14 +129,9 @@ static double mechc_follow_solve(const mechc_following *job, mechc_follower *one
         least = fmin(least, fabs(pivot));
         if (!(fabs(pivot) > 0.0)) return 0.0;
         if (best != k) {
-            for (int j = 0; j < n; j++) {
-                const double kept = a[k * n + j];
-                a[k * n + j] = a[best * n + j];
-                a[best * n + j] = kept;
-            }
-            const double kept = b[k];
             const int row = one->row[k];
-            b[k] = b[best], b[best] = kept;
+            mechc_close_swap(a + k * n, a + best * n, n);
+            mechc_close_swap(b + k, b + best, 1);
             if (choose) one->row[k] = one->row[best], one->row[best] = row;
             sign = -sign;
         }
@@ -277,14 +263,6 @@ static int mechc_follow_step(const mechc_following *job, mechc_follower *one, do
     return 1 + crossed;
 }
 
-static void mechc_follow_note(mechc_following *job, const mechc_follower *one, ptrdiff_t member)
-{
-    if (job->passed[member] < job->most)
-        job->change_point[member * job->most + job->passed[member]] =
-            0.5 * (one->before.s + one->at.s);
-    job->passed[member]++;
-}
-
 /* Follow the curve to a value of the driven coordinate, or a little beyond it at a change point; 0:
  * the assembly ends before it. */
 static int mechc_follow_to(mechc_following *job, mechc_follower *one, ptrdiff_t member,
@@ -300,7 +278,9 @@ static int mechc_follow_to(mechc_following *job, mechc_follower *one, ptrdiff_t 
         int taken = mechc_follow_step(job, one, last ? target : one->at.s + step);
         if (!taken && last && fabs(left) <= 0.5 * MECHC_FOLLOW_TINY * unit)
             taken = mechc_follow_step(job, one, one->at.s + 2.0 * left);
-        if (taken == 2) mechc_follow_note(job, one, member);
+        if (taken == 2 && job->passed[member]++ < job->most)
+            job->change_point[member * job->most + job->passed[member] - 1] =
+                0.5 * (one->before.s + one->at.s);
         if (last && !taken) step = left;
         step *= taken ? 2.0 : 0.5;
         if (!taken && fabs(step) < MECHC_FOLLOW_LEAST * fmax(unit, fabs(target))) return 0;
@@ -390,8 +370,8 @@ static int mechc_follow_work(mechc_following *job)
         mechc_follow_member(job, &one, member);
         __atomic_fetch_add(&job->done, 1, __ATOMIC_RELAXED);
     }
-    mechc_follower_free(&one);
+    free(one.memory);
+    free(one.row);
+    mechc_measure_free(&one.measure);
     return made;
 }
-
-#endif

@@ -8,8 +8,7 @@
  * on homogeneous functions x . grad g = d g there.  The length is where that ceases to hold: about
  * the extent of the mechanism.
  */
-#ifndef MECHC_MEASURE_H
-#define MECHC_MEASURE_H
+#pragma once
 
 #include <math.h>
 #include <stdint.h>
@@ -171,13 +170,6 @@ static double mechc_measure_length(mechc_measure *one, const double *p, double h
     return MECHC_MEASURE_LINKS * hint * exp2(high);
 }
 
-/* The step length of a coordinate that may be held, and may be large. */
-static double mechc_measure_step(const mechc_measure *one, int k, int coordinate)
-{
-    const double value = fabs(one->y[k * one->of.closure->width + coordinate]);
-    return one->of.kind[coordinate] != MECHC_TRANSLATION ? 1.0 : fmax(one->length, value);
-}
-
 /* The greatest change of a row by steps of all coordinates together; its value if no step changes it. */
 static double mechc_measure_row(const mechc_measure *one, int row)
 {
@@ -187,8 +179,11 @@ static double mechc_measure_row(const mechc_measure *one, int row)
         const double *gradient = one->gradient + k * of->closure->breadth[MECHC_GRADIENT]
                                + row * of->columns;
         double sum = 0.0;
-        for (int j = 0; j < of->columns; j++)
-            sum += fabs(gradient[j]) * mechc_measure_step(one, k, j);
+        for (int j = 0; j < of->columns; j++) { /* one that may be held may be large */
+            const double held = fabs(one->y[k * of->closure->width + j]);
+            const int slides = of->kind[j] == MECHC_TRANSLATION;
+            sum += fabs(gradient[j]) * (slides ? fmax(one->length, held) : 1.0);
+        }
         most = fmax(most, sum);
         value = fmax(value, fabs(one->gap[k * of->closure->breadth[MECHC_GAPS] + row]));
     }
@@ -245,5 +240,3 @@ static void mechc_measure_weigh(const mechc_measure *one, int count, double *gap
         }
     }
 }
-
-#endif

@@ -3,14 +3,12 @@
  * With a guess, starts are at it first; what closes nearest to it sets the distance up to which
  * others are searched for.  Where nothing closes, the least gap met is made as small as it gets.
  */
-#ifndef MECHC_SEARCH_H
-#define MECHC_SEARCH_H
+#pragma once
 
 #include <math.h>
 #include <stddef.h>
 #include <string.h>
 #include "abi/clock.h"
-#include "closing/descent.h"
 #include "closing/order.h"
 
 static void mechc_close_phase_of(const mechc_closing *job, mechc_closer *closer,
@@ -142,5 +140,3 @@ static int mechc_close_go_on(mechc_closing *job, mechc_closer *closer, double se
     }
     return 0;
 }
-
-#endif

@@ -45,6 +45,13 @@ MECHC_STATIC int mechc_is_finite(const double *values, int count)
     return finite;
 }
 
+MECHC_STATIC double mechc_inner_product(const double *a, const double *b, int n)
+{
+    double sum = 0.0;
+    for (int j = 0; j < n; j++) sum += a[j] * b[j];
+    return sum;
+}
+
 MECHC_STATIC int mechc_output_of(const mechc_unit *unit, const char *name)
 {
     for (int i = 0; i < unit->output_count; i++)

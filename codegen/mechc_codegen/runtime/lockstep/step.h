@@ -7,7 +7,6 @@
 #include "dynamics/stage.h"
 #include "simd/rough.h"
 #include "simd/unbind.h"
-#include "run/integration.h"
 #include "simd/vector.h"
 #include "stepping/control.h"
 

@@ -14,7 +14,6 @@
 #include "run/method.h"
 #include "run/rates.h"
 #include "simd/bind_scalar.h"
-#include "series/branches.h"
 #include "series/step.h"
 #include "simd/unbind.h"
 #include "series/first_zero.h"
@@ -81,7 +80,7 @@ MECHC_STATIC void mechc_taylor_expand(mechc_integration *run, mechc_taylor_work 
     w->made = 1;
 }
 
-/* End the step just past the first zero of a root, if there is one in it: see series/branches.h. */
+/* End the step just past the first zero of a root, if there is one in it: see series/step.h. */
 MECHC_STATIC void mechc_taylor_keep_branches(mechc_integration *run, mechc_taylor_work *w)
 {
 #if MECHC_SERIES_ROOTS

@@ -11,7 +11,6 @@
 #include "methods/traits.h"
 #include "dynamics/scalar_stage.h"
 #include "simd/bind_vector.h"
-#include "series/branches.h"
 #include "series/step.h"
 #include "simd/unbind.h"
 #include "series/first_zero.h"
@@ -105,12 +104,6 @@ MECHC_INLINE mechc_vector mechc_taylor_lanes_error(mechc_lockstep *a)
     return mechc_choose((sum < HUGE_VAL) & ~leaves, mechc_spread(0.25), mechc_spread(HUGE_VAL));
 }
 
-MECHC_INLINE mechc_vector mechc_taylor_lanes_factor(mechc_vector error)
-{
-    (void)error;
-    return mechc_spread(1.0);
-}
-
 MECHC_ONCE void mechc_taylor_lanes_dense(mechc_lockstep *a, mechc_vector *rows)
 {
     mechc_taylor_lanes *own = (mechc_taylor_lanes *)a;
@@ -127,16 +120,11 @@ static const mechc_lockstep_method mechc_taylor_in_lanes = {
     .store = mechc_taylor_lanes_store,
     .step = mechc_taylor_lanes_step,
     .error = mechc_taylor_lanes_error,
-    .factor = mechc_taylor_lanes_factor,
+    .plans = 1,
     .dense = mechc_taylor_lanes_dense,
 };
 
-MECHC_SINGLE long mechc_taylor_together(mechc_integration **runs, int count, long steps)
-{
-    mechc_taylor_lanes own;
-    memset(own.lanes.rates, 0, sizeof own.lanes.rates);
-    return mechc_lockstep_advance(&mechc_taylor_in_lanes, &own.lanes, runs, count, steps);
-}
+MECHC_LOCKSTEP_TOGETHER(mechc_taylor_together, mechc_taylor_lanes, mechc_taylor_in_lanes)
 #else
 #define mechc_taylor_together 0
 #endif

@@ -7,7 +7,6 @@
 #include "methods/gauss/tableau.h"
 #include "methods/radau_tableau.h"
 #include "series/order.h"
-#include "run/method.h"
 #include "stepping/control.h"
 
 #define MECHC_GAUSS_HORIZON 1.3 /* steps ahead that crossings are looked for: no longer ones follow */

@@ -9,8 +9,6 @@
 #include <stdlib.h>
 #include "run/integration.h"
 #include "run/memory.h"
-#include "run/tableau.h"
-#include "singularities/placement.h"
 
 struct mechc_method {
     mechc_method_number number;

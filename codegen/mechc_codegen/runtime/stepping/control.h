@@ -3,10 +3,8 @@
  */
 #pragma once
 
-#include "run/integration.h"
 #include "run/method.h"
 #include "run/rates.h"
-#include "singularities/monitor.h"
 
 /* Of the step that an error allows: by itself, and where it is predicted from the last one besides. */
 #define MECHC_SAFETY 0.9
@@ -36,21 +34,16 @@
 /* Errors that rounding near a crossing may leave, in units of each component's scale. */
 #define MECHC_ROUNDING_ALLOWED 1e-9
 
-/* The rounding of a state, as a poor conditioning magnifies it. */
-MECHC_STATIC double mechc_rounding(const mechc_integration *run)
-{
-    const double low = MECHC_NH > 0 ? mechc_max(run->monitor.first, MECHC_NARROW) : 1.0;
-    return DBL_EPSILON / (low < MECHC_POOR ? low : 1.0);
-}
-
 /* Tolerated error of one step per component: a share of the user's atol + rtol |y|, or of rtol
- * times the scale; never less than rounding. */
+ * times the scale; never less than rounding, as a poor conditioning magnifies it. */
 MECHC_STATIC double mechc_tolerance(const mechc_integration *run, int i, const double *end)
 {
     const double size = mechc_max(fabs(run->y[i]), fabs(end[i]));
+    const double low = MECHC_NH > 0 ? mechc_max(run->monitor.first, MECHC_NARROW) : 1.0;
+    const double rounding = DBL_EPSILON / (low < MECHC_POOR ? low : 1.0);
     const double asked = run->has_tolerances ? run->tolerance[i] + run->rtol * size
                                              : run->rtol * run->scale[i];
-    return mechc_max(run->method->share * asked, mechc_rounding(run) * size);
+    return mechc_max(run->method->share * asked, rounding * size);
 }
 
 /* Whether a step with such a small error ends near enough to the motion to be examined. */

@@ -11,11 +11,8 @@
  */
 #pragma once
 
-#include "run/integration.h"
-#include "run/method.h"
 #include "stepping/control.h"
 
-#if MECHC_SWITCHES
 #define MECHC_SWITCH_NODES (MECHC_MOST_NODES + 1)
 #define MECHC_SWITCH_PIECES 4        /* between two nodes, in which a sign is looked for */
 #define MECHC_SWITCH_NEAR 1e-3       /* of the step: the end is corrected by one step of Newton's method */
@@ -168,13 +165,6 @@ MECHC_STATIC double mechc_switch_zero(const mechc_switch_curve *curve)
     return HUGE_VAL;
 }
 
-/* The slope of the polynomial at the step's end, per step. */
-MECHC_STATIC double mechc_switch_slope(const mechc_switch_curve *curve)
-{
-    const double before = mechc_switch_value(curve, 1.0 - MECHC_SWITCH_SLOPE);
-    return (curve->value[curve->last] - before) / MECHC_SWITCH_SLOPE;
-}
-
 MECHC_STATIC void mechc_switch_curve_of(const mechc_integration *run, double h, int which,
                                         const double *values, mechc_switch_curve *curve)
 {
@@ -205,8 +195,9 @@ MECHC_STATIC double mechc_switch_of(mechc_integration *run, double h, int which,
     mechc_switches *switches = &run->switches;
     mechc_switch_curve curve;
     mechc_switch_curve_of(run, h, which, values, &curve);
-    const double zero = mechc_switch_zero(&curve), slope = mechc_switch_slope(&curve);
-    const double beyond = -curve.value[curve.last] / slope;
+    const double zero = mechc_switch_zero(&curve), last = curve.value[curve.last];
+    const double slope = (last - mechc_switch_value(&curve, 1.0 - MECHC_SWITCH_SLOPE)) / MECHC_SWITCH_SLOPE;
+    const double beyond = -last / slope;
     if (!(fabs(beyond) <= MECHC_SWITCH_NEAR && zero > 1.0 - MECHC_SWITCH_NEAR)) return zero;
     switches->at_end[which] = fabs(beyond) <= mechc_switch_exact(run, h, curve.noise, slope);
     return switches->at_end[which] ? HUGE_VAL : 1.0 + beyond;
@@ -216,7 +207,7 @@ MECHC_STATIC double mechc_switch_of(mechc_integration *run, double h, int which,
 MECHC_RARE double mechc_first_switch(mechc_integration *run, double h)
 {
     const int nodes = run->current->nodes.count + 1;
-    double values[MECHC_SWITCHES * MECHC_SWITCH_NODES], first = HUGE_VAL;
+    double values[MECHC_AT_LEAST_ONE(MECHC_SWITCHES) * MECHC_SWITCH_NODES], first = HUGE_VAL;
     run->current->switching(run, h, values);
     for (int k = 0; k < MECHC_SWITCHES; k++) {
         const double *own = values + k * nodes;
@@ -260,32 +251,6 @@ MECHC_STATIC void mechc_leave_zero(mechc_integration *run)
     switches->row_t = run->head.t;
     switches->row_step = run->step;
 }
-#endif
-
-/* Whether the step to try is one that ends at a zero. */
-MECHC_STATIC int mechc_ends_at_switch(const mechc_integration *run)
-{
-#if MECHC_SWITCHES
-    return run->switches.cut > 0.0;
-#else
-    (void)run;
-    return 0;
-#endif
-}
-
-/* The step that ends at this zero; returns 1 if it is the last. */
-MECHC_STATIC int mechc_step_to_switch(const mechc_integration *run, double left, double *h)
-{
-#if MECHC_SWITCHES
-    *h = run->direction * mechc_min(run->switches.cut, left);
-    return run->switches.cut >= left;
-#else
-    (void)run, (void)left, (void)h;
-    return 0;
-#endif
-}
-
-#if MECHC_SWITCHES
 /* Cut a step that can be judged, if a function vanishes in it. */
 MECHC_RARE int mechc_cut_step(mechc_integration *run, double h, int good)
 {
@@ -302,40 +267,25 @@ MECHC_RARE int mechc_cut_step(mechc_integration *run, double h, int good)
     run->head.stats.rejected++;
     return 1;
 }
-#endif
 
 /* Returns 1 if the step is to be tried again, since a switching function vanishes within it. */
 MECHC_STATIC int mechc_cut_at_switch(mechc_integration *run, double h, int status, double error)
 {
-#if MECHC_SWITCHES
     mechc_switches *switches = &run->switches;
+    if (!MECHC_SWITCHES) return 0;
     memset(switches->at_end, 0, sizeof switches->at_end);
     switches->cut = 0.0;
     if (!run->current->switching || switches->unwatched) return 0;
     if (status != MECHC_RUNNING && status != MECHC_NOT_CLOSED) return 0;
     return mechc_cut_step(run, h, error <= run->allowed);
-#else
-    (void)run, (void)h, (void)status, (void)error;
-    return 0;
-#endif
-}
-
-/* Forget all zeros at the state reached, where the inputs change. */
-MECHC_STATIC void mechc_forget_switches(mechc_integration *run)
-{
-#if MECHC_SWITCHES
-    memset(run->switches.at_start, 0, sizeof run->switches.at_start);
-#else
-    (void)run;
-#endif
 }
 
 /* Accept a step: the next one begins where it ended. */
 MECHC_STATIC void mechc_pass_switches(mechc_integration *run)
 {
-#if MECHC_SWITCHES
     mechc_switches *switches = &run->switches;
     int ended = 0;
+    if (!MECHC_SWITCHES) return;
     for (int k = 0; k < MECHC_SWITCHES; k++) ended |= switches->at_end[k];
     memcpy(switches->at_start, switches->at_end, sizeof switches->at_start);
     if (ended) mechc_leave_zero(run);
@@ -346,7 +296,4 @@ MECHC_STATIC void mechc_pass_switches(mechc_integration *run)
         && fabs(run->head.t - switches->row_t) < switches->row_step)
         mechc_leave_switches(run, run->step);
     switches->planned = 0.0;
-#else
-    (void)run;
-#endif
 }

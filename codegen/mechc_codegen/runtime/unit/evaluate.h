@@ -7,7 +7,6 @@
 #include "dynamics/stage.h"
 #include "scene_program.h"
 #include "unit/jacobians.h"
-#include "unit/solved.h"
 #include "simd/unbind.h"
 #include "simd/transpose.h"
 
@@ -17,14 +16,8 @@ typedef void mechc_vector_output(mechc_vector t, const mechc_vector *q, const me
 MECHC_ONCE void mechc_gather(mechc_rows rows, ptrdiff_t first, ptrdiff_t count, int width,
                              mechc_vector *out)
 {
-    for (int i = 0; i < width; i++) {
-        double column[MECHC_LANES];
-        for (int lane = 0; lane < MECHC_LANES; lane++) {
-            const ptrdiff_t row = first + (first + lane < count ? lane : count - 1 - first);
-            column[lane] = rows.data[row * rows.stride + i];
-        }
-        memcpy(&out[i], column, sizeof column);
-    }
+    const int some = count - first < MECHC_LANES ? (int)(count - first) : MECHC_LANES;
+    mechc_fill_from(rows.data + first * rows.stride, rows.stride, some, width, out);
 }
 
 /* Evaluate blocks of states; inlined where `f` and `width` are constants. */
@@ -36,8 +29,7 @@ MECHC_INLINE void mechc_evaluate_blocks(mechc_vector_output *f, int width, ptrdi
     mechc_vector_given given;
     if (count < 1) return;
     mechc_gather(t, 0, count, 1, time);
-    for (int lane = 0; lane < MECHC_LANES; lane++)
-        mechc_vector_give_inputs(&given, lane, inputs);
+    for (int lane = 0; lane < MECHC_LANES; lane++) given.inputs[lane] = inputs;
     mechc_gather(p, 0, count, MECHC_NP, given.p);
     mechc_vector_make_constants(&given);
     for (ptrdiff_t first = 0; first < count; first += MECHC_LANES) {
@@ -50,13 +42,7 @@ MECHC_INLINE void mechc_evaluate_blocks(mechc_vector_output *f, int width, ptrdi
         if (whole) mechc_gather_block(y.data + first * y.stride, y.stride, MECHC_NX, state);
         else mechc_gather(y, first, count, MECHC_NX, state);
         f(time[0], state, state + MECHC_NQ, &given, values);
-        if (whole) {
-            mechc_scatter_block(values, width, out + first * width);
-        } else {
-            double block[MECHC_LANES * MECHC_AT_LEAST_ONE(MECHC_WIDEST)];
-            mechc_scatter_block(values, width, block);
-            memcpy(out + first * width, block, (size_t)((count - first) * width) * sizeof(double));
-        }
+        mechc_empty_lanes(values, whole ? MECHC_LANES : (int)(count - first), width, out + first * width);
     }
 }
 

@@ -1,4 +1,5 @@
-/* Jacobians of the motion, and of outputs that contain it; generic over `real`. */
+/* Outputs that hold accelerations, multipliers or their derivatives: the motion is solved first.  Jacobians
+ * of the motion, and of outputs that contain it.  Generic over `real`. */
 #include "simd/real.h"
 #if R_VECTOR ? !defined MECHC_JACOBIANS_VECTOR : !defined MECHC_JACOBIANS_SCALAR
 #if R_VECTOR
@@ -8,8 +9,37 @@
 #endif
 #include "dynamics/stage.h"
 #include "scene_program.h"
-#include "unit/solved.h"
 #include "variational/respond.h"
+
+/* Solve the motion, one copy for all outputs that need it; multipliers may be NULL. */
+MECHC_ONCE void FN(solve)(real t, const real *q, const real *u, const FN(given) *given,
+                          FN(place) *place, real *accelerations, real *multipliers)
+{
+    FN(locate)(t, q, given, place);
+    FN(accelerate)(t, q, u, given, place, accelerations, multipliers);
+}
+
+#if MECHC_NC > 0
+MECHC_INLINE void FN(output_multipliers)(real t, const real *q, const real *u,
+                                         const FN(given) *given, real *out)
+{
+    FN(place) place;
+    real accelerations[MECHC_NU];
+    FN(solve)(t, q, u, given, &place, accelerations, out);
+}
+#endif
+
+#define MECHC_DEFINE_SOLVED(label, name, width)                                                   \
+    MECHC_INLINE void FN(output_##label)(real t, const real *q, const real *u,                    \
+                                         const FN(given) *given, real *out)                       \
+    {                                                                                             \
+        FN(place) place;                                                                          \
+        real accelerations[MECHC_NU], multipliers[MECHC_AT_LEAST_ONE(MECHC_NC)];                  \
+        FN(solve)(t, q, u, given, &place, accelerations, multipliers);                            \
+        FN(solved_##label)(t, q, u, given, accelerations, multipliers, out);                      \
+    }
+MECHC_SOLVED_OUTPUTS(MECHC_DEFINE_SOLVED)
+#undef MECHC_DEFINE_SOLVED
 
 #if MECHC_STATE_JACOBIAN || MECHC_PARAMETER_JACOBIAN
 MECHC_ONCE void FN(respond)(const FN(place) *place, const real *residual, int columns, real *out)

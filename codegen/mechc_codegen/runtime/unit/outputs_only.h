@@ -47,6 +47,7 @@ __attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, M
     .lanes = MECHC_UNIT_LANES, /* of the parts that follow */
     .output_count = (int)(sizeof mechc_output_list / sizeof mechc_output_list[0]),
     .outputs = mechc_output_list,
+    .identity_kinematics = MECHC_IDENTITY_KINEMATICS,
     .given_size = sizeof(mechc_scalar_given),
     .give = mechc_plain_give,
     .rates = mechc_plain_rates,

@@ -5,10 +5,7 @@
 #pragma once
 
 #include <string.h>
-#include "abi/codes.h"
-#include "abi/inputs.h"
 #include "singularities/generic_rank.h"
-#include "dynamics/project.h"
 #include "unit/assemble.h"
 #include "unit/scalar_outputs.h"
 
@@ -63,8 +60,8 @@ MECHC_STATIC void mechc_give_standalone(const mechc_standalone *model, mechc_hel
     held->model = model;
     memcpy(given->p, model->p, sizeof given->p);
     memcpy(given->k, model->k, sizeof given->k);
-    mechc_scalar_give_inputs(given, 0, &held->head);
-    mechc_scalar_give_stop(given, 0);
+    given->inputs[0] = &held->head;
+    given->stop = 0;
 }
 
 MECHC_STATIC int mechc_all_finite(const double *values, int count)

@@ -44,10 +44,8 @@ def find_compiler() -> list[str] | None:
     """The command of the C compiler: ``$CC``, else gcc, clang, cc or Python's own, else that of the
     package ``ziglang``; None if absent.
 
-    Raises
-    ------
-    CompilerError
-        If ``$CC`` names a command that does not exist: no other is used in its place.
+    Raises :class:`CompilerError` if ``$CC`` names a command that does not exist: no other is used
+    in its place.
     """
     if chosen := os.environ.get("CC", "").strip():
         return _command_words(chosen)
@@ -136,10 +134,7 @@ def compile_all(
 ) -> list[Path]:
     """Compile sources (name, flags) of a folder; the object files.
 
-    Raises
-    ------
-    CompilerError
-        With the command and the compiler's output.
+    Raises :class:`CompilerError` with the command and the compiler's output.
     """
     command = compiler()
     paths = [f"-I{path}" for path in includes]

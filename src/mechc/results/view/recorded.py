@@ -19,9 +19,9 @@ import numpy as np
 
 from mechc.errors import MechcError
 from mechc.results.player.motion import MOST_FRAMES
-from mechc.results.sampling import SolutionLike
 from mechc.results.untrusted import json_object
 from mechc.results.view.page import view_data
+from mechc.simulation.trajectory import Trajectory
 
 MOST_BYTES: Final = 64 * 2**20  # of the data, unpacked, and of their values besides
 MOST_ENTRIES: Final = 5000
@@ -31,7 +31,7 @@ _KINDS: Final = ("ball", "box", "disc", "wheel", "mesh", "mass")
 Check = Callable[[Any], bool]
 
 
-def packed_view(sol: SolutionLike) -> bytes:
+def packed_view(sol: Trajectory) -> bytes:
     """The data of its page in space, compressed."""
     return zlib.compress(json.dumps(view_data(sol), allow_nan=False).encode(), 6)
 
@@ -39,10 +39,7 @@ def packed_view(sol: SolutionLike) -> bytes:
 def unpacked_view(content: bytes, max_bytes: float = MOST_BYTES) -> dict[str, Any]:
     """The data of a page, of at most ``max_bytes`` and 64 MiB.
 
-    Raises
-    ------
-    MechcError
-        If the bytes are anything else.
+    Raises :class:`MechcError` if the bytes are anything else.
     """
     reader = zlib.decompressobj()
     most = max(1, int(min(max_bytes, MOST_BYTES)))

@@ -57,10 +57,7 @@ class Variation:
     def values(self) -> dict[str, float]:
         """The value that was given, or follows by default, for each name of the ranges.
 
-        Raises
-        ------
-        ValueOutOfBoundsError
-            If a value is not within its range.
+        Raises :class:`ValueOutOfBoundsError` if a value is not within its range.
         """
         values = {name: self._first_value(name) for name in self.ranges}
         for name, value in values.items():
@@ -93,12 +90,8 @@ def variation(
 ) -> Variation:
     """The variation by ``sliders``: names or symbols to their ranges (lowest, highest).
 
-    Raises
-    ------
-    UnknownNameError
-        For a name that is no parameter, coordinate, speed or input that is a number.
-    ValueOutOfBoundsError
-        For a range that is none.
+    Raises :class:`UnknownNameError` for a name that is no parameter, coordinate, speed or input
+    that is a number; :class:`ValueOutOfBoundsError` for a range that is none.
     """
     ranges = {
         name: checked_range(name, given)

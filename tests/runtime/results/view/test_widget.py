@@ -12,7 +12,7 @@ import pytest
 
 import mechc
 from tests.support.page_data import floats
-from tests.support.trust.browser import TWO_FRAMES, OpenPage, opened_browser
+from tests.support.trust.browser import TWO_FRAMES, OpenPage
 
 pytest.importorskip("anywidget", reason="anywidget is not installed")
 pytest.importorskip("jupyter_threejs_sage", reason="jupyter-threejs-sage is not installed")
@@ -107,12 +107,6 @@ const module = await import(URL.createObjectURL(esm));
 window.finish = module.default.render({ model: model, el: document.getElementById("cell") });
 window.heard = heard;
 </script></body></html>"""
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with opened_browser() as found:
-        yield found
 
 
 @pytest.fixture

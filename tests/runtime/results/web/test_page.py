@@ -14,7 +14,7 @@ from mechc.compilation import toolchain
 from mechc.results.web.page import live_page, module_text
 from tests.compiler.export.test_standalone import cart
 from tests.runtime.results.test_animation import Page
-from tests.support.trust.browser import OpenPage, opened_browser
+from tests.support.trust.browser import OpenPage
 
 
 def test_names_are_data_without_markup() -> None:
@@ -44,12 +44,6 @@ def page_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return mechc.export_wasm(
         "four_bar", folder, y0=y0, params={"l_3": 3.5}, sliders=("l_3", "theta_0")
     )[2]
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with opened_browser() as found:
-        yield found
 
 
 @pytest.fixture

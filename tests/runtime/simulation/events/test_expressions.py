@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 from sympy import Max, Symbol, asinh
-from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
+from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
+from benchmarks.problems.particle import particle
 from mechc.compilation.event_unit import COMPILER
 from mechc.errors import EventError, MechcError, UnknownNameError, ValueOutOfBoundsError
 from mechc.simulation.events.run_events import Compiler, run_events
@@ -103,15 +104,8 @@ def test_what_has_no_form_in_c_runs_in_python(ball):
 
 def softening():
     """A mass on a spring whose stiffness is a state, and outputs with it."""
-    q, u, k, t = *dynamicsymbols("q u k"), dynamicsymbols._t
-    frame, origin = ReferenceFrame("N"), Point("O")
-    origin.set_vel(frame, 0)
-    point = origin.locatenew("P", q * frame.x)
-    point.set_vel(frame, u * frame.x)
-    mass = Particle("mass", point, Symbol("m"))
-    mass.potential_energy = k * q**2 / 2
-    kane = KanesMethod(frame, [q], [u], kd_eqs=[q.diff(t) - u])
-    kane.kanes_equations([mass], [(point, -k * q * frame.x)])
+    q, u, k = dynamicsymbols("q u k")
+    kane = particle([q], [u], [-k * q], potential=k * q**2 / 2)
     return mechc.compile(
         kane, name="softening", states={k: 0}, defaults={"m": 1.0},
         outputs=("energy", "sensitivities", {"force": -k * q}),

@@ -117,7 +117,7 @@ MECHC_STATIC void mechc_contact_states(mechc_motion *motion, ptrdiff_t count, co
 MECHC_STATIC int mechc_contact_rates_at_hand(mechc_contacts *contacts, double *rates)
 {
     mechc_contact_place *c = &contacts->place;
-    const int status = mechc_ends_solve(&contacts->ends);
+    const int status = mechc_ends_solve(&contacts->ends, mechc_forces_of);
     if (status != MECHC_RUNNING) return status;
     memcpy(rates, c->free, (size_t)contacts->motion->width * sizeof *rates);
     mechc_contact_change_speeds(c, contacts->answer.along, rates);

@@ -15,7 +15,7 @@ from mechc.assembly.initial_values import (
 from mechc.errors import AssemblyError, UnknownNameError
 from mechc.outputs import Outputs
 from mechc.system.names import by_name, name_of
-from mechc.system.parameters import Array, Parameters
+from mechc.system.parameters import Array, Parameters, one_double
 
 if TYPE_CHECKING:
     from mechc.analysis.constraint_rank import Redundancy
@@ -80,7 +80,7 @@ class Configurations(Outputs):
         if both := sorted(set(near) & set(given)):
             raise AssemblyError(f"{both[0]} is both given and guessed; omit it in one of them")
         p = self._one_set_for_closing(params, f"assembly {ONE_SET}")
-        return positions.assemble(self.system, given, pace, near, p, t)
+        return positions.assemble(self.system, given, pace, near, p, one_double(t, "the time"))
 
     def assemblies(
         self,
@@ -97,7 +97,7 @@ class Configurations(Outputs):
         given, pace, _ = self._by_name(coordinates, speeds, None)
         given, pace = self._checked_start(given, pace)
         p = self._one_set_for_closing(params, f"assembly {ONE_SET}")
-        return positions.assemblies(self.system, given, pace, p, t)
+        return positions.assemblies(self.system, given, pace, p, one_double(t, "the time"))
 
     def _by_name(self, *given: Mapping[str, float] | None) -> list[Mapping[str, float]]:
         """Coordinates, speeds and guesses by name, each empty where there are none."""
@@ -144,7 +144,7 @@ class Configurations(Outputs):
         """
         from mechc.analysis.equilibria import equilibria
 
-        return equilibria(self.system, self._one_set(params, ONE_SET), t)
+        return equilibria(self.system, self._one_set(params, ONE_SET), one_double(t, "the time"))
 
     def sweep_positions(
         self,
@@ -204,7 +204,9 @@ class Configurations(Outputs):
         if both := sorted({name, *kept} & {*close_by} | {name} & {*kept}):
             raise AssemblyError(f"{both[0]} is given twice: drive it, give it or guess it")
         p = self._for_closing(params)
-        return sweep_positions(self.system, name, values, kept, close_by, p, t)
+        return sweep_positions(
+            self.system, name, values, kept, close_by, p, one_double(t, "the time")
+        )
 
     def limits(self, coordinate: str, params: Parameters = None) -> tuple[tuple[float, float], ...]:
         """The ranges of a coordinate in (-pi, pi] or +-2 lengths for which the loops close.
@@ -237,4 +239,5 @@ class Configurations(Outputs):
         """
         from mechc.analysis.constraint_rank import redundant_constraints
 
-        return redundant_constraints(self.system, self._one_set_for_closing(params, ONE_SET), t)
+        p = self._one_set_for_closing(params, ONE_SET)
+        return redundant_constraints(self.system, p, one_double(t, "the time"))

@@ -17,7 +17,7 @@ class UnknownNameError(MechcError, KeyError):
     def __init__(self, kind: str, name: object, known: Iterable[str]) -> None:
         from difflib import get_close_matches
 
-        known = list(known)
+        known = list(map(str, known))
         close = get_close_matches(str(name), known, n=3, cutoff=0.4)
         nearest = " or ".join(map(repr, close))
         offered = f"did you mean {nearest}?" if close else f"known are {', '.join(known)}"

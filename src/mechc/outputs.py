@@ -10,7 +10,7 @@ import numpy as np
 from mechc.errors import MechcError, ValueOutOfBoundsError, brief
 from mechc.system.description import Description
 from mechc.system.names import name_of, names_of
-from mechc.system.parameters import Array, Parameters, doubles, is_table
+from mechc.system.parameters import Array, Parameters, doubles, is_table, one_double
 from mechc.system.system import System, Time
 
 if TYPE_CHECKING:
@@ -387,7 +387,7 @@ class Outputs(Description):
 
         p = self._one_set(params, ONE_SET)
         names = names_of(along)
-        state = self._checked_states(np.array(y, dtype=np.float64))
+        state = self._checked_states(doubles(y, "a state"))
         if state.ndim != 1 or not names:
             raise ValueError(f"one state of {self.name} and at least one name are needed")
-        return integrand(self.system, output, names, state, p, float(t), component)
+        return integrand(self.system, output, names, state, p, one_double(t, "the time"), component)

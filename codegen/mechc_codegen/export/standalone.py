@@ -108,7 +108,7 @@ def standalone(
         "step": number(0.001),
         "start": ", ".join(map(number, map(float, start))),
         "end": number(float(end)),
-        "columns": "".join(f",{plain_words(state)}" for state in states),
+        "columns": "".join(f",{csv_cell(state)}" for state in states),
         "values": "\n".join(
             f"    p[{parameters.index(p)}] = {number(float(value))}; /* {plain_words(p)} */"
             for p, value in values.items()
@@ -135,6 +135,13 @@ def checked_name(name: str) -> str:
             "of C's library"
         )
     return name
+
+
+def csv_cell(name: str) -> str:
+    """A name as a cell of a CSV file within a string of C: no second cell, and no formula."""
+    text = plain_words(name)
+    text = f"'{text}" if text.lstrip().startswith(("=", "+", "-")) else text
+    return f'\\"{text}\\"' if "," in text else text
 
 
 def fill_template(template: str, *values: Mapping[str, Any]) -> str:

@@ -131,6 +131,9 @@ class _MechanismBuilder:
         self.inputs: dict[Any, None] = {}
         self.limits: dict[str, Limits] = {}
         self.solids: list[Solid] = []
+        for joint in sorted(robot.joints, key=lambda each: each.mimic is not None):
+            if joint.kind != "fixed":  # those that mimic follow others, which may come after them
+                self.motions[joint.name] = motion_of(joint, self.motions)
         self._begin(robot.root, Point(robot.root), ReferenceFrame(robot.root))
         for joint in robot.joints:
             self._beyond(joint)
@@ -173,7 +176,7 @@ class _MechanismBuilder:
             self.points[joint.child] = point
             self._attach(joint.child, carrier, place)
             return
-        motion = self.motions[joint.name] = motion_of(joint, self.motions)
+        motion = self.motions[joint.name]
         frame = ReferenceFrame(joint.child)
         motion.place(place, (point, frame), (carrier.point, carrier.frame))
         part = self._begin(joint.child, point, frame)

@@ -30,7 +30,7 @@ from mechc_codegen.urdf.robot import (
 )
 
 LARGEST = 2**25  # bytes: the largest public robots have less than a hundredth of it
-_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", re.ASCII)
+_NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?", re.ASCII)
 _INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 

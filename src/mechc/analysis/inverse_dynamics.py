@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mechc.errors import MechcError, UnknownNameError
+from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError
 from mechc.inputs.driven_scene import with_inputs
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -104,6 +104,8 @@ class _ModelWithInputs:
             if not np.any(column):
                 raise MechcError(f"{name} has no effect at these states: it cannot be an input")
             columns.append(column)
+        if not columns:
+            raise ValueOutOfBoundsError("inverse dynamics needs at least one input")
         per_input = np.stack(columns, axis=-1)
         return ones - per_input.sum(axis=-1), per_input
 
@@ -116,13 +118,20 @@ def _place(system: System, name: str) -> int:
 
 def _along(jacobian: Array, columns: Array) -> Array:
     """The part of forces along motions that the constraints allow."""
-    carried = np.linalg.pinv(jacobian, rcond=RANK) @ (jacobian @ columns)
+    carried = _inverse(jacobian) @ (jacobian @ columns)
     return np.asarray(columns - carried)
 
 
 def _least_norm(columns: Array, right: Array) -> Array:
-    inverse = np.linalg.pinv(columns, rcond=RANK)
-    return np.asarray(np.einsum("...ij,...j->...i", inverse, right))
+    return np.asarray(np.einsum("...ij,...j->...i", _inverse(columns), right))
+
+
+def _inverse(matrix: Array) -> Array:
+    """The pseudo-inverse of matrices."""
+    try:
+        return np.asarray(np.linalg.pinv(matrix, rcond=RANK))
+    except np.linalg.LinAlgError:
+        raise MechcError("the equations at these states are not finite, or too large") from None
 
 
 def _refuse_departing(jacobian: Array, difference: Array, rates: Array) -> None:

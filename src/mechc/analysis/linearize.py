@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mechc.analysis.constraint_rank import redundant_constraints
 from mechc.errors import ChangePointError, UnknownNameError
+from mechc.system.names import name_of
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -111,7 +112,7 @@ def _by_inputs(
 
 def _input(system: System, name: str) -> tuple[str, int]:
     """The array of derivatives that has those by an input, and its column there."""
-    given = system.input_values
+    given, name = system.input_values, name_of(name)
     if name in given:
         return "input", given.index(name)
     if name not in system.parameters:
@@ -123,7 +124,7 @@ def _output_rows(
     system: System, name: str, y: Array, values: Array, t: float, inputs: tuple[str, ...]
 ) -> tuple[Array, Array]:
     """Derivatives of one output by the state and by the inputs."""
-    names = (*system.coordinates, *system.speeds)
+    names, name = (*system.coordinates, *system.speeds), name_of(name)
     if name in names:
         return np.eye(len(names))[names.index(name)], np.zeros(len(inputs))
     own = system.data["own"]

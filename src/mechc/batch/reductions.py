@@ -38,7 +38,7 @@ KINDS = {"min": MINIMUM, "max": MAXIMUM, "mean": MEAN, "final": LAST}
 DIRECTIONS = {">": 1, "<": -1, "=": 0}
 EXAMPLE = "for instance max(theta_2), mean(energy), range(abs(omega_0)) or first(theta_0 > 180deg)"
 _CALL = re.compile(r"\s*(\w+)\s*\((.*)\)\s*", re.DOTALL)
-_ENTRY = re.compile(r"\s*([^\W\d]\w*)\s*(?:\[\s*(\d+(?:\s*,\s*\d+)*)\s*\])?\s*")
+ENTRY = re.compile(r"\s*([^\W\d]\w*)\s*+(?:\[\s*(\d+(?:\s*,\s*\d+)*)\s*\])?\s*")
 _LEVEL = re.compile(r"(.*)([<>=])([^<>=]*)", re.DOTALL)
 
 Primitive = tuple[int, int, int, int, int, int, float]  # the argument of the compiled loop
@@ -140,7 +140,7 @@ def _quantity(system: System, text: str) -> _ReducedQuantity:
 
 
 def _entry(system: System, text: str, form: int) -> _ReducedQuantity:
-    match = _ENTRY.fullmatch(text)
+    match = ENTRY.fullmatch(text)
     if match is None:
         raise MechcError(f"{text.strip()!r} is not the name of a quantity; {EXAMPLE}")
     name, indices = match.groups()

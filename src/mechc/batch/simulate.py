@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -147,7 +147,7 @@ def simulate_batch(
     )  # fmt: skip
     recipe = checked_recipe(
         system, span, y0, params, times, states, names_of(outputs), _reductions(reduce),
-        until or "", policy, inputs,
+        "" if until is None else until, policy, inputs,
     )  # fmt: skip
     by = one_number_each(system, names_of(sensitivities))
     recipe = replace(
@@ -185,6 +185,8 @@ def _reductions(reduce: Any) -> list[str]:
     one = isinstance(reduce, str) or (
         pair and not (isinstance(reduce[0], str) and "(" in reduce[0])
     )
+    if not one and (not isinstance(reduce, Iterable) or getattr(reduce, "ndim", 1) == 0):
+        raise TypeError(f"reduce= takes texts, such as 'max(theta_2)', not {brief(reduce)}")
     several = [reduce] if one else list(reduce)
     for each in several:
         if not isinstance(each, str) and (not isinstance(each, tuple) or len(each) != 2):

@@ -177,7 +177,7 @@ def checked_recipe(
     count = common_count(every)
     for text in reductions:
         read_reduction(system, text)
-    if until:
+    if not isinstance(until, str) or until:
         read_stop(system, until)
     for name in outputs:
         if name not in system.scene.outputs:

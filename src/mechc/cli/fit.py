@@ -6,7 +6,6 @@ import argparse
 import csv
 import json
 import math
-import re
 import time
 from collections.abc import Iterable
 from pathlib import Path
@@ -38,7 +37,6 @@ from mechc.system.units import UNITS, read_value
 
 OUTPUTS = ("energy", "points", "sensitivities")
 FAILED = 1
-_HEADER = re.compile(r"\s*'?(.*?)\s*(?:\[\s*([^\]\d,][^\]]*)\]|\(\s*([^)]*)\))?\s*")
 Table = dict[str, tuple[str, list[float]]]  # column -> its unit and its numbers
 
 
@@ -83,7 +81,10 @@ def fit_command(chosen: argparse.Namespace) -> int:
 def _read(path: Path) -> Table:
     """The columns of a CSV file with a header; an empty cell is a missing sample."""
     with path.open(newline="", encoding="utf-8-sig") as file:
-        rows = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
+        try:
+            rows = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
+        except (csv.Error, UnicodeDecodeError) as error:
+            raise MechcError(f"{path} is no CSV file: {error}") from None
     if not rows:
         raise MechcError(f"{path} is empty")
     header = [_column(cell) for cell in rows[0]]
@@ -95,11 +96,14 @@ def _read(path: Path) -> Table:
 
 def _column(cell: str) -> tuple[str, str]:
     """``theta_0 [deg]``, ``theta_0 (deg)`` or ``points[2,0]``: name and unit."""
-    match = _HEADER.fullmatch(cell)
-    if match is None:
-        return "".join(cell.split()), ""
-    name, unit, other = match.groups()
-    return "".join(name.split()), (unit or other or "").strip()
+    text, unit = cell.strip().removeprefix("'"), ""
+    for opening, closing in ("[]", "()"):
+        before, bracket, inside = text.removesuffix(closing).rpartition(opening)
+        is_index = opening == "[" and inside.strip()[:1] in ("", ",", *"0123456789")
+        if bracket and text.endswith(closing) and closing not in inside and not is_index:
+            text, unit = before, inside.strip()
+            break
+    return "".join(text.split()), unit
 
 
 def _numbers(row: list[str], width: int, path: Path, line: int) -> list[float]:

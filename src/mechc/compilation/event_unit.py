@@ -41,7 +41,9 @@ def event_functions(
 
     None for functions that have no form in C, where there are none, and without a C compiler.
     """
-    plain = tuple((value, reset and tuple(reset.items())) for value, reset in events)
+    plain = tuple(
+        (value, None if reset is None else tuple(reset.items())) for value, reset in events
+    )
     asked = (plain, tuple(contacts), width, parameters)
     if asked not in _known:
         if len(_known) >= MOST_KNOWN:

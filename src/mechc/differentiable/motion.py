@@ -12,7 +12,7 @@ import numpy as np
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError
 from mechc.sensitivities.columns import columns_of
 from mechc.system.names import by_name, name_of, names_of
-from mechc.system.parameters import Array, doubles
+from mechc.system.parameters import Array, doubles, one_double
 
 START = "y0"
 
@@ -69,9 +69,10 @@ def _checked_times(t: Any, t0: float) -> Array:
     times = np.atleast_1d(doubles(t, "the times"))
     if times.ndim != 1 or not len(times) or not np.isfinite(times).all():
         raise ValueOutOfBoundsError("the times are a number, or finite numbers in a row, in s")
-    if not (np.diff(times) > 0).all() or not times[0] >= t0 or not times[-1] > t0:
+    start = one_double(t0, "t0")
+    if not (np.diff(times) > 0).all() or not times[0] >= start:
         raise ValueOutOfBoundsError(
-            f"the times must rise, from the start at t0 = {t0:g} s on; t0 can be given"
+            f"the times must rise, from the start at t0 = {start:g} s on; t0 can be given"
         )
     return times
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,9 +18,9 @@ from mechc.fitting.result import FitResult
 from mechc.fitting.search import Found, Settings, beginnings, refine
 from mechc.fitting.statistics import statistics_of
 from mechc.fitting.unknowns import START, Known, checked_unknowns
-from mechc.simulation.settings import checked_count
+from mechc.simulation.settings import checked_count, checked_positive
 from mechc.system.names import by_name
-from mechc.system.parameters import Array
+from mechc.system.parameters import Array, doubles, one_double
 from mechc.system.system import System
 
 Report = Callable[[float, str], None]
@@ -31,14 +32,9 @@ def fit(
     policy: dict[str, Any], progress: Report | None,
 ) -> FitResult:  # fmt: skip
     """See :meth:`mechc.Model.fit`."""
-    if not 0 < confidence < 1:
+    if not checked_positive("confidence", confidence) < 1:
         raise ValueOutOfBoundsError(f"confidence = {confidence} must lie between 0 and 1")
-    checked_count("starts", settings.starts)
-    checked_count("refined", settings.refined)
-    for name, value in (("f_scale", settings.f_scale), ("tol", settings.tol)):
-        if not (value > 0 and np.isfinite(value)):
-            raise ValueOutOfBoundsError(f"{name} = {value} must be positive and finite")
-    loss_of(settings.loss, settings.f_scale)
+    settings = _checked_settings(settings)
     problem = _problem(model, measurements, free, measured, params, y0, guess, inputs, t0, shared)
     problem.policy = policy
     report = progress or (lambda _, __: None)
@@ -50,6 +46,20 @@ def fit(
         report((number + 1) / len(points), f"cost {min(e.cost for e in ends):.6g}")
     ends.sort(key=lambda end: end.cost)
     return _result(problem, ends, settings, confidence)
+
+
+def _checked_settings(settings: Settings) -> Settings:
+    most = settings.max_evaluations
+    checked = replace(
+        settings,
+        starts=checked_count("starts", settings.starts),
+        refined=checked_count("refined", settings.refined),
+        f_scale=checked_positive("f_scale", settings.f_scale),
+        tol=checked_positive("tol", settings.tol),
+        max_evaluations=None if most is None else checked_count("max_evaluations", most),
+    )
+    loss_of(checked.loss, checked.f_scale)
+    return checked
 
 
 def _problem(
@@ -64,11 +74,13 @@ def _problem(
     known = Known(
         _all_by_name(system, params),
         [_checked_start(system, one) for one in _each(y0, count, "y0")],
-        [{} if one is None else dict(one) for one in _each(inputs, count, "inputs")],
+        [by_name({} if one is None else one, "inputs") for one in _each(inputs, count, "inputs")],
     )
     unknowns = checked_unknowns(system, free, shared, known, wanted, recordings)
-    near = checked_numbers(by_name(guess or {}, "guess"), system.coordinates, "coordinate")
-    begin = [float(one.t[0]) if t0 is None else float(t0) for one in recordings]
+    near = checked_numbers(
+        by_name({} if guess is None else guess, "guess"), system.coordinates, "coordinate"
+    )
+    begin = [float(one.t[0]) if t0 is None else one_double(t0, "t0") for one in recordings]
     problem = Problem(model, unknowns, wanted, recordings, known, near, begin, {})
     for k, one in enumerate(wanted):
         if not any(recording.valid[:, k].any() for recording in recordings):
@@ -122,7 +134,7 @@ def _checked_start(system: System, given: Any) -> Any:
     if isinstance(given, Mapping):
         states = (*system.coordinates, *system.speeds)
         return checked_numbers(by_name(given, "y0"), states, "coordinate or speed")
-    return np.asarray(given, dtype=np.float64)
+    return doubles(given, "y0")
 
 
 def _result(

@@ -73,6 +73,6 @@ def loss_of(loss: Any, f_scale: float) -> Loss:
     """
     if callable(loss):
         return Loss(loss, f_scale, True)
-    if loss not in LOSSES:
+    if not isinstance(loss, str) or loss not in LOSSES:
         raise UnknownNameError("loss", loss, LOSSES)
     return Loss(LOSSES[loss], f_scale, loss != "linear")

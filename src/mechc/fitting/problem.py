@@ -11,13 +11,11 @@ import numpy as np
 from mechc.assembly.initial_values import filled_start
 from mechc.errors import AssemblyError, MechcError
 from mechc.fitting.quantities import Measured
-from mechc.fitting.recordings import Recording
+from mechc.fitting.recordings import TURN, Recording
 from mechc.fitting.unknowns import INPUT, PARAMETER, START, Known, Unknown
 from mechc.system.kinds import Kind
 from mechc.system.parameters import Array
 from mechc.system.system import System
-
-TURN = 2.0 * np.pi
 
 
 @dataclass(frozen=True)
@@ -126,7 +124,8 @@ class Problem:
     def deviations(self, system: System, y: Array, values: Array, place: int) -> Array:
         """(model - data) / sigma (..., nt, k) on states (..., nt, nq + nu); NaN without a sample.
 
-        Whole turns of an angle that assembly chooses are left out: nobody measured them.
+        Whole turns of an angle that assembly chooses, or that was recorded within one turn, are
+        left out: nobody measured them.
         """
         recording = self.recordings[place]
         found, start = np.empty((*y.shape[:-1], len(self.measured))), self.fixed.starts[place]
@@ -134,7 +133,9 @@ class Problem:
         for k, one in enumerate(self.measured):
             apart = one.on(system, y, values, recording.t) - recording.values[:, k]
             follows = one.kind is Kind.ANGLE and one.output not in held  # from the loops' closing
-            if follows and recording.valid[:, k].any():
+            if one.kind is Kind.ANGLE and recording.is_wrapped(k):
+                apart = apart - TURN * np.round(apart / TURN)
+            elif follows and recording.valid[:, k].any():
                 first = int(np.argmax(recording.valid[:, k]))
                 apart = apart - TURN * np.round(apart[..., first, None] / TURN)
             found[..., k] = apart / one.weight

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from mechc.batch.reductions import ENTRY
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.system.kinds import Kind
 from mechc.system.names import name_of
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
-_ENTRY = re.compile(r"\s*([^\W\d]\w*)\s*(?:\[\s*(\d+(?:\s*,\s*\d+)*)\s*\])?\s*")
 _UNITS = {"energy": "J", "kinetic_energy": "J", "potential_energy": "J", "points": "m"}
 
 
@@ -100,7 +99,7 @@ def _each(given: Any) -> Sequence[Any]:
 
 
 def _measured_quantity(system: System, name: Any, sigma: Any) -> Measured:
-    match = _ENTRY.fullmatch(name) if isinstance(name, str) else None
+    match = ENTRY.fullmatch(name) if isinstance(name, str) else None
     if match is None:
         raise ValueOutOfBoundsError(
             f"{brief(name)} is not a quantity: write theta_0, energy or points[2,0]"

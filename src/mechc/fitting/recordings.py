@@ -13,6 +13,7 @@ from mechc.fitting.quantities import Measured
 from mechc.system.parameters import Array
 
 TIMES = ("time", "t")
+TURN = 2.0 * np.pi
 SECONDS = ("", "s", "sec", "second", "seconds")
 
 
@@ -27,6 +28,16 @@ class Recording:
     def valid(self) -> Any:
         """Flags (nt, k) of the values that are not missing."""
         return np.isfinite(self.values)
+
+    def is_wrapped(self, column: int) -> bool:
+        """Whether an angle (rad) was reduced to one turn: it jumps by more than half a turn.
+
+        One that swings by more than that between two samples is taken for it, too: what agrees with
+        it still agrees without whole turns.
+        """
+        values = self.values[self.valid[:, column], column]
+        jumps = bool((np.abs(np.diff(values)) > 0.5 * TURN).any())
+        return jumps and bool(np.ptp(values) < 1.5 * TURN)
 
 
 def read_recordings(given: Any, measured: Sequence[Measured]) -> tuple[Recording, ...]:

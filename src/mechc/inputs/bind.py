@@ -119,14 +119,18 @@ class GivenInputs:
         inner = [t for t in inner if high - t > TICKS * np.spacing(abs(high))]
         return inner if t1 >= t0 else inner[::-1]
 
-    def check_times(self, times: Sequence[float] | Array) -> None:
-        """Raise :class:`ValueOutOfBoundsError` for times beyond the samples of a signal."""
+    def check_times(self, times: Sequence[float] | Array, additions: int = 0) -> None:
+        """Raise :class:`ValueOutOfBoundsError` for times beyond the samples of a signal.
+
+        ``additions``: each that has led to the times may have rounded them by an ulp.
+        """
         if len(times) > 2:
             times = (min(times), max(times))
         for name, signal in self.signals.items():
             low, high = signal.span
             for t in times:
-                if t < low or t > high:
+                rounding = (TICKS + additions) * float(np.spacing(abs(t)))
+                if t < low - rounding or t > high + rounding:
                     raise ValueOutOfBoundsError(
                         f"the input {name} is sampled from {low:.9g} to {high:.9g} s, but is "
                         f"needed at {t:.9g} s: give more samples, or mechc.Signal(..., "

@@ -162,9 +162,9 @@ class DrivenScene:
         """Whether an output contains no input."""
         return output in self._free
 
-    def check_times(self, times: Sequence[float]) -> None:
+    def check_times(self, times: Sequence[float], additions: int = 0) -> None:
         """Check that signals have values at these times, see :meth:`GivenInputs.check_times`."""
-        self._given_inputs().check_times(times)
+        self._given_inputs().check_times(times, additions)
 
     def reset(self) -> None:
         """Forget calls and failures of functions."""

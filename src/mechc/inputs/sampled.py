@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from mechc.errors import ValueOutOfBoundsError
+from mechc.errors import ValueOutOfBoundsError, brief
 from mechc.inputs.accept import takes_state, with_state_apart
 from mechc.inputs.signals import FAR, Signal
 from mechc.system.names import name_of
-from mechc.system.parameters import Array
+from mechc.system.parameters import Array, doubles, one_double
 
 TICKS = 8  # ulps: an instant that is no nearer to a break of the run is another time
 MOST = 10_000_000  # instants of a run
@@ -61,15 +61,17 @@ class Sampled:
     ) -> None:
         if not callable(controller):
             raise TypeError(f"a controller must be a function, not {controller!r}")
-        for name, value in {"period": period, "delay": delay, "jitter": jitter}.items():
-            if not (np.isfinite(value) and value >= 0.0):
-                raise ValueOutOfBoundsError(f"{name} = {value} must be a time in s, not below 0")
-        if not jitter < period:
+        self.controller, self.seed = controller, _checked_seed(seed)
+        self.period, self.delay = _checked_time("period", period), _checked_time("delay", delay)
+        self.jitter = _checked_time("jitter", jitter)
+        if not self.jitter < self.period:
             raise ValueOutOfBoundsError(
-                f"the period, {period:g} s, must be above 0 and above the jitter, {jitter:g} s"
+                f"the period, {self.period:g} s, must be above 0 and above the jitter, "
+                f"{self.jitter:g} s"
             )
-        self.controller, self.period, self.delay = controller, float(period), float(delay)
-        self.jitter, self.seed, self.initial = float(jitter), seed, initial
+        self.initial = doubles(initial, "initial")
+        if self.initial.ndim > 1:
+            raise ValueOutOfBoundsError("initial is a number, or one for each input")
 
     def instants(self, t0: float, t1: float) -> Array:
         """Times in s at which the controller is called in a run from t0 to before t1.
@@ -89,6 +91,19 @@ class Sampled:
         times += self.jitter * np.random.default_rng(self.seed).random(len(times))
         found: Array = times[times < t1 - TICKS * np.spacing(abs(t1))]
         return found
+
+
+def _checked_seed(seed: int) -> int:
+    if not isinstance(seed, (int, np.integer)) or isinstance(seed, bool) or seed < 0:
+        raise ValueOutOfBoundsError(f"seed = {brief(seed)} must be a whole number from 0 on")
+    return int(seed)
+
+
+def _checked_time(name: str, given: float) -> float:
+    value = one_double(given, name)
+    if not 0.0 <= value < np.inf:
+        raise ValueOutOfBoundsError(f"{name} = {value} must be a time in s, not below 0")
+    return value
 
 
 class HeldSignal(Signal):
@@ -240,7 +255,9 @@ def _hold(names: list[str], sampled: Sampled, span: tuple[float, float]) -> dict
     times = np.append(span[0], changes) if first else changes
     if len(times) < 2:
         times = np.append(times, times[-1] + sampled.period)
-    initial = np.broadcast_to(np.asarray(sampled.initial, dtype=np.float64), len(names))
+    if sampled.initial.shape not in ((), (1,), (len(names),)):
+        raise ValueOutOfBoundsError(f"initial has a number for each of {', '.join(names)}")
+    initial = np.broadcast_to(sampled.initial, len(names))
     signals = [HeldSignal(times, float(value), first) for value in initial]
     control = Control(names, sampled, signals, instants)
     for signal in signals:

@@ -65,7 +65,7 @@ def input_of(name: str, system: System) -> str | None:
     """The input that a name belongs to."""
     if name in system.inputs:
         return name
-    found = INDEXED.match(name) if system.inputs else None
+    found = INDEXED.match(name) if system.inputs and isinstance(name, str) else None
     return found[1] if found and found[1] in system.inputs else None
 
 

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from mechc.errors import UnknownNameError, ValueOutOfBoundsError
+from mechc.errors import ValueOutOfBoundsError
+from mechc.system.names import checked_word
 from mechc.system.parameters import Array
 
 DEGREES = {"previous": 0, "linear": 1, "cubic": 3, "quintic": 5}
@@ -56,12 +57,9 @@ class Signal:
         self, times: Array, values: Array, kind: str = "cubic", *, outside: str = "refuse",
         breaks: str = "kinks",
     ) -> None:  # fmt: skip
-        if kind not in DEGREES:
-            raise UnknownNameError("kind of signal", kind, DEGREES)
-        if outside not in ("refuse", "hold"):
-            raise UnknownNameError("rule outside the samples", outside, ("refuse", "hold"))
-        if breaks not in ("kinks", "samples"):
-            raise UnknownNameError("rule for breaks", breaks, ("kinks", "samples"))
+        checked_word("kind of signal", kind, DEGREES)
+        checked_word("rule outside the samples", outside, ("refuse", "hold"))
+        checked_word("rule for breaks", breaks, ("kinks", "samples"))
         self.kind, self.outside, self._at_samples = kind, outside, breaks == "samples"
         self.times, self.values = _checked_samples(times, values, kind)
         self._smoothness = SMOOTHNESS[kind]
@@ -239,7 +237,7 @@ def _shift(coefficients: Array, by: Array, order: int) -> Array:
 def _checked_samples(times: Any, values: Any, kind: str) -> tuple[Array, Array]:
     try:
         t, x = np.array(times, dtype=np.float64), np.array(values, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ValueOutOfBoundsError("the samples of a signal must be numbers") from None
     if t.ndim != 1 or x.shape != t.shape:
         raise ValueOutOfBoundsError(

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from glob import escape
 from pathlib import Path
 from secrets import token_hex
 
 from mechc.errors import MechcError
-from mechc.files import sync
+from mechc.files import held_file, remove_unheld, sync
 
 
 @contextmanager
@@ -23,15 +24,23 @@ def replacing(path: Path) -> Iterator[Path]:
     """
     part = path.with_name(f".{path.name}.{token_hex(8)}.part")  # where nobody can put a link
     try:
-        yield part
-        sync(part)
-        part.replace(path)
+        remove_parts(path.parent, escape(path.name))
+        with held_file(part):
+            yield part
+            sync(part)
+            part.replace(path)
         sync(path.parent)
     except OSError as error:
         raise MechcError(f"cannot write {path}: {error.strerror or error}") from None
     finally:
         with suppress(OSError):
             part.unlink(missing_ok=True)
+
+
+def remove_parts(folder: Path, names: str = "*") -> None:
+    """Remove what killed processes left of files: what no process is writing."""
+    for part in folder.glob(f".{names}.{'[0-9a-f]' * 16}.part"):
+        remove_unheld(part)
 
 
 def write_text(path: Path, text: str) -> None:

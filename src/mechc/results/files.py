@@ -14,9 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from mechc.errors import MechcError, ValueOutOfBoundsError, package
+from mechc.errors import MechcError, MissingPackageError, ValueOutOfBoundsError, package
 from mechc.results.durable import replacing
 from mechc.results.untrusted import (
+    LARGEST_JSON,
     checked_options,
     json_object,
     names_of,
@@ -28,6 +29,11 @@ from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import Array
 from mechc.system.reference import ModelReference
 
+# What reading a file ends in that anybody may have written, however it is damaged.
+DAMAGE = (
+    MechcError, ArithmeticError, AttributeError, LookupError, MemoryError, OSError, RecursionError,
+    TypeError, ValueError,
+)  # fmt: skip
 FORMAT = 2
 VIEW = "mechc-view"  # the key of no state: it has a hyphen
 LONGEST = 200  # characters of a NetCDF name
@@ -151,20 +157,24 @@ def recipe_of(sol: Trajectory) -> dict[str, Any]:
     }
 
 
-def read(path: Path) -> tuple[dict[str, Any], Array, Array]:
+def read(path: Path, max_bytes: float = LARGEST_JSON) -> tuple[dict[str, Any], Array, Array]:
     """The data to simulate again, and the times and states saved.
 
-    ``"view"`` of the data is the picture in space as bytes, None where there is none.
+    ``"view"`` of the data is the checked picture in space, None where there is none; its values and
+    those of the other data take at most ``max_bytes`` of memory each.
     """
+    from mechc.results.view.recorded import unpacked_view
+
     data = _load(read_regular(path, LARGEST_FILE))
-    recipe = json_object(data.attrs["mechc"], "what it holds for mechc")
+    recipe = json_object(data.attrs["mechc"], "what it holds for mechc", max_bytes)
     if recipe["format"] != FORMAT:
         raise MechcError(f"its format is {recipe['format']}, not {FORMAT}; xarray reads it")
     if data.attrs["sha256"] != digest(data):
         raise MechcError("it is damaged: its sha256 differs; xarray may still read parts of it")
     keys = netcdf_names(names_of(recipe["state"], "its states"))
     states = np.column_stack([data[key].values for key in keys]).astype(np.float64)
-    recipe["view"] = bytes(data[VIEW].values.astype(np.int8)) if VIEW in data.variables else None
+    view = bytes(data[VIEW].values.astype(np.int8)) if VIEW in data.variables else None
+    recipe["view"] = None if view is None else unpacked_view(view, max_bytes)
     return recipe, data["time"].values.astype(np.float64), states
 
 
@@ -197,8 +207,10 @@ def verify(path: Path) -> None:
     """
     try:
         read(path)
-    except (MechcError, LookupError, TypeError, ValueError) as error:
-        raise MechcError(f"{path}: {short(str(error))}") from None
+    except (FileNotFoundError, MissingPackageError):
+        raise
+    except DAMAGE as error:
+        raise MechcError(f"{path}: {short(str(error) or type(error).__name__)}") from None
 
 
 def _write_csv(sol: Trajectory, path: Path) -> None:

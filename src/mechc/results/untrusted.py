@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     import zipfile
 
 LARGEST_TEXT = 64 * 2**20  # bytes of a JSON file: names and numbers
+LARGEST_JSON = 2**30  # bytes of memory for the values of a JSON text
+_VALUE = 100  # bytes of memory for what follows a sign of JSON, at most
 LARGEST_COUNT = 40  # of links and similar: more takes long to derive
 LONGEST_OPTION = 200  # characters
 _LONGEST_HEADER = 10_000
@@ -76,18 +78,31 @@ def read_json(path: Path, most: int = LARGEST_TEXT) -> dict[str, Any]:
     return json_object(read_regular(path, most), str(path))
 
 
-def json_object(content: bytes | str, where: str) -> dict[str, Any]:
+def json_object(content: bytes | str, where: str, most: float = LARGEST_JSON) -> dict[str, Any]:
     """The JSON object in a text; ``where`` is for the message.
 
-    Raises :class:`MechcError` if it is not text, not JSON, nested too deeply, or not an object.
+    Raises :class:`MechcError` if it is not text, not JSON, nested too deeply, not an object, has a
+    whole number beyond the largest double, or if its values would take more than ``most`` bytes of
+    memory, which those of empty lists do by forty times their text.
     """
     try:
-        found = json.loads(content)
-    except (TypeError, ValueError, RecursionError) as error:
+        text = content if isinstance(content, str) else content.decode()
+        size = _VALUE * sum(map(text.count, ",:[{"))
+        if size > most:
+            raise ValueError(f"its values take up to {size} bytes, {most:.0f} are allowed")
+        found = json.loads(text, parse_int=_whole_number)
+    except (AttributeError, ArithmeticError, ValueError, RecursionError) as error:
         raise MechcError(f"{where} is damaged: {printable(str(error))}") from None
     if not isinstance(found, dict):
         raise MechcError(f"{where} is damaged: it is not a JSON object")
     return found
+
+
+def _whole_number(text: str) -> int:
+    """A whole number within the range of doubles; raises :class:`OverflowError` beyond it."""
+    value = int(text)
+    float(value)
+    return value
 
 
 def read_arrays(path: Path) -> dict[str, Array]:

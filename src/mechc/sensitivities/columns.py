@@ -69,7 +69,7 @@ class Columns:
         for name, place in self.places.items():
             if name == START and isinstance(place, slice):
                 found |= {column: k for k, column in enumerate(range(place.start, place.stop))}
-            elif (one := COMPONENT.match(name)) is not None:
+            elif (one := COMPONENT.match(str(name))) is not None:
                 assert isinstance(place, int)
                 found[place] = int(one[1])
         return found
@@ -144,7 +144,7 @@ def columns_of(system: System, names: Sequence[str], values: Array, given: Any) 
 
 def _of_start(system: System, name: str) -> bool:
     """Whether a name is the whole start, or a component of it."""
-    one = COMPONENT.match(name)
+    one = COMPONENT.match(str(name))
     if one is not None and int(one[1]) >= system.scene.width:
         raise ValueOutOfBoundsError(
             f"{name}: a state has {system.scene.width} components, 0 to {system.scene.width - 1}"

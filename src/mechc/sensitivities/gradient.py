@@ -32,7 +32,7 @@ from mechc.sensitivities.steps import NAMES, checked_run, refuse_contact
 from mechc.simulation.record import Piece
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.names import name_of
-from mechc.system.parameters import Array
+from mechc.system.parameters import Array, doubles, one_double
 from mechc.system.system import System
 
 POINTS, WEIGHTS = (0.5 * each for each in np.polynomial.legendre.leggauss(8))
@@ -158,7 +158,7 @@ def _weights(given: Any) -> dict[str, float]:
     if given is None:
         return {}
     if isinstance(given, Mapping):
-        return {name_of(name): float(weight) for name, weight in given.items()}
+        return {name_of(name): one_double(weight, "a weight") for name, weight in given.items()}
     return {name_of(given): 1.0}
 
 
@@ -168,7 +168,7 @@ def _begin(way: Backwards, end: Any) -> None:
     t = sol.span[1]
     y = np.asarray(sol(t))
     if isinstance(end, (np.ndarray, list, tuple)):
-        given = np.array(end, dtype=np.float64)
+        given = doubles(end, "the end's derivative")
         if given.shape != y.shape:
             raise MechcError(f"the end's derivative has the shape {given.shape}, not {y.shape}")
         way.covector, way.value = given, float(given @ y)

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from mechc.errors import ChangePointError, EventError, ValueOutOfBoundsError
+from mechc.errors import ChangePointError, EventError, ValueOutOfBoundsError, brief
 from mechc.native._codes import (
     EVENT_FAILED,
     FINISHED,
@@ -131,6 +131,8 @@ def _run_to_end(
 
 def _advance(motion: Any, span: tuple[float, float], progress: Progress) -> int:
     """Advance to the end and return the final status code."""
+    if not (progress is None or callable(progress)):
+        raise TypeError(f"progress is a function of the share done, not {brief(progress)}")
     try:
         while motion.status == RUNNING:
             motion.advance(CHUNK)
@@ -201,7 +203,9 @@ def continue_run(
     policy = sol.policy._replace(
         first_step=0.0,
         max_steps=checked_count("max_steps", most),
-        on_change_point=checked_change_point(on_change_point or sol.policy.on_change_point),
+        on_change_point=checked_change_point(
+            sol.policy.on_change_point if on_change_point is None else on_change_point
+        ),
     )
     state, values = sol.record.ends()[1][1], sol.record.last.params
     system = sol.system

@@ -98,13 +98,16 @@ class Trajectory:
         """
         if not self.policy.dense:
             raise MechcError("this run kept no dense output: simulate with dense=True")
+        times = self._times_of_run(t)
+        rows = self.record.interpolate(times.reshape(-1))
+        return rows.reshape(*times.shape, rows.shape[1])
+
+    def _times_of_run(self, t: float | Array) -> Array:
         times = doubles(t, "the times")
         low, high = sorted(self.span)
-        along = times.reshape(-1)
-        if not all_within(along, low, high):
+        if not all_within(times.reshape(-1), low, high):
             raise ValueOutOfBoundsError(f"the run covers {low:g} ... {high:g} s only")
-        rows = self.record.interpolate(along)
-        return rows.reshape(*times.shape, rows.shape[1])
+        return times
 
     @cached_property
     def span(self) -> tuple[float, float]:
@@ -134,7 +137,7 @@ class Trajectory:
 
         At a jump those after it; of two equal times in a row there, the first before it.
         """
-        times = doubles(t, "the times")
+        times = self._times_of_run(t)
         rows = self.values_along(times.reshape(-1))
         return np.array(np.broadcast_to(rows, (times.size, rows.shape[-1]))).reshape(
             *times.shape, rows.shape[-1]
@@ -176,7 +179,7 @@ class Trajectory:
 
     def work_until(self, times: float | Array) -> Array:
         """The work done until any times (...) of the run, J."""
-        times = doubles(times, "the times")
+        times = self._times_of_run(times)
         flat = times.reshape(-1)
         known = self.system.knows_energy
         if not known or not times.size or (not self.policy.dense and not self._conserves_energy):

@@ -237,13 +237,27 @@ def _all_values(params: Any) -> Array:
 def doubles(value: Any, what: str) -> Array:
     """An array of doubles, row after row in memory.
 
-    Raises :class:`ValueOutOfBoundsError` for an integer beyond all doubles; NumPy's ``TypeError``
-    and ``ValueError`` for anything but an array of numbers.
+    Raises :class:`ValueOutOfBoundsError` for an integer beyond all doubles, texts that are no
+    numbers and rows of different lengths; ``TypeError`` for anything else but an array of numbers.
     """
     try:
         return np.asarray(value, dtype=np.float64, order="C")
     except OverflowError:
         raise ValueOutOfBoundsError(f"{what} contains an integer beyond all doubles") from None
+    except ValueError:
+        raise ValueOutOfBoundsError(f"{what} must be numbers, not {brief(value)}") from None
+    except TypeError:
+        raise TypeError(f"{what} must be numbers, not {brief(value)}") from None
+
+
+def one_double(value: Any, what: str) -> float:
+    """A number as a double; raises as :func:`doubles`."""
+    if type(value) is float:
+        return value
+    found = doubles(value, what)
+    if found.ndim:
+        raise ValueOutOfBoundsError(f"{what} must be one number, not {brief(value)}")
+    return float(found)
 
 
 def is_table(array: object, width: int) -> bool:

@@ -11,11 +11,12 @@ from typing import Any, NoReturn, TypeAlias
 
 import numpy as np
 
-from mechc.errors import UnavailableOutputError, UnknownNameError
+from mechc.errors import UnavailableOutputError, UnknownNameError, ValueOutOfBoundsError
 from mechc.native._steps import Sizes
 from mechc.system.attitudes import Attitudes
 from mechc.system.description import Description
 from mechc.system.kinds import ANGULAR, DIMENSIONLESS
+from mechc.system.names import name_of
 from mechc.system.parameters import Array, ParameterSet, doubles
 from mechc.system.picture import Picture
 from mechc.system.reference import ModelReference
@@ -315,7 +316,7 @@ class System(Description):
         Raises :class:`UnknownNameError`, :class:`UnavailableOutputError` if there is no such
         output, or it was not requested when compiling.
         """
-        if name in self.array_outputs:
+        if name_of(name) in self.array_outputs:
             parts = [self.evaluate(element, y, p, t) for element in self.array_elements(name)]
             shape = (*parts[0].shape, *self.array_outputs[name])
             return np.stack(parts, axis=-1).reshape(shape)
@@ -327,7 +328,14 @@ class System(Description):
 
     def _evaluate_many(self, name: str, y: Array, p: Array, t: Array) -> Array:
         """Broadcast leading axes; values that are equal for all states are passed once."""
-        leading = np.broadcast_shapes(y.shape[:-1], p.shape[:-1], t.shape)
+        shapes = y.shape[:-1], p.shape[:-1], t.shape
+        try:
+            leading = np.broadcast_shapes(*shapes)
+        except ValueError:
+            raise ValueOutOfBoundsError(
+                "the leading shapes of states, parameters and times do not fit: "
+                f"{', '.join(map(str, shapes))}"
+            ) from None
         rows = np.ascontiguousarray(np.broadcast_to(y, (*leading, y.shape[-1])))
         times = t.reshape(1) if t.ndim == 0 else np.broadcast_to(t, leading).reshape(-1)
         if p.ndim > 1:

@@ -10,6 +10,7 @@ import pytest
 import sympy as sm
 import sympy.physics.mechanics as me
 from mechc_codegen.errors import CodegenError
+from mechc_codegen.export.standalone import csv_cell
 
 import mechc
 from mechc.compilation import toolchain
@@ -278,6 +279,21 @@ def test_what_users_name_is_no_code(tmp_path):
     subprocess.run([*NATIVE, *STRICT, "-c", "cart.c", "main.c"], cwd=tmp_path, check=True)
     text = "".join(file.read_text("utf-8") for file in tmp_path.glob("*.[ch]"))
     assert "*/ int system" not in re.sub(r'"[^"\n]*"', "", text)  # but in strings of C
+
+
+@pytest.mark.parametrize(
+    ("name", "cell"),
+    [
+        ("q_1", "q_1"),
+        ("=1+1", "'=1+1"),
+        (" -x", "' -x"),
+        ("q(1,2)", r"\"q(1,2)\""),
+        ('@"%n', "___n"),
+    ],
+)
+def test_names_are_one_cell_of_a_table_and_no_formula(name, cell):
+    """The example printed "=1+1", which spreadsheets compute."""
+    assert csv_cell(name) == cell
 
 
 @pytest.mark.slow

@@ -75,8 +75,10 @@ def test_what_is_wrong_is_said_in_a_line(recording, typed, words, capsys):
         ("t,theta_0\n0,1\n1,two\n", "line 3"),
         ("t,alpha\n0,1\n1,2\n", "no column is a quantity of pendulum"),
         ("t [fortnight],theta_0\n0,1\n1,2\n", "'fortnight' is not one of its units"),
+        ("t,theta_0" + "x" * 200_000 + "\n0,1\n", "is no CSV file: field larger"),
+        ("t,theta_0\n0,\udcff\n", "is no CSV file: 'utf-8'"),
     ],
 )
 def test_files_that_are_wrong(here, text, words, capsys):
-    (here / "bad.csv").write_text(text)
+    (here / "bad.csv").write_text(text, "utf-8", "surrogateescape")
     assert words in complaint(capsys, "fit", "pendulum", "bad.csv", "--free", "l_0")

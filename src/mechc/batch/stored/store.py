@@ -36,7 +36,7 @@ from mechc.compilation.find import system_of
 from mechc.errors import MechcError, package
 from mechc.files import file_lock
 from mechc.inputs.signals import PARTS, Signal
-from mechc.results.durable import replacing, write_text, written_into
+from mechc.results.durable import remove_parts, replacing, write_text, written_into
 from mechc.results.files import reference_in
 from mechc.results.untrusted import (
     names_of,
@@ -204,7 +204,16 @@ def _alone_in(folder: Path) -> Iterator[None]:
             alone = until_end.enter_context(file_lock(folder / LOCK, wait=False))
         if not alone:
             raise MechcError(f"another call is writing into {folder}")
+        _remove_left_behind(folder)
         yield
+
+
+def _remove_left_behind(folder: Path) -> None:
+    """Remove what a killed call was writing: files of mechc, and of Zarr."""
+    with written_into(folder):
+        remove_parts(folder / NOTES)
+        for part in (folder / DATA).rglob("*.partial"):
+            part.unlink(missing_ok=True)
 
 
 # -- opening ----------------------------------------------------------------------------------

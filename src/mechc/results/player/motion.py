@@ -17,7 +17,7 @@ from mechc.results.player.page import base64_floats
 from mechc.results.player.plots import panels
 from mechc.results.sampling import Run, clean_text, pretty_name
 from mechc.simulation.trajectory import Trajectory
-from mechc.system.parameters import Array
+from mechc.system.parameters import Array, one_double
 
 MOST_FRAMES: Final = 3000
 FEWEST_FRAMES: Final = 240
@@ -38,7 +38,8 @@ def frames(sol: Trajectory, fps: float, *, in_space: bool = False) -> Run:
 
     Raises :class:`ValueOutOfBoundsError` if ``fps`` is not a positive number.
     """
-    if not (math.isfinite(fps) and fps > 0.0):
+    fps = one_double(fps, "fps")
+    if not 0.0 < fps < math.inf:
         raise ValueOutOfBoundsError(
             f"fps must be a positive number of frames per second, not {fps!r}"
         )

@@ -47,6 +47,17 @@ def test_a_stream_holds_what_memory_would(model, start, tmp_path):
     assert again.to_xarray().identical(held.to_xarray())
 
 
+def test_what_a_killed_call_was_writing_is_removed_by_the_next(model, start, tmp_path):
+    folder = tmp_path / "batch"
+    model.simulate_batch(0.5, start, **options(), out=folder)
+    whole = sorted(folder.rglob("*"))
+    for name in ("data.zarr/y/c/0.4f.partial", f"mechc/.request.json.{'0' * 16}.part"):
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_text("half")
+    model.simulate_batch(0.5, start, **options(), out=folder)
+    assert sorted(folder.rglob("*")) == whole
+
+
 def test_xarray_reads_the_folder_by_itself(model, start, tmp_path):
     xarray = pytest.importorskip("xarray")
     batch = model.simulate_batch(0.5, start, **options(), out=tmp_path / "batch")

@@ -30,7 +30,7 @@ from tests.support.sympy_objects import ball_on_disc
 
 t = me.dynamicsymbols._t
 l, m, inertia = sm.symbols("l m I")
-SINGULAR = 1e-8  # SymPy's mass matrix is then no judge
+SINGULAR = 1e-5  # of the largest singular value: beside it rates are rounding of the state
 
 
 def described(thing: Any, **settings: Any) -> Any:
@@ -257,7 +257,7 @@ def test_a_ball_on_a_spinning_disc_has_sympys_rates_or_is_refused() -> None:
 @pytest.mark.slow
 def test_descriptions_are_refused_or_move_as_sympy_has_it(seed: int, thorough: bool) -> None:
     count = 300 if thorough else 40
-    found = {seed + k: outcome(1000 * seed + k) for k in range(count)}
+    found = {number: outcome(number) for number in range(1000 * seed, 1000 * seed + count)}
     assert {k: flaws for k, (what, flaws) in found.items() if what == "WRONG"} == {}
     kinds = Counter((what, bool(flaws)) for what, flaws in found.values())
     assert kinds["same", False] > 0.2 * count

@@ -19,7 +19,7 @@ from mechc.system.parameters import Array, Parameters, one_double
 
 if TYPE_CHECKING:
     from mechc.analysis.constraint_rank import Redundancy
-    from mechc.analysis.equilibria import Equilibrium
+    from mechc.analysis.equilibria import Equilibria
     from mechc.analysis.position_sweep import PositionSweep
 
 ONE_SET = "takes one set of parameters at a time"
@@ -129,11 +129,25 @@ class Configurations(Outputs):
             checked_numbers(speeds, self.speeds, "speed"),
         )
 
-    def equilibria(self, params: Parameters = None, t: float = 0.0) -> tuple[Equilibrium, ...]:
+    def equilibria(
+        self, params: Parameters = None, t: float = 0.0, *, most_starts: int | None = None
+    ) -> Equilibria:
         """Equilibria under the loads at time t, the stable ones first.
 
-        Found by Newton's method on the accelerations along the manifold from points spread over
-        the configurations that close the loops; angles in (-pi, pi].
+        Found by Newton's method for the balance of forces, from points spread over the
+        configurations that close the loops; angles in (-pi, pi].  Searches go on until less than
+        half an equilibrium more is to be expected from how often each was found.
+
+        Parameters
+        ----------
+        most_starts
+            The most searches, where so many do not settle it; by default up to 8192, fewer for
+            many speeds.
+
+        Returns
+        -------
+        Equilibria
+            A tuple; ``searches``, ``expected`` and ``unexplored`` say how likely it has all.
 
         Raises
         ------
@@ -144,7 +158,8 @@ class Configurations(Outputs):
         """
         from mechc.analysis.equilibria import equilibria
 
-        return equilibria(self.system, self._one_set(params, ONE_SET), one_double(t, "the time"))
+        time = one_double(t, "the time")
+        return equilibria(self.system, self._one_set(params, ONE_SET), time, most_starts)
 
     def sweep_positions(
         self,

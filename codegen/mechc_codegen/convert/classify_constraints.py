@@ -165,11 +165,12 @@ def _vanishes(row: Sequence[float]) -> bool:
 
 
 def nonholonomic(
-    configuration: Sequence[Expr], motion: Sequence[Expr], rates: Rates
+    configuration: Sequence[Expr], motion: Sequence[Expr], rates: Rates, *, mixed: bool
 ) -> tuple[Expr, ...]:
     """The rows of ``motion`` that are not rates of the configuration constraints.
 
     These rates need not be among ``motion``: they are derived from the configuration constraints.
+    ``mixed``: they are meant to be there, so that both together leave no less freedom.
 
     Raises
     ------
@@ -187,7 +188,7 @@ def nonholonomic(
         still = [*theirs.still(point), *others.still(point)]
         whole = [[*row, rest] for row, rest in zip([*span, *rows], still, strict=True)]
         known, held = rank(_significant(rows)), _rank_of([*span, *rows])
-        if held < _rank_of(whole) or held == len(rates.u) > known:
+        if held < _rank_of(whole) or (mixed and held == len(rates.u) > known):
             left = "no speeds satisfy" if held < len(rates.u) else "no motion satisfies"
             raise MechanismError(
                 f"{left} both the velocity constraints and the rates of the configuration "
@@ -200,6 +201,21 @@ def nonholonomic(
             "contradict each other?"
         )
     return tuple(motion[i] for i in kept)
+
+
+def degrees_of_freedom(
+    configuration: Sequence[Expr], motion: Sequence[Expr], rates: Rates
+) -> tuple[int, int]:
+    """The degrees of freedom with the velocity constraints alone, and with the rates of the
+    configuration constraints too, at a state that shows the difference if there is any."""
+    size = len(rates.u)
+    theirs = RateRows(rates, [rates.in_symbols(e) for e in configuration])
+    others = SpeedRows(rates, [rates.in_symbols(e) for e in motion])
+    counted = [(size, size)]
+    for point in theirs.points():
+        rows = others.at(point)
+        counted.append((size - _rank_of(rows), size - _rank_of([*theirs.at(point), *rows])))
+    return max(counted, key=lambda pair: pair[0] - pair[1])
 
 
 def _significant(rows: Rows) -> Rows:

@@ -12,15 +12,17 @@ from copy import copy
 from dataclasses import replace
 from typing import Any
 
-from sympy import Expr, Float, Integer, S, Symbol, sympify
+from sympy import Expr, Float, Integer, S, Symbol, expand, sympify
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, RigidBody, dynamicsymbols
 
 from mechc_codegen.convert.added_inertia import split_accelerations
 from mechc_codegen.convert.check_accelerations import refuse_other_accelerations
 from mechc_codegen.convert.check_angular_velocities import refuse_other_angular_velocities
+from mechc_codegen.convert.check_gradients import refuse_without_gradient
 from mechc_codegen.convert.classify_constraints import (
     Rates,
+    degrees_of_freedom,
     integrable,
     nonholonomic,
     satisfied_identically,
@@ -128,19 +130,16 @@ def _constraints(
 ) -> tuple[tuple[Expr, ...], tuple[Expr, ...], tuple[str, ...]]:
     """(configuration constraints, constraints on the speeds only, omitted constraints)."""
     added = tuple(sympify(e) for e in settings.configuration_constraints or ())
-    configuration = (*source.configuration, *added)
+    configuration = tuple(dict.fromkeys((*source.configuration, *added)))
     motion = tuple(e.xreplace(rates.moving) for e in source.motion)
-    if source.mixed:
-        motion = nonholonomic(configuration, motion, rates)
-    unknown = source.mixed and settings.configuration_constraints is None
-    if motion and unknown and integrable(motion, rates):
-        raise MechanismError(
-            f"velocity constraints of this {source.kind} are rates of configuration constraints "
-            "that were not given, so positions cannot be recovered from it: add "
-            "configuration_constraints=[...] to the KanesMethod (with q_dependent), or to "
-            "mechc.compile. configuration_constraints=[] means that there are no others; "
-            "positions then keep the closure that they start with"
-        )
+    _refuse_nonlinear(motion, source)
+    refuse_without_gradient(_numbered_constraints("constraint", configuration), rates)
+    given, motion = motion, nonholonomic(configuration, motion, rates, mixed=source.mixed)
+    own = [e for e in source.configuration if e not in added]
+    if source.mixed and own:
+        _refuse_not_implied(own, given, rates, source)
+    if motion and settings.configuration_constraints is None:
+        _refuse_integrable(motion, rates, source)
     identities = [] if rates.are_speeds else satisfied_identically(configuration, rates)
     skipped = tuple(f"constraint {i + 1}, kept by the kinematics" for i in identities)
     configuration = tuple(e for i, e in enumerate(configuration) if i not in identities)
@@ -153,6 +152,50 @@ def _all_rates(source: Source, rates: Rates, motion: Sequence[Expr]) -> tuple[Ex
         return tuple(e.xreplace(rates.moving) for e in source.motion)
     along = (e.diff(dynamicsymbols._t) for e in source.configuration)
     return (*(e.xreplace(rates.moving) for e in along), *motion)
+
+
+def _refuse_nonlinear(motion: Sequence[Expr], source: Source) -> None:
+    for i, row in enumerate(motion, start=1):
+        slopes = [row.diff(u) for u in source.u]
+        if any(slope.has(*source.u) and expand(slope).has(*source.u) for slope in slopes):
+            raise MechanismError(
+                f"velocity constraint {i} of this {source.kind} is not linear in the speeds, as "
+                "the equations of motion need it: write what it means as constraints that are"
+            )
+
+
+def _refuse_not_implied(
+    configuration: Sequence[Expr], motion: Sequence[Expr], rates: Rates, source: Source
+) -> None:
+    """Refuse constraints that SymPy's equations, made of velocity constraints, do not keep."""
+    alone, both = degrees_of_freedom(configuration, motion, rates)
+    if alone > both:
+        raise MechanismError(
+            f"the velocity constraints of this {source.kind} do not imply the rates of its "
+            "configuration constraints, so its equations do not keep them: they have degrees of "
+            f"freedom: {alone}, with these rates: {both}. Add the rates to the velocity "
+            "constraints (with u_dependent); or give these configuration constraints to "
+            "mechc.compile, configuration_constraints=[...], which derives the rates; or, for the "
+            f"motion of its equations, make the {source.kind} without them"
+        )
+
+
+_POSITIONS = {  # where each object has its configuration constraints
+    "KanesMethod": "configuration_constraints=[...] (with q_dependent)",
+    "LagrangesMethod": "hol_coneqs=[...]",
+    "System": "holonomic constraints",
+}
+
+
+def _refuse_integrable(motion: Sequence[Expr], rates: Rates, source: Source) -> None:
+    if integrable(motion, rates):
+        raise MechanismError(
+            f"velocity constraints of this {source.kind} are rates of configuration constraints "
+            "that were not given, so positions cannot be recovered from it: add "
+            f"{_POSITIONS[source.kind]} to the {source.kind}, or configuration_constraints=[...] "
+            "to mechc.compile. configuration_constraints=[] means that there are no others; "
+            "positions then keep the closure that they start with"
+        )
 
 
 def _numbered_constraints(kind: str, expressions: Sequence[Expr]) -> tuple[Constraint, ...]:

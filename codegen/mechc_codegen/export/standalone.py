@@ -93,7 +93,7 @@ def standalone(
         "not_closed": code("MECHC_NOT_CLOSED"),
         "not_finite": code("MECHC_NOT_FINITE"),
         "state_table": _table([*metadata["coordinates"], *metadata["speeds"]], "y"),
-        "parameter_table": _table(metadata["parameters"], "p"),
+        "parameter_table": _table(_parameters(functions, metadata), "p"),
         "input_table": _input_table(metadata),
         "outputs": "\n".join(_declarations(functions, metadata, name)),
     }
@@ -117,6 +117,7 @@ def standalone(
     source = {
         "code": amalgamate("unit/standalone.h", {**generated, **precision.headers()}, RUNTIME),
         "defaults": "\n".join(default_lines(functions)),
+        "followers": "\n".join(f"    p[{i}] = NAN;" for i, _, held in functions.defaults() if held),
     }
     return {
         f"{name}.h": precision.text(fill_template("header.h.in", common, tables)),
@@ -155,6 +156,15 @@ def code(name: str) -> str:
     found = re.search(rf"{name} = (\d+)", (RUNTIME / "abi" / "codes.h").read_text("utf-8"))
     assert found is not None
     return found[1]
+
+
+def _parameters(functions: SceneFunctions, metadata: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """The parameters, each with those that it follows in its description."""
+    listed = [dict(quantity) for quantity in metadata["parameters"]]
+    for i, _, held in functions.defaults():
+        followed = "follows " + ", ".join(listed[j]["name"] for j in held) if held else ""
+        listed[i]["description"] = ", ".join(filter(None, (listed[i]["description"], followed)))
+    return listed
 
 
 def _table(quantities: Iterable[Mapping[str, Any]], array: str) -> str:

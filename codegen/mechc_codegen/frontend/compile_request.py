@@ -95,6 +95,7 @@ class CompileRequest:
 
     def description(self) -> tuple[Mechanism, OutputRequest]:
         """The mechanism, and the outputs and fixed parameters requested of it."""
+        from mechc_codegen.convert.check_gradients import check_gradients
         from mechc_codegen.convert.convert import convert
         from mechc_codegen.frontend.read_request import read_request
 
@@ -102,6 +103,8 @@ class CompileRequest:
         if mechanism is None:
             assert self._source is not None
             mechanism = convert(self._source, options.settings, self._fingerprint)
+        else:
+            check_gradients(mechanism)
         of_object = self._source is not None
         return mechanism, read_request(
             mechanism, options.fix, options.outputs, of_object=of_object, shapes=self._shapes

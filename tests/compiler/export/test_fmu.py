@@ -158,6 +158,22 @@ def test_parameters_that_follow_others_do_so_in_the_unit(four_bar, start):
     assert y[-1] == pytest.approx(model.simulate(1.0, y0, params, rtol=1e-11).y[-1], abs=2e-9)
 
 
+def test_parameters_that_follow_others_do_so_after_initialization_too(four_bar, start):
+    """A tunable mass is changed between two steps of co-simulation."""
+    values, _, model = start
+    with Instance(four_bar[0]) as unit:
+        unit.initialise(values | REGULAR)
+        unit.step(0.0, 0.5)
+        y = unit.get(*STATES)
+        unit.set({"m_1": 5.0})
+        assert unit.get("I_1")[0] == pytest.approx(5.0 * 2.0**2 / 12, rel=1e-14)
+        unit.step(0.5, 0.5)
+        end = unit.get(*STATES)
+    params = REGULAR | {"m_1": 5.0, "I_1": 5.0 * 2.0**2 / 12}
+    sol = model.simulate((0.5, 1.0), y, params, rtol=1e-11)
+    assert end == pytest.approx(sol.y[-1], abs=2e-9)
+
+
 def test_model_exchange_is_the_motion_of_simulate_and_drifts(four_bar, start):
     """The importer's integrator opens the loops; asked for, event mode closes them."""
     values, y0, model = start

@@ -59,7 +59,7 @@ class Variation:
 
         Raises :class:`ValueOutOfBoundsError` if a value is not within its range.
         """
-        values = {name: self._first_value(name) for name in self.ranges}
+        values = self.values_of(self.first)
         for name, value in values.items():
             low, high = self.ranges[name]
             if not low <= value <= high:
@@ -68,12 +68,12 @@ class Variation:
                 )
         return values
 
-    def _first_value(self, name: str) -> float:
-        if name in self.inputs:
-            return float(self.inputs[name])
-        if name in self.model.parameters:
-            return float(self.first.params[self.model.parameters.index(name)])
-        return float(self.first.y[0][self._states.index(name)])
+    def values_of(self, solution: Any) -> dict[str, float]:
+        """The value in a run for each name of the ranges; of inputs as they were given."""
+        parameters = dict(zip(self.model.parameters, solution.params, strict=True))
+        start = dict(zip(self._states, solution.y[0], strict=True))
+        known = {**start, **parameters, **self.inputs}
+        return {name: float(known[name]) for name in self.ranges}
 
     @property
     def _states(self) -> tuple[str, ...]:

@@ -15,6 +15,10 @@
 #define MECHC_SWITCHES 0 /* functions at whose zeros the equations change their form */
 #endif
 
+#ifndef MECHC_FEATURES
+#define MECHC_FEATURES 0 /* the last of these: edges of narrow features */
+#endif
+
 #ifndef MECHC_ROW_BLOCKS
 #define MECHC_ROW_BLOCKS 0 /* in which constraint rows are eliminated one by one */
 #endif

@@ -14,7 +14,7 @@ from sympy import Add, Expr, Mul, Pow, S, Symbol, cos, sin, tan
 from mechc_codegen.ir.operations import count_operations
 from mechc_codegen.ir.program import Assign, Program, targets_of
 
-_MOST_OPERATIONS = 300  # of an expression that is differentiated: others take long
+_MOST_OPERATIONS = 300  # of an expression that is opened: longer ones take long
 
 
 @dataclass(frozen=True)
@@ -43,6 +43,15 @@ class Definitions:
             e = self.values[e]
         return e
 
+    def opened(self, e: Expr) -> Expr:
+        """An expression with the definitions of its symbols in their place, while it is short."""
+        while count_operations(e) <= _MOST_OPERATIONS:
+            used = e.free_symbols.intersection(self.values)
+            if not used:
+                break
+            e = e.xreplace({x: self.values[x] for x in used})
+        return e
+
     def is_fixed(self, e: Expr) -> bool:
         """Whether an expression depends on parameters alone."""
         return bool(e.free_symbols <= self.fixed)
@@ -69,12 +78,7 @@ class Definitions:
     def rate(self, e: Expr) -> Expr | None:
         """The time derivative of a function of coordinates and the time; None where it has other
         arguments, or q' is not u."""
-        symbols = self.program.symbols
-        while True:
-            used = e.free_symbols.intersection(self.values)
-            if not used or count_operations(e) > _MOST_OPERATIONS:
-                break
-            e = e.xreplace({x: self.values[x] for x in used})
+        symbols, e = self.program.symbols, self.opened(e)
         known = {*symbols.q, symbols.time, *self.fixed}
         has_rates = any(o.name == "coordinate_rates" for o in self.program.outputs)
         if has_rates or not e.free_symbols <= known:

@@ -98,7 +98,7 @@ def _vanishing(part: Expr, definitions: Definitions) -> Iterator[Expr]:
 
 def _touching(e: Expr, definitions: Definitions) -> Iterator[Expr]:
     """What changes its sign where an expression touches zero: the bases of its even powers."""
-    e = factor_terms(definitions.look_up(e))
+    e = factor_terms(definitions.opened(e))
     if isinstance(e, Add):
         yield from _half_angle(e, definitions)
         return
@@ -106,7 +106,7 @@ def _touching(e: Expr, definitions: Definitions) -> Iterator[Expr]:
         base, exponent = factor.as_base_exp()
         if exponent.is_even:
             yield base
-        elif factor != e or definitions.look_up(base) != base:
+        elif factor != e:
             yield from _touching(base, definitions)
 
 

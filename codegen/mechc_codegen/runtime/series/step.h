@@ -105,13 +105,20 @@ MECHC_INLINE real FN(taylor_defect)(real (*rows)[MECHC_SERIES], int order, real 
                                     const real *rates, const real *weights)
 {
     const double count = MECHC_NX - MECHC_TAYLOR_FIRST_RATE;
-    real sum = R(0.0), slope[MECHC_NX];
-    for (int i = MECHC_TAYLOR_FIRST_RATE; i < MECHC_NX; i++) slope[i] = order * rows[order][i];
-    for (int k = order - 1; k > 0; k--)
-        for (int i = MECHC_TAYLOR_FIRST_RATE; i < MECHC_NX; i++)
-            slope[i] = R_FMA(slope[i], s, k * rows[k][i]);
+    const real square = s * s;
+    real sum = R(0.0), slope[MECHC_NX], other[MECHC_NX];
+    int k = order - 1;
+    for (int i = MECHC_TAYLOR_FIRST_RATE; i < MECHC_NX; i++)
+        slope[i] = order * rows[order][i], other[i] = R(0.0);
+    for (; k > 1; k -= 2) /* terms of even and of odd order side by side, as in taylor_sum */
+        for (int i = MECHC_TAYLOR_FIRST_RATE; i < MECHC_NX; i++) {
+            other[i] = R_FMA(other[i], square, k * rows[k][i]);
+            slope[i] = R_FMA(slope[i], square, (k - 1) * rows[k - 1][i]);
+        }
     for (int i = MECHC_TAYLOR_FIRST_RATE; i < MECHC_NX; i++) {
-        const real error = (slope[i] - scale * rates[i]) * s * weights[i];
+        const real of_end = k ? R_FMA(slope[i], s, R_FMA(other[i], square, rows[1][i]))
+                              : R_FMA(other[i], s, slope[i]);
+        const real error = (of_end - scale * rates[i]) * s * weights[i];
         sum = R_FMA(error, error, sum);
     }
     const double most = MECHC_TAYLOR_DISAGREES * order;

@@ -156,6 +156,11 @@ MECHC_STATIC int mechc_taylor_step(mechc_integration *run, double h, double *end
             const int status = mechc_rates_at(run, run->head.t, y, MECHC_RATE(run, 1));
             return status == MECHC_RUNNING ? MECHC_NOT_FINITE : status;
         }
+    w->defect = 0.0;
+    if (!MECHC_SERIES_HIDES) {
+        memcpy(MECHC_RATE(run, 1), MECHC_RATE(run, 0), sizeof run->y);
+        return MECHC_RUNNING;
+    }
     const int status = mechc_rates_at(run, run->head.t + h, end, MECHC_RATE(run, 1));
     w->defect = mechc_scalar_taylor_defect(w->rows, w->order, part, w->scale, MECHC_RATE(run, 1), w->weights);
     return status;

@@ -39,6 +39,7 @@ MECHC_STATIC void mechc_taylor_lanes_store(const mechc_lockstep *a, int lane, me
 {
     (void)a, (void)lane;
     if (run->last_step > 0.0) run->step = run->last_step;
+    if (!MECHC_SERIES_HIDES) mechc_scalar_rates(run->head.t, run->y, &run->given, run->rates);
 }
 
 MECHC_INLINE void mechc_taylor_lanes_expand(mechc_taylor_lanes *own, mechc_vector step)
@@ -90,11 +91,13 @@ MECHC_ONCE void mechc_taylor_lanes_step(mechc_lockstep *a)
     mechc_lockstep_next_step(a);
     const mechc_vector part = a->h / own->scale;
     mechc_vector_taylor_end(own->rows, own->order, part, a->compensation, a->next_compensation, a->end);
+    a->conditioning = mechc_spread(1.0);
+    a->closed = ~(mechc_mask){0};
+    own->defect = mechc_spread(0.0);
+    if (!MECHC_SERIES_HIDES) return;
     mechc_lockstep_rates(a, a->t + a->h, a->end, a->rates[1]);
     own->defect =
         mechc_vector_taylor_defect(own->rows, own->order, part, own->scale, a->rates[1], own->weights);
-    a->conditioning = mechc_spread(1.0);
-    a->closed = ~(mechc_mask){0};
 }
 
 /* The error for which the step was planned; runs continue alone whose series does not lead to its end. */

@@ -92,9 +92,7 @@ class SeriesWriter:
         sizes |= {"_INTEGRATED": self.integrated, "_MOMENTA": int(self.series.momenta)}
         lines = [f"#define MECHC_SERIES{name} {size}" for name, size in sizes.items()]
         lines.append(f"#define MECHC_SERIES_FEW {int(are_few(self.sums))}")
-        lines.append(
-            f"#define MECHC_SERIES_HIDES {int(self.hides)} /* what begins beyond a step */"
-        )
+        lines.append(f"#define MECHC_SERIES_HIDES {int(self.hides)} /* changes beyond a step? */")
         lines += self._roots()
         summing = sums_text(self.sums, self.solving if self.series.momenta else None)
         summing += [self._solving()] if self.series.momenta else []

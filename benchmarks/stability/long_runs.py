@@ -38,7 +38,9 @@ FAR = 8  # periods over which the growth of an error of the start is measured
 
 def periods(quick: bool) -> Iterator[Row]:
     """The pendulum swings a million times, the four-bar a tenth of that."""
-    for method, rtol, count in (("auto", 1e-10, 10**6), ("dop853", 1e-12, 10**5)):
+    for method, rtol, count in (
+        ("auto", 1e-10, 10**6), ("dop853", 1e-12, 10**5), ("taylor", 1e-9, 10**6),
+    ):  # fmt: skip
         yield from _pendulum(method, rtol, count // 100 if quick else count)
     for method, rtol, count in (("auto", 1e-12, 10**5), ("dop853", 1e-12, 10**4)):
         yield from _four_bar(method, rtol, count // 100 if quick else count)

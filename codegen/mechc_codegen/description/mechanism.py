@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TypeAlias
 
-from sympy import Derivative, Expr, S, Symbol, sympify
+from sympy import Derivative, DiracDelta, Expr, S, Symbol, sympify
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
 from sympy.physics.vector import Vector
@@ -241,6 +241,7 @@ class Mechanism:
         _check_units(self)
         _check_states(self)
         _check_symbols(self)
+        _refuse_impulses(self)
 
     @property
     def q(self) -> tuple[AppliedUndef, ...]:
@@ -375,6 +376,15 @@ def _check_symbols(mechanism: Mechanism) -> None:
                 f"{mechanism.name}: {name!r} in {place} is neither a parameter, a coordinate nor "
                 "a speed of the mechanism; declare it (a Symbol and a dynamicsymbol of one name "
                 "are different symbols)"
+            )
+
+
+def _refuse_impulses(mechanism: Mechanism) -> None:
+    for place, expression in _expressions(mechanism):
+        if expression.has(DiracDelta):
+            raise MechanismError(
+                f"{mechanism.name}: {place} has an impulse, DiracDelta, which lasts no time and "
+                "which no integration of rates meets; use an event that resets the speeds"
             )
 
 

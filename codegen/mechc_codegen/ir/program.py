@@ -19,6 +19,7 @@ from mechc_codegen.errors import InternalError
 from mechc_codegen.ir.operations import count_operations
 
 SWITCHING = "switching"  # the output of the functions at whose zeros equations change their form
+FEATURE = "feature"  # the label of those that are edges of narrow features
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,8 @@ from mechc_codegen.emit.taylor.sums import Pair, are_few, arrange, sums_text
 from mechc_codegen.ir.program import Operation, Series
 
 Row = tuple[int, str]  # an operation's number, and "" or "j" where coefficient j is times j
+_HIDING = ("exp", "log", "quotient", "root", "power")
+_LEAST_ORDER = 9  # of a series, at any tolerance: see runtime/series/order.h
 _ONCE = """#if R_VECTOR ? !defined MECHC_SCENE_SERIES_VECTOR : !defined MECHC_SCENE_SERIES_SCALAR
 #if R_VECTOR
 #define MECHC_SCENE_SERIES_VECTOR
@@ -90,10 +92,25 @@ class SeriesWriter:
         sizes |= {"_INTEGRATED": self.integrated, "_MOMENTA": int(self.series.momenta)}
         lines = [f"#define MECHC_SERIES{name} {size}" for name, size in sizes.items()]
         lines.append(f"#define MECHC_SERIES_FEW {int(are_few(self.sums))}")
+        lines.append(f"#define MECHC_SERIES_HIDES {int(self.hides)} /* changes beyond a step? */")
         lines += self._roots()
         summing = sums_text(self.sums, self.solving if self.series.momenta else None)
         summing += [self._solving()] if self.series.momenta else []
         return "\n".join([_ONCE, *lines, "", starting, *summing, following, "#endif"])
+
+    @property
+    def hides(self) -> bool:
+        """Whether the equations may change within a step that no term shows: of sums, products and
+        sines of no higher degree than every series' order they cannot."""
+        degrees = dict[int, int]()
+        for n in self.needed:
+            operation = self.series.operations[n]
+            below = [degrees[a] for a in operation.args if a in degrees]
+            if self.varies(n) and operation.kind in _HIDING:
+                return True
+            own = int(operation.kind in ("state", "time"))
+            degrees[n] = sum(below) if operation.kind == "product" else max(below, default=own)
+        return max(degrees.values(), default=0) > _LEAST_ORDER
 
     def _roots(self) -> Iterator[str]:
         """The rows of roots and powers, whose sign tells their branch."""

@@ -18,7 +18,7 @@ from mechc_codegen.emit.periodic import angles
 from mechc_codegen.emit.printer import RealPrinter
 from mechc_codegen.emit.units.block_elimination import BlockElimination
 from mechc_codegen.emit.units.instruction_sets import InstructionSet
-from mechc_codegen.ir.program import SWITCHING, SineCosine
+from mechc_codegen.ir.program import FEATURE, SWITCHING, SineCosine
 
 VARIATIONAL = {
     "constraint_gradient": "MECHC_GRADIENT",
@@ -78,6 +78,9 @@ def _sizes_of_few(functions: SceneFunctions) -> str:
     if SWITCHING in functions.outputs:
         count = len(functions.outputs[SWITCHING].elements)
         text += f"#define MECHC_SWITCHES {count} /* functions at whose zeros equations change */\n"
+        labels = functions.outputs[SWITCHING].labels
+        features = sum(label.startswith(FEATURE) for label in labels)
+        text += f"#define MECHC_FEATURES {features} /* the last of them */\n" if features else ""
     if functions.program.series:
         text += "#define MECHC_TAYLOR_SERIES 1 /* the motion's recurrences */\n"
     if functions.blocks:

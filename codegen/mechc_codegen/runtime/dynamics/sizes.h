@@ -15,6 +15,10 @@
 #define MECHC_SWITCHES 0 /* functions at whose zeros the equations change their form */
 #endif
 
+#ifndef MECHC_FEATURES
+#define MECHC_FEATURES 0 /* the last of these: edges of narrow features */
+#endif
+
 /* Squared sine or share, and squared length over that of the longest row, below which rows are not
  * eliminated block by block: see loops/blocks.h. */
 #define MECHC_SAFE_SINE 0.1

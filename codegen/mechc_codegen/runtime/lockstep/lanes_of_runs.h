@@ -24,7 +24,8 @@ typedef struct {
     mechc_vector y[MECHC_NX], compensation[MECHC_NX], scale[MECHC_NX];
     mechc_vector end[MECHC_NX], next_compensation[MECHC_NX];
     mechc_vector rates[MECHC_MOST_RATES][MECHC_NX]; /* the first are those of y */
-    mechc_vector floor[MECHC_NX], of_scale, of_size; /* tolerated: a number, of the scale, of |y| */
+    mechc_vector floor[MECHC_NX], of_scale, of_size; /* tolerated: a number, of the scale, of |y|, */
+    mechc_vector part; /* of which a step after many may use less: see mechc_share */
     mechc_vector first, least, least_time; /* conditioning: at y; the least at a step's end, when */
     mechc_vector met; /* in this step: least distance of the rows from dependent ones, squared */
     mechc_vector conditioning; /* at its end */
@@ -80,6 +81,7 @@ MECHC_STATIC void mechc_lockstep_load(mechc_lockstep *a, int lane, const mechc_i
         a->rates[0][i][lane] = run->rates[i];
         a->floor[i][lane] = run->has_tolerances ? run->method->share * run->tolerance[i] : 0.0;
     }
+    a->part[lane] = 1.0;
     a->of_scale[lane] = run->has_tolerances ? 0.0 : asked;
     a->of_size[lane] = run->has_tolerances ? asked : 0.0;
     MECHC_LANE_NUMBERS(MECHC_LANE_TAKE)
@@ -87,8 +89,8 @@ MECHC_STATIC void mechc_lockstep_load(mechc_lockstep *a, int lane, const mechc_i
     a->max_step[lane] = run->max_step;
     a->refused[lane] = -(int64_t)(run->refused != 0);
     a->watched[lane] = -(int64_t)mechc_knows_crossing(&run->monitor);
-    a->steps[lane] = a->kept[lane] = a->rejected[lane] = 0;
-    a->evaluations[lane] = a->configurations[lane] = 0;
+    a->steps[lane] = a->kept[lane] = run->head.stats.steps;
+    a->rejected[lane] = a->evaluations[lane] = a->configurations[lane] = 0;
     a->before[0][lane] = run->head.trajectory.dropped[0];
     a->before[1][lane] = run->head.trajectory.dropped[1];
 }
@@ -120,7 +122,7 @@ MECHC_STATIC void mechc_lockstep_store(mechc_lockstep *a, int lane, mechc_integr
     MECHC_LANE_NUMBERS(MECHC_LANE_GIVE)
     run->conditioning = run->monitor.first;
     run->refused = a->refused[lane] != 0;
-    stats->steps += a->steps[lane];
+    stats->steps = a->steps[lane];
     stats->rejected += a->rejected[lane];
     stats->closure_iterations += a->configurations[lane];
     stats->rhs_evaluations += a->evaluations[lane];

@@ -38,7 +38,7 @@
     .growth = 6.0, \
     .holds_crossing = 1, \
     .horizon = 2.0, \
-    .in_lockstep = 1, \
+    .in_lockstep = MECHC_FEATURES == 0, \
     .farthest = HUGE_VAL, \
     .ignored = 1.0, \
     .after_failure = 0.3
@@ -71,6 +71,7 @@
     .dense_rows = MECHC_GAUSS_DENSE, \
     .nodes = {MECHC_STAGES + 1, mechc_gauss8_nodes}, \
     .share = MECHC_SHARE, \
+    .symmetric = 1, \
     .growth = MECHC_GAUSS_GROWTH, \
     .farthest = MECHC_GAUSS_GROWTH, \
     .ignored = 1.0, \
@@ -96,7 +97,7 @@ MECHC_STATIC int mechc_taylor_rows(const mechc_integration *run)
     .nodes = {6, mechc_dopri5_nodes}, \
     .share = MECHC_SHARE, \
     .growth = MECHC_TAYLOR_GROWTH, \
-    .in_lockstep = 1, \
+    .in_lockstep = MECHC_SWITCHES == 0, \
     .by_itself = 1, \
     .farthest = HUGE_VAL, \
     .ignored = 1.0, \

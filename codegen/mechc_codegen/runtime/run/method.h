@@ -6,6 +6,7 @@
  */
 #pragma once
 
+#include <stdint.h>
 #include <stdlib.h>
 #include "run/integration.h"
 #include "run/memory.h"
@@ -21,7 +22,8 @@ struct mechc_method {
 
     /* Step control. */
     double share;         /* of the tolerance that one step may use: local errors accumulate over a
-                             run, and what was asked for is judged at its end */
+                             run, and what was asked for is judged at its end; see mechc_share */
+    int symmetric;        /* forwards and backwards alike: its errors add up to no drift of the energy */
     double growth;        /* most that one step may be longer than the one before */
     double farthest;      /* the same where a step was shortened to place a crossing */
     double ignored;       /* a step that could grow by less keeps its length */
@@ -31,8 +33,8 @@ struct mechc_method {
     /* Critical configurations. */
     /* The configuration at a node of the step, between its ends; NULL: they are not kept. */
     void (*node)(const mechc_integration *run, int node, double *q);
-    /* Values of the switching functions at the nodes of the step from its start to its end, node
-     * after node of each; NULL: its steps are not cut at their zeros. */
+    /* Values of the switching functions from the step's start to its end at the nodes of collocation,
+     * node after node of each; NULL: its steps are cut at the edges of features alone. */
     void (*switching)(mechc_integration *run, double h, double *values);
     int holds_crossing; /* a step may hold a crossing in a wide gap between its nodes */
     double horizon;     /* steps ahead that crossings are looked for */
@@ -68,6 +70,19 @@ struct mechc_method {
     /* The first `count` rows of the dense output: see dense_output.h. */
     void (*dense)(mechc_integration *run, double h, const double *end, int count, double *rows);
 };
+
+/* The part of its share that a step after so many may use. */
+MECHC_STATIC double mechc_part_of_share(int64_t steps)
+{
+    return steps > MECHC_STEPS_OF_SHARE ? MECHC_STEPS_OF_SHARE / (double)steps : 1.0;
+}
+
+/* The share of the tolerance that the next step may use. */
+MECHC_STATIC double mechc_share(const mechc_integration *run)
+{
+    const double share = run->method->share;
+    return run->method->symmetric ? share : share * mechc_part_of_share(run->head.stats.steps);
+}
 
 /* Allocate the work space of a method without initialisation; NULL without memory. */
 MECHC_STATIC void *mechc_new_work(const mechc_method *method)

@@ -12,16 +12,18 @@
 #include "simd/rough.h"
 
 #define MECHC_ROUGH_EXCESS 0.2288 /* of f (1 - f), in 1 + f over 2^f */
+#define MECHC_TAYLOR_DISAGREES 100.0 /* what is tolerated: rates of a step's end differ by more beyond
+                                        the series; rounding makes 40 at rtol 1e-13 */
 #define MECHC_TAYLOR_JUDGED 3 /* last orders: in a symmetric motion every other one may vanish */
 
 /* The inverse of the tolerated error of each component: a part of its scale, or a number and a part
- * of its size; never less than rounding. */
+ * of its size, times `part`; never less than rounding. */
 MECHC_INLINE void FN(taylor_weights)(const real *y, const real *scale, const real *floor,
-                                     real of_scale, real of_size, real *weights)
+                                     real of_scale, real of_size, real part, real *weights)
 {
     for (int i = 0; i < MECHC_NX; i++) {
         const real size = R_SELECT(R_MASK(y[i] < 0.0), -y[i], y[i]);
-        const real asked = R_FMA(of_scale, scale[i], R_FMA(of_size, size, floor[i]));
+        const real asked = R_FMA(of_scale, scale[i], R_FMA(of_size, size, floor[i])) * part;
         const real digit = DBL_EPSILON * size;
         weights[i] = FN(rough_inverse)(R_SELECT(R_MASK(asked > digit), asked, digit));
     }
@@ -91,6 +93,36 @@ MECHC_INLINE void FN(taylor_end)(real (*rows)[MECHC_SERIES], int order, real s,
         end[i] = rows[0][i] + gain;
         next_compensation[i] = gain - (end[i] - rows[0][i]);
     }
+}
+
+/* Rates that the equations give are those of the speeds, where q' is u. */
+#define MECHC_TAYLOR_FIRST_RATE (MECHC_IDENTITY_KINEMATICS ? MECHC_NQ : 0)
+
+/* The square of what the series' rates at the part s of the scale and those of the equations there
+ * differ by, over what may be.  The first term that a series lacks is small where it converges, and its
+ * rate as many times as large as its order says. */
+MECHC_INLINE real FN(taylor_defect)(real (*rows)[MECHC_SERIES], int order, real s, real scale,
+                                    const real *rates, const real *weights)
+{
+    const double count = MECHC_NX - MECHC_TAYLOR_FIRST_RATE;
+    const real square = s * s;
+    real sum = R(0.0), slope[MECHC_NX], other[MECHC_NX];
+    int k = order - 1;
+    for (int i = MECHC_TAYLOR_FIRST_RATE; i < MECHC_NX; i++)
+        slope[i] = order * rows[order][i], other[i] = R(0.0);
+    for (; k > 1; k -= 2) /* terms of even and of odd order side by side, as in taylor_sum */
+        for (int i = MECHC_TAYLOR_FIRST_RATE; i < MECHC_NX; i++) {
+            other[i] = R_FMA(other[i], square, k * rows[k][i]);
+            slope[i] = R_FMA(slope[i], square, (k - 1) * rows[k - 1][i]);
+        }
+    for (int i = MECHC_TAYLOR_FIRST_RATE; i < MECHC_NX; i++) {
+        const real of_end = k ? R_FMA(slope[i], s, R_FMA(other[i], square, rows[1][i]))
+                              : R_FMA(other[i], s, slope[i]);
+        const real error = (of_end - scale * rates[i]) * s * weights[i];
+        sum = R_FMA(error, error, sum);
+    }
+    const double most = MECHC_TAYLOR_DISAGREES * order;
+    return sum * (1.0 / (count * most * most));
 }
 
 /* The polynomial in the form of the dense output (run/dense_output.h) over a step of s: p = s r0 +

@@ -157,7 +157,7 @@ MECHC_STATIC void mechc_lengthen(mechc_integration *run, double h, double error,
     mechc_stats *stats = &run->head.stats;
     if (error > 1.0) {
         const double part = run->current->root_error ? error * error : error;
-        stats->rounding = mechc_max(stats->rounding, part * run->method->share * run->rtol);
+        stats->rounding = mechc_max(stats->rounding, part * mechc_share(run) * run->rtol);
     }
     run->step = mechc_max(run->step * mechc_max(factor, error > 1.0), run->monitor.wanted);
     if (run->current->farthest < HUGE_VAL)
@@ -186,7 +186,7 @@ MECHC_STATIC int mechc_attempt(mechc_integration *run)
     memcpy(run->monitor.q, run->y, sizeof run->monitor.q);
     const int status = run->current->step(run, h, end);
     const double error = status == MECHC_RUNNING ? run->current->error(run, h, end) : HUGE_VAL;
-    if (mechc_cut_at_switch(run, h, status, error)) return run->head.status;
+    if (mechc_cut_at_switch(run, h, end, status, error)) return run->head.status;
     if (status != MECHC_RUNNING) return mechc_fail(run, h, status);
     run->step = fabs(h);
     const double factor = mechc_limited_factor(run, error);

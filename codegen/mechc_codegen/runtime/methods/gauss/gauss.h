@@ -181,6 +181,7 @@ MECHC_STATIC double mechc_gauss_floor(const mechc_integration *run, double h)
 MECHC_STATIC int mechc_gauss_converge(mechc_integration *run, double h)
 {
     mechc_gauss *g = mechc_gauss_of(run);
+    const double left = MECHC_GAUSS_LEFT * mechc_part_of_share(run->head.stats.steps);
     double before = HUGE_VAL, rate_before = 0.0;
     g->shrinking = 0.0;
     g->left = mechc_knows_crossing(&run->monitor) ? 0.0 : 0.25; /* rounding is reactions */
@@ -197,7 +198,7 @@ MECHC_STATIC int mechc_gauss_converge(mechc_integration *run, double h)
         run->head.stats.rhs_evaluations += MECHC_STAGES;
         if (!(change < HUGE_VAL)) return MECHC_NOT_FINITE;
         /* the first changes shrink faster than later ones */
-        if (iteration > 0 && change * mechc_max(rate, MECHC_GAUSS_FASTEST) <= MECHC_GAUSS_LEFT)
+        if (iteration > 0 && change * mechc_max(rate, MECHC_GAUSS_FASTEST) <= left)
             return MECHC_RUNNING;
         if (iteration > 1 && rate > MECHC_GAUSS_STALLS) {
             const int noise = change <= mechc_gauss_floor(run, h);

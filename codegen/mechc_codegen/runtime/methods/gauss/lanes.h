@@ -235,7 +235,8 @@ MECHC_INLINE void mechc_gauss_lanes_settle(mechc_gauss_lanes *g, int sweep, mech
     const double fastest = MECHC_GAUSS_FASTEST * MECHC_GAUSS_FASTEST;
     const double stalls = MECHC_GAUSS_STALLS * MECHC_GAUSS_STALLS;
     const mechc_vector slowest = mechc_choose(rate > fastest, rate, mechc_spread(fastest));
-    mechc_mask settled = change * slowest <= MECHC_SWEEPS_LEFT * MECHC_SWEEPS_LEFT;
+    const mechc_vector left = MECHC_SWEEPS_LEFT * g->lanes.part;
+    mechc_mask settled = change * slowest <= left * left;
     if (sweep > 1) {
         const mechc_mask noise = change <= g->floor;
         settled |= (rate > stalls) & noise & (rate * rate_before > stalls * stalls);

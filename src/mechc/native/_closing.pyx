@@ -1,16 +1,16 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, initializedcheck=False
 """The closer of loops: configurations and speeds that keep the constraints of a scene.
 
-Its C code asks compiled outputs directly, and a scene without C through Python.
+Its C code asks compiled outputs directly.
 """
 
 import numpy as np
 
 from cpython.exc cimport PyErr_CheckSignals
 from libc.math cimport NAN
-from libc.string cimport memcpy, memset
+from libc.string cimport memset
 
-from mechc.native._abi cimport mechc_inputs, mechc_stack_of, mechc_unit
+from mechc.native._abi cimport mechc_inputs, mechc_unit
 from mechc.native._driver cimport Scene
 from mechc.native._inputs cimport Inputs, address_of
 from mechc.native._pieces cimport LOOK, stack_for, with_stack
@@ -20,20 +20,12 @@ cdef extern from "closing/closure.h":
     enum: MECHC_GAPS, MECHC_GRADIENT, MECHC_CLOSURE_OUTPUTS
 
     ctypedef struct mechc_closure:
-        void (*ask)(
-            const mechc_closure *, int, ptrdiff_t, const double *, const double *, double *
-        ) noexcept nogil
         const mechc_unit *unit
         const mechc_inputs *inputs
-        void *caller
         int *output
         int *breadth
         int coordinates, width, parameters
         double t
-
-    void mechc_ask_unit(
-        const mechc_closure *, int, ptrdiff_t, const double *, const double *, double *
-    ) noexcept nogil
 
 
 cdef extern from "closing/search.h":
@@ -177,61 +169,40 @@ cdef void find_speeds(void *given) noexcept nogil:
     work.made = mechc_speeds_work(<mechc_speeds_job *>work.job)
 
 
-cdef void ask_python(
-    const mechc_closure *closure, int what, ptrdiff_t count, const double *y, const double *p,
-    double *out,
-) noexcept nogil:
-    with gil:
-        (<Closure>closure.caller).answer(closure, what, count, y, p, out)
-
-
 cdef class Closure:
-    """The constraints of a scene: a Scene, or an object with its ``evaluate``.
+    """The constraints of a scene.
 
     ``kind`` (nq,): 0 for a translation, 1 for an angle, 2 for a number (None: translations);
     ``alike`` (nh,): the first row that is known to have the same unit (None: no two are).
     """
 
     cdef mechc_closure closure
-    cdef object scene, error
+    cdef Scene scene
     cdef Inputs inputs
-    cdef tuple names
     cdef size_t stack
     cdef readonly int holonomic, rows, speeds, columns  # of the gradient
     cdef const unsigned char[::1] kind
     cdef const int[::1] alike
 
-    def __init__(self, scene, Inputs inputs=None, kind=None, alike=None):
+    def __init__(self, Scene scene, Inputs inputs=None, kind=None, alike=None):
         cdef mechc_closure *closure = &self.closure
-        cdef Scene compiled
-        self.scene, self.inputs, self.error = scene, inputs, None
+        self.scene, self.inputs, self.stack = scene, inputs, scene.stack
         self.holonomic, self.rows, self.speeds = scene.holonomic, scene.rows, scene.speeds
         closure.coordinates, closure.width = scene.coordinates, scene.width
         closure.parameters = scene.parameters
-        closure.inputs = address_of(inputs)
+        closure.unit, closure.inputs = scene.unit, address_of(inputs)
         self.kind = np.zeros(scene.coordinates, np.uint8) if kind is None else kind
         self.alike = np.arange(self.holonomic, dtype=np.intc) if alike is None else alike
         self.check_rows()
-        if isinstance(scene, Scene):
-            compiled = scene
-            self.stack = mechc_stack_of(compiled.width)
-            known = compiled.indices
-            closure.ask, closure.unit = mechc_ask_unit, compiled.unit
-        else:
-            known = scene.outputs
-            closure.ask, closure.caller = ask_python, <void *>self
-        gradient = "constraint_gradient" if "constraint_gradient" in known else "constraint_jacobian"
-        self.names = (
-            "constraints", gradient, "velocity_constraints", "constraint_jacobian", "preference"
-        )
-        whole = gradient == "constraint_gradient"
+        whole = "constraint_gradient" in scene.indices
         self.columns = closure.coordinates if whole else self.speeds
-        for what, name in enumerate(self.names):
-            closure.output[what] = known[name] if name in known else -1
-            if closure.unit != NULL and name in known:
-                closure.breadth[what] = closure.unit.outputs[closure.output[what]].width
-            else:
-                closure.breadth[what] = known.get(name, 0)
+        names = (
+            "constraints", "constraint_gradient" if whole else "constraint_jacobian",
+            "velocity_constraints", "constraint_jacobian", "preference",
+        )
+        for what, name in enumerate(names):
+            closure.output[what] = scene.indices.get(name, -1)
+            closure.breadth[what] = scene.outputs.get(name, 0)
 
     cdef int check_rows(self) except -1:
         cdef ptrdiff_t row
@@ -241,37 +212,6 @@ cdef class Closure:
             if not 0 <= self.alike[row] <= row or self.alike[self.alike[row]] != self.alike[row]:
                 raise ValueError("a row is alike to the first one of its unit")
         return 0
-
-    cdef void answer(
-        self, const mechc_closure *closure, int what, ptrdiff_t count, const double *y, const double *p,
-        double *out,
-    ) noexcept:
-        """Evaluate a scene in Python for C; an error is stored and raised after C's work."""
-        cdef ptrdiff_t size = count * self.closure.breadth[what], i
-        cdef double[:, ::1] states = np.empty((count, self.closure.width))
-        cdef double[:, ::1] values = np.empty((1, self.closure.parameters))
-        cdef double[:, ::1] found
-        memcpy(&states[0, 0], y, count * self.closure.width * sizeof(double))
-        if self.closure.parameters:
-            memcpy(&values[0, 0], p, self.closure.parameters * sizeof(double))
-        try:
-            if self.error is None:
-                times = np.array([closure.t])
-                asked = self.names[what], times, np.asarray(states), np.asarray(values)
-                given = () if self.inputs is None else (self.inputs,)
-                found = np.ascontiguousarray(self.scene.evaluate(*asked, *given))
-                memcpy(out, &found[0, 0], size * sizeof(double))
-                return
-        except BaseException as error:
-            self.error = error
-        for i in range(size):
-            out[i] = NAN
-
-    def raise_error(self):
-        """Raise what a scene in Python raised."""
-        error, self.error = self.error, None
-        if error is not None:
-            raise error
 
     def keep_speeds(self, double t, const double[:, ::1] y, const double[:, ::1] p,
                     const int[::1] unknown, double dead, const double[:, ::1] weight=None,
@@ -315,7 +255,6 @@ cdef class Closure:
         job.conditioning, job.stop = &weakest[0], 0
         work.job = &job
         with_stack(stack_for(self.stack, count), find_speeds, &work, &job.stop)
-        self.raise_error()
         if not work.made:
             raise MemoryError()
         return out, left, row, size, conditions
@@ -402,7 +341,6 @@ cdef class Closings:
             while search.more:
                 with_stack(self.closure.stack, search_a_while, &search)
                 PyErr_CheckSignals()
-                self.closure.raise_error()
         finally:
             mechc_closer_free(search.closer)
 
@@ -440,7 +378,6 @@ def measure(Closure closure, double t, const int[::1] unknown, const double[::1]
     work.length, work.rows = &lengths[0], &rows[0, 0]
     with_stack(closure.stack, measure_members, &work)
     mechc_measure_free(&one)
-    closure.raise_error()
     return np.asarray(lengths), np.asarray(rows)
 
 
@@ -483,7 +420,6 @@ def trace_assemblies(Closure closure, double t, int driven, const int[::1] unkno
     job.change_point, job.passed = &points[0, 0], &passes[0]
     work.job = &job
     with_stack(stack_for(closure.stack, count * value.shape[0]), follow, &work, &job.stop)
-    closure.raise_error()
     if not work.made:
         raise MemoryError()
     return ratio, change_points, passed, ends

@@ -367,9 +367,8 @@ static void mechc_close_remove(const mechc_closing *job, mechc_closer *closer, i
 static void mechc_close_round(mechc_closing *job, mechc_closer *closer)
 {
     const mechc_closure *closure = &job->closure;
-    closure->ask(closure, MECHC_GAPS, closer->active, closer->y, closer->p, closer->gaps);
-    closure->ask(closure, MECHC_GRADIENT, closer->active, closer->y, closer->p,
-                 closer->gradients);
+    mechc_ask(closure, MECHC_GAPS, closer->active, closer->y, closer->p, closer->gaps);
+    mechc_ask(closure, MECHC_GRADIENT, closer->active, closer->y, closer->p, closer->gradients);
     mechc_measure_weigh(&closer->measure, closer->active, closer->gaps, closer->gradients);
     for (int k = closer->active - 1; k >= 0; k--) {
         if (mechc_close_take(job, closer, k)) continue;

@@ -100,8 +100,8 @@ static void mechc_follow_ask(const mechc_following *job, mechc_follower *one,
 {
     memcpy(one->y, place->q, (size_t)job->closure.coordinates * sizeof(double));
     one->y[job->driven] = place->s;
-    job->closure.ask(&job->closure, MECHC_GAPS, 1, one->y, one->p, one->gap);
-    job->closure.ask(&job->closure, MECHC_GRADIENT, 1, one->y, one->p, one->gradient);
+    mechc_ask(&job->closure, MECHC_GAPS, 1, one->y, one->p, one->gap);
+    mechc_ask(&job->closure, MECHC_GRADIENT, 1, one->y, one->p, one->gradient);
     mechc_measure_weigh(&one->measure, 1, one->gap, one->gradient);
 }
 

@@ -93,8 +93,8 @@ static void mechc_measure_at(mechc_measure *one, const double *p, double length)
             one->y[k * of->closure->width + at] = one->spread[k * of->unknowns + i] * turn[kind]
                                                 * (kind == MECHC_TRANSLATION ? length : 1.0);
         }
-    of->closure->ask(of->closure, MECHC_GAPS, MECHC_MEASURED, one->y, p, one->gap);
-    of->closure->ask(of->closure, MECHC_GRADIENT, MECHC_MEASURED, one->y, p, one->gradient);
+    mechc_ask(of->closure, MECHC_GAPS, MECHC_MEASURED, one->y, p, one->gap);
+    mechc_ask(of->closure, MECHC_GRADIENT, MECHC_MEASURED, one->y, p, one->gradient);
 }
 
 /* The degree with which a row grows with the translations; 0 if it contains none. */

@@ -22,6 +22,9 @@ cdef extern from "closing/closure.h":
     ctypedef struct mechc_closure:
         const mechc_unit *unit
         const mechc_inputs *inputs
+        int rows, columns
+        const unsigned char *kind
+        const int *alike
         int *output
         int *breadth
         int coordinates, width, parameters
@@ -31,11 +34,9 @@ cdef extern from "closing/closure.h":
 cdef extern from "closing/search.h":
     ctypedef struct mechc_closing:
         mechc_closure closure
-        int rows, columns, unknowns
+        int unknowns
         const int *unknown
-        const unsigned char *kind
         const unsigned char *guessed
-        const int *alike
         ptrdiff_t starts, near
         const double *start
         int only_near, all, tells_miss
@@ -60,20 +61,15 @@ cdef extern from "closing/search.h":
 
 
 cdef extern from "closing/measure.h":
-    ctypedef struct mechc_measured:
-        const mechc_closure *closure
-        int rows, columns, unknowns
-        const int *unknown
-        const unsigned char *kind
-        const int *alike
-
     ctypedef struct mechc_measure:
-        mechc_measured of
+        const mechc_closure *closure
         double length
         double *weight
         double size
 
-    int mechc_measure_make(mechc_measure *, const mechc_measured *) noexcept nogil
+    int mechc_measure_make(
+        mechc_measure *, const mechc_closure *, int, const int *
+    ) noexcept nogil
     void mechc_measure_free(mechc_measure *) noexcept nogil
     void mechc_measure_member(
         mechc_measure *, const double *, const double *, double
@@ -103,10 +99,8 @@ cdef extern from "closing/speeds.h":
 cdef extern from "closing/follow.h":
     ctypedef struct mechc_following:
         mechc_closure closure
-        int rows, columns, driven, unknowns
+        int driven, unknowns
         const int *unknown
-        const unsigned char *kind
-        const int *alike
         ptrdiff_t count, values
         const double *value
         const double *p
@@ -146,7 +140,7 @@ cdef void measure_members(void *given) noexcept nogil:
     cdef measuring *work = <measuring *>given
     cdef mechc_measure *one = work.measure
     cdef ptrdiff_t k, i
-    cdef int rows = one.of.rows
+    cdef int rows = one.closure.rows
     for k in range(work.count):
         mechc_measure_member(one, work.q, work.p + k * work.p_stride, work.hint[k])
         work.length[k] = one.length
@@ -180,7 +174,7 @@ cdef class Closure:
     cdef Scene scene
     cdef Inputs inputs
     cdef size_t stack
-    cdef readonly int holonomic, rows, speeds, columns  # of the gradient
+    cdef readonly int holonomic, rows, speeds
     cdef const unsigned char[::1] kind
     cdef const int[::1] alike
 
@@ -195,7 +189,8 @@ cdef class Closure:
         self.alike = np.arange(self.holonomic, dtype=np.intc) if alike is None else alike
         self.check_rows()
         whole = "constraint_gradient" in scene.indices
-        self.columns = closure.coordinates if whole else self.speeds
+        closure.rows, closure.columns = self.holonomic, closure.coordinates if whole else self.speeds
+        closure.kind, closure.alike = &self.kind[0], &self.alike[0]
         names = (
             "constraints", "constraint_gradient" if whole else "constraint_jacobian",
             "velocity_constraints", "constraint_jacobian", "preference",
@@ -306,10 +301,7 @@ cdef class Closings:
         miss = self.miss = np.empty(count)
         opened = self.open = np.empty((count, fixed.shape[1]))
         found[...], miss[...] = NAN, NAN
-        job.rows = closure.holonomic
-        job.columns = closure.columns
-        job.unknowns, job.unknown, job.kind = unknowns, &unknown[0], &closure.kind[0]
-        job.alike = &closure.alike[0]
+        job.unknowns, job.unknown = unknowns, &unknown[0]
         if guessed is not None:
             if guessed.shape[0] != unknowns:
                 raise ValueError("wrong number of unknowns")
@@ -357,7 +349,6 @@ def measure(Closure closure, double t, const int[::1] unknown, const double[::1]
     (n,) of a step of a coordinate that is neither angle nor number, and (n, rows) what such steps
     of the unknowns change each row by; rows that are alike have the same size.
     """
-    cdef mechc_measured of
     cdef mechc_measure one
     cdef mechc_closure asked = closure.closure
     cdef measuring work
@@ -368,10 +359,7 @@ def measure(Closure closure, double t, const int[::1] unknown, const double[::1]
         raise ValueError("wrong number of coordinates or parameters")
     if not unknown.shape[0] or not closure.holonomic or not hint.shape[0]:
         raise ValueError("nothing to measure")
-    of.closure, of.rows, of.columns = &asked, closure.holonomic, closure.columns
-    of.unknowns, of.unknown, of.kind = unknown.shape[0], &unknown[0], &closure.kind[0]
-    of.alike = &closure.alike[0]
-    if not mechc_measure_make(&one, &of):
+    if not mechc_measure_make(&one, &asked, unknown.shape[0], &unknown[0]):
         raise MemoryError()
     work.measure, work.count, work.p_stride = &one, hint.shape[0], p.shape[1]
     work.q, work.p, work.hint = &q[0], &p[0, 0] if p.shape[1] else NULL, &hint[0]
@@ -410,10 +398,8 @@ def trace_assemblies(Closure closure, double t, int driven, const int[::1] unkno
     cdef int[::1] places = np.append(unknown, np.intc(driven)).astype(np.intc)
     if not 0 < unknowns <= closure.holonomic or not count:
         raise ValueError("wrong number of unknowns")
-    job.rows, job.columns = closure.holonomic, closure.columns
     job.driven, job.unknowns, job.unknown = driven, unknowns, &places[0]
-    job.kind, job.count, job.values = &closure.kind[0], count, value.shape[0]
-    job.alike = &closure.alike[0]
+    job.count, job.values = count, value.shape[0]
     job.value, job.length, job.most = &value[0], &length[0], most
     job.p = &p[0, 0] if p.shape[1] else NULL
     job.q, job.ratio, job.end = &q[0, 0, 0], &ratios[0, 0, 0], &end[0]

@@ -17,6 +17,9 @@ typedef enum {
 typedef struct {
     const mechc_unit *unit;
     const mechc_inputs *inputs;
+    int rows, columns;         /* of the gradient; the first `rows` count */
+    const unsigned char *kind; /* of every coordinate */
+    const int *alike; /* (rows,): the first row that is known to have the same unit */
     int output[MECHC_CLOSURE_OUTPUTS]; /* its index in the unit; -1: there is none */
     int breadth[MECHC_CLOSURE_OUTPUTS]; /* numbers a state */
     int coordinates, width, parameters;

@@ -30,7 +30,7 @@ static void mechc_close_member(mechc_closing *job, mechc_closer *closer)
     mechc_measure_member(&closer->measure, job->fixed + member * coordinates, closer->p,
                          job->length[member]);
     for (int i = 0; i < job->unknowns; i++) {
-        const int kind = job->kind[job->unknown[i]];
+        const int kind = job->closure.kind[job->unknown[i]];
         closer->unit[i] = kind == MECHC_TRANSLATION ? closer->measure.length : 1.0;
     }
     for (int k = 0; k < closer->team; k++)

@@ -110,7 +110,8 @@ class Piece:
 def follow(system: System, run: Any, values: Array, columns: Columns, start: Array) -> Piece:
     """The columns over a compiled run, from those (nx, k) at its start.
 
-    Raises :class:`MechcError` for inputs that are functions of the state.
+    Raises :class:`MechcError` for a run that began at a change point, and for inputs that are
+    functions of the state.
     """
     checked_run(system, run, values)
     t = run.times(0)
@@ -154,6 +155,11 @@ def checked_run(system: System, run: Any, values: Array) -> None:
 
     Raises :class:`MechcError` as :func:`follow` says.
     """
+    if not hasattr(run, "vary"):
+        raise MechcError(
+            "the run begins at a change point, where branches of the motion cross: no derivatives "
+            "are computed from there; begin beside it"
+        )
     t, y = run.tail(1)
     if len(t) and system.driven is not None:  # inputs for which there are no derivatives raise
         system.evaluate("state_jacobian", y[0], values, float(t[-1]))

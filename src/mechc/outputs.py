@@ -176,12 +176,11 @@ class Outputs(Description):
             raise TypeError(f"out is an array for the rates, not {brief(out)}")
         values = self.system.parameter_set.resolve(params)
         scene = self.system.scene
-        into = getattr(scene, "evaluate_into", None)
         tables = is_table(y, scene.width) and is_table(out, scene.width)
         same = values.ndim == 1 and np.ndim(t) == 0
         apart = tables and not np.may_share_memory(y, out)
-        if into is not None and apart and same and len(y) == len(out):
-            into("rates", doubles([t], "the time"), y, values[None], out)
+        if apart and same and len(y) == len(out):
+            scene.evaluate_into("rates", doubles([t], "the time"), y, values[None], out)
         else:
             out[...] = self.system.rates(self._checked_states(y), values, t)
         return out

@@ -65,43 +65,21 @@ PICTURES: Final[dict[str, tuple[Draw, tuple[float, float]]]] = {
     "energy": (panels.draw_energy, (7.4, 5.6)),
     "closure": (panels.draw_closure, (7.4, 3.6)),
 }
-"""The files that `save_all` writes: name -> drawing function, width and height in inches."""
+"""The files that `save_all` writes: name -> drawing function, width and height in inches.
+
+Coordinates and speeds have one panel per unit, angles in degrees, not wrapped.  Paths are those of
+the traced points in metres, with the mechanism at the start and at the end; a spatial mechanism is
+projected on the two axes of largest extent, with a note.  Energies are in joules, beside the change
+of the total.  Closure has the largest position (m) and velocity (m/s) residual on a log scale.
+"""
 
 
 # --- the pictures ----------------------------------------------------------------------------
 
 
-def coordinates(sol: Trajectory, *, samples: int = SAMPLES) -> Figure:
-    """The coordinates against time, one panel per unit; angles in degrees, not wrapped."""
-    return _picture("coordinates", sample(sol, samples, jumps=True))
-
-
-def speeds(sol: Trajectory, *, samples: int = SAMPLES) -> Figure:
-    """The speeds against time, one panel per unit; angular speeds in degrees per second."""
-    return _picture("speeds", sample(sol, samples, jumps=True))
-
-
-def paths(sol: Trajectory, *, samples: int = SAMPLES) -> Figure:
-    """Paths of the traced points in metres, the mechanism drawn at the start and at the end.
-
-    A spatial mechanism is projected on the two axes of largest extent, with a note in the picture.
-    """
-    return _picture("paths", sample(sol, samples, jumps=True))
-
-
-def energy(sol: Trajectory, *, samples: int = SAMPLES) -> Figure:
-    """Kinetic, potential and total energy in joules, and the change of the total."""
-    return _picture("energy", sample(sol, samples, jumps=True))
-
-
-def closure(sol: Trajectory, *, samples: int = SAMPLES) -> Figure:
-    """Largest position (m) and velocity (m/s) residual of the constraints, on a log scale."""
-    return _picture("closure", sample(sol, samples, jumps=True))
-
-
-def overview(sol: Trajectory, *, samples: int = SAMPLES) -> Figure:
-    """An overview of the motion in one figure, which `Solution.plot()` returns."""
-    return _picture("overview", sample(sol, samples, jumps=True))
+def picture(name: str, sol: Trajectory, *, samples: int = SAMPLES) -> Figure:
+    """One of :data:`PICTURES`; ``Solution.plot()`` returns ``"overview"``."""
+    return _picture(name, sample(sol, samples, jumps=True))
 
 
 def save_all(

@@ -243,9 +243,9 @@ class Solution(Trajectory):
 
     def plot(self) -> Any:
         """Coordinates, speeds, paths, energy and closure in one matplotlib figure."""
-        from mechc.results.figures import overview
+        from mechc.results.figures import picture
 
-        return overview(self)
+        return picture("overview", self)
 
     def animate(self, *, fps: float = 60.0) -> Any:
         """The motion, as an object that displays itself and has ``save(path)``."""

@@ -240,11 +240,6 @@ class Record:
         """Whether resets have changed parameters."""
         return any(piece.params is not self.pieces[0].params for piece in self.pieces)
 
-    @property
-    def has_contacts(self) -> bool:
-        """Whether contacts were looked at."""
-        return any(piece.contacts for piece in self.pieces)
-
     def in_contact(self) -> Array:
         """Flags (nt - 1,) of the steps between states during which a contact lasted."""
         lasting = [np.full(len(piece.times()), piece.lasts) for piece in self.pieces]

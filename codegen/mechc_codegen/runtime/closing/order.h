@@ -19,7 +19,7 @@ static double mechc_close_rank(const mechc_closing *job, mechc_closer *closer, c
         }
     } else if (job->closure.output[MECHC_PREFERENCE] >= 0) {
         memcpy(closer->y, q, (size_t)job->closure.coordinates * sizeof *q);
-        job->closure.ask(&job->closure, MECHC_PREFERENCE, 1, closer->y, closer->p, &rank);
+        mechc_ask(&job->closure, MECHC_PREFERENCE, 1, closer->y, closer->p, &rank);
         rank = -rank;
     }
     return rank;

@@ -52,8 +52,8 @@ static void mechc_speeds_ask(const mechc_speeds_job *job, ptrdiff_t state, doubl
                              double *jacobian)
 {
     const double *y = job->y + state * job->closure.width, *p = job->p + state * job->p_stride;
-    job->closure.ask(&job->closure, MECHC_RESIDUALS, 1, y, p, residuals);
-    if (jacobian) job->closure.ask(&job->closure, MECHC_JACOBIAN, 1, y, p, jacobian);
+    mechc_ask(&job->closure, MECHC_RESIDUALS, 1, y, p, residuals);
+    if (jacobian) mechc_ask(&job->closure, MECHC_JACOBIAN, 1, y, p, jacobian);
     if (!job->weight) return;
     for (int i = 0; i < job->rows; i++) {
         const double weight = mechc_speeds_weight(job, state, i);

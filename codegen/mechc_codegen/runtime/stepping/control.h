@@ -142,7 +142,7 @@ MECHC_STATIC void mechc_learn_rounding(mechc_integration *run, double h, double 
     const double t = run->head.t, shrunk = fabs(h) / run->refused_step;
     const int again = run->refused_t == t && run->refused_step > 0.0 && shrunk < 1.0;
     const double most = MECHC_ROUNDING_ALLOWED / (mechc_share(run) * run->rtol);
-    const int stays = again && mechc_nears_critical(&run->monitor, run->horizon)
+    const int stays = MECHC_NH > 0 && again && mechc_nears_critical(&run->monitor, run->horizon)
                    && error > run->refused_error * shrunk * shrunk * shrunk;
     if (stays && mechc_knows_crossing(&run->monitor))
         run->allowed = mechc_min(mechc_max(run->allowed, 4.0 * error),

@@ -10,10 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from sympy import Expr, Symbol, symbols
-from sympy.physics.mechanics import ReferenceFrame, RigidBody, dot, dynamicsymbols, inertia
-from sympy.physics.vector import Vector
-
 from mechc_codegen.description.mechanism import Constraint, Drawing, Mechanism
 from mechc_codegen.library.parts import (
     fixed_point,
@@ -23,6 +19,9 @@ from mechc_codegen.library.parts import (
     turn_frame,
     weight,
 )
+from sympy import Expr, Symbol, symbols
+from sympy.physics.mechanics import ReferenceFrame, RigidBody, dot, dynamicsymbols, inertia
+from sympy.physics.vector import Vector
 
 Rows = list[tuple[str, Expr]]  # what a row measures, and the gap
 Closing = Callable[[Vector, ReferenceFrame, ReferenceFrame], Rows]

@@ -8,7 +8,7 @@ from mechc.native._closing import Closings, Closure, measure
 
 from mechc.assembly.closer import spread
 from tests.support.linkages import dyads
-from tests.support.python_scene import PythonScene
+from tests.support.linkages.python_scene import PythonScene
 
 
 class Constraints(PythonScene):

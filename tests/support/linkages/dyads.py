@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from tests.support.python_scene import PythonScene
+from tests.support.linkages.python_scene import PythonScene
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ static void mechc_ask_unit(const mechc_closure *closure, int what, ptrdiff_t cou
 {
     const mechc_rows t = {&closure->t, 0}, states = {y, closure->width}, parameters = {p, 0};
     closure->unit->outputs[closure->output[what]].evaluate(count, t, states, parameters,
-                                                           closure->inputs, out);
+                                                           closure->inputs, MECHC_NO_FORCES, out);
 }
 
 static void mechc_close_swap(double *a, double *b, int count)

@@ -168,9 +168,10 @@ class Outputs(Description):
         """State rates y' at the state without projection, shape (..., nq + nu).
 
         On the constraints these are the accelerations of the mechanism; off them, those of
-        J u' = gamma.  A state knows of no contacts: ``sol.output("rates")`` does.  Written into ``out`` if it is given, by compiled code without a copy if it
-        and y are tables of states (n, nq + nu) and t and the parameters are the same for all.
-        ``out`` may share memory with y.  ``inputs`` as in :meth:`with_inputs`.
+        J u' = gamma.  Without the forces of contacts: ``sol.output("rates")`` has them.  Written
+        into ``out`` if it is given, by compiled code without a copy if it and y are tables of
+        states (n, nq + nu) and t and the parameters are the same for all.  ``out`` may share
+        memory with y.  ``inputs`` as in :meth:`with_inputs`.
         """
         if inputs is not None:
             return self.with_inputs(inputs).rhs(t, y, params, out)

@@ -39,7 +39,8 @@ typedef struct {
     const mechc_quantity *quantity;
     mechc_motion *motion; /* whose steps are reduced */
     double t0;
-    double *value;  /* a quantity each: the result so far */
+    double *value;  /* a quantity each: the result so far, */
+    double *last;   /* and its value where the steps reduced so far end, of crossings; NaN: none */
     int *known;
     int *shared;    /* for each quantity the first one with the same values */
     int ahead, rows; /* steps that are sampled together, and samples in them */
@@ -79,7 +80,8 @@ static int mechc_reducer_make(mechc_reducer *reducer, mechc_motion *motion, int 
     const int fit = MECHC_MOST_VALUES / (MECHC_SAMPLES * reducer->widest);
     reducer->ahead = fit < 1 ? 1 : fit < MECHC_MOST_AHEAD ? fit : MECHC_MOST_AHEAD;
     reducer->rows = 1 + MECHC_SAMPLES * reducer->ahead;
-    reducer->value = malloc(some * sizeof(double));
+    reducer->value = malloc(2 * some * sizeof(double));
+    reducer->last = reducer->value ? reducer->value + some : 0;
     reducer->known = malloc(some * sizeof(int));
     reducer->shared = malloc(some * sizeof(int));
     const size_t rows = (size_t)reducer->rows * sizeof(double);
@@ -119,6 +121,7 @@ static void mechc_reducer_begin(mechc_reducer *reducer, double t0)
     for (int i = 0; i < reducer->quantities; i++) {
         reducer->known[i] = 0;
         reducer->value[i] = 0.0;
+        reducer->last[i] = NAN;
     }
 }
 

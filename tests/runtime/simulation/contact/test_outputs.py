@@ -64,6 +64,8 @@ def test_reductions_and_outputs_of_a_batch(arm):
         sol = arm.simulate(2.0, start, events=REST, t_eval=batch.t_eval)
         for name in names:
             np.testing.assert_allclose(batch[name][k], sol.output(name), rtol=1e-12, atol=1e-11)
+    hit = arm.simulate_batch(2.0, starts, events=REST, reduce=["first(tip > -1)"])
+    np.testing.assert_allclose(hit["first(tip > -1)"], batch.event_latest[:, 0], rtol=1e-12)
     with pytest.raises(MechcError, match="derivatives of a motion in which contacts last"):
         arm.simulate_batch(2.0, starts, events=REST, reduce=["max(state_jacobian[1,0])"])
 

@@ -149,13 +149,17 @@ def own_numbers(system: System, inputs: BatchInputs, count: int) -> tuple[Array,
 
 
 def evaluate_output(
-    system: System, inputs: BatchInputs, name: str, states: Array, values: Array, times: Array
-) -> Array:
-    """An output at states (n, nt, nq + nu) of members with parameters (n, nt or 1, np)."""
+    system: System, inputs: BatchInputs, name: str, states: Array, values: Array, times: Array,
+    forces: Array | None,
+) -> Array:  # fmt: skip
+    """An output at states (n, nt, nq + nu) of members with parameters (n, nt or 1, np), with the
+    ``forces`` of contacts (n, nt, nu)."""
     if system.driven is None or not inputs.own or system.driven.is_free(name):
-        return system.evaluate(name, states, values, times)
+        return system.evaluate(name, states, values, times, forces)
     rows = [
-        with_inputs(system, inputs.of(k)).evaluate(name, states[k], values[k], times[k])
+        with_inputs(system, inputs.of(k)).evaluate(
+            name, states[k], values[k], times[k], None if forces is None else forces[k]
+        )
         for k in range(len(states))
     ]
     return np.array(rows)

@@ -23,7 +23,7 @@ from mechc.native._codes import COUNTERS, FINISHED, LAST, LEAST
 from mechc.simulation.events.outcome import function_failed
 from mechc.simulation.events.run_events import RunEvents
 from mechc.simulation.initialise import request_of
-from mechc.simulation.settings import IN_LOCKSTEP
+from mechc.simulation.settings import IN_LOCKSTEP, refuse_derivatives_in_contact
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -80,7 +80,7 @@ def run_members(
         results[f"reduction_{i}"] = reduction.combine(job.reduced[:, first:last])
         first = last
     along = job.p_at_times if changes else values[:, None]
-    results |= _histories(system, recipe, along, job.at_times)
+    results |= _histories(system, recipe, along, job)
     if recipe.sensitivities:
         derivatives = Members(system, recipe, values, y0, job.status == FINISHED)
         complete = complete and drive(derivatives, threads)
@@ -102,13 +102,18 @@ def _runs(
     if driven is not None:
         driven.restart(recipe.span[0])
     numbers, places = own_numbers(system, recipe.inputs, recipe.count)
+    in_contact = events is not None and bool(events.laws)
+    if in_contact:
+        names = list(system.scene.outputs)
+        reduced = [names[each[2]] for each in (*quantities, *filter(None, [until])) if each[2] >= 0]
+        refuse_derivatives_in_contact([*recipe.outputs, *reduced])
     request = request_of(
         system, recipe.span, _first(system, values), policy._replace(dense=dense), events, scene
     )
     return Runs(
         request, policy.method in IN_LOCKSTEP, *recipe.span, y0, values, assembled, recipe.t_eval,
         quantities, until, allowed_gaps(system, values, recipe.span[0]), numbers, places,
-        keeps_params,
+        keeps_params, in_contact and bool(recipe.outputs),
     )  # fmt: skip
 
 
@@ -161,12 +166,13 @@ def _with_speeds(
     return kept.y, closed & kept.keep
 
 
-def _histories(system: System, recipe: Recipe, values: Array, states: Array) -> dict[str, Array]:
+def _histories(system: System, recipe: Recipe, values: Array, job: Runs) -> dict[str, Array]:
     """Results at t_eval: states (n, nt, nq + nu), outputs (n, nt, ...)."""
+    states, forces = job.at_times, job.forces_at_times if job.forces_at_times.size else None
     found = {"y_eval": states} if recipe.keep_states else {}
     for i, name in enumerate(recipe.outputs):
         times = np.broadcast_to(recipe.t_eval, states.shape[:2])
-        history = evaluate_output(system, recipe.inputs, name, states, values, times)
+        history = evaluate_output(system, recipe.inputs, name, states, values, times, forces)
         history[np.isnan(states[:, :, 0])] = np.nan  # also where the state has no effect
         found[f"output_{i}"] = history
     return found

@@ -59,10 +59,12 @@ class DrivenScene:
         values.check_times((t,))
         return self._whole
 
-    def evaluate(self, name: str, t: Array, y: Array, p: Array) -> Array:
+    def evaluate(
+        self, name: str, t: Array, y: Array, p: Array, forces: Array | None = None
+    ) -> Array:
         """Evaluate an output as :class:`mechc.native._driver.Scene` does."""
         if name in self._free:
-            return np.asarray(self._scene.evaluate(name, t, y, p))
+            return np.asarray(self._scene.evaluate(name, t, y, p, forces=forces))
         values = self._given_inputs()
         if values.caller.takes_state and name.endswith("state_jacobian"):
             raise MechcError(
@@ -70,7 +72,7 @@ class DrivenScene:
                 "so there is no derivative by it: compile with expressions for them"
             )
         values.check_times(t)
-        out: Array = self._scene.evaluate(name, t, y, p, self._whole)
+        out: Array = self._scene.evaluate(name, t, y, p, self._whole, forces)
         if values.caller.failure is not None:
             self.raise_failure()
         return out

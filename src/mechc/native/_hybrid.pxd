@@ -155,6 +155,10 @@ cdef extern from "hybrid/contact/read.h":
         const mechc_motion *, const mechc_contact_laws *, const mechc_piece *, ptrdiff_t,
         const double *, double *
     ) nogil
+    int mechc_read_contact_forces(
+        const mechc_motion *, const mechc_contact_laws *, const mechc_piece *, ptrdiff_t,
+        const double *, const double *, double *
+    ) nogil
     int mechc_impulses(
         const double *, const double *, const double *, int, int, double *, double *, int *
     ) nogil

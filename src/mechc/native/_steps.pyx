@@ -15,7 +15,7 @@ from mechc.native._driver cimport Scene
 from mechc.native._events cimport Events
 from mechc.native._hybrid cimport (
     mechc_contact_laws, mechc_motion, mechc_piece, mechc_piece_in_contact, mechc_piece_leave, mechc_piece_make,
-    mechc_piece_share, mechc_read_contact
+    mechc_piece_share, mechc_read_contact, mechc_read_contact_forces
 )
 from mechc.native._inputs cimport Inputs, Shapes, address_of, array_of, mechc_inputs, shapes_of
 from mechc.native._pieces cimport LONG_STACK, LOOK, next_piece, seconds_now, with_stack
@@ -37,6 +37,7 @@ ctypedef struct contact_reading:
     const mechc_piece *piece
     ptrdiff_t count
     const double *t
+    const double *y  # states whose forces are read; NULL: the states are read
     double *out
     int made
 
@@ -62,9 +63,14 @@ cdef void interpolate_a_while(void *given) noexcept nogil:
         job.piece = next_piece(job.piece, now - before)
 
 
-cdef void read_contact_states(void *given) noexcept nogil:
+cdef void read_in_contact(void *given) noexcept nogil:
     cdef contact_reading *job = <contact_reading *>given
-    job.made = mechc_read_contact(&job.motion, job.laws, job.piece, job.count, job.t, job.out)
+    if job.y == NULL:
+        job.made = mechc_read_contact(&job.motion, job.laws, job.piece, job.count, job.t, job.out)
+    else:
+        job.made = mechc_read_contact_forces(
+            &job.motion, job.laws, job.piece, job.count, job.t, job.y, job.out
+        )
 
 
 cdef void vary_steps(void *given) noexcept nogil:
@@ -255,7 +261,7 @@ cdef class Steps:
         if not t.shape[0]:
             return out
         if self.piece.contacts and mechc_piece_in_contact(self.piece):
-            self.read_contact(t, view)
+            self.read_contact(t, NULL, &view[0, 0])
             return out
         job.unit, job.trajectory = self.unit, self.piece.steps
         job.p, job.left, job.piece = parameters, t.shape[0], 1
@@ -266,7 +272,24 @@ cdef class Steps:
             PyErr_CheckSignals()
         return out
 
-    cdef read_contact(self, const double[::1] t, double[:, ::1] out):
+    def forces(self, const double[::1] t, const double[:, ::1] y):
+        """The generalized forces (nt, nu) of the contacts that last, at states (nt, width) of the piece.
+
+        NaN where laws of contacts are not known, as of steps from a file.
+        """
+        cdef Scene scene = self.scene
+        found = np.full((t.shape[0], scene.speeds), np.nan)
+        cdef double[:, ::1] view = found
+        if y.shape[0] != t.shape[0] or y.shape[1] != self.width:
+            raise ValueError("a state is needed at every time")
+        if t.shape[0] and mechc_piece_in_contact(self.piece):
+            self.read_contact(t, &y[0, 0], &view[0, 0])
+        elif self.piece.contacts:
+            found[:] = 0.0
+        return found
+
+    cdef read_contact(self, const double[::1] t, const double *y, double *out):
+        """Read states on the constraints of the contacts, or the forces at states ``y``."""
         cdef contact_reading job
         cdef Scene scene = self.scene
         memset(&job.motion, 0, sizeof(job.motion))
@@ -275,8 +298,8 @@ cdef class Steps:
         job.motion.rows, job.motion.parameters = scene.rows, scene.parameters
         job.motion.sizes = self.sizes.sizes
         job.laws, job.piece = &self.events.laws, self.piece
-        job.count, job.t, job.out = t.shape[0], &t[0], &out[0, 0]
-        with_stack(self.stack, read_contact_states, &job)
+        job.count, job.t, job.y, job.out = t.shape[0], &t[0], y, out
+        with_stack(self.stack, read_in_contact, &job)
         if not job.made:
             raise MemoryError()
 

@@ -43,6 +43,7 @@ class Steps(Protocol):
     def ends(self) -> tuple[Array, Array]: ...
     def change_points(self) -> tuple[Array, Array, Array]: ...
     def interpolate(self, t: Array) -> Array: ...
+    def forces(self, t: Array, y: Array) -> Array: ...
 
 
 class SmoothPart(NamedTuple):
@@ -226,6 +227,24 @@ class Record:
             rows = np.empty((len(t), found.shape[1])) if rows is None else rows
             rows[own] = found
         return np.asarray(rows)
+
+    def contact_forces(self, t: Array, y: Array) -> Array | None:
+        """Generalized forces (nt, nu) of contacts at times and states (nt, nq + nu) of the motion.
+
+        Zero where no contact lasts; NaN where their laws are not known.  None where none ever does.
+        """
+        if not any(piece.lasts for piece in self.pieces):
+            return None
+        numbers, forces = self._numbers(t), np.zeros((len(t), 0))
+        for number, piece in enumerate(self.pieces):
+            own = np.flatnonzero(numbers == number)
+            if not piece.lasts or not len(own):
+                continue
+            found = piece.steps.forces(np.ascontiguousarray(t[own]), np.ascontiguousarray(y[own]))
+            if not forces.shape[1]:
+                forces = np.zeros((len(t), found.shape[1]))
+            forces[own] = found
+        return forces if forces.shape[1] else None
 
     def params_along(self, t: Array) -> Array:
         """The parameters (np,); where resets have changed them, those at each time (nt, np)."""

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
+from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.native._arrays import NOT_IN_ORDER, OUTSIDE, times_along
 from mechc.native._codes import CHANGE_POINT_POLICIES, LOCKSTEP, METHODS, RULES
 from mechc.system.names import checked_word
@@ -115,6 +115,25 @@ def refuse_beside_checkpoints(events: Sequence[Any], sensitivities: Sequence[Any
         raise ValueOutOfBoundsError(
             "a run with checkpoints takes neither events= nor sensitivities=: its gradient, "
             "sol.gradient(...), needs neither"
+        )
+
+
+def holds_derivatives(output: str) -> bool:
+    """Whether an output holds derivatives of the motion, which those in contact do not have."""
+    return output.endswith(("state_jacobian", "parameter_jacobian", "input_jacobian"))
+
+
+def refuse_derivatives_in_contact(outputs: Iterable[str]) -> None:
+    """
+    Raises
+    ------
+    MechcError
+        Where an output holds derivatives of the motion.
+    """
+    for name in filter(holds_derivatives, outputs):
+        raise MechcError(
+            f"{name} is that of the motion without contacts: derivatives of a motion in which "
+            "contacts last are not known"
         )
 
 

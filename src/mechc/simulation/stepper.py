@@ -7,13 +7,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from mechc.errors import MechcError, StepError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.native._codes import EVENT_FAILED, FINISHED, RUNNING
 from mechc.native._motion import Stepping
 from mechc.simulation.events.outcome import failure_of
 from mechc.simulation.events.run_events import RunEvents
 from mechc.simulation.initialise import checked_state, request_of
-from mechc.simulation.settings import Policy
+from mechc.simulation.settings import Policy, refuse_derivatives_in_contact
 from mechc.simulation.status import ChangePoint, Status, status_of
 from mechc.system.names import name_of
 from mechc.system.parameters import Array, Parameters, one_double
@@ -122,18 +124,29 @@ class Stepper:
     def outputs(self, *names: str) -> dict[str, Array]:
         """Outputs of the model at the present state, with the present inputs, by name.
 
+        Accelerations, multipliers and reactions have the forces of the contacts that last; before
+        the first step it is not known which do.
+
         Raises
         ------
         UnknownNameError, UnavailableOutputError
             If there is no such output, or it was not requested when compiling.
         """
         system, y, t = self._system, self.y, self.t
+        forces = self._contact_forces(t, y)
+        if forces is not None:
+            refuse_derivatives_in_contact(names)
         return {
             name: system.energy(y, self.params, t)
             if name == "energy"
-            else system.evaluate(name, y, self.params, t)
+            else system.evaluate(name, y, self.params, t, forces)
             for name in names
         }
+
+    def _contact_forces(self, t: float, y: Array) -> Array | None:
+        """Generalized forces (nu,) of the contacts that last; None where there are no contacts."""
+        steps = self._motion.steps() if self._events is not None and self._events.laws else None
+        return None if steps is None else steps.forces(np.array([t]), y[None])[0]
 
     # -- stepping -----------------------------------------------------------------------------
 

@@ -15,7 +15,7 @@ from mechc.simulation.balance import conserves_energy, work_along
 from mechc.simulation.events.event import Event, EventRecord
 from mechc.simulation.events.run_events import RunEvents
 from mechc.simulation.record import Record, SmoothPart
-from mechc.simulation.settings import Policy
+from mechc.simulation.settings import Policy, refuse_derivatives_in_contact
 from mechc.simulation.status import ChangePoint, Status
 from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
@@ -146,6 +146,19 @@ class Trajectory:
     def values_along(self, t: Array) -> Array:
         """``params`` (np,); where resets change them, a row for each time (nt, np)."""
         return self.record.params_along(t)
+
+    def output_along(self, name: str, t: Array, y: Array) -> Array:
+        """An output (nt, ...) at times (nt,) and states (nt, nq + nu) of the run.
+
+        It has the forces of the contacts that last there.
+        """
+        forces = self.record.contact_forces(t, y)
+        if forces is not None:
+            refuse_derivatives_in_contact([name])
+        values = self.values_along(t)
+        if name == "energy":
+            return self.system.energy(y, values, t)
+        return self.system.evaluate(name, y, values, t, forces)
 
     # -- histories, computed when requested ---------------------------------------------------
 

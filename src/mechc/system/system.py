@@ -310,23 +310,32 @@ class System(Description):
         """Positions of the named points in m, (..., points, 3)."""
         return self.evaluate("points", y, p, t)
 
-    def evaluate(self, name: str, y: Array, p: Array, t: Time = 0.0) -> Array:
+    def evaluate(
+        self, name: str, y: Array, p: Array, t: Time = 0.0, forces: Array | None = None
+    ) -> Array:
         """Evaluate any output by name, into a new array.
+
+        ``forces`` (..., nu): generalized forces besides those of the description, of contacts,
+        with which accelerations and multipliers are solved.
 
         Raises :class:`UnknownNameError`, :class:`UnavailableOutputError` if there is no such
         output, or it was not requested when compiling.
         """
         if name_of(name) in self.array_outputs:
-            parts = [self.evaluate(element, y, p, t) for element in self.array_elements(name)]
+            elements = self.array_elements(name)
+            parts = [self.evaluate(element, y, p, t, forces) for element in elements]
             shape = (*parts[0].shape, *self.array_outputs[name])
             return np.stack(parts, axis=-1).reshape(shape)
         if y.ndim == 1 and p.ndim == 1 and np.ndim(t) == 0:
             times = doubles([t], "the time")
-            one: Array = self._rows(name, times, y[None], p[None])[0]
+            row = None if forces is None else forces.reshape(1, -1)
+            one: Array = self._rows(name, times, y[None], p[None], row)[0]
             return one
-        return self._evaluate_many(name, y, p, doubles(t, "the time"))
+        return self._evaluate_many(name, y, p, doubles(t, "the time"), forces)
 
-    def _evaluate_many(self, name: str, y: Array, p: Array, t: Array) -> Array:
+    def _evaluate_many(
+        self, name: str, y: Array, p: Array, t: Array, forces: Array | None
+    ) -> Array:
         """Broadcast leading axes; values that are equal for all states are passed once."""
         shapes = y.shape[:-1], p.shape[:-1], t.shape
         try:
@@ -336,25 +345,25 @@ class System(Description):
                 "the leading shapes of states, parameters and times do not fit: "
                 f"{', '.join(map(str, shapes))}"
             ) from None
-        rows = np.ascontiguousarray(np.broadcast_to(y, (*leading, y.shape[-1])))
         times = t.reshape(1) if t.ndim == 0 else np.broadcast_to(t, leading).reshape(-1)
         if p.ndim > 1:
             p = np.broadcast_to(p, (*leading, p.shape[-1]))
         out = self._rows(
             name,
             np.ascontiguousarray(times),
-            rows.reshape(-1, y.shape[-1]),
+            _rows_of(y, leading),
             np.ascontiguousarray(p.reshape(math.prod(p.shape[:-1]), p.shape[-1])),
+            None if forces is None else _rows_of(forces, leading),
         )
         return out.reshape(*leading, *out.shape[1:])
 
-    def _rows(self, name: str, t: Array, y: Array, p: Array) -> Array:
+    def _rows(self, name: str, t: Array, y: Array, p: Array, forces: Array | None = None) -> Array:
         if name not in self.scene.outputs:
             if name in ABSENT:
                 tail = (0, len(self.speeds)) if name == "constraint_jacobian" else (0,)
                 return np.zeros((len(y), *tail))
             self.refuse_output(name)
-        out: Array = self.scene.evaluate(name, t, y, p)
+        out: Array = self.scene.evaluate(name, t, y, p, forces=forces)
         shape = self._shapes.get(name)
         return out if shape is None else out.reshape(len(y), *shape)
 
@@ -364,3 +373,9 @@ class System(Description):
         if why is None:
             raise UnknownNameError("output", name, self.scene.outputs)
         raise UnavailableOutputError(f"{self.name} has no {name.replace('_', ' ')}: {why}")
+
+
+def _rows_of(values: Array, leading: tuple[int, ...]) -> Array:
+    """Values (..., n) for each of the leading axes, as rows."""
+    every = np.broadcast_to(values, (*leading, values.shape[-1]))
+    return np.ascontiguousarray(every).reshape(-1, values.shape[-1])

@@ -81,13 +81,14 @@ static void outputs(const mechc_unit *unit, ptrdiff_t n, const double *t, const 
         const mechc_output *output = &unit->outputs[i];
         const mechc_rows one_time = rows(t, 0), one_set = rows(p, 0);
         double *out = heap(n * output->width);
-        output->evaluate(n, rows(t, 1), rows(y, NX), rows(p, MECHC_NP), NULL, out);
+        output->evaluate(n, rows(t, 1), rows(y, NX), rows(p, MECHC_NP), NULL, MECHC_NO_FORCES,
+                         out);
         printf("%s", output->name);
         say("", out, n * output->width);
         free(out);
         for (ptrdiff_t few = 0; few <= unit->lanes + 1; few++) { /* blocks that are not full */
             double *some = heap(few * output->width);
-            output->evaluate(few, one_time, rows(y, NX), one_set, NULL, some);
+            output->evaluate(few, one_time, rows(y, NX), one_set, NULL, MECHC_NO_FORCES, some);
             free(some);
         }
     }

@@ -205,6 +205,9 @@ static void mechc_reduce_first(const mechc_probe *probe, int i, const double *s,
 {
     double f[MECHC_SAMPLES + 1], zero = NAN;
     for (int j = 0; j <= MECHC_SAMPLES; j++) f[j] = seen[j] - probe->quantity->level;
+    /* between steps accelerations jump, where a contact or an input changes */
+    if (mechc_crosses_level(probe, probe->reducer->last[i], f[0])) zero = 0.0;
+    probe->reducer->last[i] = f[MECHC_SAMPLES];
     for (int j = 0; j < MECHC_SAMPLES && !(zero >= 0.0); j++) {
         double low = s[j], f_low = f[j];
         const double vertex = j > 0 ? mechc_vertex(f[j - 1], f[j], f[j + 1], s[j], s[1]) : NAN;

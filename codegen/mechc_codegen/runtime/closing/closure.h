@@ -32,7 +32,7 @@ static void mechc_ask(const mechc_closure *closure, mechc_closure_output what, p
 {
     const mechc_rows t = {&closure->t, 0}, states = {y, closure->width}, parameters = {p, 0};
     closure->unit->outputs[closure->output[what]].evaluate(count, t, states, parameters,
-                                                           closure->inputs, out);
+                                                           closure->inputs, MECHC_NO_FORCES, out);
 }
 
 static void mechc_close_swap(double *a, double *b, int count)

@@ -18,6 +18,8 @@ typedef struct {
     real k[MECHC_CONSTANTS];              /* constants made of them */
     const mechc_inputs *inputs[RLANES];   /* of a scene that has any */
     const int *stop;                      /* see mechc_options */
+    const real *forces; /* generalized (nu), besides the scene's own: outputs that hold accelerations
+                           are solved with them, stages of methods are not; NULL: none */
 } FN(given);
 
 /* Whether another thread asks to stop the present work, which takes long in a wide scene: it then

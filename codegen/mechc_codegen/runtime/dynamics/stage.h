@@ -25,6 +25,7 @@
 MECHC_INLINE void FN(make_constants)(FN(given) *given)
 {
     FN(hoist)(given->p, given->k);
+    given->forces = 0;
     given->k[MECHC_ROWS_THAT_COUNT] = R((double)MECHC_NC);
     given->k[MECHC_ORDINARY_LENGTH] = given->k[MECHC_ORDINARY_SUM] = R(0.0);
     given->k[MECHC_LENGTH] = R(1.0);

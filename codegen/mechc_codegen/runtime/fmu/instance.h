@@ -199,14 +199,20 @@ MECHC_STATIC void mechc_fmu_evaluate_events(mechc_fmu *fmu)
 MECHC_STATIC void mechc_fmu_evaluate(mechc_fmu *fmu)
 {
     if (fmu->evaluated) return;
-    const mechc_standalone *model = mechc_fmu_current(fmu);
-    double *out = fmu->outputs;
+    double *out = fmu->outputs, forces[MECHC_NU];
+    const double t = fmu->now.t, *y = fmu->now.y;
     mechc_hybrid *hybrid = &fmu->reacher.hybrid;
-    if (mechc_has_contacts(hybrid) && hybrid->live && !fmu->moved) /* with the forces of lasting ones */
-        hybrid->motion.rates(&hybrid->motion, fmu->now.t, fmu->now.y, fmu->rates);
-    else mechc_standalone_rates(model, fmu->now.t, fmu->now.y, fmu->rates);
+    mechc_held held;
+    mechc_scalar_given given;
+    mechc_give_standalone(mechc_fmu_current(fmu), &held, &given);
+    if (mechc_has_contacts(hybrid) && hybrid->live && !fmu->moved
+        && mechc_is_in_contact(&hybrid->motion)) { /* with the forces of lasting ones */
+        mechc_contact_forces(hybrid->motion.contacts, t, y, forces);
+        given.forces = forces;
+    }
+    mechc_scalar_output_rates(t, y, y + MECHC_NQ, &given, fmu->rates);
 #define MECHC_FMU_EVALUATE(label, width) \
-    mechc_standalone_##label(model, fmu->now.t, fmu->now.y, out), out += width;
+    mechc_scalar_output_##label(t, y, y + MECHC_NQ, &given, out), out += width;
     MECHC_FMU_OUTPUTS(MECHC_FMU_EVALUATE)
     (void)out;
     mechc_fmu_evaluate_events(fmu);

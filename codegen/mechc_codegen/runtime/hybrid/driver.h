@@ -432,6 +432,7 @@ MECHC_STATIC int mechc_begin_nothing(mechc_hybrid *hybrid, int why)
     options.scale = hybrid->motion.scale;
     options.inputs = hybrid->motion.inputs;
     hybrid->motion.states = mechc_free_states;
+    hybrid->motion.rates = mechc_free_rates;
     hybrid->motion.steps = &hybrid->run->trajectory;
     memset(hybrid->contacts.mode, 0, (size_t)hybrid->contacts.laws.count);
     hybrid->motion.unit->start(hybrid->run, &options);

@@ -122,5 +122,5 @@ MECHC_STATIC void mechc_motion_evaluate(const mechc_motion *motion, int output, 
                                   double *out)
 {
     const mechc_rows times = {&t, 0}, states = {y, motion->width}, p = {motion->p, 0};
-    motion->unit->outputs[output].evaluate(1, times, states, p, motion->inputs, out);
+    motion->unit->outputs[output].evaluate(1, times, states, p, motion->inputs, MECHC_NO_FORCES, out);
 }

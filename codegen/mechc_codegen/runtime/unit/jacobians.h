@@ -11,12 +11,25 @@
 #include "scene_program.h"
 #include "variational/respond.h"
 
+/* Add what further forces change: M du' + J^T dlambda = forces, J du' = 0. */
+MECHC_RARE_ONCE void FN(add_forces)(const FN(place) *place, const real *forces, real *accelerations,
+                                    real *multipliers)
+{
+    real residual[MECHC_MOTION], change[MECHC_MOTION];
+    for (int i = 0; i < MECHC_NU; i++) residual[i] = -forces[i];
+    for (int i = MECHC_NU; i < MECHC_MOTION; i++) residual[i] = R(0.0);
+    FN(respond_with)(place, residual, 1, multipliers != 0, change);
+    for (int i = 0; i < MECHC_NU; i++) accelerations[i] += change[i];
+    for (int i = 0; multipliers && i < MECHC_NC; i++) multipliers[i] += change[MECHC_NU + i];
+}
+
 /* Solve the motion, one copy for all outputs that need it; multipliers may be NULL. */
 MECHC_ONCE void FN(solve)(real t, const real *q, const real *u, const FN(given) *given,
                           FN(place) *place, real *accelerations, real *multipliers)
 {
     FN(locate)(t, q, given, place);
     FN(accelerate)(t, q, u, given, place, accelerations, multipliers);
+    if (given->forces) FN(add_forces)(place, given->forces, accelerations, multipliers);
 }
 
 #if MECHC_NC > 0

@@ -64,6 +64,7 @@ MECHC_STATIC void mechc_give_standalone(const mechc_standalone *model, mechc_hel
     memcpy(given->k, model->k, sizeof given->k);
     given->inputs[0] = &held->head;
     given->stop = 0;
+    given->forces = 0;
 }
 
 MECHC_STATIC int mechc_all_finite(const double *values, int count)

@@ -22,7 +22,7 @@ def arrows(run: Run, middle: Array) -> list[dict[str, Any]]:
     shown, names = run.picture, list(run.system.joint_names)
     if not names or names != list(shown.joints) or shown.acting is None:
         return []
-    forces = run.system.evaluate("reaction_forces", run.y, run.params, run.t)
+    forces = run.solution.output_along("reaction_forces", run.t, run.y)
     points = run.evaluate(shown.acting) - middle
     return _drawn([f"reaction in {name}" for name in names], points, forces)
 

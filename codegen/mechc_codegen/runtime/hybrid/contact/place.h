@@ -100,6 +100,16 @@ MECHC_STATIC int mechc_contact_table_at_hand(mechc_contact_place *c)
     return MECHC_RUNNING;
 }
 
+/* The rate of a gap over one speed. */
+MECHC_STATIC double mechc_gap_over_speed(const mechc_contact_place *c, int contact, int speed)
+{
+    const double *slopes = mechc_law(c, contact) + MECHC_LAWS;
+    double rate = c->identity ? slopes[speed] : 0.0;
+    for (int i = 0; !c->identity && i < c->coordinates; i++)
+        rate += slopes[i] * c->kinematic[i * c->speeds + speed];
+    return rate;
+}
+
 /* Compute N of q' = N u + b. */
 MECHC_STATIC void mechc_contact_kinematics(mechc_contact_place *c)
 {
@@ -151,11 +161,8 @@ MECHC_STATIC int mechc_contact_rows(mechc_contact_place *c)
     for (int k = 0; k < n; k++) {
         const double *slopes = mechc_law(c, k) + MECHC_LAWS;
         double *normal = c->normal + k * nu, *tangent = c->tangent + k * nu;
-        for (int j = 0; j < nu && c->laws->has_gap[k]; j++) { /* else it stays zero */
-            normal[j] = c->identity ? slopes[j] : 0.0;
-            for (int i = 0; !c->identity && i < nq; i++)
-                normal[j] += slopes[i] * c->kinematic[i * nu + j];
-        }
+        for (int j = 0; j < nu && c->laws->has_gap[k]; j++) /* else it stays zero */
+            normal[j] = mechc_gap_over_speed(c, k, j);
         for (int j = 0; j < nu && c->laws->has_friction[k]; j++) tangent[j] = slopes[nq + j];
         if (c->laws->has_gap[k]) mechc_solve_lower(c->root, nu, normal);
         if (c->laws->has_friction[k]) mechc_solve_lower(c->root, nu, tangent);

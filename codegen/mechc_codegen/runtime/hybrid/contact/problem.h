@@ -179,6 +179,20 @@ MECHC_STATIC void mechc_answer_forces(const mechc_answer *answer, int contact, d
     if (way != 0.0) *friction = -way * of->friction[contact] * (of->has_gap[contact] ? *normal : 1.0);
 }
 
+/* The generalized forces (nu) of all contacts at their place. */
+MECHC_STATIC void mechc_generalized_forces(const mechc_contact_place *c, const mechc_answer *answer, double *forces)
+{
+    for (int j = 0; j < c->speeds; j++) forces[j] = 0.0;
+    for (int k = 0; k < c->contacts; k++) {
+        const double *slip = mechc_law(c, k) + MECHC_LAWS + c->coordinates;
+        double normal, friction;
+        mechc_answer_forces(answer, k, &normal, &friction);
+        for (int j = 0; j < c->speeds && normal != 0.0; j++)
+            forces[j] += normal * mechc_gap_over_speed(c, k, j);
+        for (int j = 0; j < c->speeds && friction != 0.0; j++) forces[j] += friction * slip[j];
+    }
+}
+
 /* The acceleration at a contact due to one newton there. */
 MECHC_STATIC double mechc_of_one_newton(const mechc_problem *of, int contact)
 {

@@ -25,6 +25,7 @@ from mechc.system.parameters import Array
 from mechc.system.system import System
 
 NAMES = {number: name for name, number in METHODS.items()}
+SINGULAR = 1e-9  # of the largest singular value: rounding of a state at a change point is less
 NUMBERS_AT_ONCE = 1 << 21  # of rates, in doubles
 
 
@@ -155,7 +156,11 @@ def checked_run(system: System, run: Any, values: Array) -> None:
 
     Raises :class:`MechcError` as :func:`follow` says.
     """
-    if not hasattr(run, "vary"):
+    first, last = (
+        np.linalg.matrix_rank(system.constraint_jacobian(state, values, float(time)), rtol=SINGULAR)
+        for time, state in zip(*run.ends(), strict=True)
+    )
+    if first < last:
         raise MechcError(
             "the run begins at a change point, where branches of the motion cross: no derivatives "
             "are computed from there; begin beside it"

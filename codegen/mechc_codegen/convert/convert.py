@@ -36,7 +36,6 @@ from mechc_codegen.convert.reactions import (
     split_reactions,
 )
 from mechc_codegen.convert.stationary import Stationary
-from mechc_codegen.convert.units import symbol_units
 from mechc_codegen.description.joints.tree import Joint
 from mechc_codegen.description.mechanism import (
     Constraint,
@@ -49,6 +48,7 @@ from mechc_codegen.description.mechanism import (
     printed_name,
 )
 from mechc_codegen.description.placement import reachable
+from mechc_codegen.description.quantity import refuse_scaled
 from mechc_codegen.description.source import ConversionSettings, Key, Source
 from mechc_codegen.errors import MechanismError
 
@@ -80,7 +80,7 @@ def convert(
     origin = source.origin or _origin(source)
     potential = potential_of(source, bodies, origin, stationary, kinematics)
     given = _by_symbol(settings.units, "units", source, (*parameters, *states))
-    units = symbol_units(source, read, kinematics, given)
+    units = _symbol_units(source, read, kinematics, given)
     defaults = _by_symbol(settings.defaults, "defaults", source, (*parameters, *states))
     return Mechanism(
         name=settings.name or source.kind,
@@ -203,6 +203,24 @@ def _numbered_constraints(kind: str, expressions: Sequence[Expr]) -> tuple[Const
 
 
 # -- symbols --------------------------------------------------------------------------------------
+
+
+def _symbol_units(
+    source: Source, read: Fingerprint, kinematics: Sequence[Expr], given: Mapping[Expr, str]
+) -> dict[Expr, str]:
+    """The units that are given, rad for coordinates that turn frames, and those of rates.
+
+    Raises :class:`MechanismError` for units that are not SI units: values are not converted.
+    """
+    for symbol, unit in given.items():
+        refuse_scaled(printed_name(symbol), str(unit))
+    turning = {
+        q for angle in read.angles for q in source.q if angle.has(q) and angle.diff(q).is_Number
+    }
+    known = {**dict.fromkeys(turning, "rad"), **given}
+    rates = zip(source.q, kinematics, strict=True)
+    of_rates = {rate: f"{known[q]}/s" for q, rate in rates if known.get(q) and rate in source.u}
+    return {symbol: str(unit) for symbol, unit in (of_rates | known).items()}
 
 
 def _unknown_functions(source: Source, read: Fingerprint) -> list[AppliedUndef]:

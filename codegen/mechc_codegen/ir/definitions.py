@@ -14,7 +14,7 @@ from sympy import Add, Expr, Mul, Pow, S, Symbol, cos, sin, tan
 from mechc_codegen.ir.operations import count_operations
 from mechc_codegen.ir.program import Assign, Program, targets_of
 
-_MOST_OPERATIONS = 300  # of an expression that is opened: longer ones take long
+_MOST_OPERATIONS = 300  # of an expression that is with_definitions: longer ones take long
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Definitions:
             e = self.values[e]
         return e
 
-    def opened(self, e: Expr) -> Expr:
+    def with_definitions(self, e: Expr) -> Expr:
         """An expression with the definitions of its symbols in their place, while it is short."""
         while count_operations(e) <= _MOST_OPERATIONS:
             used = e.free_symbols.intersection(self.values)
@@ -65,7 +65,7 @@ class Definitions:
         return tuple(found)
 
     def divisors(self, e: Expr) -> Iterator[Expr]:
-        """What vanishes at the poles of an expression."""
+        """Expressions that vanish at the poles of an expression."""
         for term in Add.make_args(self.look_up(e)):
             for factor in map(self.look_up, Mul.make_args(self.look_up(term))):
                 if isinstance(factor, tan):
@@ -78,7 +78,7 @@ class Definitions:
     def rate(self, e: Expr) -> Expr | None:
         """The time derivative of a function of coordinates and the time; None where it has other
         arguments, or q' is not u."""
-        symbols, e = self.program.symbols, self.opened(e)
+        symbols, e = self.program.symbols, self.with_definitions(e)
         known = {*symbols.q, symbols.time, *self.fixed}
         has_rates = any(o.name == "coordinate_rates" for o in self.program.outputs)
         if has_rates or not e.free_symbols <= known:

@@ -80,7 +80,7 @@ def feature_edges(program: Program, values: Iterable[Expr]) -> tuple[Expr, ...]:
 
 
 def _vanishing(part: Expr, definitions: Definitions) -> Iterator[Expr]:
-    """What vanishes where one function or power has a corner or a jump."""
+    """Expressions that vanish where one function or power has a corner or a jump."""
     if isinstance(part, Pow):
         if part.exp.is_integer is not True and part.base is not S.Exp1:
             yield from _touching(part.base, definitions)
@@ -97,8 +97,8 @@ def _vanishing(part: Expr, definitions: Definitions) -> Iterator[Expr]:
 
 
 def _touching(e: Expr, definitions: Definitions) -> Iterator[Expr]:
-    """What changes its sign where an expression touches zero: the bases of its even powers."""
-    e = factor_terms(definitions.opened(e))
+    """Sign changes where an expression touches zero: the bases of its even powers."""
+    e = factor_terms(definitions.with_definitions(e))
     if isinstance(e, Add):
         yield from _half_angle(e, definitions)
         return
@@ -111,7 +111,7 @@ def _touching(e: Expr, definitions: Definitions) -> Iterator[Expr]:
 
 
 def _half_angle(e: Add, definitions: Definitions) -> Iterator[Expr]:
-    """What changes its sign where 1 - cos(x) or 1 + cos(x) touches zero, or such a sum of sines."""
+    """Sign changes where 1 - cos(x) or 1 + cos(x) touches zero, or such a sum of sines."""
     number, rest = e.as_coeff_Add()
     factor, wave = rest.as_coeff_Mul()
     wave = definitions.look_up(wave)
@@ -121,7 +121,7 @@ def _half_angle(e: Add, definitions: Definitions) -> Iterator[Expr]:
 
 
 def _turning(e: Expr, definitions: Definitions) -> Iterator[Expr]:
-    """What changes its sign where the argument of asin or acos touches 1 or -1: its derivative."""
+    """Sign changes where the argument of asin or acos touches 1 or -1: its derivative."""
     waves = [x for x in Mul.make_args(definitions.look_up(e)) if not definitions.is_fixed(x)]
     wave = definitions.look_up(waves[0]) if len(waves) == 1 else None
     if isinstance(wave, sin):

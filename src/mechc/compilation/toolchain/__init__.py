@@ -228,7 +228,7 @@ def _start(command: list[str], **where: Any) -> subprocess.Popen[bytes]:
 def _communicate(
     process: subprocess.Popen[bytes], command: list[str], longest: float
 ) -> tuple[str, str]:
-    out, err = map(_Output, (process.stdout, process.stderr))
+    out, err = map(_PipeReader, (process.stdout, process.stderr))
     end = time.monotonic() + longest
     with suppress(subprocess.TimeoutExpired):
         process.wait(longest)
@@ -244,7 +244,7 @@ def _communicate(
     return out.text(), err.text()
 
 
-class _Output(threading.Thread):
+class _PipeReader(threading.Thread):
     """Reads a pipe to its end, and keeps the beginning and the end of what it gives."""
 
     def __init__(self, pipe: IO[bytes] | None) -> None:

@@ -142,7 +142,7 @@ class EventReader:
         return self._plain(given.lhs - given.rhs), direction
 
     def _level(self, value: Any, text: str) -> Any:
-        """What a value is compared with: an expression, or a number with a unit of that value.
+        """The level of a comparison: an expression, or a number with a unit of the value.
 
         The unit is one of the quantities that the value is a sum of; for others there is none.
         """

@@ -16,7 +16,7 @@ class _Rows(Structure):
     _fields_ = (("data", POINTER(c_double)), ("stride", c_ssize_t))
 
 
-_Evaluate = CFUNCTYPE(None, c_ssize_t, _Rows, _Rows, _Rows, c_void_p, POINTER(c_double))
+_Evaluate = CFUNCTYPE(None, c_ssize_t, _Rows, _Rows, _Rows, c_void_p, _Rows, POINTER(c_double))
 
 
 class _Output(Structure):
@@ -50,7 +50,7 @@ class PythonScene:
         self.coordinates, self.rows, self.width = coordinates, rows, 2 * coordinates
 
     def _output(self, name, size):
-        def evaluate(count, t, y, p, inputs, out):
+        def evaluate(count, t, y, p, inputs, forces, out):
             states = np.ctypeslib.as_array(y.data, (count, self.width))
             q, u = np.split(states, 2, axis=1)
             np.ctypeslib.as_array(out, (count, size))[...] = self.evaluate(name, q, u).reshape(

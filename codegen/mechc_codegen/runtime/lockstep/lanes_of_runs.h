@@ -25,7 +25,7 @@ typedef struct {
     mechc_vector end[MECHC_NX], next_compensation[MECHC_NX];
     mechc_vector rates[MECHC_MOST_RATES][MECHC_NX]; /* the first are those of y */
     mechc_vector floor[MECHC_NX], of_scale, of_size; /* tolerated: a number, of the scale, of |y|, */
-    mechc_vector part; /* of which a step after many may use less: see mechc_share */
+    mechc_vector part; /* of which a step after many may use less: see mechc_part_of_share */
     mechc_vector first, least, least_time; /* conditioning: at y; the least at a step's end, when */
     mechc_vector met; /* in this step: least distance of the rows from dependent ones, squared */
     mechc_vector conditioning; /* at its end */

@@ -98,12 +98,12 @@ MECHC_INLINE mechc_vector mechc_lockstep_weight(const mechc_lockstep *a, int i)
 {
     const mechc_vector y = mechc_size_of(a->y[i]), end = mechc_size_of(a->end[i]);
     const mechc_vector size = mechc_choose(y > end, y, end);
-    const mechc_vector asked = (a->of_scale * a->scale[i] + (a->floor[i] + a->of_size * size)) * a->part;
+    const mechc_vector asked = a->of_scale * a->scale[i] + (a->floor[i] + a->of_size * size);
     const mechc_vector digit = DBL_EPSILON * size;
     return mechc_vector_rough_inverse(mechc_choose(asked > digit, asked, digit));
 }
 
-/* The step to attempt, whether it is the last one, and the part of its share of the tolerance. */
+/* The step to attempt, whether it is the last one, and the part of its tolerance. */
 MECHC_INLINE void mechc_lockstep_next_step(mechc_lockstep *a)
 {
     const mechc_vector left = a->t1 - a->t, size = mechc_size_of(left);

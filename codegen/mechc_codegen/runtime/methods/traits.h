@@ -71,7 +71,6 @@
     .dense_rows = MECHC_GAUSS_DENSE, \
     .nodes = {MECHC_STAGES + 1, mechc_gauss8_nodes}, \
     .share = MECHC_SHARE, \
-    .symmetric = 1, \
     .growth = MECHC_GAUSS_GROWTH, \
     .farthest = MECHC_GAUSS_GROWTH, \
     .ignored = 1.0, \

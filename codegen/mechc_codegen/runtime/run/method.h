@@ -22,8 +22,7 @@ struct mechc_method {
 
     /* Step control. */
     double share;         /* of the tolerance that one step may use: local errors accumulate over a
-                             run, and what was asked for is judged at its end; see mechc_share */
-    int symmetric;        /* forwards and backwards alike: its errors add up to no drift of the energy */
+                             run, and what was asked for is judged at its end */
     double growth;        /* most that one step may be longer than the one before */
     double farthest;      /* the same where a step was shortened to place a crossing */
     double ignored;       /* a step that could grow by less keeps its length */
@@ -71,17 +70,11 @@ struct mechc_method {
     void (*dense)(mechc_integration *run, double h, const double *end, int count, double *rows);
 };
 
-/* The part of its share that a step after so many may use. */
+/* The part of its tolerance that a step after so many may use, of a method whose errors have one sign over
+ * long runs: Taylor series, and the iteration of collocation, which is symmetric but for what that leaves. */
 MECHC_STATIC double mechc_part_of_share(int64_t steps)
 {
     return steps > MECHC_STEPS_OF_SHARE ? MECHC_STEPS_OF_SHARE / (double)steps : 1.0;
-}
-
-/* The share of the tolerance that the next step may use. */
-MECHC_STATIC double mechc_share(const mechc_integration *run)
-{
-    const double share = run->method->share;
-    return run->method->symmetric ? share : share * mechc_part_of_share(run->head.stats.steps);
 }
 
 /* Allocate the work space of a method without initialisation; NULL without memory. */

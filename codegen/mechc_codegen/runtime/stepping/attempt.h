@@ -157,7 +157,7 @@ MECHC_STATIC void mechc_lengthen(mechc_integration *run, double h, double error,
     mechc_stats *stats = &run->head.stats;
     if (error > 1.0) {
         const double part = run->current->root_error ? error * error : error;
-        stats->rounding = mechc_max(stats->rounding, part * mechc_share(run) * run->rtol);
+        stats->rounding = mechc_max(stats->rounding, part * run->method->share * run->rtol);
     }
     run->step = mechc_max(run->step * mechc_max(factor, error > 1.0), run->monitor.wanted);
     if (run->current->farthest < HUGE_VAL)

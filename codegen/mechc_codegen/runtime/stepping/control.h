@@ -43,13 +43,13 @@ MECHC_STATIC double mechc_tolerance(const mechc_integration *run, int i, const d
     const double rounding = DBL_EPSILON / (low < MECHC_POOR ? low : 1.0);
     const double asked = run->has_tolerances ? run->tolerance[i] + run->rtol * size
                                              : run->rtol * run->scale[i];
-    return mechc_max(mechc_share(run) * asked, rounding * size);
+    return mechc_max(run->method->share * asked, rounding * size);
 }
 
 /* Whether a step with such a small error ends near enough to the motion to be examined. */
 MECHC_STATIC int mechc_error_is_small(const mechc_integration *run, double error)
 {
-    return error * mechc_share(run) * run->rtol < MECHC_SMALL_ERROR;
+    return error * run->method->share * run->rtol < MECHC_SMALL_ERROR;
 }
 
 /* The factor from this step's length to the next, by its error. */
@@ -141,7 +141,7 @@ MECHC_STATIC void mechc_learn_rounding(mechc_integration *run, double h, double 
 {
     const double t = run->head.t, shrunk = fabs(h) / run->refused_step;
     const int again = run->refused_t == t && run->refused_step > 0.0 && shrunk < 1.0;
-    const double most = MECHC_ROUNDING_ALLOWED / (mechc_share(run) * run->rtol);
+    const double most = MECHC_ROUNDING_ALLOWED / (run->method->share * run->rtol);
     const int stays = MECHC_NH > 0 && again && mechc_nears_critical(&run->monitor, run->horizon)
                    && error > run->refused_error * shrunk * shrunk * shrunk;
     if (stays && mechc_knows_crossing(&run->monitor))

@@ -142,7 +142,7 @@ MECHC_STATIC void mechc_straddle_with_pair(mechc_integration *run)
         mechc_use_method(run, run->methods[MECHC_DOP853]);
     }
     run->allowed =
-        mechc_max(run->allowed, MECHC_ROUNDING_ALLOWED / (mechc_share(run) * run->rtol));
+        mechc_max(run->allowed, MECHC_ROUNDING_ALLOWED / (run->method->share * run->rtol));
 }
 
 /* Collocation takes the steps that start or end beside a crossing, whatever the method; 0 without

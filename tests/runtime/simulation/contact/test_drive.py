@@ -624,3 +624,12 @@ def test_an_oblique_impact_of_a_rod_with_friction(rod, law):
     wanted = before[3:] + (pressing + again) @ by_one_newton
     np.testing.assert_allclose(after[3:], wanted, atol=1e-9)
     assert energy[1] < 0.9 * energy[0]
+
+
+@pytest.mark.parametrize("slip", [0.0, 1e-32, -1e-32, 1e-14, -1e-14])
+def test_a_slip_that_is_rounding_does_not_slide(block, slip):
+    """On a slope that holds it the block stays, whichever way its last digit moves."""
+    stop = mechc.Stop("y", 0.5, friction=0.5, slip="v_x")
+    sol = block.simulate((1.0, 2.0), [0.3, 0.0, slip, 0.0], events=stop)
+    assert words(sol) == [("sticks",)]
+    np.testing.assert_allclose(sol.y[-1], [0.3, 0, 0, 0], rtol=0, atol=1e-13)

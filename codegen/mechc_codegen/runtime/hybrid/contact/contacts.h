@@ -232,13 +232,18 @@ MECHC_STATIC double mechc_slow_gap(const mechc_contacts *contacts, int contact)
                 fmax(mechc_slow(contacts, contacts->fastest_gap[contact]), flight));
 }
 
+/* The slip below which a contact counts as still: small beside the fastest one met, rounding of its
+ * terms, or gone before its end could be told from its start. */
 MECHC_STATIC double mechc_slow_slip(const mechc_contacts *contacts, int contact)
 {
     const mechc_contact_place *c = &contacts->place;
     const double *row = mechc_law(c, contact) + MECHC_LAWS + c->coordinates;
+    const double gone = MECHC_RESET_SHORTEST * mechc_located(c->t) * MECHC_CONTACT_FEW
+                      * fabs(c->slipping[contact]);
     double terms = 0.0;
     for (int j = 0; j < c->speeds; j++) terms += fabs(row[j] * c->y[c->coordinates + j]);
-    return fmax(MECHC_RATE_ROUND * terms, mechc_slow(contacts, contacts->fastest_slip[contact]));
+    return fmax(MECHC_RATE_ROUND * terms,
+                fmax(mechc_slow(contacts, contacts->fastest_slip[contact]), gone));
 }
 
 /* -- impacts ----------------------------------------------------------------------------------- */

@@ -10,23 +10,26 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
+import sympy
 
-from ..formulations.equations import Equations, equations_of
-from ..peers.heyoka_taylor import rates_of
-from ..problems import problem
+import mechc
+
+from ..problems.four_bar import accelerations
 from ..problems.problem import Array
 
 
-def equations() -> Equations:
-    """The four-bar's."""
-    return equations_of(problem("four_bar_regular"))
-
-
 class System(NamedTuple):
-    """The package, and the state's variables with their rates."""
+    """The package, the state's variables, and their rates."""
 
     heyoka: Any
-    rates: list[tuple[Any, Any]]
+    variables: list[Any]
+    rates: list[Any]
+
+
+def _rates(variables: list[Any], sin: Any, cos: Any) -> list[Any]:
+    given = {name: float(value) for name, value in mechc.load("four_bar").defaults.items()}
+    q, u = variables[:3], variables[3:]
+    return [*u, *accelerations(q, u, given, sin, cos)]
 
 
 def heyoka_system() -> System | None:
@@ -35,7 +38,8 @@ def heyoka_system() -> System | None:
         import heyoka
     except ImportError:
         return None
-    return System(heyoka, rates_of(heyoka, equations())[0])
+    variables = list(heyoka.make_vars("a", "b", "c", "ua", "ub", "uc"))
+    return System(heyoka, variables, _rates(variables, heyoka.sin, heyoka.cos))
 
 
 class HeyokaBatch:
@@ -44,7 +48,7 @@ class HeyokaBatch:
     def __init__(self, system: System, tol: float) -> None:
         self.lanes = int(system.heyoka.recommended_simd_size())
         self.integrator = system.heyoka.taylor_adaptive_batch(
-            system.rates, np.zeros((6, self.lanes)),
+            list(zip(system.variables, system.rates, strict=True)), np.zeros((6, self.lanes)),
             tol=tol, compact_mode=False, high_accuracy=False,
         )  # fmt: skip
 
@@ -61,14 +65,14 @@ class HeyokaBatch:
 
 def heyoka_rates(system: System, y: Array) -> tuple[Callable[[], Any], Array]:
     """Its compiled function over the states (n, 6), and where the rates come, (6, n)."""
-    variables, rates = zip(*system.rates, strict=True)
-    function = system.heyoka.cfunc(rates, vars=variables)
+    function = system.heyoka.cfunc(system.rates, vars=system.variables)
     columns, result = np.ascontiguousarray(y.T), np.empty(y.T.shape)
     return lambda: function(columns, outputs=result), result
 
 
 def numpy_rates(y: Array) -> Callable[[], Any]:
     """The same over the states through SymPy's lambdify to NumPy."""
-    function = equations().rates().function("numpy")
+    variables = list(sympy.symbols("a b c ua ub uc"))
+    function = sympy.lambdify(variables, _rates(variables, sympy.sin, sympy.cos), "numpy", cse=True)
     columns = [np.ascontiguousarray(column) for column in y.T]
     return lambda: function(*columns)

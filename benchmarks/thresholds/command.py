@@ -15,6 +15,7 @@ docs/theory/thresholds.md; ``--page`` writes them into it.
 
 from __future__ import annotations
 
+import argparse
 import hashlib
 import json
 import os
@@ -42,7 +43,10 @@ Found = dict[tuple[str, float], dict[str, Any]]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    parser = results.command_parser("thresholds", __doc__)
+    parser = argparse.ArgumentParser(
+        prog="mechc bench thresholds", description=__doc__,
+        formatter_class=argparse.RawTextHelpFormatter,
+    )  # fmt: skip
     parser.add_argument("--only", nargs="+", metavar="NAME", help="these constants")
     parser.add_argument("--factors", nargs="+", type=float, metavar="X", help="[0.5 2]")
     parser.add_argument("--full", action="store_true", help="every case: a minute a factor")

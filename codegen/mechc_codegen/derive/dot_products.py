@@ -8,11 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
+from typing import Any
 
-from sympy import Add, Basic, Expr, S
+from sympy import Add, Basic, Expr, MatrixBase, S
 from sympy.physics.vector import Dyadic, ReferenceFrame, Vector
-
-from mechc_codegen.description.terms import entries_of
 
 INFINITE = (S.Infinity, S.NegativeInfinity, S.ComplexInfinity, S.NaN)
 KNOWN = 1 << 16
@@ -50,7 +49,12 @@ def _inner(one: Sequence[Expr], other: Sequence[Expr]) -> Expr:
 
 
 def _infinite(vector: Vector) -> bool:
-    return any(map(_holds_infinity, entries_of(vector)))
+    return any(_holds_infinity(entry) for matrix, _ in vector.args for entry in _entries(matrix))
+
+
+def _entries(matrix: Any) -> Sequence[Expr]:
+    """The entries of a vector's matrix; SymPy returns nan, not a matrix, for a vector times nan."""
+    return matrix.flat() if isinstance(matrix, MatrixBase) else [matrix]
 
 
 @lru_cache(maxsize=KNOWN)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 Number = int | float
@@ -32,7 +31,7 @@ class Visual:
 
 
 @dataclass(frozen=True)
-class RobotLink:
+class Link:
     """A link of the robot.
 
     ``inertia``: Ixx, Ixy, Ixz, Iyy, Iyz, Izz about the mass centre, in the axes of ``centre``.
@@ -46,6 +45,16 @@ class RobotLink:
 
 
 @dataclass(frozen=True)
+class Range:
+    """Limits of a joint's position (None without limits), speed and effort."""
+
+    lower: Number | None = None
+    upper: Number | None = None
+    velocity: Number | None = None
+    effort: Number | None = None
+
+
+@dataclass(frozen=True)
 class Mimic:
     """A position that follows another joint: ``multiplier`` times its position plus ``offset``."""
 
@@ -56,10 +65,7 @@ class Mimic:
 
 @dataclass(frozen=True)
 class RobotJoint:
-    """A joint; ``axis`` has length one, in the axes of ``origin``, the place on the parent.
-
-    ``limits``: those that it has of ``lower`` and ``upper`` position, ``velocity`` and ``effort``.
-    """
+    """A joint; ``axis`` has length one, in the axes of ``origin``, the place on the parent."""
 
     name: str
     kind: str
@@ -67,7 +73,7 @@ class RobotJoint:
     child: str
     origin: Pose = Pose()
     axis: V3 = (1, 0, 0)
-    limits: Mapping[str, Number] = field(default_factory=dict)
+    limits: Range = Range()
     damping: Number = 0
     friction: Number = 0
     mimic: Mimic | None = None
@@ -78,6 +84,6 @@ class Robot:
     """A robot: a tree of links, ``joints`` from its root outwards."""
 
     name: str
-    links: dict[str, RobotLink]
+    links: dict[str, Link]
     joints: tuple[RobotJoint, ...]
-    root: str = ""
+    root: str = field(default="")

@@ -55,8 +55,11 @@ class Parser(argparse.ArgumentParser):
     """An argparse parser whose errors are one line."""
 
     def error(self, message: str) -> Any:
-        words = " ".join(["mechc", *self.prog.split()[1:], "--help"])
-        self.exit(BAD_INPUT, f"mechc: {printable(message)} (see {words})\n")
+        self.exit(BAD_INPUT, f"mechc: {printable(message)} (see mechc {self._about()}--help)\n")
+
+    def _about(self) -> str:
+        words = self.prog.split()[1:]
+        return "".join(f"{word} " for word in words)
 
 
 def variant_options(parser: argparse.ArgumentParser) -> None:

@@ -54,6 +54,7 @@ class Statistics:
 
     covariance: Array
     combinations: tuple[Combination, ...]
+    singular_values: Array
     robust: bool
 
 
@@ -91,7 +92,7 @@ def statistics_of(
         _combination(names, row, width if sure else np.inf)
         for row, width, sure in zip(rows, along, known, strict=True)
     ]
-    return Statistics(covariance, tuple(reversed(found)), loss.robust)
+    return Statistics(covariance, tuple(reversed(found)), singular, loss.robust)
 
 
 def _variance(residuals: Array, loss: Loss, count: int, absolute: bool) -> float:

@@ -9,7 +9,6 @@ import pytest
 import mechc
 from mechc.compilation.find import system_of
 from mechc.system.reference import ModelReference
-from tests.support.differences import have_the_same_arrays
 
 distributed = pytest.importorskip("distributed")
 pytestmark = pytest.mark.filterwarnings("default")  # of distributed's own and its sockets
@@ -34,16 +33,22 @@ def request(members, seconds):
     }  # fmt: skip
 
 
+def same(a, b):
+    assert set(a.arrays) == set(b.arrays)
+    for name in a.arrays:
+        assert np.array_equal(a[name], b[name], equal_nan=True), name
+
+
 def test_a_cluster_returns_the_same_arrays(model, client, tmp_path):
     arguments, options = request(90, 0.5)
     here = model.simulate_batch(*arguments, **options)
-    have_the_same_arrays(here, model.simulate_batch(*arguments, **options, client=client))
+    same(here, model.simulate_batch(*arguments, **options, client=client))
     streamed = model.simulate_batch(*arguments, **options, client=client, out=tmp_path / "b")
-    have_the_same_arrays(here, streamed)
+    same(here, streamed)
     options["events"] = [mechc.Stop("theta_0 - 0.2", 0.8), "omega_0"]
     here = model.simulate_batch(*arguments, **options)
     assert here.event_counts.any()
-    have_the_same_arrays(here, model.simulate_batch(*arguments, **options, client=client))
+    same(here, model.simulate_batch(*arguments, **options, client=client))
 
 
 def test_a_killed_worker_loses_nothing(model, client, monkeypatch):
@@ -62,7 +67,7 @@ def test_a_killed_worker_loses_nothing(model, client, monkeypatch):
         patch.setattr(batch.CountBar, "update_count", kill)
         there = model.simulate_batch(*arguments, **options, client=client)
     assert killed
-    have_the_same_arrays(model.simulate_batch(*arguments, **options), there)
+    same(model.simulate_batch(*arguments, **options), there)
 
 
 def test_what_travels_is_a_description(model):

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 from sympy import Function, Symbol, cos, sin
-from sympy.physics.mechanics import dynamicsymbols
+from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
 
 import mechc
-from benchmarks.problems.particle import particle
 
 t = dynamicsymbols._t
 m, k, c = Symbol("m"), Symbol("k"), Symbol("c")
@@ -21,13 +20,26 @@ G = 9.81
 def cart(force):
     """A mass on a line, pushed by a force of the coordinate."""
     q, u = dynamicsymbols("q u")
-    return particle([q], [u], [force(q)], m), q
+    frame, point = ReferenceFrame("N"), Point("P")
+    point.set_vel(frame, u * frame.x)
+    kane = KanesMethod(frame, [q], [u], kd_eqs=[q.diff(t) - u])
+    kane.kanes_equations([Particle("cart", point, m)], [(point, force(q) * frame.x)])
+    return kane, q
 
 
 def road():
     """A mass on the profile y = h(x), by a constraint."""
     x, y, v, w = dynamicsymbols("x y v w")
-    return particle([x, y], [v, w], [0, -m * G], m, closed=[y - h(x)]), x
+    frame, origin = ReferenceFrame("N"), Point("O")
+    origin.set_vel(frame, 0)
+    place = origin.locatenew("P", x * frame.x + y * frame.y)
+    place.set_vel(frame, v * frame.x + w * frame.y)
+    kane = KanesMethod(
+        frame, [x], [v], kd_eqs=[x.diff(t) - v, y.diff(t) - w], q_dependent=[y], u_dependent=[w],
+        configuration_constraints=[y - h(x)], velocity_constraints=[(y - h(x)).diff(t)],
+    )  # fmt: skip
+    kane.kanes_equations([Particle("load", place, m)], [(place, -m * G * frame.y)])
+    return kane, x
 
 
 @pytest.mark.parametrize(

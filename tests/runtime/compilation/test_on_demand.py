@@ -29,10 +29,12 @@ def compiled_parts():
 
 
 @pytest.fixture
-def fresh(fresh, monkeypatch):
-    """And integrators are compiled behind the tests, as for users."""
+def fresh(tmp_path, monkeypatch):
+    """A cache folder of the test's own, and a process that remembers nothing."""
+    monkeypatch.setenv("MECHC_CACHE_DIR", str(tmp_path / "cache"))
     monkeypatch.setattr(parts, "Pending", Pending)
-    return fresh
+    monkeypatch.setattr(build, "_compiled", {})
+    return tmp_path
 
 
 def compiler_script(folder, monkeypatch, body, name="cc"):

@@ -1,5 +1,6 @@
 /* Cholesky's factor of small matrices, and solutions with it. */
-#pragma once
+#ifndef MECHC_TRIANGULAR_H
+#define MECHC_TRIANGULAR_H
 
 #include <math.h>
 
@@ -33,3 +34,5 @@ static void mechc_solve_upper(const double *l, int n, double *x)
         x[i] /= l[i * n + i];
     }
 }
+
+#endif

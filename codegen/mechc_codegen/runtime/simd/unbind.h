@@ -20,3 +20,4 @@
 #undef R_CALL
 #undef R_CALL2
 #undef R_GREATEST
+#undef R_LEAST

@@ -5,6 +5,7 @@
 #include "dynamics/stage.h"
 #include "scene_program.h"
 #include "unit/jacobians.h"
+#include "unit/solved.h"
 #include "simd/unbind.h"
 #include "simd/lanes.h"
 

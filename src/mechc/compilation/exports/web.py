@@ -20,17 +20,16 @@ FLAGS = (
 def web(asked: ExportRequest, name: str) -> tuple[bytes, dict[str, Any]]:
     """Derive and compile: the module, which imports nothing, and data for JSON.
 
-    Raises :class:`CompilerError` if the package ``ziglang`` is not installed.
+    Raises
+    ------
+    CompilerError
+        If the package ``ziglang`` is not installed.
     """
     from mechc_codegen.compiler import build_web
     from mechc_codegen.export.fmu import FmuOptions
     from mechc_codegen.export.web import RTOL, SOURCE
 
-    command = toolchain.packaged_compiler()
-    if command is None:
-        raise CompilerError(
-            "WebAssembly is compiled by the package ziglang: pip install 'mechc[compiler]'"
-        )
+    command = web_compiler()
     options = FmuOptions(name, asked.start, asked.values, RTOL)
     texts, about = build_web(asked.mechanism, options, asked.request)
     with TemporaryDirectory(prefix="mechc-web-") as folder:
@@ -38,3 +37,13 @@ def web(asked: ExportRequest, name: str) -> tuple[bytes, dict[str, Any]]:
         target = Path(folder) / "web.wasm"
         toolchain.compile_with([*command, *FLAGS, f"-I{folder}"], Path(folder) / SOURCE, target)
         return target.read_bytes(), about
+
+
+def web_compiler() -> list[str]:
+    """The command that compiles WebAssembly with a C library."""
+    command = toolchain.packaged_compiler()
+    if command is None:
+        raise CompilerError(
+            "WebAssembly is compiled by the package ziglang: pip install 'mechc[compiler]'"
+        )
+    return command

@@ -10,7 +10,11 @@ import pytest
 from hypothesis import settings
 
 from mechc.compilation import parts
-from tests.support.compilers.compilation import MadeOnRequest, compile_less_optimised
+from tests.support.compilers.compilation import (
+    MadeOnRequest,
+    compile_as_for_users,
+    compile_less_optimised,
+)
 
 # --hypothesis-profile=thorough: ten times the random mechanisms, others at every run
 settings.register_profile("usual", deadline=None, derandomize=True, print_blob=True)
@@ -48,11 +52,10 @@ def thorough(request):
 
 
 @pytest.fixture(scope="module")
-def less_optimised(request):
-    """For tests about equations: their scenes are compiled with less optimisation."""
+def flags_of_users():
+    """The scenes of these tests are compiled as those of users are."""
     with pytest.MonkeyPatch.context() as patch:
-        if not request.config.getoption("--thorough"):
-            compile_less_optimised(patch)
+        compile_as_for_users(patch)
         yield
 
 
@@ -64,15 +67,18 @@ def interruptible():
 
 
 @pytest.fixture(scope="session", autouse=True)
-def compiled_once(tmp_path_factory):
+def compiled_once(request, tmp_path_factory):
     """What any test compiles is found by all others, in every worker, and by nobody else.
 
-    Integrators are compiled when a test asks for them.  $MECHC_TESTS_COMPILED names a folder that
-    keeps it for the next run.
+    Integrators are compiled when a test asks for them, and all with less optimisation but where
+    a test wants the flags of users, or with ``--thorough``.  $MECHC_TESTS_COMPILED names a folder
+    that keeps it for the next run.
     """
     own = tmp_path_factory.getbasetemp()
     folder = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "compiled"
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("MECHC_CACHE_DIR", os.environ.get("MECHC_TESTS_COMPILED", str(folder)))
         patch.setattr(parts, "Pending", MadeOnRequest)
+        if not request.config.getoption("--thorough"):
+            compile_less_optimised(patch, own)
         yield

@@ -17,13 +17,13 @@ import numpy as np
 import mechc
 
 from ..problems.stewart import pose, stewart
+from ..timing.figures import Figure
 from ..timing.processes import least_of_rounds
 from ..timing.results import command_parser
 
 ROUNDS = 200
 MEMBERS = 2000
 ROUGH = 0.1  # rad and m
-Figure = tuple[str, float, float | None]  # what, microseconds, limit
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -31,28 +31,27 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--quick", action="store_true", help="without the Stewart platform")
     quick = parser.parse_args(arguments).quick
     missed = 0
-    for what, value, limit in (*four_bar(), *(() if quick else platform())):
-        late = limit is not None and value > limit
-        aim = "" if limit is None else f"   limit {limit:g}{', MISSED' if late else ''}"
-        print(f"{what:58s}{value:12.1f} us{aim}")
-        missed += late
+    for figure in (*four_bar(), *(() if quick else platform())):
+        print(figure.line())
+        missed += figure.kept is False
     return 1 if missed else 0
 
 
 def four_bar() -> Iterator[Figure]:
     model = mechc.load("four_bar")
     guess = {"theta_1": 0.5, "theta_2": -0.7}
-    yield "four-bar, the preferred one", least(lambda: model.assemble({"theta_0": 1.2})), 50.0
+    preferred = least(lambda: model.assemble({"theta_0": 1.2}))
+    yield Figure("four-bar, the preferred one", preferred, "us", 50.0)
     near = least(lambda: model.assemble({"theta_0": 1.2}, guess=guess))
-    yield "four-bar, the nearest to a guess", near, 50.0
+    yield Figure("four-bar, the nearest to a guess", near, "us", 50.0)
     every = least(lambda: model.assemblies({"theta_0": 1.2}))
-    yield "four-bar, both assemblies, every start", every, None
+    yield Figure("four-bar, both assemblies, every start", every, "us")
     turn = np.linspace(0, 2 * np.pi, 361)
     curve = least(lambda: model.sweep_positions("theta_0", turn, params={"l_3": 3.5}).points)
-    yield "four-bar, 361 positions of a coupler curve", curve, 1000.0
+    yield Figure("four-bar, 361 positions of a coupler curve", curve, "us", 1000.0)
     start = mechc.Assembly({"theta_0": np.linspace(0.3, 3.0, MEMBERS)})
     whole = least(lambda: model.simulate_batch(0.0, start, {"l_3": 3.5}, threads=1), 5)
-    yield "four-bar, a member of a batch that only starts", whole / MEMBERS, None
+    yield Figure("four-bar, a member of a batch that only starts", whole / MEMBERS, "us")
 
 
 def platform() -> Iterator[Figure]:
@@ -64,17 +63,14 @@ def platform() -> Iterator[Figure]:
     found = model.assemble(given, guess=exact)
     miss = np.abs(model.constraints(found)).max()
     print(f"{model!r}: the loops are closed to {miss:.1e} m")
-    yield (
-        "Stewart platform, the exact guess",
-        least(lambda: model.assemble(given, guess=exact), 20),
-        5000.0,
-    )
+    closed = least(lambda: model.assemble(given, guess=exact), 20)
+    yield Figure("Stewart platform, the exact guess", closed, "us", 5000.0)
     draw = np.random.default_rng(1)
     rough = {name: value + ROUGH * draw.uniform(-1, 1) for name, value in exact.items()}
     again = model.assemble(given, guess=rough)
     assert np.abs(again - found).max() < 1e-9
     told = f"Stewart platform, a guess off by {ROUGH:g} rad and m"
-    yield told, least(lambda: model.assemble(given, guess=rough), 20), 5000.0
+    yield Figure(told, least(lambda: model.assemble(given, guess=rough), 20), "us", 5000.0)
 
 
 def least(call: Callable[[], object], rounds: int = ROUNDS) -> float:

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -31,14 +30,13 @@ from mechc_codegen.library.spatial.flyball_governor import flyball_governor
 import mechc
 
 from ..formulations.described import read
+from ..timing.figures import Figure
 from ..timing.machine import about
 from ..timing.processes import clocked, least_seconds
 from ..timing.results import command_parser, write
-from . import calls, first, memory
-from .installed import installed
+from . import calls, first, footprint
 from .instructions import NotCountedError, counted
 
-NOISE = 1.25  # times a limit of seconds: what a busy machine adds to the least of several runs
 IMPORT, RUN, CALL = 0.15, 0.5, 20.0  # s, s, us
 RUNS, EVALUATIONS = 7, 100_000
 STAGES = tuple(
@@ -52,45 +50,23 @@ COUNTED: dict[str, Callable[[], Any]] = {
 }  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Row:
-    """A figure, and its limit if there is one."""
-
-    what: str
-    value: float
-    unit: str
-    limit: float | None = None
-
-    @property
-    def kept(self) -> bool | None:
-        return None if self.limit is None else self.value <= self.limit
-
-    @property
-    def missed(self) -> bool:
-        """Whether the limit is missed by more than noise."""
-        return self.limit is not None and self.value > NOISE * self.limit
-
-    def record(self) -> dict[str, Any]:
-        return {**asdict(self), "kept": self.kept}
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     full = _options().parse_args(arguments).full
     result: dict[str, Any] = {"about": about(), "install": {}, "rows": [], "skipped": {}}
     rows = []
     for row in figures(full, result["install"]):
-        print_row(row)
+        print(row.line(), flush=True)
         rows.append(row)
     result["rows"] = [row.record() for row in rows]
     result["instructions"] = [*operations(), *_instructions(result["skipped"])]
     for what, reason in result["skipped"].items():
         print(f"{what}: skipped, {reason}")
     for entry in result["instructions"]:
-        print(f"{entry['what']:58s}{entry['value']:14,d} {entry['unit']}")
+        print(Figure(**entry).line())
     write("costs", result)
     missed = [row for row in rows if row.missed]
     for row in missed:
-        print(f"MISSED: {row.what}: {row.value:.4g} {row.unit}, limit {row.limit:g}")
+        print(f"MISSED: {row.line()}")
     return 1 if missed else 0
 
 
@@ -102,7 +78,7 @@ def _options() -> argparse.ArgumentParser:
     return parser
 
 
-def figures(full: bool, install: dict[str, Any]) -> Iterator[Row]:
+def figures(full: bool, install: dict[str, Any]) -> Iterator[Figure]:
     """All rows; those of the installation are put into ``install`` too."""
     yield from start_up()
     yield from one_call()
@@ -113,23 +89,23 @@ def figures(full: bool, install: dict[str, Any]) -> Iterator[Row]:
     yield from installation(install)
 
 
-def start_up() -> Iterator[Row]:
+def start_up() -> Iterator[Figure]:
     bare = least_seconds(["-c", "import numpy"], RUNS)
     whole = least_seconds(["-c", "import numpy, mechc"], RUNS)
-    yield Row("python -c 'import numpy', as a process", bare, "s")
-    yield Row("import mechc beyond numpy", whole - bare, "s", IMPORT)
+    yield Figure("python -c 'import numpy', as a process", bare, "s")
+    yield Figure("import mechc beyond numpy", whole - bare, "s", IMPORT)
     command = ["-m", "mechc", "run", "four_bar", "--json"]
-    yield Row("mechc run four_bar --json, as a process", least_seconds(command, RUNS), "s", RUN)
+    yield Figure("mechc run four_bar --json, as a process", least_seconds(command, RUNS), "s", RUN)
 
 
-def one_call() -> Iterator[Row]:
+def one_call() -> Iterator[Figure]:
     for what, value in calls.parts().items():
         beside = what.startswith("simulate")
         told = f"{what}, beside the integration" if beside else what
-        yield Row(told, value, "us", CALL if beside else None)
+        yield Figure(told, value, "us", CALL if beside else None)
 
 
-def evaluation() -> Iterator[Row]:
+def evaluation() -> Iterator[Figure]:
     """State rates of the four-bar: one state after the other, and many at once."""
     model = mechc.load("four_bar")
     scene, values = model.system.scene, np.array(model.system.parameter_set.defaults)
@@ -138,11 +114,11 @@ def evaluation() -> Iterator[Row]:
     many = np.tile(y, (EVALUATIONS, 1))
     lanes = min(clocked(lambda: model.rhs(0.0, many)) for _ in range(RUNS))
     told = f"state rates, {scene.lanes} lanes, from Python, a state"
-    yield Row("state rates, each fed by the last", 1e9 * one / EVALUATIONS, "ns")
-    yield Row(told, 1e9 * lanes / EVALUATIONS, "ns")
+    yield Figure("state rates, each fed by the last", 1e9 * one / EVALUATIONS, "ns")
+    yield Figure(told, 1e9 * lanes / EVALUATIONS, "ns")
 
 
-def first_values(name: str, runs: int) -> Iterator[Row]:
+def first_values(name: str, runs: int) -> Iterator[Figure]:
     """From the description to the first value of the right-hand side, and until all is compiled.
 
     The limits are the four-bar's.  A ``Mechanism`` is derived in every process, since its cache key
@@ -154,29 +130,29 @@ def first_values(name: str, runs: int) -> Iterator[Row]:
         seconds = measured[way]
         for stage in STAGES:
             if stage in seconds:
-                yield Row(f"{told}, {way}: {stage}", seconds[stage], "s")
+                yield Figure(f"{told}, {way}: {stage}", seconds[stage], "s")
         least = min(seconds["first value"], seconds["processor"])
         limited = limit if name == first.BY_HAND else None
-        yield Row(f"{told}, {way}: first value", least, "s", limited)
-    yield Row(f"{told}: peak memory of the compilation", measured["peak_bytes"], "bytes")
+        yield Figure(f"{told}, {way}: first value", least, "s", limited)
+    yield Figure(f"{told}: peak memory of the compilation", measured["peak_bytes"], "bytes")
 
 
-def held() -> Iterator[Row]:
-    bare, added = memory.after_import()
-    yield Row("memory after import numpy", bare, "bytes")
-    yield Row("memory that import mechc adds", added, "bytes")
-    yield Row("memory of a run, dense, an accepted step", memory.of_a_run(), "bytes")
-    yield Row("memory of a batch, a member with two states", memory.of_a_batch(), "bytes")
+def held() -> Iterator[Figure]:
+    bare, added = footprint.after_import()
+    yield Figure("memory after import numpy", bare, "bytes")
+    yield Figure("memory that import mechc adds", added, "bytes")
+    yield Figure("memory of a run, dense, an accepted step", footprint.of_a_run(), "bytes")
+    yield Figure("memory of a batch, a member with two states", footprint.of_a_batch(), "bytes")
 
 
-def installation(found: dict[str, Any]) -> Iterator[Row]:
+def installation(found: dict[str, Any]) -> Iterator[Figure]:
     """Sizes of what is installed, which are put into ``found`` too."""
-    sizes = found["installed"] = installed()
-    yield Row("installed", sizes["bytes"], "bytes")
+    sizes = found["installed"] = footprint.installed()
+    yield Figure("installed", sizes["bytes"], "bytes")
     for part, size in sizes["parts"].items():
-        yield Row(f"  of it: {part}", size, "bytes")
-    yield Row("installed files", sizes["files"], "files")
-    yield Row("installed, packed as in a wheel", sizes["packed"], "bytes")
+        yield Figure(f"  of it: {part}", size, "bytes")
+    yield Figure("installed files", sizes["files"], "files")
+    yield Figure("installed, packed as in a wheel", sizes["packed"], "bytes")
 
 
 def operations() -> Iterator[dict[str, Any]]:
@@ -184,7 +160,7 @@ def operations() -> Iterator[dict[str, Any]]:
     for name, mechanism in COUNTED.items():
         described, request = read(mechanism())
         made = optimised_scene(described, request, Stopwatch())
-        texts = emit(made.program, made.equations, made.metadata, (BASELINE,), request)
+        texts = emit(made.functions, made.metadata, (BASELINE,))
         counts = made.metadata["operations"]
         for what, value, unit in (
             ("all outputs", counts["after"], "operations"),
@@ -201,9 +177,3 @@ def _instructions(skipped: dict[str, str]) -> list[dict[str, Any]]:
     except NotCountedError as error:
         skipped["instructions"] = str(error)
         return []
-
-
-def print_row(row: Row) -> None:
-    limit = "" if row.limit is None else f"  limit {row.limit:g} {'kept' if row.kept else 'MISSED'}"
-    value = f"{row.value:14,.0f}" if row.unit in ("bytes", "files") else f"{row.value:14.4g}"
-    print(f"{row.what:58s}{value} {row.unit}{limit}", flush=True)

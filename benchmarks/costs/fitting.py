@@ -20,9 +20,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from sympy import symbols
+from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
 
+from ..problems.particle import particle
 from ..timing.processes import least_of_rounds
 from ..timing.results import command_parser
 
@@ -90,20 +93,9 @@ def _by_angle() -> Pendulum:
 
 
 def _by_coordinates() -> Pendulum:
-    from sympy import symbols
-    from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
-
-    t, (x, y, v, w), (length, g) = dynamicsymbols._t, dynamicsymbols("x y v w"), symbols("l g")
-    frame, origin = ReferenceFrame("N"), Point("O")
-    origin.set_vel(frame, 0)
-    mass = origin.locatenew("P", x * frame.x + y * frame.y)
-    mass.set_vel(frame, v * frame.x + w * frame.y)
+    (x, y, v, w), (length, g) = dynamicsymbols("x y v w"), symbols("l g")
     rod = x**2 + y**2 - length**2
-    method = KanesMethod(
-        frame, [x], [v], kd_eqs=[x.diff(t) - v, y.diff(t) - w], q_dependent=[y], u_dependent=[w],
-        configuration_constraints=[rod], velocity_constraints=[rod.diff(t)],
-    )  # fmt: skip
-    method.kanes_equations([Particle("mass", mass, 1)], [(mass, -g * frame.y)])
+    method = particle([x, y], [v, w], [0, -g], 1, closed=[rod])
     model = mechc.compile(method, defaults={"l": 1.0, "g": 9.0}, outputs=("sensitivities",))
     truth = {"l": 1.3, "g": 9.81, "x": 0.9, "v": -0.5}
     free = {"l": (0.95, 3.0), "g": (5.0, 15.0), "x": (-0.94, 0.94), "v": (-3.0, 3.0)}

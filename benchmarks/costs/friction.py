@@ -9,28 +9,28 @@ function of Python: its steps and events.
 
 from __future__ import annotations
 
-import argparse
 import json
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from sympy import Symbol
-from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
+from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
+
+from ..problems.particle import particle
+from ..timing.processes import least_of_rounds
+from ..timing.results import command_parser
 
 SPAN, REPEATS = 30.0, 20
 RUBS = mechc.DryFriction("u", 0.5)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(
-        prog="mechc bench friction", description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )  # fmt: skip
+    parser = command_parser("friction", __doc__)
     parser.add_argument("--members", type=int, default=1000)
     parser.add_argument("--out", type=Path, help="a JSON file for the figures")
     given = parser.parse_args(arguments)
@@ -48,11 +48,12 @@ def steps() -> dict[str, float]:
     ways: dict[str, dict[str, Any]] = {
         "plain": {}, "plain dop853": {"method": "dop853"}, "friction": {"events": RUBS},
     }  # fmt: skip
-    least = dict.fromkeys(ways, np.inf)
-    for _ in range(REPEATS):
-        for name, asked in ways.items():
-            seconds, sol = timed(lambda asked=asked: mass.simulate(SPAN, [0.5, 0.0], **asked))
-            least[name] = min(least[name], 1e6 * seconds / sol.stats["steps"])
+    runs = {name: partial(mass.simulate, SPAN, [0.5, 0.0], **asked) for name, asked in ways.items()}
+    seconds = least_of_rounds(REPEATS, *runs.values())
+    least = {
+        name: 1e6 * each / run().stats["steps"]
+        for (name, run), each in zip(runs.items(), seconds, strict=True)
+    }
     return {f"us a step, {name}": round(us, 3) for name, us in least.items()} | {
         "friction over plain": round(least["friction"] / least["plain"], 2)
     }
@@ -64,8 +65,8 @@ def batches(members: int) -> dict[str, float]:
     starts = np.random.default_rng(0).uniform(-1.0, 1.0, (members, 2))
     found = {}
     for name, events in (("plain", ()), ("friction", RUBS)):
-        run = lambda events=events: mass.simulate_batch(SPAN, starts, events=events)  # noqa: E731
-        found[f"s for {members} members, {name}"] = round(min(timed(run)[0] for _ in range(3)), 3)
+        (least,) = least_of_rounds(3, partial(mass.simulate_batch, SPAN, starts, events=events))
+        found[f"s for {members} members, {name}"] = round(least, 3)
     return found
 
 
@@ -82,34 +83,19 @@ def ball() -> dict[str, list[float]]:
     return found
 
 
-def timed(run: Callable[[], Any]) -> tuple[float, Any]:
-    started = time.perf_counter()
-    result = run()
-    return time.perf_counter() - started, result
-
-
-def particle(load: Any) -> tuple[KanesMethod, Any]:
-    """A mass on a line under a load along it."""
-    q, u, t = *dynamicsymbols("q u"), dynamicsymbols._t
-    frame, origin = ReferenceFrame("N"), Point("O")
-    origin.set_vel(frame, 0)
-    point = origin.locatenew("P", q * frame.x)
-    point.set_vel(frame, u * frame.x)
-    kane = KanesMethod(frame, [q], [u], kd_eqs=[q.diff(t) - u])
-    kane.kanes_equations([Particle("mass", point, Symbol("m"))], [(point, load(q) * frame.x)])
-    return kane
-
-
 def on_spring() -> mechc.Model:
     """A mass on a spring."""
     defaults = {"m": 2.0, "k": 30.0}
-    return mechc.compile(particle(lambda q: -Symbol("k") * q), name="spring", defaults=defaults)
+    q, u = dynamicsymbols("q u")
+    kane = particle([q], [u], [-Symbol("k") * q])
+    return mechc.compile(kane, name="spring", defaults=defaults)
 
 
 def falling() -> mechc.Model:
     """A mass that falls."""
     defaults = {"m": 1.0, "g": 9.81}
-    kane = particle(lambda q: -Symbol("m") * Symbol("g"))
+    q, u = dynamicsymbols("q u")
+    kane = particle([q], [u], [-Symbol("m") * Symbol("g")])
     return mechc.compile(kane, name="ball", defaults=defaults)
 
 

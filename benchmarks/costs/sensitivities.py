@@ -7,7 +7,7 @@
 Of every scene: seconds of the plain run, and of the same run with derivatives by all that is named;
 the least of many, turn by turn, and their ratio.  Of the chain, which is compiled when it is asked
 for, the same of the plain run and of one gradient by all its parameters, backwards.  With --peers
-the run times of other tools at equal error: equal_error.py.  With --memory what a run of the
+the run times of other tools at equal error: peers/equal_error.py.  With --memory what a run of the
 regular four-bar over so many seconds and its gradient by all parameters add to the memory of a
 process, and their seconds, with checkpoints and without.
 """
@@ -26,9 +26,9 @@ from sympy.physics.mechanics import ReferenceFrame, RigidBody, dynamicsymbols, i
 
 import mechc
 
+from ..peers.equal_error import MECHANISMS, table
 from ..timing.processes import least_of_rounds, said
 from ..timing.results import command_parser
-from .equal_error import MECHANISMS, table
 
 OUTPUTS = ("energy", "sensitivities")
 RTOLS = (1e-6, 1e-9, 1e-12)

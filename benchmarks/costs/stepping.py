@@ -10,18 +10,20 @@ alone, both measured in turn in the same loop: what Python adds.
 from __future__ import annotations
 
 import json
-import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from sympy import Symbol
-from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
+from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
 
+from ..problems.particle import particle
+from ..timing.processes import clocked
 from ..timing.results import command_parser
 
 METHODS = ("dopri5", "dop853", "gauss8", "radau5")  # those for one motion at a time, with inputs
@@ -77,12 +79,7 @@ def cart_latencies(
 
 def each(call: Callable[[int], object], steps: int) -> Array:
     """Microseconds of each call, the first ones left out."""
-    clock, found = time.perf_counter, np.empty(steps + WARM)
-    for k in range(steps + WARM):
-        start = clock()
-        call(k)
-        found[k] = clock() - start
-    return 1e6 * found[WARM:]
+    return 1e6 * np.array([clocked(partial(call, k)) for k in range(steps + WARM)])[WARM:]
 
 
 def told(name: str, method: str, whole: Array, compiled: Array | None = None) -> dict[str, Any]:
@@ -113,11 +110,5 @@ def show(row: dict[str, Any]) -> None:
 def driven_cart() -> mechc.Model:
     """A mass on a spring, pushed by the input F."""
     q, u, push = dynamicsymbols("q u F")
-    frame, origin = ReferenceFrame("N"), Point("O")
-    origin.set_vel(frame, 0)
-    point = origin.locatenew("P", q * frame.x)
-    point.set_vel(frame, u * frame.x)
-    kane = KanesMethod(frame, [q], [u], kd_eqs=[q.diff(dynamicsymbols._t) - u])
-    load = (push - Symbol("k") * q) * frame.x
-    kane.kanes_equations([Particle("cart", point, Symbol("m"))], [(point, load)])
+    kane = particle([q], [u], [push - Symbol("k") * q])
     return mechc.compile(kane, name="cart", defaults={"m": 2.0, "k": 30.0})

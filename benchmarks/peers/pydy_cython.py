@@ -19,7 +19,7 @@ import sympy
 
 from ..formulations.textbook import TextbookEquations, t, textbook
 from ..problems.problem import Array, Problem
-from ..timing.cases import Case
+from ..timing.cases import Case, grid
 from . import Built, NotExpressibleError
 from .scipy_ivp import cases
 
@@ -111,7 +111,7 @@ def _odeint_cases(
 
     given, span = problem.given, np.array([0.0, problem.t_end])
 
-    def run(tol: float) -> Any:
+    def run(_: str, tol: float) -> Any:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             return odeint(
@@ -119,15 +119,11 @@ def _odeint_cases(
                 mxstep=MOST_STEPS, full_output=True,
             )  # fmt: skip
 
-    return [
-        Case(
-            TOOLS[0], "LSODA", tol,
-            lambda tol=tol: run(tol),  # type: ignore[misc]
-            lambda found: given.observe(found[0][-1]) if _succeeded(found) else None,
-            lambda found: "finished" if _succeeded(found) else str(found[1]["message"]),
-        )
-        for tol in tolerances
-    ]  # fmt: skip
+    return grid(
+        TOOLS[0], ("LSODA",), tolerances, run,
+        lambda found: given.observe(found[0][-1]) if _succeeded(found) else None,
+        lambda found: "finished" if _succeeded(found) else str(found[1]["message"]),
+    )  # fmt: skip
 
 
 def _succeeded(found: Any) -> bool:

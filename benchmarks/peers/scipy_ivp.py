@@ -16,7 +16,7 @@ import sympy
 
 from ..formulations.equations import Equations, equations_of
 from ..problems.problem import Array, Problem
-from ..timing.cases import Case
+from ..timing.cases import Case, grid
 from . import Built
 
 TOOLS = ("SciPy, cse", "SciPy, no cse")
@@ -79,15 +79,12 @@ def cases(
                 rates, (0, problem.t_end), given.start, method=method, rtol=tol, atol=tol
             )
 
+    every = grid(
+        tool, methods, tolerances, run, lambda s: given.observe(s.y[:, -1]) if s.success else None,
+        lambda s: "finished" if s.success else s.message,
+    )  # fmt: skip
     return [
-        Case(
-            tool, method, tol,
-            lambda method=method, tol=tol: run(method, tol),  # type: ignore[misc]
-            lambda s: given.observe(s.y[:, -1]) if s.success else None,
-            lambda s: "finished" if s.success else s.message,
-        )
-        for method in methods
-        if method in IMPLICIT or not problem.stiff
-        for tol in tolerances
-        if tol >= TIGHTEST.get(method, 0.0)
+        case for case in every
+        if (case.method in IMPLICIT or not problem.stiff)
+        and case.tol >= TIGHTEST.get(case.method, 0.0)
     ]  # fmt: skip

@@ -1,8 +1,10 @@
-"""Loops that move though the count of their constraints says they cannot."""
+"""Loops of rods: the five-bar, and loops that move though the count of their constraints says they
+cannot."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 from mechc_codegen.description.joints.cuts import Cut
 from mechc_codegen.description.mechanism import Mechanism
@@ -11,8 +13,7 @@ from sympy import Expr, Integer, Rational, pi, symbols
 from sympy.physics.mechanics import PinJoint, RigidBody, dynamicsymbols, inertia
 from sympy.physics.vector import Vector
 
-from .five_bar import FREE_FALL, rod
-
+FREE_FALL = Rational(981, 100)
 Link = tuple[Expr, Expr]  # length, and the angle between the axes at its ends
 BENNETT: Sequence[Link] = [(Integer(2), pi / 2), (Integer(1), pi / 6)] * 2
 BRICARD: Sequence[Link] = [(Integer(1), pi / 2), (Integer(1), -pi / 2)] * 3
@@ -29,7 +30,25 @@ def bricard() -> Mechanism:
     return single_loop("bricard", BRICARD, BRICARD_WEIGHT)
 
 
-def single_loop(name: str, links: Sequence[Link], gravity: Sequence[int | Expr]) -> Mechanism:
+def five_bar() -> Mechanism:
+    """Four moving rods of lengths a, b, c, d in a ring, ground pivots g apart: two freedoms."""
+    *rods, g = symbols("a b c d g")
+    links = [(length, Integer(0)) for length in (*rods, -g)]
+    return single_loop("five_bar", links, BRICARD_WEIGHT, dict.fromkeys("abcdg", 1.0))
+
+
+def rod(name: str, length: Expr) -> RigidBody:
+    """A rod of 1 kg along its x axis, thick enough to turn about it."""
+    body = RigidBody(name, mass=1)
+    about = length**2 / Integer(12)
+    body.central_inertia = inertia(body.frame, length**2 / Integer(50), about, about)
+    return body
+
+
+def single_loop(
+    name: str, links: Sequence[Link], gravity: Sequence[int | Expr],
+    parameters: Mapping[str, float] = MappingProxyType({}),
+) -> Mechanism:  # fmt: skip
     """Links in a ring, joined by pins; the last link is the ground, its far pin is cut."""
     ground = at = RigidBody("ground")
     length, angle = links[-1]
@@ -53,7 +72,7 @@ def single_loop(name: str, links: Sequence[Link], gravity: Sequence[int | Expr])
         )
     )  # fmt: skip
     weight = sum((g * e for g, e in zip(gravity, (ground.x, ground.y, ground.z), strict=True)), 0)
-    return from_joints(name, joints, gravity=weight, parameters={}, ground=ground)
+    return from_joints(name, joints, gravity=weight, parameters=dict(parameters), ground=ground)
 
 
 def parallel_cranks(count: int) -> Mechanism:

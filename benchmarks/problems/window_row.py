@@ -10,7 +10,7 @@ from sympy import Integer, symbols
 from sympy.physics.mechanics import PinJoint, RigidBody, dynamicsymbols
 
 from ..references.linkage_curve import PlanarLinkage
-from .five_bar import FREE_FALL, rod
+from .closed_loops import FREE_FALL, rod
 
 
 def window_row(count: int) -> Mechanism:

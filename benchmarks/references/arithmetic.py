@@ -82,5 +82,19 @@ def solution(rows: list[Vector]) -> Vector:
     return x
 
 
+def agreed(first: Iterable[Vector], second: Iterable[Vector], *, by_row: bool = False) -> int:
+    """On how many digits two ways agree, of each number or of the largest in its row."""
+    apart = max(
+        abs(a - b) / (max(map(abs, x)) if by_row else max(1, abs(a)))
+        for x, y in zip(first, second, strict=True)
+        for a, b in zip(x, y, strict=True)
+    )
+    return min(DIGITS, int(-mpmath.log10(apart))) if apart else DIGITS
+
+
+def texts(values: Vector, digits: int) -> list[str]:
+    return [mpmath.nstr(x, digits, strip_zeros=False) for x in values]
+
+
 def dot(a: Iterable[Any], b: Iterable[Any]) -> Any:
     return sum(map(mul, a, b))

@@ -17,7 +17,7 @@ import mpmath
 from mpmath import mpf
 
 from ..problems.closed_loops import BENNETT, BENNETT_WEIGHT, BRICARD, BRICARD_WEIGHT, Link
-from .arithmetic import DIGITS, Vector, cos, dot, number, numbers, of_mpmath, sin, sqrt
+from .arithmetic import DIGITS, Vector, agreed, cos, dot, number, numbers, of_mpmath, sin, sqrt
 from .extrapolation import by_extrapolation
 from .sensitivities.gauss import along
 
@@ -154,8 +154,7 @@ def closed_loops() -> dict[str, Any]:
             numbers(x.value for x in last),
         ]
         ends = [[of_mpmath(x) for x in loop.state(end)] for end in both]
-        apart = max(abs(a - b) / max(1, abs(a)) for a, b in zip(*ends, strict=True))
-        digits = min(DIGITS, int(-mpmath.log10(apart)))
+        digits = agreed(*([end] for end in ends))
         print(f"{name}: both ways agree on {digits} digits", flush=True)
         found["digits"] = min(digits, found["digits"])
         rows = {"start": [of_mpmath(x) for x in loop.state(start)], "end": ends[0]}

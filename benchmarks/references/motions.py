@@ -1,16 +1,15 @@
 """Reference motions of thirty digits, each computed in two ways that share nothing.
 
-First way: M, F, J, gamma of the open tree by SymPy's KanesMethod, the Schur complement, heyoka's
-Taylor series in 160 bits.  Second way: other equations (the pendulum's from
-Lagrange's by hand; the bicycle's by Kane with dependent speeds, LU decomposition), Gragg's
-extrapolated midpoint rule in 50 digits of mpmath.  What is written into data/ are the digits on
-which both agree; fewer than 30 are an error.  Parameters are the doubles that everybody is given.
+First way: M, F, J, gamma of the open tree by SymPy's KanesMethod, the Schur complement, Gauss's
+collocation.  Second way: other equations (the pendulum's from Lagrange's by hand; the bicycle's by
+Kane with dependent speeds, LU decomposition), Gragg's extrapolated midpoint rule.  Both have 50
+digits; what is written into data/ are those on which both agree; fewer than 30 are an error.
+Parameters are the doubles that everybody is given.
 """
 
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -23,13 +22,25 @@ from mpmath import mpf
 from sympy.physics.mechanics import dynamicsymbols
 
 from ..formulations.described import described
-from ..formulations.equations import derive
+from ..formulations.equations import Equations, derive
 from ..formulations.program import program
 from ..problems.bicycle import COORDINATES, SPEEDS
-from .arithmetic import DIGITS, FUNCTIONS, Vector, cos, number, numbers, of_mpmath, sin, solution
+from .arithmetic import (
+    DIGITS,
+    FUNCTIONS,
+    Vector,
+    agreed,
+    cos,
+    number,
+    numbers,
+    of_mpmath,
+    sin,
+    solution,
+    texts,
+)
 from .extrapolation import Rates, by_extrapolation
-
-BITS = 160
+from .sensitivities import dual_numbers
+from .sensitivities.gauss import along
 
 
 @dataclass(frozen=True)
@@ -42,7 +53,7 @@ class Reference:
     start: Callable[[Callable[..., Vector], Vector], Vector]
     times: tuple[float, ...]
     second: Callable[[], Rates]
-    longest: str  # step of the second way (s)
+    longest: str  # step of both ways (s)
 
 
 def compute(reference: Reference) -> dict[str, Any]:
@@ -50,50 +61,38 @@ def compute(reference: Reference) -> dict[str, Any]:
     equations = derive(described(reference.mechanism, reference.values), {})
     parameters = [mpf(reference.values[p.name]) for p in equations.parameters]
     start = reference.start(equations.constraints().function("mpmath"), parameters)
-    began = time.perf_counter()
-    first = by_taylor_series(equations, parameters, start, reference.times)
-    print(f"Taylor series: {time.perf_counter() - began:.0f} s", flush=True)
-    began = time.perf_counter()
-    ends = by_extrapolation(reference.second(), numbers(start), reference.times, reference.longest)
+    longest = reference.longest
+    first = by_collocation(equations, parameters, start, reference.times, longest)
+    ends = by_extrapolation(reference.second(), numbers(start), reference.times, longest)
     second = [[of_mpmath(x) for x in end] for end in ends]
-    print(f"extrapolation: {time.perf_counter() - began:.0f} s", flush=True)
-    apart = max(abs(a - b) / max(1, abs(a)) for x, y in zip(first, second, strict=True)
-                for a, b in zip(x, y, strict=True))  # fmt: skip
-    digits = int(-mpmath.log10(apart)) if apart else DIGITS
+    digits = agreed(first, second)
     names = [str(x.func) for x in (*reference.mechanism.q, *reference.mechanism.u)]
     motion = [(0.0, start), *zip(reference.times, first, strict=True)]
-    rows = [
-        [str(t), *(mpmath.nstr(x, digits, strip_zeros=False) for x in row)] for t, row in motion
-    ]
+    rows = [[str(t), *texts(row, digits)] for t, row in motion]
     return {"source": reference.source, "digits": digits, "columns": ["t", *names], "rows": rows}
 
 
 # -- first way ------------------------------------------------------------------------------------
 
 
-def by_taylor_series(
-    equations: Any, parameters: Vector, start: Vector, times: Sequence[float]
+def by_collocation(
+    equations: Equations, parameters: Vector, start: Vector, times: Sequence[float], longest: str
 ) -> list[Vector]:
-    """heyoka in numbers of 160 bits; the parameters stay parameters, so that none is rounded."""
-    import heyoka as hy
-    import numpy as np
+    """Gauss's collocation of order 40; the parameters stay parameters, so that none is rounded."""
+    rates, rows, now = rates_of_tree(equations), [start], mpf(0)
+    for t in times:
+        end = along(rates, parameters, rows[-1], mpf(t) - now, longest)
+        rows.append([x.value for x in end])
+        now = mpf(t)
+    return rows[1:]
 
+
+def rates_of_tree(equations: Equations) -> Callable[[Vector], Rates]:
+    """Of parameters, in plain or dual numbers, the rates of the state."""
     program = equations.rates()
     refuse_rounded_numbers(program)
-    names = [str(s) for s in equations.state]
-    variables = hy.make_vars(*names)
-    function = program.function({"sin": hy.sin, "cos": hy.cos, "sqrt": hy.sqrt})
-    rates = function(*variables, *(hy.par[k] for k in range(len(parameters))))
-    exact = lambda xs: np.array([hy.real(mpmath.nstr(x, 75), BITS) for x in xs])  # noqa: E731
-    taylor = hy.taylor_adaptive(
-        list(zip(variables, rates, strict=True)), exact(start), pars=exact(parameters),
-        fp_type=hy.real, prec=BITS, compact_mode=True,
-    )  # fmt: skip
-    rows = []
-    for t in times:
-        taylor.propagate_until(hy.real(t, BITS))
-        rows.append([mpf(str(x)) for x in taylor.state])
-    return rows
+    function = program.function(dual_numbers.FUNCTIONS)
+    return lambda p: lambda y: function(*y, *p)
 
 
 def refuse_rounded_numbers(program: Any) -> None:

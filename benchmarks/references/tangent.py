@@ -8,7 +8,7 @@ solve for, no dependent coordinate.  n vanishes at change points only.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import mpmath
@@ -60,16 +60,24 @@ class TangentBar:
             size * self.cos(q[k] - q[j]) * (n[k] - n[j])
             for size, (j, k) in zip(self.products, TURN, strict=True)
         ]
+        between = [(self.cos(q[i] - q[j]), self.sin(q[i] - q[j])) for i, j in PAIRS]
+        return [*(w * x for x in n), self.acceleration(w, n, dn, between, map(self.cos, q))]
+
+    def acceleration(
+        self, w: Any, n: Sequence[Any], dn: Sequence[Any], between: Iterable[tuple[Any, Any]],
+        level: Iterable[Any],
+    ) -> Any:  # fmt: skip
+        """w' of A w' + w^2 A' / 2 + V' = 0, q' = w n and n' = w dn; of cosines and sines between
+        links, and cosines of their angles."""
         A = sum(d * x * x for d, x in zip(self.diagonal, n, strict=True))
         slope = sum(2 * d * x * dx for d, x, dx in zip(self.diagonal, n, dn, strict=True))
-        for size, (i, j) in zip(self.coupled, PAIRS, strict=True):
-            c, s = self.cos(q[i] - q[j]), self.sin(q[i] - q[j])
+        for size, (i, j), (c, s) in zip(self.coupled, PAIRS, between, strict=True):
             A += 2 * size * n[i] * n[j] * c
             slope += (
                 2 * size * ((dn[i] * n[j] + n[i] * dn[j]) * c - n[i] * n[j] * s * (n[i] - n[j]))
             )
-        force = sum(f * self.cos(x) * y for f, x, y in zip(self.weight, q, n, strict=True))
-        return [*(w * x for x in n), -(w * w * slope / 2 + force) / A]
+        force = sum(f * c * x for f, c, x in zip(self.weight, level, n, strict=True))
+        return -(w * w * slope / 2 + force) / A
 
     def state(self, y: Sequence[Any]) -> list[Any]:
         """[theta, omega] of (theta_0..2, w)."""

@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 import mechc
 
 from ..formulations.equations import derive
-from ..problems.five_bar import five_bar
+from ..problems.closed_loops import five_bar
 from ..problems.windows_motion import first_upright, upright_start
 from ..references.closure_curve import Geometry
 from ..timing.cases import Array

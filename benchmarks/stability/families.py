@@ -12,6 +12,7 @@ from . import (
     ends,
     exact_motion,
     geometry,
+    laws,
     long_runs,
     random_starts,
     stiff,
@@ -130,6 +131,14 @@ FAMILIES: dict[str, Family] = {
     "a million periods": Family(
         "phase, energy and closure after a million swings are those of the closed form",
         long_runs.periods,
+    ),
+    "hidden jumps": Family(
+        "angles wrapped by atan2, atan, asin, acos, and roots that touch zero: steps end there",
+        laws.hidden_jumps, 0.95, unit=TIMES_START + ", speeds over the largest",
+    ),
+    "narrow features": Family(
+        "a pulse of 2 ms in 20 s from rest, a bump of 2 mm in free flight: seen by every method",
+        laws.narrow_features, 0.9, unit=TIMES_START + ", speeds over the largest",
     ),
     "stiff springs": Family(
         "stiffness up to 1e12: the modes of the linear system, the limit of the other",

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
-from mechc_codegen.library.planar.redundant import spatial, two_rockers
 
 import mechc
 
 from ..problems.data import four_bar_state
+from ..problems.redundant import spatial, two_rockers
 from ..references.linkage_curve import PlanarLinkage, four_bar
 from .judge import ROUNDING, Row, limit_of, runs, speeds_apart, verdict
 from .misses.on_curve import judged, margins

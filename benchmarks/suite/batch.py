@@ -28,6 +28,7 @@ import numpy as np
 import mechc
 
 from ..problems.problem import Array
+from ..timing.figures import Figure
 from ..timing.processes import answer, clocked, module_command, peak_bytes
 from ..timing.results import command_parser, write
 from .batch_peers import HeyokaBatch, heyoka_rates, heyoka_system, numpy_rates
@@ -39,21 +40,19 @@ STATES = 8192
 ROUNDS = 5
 TOLERANCES = 10.0 ** np.arange(-6.5, -12.0, -1 / 6)
 STREAM_METHOD, STREAM_RTOL, MEMORY = "dop853", 1e-9, 1024  # MiB
-Row = tuple[str, float, str, bool | None]  # what, value, limit in words, whether it is kept
 Work = dict[str, tuple[int, Callable[[], Any]]]  # by tool: members, and what integrates them
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     chosen = _options().parse_args(arguments)
-    rows: list[Row] = []
+    rows: list[Figure] = []
     for name, part in PARTS.items():
         if chosen.only in (None, name):
             found = part(chosen)
-            show(found)
+            print("\n".join(row.line() for row in found), flush=True)
             rows += found
-    columns = ("what", "value", "limit", "kept")
-    write("batch", [dict(zip(columns, row, strict=True)) for row in rows])
-    return 1 if any(kept is False for *_, kept in rows) else 0
+    write("batch", [row.record() for row in rows])
+    return 1 if any(row.kept is False for row in rows) else 0
 
 
 def _options() -> argparse.ArgumentParser:
@@ -64,22 +63,8 @@ def _options() -> argparse.ArgumentParser:
     return parser
 
 
-def show(rows: list[Row]) -> None:
-    for what, value, limit, kept in rows:
-        word = "" if kept is None else "kept" if kept else "MISSED"
-        print(f"{what:66s} {value:10.4g}  {limit:10s} {word}".rstrip(), flush=True)
-
-
-def told(what: str, value: float) -> Row:
-    return what, float(value), "", None
-
-
-def at_least(what: str, value: float, limit: float) -> Row:
-    return what, float(value), f">= {limit:g}", bool(value >= limit)
-
-
-def at_most(what: str, value: float, limit: float) -> Row:
-    return what, float(value), f"<= {limit:g}", bool(value <= limit)
+def at_least(what: str, value: float, limit: float) -> Figure:
+    return Figure(what, value, limit=limit, least=True)
 
 
 # -- trajectories ---------------------------------------------------------------------------
@@ -126,7 +111,7 @@ class Members:
         return float(tol), error
 
 
-def trajectories(chosen: Any) -> list[Row]:
+def trajectories(chosen: Any) -> list[Figure]:
     members = Members(max(chosen.members, 8000))
     work: Work = {}
     rows, asked = add_heyoka(members, work)
@@ -136,8 +121,8 @@ def trajectories(chosen: Any) -> list[Row]:
             lambda tol, method=method: members.run(SAMPLE, method, tol).y, asked
         )
         rows += [
-            told(f"mechc {method}: rtol", rtol),
-            at_most(f"mechc {method}: error, no more than heyoka's", error, asked),
+            Figure(f"mechc {method}: rtol", rtol),
+            Figure(f"mechc {method}: error, no more than heyoka's", error, limit=asked),
         ]  # fmt: skip
         work[f"mechc {method}"] = 1000, partial(members.run, 1000, method, rtol)
         tolerances[method] = rtol
@@ -146,7 +131,7 @@ def trajectories(chosen: Any) -> list[Row]:
     return rows + two_cores(members, rtol) + the_long_run(members, rtol, chosen.members)
 
 
-def add_heyoka(members: Members, work: Work) -> tuple[list[Row], float]:
+def add_heyoka(members: Members, work: Work) -> tuple[list[Figure], float]:
     """Its rows, and the error that it achieves: its order goes by leaps with the tolerance."""
     system = heyoka_system()
     if system is None:
@@ -159,7 +144,7 @@ def add_heyoka(members: Members, work: Work) -> tuple[list[Row], float]:
 
     tol, error = members.loosest(states, ASKED)
     work["heyoka"] = 400, partial(made[tol].run, members.y0[:400], T_END)
-    return [told("heyoka: tol", tol), at_most("heyoka: error", error, ASKED)], error
+    return [Figure("heyoka: tol", tol), Figure("heyoka: error", error, limit=ASKED)], error
 
 
 def take_turns(work: Work) -> dict[str, float]:
@@ -171,16 +156,16 @@ def take_turns(work: Work) -> dict[str, float]:
     return rates
 
 
-def compared(rates: dict[str, float]) -> list[Row]:
-    rows = [told(f"{tool}: trajectories per second, one core", r) for tool, r in rates.items()]
+def compared(rates: dict[str, float]) -> list[Figure]:
+    rows = [Figure(f"{tool}: trajectories per second, one core", r) for tool, r in rates.items()]
     if "heyoka" in rates:
         times = {tool: rate / rates["heyoka"] for tool, rate in rates.items()}
         rows.append(at_least("mechc dop853 over heyoka", times["mechc dop853"], 1.5))
-        rows.append(told("mechc gauss8 over heyoka", times["mechc gauss8"]))
+        rows.append(Figure("mechc gauss8 over heyoka", times["mechc gauss8"]))
     return rows
 
 
-def two_cores(members: Members, rtol: float) -> list[Row]:
+def two_cores(members: Members, rtol: float) -> list[Figure]:
     least = {1: np.inf, 2: np.inf}
     for _ in range(ROUNDS):
         for threads in least:
@@ -191,21 +176,21 @@ def two_cores(members: Members, rtol: float) -> list[Row]:
     return [at_least("mechc dop853: two cores over one, by the clock", least[1] / least[2], 1.8)]
 
 
-def the_long_run(members: Members, rtol: float, count: int) -> list[Row]:
+def the_long_run(members: Members, rtol: float, count: int) -> list[Figure]:
     started = time.perf_counter()
     batch = members.run(count, "dop853", rtol, 2)
     seconds = time.perf_counter() - started
     return [
-        told("the long run: members", count),
+        Figure("the long run: members", count),
         at_least("the long run: members that reached 20 s", np.count_nonzero(batch.ok), count),
-        told("the long run: trajectories per second, two cores, by the clock", count / seconds),
+        Figure("the long run: trajectories per second, two cores, by the clock", count / seconds),
     ]
 
 
 # -- right-hand sides -------------------------------------------------------------------------
 
 
-def right_hand_sides(_: Any) -> list[Row]:
+def right_hand_sides(_: Any) -> list[Figure]:
     """Nanoseconds a state, over 8,192 states with one set of parameters, on one core."""
     model = mechc.load("four_bar")
     _, y0 = assembled(STATES)
@@ -220,7 +205,7 @@ def right_hand_sides(_: Any) -> list[Row]:
         os.sched_setaffinity(0, cores)
 
 
-def compared_rates(model: mechc.Model, y: Array) -> list[Row]:
+def compared_rates(model: mechc.Model, y: Array) -> list[Figure]:
     def nanoseconds(work: Callable[[], Any], repeats: int) -> float:
         return 1e9 / len(y) * min(clocked(work) for _ in range(repeats))
 
@@ -228,10 +213,10 @@ def compared_rates(model: mechc.Model, y: Array) -> list[Row]:
     mine = partial(model.rhs, 0.0, y, {"l_3": 3.5}, out=out)
     own = [nanoseconds(mine, 100)]
     lambdified = nanoseconds(numpy_rates(y), 10)
-    rows = [told(f"{what}, NumPy lambdify(cse=True): ns a state", lambdified)]
+    rows = [Figure(f"{what}, NumPy lambdify(cse=True): ns a state", lambdified)]
     system = heyoka_system()
     if system is None:
-        return [*rows, told(f"{what}, mechc: ns a state", own[0])]
+        return [*rows, Figure(f"{what}, mechc: ns a state", own[0])]
     run, result = heyoka_rates(system, y)
     theirs = []
     for _ in range(ROUNDS):
@@ -240,24 +225,24 @@ def compared_rates(model: mechc.Model, y: Array) -> list[Row]:
     apart, limit = np.abs(result.T - out) / (1 + np.abs(out)), round(min(theirs), 2)
     return [
         *rows,
-        told(f"{what}, heyoka's compiled function: ns a state", min(theirs)),
-        at_most(f"{what}, mechc: ns a state", min(own), limit),
-        at_most("largest difference between the two, relative", apart.max(), 1e-12),
+        Figure(f"{what}, heyoka's compiled function: ns a state", min(theirs)),
+        Figure(f"{what}, mechc: ns a state", min(own), limit=limit),
+        Figure("largest difference between the two, relative", apart.max(), limit=1e-12),
     ]
 
 
 # -- larger than memory -----------------------------------------------------------------------
 
 
-def streaming(chosen: Any) -> list[Row]:
+def streaming(chosen: Any) -> list[Figure]:
     """Members streamed to Zarr by a process of its own, and the most memory of it."""
     with tempfile.TemporaryDirectory() as folder:
         command = [*module_command("suite", "batch"), str(chosen.streamed), f"{folder}/batch"]
         seconds, memory = answer(command)
     return [
-        told(f"streamed to Zarr ({STREAM_METHOD}): members", chosen.streamed),
-        told("streamed to Zarr: members per second", chosen.streamed / seconds),
-        at_most("streamed to Zarr: peak memory of the process, MiB", memory, MEMORY),
+        Figure(f"streamed to Zarr ({STREAM_METHOD}): members", chosen.streamed),
+        Figure("streamed to Zarr: members per second", chosen.streamed / seconds),
+        Figure("streamed to Zarr: peak memory of the process, MiB", memory, limit=MEMORY),
     ]
 
 
@@ -271,7 +256,7 @@ def stream(members: int, folder: str) -> None:
     print([clocked(run), peak_bytes() / 2**20])
 
 
-PARTS: dict[str, Callable[[Any], list[Row]]] = {
+PARTS: dict[str, Callable[[Any], list[Figure]]] = {
     "rhs": right_hand_sides, "trajectories": trajectories, "streaming": streaming,
 }  # fmt: skip
 

@@ -10,26 +10,23 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-import sympy
 
-import mechc
-
-from ..problems.four_bar import accelerations
+from ..formulations.equations import Equations, equations_of
+from ..peers.heyoka_taylor import rates_of
+from ..problems import problem
 from ..problems.problem import Array
 
 
+def equations() -> Equations:
+    """The four-bar's."""
+    return equations_of(problem("four_bar_regular"))
+
+
 class System(NamedTuple):
-    """The package, the state's variables, and their rates."""
+    """The package, and the state's variables with their rates."""
 
     heyoka: Any
-    variables: list[Any]
-    rates: list[Any]
-
-
-def _rates(variables: list[Any], sin: Any, cos: Any) -> list[Any]:
-    given = {name: float(value) for name, value in mechc.load("four_bar").defaults.items()}
-    q, u = variables[:3], variables[3:]
-    return [*u, *accelerations(q, u, given, sin, cos)]
+    rates: list[tuple[Any, Any]]
 
 
 def heyoka_system() -> System | None:
@@ -38,8 +35,7 @@ def heyoka_system() -> System | None:
         import heyoka
     except ImportError:
         return None
-    variables = list(heyoka.make_vars("a", "b", "c", "ua", "ub", "uc"))
-    return System(heyoka, variables, _rates(variables, heyoka.sin, heyoka.cos))
+    return System(heyoka, rates_of(heyoka, equations())[0])
 
 
 class HeyokaBatch:
@@ -48,7 +44,7 @@ class HeyokaBatch:
     def __init__(self, system: System, tol: float) -> None:
         self.lanes = int(system.heyoka.recommended_simd_size())
         self.integrator = system.heyoka.taylor_adaptive_batch(
-            list(zip(system.variables, system.rates, strict=True)), np.zeros((6, self.lanes)),
+            system.rates, np.zeros((6, self.lanes)),
             tol=tol, compact_mode=False, high_accuracy=False,
         )  # fmt: skip
 
@@ -65,14 +61,14 @@ class HeyokaBatch:
 
 def heyoka_rates(system: System, y: Array) -> tuple[Callable[[], Any], Array]:
     """Its compiled function over the states (n, 6), and where the rates come, (6, n)."""
-    function = system.heyoka.cfunc(system.rates, vars=system.variables)
+    variables, rates = zip(*system.rates, strict=True)
+    function = system.heyoka.cfunc(rates, vars=variables)
     columns, result = np.ascontiguousarray(y.T), np.empty(y.T.shape)
     return lambda: function(columns, outputs=result), result
 
 
 def numpy_rates(y: Array) -> Callable[[], Any]:
     """The same over the states through SymPy's lambdify to NumPy."""
-    variables = list(sympy.symbols("a b c ua ub uc"))
-    function = sympy.lambdify(variables, _rates(variables, sympy.sin, sympy.cos), "numpy", cse=True)
+    function = equations().rates().function("numpy")
     columns = [np.ascontiguousarray(column) for column in y.T]
     return lambda: function(*columns)

@@ -12,7 +12,7 @@ import numpy as np
 from mechc.simulation.settings import METHODS_OF_USERS
 
 from ..problems.problem import Problem
-from ..timing.cases import Case
+from ..timing.cases import Case, grid
 from ..timing.processes import clocked
 
 SINGLE, BATCH = "mechc", "mechc batch"
@@ -50,16 +50,10 @@ def single(problem: Problem, tolerances: Sequence[float]) -> list[Case]:
             problem.t_end, problem.start, problem.params, rtol=tol, method=method, dense=False
         )
 
-    return [
-        Case(
-            SINGLE, method, tol,
-            lambda method=method, tol=tol: run(method, tol),  # type: ignore[misc]
-            lambda s: problem.observe(s.y[-1]) if s.status.ok else None,
-            lambda s: s.status.code,
-        )
-        for method in ("auto", *_offered(model, METHODS_OF_USERS))
-        for tol in tolerances
-    ]  # fmt: skip
+    return grid(
+        SINGLE, ("auto", *_offered(model, METHODS_OF_USERS)), tolerances, run,
+        lambda s: problem.observe(s.y[-1]) if s.status.ok else None, lambda s: s.status.code,
+    )  # fmt: skip
 
 
 def batch(problem: Problem, tolerances: Sequence[float]) -> list[Case]:
@@ -74,17 +68,11 @@ def batch(problem: Problem, tolerances: Sequence[float]) -> list[Case]:
             threads=1, progress=False,
         )  # fmt: skip
 
-    return [
-        Case(
-            BATCH, method, tol,
-            lambda method=method, tol=tol: run(method, tol),  # type: ignore[misc]
-            lambda b: problem.observe(b.y[-1]) if np.all(b.ok) else None,
-            lambda b: b.status(members - 1).code,
-            trajectories=members,
-        )
-        for method in _offered(model, BATCH_METHODS)
-        for tol in tolerances
-    ]  # fmt: skip
+    return grid(
+        BATCH, _offered(model, BATCH_METHODS), tolerances, run,
+        lambda b: problem.observe(b.y[-1]) if np.all(b.ok) else None,
+        lambda b: b.status(members - 1).code, trajectories=members,
+    )  # fmt: skip
 
 
 def _offered(model: Any, methods: Iterable[str]) -> list[str]:

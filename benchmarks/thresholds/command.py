@@ -15,7 +15,6 @@ docs/theory/thresholds.md; ``--page`` writes them into it.
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import json
 import os
@@ -43,10 +42,7 @@ Found = dict[tuple[str, float], dict[str, Any]]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(
-        prog="mechc bench thresholds", description=__doc__,
-        formatter_class=argparse.RawTextHelpFormatter,
-    )  # fmt: skip
+    parser = results.command_parser("thresholds", __doc__)
     parser.add_argument("--only", nargs="+", metavar="NAME", help="these constants")
     parser.add_argument("--factors", nargs="+", type=float, metavar="X", help="[0.5 2]")
     parser.add_argument("--full", action="store_true", help="every case: a minute a factor")

@@ -5,9 +5,10 @@ from __future__ import annotations
 import gc
 import signal
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -65,6 +66,20 @@ class Case:
             "spread": float((high - low) / median), "repeats": len(seconds),
             "first": float(seconds[0]),
         }  # fmt: skip
+
+
+def grid(
+    tool: str, methods: Iterable[str], tolerances: Iterable[float],
+    run: Callable[[str, float], Any], state: Callable[[Any], Array | None],
+    word: Callable[[Any], str], **more: Any,
+) -> list[Case]:  # fmt: skip
+    """A case of each method at each tolerance; ``run(method, tolerance)`` is what is timed."""
+    tolerances = list(tolerances)
+    return [
+        Case(tool, method, tol, partial(run, method, tol), state, word, **more)
+        for method in methods
+        for tol in tolerances
+    ]
 
 
 @dataclass(frozen=True)

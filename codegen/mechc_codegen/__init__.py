@@ -39,37 +39,7 @@ _PLACES = {
     "shipped_mechanism": "library.catalogue",
 }
 
-__all__ = [
-    "SHIPPED",
-    "BallJoint",
-    "Build",
-    "Closure",
-    "CodegenError",
-    "Constraint",
-    "Coordinate",
-    "Coupling",
-    "Cut",
-    "Drawing",
-    "ExpressionError",
-    "FreeJoint",
-    "InternalError",
-    "Joint",
-    "Kind",
-    "Mechanism",
-    "MechanismError",
-    "Parameter",
-    "Quantity",
-    "ScrewJoint",
-    "Solid",
-    "Speed",
-    "State",
-    "UniversalJoint",
-    "build_scene",
-    "from_joints",
-    "from_urdf",
-    "multiplier",
-    "shipped_mechanism",
-]
+__all__ = list(_PLACES)
 
 
 def __getattr__(name: str) -> Any:

@@ -10,15 +10,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
-from mechc_codegen.derive.derive_equations import derive_equations
+from mechc_codegen.derive.derive_equations import derive_equations, drop_parameters
 from mechc_codegen.derive.differentiate import differentiate
-from mechc_codegen.derive.drop_parameters import drop_parameters
-from mechc_codegen.derive.equations import Equations
 from mechc_codegen.description.drawing import Drawing
 from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.description.request import DEFAULT_REQUEST, USUAL, OutputRequest
 from mechc_codegen.drawing.plan import picture_plan
 from mechc_codegen.emit.c import emit
+from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.metadata import scene_metadata
 from mechc_codegen.emit.units.instruction_sets import (
     InstructionSet,
@@ -33,7 +32,6 @@ from mechc_codegen.extension.build import Build, extension
 from mechc_codegen.ir.adjoint import add_adjoint
 from mechc_codegen.ir.lower import lower
 from mechc_codegen.ir.optimize import optimize
-from mechc_codegen.ir.program import Program
 from mechc_codegen.ir.sensitivity import add_sensitivities
 from mechc_codegen.ir.series import add_series
 from mechc_codegen.ir.switching import add_switching
@@ -53,8 +51,8 @@ def build_scene(
     clock = Stopwatch()
     made = optimised_scene(mechanism, request, clock)
     sets = instruction_sets() if sets is None else sets
-    sets = tuple(with_fitting_lanes(each, made.equations) for each in sets)
-    texts = clock.time("emit", lambda: emit(*made.parts, sets, request))
+    sets = tuple(with_fitting_lanes(each, made.functions.equations) for each in sets)
+    texts = clock.time("emit", lambda: emit(made.functions, made.metadata, sets))
     return extension(mechanism.name, texts, sets, clock.seconds)
 
 
@@ -69,7 +67,7 @@ def build_standalone(
 ) -> dict[str, str]:
     """The mechanism as C99 for other programs; see :func:`export.standalone.standalone`."""
     made = optimised_scene(mechanism, request, Stopwatch())
-    return standalone(*made.parts, request, name, start, values, end, real)
+    return standalone(made.functions, made.metadata, name, start, values, end, real)
 
 
 def build_web(
@@ -79,7 +77,7 @@ def build_web(
     made = optimised_scene(mechanism, request, Stopwatch(), adjoint=False)
     known = {each["name"] for each in made.metadata["parameters"]} | {*made.metadata["fixed"]}
     plan = picture_plan(mechanism, Drawing(), known)
-    return web_scene(*made.parts, request, plan, options)
+    return web_scene(made.functions, made.metadata, plan, options)
 
 
 def build_fmu(
@@ -88,7 +86,7 @@ def build_fmu(
     """The mechanism as a functional mock-up unit; see :func:`export.fmu.fmu_files`."""
     request = fmu_request(request, options.derivatives)
     made = optimised_scene(mechanism, request, Stopwatch(), adjoint=False)
-    return fmu_files(*made.parts, request, options)
+    return fmu_files(made.functions, made.metadata, options)
 
 
 def optimised_scene(
@@ -105,8 +103,8 @@ def optimised_scene(
     if adjoint and request.includes("sensitivities"):
         program = clock.time("adjoint", lambda: add_adjoint(program))
     program = clock.time("series", lambda: add_series(program, equations))
-    metadata = scene_metadata(mechanism, parameters, (lowered, program), equations, request)
-    return OptimisedScene(program, equations, metadata)
+    functions = SceneFunctions(program, equations, request)
+    return OptimisedScene(functions, scene_metadata(mechanism, parameters, lowered, functions))
 
 
 def operations_of_all(mechanism: Mechanism, request: OutputRequest) -> dict[str, Any]:
@@ -127,13 +125,8 @@ def operations_of_all(mechanism: Mechanism, request: OutputRequest) -> dict[str,
 class OptimisedScene:
     """The input of every emitter; ``metadata`` is data for JSON."""
 
-    program: Program
-    equations: Equations
+    functions: SceneFunctions
     metadata: dict[str, Any]
-
-    @property
-    def parts(self) -> tuple[Program, Equations, dict[str, Any]]:
-        return self.program, self.equations, self.metadata
 
 
 @dataclass

@@ -10,7 +10,6 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from mechc.compilation.one_at_a_time import one_at_a_time as _one_at_a_time
 from mechc.errors import (
     AssemblyError,
     CacheError,
@@ -135,48 +134,17 @@ _LATER = {
     "jax": "mechc.differentiable.jax_function",
     "torch": "mechc.differentiable.torch_function",
 }
-# For describing mechanisms: with SymPy.
-_DESCRIPTION = {
-    "BallJoint",
-    "Closure",
-    "Constraint",
-    "Coordinate",
-    "Coupling",
-    "Cut",
-    "Drawing",
-    "DryFriction",
-    "FreeJoint",
-    "Joint",
-    "Kind",
-    "Mechanism",
-    "MechanismError",
-    "Parameter",
-    "Quantity",
-    "ScrewJoint",
-    "Solid",
-    "Speed",
-    "State",
-    "UniversalJoint",
-    "from_joints",
-    "from_urdf",
-    "multiplier",
-}
 
 
 def __getattr__(name: str) -> Any:
     """Import a name at first use: few programs use these names, or they need SymPy."""
     if name in _LATER:
         return getattr(import_module(_LATER[name]), name)
-    if name in _DESCRIPTION:
-        return _described_with(name)
+    if name in __all__:  # for describing mechanisms
+        from mechc.compilation.compiler import of_compiler
+
+        return of_compiler(name)
     raise AttributeError(f"module 'mechc' has no attribute {name!r}")
-
-
-@_one_at_a_time
-def _described_with(name: str) -> Any:
-    from mechc.compilation.compiler import of_compiler
-
-    return of_compiler(name)
 
 
 def __dir__() -> list[str]:

@@ -15,11 +15,11 @@ from mechc.assembly.initial_values import (
 from mechc.errors import AssemblyError, UnknownNameError
 from mechc.outputs import Outputs
 from mechc.system.names import by_name, name_of
-from mechc.system.parameters import Array, Parameters
+from mechc.system.parameters import Array, Parameters, one_double
 
 if TYPE_CHECKING:
     from mechc.analysis.constraint_rank import Redundancy
-    from mechc.analysis.equilibria import Equilibrium
+    from mechc.analysis.equilibria import Equilibria
     from mechc.analysis.position_sweep import PositionSweep
 
 ONE_SET = "takes one set of parameters at a time"
@@ -80,7 +80,7 @@ class Configurations(Outputs):
         if both := sorted(set(near) & set(given)):
             raise AssemblyError(f"{both[0]} is both given and guessed; omit it in one of them")
         p = self._one_set_for_closing(params, f"assembly {ONE_SET}")
-        return positions.assemble(self.system, given, pace, near, p, t)
+        return positions.assemble(self.system, given, pace, near, p, one_double(t, "the time"))
 
     def assemblies(
         self,
@@ -97,7 +97,7 @@ class Configurations(Outputs):
         given, pace, _ = self._by_name(coordinates, speeds, None)
         given, pace = self._checked_start(given, pace)
         p = self._one_set_for_closing(params, f"assembly {ONE_SET}")
-        return positions.assemblies(self.system, given, pace, p, t)
+        return positions.assemblies(self.system, given, pace, p, one_double(t, "the time"))
 
     def _by_name(self, *given: Mapping[str, float] | None) -> list[Mapping[str, float]]:
         """Coordinates, speeds and guesses by name, each empty where there are none."""
@@ -129,11 +129,25 @@ class Configurations(Outputs):
             checked_numbers(speeds, self.speeds, "speed"),
         )
 
-    def equilibria(self, params: Parameters = None, t: float = 0.0) -> tuple[Equilibrium, ...]:
+    def equilibria(
+        self, params: Parameters = None, t: float = 0.0, *, most_starts: int | None = None
+    ) -> Equilibria:
         """Equilibria under the loads at time t, the stable ones first.
 
-        Found by Newton's method on the accelerations along the manifold from points spread over
-        the configurations that close the loops; angles in (-pi, pi].
+        Found by Newton's method for the balance of forces, from points spread over the
+        configurations that close the loops; angles in (-pi, pi].  Searches go on until less than
+        half an equilibrium more is to be expected from how often each was found.
+
+        Parameters
+        ----------
+        most_starts
+            The most searches, where so many do not settle it; by default up to 8192, fewer for
+            many speeds.
+
+        Returns
+        -------
+        Equilibria
+            A tuple; ``searches``, ``expected`` and ``unexplored`` say how likely it has all.
 
         Raises
         ------
@@ -144,7 +158,8 @@ class Configurations(Outputs):
         """
         from mechc.analysis.equilibria import equilibria
 
-        return equilibria(self.system, self._one_set(params, ONE_SET), t)
+        time = one_double(t, "the time")
+        return equilibria(self.system, self._one_set(params, ONE_SET), time, most_starts)
 
     def sweep_positions(
         self,
@@ -195,20 +210,18 @@ class Configurations(Outputs):
         """
         from mechc.analysis.position_sweep import sweep_positions
 
-        name = self._coordinate(driven)
+        name: str = name_of(driven)
+        if name not in self.coordinates:
+            raise UnknownNameError("coordinate", name, self.coordinates)
         given, _, near = self._by_name(coordinates, None, guess)
         kept = checked_numbers(given, self.coordinates, "coordinate")
         close_by = checked_numbers(near, self.coordinates, "coordinate")
         if both := sorted({name, *kept} & {*close_by} | {name} & {*kept}):
             raise AssemblyError(f"{both[0]} is given twice: drive it, give it or guess it")
         p = self._for_closing(params)
-        return sweep_positions(self.system, name, values, kept, close_by, p, t)
-
-    def _coordinate(self, given: Any) -> str:
-        name: str = name_of(given)
-        if name not in self.coordinates:
-            raise UnknownNameError("coordinate", name, self.coordinates)
-        return name
+        return sweep_positions(
+            self.system, name, values, kept, close_by, p, one_double(t, "the time")
+        )
 
     def limits(self, coordinate: str, params: Parameters = None) -> tuple[tuple[float, float], ...]:
         """The ranges of a coordinate in (-pi, pi] or +-2 lengths for which the loops close.
@@ -241,4 +254,5 @@ class Configurations(Outputs):
         """
         from mechc.analysis.constraint_rank import redundant_constraints
 
-        return redundant_constraints(self.system, self._one_set_for_closing(params, ONE_SET), t)
+        p = self._one_set_for_closing(params, ONE_SET)
+        return redundant_constraints(self.system, p, one_double(t, "the time"))

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from importlib import import_module
+from typing import Any
 
 
 class MechcError(Exception):
@@ -15,9 +17,10 @@ class UnknownNameError(MechcError, KeyError):
     def __init__(self, kind: str, name: object, known: Iterable[str]) -> None:
         from difflib import get_close_matches
 
-        known = list(known)
+        known = list(map(str, known))
         close = get_close_matches(str(name), known, n=3, cutoff=0.4)
-        offered = f"did you mean {_or(close)}?" if close else f"known are {', '.join(known)}"
+        nearest = " or ".join(map(repr, close))
+        offered = f"did you mean {nearest}?" if close else f"known are {', '.join(known)}"
         offered = offered if known else "there is none"
         self.message = f"no {kind} is called {name!r}; {offered}"
         super().__init__(self.message)
@@ -109,6 +112,14 @@ class CacheWarning(UserWarning):
     """Compiled scenes cannot be stored for later processes."""
 
 
+def package(name: str, advice: str) -> Any:
+    """An optional package; raises :class:`MissingPackageError` with the advice if it is absent."""
+    try:
+        return import_module(name)
+    except ImportError as error:
+        raise MissingPackageError(advice) from error
+
+
 def brief(value: object) -> str:
     """The value given, in few characters."""
     text = repr(value)
@@ -119,7 +130,3 @@ def _unpickled(kind: type[UnknownNameError], message: str) -> UnknownNameError:
     error = kind.__new__(kind, message)
     error.message = message
     return error
-
-
-def _or(names: list[str]) -> str:
-    return " or ".join(map(repr, names))

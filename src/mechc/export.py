@@ -78,19 +78,10 @@ def export_c(
     (``model.drive``).  Methods with error control, and motion through change points, are those of
     :func:`mechc.load`'s models alone.
     """
-    from mechc.compilation.exports.standalone import standalone_texts
+    from mechc.compilation.exports.standalone import read_export, standalone_texts
 
-    texts = standalone_texts(
-        mechanism,
-        name,
-        y0,
-        dict(params or {}),
-        t_end,
-        fix=fix,
-        outputs=outputs,
-        real=real,
-        **options,
-    )
+    asked = read_export(mechanism, y0, dict(params or {}), fix=fix, outputs=outputs, **options)
+    texts = standalone_texts(asked, name or asked.mechanism.name, t_end, real)
     target = Path(folder)
     with written_into(target):
         target.mkdir(parents=True, exist_ok=True)
@@ -191,8 +182,8 @@ def export_fmu(
 
     Parameters
     ----------
-    mechanism
-        The name of a mechanism of the library, or what :func:`mechc.compile` takes.
+    mechanism, fix, outputs, options
+        As for :func:`export_c`.
     file
         The archive, NAME.fmu; replaced if it exists.
     version
@@ -220,11 +211,6 @@ def export_fmu(
         Events that are expressions, as of :meth:`mechc.Model.simulate`, with resets that are, too:
         event indicators by model exchange; co-simulation makes the resets within its steps.  With
         stops or dry friction the unit has co-simulation alone.
-    fix, outputs
-        As for :func:`mechc.compile`.
-    options
-        Of the mechanism of the library as in :func:`mechc.load`, or the other arguments of
-        :func:`mechc.compile`.
 
     Returns
     -------

@@ -7,7 +7,7 @@ import os
 import stat
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +41,38 @@ def file_lock(path: Path, *, wait: bool = True) -> Iterator[bool]:
         yield lock.is_locked
     finally:
         lock.release()
+
+
+@contextmanager
+def held_file(path: Path) -> Iterator[None]:
+    """Hold a new file for as long as it is written, so that :func:`remove_unheld` leaves it."""
+    if ON_WINDOWS:  # where a lock would keep others from writing
+        yield
+        return
+    import fcntl
+
+    descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | _PLAIN, 0o666)
+    try:
+        with suppress(OSError):  # network file systems without locks
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def remove_unheld(path: Path) -> None:
+    """Remove a file that was held by a process which has ended."""
+    if ON_WINDOWS:
+        return
+    import fcntl
+
+    with suppress(OSError):
+        descriptor = os.open(path, os.O_RDWR | _PLAIN)
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            path.unlink()
+        finally:
+            os.close(descriptor)
 
 
 def in_forked_child(function: Callable[[], Any]) -> None:

@@ -151,7 +151,9 @@ def compile(
     held = mechanism if all(hasattr(mechanism, name) for name in PYDY_SYSTEM) else None
     if held is not None:
         mechanism, defaults = held.eom_method, {**held.constants, **(defaults or {})}
-    system = _compiled_alone(
+    from mechc.compilation.request import compile_any
+
+    system = compile_any(
         mechanism,
         name=name,
         fix=fix,
@@ -188,13 +190,6 @@ def _with_all_held(system: System, held: Any) -> Model:
     known = {*system.coordinates, *system.speeds}
     model = Model.of_system(system.with_start({n: x for n, x in start.items() if n in known}))
     return model.with_inputs(held.specifieds) if held.specifieds and system.inputs else model
-
-
-@one_at_a_time
-def _compiled_alone(mechanism: Any, **asked: Any) -> System:
-    from mechc.compilation.request import compile_any
-
-    return compile_any(mechanism, **asked)
 
 
 @one_at_a_time

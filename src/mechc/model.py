@@ -12,6 +12,7 @@ import numpy as np
 
 from mechc.compilation.find import system_of
 from mechc.configurations import ONE_SET
+from mechc.errors import ValueOutOfBoundsError
 from mechc.fits import Fits
 from mechc.results.solution import Solution
 from mechc.simulation.events.run_events import (
@@ -32,7 +33,7 @@ from mechc.simulation.settings import (
 )
 from mechc.simulation.simulate import run
 from mechc.system.names import by_name, names_of
-from mechc.system.parameters import Array, Parameters
+from mechc.system.parameters import Array, Parameters, doubles, one_double
 from mechc.system.picture import Picture
 from mechc.system.reference import ModelReference
 from mechc.system.system import System
@@ -181,13 +182,15 @@ class Model(Fits):
         from mechc.analysis.inverse_dynamics import inverse_dynamics
 
         states, p = self._as_arrays(y, params)
-        rates = np.asarray(accelerations, dtype=np.float64)
+        rates = doubles(accelerations, "accelerations")
         wanted = (*states.shape[:-1], len(self.speeds))
         if rates.shape != wanted:
             raise ValueError(
                 f"accelerations must have the shape {wanted}: the rates of "
                 f"{', '.join(self.speeds)} at every state; they have {rates.shape}"
             )
+        if not (np.isfinite(rates).all() and np.isfinite(states).all()):
+            raise ValueOutOfBoundsError("states and accelerations must be finite")
         named_inputs = tuple(names_of(inputs))
         return inverse_dynamics(self.system, states, rates, p, named_inputs, t)
 
@@ -236,6 +239,7 @@ class Model(Fits):
         from mechc.analysis.linearize import linearize
 
         p = self._one_set(params, ONE_SET)
+        t = one_double(t, "the time")
         state = state_as_given(self.system, y, p, t)
         chosen = None if outputs is None else tuple(names_of(outputs))
         kept = None if independent is None else names_of(independent)
@@ -457,7 +461,11 @@ class Model(Fits):
         from mechc.simulation.stepper import Stepper
 
         start, _ = checked_span((t, t))
-        model = self._driven_over((start, math.inf), inputs or {}, ()) if self.inputs else self
+        model = (
+            self._driven_over((start, math.inf), {} if inputs is None else inputs, ())
+            if self.inputs
+            else self
+        )
         system, p = model.system, self._one_set(params, f"a stepper {ONE_SET}")
         policy = checked_policy(
             system, rtol=rtol, atol=atol, method=method, first_step=None, max_step=max_step,
@@ -470,9 +478,7 @@ class Model(Fits):
 
     def _start(self, given: Mapping[Any, float], p: Array, t: float) -> Array:
         """The state from coordinates and speeds in one mapping."""
-        values = by_name(given, "y0")
-        speeds = {name: value for name, value in values.items() if name in self.speeds}
-        rest = {name: value for name, value in values.items() if name not in speeds}
+        rest, speeds = self.coordinates_and_speeds(by_name(given, "y0"))
         for name in rest:
             self.system.state_index(name)
         return self.assemble(rest, speeds, params=p, t=t)

@@ -71,13 +71,12 @@ def _batch(path: Path, model: Model | None) -> Batch:
 
 
 def _solution(path: Path, model: Model | None, max_bytes: float) -> Solution:
-    from mechc.results.files import read
+    from mechc.results.files import DAMAGE, read
 
     try:
-        recipe, t, states = read(path)
-        view = _view_in(recipe)
+        recipe, t, states = read(path, max_bytes)
         sol = _again(_model(recipe, model), recipe, t, max_bytes)
-        sol._recorded_view = view
+        sol._recorded_view = recipe["view"]
     except (FileNotFoundError, MissingPackageError, CompilerError):
         raise
     except MissingInputError:
@@ -85,10 +84,7 @@ def _solution(path: Path, model: Model | None, max_bytes: float) -> Solution:
             f"{path} does not hold the inputs that were given with its run, functions of Python: "
             "give mechc.open(path, model.with_inputs({...})) the same"
         ) from None
-    except (
-        MechcError, ArithmeticError, AttributeError, LookupError, MemoryError, OSError,
-        RecursionError, TypeError, ValueError,
-    ) as error:  # fmt: skip
+    except DAMAGE as error:
         told = short(str(error) or type(error).__name__)
         raise MechcError(f"{path} cannot be opened as a solution saved by mechc: {told}") from None
     _compare(path, sol, states)
@@ -114,14 +110,14 @@ def open_view(path: str | Path) -> View:
     MissingPackageError
         If three.js is not installed: ``pip install 'mechc[view]'``.
     """
-    from mechc.results.files import read
+    from mechc.results.files import DAMAGE, read
     from mechc.results.view.page import saved_view
 
     try:
-        data = _view_in(read(Path(path))[0])
+        data = read(Path(path))[0]["view"]
     except (FileNotFoundError, MissingPackageError):
         raise
-    except (MechcError, LookupError, OSError, TypeError, ValueError) as error:
+    except DAMAGE as error:
         told = short(str(error) or type(error).__name__)
         raise MechcError(f"{printable(str(path))}: {told}") from None
     if data is None:
@@ -129,13 +125,6 @@ def open_view(path: str | Path) -> View:
             f"{printable(str(path))} holds no picture: mechc.open(...).view() makes it"
         )
     return saved_view(data)
-
-
-def _view_in(recipe: Mapping[str, Any]) -> dict[str, Any] | None:
-    """The checked picture of a file."""
-    from mechc.results.view.recorded import unpacked_view
-
-    return None if recipe["view"] is None else unpacked_view(recipe["view"])
 
 
 def _is_folder(path: Path) -> bool:
@@ -172,10 +161,23 @@ def _again(model: Model, recipe: dict[str, Any], t: Array, max_bytes: float) -> 
             "xarray instead, or allow more: mechc.open(path, max_bytes=...)"
         )
     sol.policy = told._replace(dense=True, atol=sol.policy.atol)
-    sol.status = _status(mapping_of(recipe["status"], "its status"))
+    ended = mapping_of(recipe["status"], "its status")
+    if ended["code"] not in {name for name, *_ in CODES.values()}:
+        raise MechcError("its status is unknown")
+    sol.status = Status(
+        ended["code"],
+        float(ended["t"]),
+        text_of(ended["cause"], "the cause of its end"),
+        text_of(ended["advice"], "the advice about its end"),
+        tuple(text_of(text, "a warning") for text in ended["warnings"]),
+    )
     if not np.array_equal(sol.record.times(), t):
         sol._times = t
-    sol.events = tuple(_event_record(model, *told) for told in recipe["events"])
+    width = model.system.scene.width
+    sol.events = tuple(
+        EventRecord(np.array(times, float), np.array(y, float).reshape(-1, width))
+        for times, y in recipe["events"]
+    )
     titles = recipe.get("event_titles", ())  # files of earlier versions have none
     sol._titles = tuple(text_of(title, "the title of an event") for title in titles)
     sol.change_points = tuple(
@@ -243,24 +245,6 @@ def _unpickled(
 
 
 copyreg.pickle(Solution, _pickled)
-
-
-def _status(told: Mapping[str, Any]) -> Status:
-    """The outcome in a file: a known status, with plain texts."""
-    codes = {name for name, *_ in CODES.values()}
-    if told["code"] not in codes:
-        raise MechcError("its status is unknown")
-    return Status(
-        told["code"],
-        float(told["t"]),
-        text_of(told["cause"], "the cause of its end"),
-        text_of(told["advice"], "the advice about its end"),
-        tuple(text_of(text, "a warning") for text in told["warnings"]),
-    )
-
-
-def _event_record(model: Model, t: list[float], y: list[list[float]]) -> EventRecord:
-    return EventRecord(np.array(t, float), np.array(y, float).reshape(-1, model.system.scene.width))
 
 
 def _compare(path: Path, sol: Solution, states: Array) -> None:

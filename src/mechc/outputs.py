@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
-from mechc.analysis.jacobians import input_values, jacobian
 from mechc.errors import MechcError, ValueOutOfBoundsError, brief
 from mechc.system.description import Description
 from mechc.system.names import name_of, names_of
-from mechc.system.parameters import Array, Parameters, doubles, is_table
+from mechc.system.parameters import Array, Parameters, doubles, is_table, one_double
 from mechc.system.system import System, Time
 
 if TYPE_CHECKING:
@@ -51,6 +50,10 @@ def _single(p: Array, what: str) -> Array:
 
 class Outputs(Description):
     """Outputs of a system for parameters by name and states of any shape: checked, then evaluated.
+
+    These are of a state alone, which does not tell whether contacts last (``mechc.Stop``,
+    ``mechc.DryFriction``): accelerations, multipliers and reactions are those of the motion without
+    contacts.  :meth:`mechc.Solution.output` has them along a motion, with its contacts.
 
     Every output takes states of shape (..., nq + nu), parameters as a mapping of some names to
     values or an array (..., np) of all, and a time; it is vectorised over the leading axes, which
@@ -165,9 +168,10 @@ class Outputs(Description):
         """State rates y' at the state without projection, shape (..., nq + nu).
 
         On the constraints these are the accelerations of the mechanism; off them, those of
-        J u' = gamma.  Written into ``out`` if it is given, by compiled code without a copy if it
-        and y are tables of states (n, nq + nu) and t and the parameters are the same for all.
-        ``out`` may share memory with y.  ``inputs`` as in :meth:`with_inputs`.
+        J u' = gamma.  Without the forces of contacts: ``sol.output("rates")`` has them.  Written
+        into ``out`` if it is given, by compiled code without a copy if it and y are tables of
+        states (n, nq + nu) and t and the parameters are the same for all.  ``out`` may share
+        memory with y.  ``inputs`` as in :meth:`with_inputs`.
         """
         if inputs is not None:
             return self.with_inputs(inputs).rhs(t, y, params, out)
@@ -177,12 +181,11 @@ class Outputs(Description):
             raise TypeError(f"out is an array for the rates, not {brief(out)}")
         values = self.system.parameter_set.resolve(params)
         scene = self.system.scene
-        into = getattr(scene, "evaluate_into", None)
         tables = is_table(y, scene.width) and is_table(out, scene.width)
         same = values.ndim == 1 and np.ndim(t) == 0
         apart = tables and not np.may_share_memory(y, out)
-        if into is not None and apart and same and len(y) == len(out):
-            into("rates", doubles([t], "the time"), y, values[None], out)
+        if apart and same and len(y) == len(out):
+            scene.evaluate_into("rates", doubles([t], "the time"), y, values[None], out)
         else:
             out[...] = self.system.rates(self._checked_states(y), values, t)
         return out
@@ -222,7 +225,10 @@ class Outputs(Description):
         return self._evaluate("constraint_jacobian", y, params, t)
 
     def multipliers(self, y: Array, params: Parameters = None, t: Time = 0.0) -> Array:
-        """lambda of M u' + J^T lambda = F, shape (..., nc); grows like 1/distance at a crossing."""
+        """lambda of M u' + J^T lambda = F, shape (..., nc); grows like 1/distance at a crossing.
+
+        Without the forces of contacts: ``sol.output("multipliers")`` has them.
+        """
         return self._evaluate("multipliers", y, params, t)
 
     def kinetic_energy(self, y: Array, params: Parameters = None, t: Time = 0.0) -> Array:
@@ -254,7 +260,8 @@ class Outputs(Description):
         By the Newton-Euler equations from the outermost bodies inwards, with the accelerations and
         multipliers of M u' + J^T lambda = F.  Where constraints are redundant many reactions
         balance the same motion: these are those of the multipliers of least norm.  Near a
-        crossing they grow like 1/distance.
+        crossing they grow like 1/distance.  A state knows of no contacts:
+        ``sol.output("reaction_forces")`` and ``sol.output("reaction_torques")`` do.
         """
         states, p = self._as_arrays(y, params)
         names = ("reaction_forces", "reaction_torques")
@@ -269,7 +276,10 @@ class Outputs(Description):
         return self._evaluate("point_velocities", y, params, t)
 
     def point_accelerations(self, y: Array, params: Parameters = None, t: Time = 0.0) -> Array:
-        """Accelerations of the named points in m/s^2, shape (..., points, 3)."""
+        """Accelerations of the named points in m/s^2, shape (..., points, 3).
+
+        Without the forces of contacts: ``sol.output("point_accelerations")`` has them.
+        """
         return self._evaluate("point_accelerations", y, params, t)
 
     def state_jacobian(
@@ -312,12 +322,12 @@ class Outputs(Description):
         return self._jacobian("input", y, params, t, of)
 
     def _jacobian(self, by: str, y: Array, params: Parameters, t: Time, of: str | None) -> Array:
-        return jacobian(self.system, by, *self._as_arrays(y, params), t, name_of(of))
+        return self.system.jacobian(by, *self._as_arrays(y, params), t, name_of(of))
 
     @property
     def input_values(self) -> tuple[str, ...]:
         """Every input with its rates that the equations contain, as ``("F", "r", "r'", "r''")``."""
-        return input_values(self.system)
+        return self.system.input_values
 
     @property
     def knows_energy(self) -> bool:
@@ -325,7 +335,10 @@ class Outputs(Description):
         return self.system.knows_energy
 
     def output(self, name: str, y: Array, params: Parameters = None, t: Time = 0.0) -> Array:
-        """Any output by name, user-defined ones included."""
+        """Any output by name, user-defined ones included.
+
+        Of a state alone, without contacts; along a motion: :meth:`mechc.Solution.output`.
+        """
         return self._evaluate(name_of(name), y, params, t)
 
     # -- for C --------------------------------------------------------------------------------
@@ -388,7 +401,7 @@ class Outputs(Description):
 
         p = self._one_set(params, ONE_SET)
         names = names_of(along)
-        state = self._checked_states(np.array(y, dtype=np.float64))
+        state = self._checked_states(doubles(y, "a state"))
         if state.ndim != 1 or not names:
             raise ValueError(f"one state of {self.name} and at least one name are needed")
-        return integrand(self.system, output, names, state, p, float(t), component)
+        return integrand(self.system, output, names, state, p, one_double(t, "the time"), component)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 import threading
 import time
-from types import TracebackType
 from typing import Self
 
 WIDTH, NOTE, PATIENCE, INTERVAL = 40, 30, 1.0, 0.1
@@ -35,12 +34,7 @@ class ProgressBar:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        value: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         if self.shown:
             print(f"\r{' ' * (len(self.title) + WIDTH + NOTE + 10)}\r", end="", file=sys.stderr)
 

@@ -17,7 +17,7 @@ TESTS = {  # where the modules below a root are tested, and tests of more than o
         "compilation/on_demand", "compilation/threads", "names", "native/other_systems", "package",
         "results/pictures_of_models", "sensitivities/jumps_of_laws", "sensitivities/loops",
         "simulation/contact/drive", "simulation/contact/impacts", "simulation/contact/modes",
-        "simulation/interrupts",
+        "simulation/contact/outputs", "simulation/interrupts",
         "simulation/quaternions", "simulation/small_stacks", "symbols",
     }),
     "codegen/mechc_codegen": ("tests/compiler", {

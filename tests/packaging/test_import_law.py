@@ -34,7 +34,7 @@ RUNTIME_LAW = {
     "batch": {"native", "system", "inputs", "assembly", "compilation", "simulation",
               "sensitivities", "results"},
     "differentiable": {"system", "sensitivities"},
-    "outputs": {"system", "inputs", "analysis"},
+    "outputs": {"system", "inputs"},
     "configurations": {"outputs", "system", "assembly", "analysis"},
     "fits": {"configurations", "system", "simulation", "fitting", "differentiable"},
     "model": {"fits", "configurations", "outputs", "system", "assembly", "compilation",
@@ -56,7 +56,7 @@ COMPILER_LAW = {
     "drawing": {"errors", "description"},
     "convert": {"errors", "description"},
     "derive": {"errors", "description"},
-    "frontend": {"errors", "description", "drawing", "convert", "derive"},
+    "frontend": {"errors", "description", "convert", "derive"},
     "ir": {"errors", "description", "derive"},
     "emit": {"errors", "description", "derive", "ir"},
     "extension": {"emit"},
@@ -73,7 +73,6 @@ DATA = {
     ("export", "ir"): {"ir.program"},
     ("export", "extension"): {"extension.flags"},
     ("frontend", "derive"): {"derive.joint_reactions"},
-    ("frontend", "drawing"): {"drawing.looks"},
     ("typeset", "derive"): {"derive.equations", "derive.kane", "derive.differentiate"},
 }
 DOORS = {"__init__", "compiler"}
@@ -98,7 +97,7 @@ def imported(path: Path, *, top_level: bool = False) -> Iterator[str]:
 
 
 def part(module: str) -> str:
-    """mechc_codegen.ir.passes.fold -> ir."""
+    """mechc_codegen.ir.passes.pair -> ir."""
     return [*module.split("."), "__init__"][1]
 
 

@@ -11,6 +11,7 @@ from sympy import Dummy, Function, Symbol, sin
 from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
 
 import mechc
+from benchmarks.problems.particle import on_a_line, particle
 from mechc.errors import MechcError
 
 t = dynamicsymbols._t
@@ -27,16 +28,8 @@ def particles(coordinates, speeds, masses, gravity, points):
     """Particles on a line, each drawn back by a sine, by Kane's method."""
     qs = [Function(name)(t) for name in coordinates]
     us = [Function(name)(t) for name in speeds]
-    N, O, bodies, loads = ReferenceFrame("N"), Point("O"), [], []
-    O.set_vel(N, 0)
-    for q, u, mass, name in zip(qs, us, masses, points, strict=True):
-        place = O.locatenew(name, q * N.x)
-        place.set_vel(N, u * N.x)
-        bodies.append(Particle(name, place, Symbol(mass)))
-        loads.append((place, -Symbol(gravity) * sin(q) * N.x))
-    kane = KanesMethod(N, qs, us, kd_eqs=[q.diff(t) - u for q, u in zip(qs, us, strict=True)])
-    kane.kanes_equations(bodies, loads)
-    return kane
+    forces = [-Symbol(gravity) * sin(q) for q in qs]
+    return on_a_line(qs, us, forces, [Symbol(mass) for mass in masses], points)
 
 
 @pytest.fixture(
@@ -188,14 +181,9 @@ def test_two_symbols_of_one_name_are_refused(coordinate, mass, stiffness, name):
 
 
 def test_two_coordinates_of_one_name_are_refused():
-    N, O = ReferenceFrame("N"), Point("O")
-    O.set_vel(N, 0)
     q, other = dynamicsymbols("q"), dynamicsymbols("q", positive=True)
     u, v = dynamicsymbols("u v")
-    P = O.locatenew("P", q * N.x + other * N.y)
-    P.set_vel(N, u * N.x + v * N.y)
-    kane = KanesMethod(N, [q, other], [u, v], kd_eqs=[q.diff(t) - u, other.diff(t) - v])
-    kane.kanes_equations([Particle("B", P, m)], [(P, -q * N.x - 2 * other * N.y)])
+    kane = particle([q, other], [u, v], [-q, -2 * other])
     with pytest.raises(MechcError, match="printed as 'q'"):
         mechc.compile(kane)
 

@@ -1,4 +1,4 @@
-"""Derivatives of runs by Richardson's extrapolation of central differences of tight runs."""
+"""Derivatives of runs by Richardson's extrapolation of differences of tight runs; equal batches."""
 
 from collections.abc import Callable
 from itertools import pairwise
@@ -18,3 +18,10 @@ def extrapolated(end: Callable[[float], np.ndarray], h: float, levels: int = 4) 
 def apart(found: np.ndarray, wanted: np.ndarray) -> float:
     """The largest difference over the largest number wanted."""
     return float(np.abs(found - wanted).max() / np.abs(wanted).max())
+
+
+def have_the_same_arrays(a, b) -> None:
+    """Two batches, to the last bit."""
+    assert set(a.arrays) == set(b.arrays)
+    for name in a.arrays:
+        assert np.array_equal(a[name], b[name], equal_nan=True), name

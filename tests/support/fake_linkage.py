@@ -124,7 +124,7 @@ def quantities(units: Mapping[str, str]) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class FakeModel:
-    """What the drawing modules ask of a model."""
+    """What the drawing modules ask of a system."""
 
     name: str = "four_bar"
     title: str = "Planar four-bar linkage"
@@ -145,6 +145,7 @@ class FakeModel:
     ground: tuple[str, ...] = ("O", "p_3")
     traced: tuple[str, ...] = ("p_1", "p_2", "g_1")
     view: tuple[str, str] | None = None
+    joint_names: tuple[str, ...] = ()
     constrained: bool = True
     tilt: tuple[tuple[float, float, float], ...] | None = None
 
@@ -195,17 +196,28 @@ class FakeChangePoint:
 class FakeSolution:
     """A run whose dense output is the exact motion."""
 
-    model: FakeModel
+    system: FakeModel
     t: Array
     change_points: tuple[FakeChangePoint, ...] = ()
     status: Any = "The run reached its end time."
+    stats: Mapping[str, int] = field(default_factory=lambda: {"steps": 0})
+    events: tuple[Any, ...] = ()
+    event_titles: tuple[str, ...] = ()
+    segments: tuple[Any, ...] = ()
 
     def __call__(self, t: Array, /) -> Array:
         return exact_state(t)
 
     @property
+    def span(self) -> tuple[float, float]:
+        return float(self.t[0]), float(self.t[-1])
+
+    @property
     def y(self) -> Array:
         return exact_state(self.t)
+
+    def values_along(self, t: Array) -> Array:
+        return self.params
 
     @property
     def params(self) -> Array:
@@ -213,7 +225,7 @@ class FakeSolution:
 
     @property
     def energy(self) -> Array:
-        return np.asarray(self.model.energy(self.y))
+        return np.asarray(self.system.energy(self.y))
 
     @property
     def work(self) -> Array:
@@ -224,14 +236,14 @@ class FakeSolution:
 
     @property
     def closure(self) -> Array:
-        return np.asarray(np.abs(self.model.constraints(self.y)).max(axis=-1, initial=0.0))
+        return np.asarray(np.abs(self.system.constraints(self.y)).max(axis=-1, initial=0.0))
 
     @property
     def velocity_closure(self) -> Array:
-        residual = np.abs(self.model.velocity_constraints(self.y))
+        residual = np.abs(self.system.velocity_constraints(self.y))
         return np.asarray(residual.max(axis=-1, initial=0.0))
 
 
 def run(t_end: float = 4.0, steps: int = 81, **changes: Any) -> FakeSolution:
-    """A run from rest; `changes` replace fields of the model."""
+    """A run from rest; `changes` replace fields of the system."""
     return FakeSolution(replace(FakeModel(), **changes), np.linspace(0.0, t_end, steps))

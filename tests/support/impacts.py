@@ -4,7 +4,6 @@ import numpy as np
 from sympy import Symbol, cos, sin, symbols
 from sympy.physics.mechanics import (
     KanesMethod,
-    Particle,
     Point,
     ReferenceFrame,
     RigidBody,
@@ -13,6 +12,7 @@ from sympy.physics.mechanics import (
 )
 
 import mechc
+from benchmarks.problems.particle import on_a_line, particle
 
 G = 9.81
 TIP_GAP, TIP_SLIP = "y - l*sin(theta)", "v_x + l*sin(theta)*omega"
@@ -20,20 +20,9 @@ TIP_GAP, TIP_SLIP = "y - l*sin(theta)", "v_x + l*sin(theta)*omega"
 
 def points_on_a_line(name, count, force, **options):
     """Particles that move along a line, each under the force(q, u, m) on it."""
-    frame, origin = ReferenceFrame("N"), Point("O")
-    origin.set_vel(frame, 0)
-    q = dynamicsymbols(f"q_:{count}")
-    u = dynamicsymbols(f"u_:{count}")
-    m = Symbol("m")
-    bodies, loads = [], []
-    for k in range(count):
-        point = origin.locatenew(f"P_{k}", q[k] * frame.x)
-        point.set_vel(frame, u[k] * frame.x)
-        bodies.append(Particle(f"body_{k}", point, m))
-        loads.append((point, force(q[k], u[k], m) * frame.x))
-    t = dynamicsymbols._t
-    kane = KanesMethod(frame, q, u, kd_eqs=[a.diff(t) - b for a, b in zip(q, u, strict=True)])
-    kane.kanes_equations(bodies, loads)
+    q, u, m = dynamicsymbols(f"q_:{count}"), dynamicsymbols(f"u_:{count}"), Symbol("m")
+    forces = [force(place, speed, m) for place, speed in zip(q, u, strict=True)]
+    kane = on_a_line(q, u, forces, [m] * count)
     return mechc.compile(kane, name=name, defaults={"m": 1.0}, **options)
 
 
@@ -48,14 +37,7 @@ def block():
     """A particle of 2 kg at x along and y above a slope a."""
     x, y, v_x, v_y = dynamicsymbols("x y v_x v_y")
     m, g, a = symbols("m g a")
-    frame, origin = ReferenceFrame("N"), Point("O")
-    origin.set_vel(frame, 0)
-    point = origin.locatenew("P", x * frame.x + y * frame.y)
-    point.set_vel(frame, v_x * frame.x + v_y * frame.y)
-    weight = -m * g * (sin(a) * frame.x + cos(a) * frame.y)
-    t = dynamicsymbols._t
-    kane = KanesMethod(frame, [x, y], [v_x, v_y], kd_eqs=[x.diff(t) - v_x, y.diff(t) - v_y])
-    kane.kanes_equations([Particle("block", point, m)], [(point, weight)])
+    kane = particle([x, y], [v_x, v_y], [-m * g * sin(a), -m * g * cos(a)])
     return mechc.compile(kane, name="block", defaults={"m": 2.0, "g": 9.81, "a": 0.3})
 
 
@@ -90,17 +72,9 @@ class FreeBody:
             symbols(f"{name}_:{contacts}") for name in ("friction", "restitution")
         )
         parameters = (*self.normal, *self.tangent, *self.friction, *self.restitution)
-        frame, origin, none = ReferenceFrame("N"), Point("O"), Symbol("none")
-        origin.set_vel(frame, 0)
-        bodies, loads = [], []
-        for k in range(self.freedoms):  # the load is none: it names the parameters
-            point = origin.locatenew(f"P_{k}", q[k] * frame.x)
-            point.set_vel(frame, u[k] * frame.x)
-            bodies.append(Particle(f"body_{k}", point, 1))
-            loads.append((point, none * sum(parameters) * u[k] * frame.x))
-        t = dynamicsymbols._t
-        kane = KanesMethod(frame, q, u, kd_eqs=[a.diff(t) - b for a, b in zip(q, u, strict=True)])
-        kane.kanes_equations(bodies, loads)
+        none = Symbol("none")  # the load is none: it names the parameters
+        forces = [none * sum(parameters) * speed for speed in u]
+        kane = on_a_line(q, u, forces, [1] * self.freedoms)
         self.model = mechc.compile(kane, name="free_body", defaults={"none": 0.0})
 
         def along(rows, k, values):

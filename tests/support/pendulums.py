@@ -2,7 +2,9 @@
 
 from mechc_codegen.description.mechanism import Coordinate, Mechanism, Parameter, Quantity, Speed
 from sympy import Function, Symbol
-from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
+from sympy.physics.mechanics import Particle, Point, ReferenceFrame, dynamicsymbols
+
+from benchmarks.problems.particle import particle
 
 t = dynamicsymbols._t
 
@@ -48,13 +50,5 @@ def pushed_mass(force=None):
     """A mass m on a spring k, pushed by the input F, by Kane's method; ``force``: of q and u alone,
     in place of both."""
     q, u, push = dynamicsymbols("q u F")
-    frame, origin = ReferenceFrame("N"), Point("O")
-    origin.set_vel(frame, 0)
-    point = origin.locatenew("P", q * frame.x)
-    point.set_vel(frame, u * frame.x)
-    kane = KanesMethod(frame, [q], [u], kd_eqs=[q.diff(t) - u])
-    load = (push - Symbol("k") * q if force is None else force) * frame.x
-    cart = Particle("cart", point, Symbol("m"))
-    cart.potential_energy = Symbol("k") * q**2 / 2
-    kane.kanes_equations([cart], [(point, load)])
-    return kane
+    force = push - Symbol("k") * q if force is None else force
+    return particle([q], [u], [force], potential=Symbol("k") * q**2 / 2)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from sympy import Expr, Symbol, symbols
+from sympy import Expr, Symbol, exp, symbols
 from sympy.physics.mechanics import (
     KanesMethod,
     Particle,
@@ -85,6 +85,45 @@ def windows_kane(count: int) -> KanesMethod:
         velocity_constraints=[gap.diff(t).xreplace(rates) for gap in gaps],
     )  # fmt: skip
     method.kanes_equations(bodies, [])
+    return method
+
+
+def ball_on_disc(*, with_positions: bool) -> KanesMethod:
+    """A ball with a particle on a disc that spins up, as an example of opty has it.
+
+    Its configuration constraints x = r q2 and y = -r q1 are no integrals of its velocity
+    constraints ux = r u2 and uy = -r u1: speeds are components of the angular velocity.
+    """
+    q, u = dynamicsymbols("q1:4"), dynamicsymbols("u1:4")
+    (x, y), (ux, uy) = dynamicsymbols("x y"), dynamicsymbols("ux uy")
+    mb, mo, g, r, rate, alpha = symbols("mb mo g r Omega alpha")
+    N, ball, disc = map(ReferenceFrame, ("N", "A1", "A2"))
+    origin, contact, centre, observer = map(Point, ("O", "CP", "Ao", "observer"))
+    origin.set_vel(N, 0)
+    disc.orient_axis(N, rate * t + rate * exp(-alpha * t) / alpha - rate / alpha, N.z)
+    disc.set_ang_vel(N, rate * (1 - exp(-alpha * t)) * N.z)
+    ball.orient_body_fixed(disc, q, "123")
+    by_angles = ball.ang_vel_in(N)
+    ball.set_ang_vel(disc, u[0] * ball.x + u[1] * ball.y + u[2] * ball.z)
+    contact.set_pos(origin, x * disc.x + y * disc.y)
+    contact.set_vel(disc, ux * disc.x + uy * disc.y)
+    centre.set_pos(contact, r * N.z)
+    centre.set_vel(N, centre.pos_from(origin).diff(t, N))
+    observer.set_pos(centre, r * ball.x)
+    observer.v2pt_theory(centre, N, ball)
+    rates = [ux - x.diff(t), uy - y.diff(t)]
+    rates += [(by_angles - ball.ang_vel_in(N)).dot(axis) for axis in N]
+    positions = {"q_ind": q, "q_dependent": [x, y]} if with_positions else {"q_ind": [*q, x, y]}
+    if with_positions:
+        positions["configuration_constraints"] = [x - r * q[1], y + r * q[0]]
+    method = KanesMethod(
+        N, u_ind=u, u_dependent=[ux, uy], kd_eqs=rates,
+        velocity_constraints=[ux - r * u[1], uy + r * u[0]], **positions,
+    )  # fmt: skip
+    moment = 2 * mb * r**2 / 5
+    about = (inertia(ball, moment, moment, moment), centre)
+    bodies = [RigidBody("ball", centre, ball, mb, about), Particle("observer", observer, mo)]
+    method.kanes_equations(bodies, [(centre, -mb * g * N.z), (observer, -mo * g * N.z)])
     return method
 
 

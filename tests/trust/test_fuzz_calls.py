@@ -7,8 +7,11 @@ import warnings
 
 import numpy as np
 import pytest
+from sympy import Symbol
+from sympy.physics.mechanics import KanesMethod, dynamicsymbols
 
 import mechc
+from tests.support.pendulums import bob_on_a_rod
 from tests.support.trust.fuzzing import run_cases
 
 pytestmark = pytest.mark.slow
@@ -88,6 +91,7 @@ def opened(path):
     """A file that is not there is Python's own error."""
     try:
         mechc.open(path)
+        mechc.open_view(path)
     except FileNotFoundError as error:
         raise ValueError from error
 
@@ -194,4 +198,152 @@ def test_calls_with_anything(model, kinds, seed, thorough, tmp_path, monkeypatch
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # NumPy's, of numbers that overflow
         ended = run_cases(seed, thorough, 4_000, 100_000, lambda draw: draw.choice(kinds)(draw))
+    assert ended["a value"] > 100
+
+
+# -- one argument, or two, of every public method ---------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def pushed():
+    """A pendulum with a torque that is given with a run, and derivatives."""
+    q, u, torque = dynamicsymbols("q_0 u_0 F")
+    m, l, g = (Symbol(name) for name in "mlg")
+    r, e, _, bob = bob_on_a_rod(q, u, m, l, g)
+    method = KanesMethod(r, [q], [u], [q.diff(dynamicsymbols._t) - u])
+    method.kanes_equations([bob], [(bob.point, -m * g * r.y), (e, torque * r.z)])
+    given = {"m": 1.3, "l": 0.8, "g": 9.81}
+    return mechc.compile(
+        method, name="pushed", defaults=given, outputs=("energy", "points", "sensitivities")
+    )
+
+
+def good_calls(bar, pushed, folder):
+    """(function, arguments that are right), of the methods of models, solutions and the rest."""
+    y, push = bar.assemble({"theta_0": 1.4}), pushed.with_inputs({"F": 0.5})
+    start = np.array([0.1, 0.2])
+    sol, pulled = bar.simulate(0.02, y), push.simulate(0.1, start)
+    stepper = push.stepper(start)
+    times = np.linspace(0.0, 0.1, 5)
+    data = {"t": times, "q_0": 0.1 + times}
+    state = {"y": start, "params": None, "t": 0.0}
+    names = [
+        "energy", "kinetic_energy", "potential_energy", "points", "rhs", "state_jacobian",
+        "parameter_jacobian", "input_jacobian", "momenta",
+    ]  # fmt: skip
+    yield from ((getattr(push, name), dict(state)) for name in names)
+    closed = ("constraints", "velocity_constraints", "constraint_jacobian", "multipliers")
+    yield from ((getattr(bar, name), {**state, "y": y}) for name in closed)
+    yield from [
+        (push.output, {**state, "name": "energy"}),
+        (push.array_elements, {"name": "points"}),
+        (push.c_function, {"output": "rates", "params": None}),
+        (push.integrand, {"output": "energy", "along": "q_0", "y": start, "component": 0}),
+        (push.ode, {"params": None}),
+        (push.state_index, {"name": "q_0"}),
+        (bar.assemblies, {"coordinates": {"theta_0": 1.4}, "speeds": None, "params": None,
+                          "t": 0.0}),
+        (bar.equilibria, {"params": None, "t": 0.0}),
+        (bar.limits, {"coordinate": "theta_0", "params": None}),
+        (bar.redundant_constraints, {"params": None, "t": 0.0}),
+        (bar.sweep_positions, {"driven": "theta_0", "values": [1.4, 1.5], "coordinates": None,
+                               "guess": None, "params": None, "t": 0.0}),
+        (bar.linearize, {"y": y, "params": None, "t": 0.0, "inputs": (), "outputs": None,
+                         "independent": None}),
+        (push.inverse_dynamics, {"y": start, "accelerations": [0.1], "params": None,
+                                 "inputs": ["F"], "t": 0.0}),
+        (push.linearize, {"y": start, "inputs": ["F"], "outputs": ["energy"]}),
+        (push.fit, {"measurements": data, "free": {"m": (0.5, 2.0)}, "measured": ["q_0"],
+                    "y0": {"q_0": 0.1, "u_0": 0.2}, "guess": None,
+                    "inputs": None, "t0": None, "shared": (), "starts": 1, "refined": 1,
+                    "loss": "linear", "f_scale": 1.0, "confidence": 0.9, "rtol": 1e-6,
+                    "method": "auto", "tol": 1e-3, "max_evaluations": 2, "seed": 0}),
+        (push.jvp, {"t": times[1:], "y0": start, "params": None, "along": {"m": 1.0}, "t0": 0.0,
+                    "inputs": None, "rtol": 1e-6, "method": "auto"}),
+        (push.vjp, {"t": times[1:], "y0": start, "params": None, "by": ["m"], "t0": 0.0,
+                    "inputs": None, "rtol": 1e-6, "method": "auto"}),
+        (push.vjp(0.1, start, by=["m"])[1], {"cotangent": start}),
+        (pushed.with_inputs, {"inputs": {"F": 0.5}}),
+        (push.stepper, {"y0": start, "params": None, "t": 0.0, "inputs": {"F": 1.0}, "rtol": 1e-6,
+                        "atol": None, "method": "auto", "max_step": 0.1, "max_steps": 100,
+                        "on_change_point": "stop", "events": ()}),
+        (stepper.step, {"dt": 0.01, "inputs": {"F": 0.1}}),
+        (stepper.set, {"y": start, "t": 0.0, "params": None}),
+        (stepper.restore, {"saved": stepper.save()}),
+        (sol, {"t": 0.01}),
+        (sol.__getitem__, {"name": "theta_0"}),
+        (sol.continue_to, {"t_end": 0.03, "max_steps": 50, "on_change_point": None,
+                           "progress": None}),
+        (pulled.gradient, {"end": start, "integral": None, "by": ["m"]}),
+        (pulled.gradient, {"end": None, "integral": "energy", "by": ["m"]}),
+        (pulled.sensitivity_of, {"output": "energy", "name": "m", "t": None}),
+        (sol.params_at, {"t": 0.01}),
+        (sol.values_along, {"t": [0.01]}),
+        (sol.work_until, {"times": [0.01]}),
+        (sol.animate, {"fps": 30.0}),
+        (sol.view, {"fps": 30.0}),
+        (mechc.Signal, {"times": times, "values": times, "kind": "cubic", "outside": "refuse",
+                        "breaks": "kinks"}),
+        (mechc.Table, {"x": times, "kind": "cubic", "outside": "extend"}),
+        (opened, {"path": folder / "none"}),
+        (mechc.from_urdf, {"path": folder / "none", "symbolic": (), "driven": (), "name": None}),
+        (mechc.Quantity, {"unit": "m", "description": "x", "lower": 0.0, "upper": 1.0}),
+    ]  # fmt: skip
+
+    def within(make, **good):
+        """What a constructor makes has to be right for a run, too."""
+
+        def call(**given):
+            push.simulate(0.02, start, events=make(**given), max_steps=50)
+
+        return call, good
+
+    def with_input(make, **good):
+        def call(**given):
+            pushed.simulate(0.02, start, inputs={"F": make(**given)}, max_steps=50)
+
+        return call, good
+
+    reset = {"u_0": "-u_0"}
+    yield within(mechc.Event, function="q_0", direction=1.0, terminal=False, reset=reset)
+    yield within(lambda **by: mechc.Event("q_0 - 0.105", reset=by), u_0="-u_0", m=1.1)
+    yield within(mechc.Stop, gap="q_0", restitution=0.5, terminal=False, friction=0.1, slip="u_0",
+                 static=None, law="newton")  # fmt: skip
+    yield within(mechc.DryFriction, slip="u_0", mu=0.1, normal=1.0, static=None)
+    yield with_input(mechc.Sampled, controller=lambda t, y: 0.1, period=0.01, delay=0.0, jitter=0.0,
+                     seed=0, initial=0.0)  # fmt: skip
+    yield with_input(mechc.Signal, times=times, values=times, kind="linear", outside="hold",
+                     breaks="kinks")  # fmt: skip
+
+    def batch(**given):
+        push.simulate_batch(0.02, [start, start], max_steps=50, progress=False, **given)
+
+    yield batch, {
+        "params": {"m": [1.0, 1.1]}, "inputs": {"F": [0.1, 0.2]}, "events": "q_0 > 1",
+        "sensitivities": ["m"], "reduce": "max(q_0)", "t_eval": [0.01], "until": "q_0 > 1",
+        "lockstep": False, "method": "auto", "rtol": 1e-6, "atol": None, "max_step": 0.1,
+    }  # fmt: skip
+
+
+def test_one_argument_is_anything(model, pushed, seed, thorough, tmp_path, monkeypatch):
+    """53 kinds of raw errors were found so, in methods that the calls above leave out."""
+    monkeypatch.chdir(tmp_path)
+    calls = list(good_calls(model, pushed, tmp_path))
+
+    def case(draw):
+        function, good = draw.choice(calls)
+        given = dict(good)
+        for name in draw.sample(sorted(good), min(len(good), draw.choice([1, 1, 1, 2]))):
+            given[name] = draw.choice(
+                [anything, mapping, array, lambda d: array(d, 2), lambda d: [anything(d)] * 2]
+            )(draw)
+        if function == mechc.Table:
+            return lambda: function(*([given.pop("x")] if "x" in given else []), **given)
+        if getattr(function, "__name__", "") in ("__getitem__", "pull") or function is calls[0]:
+            return lambda: function(*given.values())
+        return lambda: function(**given)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        ended = run_cases(seed, thorough, 4_000, 100_000, case)
     assert ended["a value"] > 100

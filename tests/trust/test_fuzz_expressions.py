@@ -23,7 +23,12 @@ PIECES = [
     "t", "2", "0.5", "1e3", "pi", "+", "-", "*", "/", "**", "^", "(", ")", "sin(", "exp(", "log(",
     "sqrt(", "abs(", "tan(", "1e999", "x", "__import__", ".", ",", "'", "[", "\0", "名", " ",
 ]  # fmt: skip
-OWN = {"abs": abs, "pi": mp.pi} | {name: getattr(mp, name) for name in FUNCTIONS if name != "abs"}
+PYTHON = {"abs": abs} | {
+    name: lambda *values, of=of: of(values)
+    for of in (max, min)
+    for name in (of.__name__, of.__name__.title())
+}
+OWN = {"pi": mp.pi} | {name: PYTHON.get(name) or getattr(mp, name) for name in FUNCTIONS}
 
 
 def expression(draw, depth=0):

@@ -9,7 +9,7 @@ from mechc_codegen.library.spatial.bicycle import INDEPENDENT, NAMES, R_REAR, G,
 import mechc
 from tests.support import DATA, LOCKSTEP, by
 
-pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("less_optimised")]
+pytestmark = pytest.mark.slow
 
 PUBLISHED = json.loads((DATA / "bicycle.json").read_text("utf-8"))
 EIGHTH_ORDER = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}  # coefficients of central differences
@@ -20,7 +20,7 @@ LATERAL = ("roll", "steer", "roll_rate", "steer_rate")
 
 
 @pytest.fixture(scope="module")
-def model(less_optimised):
+def model():
     return mechc.compile(bicycle(), defaults=values(), outputs=OUTPUTS)
 
 

@@ -21,8 +21,6 @@ from sympy.physics.mechanics import (
 import mechc
 from tests.support.linkages.jointed import CHAIN, chain, four_bar, tree
 
-pytestmark = pytest.mark.usefixtures("less_optimised")
-
 
 def states_of(model, count=4, seed=1):
     return np.random.default_rng(seed).uniform(

@@ -22,7 +22,6 @@ def script(request):
     return MODELS[request.param].derive()
 
 
-@pytest.mark.usefixtures("less_optimised")
 @pytest.mark.filterwarnings("ignore:.*not in the equations:mechc.UnusedValueWarning")
 def test_rates_and_motion_are_sympys(script):
     sympy, model = SympyNumbers(script), driven(compiled(script), script)

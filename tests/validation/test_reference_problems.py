@@ -16,6 +16,7 @@ import mechc
 from tests.support import DATA, LOCKSTEP, by
 from tests.support.marks import slow_among
 
+pytestmark = pytest.mark.usefixtures("flags_of_users")
 EVERY_TOLERANCE = (1e-6, 1e-8, 1e-10, 1e-12)
 MARGIN = 30.0  # of the tolerance times the condition; most runs stay below 10
 FLOOR = 1e-13  # below this an error is rounding

@@ -19,6 +19,7 @@ from sympy.physics.mechanics import (
 )
 
 import mechc
+from benchmarks.problems.particle import particle
 
 t = dynamicsymbols._t
 q, u = dynamicsymbols("q u")
@@ -230,35 +231,13 @@ def test_members_of_a_batch_are_runs_with_their_states():
             np.testing.assert_array_equal(batch.y[k], one.y[-1])
 
 
-def test_numpy_in_place_of_c_moves_states_too(pid):
-    model = mechc.compile(
-        hinge(lambda N, A, O: [(A, torque * N.z)]),
-        states={"z": 1 - q},
-        inputs={"T": 40 * (1 - q) + 30 * z - 9 * u},
-        defaults={"m": 1.0, "l": 1.0, "z": 0.1},
-        outputs=(),
-    )
-    y0 = model.assemble({"q": 0.2})
-    expected = pid.simulate(1.0, y0, inputs={"target": 1.0}, rtol=1e-9).y[-1]
-    np.testing.assert_allclose(model.simulate(1.0, y0, rtol=1e-9).y[-1], expected, atol=1e-9)
-
-
 # -- states beside constraints ------------------------------------------------------------------
 
 
 def rod():
     """A bob on a rod in x and y, pushed along x by a state that its own speed feeds."""
     x, y, v, w = dynamicsymbols("x y v w")
-    N, O = ReferenceFrame("N"), Point("O")
-    O.set_vel(N, 0)
-    bob = O.locatenew("bob", x * N.x + y * N.y)
-    bob.set_vel(N, v * N.x + w * N.y)
-    closed = x**2 + y**2 - 1
-    kane = KanesMethod(
-        N, [x], [v], kd_eqs=[x.diff(t) - v, y.diff(t) - w], q_dependent=[y], u_dependent=[w],
-        configuration_constraints=[closed], velocity_constraints=[closed.diff(t)],
-    )  # fmt: skip
-    kane.kanes_equations([Particle("bob", bob, 1)], [(bob, z * N.x - G * N.y)])
+    kane = particle([x, y], [v, w], [z, -G], 1, closed=[x**2 + y**2 - 1])
     return kane, {z: x.diff(t) ** 2 - z + sm.sin(t)}
 
 
@@ -291,16 +270,7 @@ def test_closing_a_loop_moves_no_state(method):
 
 def test_a_configuration_constraint_may_hold_no_state():
     x, y, v, w = dynamicsymbols("x y v w")
-    N, O = ReferenceFrame("N"), Point("O")
-    O.set_vel(N, 0)
-    block = O.locatenew("block", x * N.x + y * N.y)
-    block.set_vel(N, v * N.x + w * N.y)
-    follows = y - z
-    kane = KanesMethod(
-        N, [x], [v], kd_eqs=[x.diff(t) - v, y.diff(t) - w], q_dependent=[y], u_dependent=[w],
-        configuration_constraints=[follows], velocity_constraints=[follows.diff(t)],
-    )  # fmt: skip
-    kane.kanes_equations([Particle("block", block, 1)], [])
+    kane = particle([x, y], [v, w], [0, 0], 1, closed=[y - z])
     with pytest.raises(mechc.MechcError, match="'constraint 1' contains a state"):
         mechc.compile(kane, states={z: -z})
 

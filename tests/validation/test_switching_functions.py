@@ -7,10 +7,11 @@ import pytest
 from mechc_codegen.description.mechanism import Parameter
 from mechc_codegen.library.catalogue import shipped_mechanism
 from scipy.integrate import solve_ivp
-from sympy import Abs, Heaviside, Max, Symbol, sign, sin, symbols
+from sympy import Abs, Heaviside, Max, Symbol, sign, sin, sinh, sqrt, symbols, tanh
 from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
+from benchmarks.stability import laws
 from tests.support import scenes
 
 pytestmark = pytest.mark.slow
@@ -77,6 +78,22 @@ def test_friction_that_slides(method, rtol, steps):
     assert sol.stats["steps"] <= steps
     back = model.simulate((12.0, 11.0), sol.y[-1], rtol=rtol, method=method)
     np.testing.assert_allclose(back.y[-1], sol(11.0), atol=rtol + 1e-12)
+
+
+@pytest.mark.parametrize("family", [laws.hidden_jumps, laws.narrow_features])
+def test_jumps_without_a_sign_and_narrow_features(family):
+    """The cases of the stress suite at rtol 1e-9: all of them are right."""
+    for row in family(quick=True):
+        assert row["word"] == "right", row
+
+
+def test_features_as_wide_as_the_steps_change_nothing():
+    """tanh(q) is no feature for steps of its width: they are those of a law without edges."""
+    smooth, plain = compiled(-4 * tanh(q)), compiled(-4 * sinh(q) / sqrt(1 + sinh(q) ** 2))
+    for rtol in (1e-6, 1e-10):
+        one, other = (m.simulate(10.0, [3.0, 0.0], rtol=rtol) for m in (smooth, plain))
+        assert one.stats["steps"] == other.stats["steps"]
+        assert one.stats["rejected"] == other.stats["rejected"]
 
 
 def test_an_absolute_value_that_keeps_its_sign_costs_nothing():

@@ -116,6 +116,30 @@ def test_a_run_goes_on_stops_at_events_and_comes_back(pendulum):
     np.testing.assert_allclose(back.y[-1], LEVEL, rtol=0, atol=1e-9)
 
 
+def test_a_step_does_not_lead_through_what_its_series_does_not_know():
+    """Free flight against a wall exp(200 (q - 10)) / 200, and back with the same speed."""
+    q = dynamicsymbols("q")
+    model = mechc.compile(bead_with(-exp(200 * (q - 10))), outputs=())
+    for rtol in (1e-6, 1e-9):
+        sol = model.simulate(20.0, [0.0, 1.0], rtol=rtol, method="taylor")
+        energy = sol.y[:, 1] ** 2 / 2 + np.exp(200 * (sol.y[:, 0] - 10)) / 200
+        assert sol["u"][-1] == pytest.approx(-1.0, abs=10 * rtol)
+        assert np.abs(energy - 0.5).max() < 10 * rtol
+        assert sol.stats["rejected"] > 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["auto", "taylor"])
+def test_the_phase_error_grows_about_as_the_time(pendulum, method):
+    """As its square it would be a hundred times as large after ten times as many swings."""
+    ends, errors = ellipk(MODULUS) / RATE * (4 * np.array([1000, 10000]) + 1), []
+    for end in ends:
+        last = pendulum.simulate(end, LEVEL, rtol=1e-9, method=method, dense=False).y[-1]
+        errors.append(abs(last[0]) / RATE)
+    assert errors[1] < 30 * errors[0] + 1e-8
+    assert errors[1] < 1e-4
+
+
 @pytest.mark.slow
 def test_every_operation_has_its_recurrence():
     """Against SciPy's integrator on the equation as SymPy writes it."""

@@ -24,7 +24,18 @@ from mpmath import mpc, mpf
 from ...formulations.described import described
 from ...formulations.equations import derive
 from ...problems.data import reference
-from ..arithmetic import DIGITS, FUNCTIONS, Vector, cos, number, numbers, of_mpmath, sin
+from ..arithmetic import (
+    DIGITS,
+    FUNCTIONS,
+    Vector,
+    agreed,
+    cos,
+    number,
+    numbers,
+    of_mpmath,
+    sin,
+    texts,
+)
 from ..extrapolation import Rates, by_extrapolation
 from ..motions import bicycle_reduced, bicycle_start
 from ..tangent import PAIRS, TangentBar, elbow_up
@@ -135,24 +146,16 @@ def _computed(name: str, parts: list[Future[list[Vector]]]) -> dict[str, Any]:
     written = min(digits, WRITTEN)
     return {
         "source": family.source, "t": family.t, "given": dict(family.given), "digits": digits,
-        "end": _texts(first[0], written),
-        "by": {by: _texts(x, written) for by, x in zip(family.by, first[1:], strict=True)},
+        "end": texts(first[0], written),
+        "by": {by: texts(x, written) for by, x in zip(family.by, first[1:], strict=True)},
     }  # fmt: skip
 
 
 def _agreed(name: str, first: Sequence[Vector], second: Sequence[Vector]) -> int:
     """On how many digits both ways agree, of the end and its derivatives."""
-    apart = max(
-        abs(a - b) / max(map(abs, x)) for x, y in zip(first, second, strict=True)
-        for a, b in zip(x, y, strict=True)
-    )  # fmt: skip
-    digits = int(-mpmath.log10(apart))
+    digits = agreed(first, second, by_row=True)
     print(f"{name}: both ways agree on {digits} digits", flush=True)
     return digits
-
-
-def _texts(values: Vector, digits: int) -> list[str]:
-    return [mpmath.nstr(x, digits, strip_zeros=False) for x in values]
 
 
 # -- pendulum -------------------------------------------------------------------------------------
@@ -229,15 +232,9 @@ def _on_curve(bar: TangentBar, y: Vector) -> Vector:
     """psi' and psi'' of A psi'' + A' psi'^2 / 2 + V' = 0."""
     psi, rate = y
     z, n, dn = _curve(psi)
-    A = sum(d * x * x for d, x in zip(bar.diagonal, n, strict=True))
-    slope = sum(2 * d * x * dx for d, x, dx in zip(bar.diagonal, n, dn, strict=True))
-    for size, (i, j) in zip(bar.coupled, PAIRS, strict=True):
-        between = z[i] * z[j].conjugate()
-        c, s = between.real, between.imag
-        A += 2 * size * n[i] * n[j] * c
-        slope += 2 * size * ((dn[i] * n[j] + n[i] * dn[j]) * c - n[i] * n[j] * s * (n[i] - n[j]))
-    force = sum(w * f.real * x for w, f, x in zip(bar.weight, z, n, strict=True))
-    return [rate, -(rate**2 * slope / 2 + force) / A]
+    turns = [z[i] * z[j].conjugate() for i, j in PAIRS]
+    between = [(turn.real, turn.imag) for turn in turns]
+    return [rate, bar.acceleration(rate, n, dn, between, [f.real for f in z])]
 
 
 def _psi(theta: Any) -> Any:

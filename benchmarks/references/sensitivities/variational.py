@@ -23,7 +23,7 @@ from ...formulations.described import described
 from ...formulations.equations import Equations, derive
 from ...problems.bicycle import COORDINATES, NAMES, SPEEDS
 from ..arithmetic import DIGITS, Vector, number, numbers
-from ..motions import refuse_rounded_numbers
+from ..motions import rates_of_tree
 from ..tangent import TangentBar
 from .dual_numbers import FUNCTIONS, Dual, cos, of_mpmath_dual, quick, sin, solved
 from .gauss import Equations as Rates
@@ -73,11 +73,8 @@ def of_tree(
         )  # fmt: skip
         start = solved(residual, list(found), given)
     state = dict(zip(free, start, strict=False)) | dict(held)
-    program = equations.rates()
-    refuse_rounded_numbers(program)
-    function = program.function(FUNCTIONS)
     start = [state[k] for k in range(width)]
-    return along(lambda p: lambda y: function(*y, *p), values, start, mpf(t), longest)
+    return along(rates_of_tree(equations), values, start, mpf(t), longest)
 
 
 def regular_four_bar(given: Given, t: float) -> Vector:

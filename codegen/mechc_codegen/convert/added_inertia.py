@@ -38,7 +38,7 @@ def split_accelerations(
     time = dynamicsymbols._t
     accelerations = [u.diff(time) for u in source.u]
     auxiliary = {u.diff(time): S.Zero for u in source.auxiliary}
-    first = {q.diff(time): r for q, r in zip(source.q, rates.original, strict=True)}
+    first = rates.moving
     second = {q.diff(time): rate.diff(time).xreplace(first) for q, rate in first.items()}
     loads: list[Load] = []
     added: list[AddedInertia] = []
@@ -75,20 +75,14 @@ def _linear(
 def _refuse_asymmetric(source: Source, rates: Rates, added: Sequence[AddedInertia]) -> None:
     size = len(source.u)
     matrix = [[S.Zero] * size for _ in range(size)]
-    moving = {q.diff(dynamicsymbols._t): r for q, r in zip(source.q, rates.original, strict=True)}
     for each in added:
-        turning = isinstance(each.place, ReferenceFrame)
-        velocity = (
-            each.place.ang_vel_in(source.frame)
-            if turning
-            else velocity_of(each.place, source.frame)
-        ).xreplace(moving)
+        velocity = velocity_of(each.place, source.frame).xreplace(rates.moving)
         for r, u in enumerate(source.u):
             partial = velocity.diff(u, source.frame, var_in_dcm=False)
             for s, part in enumerate(each.per_acceleration):
                 matrix[r][s] += partial.dot(part)
     gaps = [matrix[r][s] - matrix[s][r] for r in range(size) for s in range(r)]
-    plain = [rates.in_symbols(gap.xreplace(moving)) for gap in gaps if gap != 0]
+    plain = [rates.in_symbols(gap.xreplace(rates.moving)) for gap in gaps if gap != 0]
     symbols = [*rates.symbols, *rates.u]
     point = random_point(None, len(symbols), seed=6) or []
     if any(abs(gap) > _SAME for gap in evaluator(symbols, plain)(*point)):

@@ -9,6 +9,7 @@ import cmath
 import math
 import random
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from typing import Any, Final
 
 from sympy import Expr, Function, Symbol, lambdify
@@ -31,9 +32,10 @@ class Evaluate:
         self._complex: Callable[..., list[complex]] = lambdify(
             arguments, [_with_real_bounds(e) for e in elements], modules=[dict(_COMPLEX)], cse=True
         )
+        self.factors = [1.0] * len(elements)  # of the values
 
     def __call__(self, *x: float) -> list[float]:
-        return self._real(*x)
+        return [factor * a for factor, a in zip(self.factors, self._real(*x), strict=True)]
 
     def slope(self, x: Sequence[float], direction: Sequence[float]) -> list[float]:
         """The derivative in a direction, to rounding: a step along the imaginary axis (Squire &
@@ -42,14 +44,14 @@ class Evaluate:
             values = self._complex(
                 *(complex(a, _STEP * b) for a, b in zip(x, direction, strict=True))
             )
-            return [complex(value).imag / _STEP for value in values]
+            slopes = (complex(value).imag / _STEP for value in values)
+            return [factor * a for factor, a in zip(self.factors, slopes, strict=True)]
         except (TypeError, NameError):
             return self._differences(x, direction)
 
-    def _differences(
-        self, x: Sequence[float], direction: Sequence[float], step: float = 1e-3
-    ) -> list[float]:
+    def _differences(self, x: Sequence[float], direction: Sequence[float]) -> list[float]:
         """Differences of the fourth order."""
+        step = 1e-3
 
         def at(times: float) -> list[float]:
             return self(*(a + times * step * b for a, b in zip(x, direction, strict=True)))
@@ -57,23 +59,6 @@ class Evaluate:
         inner = [a - b for a, b in zip(at(1.0), at(-1.0), strict=True)]
         outer = [a - b for a, b in zip(at(2.0), at(-2.0), strict=True)]
         return [(8 * a - b) / (12 * step) for a, b in zip(inner, outer, strict=True)]
-
-
-class ScaledFunction(Evaluate):
-    """A numerical function whose values are each multiplied by a factor."""
-
-    def __init__(self, plain: Evaluate, factors: Sequence[float]) -> None:
-        self._plain, self._factors = plain, factors
-
-    def __call__(self, *x: float) -> list[float]:
-        return self._times(self._plain(*x))
-
-    def slope(self, x: Sequence[float], direction: Sequence[float]) -> list[float]:
-        """The derivative in a direction."""
-        return self._times(self._plain.slope(x, direction))
-
-    def _times(self, values: Sequence[float]) -> list[float]:
-        return [factor * value for factor, value in zip(self._factors, values, strict=True)]
 
 
 _REAL_PART: Final = Function("_real_part")
@@ -199,14 +184,11 @@ def random_point(
     for changed in (list(range(size)) if moving is None else list(moving), list(range(size))):
         for _ in range(_DRAWS):
             x = [generator.uniform(0.4, 1.7) for _ in range(size)]
-            if gap is None or (_newton(x, gap, changed) and _sound(x, changed, moving)):
+            held = [i for i in changed if moving is not None and i not in moving]
+            sound = gap is None or _newton(x, gap, changed)
+            if sound and (gap is None or all(abs(x[i]) > _COLLAPSED for i in held)):
                 return x
     return None
-
-
-def _sound(x: Sequence[float], changed: Sequence[int], moving: Sequence[int] | None) -> bool:
-    held = [i for i in changed if moving is not None and i not in moving]
-    return all(abs(x[i]) > _COLLAPSED for i in held)
 
 
 def _newton(x: list[float], gap: Evaluate, changed: Sequence[int]) -> bool:
@@ -245,4 +227,6 @@ def normalise(gap: Evaluate, size: int, places: Sequence[int]) -> Evaluate:
     except (ValueError, ZeroDivisionError, OverflowError, TypeError):
         return gap
     steepest = [max(map(abs, row)) for row in zip(*columns, strict=True)]
-    return ScaledFunction(gap, [1.0 / a if 0.0 < a < float("inf") else 1.0 for a in steepest])
+    scaled = copy(gap)
+    scaled.factors = [1.0 / a if 0.0 < a < float("inf") else 1.0 for a in steepest]
+    return scaled

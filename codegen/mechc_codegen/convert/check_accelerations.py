@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from sympy import Expr
+from sympy import Expr, S
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
 from sympy.physics.vector import Vector
 
@@ -31,9 +31,7 @@ def refuse_other_accelerations(
 
     ``motion``: everything that constrains the speeds, rates of configuration constraints among it.
     """
-    replaced = {
-        q.diff(dynamicsymbols._t): rate for q, rate in zip(source.q, rates.original, strict=True)
-    } | {a: b for u in source.auxiliary for a, b in ((u.diff(dynamicsymbols._t), 0), (u, 0))}
+    replaced = rates.moving | {u.diff(dynamicsymbols._t): S.Zero for u in source.auxiliary}
     places: list[Point | ReferenceFrame] = [b.masscenter for b in bodies]
     places += [b.frame for b in bodies if is_rigid(b)]
     for place in places:
@@ -120,9 +118,8 @@ def _difference(
     given = (place._ang_acc_dict if turning else place._acc_dict).get(frame)
     if given is None:
         return None
-    velocity = place.ang_vel_in(frame) if turning else velocity_of(place, frame)
     time = dynamicsymbols._t
     second = {first.diff(time): rate.diff(time) for first, rate in replaced.items() if rate != 0}
-    difference = given - velocity.xreplace(dict(replaced)).dt(frame)
+    difference = given - velocity_of(place, frame).xreplace(dict(replaced)).dt(frame)
     difference = difference.xreplace(second).xreplace(dict(replaced))
     return None if difference == 0 else difference

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from sympy import Derivative, Expr, Symbol
+from sympy import Derivative, Expr, S, Symbol
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import dynamicsymbols
 
@@ -32,8 +32,8 @@ _STEP, _FLAT, _NOTHING = 1e-5, 1e-6, 1e-9
 class Rates:
     """The kinematics q' = N u + n over symbols, by which expressions can be differentiated.
 
-    Each speed is a symbol, and so is every specified function of time and each of its
-    derivatives.
+    ``moving``: q' and auxiliary speeds -> their expressions.  Each speed is a symbol, and so is
+    every specified function of time and each of its derivatives.
     """
 
     def __init__(
@@ -42,8 +42,12 @@ class Rates:
         kinematics: Sequence[Expr],
         parameters: Sequence[Symbol],
         specified: Mapping[AppliedUndef, Expr],
+        auxiliary: Sequence[AppliedUndef] = (),
     ) -> None:
         q, u = state
+        rates = zip(q, kinematics, strict=True)
+        self.moving = {x.diff(dynamicsymbols._t): rate for x, rate in rates}
+        self.moving |= dict.fromkeys(auxiliary, S.Zero)
         self._specified = dict(specified)
         self._plain: dict[Expr, Expr] = {}
         for k, x in enumerate((dynamicsymbols._t, *q, *u)):
@@ -51,7 +55,7 @@ class Rates:
         self.q = [self._plain[x] for x in q]
         self.u = [self._plain[x] for x in u]
         self.time = self._plain[dynamicsymbols._t]
-        self.original = tuple(kinematics)
+        self.are_speeds = tuple(kinematics) == tuple(u)
         self._parameters = list(parameters)
         self.known = 1 + len(q) + len(self._parameters)
         self.kinematics = [self.in_symbols(rate) for rate in kinematics]
@@ -74,6 +78,12 @@ class Rates:
         held = {symbol for e in expressions for symbol in e.free_symbols} - own
         functions = [x for x, symbol in self._plain.items() if symbol in held]
         return [(self._plain[f], self.in_symbols(f.diff(dynamicsymbols._t))) for f in functions]
+
+    def values_of(self, state: Sequence[float]) -> dict[Expr, float]:
+        """The values of what the symbols stand for, from those of :attr:`symbols` and speeds."""
+        given = dict(zip([*self.symbols, *self.u], state, strict=True))
+        of_parameters = {parameter: given[parameter] for parameter in self._parameters}
+        return of_parameters | {x: given[symbol] for x, symbol in self._plain.items()}
 
     @property
     def symbols(self) -> list[Expr]:
@@ -155,11 +165,12 @@ def _vanishes(row: Sequence[float]) -> bool:
 
 
 def nonholonomic(
-    configuration: Sequence[Expr], motion: Sequence[Expr], rates: Rates
+    configuration: Sequence[Expr], motion: Sequence[Expr], rates: Rates, *, mixed: bool
 ) -> tuple[Expr, ...]:
     """The rows of ``motion`` that are not rates of the configuration constraints.
 
     These rates need not be among ``motion``: they are derived from the configuration constraints.
+    ``mixed``: they are meant to be there, so that both together leave no less freedom.
 
     Raises
     ------
@@ -177,7 +188,7 @@ def nonholonomic(
         still = [*theirs.still(point), *others.still(point)]
         whole = [[*row, rest] for row, rest in zip([*span, *rows], still, strict=True)]
         known, held = rank(_significant(rows)), _rank_of([*span, *rows])
-        if held < _rank_of(whole) or held == len(rates.u) > known:
+        if held < _rank_of(whole) or (mixed and held == len(rates.u) > known):
             left = "no speeds satisfy" if held < len(rates.u) else "no motion satisfies"
             raise MechanismError(
                 f"{left} both the velocity constraints and the rates of the configuration "
@@ -190,6 +201,21 @@ def nonholonomic(
             "contradict each other?"
         )
     return tuple(motion[i] for i in kept)
+
+
+def degrees_of_freedom(
+    configuration: Sequence[Expr], motion: Sequence[Expr], rates: Rates
+) -> tuple[int, int]:
+    """The degrees of freedom with the velocity constraints alone, and with the rates of the
+    configuration constraints too, at a state that shows the difference if there is any."""
+    size = len(rates.u)
+    theirs = RateRows(rates, [rates.in_symbols(e) for e in configuration])
+    others = SpeedRows(rates, [rates.in_symbols(e) for e in motion])
+    counted = [(size, size)]
+    for point in theirs.points():
+        rows = others.at(point)
+        counted.append((size - _rank_of(rows), size - _rank_of([*theirs.at(point), *rows])))
+    return max(counted, key=lambda pair: pair[0] - pair[1])
 
 
 def _significant(rows: Rows) -> Rows:
@@ -222,12 +248,13 @@ def integrable(motion: Sequence[Expr], rates: Rates) -> bool:
     if len(rates.q) != len(rates.u):
         return False
     forms = _Forms(rates, [rates.in_symbols(e) for e in motion])
-    values = forms.start()
+    values = random_point(None, len(rates.symbols), _SEEDS[0]) or []
     rows = forms.at(values)
     if rows is None:
         return False
     coupled = [sum(abs(x) > _NOTHING for x in scale_row(row)) > 1 for row in rows]
-    suspects = [i for i in forms.undriven(values) if coupled[i]]
+    still = forms.rows.still(values)  # terms that are free of the speeds
+    suspects = [i for i, b in enumerate(still) if abs(b) < _NOTHING and coupled[i]]
     if not suspects:
         return False
     slopes = forms.slopes(values)
@@ -246,10 +273,6 @@ class _Forms:
         self.rows = SpeedRows(rates, motion)
         self.kinematics = SpeedRows(rates, rates.kinematics)
 
-    def start(self) -> list[float]:
-        """A random state."""
-        return random_point(None, len(self.rates.symbols), _SEEDS[0]) or []
-
     def at(self, values: Sequence[float]) -> Rows | None:
         """A = J N^-1; None where N has no inverse."""
         matrix = self.kinematics.at(values)
@@ -260,10 +283,6 @@ class _Forms:
             [sum(row[k] * inverse[k][j] for k in range(self.size)) for j in range(self.size)]
             for row in self.rows.at(values)
         ]
-
-    def undriven(self, values: Sequence[float]) -> list[int]:
-        """The rows without a term that is free of the speeds."""
-        return [i for i, b in enumerate(self.rows.still(values)) if abs(b) < _NOTHING]
 
     def slopes(self, values: Sequence[float]) -> list[list[list[float]]]:
         """slopes[k][i][j] = d A_ij / d q_k."""

@@ -12,15 +12,17 @@ from copy import copy
 from dataclasses import replace
 from typing import Any
 
-from sympy import Expr, Float, Integer, S, Symbol, sympify
+from sympy import Expr, Float, Integer, S, Symbol, expand, sympify
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, RigidBody, dynamicsymbols
 
 from mechc_codegen.convert.added_inertia import split_accelerations
 from mechc_codegen.convert.check_accelerations import refuse_other_accelerations
 from mechc_codegen.convert.check_angular_velocities import refuse_other_angular_velocities
+from mechc_codegen.convert.check_gradients import refuse_without_gradient
 from mechc_codegen.convert.classify_constraints import (
     Rates,
+    degrees_of_freedom,
     integrable,
     nonholonomic,
     satisfied_identically,
@@ -34,7 +36,6 @@ from mechc_codegen.convert.reactions import (
     split_reactions,
 )
 from mechc_codegen.convert.stationary import Stationary
-from mechc_codegen.convert.units import Units
 from mechc_codegen.description.joints.tree import Joint
 from mechc_codegen.description.mechanism import (
     Constraint,
@@ -46,6 +47,8 @@ from mechc_codegen.description.mechanism import (
     State,
     printed_name,
 )
+from mechc_codegen.description.placement import reachable
+from mechc_codegen.description.quantity import refuse_scaled
 from mechc_codegen.description.source import ConversionSettings, Key, Source
 from mechc_codegen.errors import MechanismError
 
@@ -64,9 +67,9 @@ def convert(
     parameters = _parameter_symbols(source, settings, read, (*inputs.values(), *states.values()))
     kinematics = _kinematics(source, settings)
     specified = {f: expression for f, expression in inputs.items() if expression is not None}
-    rates = Rates((source.q, source.u), kinematics, parameters, specified)
+    rates = Rates((source.q, source.u), kinematics, parameters, specified, source.auxiliary)
     source, added, held = split_accelerations(source, rates)
-    configuration, motion, skipped = _constraints(source, settings, rates, kinematics)
+    configuration, motion, skipped = _constraints(source, settings, rates)
     stationary = Stationary(source.frame)
     bodies = tuple(b for b in source.bodies if not stationary.body(b))
     gravity, source = gravity_apart(source, bodies)
@@ -77,16 +80,17 @@ def convert(
     origin = source.origin or _origin(source)
     potential = potential_of(source, bodies, origin, stationary, kinematics)
     given = _by_symbol(settings.units, "units", source, (*parameters, *states))
-    units = Units(source, read, kinematics, given)
+    units = _symbol_units(source, read, kinematics, given)
+    defaults = _by_symbol(settings.defaults, "defaults", source, (*parameters, *states))
     return Mechanism(
         name=settings.name or source.kind,
         title=settings.name or f"Mechanism read from a {source.kind}",
         frame=source.frame,
         origin=origin or _origin(replace(source, bodies=source.drawn)) or Point("O"),
-        coordinates=tuple(Coordinate(q, Quantity(units.of(q), "")) for q in source.q),
-        speeds=tuple(Speed(u, Quantity(units.of(u), "")) for u in source.u),
+        coordinates=tuple(Coordinate(q, Quantity(units.get(q, ""), "")) for q in source.q),
+        speeds=tuple(Speed(u, Quantity(units.get(u, ""), "")) for u in source.u),
         kinematics=kinematics,
-        parameters=_parameters(source, settings, parameters, units, states),
+        parameters=_parameters(settings, parameters, units, states, defaults),
         bodies=bodies,
         loads=source.loads,
         configuration_constraints=_numbered_constraints("constraint", configuration),
@@ -100,7 +104,10 @@ def convert(
         unknown_potentials=(*potential.unknown, *held),
         added_inertia=added,
         joints=_joints(source, bodies),
-        states=_described_states(source, settings, states, units, parameters),
+        states=tuple(
+            State(x, rate, Quantity(units.get(x, ""), ""), _start(x, defaults.get(x)))
+            for x, rate in states.items()
+        ),
         reactions=reactions,
         auxiliary_constraints=constraints_with_auxiliary(source) if reactions else (),
         gravity=gravity,
@@ -119,21 +126,21 @@ def _kinematics(source: Source, settings: ConversionSettings) -> tuple[Expr, ...
 
 
 def _constraints(
-    source: Source, settings: ConversionSettings, rates: Rates, kinematics: Sequence[Expr]
+    source: Source, settings: ConversionSettings, rates: Rates
 ) -> tuple[tuple[Expr, ...], tuple[Expr, ...], tuple[str, ...]]:
     """(configuration constraints, constraints on the speeds only, omitted constraints)."""
-    time = dynamicsymbols._t
-    replaced = {q.diff(time): r for q, r in zip(source.q, kinematics, strict=True)}
-    replaced |= dict.fromkeys(source.auxiliary, S.Zero)
     added = tuple(sympify(e) for e in settings.configuration_constraints or ())
-    configuration = (*source.configuration, *added)
-    motion = tuple(e.xreplace(replaced) for e in source.motion)
-    if source.mixed:
-        motion = nonholonomic(configuration, motion, rates)
-    if motion and source.mixed and settings.configuration_constraints is None:
+    configuration = tuple(dict.fromkeys((*source.configuration, *added)))
+    motion = tuple(e.xreplace(rates.moving) for e in source.motion)
+    _refuse_nonlinear(motion, source)
+    refuse_without_gradient(_numbered_constraints("constraint", configuration), rates)
+    given, motion = motion, nonholonomic(configuration, motion, rates, mixed=source.mixed)
+    own = [e for e in source.configuration if e not in added]
+    if source.mixed and own:
+        _refuse_not_implied(own, given, rates, source)
+    if motion and settings.configuration_constraints is None:
         _refuse_integrable(motion, rates, source)
-    trivial = tuple(kinematics) == source.u
-    identities = [] if trivial else satisfied_identically(configuration, rates)
+    identities = [] if rates.are_speeds else satisfied_identically(configuration, rates)
     skipped = tuple(f"constraint {i + 1}, kept by the kinematics" for i in identities)
     configuration = tuple(e for i, e in enumerate(configuration) if i not in identities)
     return configuration, motion, skipped
@@ -141,12 +148,43 @@ def _constraints(
 
 def _all_rates(source: Source, rates: Rates, motion: Sequence[Expr]) -> tuple[Expr, ...]:
     """All constraints on the speeds, including the rates of configuration constraints."""
-    time = dynamicsymbols._t
-    replaced = {q.diff(time): r for q, r in zip(source.q, rates.original, strict=True)}
-    replaced |= dict.fromkeys(source.auxiliary, S.Zero)
     if source.mixed:
-        return tuple(e.xreplace(replaced) for e in source.motion)
-    return (*(e.diff(time).xreplace(replaced) for e in source.configuration), *motion)
+        return tuple(e.xreplace(rates.moving) for e in source.motion)
+    along = (e.diff(dynamicsymbols._t) for e in source.configuration)
+    return (*(e.xreplace(rates.moving) for e in along), *motion)
+
+
+def _refuse_nonlinear(motion: Sequence[Expr], source: Source) -> None:
+    for i, row in enumerate(motion, start=1):
+        slopes = [row.diff(u) for u in source.u]
+        if any(slope.has(*source.u) and expand(slope).has(*source.u) for slope in slopes):
+            raise MechanismError(
+                f"velocity constraint {i} of this {source.kind} is not linear in the speeds, as "
+                "the equations of motion need it: write what it means as constraints that are"
+            )
+
+
+def _refuse_not_implied(
+    configuration: Sequence[Expr], motion: Sequence[Expr], rates: Rates, source: Source
+) -> None:
+    """Refuse constraints that SymPy's equations, made of velocity constraints, do not keep."""
+    alone, both = degrees_of_freedom(configuration, motion, rates)
+    if alone > both:
+        raise MechanismError(
+            f"the velocity constraints of this {source.kind} do not imply the rates of its "
+            "configuration constraints, so its equations do not keep them: they have degrees of "
+            f"freedom: {alone}, with these rates: {both}. Add the rates to the velocity "
+            "constraints (with u_dependent); or give these configuration constraints to "
+            "mechc.compile, configuration_constraints=[...], which derives the rates; or, for the "
+            f"motion of its equations, make the {source.kind} without them"
+        )
+
+
+_POSITIONS = {  # where each object has its configuration constraints
+    "KanesMethod": "configuration_constraints=[...] (with q_dependent)",
+    "LagrangesMethod": "hol_coneqs=[...]",
+    "System": "holonomic constraints",
+}
 
 
 def _refuse_integrable(motion: Sequence[Expr], rates: Rates, source: Source) -> None:
@@ -154,8 +192,8 @@ def _refuse_integrable(motion: Sequence[Expr], rates: Rates, source: Source) -> 
         raise MechanismError(
             f"velocity constraints of this {source.kind} are rates of configuration constraints "
             "that were not given, so positions cannot be recovered from it: add "
-            "configuration_constraints=[...] to the KanesMethod (with q_dependent), or to "
-            "mechc.compile. configuration_constraints=[] means that there are no others; "
+            f"{_POSITIONS[source.kind]} to the {source.kind}, or configuration_constraints=[...] "
+            "to mechc.compile. configuration_constraints=[] means that there are no others; "
             "positions then keep the closure that they start with"
         )
 
@@ -165,6 +203,24 @@ def _numbered_constraints(kind: str, expressions: Sequence[Expr]) -> tuple[Const
 
 
 # -- symbols --------------------------------------------------------------------------------------
+
+
+def _symbol_units(
+    source: Source, read: Fingerprint, kinematics: Sequence[Expr], given: Mapping[Expr, str]
+) -> dict[Expr, str]:
+    """The units that are given, rad for coordinates that turn frames, and those of rates.
+
+    Raises :class:`MechanismError` for units that are not SI units: values are not converted.
+    """
+    for symbol, unit in given.items():
+        refuse_scaled(printed_name(symbol), str(unit))
+    turning = {
+        q for angle in read.angles for q in source.q if angle.has(q) and angle.diff(q).is_Number
+    }
+    known = {**dict.fromkeys(turning, "rad"), **given}
+    rates = zip(source.q, kinematics, strict=True)
+    of_rates = {rate: f"{known[q]}/s" for q, rate in rates if known.get(q) and rate in source.u}
+    return {symbol: str(unit) for symbol, unit in (of_rates | known).items()}
 
 
 def _unknown_functions(source: Source, read: Fingerprint) -> list[AppliedUndef]:
@@ -240,20 +296,6 @@ def _named_in(expressions: Iterable[Any]) -> list[AppliedUndef]:
     return sorted(found, key=str)
 
 
-def _described_states(
-    source: Source,
-    settings: ConversionSettings,
-    states: Mapping[AppliedUndef, Expr],
-    units: Units,
-    parameters: Sequence[Symbol],
-) -> tuple[State, ...]:
-    given = _by_symbol(settings.defaults, "defaults", source, (*parameters, *states))
-    return tuple(
-        State(x, rate, Quantity(units.of(x), ""), _start(x, given.get(x)))
-        for x, rate in states.items()
-    )
-
-
 def _start(state: AppliedUndef, given: Any) -> float:
     value = number(0 if given is None else given)
     if value is None or not value.is_number:
@@ -286,13 +328,9 @@ def _declared_symbols(settings: ConversionSettings, known: Iterable[Symbol]) -> 
 
 
 def _parameters(
-    source: Source,
-    settings: ConversionSettings,
-    symbols: Sequence[Symbol],
-    units: Units,
-    states: Iterable[AppliedUndef],
-) -> tuple[Parameter, ...]:
-    defaults = _by_symbol(settings.defaults, "defaults", source, (*symbols, *states))
+    settings: ConversionSettings, symbols: Sequence[Symbol], units: Mapping[Expr, str],
+    states: Iterable[AppliedUndef], defaults: Mapping[Expr, Any],
+) -> tuple[Parameter, ...]:  # fmt: skip
     for symbol, value in defaults.items():
         held = value.atoms(AppliedUndef) if isinstance(value, Expr) else ()
         if held and symbol not in states:
@@ -304,7 +342,7 @@ def _parameters(
     declared = _declared_symbols(settings, symbols)
     return tuple(
         Parameter(
-            symbol, number(defaults.get(symbol)), Quantity(units.of(symbol), ""),
+            symbol, number(defaults.get(symbol)), Quantity(units.get(symbol, ""), ""),
             preset=symbol in declared,
         )
         for symbol in symbols
@@ -351,15 +389,9 @@ def find_symbol(key: Key, known: Sequence[Any], argument: str, kind: str) -> Any
 def _joints(source: Source, bodies: Sequence[RigidBody | Particle]) -> tuple[Joint, ...]:
     """The joints between moving bodies and with the ground, which all bodies at rest belong to."""
     still = {body for body in source.bodies if body not in bodies}
-    joints = [
-        replace(
-            joint,
-            parent=None if joint.parent in still else joint.parent,
-            child=None if joint.child in still else joint.child,
-        )
-        for joint in (source.joints if source.lagrangian is None else ())
-    ]
-    return tuple(joint for joint in joints if joint.parent is not joint.child)
+    joints = source.joints if source.lagrangian is None else ()
+    moved = (joint.on_ground(still) for joint in joints)
+    return tuple(joint for joint in moved if joint.parent is not joint.child)
 
 
 def _origin(source: Source) -> Point | None:
@@ -373,37 +405,19 @@ def _origin(source: Source) -> Point | None:
     return None
 
 
-def reachable(starts: Iterable[Point]) -> list[Point]:
-    """These points and all whose position relative to one of them is known, each once."""
-    found, waiting = [], list(starts)
-    seen: set[int] = set()
-    while waiting:
-        point = waiting.pop(0)
-        if id(point) not in seen:
-            seen.add(id(point))
-            found.append(point)
-            waiting.extend(point._pos_dict)
-    return found
-
-
 def _points(bodies: Sequence[RigidBody | Particle], origin: Point | None) -> tuple[Point, ...]:
     """Mass centres whose position is known, each once and with different names."""
     if origin is None:
         return ()
-    linked = {id(p) for p in reachable([origin])}
-    centres = {id(b.masscenter): b.masscenter for b in bodies if id(b.masscenter) in linked}
+    linked = set(reachable([origin]))
     named: dict[str, Point] = {}
-    for point in centres.values():
+    for point in dict.fromkeys(b.masscenter for b in bodies if b.masscenter in linked):
         name, count = point.name, 1
         while name in named:
             count += 1
             name = f"{point.name} ({count})"
-        named[name] = point if count == 1 else _copy_named(point, name)
+        if count > 1:  # a copy: the user's own point keeps its name
+            point = copy(point)
+            point.name = name
+        named[name] = point
     return tuple(named.values())
-
-
-def _copy_named(point: Point, name: str) -> Point:
-    """A copy of the point under another name; the user's own point keeps its name."""
-    twin = copy(point)
-    twin.name = name
-    return twin

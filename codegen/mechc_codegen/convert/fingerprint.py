@@ -17,7 +17,6 @@ from sympy import (
     Dummy,
     Expr,
     Float,
-    Function,
     Integer,
     Rational,
     Symbol,
@@ -94,8 +93,6 @@ class Fingerprint:
             return f"{expression._mpf_}{expression._prec}"
         if isinstance(expression, (Integer, Rational)):
             return f"{expression.p}/{expression.q}"
-        if not expression.args and isinstance(expression, Function):
-            return str(expression)
         return "" if expression.args else str(expression)
 
     def vector(self, vector: Vector) -> str:

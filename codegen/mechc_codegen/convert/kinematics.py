@@ -126,7 +126,7 @@ def _with_constraint_rate(
     own = [c for c in configuration if not c.xreplace(still).has(AppliedUndef, _TIME)]
     if not own or block.rows > _MOST_COFACTORS or not block.atoms(AppliedUndef) & set(q):
         return None
-    places = _Places(block, own, q)
+    places = _SampleConfigurations(block, own, q)
     if places.same_everywhere(_determinant(block.tolist())):
         return None
     for constraint, i in product(own, range(block.rows)):
@@ -143,7 +143,7 @@ def _with_constraint_rate(
     return None
 
 
-class _Places:
+class _SampleConfigurations:
     """Random configurations in which constraints hold."""
 
     def __init__(

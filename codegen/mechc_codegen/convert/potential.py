@@ -20,6 +20,7 @@ from sympy.physics.vector import Vector
 from mechc_codegen.convert.antiderivative import antiderivative
 from mechc_codegen.convert.stationary import Stationary
 from mechc_codegen.description.source import Source
+from mechc_codegen.description.terms import vector_along
 
 
 @dataclass(frozen=True)
@@ -46,12 +47,11 @@ def gravity_apart(
         return None, source
     mass = {b.masscenter: b.mass for b in bodies}
     found = {tuple(c / mass[p] for c in w.to_matrix(source.frame)) for p, w in weights}
-    (components, *others) = found
-    if others or any(c.has(AppliedUndef, dynamicsymbols._t) for c in components):
+    (components, *different) = found
+    if different or any(c.has(AppliedUndef, dynamicsymbols._t) for c in components):
         return None, source
-    axes = (source.frame.x, source.frame.y, source.frame.z)
-    gravity = sum((c * axis for c, axis in zip(components, axes, strict=True)), Vector(0))
-    return gravity, replace(source, loads=tuple(x for x in source.loads if x not in weights))
+    others = tuple(load for load in source.loads if load not in weights)
+    return vector_along(components, source.frame), replace(source, loads=others)
 
 
 def potential_of(
@@ -93,11 +93,10 @@ def _of_load(
         return None
     if any(c.has(dynamicsymbols._t) for c in at_rest):
         return S.Zero
-    return (
-        None
-        if isinstance(place, ReferenceFrame)
-        else _constant_force(source, place, at_rest, origin)
-    )
+    if isinstance(place, ReferenceFrame):
+        return None
+    arm = _arm(place, origin)
+    return None if arm is None else -vector_along(at_rest, source.frame).dot(arm)
 
 
 def _of_loads(
@@ -163,12 +162,3 @@ def _term_at_rest(term: Expr, moving: Sequence[Expr], still: Mapping[Expr, Expr]
         return value
     odd = term.xreplace({u: -u for u in moving}) == -term
     return S.Zero if odd else S.NaN
-
-
-def _constant_force(
-    source: Source, place: Point, components: Sequence[Expr], origin: Point | None
-) -> Expr | None:
-    arm = _arm(place, origin)
-    axes = (source.frame.x, source.frame.y, source.frame.z)
-    force = sum((c * axis for c, axis in zip(components, axes, strict=True)), Vector(0))
-    return None if arm is None else -force.dot(arm)

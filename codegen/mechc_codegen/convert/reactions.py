@@ -101,17 +101,5 @@ def refuse_contributing(
 
 def _power(source: Source, reaction: Reaction, rates: Rates) -> Expr:
     """The power per unit of the reaction, with auxiliary speeds zero."""
-    moving = {q.diff(dynamicsymbols._t): r for q, r in zip(source.q, rates.original, strict=True)}
-    still = dict.fromkeys(source.auxiliary, S.Zero)
-    return Add(
-        *(
-            vector.dot(
-                place.ang_vel_in(source.frame)
-                if isinstance(place, ReferenceFrame)
-                else velocity_of(place, source.frame)
-            )
-            .xreplace(moving)
-            .xreplace(still)
-            for place, vector in reaction.per_unit
-        )
-    )
+    speeds = ((velocity_of(place, source.frame), vector) for place, vector in reaction.per_unit)
+    return Add(*(vector.dot(velocity).xreplace(rates.moving) for velocity, vector in speeds))

@@ -8,7 +8,15 @@ from __future__ import annotations
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
 from sympy.physics.vector import Vector
 
-from mechc_codegen.description.placement import ZERO, Number3, Placement, cross, steps_from
+from mechc_codegen.description.placement import (
+    ZERO,
+    Number3,
+    Placement,
+    cross,
+    plus,
+    steps_from,
+    way_to,
+)
 from mechc_codegen.description.terms import is_rigid, velocity_of
 
 MOVES = 1e-9  # of values of the order of one
@@ -30,26 +38,20 @@ class Stationary:
 
     def place(self, place: Point | ReferenceFrame) -> bool:
         """Whether a point does not move, or a frame does not turn."""
-        turning = isinstance(place, ReferenceFrame)
         try:
+            turning = isinstance(place, ReferenceFrame)
             rate = self._spin(place) if turning else self._velocity(place)
         except KeyError:  # not oriented step by step
             rate = ZERO
         if max(map(abs, rate)) > MOVES:
             return False
-        symbolic = place.ang_vel_in(self.frame) if turning else velocity_of(place, self.frame)
-        return bool(symbolic == 0)
+        return bool(velocity_of(place, self.frame) == 0)
 
     def _spin(self, frame: ReferenceFrame) -> Number3:
-        way = []
-        while frame not in self._spins:
-            way.append(frame)
-            frame = self._before[frame]
-        for step in reversed(way):
+        for step in way_to(frame, self._before, self._spins):
             before = self._before[step]
             relative = self._placement.vector(step._ang_vel_dict[before])
-            self._spins[step] = _sum(self._spins[before], relative)
-            frame = step
+            self._spins[step] = plus(self._spins[before], relative)
         return self._spins[frame]
 
     def _velocity(self, point: Point) -> Number3:
@@ -63,7 +65,7 @@ class Stationary:
             at, start = before[at], at
             if (at, start) not in self._rates:
                 self._rates[at, start] = self._rate(at._pos_dict[start])
-            velocity = _sum(velocity, self._rates[at, start])
+            velocity = plus(velocity, self._rates[at, start])
         return velocity
 
     def _rate(self, way: Vector) -> Number3:
@@ -71,10 +73,5 @@ class Stationary:
         for matrix, frame in way.args:
             arm = self._placement.vector(Vector([(matrix, frame)]))
             sliding = self._placement.vector(Vector([(matrix.diff(dynamicsymbols._t), frame)]))
-            total = _sum(total, sliding, cross(self._spin(frame), arm))
+            total = plus(total, sliding, cross(self._spin(frame), arm))
         return total
-
-
-def _sum(*vectors: Number3) -> Number3:
-    x, y, z = (sum(parts) for parts in zip(*vectors, strict=True))
-    return x, y, z

@@ -41,7 +41,7 @@ def reaction_values(
     """
     if not mechanism.reactions:
         return {}
-    motions = [_Motion(mechanism, k) for k in range(len(mechanism.auxiliary))]
+    motions = [_VirtualMotion(mechanism, k) for k in range(len(mechanism.auxiliary))]
     rates = [(place, momentum.dt(mechanism.frame)) for place, momentum in momenta]
     loads = list(loads)
     symbols = [reaction.symbol for reaction in mechanism.reactions]
@@ -65,7 +65,7 @@ def _refuse(symbols: Sequence[Expr], why: str) -> NoReturn:
     )
 
 
-class _Motion:
+class _VirtualMotion:
     """The virtual motion along one auxiliary speed."""
 
     def __init__(self, mechanism: Mechanism, number: int) -> None:
@@ -100,9 +100,7 @@ class _Motion:
 
     def _speed_of(self, place: Point | ReferenceFrame) -> Vector:
         frame = self._mechanism.frame
-        turning = isinstance(place, ReferenceFrame)
-        velocity = place.ang_vel_in(frame) if turning else velocity_of(place, frame)
-        velocity = velocity.xreplace(self._moving)
+        velocity = velocity_of(place, frame).xreplace(self._moving)
         parts = (
             factor * velocity.diff(u, frame, var_in_dcm=False) for u, factor in self._along.items()
         )

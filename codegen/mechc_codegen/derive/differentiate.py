@@ -13,6 +13,7 @@ from dataclasses import replace
 from sympy import Expr, S
 
 from mechc_codegen.derive.equations import Equations, Output, Symbols
+from mechc_codegen.derive.outputs import kinematic_matrix, rates_of_constraints
 from mechc_codegen.errors import MechanismError
 
 
@@ -30,17 +31,17 @@ def differentiate(equations: Equations) -> Equations:
     rows = [[e.diff(u) for u in symbols.u] for e in velocity]
     gamma = tuple(-directional(e, symbols, rates) for e in velocity)
     names = (*(f"rate of {label}" for label in holonomic.labels), *motion.labels)
-    count, size = len(velocity), len(symbols.u)
+    along_speeds, accelerated = rates_of_constraints(velocity, gamma, names)
     added = [
-        Output("velocity_constraints", "J u + b = 0", velocity, (count,), names),
+        along_speeds,
         Output(
             "constraint_jacobian",
             "J: derivative of the velocity constraints by the speeds",
             tuple(entry for row in rows for entry in row),
-            (count, size),
+            (len(velocity), len(symbols.u)),
             tuple(f"J[{name}, {speed}]" for name in names for speed in equations.speed_names),
         ),
-        Output("gamma", "J u' = gamma", gamma, (count,), names),
+        accelerated,
         Output(
             "constraint_gradient",
             "derivative of the configuration constraints by the coordinates",
@@ -48,17 +49,7 @@ def differentiate(equations: Equations) -> Equations:
             (len(holonomic.elements), len(symbols.q)),
             tuple(f"d({name})/dq{k}" for name in holonomic.labels for k in range(len(symbols.q))),
         ),
-        Output(
-            "kinematic_matrix",
-            "N: derivative of the coordinates' rates by the speeds",
-            tuple(
-                rate.diff(u) if q in equations.movable_coordinates else S.Zero
-                for q, rate in zip(symbols.q, rates, strict=True)
-                for u in symbols.u
-            ),
-            (len(rates), size),
-            tuple(f"N[{r}, {c}]" for r in range(len(rates)) for c in range(size)),
-        ),
+        kinematic_matrix(rates, symbols.u, len(equations.movable_coordinates)),
     ]
     outputs = {**equations.outputs, **{output.name: output for output in added}}
     outputs |= {o.name: o for o in _with_mass_for_all(outputs, equations.mass_scale)}

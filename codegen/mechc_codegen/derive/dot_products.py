@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any
 
-from sympy import Add, Basic, Expr, MatrixBase, S
+from sympy import Add, Basic, Expr, S
 from sympy.physics.vector import Dyadic, ReferenceFrame, Vector
+
+from mechc_codegen.description.terms import entries_of
 
 INFINITE = (S.Infinity, S.NegativeInfinity, S.ComplexInfinity, S.NaN)
 KNOWN = 1 << 16
@@ -49,12 +50,7 @@ def _inner(one: Sequence[Expr], other: Sequence[Expr]) -> Expr:
 
 
 def _infinite(vector: Vector) -> bool:
-    return any(_holds_infinity(entry) for matrix, _ in vector.args for entry in _entries(matrix))
-
-
-def _entries(matrix: Any) -> Sequence[Expr]:
-    """The entries of a vector's matrix; SymPy returns nan, not a matrix, for a vector times nan."""
-    return matrix.flat() if isinstance(matrix, MatrixBase) else [matrix]
+    return any(map(_holds_infinity, entries_of(vector)))
 
 
 @lru_cache(maxsize=KNOWN)

@@ -129,13 +129,3 @@ class Equations:
     def movable_coordinates(self) -> tuple[Symbol, ...]:
         """The coordinates without the states: displacements and projections change only these."""
         return self.symbols.q[: len(self.symbols.q) - self.states]
-
-    def __str__(self) -> str:
-        lines = [f"{symbol} = {value}" for symbol, value in self.intermediates]
-        for output in self.outputs.values():
-            lines.append(f"{output.name} {output.shape}: {output.equation}")
-            lines += [
-                f"  {label} = {value}"
-                for label, value in zip(output.labels, output.elements, strict=True)
-            ]
-        return "\n".join(lines)

@@ -12,7 +12,7 @@ force on the child is -lambda axis, and its torque -lambda a x b.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -23,15 +23,13 @@ from sympy.physics.vector import Vector
 
 from mechc_codegen.derive.equations import Output
 from mechc_codegen.derive.load_bodies import LoadBodies
-from mechc_codegen.description.constraints import Closure
+from mechc_codegen.derive.outputs import V3, vectors
 from mechc_codegen.description.joints.couplings import CoupledPair
 from mechc_codegen.description.joints.tree import Body, Joint, joint_tree, refuse_unreached
 from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.errors import MechanismError
 
-V3 = tuple[Expr, Expr, Expr]
 ZERO: V3 = (S.Zero, S.Zero, S.Zero)
-AXES = ("x", "y", "z")
 
 
 class Kinetics(Protocol):
@@ -69,12 +67,12 @@ def reaction_outputs(mechanism: Mechanism, kinetics: Kinetics) -> list[Output]:
         If they are not known; the message says what to add.
     """
     refuse_unknown_reactions(mechanism)
-    found = _Reactions(mechanism, kinetics).of_all()
+    found = _JointReactions(mechanism, kinetics).of_all()
     names = [joint.name for joint in mechanism.joints]
     acting = "of every joint, by the parent on the child, in the inertial frame"
     return [
-        _vectors("reaction_forces", f"forces {acting}", names, [w.force for w in found]),
-        _vectors("reaction_torques", f"torques {acting}", names, [w.moment for w in found]),
+        vectors("reaction_forces", f"forces {acting}", names, [w.force for w in found]),
+        vectors("reaction_torques", f"torques {acting}", names, [w.moment for w in found]),
     ]
 
 
@@ -99,18 +97,14 @@ def refuse_unknown_reactions(mechanism: Mechanism) -> None:
             "its joints (mechc.from_joints, or Mechanism(..., joints=...)), cut ones as mechc.Cut"
         )
     refuse_unreached(name, joint_tree(mechanism.joints, mechanism.bodies))
-    _refuse_loose_closures(mechanism)
-    _refuse_other_constraints(mechanism)
-
-
-def _refuse_loose_closures(mechanism: Mechanism) -> None:
     cut = {joint.name for joint in mechanism.joints if joint.is_cut}
     for closure in mechanism.closures:
         if closure.name not in cut:
             raise MechanismError(
-                f"{mechanism.name}: it is not known which bodies the closure {closure.name} "
-                "connects, so joint reactions are not; describe it as a joint (mechc.Cut)"
+                f"{name}: it is not known which bodies the closure {closure.name} connects, so "
+                "joint reactions are not; describe it as a joint (mechc.Cut)"
             )
+    _refuse_other_constraints(mechanism)
 
 
 def _refuse_other_constraints(mechanism: Mechanism) -> None:
@@ -142,7 +136,7 @@ def _speeds_of(mechanism: Mechanism, expression: Expr) -> set[AppliedUndef]:
     return held & set(mechanism.u)
 
 
-class _Reactions:
+class _JointReactions:
     """Sums over the subtree beyond each joint."""
 
     def __init__(self, mechanism: Mechanism, kinetics: Kinetics) -> None:
@@ -153,9 +147,7 @@ class _Reactions:
     def of_all(self) -> list[Wrench]:
         """The wrench of each joint on its child, about the child's point."""
         self._apply_loads()
-        self._cut_joints()
-        for coupling in _couplings(self.mechanism):
-            self._add_coupling(coupling)
+        self._apply_constraints()
         tree = joint_tree(self.mechanism.joints, self.mechanism.bodies)
         for branch in reversed(tree.branches):
             at = self.kinetics.position(branch.joint.child_point)
@@ -168,7 +160,8 @@ class _Reactions:
         self._outside.setdefault(body, []).append(wrench)
 
     def _opposite(self, wrench: Wrench) -> Wrench:
-        force, moment = (self.kinetics.scale(S.NegativeOne, v) for v in _both(wrench))
+        acting = (wrench.force, wrench.moment)
+        force, moment = (self.kinetics.scale(S.NegativeOne, v) for v in acting)
         return Wrench(force, moment, wrench.at)
 
     def _needed_wrench(self, body: Body, at: V3) -> Wrench:
@@ -196,28 +189,23 @@ class _Reactions:
                 weight = k.along(body.mass * self.mechanism.gravity)
                 self._add(body, Wrench(weight, ZERO, k.position(body.masscenter)))
 
-    def _cut_joints(self) -> None:
-        row = len(self.mechanism.configuration_constraints)
+    def _apply_constraints(self) -> None:
+        """Add the wrenches of cut joints and couplings, and opposite ones to the parents."""
+        k, row = self.kinetics, len(self.mechanism.configuration_constraints)
         joints = {joint.name: joint for joint in self.mechanism.joints if joint.is_cut}
         self._found |= dict.fromkeys(joints, Wrench(ZERO, ZERO, ZERO))  # without constraints
         for closure in self.mechanism.closures:
-            self._add_cut(joints[closure.name], closure, row)
+            joint, axes = joints[closure.name], [k.along(axis) for axis in closure.axes]
+            turning = [k.cross(k.along(a), k.along(b)) for a, b in closure.perpendicular]
+            force = self._weighted_sum(axes, row)
+            moment = self._weighted_sum(turning, row + len(axes))
+            self._add_pair(joint, Wrench(force, moment, k.position(joint.child_point)))
             row += len(closure.rows)
-
-    def _add_cut(self, joint: Joint, closure: Closure, row: int) -> None:
-        k = self.kinetics
-        axes = [k.along(axis) for axis in closure.axes]
-        turning = [k.cross(k.along(one), k.along(other)) for one, other in closure.perpendicular]
-        force = self._weighted_sum(axes, row)
-        moment = self._weighted_sum(turning, row + len(axes))
-        self._add_pair(joint, Wrench(force, moment, k.position(joint.child_point)))
-
-    def _add_coupling(self, joint: CoupledPair) -> None:
-        k = self.kinetics
         names = [c.name for c in self.mechanism.configuration_constraints]
-        weight = k.multiplier(names.index(joint.name))
-        force, torque = (k.scale(weight, k.along(v)) for v in (joint.force, joint.torque))
-        self._add_pair(joint, Wrench(force, torque, k.position(joint.child_point)))
+        for coupling in _couplings(self.mechanism):
+            weight = k.multiplier(names.index(coupling.name))
+            force, torque = (k.scale(weight, k.along(v)) for v in (coupling.force, coupling.torque))
+            self._add_pair(coupling, Wrench(force, torque, k.position(coupling.child_point)))
 
     def _add_pair(self, joint: Joint, wrench: Wrench) -> None:
         """Add a wrench to the child, and the opposite one to the parent."""
@@ -232,13 +220,3 @@ class _Reactions:
             k.scale(-k.multiplier(row + i), direction) for i, direction in enumerate(directions)
         ]
         return k.total(ZERO, *parts)
-
-
-def _both(wrench: Wrench) -> tuple[V3, V3]:
-    return wrench.force, wrench.moment
-
-
-def _vectors(name: str, equation: str, of: Sequence[str], vectors: Iterable[V3]) -> Output:
-    components = tuple(c for vector in vectors for c in vector)
-    labels = tuple(f"{joint} along {axis}" for joint in of for axis in AXES)
-    return Output(name, equation, components, (len(of), 3), labels)

@@ -19,17 +19,18 @@ from sympy import Expr, S, sympify
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
 from sympy.physics.vector import Dyadic, Vector
 
+from mechc_codegen.derive import outputs
 from mechc_codegen.derive.auxiliary_reactions import reaction_values
 from mechc_codegen.derive.dot_products import dot, dyadic_dot
 from mechc_codegen.derive.equations import Equations, Output
 from mechc_codegen.derive.joint_reactions import reaction_outputs
-from mechc_codegen.derive.momentum_rates import WrittenKinetics
 from mechc_codegen.derive.state_symbols import StateSymbols, state_symbols
+from mechc_codegen.derive.tree.tape import V3, Tape
+from mechc_codegen.description.joints.tree import Body
 from mechc_codegen.description.mechanism import Load, Mechanism, is_rigid, printed_name
+from mechc_codegen.description.placement import reachable
 from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
-from mechc_codegen.description.terms import velocity_of
-
-AXES = ("x", "y", "z")
+from mechc_codegen.description.terms import multiplier, velocity_of
 
 
 @dataclass(frozen=True)
@@ -49,35 +50,42 @@ class BodyMotion:
             Vector(0) if self.inertia is None else dyadic_dot(self.inertia, self.angular_velocity)
         )
 
+    @property
+    def kinetic_energy(self) -> Expr:
+        energy = self.mass * dot(self.velocity, self.velocity) / 2
+        return energy + (
+            S.Zero if self.inertia is None else dot(self.angular_velocity, self.spin) / 2
+        )
+
 
 def derive(mechanism: Mechanism, request: OutputRequest = DEFAULT_REQUEST) -> Equations:
     """Derive the equations of motion and every other requested output of ``mechanism``."""
     symbols = state_symbols(mechanism)
     motions = [_motion(mechanism, body) for body in mechanism.bodies]
-    outputs = [
+    of_states = (mechanism.rates[x.diff(dynamicsymbols._t)] for x in mechanism.x)
+    derived = [
         *_equations_of_motion(mechanism, motions),
-        *_kinematics(mechanism),
+        outputs.coordinate_rates(mechanism, (*mechanism.kinematics, *of_states)),
         *_constraints(mechanism),
         *(_energies(mechanism, motions) if request.includes("energy") else ()),
         *(_momenta(mechanism, motions) if request.includes("momenta") else ()),
         *(_points(mechanism) if request.includes("points") else ()),
-        *_preference(mechanism),
+        *([] if mechanism.preference is None else [outputs.preference(mechanism.preference)]),
     ]
-    reactions = _auxiliary_reactions(mechanism, motions)
     solved = [
-        *(_point_accelerations(mechanism) if request.includes("accelerations") else ()),
+        *(_accelerations(mechanism) if request.includes("accelerations") else ()),
         *(_reactions(mechanism, motions) if request.includes("reactions") else ()),
-        *_user_outputs(request, reactions),
+        *outputs.user_outputs(request, _auxiliary_reactions(mechanism, motions)),
     ]
     to_symbols = StateSymbols(mechanism, symbols, request)
     return Equations(
         symbols=symbols,
-        outputs={o.name: to_symbols.output(o) for o in outputs}
+        outputs={o.name: to_symbols.output(o) for o in derived}
         | {o.name: to_symbols.motion_output(o) for o in solved},
-        parameter_defaults=tuple(to_symbols.default(p.default) for p in mechanism.parameters),
+        parameter_defaults=to_symbols.defaults(mechanism),
         holonomic=len(mechanism.holonomic),
         nonholonomic=len(mechanism.motion_constraints),
-        identity_kinematics=tuple(mechanism.kinematics) == mechanism.u and not mechanism.states,
+        identity_kinematics=mechanism.has_identity_kinematics,
         speed_names=tuple(printed_name(u) for u in mechanism.u),
         mass_scale=to_symbols.expression(sum((sympify(b.mass) for b in mechanism.bodies), S.Zero))
         if mechanism.bodies
@@ -87,38 +95,29 @@ def derive(mechanism: Mechanism, request: OutputRequest = DEFAULT_REQUEST) -> Eq
 
 
 def _motion(mechanism: Mechanism, body: RigidBody | Particle) -> BodyMotion:
-    frame, rates = mechanism.frame, mechanism.rates
     if not is_rigid(body):
         velocity = _velocity(mechanism, body.point)
         return BodyMotion(body.mass, velocity, Vector(0), None, body.point)
     return BodyMotion(
         body.mass,
         _velocity(mechanism, body.masscenter),
-        body.frame.ang_vel_in(frame).xreplace(rates),
+        _velocity(mechanism, body.frame),
         body.central_inertia,
         body.masscenter,
     )
 
 
-def _velocity(mechanism: Mechanism, point: Point) -> Vector:
-    """The velocity that the user set, or else the rate of the position.
+def _velocity(mechanism: Mechanism, place: Point | ReferenceFrame) -> Vector:
+    """The angular velocity of a frame; of a point the velocity that the user set, or else the rate
+    of the position.
 
     SymPy would use the nearest point whose velocity is known, and store the result.
     """
     frame = mechanism.frame
-    if frame in point._vel_dict or mechanism.origin not in _reachable_points(point):
-        return velocity_of(point, frame).xreplace(mechanism.rates)
-    return point.pos_from(mechanism.origin).dt(frame).xreplace(mechanism.rates)
-
-
-def _reachable_points(point: Point) -> set[Point]:
-    """All points that are connected to this one by positions."""
-    found, waiting = {point}, [point]
-    for at in waiting:
-        new = at._pos_dict.keys() - found
-        found |= new
-        waiting += new
-    return found
+    given = isinstance(place, ReferenceFrame) or frame in place._vel_dict
+    if given or mechanism.origin not in reachable([place]):
+        return velocity_of(place, frame).xreplace(mechanism.rates)
+    return place.pos_from(mechanism.origin).dt(frame).xreplace(mechanism.rates)
 
 
 def _equations_of_motion(mechanism: Mechanism, motions: list[BodyMotion]) -> list[Output]:
@@ -127,23 +126,8 @@ def _equations_of_motion(mechanism: Mechanism, motions: list[BodyMotion]) -> lis
         _add_lagranges_equations(mechanism, mass, forcing)
     size = len(forcing)
     symmetric = [mass[min(r, c)][max(r, c)] for r in range(size) for c in range(size)]
-    names = [printed_name(u) for u in mechanism.u]
-    return [
-        Output(
-            "mass_matrix",
-            "M = sum of m v_r . v_s + omega_r . I . omega_s over the bodies",
-            tuple(symmetric),
-            (size, size),
-            tuple(f"M[{a}, {b}]" for a in names for b in names),
-        ),
-        Output(
-            "forcing",
-            "F = generalized active forces less inertia forces free of accelerations",
-            tuple(forcing),
-            (size,),
-            tuple(f"F[{a}]" for a in names),
-        ),
-    ]
+    equation = "M = sum of m v_r . v_s + omega_r . I . omega_s over the bodies"
+    return outputs.equations_of_motion(mechanism, equation, symmetric, forcing)
 
 
 def _add_lagranges_equations(
@@ -167,12 +151,15 @@ def _kanes_equations(
 ) -> tuple[list[list[Expr]], list[Expr]]:
     """The upper triangle of M, and F, by Kane's method."""
     speeds, frame = mechanism.u, mechanism.frame
-    partials = [_partial_velocities(motion, speeds, frame) for motion in motions]
-    size = len(speeds)
+    size, no_accelerations = len(speeds), {u.diff(dynamicsymbols._t): S.Zero for u in speeds}
     mass = [[S.Zero] * size for _ in speeds]
     forcing = _generalized_active_forces(mechanism)
-    for motion, (linear, angular) in zip(motions, partials, strict=True):
-        force_rate, moment_rate = _inertia_without_accelerations(mechanism, motion)
+    for motion in motions:
+        linear = [motion.velocity.diff(u, frame, var_in_dcm=False) for u in speeds]
+        angular = [motion.angular_velocity.diff(u, frame, var_in_dcm=False) for u in speeds]
+        carried = (motion.mass * motion.velocity, motion.spin)
+        changes = (p.dt(frame).xreplace(no_accelerations) for p in carried)
+        force_rate, moment_rate = (change.xreplace(mechanism.rates) for change in changes)
         spins = [] if motion.inertia is None else [dyadic_dot(motion.inertia, w) for w in angular]
         for row in range(size):
             for column in range(row, size):
@@ -187,32 +174,6 @@ def _kanes_equations(
     return mass, forcing
 
 
-def _partial_velocities(
-    motion: BodyMotion, speeds: tuple[Expr, ...], frame: ReferenceFrame
-) -> tuple[list[Vector], list[Vector]]:
-    return (
-        [motion.velocity.diff(u, frame, var_in_dcm=False) for u in speeds],
-        [motion.angular_velocity.diff(u, frame, var_in_dcm=False) for u in speeds],
-    )
-
-
-def _inertia_without_accelerations(
-    mechanism: Mechanism, motion: BodyMotion
-) -> tuple[Vector, Vector]:
-    """d(m v)/dt and dH/dt of a body with every u' zero."""
-    force_rate = _rate_at_constant_speeds(mechanism, motion.mass * motion.velocity)
-    if motion.inertia is None:
-        return force_rate, Vector(0)
-    momentum = dyadic_dot(motion.inertia, motion.angular_velocity)
-    return force_rate, _rate_at_constant_speeds(mechanism, momentum)
-
-
-def _rate_at_constant_speeds(mechanism: Mechanism, vector: Vector) -> Vector:
-    time = dynamicsymbols._t
-    no_accelerations = {u.diff(time): S.Zero for u in mechanism.u}
-    return vector.dt(mechanism.frame).xreplace(no_accelerations).xreplace(mechanism.rates)
-
-
 def _generalized_active_forces(mechanism: Mechanism) -> list[Expr]:
     forces = [S.Zero] * len(mechanism.u)
     for place, load in (*mechanism.loads, *_weights(mechanism)):
@@ -223,11 +184,7 @@ def _generalized_active_forces(mechanism: Mechanism) -> list[Expr]:
 
 def _partials_at(mechanism: Mechanism, place: Point | ReferenceFrame) -> list[Vector]:
     """Partial velocities of a point, partial angular velocities of a frame."""
-    velocity = (
-        place.ang_vel_in(mechanism.frame)
-        if isinstance(place, ReferenceFrame)
-        else _velocity(mechanism, place)
-    ).xreplace(mechanism.rates)
+    velocity = _velocity(mechanism, place).xreplace(mechanism.rates)
     return [velocity.diff(u, mechanism.frame, var_in_dcm=False) for u in mechanism.u]
 
 
@@ -237,44 +194,21 @@ def _weights(mechanism: Mechanism) -> list[Load]:
     return [(body.masscenter, body.mass * mechanism.gravity) for body in mechanism.bodies]
 
 
-def _kinematics(mechanism: Mechanism) -> list[Output]:
-    names = [printed_name(q) for q in (*mechanism.q, *mechanism.x)]
-    of_states = (mechanism.rates[x.diff(dynamicsymbols._t)] for x in mechanism.x)
-    return [
-        Output(
-            "coordinate_rates",
-            "kinematic differential equations: rates of the coordinates",
-            (*mechanism.kinematics, *of_states),
-            (len(names),),
-            tuple(f"rate of {name}" for name in names),
-        )
-    ]
-
-
 def _constraints(mechanism: Mechanism) -> list[Output]:
     cut = [c for closure in mechanism.closures for c in closure.constraints()]
     configuration = [*mechanism.configuration_constraints, *cut]
     motion = mechanism.motion_constraints
+    held = (c.expression.xreplace(mechanism.rates) for c in motion)
     return [
-        Output(
-            "constraints",
-            "configuration constraints: the loop closes where these vanish",
-            tuple(c.expression for c in configuration),
-            (len(configuration),),
-            tuple(c.name for c in configuration),
-        ),
-        Output(
-            "motion_constraints",
-            "constraints on the speeds alone",
-            tuple(c.expression.xreplace(mechanism.rates) for c in motion),
-            (len(motion),),
-            tuple(c.name for c in motion),
+        outputs.constraints((c.expression for c in configuration), (c.name for c in configuration)),
+        outputs.array(
+            "motion_constraints", "constraints on the speeds alone", held, (c.name for c in motion)
         ),
     ]
 
 
 def _energies(mechanism: Mechanism, motions: list[BodyMotion]) -> list[Output]:
-    kinetic = sum((_kinetic_energy(motion) for motion in motions), S.Zero)
+    kinetic = sum((motion.kinetic_energy for motion in motions), S.Zero)
     potential = sum((sympify(b.potential_energy) for b in mechanism.bodies), S.Zero)
     if mechanism.potential is not None:
         potential = mechanism.potential
@@ -283,17 +217,7 @@ def _energies(mechanism: Mechanism, motions: list[BodyMotion]) -> list[Output]:
         kinetic, potential = kinetic + of_speeds, potential + rest
     for place, weight in _weights(mechanism):
         potential -= dot(weight, place.pos_from(mechanism.origin))
-    potential = sympify(potential).xreplace(mechanism.rates)
-    return [
-        Output("kinetic_energy", "T = sum of m v.v/2 + omega.I.omega/2", (kinetic,), (), ("T",)),
-        *_potential(mechanism, potential),
-    ]
-
-
-def _potential(mechanism: Mechanism, potential: Expr) -> list[Output]:
-    if mechanism.unknown_potentials:
-        return []
-    return [Output("potential_energy", "V, of the loads that have one", (potential,), (), ("V",))]
+    return outputs.energies(mechanism, kinetic, sympify(potential).xreplace(mechanism.rates))
 
 
 def _jacobi_energy(mechanism: Mechanism) -> tuple[Expr, Expr]:
@@ -316,60 +240,27 @@ def _auxiliary_reactions(mechanism: Mechanism, motions: list[BodyMotion]) -> dic
     return reaction_values(mechanism, (*mechanism.loads, *_weights(mechanism)), momenta)
 
 
-def _user_outputs(request: OutputRequest, reactions: Mapping[Expr, Expr]) -> list[Output]:
-    return [
-        Output(name, "user-defined output", (expression.xreplace(reactions),), (), (name,))
-        for name, expression in request.expressions.items()
-    ]
-
-
-def _kinetic_energy(motion: BodyMotion) -> Expr:
-    energy = motion.mass * dot(motion.velocity, motion.velocity) / 2
-    if motion.inertia is not None:
-        spin = motion.angular_velocity
-        energy += dot(spin, dyadic_dot(motion.inertia, spin)) / 2
-    return energy
-
-
 def _momenta(mechanism: Mechanism, motions: list[BodyMotion]) -> list[Output]:
-    linear, angular = [], []
+    linear, angular = list[V3](), list[V3]()
     for motion in motions:
         momentum = motion.mass * motion.velocity
         arm = motion.masscentre.pos_from(mechanism.origin)
-        about_origin = arm.cross(momentum)
-        if motion.inertia is not None:
-            about_origin += dyadic_dot(motion.inertia, motion.angular_velocity)
-        linear.append(momentum)
-        angular.append(about_origin)
-    names = [body.name for body in mechanism.bodies]
-    return [
-        _vectors("linear_momenta", "m v of each body", mechanism.frame, names, linear),
-        _vectors(
-            "angular_momenta",
-            "r x m v + I . omega of each body, about the origin",
-            mechanism.frame,
-            names,
-            angular,
-        ),
-    ]
+        linear.append(_along(momentum, mechanism.frame))
+        angular.append(_along(arm.cross(momentum) + motion.spin, mechanism.frame))
+    return outputs.momenta(mechanism, linear, angular)
 
 
 def _points(mechanism: Mechanism) -> list[Output]:
-    names = [point.name for point in mechanism.points]
-    positions = [point.pos_from(mechanism.origin) for point in mechanism.points]
-    velocities = [_velocity(mechanism, p) for p in mechanism.points]
+    frame, named = mechanism.frame, mechanism.points
+    positions = [_along(point.pos_from(mechanism.origin), frame) for point in named]
+    velocities = [_along(_velocity(mechanism, point), frame) for point in named]
+    return outputs.points(mechanism, positions, velocities)
+
+
+def _accelerations(mechanism: Mechanism) -> list[Output]:
     frame = mechanism.frame
-    return [
-        _vectors("points", "positions of the named points", frame, names, positions),
-        _vectors("point_velocities", "velocities of the named points", frame, names, velocities),
-    ]
-
-
-def _point_accelerations(mechanism: Mechanism) -> list[Output]:
-    frame, points = mechanism.frame, mechanism.points
-    accelerations = [_velocity(mechanism, point).dt(frame) for point in points]
-    equation, names = "accelerations of the named points", [point.name for point in points]
-    return [_vectors("point_accelerations", equation, frame, names, accelerations)]
+    rates = (_velocity(mechanism, point).dt(frame) for point in mechanism.points)
+    return [outputs.point_accelerations(mechanism, (_along(rate, frame) for rate in rates))]
 
 
 def _reactions(mechanism: Mechanism, motions: list[BodyMotion]) -> list[Output]:
@@ -380,23 +271,33 @@ def _reactions(mechanism: Mechanism, motions: list[BodyMotion]) -> list[Output]:
     return reaction_outputs(mechanism, WrittenKinetics(mechanism, momenta))
 
 
-def _vectors(
-    name: str, equation: str, frame: ReferenceFrame, of: list[str], vectors: list[Vector]
-) -> Output:
-    components = [dot(vector, axis) for vector in vectors for axis in (frame.x, frame.y, frame.z)]
-    labels = tuple(f"{what} along {axis}" for what in of for axis in AXES)
-    return Output(name, equation, tuple(components), (len(of), 3), labels)
+class WrittenKinetics(Tape):
+    """Positions and rates of momentum for joint reactions, as full expressions of coordinates,
+    speeds and their rates, none of them named.
+
+    ``momenta``: linear momentum of each body, and angular momentum about its mass centre.
+    """
+
+    def __init__(self, mechanism: Mechanism, momenta: Mapping[Body, tuple[Vector, Vector]]) -> None:
+        super().__init__(())
+        self.mechanism, self.momenta = mechanism, momenta
+
+    def keep(self, value: Expr) -> Expr:
+        return value
+
+    def along(self, vector: Vector) -> V3:
+        return _along(vector, self.mechanism.frame)
+
+    def position(self, point: Point) -> V3:
+        return self.along(point.pos_from(self.mechanism.origin))
+
+    def multiplier(self, row: int) -> Expr:
+        return multiplier(row)
+
+    def momentum_rates(self, body: Body) -> tuple[V3, V3]:
+        linear, angular = (self.along(p.dt(self.mechanism.frame)) for p in self.momenta[body])
+        return linear, angular
 
 
-def _preference(mechanism: Mechanism) -> list[Output]:
-    if mechanism.preference is None:
-        return []
-    return [
-        Output(
-            "preference",
-            "of several assemblies the one where this is largest is taken",
-            (mechanism.preference,),
-            (),
-            ("preference",),
-        )
-    ]
+def _along(vector: Vector, frame: ReferenceFrame) -> V3:
+    return dot(vector, frame.x), dot(vector, frame.y), dot(vector, frame.z)

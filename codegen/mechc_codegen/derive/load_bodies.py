@@ -61,17 +61,18 @@ class LoadBodies:
         waiting: list[tuple[Point, list[ReferenceFrame]]] = [(point, [])]
         seen = {point}
         for at, axes in waiting:
-            if at in self._points and all(self._turns_with(at, frame) for frame in axes):
-                return self._single(point, self._points[at])
+            owners = self._points.get(at, [])
+            turning = (
+                {body for frame in _fixed_to(axis) for body in self._frames.get(frame, ())}
+                for axis in axes
+            )
+            if owners and all(not bodies.isdisjoint(owners) for bodies in turning):
+                return self._single(point, owners)
             for other, way in at._pos_dict.items():
                 if other not in seen and at not in self._points and _constant(way):
                     seen.add(other)
                     waiting.append((other, [*axes, *(frame for _, frame in way.args)]))
         raise self._unknown(point, "no body carries it")
-
-    def _turns_with(self, point: Point, frame: ReferenceFrame) -> bool:
-        owners = self._points[point]
-        return any(owner in self._frames.get(f, ()) for f in _fixed_to(frame) for owner in owners)
 
     def _single(self, place: Point | ReferenceFrame, owners: Sequence[Body | None]) -> Body | None:
         if len(owners) > 1:

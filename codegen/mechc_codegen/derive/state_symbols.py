@@ -71,10 +71,13 @@ class StateSymbols:
         of_speeds = (e.xreplace(self.rates).xreplace(self.motion) for e in elements)
         return self.output(replace(output, elements=tuple(of_speeds)))
 
-    def default(self, value: Expr | float | None) -> Expr | None:
-        if value is None:
-            return None
-        return bottom_up(sympify(value).xreplace(self.symbols), without_corners, {})
+    def defaults(self, mechanism: Mechanism) -> tuple[Expr | None, ...]:
+        """The default of each parameter."""
+        given = (None if p.default is None else sympify(p.default) for p in mechanism.parameters)
+        return tuple(
+            None if value is None else bottom_up(value.xreplace(self.symbols), without_corners, {})
+            for value in given
+        )
 
 
 def _solved_motion(mechanism: Mechanism, symbols: Symbols) -> dict[Expr, Expr]:

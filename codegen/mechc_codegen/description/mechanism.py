@@ -10,8 +10,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TypeAlias
 
-from sympy import Derivative, Expr, MatrixBase, S, Symbol, sympify
+from sympy import Derivative, DiracDelta, Expr, S, Symbol, sympify
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
 from sympy.physics.vector import Vector
@@ -23,11 +24,10 @@ from mechc_codegen.description.drawing import Drawing as Drawing
 from mechc_codegen.description.joints.closures import joints_and_closures
 from mechc_codegen.description.joints.couplings import CoupledPair
 from mechc_codegen.description.joints.tree import Joint
-from mechc_codegen.description.limits import Limits as Limits
 from mechc_codegen.description.quantity import Quantity as Quantity  # the stages find them here
 from mechc_codegen.description.quantity import refuse_scaled
 from mechc_codegen.description.terms import Load as Load
-from mechc_codegen.description.terms import as_expression, refuse_no_vector
+from mechc_codegen.description.terms import as_expression, entries_of, refuse_no_vector
 from mechc_codegen.description.terms import is_rigid as is_rigid
 from mechc_codegen.description.terms import printed_name as printed_name
 from mechc_codegen.errors import MechanismError
@@ -100,6 +100,30 @@ class Reaction:
 
     symbol: Expr
     per_unit: tuple[Load, ...]
+
+
+Bound: TypeAlias = "Expr | float | None"
+
+
+@dataclass(frozen=True)
+class Limits:
+    """The bounds of a joint: numbers, symbols, or None where there is no bound.
+
+    Attributes
+    ----------
+    position
+        The joint's position, an expression of coordinates.
+    lower, upper
+        Its bounds, in rad or m.
+    velocity, effort
+        Of the magnitudes of its rate (rad/s, m/s) and of its motor's torque or force (N m, N).
+    """
+
+    position: Expr
+    lower: Bound = None
+    upper: Bound = None
+    velocity: Bound = None
+    effort: Bound = None
 
 
 @dataclass(frozen=True)
@@ -217,6 +241,7 @@ class Mechanism:
         _check_units(self)
         _check_states(self)
         _check_symbols(self)
+        _refuse_impulses(self)
 
     @property
     def q(self) -> tuple[AppliedUndef, ...]:
@@ -234,6 +259,11 @@ class Mechanism:
     def open_inputs(self) -> tuple[AppliedUndef, ...]:
         """The inputs that are given at run time."""
         return tuple(f for f, expression in self.inputs.items() if expression is None)
+
+    @property
+    def has_identity_kinematics(self) -> bool:
+        """Whether the speeds are the coordinates' rates, without states."""
+        return tuple(self.kinematics) == self.u and not self.states
 
     @property
     def holonomic(self) -> tuple[tuple[str, str], ...]:
@@ -335,7 +365,11 @@ def _check_symbols(mechanism: Mechanism) -> None:
     specified = {*mechanism.inputs, *mechanism.auxiliary}
     known |= specified
     for place, expression in _expressions(mechanism):
-        unknown = {x for x in _free_symbols(expression) - known if not _is_rate(x, specified)}
+        unknown = {
+            x
+            for x in _free_symbols(expression) - known
+            if not (isinstance(x, Derivative) and x.expr in specified)
+        }
         if unknown:
             name = printed_name(min(unknown, key=str))
             raise MechanismError(
@@ -345,8 +379,13 @@ def _check_symbols(mechanism: Mechanism) -> None:
             )
 
 
-def _is_rate(symbol: Expr, of: set[AppliedUndef]) -> bool:
-    return isinstance(symbol, Derivative) and symbol.expr in of
+def _refuse_impulses(mechanism: Mechanism) -> None:
+    for place, expression in _expressions(mechanism):
+        if expression.has(DiracDelta):
+            raise MechanismError(
+                f"{mechanism.name}: {place} has an impulse, DiracDelta, which lasts no time and "
+                "which no integration of rates meets; use an event that resets the speeds"
+            )
 
 
 def _expressions(mechanism: Mechanism) -> Iterable[tuple[str, Expr]]:
@@ -364,23 +403,15 @@ def _expressions(mechanism: Mechanism) -> Iterable[tuple[str, Expr]]:
     for constraint in (*mechanism.configuration_constraints, *mechanism.motion_constraints):
         yield f"the constraint {constraint.name}", constraint.expression
     for load_at, vector in mechanism.loads:
-        yield from _components(f"the load on {load_at.name}", vector)
+        yield from ((f"the load on {load_at.name}", c) for c in entries_of(vector))
     for added in mechanism.added_inertia:
-        for vector in added.per_acceleration:
-            yield from _components(f"the load on {added.place.name}", vector)
+        parts = (c for vector in added.per_acceleration for c in entries_of(vector))
+        yield from ((f"the load on {added.place.name}", c) for c in parts)
     if mechanism.gravity is not None:
-        yield from _components("gravity", mechanism.gravity)
+        yield from (("gravity", c) for c in entries_of(mechanism.gravity))
     for closure in mechanism.closures:
         for axis in (*closure.axes, *(a for pair in closure.perpendicular for a in pair)):
-            yield from _components(f"an axis of {closure.name}", axis)
-
-
-def _components(place: str, vector: Vector) -> Iterable[tuple[str, Expr]]:
-    """Components of each vector in the frame that it was written in."""
-    for matrix, _ in vector.args:
-        # SymPy makes a number of a matrix that nan or infinity multiplies.
-        for component in matrix if isinstance(matrix, MatrixBase) else [matrix]:
-            yield place, component
+            yield from ((f"an axis of {closure.name}", c) for c in entries_of(axis))
 
 
 def _free_symbols(expression: Expr) -> set[Expr]:

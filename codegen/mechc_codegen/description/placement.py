@@ -25,6 +25,7 @@ class Placement:
     """Places for one random choice of values, which ``seed`` determines; along inertial axes."""
 
     def __init__(self, frame: ReferenceFrame, origin: Point, seed: int) -> None:
+        self.is_real = True  # until a value has an imaginary part
         self._random = random.Random(seed)
         self._values: dict[Expr, Expr] = {}
         self._frames = {frame: _UNIT}
@@ -44,6 +45,7 @@ class Placement:
             if symbol not in self._values:
                 self._values[symbol] = Float(self._random.uniform(0.4, 1.7))
         number = complex(expression.xreplace(self._values))
+        self.is_real = self.is_real and number.imag == 0.0
         return number.real + number.imag
 
     def assume(self, symbol: Expr, value: float) -> None:
@@ -54,18 +56,15 @@ class Placement:
         total = ZERO
         for matrix, frame in vector.args:
             entries = [self.value(entry) for entry in matrix]
-            x, y, z = (
-                a + dot(row, entries) for a, row in zip(total, self.rotation(frame), strict=True)
-            )
-            total = (x, y, z)
+            total = plus(total, apply(self.rotation(frame), entries))
         return total
 
     def rotation(self, frame: ReferenceFrame) -> tuple[Number3, ...]:
         """Rows that turn components in ``frame`` into inertial ones."""
-        for step in _ways(frame, self._frames_before, self._frames):
+        for step in way_to(frame, self._frames_before, self._frames):
             before = self._frames_before[step]
             turn = [[self.value(e) for e in row] for row in before.dcm(step).T.tolist()]
-            rows = [[dot(row, column) for column in turn] for row in self._frames[before]]
+            rows = [apply(turn, row) for row in self._frames[before]]
             self._frames[step] = tuple((a, b, c) for a, b, c in rows)
         return self._frames[frame]
 
@@ -77,11 +76,9 @@ class Placement:
         KeyError
             If no chain of positions leads there from the origin.
         """
-        for step in _ways(point, self._points_before, self._points):
+        for step in way_to(point, self._points_before, self._points):
             before = self._points_before[step]
-            arm = self.vector(step._pos_dict[before])
-            x, y, z = (a + b for a, b in zip(self._points[before], arm, strict=True))
-            self._points[step] = (x, y, z)
+            self._points[step] = plus(self._points[before], self.vector(step._pos_dict[before]))
         return self._points[point]
 
 
@@ -97,7 +94,18 @@ def steps_from(start: Place, neighbours: Callable[[Place], Iterable[Place]]) -> 
     return before
 
 
-def _ways(place: Place, before: dict[Place, Place], known: dict[Place, Any]) -> Iterator[Place]:
+def reachable(starts: Iterable[Any], relation: str = "_pos_dict") -> list[Any]:
+    """These points (or frames) and all placed relative to one of them, each once."""
+    found = list(dict.fromkeys(starts))
+    seen = set(found)
+    for place in found:
+        new = [other for other in getattr(place, relation) if other not in seen]
+        seen.update(new)
+        found += new
+    return found
+
+
+def way_to(place: Place, before: dict[Place, Place], known: dict[Place, Any]) -> Iterator[Place]:
     """The places on the way from the nearest known one to ``place``, which is the last of them."""
     way = []
     while place not in known:
@@ -118,3 +126,20 @@ def cross(a: Sequence[Any], b: Sequence[Any]) -> tuple[Any, Any, Any]:
         a[2] * b[0] - a[0] * b[2],
         a[0] * b[1] - a[1] * b[0],
     )
+
+
+def plus(*vectors: Sequence[Any]) -> tuple[Any, Any, Any]:
+    """The sum of vectors given by components, numbers or expressions."""
+    x, y, z = (sum(parts) for parts in zip(*vectors, strict=True))
+    return x, y, z
+
+
+def apply(rows: Sequence[Sequence[Any]], vector: Sequence[Any]) -> list[Any]:
+    """Matrix times vector."""
+    return [dot(row, vector) for row in rows]
+
+
+def product(a: Sequence[Sequence[Any]], b: Sequence[Sequence[Any]]) -> list[list[Any]]:
+    """Matrix times matrix."""
+    columns = list(zip(*b, strict=True))
+    return [apply(columns, row) for row in a]

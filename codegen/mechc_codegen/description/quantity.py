@@ -57,6 +57,8 @@ class Quantity:
     kind: Kind = None  # type: ignore[assignment]  # a Kind once the object is made
 
     def __post_init__(self) -> None:
+        if not isinstance(self.unit, str):
+            raise MechanismError(f"a unit is a text, such as 'm/s', not {str(self.unit)[:60]}")
         kind = _KINDS.get(self.unit, Kind.OTHER) if self.kind is None else Kind(self.kind)
         object.__setattr__(self, "kind", kind)
 

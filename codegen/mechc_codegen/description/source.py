@@ -38,8 +38,6 @@ class Source:
         A point fixed in ``frame``, where the object names one.
     joints
         The object's joints; the ground is one of their bodies.
-    potentials
-        Potential energies that the object itself has, each with the index of its load.
     """
 
     kind: str

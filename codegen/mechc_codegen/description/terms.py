@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
-from sympy import Expr, Function, Integer, Symbol, SympifyError, sympify
+from sympy import Expr, Function, Integer, MatrixBase, Symbol, SympifyError, sympify
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody
 from sympy.physics.vector import Vector
@@ -39,27 +39,43 @@ def printed_name(symbol: Expr) -> str:
     return str(symbol.func.__name__ if isinstance(symbol, AppliedUndef) else symbol)
 
 
-def velocity_of(point: Point, frame: ReferenceFrame) -> Vector:
-    """The velocity that the user set, or else the one that the nearest point with one determines.
+def velocity_of(at: Point | ReferenceFrame, frame: ReferenceFrame) -> Vector:
+    """The velocity of a point, or the angular velocity of a frame.
 
-    As ``Point.vel`` does, which would store the result in the user's point, and warn if several
-    points are equally near.
+    That of a point is the one that the user set, or else the one that the nearest point with one
+    determines, as ``Point.vel`` does, which would store the result in the user's point, and warn if
+    several points are equally near.
 
     Raises
     ------
     MechanismError
         If no point that it is located from has a velocity in ``frame``.
     """
-    waiting = [point]
+    if isinstance(at, ReferenceFrame):
+        return at.ang_vel_in(frame)
+    waiting = [at]
     for place in waiting:
         if frame in place._vel_dict:
             velocity = place._vel_dict[frame]
-            return velocity if place is point else point.pos_from(place).dt(frame) + velocity
+            return velocity if place is at else at.pos_from(place).dt(frame) + velocity
         waiting += [other for other in place._pos_dict if other not in waiting]
     raise MechanismError(
-        f"the velocity of point {point.name} in frame {frame.name} is not known: give it one "
+        f"the velocity of point {at.name} in frame {frame.name} is not known: give it one "
         "(set_vel, v2pt_theory), or locate it from a point that has one (set_pos)"
     )
+
+
+def vector_along(components: Iterable[Any], frame: ReferenceFrame) -> Vector:
+    """The vector with these components along the axes of a frame."""
+    x, y, z = map(sympify, components)
+    return x * frame.x + y * frame.y + z * frame.z
+
+
+def entries_of(vector: Vector) -> Iterator[Expr]:
+    """The components of a vector in the frames that it was written in; SymPy makes one number of
+    a matrix that nan or infinity multiplies."""
+    for matrix, _ in vector.args:
+        yield from matrix if isinstance(matrix, MatrixBase) else [matrix]
 
 
 def is_rigid(body: RigidBody | Particle) -> bool:

@@ -7,13 +7,13 @@ ground is where a point of a link is fixed; the free ends of links are traced.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Mapping
 
 from sympy.physics.mechanics import Particle, Point, RigidBody
 
-from mechc_codegen.description.drawing import Drawing, Link
+from mechc_codegen.description.drawing import Drawing
 from mechc_codegen.description.terms import is_rigid
-from mechc_codegen.drawing.places import Places, Way
+from mechc_codegen.drawing.places import Places
 
 MOST_TRACED = 4
 Neighbours = Mapping[Point, Collection[Point]]
@@ -21,23 +21,18 @@ Neighbours = Mapping[Point, Collection[Point]]
 
 def infer_drawing(places: Places) -> Drawing:
     """A drawing inferred from the mechanism alone."""
-    found = _Links(places)
+    found = _Polylines(places)
     name = {point: name for name, point in reversed(places.names.items())}
     links = tuple((label, tuple(name[p] for p in line)) for label, line in found.links)
     at_rest = tuple(name[p] for p in found.at_rest)
-    ends = [end for end in _free_ends(links) if end not in at_rest]
+    # The ends of polylines that no other link has, and particles on no link at all.
+    held = [name for _, line in links for name in set(line)]
+    ends = [n for _, line in links for n in dict.fromkeys((line[0], line[-1]))]
+    ends = [n for n in ends if held.count(n) == 1 and n not in at_rest]
     return Drawing(links=links, ground=at_rest, traced=tuple(ends[-MOST_TRACED:]))
 
 
-def _free_ends(links: Iterable[Link]) -> list[str]:
-    """The ends of polylines that no other link has, and particles on no link at all."""
-    lines = [line for _, line in links]
-    held = [name for line in lines for name in set(line)]
-    ends = (name for line in lines for name in dict.fromkeys((line[0], line[-1])))
-    return [name for name in ends if held.count(name) == 1]
-
-
-class _Links:
+class _Polylines:
     """The polylines of a mechanism's bodies."""
 
     def __init__(self, places: Places) -> None:
@@ -99,15 +94,8 @@ class _Links:
             way for k, way in enumerate(self._ways)
             if k not in self._used and self._carriers[k] is not ground
         ]  # fmt: skip
-        return [
-            (self._label(way, bodies), (self.same[way[0]], self.same[way[1]]))
-            for way in left
-            if self.places.keeps_its_length(way[2])
-        ]
-
-    def _label(self, way: Way, bodies: Mapping[Point, str]) -> str:
-        a, b = self.same[way[0]], self.same[way[1]]
-        return bodies.get(b) or bodies.get(a) or f"{a.name} {b.name}"
+        ends = [(self.same[a], self.same[b]) for a, b, w in left if self.places.keeps_its_length(w)]
+        return [(bodies.get(b) or bodies.get(a) or f"{a.name} {b.name}", (a, b)) for a, b in ends]
 
 
 def _walk(members: list[Point], near: Neighbours) -> tuple[Point, ...]:

@@ -16,7 +16,7 @@ from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Point, ReferenceFrame, dynamicsymbols
 from sympy.physics.vector import Vector
 
-from mechc_codegen.description.placement import Placement, steps_from
+from mechc_codegen.description.placement import Placement, dot, steps_from
 
 if TYPE_CHECKING:
     from mechc_codegen.description.mechanism import Mechanism
@@ -44,7 +44,10 @@ class Places:
         self.parameters = [p.symbol for p in mechanism.parameters if p.symbol.name in known]
         self._bound = {f: x for f, x in mechanism.inputs.items() if x is not None}
         self._known = {*mechanism.q, *mechanism.x, *self.parameters, dynamicsymbols._t}
-        self.frames = steps_from(mechanism.frame, self._oriented_from)
+        self.frames = steps_from(
+            mechanism.frame,
+            lambda frame: (f for f in frame._dcm_dict if self._are_known(frame.dcm(f))),
+        )
         self._placed = {mechanism.frame, *self.frames}
         self.points = steps_from(mechanism.origin, self._located_from)
         self._rigid_frames = self._groups_of_frames()
@@ -64,9 +67,6 @@ class Places:
         """Whether a load's components can be evaluated from state, time and known parameters."""
         known = self._known | {*self.mechanism.u}
         return frame in self._placed and all(_variables(entry) <= known for entry in entries)
-
-    def _oriented_from(self, frame: ReferenceFrame) -> Iterator[ReferenceFrame]:
-        return (other for other in frame._dcm_dict if self._are_known(frame.dcm(other)))
 
     def _located_from(self, point: Point) -> Iterator[Point]:
         for other, way in point._pos_dict.items():
@@ -113,8 +113,8 @@ class Places:
             for k, symbol in enumerate(self.parameters):
                 at.assume(symbol, 0.7 + 0.6180339887 * (k + 1) % 1.0)
             parts = Vector([(matrix.applyfunc(self.expression), f) for matrix, f in way.args])
-            squares.append(sum(x * x for x in at.vector(parts)))
-        return max(squares) - min(squares) <= CONSTANT * max(squares)
+            squares.append(dot(at.vector(parts), at.vector(parts)))
+        return bool(max(squares) - min(squares) <= CONSTANT * max(squares))
 
     # -- points that are one ----------------------------------------------------------------------
 

@@ -1,8 +1,8 @@
 """The steps by which the points of a picture are placed, as expressions of small matrices.
 
 Input: a mechanism, what the user adds to its drawing, and the names of the parameters whose values
-are known.  Output: a Plan.  Invariant: steps are listed after those that they start from, so that
-they can be followed in one pass, for many states at once.
+are known.  Output: a PicturePlan.  Invariant: steps are listed after those that they start from, so
+that they can be followed in one pass, for many states at once.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from sympy import Expr
 from sympy.physics.mechanics import Point, ReferenceFrame, dynamicsymbols
 
 from mechc_codegen.description.drawing import Drawing
+from mechc_codegen.description.placement import way_to
 from mechc_codegen.drawing.infer import infer_drawing
 from mechc_codegen.drawing.places import Places
 from mechc_codegen.drawing.solids import Shape, shapes, weight
@@ -29,7 +30,7 @@ Arm = tuple[int, tuple[Expr, Expr, Expr]]  # the number of a frame, components i
 
 
 @dataclass
-class Plan:
+class PicturePlan:
     """The steps by which the points of a drawing are found from a state.
 
     Attributes
@@ -70,7 +71,7 @@ class Plan:
 
 def picture_plan(
     mechanism: Mechanism, added: Drawing, known: Collection[str], *, in_space: bool = False
-) -> Plan:
+) -> PicturePlan:
     """The plan of a mechanism's own drawing, or of what can be inferred, and of what is added.
 
     ``in_space``: with solids, springs, dampers and the weight.
@@ -94,8 +95,8 @@ def picture_plan(
         drawing = _with_struts(drawing, places)
     state = (*mechanism.q, *mechanism.x)
     arguments = (dynamicsymbols._t, state, tuple(places.parameters))
-    plan = Plan(drawing, arguments)
-    steps = _Steps(places, plan)
+    plan = PicturePlan(drawing, arguments)
+    steps = _PlanBuilder(places, plan)
     if in_space:
         steps.add(shapes(places, drawing.solids))
         steps.add_joints()
@@ -132,10 +133,10 @@ def _refuse_unknown(added: Drawing, names: Mapping[str, Point]) -> None:
             )
 
 
-class _Steps:
+class _PlanBuilder:
     """Frames and points in the order in which they are reached."""
 
-    def __init__(self, places: Places, plan: Plan) -> None:
+    def __init__(self, places: Places, plan: PicturePlan) -> None:
         self.places, self.plan = places, plan
         self._frames = {places.mechanism.frame: 0}
         self._points = {places.mechanism.origin: 0}
@@ -167,15 +168,11 @@ class _Steps:
                     self.plan.loads.append((f"force on {place.name}", self._point(place), arms))
 
     def _frame(self, frame: ReferenceFrame) -> int:
-        way = []
-        while frame not in self._frames:
-            way.append(frame)
-            frame = self.places.frames[frame]
-        for step in reversed(way):
-            turn = tuple(map(self.places.expression, frame.dcm(step)))
-            self.plan.frames.append((self._frames[frame], turn))
+        for step in way_to(frame, self.places.frames, self._frames):
+            before = self.places.frames[step]
+            turn = tuple(map(self.places.expression, before.dcm(step)))
+            self.plan.frames.append((self._frames[before], turn))
             self._frames[step] = len(self.plan.frames)
-            frame = step
         return self._frames[frame]
 
     def _point(self, point: Point) -> int:

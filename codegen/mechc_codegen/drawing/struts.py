@@ -12,7 +12,7 @@ from sympy import Derivative
 from sympy.physics.mechanics import Point
 from sympy.physics.vector import Vector
 
-from mechc_codegen.description.placement import Placement
+from mechc_codegen.description.placement import Placement, cross, dot
 from mechc_codegen.drawing.places import Places
 
 Strut = tuple[str, str, tuple[Point, Point]]
@@ -48,9 +48,8 @@ def _acts_along(at: Placement, a: Point, b: Point, force: Vector) -> bool:
     first, second = at.position(a), at.position(b)
     way = [y - x for x, y in zip(first, second, strict=True)]
     f = at.vector(force)
-    across = [way[i - 2] * f[i - 1] - way[i - 1] * f[i - 2] for i in range(3)]
-    size = sum(x * x for x in way) * sum(x * x for x in f)
-    return size > 0.0 and sum(x * x for x in across) <= ALONG**2 * size
+    across, size = cross(way, f), dot(way, way) * dot(f, f)
+    return bool(size > 0.0 and dot(across, across) <= ALONG**2 * size)
 
 
 def _acts_at_rest(places: Places, force: Vector) -> bool:

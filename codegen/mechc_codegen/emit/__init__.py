@@ -1,1 +1,1 @@
-"""Emission of a program as C, or as Python over NumPy arrays."""
+"""Emission of a program as C."""

@@ -12,8 +12,7 @@ from typing import Any
 
 from sympy import Symbol
 
-from mechc_codegen.derive.equations import Equations, Output
-from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
+from mechc_codegen.derive.equations import Output
 from mechc_codegen.emit.definition import argument_names, definition, plain_words
 from mechc_codegen.emit.functions import SceneFunction, SceneFunctions
 from mechc_codegen.emit.printer import RealPrinter
@@ -22,10 +21,10 @@ from mechc_codegen.emit.taylor.series import series_text
 from mechc_codegen.emit.units.block_elimination import BlockElimination
 from mechc_codegen.emit.units.instruction_sets import InstructionSet
 from mechc_codegen.emit.units.scene_files import model_source, sizes_header, template
-from mechc_codegen.emit.units.split_functions import Line
-from mechc_codegen.emit.writer import FunctionWriter
-from mechc_codegen.ir.program import Assign, Program, SineCosine, Statement
+from mechc_codegen.emit.units.split_functions import Line, cut
+from mechc_codegen.ir.program import Assign, SineCosine, Statement
 
+MOST_LINES = 600  # longer functions are cut
 _SPARSE = 64  # elements
 _OF_GAPS = ("hoist", "constraints")  # functions that the gaps of the loops are computed by
 _STATE = "real t, const real *q, const real *u, const FN(given) *given"
@@ -33,14 +32,9 @@ _SOLVED = ", const real *a, const real *l"  # accelerations and multipliers
 
 
 def emit(
-    program: Program,
-    equations: Equations,
-    metadata: Mapping[str, Any],
-    sets: Sequence[InstructionSet],
-    request: OutputRequest = DEFAULT_REQUEST,
+    functions: SceneFunctions, metadata: Mapping[str, Any], sets: Sequence[InstructionSet]
 ) -> dict[str, str]:
     """A dict from file names to texts of everything that is compiled for one scene."""
-    functions = SceneFunctions(program, equations, request)
     texts = {
         **program_texts(functions, metadata),
         "scene_model.c": model_source(functions, metadata, sets),
@@ -72,10 +66,8 @@ def program_texts(functions: SceneFunctions, metadata: Mapping[str, Any]) -> dic
     }
 
 
-class CWriter(FunctionWriter):
-    """C over ``real``, which is a double or a vector of them."""
-
-    most_lines = 600
+class CWriter:
+    """The functions of one scene in C over ``real``, which is a double or a vector of them."""
 
     def __init__(self, functions: SceneFunctions, meanings: Mapping[Symbol, str]) -> None:
         self.functions, self.layout, self.meanings = functions, functions.layout, meanings
@@ -83,11 +75,45 @@ class CWriter(FunctionWriter):
         self.inputs = [value.symbol for value in functions.program.input_values()]
         self._printed: dict[tuple[Symbol, ...], Line] = {}
 
-    def lines(self, function: SceneFunction) -> list[Line]:
-        lines = super().lines(function)
+    def text(self, function: SceneFunction) -> str:
+        """The function's text, in pieces where it is long."""
+        (name, signature), comment = self._head(function), function.comment
+        lines = self._lines(function)
+        if len(lines) <= MOST_LINES:
+            storages = {"hoist": "MECHC_ONCE", "output": "MECHC_INLINE"}
+            storage = storages.get(function.kind, self.functions.storage)
+            return definition(comment, name, signature, self._body(lines, function.loads), storage)
+        pieces, size = cut(lines)
+        texts, body = list[str](), [f"real shared[{max(size, 1)}];"]
+        arguments = ", ".join((*argument_names(signature), "shared"))
+        for number, piece in enumerate(pieces):
+            received = {s: f"shared[{i}]" for s, i in piece.received.items()}
+            own = self._body(piece.lines, {**function.loads, **received})
+            own += [f"shared[{i}] = {s.name};" for s, i in piece.handed_on.items()]
+            texts.append(
+                definition(
+                    f"{comment} Piece {number}.", f"{name}_{number}", f"{signature}, real *shared",
+                    own, "MECHC_ONCE",
+                )
+            )  # fmt: skip
+            body.append(f"FN({name}_{number})({arguments});")
+        return "\n".join([*texts, definition(comment, name, signature, body, "MECHC_ONCE")])
+
+    def _lines(self, function: SceneFunction) -> list[Line]:
+        """Inputs, statements, stored outputs, values kept for later calls."""
+        lines = self._statements(function)
+        for output, target in function.stores:
+            lines += self._store(output, target)
+        for i, symbol in enumerate(function.kept):
+            lines.append(Line((f"{function.array}[{i}] = {symbol.name};",), uses=(symbol,)))
         if function.kind == "configuration":
             return self._with_inputs([*lines, *self._zero_bias()], "0")
         return self._with_inputs(lines, "u")
+
+    def _body(self, lines: Sequence[Line], loads: Mapping[Symbol, str]) -> list[str]:
+        used = {symbol for line in lines for symbol in line.uses}
+        body = [self._load(symbol, place) for symbol, place in loads.items() if symbol in used]
+        return body + [text for line in lines for text in line.text]
 
     def _zero_bias(self) -> list[Line]:
         functions = self.functions
@@ -107,12 +133,12 @@ class CWriter(FunctionWriter):
         read.append(f"FN(read_inputs)(t, q, {speeds}, given, {first}, {last}, inputs);")
         symbols = [self.inputs[i] for i in places]
         for i, symbol in zip(places, symbols, strict=True):
-            read.append(self.load(symbol, f"inputs[{i - first}]"))
+            read.append(self._load(symbol, f"inputs[{i - first}]"))
         return [Line(tuple(read), tuple(symbols)), *body]
 
     # -- statements -------------------------------------------------------------------------
 
-    def statements(self, function: SceneFunction) -> list[Line]:
+    def _statements(self, function: SceneFunction) -> list[Line]:
         """Statements in C; in the configuration ``turns`` stores or supplies sines and cosines."""
         if function.kind != "configuration":
             return [self._once(statement) for statement in function.statements]
@@ -145,7 +171,7 @@ class CWriter(FunctionWriter):
         text = (f"real {sine}, {cosine};", call)
         return Line(text, statement.targets, statement.value.free_symbols)
 
-    def store(self, output: Output, target: str) -> list[Line]:
+    def _store(self, output: Output, target: str) -> list[Line]:
         """Assignments to an output array; a large array that is mostly zero is cleared first."""
         elements, comment = output.elements, f"/* {plain_words(output.equation)} */"
         cleared = len(elements) > _SPARSE and 2 * sum(e == 0 for e in elements) > len(elements)
@@ -157,33 +183,9 @@ class CWriter(FunctionWriter):
                 lines.append(Line((text,), uses=element.free_symbols))
         return lines
 
-    def keep(self, array: str, index: int, symbol: Symbol) -> Line:
-        return Line((f"{array}[{index}] = {symbol.name};",), uses=(symbol,))
-
-    def load(self, symbol: Symbol, place: str) -> str:
+    def _load(self, symbol: Symbol, place: str) -> str:
         comment = f" /* {self.meanings[symbol]} */" if symbol in self.meanings else ""
         return f"const real {symbol.name} = {place};{comment}"
-
-    # -- definitions ------------------------------------------------------------------------
-
-    def whole(self, function: SceneFunction, body: Sequence[str]) -> str:
-        storage = {"hoist": "MECHC_ONCE", "output": "MECHC_INLINE"}
-        name, signature = self._head(function)
-        kept = storage.get(function.kind, self.functions.storage)
-        return definition(function.comment, name, signature, body, kept)
-
-    def piece(self, function: SceneFunction, number: int, body: Sequence[str]) -> str:
-        name, signature = self._head(function)
-        comment = f"{function.comment} Piece {number}."
-        signature = f"{signature}, real *shared"
-        return definition(comment, f"{name}_{number}", signature, body, "MECHC_ONCE")
-
-    def caller(self, function: SceneFunction, count: int, size: int) -> str:
-        name, signature = self._head(function)
-        arguments = ", ".join((*argument_names(signature), "shared"))
-        calls = [f"FN({name}_{number})({arguments});" for number in range(count)]
-        body = [f"real shared[{max(size, 1)}];", *calls]
-        return definition(function.comment, name, signature, body, "MECHC_ONCE")
 
     def _head(self, function: SceneFunction) -> tuple[str, str]:
         """Name and parameters of a function."""

@@ -32,7 +32,7 @@ def definition(comment: str, name: str, signature: str, body: Sequence[str], sto
 
 def argument_names(signature: str) -> list[str]:
     """Names of a C function's parameters, in order."""
-    return re.findall(r"(\w+)(?:,|$)", signature)
+    return re.findall(r"\b(\w+)(?:,|$)", signature)
 
 
 def plain_words(text: str) -> str:

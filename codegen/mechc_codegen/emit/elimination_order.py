@@ -8,6 +8,7 @@ until a speed is its pivot; no link has more rows than possible motions.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import accumulate
 
 from mechc_codegen.derive.equations import Tree
 
@@ -39,7 +40,7 @@ def plan_rows(tree: Tree) -> RowPlan | None:
     grounded = [left[k] for k, parent in enumerate(tree.parents) if parent < 0]
     if max(left) > most or any(grounded):
         return None
-    first = _running(rows)
+    first = tuple(accumulate(rows, initial=0))
     cut_place, passed_to = _places(tree, first, left)
     pivot, factors = list[int](), list[int]()
     for link, columns in enumerate(tree.columns):
@@ -48,7 +49,8 @@ def plan_rows(tree: Tree) -> RowPlan | None:
             place = first[link] + k
             pivot.append(place if place < first[link + 1] else -1)
             factors.append(max(first[link + 1] - place - 1, 0))
-    return RowPlan(first, cut_place, passed_to, tuple(pivot), _running(factors))
+    first_factor = tuple(accumulate(factors, initial=0))
+    return RowPlan(first, cut_place, passed_to, tuple(pivot), first_factor)
 
 
 def walks_moving_cuts(tree: Tree) -> bool:
@@ -92,10 +94,3 @@ def _places(
         for link, parent in enumerate(tree.parents)
     )
     return tuple(reserve(max(ends), 1) for ends in tree.cuts), passed_to
-
-
-def _running(counts: list[int]) -> tuple[int, ...]:
-    sums = [0]
-    for count in counts:
-        sums.append(sums[-1] + count)
-    return tuple(sums)

@@ -1,4 +1,4 @@
-"""A program divided into the functions of a scene, the same ones in every language.
+"""A program divided into the functions of a scene.
 
 Input: an optimised program with its equations and request.  Output: for each function the
 statements it computes, the outputs it stores and the values it keeps for later calls.  Invariant:
@@ -84,7 +84,11 @@ class SceneFunctions:
     def __iter__(self) -> Iterator[SceneFunction]:
         """Every function, in the order of the generated text."""
         loads = self._array_places()
-        yield self._hoist()
+        given = {s: f"p[{i}]" for i, s in enumerate(self.program.symbols.parameters)}
+        yield SceneFunction(
+            "hoist", "hoist", "Constants: everything that depends on parameters alone.",
+            self.program.hoisted, given, (), self.constants, "k",
+        )  # fmt: skip
         yield SceneFunction(
             "configuration", self.layout.prefix + "configuration",
             "What depends on the configuration: constraints, their Jacobian, mass matrix.",
@@ -103,12 +107,6 @@ class SceneFunctions:
                 [(output, "out")], of_motion=self.needs_motion(output),
                 of_covector=output.name == ADJOINT,
             )  # fmt: skip
-
-    def _hoist(self) -> SceneFunction:
-        comment = "Constants: everything that depends on parameters alone."
-        loads = {s: f"p[{i}]" for i, s in enumerate(self.program.symbols.parameters)}
-        hoisted = self.program.hoisted
-        return SceneFunction("hoist", "hoist", comment, hoisted, loads, (), self.constants, "k")
 
     def _stores(self, targets: Mapping[str, str]) -> list[tuple[Output, str]]:
         present = [(name, target) for name, target in targets.items() if name in self.outputs]

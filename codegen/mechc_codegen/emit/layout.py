@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from itertools import accumulate
 
 from mechc_codegen.derive.equations import Equations, Tree
-from mechc_codegen.emit.elimination_order import RowPlan, plan_rows, walks_moving_cuts
+from mechc_codegen.emit.elimination_order import plan_rows, walks_moving_cuts
 from mechc_codegen.ir.program import SWITCHING
 
 INTERNAL = ("residual", "velocity_bias", "gamma", "augmented_mass_matrix", "augmented_forcing")
@@ -30,7 +30,7 @@ ROWS = {"constraints": "gap", "constraint_jacobian": "jacobian", "velocity_bias"
 
 
 @dataclass(frozen=True)
-class Layout:
+class FunctionLayout:
     """The outputs of each of the two functions, with the argument that each is written to.
 
     ``tables``: constants of the scene that the runtime reads; ``sizes``: their extents; ``solved``:
@@ -38,41 +38,36 @@ class Layout:
     configuration passes on besides the program's values; ``storage`` of the functions.
     """
 
-    prefix: str
     configuration: Mapping[str, str]
     motion: Mapping[str, str]
-    tables: str
     sizes: Mapping[str, int]
-    solved: tuple[tuple[str, int], ...]
-    kept: int
-    storage: str
+    prefix: str = ""
+    tables: str = ""
+    solved: tuple[tuple[str, int], ...] = ()
+    kept: int = 0
+    storage: str = "MECHC_INLINE"
 
 
-def layout(equations: Equations, present: Collection[str]) -> Layout:
+def layout(equations: Equations, present: Collection[str]) -> FunctionLayout:
     """The layout for equations with these outputs."""
     if equations.tree is None:
         return _written_out(present)
     return _tree_layout(equations, equations.tree)
 
 
-def _written_out(present: Collection[str]) -> Layout:
+def _written_out(present: Collection[str]) -> FunctionLayout:
     def solved_with(name: str) -> str:
         augmented = f"augmented_{name}"
         return augmented if augmented in present else name
 
-    return Layout(
-        "",
+    return FunctionLayout(
         {**ROWS, solved_with("mass_matrix"): "mass"},
         {solved_with("forcing"): "forcing", "gamma": "gamma"},
-        "",
         {"links": 0, "planar": 0, "carried": 0, "factors": 0, "moving_cuts": 0},
-        (),
-        0,
-        "MECHC_INLINE",
     )
 
 
-def _tree_layout(equations: Equations, tree: Tree) -> Layout:
+def _tree_layout(equations: Equations, tree: Tree) -> FunctionLayout:
     columns = [speed for own in tree.columns for speed in own]
     first = [0, *accumulate(len(own) for own in tree.columns)]
     size, rows = len(columns), len(tree.cuts)
@@ -81,15 +76,27 @@ def _tree_layout(equations: Equations, tree: Tree) -> Layout:
     solved = [("mass_matrix", size**2), ("forcing", size)]
     if rows:
         solved.append(("constraint_jacobian", rows * size))
-    return Layout(
-        "tree_",
+    of_rows = (
+        {}
+        if plan is None
+        else {
+            "mechc_first_row": plan.first,
+            "mechc_cut_place": plan.cut_place,
+            "mechc_handed_to": plan.passed_to,
+            "mechc_row_taken": plan.pivot,
+            "mechc_first_factor": plan.first_factor,
+        }
+    )
+    tables = {
+        "mechc_parent": tree.parents,
+        "mechc_first_column": first,
+        "mechc_column_speed": columns,
+        **({"mechc_cut": [link for cut in tree.cuts for link in cut]} if rows else {}),
+        **of_rows,
+    }
+    return FunctionLayout(
         {"constraints": "gap", **{name: name.removeprefix("tree_") for name in kept}},
         {"tree_bias": "bias", "tree_wrench": "wrench", "gamma": "gamma"},
-        _table("mechc_parent", tree.parents)
-        + _table("mechc_first_column", first)
-        + _table("mechc_column_speed", columns)
-        + (_table("mechc_cut", [link for cut in tree.cuts for link in cut]) if rows else "")
-        + (_row_tables(plan) if plan else ""),
         {
             "links": len(tree.parents),
             "planar": int(tree.planar),
@@ -97,19 +104,11 @@ def _tree_layout(equations: Equations, tree: Tree) -> Layout:
             "factors": plan.first_factor[-1] if plan else 0,
             "moving_cuts": int(plan is None and walks_moving_cuts(tree)),
         },
+        "tree_",
+        "".join(_table(name, values) for name, values in tables.items()),
         tuple(solved),
         sum(len(equations.outputs[name].elements) for name in kept),
         "MECHC_ONCE",
-    )
-
-
-def _row_tables(plan: RowPlan) -> str:
-    return (
-        _table("mechc_first_row", plan.first)
-        + _table("mechc_cut_place", plan.cut_place)
-        + _table("mechc_handed_to", plan.passed_to)
-        + _table("mechc_row_taken", plan.pivot)
-        + _table("mechc_first_factor", plan.first_factor)
     )
 
 

@@ -10,17 +10,24 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
-from sympy import Abs, Expr, MatrixBase, S, Symbol
-from sympy.physics.vector import Vector
+from sympy import Abs, S, Symbol
 
 from mechc_codegen.derive.equations import Equations, Output
-from mechc_codegen.description.mechanism import Mechanism, Parameter, Quantity, printed_name
+from mechc_codegen.description.mechanism import (
+    Coordinate,
+    Mechanism,
+    Parameter,
+    Speed,
+    State,
+    printed_name,
+)
 from mechc_codegen.description.piecewise import Floor, Step
 from mechc_codegen.description.quaternions import unit_quaternions
-from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
+from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.description.tables import Lookup
-from mechc_codegen.emit.layout import layout
-from mechc_codegen.emit.row_blocks import orthogonal_operations, scene_blocks
+from mechc_codegen.description.terms import entries_of
+from mechc_codegen.emit.functions import SceneFunctions
+from mechc_codegen.emit.row_blocks import orthogonal_operations
 from mechc_codegen.emit.units.block_elimination import BlockElimination
 from mechc_codegen.ir.program import (
     SWITCHING,
@@ -29,41 +36,32 @@ from mechc_codegen.ir.program import (
     operations,
     slice_statements,
     symbols_of,
-    targets_of,
 )
 
 
 def scene_metadata(
     mechanism: Mechanism,
     parameters: Sequence[Parameter],
-    programs: tuple[Program, Program],
-    equations: Equations,
-    request: OutputRequest = DEFAULT_REQUEST,
+    lowered: Program,
+    functions: SceneFunctions,
 ) -> dict[str, Any]:
     """The metadata, as data for JSON.
 
-    ``programs``: before and after optimisation; ``parameters``: those not fixed.
+    ``parameters``: those not fixed; ``lowered``: the program before optimisation.
     """
-    lowered, program = programs
+    program, equations, request = functions.program, functions.equations, functions.request
+    switched = SWITCHING in functions.outputs
+    rows = (*mechanism.holonomic, *((c.name, c.unit) for c in mechanism.motion_constraints))
     return {
         "name": mechanism.name,
         "title": mechanism.title,
-        "coordinates": [
-            *(_quantity_data(printed_name(c.symbol), c.quantity) for c in mechanism.coordinates),
-            *(_quantity_data(printed_name(s.symbol), s.quantity) for s in mechanism.states),
-        ],
-        "speeds": [_quantity_data(printed_name(s.symbol), s.quantity) for s in mechanism.speeds],
-        "parameters": [_quantity_data(str(p.symbol), p.quantity) for p in parameters],
+        "coordinates": _quantities((*mechanism.coordinates, *mechanism.states)),
+        "speeds": _quantities(mechanism.speeds),
+        "parameters": _quantities(parameters),
         "points": [p.name for p in mechanism.points] if request.includes("points") else [],
         "bodies": list(distinct(b.name for b in mechanism.bodies)),
         "joints": [j.name for j in mechanism.joints] if request.includes("reactions") else [],
-        "constraints": [
-            {"name": name, "unit": unit}
-            for name, unit in (
-                *mechanism.holonomic,
-                *((c.name, c.unit) for c in mechanism.motion_constraints),
-            )
-        ],
+        "constraints": [{"name": name, "unit": unit} for name, unit in rows],
         "links": [[label, list(points)] for label, points in mechanism.drawing.links],
         "ground": list(mechanism.drawing.ground),
         "traced": list(mechanism.drawing.traced),
@@ -83,12 +81,17 @@ def scene_metadata(
         **_inputs(mechanism, program),
         **({"states": [float(s.start) for s in mechanism.states]} if mechanism.states else {}),
         **_quaternions(mechanism),
-        "smooth": _smooth(program, request),
-        **_switches(program),
+        # Whether no equation has a corner or a jump; user-defined outputs are not considered.
+        "smooth": not any(
+            value.has(Abs, Step, Floor, Lookup)
+            for value in equation_values(program, request.expressions)
+        ),
+        # Number of switching functions; none if they do not show every corner and jump.
+        **({"switches": len(functions.outputs[SWITCHING].elements)} if switched else {}),
         **({"taylor": True} if program.series else {}),
         "closing": _closing(parameters, lowered, equations),
-        "operations": operation_counts((lowered, program), equations, request),
-        **_row_blocks(program, equations),
+        "operations": operation_counts(lowered, functions),
+        **_row_blocks(functions),
         "loads": _loads(mechanism, request),
         "walked": len(equations.tree.parents) if equations.tree else 0,
         "planar": equations.tree.planar if equations.tree else None,
@@ -136,18 +139,6 @@ def _closing(parameters: Sequence[Parameter], lowered: Program, equations: Equat
         followed = (defaults[symbol] for symbol in symbols if symbol in needed)
         needed |= symbols_of(value for value in followed if value is not None)
     return [str(p.symbol) for s, p in zip(symbols, parameters, strict=True) if s in needed]
-
-
-def _smooth(program: Program, request: OutputRequest) -> bool:
-    """Whether no equation has a corner or a jump; user-defined outputs are not considered."""
-    values = equation_values(program, request.expressions)
-    return not any(value.has(Abs, Step, Floor, Lookup) for value in values)
-
-
-def _switches(program: Program) -> dict[str, int]:
-    """Number of switching functions; nothing if they do not show every corner and jump."""
-    found = [len(o.elements) for o in program.outputs if o.name == SWITCHING]
-    return {"switches": found[0]} if found else {}
 
 
 def _inputs(mechanism: Mechanism, program: Program) -> dict[str, Any]:
@@ -246,32 +237,32 @@ def distinct(names: Iterable[str]) -> Iterator[str]:
         yield different
 
 
-def _quantity_data(name: str, quantity: Quantity) -> dict[str, Any]:
-    return {
-        "name": name,
-        "unit": quantity.unit,
-        "kind": quantity.kind,
-        "description": quantity.description,
-        "lower": _finite(quantity.lower),
-        "upper": _finite(quantity.upper),
-        "closed": quantity.closed,
-    }
+def _quantities(things: Iterable[Coordinate | State | Speed | Parameter]) -> list[dict[str, Any]]:
+    def finite(bound: float) -> float | None:
+        return bound if math.isfinite(bound) else None
+
+    return [
+        {
+            "name": printed_name(thing.symbol),
+            "unit": thing.quantity.unit,
+            "kind": thing.quantity.kind,
+            "description": thing.quantity.description,
+            "lower": finite(thing.quantity.lower),
+            "upper": finite(thing.quantity.upper),
+            "closed": thing.quantity.closed,
+        }
+        for thing in things
+    ]
 
 
-def _finite(bound: float) -> float | None:
-    return bound if math.isfinite(bound) else None
-
-
-def operation_counts(
-    programs: tuple[Program, Program], equations: Equations, request: OutputRequest
-) -> dict[str, Any]:
+def operation_counts(lowered: Program, functions: SceneFunctions) -> dict[str, Any]:
     """Numbers of operations, functions included, before and after optimisation.
 
     ``outputs``: of each separately.  ``stages``: of the two functions that a right-hand side is
     computed with.  ``zeros``: how many of an output's elements are zero for any state, and of how
     many.  ``once_per_run``: of parameters only, kept in so many ``constants``.
     """
-    lowered, program = programs
+    program, request = functions.program, functions.request
     outputs = {
         request.name_of(output.name): [
             _cost(lowered, [output]),
@@ -283,9 +274,9 @@ def operation_counts(
         "before": sum(before for before, _ in outputs.values()),  # nothing is shared there yet
         "after": _cost(program, program.outputs),
         "once_per_run": operations(program.hoisted),
-        "constants": len(_constants(program)),
+        "constants": len(functions.constants),
         "outputs": outputs,
-        "stages": _stages(program, equations),
+        "stages": _stages(functions),
         "zeros": {
             request.name_of(o.name): [o.elements.count(S.Zero), len(o.elements)]
             for o in program.outputs
@@ -293,27 +284,18 @@ def operation_counts(
     }
 
 
-def _constants(program: Program) -> set[Symbol]:
-    """Values that depend on parameters only and are used in every call."""
-    used = symbols_of(s.value for s in program.body)
-    used |= symbols_of(e for o in program.outputs for e in o.elements)
-    return used.intersection(targets_of(program.hoisted))
-
-
-def _stages(program: Program, equations: Equations) -> dict[str, int]:
+def _stages(functions: SceneFunctions) -> dict[str, int]:
     """Operations of the configuration, and those added for the speeds."""
-    present = {o.name: o for o in program.outputs}
-    divided = layout(equations, present)
-    first = [present[name] for name in divided.configuration if name in present]
-    both = [*first, *(present[name] for name in divided.motion if name in present)]
+    program, present, layout = functions.program, functions.outputs, functions.layout
+    first = [present[name] for name in layout.configuration if name in present]
+    both = [*first, *(present[name] for name in layout.motion if name in present)]
     configuration = _cost(program, first)
     return {"configuration": configuration, "motion": _cost(program, both) - configuration}
 
 
-def _row_blocks(program: Program, equations: Equations) -> dict[str, Any]:
+def _row_blocks(functions: SceneFunctions) -> dict[str, Any]:
     """Rows and speeds of each block of constraint rows, and operations with and without blocks."""
-    present = {o.name: o for o in program.outputs}
-    form = scene_blocks(equations, layout(equations, present), present)
+    form = functions.blocks
     if form is None:
         return {}
     return {
@@ -330,14 +312,8 @@ def _loads(mechanism: Mechanism, request: OutputRequest) -> dict[str, int]:
     vectors = [load for _, load in mechanism.loads]
     vectors += [] if mechanism.gravity is None else [mechanism.gravity]
     fixed = dict(request.fixed)
-    zero = [all(e.xreplace(fixed) == 0 for e in _entries(v)) for v in vectors]
+    zero = [all(e.xreplace(fixed) == 0 for e in entries_of(v)) for v in vectors]
     return {"given": len(vectors), "zero": sum(zero)}
-
-
-def _entries(vector: Vector) -> Iterator[Expr]:
-    """The entries of a matrix; SymPy makes one number of a matrix times nan or infinity."""
-    for matrix, _ in vector.args:
-        yield from matrix if isinstance(matrix, MatrixBase) else [matrix]
 
 
 def _cost(program: Program, outputs: Iterable[Output]) -> int:

@@ -17,19 +17,13 @@ from mechc_codegen.ir.program import SineCosine
 Sum = Mapping[Symbol, int]  # of coordinates, by their whole multiples
 
 
-def angles(functions: SceneFunctions) -> list[int]:
-    """Coordinates that occur in sines and cosines of the configuration and the motion."""
-    return _indices(functions, _uses(functions)[0])
-
-
-def periodic(functions: SceneFunctions) -> list[int]:
-    """Coordinates that occur in sines and cosines only; none where inputs read coordinates."""
+def angles(functions: SceneFunctions) -> tuple[list[int], list[int]]:
+    """Coordinates that occur in sines and cosines of the configuration and the motion; and those
+    that occur there only, none where inputs read coordinates."""
     turned, used = _uses(functions)
-    return [] if functions.program.input_values() else _indices(functions, turned - used)
-
-
-def _indices(functions: SceneFunctions, chosen: set[Symbol]) -> list[int]:
-    return [i for i, q in enumerate(functions.program.symbols.q) if q in chosen]
+    alone = set[Symbol]() if functions.program.input_values() else turned - used
+    coordinates = list(enumerate(functions.program.symbols.q))
+    return [i for i, q in coordinates if q in turned], [i for i, q in coordinates if q in alone]
 
 
 def _uses(functions: SceneFunctions) -> tuple[set[Symbol], set[Symbol]]:

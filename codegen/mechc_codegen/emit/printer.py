@@ -7,14 +7,13 @@ printed; all others are refused by name, and never reach the C compiler.
 from __future__ import annotations
 
 import math
-import re
 
 from sympy import Add, Expr, Float, Integer, Mul, NumberSymbol, Pow, Rational, Symbol, exp
 from sympy.core.function import AppliedUndef
 from sympy.printing.c import C99CodePrinter
 
 from mechc_codegen.description.tables import Lookup
-from mechc_codegen.errors import InternalError, MechanismError
+from mechc_codegen.errors import MechanismError
 
 _MOST_FACTORS = 8  # integer powers up to here are printed as products
 _EXACT = 2**53  # integers up to here are doubles
@@ -76,46 +75,32 @@ class RealPrinter(C99CodePrinter):  # type: ignore[misc]
             product = "*".join([factor] * abs(int(exponent)))
             return f"({product})" if exponent > 0 else f"(1.0/({product}))"
         if exponent == Rational(1, 2):
-            return f"R_SQRT({self._real(base)})"
+            return f"R_SQRT({self.real(base)})"
         if exponent == Rational(-1, 2):
-            return f"(1.0/R_SQRT({self._real(base)}))"
-        return f"R_CALL2(pow, {self._real(base)}, {self._real(exponent)})"
+            return f"(1.0/R_SQRT({self.real(base)}))"
+        return f"R_CALL2(pow, {self.real(base)}, {self.real(exponent)})"
 
     def _print_Function(self, expr: Expr) -> str:
-        return self._call(type(expr).__name__, [self._real(a) for a in expr.args])
-
-    def _call(self, name: str, arguments: list[str]) -> str:
-        macro = "R_CALL2" if len(arguments) == 2 else "R_CALL"
-        return f"{macro}({name}, {', '.join(arguments)})"
+        name = {"Abs": "fabs", "Floor": "floor"}.get(type(expr).__name__, type(expr).__name__)
+        macro = "R_CALL2" if len(expr.args) == 2 else "R_CALL"
+        return f"{macro}({name}, {', '.join(map(self.real, expr.args))})"
 
     _print_tan = _print_asin = _print_acos = _print_atan = _print_atan2 = _print_Function
     _print_sinh = _print_cosh = _print_tanh = _print_exp = _print_log = _print_Function
     _print_sin = _print_cos = _print_Function  # in a program these are paired before printing
-
-    def _print_Abs(self, expr: Expr) -> str:
-        return f"R_CALL(fabs, {self._real(expr.args[0])})"
+    _print_Abs = _print_Floor = _print_Lookup = _print_Function
 
     def _print_Step(self, expr: Expr) -> str:
-        return f"R_SELECT(R_MASK({self._real(expr.args[0])} > 0.0), R(1.0), R(0.0))"
+        return f"R_SELECT(R_MASK({self.real(expr.args[0])} > 0.0), R(1.0), R(0.0))"
 
     def _print_Where(self, expr: Expr) -> str:
-        chosen, one, other = map(self._real, expr.args)
+        chosen, one, other = map(self.real, expr.args)
         return f"R_SELECT(R_MASK({chosen} != 0.0), {one}, {other})"
 
-    def _print_Floor(self, expr: Expr) -> str:
-        return self._call("floor", [self._real(expr.args[0])])
-
-    def _print_Lookup(self, expr: Expr) -> str:
-        return self._call(type(expr).__name__, [self._real(a) for a in expr.args])
-
-    def _real(self, expression: Expr) -> str:
+    def real(self, expression: Expr) -> str:
         """An expression whose C type is ``real`` even if it is a number."""
         text = self._print(expression)
         return text if expression.free_symbols else f"R({text})"
-
-    def real(self, expression: Expr) -> str:
-        """C text of type ``real``."""
-        return self._real(expression)
 
 
 def _number(expression: Expr) -> str:
@@ -124,53 +109,3 @@ def _number(expression: Expr) -> str:
     if value.imag != 0 or not math.isfinite(value.real):
         raise MechanismError(f"{str(expression)[:80]!r} is not a real number of double range")
     return repr(value.real)
-
-
-class NumpyPrinter(RealPrinter):
-    """Printer of Python code for floats or NumPy arrays; functions have their names in C."""
-
-    _MOST_TERMS = 40  # of a sum in one bracket: Python's own compiler walks down them one by one
-
-    def _print_Symbol(self, expr: Symbol) -> str:
-        if not re.fullmatch(r"[a-z]+[0-9]*(_[0-9]+)?x?", expr.name):
-            raise InternalError(f"{expr.name!r} is no name of ours")
-        return str(expr.name)
-
-    def _print_Pow(self, expr: Pow) -> str:
-        base, exponent = expr.as_base_exp()
-        if exponent == Rational(1, 2):
-            return f"sqrt({self._print(base)})"
-        if exponent == Rational(-1, 2):
-            return f"(1.0/sqrt({self._print(base)}))"
-        if not (exponent.is_Integer and 0 < abs(int(exponent)) <= _MOST_FACTORS):
-            return f"pow({self._print(base)}, {self._print(exponent)})"
-        power = self._product(base, abs(int(exponent)))
-        return power if exponent > 0 else f"(1.0/{power})"
-
-    def _product(self, base: Expr, factors: int) -> str:
-        if base.is_Symbol or factors == 1:
-            return f"({'*'.join([self.parenthesize(base, 100)] * factors)})"
-        return f"({self.parenthesize(base, 100)}**{factors})"
-
-    def _print_Add(self, expr: Expr, order: object = None) -> str:
-        terms = self._as_ordered_terms(expr, order=order)
-        if len(terms) <= self._MOST_TERMS:
-            return str(super()._print_Add(expr, order=order))
-        size = max(self._MOST_TERMS, -(-len(terms) // self._MOST_TERMS))
-        parts = [Add(*terms[i : i + size], evaluate=False) for i in range(0, len(terms), size)]
-        return " + ".join(f"({self._print(part)})" for part in parts)
-
-    def _call(self, name: str, arguments: list[str]) -> str:
-        return f"{name}({', '.join(arguments)})"
-
-    def _print_Abs(self, expr: Expr) -> str:
-        return f"fabs({self._print(expr.args[0])})"
-
-    def _print_Step(self, expr: Expr) -> str:
-        return self._call("Step", list(map(self._print, expr.args)))
-
-    def _print_Where(self, expr: Expr) -> str:
-        return self._call("Where", list(map(self._print, expr.args)))
-
-    def _real(self, expression: Expr) -> str:
-        return str(self._print(expression))

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from mechc_codegen.derive.equations import Equations, Output
-from mechc_codegen.emit.layout import Layout
+from mechc_codegen.emit.layout import FunctionLayout
 
 MOST_ROWS = 2  # of a block
 MOST_FREE = 3  # directions, as in dynamics/motion.h
@@ -51,7 +51,7 @@ class BlockForm:
 
 
 def scene_blocks(
-    equations: Equations, divided: Layout, outputs: Mapping[str, Output]
+    equations: Equations, divided: FunctionLayout, outputs: Mapping[str, Output]
 ) -> BlockForm | None:
     """The block form; None if rows are solved in another way or blocks are not small."""
     speeds = len(equations.symbols.u)

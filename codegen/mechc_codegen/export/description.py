@@ -7,12 +7,11 @@ Input: its variables.  Output: XML of FMI 2.0 or 3.0.  Invariant: text of users 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 from mechc_codegen.export.units import exponents
-from mechc_codegen.export.variables import Variable, plain_text
+from mechc_codegen.export.variables import FmuOptions, Variable, plain_text
 
 # Attributes of an interface in FMI 2.0 and in 3.0.
 _STATES = {
@@ -36,32 +35,28 @@ _STRUCTURE: tuple[tuple[str, str, Callable[[Variable], bool]], ...] = (
 )
 
 
-@dataclass(frozen=True)
-class Unit:
-    """The properties of the whole unit that both descriptions contain."""
-
-    identifier: str  # names of files: letters, digits and _
-    title: str
-    token: str
-    version: str  # of FMI: "2.0" or "3.0"
-    end: float  # s
-    tolerance: float
-    tool: str
-    derivatives: bool = True
-    events: int = 0
-    exchange: bool = True  # whether it offers model exchange
-
-
-def model_description(unit: Unit, variables: Sequence[Variable], source: str) -> bytes:
-    """The text of modelDescription.xml."""
-    third = unit.version == "3.0"
-    root = Element("fmiModelDescription", _head(unit, third))
-    _interfaces(root, unit, source, third)
+def model_description(
+    options: FmuOptions, title: str, token: str, variables: Sequence[Variable], source: str,
+    indicators: int | None,
+) -> bytes:  # fmt: skip
+    """The text of modelDescription.xml; ``indicators``: number of events that model exchange is
+    asked about, None where it is not offered."""
+    third = options.version == "3.0"
+    head = {
+        "fmiVersion": options.version,
+        "modelName": plain_text(title) or options.name,
+        "instantiationToken" if third else "guid": token,
+        "generationTool": options.tool,
+        "variableNamingConvention": "flat",
+    }
+    head |= {} if third else {"numberOfEventIndicators": str(indicators or 0)}
+    root = Element("fmiModelDescription", head)
+    _interfaces(root, options, source, exchange=indicators is not None)
     _units(root, variables)
     categories = SubElement(root, "LogCategories")
     SubElement(categories, "Category", name="logStatusError", description="errors")
-    SubElement(root, "DefaultExperiment", startTime="0.0", stopTime=repr(unit.end),
-               tolerance=repr(unit.tolerance))  # fmt: skip
+    SubElement(root, "DefaultExperiment", startTime="0.0", stopTime=repr(options.end),
+               tolerance=repr(options.rtol))  # fmt: skip
     listed = SubElement(root, "ModelVariables")
     for reference, variable in enumerate(variables):
         _variable(listed, reference, variable, third)
@@ -69,10 +64,10 @@ def model_description(unit: Unit, variables: Sequence[Variable], source: str) ->
     return _text(root)
 
 
-def build_description(unit: Unit, source: str, flags: Sequence[str]) -> bytes:
+def build_description(name: str, source: str, flags: Sequence[str]) -> bytes:
     """The text of sources/buildDescription.xml (FMI 3.0)."""
     root = Element("fmiBuildDescription", fmiVersion="3.0")
-    build = SubElement(root, "BuildConfiguration", modelIdentifier=unit.identifier)
+    build = SubElement(root, "BuildConfiguration", modelIdentifier=name)
     files = SubElement(build, "SourceFileSet", language="C11", compilerOptions=" ".join(flags))
     SubElement(files, "SourceFile", name=source)
     SubElement(files, "IncludeDirectory", name=".")
@@ -86,22 +81,12 @@ def _text(root: Element) -> bytes:
     return text + b"\n"
 
 
-def _head(unit: Unit, third: bool) -> dict[str, str]:
-    head = {
-        "fmiVersion": unit.version,
-        "modelName": plain_text(unit.title) or unit.identifier,
-        "instantiationToken" if third else "guid": unit.token,
-        "generationTool": unit.tool,
-        "variableNamingConvention": "flat",
-    }
-    return head if third else {**head, "numberOfEventIndicators": str(unit.events)}
-
-
-def _interfaces(root: Element, unit: Unit, source: str, third: bool) -> None:
-    able = _STATES[unit.version] + (_DERIVATIVES[unit.version] if unit.derivatives else ())
-    can = {"modelIdentifier": unit.identifier, **dict.fromkeys(able, "true")}
+def _interfaces(root: Element, options: FmuOptions, source: str, *, exchange: bool) -> None:
+    third = options.version == "3.0"
+    able = _STATES[options.version] + (_DERIVATIVES[options.version] if options.derivatives else ())
+    can = {"modelIdentifier": options.name, **dict.fromkeys(able, "true")}
     asks = {"needsCompletedIntegratorStep": "true"} if third else {}  # to close loops
-    interfaces = [SubElement(root, "ModelExchange", can | asks)] if unit.exchange else []
+    interfaces = [SubElement(root, "ModelExchange", can | asks)] if exchange else []
     interfaces.append(
         SubElement(root, "CoSimulation", can | {"canHandleVariableCommunicationStepSize": "true"})
     )

@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 from sympy import diff
 
-from mechc_codegen.derive.equations import Equations
 from mechc_codegen.description.quantity import PURE, Kind
 from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.emit.c import program_texts
@@ -22,92 +21,23 @@ from mechc_codegen.emit.definition import plain_words
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.printer import RealPrinter
 from mechc_codegen.emit.tables import lookups
-from mechc_codegen.emit.units.event_unit import EventExpressions, event_functions
+from mechc_codegen.emit.units.event_unit import event_functions
 from mechc_codegen.errors import CodegenError
 from mechc_codegen.export.amalgamate import included_headers
-from mechc_codegen.export.description import Unit, build_description, model_description
+from mechc_codegen.export.description import build_description, model_description
 from mechc_codegen.export.standalone import checked_name, fill_template
-from mechc_codegen.export.variables import Values, open_inputs, output_sizes, variables
+from mechc_codegen.export.variables import (
+    VERSIONS,
+    StartValues,
+    open_inputs,
+    output_sizes,
+    variables,
+)
+from mechc_codegen.export.variables import FmuEvents as FmuEvents
+from mechc_codegen.export.variables import FmuOptions as FmuOptions
 from mechc_codegen.extension.flags import FLAGS, RUNTIME
-from mechc_codegen.ir.program import Program
 
-VERSIONS = ("3.0", "2.0")
 SOURCE = "fmu.c"
-
-
-@dataclass(frozen=True)
-class FmuEvents:
-    """The events of a unit.
-
-    Attributes
-    ----------
-    titles, directions, expressions
-        Of each event; direction 0: its zero is crossed in both.
-    contacts
-        Of each event the number of the contact that it is, or -1.
-    has_gap, has_friction
-        Of each contact.
-    poisson
-        Whether impacts follow Poisson's law of restitution, not Newton's.
-    quantities
-        Of all contacts, row after row: ``hybrid/events/functions.h``.
-    """
-
-    titles: Sequence[str] = ()
-    directions: Sequence[float] = ()
-    expressions: Sequence[EventExpressions] = ()
-    contacts: Sequence[int] = ()
-    has_gap: Sequence[int] = ()
-    has_friction: Sequence[int] = ()
-    poisson: bool = False
-    quantities: Sequence[Any] = ()
-
-    def every_expression(self) -> Iterator[Any]:
-        """All expressions of the events."""
-        for event in self.expressions:
-            yield from () if event.value is None else (event.value,)
-            yield from (event.reset or {}).values()
-        yield from self.quantities
-
-
-@dataclass(frozen=True)
-class FmuOptions:
-    """The settings of an export.
-
-    Attributes
-    ----------
-    name
-        Begins names of files.
-    start
-        State (nq + nu), SI units.
-    values
-        Parameters that were given, by name; the others have their defaults, and follow.
-    rtol
-        Tolerance of co-simulation.
-    version
-        Version of FMI, one of :data:`VERSIONS`.
-    end
-        End of the default experiment, s.
-    drift
-        The least drift that model exchange projects away.
-    tool
-        Name and version of what exports.
-    derivatives
-        Whether the unit offers derivatives, which take most of the time of a large mechanism.
-    events
-        The events over the symbols t, y0, y1, ..., p0, p1, ... of a scene with this metadata.
-    """
-
-    name: str
-    start: Sequence[float]
-    values: Mapping[str, float]
-    rtol: float
-    version: str = VERSIONS[0]
-    end: float = 1.0
-    drift: float = 0.0
-    tool: str = ""
-    derivatives: bool = True
-    events: Callable[[Mapping[str, Any]], FmuEvents] = lambda metadata: FmuEvents()
 
 
 def fmu_request(request: OutputRequest, derivatives: bool) -> OutputRequest:
@@ -118,11 +48,7 @@ def fmu_request(request: OutputRequest, derivatives: bool) -> OutputRequest:
 
 
 def fmu_files(
-    program: Program,
-    equations: Equations,
-    metadata: Mapping[str, Any],
-    request: OutputRequest,
-    options: FmuOptions,
+    functions: SceneFunctions, metadata: Mapping[str, Any], options: FmuOptions
 ) -> dict[str, bytes]:
     """A dict from paths in the archive to content, without binaries.
 
@@ -136,8 +62,9 @@ def fmu_files(
             f"FMI {plain_words(options.version)!r} is not known: {', '.join(VERSIONS)}"
         )
     name = checked_name(options.name)
-    functions = SceneFunctions(program, equations, request)
-    metadata = {**metadata, "differentiated": _outputs(program, request)}
+    outputs = functions.program.named_values()
+    every = [[each, len(outputs[each])] for each in functions.request.of_mechanism(outputs)]
+    metadata = {**metadata, "differentiated": every}
     values, events = start_values(functions, metadata, options), options.events(metadata)
     parts = {
         "what": f"a functional mock-up unit by FMI {options.version}",
@@ -146,24 +73,18 @@ def fmu_files(
         **event_parts(functions, events),
     }
     sources = unit_sources(functions, metadata, values, options, parts)
-    unit = Unit(
-        name, metadata["title"] or metadata["name"], _token(sources, metadata), options.version,
-        options.end, options.rtol, options.tool, options.derivatives,
-        0 if len(events.has_gap) else len(events.titles), not len(events.has_gap),
-    )  # fmt: skip
-    sources[SOURCE] = sources[SOURCE].replace("@TOKEN@", unit.token)
+    token = _token(sources, metadata)
+    sources[SOURCE] = sources[SOURCE].replace("@TOKEN@", token)
     found = {f"sources/{path}": text.encode() for path, text in sources.items()}
     listed = variables(metadata, values, events.titles)
-    found["modelDescription.xml"] = model_description(unit, listed, SOURCE)
+    title = metadata["title"] or metadata["name"]
+    indicators = None if len(events.has_gap) else len(events.titles)
+    found["modelDescription.xml"] = model_description(
+        options, title, token, listed, SOURCE, indicators
+    )
     if options.version == "3.0":
-        found["sources/buildDescription.xml"] = build_description(unit, SOURCE, FLAGS)
+        found["sources/buildDescription.xml"] = build_description(name, SOURCE, FLAGS)
     return found
-
-
-def _outputs(program: Program, request: OutputRequest) -> list[list[Any]]:
-    """Names and sizes of all outputs except user-defined ones."""
-    values = program.named_values()
-    return [[name, len(values[name])] for name in request.of_mechanism(values)]
 
 
 def _token(sources: Mapping[str, str], metadata: Mapping[str, Any]) -> str:
@@ -176,7 +97,7 @@ def _token(sources: Mapping[str, str], metadata: Mapping[str, Any]) -> str:
 
 def start_values(
     functions: SceneFunctions, metadata: Mapping[str, Any], options: FmuOptions
-) -> Values:
+) -> StartValues:
     """Start values of all parameters; dependent ones are calculated."""
     names = [told["name"] for told in metadata["parameters"]]
     numbers, calculated = [math.nan] * len(names), [False] * len(names)
@@ -190,13 +111,13 @@ def start_values(
     missing = [name for name, x in zip(names, numbers, strict=True) if math.isnan(x)]
     if missing:
         raise CodegenError(f"give values for the parameters {', '.join(map(plain_words, missing))}")
-    return Values(options.start, numbers, calculated, options.drift)
+    return StartValues(options.start, numbers, calculated, options.drift)
 
 
 def unit_sources(
     functions: SceneFunctions,
     metadata: Mapping[str, Any],
-    values: Values,
+    values: StartValues,
     options: FmuOptions,
     parts: Mapping[str, Any],
 ) -> dict[str, str]:
@@ -205,14 +126,7 @@ def unit_sources(
     ``parts``: what the file is, the header of its interface, how parameters are completed, events.
     """
     generated = program_texts(functions, metadata)
-    head, lists = _head(metadata, options), _lists(functions, metadata, values)
-    generated[SOURCE] = fill_template("fmu.c.in", head, lists, parts)
-    runtime = included_headers(SOURCE, generated, RUNTIME)
-    return generated | {path: (RUNTIME / path).read_text("utf-8") for path in runtime}
-
-
-def _head(metadata: Mapping[str, Any], options: FmuOptions) -> dict[str, Any]:
-    return {
+    head = {
         "title": plain_words(metadata["title"] or metadata["name"]),
         "name": options.name,
         "lanes": 2,
@@ -221,10 +135,14 @@ def _head(metadata: Mapping[str, Any], options: FmuOptions) -> dict[str, Any]:
         "rtol": repr(float(options.rtol)),
         "drift": repr(float(options.drift)),
     }
+    lists = _lists(functions, metadata, values)
+    generated[SOURCE] = fill_template("fmu.c.in", head, lists, parts)
+    runtime = included_headers(SOURCE, generated, RUNTIME)
+    return generated | {path: (RUNTIME / path).read_text("utf-8") for path in runtime}
 
 
 def _lists(
-    functions: SceneFunctions, metadata: Mapping[str, Any], values: Values
+    functions: SceneFunctions, metadata: Mapping[str, Any], values: StartValues
 ) -> dict[str, Any]:
     labels = [*functions.request.expressions, *dict(metadata["differentiated"])]
     outputs = zip(labels, output_sizes(metadata), strict=True)
@@ -267,11 +185,13 @@ def event_parts(functions: SceneFunctions, events: FmuEvents) -> dict[str, Any]:
         f"static const mechc_event_policy policy[] = {{{policy}}};",
         f"static const mechc_event_unit event_unit = {{{unit}}};",
         f"static const unsigned char has_gap[] = {{{_array(map(int, events.has_gap))}}},",
-        f"    has_friction[] = {{{_array(map(int, events.has_friction))}}};",
+        f"    has_friction[] = {{{_array(map(int, events.has_friction))}}},",
+        f"    is_linear[] = {{{_array(map(int, events.is_linear))}}};",
         f"static const int events_of_contacts[] = {{{_array(numbers)}}};",
     ]
     law = int(events.poisson)
-    laws = f"{{{contacts}, has_gap, has_friction, events_of_contacts, {law}, {table}, 0}}"
+    of_contacts = "has_gap, has_friction, is_linear, events_of_contacts"
+    laws = f"{{{contacts}, {of_contacts}, {law}, {table}, 0}}"
     text = event_functions(events.expressions, events.quantities, width)
     return {
         **found,
@@ -289,7 +209,7 @@ def _c_number(value: float) -> str:
     return repr(float(value))
 
 
-def _dependent_parameters(functions: SceneFunctions, values: Values) -> dict[str, str]:
+def _dependent_parameters(functions: SceneFunctions, values: StartValues) -> dict[str, str]:
     """Statements that compute dependent parameters, and statements for their changes."""
     symbols, real = functions.program.symbols.parameters, RealPrinter().real
     complete, follow = list[str](), list[str]()

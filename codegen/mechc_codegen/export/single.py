@@ -13,7 +13,7 @@ from importlib.resources import files
 from typing import Final
 
 _TOKEN = re.compile(
-    r"/\*.*?\*/|//[^\n]*|\"(?:\\.|[^\"\\\n])*\"|'(?:\\.|[^'\\\n])*'|#[ \t]*include[^\n]*"
+    r"/\*.*?(?:\*/|\Z)|//[^\n]*|\"(?:\\.|[^\"\\\n])*+\"?|'(?:\\.|[^'\\\n])*+'?|#[ \t]*include[^\n]*"
     r"|[A-Za-z_]\w*|(?:\d+\.?\d*|\.\d+)(?:[eEpP][+-]?\d+|\w)*",
     re.DOTALL,
 )

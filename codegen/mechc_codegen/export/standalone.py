@@ -13,8 +13,6 @@ from importlib.resources import files
 from string import Template
 from typing import Any
 
-from mechc_codegen.derive.equations import Equations
-from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.emit.c import program_texts
 from mechc_codegen.emit.definition import plain_words
 from mechc_codegen.emit.functions import SceneFunctions
@@ -24,7 +22,6 @@ from mechc_codegen.export.amalgamate import amalgamate
 from mechc_codegen.export.single import headers as single_headers
 from mechc_codegen.export.single import single
 from mechc_codegen.extension.flags import RUNTIME
-from mechc_codegen.ir.program import Program
 
 # Not a header of C's library, the example's file, or a beginning of names that the file keeps.
 _NAME = re.compile(
@@ -51,10 +48,8 @@ PRECISIONS = {
 
 
 def standalone(
-    program: Program,
-    equations: Equations,
+    functions: SceneFunctions,
     metadata: Mapping[str, Any],
-    request: OutputRequest,
     name: str,
     start: Sequence[float],
     values: Mapping[str, float],
@@ -75,7 +70,6 @@ def standalone(
     if real not in PRECISIONS:
         raise CodegenError(f"numbers are {' or '.join(PRECISIONS)}, not {plain_words(real)!r}")
     precision = PRECISIONS[real]
-    functions = SceneFunctions(program, equations, request)
     generated = program_texts(functions, metadata)
     parameters = [quantity["name"] for quantity in metadata["parameters"]]
     states = [q["name"] for kind in ("coordinates", "speeds") for q in metadata[kind]]
@@ -85,12 +79,21 @@ def standalone(
         "guard": f"{name.upper()}_H",
         "title": plain_words(metadata["title"] or metadata["name"]),
     }
+    symbols, inputs = functions.program.symbols, len(functions.program.input_values())
+    q, u, p = (len(each) for each in (symbols.q, symbols.u, symbols.parameters))
     tables = {
-        **_sizes(functions),
+        "coordinates": q,
+        "speeds": u,
+        "states": q + u,
+        "parameters": p,
+        "room": max(p, 1),
+        "constants": len(functions.constants) + 1,
+        "inputs": inputs,
+        "inputs_room": max(inputs, 1),
         "not_closed": code("MECHC_NOT_CLOSED"),
         "not_finite": code("MECHC_NOT_FINITE"),
         "state_table": _table([*metadata["coordinates"], *metadata["speeds"]], "y"),
-        "parameter_table": _table(metadata["parameters"], "p"),
+        "parameter_table": _table(_parameters(functions, metadata), "p"),
         "input_table": _input_table(metadata),
         "outputs": "\n".join(_declarations(functions, metadata, name)),
     }
@@ -105,7 +108,7 @@ def standalone(
         "step": number(0.001),
         "start": ", ".join(map(number, map(float, start))),
         "end": number(float(end)),
-        "columns": "".join(f",{plain_words(state)}" for state in states),
+        "columns": "".join(f",{csv_cell(state)}" for state in states),
         "values": "\n".join(
             f"    p[{parameters.index(p)}] = {number(float(value))}; /* {plain_words(p)} */"
             for p, value in values.items()
@@ -114,6 +117,7 @@ def standalone(
     source = {
         "code": amalgamate("unit/standalone.h", {**generated, **precision.headers()}, RUNTIME),
         "defaults": "\n".join(default_lines(functions)),
+        "followers": "\n".join(f"    p[{i}] = NAN;" for i, _, held in functions.defaults() if held),
     }
     return {
         f"{name}.h": precision.text(fill_template("header.h.in", common, tables)),
@@ -134,6 +138,13 @@ def checked_name(name: str) -> str:
     return name
 
 
+def csv_cell(name: str) -> str:
+    """A name as a cell of a CSV file within a string of C: no second cell, and no formula."""
+    text = plain_words(name)
+    text = f"'{text}" if text.lstrip().startswith(("=", "+", "-")) else text
+    return f'\\"{text}\\"' if "," in text else text
+
+
 def fill_template(template: str, *values: Mapping[str, Any]) -> str:
     """The text of an export's template with these values."""
     text = files("mechc_codegen.export").joinpath("templates", template).read_text("utf-8")
@@ -147,19 +158,13 @@ def code(name: str) -> str:
     return found[1]
 
 
-def _sizes(functions: SceneFunctions) -> dict[str, int]:
-    symbols, inputs = functions.program.symbols, len(functions.program.input_values())
-    q, u, p = (len(each) for each in (symbols.q, symbols.u, symbols.parameters))
-    return {
-        "coordinates": q,
-        "speeds": u,
-        "states": q + u,
-        "parameters": p,
-        "room": max(p, 1),
-        "constants": len(functions.constants) + 1,
-        "inputs": inputs,
-        "inputs_room": max(inputs, 1),
-    }
+def _parameters(functions: SceneFunctions, metadata: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """The parameters, each with those that it follows in its description."""
+    listed = [dict(quantity) for quantity in metadata["parameters"]]
+    for i, _, held in functions.defaults():
+        followed = "follows " + ", ".join(listed[j]["name"] for j in held) if held else ""
+        listed[i]["description"] = ", ".join(filter(None, (listed[i]["description"], followed)))
+    return listed
 
 
 def _table(quantities: Iterable[Mapping[str, Any]], array: str) -> str:

@@ -22,7 +22,7 @@ _DERIVED: Mapping[str, Mapping[str, int]] = {
     "1": {},
     **{name: {name: 1} for name in BASE},
 }
-_FACTOR = re.compile(r"\s*([/*·]?)\s*(\(?)\s*([A-Za-zΩ]+|1)(?:\^\(?([+-]?\d+)\)?)?\s*(\)?)")
+_FACTOR = re.compile(r"\s*+([/*·]?)\s*+(\(?)\s*+([A-Za-zΩ]+|1)(?:\^\(?([+-]?\d+)\)?)?\s*(\)?)")
 
 
 def exponents(unit: str) -> dict[str, int] | None:

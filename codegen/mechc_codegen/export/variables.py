@@ -1,4 +1,4 @@
-"""The variables of a functional mock-up unit.
+"""The settings of a functional mock-up unit, and its variables.
 
 Input: the metadata of a scene, and start values.  Output: variables in the order of their value
 references, which ``runtime/fmu/instance.h`` counts in the same way.
@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
 
 from mechc_codegen.emit.metadata import distinct
+from mechc_codegen.emit.units.event_unit import EventExpressions
 
+VERSIONS = ("3.0", "2.0")
 # Units of outputs whose elements are along a body's or a joint's three axes.
 _UNITS = {
     "kinetic_energy": "J",
@@ -41,6 +43,82 @@ _NO_TEXT = re.compile("[^\x20-\x7e\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]
 
 
 @dataclass(frozen=True)
+class FmuEvents:
+    """The events of a unit.
+
+    Attributes
+    ----------
+    titles, directions, expressions
+        Of each event; direction 0: its zero is crossed in both.
+    contacts
+        Of each event the number of the contact that it is, or -1.
+    has_gap, has_friction, is_linear
+        Of each contact.
+    poisson
+        Whether impacts follow Poisson's law of restitution, not Newton's.
+    quantities
+        Of all contacts, row after row: ``hybrid/events/functions.h``.
+    """
+
+    titles: Sequence[str] = ()
+    directions: Sequence[float] = ()
+    expressions: Sequence[EventExpressions] = ()
+    contacts: Sequence[int] = ()
+    has_gap: Sequence[int] = ()
+    has_friction: Sequence[int] = ()
+    is_linear: Sequence[int] = ()
+    poisson: bool = False
+    quantities: Sequence[Any] = ()
+
+    def every_expression(self) -> Iterator[Any]:
+        """All expressions of the events."""
+        for event in self.expressions:
+            yield from () if event.value is None else (event.value,)
+            yield from (event.reset or {}).values()
+        yield from self.quantities
+
+
+@dataclass(frozen=True)
+class FmuOptions:
+    """The settings of an export.
+
+    Attributes
+    ----------
+    name
+        Begins names of files.
+    start
+        State (nq + nu), SI units.
+    values
+        Parameters that were given, by name; the others have their defaults, and follow.
+    rtol
+        Tolerance of co-simulation.
+    version
+        Version of FMI, one of :data:`VERSIONS`.
+    end
+        End of the default experiment, s.
+    drift
+        The least drift that model exchange projects away.
+    tool
+        Name and version of what exports.
+    derivatives
+        Whether the unit offers derivatives, which take most of the time of a large mechanism.
+    events
+        The events over the symbols t, y0, y1, ..., p0, p1, ... of a scene with this metadata.
+    """
+
+    name: str
+    start: Sequence[float]
+    values: Mapping[str, float]
+    rtol: float
+    version: str = VERSIONS[0]
+    end: float = 1.0
+    drift: float = 0.0
+    tool: str = ""
+    derivatives: bool = True
+    events: Callable[[Mapping[str, Any]], FmuEvents] = lambda metadata: FmuEvents()
+
+
+@dataclass(frozen=True)
 class Variable:
     """One real variable; ``rate_of``: the reference of the state whose rate it is."""
 
@@ -58,7 +136,7 @@ class Variable:
 
 
 @dataclass(frozen=True)
-class Values:
+class StartValues:
     """Start values: states, parameters in the scene's order, and which of these follow others."""
 
     states: Sequence[float]
@@ -68,7 +146,7 @@ class Values:
 
 
 def variables(
-    metadata: Mapping[str, Any], values: Values, events: Sequence[str] = ()
+    metadata: Mapping[str, Any], values: StartValues, events: Sequence[str] = ()
 ) -> list[Variable]:
     """All variables; the place of each in the list is its value reference.
 
@@ -109,7 +187,7 @@ def output_sizes(metadata: Mapping[str, Any]) -> list[tuple[str, int]]:
     return own + [(name, size) for name, size in metadata.get("differentiated", ())]
 
 
-def _states(metadata: Mapping[str, Any], values: Values) -> Iterator[Variable]:
+def _states(metadata: Mapping[str, Any], values: StartValues) -> Iterator[Variable]:
     described = [*metadata["coordinates"], *metadata["speeds"]]
     for quantity, start in zip(described, values.states, strict=True):
         yield replace(_quantity(quantity), causality="output", variability="continuous",
@@ -133,7 +211,7 @@ def _quantity(told: Mapping[str, Any]) -> Variable:
     )
 
 
-def _parameters(metadata: Mapping[str, Any], values: Values) -> Iterator[Variable]:
+def _parameters(metadata: Mapping[str, Any], values: StartValues) -> Iterator[Variable]:
     columns = (metadata["parameters"], values.parameters, values.calculated)
     for told, start, calculated in zip(*columns, strict=True):
         each = _quantity(told)

@@ -44,9 +44,14 @@ def scalar_outputs(
             shape, flat = _elements(value, f"outputs: {name!r}", frame)
             if shape:
                 shapes[name] = shape
-            named = zip(element_names(name, shape) if shape else [name], flat, strict=True)
-            for element, expression in named:
-                _refuse_twice(element, elements)
+            # name[0,0], name[0,1], ...: row after row
+            indices = product(*map(range, shape))
+            names = [f"{name}[{','.join(map(str, k))}]" for k in indices] if shape else [name]
+            for element, expression in zip(names, flat, strict=True):
+                if element in elements:
+                    raise MechanismError(
+                        f"outputs: {element!r} is the name of another output; choose another"
+                    )
                 elements[element] = expression
         scalars.append(elements)
     return tuple(scalars), shapes
@@ -60,17 +65,6 @@ def _by_names(outputs: Mapping[Any, Any]) -> Iterator[tuple[Any, Any]]:
             yield from ((f"{name}.{inner}", each) for inner, each in _by_names(value))
         else:
             yield name, value
-
-
-def element_names(name: str, shape: Shape) -> Iterator[str]:
-    """``name[0,0]``, ``name[0,1]``, ...: row after row."""
-    for index in product(*map(range, shape)):
-        yield f"{name}[{','.join(map(str, index))}]"
-
-
-def _refuse_twice(name: str, taken: Mapping[Any, Any]) -> None:
-    if name in taken:
-        raise MechanismError(f"outputs: {name!r} is the name of another output; choose another")
 
 
 def _elements(value: Any, place: str, frame: ReferenceFrame) -> tuple[Shape, list[Expr]]:

@@ -7,26 +7,29 @@ binary in the cache is found by it without deriving again.
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from enum import Enum
 from typing import TYPE_CHECKING, Any, TypeGuard
 
 from sympy import Basic, Expr, sympify
-from sympy.physics.mechanics import ReferenceFrame
+from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody
+from sympy.physics.vector import Dyadic, Vector
 
 from mechc_codegen.convert.fingerprint import Fingerprint, fingerprint
+from mechc_codegen.description.placement import reachable
 from mechc_codegen.description.source import ConversionSettings
 from mechc_codegen.description.terms import as_expression, printed_name
-from mechc_codegen.drawing.looks import looks_of
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.frontend.array_outputs import Shape, scalar_outputs
-from mechc_codegen.frontend.described_text import DescribedText, NotWritableError, plain_text
 from mechc_codegen.frontend.read import read, readable
 
 if TYPE_CHECKING:
     from mechc_codegen.description.mechanism import Mechanism
     from mechc_codegen.description.request import OutputRequest
+
+UNCOMPILED = ("notes", "limits")  # what decides nothing that is compiled
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -65,20 +68,17 @@ class CompileRequest:
     def digest(self) -> str | None:
         """Hash of everything that decides the derivation; None if it has no complete text."""
         try:
-            text = self._described_text()
+            if self._mechanism is not None:
+                text = DescribedText(self._mechanism).fingerprint
+            else:
+                assert self._source is not None
+                assert self._fingerprint is not None
+                text = Fingerprint(self._source.frame)
+                text.lines.append(self._fingerprint.digest())
             _write_options(text, self.options)
         except NotWritableError:
             return None
         return text.digest()
-
-    def _described_text(self) -> Fingerprint:
-        if self._mechanism is not None:
-            return DescribedText(self._mechanism).fingerprint
-        assert self._source is not None
-        assert self._fingerprint is not None
-        text = Fingerprint(self._source.frame)
-        text.lines.append(self._fingerprint.digest())
-        return text
 
     @property
     def symbol_names(self) -> set[str]:
@@ -91,10 +91,11 @@ class CompileRequest:
         """A value that determines the picture of its bodies."""
         described = self._mechanism or self._source
         assert described is not None
-        return looks_of((*described.bodies, *described.drawn))
+        return _looks_of((*described.bodies, *described.drawn))
 
     def description(self) -> tuple[Mechanism, OutputRequest]:
         """The mechanism, and the outputs and fixed parameters requested of it."""
+        from mechc_codegen.convert.check_gradients import check_gradients
         from mechc_codegen.convert.convert import convert
         from mechc_codegen.frontend.read_request import read_request
 
@@ -102,10 +103,32 @@ class CompileRequest:
         if mechanism is None:
             assert self._source is not None
             mechanism = convert(self._source, options.settings, self._fingerprint)
+        else:
+            check_gradients(mechanism)
         of_object = self._source is not None
         return mechanism, read_request(
             mechanism, options.fix, options.outputs, of_object=of_object, shapes=self._shapes
         )
+
+
+def _looks_of(bodies: Sequence[RigidBody | Particle]) -> tuple[Any, ...]:
+    """Names of the bodies, and every step between the points and frames around them.
+
+    Two descriptions with the same equations share one compiled scene; they have one picture only if
+    the points and frames around their bodies are the same too.
+    """
+    points = reachable([body.masscenter for body in bodies])
+    ways = [way for point in points for way in point._pos_dict.values()]
+    frames = reachable([frame for way in ways for _, frame in way.args], "_dcm_dict")
+
+    def parts(way: Vector) -> tuple[Any, ...]:
+        return tuple((frame.name, tuple(matrix)) for matrix, frame in way.args)
+
+    return (
+        tuple((body.name, body.masscenter.name) for body in bodies),
+        tuple((p.name, tuple((o.name, parts(w)) for o, w in p._pos_dict.items())) for p in points),
+        tuple((f.name, tuple((o.name, tuple(m)) for o, m in f._dcm_dict.items())) for f in frames),
+    )
 
 
 def compilable(thing: object) -> bool:
@@ -205,3 +228,64 @@ def _write_options(text: Fingerprint, options: CompileOptions) -> None:
     for item in options.outputs or ():
         if isinstance(item, Mapping):
             text.write("own", [f"{n!r}={plain_text(text, e)}" for n, e in item.items()])
+
+
+class NotWritableError(Exception):
+    """An error for a value whose text does not determine it, such as a long array."""
+
+
+class DescribedText:
+    """The text of one description for a cache key: dataclasses, their fields, and what SymPy gives
+    these, each of its objects once.
+
+    A value whose text does not determine it is refused, so that two mechanisms with one text are
+    one.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.fingerprint = Fingerprint(mechanism.frame)
+        self._bodies: dict[int, int] = {}
+        for body in mechanism.bodies:
+            self._bodies[id(body)] = len(self._bodies)
+            self.fingerprint.body(body)
+        for each in fields(mechanism):
+            if each.name not in (*UNCOMPILED, "bodies"):
+                self.fingerprint.write(each.name, [self.of(getattr(mechanism, each.name))])
+
+    def of(self, value: Any) -> str:
+        """The text of a part.
+
+        Raises
+        ------
+        NotWritableError
+            For anything of which a mechanism does not consist.
+        """
+        if isinstance(value, (RigidBody, Particle)) and id(value) in self._bodies:
+            return f"body {self._bodies[id(value)]}"
+        if isinstance(value, Point):
+            return self.fingerprint.point(value)
+        if isinstance(value, ReferenceFrame):
+            return self.fingerprint.frame(value)
+        if isinstance(value, Vector):
+            return self.fingerprint.vector(value)
+        if isinstance(value, Dyadic):
+            return self.fingerprint.dyadic(value)
+        if isinstance(value, (tuple, list)):
+            return f"({','.join(map(self.of, value))})"
+        if isinstance(value, Mapping):
+            return f"{{{','.join(f'{self.of(k)}:{self.of(x)}' for k, x in value.items())}}}"
+        if is_dataclass(value) and not isinstance(value, type):
+            parts = (self.of(getattr(value, each.name)) for each in fields(value))
+            return f"{type(value).__name__}({','.join(parts)})"
+        return plain_text(self.fingerprint, value)
+
+
+def plain_text(fingerprint: Fingerprint, value: Any) -> str:
+    """The text of an expression, of a text, of a number or of nothing."""
+    if isinstance(value, Expr):
+        return fingerprint.expression(value)
+    if isinstance(value, Enum):
+        return str(value)
+    if value is None or isinstance(value, (str, int, float)):  # numpy's numbers among them
+        return repr(value)
+    raise NotWritableError

@@ -9,9 +9,10 @@ from sympy import Derivative, Expr, Integer, S, Symbol
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import dynamicsymbols
 
-from mechc_codegen.convert.convert import find_symbol, number, reachable
+from mechc_codegen.convert.convert import find_symbol, number
 from mechc_codegen.derive.joint_reactions import refuse_unknown_reactions
 from mechc_codegen.description.mechanism import Mechanism
+from mechc_codegen.description.placement import reachable
 from mechc_codegen.description.request import OPTIONAL, USUAL, OutputRequest
 from mechc_codegen.description.source import Key
 from mechc_codegen.description.terms import Multiplier, as_expression, printed_name
@@ -108,9 +109,9 @@ def _refuse_rows(name: str, expression: Expr, mechanism: Mechanism) -> None:
 
 
 def _refuse_unplaced(mechanism: Mechanism) -> None:
-    linked = {id(point) for point in reachable([mechanism.origin])}
+    linked = set(reachable([mechanism.origin]))
     for body in mechanism.bodies:
-        if id(body.masscenter) not in linked:
+        if body.masscenter not in linked:
             raise MechanismError(
                 f"outputs: points and momenta need positions, and that of {body.name} from a "
                 "point at rest in the inertial frame is not known; locate its mass centre "

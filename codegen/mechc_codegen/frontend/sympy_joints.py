@@ -6,13 +6,12 @@ Bodies, coordinates, speeds, kinematics, points and the picture all follow from 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import reduce
 from itertools import chain
 from typing import Any
 
 from sympy import Derivative, Expr, Symbol, sympify
-from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Point, RigidBody, dynamicsymbols
 from sympy.physics.vector import Vector
 
@@ -41,8 +40,7 @@ from mechc_codegen.description.mechanism import (
 from mechc_codegen.description.source import Key
 from mechc_codegen.description.terms import Load, refuse_no_vector
 from mechc_codegen.errors import MechanismError
-from mechc_codegen.frontend.lagrange import speed_of
-from mechc_codegen.frontend.loads import plain_loads
+from mechc_codegen.frontend.read import plain_loads, speed_of
 
 _NOTHING = Quantity("", "")
 
@@ -93,17 +91,17 @@ def from_joints(
     refuse_no_vector(gravity)
     given = [(joint, joint_of(joint)) for joint in joints]
     ground = ground or _ground(name, [joint for _, joint in given])
-    every = [_on_ground(joint, ground) for _, joint in given]
+    every = [joint.on_ground((ground,)) for _, joint in given]
     sides = dict.fromkeys(body for joint in every for body in (joint.parent, joint.child))
     bodies = [body for body in sides if body is not None]
     tree = joint_tree(every, bodies)
     refuse_unreached(name, tree)
-    states = _states([(old, new) for (old, _), new in zip(given, every, strict=True)])
+    states = _JointStates((old, new) for (old, _), new in zip(given, every, strict=True))
     loads = plain_loads(loads)
     couplings = [joint for joint in every if isinstance(joint, CoupledPair)]
     found = _symbols(ground, bodies, loads, gravity, more, [c.constraint for c in couplings])
     named = _Names(states, units or {}, _parameters(parameters, found))
-    places = _Places(every, bodies)
+    places = _JointPoints(every, bodies)
     return Mechanism(
         name=name,
         frame=ground.frame,
@@ -137,47 +135,31 @@ def _ground(name: str, joints: Sequence[Joint]) -> RigidBody:
     )
 
 
-def _on_ground(joint: Joint, ground: RigidBody) -> Joint:
-    parent = None if joint.parent is ground else joint.parent
-    return replace(joint, parent=parent, child=None if joint.child is ground else joint.child)
-
-
 # -- coordinates, speeds, kinematics --------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class _States:
-    """Coordinates, speeds, the coordinates' rates, and the joint of each."""
+class _JointStates:
+    """Coordinates, speeds, the coordinates' rates, and the joint of each; joints as given and as
+    described."""
 
-    q: tuple[AppliedUndef, ...]
-    u: tuple[AppliedUndef, ...]
-    kinematics: tuple[Expr, ...]
-    turning: frozenset[Expr]
-    of_joint: Mapping[Expr, str]
-    units: Mapping[Expr, str]
-
-
-def _states(joints: Sequence[tuple[Any, Joint]]) -> _States:
-    time = dynamicsymbols._t
-    q, u, equations = list[Any](), list[Any](), list[Expr]()
-    of_joint: dict[Expr, str] = {}
-    turning: set[Expr] = set()
-    units: dict[Expr, str] = {}
-    for given, joint in joints:
-        speeds = [speed_of(s.expr) if isinstance(s, Derivative) else s for s in joint.speeds]
-        if hasattr(given, "kdes") and speeds == list(joint.speeds):
-            equations += list(given.kdes)
-        else:
-            rates = [x.diff(time) for x in joint.coordinates]
-            equations += [a - b for a, b in zip(rates, speeds, strict=True)]
-        q += joint.coordinates
-        u += speeds
-        of_joint |= dict.fromkeys((*joint.coordinates, *speeds), joint.name)
-        turning |= _turning(joint)
-        known = (*getattr(given, "coordinate_units", ()), *getattr(given, "speed_units", ()))
-        units |= dict(zip((*joint.coordinates, *speeds), known, strict=False))
-    kinematics = coordinate_rates(equations, q)
-    return _States(tuple(q), tuple(u), kinematics, frozenset(turning), of_joint, units)
+    def __init__(self, joints: Iterable[tuple[Any, Joint]]) -> None:
+        q, u, equations = list[Any](), list[Any](), list[Expr]()
+        self.of_joint, self.units = dict[Expr, str](), dict[Expr, str]()
+        self.turning = set[Expr]()
+        for given, joint in joints:
+            speeds = [speed_of(s.expr) if isinstance(s, Derivative) else s for s in joint.speeds]
+            if hasattr(given, "kdes") and speeds == list(joint.speeds):
+                equations += list(given.kdes)
+            else:
+                rates = [x.diff(dynamicsymbols._t) for x in joint.coordinates]
+                equations += [a - b for a, b in zip(rates, speeds, strict=True)]
+            q += joint.coordinates
+            u += speeds
+            self.of_joint |= dict.fromkeys((*joint.coordinates, *speeds), joint.name)
+            self.turning |= _turning(joint)
+            known = (*getattr(given, "coordinate_units", ()), *getattr(given, "speed_units", ()))
+            self.units |= dict(zip((*joint.coordinates, *speeds), known, strict=False))
+        self.q, self.u, self.kinematics = tuple(q), tuple(u), coordinate_rates(equations, q)
 
 
 def _turning(joint: Joint) -> set[Expr]:
@@ -195,7 +177,7 @@ class _Names:
     """Quantities of coordinates and speeds, and parameters with their units."""
 
     def __init__(
-        self, states: _States, units: Mapping[Key, str], parameters: Sequence[Parameter]
+        self, states: _JointStates, units: Mapping[Key, str], parameters: Sequence[Parameter]
     ) -> None:
         known = [*states.q, *states.u, *(p.symbol for p in parameters)]
         self.states = states
@@ -270,7 +252,7 @@ def _parameters(
 # -- points and the picture -----------------------------------------------------------------------
 
 
-class _Places:
+class _JointPoints:
     """Joint points and mass centres, each place once, the first of each name."""
 
     def __init__(self, joints: Sequence[Joint], bodies: Sequence[Body]) -> None:

@@ -15,14 +15,14 @@ from dataclasses import replace
 from sympy import Expr, S, Symbol
 
 from mechc_codegen.derive.equations import Output
+from mechc_codegen.ir.passes.rewrite import with_common_named
 from mechc_codegen.ir.program import (
     Assign,
     Program,
-    Statement,
     slice_statements,
     symbols_of,
 )
-from mechc_codegen.ir.sensitivity import residual, slope, with_common_named, with_statements
+from mechc_codegen.ir.sensitivity import residual, slope, with_statements
 
 NAME = "residual_adjoint"
 
@@ -30,7 +30,8 @@ NAME = "residual_adjoint"
 def add_adjoint(program: Program) -> Program:
     """Add ``residual_adjoint``; its numbers c are the symbols' ``covector``."""
     symbols = program.symbols
-    values = [*residual(program), *_coordinate_rates(program)]
+    rates = [o.elements for o in program.outputs if o.name == "coordinate_rates"]
+    values = [*residual(program), *(e for r in rates if r != symbols.u for e in r)]
     covector = tuple(Symbol(f"c{k}", real=True) for k in range(len(values)))
     inputs = [value.symbol for value in program.input_values()]
     given = (*symbols.q, *symbols.u, *symbols.parameters, *inputs)
@@ -38,16 +39,10 @@ def add_adjoint(program: Program) -> Program:
     elements = reverse.derivatives(values, covector)
     labels = tuple(f"{NAME}[{k}]" for k in range(len(given)))
     added = Output(NAME, "derivative of c . (R, S, q')", elements, (len(given),), labels)
-    statements, (named,) = with_common_named(reverse.statements, [added], "b")
+    statements, (named,) = with_common_named(reverse.statements, [added], "b{}x", "none")
     outputs = (*program.outputs, named)
     whole = replace(program, symbols=replace(symbols, covector=covector), outputs=outputs)
     return with_statements(whole, statements).verify()
-
-
-def _coordinate_rates(program: Program) -> Sequence[Expr]:
-    """The elements of q'; none where q' = u."""
-    found = [o.elements for o in program.outputs if o.name == "coordinate_rates"]
-    return found[0] if found and found[0] != program.symbols.u else ()
 
 
 class _Reverse:
@@ -64,17 +59,19 @@ class _Reverse:
         body = slice_statements(self.program.body, symbols_of(values))
         used = symbols_of(values) | symbols_of(s.value for s in body)
         order = [*slice_statements(self.program.hoisted, used), *body]
-        self._follow(order)
-        for value, weight in zip(values, weights, strict=True):
-            self._hand_on(value, weight)
-        for statement in reversed(order):
-            self._hand_on(statement.value, self._name(self._through(statement)))
-        return tuple(self._sum(symbol) for symbol in self.given)
-
-    def _follow(self, order: Sequence[Statement]) -> None:
         for statement in order:
             if statement.value.free_symbols & self._followed:
                 self._followed.update(statement.targets)
+        for value, weight in zip(values, weights, strict=True):
+            self._hand_on(value, weight)
+        for statement in reversed(order):
+            if isinstance(statement, Assign):
+                change = self._sum(statement.target)
+            else:
+                sine, cosine = statement.targets
+                change = cosine * self._sum(sine) - sine * self._sum(cosine)
+            self._hand_on(statement.value, self._name(change))
+        return tuple(self._sum(symbol) for symbol in self.given)
 
     def _hand_on(self, value: Expr, change: Expr) -> None:
         """Add derivatives by the symbols of a value, from the derivative by the value itself."""
@@ -82,12 +79,6 @@ class _Reverse:
             return
         for symbol in sorted(value.free_symbols & self._followed, key=str):
             self._terms.setdefault(symbol, []).append(change * slope(value, symbol))
-
-    def _through(self, statement: Statement) -> Expr:
-        if isinstance(statement, Assign):
-            return self._sum(statement.target)
-        sine, cosine = statement.targets
-        return cosine * self._sum(sine) - sine * self._sum(cosine)
 
     def _sum(self, symbol: Symbol) -> Expr:
         return sum(self._terms.pop(symbol, ()), S.Zero)

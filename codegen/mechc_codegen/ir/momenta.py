@@ -99,7 +99,7 @@ class Rewriting:
     known: dict[int, Polynomial] = field(default_factory=dict)
     made: Recurrences = field(default_factory=lambda: Recurrences(set()))
     copied: dict[int, int] = field(default_factory=dict)
-    sines: dict[tuple[int, ...], int] = field(default_factory=dict)
+    sines: dict[tuple[int, ...], int] = field(default_factory=dict)  # each before its cosine
 
     def by_momenta(self) -> Series:
         """Operations of M and F + M' u."""
@@ -178,7 +178,8 @@ class Rewriting:
             self._copy(number)
         terms = dict.fromkeys(monomial for each in (*mass, *rates) for monomial in each)
         for angle in sorted({term.angle for term in terms if term.turn}):
-            self.sines[angle] = self._sine(angle)
+            counts = [(Integer(count), i) for i, count in enumerate(angle) if count]
+            self.sines[angle] = self.made.sine(self.made.weighted_sum(counts))
         factors = {term: self._factors(term) for term in terms}
         turning = dict(self._turning())
         shared = {*self._mass_products(mass, factors)}
@@ -205,11 +206,6 @@ class Rewriting:
                 made = Operation(operation.kind, tuple(args), operation.value, operation.factors)
                 self.copied[number] = self.made.put(made)
         return self.copied[number]
-
-    def _sine(self, angle: tuple[int, ...]) -> int:
-        """The number of the sine of an angle; the number of its cosine is the next one."""
-        terms = [(Integer(count), i) for i, count in enumerate(angle) if count]
-        return self.made.sine(self.made.weighted_sum(terms))
 
     def _factors(self, term: Monomial) -> tuple[int, ...]:
         """The numbers of the factors of a term."""

@@ -17,7 +17,9 @@ _PRINTED_AS_PRODUCTS = 4  # the largest power
 
 def count_operations(expression: Expr) -> int:
     """Number of operations in one expression; an integer power is counted as its products."""
-    return _tree(expression) + sum(map(_products, _powers(expression)))
+    exponents = (int(power.exp) for power in _powers(expression))
+    beyond = (abs(n) - (2 if n > 0 else 1) for n in exponents)  # the one operation of a power
+    return _tree(expression) + sum(beyond)
 
 
 @lru_cache(maxsize=KNOWN)
@@ -60,8 +62,3 @@ def _powers(e: Basic) -> frozenset[Pow]:
     """The different powers in an expression that are printed as products."""
     own = isinstance(e, Pow) and e.exp.is_Integer and abs(e.exp) <= _PRINTED_AS_PRODUCTS
     return frozenset({e} if own else ()).union(*map(_powers, e.args))
-
-
-def _products(power: Pow) -> int:
-    """Number of products beyond the one operation that an expression is counted as."""
-    return abs(int(power.exp)) - (2 if power.exp > 0 else 1)

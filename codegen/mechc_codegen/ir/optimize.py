@@ -6,11 +6,9 @@ value; ``verify`` holds between passes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
-from sympy import Expr, Symbol
-
-from mechc_codegen.ir.passes import choose, collect, drop, eliminate_common, fold, hoist, pair
+from mechc_codegen.ir.passes import choose, collect, drop, eliminate_common, hoist, pair
 from mechc_codegen.ir.program import Program
 
 PASSES: tuple[Callable[[Program], Program], ...] = (
@@ -23,9 +21,8 @@ PASSES: tuple[Callable[[Program], Program], ...] = (
 )
 
 
-def optimize(program: Program, fixed: Mapping[Symbol, Expr] | None = None) -> Program:
+def optimize(program: Program) -> Program:
     """Run all passes in their order."""
-    program = fold(program, fixed or {})
     for apply in PASSES:
         program = apply(program).verify()
     return program

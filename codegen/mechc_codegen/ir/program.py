@@ -8,7 +8,7 @@ once, before it is used, and hoisted statements use parameters only.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -19,6 +19,7 @@ from mechc_codegen.errors import InternalError
 from mechc_codegen.ir.operations import count_operations
 
 SWITCHING = "switching"  # the output of the functions at whose zeros equations change their form
+FEATURE = "feature"  # the label of those that are edges of narrow features
 
 
 @dataclass(frozen=True)
@@ -220,6 +221,24 @@ def targets_of(statements: Iterable[Statement]) -> Iterator[Symbol]:
     """Every symbol that the statements assign, in order."""
     for statement in statements:
         yield from statement.targets
+
+
+def in_order_of_use(statements: Sequence[Statement]) -> Iterator[Statement]:
+    """The statements, each after those that it uses, otherwise in the given order."""
+    by_target = {target: s for s in statements for target in s.targets}
+    placed = set[Symbol]()
+    for statement in statements:
+        stack = [statement]
+        while stack:
+            used = stack[-1].value.free_symbols
+            missing = [x for x in used if x in by_target and x not in placed]
+            if missing:
+                stack.append(by_target[min(missing, key=str)])
+                continue
+            ready = stack.pop()
+            if not placed.issuperset(ready.targets):
+                placed.update(ready.targets)
+                yield ready
 
 
 def _check_statement(statement: Statement, known: set[Symbol]) -> None:

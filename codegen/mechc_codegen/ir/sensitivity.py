@@ -9,20 +9,21 @@ that nothing is expanded; the statements that were there stay as they are.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
-from sympy import Expr, S, Symbol, cse, diff
+from sympy import Expr, S, Symbol, diff
 
 from mechc_codegen.derive.equations import Output
 from mechc_codegen.description.piecewise import without_corners
 from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.description.terms import bottom_up
+from mechc_codegen.ir.passes.rewrite import with_common_named
 from mechc_codegen.ir.program import (
     Assign,
     Program,
-    SineCosine,
     Statement,
+    in_order_of_use,
     slice_statements,
     symbols_of,
 )
@@ -42,44 +43,38 @@ def add_sensitivities(
     whole = request.includes("sensitivities")
     own = [*request.expressions, *request.differentiated_outputs(program.named_values())]
     if request.includes("state_jacobian"):
-        program = _by_state(program, own)
+        state = (*program.symbols.q, *program.symbols.u)
+        program = _by(program, own, ("state", "q and u"), state, "d", constraints=False)
     if request.includes("parameter_jacobian") and program.symbols.parameters:
         values = program.symbols.parameters
-        program = _by_others(program, own, "parameters", values, "e", constraints=whole)
+        by = ("parameters", "parameters")
+        program = _by(program, own, by, values, "e", constraints=whole)
         program = _with_slopes(program, defaults) if whole else program
     if request.includes("state_jacobian") and program.input_values():
         inputs = [value.symbol for value in program.input_values()]
-        program = _by_others(program, own, "inputs", inputs, "f", constraints=whole)
+        program = _by(program, own, ("inputs", "inputs"), inputs, "f", constraints=whole)
     return program.verify()
 
 
-def _by_state(program: Program, own: Sequence[str]) -> Program:
-    symbols = program.symbols
-    forward = _Forward(program, (*symbols.q, *symbols.u), "d")
-    added = [forward.output("residual_by_state", "dR and dS by q and u", residual(program))]
-    added += forward.of("rate_by_state", "derivative of q' by q and u", "coordinate_rates")
-    gradient = forward.of("velocity_gradient", "derivative of J u + b by q", "velocity_constraints")
-    size = len(symbols.q)
-    added += [_first_columns(output, size) for output in gradient]
-    return forward.with_derivatives([*added, *_of_own("own_by_state", program, forward, own)])
-
-
-def _by_others(
-    program: Program,
-    own: Sequence[str],
-    by: str,
-    others: Sequence[Symbol],
-    prefix: str,
-    *,
-    constraints: bool,
-) -> Program:
-    """Add derivatives by parameters, or by all values of inputs at run time and their rates."""
+def _by(
+    program: Program, own: Sequence[str], titles: tuple[str, str], others: Sequence[Symbol],
+    prefix: str, *, constraints: bool,
+) -> Program:  # fmt: skip
+    """Add derivatives by the state, by parameters, or by all values of inputs at run time and their
+    rates; ``titles``: of these in names and in words."""
+    by, words = titles
     forward = _Forward(program, others, prefix)
-    added = [forward.output(f"residual_by_{by}", f"dR and dS by {by}", residual(program))]
-    added += forward.of(f"rate_by_{by}", f"derivative of q' by {by}", "coordinate_rates")
+    added = [forward.output(f"residual_by_{by}", f"dR and dS by {words}", residual(program))]
+    added += forward.of(f"rate_by_{by}", f"derivative of q' by {words}", "coordinate_rates")
+    if by == "state":
+        equation = "derivative of J u + b by q"
+        gradient = forward.of("velocity_gradient", equation, "velocity_constraints")
+        added += [_first_columns(output, len(program.symbols.q)) for output in gradient]
     for name in ("constraints", "velocity_constraints") if constraints else ():
         added += forward.of(f"{name}_by_{by}", f"derivative of the {name} by {by}", name)
-    return forward.with_derivatives([*added, *_of_own(f"own_by_{by}", program, forward, own)])
+    added += _of_own(f"own_by_{by}", program, forward, own)
+    kept, named = with_common_named(forward.statements, added, f"{prefix}{{}}x", "none")
+    return with_statements(replace(program, outputs=(*program.outputs, *named)), kept)
 
 
 def _with_slopes(program: Program, defaults: Sequence[Expr | None]) -> Program:
@@ -169,11 +164,6 @@ class _Forward:
         listed = [o for o in found if o.elements and o.elements != self.program.symbols.u]
         return [self.output(name, equation, o.elements) for o in listed]
 
-    def with_derivatives(self, outputs: Sequence[Output]) -> Program:
-        """The program with the derivatives; common subexpressions are computed once."""
-        kept, added = with_common_named(self.statements, outputs, self.prefix)
-        return with_statements(replace(self.program, outputs=(*self.program.outputs, *added)), kept)
-
     def _reach(self, values: Iterable[Expr]) -> None:
         """Gradients of every statement that the values depend on."""
         needed = symbols_of(values)
@@ -182,16 +172,13 @@ class _Forward:
         for statement in (*hoisted, *body):
             if statement.targets[0] not in self._done:
                 self._done.update(statement.targets)
-                self._differentiate(statement)
-
-    def _differentiate(self, statement: Statement) -> None:
-        gradient = self._gradient(statement.value)
-        if isinstance(statement, Assign):
-            self._keep(statement.target, gradient)
-            return
-        assert isinstance(statement, SineCosine)
-        self._keep(statement.sine, {k: statement.cosine * d for k, d in gradient.items()})
-        self._keep(statement.cosine, {k: -statement.sine * d for k, d in gradient.items()})
+                gradient = self._gradient(statement.value)
+                if isinstance(statement, Assign):
+                    self._keep(statement.target, gradient)
+                    continue
+                sine, cosine = statement.targets
+                self._keep(sine, {k: cosine * d for k, d in gradient.items()})
+                self._keep(cosine, {k: -sine * d for k, d in gradient.items()})
 
     def _keep(self, symbol: Symbol, gradient: Gradient) -> None:
         named = {k: self._name(value) for k, value in gradient.items()}
@@ -210,7 +197,7 @@ class _Forward:
     def _gradient(self, value: Expr) -> dict[int, Expr]:
         """The gradient of a value, by the chain rule over its symbols."""
         found: dict[int, list[Expr]] = {}
-        for symbol in _in_order(value.free_symbols & self.gradients.keys()):
+        for symbol in sorted(value.free_symbols & self.gradients.keys(), key=str):
             partial = slope(value, symbol)
             for k, along in self.gradients[symbol].items():
                 found.setdefault(k, []).append(partial * along)
@@ -218,26 +205,9 @@ class _Forward:
         return {k: total for k, total in sums.items() if total != 0}
 
 
-def with_common_named(
-    statements: Sequence[Assign], outputs: Sequence[Output], prefix: str
-) -> tuple[list[Assign], list[Output]]:
-    """Statements and outputs with common subexpressions as statements of their own."""
-    values = [s.value for s in statements] + [e for o in outputs for e in o.elements]
-    names = (Symbol(f"{prefix}{k}x", real=True) for k in range(10**9))
-    common, reduced = cse(values, symbols=names, list=False, order="none")
-    rewritten = iter(reduced)
-    kept = [replace(s, value=next(rewritten)) for s in statements]
-    added = [replace(o, elements=tuple(next(rewritten) for _ in o.elements)) for o in outputs]
-    return [*(Assign(symbol, value) for symbol, value in common), *kept], added
-
-
 def slope(value: Expr, symbol: Symbol) -> Expr:
     """The derivative, rewritten without Piecewise and similar functions."""
     return bottom_up(diff(value, symbol), without_corners, {})
-
-
-def _in_order(symbols: Collection[Symbol]) -> list[Symbol]:
-    return sorted(symbols, key=str)
 
 
 def _first_columns(output: Output, count: int) -> Output:
@@ -251,35 +221,14 @@ def _first_columns(output: Output, count: int) -> Output:
     )
 
 
-def with_statements(program: Program, added: Sequence[Assign]) -> Program:
+def with_statements(program: Program, added: Sequence[Statement]) -> Program:
     """The program with added statements, hoisted where they depend on parameters alone."""
     parameters = {*program.symbols.parameters, *(x for s in program.hoisted for x in s.targets)}
     fixed, running = list[Statement](program.hoisted), list[Statement](program.body)
-    for statement in _in_order_of_use(added):
+    for statement in in_order_of_use(added):
         if statement.value.free_symbols <= parameters:
             fixed.append(statement)
             parameters.update(statement.targets)
         else:
             running.append(statement)
     return replace(program, hoisted=tuple(fixed), body=tuple(running))
-
-
-def _in_order_of_use(statements: Sequence[Assign]) -> Iterator[Assign]:
-    """The statements in an order in which each comes after those that it uses."""
-    by_target = {s.target: s for s in statements}
-    placed: set[Symbol] = set()
-    for first in statements:
-        stack = [first]
-        while stack:
-            missing = [
-                by_target[x]
-                for x in _in_order(stack[-1].value.free_symbols & by_target.keys())
-                if x not in placed
-            ]
-            if missing:
-                stack.append(missing[0])
-                continue
-            ready = stack.pop()
-            if ready.target not in placed:
-                placed.add(ready.target)
-                yield ready

@@ -39,16 +39,10 @@ def add_series(program: Program, equations: Equations) -> Program:
         series = _read(program, names)
     except NotAnalyticError:
         return program
-    if _count_sums(series) > MOST_SUMMED:
+    left = set(series.needed_operations) - dict(series.integrals).keys()
+    if sum(series.operations[n].kind not in LINEAR for n in left) > MOST_SUMMED:
         return program
     return replace(program, series=fewest([series, *in_momenta(series, len(program.symbols.q))]))
-
-
-def _count_sums(series: Series) -> int:
-    """The number of operations that have sums over lower orders."""
-    integrated = dict(series.integrals)
-    kinds = [series.operations[n].kind for n in series.needed_operations if n not in integrated]
-    return sum(kind not in LINEAR for kind in kinds)
 
 
 def _read(program: Program, names: Sequence[str]) -> Series:

@@ -1,45 +1,134 @@
 """Stage 4c: Program -> Program that holds the switching functions of the equations.
 
-Input: an optimised program.  Output: the same with one more output, the functions at whose zeros an
-equation has a corner or a jump: the arguments of Abs and Step, and sin(pi x) for Floor(x).
+Input: an optimised program.  Output: the same with one more output.  The functions at whose
+zeros an equation has a corner or a jump: the arguments of Abs and Step, sin(pi x) for Floor(x), y
+for the cut of atan2(y, x), poles in atan and tanh, and what changes its sign where a root or the
+argument of asin and acos touches the end of its range.  After these the edges of narrow features
+(features.py).
 Invariant: the program is as before where there is none, and where an equation has a table, which
 has corners that no function of these shows.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-from sympy import Abs, Expr, pi, sin
+from sympy import (
+    Abs,
+    Add,
+    Expr,
+    Function,
+    Mul,
+    Pow,
+    S,
+    acos,
+    asin,
+    atan,
+    atan2,
+    cos,
+    factor_terms,
+    pi,
+    sin,
+    tanh,
+)
 
 from mechc_codegen.derive.equations import Output
 from mechc_codegen.description.piecewise import Floor, Step
 from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.description.tables import Lookup
-from mechc_codegen.ir.program import SWITCHING, Program, equation_values, targets_of
+from mechc_codegen.ir.definitions import Definitions
+from mechc_codegen.ir.features import edges
+from mechc_codegen.ir.program import FEATURE, SWITCHING, Program, equation_values
 
 
 def add_switching(program: Program, request: OutputRequest) -> Program:
     """Add the output of the switching functions; user-defined outputs are not looked at."""
     values = list(equation_values(program, request.expressions))
-    found = switching_functions(program, values)
-    if not found or any(value.has(Lookup) for value in values):
+    if any(value.has(Lookup) for value in values):
         return program
-    labels = tuple(f"switch {i}" for i in range(len(found)))
+    jumps, features = switching_functions(program, values), feature_edges(program, values)
+    if not jumps and not features:
+        return program
+    labels = [f"switch {i}" for i in range(len(jumps))]
+    labels += [f"{FEATURE} {i}" for i in range(len(features))]
     equation = "functions at whose zeros the equations change their form"
-    output = Output(SWITCHING, equation, found, (len(found),), labels)
+    output = Output(SWITCHING, equation, jumps + features, (len(labels),), tuple(labels))
     return replace(program, outputs=(*program.outputs, output)).verify()
 
 
 def switching_functions(program: Program, values: Iterable[Expr]) -> tuple[Expr, ...]:
     """The switching functions of expressions, each with one sign; none of parameters alone."""
-    fixed = {*program.symbols.parameters, *targets_of(program.hoisted)}
-    found = dict[Expr, None]()
-    for value in values:
-        for corner in sorted(value.atoms(Abs, Step, Floor), key=str):
-            x = corner.args[0]
-            function = sin(pi * x) if isinstance(corner, Floor) else x
-            if not function.free_symbols <= fixed and -function not in found:
-                found[function] = None
-    return tuple(found)
+    definitions = Definitions.of(program)
+    return definitions.varying(
+        function
+        for value in values
+        for part in sorted(value.atoms(Function, Pow), key=str)
+        for function in _vanishing(part, definitions)
+    )
+
+
+def feature_edges(program: Program, values: Iterable[Expr]) -> tuple[Expr, ...]:
+    """The edges of the narrow features of expressions."""
+    definitions = Definitions.of(program)
+    return definitions.varying(
+        edge
+        for value in values
+        for part in sorted(value.atoms(Function, Pow), key=str)
+        for edge in edges(part, definitions)
+    )
+
+
+def _vanishing(part: Expr, definitions: Definitions) -> Iterator[Expr]:
+    """Expressions that vanish where one function or power has a corner or a jump."""
+    if isinstance(part, Pow):
+        if part.exp.is_integer is not True and part.base is not S.Exp1:
+            yield from _touching(part.base, definitions)
+    elif isinstance(part, (Abs, Step)):
+        yield part.args[0]
+    elif isinstance(part, Floor):
+        yield sin(pi * part.args[0])
+    elif isinstance(part, atan2):
+        yield part.args[0]
+    elif isinstance(part, (atan, tanh)):
+        yield from definitions.divisors(part.args[0])
+    elif isinstance(part, (asin, acos)):
+        yield from _turning(part.args[0], definitions)
+
+
+def _touching(e: Expr, definitions: Definitions) -> Iterator[Expr]:
+    """Sign changes where an expression touches zero: the bases of its even powers."""
+    e = factor_terms(definitions.with_definitions(e))
+    if isinstance(e, Add):
+        yield from _half_angle(e, definitions)
+        return
+    for factor in Mul.make_args(e):
+        base, exponent = factor.as_base_exp()
+        if exponent.is_even:
+            yield base
+        elif factor != e:
+            yield from _touching(base, definitions)
+
+
+def _half_angle(e: Add, definitions: Definitions) -> Iterator[Expr]:
+    """Sign changes where 1 - cos(x) or 1 + cos(x) touches zero, or such a sum of sines."""
+    number, rest = e.as_coeff_Add()
+    factor, wave = rest.as_coeff_Mul()
+    wave = definitions.look_up(wave)
+    if isinstance(wave, (cos, sin)) and abs(number) == abs(factor):
+        angle = wave.args[0] - (pi / 2 if isinstance(wave, sin) else 0)
+        yield sin(angle / 2) if number == -factor else cos(angle / 2)
+
+
+def _turning(e: Expr, definitions: Definitions) -> Iterator[Expr]:
+    """Sign changes where the argument of asin or acos touches 1 or -1: its derivative."""
+    waves = [x for x in Mul.make_args(definitions.look_up(e)) if not definitions.is_fixed(x)]
+    wave = definitions.look_up(waves[0]) if len(waves) == 1 else None
+    if isinstance(wave, sin):
+        yield cos(wave.args[0])
+    elif isinstance(wave, cos):
+        yield sin(wave.args[0])
+    else:
+        rate = definitions.rate(e)
+        if rate is not None:
+            yield rate

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from sympy import Expr, ImmutableDenseMatrix, Matrix, S, Symbol, sqrt
-from sympy.physics.mechanics import dynamicsymbols
+from sympy.physics.mechanics import SphericalJoint, dynamicsymbols
 from sympy.physics.mechanics.joint import Joint as SymPyJoint
 from sympy.physics.vector import ReferenceFrame, Vector
 
@@ -104,11 +104,7 @@ class BallJoint(SymPyJoint):  # type: ignore[misc]
     def _set_angular_velocity(self) -> None:
         self.child_interframe.set_ang_vel(self.parent_interframe, self.angular_velocity)
 
-    def _set_linear_velocity(self) -> None:
-        self.child_point.set_pos(self.parent_point, 0)
-        self.parent_point.set_vel(self._parent_frame, 0)
-        self.child_point.set_vel(self._child_frame, 0)
-        self.child.masscenter.v2pt_theory(self.parent_point, self._parent_frame, self._child_frame)
+    _set_linear_velocity = SphericalJoint._set_linear_velocity
 
 
 class FreeJoint(BallJoint):

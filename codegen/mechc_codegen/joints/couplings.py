@@ -11,10 +11,11 @@ from __future__ import annotations
 from typing import Any, Self
 
 from sympy import Expr, sqrt, sympify
-from sympy.physics.mechanics import PinJoint, PrismaticJoint, RigidBody
+from sympy.physics.mechanics import PinJoint, Point, PrismaticJoint, RigidBody
+from sympy.physics.vector import Vector
 
 from mechc_codegen.description.constraints import Constraint
-from mechc_codegen.description.drawing import Drawing
+from mechc_codegen.description.drawing import Drawing, Link
 from mechc_codegen.description.joints.couplings import CoupledPair
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.joints import outlines
@@ -65,17 +66,10 @@ class Coupling(CoupledPair):
         size = (one + other) / across.dot(across)
         whole = (one + other) / sqrt(across.dot(across))
         pitch = wheels[0].centre.locatenew(f"{name}_pitch", one / (one + other) * across)
-        return cls(
-            **_joint_fields(name, wheels, pitch),
-            constraint=Constraint(name, one * wheels[0].angle + other * wheels[1].angle, "m"),
-            force=size * n.cross(across),
-            drawing=Drawing(
-                links=(
-                    *outlines.rim(name, wheels[0], one / whole),
-                    *outlines.rim(name, wheels[1], other / whole),
-                )
-            ),
-        )
+        gap = one * wheels[0].angle + other * wheels[1].angle
+        first_rim = outlines.rim(name, wheels[0], one / whole)
+        rims = (*first_rim, *outlines.rim(name, wheels[1], other / whole))
+        return cls._joining(name, wheels, pitch, gap, rims, size * n.cross(across))
 
     @classmethod
     def belt(
@@ -93,19 +87,11 @@ class Coupling(CoupledPair):
         one, other = _factors(radii, not crossed)
         n, across = wheels[0].axis, wheels.distance
         size = (one + other) / across.dot(across)
-        return cls(
-            **_joint_fields(name, wheels, wheels[1].centre),
-            constraint=Constraint(name, one * wheels[0].angle + other * wheels[1].angle, "m"),
-            force=size * n.cross(across),
-            torque=-other * n,
-            drawing=Drawing(
-                links=(
-                    *outlines.rim(name, wheels[0], one),
-                    *outlines.rim(name, wheels[1], other),
-                    *outlines.strands(name, wheels, one, other),
-                )
-            ),
-        )
+        gap = one * wheels[0].angle + other * wheels[1].angle
+        rims = (*outlines.rim(name, wheels[0], one), *outlines.rim(name, wheels[1], other))
+        links = (*rims, *outlines.strands(name, wheels, one, other))
+        force, at = size * n.cross(across), wheels[1].centre
+        return cls._joining(name, wheels, at, gap, links, force, -other * n)
 
     @classmethod
     def rack_and_pinion(
@@ -127,17 +113,9 @@ class Coupling(CoupledPair):
         radius = -sympify(radius) if reverse else sympify(radius)
         touch = wheel.centre.locatenew(f"{name}_pitch", radius * slide.direction.cross(wheel.axis))
         gap = slide.way - radius * wheel.angle
-        return cls(
-            **_joint_fields(name, (wheel, slide), touch),
-            constraint=Constraint(name, gap, "m"),
-            force=-slide.direction,
-            drawing=Drawing(
-                links=(
-                    *outlines.rim(name, wheel, radius),
-                    *outlines.rack(name, slide, touch, radius),
-                )
-            ),
-        )
+        rack_line = outlines.rack(name, slide, touch, radius)
+        links = (*outlines.rim(name, wheel, radius), *rack_line)
+        return cls._joining(name, (wheel, slide), touch, gap, links, -slide.direction)
 
     @classmethod
     def cam(
@@ -162,7 +140,12 @@ class Coupling(CoupledPair):
             raise MechanismError(f"the coupling {name}: shape is one of {FOLLOWERS}, not {shape!r}")
         wheel, slide = Wheel.of(name, cam), Slide.of(name, follower)
         check_across(name, wheel, slide)
-        lift = _lift(name, lift, wheel)
+        given, lift = lift, sympify(lift)
+        if not lift.has(wheel.angle):
+            raise MechanismError(
+                f"the coupling {name}: lift is an expression of the cam's coordinate "
+                f"{wheel.angle}, not {given!r}"
+            )
         d, n = slide.direction, wheel.axis
         place = slide.start.pos_from(wheel.centre) + slide.way * d
         beside = n.cross(d)
@@ -170,30 +153,29 @@ class Coupling(CoupledPair):
         force, torque = -d, -turned * n
         if shape == "roller":
             force, torque = -d - turned / place.dot(d) * beside, 0 * n
+        links = outlines.profile(name, wheel, slide, lift, shape == "flat")
+        sides, gap = (wheel, slide), slide.way - lift
+        return cls._joining(name, sides, slide.point, gap, links, force, torque)
+
+    @classmethod
+    def _joining(
+        cls, name: str, sides: Any, point: Point, gap: Expr, links: tuple[Link, ...],
+        force: Vector, torque: Vector | None = None,
+    ) -> Self:  # fmt: skip
+        """The coupling of a wheel with a wheel or slide, whose reaction is given at ``point``."""
         return cls(
-            **_joint_fields(name, (wheel, slide), slide.point),
-            constraint=Constraint(name, slide.way - lift, "m"),
+            name,
+            sides[0].body,
+            sides[1].body,
+            sides[0].centre,
+            point,
+            constraint=Constraint(name, gap, "m"),
             force=force,
-            torque=torque,
-            drawing=Drawing(links=outlines.profile(name, wheel, slide, lift, shape == "flat")),
+            torque=Vector(0) if torque is None else torque,
+            drawing=Drawing(links=links),
         )
 
 
 def _factors(radii: tuple[Any, Any], internal: bool) -> tuple[Expr, Expr]:
     one, other = map(sympify, radii)
     return one, -other if internal else other
-
-
-def _joint_fields(name: str, sides: Any, point: Any) -> dict[str, Any]:
-    bodies = {"parent": sides[0].body, "child": sides[1].body}
-    return {"name": name, **bodies, "parent_point": sides[0].centre, "child_point": point}
-
-
-def _lift(name: str, given: Any, wheel: Wheel) -> Expr:
-    lift = sympify(given)
-    if not lift.has(wheel.angle):
-        raise MechanismError(
-            f"the coupling {name}: lift is an expression of the cam's coordinate {wheel.angle}, "
-            f"not {given!r}"
-        )
-    return lift

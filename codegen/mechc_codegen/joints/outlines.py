@@ -13,7 +13,8 @@ from sympy.physics.vector import Vector
 
 from mechc_codegen.description.drawing import Link
 from mechc_codegen.description.joints.cuts import across
-from mechc_codegen.joints.wheels import Pair, Slide, Wheel
+from mechc_codegen.description.terms import vector_along
+from mechc_codegen.joints.wheels import Slide, Wheel, WheelPair
 
 CORNERS = 24
 PROFILE = 72
@@ -29,7 +30,7 @@ def rim(name: str, wheel: Wheel, radius: Expr) -> tuple[Link, ...]:
     return ((str(wheel.body.name), (wheel.hub, *points, points[0])),)
 
 
-def strands(name: str, pair: Pair, one: Expr, other: Expr) -> tuple[Link, ...]:
+def strands(name: str, pair: WheelPair, one: Expr, other: Expr) -> tuple[Link, ...]:
     """The two straight parts of a belt; ``other`` is negative for an open belt."""
     n, distance = pair[0].axis, pair.distance
     length = sqrt(distance.dot(distance))
@@ -79,9 +80,7 @@ def _follower(name: str, slide: Slide, size: Expr, beside: Vector, flat: bool) -
 
 def _beside(wheel: Wheel) -> Vector:
     """A unit vector across a wheel's axis."""
-    frame = wheel.still
-    x, y, z = across(tuple(wheel.axis.to_matrix(frame)))[0]
-    return x * frame.x + y * frame.y + z * frame.z
+    return vector_along(across(tuple(wheel.axis.to_matrix(wheel.still)))[0], wheel.still)
 
 
 def _rotate(vector: Vector, axis: Vector, angle: Expr) -> Vector:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from sympy import Expr, Matrix, pi, sympify
-from sympy.physics.mechanics import CylindricalJoint
+from sympy.physics.mechanics import CylindricalJoint, SphericalJoint
 from sympy.physics.mechanics.joint import Joint as SymPyJoint
 
 
@@ -36,11 +36,7 @@ class UniversalJoint(SymPyJoint):  # type: ignore[misc]
         along = first * self.parent_interframe.x + second * self.child_interframe.y
         self.child_interframe.set_ang_vel(self.parent_interframe, along)
 
-    def _set_linear_velocity(self) -> None:
-        self.child_point.set_pos(self.parent_point, 0)
-        self.parent_point.set_vel(self._parent_frame, 0)
-        self.child_point.set_vel(self._child_frame, 0)
-        self.child.masscenter.v2pt_theory(self.parent_point, self._parent_frame, self._child_frame)
+    _set_linear_velocity = SphericalJoint._set_linear_velocity
 
 
 class ScrewJoint(CylindricalJoint):  # type: ignore[misc]

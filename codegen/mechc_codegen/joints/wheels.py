@@ -13,7 +13,8 @@ from sympy.physics.mechanics import PinJoint, Point, PrismaticJoint, ReferenceFr
 from sympy.physics.vector import Vector
 
 from mechc_codegen.description.joints.tree import Body
-from mechc_codegen.description.placement import Placement
+from mechc_codegen.description.placement import Placement, dot
+from mechc_codegen.description.terms import vector_along
 from mechc_codegen.errors import MechanismError
 
 ROUNDING = 1e-12  # of vectors of length one
@@ -47,9 +48,7 @@ class Wheel:
 
     def rotate(self, vector: Vector) -> Vector:
         """The vector fixed to the wheel that equals this vector at angle 0."""
-        axes = (self.frame.x, self.frame.y, self.frame.z)
-        components = vector.to_matrix(self.still)
-        return sum((c * axis for c, axis in zip(components, axes, strict=True)), Vector(0))
+        return vector_along(vector.to_matrix(self.still), self.frame)
 
 
 @dataclass(frozen=True)
@@ -79,7 +78,7 @@ def _expect(kind: type, joint: Any, name: str) -> None:
         )
 
 
-class Pair(NamedTuple):
+class WheelPair(NamedTuple):
     """Two wheels with parallel axes on one carrier."""
 
     first: Wheel
@@ -91,7 +90,7 @@ class Pair(NamedTuple):
         return self.second.centre.pos_from(self.first.centre)
 
 
-def between(name: str, first: Any, second: Any, carrier: PinJoint | None) -> Pair:
+def between(name: str, first: Any, second: Any, carrier: PinJoint | None) -> WheelPair:
     """The wheels of two pins, their angles relative to one carrier and about the first's axis.
 
     Raises
@@ -103,8 +102,15 @@ def between(name: str, first: Any, second: Any, carrier: PinJoint | None) -> Pai
     wheels = [_wheel(name, each, arm) for each in (first, second)]
     own = arm.body if arm else wheels[0].carrier
     wheels = [_relative(name, wheel, own, arm) for wheel in wheels]
-    pair = Pair(wheels[0], _with_common_axis(name, *wheels))
-    _check_distance(name, pair)
+    first, second = wheels
+    sense = _sense(name, first, second)
+    pair = WheelPair(first, replace(second, angle=sense * second.angle))
+    across = pair.distance
+    square, along = _dots(first, across, across), _dots(first, across, first.axis)
+    if min(s - a * a for s, a in zip(square, along, strict=True)) < ROUNDING:
+        raise MechanismError(
+            f"the coupling {name}: the axes of {first.body.name} and {second.body.name} coincide"
+        )
     return pair
 
 
@@ -139,11 +145,6 @@ def _relative(name: str, wheel: Wheel, carrier: Body, arm: Wheel | None) -> Whee
     return replace(wheel, carrier=carrier, angle=wheel.angle - turn)
 
 
-def _with_common_axis(name: str, first: Wheel, second: Wheel) -> Wheel:
-    """The second wheel with its angle measured about the first wheel's axis."""
-    return replace(second, angle=_sense(name, first, second) * second.angle)
-
-
 def _sense(name: str, first: Wheel, second: Wheel) -> Expr:
     """1 for axes in one direction, -1 for opposite ones."""
     values = _dots(first, first.axis, second.axis)
@@ -155,19 +156,9 @@ def _sense(name: str, first: Wheel, second: Wheel) -> Expr:
     return S.One if values[0] > 0 else S.NegativeOne
 
 
-def _check_distance(name: str, pair: Pair) -> None:
-    across = pair.distance
-    square, along = _dots(pair.first, across, across), _dots(pair.first, across, pair.first.axis)
-    if min(s - a * a for s, a in zip(square, along, strict=True)) < ROUNDING:
-        raise MechanismError(
-            f"the coupling {name}: the axes of {pair.first.body.name} and {pair.second.body.name} "
-            "coincide"
-        )
-
-
 def _dots(wheel: Wheel, one: Vector, other: Vector) -> list[float]:
     found = []
     for seed in range(SAMPLES):
         at = Placement(wheel.frame, wheel.centre, seed)
-        found.append(sum(a * b for a, b in zip(at.vector(one), at.vector(other), strict=True)))
+        found.append(dot(at.vector(one), at.vector(other)))
     return found

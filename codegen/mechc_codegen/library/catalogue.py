@@ -16,10 +16,10 @@ from mechc_codegen.errors import MechanismError
 from mechc_codegen.library.chains.pendulum import pendulum
 from mechc_codegen.library.chains.rods import planar_chain, spatial_chain
 from mechc_codegen.library.chains.windows import windows
+from mechc_codegen.library.parts import t as time
 from mechc_codegen.library.planar.andrews import andrews
 from mechc_codegen.library.planar.car_axis import car_axis
 from mechc_codegen.library.planar.four_bar import four_bar
-from mechc_codegen.library.planar.four_bar import t as time
 from mechc_codegen.library.planar.slider_crank import slider_crank
 from mechc_codegen.library.spatial.bicycle import whipple_bicycle
 from mechc_codegen.library.spatial.flyball_governor import flyball_governor
@@ -61,17 +61,15 @@ class Option:
 
 @dataclass(frozen=True)
 class LibraryMechanism:
-    """A mechanism of the library."""
+    """A mechanism of the library, which has its own title."""
 
     build: Callable[..., Mechanism]
-    title: str
     options: tuple[Option, ...] = ()
 
 
 SHIPPED: Mapping[str, LibraryMechanism] = {
     "four_bar": LibraryMechanism(
         four_bar,
-        "Planar four-bar linkage",
         (
             Option("crank_torque", "torque on the crank: constant T_0, or of t (N m)", True),
             Option("crank_speed", "prescribed crank speed: constant Omega_0, or of t", True),
@@ -79,31 +77,27 @@ SHIPPED: Mapping[str, LibraryMechanism] = {
             Option("coupler_point", "a traced point C at (x_C, y_C) on the coupler"),
         ),
     ),
-    "andrews": LibraryMechanism(andrews, "Andrews' squeezing mechanism"),
-    "bicycle": LibraryMechanism(whipple_bicycle, "Whipple's bicycle"),
-    "car_axis": LibraryMechanism(car_axis, "Car axis on a bumpy road"),
-    "flyball_governor": LibraryMechanism(flyball_governor, "Flyball governor"),
-    "heavy_top": LibraryMechanism(heavy_top, "Heavy top"),
+    "andrews": LibraryMechanism(andrews),
+    "bicycle": LibraryMechanism(whipple_bicycle),
+    "car_axis": LibraryMechanism(car_axis),
+    "flyball_governor": LibraryMechanism(flyball_governor),
+    "heavy_top": LibraryMechanism(heavy_top),
     "pendulum": LibraryMechanism(
         pendulum,
-        "Pendulum: simple, double, of any number of links",
         (Option("links", "point masses, each hinged to the one before", count=Count(1, 100, 1)),),
     ),
     "planar_chain": LibraryMechanism(
         planar_chain,
-        "Chain of rods in a plane",
         (Option("links", "rods, each hinged to the one before", count=Count(1, 200, 3)),),
     ),
-    "rigid_body": LibraryMechanism(rigid_body, "Free rigid body"),
-    "slider_crank": LibraryMechanism(slider_crank, "Slider-crank"),
+    "rigid_body": LibraryMechanism(rigid_body),
+    "slider_crank": LibraryMechanism(slider_crank),
     "spatial_chain": LibraryMechanism(
         spatial_chain,
-        "Chain of bars in space",
         (Option("links", "bars, hinge axes alternately across and along", count=Count(1, 200, 3)),),
     ),
     "windows": LibraryMechanism(
         windows,
-        "Four-bar windows in a row",
         (Option("count", "windows in the row", count=Count(1, 100, 2)),),
     ),
 }

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from sympy import Expr, Symbol
-from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
+from sympy import Expr, S, Symbol, sqrt
+from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dot, dynamicsymbols
 from sympy.physics.vector import Vector
 
 from mechc_codegen.description.mechanism import Coordinate, Load, Parameter, Quantity, Speed
@@ -28,6 +28,29 @@ def locate(
     point = start.locatenew(name, arm)
     point.v2pt_theory(start, inertial, body)
     return point
+
+
+def turn_frame(
+    name: str, parent: ReferenceFrame, angle: Expr, rate: Expr, axis: Vector
+) -> ReferenceFrame:
+    """A frame that turns in ``parent`` by an angle about an axis, at this rate."""
+    frame = parent.orientnew(name, "Axis", (angle, axis))
+    frame.set_ang_vel(parent, rate * axis)
+    return frame
+
+
+def spring(
+    upper: Point, lower: Point, stiffness: Expr, rest: Expr, body: RigidBody, damping: Expr = S.Zero
+) -> tuple[Load, Load]:
+    """A pair of forces between two points, and its potential, which is added to the body's.
+
+    ``damping``: the force against the stretching, besides.
+    """
+    arm = upper.pos_from(lower)
+    length = sqrt(dot(arm, arm))
+    body.potential_energy += stiffness * (length - rest) ** 2 / 2
+    force = -(stiffness * (length - rest) + damping) / length * arm
+    return (upper, force), (lower, -force)
 
 
 def weight(body: RigidBody | Particle, origin: Point, g: Expr, up: Vector) -> Load:

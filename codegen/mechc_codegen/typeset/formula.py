@@ -86,12 +86,9 @@ def _tex_character(character: str) -> str:
 
 def visible(text: str) -> str:
     """The text with a sign in place of each invisible or forbidden character."""
-    return "".join("\N{REPLACEMENT CHARACTER}" if _hidden(c) else c for c in text)
-
-
-def _hidden(character: str) -> bool:
-    """Control, format and surrogate characters, and every space but the plain one."""
-    return category(character)[0] in ("C", "Z") and character != " "
+    # Control, format and surrogate characters, and every space but the plain one.
+    hidden = {c for c in text if category(c)[0] in ("C", "Z") and c != " "}
+    return "".join("\N{REPLACEMENT CHARACTER}" if c in hidden else c for c in text)
 
 
 def name(text: str, *, bold: bool = False, accent: str = "", index: str = "") -> Formula:

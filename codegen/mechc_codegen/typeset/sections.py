@@ -12,7 +12,8 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
-from sympy import Expr, Matrix, S
+from sympy import Add, Derivative, Expr, Matrix, Mul, S, cos, sin
+from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
 from sympy.physics.vector import Vector
 
@@ -21,7 +22,6 @@ from mechc_codegen.derive.equations import Equations
 from mechc_codegen.derive.kane import derive
 from mechc_codegen.description.mechanism import Mechanism, printed_name
 from mechc_codegen.description.terms import velocity_of
-from mechc_codegen.typeset.angle_sums import join_angles
 from mechc_codegen.typeset.formula import Formula, formula, name
 
 
@@ -74,6 +74,45 @@ class UsersEquations:
 
     def shown(self, expression: Expr) -> Expr:
         return join_angles(expression).xreplace(self.back)
+
+
+def join_angles(expression: Any) -> Any:
+    """Replace cos a cos b + sin a sin b by cos(a - b), and its three relatives, everywhere.
+
+    Only products of exactly two sines or cosines that are terms of one sum are joined; nothing is
+    expanded or simplified.
+    """
+    if not expression.args or isinstance(expression, (AppliedUndef, Derivative)):
+        return expression
+    rebuilt = expression.func(*map(join_angles, expression.args))
+    if not isinstance(rebuilt, Add):
+        return rebuilt
+    done: list[Any] = []
+    waiting: dict[frozenset[Any], Any] = {}
+    for term in rebuilt.args:
+        halves = _halves(term)
+        for one, other in (halves, halves[::-1]) if halves else ():
+            if waiting.pop(frozenset((one, -other)), None) is not None:
+                done.append(2 * one)
+                break
+        else:
+            waiting[frozenset(halves or (term,))] = term
+    return Add(*done, *waiting.values())
+
+
+def _halves(term: Any) -> tuple[Any, Any] | None:
+    """A product of two sines or cosines as the sum that it is: of a - b and of a + b."""
+    turning = [f for f in Mul.make_args(term) if isinstance(f, (sin, cos))]
+    if len(turning) != 2:
+        return None
+    first, second = sorted(turning, key=lambda f: isinstance(f, cos))
+    half = term / first / second / 2
+    a, b = first.args[0], second.args[0]
+    if isinstance(first, cos):
+        return half * cos(a - b), half * cos(a + b)
+    if isinstance(second, cos):
+        return half * sin(a - b), half * sin(a + b)
+    return half * cos(a - b), -half * cos(a + b)
 
 
 def derivation(mechanism: Mechanism) -> Derivation:
@@ -139,12 +178,6 @@ def _rotations(derived: UsersEquations) -> Iterator[Item]:
         yield Item(_quantity("R", other.name, frame), frame.dcm(other))
 
 
-def _angular_velocities(derived: UsersEquations) -> Iterator[Item]:
-    frame, rates = derived.mechanism.frame, derived.mechanism.rates
-    for other in _frames(derived.mechanism):
-        yield Item(_quantity("ω", other.name, frame), other.ang_vel_in(frame).xreplace(rates))
-
-
 def _kinematics(derived: UsersEquations) -> Iterator[Item]:
     mechanism = derived.mechanism
     for q, rate in zip(mechanism.q, mechanism.kinematics, strict=True):
@@ -156,11 +189,13 @@ def _positions(mechanism: Mechanism, points: list[Point]) -> Iterator[Item]:
         yield Item(_quantity("r", point.name), point.pos_from(mechanism.origin))
 
 
-def _velocities(mechanism: Mechanism, points: list[Point]) -> Iterator[Item]:
+def _velocities(
+    mechanism: Mechanism, letter: str, places: Iterable[Point | ReferenceFrame]
+) -> Iterator[Item]:
     frame = mechanism.frame
-    for point in points:
-        velocity = velocity_of(point, frame).xreplace(mechanism.rates)
-        yield Item(_quantity("v", point.name, frame), velocity)
+    for place in places:
+        velocity = velocity_of(place, frame).xreplace(mechanism.rates)
+        yield Item(_quantity(letter, place.name, frame), velocity)
 
 
 def _vanishing(derived: UsersEquations, output: str) -> Iterator[Item]:
@@ -209,17 +244,11 @@ def _generalized_force(speed: Expr) -> Formula:
     return name("F", index=name(printed_name(speed)))
 
 
-def _active(derived: UsersEquations) -> Iterator[Item]:
-    for u in derived.mechanism.u:
-        yield Item(_generalized_force(u), active_force(derived.mechanism, u))
-
-
 def active_force(mechanism: Mechanism, speed: Expr) -> Expr:
     """Sum over the loads of load . partial velocity (angular for a torque) for one speed."""
     frame, rates, total = mechanism.frame, mechanism.rates, S.Zero
     for at, load in mechanism.loads:
-        seen = at.ang_vel_in if isinstance(at, ReferenceFrame) else at.vel
-        partial = seen(frame).xreplace(rates).diff(speed, frame, var_in_dcm=False)
+        partial = velocity_of(at, frame).xreplace(rates).diff(speed, frame, var_in_dcm=False)
         total += load.xreplace(rates).dot(partial)
     return join_angles(total)
 
@@ -235,12 +264,8 @@ def _inertia(derived: UsersEquations) -> Iterator[Item]:
         yield Item(Formula(f"{_generalized_force(u)}^{{*}}"), derived.shown(free) - reaction)
 
 
-def _mass_matrix(derived: UsersEquations) -> Iterator[Item]:
-    yield Item(name("M", bold=True), derived.matrix("mass_matrix", len(derived.mechanism.u)))
-
-
-def _forcing(derived: UsersEquations) -> Iterator[Item]:
-    yield Item(name("F", bold=True), derived.matrix("forcing", 1))
+def _matrix(derived: UsersEquations, letter: str, output: str, columns: int) -> Iterator[Item]:
+    yield Item(name(letter, bold=True), derived.matrix(output, columns))
 
 
 def _motion(derived: UsersEquations) -> Iterator[Item]:
@@ -260,7 +285,7 @@ _CONTENTS: tuple[tuple[str, str, Callable[[UsersEquations], Iterable[Item]]], ..
     (
         "Angular velocities",
         "Of each link's frame as seen from {frame}.",
-        _angular_velocities,
+        lambda d: _velocities(d.mechanism, "ω", _frames(d.mechanism)),
     ),
     (
         "Kinematic differential equations",
@@ -275,7 +300,7 @@ _CONTENTS: tuple[tuple[str, str, Callable[[UsersEquations], Iterable[Item]]], ..
     (
         "Velocities of the points",
         "As seen from {frame}, with the kinematic differential equations inserted.",
-        lambda d: _velocities(d.mechanism, _points(d.mechanism)),
+        lambda d: _velocities(d.mechanism, "v", _points(d.mechanism)),
     ),
     (
         "Positions of the mass centres",
@@ -285,7 +310,7 @@ _CONTENTS: tuple[tuple[str, str, Callable[[UsersEquations], Iterable[Item]]], ..
     (
         "Velocities of the mass centres",
         "As seen from {frame}, with the kinematic differential equations inserted.",
-        lambda d: _velocities(d.mechanism, _mass_centres(d.mechanism)),
+        lambda d: _velocities(d.mechanism, "v", _mass_centres(d.mechanism)),
     ),
     (
         "Configuration constraints",
@@ -318,19 +343,25 @@ _CONTENTS: tuple[tuple[str, str, Callable[[UsersEquations], Iterable[Item]]], ..
     (
         "Generalized active forces",
         "For each speed, the loads along the partial velocities of where they act.",
-        _active,
+        lambda d: (
+            Item(_generalized_force(u), active_force(d.mechanism, u)) for u in d.mechanism.u
+        ),
     ),
     (
         "Generalized inertia forces",
         "For each speed, the inertia forces and torques along the partial velocities.",
         _inertia,
     ),
-    ("Mass matrix", "Of the open tree, over all speeds; symmetric.", _mass_matrix),
+    (
+        "Mass matrix",
+        "Of the open tree, over all speeds; symmetric.",
+        lambda d: _matrix(d, "M", "mass_matrix", len(d.mechanism.u)),
+    ),
     (
         "Forcing",
         "Generalized active forces, and those parts of the generalized inertia forces that hold "
         "no accelerations; one row for each speed.",
-        _forcing,
+        lambda d: _matrix(d, "F", "forcing", 1),
     ),
     (
         "Equations of motion",

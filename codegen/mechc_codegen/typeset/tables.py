@@ -108,8 +108,3 @@ def _bounds(quantity: Quantity) -> str:
     if isinf(quantity.lower):
         return f"{sign} {upper}"
     return f"{lower} {sign} … {sign} {upper}"
-
-
-def notes(mechanism: Mechanism, values: Mapping[str, float]) -> list[tuple[str, str]]:
-    """The mechanism's remarks on these values, if it has any."""
-    return mechanism.notes(values) if mechanism.notes else []

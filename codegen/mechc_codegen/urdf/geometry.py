@@ -14,6 +14,8 @@ from typing import Any
 import sympy
 from sympy import Expr
 
+from mechc_codegen.description.placement import apply, cross, dot, plus, product
+
 Entry = Any  # int, float or Expr
 Vec = Sequence[Entry]
 Mat = Sequence[Vec]
@@ -51,34 +53,13 @@ def of_angles(rpy: Vec) -> Mat:
     return product(about((0, 0, 1), yaw), turned)
 
 
-def product(a: Mat, b: Mat) -> Mat:
-    return [[dot(row, column) for column in zip(*b, strict=True)] for row in a]
-
-
-def transpose(a: Mat) -> Mat:
-    return [list(row) for row in zip(*a, strict=True)]
-
-
-def apply(a: Mat, v: Vec) -> Vec:
-    return [dot(row, v) for row in a]
-
-
-def dot(a: Vec, b: Vec) -> Entry:
-    return sum((x * y for x, y in zip(a, b, strict=True)), 0)
-
-
-def plus(a: Vec, b: Vec) -> Vec:
-    return [x + y for x, y in zip(a, b, strict=True)]
-
-
 def across(axis: Vec) -> tuple[Vec, Vec]:
     """Two directions that form a right-handed system with the axis as the third."""
     least = min(range(3), key=lambda k: abs(axis[k]))
     first = [IDENTITY[least][k] - axis[least] * axis[k] for k in range(3)]
     length = math.sqrt(dot(first, first))
     first = [x if length == 1 else x / length for x in first]
-    (x, y, z), (a, b, c) = axis, first
-    return first, [y * c - z * b, z * a - x * c, x * b - y * a]
+    return first, cross(axis, first)
 
 
 @dataclass(frozen=True)
@@ -108,9 +89,10 @@ class Inertia:
 
     def transform(self, place: Place) -> Inertia:
         """The inertia in the frame in which this frame has the given place."""
-        turned = product(product(place.rotation, self.about), transpose(place.rotation))
+        rotation = place.rotation
+        turned = product(product(rotation, self.about), list(zip(*rotation, strict=True)))
         return Inertia(
-            self.mass, plus(place.origin, apply(place.rotation, self.centre)), _symmetric(turned)
+            self.mass, plus(place.origin, apply(rotation, self.centre)), _symmetric(turned)
         )
 
 

@@ -17,16 +17,16 @@ from sympy.physics.vector import Vector
 
 from mechc_codegen.description.drawing import Drawing
 from mechc_codegen.description.joints.tree import Joint
-from mechc_codegen.description.limits import Limits
-from mechc_codegen.description.mechanism import Load, Mechanism, Parameter, Quantity
+from mechc_codegen.description.mechanism import Limits, Load, Mechanism, Parameter, Quantity
 from mechc_codegen.description.solid import Solid
+from mechc_codegen.description.terms import vector_along
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.urdf.geometry import IDENTITY, Inertia, Place, combine, of_angles
-from mechc_codegen.urdf.moving import Motion, motion_of, of_time, orient, vector
+from mechc_codegen.urdf.moving import JointMotion, motion_of, of_time, orient
 from mechc_codegen.urdf.read import read_robot
-from mechc_codegen.urdf.robot import SINGLE, TURNING, Link, Robot, RobotJoint
+from mechc_codegen.urdf.robot import SINGLE, TURNING, Robot, RobotJoint, RobotLink
 from mechc_codegen.urdf.tree import as_tree
-from mechc_codegen.urdf.values import Values
+from mechc_codegen.urdf.values import RobotValues
 
 WORLD, BASE = "world", "base"  # what a floating base is joined to, and its joint
 
@@ -78,13 +78,10 @@ def from_urdf(
         If the file is no URDF or contradicts itself; the message names the link or the joint.
     """
     robot = as_tree(read_robot(Path(path)))
-    robot = _with_name(_with_floating_base(robot) if floating else robot, name)
-    values = Values(robot, symbolic)
+    robot = _with_floating_base(robot) if floating else robot
+    robot = robot if name is None else replace(robot, name=name)
+    values = RobotValues(robot, symbolic)
     return _MechanismBuilder(robot, values, _names_of_driven(robot, driven)).mechanism()
-
-
-def _with_name(robot: Robot, name: str | None) -> Robot:
-    return robot if name is None else replace(robot, name=name)
 
 
 def _with_floating_base(robot: Robot) -> Robot:
@@ -95,7 +92,7 @@ def _with_floating_base(robot: Robot) -> Robot:
             "the file has one of these names"
         )
     free = RobotJoint(BASE, "floating", WORLD, robot.root)
-    links = {WORLD: Link(WORLD), **robot.links}
+    links = {WORLD: RobotLink(WORLD), **robot.links}
     return replace(robot, links=links, joints=(free, *robot.joints), root=WORLD)
 
 
@@ -111,7 +108,7 @@ def _names_of_driven(robot: Robot, given: Iterable[str] | str) -> set[str]:
 
 
 @dataclass
-class _Part:
+class _RigidGroup:
     """Links that are fixed to each other, on the frame of the first."""
 
     point: Point
@@ -124,16 +121,19 @@ class _Part:
 class _MechanismBuilder:
     """The parts of the mechanism, joint after joint from the root outwards."""
 
-    def __init__(self, robot: Robot, values: Values, driven: set[str]) -> None:
+    def __init__(self, robot: Robot, values: RobotValues, driven: set[str]) -> None:
         self.robot, self.values, self.driven = robot, values, driven
         self.points: dict[str, Point] = {}
-        self.parts: dict[str, tuple[_Part, Place]] = {}
-        self.motions: dict[str, Motion] = {}
-        self.joints: list[tuple[RobotJoint, _Part, _Part, Place]] = []
+        self.parts: dict[str, tuple[_RigidGroup, Place]] = {}
+        self.motions: dict[str, JointMotion] = {}
+        self.joints: list[tuple[RobotJoint, _RigidGroup, _RigidGroup, Place]] = []
         self.loads: list[Load] = []
         self.inputs: dict[Any, None] = {}
         self.limits: dict[str, Limits] = {}
         self.solids: list[Solid] = []
+        for joint in sorted(robot.joints, key=lambda each: each.mimic is not None):
+            if joint.kind != "fixed":  # those that mimic follow others, which may come after them
+                self.motions[joint.name] = motion_of(joint, self.motions)
         self._begin(robot.root, Point(robot.root), ReferenceFrame(robot.root))
         for joint in robot.joints:
             self._beyond(joint)
@@ -141,26 +141,28 @@ class _MechanismBuilder:
 
     # -- links -----------------------------------------------------------------------------
 
-    def _begin(self, link: str, point: Point, frame: ReferenceFrame) -> _Part:
-        part = _Part(point, frame)
+    def _begin(self, link: str, point: Point, frame: ReferenceFrame) -> _RigidGroup:
+        part = _RigidGroup(point, frame)
         self.points[link] = point
         self._attach(link, part, Place())
         return part
 
-    def _attach(self, name: str, part: _Part, place: Place) -> None:
+    def _attach(self, name: str, part: _RigidGroup, place: Place) -> None:
         """Add a link at a place on its part: its inertia and its shapes."""
         link = self.robot.links[name]
         self.parts[name] = (part, place)
         part.line.append(self.points[name].name)
-        part.inertias.append(self._inertia(link).transform(place))
+        turned = Inertia(0, (0, 0, 0), self.values.inertia(link))
+        about = turned.transform(Place(of_angles(link.centre.rpy))).about
+        own = Inertia(self.values.mass(link), self.values.centre(link), about)
+        part.inertias.append(own.transform(place))
         for visual in link.visuals:
             shape = place.then(Place(of_angles(visual.pose.rpy), visual.pose.xyz))
-            self.solids.append(_solid(visual.kind, visual.label, visual.sizes, part, shape))
-
-    def _inertia(self, link: Link) -> Inertia:
-        rotation = of_angles(link.centre.rpy)
-        turned = Inertia(0, (0, 0, 0), self.values.inertia(link)).transform(Place(rotation))
-        return Inertia(self.values.mass(link), self.values.centre(link), turned.about)
+            frame = _frame_at(f"{visual.label} shape", part, shape)
+            arm = vector_along(shape.origin, part.frame)
+            at = part.point.locatenew(f"{visual.label} shape", arm)
+            on = None if visual.kind == "ball" else frame
+            self.solids.append(Solid(visual.kind, visual.label, at, on, tuple(visual.sizes)))
 
     # -- joints ----------------------------------------------------------------------------
 
@@ -170,11 +172,11 @@ class _MechanismBuilder:
         place = at.then(Place(rotation, self.values.origin(joint)))
         point = Point(joint.child)
         if joint.kind == "fixed":
-            point.set_pos(carrier.point, vector(place.origin, carrier.frame))
+            point.set_pos(carrier.point, vector_along(place.origin, carrier.frame))
             self.points[joint.child] = point
             self._attach(joint.child, carrier, place)
             return
-        motion = self.motions[joint.name] = motion_of(joint, self.motions)
+        motion = self.motions[joint.name]
         frame = ReferenceFrame(joint.child)
         motion.place(place, (point, frame), (carrier.point, carrier.frame))
         part = self._begin(joint.child, point, frame)
@@ -183,7 +185,11 @@ class _MechanismBuilder:
             self._act(joint, motion, (carrier, part), place)
 
     def _act(
-        self, joint: RobotJoint, motion: Motion, sides: tuple[_Part, _Part], place: Place
+        self,
+        joint: RobotJoint,
+        motion: JointMotion,
+        sides: tuple[_RigidGroup, _RigidGroup],
+        place: Place,
     ) -> None:
         """Add the motor and the damper of a joint, and its limits."""
         unit = "rad" if joint.kind in TURNING else "m"
@@ -200,16 +206,16 @@ class _MechanismBuilder:
         self.limits[joint.name] = Limits(motion.position, **bound)
 
     def _push(
-        self, joint: RobotJoint, size: Expr, sides: tuple[_Part, _Part], place: Place
+        self, joint: RobotJoint, size: Expr, sides: tuple[_RigidGroup, _RigidGroup], place: Place
     ) -> None:
         """Add a torque about the axis or a force along it, on the child, and its reaction."""
         carrier, part = sides
-        along = size * vector(joint.axis, part.frame)
+        along = size * vector_along(joint.axis, part.frame)
         if joint.kind in TURNING:
             self.loads += [(part.frame, along), (carrier.frame, -along)]
             return
         start = Point(f"{joint.name} start")
-        start.set_pos(carrier.point, vector(place.origin, carrier.frame))
+        start.set_pos(carrier.point, vector_along(place.origin, carrier.frame))
         self.loads += [(part.point, along), (start, -along)]
 
     # -- bodies ----------------------------------------------------------------------------
@@ -223,9 +229,15 @@ class _MechanismBuilder:
                     f"{self.robot.name}: nothing that the joint {joint.name!r} moves has mass or "
                     "inertia; make it fixed, or give the link a mass"
                 )
-            part.body = _body(joint.child, part, whole)
+            centre = part.point.locatenew(
+                f"{joint.child} centre", vector_along(whole.centre, part.frame)
+            )
+            (xx, xy, xz), (_, yy, yz), (*_, zz) = whole.about
+            about = inertia(part.frame, *map(sympify, (xx, yy, zz, xy, yz, xz)))
+            mass = sympify(whole.mass)
+            part.body = RigidBody(joint.child, centre, part.frame, mass, (about, centre))
 
-    def _carries(self, part: _Part) -> bool:
+    def _carries(self, part: _RigidGroup) -> bool:
         """Whether any link beyond this part has inertia."""
         beyond = [child for _, parent, child, _ in self.joints if parent is part]
         return any(not combine(p.inertias).vanishes or self._carries(p) for p in beyond)
@@ -262,10 +274,12 @@ class _MechanismBuilder:
             limits=self.limits,
         )
 
-    def _joint(self, joint: RobotJoint, carrier: _Part, part: _Part, place: Place) -> Joint:
+    def _joint(
+        self, joint: RobotJoint, carrier: _RigidGroup, part: _RigidGroup, place: Place
+    ) -> Joint:
         at = _frame_at(f"{joint.name} start", carrier, place)
         start = carrier.point.locatenew(
-            f"{joint.name} start", vector(place.origin, carrier.frame)
+            f"{joint.name} start", vector_along(place.origin, carrier.frame)
         )  # fmt: skip
         motion = self.motions[joint.name]
         own = (tuple(c.symbol for c in motion.coordinates), tuple(s.symbol for s in motion.speeds))
@@ -274,13 +288,16 @@ class _MechanismBuilder:
             quaternion=motion.quaternion,
         )  # fmt: skip
 
-    def _drawing(self, root: _Part) -> Drawing:
+    def _drawing(self, root: _RigidGroup) -> Drawing:
         """Lines from each part's origin to those of its links and of the parts that it carries."""
         lines: dict[str, list[str]] = {}
         for _, carrier, part, _ in self.joints:
             lines.setdefault(part.point.name, part.line)
             lines.setdefault(carrier.point.name, carrier.line).append(part.point.name)
-        links = {name: _star(line) for name, line in lines.items()}
+        links = dict[str, tuple[str, ...]]()
+        for name, line in lines.items():  # from the first point to each of the others and back
+            first, *others = dict.fromkeys(line)
+            links[name] = tuple(n for other in others for n in (first, other)) or (first,)
         ends = [line[-1] for _, line in links.items()]
         return Drawing(
             links=tuple((name, line) for name, line in links.items() if len(line) > 1),
@@ -291,29 +308,10 @@ class _MechanismBuilder:
         )
 
 
-def _star(line: list[str]) -> tuple[str, ...]:
-    """One polyline from the first point to each of the others and back."""
-    first, *others = dict.fromkeys(line)
-    return tuple(name for other in others for name in (first, other)) or (first,)
-
-
-def _body(name: str, part: _Part, whole: Inertia) -> RigidBody:
-    centre = part.point.locatenew(f"{name} centre", vector(whole.centre, part.frame))
-    (xx, xy, xz), (_, yy, yz), (*_, zz) = whole.about
-    about = inertia(part.frame, *map(sympify, (xx, yy, zz, xy, yz, xz)))
-    return RigidBody(name, centre, part.frame, sympify(whole.mass), (about, centre))
-
-
-def _frame_at(name: str, part: _Part, place: Place) -> ReferenceFrame:
+def _frame_at(name: str, part: _RigidGroup, place: Place) -> ReferenceFrame:
     if place.rotation == IDENTITY:
         return part.frame
     frame = ReferenceFrame(name)
     orient(frame, part.frame, place.rotation)
     frame.set_ang_vel(part.frame, Vector(0))
     return frame
-
-
-def _solid(kind: str, label: str, sizes: tuple[Any, ...], part: _Part, place: Place) -> Solid:
-    frame = _frame_at(f"{label} shape", part, place)
-    at = part.point.locatenew(f"{label} shape", vector(place.origin, part.frame))
-    return Solid(kind, label, at, None if kind == "ball" else frame, tuple(sizes))

@@ -1,6 +1,6 @@
 """The motion of each joint: coordinates, speeds, the place of the child's frame, and its limits.
 
-Input: a joint, and the place of its frame on the body that carries it.  Output: :class:`Motion`.
+Input: a joint, and the place of its frame on the body that carries it.  Output: a JointMotion.
 """
 
 from __future__ import annotations
@@ -12,17 +12,13 @@ from typing import Any
 from sympy import Expr, Function, Matrix, sympify
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Point, ReferenceFrame, dynamicsymbols
-from sympy.physics.vector import Vector
 
 from mechc_codegen.description.mechanism import Coordinate, Quantity, Speed
+from mechc_codegen.description.placement import apply, plus, product
+from mechc_codegen.description.terms import vector_along
 from mechc_codegen.joints.attitude import attitude_matrix, quaternion_rates
-from mechc_codegen.urdf.geometry import Mat, Place, Vec, about, across, apply, plus, product
+from mechc_codegen.urdf.geometry import Mat, Place, Vec, about, across
 from mechc_codegen.urdf.robot import TURNING, RobotJoint
-
-
-def vector(components: Vec, frame: ReferenceFrame) -> Vector:
-    x, y, z = map(sympify, components)
-    return x * frame.x + y * frame.y + z * frame.z
 
 
 def orient(child: ReferenceFrame, parent: ReferenceFrame, rotation: Mat) -> None:
@@ -31,7 +27,7 @@ def orient(child: ReferenceFrame, parent: ReferenceFrame, rotation: Mat) -> None
 
 
 @dataclass
-class Motion:
+class JointMotion:
     """How a joint moves its child.
 
     Attributes
@@ -69,18 +65,18 @@ class Motion:
         """Locate and orient the child's frame from the carrier's, on which the joint is ``at``."""
         point, frame = child
         orient(frame, carrier[1], product(at.rotation, self.rotation))
-        frame.set_ang_vel(carrier[1], vector(self.turning, frame))
+        frame.set_ang_vel(carrier[1], vector_along(self.turning, frame))
         way = plus(at.origin, apply(at.rotation, self.way))
-        point.set_pos(carrier[0], vector(way, carrier[1]))
+        point.set_pos(carrier[0], vector_along(way, carrier[1]))
 
 
-def motion_of(joint: RobotJoint, positions: Mapping[str, Motion]) -> Motion:
+def motion_of(joint: RobotJoint, positions: Mapping[str, JointMotion]) -> JointMotion:
     """The motion of a joint; ``positions``: those of the joints that mimics may follow."""
     if joint.kind == "floating":
         return _floating(joint)
     if joint.kind == "planar":
         return _planar(joint)
-    motion = Motion()
+    motion = JointMotion()
     if joint.mimic is None:
         unit = "rad" if joint.kind in TURNING else "m"
         q, u = motion.add(joint, ("q", "u"), unit)
@@ -97,8 +93,8 @@ def motion_of(joint: RobotJoint, positions: Mapping[str, Motion]) -> Motion:
     return motion
 
 
-def _planar(joint: RobotJoint) -> Motion:
-    motion = Motion()
+def _planar(joint: RobotJoint) -> JointMotion:
+    motion = JointMotion()
     first, second = across(joint.axis)
     x, _ = motion.add(joint, ("x", "vx"), "m")
     y, _ = motion.add(joint, ("y", "vy"), "m")
@@ -109,8 +105,8 @@ def _planar(joint: RobotJoint) -> Motion:
     return motion
 
 
-def _floating(joint: RobotJoint) -> Motion:
-    motion = Motion()
+def _floating(joint: RobotJoint) -> JointMotion:
+    motion = JointMotion()
     motion.way = [motion.add(joint, (axis, f"v{axis}"), "m")[0] for axis in "xyz"]
     q = [of_time(f"q{k}_{joint.name}") for k in range(4)]
     w = [of_time(f"w{axis}_{joint.name}") for axis in "xyz"]

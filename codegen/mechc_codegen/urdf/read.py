@@ -20,18 +20,17 @@ from mechc_codegen.urdf.robot import (
     ORIGIN,
     SINGLE,
     V3,
-    Link,
     Mimic,
     Number,
     Pose,
-    Range,
     Robot,
     RobotJoint,
+    RobotLink,
     Visual,
 )
 
 LARGEST = 2**25  # bytes: the largest public robots have less than a hundredth of it
-_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", re.ASCII)
+_NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?", re.ASCII)
 _INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
@@ -46,7 +45,10 @@ def read_robot(path: Path) -> Robot:
     root = _parse(path)
     if root.tag != "robot":
         raise MechanismError(f"{path.name!r}: the outermost element is <{root.tag}>, not <robot>")
-    _refuse_macros(path, root)
+    if any(each.tag.startswith("xacro:") for each in root.iter()):
+        raise MechanismError(
+            f"{path.name!r} contains macros of xacro: expand them first, xacro FILE > robot.urdf"
+        )
     links = [_link(_Part(path, "link", each)) for each in root.findall("link")]
     joints = [_joint(_Part(path, "joint", each)) for each in root.findall("joint")]
     _refuse_repeats(path, "link", [link.name for link in links])
@@ -62,7 +64,12 @@ def _parse(path: Path) -> Element:
     try:
         if path.stat().st_size > LARGEST:
             raise MechanismError(f"{path.name!r} is larger than {LARGEST >> 20} MiB")
-        return _tree(path.read_bytes())
+        builder, parser = TreeBuilder(), expat.ParserCreate()
+        parser.StartElementHandler = builder.start
+        parser.EndElementHandler = builder.end
+        parser.StartDoctypeDeclHandler = _refuse_doctype
+        parser.Parse(path.read_bytes(), True)
+        return builder.close()
     except OSError as error:
         raise MechanismError(f"{str(path)!r} cannot be read: {error.strerror}") from None
     except (expat.ExpatError, ValueError, LookupError) as error:
@@ -71,24 +78,8 @@ def _parse(path: Path) -> Element:
         raise MechanismError(f"{path.name!r} is not XML: {error}") from None
 
 
-def _tree(content: bytes) -> Element:
-    builder, parser = TreeBuilder(), expat.ParserCreate()
-    parser.StartElementHandler = builder.start
-    parser.EndElementHandler = builder.end
-    parser.StartDoctypeDeclHandler = _refuse_doctype
-    parser.Parse(content, True)
-    return builder.close()
-
-
 def _refuse_doctype(*_: Any) -> NoReturn:
     raise MechanismError("the file declares a document type (<!DOCTYPE>); a URDF needs none")
-
-
-def _refuse_macros(path: Path, root: Element) -> None:
-    if any(each.tag.startswith("xacro:") for each in root.iter()):
-        raise MechanismError(
-            f"{path.name!r} contains macros of xacro: expand them first, xacro FILE > robot.urdf"
-        )
 
 
 def _refuse_repeats(path: Path, kind: str, names: Iterable[str]) -> None:
@@ -134,10 +125,6 @@ class _Part:
             return default
         return self._read(element, attribute, text.split(), 1)[0]
 
-    def limit(self, element: Element | None, attribute: str) -> Number | None:
-        given = element is not None and element.get(attribute) is not None
-        return self.number(element, attribute, 0) if given else None
-
     def vector(self, element: Element | None, attribute: str, default: V3 = ORIGIN) -> V3:
         text = None if element is None else element.get(attribute)
         if text is None:
@@ -163,17 +150,17 @@ class _Part:
         return [int(x) if x in (-1.0, 0.0, 1.0) else x for x in values]
 
 
-def _link(part: _Part) -> Link:
+def _link(part: _Part) -> RobotLink:
     visuals = tuple(_visuals(part))
     given = part.child("inertial")
     if given is None:
-        return Link(part.name, visuals=visuals)
+        return RobotLink(part.name, visuals=visuals)
     mass = part.number(given.find("mass"), "value", 0)
     if mass < 0:
         part.refuse(f"has the mass {mass}, which is negative")
     entries = given.find("inertia")
     inertia = tuple(part.number(entries, entry, 0) for entry in _INERTIA)
-    return Link(part.name, mass, part.pose(given), inertia, visuals)
+    return RobotLink(part.name, mass, part.pose(given), inertia, visuals)
 
 
 def _visuals(part: _Part) -> Iterable[Visual]:
@@ -235,15 +222,18 @@ def _sign(x: Number) -> int:
     return (x > 0) - (x < 0)
 
 
-def _limits(part: _Part, kind: str) -> Range:
+def _limits(part: _Part, kind: str) -> dict[str, Number]:
     given = part.child("limit")
-    speed, effort = part.limit(given, "velocity"), part.limit(given, "effort")
-    if kind not in ("revolute", "prismatic") or given is None:
-        return Range(None, None, speed, effort)
-    lower, upper = part.number(given, "lower", 0), part.number(given, "upper", 0)
-    if lower > upper:
-        part.refuse(f"has the lower limit {lower} above its upper one, {upper}")
-    return Range(lower, upper, speed, effort)
+    if given is None:
+        return {}
+    present = [name for name in ("velocity", "effort") if name in given.attrib]
+    found: dict[str, Number] = {name: part.number(given, name, 0) for name in present}
+    if kind in ("revolute", "prismatic"):
+        lower, upper = (part.number(given, name, 0) for name in ("lower", "upper"))
+        if lower > upper:
+            part.refuse(f"has the lower limit {lower} above its upper one, {upper}")
+        found |= {"lower": lower, "upper": upper}
+    return found
 
 
 def _mimic(part: _Part, kind: str) -> Mimic | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 Number = int | float
@@ -31,7 +32,7 @@ class Visual:
 
 
 @dataclass(frozen=True)
-class Link:
+class RobotLink:
     """A link of the robot.
 
     ``inertia``: Ixx, Ixy, Ixz, Iyy, Iyz, Izz about the mass centre, in the axes of ``centre``.
@@ -45,16 +46,6 @@ class Link:
 
 
 @dataclass(frozen=True)
-class Range:
-    """Limits of a joint's position (None without limits), speed and effort."""
-
-    lower: Number | None = None
-    upper: Number | None = None
-    velocity: Number | None = None
-    effort: Number | None = None
-
-
-@dataclass(frozen=True)
 class Mimic:
     """A position that follows another joint: ``multiplier`` times its position plus ``offset``."""
 
@@ -65,7 +56,10 @@ class Mimic:
 
 @dataclass(frozen=True)
 class RobotJoint:
-    """A joint; ``axis`` has length one, in the axes of ``origin``, the place on the parent."""
+    """A joint; ``axis`` has length one, in the axes of ``origin``, the place on the parent.
+
+    ``limits``: those that it has of ``lower`` and ``upper`` position, ``velocity`` and ``effort``.
+    """
 
     name: str
     kind: str
@@ -73,7 +67,7 @@ class RobotJoint:
     child: str
     origin: Pose = Pose()
     axis: V3 = (1, 0, 0)
-    limits: Range = Range()
+    limits: Mapping[str, Number] = field(default_factory=dict)
     damping: Number = 0
     friction: Number = 0
     mimic: Mimic | None = None
@@ -84,6 +78,6 @@ class Robot:
     """A robot: a tree of links, ``joints`` from its root outwards."""
 
     name: str
-    links: dict[str, Link]
+    links: dict[str, RobotLink]
     joints: tuple[RobotJoint, ...]
-    root: str = field(default="")
+    root: str = ""

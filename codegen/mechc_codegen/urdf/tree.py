@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from mechc_codegen.errors import MechanismError
-from mechc_codegen.urdf.robot import Mimic, Robot, RobotJoint
+from mechc_codegen.urdf.robot import SINGLE, Mimic, Robot, RobotJoint
 
 
 def as_tree(robot: Robot) -> Robot:
@@ -21,7 +21,12 @@ def as_tree(robot: Robot) -> Robot:
     """
     above: dict[str, RobotJoint] = {}
     for joint in robot.joints:
-        _check_links(robot, joint)
+        for side, name in (("parent", joint.parent), ("child", joint.child)):
+            if name not in robot.links:
+                raise MechanismError(
+                    f"{robot.name}: the {side} of the joint {joint.name!r} is {name!r}, which is "
+                    "no link of the file"
+                )
         if joint.child in above:
             raise MechanismError(
                 f"{robot.name}: the link {joint.child!r} is the child of two joints, "
@@ -31,16 +36,7 @@ def as_tree(robot: Robot) -> Robot:
     root = _root(robot, above)
     ordered = _joints_from_root(robot, root)
     _refuse_rings(robot, ordered)
-    return replace(robot, joints=tuple(map(_Mimics(robot).resolve, ordered)), root=root)
-
-
-def _check_links(robot: Robot, joint: RobotJoint) -> None:
-    for side, name in (("parent", joint.parent), ("child", joint.child)):
-        if name not in robot.links:
-            raise MechanismError(
-                f"{robot.name}: the {side} of the joint {joint.name!r} is {name!r}, which is no "
-                "link of the file"
-            )
+    return replace(robot, joints=tuple(_resolve(robot, joint) for joint in ordered), root=root)
 
 
 def _root(robot: Robot, above: dict[str, RobotJoint]) -> str:
@@ -76,33 +72,24 @@ def _refuse_rings(robot: Robot, ordered: list[RobotJoint]) -> None:
         )
 
 
-class _Mimics:
-    """Mimics of mimics, resolved to the joint that moves by itself."""
-
-    def __init__(self, robot: Robot) -> None:
-        self.robot = robot
-        self.of = {joint.name: joint for joint in robot.joints}
-
-    def resolve(self, joint: RobotJoint) -> RobotJoint:
-        mimic, seen = joint.mimic, {joint.name}
-        while mimic is not None:
-            followed = self._joint_to_mimic(joint, mimic, seen)
-            seen.add(followed.name)
-            if followed.mimic is None:
-                return replace(joint, mimic=mimic)
-            inner = followed.mimic
-            mimic = Mimic(
-                inner.joint,
-                mimic.multiplier * inner.multiplier,
-                mimic.multiplier * inner.offset + mimic.offset,
-            )
-        return joint
-
-    def _joint_to_mimic(self, joint: RobotJoint, mimic: Mimic, seen: set[str]) -> RobotJoint:
-        words = f"{self.robot.name}: the joint {joint.name!r} mimics {mimic.joint!r}"
+def _resolve(robot: Robot, joint: RobotJoint) -> RobotJoint:
+    """The joint, its mimic of a mimic resolved to the joint that moves by itself."""
+    joints = {each.name: each for each in robot.joints}
+    mimic, seen = joint.mimic, {joint.name}
+    while mimic is not None:
+        words = f"{robot.name}: the joint {joint.name!r} mimics {mimic.joint!r}"
         if mimic.joint in seen:
             raise MechanismError(f"{words}, which leads back to itself")
-        followed = self.of.get(mimic.joint)
-        if followed is None or followed.kind not in ("revolute", "continuous", "prismatic"):
+        followed = joints.get(mimic.joint)
+        if followed is None or followed.kind not in SINGLE:
             raise MechanismError(f"{words}, which is no joint with one coordinate")
-        return followed
+        seen.add(followed.name)
+        inner = followed.mimic
+        if inner is None:
+            return replace(joint, mimic=mimic)
+        mimic = Mimic(
+            inner.joint,
+            mimic.multiplier * inner.multiplier,
+            mimic.multiplier * inner.offset + mimic.offset,
+        )
+    return joint

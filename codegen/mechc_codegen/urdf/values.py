@@ -14,7 +14,7 @@ from sympy import Symbol
 
 from mechc_codegen.description.mechanism import Parameter, Quantity
 from mechc_codegen.errors import MechanismError
-from mechc_codegen.urdf.robot import Link, Number, Robot, RobotJoint
+from mechc_codegen.urdf.robot import Number, Robot, RobotJoint, RobotLink
 
 OF_LINKS = {
     "mass": "its mass",
@@ -30,24 +30,20 @@ OF_JOINTS = {
 _INERTIA = ("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
 
 
-class Values:
+class RobotValues:
     """The values that a file gives of links and joints, as numbers or parameters."""
 
     def __init__(self, robot: Robot, symbolic: Iterable[Any]) -> None:
         self.parameters: list[Parameter] = []
         self._pairs_to_replace = _pairs_to_replace(robot, symbolic)
 
-    def mass(self, link: Link) -> Any:
+    def mass(self, link: RobotLink) -> Any:
         return self._value("mass", link.name, "m", link.mass, "kg", "mass of {}", lower=0.0)
 
-    def centre(self, link: Link) -> list[Any]:
-        what = "mass centre of {} along {}"
-        return [
-            self._value("centre", link.name, f"c{axis}", x, "m", what.format("{}", axis))
-            for axis, x in zip("xyz", link.centre.xyz, strict=True)
-        ]
+    def centre(self, link: RobotLink) -> list[Any]:
+        return self._along_axes("centre", link.name, "c", link.centre.xyz, "mass centre of {}")
 
-    def inertia(self, link: Link) -> list[list[Any]]:
+    def inertia(self, link: RobotLink) -> list[list[Any]]:
         """The inertia about the mass centre, in the axes of the file."""
         xx, xy, xz, yy, yz, zz = (
             self._value("inertia", link.name, entry, x, "kg m^2", f"inertia {entry[1:]} of {{}}")
@@ -56,11 +52,8 @@ class Values:
         return [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
 
     def origin(self, joint: RobotJoint) -> list[Any]:
-        what = "place of {} on its parent along {}"
-        return [
-            self._value("origin", joint.name, f"o{axis}", x, "m", what.format("{}", axis))
-            for axis, x in zip("xyz", joint.origin.xyz, strict=True)
-        ]
+        what = "place of {} on its parent"
+        return self._along_axes("origin", joint.name, "o", joint.origin.xyz, what)
 
     def orientation(self, joint: RobotJoint) -> list[Any]:
         return [
@@ -73,10 +66,18 @@ class Values:
 
     def limit(self, joint: RobotJoint, which: str, unit: str) -> Any:
         """A bound of a joint; None where the file has none."""
-        given = getattr(joint.limits, which)
+        given = joint.limits.get(which)
         if given is None:
             return None
         return self._value("limits", joint.name, which, given, unit, f"limit {which} of {{}}")
+
+    def _along_axes(
+        self, kind: str, name: str, letter: str, numbers: Iterable[Number], what: str
+    ) -> list[Any]:
+        return [
+            self._value(kind, name, f"{letter}{axis}", x, "m", f"{what} along {axis}")
+            for axis, x in zip("xyz", numbers, strict=True)
+        ]
 
     def _value(
         self, kind: str, name: str, letter: str, number: Number, unit: str, what: str,

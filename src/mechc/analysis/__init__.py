@@ -1,1 +1,1 @@
-"""Linear models, equilibria, inverse dynamics, Jacobians, rank of the constraints."""
+"""Linear models, equilibria, inverse dynamics, rank of the constraints."""

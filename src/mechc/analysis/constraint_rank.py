@@ -48,7 +48,10 @@ class Redundancy:
 def redundant_constraints(system: System, values: Array, t: float = 0.0) -> tuple[Redundancy, ...]:
     """Rows redundant in all configurations: see :meth:`mechc.Model.redundant_constraints`."""
     y = closed_states(system, even_points(STARTS, len(system.coordinates)), values, t)
-    jacobian = _of_highest_rank(np.asarray(system.constraint_jacobian(y, values, t)))
+    every = np.asarray(system.constraint_jacobian(y, values, t))
+    singular = np.linalg.svd(every, compute_uv=False)
+    rank = (singular > DEPENDENT * singular[:, :1]).sum(axis=1)
+    jacobian = np.asarray(every[rank == rank.max(initial=0)][:SAMPLES])  # of the highest rank
     size = np.linalg.norm(jacobian, axis=2).max(axis=0, initial=0.0)
     largest = float(size.max(initial=0.0))
     kept: list[int] = []
@@ -59,15 +62,14 @@ def redundant_constraints(system: System, values: Array, t: float = 0.0) -> tupl
         if (left > DEPENDENT * scale).any():
             kept.append(row)
         else:
-            found.append(_relation(system, name, kept, shares))
+            sizes = np.abs(shares).max(axis=0, initial=0.0)
+            most = float(sizes.max(initial=0.0))
+            part = [i for i in range(len(kept)) if sizes[i] > SHARE * max(1.0, most)]
+            names = tuple(system.constraint_names[kept[i]] for i in part)
+            constant = np.ptp(shares, axis=0).max(initial=0.0) <= SHARE * most
+            same = tuple(shares[0, part].tolist()) if constant else ()
+            found.append(Redundancy(name, names, same))
     return tuple(found)
-
-
-def _of_highest_rank(jacobian: Array) -> Array:
-    """The samples (at most SAMPLES, nc, nu) whose rank is the highest."""
-    singular = np.linalg.svd(jacobian, compute_uv=False)
-    rank = (singular > DEPENDENT * singular[:, :1]).sum(axis=1)
-    return np.asarray(jacobian[rank == rank.max(initial=0)][:SAMPLES])
 
 
 def _shares(jacobian: Array, kept: list[int], row: int) -> tuple[Array, Array]:
@@ -79,11 +81,3 @@ def _shares(jacobian: Array, kept: list[int], row: int) -> tuple[Array, Array]:
             shares[i] = np.linalg.lstsq(sample[kept].T, sample[row], rcond=DEPENDENT)[0]
             left[i] = np.linalg.norm(sample[row] - shares[i] @ sample[kept])
     return shares, left
-
-
-def _relation(system: System, name: str, kept: list[int], shares: Array) -> Redundancy:
-    size = np.abs(shares).max(axis=0, initial=0.0)
-    part = [i for i in range(len(kept)) if size[i] > SHARE * max(1.0, size.max(initial=0.0))]
-    names = tuple(system.constraint_names[kept[i]] for i in part)
-    constant = np.ptp(shares, axis=0).max(initial=0.0) <= SHARE * size.max(initial=0.0)
-    return Redundancy(name, names, tuple(shares[0, part].tolist()) if constant else ())

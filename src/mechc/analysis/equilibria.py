@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,10 +15,15 @@ from mechc.native._codes import RUNNING
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
-STARTS, ITERATIONS = 48, 60
+FIRST, MOST_STARTS, MOST_WORK = 48, 8192, 1 << 22  # of the first batch; of all; times speeds cubed
+ITERATIONS, LONGEST, CONVERGED = 60, 1.0, 1e-10  # steps of Newton's method, rad or lengths
+SURE = 0.5  # expected number of equilibria that were not found
 SCAN, BISECTIONS = 181, 60  # ranges narrower than two degrees can be missed
 NEUTRAL = 1e-7  # of the largest: slopes below it are rounding of the differences
 DIFFERENCE = 1e-6  # step of the central differences along the manifold
+DEPENDENT = 1e-10  # of the largest singular value: below it constraints are dependent
+BALANCED = 1e-9  # of the forces or their slopes: what is left of them is rounding
+STILL = 1e-6  # of them over the mass: accelerations below it are rounding
 
 
 @dataclass(frozen=True)
@@ -40,27 +46,87 @@ class Equilibrium:
     neutral: int = 0
 
 
-def equilibria(system: System, values: Array, t: float = 0.0) -> tuple[Equilibrium, ...]:
-    """Equilibria under the loads at time t: see :meth:`mechc.Model.equilibria`."""
+class Equilibria(tuple[Equilibrium, ...]):
+    """The equilibria that were found, the stable ones first, and how likely they are all.
+
+    Attributes
+    ----------
+    searches
+        How many searches ended at isolated equilibria, those found before included.
+    expected
+        The number of isolated equilibria to expect: W (N - 1) / (N - W - 2) where N searches found
+        W, if nothing is known of the share of the starts that lead to each (Boender & Rinnooy
+        Kan 1987, Mathematical Programming 37).  Infinite until N > W + 2.
+    unexplored
+        The share of the starts to expect that lead to others: W (W + 1) / (N (N - 1)).
+    """
+
+    searches: int
+
+    @property
+    def expected(self) -> float:
+        found, searches = self._isolated, self.searches
+        if not found:
+            return 0.0
+        more = searches - found - 2
+        return found * (searches - 1) / more if more > 0 else np.inf
+
+    @property
+    def unexplored(self) -> float:
+        found, searches = self._isolated, self.searches
+        return min(1.0, found * (found + 1) / max(1, searches * (searches - 1)))
+
+    @property
+    def _isolated(self) -> int:
+        return sum(not each.neutral for each in self)
+
+
+def equilibria(
+    system: System, values: Array, t: float = 0.0, most_starts: int | None = None
+) -> Equilibria:
+    """Equilibria under the loads at time t: see :meth:`mechc.Model.equilibria`.
+
+    Searches go on, in batches twice as large each time, until less than half an equilibrium more is
+    expected.  Neutral equilibria, of which there are infinitely many, do not count there.
+    """
     if system.states:
         raise MechcError(
             f"{system.name} has additional states ({', '.join(system.states)}): equilibria are "
             "found for mechanisms without them; at an equilibrium of both model.rhs is zero"
         )
     refuse_uneven(system, values, t)
-    starts = closed_states(system, even_points(STARTS, len(system.coordinates)), values, t)
-    found: list[Equilibrium] = []
-    for start in starts:
-        y = _settle(system, start, values, t)
-        if y is not None and all(_apart(system, y, e.y, values) for e in found):
-            found.append(Equilibrium(y, *_kind(system, y, values, t)))
+    work = MOST_WORK // max(1, len(system.speeds)) ** 3
+    most = most_starts or max(FIRST, min(MOST_STARTS, work))
+    points = even_points(most, len(system.coordinates))
+    found, searches, tried = list[Equilibrium](), 0, 0
+    for first, last in _batches(most):
+        starts = closed_states(system, points[first:last], values, t)
+        tried += len(starts)
+        for y in _settled(system, starts, values, t):
+            known = _same(system, y, found, values)
+            if known is None:
+                known = Equilibrium(y, *_kind(system, y, values, t))
+                found.append(known)
+            searches += not known.neutral
+        result = Equilibria(sorted(found, key=lambda e: (not e.stable, e.y.tolist())))
+        result.searches = searches
+        if found and result.expected < sum(not e.neutral for e in found) + SURE:
+            break
     if not found:
         raise MechcError(
-            f"no equilibrium was found from {len(starts)} configurations that close the loops: "
+            f"no equilibrium was found from {tried} configurations that close the loops: "
             "the loads have none, or the search did not reach it; integrate with damping "
             "to see where the mechanism comes to rest"
         )
-    return tuple(sorted(found, key=lambda e: (not e.stable, e.y.tolist())))
+    return result
+
+
+def _batches(most: int) -> Iterator[tuple[int, int]]:
+    """Ranges of starts: the first ones, then each time as many as before in all."""
+    first, last = 0, min(FIRST, most)
+    while first < last:
+        yield first, last
+        first, last = last, min(2 * last, most)
 
 
 def limits(system: System, coordinate: str, values: Array) -> tuple[tuple[float, float], ...]:
@@ -93,7 +159,7 @@ def _closed_at(system: System, driven: int, grid: Array, values: Array) -> list[
             for q, gap in zip(fixed, opened, strict=True)
         ]
     p = np.tile(values, (len(grid), 1))
-    any_start = search_of(system, free, starts=even_points(STARTS, len(free)))
+    any_start = search_of(system, free, starts=even_points(FIRST, len(free)))
     search = any_start.solve(0.0, fixed, p, 1, enough=1, tells_miss=False)
     return [q[0] if many else None for q, many in zip(search.found, search.many, strict=True)]
 
@@ -122,25 +188,94 @@ def _edge(system: System, driven: int, a: Side, b: Side, values: Array) -> float
     return inside
 
 
-def _settle(system: System, y: Array, values: Array, t: float) -> Array | None:
-    """Newton's method along the manifold; None where it does not converge."""
-    width = len(system.coordinates)
+def _settled(system: System, y: Array, values: Array, t: float) -> list[Array]:
+    """The equilibria (nq + nu,) to which Newton's method leads from states (n, nq + nu) at rest.
+
+    It solves F - J^T lambda = 0 and the constraints: in the span of the constraints' gradients the
+    step closes them, across it the step ends the force that they do not hold.
+    """
+    width, ends = len(system.coordinates), list[Array]()
+    y = y.copy()
     for _ in range(ITERATIONS):
-        basis = _tangent(system, y, values, t)
-        residual = _along(system, y, basis, values, t)
-        slope = _slope(system, y, basis, values, t)
-        step = -np.linalg.lstsq(slope, residual, rcond=NEUTRAL)[0]
-        size = float(np.abs(step).max(initial=0.0))
-        moved = _neighbour(system, y, basis @ (step * min(1.0, 0.3 / max(size, 1e-300))), values, t)
-        if moved is None:
-            return None
-        y = moved
-        if size < 1e-12:
-            if np.abs(residual).max(initial=0.0) > 1e-9 * max(1.0, np.abs(slope).max(initial=0.0)):
-                return None  # pushed in a direction in which no displacement helps
-            y[:width] = np.where(system.angular[:width], wrap(y[:width]), y[:width])
-            return y
-    return None
+        step, left, size = _newton_step(system, y, values, t)
+        longest = np.abs(step).max(axis=1, initial=0.0)
+        shortened = step * (LONGEST / np.maximum(longest, LONGEST))[:, None]
+        y[:, :width] += _moved(system, y, shortened[:, None], values, t)[:, 0]
+        done = longest < CONVERGED
+        balanced = done & (left <= BALANCED * size)  # else no displacement helps
+        ends += list(y[balanced][_at_rest(system, y[balanced], size[balanced], values, t)])
+        y = y[~done & np.isfinite(longest)]
+        if not len(y):
+            break
+    closed = (_closed(system, end, values, t) for end in ends)
+    return [end for end in closed if end is not None]
+
+
+def _at_rest(system: System, y: Array, size: Array, values: Array, t: float) -> Array:
+    """Whether states (n, nq + nu) stay (n,), for forces of this size: at poles of the coordinates
+    forces vanish, since nothing moves by these coordinates, and the accelerations do not."""
+    steps = _speed_steps(system, values)
+    mass = np.abs(system.mass_matrix(y, values, t) * np.outer(steps, steps)).max(axis=(1, 2))
+    accelerations = system.rates(y, values, t)[:, len(system.coordinates) :] / steps
+    return np.asarray(mass * np.abs(accelerations).max(axis=1) <= STILL * size)
+
+
+def _newton_step(system: System, y: Array, values: Array, t: float) -> tuple[Array, Array, Array]:
+    """The step (n, nu) of Newton's method in units of the steps, the force that is left over and
+    the size of forces (n,), in units of work."""
+    force, rows = _force_and_rows(system, y, values, t)
+    inverse = np.asarray(np.linalg.pinv(rows, rcond=DEPENDENT), np.float64)
+    across: Array = np.eye(force.shape[1]) - inverse @ rows
+    multipliers = _times(inverse.transpose(0, 2, 1), force)
+    gaps = system.constraints(y, values, t) / sizes(system, values, t).rows
+    closing = -_times(inverse[:, :, : gaps.shape[1]], gaps)
+    units = np.broadcast_to(np.eye(force.shape[1]), (len(y), *across.shape[1:]))
+    sides = list[Array]()
+    for side in (DIFFERENCE, -DIFFERENCE):
+        moved = np.repeat(y[:, None], force.shape[1], axis=1)
+        moved[..., : len(system.coordinates)] += side * _moved(system, y, units, values, t)
+        there, rows_there = _force_and_rows(system, moved, values, t)
+        sides.append(there - _times(rows_there.swapaxes(-1, -2), multipliers[:, None]))
+    slope: Array = ((sides[0] - sides[1]) / (2.0 * DIFFERENCE)).transpose(0, 2, 1)
+    left = _times(across, force)
+    wanted = left + _times(across, _times(slope, closing))
+    along = np.asarray(np.linalg.pinv(across @ slope @ across, rcond=NEUTRAL), np.float64)
+    step = closing - _times(along, wanted)
+    size = np.maximum(np.abs(force).max(axis=1), np.abs(slope).max(axis=(1, 2)))
+    return step, np.abs(left).max(axis=1), size
+
+
+def _force_and_rows(system: System, y: Array, values: Array, t: float) -> tuple[Array, Array]:
+    """The forces (..., nu) and the rows of J (..., nc, nu) at rest, by the steps of the speeds."""
+    steps = _speed_steps(system, values)
+    rows = system.constraint_jacobian(y, values, t) * steps
+    holonomic = system.scene.holonomic
+    rows[..., :holonomic, :] /= sizes(system, values, t).rows[:, None]
+    return system.evaluate("forcing", y, values, t) * steps, rows
+
+
+def _moved(system: System, y: Array, steps: Array, values: Array, t: float) -> Array:
+    """The changes of the coordinates (n, m, nq) by m steps (n, m, nu) of the speeds at states."""
+    width = len(system.coordinates)
+    moving = np.repeat(y[:, None], steps.shape[1], axis=1)
+    still = system.rates(y, values, t)[:, None, :width]
+    moving[..., width:] = steps * _speed_steps(system, values)
+    return np.asarray(system.rates(moving, values, t)[..., :width] - still)
+
+
+def _times(matrices: Array, vectors: Array) -> Array:
+    return np.asarray((matrices @ vectors[..., None])[..., 0])
+
+
+def _closed(system: System, y: Array, values: Array, t: float) -> Array | None:
+    """The nearest state on the manifold, at rest, angles within (-pi, pi]."""
+    status, moved, _, _ = system.scene.project(t, y, values)
+    if status != RUNNING:
+        return None
+    width = len(system.coordinates)
+    moved[width:] = 0.0
+    moved[:width] = np.where(system.angular[:width], wrap(moved[:width]), moved[:width])
+    return np.asarray(moved)
 
 
 def _tangent(system: System, y: Array, values: Array, t: float) -> Array:
@@ -201,6 +336,13 @@ def _kind(system: System, y: Array, values: Array, t: float) -> tuple[bool, int]
     return not neutral and bool(np.linalg.eigvals(slope).real.max() < 0), neutral
 
 
-def _apart(system: System, a: Array, b: Array, values: Array) -> bool:
-    difference = np.where(system.angular, wrap(a - b), a - b) / steps_of(system, values)
-    return bool(np.abs(difference).max() > 10 * SAME)
+def _same(
+    system: System, y: Array, found: Sequence[Equilibrium], values: Array
+) -> Equilibrium | None:
+    """The equilibrium that is at this state, if any is."""
+    if not found:
+        return None
+    away = np.array([e.y for e in found]) - y
+    away = np.abs(np.where(system.angular, wrap(away), away) / steps_of(system, values))
+    nearest = int(np.argmin(away.max(axis=1)))
+    return found[nearest] if away[nearest].max() <= 10 * SAME else None

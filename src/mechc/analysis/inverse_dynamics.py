@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mechc.errors import MechcError, UnknownNameError
+from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError
 from mechc.inputs.driven_scene import with_inputs
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -54,7 +54,12 @@ def inverse_dynamics(
     left = needed - np.einsum("...ij,...j->...i", per_input, found)
     multipliers = _least_norm(-np.swapaxes(jacobian, -1, -2), left)
     undone = left + np.einsum("...ij,...i->...j", jacobian, multipliers)
-    _refuse_undone(undone, needed, names)
+    largest = np.abs(undone).max(initial=0.0)
+    if largest > MADE * np.abs(needed).max(initial=1.0):
+        raise MechcError(
+            f"{', '.join(names)} cannot produce this motion: a generalized force of {largest:.3g} "
+            "remains. Every direction that the constraints allow needs an input"
+        )
     return InverseDynamics(found, multipliers)
 
 
@@ -91,20 +96,18 @@ class _ModelWithInputs:
             inertia = self._evaluate("mass_matrix", {name: 3.0}) - self._evaluate("mass_matrix", {})
             size = np.abs(ones).max(initial=0.0) + np.abs(column).max(initial=0.0)
             bent = np.abs(again - 2.0 * column).max(initial=0.0) > LINEAR * size
-            _refuse_input(name, bool(bent or np.any(inertia)), not np.any(column))
+            if bent or np.any(inertia):
+                raise MechcError(
+                    f"the equations are not linear in {name}; they must be in the inputs of "
+                    "inverse dynamics"
+                )
+            if not np.any(column):
+                raise MechcError(f"{name} has no effect at these states: it cannot be an input")
             columns.append(column)
+        if not columns:
+            raise ValueOutOfBoundsError("inverse dynamics needs at least one input")
         per_input = np.stack(columns, axis=-1)
         return ones - per_input.sum(axis=-1), per_input
-
-
-def _refuse_input(name: str, bent: bool, idle: bool) -> None:
-    if bent:
-        raise MechcError(
-            f"the equations are not linear in {name}; they must be in the inputs of "
-            "inverse dynamics"
-        )
-    if idle:
-        raise MechcError(f"{name} has no effect at these states: it cannot be an input")
 
 
 def _place(system: System, name: str) -> int:
@@ -115,13 +118,20 @@ def _place(system: System, name: str) -> int:
 
 def _along(jacobian: Array, columns: Array) -> Array:
     """The part of forces along motions that the constraints allow."""
-    carried = np.linalg.pinv(jacobian, rcond=RANK) @ (jacobian @ columns)
+    carried = _inverse(jacobian) @ (jacobian @ columns)
     return np.asarray(columns - carried)
 
 
 def _least_norm(columns: Array, right: Array) -> Array:
-    inverse = np.linalg.pinv(columns, rcond=RANK)
-    return np.asarray(np.einsum("...ij,...j->...i", inverse, right))
+    return np.asarray(np.einsum("...ij,...j->...i", _inverse(columns), right))
+
+
+def _inverse(matrix: Array) -> Array:
+    """The pseudo-inverse of matrices."""
+    try:
+        return np.asarray(np.linalg.pinv(matrix, rcond=RANK))
+    except np.linalg.LinAlgError:
+        raise MechcError("the equations at these states are not finite, or too large") from None
 
 
 def _refuse_departing(jacobian: Array, difference: Array, rates: Array) -> None:
@@ -133,13 +143,4 @@ def _refuse_departing(jacobian: Array, difference: Array, rates: Array) -> None:
             f"these accelerations violate the constraints: J u' - gamma is {open_by:.3g}. "
             "Take them from a motion that keeps the loops closed (model.assemble closes states; "
             "model.linearize(...).to_state gives the rates that follow from independent ones)"
-        )
-
-
-def _refuse_undone(undone: Array, needed: Array, names: tuple[str, ...]) -> None:
-    largest = np.abs(undone).max(initial=0.0)
-    if largest > MADE * np.abs(needed).max(initial=1.0):
-        raise MechcError(
-            f"{', '.join(names)} cannot produce this motion: a generalized force of {largest:.3g} "
-            "remains. Every direction that the constraints allow needs an input"
         )

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechc.analysis.constraint_rank import redundant_constraints
-from mechc.analysis.jacobians import input_values, jacobian
 from mechc.errors import ChangePointError, UnknownNameError
+from mechc.system.names import name_of
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -71,7 +71,7 @@ def linearize(
     independent: Sequence[str] | None,
 ) -> Linearization:
     """The linear model about a state on the constraints: see :meth:`mechc.Model.linearize`."""
-    by_state = jacobian(system, "state", state, values, t)
+    by_state = system.jacobian("state", state, values, t)
     tangent = _tangent(system, state, values, t, independent)
     names = (*system.coordinates, *system.speeds)
     chosen = names if outputs is None else outputs
@@ -106,13 +106,13 @@ def _by_inputs(
     columns = [np.zeros((len(y), 0) if of is None else 0)]
     for name in inputs:
         by, place = _input(system, name)
-        columns.append(jacobian(system, by, y, values, t, of)[..., place, None])
+        columns.append(system.jacobian(by, y, values, t, of)[..., place, None])
     return np.concatenate(columns, axis=-1)
 
 
 def _input(system: System, name: str) -> tuple[str, int]:
     """The array of derivatives that has those by an input, and its column there."""
-    given = input_values(system)
+    given, name = system.input_values, name_of(name)
     if name in given:
         return "input", given.index(name)
     if name not in system.parameters:
@@ -124,13 +124,13 @@ def _output_rows(
     system: System, name: str, y: Array, values: Array, t: float, inputs: tuple[str, ...]
 ) -> tuple[Array, Array]:
     """Derivatives of one output by the state and by the inputs."""
-    names = (*system.coordinates, *system.speeds)
+    names, name = (*system.coordinates, *system.speeds), name_of(name)
     if name in names:
         return np.eye(len(names))[names.index(name)], np.zeros(len(inputs))
     own = system.data["own"]
     if name not in own:
         raise UnknownNameError("coordinate, speed or user-defined output", name, [*names, *own])
-    return jacobian(system, "state", y, values, t, name), _by_inputs(
+    return system.jacobian("state", y, values, t, name), _by_inputs(
         system, y, values, t, inputs, name
     )
 
@@ -145,13 +145,18 @@ def _tangent(
     nq, nu = len(system.coordinates), len(system.speeds)
     rows = system.constraint_jacobian(y, values, t)
     if not len(rows):
-        chosen = range(nq + nu) if independent is None else _places(system, independent)
-        return _chosen_tangent(_Tangent(np.eye(nq + nu), np.arange(nq + nu)), list(chosen))
+        size = nq + nu
+        chosen = list(range(size)) if independent is None else _places(system, independent)
+        if sorted(chosen) != list(range(size)):
+            raise ValueError(
+                f"without constraints all {size} coordinates and speeds are independent"
+            )
+        return _Tangent(np.eye(size)[:, chosen], np.array(chosen))
     wanted = None if independent is None else _places(system, independent)
     of_q = None if wanted is None else [i for i in wanted if i < nq]
     of_u = None if wanted is None else [i - nq for i in wanted if i >= nq]
-    _refuse_change_point(system, rows, y, values, t)
-    q, free_q = _kernel(_gradient(system, y, values, t, rows), of_q, system.coordinates)
+    _refuse_change_point(system, rows, values, t)
+    q, free_q = _kernel(system.constraint_gradient(y, values, t), of_q, system.coordinates)
     u, free_u = _kernel(rows, of_u, system.speeds)
     pushed = system.evaluate("velocity_gradient", y, values, t) @ q
     follow = -np.linalg.lstsq(_without(rows, free_u), pushed, rcond=DEPENDENT)[0]
@@ -162,23 +167,8 @@ def _tangent(
     return _Tangent(directions, np.concatenate([free_q, nq + free_u]))
 
 
-def _chosen_tangent(tangent: _Tangent, chosen: list[int]) -> _Tangent:
-    size = len(tangent.independent)
-    if sorted(chosen) != list(range(size)):
-        raise ValueError(f"without constraints all {size} coordinates and speeds are independent")
-    return _Tangent(tangent.directions[:, chosen], np.array(chosen))
-
-
 def _places(system: System, independent: Sequence[str]) -> list[int]:
     return [system.state_index(name) for name in independent]
-
-
-def _gradient(system: System, y: Array, values: Array, t: float, rows: Array) -> Array:
-    """Derivative of the configuration constraints by the coordinates."""
-    if "constraint_gradient" in system.scene.outputs:
-        return system.evaluate("constraint_gradient", y, values, t)
-    holonomic = system.scene.holonomic
-    return rows[:holonomic] if holonomic else np.zeros((0, len(system.coordinates)))
 
 
 def _kernel(rows: Array, wanted: list[int] | None, names: tuple[str, ...]) -> tuple[Array, Places]:
@@ -232,7 +222,7 @@ def _others(width: int, columns: Places) -> Places:
     return np.setdiff1d(np.arange(width), columns)
 
 
-def _refuse_change_point(system: System, rows: Array, y: Array, values: Array, t: float) -> None:
+def _refuse_change_point(system: System, rows: Array, values: Array, t: float) -> None:
     """Refuse a state where rows are dependent that are independent elsewhere."""
     lost = len(rows) - _rank(rows)
     if lost and lost > len(redundant_constraints(system, values, t)):

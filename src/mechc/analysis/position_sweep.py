@@ -12,12 +12,7 @@ import numpy as np
 from mechc.assembly.closer import closure
 from mechc.assembly.positions import miss_message, search_for
 from mechc.assembly.speeds import in_words
-from mechc.errors import (
-    AssemblyError,
-    UnavailableOutputError,
-    UnknownNameError,
-    ValueOutOfBoundsError,
-)
+from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError
 from mechc.native._closing import trace_assemblies
 from mechc.system.names import name_of
 from mechc.system.parameters import Array, doubles
@@ -107,14 +102,40 @@ class PositionSweep:
         UnknownNameError
             If there is no such parameter.
         """
-        return position_slopes(self, parameter)
+        system, y, values = self.system, self._states, self._values
+        place = _differentiable(system, parameter)
+        rows = system.constraint_gradient(y, values, self.t)[..., list(self.free)]
+        opened = np.zeros(rows.shape[:-1])
+        if "constraints_by_parameters" in system.scene.outputs:
+            by = system.evaluate("constraints_by_parameters", y, values, self.t)
+            opened = np.asarray(by[..., place])
+        found = np.zeros_like(self.q)
+        found[np.isnan(self.q).any(axis=-1)] = np.nan
+        usable = np.isfinite(rows).all(axis=(-1, -2))
+        rows, opened = rows[usable], opened[usable]
+        regular = np.linalg.matrix_rank(rows, rtol=SINGULAR) == len(self.free)
+        moved = np.full((len(rows), len(self.free)), np.nan)  # Phi_q dq = -Phi_p dp
+        moved[regular] = -(np.linalg.pinv(rows[regular]) @ opened[regular, :, None])[..., 0]
+        part = found[usable]
+        part[:, list(self.free)] = moved
+        found[usable] = part
+        return found
 
     def point_sensitivity(self, parameter: Any) -> Array:
         """The derivative of the points' positions by a parameter, (..., nt, points, 3).
 
         As :meth:`sensitivity`; compiled with ``outputs=("points", "sensitivities")``.
         """
-        return point_slopes(self, parameter)
+        system, place = self.system, _differentiable(self.system, parameter)
+        if "points" not in dict(system.data["differentiated"]):
+            system.refuse_output("points")
+        places = system.derivative_rows["points"][0]
+        rows = slice(places[0], places[-1] + 1)
+        given = (self._states, self._values, self.t)
+        by_state = system.evaluate("own_state_jacobian", *given)[..., rows, : self.q.shape[-1]]
+        found = (by_state @ self.sensitivity(parameter)[..., None])[..., 0]
+        found = found + system.evaluate("own_parameter_jacobian", *given)[..., rows, place]
+        return np.asarray(found.reshape(*found.shape[:-1], -1, 3))
 
     @property
     def _states(self) -> Array:
@@ -175,61 +196,9 @@ def sweep_positions(
     )  # fmt: skip
 
 
-def position_slopes(sweep: PositionSweep, parameter: Any) -> Array:
-    """Phi_q dq = -Phi_p dp over the free coordinates."""
-    system, y, values = sweep.system, sweep._states, sweep._values
-    place = _differentiable(system, parameter)
-    rows = _gradient(system, y, values, sweep.t)[..., list(sweep.free)]
-    opened = np.zeros(rows.shape[:-1])
-    if "constraints_by_parameters" in system.scene.outputs:
-        by = system.evaluate("constraints_by_parameters", y, values, sweep.t)
-        opened = np.asarray(by[..., place])
-    found = np.zeros_like(sweep.q)
-    found[np.isnan(sweep.q).any(axis=-1)] = np.nan
-    usable = np.isfinite(rows).all(axis=(-1, -2))
-    rows, opened = rows[usable], opened[usable]
-    regular = np.linalg.matrix_rank(rows, rtol=SINGULAR) == len(sweep.free)
-    moved = np.full((len(rows), len(sweep.free)), np.nan)
-    moved[regular] = -(np.linalg.pinv(rows[regular]) @ opened[regular, :, None])[..., 0]
-    part = found[usable]
-    part[:, list(sweep.free)] = moved
-    found[usable] = part
-    return found
-
-
-def _gradient(system: System, y: Array, values: Array, t: float) -> Array:
-    """Derivative of the configuration constraints by the coordinates, (..., nh, nq)."""
-    if "constraint_gradient" in system.scene.outputs:
-        return system.evaluate("constraint_gradient", y, values, t)
-    return system.constraint_jacobian(y, values, t)[..., : system.scene.holonomic, :]
-
-
-def point_slopes(sweep: PositionSweep, parameter: Any) -> Array:
-    """The chain rule: points_q dq + points_p."""
-    system, place = sweep.system, _differentiable(sweep.system, parameter)
-    first = len(system.data["own"])
-    sizes = dict(system.data["differentiated"])
-    if "points" not in sizes:
-        system.refuse_output("points")
-    for name, size in sizes.items():
-        if name == "points":
-            break
-        first += size
-    rows = slice(first, first + sizes["points"])
-    given = (sweep._states, sweep._values, sweep.t)
-    by_state = system.evaluate("own_state_jacobian", *given)[..., rows, : sweep.q.shape[-1]]
-    found = (by_state @ sweep.sensitivity(parameter)[..., None])[..., 0]
-    found = found + system.evaluate("own_parameter_jacobian", *given)[..., rows, place]
-    return np.asarray(found.reshape(*found.shape[:-1], -1, 3))
-
-
 def _differentiable(system: System, parameter: Any) -> int:
     """The place of a parameter, of a model that has derivatives."""
-    if "differentiated" not in system.data:
-        raise UnavailableOutputError(
-            f"{system.name} was compiled without sensitivities: compile or load it with "
-            "outputs=(..., 'sensitivities')"
-        )
+    system.check_sensitivities()
     name = name_of(parameter)
     if name not in system.parameters:
         raise UnknownNameError("parameter", name, system.parameters)

@@ -74,23 +74,14 @@ def closure(system: System, t: float) -> Any:
     inputs = None if system.driven is None else system.driven.given_to(USED, t)
     known = system.cache.get("closure")
     if known is None:
+        kinds = np.where(system.angular, 1, np.where(system.dimensionless, 2, 0))  # as of Closure
+        units = system.closure_units
+        alike = [units.index(unit) if unit else i for i, unit in enumerate(units)]
         known = system.cache["closure"] = Closure(
-            system.scene.evaluator, inputs, _kinds(system), _alike(system)
-        )
+            system.scene.evaluator, inputs, kinds[: len(system.coordinates)].astype(np.uint8),
+            np.array(alike, np.intc),
+        )  # fmt: skip
     return known
-
-
-def _kinds(system: System) -> Any:
-    """The kind of every coordinate (nq,): 0 a translation, 1 an angle, 2 a number."""
-    found = np.where(system.angular, 1, np.where(system.dimensionless, 2, 0))
-    return found[: len(system.coordinates)].astype(np.uint8)
-
-
-def _alike(system: System) -> Any:
-    """The first constraint with the same known unit, for each configuration constraint (nh,)."""
-    units = system.closure_units
-    first = [units.index(unit) if unit else i for i, unit in enumerate(units)]
-    return np.array(first, np.intc)
 
 
 def start_count(unknowns: int) -> int:

@@ -59,11 +59,8 @@ def _together(own: Values, given: Values, freedoms: int) -> dict[str, Any]:
 def checked_numbers(values: Values, known: Sequence[str], kind: str) -> dict[str, float]:
     """Name -> finite number, each name known.
 
-    Raises
-    ------
-    UnknownNameError, ValueOutOfBoundsError
-        For an unknown name, for a value that is not a finite number, and for one whose square
-        overflows.
+    Raises :class:`UnknownNameError`, :class:`ValueOutOfBoundsError` for an unknown name, for a
+    value that is not a finite number, and for one whose square overflows.
     """
     checked = {}
     for name, value in values.items():

@@ -59,39 +59,36 @@ def assemblies(
 def _configurations(
     system: System, given: Values, p: Array, near: Values, t: float, **options: Any
 ) -> Array:
-    """Configurations (n, nq) whose attitudes are some: see :func:`_closed_configurations`."""
-    found = _closed_configurations(system, given, p, near, t, **options)
-    system.attitudes.check(found)
-    return found
-
-
-def _closed_configurations(
-    system: System, given: Values, p: Array, near: Values, t: float, **options: Any
-) -> Array:
     """Configurations found (n, nq): the nearest to the guess first, or the preferred one."""
     fixed = system.default_configurations(1, (*near, *given))
     for values in (near, given):
         for name, value in values.items():
             fixed[0, system.state_index(name)] = value
     search = search_for(system, tuple(given), tuple(near))
-    if search is None:
-        return _as_given(system, fixed, p, t)
+    if search is None:  # nothing is to be solved for, or nothing to be closed
+        gap = gaps(system, fixed, p, t)[0]
+        if is_open(system, gap, p, t):
+            raise AssemblyError(
+                f"the coordinates given leave {gap_in_words(system, gap, p, t)}; give fewer of "
+                "them and let the others be solved for"
+            )
+        system.attitudes.check(fixed)
+        return fixed
     done = search.solve(t, fixed, p[None], MOST, **options)
     many = int(done.many[0])
     if not many:
         raise AssemblyError(miss_message(system, given, near, done.open[0], p, t))
     if many > MOST and not near:
         raise AssemblyError(f"there are over {MOST} assemblies: give more coordinates, or a guess")
-    return np.asarray(done.found[0, :many])
+    found = np.asarray(done.found[0, :many])
+    system.attitudes.check(found)
+    return found
 
 
 def search_for(system: System, given: tuple[str, ...], near: tuple[str, ...]) -> Search | None:
     """The search with these coordinates given and guessed; None where none is to be solved for.
 
-    Raises
-    ------
-    AssemblyError
-        If constraints leave a choice that no guess makes.
+    Raises :class:`AssemblyError` if constraints leave a choice that no guess makes.
     """
     known: Search | None = system.cache.get((given, near))
     if known is not None:
@@ -121,10 +118,7 @@ def reach(system: System, p: Array) -> Array:
 def closed_states(system: System, starts: Array, p: Array, t: float) -> Array:
     """States (n, nq + nu) at rest that close the loops, searched from starts within -1 ... 1.
 
-    Raises
-    ------
-    AssemblyError
-        If there are none.
+    Raises :class:`AssemblyError` if there are none.
     """
     movable = len(system.coordinates) - len(system.states)
     closed = starts * reach(system, p)
@@ -141,17 +135,6 @@ def gaps(system: System, q: Array, p: Array, t: float) -> Array:
     """The configuration constraints (n, nh) at configurations (n, nq)."""
     still = np.zeros((len(q), len(system.speeds)))
     return system.constraints(np.hstack([q, still]), p, t)
-
-
-def _as_given(system: System, q: Array, p: Array, t: float) -> Array:
-    """The configuration as given, where nothing is to be solved for, or nothing to be closed."""
-    gap = gaps(system, q, p, t)[0]
-    if is_open(system, gap, p, t):
-        raise AssemblyError(
-            f"the coordinates given leave {gap_in_words(system, gap, p, t)}; give fewer of them "
-            "and let the others be solved for"
-        )
-    return q
 
 
 def miss_message(system: System, given: Values, near: Values, q: Array, p: Array, t: float) -> str:

@@ -71,31 +71,19 @@ def _free(system: System) -> Array:
 def checked_gap(system: System, p: Array, t: float) -> float:
     """A gap that is rounding in every row, found fast where lengths are known.
 
-    Raises
-    ------
-    AssemblyError
-        If rows are too uneven, see :func:`refuse_uneven`.
+    Raises :class:`AssemblyError` if rows are too uneven, see :func:`refuse_uneven`.
     """
     if system.sized_by_lengths:
         return ROUNDING * system.parameter_set.length(p)
     refuse_uneven(system, p, t)
-    return allowed_gap(system, p, t)
-
-
-def allowed_gap(system: System, p: Array, t: float) -> float:
-    """A gap that is rounding in every row, however uneven the rows are."""
-    if system.sized_by_lengths:
-        return ROUNDING * system.length(p)
     return ROUNDING * float(sizes(system, p, t).rows.min())
 
 
 def allowed_gaps(system: System, p: Array, t: float) -> Array:
     """Gaps (n,) that are rounding in every row, for parameters p (n, np).
 
-    Raises
-    ------
-    AssemblyError
-        If those of a member make rows too uneven, see :func:`refuse_uneven`.
+    Raises :class:`AssemblyError` if those of a member make rows too uneven, see
+    :func:`refuse_uneven`.
     """
     if system.sized_by_lengths:
         return np.asarray(ROUNDING * system.parameter_set.lengths(p))
@@ -107,10 +95,7 @@ def allowed_gaps(system: System, p: Array, t: float) -> Array:
 def refuse_uneven(system: System, p: Array, t: float) -> None:
     """Raise where the integrator would take the smallest row for one that depends on others.
 
-    Raises
-    ------
-    AssemblyError
-        Which two rows these are.
+    Raises :class:`AssemblyError`, which names the two rows.
     """
     if not system.sized_by_lengths:
         _refuse_uneven(system, sizes(system, p, t).rows[None])
@@ -150,11 +135,8 @@ def speed_sizes(system: System, y: Array, p: Array, t: float) -> tuple[Array, Ar
     States y (n, nq + nu), parameters p (n, np).  Configuration constraints have their sizes;
     others, those of their rows at the state.
     """
-    found, width, first = (
-        sizes_of_members(system, p, t),
-        len(system.coordinates),
-        system.scene.holonomic,
-    )
+    found, width = sizes_of_members(system, p, t), len(system.coordinates)
+    first = system.scene.holonomic
     steps = np.where(system.dimensionless[width:], 1.0, found.length[:, None])
     if first == system.scene.rows:
         return found.rows, steps

@@ -71,19 +71,16 @@ def consistent(system: System, y: Array, given: Collection[str], p: Array, t: fl
     if free is None:
         places = [i for i, name in enumerate(system.speeds) if name not in given]
         free = system.cache[names] = np.array(places, np.intc)
-    units = () if system.sized_by_lengths else _units(system, y, p, t)
+    units: tuple[Array, ...] = ()  # weights of the rows and units of the speeds, for every row of p
+    if not system.sized_by_lengths:
+        rows, steps = speed_sizes(system, y[: len(p)], p, t)
+        units = 1.0 / rows, steps
     y, left, row, residual, conditioning = closure(system, t).keep_speeds(
         t, y, p, free, DEAD, *units
     )
     if system.driven is not None:
         system.driven.raise_failure()
     return KeptSpeeds(y, left <= OPEN, row, residual, conditioning)
-
-
-def _units(system: System, y: Array, p: Array, t: float) -> tuple[Array, Array]:
-    """Weights of the rows and units of the speeds, for every row of parameters p (n or 1, np)."""
-    rows, steps = speed_sizes(system, y[: len(p)], p, t)
-    return 1.0 / rows, steps
 
 
 def _speeds_at(
@@ -95,7 +92,12 @@ def _speeds_at(
     at = branches.find(system, y, values, t) if near else None
     if at is None or (at.q[fixed] != y[fixed]).any():
         if not kept.keep[i]:
-            _refuse_constraint(system, kept, i, given)
+            names = ", ".join(f"{name} = {value:g}" for name, value in given.items()) or "rest"
+            raise AssemblyError(
+                f"no speeds with {names} keep the constraint "
+                f"{system.constraint_names[kept.row[i]]!r}: it opens at {kept.residual[i]:.6g} per "
+                "second. Give other speeds, or fewer"
+            )
         return kept.y[i : i + 1]
     places = {system.speeds.index(name): value for name, value in given.items()}
     speeds = branches.speeds_on_branches(system, at, places, values, t)
@@ -161,16 +163,6 @@ def _motion(system: System, u: Array) -> str:
 def _place(system: System, y: Array) -> str:
     return ", ".join(
         in_words(system.quantities[n], x) for n, x in zip(system.coordinates, y, strict=False)
-    )
-
-
-def _refuse_constraint(
-    system: System, kept: KeptSpeeds, i: int, given: Mapping[str, float]
-) -> None:
-    names = ", ".join(f"{name} = {value:g}" for name, value in given.items()) or "rest"
-    raise AssemblyError(
-        f"no speeds with {names} keep the constraint {system.constraint_names[kept.row[i]]!r}: it "
-        f"opens at {kept.residual[i]:.6g} per second. Give other speeds, or fewer"
     )
 
 

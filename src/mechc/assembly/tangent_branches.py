@@ -41,24 +41,22 @@ def find(
     y: Array,
     values: Array,
     t: float,
-    near: float = NEAR,
-    apart: float = SNAP,
 ) -> SingularConfiguration | None:
     """The change point that the configuration of a state is, to half the digits; else None.
 
-    Searched for below ``near`` of the largest singular value; one that is farther from the state
-    than ``apart`` in any coordinate does not count.
+    Searched for below ``NEAR`` of the largest singular value; one that is farther from the state
+    than ``SNAP`` in any coordinate does not count.
     """
     if not system.scene.holonomic or len(system.coordinates) != len(system.speeds):
         return None
     jacobian = system.constraint_jacobian(y, values, t)
     singular = np.linalg.svd(jacobian, compute_uv=False)
-    if singular[-1] > near * singular[0] and len(jacobian) <= len(system.speeds):
+    if singular[-1] > NEAR * singular[0] and len(jacobian) <= len(system.speeds):
         return None
     generic = generic_rank(system, y, values, t)
-    if generic == 0 or singular[generic - 1] > near * singular[0]:
+    if generic == 0 or singular[generic - 1] > NEAR * singular[0]:
         return None
-    return _refined_configuration(system, y, values, t, generic, near, apart)
+    return _refined_configuration(system, y, values, t, generic)
 
 
 def generic_rank(system: System, y: Array, values: Array, t: float) -> int:
@@ -69,16 +67,13 @@ def generic_rank(system: System, y: Array, values: Array, t: float) -> int:
         code, beside, _, _ = system.scene.project(t, beside, values)
         if code == 0:
             jacobian = system.constraint_jacobian(beside, values, t)
-            rank = max(rank, int(np.linalg.matrix_rank(jacobian, tol=GENERIC * _size(jacobian))))
+            size = float(np.linalg.norm(jacobian, 2))
+            rank = max(rank, int(np.linalg.matrix_rank(jacobian, tol=GENERIC * size)))
     return rank
 
 
-def _size(jacobian: Array) -> float:
-    return float(np.linalg.norm(jacobian, 2))
-
-
 def _refined_configuration(
-    system: System, y: Array, values: Array, t: float, generic: int, near: float, apart: float
+    system: System, y: Array, values: Array, t: float, generic: int
 ) -> SingularConfiguration | None:
     """Gauss-Newton steps for a closed configuration where J^T w = 0."""
     width = len(system.coordinates)
@@ -88,7 +83,7 @@ def _refined_configuration(
     for _ in range(6):
         jacobian = system.constraint_jacobian(still, values, t)
         left, singular, right = np.linalg.svd(jacobian)
-        rank = int((singular > near * singular[0]).sum())
+        rank = int((singular > NEAR * singular[0]).sum())
         normals = left[:, rank:].T
         free = right[rank:].T  # a change of w removes the other components of J^T w
         pulls = (normals @ jacobian @ free).ravel()
@@ -106,7 +101,7 @@ def _refined_configuration(
     closed = np.abs(system.constraints(still, values, t)).max() <= 64 * EPS * length
     singular = np.linalg.svd(system.constraint_jacobian(still, values, t), compute_uv=False)
     critical = singular[rank] <= 1e-12 * singular[0] if rank < len(singular) else True
-    if not (rank < generic and off <= apart and closed and critical):
+    if not (rank < generic and off <= SNAP and closed and critical):
         return None
     rounding = 4 * np.spacing(np.maximum(1.0, np.abs(y[:width])))
     q = np.where(np.abs(still[:width] - y[:width]) <= rounding, y[:width], still[:width])

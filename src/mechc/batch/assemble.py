@@ -28,10 +28,7 @@ def configurations(
     whether Ctrl-C left it complete).  Every member is searched from the same starts, so what is
     found does not depend on other members.
 
-    Raises
-    ------
-    AssemblyError
-        If the coordinates given leave a choice and there is no guess.
+    Raises :class:`AssemblyError` if the coordinates given leave a choice and there is no guess.
     """
     fixed = system.default_configurations(recipe.count, (*recipe.guess, *recipe.coordinates))
     for name, column in {**recipe.guess, **recipe.coordinates}.items():

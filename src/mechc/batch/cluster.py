@@ -12,7 +12,7 @@ from typing import Any
 from mechc.batch.run import run_members
 from mechc.batch.spec import Recipe
 from mechc.compilation.find import system_of
-from mechc.errors import MechcError, MissingPackageError
+from mechc.errors import MechcError, package
 from mechc.system.parameters import Array
 from mechc.system.reference import ModelReference
 from mechc.system.system import System
@@ -26,17 +26,11 @@ def compute_on(
 ) -> Iterator[tuple[int, dict[str, Array], bool]]:  # fmt: skip
     """Chunks in the order in which workers finish them; a lost one is computed by another worker.
 
-    Raises
-    ------
-    MechcError
-        If a worker cannot get the model.
+    Raises :class:`MechcError` if a worker cannot get the model.
     """
-    try:
-        from distributed import as_completed
-    except ImportError:
-        raise MissingPackageError(
-            "dask.distributed is not installed: pip install 'dask[distributed]'"
-        ) from None
+    distributed = package(
+        "distributed", "dask.distributed is not installed: pip install 'dask[distributed]'"
+    )
     system.wait()  # workers find it in the cache
     reference = system.reference.exactly(system.instruction_set)
     left = iter(ranges)
@@ -49,7 +43,9 @@ def compute_on(
 
     starts: dict[str, int] = {}
     ahead = AHEAD * max(1, sum(client.nthreads().values()))
-    waiting = as_completed([submit(*r) for _, r in zip(range(ahead), left, strict=False)])
+    waiting = distributed.as_completed(
+        [submit(*r) for _, r in zip(range(ahead), left, strict=False)]
+    )
     for future in waiting:
         found = future.result()
         first = starts.pop(future.key)

@@ -18,10 +18,7 @@ def run_controlled(
 ) -> tuple[dict[str, Array], bool]:
     """Run members as :func:`mechc.batch.run.run_members`; Ctrl-C keeps the finished ones.
 
-    Raises
-    ------
-    InputError
-        If a controller fails.
+    Raises :class:`InputError` if a controller fails.
     """
     found: list[dict[str, Array]] = []
     complete = True

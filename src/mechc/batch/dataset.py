@@ -39,7 +39,12 @@ def to_dataset(
     system: System, recipe: Recipe, arrays: Mapping[str, Any], warnings: Sequence[str]
 ) -> Any:
     """See :meth:`mechc.batch.results.Batch.to_xarray`."""
-    keys = _labels(recipe, arrays)
+    asked = {f"reduction_{i}": text for i, text in enumerate(recipe.reductions)}
+    asked |= {f"output_{i}": name for i, name in enumerate(recipe.outputs)}
+    own = tuple(name for name in arrays if name not in asked)
+    keys = {name: name for name in own}
+    for name, key in zip(asked, netcdf_names(tuple(asked.values())), strict=True):
+        keys[name] = key if key not in own else f"{key}_asked"
     variables = {
         keys[name]: (
             dimensions(name, len(values.shape)), np.asarray(values),
@@ -60,18 +65,6 @@ def to_dataset(
         coords[free] = ("member", varied[name], told)
     about = {"title": f"{system.name}, simulated by mechc", "warnings": list(warnings)}
     return xarray_module().Dataset(variables, coords=coords, attrs=about)
-
-
-def _labels(recipe: Recipe, arrays: Mapping[str, Any]) -> dict[str, str]:
-    """Names of arrays -> names in a dataset."""
-    asked = {f"reduction_{i}": text for i, text in enumerate(recipe.reductions)}
-    asked |= {f"output_{i}": name for i, name in enumerate(recipe.outputs)}
-    own = tuple(name for name in arrays if name not in asked)
-    labels = {name: name for name in own}
-    escaped = netcdf_names(tuple(f"{text}" for text in asked.values()))
-    for name, key in zip(asked, escaped, strict=True):
-        labels[name] = key if key not in own else f"{key}_asked"
-    return labels
 
 
 def attributes(system: System, recipe: Recipe, name: str) -> dict[str, str]:

@@ -10,12 +10,20 @@ import numpy as np
 
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.inputs.accept import accepted_inputs
+from mechc.inputs.bind import functions_of
 from mechc.inputs.driven_scene import with_inputs
 from mechc.inputs.sampled import Sampled, with_held
 from mechc.inputs.signals import Signal
 from mechc.system.names import names_of
 from mechc.system.parameters import Array
 from mechc.system.system import System
+
+Columns = Mapping[str, Any]  # name -> number, or one number a member
+
+
+def cut(columns: Columns, first: int, last: int) -> dict[str, Any]:
+    """The columns of members first ... last - 1."""
+    return {name: c[first:last] if np.ndim(c) else c for name, c in columns.items()}
 
 
 class BatchInputs(NamedTuple):
@@ -29,11 +37,10 @@ class BatchInputs(NamedTuple):
 
     def cut(self, first: int, last: int) -> BatchInputs:
         """The inputs of members first ... last - 1."""
-        rows = {n: c[first:last] if np.ndim(c) else c for n, c in self.numbers.items()}
         controllers = {
             names: c[first:last] if len(c) > 1 else c for names, c in self.controllers.items()
         }
-        return self._replace(numbers=rows, controllers=controllers)
+        return self._replace(numbers=cut(self.numbers, first, last), controllers=controllers)
 
     def with_signals(self, span: tuple[float, float]) -> BatchInputs:
         """The inputs of one member, with a signal to be filled in place of each controller."""
@@ -45,10 +52,6 @@ class BatchInputs(NamedTuple):
     def calls_python(self) -> bool:
         """Whether any of them is a function of this process."""
         return bool(self.functions or self.controllers)
-
-    def without_functions(self) -> BatchInputs:
-        """The inputs without functions of Python, which can be stored and sent to workers."""
-        return self._replace(functions={}, controllers={})
 
     @property
     def own(self) -> dict[str, Array]:
@@ -68,33 +71,27 @@ NONE = BatchInputs({}, {})
 def checked_inputs(system: System, given: Mapping[str, Any] | None) -> BatchInputs:
     """Inputs of a batch, besides those that the model was given before.
 
-    Raises
-    ------
-    UnknownNameError, ValueOutOfBoundsError
-        For unknown names, and numbers that are not finite.
+    Raises :class:`UnknownNameError`, :class:`ValueOutOfBoundsError` for unknown names, and numbers
+    that are not finite.
     """
     slots = system.data.get("inputs", ())
+    named_inputs = {} if given is None else given
+    if not isinstance(named_inputs, Mapping):
+        raise TypeError(f"inputs are given by name, not as {brief(given)}")
     if system.driven is None:
-        for name in given or {}:
+        for name in named_inputs:
             raise UnknownNameError("input", name, system.inputs)
         return NONE
     orders = {slot["name"]: max(slot["orders"]) for slot in slots}
-    controllers = {k: c for k, x in dict(given or {}).items() if (c := _controllers(x))}
-    others = {key: value for key, value in dict(given or {}).items() if key not in controllers}
+    controllers = {k: c for k, x in named_inputs.items() if (c := _controllers(x))}
+    others = {key: value for key, value in named_inputs.items() if key not in controllers}
     every = {**system.driven.given, **accepted_inputs(others, orders)}
     signals = {name: value for name, value in every.items() if isinstance(value, Signal)}
-    functions = {name: value for name, value in every.items() if _is_called(value)}
+    functions = {name: value for name, value in every.items() if functions_of(value)}
     known = {*signals, *functions}
     numbers = {n: _numbers(n, value) for n, value in every.items() if n not in known}
     named = {tuple(names_of(key)): several for key, several in controllers.items()}
     return BatchInputs(numbers, signals, functions, named)
-
-
-def _is_called(value: Any) -> bool:
-    """Whether a value is a function, or several: a function and its derivatives."""
-    if isinstance(value, Signal):
-        return False
-    return callable(value) or (isinstance(value, (tuple, list)) and any(map(callable, value)))
 
 
 def _controllers(given: Any) -> tuple[Sampled, ...]:
@@ -126,11 +123,9 @@ def driven_by(system: System, inputs: BatchInputs) -> System:
 def check_driven(system: System, inputs: BatchInputs, times: Array, assembled: bool) -> None:
     """Refuse inputs that the scene cannot have, or not at these times.
 
-    Raises
-    ------
-    MissingInputError, ValueOutOfBoundsError, MechcError
-        If one is missing, too rough, or not known at a time; if members are assembled with
-        different numbers in their constraints.
+    Raises :class:`MissingInputError`, :class:`ValueOutOfBoundsError`, :class:`MechcError` if one is
+    missing, too rough, or not known at a time; if members are assembled with different numbers in
+    their constraints.
     """
     if system.driven is None or any(np.size(c) == 0 for c in inputs.own.values()):
         return
@@ -154,13 +149,17 @@ def own_numbers(system: System, inputs: BatchInputs, count: int) -> tuple[Array,
 
 
 def evaluate_output(
-    system: System, inputs: BatchInputs, name: str, states: Array, values: Array, times: Array
-) -> Array:
-    """An output at states (n, nt, nq + nu) of members with parameters (n, nt or 1, np)."""
+    system: System, inputs: BatchInputs, name: str, states: Array, values: Array, times: Array,
+    forces: Array | None,
+) -> Array:  # fmt: skip
+    """An output at states (n, nt, nq + nu) of members with parameters (n, nt or 1, np), with the
+    ``forces`` of contacts (n, nt, nu)."""
     if system.driven is None or not inputs.own or system.driven.is_free(name):
-        return system.evaluate(name, states, values, times)
+        return system.evaluate(name, states, values, times, forces)
     rows = [
-        with_inputs(system, inputs.of(k)).evaluate(name, states[k], values[k], times[k])
+        with_inputs(system, inputs.of(k)).evaluate(
+            name, states[k], values[k], times[k], None if forces is None else forces[k]
+        )
         for k in range(len(states))
     ]
     return np.array(rows)

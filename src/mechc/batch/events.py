@@ -47,10 +47,7 @@ class BatchEvents(NamedTuple):
 def events_from_json(told: Any) -> BatchEvents | None:
     """Events from the JSON data of :meth:`BatchEvents.as_json`, without functions.
 
-    Raises
-    ------
-    KeyError, TypeError, ValueError
-        For anything else.
+    Raises ``KeyError``, ``TypeError``, ``ValueError`` for anything else.
     """
     if told is None:
         return None
@@ -65,10 +62,8 @@ def events_from_json(told: Any) -> BatchEvents | None:
 def batch_events(system: System, span: tuple[float, float], given: Any) -> BatchEvents | None:
     """The events of a batch; None without any.
 
-    Raises
-    ------
-    UnknownNameError, ValueOutOfBoundsError, ExpressionError
-        As :func:`mechc.simulation.events.run_events.run_events`.
+    Raises :class:`UnknownNameError`, :class:`ValueOutOfBoundsError`, :class:`ExpressionError` as
+    :func:`mechc.simulation.events.run_events.run_events`.
     """
     if isinstance(given, (tuple, list)) and not given:
         return None

@@ -33,7 +33,6 @@ _LARGEST_METADATA = 2**20  # bytes
 _KINDS = {"float64": np.float64, "int64": np.int64, "int16": np.int16}
 _EVERY_CHUNK = {"array.write_empty_chunks": True}  # else one that holds blanks would be no file
 _LARGEST_BLOCK = 2**20  # bytes
-_CODECS = [{"name": "bytes", "configuration": {"endian": "little"}}]
 
 
 @dataclass(frozen=True)
@@ -59,21 +58,6 @@ class Layout:
     def chunk_bytes(self) -> int:
         """Size of the file of a chunk."""
         return math.prod(self.chunk) * np.dtype(_KINDS[self.kind]).itemsize
-
-    def zarr_metadata(self) -> dict[str, Any]:
-        """The metadata of the array that Zarr's format demands."""
-        return {
-            "zarr_format": 3,
-            "node_type": "array",
-            "shape": list(self.shape),
-            "data_type": self.kind,
-            "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": list(self.chunk)}},
-            "chunk_key_encoding": {"name": "default", "configuration": {"separator": "/"}},
-            "fill_value": "NaN" if self.kind == "float64" else 0,
-            "codecs": _CODECS,
-            "dimension_names": list(self.dimensions),
-            "storage_transformers": [],
-        }
 
 
 def layouts(
@@ -153,36 +137,8 @@ def create(zarr: Any, path: Path, layout: Layout, attributes: Mapping[str, str])
         )
 
 
-def check(path: Path, layout: Layout) -> None:
-    """Refuse an array whose metadata or whose files are not those of the layout.
-
-    Raises
-    ------
-    MechcError
-        Names what differs.  No data is read.
-    """
-    try:
-        held = read_json(path / METADATA, _LARGEST_METADATA)
-    except FileNotFoundError:
-        raise MechcError(f"{path} is damaged: it has no {METADATA}") from None
-    described = {"storage_transformers": [], **held}
-    described.pop("attributes", None)
-    wanted = layout.zarr_metadata()
-    for key in sorted({*described, *wanted}):
-        if json.dumps(described.get(key)) != json.dumps(wanted.get(key)):  # 1.0 is not 1
-            raise MechcError(
-                f"{path / METADATA} is damaged: {printable(key)} is not that of the request"
-            )
-
-
 def check_chunk(path: Path, layout: Layout, first: int) -> None:
-    """Refuse a chunk that is not one file of the right size.
-
-    Raises
-    ------
-    MechcError
-        Names the file.
-    """
+    """Raise :class:`MechcError`, which names the file, for a chunk of another size, or none."""
     for file in chunk_files(path, layout, first):
         try:
             status = file.lstat()
@@ -200,8 +156,33 @@ def chunk_files(path: Path, layout: Layout, first: int) -> list[Path]:
 
 
 def open_array(zarr: Any, path: Path, layout: Layout, mode: str = "r") -> Any:
-    """An array whose metadata are those of the layout; raises :class:`MechcError` otherwise."""
-    check(path, layout)
+    """An array whose metadata are those of the layout, of which no data is read yet.
+
+    Raises :class:`MechcError`, which names what differs.
+    """
+    try:
+        held = read_json(path / METADATA, _LARGEST_METADATA)
+    except FileNotFoundError:
+        raise MechcError(f"{path} is damaged: it has no {METADATA}") from None
+    described = {"storage_transformers": [], **held}
+    described.pop("attributes", None)
+    wanted = {
+        "zarr_format": 3,
+        "node_type": "array",
+        "shape": list(layout.shape),
+        "data_type": layout.kind,
+        "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": list(layout.chunk)}},
+        "chunk_key_encoding": {"name": "default", "configuration": {"separator": "/"}},
+        "fill_value": "NaN" if layout.kind == "float64" else 0,
+        "codecs": [{"name": "bytes", "configuration": {"endian": "little"}}],
+        "dimension_names": list(layout.dimensions),
+        "storage_transformers": [],
+    }
+    for key in sorted({*described, *wanted}):
+        if json.dumps(described.get(key)) != json.dumps(wanted.get(key)):  # 1.0 is not 1
+            raise MechcError(
+                f"{path / METADATA} is damaged: {printable(key)} is not that of the request"
+            )
     try:
         with zarr.config.set(_EVERY_CHUNK):
             return zarr.open_array(str(path), mode=mode, zarr_format=3)

@@ -38,7 +38,7 @@ KINDS = {"min": MINIMUM, "max": MAXIMUM, "mean": MEAN, "final": LAST}
 DIRECTIONS = {">": 1, "<": -1, "=": 0}
 EXAMPLE = "for instance max(theta_2), mean(energy), range(abs(omega_0)) or first(theta_0 > 180deg)"
 _CALL = re.compile(r"\s*(\w+)\s*\((.*)\)\s*", re.DOTALL)
-_ENTRY = re.compile(r"\s*([^\W\d]\w*)\s*(?:\[\s*(\d+(?:\s*,\s*\d+)*)\s*\])?\s*")
+ENTRY = re.compile(r"\s*([^\W\d]\w*)\s*+(?:\[\s*(\d+(?:\s*,\s*\d+)*)\s*\])?\s*")
 _LEVEL = re.compile(r"(.*)([<>=])([^<>=]*)", re.DOTALL)
 
 Primitive = tuple[int, int, int, int, int, int, float]  # the argument of the compiled loop
@@ -69,7 +69,7 @@ class Reduction:
 
 
 @dataclass(frozen=True)
-class _Quantity:
+class _ReducedQuantity:
     form: int
     output: int
     second: int
@@ -108,10 +108,7 @@ def read_reduction(system: System, text: str) -> Reduction:
 def read_stop(system: System, text: str) -> Primitive:
     """Parse ``first(theta_0 > 360deg)``, or the text in its brackets, as an end of runs.
 
-    Raises
-    ------
-    MechcError
-        If it is not a crossing.
+    Raises :class:`MechcError` if it is not a crossing.
     """
     typed = text.strip() if isinstance(text, str) else ""
     crossing = read_reduction(system, typed if typed.startswith("first") else f"first({typed})")
@@ -132,7 +129,7 @@ def _first(system: System, short: str, inside: str) -> Reduction:
     )
 
 
-def _quantity(system: System, text: str) -> _Quantity:
+def _quantity(system: System, text: str) -> _ReducedQuantity:
     call = _CALL.fullmatch(text)
     if call is None:
         return _entry(system, text, COMPONENT)
@@ -142,8 +139,8 @@ def _quantity(system: System, text: str) -> _Quantity:
     return _entry(system, inside, ABSOLUTE if function == "abs" else NORM)
 
 
-def _entry(system: System, text: str, form: int) -> _Quantity:
-    match = _ENTRY.fullmatch(text)
+def _entry(system: System, text: str, form: int) -> _ReducedQuantity:
+    match = ENTRY.fullmatch(text)
     if match is None:
         raise MechcError(f"{text.strip()!r} is not the name of a quantity; {EXAMPLE}")
     name, indices = match.groups()
@@ -151,11 +148,11 @@ def _entry(system: System, text: str, form: int) -> _Quantity:
         if indices is not None or form == NORM:
             raise MechcError(f"{name} is one number: it has no entries and no norm")
         told = system.quantities[name]
-        return _Quantity(form, -1, -1, system.state_index(name), told)
+        return _ReducedQuantity(form, -1, -1, system.state_index(name), told)
     return _output(system, name, indices, form)
 
 
-def _output(system: System, name: str, indices: str | None, form: int) -> _Quantity:
+def _output(system: System, name: str, indices: str | None, form: int) -> _ReducedQuantity:
     order = list(system.scene.outputs)
     known = (*system.coordinates, *system.speeds, "energy", *order)
     told = NamedQuantity(name, "J" if "energy" in name else "", name, -math.inf, math.inf, False)
@@ -165,11 +162,11 @@ def _output(system: System, name: str, indices: str | None, form: int) -> _Quant
         if "potential_energy" not in order:
             system.refuse_output("potential_energy")
         kinetic, potential = order.index("kinetic_energy"), order.index("potential_energy")
-        return _Quantity(COMPONENT, kinetic, potential, 0, told)
+        return _ReducedQuantity(COMPONENT, kinetic, potential, 0, told)
     if name not in order:
         raise UnknownNameError("quantity", name, known)
     shape = system.data["shapes"].get(name, [system.scene.outputs[name]])
-    return _Quantity(form, order.index(name), -1, _flat(name, indices, shape, form), told)
+    return _ReducedQuantity(form, order.index(name), -1, _flat(name, indices, shape, form), told)
 
 
 def _flat(name: str, indices: str | None, shape: list[int], form: int) -> int:
@@ -182,9 +179,6 @@ def _flat(name: str, indices: str | None, shape: list[int], form: int) -> int:
     inside = len(given) == len(shape) and all(i < n for i, n in zip(given, shape, strict=True))
     if not inside:
         words = f"{name} has the shape {tuple(shape)}" if shape else f"{name} is one number"
-        raise MechcError(f"{words}: request one entry of it, as in {_sample(name, shape)}")
+        sample = f"{name}[{','.join('0' for _ in shape)}]" if shape else name
+        raise MechcError(f"{words}: request one entry of it, as in {sample}")
     return int(np.ravel_multi_index(given, shape)) if shape else 0
-
-
-def _sample(name: str, shape: list[int]) -> str:
-    return f"{name}[{','.join('0' for _ in shape)}]" if shape else name

@@ -30,7 +30,7 @@ class Batch:
     complete
         False after Ctrl-C: the members not computed have the status ``"not run"``.
     arrays
-        Name -> array with the members first: ``y`` (n, nq + nu) final states, ``t`` (n,) times
+        Name -> array with the members first: ``y`` (n, nq + nu) final states, ``t`` (n,) times in s
         reached, ``y0`` (n, nq + nu) starts, ``status`` (n,), counters, ``y_eval``
         (n, nt, nq + nu); with sensitivities by k names ``sensitivity_final`` and
         ``sensitivity_max`` (n, nq + nu, k), ``sensitivity`` (n, nt, nq + nu, k); a Zarr array
@@ -54,15 +54,7 @@ class Batch:
 
     def __getitem__(self, name: str) -> Array:
         """An array of ``arrays``, a reduction, or an output, by name."""
-        return np.asarray(self.arrays[self._key(name_of(name))])
-
-    def __getattr__(self, name: str) -> Array:
-        """An array of ``arrays`` as an attribute: ``batch.y0``, ``batch.steps``."""
-        if name not in self.__dict__.get("arrays", ()):
-            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-        return self[name]
-
-    def _key(self, name: str) -> str:
+        name = name_of(name)
         keys = {key: key for key in self.arrays}
         keys |= {text: f"output_{i}" for i, text in enumerate(self.recipe.outputs)}
         keys |= {
@@ -71,17 +63,13 @@ class Batch:
         short = name if name in keys else "".join(name.split())
         if short not in keys:
             raise UnknownNameError("result", name, keys)
-        return keys[short]
+        return np.asarray(self.arrays[keys[short]])
 
-    @property
-    def y(self) -> Array:
-        """States at the end of each member's run (n, nq + nu)."""
-        return self["y"]
-
-    @property
-    def t(self) -> Array:
-        """Times reached (n,), s."""
-        return self["t"]
+    def __getattr__(self, name: str) -> Array:
+        """An array of ``arrays`` as an attribute: ``batch.y0``, ``batch.steps``."""
+        if name not in self.__dict__.get("arrays", ()):
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        return self[name]
 
     @property
     def t_eval(self) -> Array:

@@ -23,7 +23,7 @@ from mechc.native._codes import COUNTERS, FINISHED, LAST, LEAST
 from mechc.simulation.events.outcome import function_failed
 from mechc.simulation.events.run_events import RunEvents
 from mechc.simulation.initialise import request_of
-from mechc.simulation.settings import IN_LOCKSTEP
+from mechc.simulation.settings import IN_LOCKSTEP, refuse_derivatives_in_contact
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -58,8 +58,20 @@ def run_members(
     job = _runs(system, scene, recipe, values, y0, assembled, reductions, events, changes)
     one_thread = recipe.inputs.calls_python or (events is not None and events.bound.calls_python)
     complete = complete and drive(job, 1 if one_thread else threads, report)
-    _raise_failure(system, events)
-    results = _results(recipe, y0, job, events)
+    if system.driven is not None:  # a function of Python that failed
+        system.driven.raise_failure()
+    if events is not None and events.bound.failure is not None:
+        failed = function_failed(events)
+        if failed is None:
+            raise KeyboardInterrupt
+        raise EventError(str(failed), None) from failed.__cause__
+    results = {"y0": y0, "y": job.y, "t": job.t, "status": job.status.astype(np.int16)}
+    results |= {name: job.counts[:, i].astype(np.int64) for name, i in COUNTERS.items()}
+    results |= {name: job.least[:, i] for name, i in LEAST.items()}
+    if events is not None:
+        results["event_counts"] = job.event_counts.astype(np.int64)
+        results["event_latest"] = job.event_latest
+        results["lowered_impacts"] = job.lowered.astype(np.int64)
     if miss is not None:
         results["miss"] = miss
     first = 0
@@ -68,7 +80,7 @@ def run_members(
         results[f"reduction_{i}"] = reduction.combine(job.reduced[:, first:last])
         first = last
     along = job.p_at_times if changes else values[:, None]
-    results |= _histories(system, recipe, along, job.at_times)
+    results |= _histories(system, recipe, along, job)
     if recipe.sensitivities:
         derivatives = Members(system, recipe, values, y0, job.status == FINISHED)
         complete = complete and drive(derivatives, threads)
@@ -90,42 +102,24 @@ def _runs(
     if driven is not None:
         driven.restart(recipe.span[0])
     numbers, places = own_numbers(system, recipe.inputs, recipe.count)
+    in_contact = events is not None and bool(events.laws)
+    if in_contact:
+        names = list(system.scene.outputs)
+        reduced = [names[each[2]] for each in (*quantities, *filter(None, [until])) if each[2] >= 0]
+        refuse_derivatives_in_contact([*recipe.outputs, *reduced])
     request = request_of(
         system, recipe.span, _first(system, values), policy._replace(dense=dense), events, scene
     )
     return Runs(
         request, policy.method in IN_LOCKSTEP, *recipe.span, y0, values, assembled, recipe.t_eval,
         quantities, until, allowed_gaps(system, values, recipe.span[0]), numbers, places,
-        keeps_params,
+        keeps_params, in_contact and bool(recipe.outputs),
     )  # fmt: skip
 
 
 def _first(system: System, values: Array) -> Array:
     """The parameters of the first member, where there is one."""
     return values[0] if len(values) else system.parameter_set.defaults
-
-
-def _raise_failure(system: System, events: RunEvents | None) -> None:
-    """Raise the error of a function of Python that failed."""
-    if system.driven is not None:
-        system.driven.raise_failure()
-    if events is not None and events.bound.failure is not None:
-        failed = function_failed(events)
-        if failed is None:
-            raise KeyboardInterrupt
-        raise EventError(str(failed), None) from failed.__cause__
-
-
-def _results(recipe: Recipe, y0: Array, runs: Runs, events: RunEvents | None) -> dict[str, Array]:
-    """The results that every batch has, by name, members first."""
-    results = {"y0": y0, "y": runs.y, "t": runs.t, "status": runs.status.astype(np.int16)}
-    results |= {name: runs.counts[:, i].astype(np.int64) for name, i in COUNTERS.items()}
-    results |= {name: runs.least[:, i] for name, i in LEAST.items()}
-    if events is not None:
-        results["event_counts"] = runs.event_counts.astype(np.int64)
-        results["event_latest"] = runs.event_latest
-        results["lowered_impacts"] = runs.lowered.astype(np.int64)
-    return results
 
 
 def parameter_rows(system: System, recipe: Recipe) -> Array:
@@ -172,12 +166,13 @@ def _with_speeds(
     return kept.y, closed & kept.keep
 
 
-def _histories(system: System, recipe: Recipe, values: Array, states: Array) -> dict[str, Array]:
+def _histories(system: System, recipe: Recipe, values: Array, job: Runs) -> dict[str, Array]:
     """Results at t_eval: states (n, nt, nq + nu), outputs (n, nt, ...)."""
+    states, forces = job.at_times, job.forces_at_times if job.forces_at_times.size else None
     found = {"y_eval": states} if recipe.keep_states else {}
     for i, name in enumerate(recipe.outputs):
         times = np.broadcast_to(recipe.t_eval, states.shape[:2])
-        history = evaluate_output(system, recipe.inputs, name, states, values, times)
+        history = evaluate_output(system, recipe.inputs, name, states, values, times, forces)
         history[np.isnan(states[:, :, 0])] = np.nan  # also where the state has no effect
         found[f"output_{i}"] = history
     return found

@@ -20,6 +20,7 @@ from mechc.simulation.initialise import checked_state
 from mechc.simulation.settings import Policy
 from mechc.simulation.simulate import run
 from mechc.simulation.trajectory import Trajectory
+from mechc.system.names import names_of
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -27,17 +28,15 @@ from mechc.system.system import System
 def one_number_each(system: System, names: Sequence[str]) -> tuple[str, ...]:
     """The names of a batch's columns: for ``"y0"`` those of its components, ``"y0[0]"`` and on."""
     components = [f"{START}[{k}]" for k in range(system.scene.width)]
-    return tuple(each for n in names for each in (components if n == START else [n]))
+    return tuple(each for n in names_of(names) for each in (components if n == START else [n]))
 
 
 def check_names(system: System, recipe: Recipe) -> None:
     """Refuse names that have no derivatives, before anything is computed.
 
-    Raises
-    ------
-    UnavailableOutputError, UnknownNameError, ValueOutOfBoundsError, MechcError
-        As :func:`columns_of`; for names that stand for several columns, for what a batch with
-        sensitivities cannot have.
+    Raises :class:`UnavailableOutputError`, :class:`UnknownNameError`,
+    :class:`ValueOutOfBoundsError`, :class:`MechcError` as :func:`columns_of`; for names that stand
+    for several columns, for what a batch with sensitivities cannot have.
     """
     if recipe.until or recipe.events is not None:
         raise ValueOutOfBoundsError(

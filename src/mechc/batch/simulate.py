@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -135,40 +135,6 @@ def simulate_batch(
     InputError, EventError
         If a function of Python fails.
     """
-    recipe = _recipe(
-        system, t_span, y0, params, t_eval, states, outputs, reduce, until, rtol, atol, method,
-        lockstep, first_step, max_step, max_steps, on_change_point, inputs,
-    )  # fmt: skip
-    found = batch_events(system, recipe.span, events)
-    by = one_number_each(system, names_of(sensitivities))
-    recipe = replace(
-        recipe, events=found, sensitivities=by,
-        sensitivity_error_control=bool(sensitivity_error_control and by),
-    )  # fmt: skip
-    if out is not None or client is not None:
-        _refuse_functions(recipe)
-    if recipe.sensitivities:
-        refuse_without_derivatives(recipe.policy.method)
-        check_names(system, recipe)
-    workers = _checked_threads(threads)
-    size = _whole("chunk", chunk)
-    compute = _source(system, recipe, workers, client)
-    with CountBar(f"simulating {recipe.count} x {system.name}", recipe.count) as bar:
-        report = bar.update_count if progress else _silent
-        if out is not None:
-            from mechc.batch.stored.store import stream
-
-            return stream(system, recipe, Path(out), size, compute, report)
-        return _collect(system, recipe, size, compute, report)
-
-
-def _recipe(
-    system: System, t_span: Any, y0: Any, params: Parameters, t_eval: Any, states: bool,
-    outputs: Sequence[str], reduce: Sequence[str] | str, until: str | None, rtol: float,
-    atol: Any, method: str, lockstep: bool, first_step: float | None, max_step: float,
-    max_steps: int, on_change_point: str, inputs: Mapping[str, Any] | None,
-) -> Recipe:  # fmt: skip
-    """Checked arguments, before anything is computed."""
     span = checked_span(t_span)
     times = np.zeros(0) if t_eval is None else checked_times(t_eval, span)
     if on_change_point == "raise":
@@ -179,10 +145,38 @@ def _recipe(
         system, rtol=rtol, atol=atol, method=method, first_step=first_step, max_step=max_step,
         max_steps=max_steps, dense=True, on_change_point=on_change_point, lockstep=lockstep,
     )  # fmt: skip
-    return checked_recipe(
+    recipe = checked_recipe(
         system, span, y0, params, times, states, names_of(outputs), _reductions(reduce),
-        until or "", policy, inputs,
+        "" if until is None else until, policy, inputs,
     )  # fmt: skip
+    by = one_number_each(system, names_of(sensitivities))
+    recipe = replace(
+        recipe, events=batch_events(system, span, events), sensitivities=by,
+        sensitivity_error_control=bool(sensitivity_error_control and by),
+    )  # fmt: skip
+    functions = recipe.inputs.calls_python or (recipe.events is not None and not recipe.events.key)
+    if functions and (out is not None or client is not None):  # nor do they identify a batch
+        raise ValueOutOfBoundsError(
+            "controllers, and events and inputs that are functions of Python, exist in this "
+            "process only: omit out= and client=, or give expressions and signals"
+        )
+    if recipe.sensitivities:
+        refuse_without_derivatives(recipe.policy.method)
+        check_names(system, recipe)
+    workers = _checked_threads(threads)
+    size = _whole("chunk", chunk)
+    compute: Compute = partial(_compute_here, system, recipe, workers)
+    if client is not None:
+        from mechc.batch.cluster import compute_on
+
+        compute = partial(compute_on, client, system, recipe)  # by the workers of a cluster
+    with CountBar(f"simulating {recipe.count} x {system.name}", recipe.count) as bar:
+        report = bar.update_count if progress else lambda _: None
+        if out is not None:
+            from mechc.batch.stored.store import stream
+
+            return stream(system, recipe, Path(out), size, compute, report)
+        return _collect(system, recipe, size, compute, report)
 
 
 def _reductions(reduce: Any) -> list[str]:
@@ -191,27 +185,16 @@ def _reductions(reduce: Any) -> list[str]:
     one = isinstance(reduce, str) or (
         pair and not (isinstance(reduce[0], str) and "(" in reduce[0])
     )
-    several = [reduce] if one else reduce
-    return [_reduction(each) for each in several]
-
-
-def _reduction(each: Any) -> str:
-    if isinstance(each, str):
-        return each
-    if not isinstance(each, tuple) or len(each) != 2:
-        raise ValueOutOfBoundsError(
-            f"a reduction is a text such as 'max(theta_2)' or ('max', symbol), not {brief(each)}"
-        )
-    return f"{each[0]}({name_of(each[1])})"
-
-
-def _refuse_functions(recipe: Recipe) -> None:
-    """Refuse functions, which no other process has and which do not identify a batch."""
-    if recipe.inputs.calls_python or (recipe.events is not None and not recipe.events.key):
-        raise ValueOutOfBoundsError(
-            "controllers, and events and inputs that are functions of Python, exist in this "
-            "process only: omit out= and client=, or give expressions and signals"
-        )
+    if not one and (not isinstance(reduce, Iterable) or getattr(reduce, "ndim", 1) == 0):
+        raise TypeError(f"reduce= takes texts, such as 'max(theta_2)', not {brief(reduce)}")
+    several = [reduce] if one else list(reduce)
+    for each in several:
+        if not isinstance(each, str) and (not isinstance(each, tuple) or len(each) != 2):
+            raise ValueOutOfBoundsError(
+                "a reduction is a text such as 'max(theta_2)' or ('max', symbol), not "
+                f"{brief(each)}"
+            )
+    return [x if isinstance(x, str) else f"{x[0]}({name_of(x[1])})" for x in several]
 
 
 def _checked_threads(threads: int | None) -> int:
@@ -234,19 +217,6 @@ def _whole(name: str, value: int) -> int:
     return number
 
 
-def _silent(_: int) -> None:
-    pass
-
-
-def _source(system: System, recipe: Recipe, threads: int, client: Any) -> Compute:
-    """The function that computes ranges of members: in this process, or on a cluster's workers."""
-    if client is not None:
-        from mechc.batch.cluster import compute_on
-
-        return lambda ranges, report: compute_on(client, system, recipe, ranges, report)
-    return lambda ranges, report: _compute_here(system, recipe, threads, ranges, report)
-
-
 def _compute_here(
     system: System, recipe: Recipe, threads: int, ranges: Sequence[tuple[int, int]],
     report: Callable[[int], None],
@@ -255,16 +225,15 @@ def _compute_here(
     members = run_controlled if recipe.inputs.controllers else run_members
     for first, last in ranges:
         found, complete = members(
-            system, recipe.cut(first, last), threads, partial(_report_more, report, done)
+            system,
+            recipe.cut(first, last),
+            threads,
+            lambda more, before=done: report(before + more),  # type: ignore[misc]
         )
         done += last - first
         yield first, found, complete
         if not complete:
             return
-
-
-def _report_more(report: Callable[[int], None], before: int, more: int) -> None:
-    report(before + more)
 
 
 def _collect(
@@ -280,16 +249,13 @@ def _collect(
                     arrays[name] = np.array(values)  # a copy: y0 may be the caller's
                     continue
                 if name not in arrays:
-                    arrays[name] = _empty(values, recipe.count)
+                    blank = np.nan if values.dtype.kind == "f" else 0  # where there is no result
+                    shape = (recipe.count, *values.shape[1:])
+                    arrays[name] = np.full(shape, blank, values.dtype)
                 arrays[name][first : first + len(values)] = values
             complete = complete and whole
     except KeyboardInterrupt:
         complete = False
-    kept = replace(recipe, inputs=recipe.inputs.without_functions())
+    storable = recipe.inputs._replace(functions={}, controllers={})  # and can be sent to workers
+    kept = replace(recipe, inputs=storable)
     return Batch(system, kept, arrays, complete)
-
-
-def _empty(values: Array, count: int) -> Array:
-    """Arrays for all members; NaN, or 0, where there is no result."""
-    blank = np.nan if values.dtype.kind == "f" else 0
-    return np.full((count, *values.shape[1:]), blank, values.dtype)

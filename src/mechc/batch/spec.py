@@ -10,10 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from mechc.batch.driven import NONE, BatchInputs, check_driven, checked_inputs
+from mechc.batch.driven import NONE, BatchInputs, Columns, check_driven, checked_inputs, cut
 from mechc.batch.events import BatchEvents
 from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError, brief
-from mechc.inputs.signals import Signal
 from mechc.simulation.settings import Policy
 from mechc.system.names import by_name, without_unused
 from mechc.system.parameters import Array, Parameters, doubles
@@ -21,7 +20,6 @@ from mechc.system.system import System
 
 Chunk = tuple[int, dict[str, Array], bool]  # first member, arrays, whether complete
 Compute = Callable[[Sequence[tuple[int, int]], Callable[[int], None]], Iterator[Chunk]]
-Columns = Mapping[str, Any]  # name -> number, or one number a member
 
 
 @dataclass(frozen=True)
@@ -81,9 +79,9 @@ class Recipe:
         return replace(
             self,
             count=last - first,
-            params=_cut(self.params, first, last),
-            coordinates=_cut(self.coordinates, first, last),
-            speeds=_cut(self.speeds, first, last),
+            params=cut(self.params, first, last),
+            coordinates=cut(self.coordinates, first, last),
+            speeds=cut(self.speeds, first, last),
             states=states,
             inputs=self.inputs.cut(first, last),
         )
@@ -101,7 +99,10 @@ class Recipe:
         """The recipe as JSON data: all that decides the results, with arrays by their hash."""
         policy = self.policy.as_dict()
         del policy["dense"]
-        signals = {n: _signal_as_json(s) for n, s in sorted(self.inputs.signals.items())}
+        signals = {}
+        for name, signal in sorted(self.inputs.signals.items()):
+            words, arrays = signal.parts
+            signals[name] = {**words, **{part: _hash(values) for part, values in arrays.items()}}
         driven = {"inputs": _columns_as_json(self.inputs.numbers), "signals": signals}
         return {
             **(driven if self.inputs != NONE else {}),
@@ -124,17 +125,8 @@ class Recipe:
         }
 
 
-def _cut(columns: Columns, first: int, last: int) -> Columns:
-    return {name: c[first:last] if np.ndim(c) else c for name, c in columns.items()}
-
-
 def _columns_as_json(columns: Columns) -> dict[str, Any]:
     return {n: _hash(c) if np.ndim(c) else float(c) for n, c in sorted(columns.items())}
-
-
-def _signal_as_json(signal: Signal) -> dict[str, Any]:
-    words, arrays = signal.parts
-    return {**words, **{name: _hash(values) for name, values in arrays.items()}}
 
 
 def _hash(values: Array | None) -> str | None:
@@ -160,21 +152,19 @@ def checked_recipe(
 ) -> Recipe:
     """A recipe that names only what the model has, with columns of one length.
 
-    Raises
-    ------
-    UnknownNameError, ValueOutOfBoundsError, MechcError
-        For wrong names, values, shapes and reductions.
+    Raises :class:`UnknownNameError`, :class:`ValueOutOfBoundsError`, :class:`MechcError` for wrong
+    names, values, shapes and reductions.
     """
     from mechc.batch.reductions import read_reduction, read_stop
 
     if isinstance(y0, Mapping):
-        y0 = _assembly_of(system, y0)
+        y0 = Assembly(*system.coordinates_and_speeds(by_name(y0, "y0")))
     start = y0 if isinstance(y0, Assembly) else Assembly({})
     states = None if isinstance(y0, Assembly) else _checked_states(system, y0)
     columns = _checked_params(system, params)
-    coordinates = _checked_columns(system, start.coordinates, system.coordinates, "coordinate")
-    speeds = _checked_columns(system, start.speeds, system.speeds, "speed")
-    guess = _checked_columns(system, start.guess, system.coordinates, "coordinate")
+    coordinates = _checked_columns(start.coordinates, system.coordinates, "coordinate")
+    speeds = _checked_columns(start.speeds, system.speeds, "speed")
+    guess = _checked_columns(start.guess, system.coordinates, "coordinate")
     for name in guess:
         if name in coordinates or np.ndim(guess[name]):
             raise AssemblyError(f"{name}: a guess is one number, for a coordinate not given")
@@ -187,22 +177,18 @@ def checked_recipe(
     count = common_count(every)
     for text in reductions:
         read_reduction(system, text)
-    if until:
+    if not isinstance(until, str) or until:
         read_stop(system, until)
-    _check_outputs(system, outputs, t_eval)
-    return Recipe(
-        count, span, columns, states, coordinates, speeds,
-        {name: float(value) for name, value in guess.items()}, t_eval,
-        keep_states and len(t_eval) > 0, tuple(outputs), tuple(reductions), until, policy, given,
-    )  # fmt: skip
-
-
-def _check_outputs(system: System, outputs: Sequence[str], t_eval: Array) -> None:
     for name in outputs:
         if name not in system.scene.outputs:
             raise UnknownNameError("output", name, system.scene.outputs)
     if outputs and not len(t_eval):
         raise ValueOutOfBoundsError("outputs are evaluated at t_eval: give the times as well")
+    return Recipe(
+        count, span, columns, states, coordinates, speeds,
+        {name: float(value) for name, value in guess.items()}, t_eval,
+        keep_states and len(t_eval) > 0, tuple(outputs), tuple(reductions), until, policy, given,
+    )  # fmt: skip
 
 
 def _checked_states(system: System, y0: Array) -> Array:
@@ -232,16 +218,7 @@ def _checked_params(system: System, params: Parameters) -> dict[str, Array]:
     return columns
 
 
-def _assembly_of(system: System, given: Columns) -> Assembly:
-    """Coordinates and speeds in one mapping."""
-    values = by_name(given, "y0")
-    speeds = {name: value for name, value in values.items() if name in system.speeds}
-    return Assembly({n: value for n, value in values.items() if n not in speeds}, speeds)
-
-
-def _checked_columns(
-    system: System, columns: Columns, known: tuple[str, ...], kind: str
-) -> dict[str, Array]:
+def _checked_columns(columns: Columns, known: tuple[str, ...], kind: str) -> dict[str, Array]:
     checked = {}
     for name, values in by_name(columns, f"{kind}s", f"{{{known[0]!r}: 0.5}}").items():
         if name not in known:

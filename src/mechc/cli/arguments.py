@@ -19,8 +19,15 @@ STATE = "coordinate or speed"
 OWN_SECONDS = 10.0  # of a run of a user's own model
 
 
+def check_name(chosen: argparse.Namespace) -> None:
+    """Refuse a name that is neither of the library nor of a user's own model."""
+    if not is_own(chosen.name):
+        library_name(chosen.name)
+
+
 def seconds_of(chosen: argparse.Namespace) -> float:
     """The end of the run, positive; the mechanism's default if it is not given."""
+    check_name(chosen)
     if chosen.t_end is None:
         return OWN_SECONDS if is_own(chosen.name) else LIBRARY[chosen.name].seconds
     t_end = read_seconds(chosen.t_end)
@@ -34,9 +41,8 @@ def start_state(model: mechc.Model, chosen: argparse.Namespace, params: dict[str
     state_names = (*model.coordinates, *model.speeds)
     start = values_of(model, chosen.start, state_names, STATE)
     guess = values_of(model, chosen.guess, model.coordinates, "coordinate")
-    coordinates = {n: v for n, v in start.items() if n in model.coordinates}
-    speeds = {n: v for n, v in start.items() if n in model.speeds}
-    return model.assemble(*filled_start(model.system, coordinates, speeds, guess), params)
+    halves = model.coordinates_and_speeds(start)
+    return model.assemble(*filled_start(model.system, *halves, guess), params)
 
 
 def output_folder(chosen: argparse.Namespace, prefix: str = "mechc") -> Path | None:
@@ -64,13 +70,15 @@ def library_name(name: str) -> str:
 
 def model_of(chosen: argparse.Namespace, outputs: Sequence[str] | None = None) -> mechc.Model:
     """The mechanism and options given, compiled completely, with these outputs or its own."""
-    if is_own(chosen.name):
-        return _own_model(chosen, outputs)
-    name = library_name(chosen.name)
-    options = checked_options(name, options_of(chosen.options))
-    _refuse_unknown_names(chosen, options)
+    name, own = chosen.name, is_own(chosen.name)
+    if own and chosen.options:
+        raise MechcError(f"--with: {name} has no options; these are of the library")
+    options: dict[str, Any] = {}
+    if not own:
+        options = checked_options(library_name(name), options_of(chosen.options))
+        _refuse_unknown_names(chosen, options)
     with Notice(f"compiling {name}; the next time it is in the cache ..."):
-        model = mechc.load(name, outputs=outputs, **options)
+        model = own_model(name, outputs) if own else mechc.load(name, outputs=outputs, **options)
         model.system.wait(batches=False)
     return model
 
@@ -96,15 +104,6 @@ def _refuse_unknown_names(chosen: argparse.Namespace, options: dict[str, Any]) -
                 raise UnknownNameError(kind, name, known)
 
 
-def _own_model(chosen: argparse.Namespace, outputs: Sequence[str] | None) -> mechc.Model:
-    if chosen.options:
-        raise MechcError(f"--with: {chosen.name} has no options; these are of the library")
-    with Notice(f"compiling {chosen.name}; the next time it is in the cache ..."):
-        model = own_model(chosen.name, outputs)
-        model.system.wait(batches=False)
-    return model
-
-
 def options_of(typed: Sequence[str]) -> dict[str, Any]:
     """Options as typed: ``friction`` is on; ``crank_torque=2*t`` has a value."""
     return {
@@ -116,18 +115,12 @@ def options_of(typed: Sequence[str]) -> dict[str, Any]:
 def checked_options(name: str, options: dict[str, Any]) -> dict[str, Any]:
     """The options, all of which the mechanism has: not arguments of ``mechc.load``.
 
-    Raises
-    ------
-    UnknownNameError
-        For an option that the mechanism does not have.
+    Raises :class:`UnknownNameError` for an option that the mechanism does not have.
     """
     if options:
-        from mechc.compilation.library.library import shipped_options
+        from mechc.compilation.library.library import check_options
 
-        own = shipped_options(name)
-        for option in options:
-            if option not in own:
-                raise UnknownNameError(f"option of {name}", option, own)
+        check_options(name, options)
     return options
 
 

@@ -19,10 +19,7 @@ def bench(options: Sequence[str], home: Path | None = None) -> int:
     in the working directory.  An interrupt goes to the suite too, which ends its scripts and writes
     its results; this waits for that.
 
-    Raises
-    ------
-    MechcError
-        When the benchmarks are not installed.
+    Raises :class:`MechcError` when the benchmarks are not installed.
     """
     folder = _folder(Path(__file__).resolve().parents[1] if home is None else home)
     path = os.pathsep.join(filter(None, (str(folder.parent), os.environ.get("PYTHONPATH"))))

@@ -42,7 +42,6 @@ from mechc.cli.options import (
     sweep_options,
     variant_options,
 )
-from mechc.cli.own_models import is_own
 from mechc.cli.show import show_command
 from mechc.cli.verify import verify_command
 from mechc.compilation import cache
@@ -143,8 +142,6 @@ def _list(_: argparse.Namespace) -> int:
 
 
 def _run(chosen: argparse.Namespace) -> int:
-    if not is_own(chosen.name):
-        library_name(chosen.name)
     t_end, rtol = seconds_of(chosen), tolerance(chosen)
     model = model_of(chosen)
     params = values_of(model, chosen.parameters, model.parameters, "parameter")
@@ -177,8 +174,6 @@ def _sweep(chosen: argparse.Namespace) -> int:
     from mechc.batch.sweeps.maps import save_maps
     from mechc.batch.sweeps.sweep import members, plan, read_variation, sweep_json, sweep_summary
 
-    if not is_own(chosen.name):
-        library_name(chosen.name)
     t_end, rtol = seconds_of(chosen), tolerance(chosen)
     model = model_of(chosen)
     count = None if chosen.count is None else whole("--count", chosen.count)
@@ -232,21 +227,17 @@ def _write(sol: mechc.Solution, folder: Path, *, in_space: bool, quiet: bool) ->
     with ProgressBar("drawing"), np.errstate(over="ignore", invalid="ignore"):
         animate(sol).save(folder / "animation.html")
         save_all(sol, folder)
-        page = _write_view(sol, folder) if in_space else folder / "animation.html"
+        page = folder / "animation.html"
+        if in_space:
+            try:
+                page = sol.view().save(folder / "view.html")
+            except MissingPackageError as missing:  # without three.js that page serves
+                print(f"mechc: {missing}", file=sys.stderr)
     if not quiet:
         print(f"\nwritten into {folder.resolve()}:")
         print(f"  {'  '.join(sorted(path.name for path in folder.iterdir()))}")
         print(f"open {page.resolve()} in a browser to see it move")
     return page
-
-
-def _write_view(sol: mechc.Solution, folder: Path) -> Path:
-    """The page in space, or, without three.js, the one that there is."""
-    try:
-        return Path(sol.view().save(folder / "view.html"))
-    except MissingPackageError as missing:
-        print(f"mechc: {missing}", file=sys.stderr)
-        return folder / "animation.html"
 
 
 def _emit(chosen: argparse.Namespace) -> int:

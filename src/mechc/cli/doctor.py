@@ -33,7 +33,8 @@ def examine() -> list[Check]:
         model = mechc.load(name)
         words = f"compiled, {model.instruction_set}, {model.system.scene.lanes} lanes"
         checks.append((name, True, words))
-    return [*checks, _attempt("C compiler", _compiler), _attempt("cache", _cache)]
+    stored = _attempt("cache", lambda: f"{cache.check()}, {len(cache.scenes())} compiled scenes")
+    return [*checks, _attempt("C compiler", _compiler), stored]
 
 
 def _package(name: str) -> Check:
@@ -57,10 +58,6 @@ def _compiler() -> str:
         (folder / "probe.c").write_text("double probe(double x) { return x * x; }\n")
         toolchain.link(toolchain.compile_all(folder, [("probe.c", ())], ()), folder / "probe.so")
     return toolchain.version(tuple(toolchain.compiler()))
-
-
-def _cache() -> str:
-    return f"{cache.check()}, {len(cache.scenes())} compiled scenes"
 
 
 def written(checks: list[Check]) -> str:

@@ -6,7 +6,6 @@ import argparse
 import csv
 import json
 import math
-import re
 import time
 from collections.abc import Iterable
 from pathlib import Path
@@ -18,7 +17,7 @@ import mechc
 from mechc.assembly.initial_values import filled_start
 from mechc.cli.arguments import (
     STATE,
-    library_name,
+    check_name,
     model_of,
     number,
     output_folder,
@@ -26,27 +25,24 @@ from mechc.cli.arguments import (
     values_of,
     whole,
 )
-from mechc.cli.own_models import is_own
 from mechc.errors import MechcError, UnknownNameError
 from mechc.fitting.quantities import Measured, checked_measured
 from mechc.fitting.recordings import SECONDS, TIMES
 from mechc.progress import ProgressBar
 from mechc.results.durable import write_text, written_into
-from mechc.results.figures import _lay_out, _save
+from mechc.results.figures import save_figure
 from mechc.system.kinds import Kind
 from mechc.system.parameters import NamedQuantity
 from mechc.system.units import UNITS, read_value
 
 OUTPUTS = ("energy", "points", "sensitivities")
 FAILED = 1
-_HEADER = re.compile(r"\s*'?(.*?)\s*(?:\[\s*([^\]\d,][^\]]*)\]|\(\s*([^)]*)\))?\s*")
 Table = dict[str, tuple[str, list[float]]]  # column -> its unit and its numbers
 
 
 def fit_command(chosen: argparse.Namespace) -> int:
     """Reads the recordings, fits, prints the values, draws."""
-    if not is_own(chosen.name):
-        library_name(chosen.name)
+    check_name(chosen)
     if not chosen.free:
         raise MechcError("say what is to be found: --free NAME=LOW:HIGH, for instance m_1=0.1:5")
     rtol = tolerance(chosen)
@@ -56,11 +52,13 @@ def fit_command(chosen: argparse.Namespace) -> int:
     recordings = [_recording(t, measured, p) for t, p in zip(tables, chosen.data, strict=True)]
     free = dict(_free(model, text) for text in chosen.free)
     start, guess = _start(model, chosen, free)
+    pairs = {one.name: one.sigma for one in measured}
+    sigmas = list(pairs) if any(map(math.isnan, pairs.values())) else pairs
     folder = output_folder(chosen, "mechc_fit")
     began = time.perf_counter()
     with ProgressBar(f"fitting {model.name}") as bar:
         result = model.fit(
-            recordings, free, _sigmas(measured), y0=start, guess=guess,
+            recordings, free, sigmas, y0=start, guess=guess,
             params=values_of(model, chosen.parameters, model.parameters, "parameter"),
             starts=whole("--starts", chosen.starts), seed=whole("--seed", chosen.seed),
             loss=chosen.loss, f_scale=number("--f-scale", chosen.f_scale), rtol=rtol,
@@ -70,9 +68,7 @@ def fit_command(chosen: argparse.Namespace) -> int:
     print(json.dumps(told) if chosen.json else result)
     if folder is not None:
         with ProgressBar("drawing"), written_into(folder):
-            figure = _lay_out(result.plot())
-            for extension in ("png", "svg"):
-                _save(figure, folder / f"fit.{extension}", 150.0)
+            save_figure(result.plot(), folder, "fit")
             write_text(folder / "fit.json", json.dumps(told, indent=1) + "\n")
         if not chosen.json:
             print(f"\nwritten into {folder.resolve()}: fit.png, fit.svg, fit.json")
@@ -85,7 +81,10 @@ def fit_command(chosen: argparse.Namespace) -> int:
 def _read(path: Path) -> Table:
     """The columns of a CSV file with a header; an empty cell is a missing sample."""
     with path.open(newline="", encoding="utf-8-sig") as file:
-        rows = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
+        try:
+            rows = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
+        except (csv.Error, UnicodeDecodeError) as error:
+            raise MechcError(f"{path} is no CSV file: {error}") from None
     if not rows:
         raise MechcError(f"{path} is empty")
     header = [_column(cell) for cell in rows[0]]
@@ -97,11 +96,14 @@ def _read(path: Path) -> Table:
 
 def _column(cell: str) -> tuple[str, str]:
     """``theta_0 [deg]``, ``theta_0 (deg)`` or ``points[2,0]``: name and unit."""
-    match = _HEADER.fullmatch(cell)
-    if match is None:
-        return "".join(cell.split()), ""
-    name, unit, other = match.groups()
-    return "".join(name.split()), (unit or other or "").strip()
+    text, unit = cell.strip().removeprefix("'"), ""
+    for opening, closing in ("[]", "()"):
+        before, bracket, inside = text.removesuffix(closing).rpartition(opening)
+        is_index = opening == "[" and inside.strip()[:1] in ("", ",", *"0123456789")
+        if bracket and text.endswith(closing) and closing not in inside and not is_index:
+            text, unit = before, inside.strip()
+            break
+    return "".join(text.split()), unit
 
 
 def _numbers(row: list[str], width: int, path: Path, line: int) -> list[float]:
@@ -145,7 +147,8 @@ def _measurements(model: mechc.Model, typed: Iterable[str], tables: list[Table])
         name, sign, value = text.partition("=")
         key = "".join(name.split())
         one = checked_measured(model.system, [key])[0]
-        pairs[key] = read_value(value, _quantity(one)) if sign else None
+        own = NamedQuantity(one.name, one.unit, one.name, 0.0, math.inf, False, one.kind)
+        pairs[key] = read_value(value, own) if sign else None
     if pairs:
         unknown = any(sigma is None for sigma in pairs.values())
         return checked_measured(model.system, list(pairs) if unknown and not any(pairs.values())
@@ -168,15 +171,6 @@ def _known_columns(model: mechc.Model, tables: list[Table]) -> list[str]:
             f"coordinates and speeds {', '.join((*model.coordinates, *model.speeds))}"
         )
     return found
-
-
-def _quantity(one: Measured) -> NamedQuantity:
-    return NamedQuantity(one.name, one.unit, one.name, 0.0, math.inf, False, one.kind)
-
-
-def _sigmas(measured: Iterable[Measured]) -> Any:
-    pairs = {one.name: one.sigma for one in measured}
-    return list(pairs) if any(map(math.isnan, pairs.values())) else pairs
 
 
 def _free(model: mechc.Model, text: str) -> tuple[str, tuple[float | None, float | None] | None]:
@@ -207,7 +201,5 @@ def _start(
     if not given:
         return None, guess
     every = {name: math.nan for name in free if name in states} | given
-    coordinates = {name: value for name, value in every.items() if name in model.coordinates}
-    speeds = {name: value for name, value in every.items() if name in model.speeds}
-    q, u, near = filled_start(model.system, coordinates, speeds, guess)
+    q, u, near = filled_start(model.system, *model.coordinates_and_speeds(every), guess)
     return {name: value for name, value in {**q, **u}.items() if not math.isnan(value)}, near

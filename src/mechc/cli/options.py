@@ -55,11 +55,8 @@ class Parser(argparse.ArgumentParser):
     """An argparse parser whose errors are one line."""
 
     def error(self, message: str) -> Any:
-        self.exit(BAD_INPUT, f"mechc: {printable(message)} (see mechc {self._about()}--help)\n")
-
-    def _about(self) -> str:
-        words = self.prog.split()[1:]
-        return "".join(f"{word} " for word in words)
+        words = " ".join(["mechc", *self.prog.split()[1:], "--help"])
+        self.exit(BAD_INPUT, f"mechc: {printable(message)} (see {words})\n")
 
 
 def variant_options(parser: argparse.ArgumentParser) -> None:

@@ -27,13 +27,19 @@ def own_name(name: str) -> str:
 def own_object(name: str) -> Any:
     """The object that FILE.py:NAME names: the file is run, a function without arguments is called.
 
-    Raises
-    ------
-    MechcError
-        If there is no such file or name, or nothing that can be compiled.
+    Raises :class:`MechcError` if there is no such file or name, or nothing that can be compiled.
     """
     path, _, attribute = name.rpartition(":")
-    found = getattr(_module(Path(path)), attribute, None)
+    if not Path(path).is_file():
+        raise MechcError(f"there is no file {path}")
+    spec = importlib.util.spec_from_file_location("mechc_own_model", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    sys.path.insert(0, str(Path(path).resolve().parent))  # as where Python runs the file itself
+    spec.loader.exec_module(module)
+    found = getattr(module, attribute, None)
     if found is None:
         raise MechcError(f"{path} defines no {attribute!r}")
     return found() if callable(found) and not isinstance(found, mechc.Model) else found
@@ -57,10 +63,7 @@ def own_model(name: str, outputs: Sequence[str] | None = None) -> mechc.Model:
 def own_description(name: str) -> Any:
     """The object of FILE.py:NAME, from which equations can be derived.
 
-    Raises
-    ------
-    MechcError
-        If it is a compiled model, which does not know its derivation.
+    Raises :class:`MechcError` if it is a compiled model, which does not know its derivation.
     """
     found = own_object(name)
     if isinstance(found, mechc.Model):
@@ -68,17 +71,3 @@ def own_description(name: str) -> Any:
             f"{name} is a compiled model; name the mechanism or SymPy object that it was made of"
         )
     return found
-
-
-def _module(path: Path) -> Any:
-    if not path.is_file():
-        raise MechcError(f"there is no file {path}")
-    name = "mechc_own_model"
-    spec = importlib.util.spec_from_file_location(name, path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
-    sys.path.insert(0, str(path.resolve().parent))  # as where Python runs the file itself
-    spec.loader.exec_module(module)
-    return module

@@ -15,14 +15,23 @@ from mechc.results.durable import write_text
 def show_command(chosen: argparse.Namespace) -> int:
     """Prints quantities, what follows from their values, and options; writes the page."""
     from mechc.compilation.exports.standalone import described_mechanism
-    from mechc.compilation.library.library import derivation_notes, derivation_page, mechanism_of
+    from mechc.compilation.library.library import (
+        derivation_notes,
+        derivation_page,
+        mechanism_of,
+        shipped_options,
+    )
 
     own, ending = is_own(chosen.name), page_ending(chosen)
     options = {} if own else checked_options(library_name(chosen.name), options_of(chosen.options))
     model = own_model(chosen.name) if own else mechc.load(chosen.name, **options)
     params = values_of(model, chosen.parameters, model.parameters, "parameter")
     values = _values(model, params)
-    _print_quantities(model, values)
+    print(f"{model.title}\n")
+    for name, quantity in model.quantities.items():
+        value = f"{values[name]:g} {quantity.unit}" if name in values else quantity.unit
+        print(f"  {name:10} {value:18} {quantity.description}")
+    print()
     if own and not chosen.out:
         return 0
     mechanism = (
@@ -31,8 +40,11 @@ def show_command(chosen: argparse.Namespace) -> int:
     )  # fmt: skip
     for label, sentence in derivation_notes(mechanism, values):
         print(f"{label}: {sentence}.")
-    if not own:
-        _print_options(chosen.name)
+    found = {} if own else shipped_options(chosen.name)
+    if found:
+        print("\noptions (--with NAME):")
+    for option, about in found.items():
+        print(f"  {option:15} {about}")
     if not chosen.out:
         print(f"\nits derivation, as a page: mechc show {chosen.name} --out {chosen.name}.{ending}")
         return 0
@@ -49,21 +61,3 @@ def _values(model: mechc.Model, params: Mapping[str, float]) -> dict[str, float]
     values = known.defaults if open_ones else known.resolve(params)
     found = dict(zip(known.names, values.tolist(), strict=True)) | dict(params)
     return {name: value for name, value in found.items() if name not in open_ones}
-
-
-def _print_quantities(model: mechc.Model, values: Mapping[str, float]) -> None:
-    print(f"{model.title}\n")
-    for name, quantity in model.quantities.items():
-        value = f"{values[name]:g} {quantity.unit}" if name in values else quantity.unit
-        print(f"  {name:10} {value:18} {quantity.description}")
-    print()
-
-
-def _print_options(name: str) -> None:
-    from mechc.compilation.library.library import shipped_options
-
-    found = shipped_options(name)
-    if found:
-        print("\noptions (--with NAME):")
-    for option, about in found.items():
-        print(f"  {option:15} {about}")

@@ -24,24 +24,31 @@ _compiled: dict[str, System] = {}
 
 
 def compile_described(
-    described: Described, reference: ModelReference, seconds: Seconds | None = None
-) -> System:
-    """Derive and emit; the texts are the key of the cache entry."""
-    from mechc_codegen.extension.build import signature
+    described: Described, reference: ModelReference, digest: str | None,
+    seconds: Seconds | None = None,
+) -> System:  # fmt: skip
+    """The system of a description, from the cache or derived and compiled.
 
+    Its first unit is there; other parts are compiled when they are needed.  With a digest the key
+    in the cache is known before anything is derived, else the texts that are emitted are the key.
+    """
     started, described = time.perf_counter(), lru_cache(described)
-    scene = _built(described)
-    key = signature(scene, *environment())
-    return _system(key, lambda: scene, described, reference, seconds or {}, started)
+    build = lru_cache(lambda: _built(described))
+    if digest is None:
+        from mechc_codegen.extension.build import signature
 
-
-def compile_known(
-    digest: str, described: Described, reference: ModelReference, seconds: Seconds | None = None
-) -> System:
-    """Look up in the cache, where the key is known, before anything is derived."""
-    started, described = time.perf_counter(), lru_cache(described)
-    key = key_of(digest)
-    return _system(key, lambda: _built(described), described, reference, seconds or {}, started)
+        key = signature(build(), *environment())
+    else:
+        key = key_of(digest)
+    if key not in _compiled:
+        seconds = dict(seconds or {})
+        parts = Parts(key, seconds)
+        kept = entries.load(cache.part_key(key, FIRST))
+        scene = parts.scene(kept or _first(parts, build))
+        if FIRST_UNIT not in seconds:
+            seconds["load"] = time.perf_counter() - started
+        _compiled[key] = system_with(scene, replace(reference, key=key), seconds, described)
+    return _compiled[key]
 
 
 def key_of(digest: str) -> str:
@@ -52,13 +59,11 @@ def key_of(digest: str) -> str:
     return compiler_signature(digest, *environment(), files)
 
 
+@one_at_a_time
 def compiled_before(reference: ModelReference) -> System:
     """A scene that is in this user's cache, by its key.
 
-    Raises
-    ------
-    MechcError
-        If it is not in the cache.
+    Raises :class:`MechcError` if it is not in the cache.
     """
     key = reference.key
     if key not in _compiled:
@@ -95,26 +100,6 @@ def _built(described: Described) -> Any:
     mechanism, requested = time_stage(seconds, "describe", described)
     scene = build_scene(mechanism, (native(),), requested)
     return replace(scene, seconds={**seconds, **scene.seconds})
-
-
-def _system(
-    key: str,
-    built: Callable[[], Any],
-    described: Described,
-    reference: ModelReference,
-    seconds: Seconds,
-    started: float,
-) -> System:
-    """A system with its first unit, cached or compiled; other parts are compiled when needed."""
-    if key not in _compiled:
-        seconds = dict(seconds)
-        parts = Parts(key, seconds)
-        kept = entries.load(cache.part_key(key, FIRST))
-        scene = parts.scene(kept or _first(parts, built))
-        if FIRST_UNIT not in seconds:
-            seconds["load"] = time.perf_counter() - started
-        _compiled[key] = system_with(scene, replace(reference, key=key), seconds, described)
-    return _compiled[key]
 
 
 def _first(parts: Parts, built: Callable[[], Any]) -> Any:

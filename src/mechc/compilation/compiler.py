@@ -6,9 +6,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.errors import MechcError
 
 
+@one_at_a_time
 def of_compiler(name: str) -> Any:
     """The public name of the compiler."""
     import mechc_codegen

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -52,26 +52,34 @@ def make_outputs_only(scene: Any, folder: Path) -> None:
     It holds the texts of the scene too, which other parts are compiled from.
     """
     from mechc_codegen.emit.units.scene_files import texts_source
-    from mechc_codegen.extension.flags import OUTPUTS_ONLY_FLAGS, RUNTIME
+    from mechc_codegen.extension.flags import OUTPUTS_ONLY_FLAGS
 
-    work, first = folder / "work", "scene_outputs_only.c"
-    scene.write(work)
-    (work / "first_unit.c").write_text(texts_source(first, scene.as_json()), "utf-8")
-    flags, includes = [*OUTPUTS_ONLY_FLAGS, *scene.outputs_only_flags], (str(RUNTIME), str(work))
-    target = folder / cache.SHARED_OBJECT
-    toolchain.compile_shared(work, "first_unit.c", flags, includes, target)
-    shutil.rmtree(work)
+    def write(work: Path) -> None:
+        scene.write(work)
+        text = texts_source("scene_outputs_only.c", scene.as_json())
+        (work / "first_unit.c").write_text(text, "utf-8")
+
+    make_of_one(folder, write, "first_unit.c", [*OUTPUTS_ONLY_FLAGS, *scene.outputs_only_flags])
 
 
 def make_part(scene: Any, part: str, folder: Path) -> None:
     """Compile a part of the scene's unit into ``folder``; only the shared object stays."""
-    from mechc_codegen.extension.flags import FLAGS, RUNTIME, part_flags
+    from mechc_codegen.extension.flags import FLAGS, part_flags
+
+    ((source, own),) = scene.units.items()
+    make_of_one(folder, scene.write, source, [*FLAGS, *part_flags(part), *own])
+
+
+def make_of_one(
+    folder: Path, write: Callable[[Path], Any], source: str, flags: Sequence[str]
+) -> None:
+    """Compile one of the files that ``write`` puts into a folder; only the shared object stays."""
+    from mechc_codegen.extension.flags import RUNTIME
 
     work = folder / "work"
-    scene.write(work)
-    ((source, own),) = scene.units.items()
-    flags, includes = [*FLAGS, *part_flags(part), *own], (str(RUNTIME), str(work))
-    toolchain.compile_shared(work, source, flags, includes, folder / cache.SHARED_OBJECT)
+    write(work)
+    includes, target = (str(RUNTIME), str(work)), folder / cache.SHARED_OBJECT
+    toolchain.compile_shared(work, source, flags, includes, target)
     shutil.rmtree(work)
 
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from mechc.compilation import cache, entries, toolchain
+from mechc.compilation import entries, toolchain
 from mechc.compilation.compiler import errors_of_compiler
 from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.compilation.toolchain.processor import environment
@@ -25,10 +24,7 @@ _known: dict[Any, EventFunctions | None] = {}  # by the expressions
 def typed_expression(text: str, names: Mapping[str, Any]) -> Any:
     """The expression of these names that a text is.
 
-    Raises
-    ------
-    ExpressionError
-        If it is not of the grammar.
+    Raises :class:`ExpressionError` if it is not of the grammar.
     """
     from mechc_codegen.description.parsing.parser import parse_expression
 
@@ -45,7 +41,9 @@ def event_functions(
 
     None for functions that have no form in C, where there are none, and without a C compiler.
     """
-    plain = tuple((value, reset and tuple(reset.items())) for value, reset in events)
+    plain = tuple(
+        (value, None if reset is None else tuple(reset.items())) for value, reset in events
+    )
     asked = (plain, tuple(contacts), width, parameters)
     if asked not in _known:
         if len(_known) >= MOST_KNOWN:
@@ -81,22 +79,17 @@ def load_functions(text: str) -> EventFunctions:
     header = (RUNTIME / "hybrid" / "events" / "functions.h").read_text("utf-8")
     deciding = "\n".join([text, header, *FLAGS, *environment()])
     key = hashlib.sha256(deciding.encode()).hexdigest()
+
+    def write(work: Path) -> None:
+        work.mkdir()
+        (work / SOURCE).write_text(text, "utf-8")
+
     if key not in _compiled:
-        made = entries.load_or_make(
-            key, lambda folder: _make(text, folder), lambda path: EventFunctions(path, text)
-        )
-        _compiled[key] = made
+        _compiled[key] = entries.load_or_make(
+            key, lambda folder: entries.make_of_one(folder, write, SOURCE, FLAGS),
+            lambda path: EventFunctions(path, text),
+        )  # fmt: skip
     return _compiled[key]
-
-
-def _make(text: str, folder: Path) -> None:
-    from mechc_codegen.extension.flags import RUNTIME
-
-    work = folder / "work"
-    work.mkdir()
-    (work / SOURCE).write_text(text, "utf-8")
-    toolchain.compile_shared(work, SOURCE, FLAGS, (str(RUNTIME),), folder / cache.SHARED_OBJECT)
-    shutil.rmtree(work)
 
 
 COMPILER = (typed_expression, event_functions)  # what events need of this folder

@@ -28,7 +28,8 @@ def library_system(
     """A mechanism of the library or a variant of one; see :func:`mechc.load`."""
     if name not in LIBRARY:
         raise UnknownNameError("mechanism", name, LIBRARY)
-    if instruction_set is not None and not _is_word(instruction_set):
+    given = instruction_set
+    if given is not None and not (isinstance(given, str) and given.isascii() and given.isalnum()):
         raise ValueError(f"no instruction set is called {brief(instruction_set)}")
     asked = _as_names_and_numbers(fix, outputs)
     if not (options or asked) and name in COMPILED_AT_INSTALL:
@@ -58,10 +59,7 @@ def _variant(
 def system_of(reference: ModelReference, given: System | None = None) -> System:
     """The system that a reference describes: the one given, of the library, or in the cache.
 
-    Raises
-    ------
-    MechcError
-        If it is not found, or the one given or found has other states.
+    Raises :class:`MechcError` if it is not found, or the one given or found has other states.
     """
     if given is None and not reference.custom:
         return library_system(
@@ -69,7 +67,11 @@ def system_of(reference: ModelReference, given: System | None = None) -> System:
             instruction_set=reference.instruction_set,
             **reference.options,
         )
-    system = _from_cache(reference) if given is None else given
+    if given is None:
+        from mechc.compilation.build import compiled_before
+
+        given = compiled_before(reference)
+    system = given
     if reference.state and (*system.coordinates, *system.speeds) != reference.state:
         raise MechcError(
             f"it is of a mechanism with the states {', '.join(reference.state)}; the model "
@@ -78,22 +80,11 @@ def system_of(reference: ModelReference, given: System | None = None) -> System:
     return system
 
 
-def _is_word(text: object) -> bool:
-    return isinstance(text, str) and text.isascii() and text.isalnum()
-
-
 def _number(name: object, value: Any) -> float:
     try:
         return float(value)
     except (TypeError, ValueError, OverflowError):
         raise ValueOutOfBoundsError(f"{name} must be a number, not {brief(value)}") from None
-
-
-@one_at_a_time
-def _from_cache(reference: ModelReference) -> System:
-    from mechc.compilation.build import compiled_before
-
-    return compiled_before(reference)
 
 
 @cache
@@ -104,13 +95,13 @@ def _load_installed(name: str, instruction_set: str | None) -> System:
         name, instruction_set=instruction_set, library_file=str(module.__file__)
     )
     system = system_with(Scene(module.model, instruction_set), reference)
-    return system.drawn_by(drawn_by(lambda: _describe(name)))
 
+    def describe() -> tuple[Any, Any]:
+        from mechc.compilation.library.library import described_as_asked
 
-def _describe(name: str) -> tuple[Any, Any]:
-    from mechc.compilation.library.library import described_as_asked
+        return described_as_asked(name, {}, {})
 
-    return described_as_asked(name, {}, {})
+    return system.drawn_by(drawn_by(describe))
 
 
 def _as_names_and_numbers(

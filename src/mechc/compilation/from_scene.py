@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -31,7 +31,11 @@ def system_with(
     build |= {"key": found.key} if found.key else {}
     build |= {} if seconds is None else {"seconds": seconds}
     count = None if described is None else lambda: _operations_of_all(described)
-    system = System(data, with_inputs(scene, data), found, build, count)
+    if data.get("inputs"):
+        from mechc.inputs.driven_scene import scene_with_inputs
+
+        scene = scene_with_inputs(scene, data)
+    system = System(data, scene, found, build, count)
     return system if described is None else system.drawn_by(drawn_by(described))
 
 
@@ -44,15 +48,6 @@ def drawn_by(described: Described, added: Any = None) -> Callable[..., Picture]:
         return described_picture(system, described, added, in_space=in_space)
 
     return picture
-
-
-def with_inputs(scene: Any, data: Mapping[str, Any]) -> Any:
-    """The scene, with inputs if its metadata name any."""
-    if not data.get("inputs"):
-        return scene
-    from mechc.inputs.driven_scene import scene_with_inputs
-
-    return scene_with_inputs(scene, data)
 
 
 @one_at_a_time

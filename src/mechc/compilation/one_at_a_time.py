@@ -11,6 +11,7 @@ from collections.abc import Callable
 from functools import wraps
 from typing import ParamSpec, TypeVar
 
+from mechc.compilation.toolchain.interrupts import import_as_a_whole
 from mechc.files import in_forked_child
 
 P = ParamSpec("P")
@@ -39,3 +40,4 @@ def _new_lock() -> None:
 
 
 in_forked_child(_new_lock)
+import_as_a_whole()

@@ -84,7 +84,11 @@ class Parts:
             import_compiler()
         with self._lock:
             if name not in self._pending:
-                self._pending[name] = Pending(lambda: self._make_part(name))
+                self._pending[name] = Pending(
+                    lambda: entries.load_or_make(
+                        cache.part_key(self.key, name), self._maker(name), part_of
+                    )
+                )
             return self._pending[name]
 
     def parts(self, bits: int) -> list[Any]:
@@ -107,9 +111,6 @@ class Parts:
         if name in self._pending:
             return None
         return entries.load(cache.part_key(self.key, name), part_of)
-
-    def _make_part(self, name: str) -> Any:
-        return entries.load_or_make(cache.part_key(self.key, name), self._maker(name), part_of)
 
     def _maker(self, name: str) -> Callable[[Path], None]:
         def make(folder: Path) -> None:

@@ -29,10 +29,7 @@ def described_picture(
 
     ``in_space``: with solids, springs and dampers.
 
-    Raises
-    ------
-    MechanismError
-        If that drawing names a point that is not there.
+    Raises :class:`MechanismError` if that drawing names a point that is not there.
     """
     from mechc_codegen.description.drawing import Drawing
     from mechc_codegen.drawing.plan import picture_plan
@@ -121,14 +118,7 @@ class _Positions:
 
         symbols = self._plan.arguments[2]
         function = lambdify([list(symbols)], list(entries), "numpy", dummify=True)
-
-        def evaluate(p: Array) -> Array:
-            values = [
-                p[self._index[n]] if n in self._index else self._fixed[n] for n in self._names
-            ]
-            return np.array(function(values), dtype=float)
-
-        return evaluate
+        return lambda p: np.array(function(self._values(p)), dtype=float)
 
     def _all(self, y: Array, p: Array, t: float | Array) -> tuple[list[Array], list[Array]]:
         """The points and frames of the plan."""
@@ -136,7 +126,9 @@ class _Positions:
         count = len(self._plan.arguments[1])
         state = [y[..., k] for k in range(count)]
         numbers = iter(self._entries(t, *state, *self._values(p)))
-        turns = self._turns(numbers, leading)
+        turns = [np.broadcast_to(np.eye(3), (*leading, 3, 3))]  # of components into inertial ones
+        for before, _ in self._plan.frames:
+            turns.append(turns[before] @ _next(numbers, 9, leading).reshape(*leading, 3, 3))
         points = [np.zeros((*leading, 3))]
         for before, arms in self._plan.points:
             place = points[before]
@@ -145,13 +137,6 @@ class _Positions:
                 place = place + np.einsum("...ij,...j->...i", turns[frame], arm)
             points.append(place)
         return points, turns
-
-    def _turns(self, numbers: Any, leading: tuple[int, ...]) -> list[Array]:
-        """The matrix of each frame that turns its components into inertial ones."""
-        turns = [np.broadcast_to(np.eye(3), (*leading, 3, 3))]
-        for before, _ in self._plan.frames:
-            turns.append(turns[before] @ _next(numbers, 9, leading).reshape(*leading, 3, 3))
-        return turns
 
 
 def _numeric(arguments: list[Any], entries: list[Any]) -> Any:

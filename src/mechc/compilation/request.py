@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from mechc.compilation.build import compile_described, compile_known, time_stage
+from mechc.compilation.build import compile_described, time_stage
 from mechc.compilation.compiler import errors_of_compiler
 from mechc.compilation.from_scene import drawn_by
 from mechc.compilation.library.defaults import split, with_defaults
+from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.compilation.table import Table
 from mechc.errors import ValueOutOfBoundsError, brief
 from mechc.inputs.accept import samples_or_signal
@@ -20,12 +21,14 @@ from mechc.system.system import System
 LEAST_DERIVATIVES = 2  # of positions, for accelerations
 
 
+@one_at_a_time
 def compile_any(thing: Any, *, drawing: Any = None, **asked: Any) -> System:
     """The system of a request; see :func:`mechc.compile`."""
     errors_of_compiler()
     seconds: dict[str, float] = {}
     request, numbers = time_stage(seconds, "read", lambda: read_compilable(thing, **asked))
-    system = _compile_request(request, ModelReference("", custom=True), seconds)
+    reference = ModelReference("", custom=True)
+    system = compile_described(request.description, reference, request.digest, seconds)
     system = _drawn(system, request, drawing)
     return with_defaults(system, numbers, request.symbol_names) if numbers else system
 
@@ -46,13 +49,6 @@ def _drawn(system: System, request: Any, drawing: Any) -> System:
             _ = own.picture  # a wrong name is told now
         pictures[look] = own
     return pictures[look]
-
-
-def _compile_request(request: Any, reference: ModelReference, seconds: dict[str, float]) -> System:
-    known = request.digest
-    if known is None:
-        return compile_described(request.description, reference, seconds)
-    return compile_known(known, request.description, reference, seconds)
 
 
 def read_compilable(
@@ -78,11 +74,15 @@ def read_compilable(
         by_name(given.get(name, {}), name)
     by_name(fix or {}, "parameters to fix", "{'g': 9.81}")
     if "inputs" in given:
-        given["inputs"] = _with_curves(given["inputs"])
+        given["inputs"] = {key: _curve(key, value) for key, value in given["inputs"].items()}
     if "states" in given:
         given["states"] = _rates(given["states"])
     if "parameters" in given and readable(thing):
-        given["parameters"], values = _declared_parameters(given["parameters"])
+        names, values = given["parameters"], {}  # besides those of the equations
+        if isinstance(names, Mapping):
+            by_name(names, "parameters", "{'mu': 0.3}")
+            values = {key: x for key, x in names.items() if x is not None}
+        given["parameters"] = tuple([names] if isinstance(names, str) else names)
         given["defaults"] = {**values, **given.get("defaults", {})}
     if "defaults" in given and readable(thing):
         numbers, given["defaults"] = split(given["defaults"], given.get("states", ()))
@@ -107,33 +107,19 @@ def _rates(states: Any) -> dict[Any, Any]:
     return {x: rate for one in several for x, rate in zip(one.x, one.rhs(), strict=True)}
 
 
-def _declared_parameters(parameters: Any) -> tuple[tuple[Any, ...], dict[Any, Any]]:
-    """Parameters besides those of the equations, and the values of those that have one."""
-    if not isinstance(parameters, Mapping):
-        return tuple([parameters] if isinstance(parameters, str) else parameters), {}
-    by_name(parameters, "parameters", "{'mu': 0.3}")
-    return tuple(parameters), {key: x for key, x in parameters.items() if x is not None}
-
-
 # -- functions of a coordinate, by data -------------------------------------------------------
 
 
-def _with_curves(inputs: Mapping[Any, Any]) -> dict[Any, Any]:
-    """The inputs, with an expression where a function of a coordinate is given by data.
+def _curve(key: Any, value: Any) -> Any:
+    """An input; an expression where it is a function of a coordinate given by data.
 
     A :class:`mechc.Table` is taken of the function's arguments.  ``(positions, values)`` become a
     cubic spline; a :class:`mechc.Signal` and interpolants of SciPy are taken as they are.  Beyond
     their data the first and the last polynomial continue.
 
-    Raises
-    ------
-    ValueOutOfBoundsError
-        For data that are not valid, and data of a function of time.
+    Raises :class:`ValueOutOfBoundsError` for data that are not valid, and data of a function of
+    time.
     """
-    return {key: _curve(key, value) for key, value in inputs.items()}
-
-
-def _curve(key: Any, value: Any) -> Any:
     if isinstance(value, Table):
         return value(*key.args)
     signal = samples_or_signal(value, order=LEAST_DERIVATIVES)

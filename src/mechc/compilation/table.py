@@ -121,11 +121,13 @@ def _fit(
     for k, (axis, word) in enumerate(zip(axes, words, strict=True)):
         # axis k has samples; it becomes pieces, and powers come last
         found = _along(axis, np.moveaxis(coefficients, k, 0), kind, word)
-        if word == "hold":
-            held = _with_constant_ends(axis, np.moveaxis(coefficients, k, 0), found)
-            axis_starts, found = np.concatenate([[-FAR], axis]), held
-        else:
-            axis_starts = axis[:-1]
+        axis_starts = axis[:-1]
+        if word == "hold":  # a constant piece before and after
+            samples = np.moveaxis(coefficients, k, 0)
+            ends = np.zeros((len(found), 2, *samples.shape[1:]))
+            ends[0] = samples[[0, -1]]
+            found = np.concatenate([ends[:, :1], found, ends[:, 1:]], axis=1)
+            axis_starts = np.concatenate([[-FAR], axis])
         starts.append(axis_starts)
         coefficients = np.moveaxis(np.moveaxis(found, 0, -1), 0, k)
     return starts, np.ascontiguousarray(coefficients)
@@ -142,10 +144,3 @@ def _along(axis: Array, values: Array, kind: str, word: str) -> Array:
 
     ends = "periodic" if word == "repeat" else "not-a-knot"
     return np.asarray(CubicSpline(axis, values, bc_type=ends).c[::-1])
-
-
-def _with_constant_ends(axis: Array, values: Array, found: Array) -> Array:
-    """The pieces, with a constant one before and after."""
-    ends = np.zeros((len(found), 2, *values.shape[1:]))
-    ends[0] = values[[0, -1]]
-    return np.concatenate([ends[:, :1], found, ends[:, 1:]], axis=1)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import cache, partial
+from functools import partial
 from typing import Any
 
-from mechc.differentiable.motion import Motion, motion_of
-from mechc.errors import MechcError, MissingPackageError
+from mechc.differentiable.motion import Motion, function_of
+from mechc.errors import MechcError, package
 
 
 def jax(
@@ -42,50 +42,22 @@ def jax(
     MechcError
         When called without double precision.
     """
-    library = _library()
-    driven = model if inputs is None else model.with_inputs(inputs)
-    policy = (("rtol", rtol), ("method", method))
-    motion_of(driven, None, (), t0, dict(policy))
-    made = cache(partial(_differentiable, library, driven, t0, policy))
+    library = package("jax", "JAX is not installed: pip install jax")
 
-    def f(t: Any, y0: Any, params: Mapping[Any, Any] | None = None) -> Any:
-        _refuse_single_precision(library)
-        jnp = library.numpy
-        given = params or {}
-        start = tuple(y0) if isinstance(y0, Mapping) else None
-        first = [y0[name] for name in start] if start is not None else list(jnp.asarray(y0))
-        rest = [given[name] for name in given]
-        numbers = [jnp.asarray(each, dtype=jnp.float64) for each in (*first, *rest)]
-        x = jnp.stack(numbers) if numbers else jnp.zeros(0)
-        times = jnp.asarray(t, dtype=jnp.float64)
-        y = made(start, tuple(given))(jnp.atleast_1d(times), x)
-        return y if times.ndim else y[0]
+    def convert(given: Any) -> Any:
+        if not library.config.jax_enable_x64:
+            raise MechcError(
+                "motions need double precision: jax.config.update('jax_enable_x64', True) after "
+                "importing jax"
+            )
+        return library.numpy.asarray(given, dtype=library.numpy.float64)
 
-    return f
+    policy, differentiable = {"rtol": rtol, "method": method}, partial(_differentiable, library)
+    return function_of(model, t0, inputs, policy, convert, library.numpy, differentiable)
 
 
-def _library() -> Any:
-    try:
-        import jax as library
-    except ImportError as error:
-        raise MissingPackageError("JAX is not installed: pip install jax") from error
-    return library
-
-
-def _refuse_single_precision(library: Any) -> None:
-    if not library.config.jax_enable_x64:
-        raise MechcError(
-            "motions need double precision: jax.config.update('jax_enable_x64', True) after "
-            "importing jax"
-        )
-
-
-def _differentiable(
-    library: Any, model: Any, t0: float, policy: tuple[tuple[str, Any], ...],
-    start: tuple[Any, ...] | None, parameters: tuple[Any, ...],
-) -> Callable[[Any, Any], Any]:  # fmt: skip
+def _differentiable(library: Any, motion: Motion) -> Callable[[Any, Any], Any]:
     """States of t (nt,) and x (k,), with their derivative along (dt, dx)."""
-    motion = motion_of(model, start, parameters, t0, dict(policy))
     call = partial(_call, library, motion)
 
     def plain(t: Any, x: Any) -> Any:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
 
-from mechc.errors import MechcError, UnavailableOutputError, UnknownNameError, ValueOutOfBoundsError
+from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError
 from mechc.sensitivities.columns import columns_of
 from mechc.system.names import by_name, name_of, names_of
-from mechc.system.parameters import Array, doubles
+from mechc.system.parameters import Array, doubles, one_double
 
 START = "y0"
 
@@ -27,7 +28,9 @@ def jvp(
     moved = np.zeros_like(sol.y)
     for name, tangent in tangents.items():
         columns = sol.sensitivity[name]
-        rate = _checked_tangent(name, tangent, columns.shape[2:])
+        rate, shape = doubles(tangent, f"the tangent of {name}"), columns.shape[2:]
+        if rate.shape != shape:
+            raise ValueOutOfBoundsError(f"the tangent of {name} has the shape {shape}")
         moved += columns @ rate if rate.ndim else columns * rate
     return _as_asked(t, sol.y), _as_asked(t, moved)
 
@@ -52,37 +55,26 @@ def vjp(
             )
         rows = weights.reshape(sol.y.shape)
         if not forwards:
-            return _adjoint(sol, rows[0], names)
+            gradient = sol.gradient(end=rows[0], by=names)  # backwards over the steps
+            if gradient.notes:
+                raise MechcError(f"the motion has no derivative {'; '.join(gradient.notes)}")
+            return dict(gradient)
         found = {name: np.tensordot(rows, sol.sensitivity[name], 2) for name in names}
         return {name: each if each.ndim else float(each) for name, each in found.items()}
 
     return y, pull
 
 
-def _adjoint(sol: Any, weights: Array, names: Sequence[str]) -> dict[str, Any]:
-    """The gradient of weights * end state, backwards over the steps."""
-    found = sol.gradient(end=weights, by=names)
-    if found.notes:
-        raise MechcError(f"the motion has no derivative {'; '.join(found.notes)}")
-    return dict(found)
-
-
 def _checked_times(t: Any, t0: float) -> Array:
     times = np.atleast_1d(doubles(t, "the times"))
     if times.ndim != 1 or not len(times) or not np.isfinite(times).all():
         raise ValueOutOfBoundsError("the times are a number, or finite numbers in a row, in s")
-    if not (np.diff(times) > 0).all() or not times[0] >= t0 or not times[-1] > t0:
+    start = one_double(t0, "t0")
+    if not (np.diff(times) > 0).all() or not times[0] >= start:
         raise ValueOutOfBoundsError(
-            f"the times must rise, from the start at t0 = {t0:g} s on; t0 can be given"
+            f"the times must rise, from the start at t0 = {start:g} s on; t0 can be given"
         )
     return times
-
-
-def _checked_tangent(name: str, given: Any, shape: tuple[int, ...]) -> Array:
-    tangent = doubles(given, f"the tangent of {name}")
-    if tangent.shape != shape:
-        raise ValueOutOfBoundsError(f"the tangent of {name} has the shape {shape}")
-    return tangent
 
 
 def _as_asked(t: Any, rows: Array) -> Array:
@@ -96,10 +88,8 @@ def _simulate(
 ) -> Any:  # fmt: skip
     """The motion at the times, with its derivatives where some are named.
 
-    Raises
-    ------
-    MechcError
-        If it does not reach its end, or a derivative does not exist, with the reason.
+    Raises :class:`MechcError` if it does not reach its end, or a derivative does not exist, with
+    the reason.
     """
     sol = model.simulate(
         (t0, float(times[-1])), y0, params, t_eval=times, sensitivities=names, **policy
@@ -187,7 +177,11 @@ class Motion:
         """Gradients (..., k) by x of the sum of cotangents (..., nt, nq + nu) times states; of one
         motion's end by the adjoint, several are a batch."""
         if x.ndim == 1 and t.ndim == 1:
-            return self._pull(t, x, cotangent)
+            start, parameters = self.arguments_of(x)
+            _, pull = vjp(self.model, t, start, parameters, self.names, self.t0, self.policy)
+            found = pull(cotangent)
+            parts = [np.atleast_1d(found[name]) for name in self.names]
+            return np.concatenate(parts or [np.zeros(0)])
         return np.asarray(np.einsum("...ti,...tik->...k", cotangent, self.slopes(t, x)))
 
     def rates(self, t: Array, x: Array, y: Array) -> Array:
@@ -206,12 +200,6 @@ class Motion:
         sol = self._one(t, x, self.names)
         columns = [sol.sensitivity[name] for name in self.names]
         return np.concatenate([c if c.ndim == 3 else c[..., None] for c in columns], axis=-1)
-
-    def _pull(self, t: Array, x: Array, cotangent: Array) -> Array:
-        start, parameters = self.arguments_of(x)
-        _, pull = vjp(self.model, t, start, parameters, self.names, self.t0, self.policy)
-        found = pull(cotangent)
-        return np.concatenate([np.atleast_1d(found[name]) for name in self.names] or [np.zeros(0)])
 
     @property
     def _calls_python(self) -> bool:
@@ -259,23 +247,44 @@ def _numbers(columns: Array) -> list[Any]:
     return [column if column.ndim else float(column) for column in columns]
 
 
+def function_of(
+    model: Any, t0: float, inputs: Mapping[str, Any] | None, policy: Mapping[str, Any],
+    convert: Callable[[Any], Any], library: Any, differentiable: Callable[[Motion], Any],
+) -> Callable[..., Any]:  # fmt: skip
+    """A function ``f(t, y0, params) -> states`` of a library's arrays.
+
+    ``convert``: makes such an array of doubles, ``library`` joins them, ``differentiable`` gives
+    the states of a motion as a function of t (nt,) and x (k,).
+    """
+    driven = model if inputs is None else model.with_inputs(inputs)
+    motion_of(driven, None, (), t0, policy)
+
+    @cache
+    def states(start: tuple[Any, ...] | None, parameters: tuple[Any, ...]) -> Any:
+        return differentiable(motion_of(driven, start, parameters, t0, policy))
+
+    def f(t: Any, y0: Any, params: Mapping[Any, Any] | None = None) -> Any:
+        given = params or {}
+        start = tuple(y0) if isinstance(y0, Mapping) else None
+        first = [convert(y0[name]) for name in start] if start is not None else [*convert(y0)]
+        numbers = [*first, *(convert(given[name]) for name in given)]
+        x = library.stack(numbers) if numbers else library.zeros(0, dtype=library.float64)
+        times = convert(t)
+        y = states(start, tuple(given))(library.atleast_1d(times), x)
+        return y if times.ndim else y[0]
+
+    return f
+
+
 def motion_of(
     model: Any, start: Any, parameters: Any, t0: float, policy: Mapping[str, Any]
 ) -> Motion:
     """The motion as a function of what is named; ``start`` is None for a whole state.
 
-    Raises
-    ------
-    UnavailableOutputError
-        If the model was compiled without ``"sensitivities"``.
-    UnknownNameError
-        For a parameter, coordinate or speed that the model does not have.
+    Raises :class:`UnavailableOutputError` if the model was compiled without ``"sensitivities"``;
+    :class:`UnknownNameError` for a parameter, coordinate or speed that the model does not have.
     """
-    if "differentiated" not in model.system.data:
-        raise UnavailableOutputError(
-            f"{model.name} was compiled without derivatives of motions: compile or load it with "
-            "outputs=(..., 'sensitivities')"
-        )
+    model.system.check_sensitivities()
     named = tuple(name_of(key) for key in parameters)
     for name in named:
         if name not in model.parameters:

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from mechc.differentiable.motion import Motion, motion_of
-from mechc.errors import MechcError, MissingPackageError
+from mechc.differentiable.motion import Motion, function_of
+from mechc.errors import MechcError, package
 
 
 def torch(
@@ -30,32 +30,16 @@ def torch(
     MechcError
         When called with tensors of single precision.
     """
-    library = _library()
-    driven = model if inputs is None else model.with_inputs(inputs)
-    policy = (("rtol", rtol), ("method", method))
-    motion_of(driven, None, (), t0, dict(policy))
-    made = cache(partial(_differentiable, driven, t0, policy))
-    tensor = partial(_double, library)
-
-    def f(t: Any, y0: Any, params: Mapping[Any, Any] | None = None) -> Any:
-        given = params or {}
-        start = tuple(y0) if isinstance(y0, Mapping) else None
-        first = [tensor(y0[name]) for name in start] if start is not None else [*tensor(y0)]
-        numbers = [*first, *(tensor(given[name]) for name in given)]
-        x = library.stack(numbers) if numbers else library.zeros(0, dtype=library.float64)
-        times = tensor(t)
-        y = made(start, tuple(given))(library.atleast_1d(times), x)
-        return y if times.ndim else y[0]
-
-    return f
+    library, policy = _library(), {"rtol": rtol, "method": method}
+    convert = partial(_double, library)
+    return function_of(
+        model, t0, inputs, policy, convert, library,
+        lambda motion: partial(_states().apply, motion),
+    )  # fmt: skip
 
 
 def _library() -> Any:
-    try:
-        import torch as library
-    except ImportError as error:
-        raise MissingPackageError("PyTorch is not installed: pip install torch") from error
-    return library
+    return package("torch", "PyTorch is not installed: pip install torch")
 
 
 def _double(library: Any, given: Any) -> Any:
@@ -64,15 +48,6 @@ def _double(library: Any, given: Any) -> Any:
     if given.dtype != library.float64:
         raise MechcError(f"motions need tensors of float64, not {given.dtype}")
     return given
-
-
-def _differentiable(
-    model: Any, t0: float, policy: tuple[tuple[str, Any], ...],
-    start: tuple[Any, ...] | None, parameters: tuple[Any, ...],
-) -> Callable[[Any, Any], Any]:  # fmt: skip
-    """States of t (nt,) and x (k,) as tensors."""
-    motion = motion_of(model, start, parameters, t0, dict(policy))
-    return partial(_states().apply, motion)
 
 
 @cache

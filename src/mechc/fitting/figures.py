@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from mechc.fitting.quantities import Measured
-from mechc.results.figures import STYLE, _figure_class, _matplotlib
+from mechc.results.figures import new_figure
 from mechc.results.mathtext import plain, typeset
 from mechc.results.panels import COLOURS, QUIET
 from mechc.results.sampling import clean_text
@@ -29,9 +27,7 @@ def draw_fit(result: Findings) -> Figure:
     problem = result.problem
     shown = range(min(MOST, len(problem.recordings)))
     rows = len(problem.measured)
-    with _matplotlib().rc_context(STYLE):
-        size = (max(7.4, 4.6 * len(shown)), 0.6 + 3.2 * rows)
-        figure = _figure_class()(figsize=size, layout="constrained")
+    with new_figure((max(7.4, 4.6 * len(shown)), 0.6 + 3.2 * rows)) as figure:
         panels = figure.subplots(
             2 * rows, len(shown), squeeze=False, sharex="col",
             gridspec_kw={"height_ratios": [3.0, 1.2] * rows},
@@ -41,7 +37,10 @@ def draw_fit(result: Findings) -> Figure:
                 _draw_data(panels[2 * k, place], result, place, k)
                 _draw_residuals(panels[2 * k + 1, place], result, place, k)
                 if place == 0:
-                    _name(panels[2 * k, place], panels[2 * k + 1, place], one)
+                    unit, _ = shown_in(one.kind, one.unit)
+                    told = f" ({unit})" if unit else ""
+                    panels[2 * k, 0].set_ylabel(typeset(one.name) + plain(told))
+                    panels[2 * k + 1, 0].set_ylabel(plain("fit - data" + told), fontsize=8)
             panels[-1, place].set_xlabel("time (s)")
             if len(shown) > 1:
                 panels[0, place].set_title(f"recording {place}")
@@ -54,13 +53,9 @@ def _title(result: Findings, shown: int) -> str:
     problem = result.problem
     left = len(problem.recordings) - shown
     more = f", {left} more recordings not shown" if left else ""
-    return f"{clean_text(problem.model.title, 60)}: fit of {_list_of_names(result.names)}{more}"
-
-
-def _list_of_names(names: Sequence[str]) -> str:
-    """Names as they are typed, a few of them."""
-    told = ", ".join(clean_text(name) for name in names[:5])
-    return told + (" ..." if len(names) > 5 else "")
+    names = ", ".join(clean_text(name) for name in result.names[:5])
+    names += " ..." if len(result.names) > 5 else ""
+    return f"{clean_text(problem.model.title, 60)}: fit of {names}{more}"
 
 
 def _legend(figure: Figure, *panels: Any) -> None:
@@ -71,13 +66,6 @@ def _legend(figure: Figure, *panels: Any) -> None:
         handles += some
         names += told
     figure.legend(handles, names, loc="outside upper right", ncols=len(names), fontsize=8)
-
-
-def _name(data: Any, residuals: Any, one: Measured) -> None:
-    unit, _ = shown_in(one.kind, one.unit)
-    told = f" ({unit})" if unit else ""
-    data.set_ylabel(typeset(one.name) + plain(told))
-    residuals.set_ylabel(plain("fit - data" + told), fontsize=8)
 
 
 def _draw_data(axes: Any, result: Findings, place: int, k: int) -> None:

@@ -69,13 +69,10 @@ class Loss:
 def loss_of(loss: Any, f_scale: float) -> Loss:
     """A loss by its name, or from a function that gives rho, rho', rho'' as SciPy's do.
 
-    Raises
-    ------
-    UnknownNameError
-        For a name that SciPy does not have.
+    Raises :class:`UnknownNameError` for a name that SciPy does not have.
     """
     if callable(loss):
         return Loss(loss, f_scale, True)
-    if loss not in LOSSES:
+    if not isinstance(loss, str) or loss not in LOSSES:
         raise UnknownNameError("loss", loss, LOSSES)
     return Loss(LOSSES[loss], f_scale, loss != "linear")

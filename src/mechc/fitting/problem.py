@@ -11,13 +11,11 @@ import numpy as np
 from mechc.assembly.initial_values import filled_start
 from mechc.errors import AssemblyError, MechcError
 from mechc.fitting.quantities import Measured
-from mechc.fitting.recordings import Recording
+from mechc.fitting.recordings import TURN, Recording
 from mechc.fitting.unknowns import INPUT, PARAMETER, START, Known, Unknown
 from mechc.system.kinds import Kind
 from mechc.system.parameters import Array
 from mechc.system.system import System
-
-TURN = 2.0 * np.pi
 
 
 @dataclass(frozen=True)
@@ -85,8 +83,7 @@ class Problem:
     ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
         """Coordinates, speeds and a guess to assemble from; the mechanism's where none is given."""
         model = self.model
-        speeds = {name: value for name, value in start.items() if name in model.speeds}
-        rest = {name: value for name, value in start.items() if name not in speeds}
+        rest, speeds = model.coordinates_and_speeds(start)
         if self.fixed.starts[place] is None:
             return filled_start(model.system, rest, speeds, self.guess)
         return rest, speeds, dict(self.guess)
@@ -94,10 +91,7 @@ class Problem:
     def simulate(self, x: Sequence[float] | Array, place: int, names: Sequence[str] = ()) -> Any:
         """The motion of one recording, with derivatives by the names.
 
-        Raises
-        ------
-        AssemblyError
-            If its loops do not close.
+        Raises :class:`AssemblyError` if its loops do not close.
         """
         given, recording = self.setting(x, place), self.recordings[place]
         self.runs += 1
@@ -130,31 +124,27 @@ class Problem:
     def deviations(self, system: System, y: Array, values: Array, place: int) -> Array:
         """(model - data) / sigma (..., nt, k) on states (..., nt, nq + nu); NaN without a sample.
 
-        Whole turns of an angle that assembly chooses are left out: nobody measured them.
+        Whole turns of an angle that assembly chooses, or that was recorded within one turn, are
+        left out: nobody measured them.
         """
         recording = self.recordings[place]
-        found = np.empty((*y.shape[:-1], len(self.measured)))
+        found, start = np.empty((*y.shape[:-1], len(self.measured))), self.fixed.starts[place]
+        held = {u.name for u in self.unknowns} | {*(start if isinstance(start, Mapping) else ())}
         for k, one in enumerate(self.measured):
             apart = one.on(system, y, values, recording.t) - recording.values[:, k]
-            if self._follows_from_loops(one, place) and recording.valid[:, k].any():
+            follows = one.kind is Kind.ANGLE and one.output not in held  # from the loops' closing
+            if one.kind is Kind.ANGLE and recording.is_wrapped(k):
+                apart = apart - TURN * np.round(apart / TURN)
+            elif follows and recording.valid[:, k].any():
                 first = int(np.argmax(recording.valid[:, k]))
                 apart = apart - TURN * np.round(apart[..., first, None] / TURN)
             found[..., k] = apart / one.weight
         return found
 
-    def _follows_from_loops(self, one: Measured, place: int) -> bool:
-        """Whether a quantity is an angle that follows from the closing of the loops."""
-        start = self.fixed.starts[place]
-        held = {u.name for u in self.unknowns} | {*(start if isinstance(start, Mapping) else ())}
-        return one.kind is Kind.ANGLE and one.output not in held
-
     def jacobian(self, x: Array) -> Array:
         """Derivatives of the residuals (n, k), exact.
 
-        Raises
-        ------
-        MechcError
-            Where a derivative does not exist, with the reason.
+        Raises :class:`MechcError` where a derivative does not exist, with the reason.
         """
         if self.last_jacobian[0] != x.tobytes():
             parts = [self._slopes(x, place) for place in range(len(self.recordings))]
@@ -172,10 +162,6 @@ class Problem:
             slopes[:, j, mine] = one.slopes(sol, names) / one.weight
         part: Array = slopes[recording.valid]
         if not np.isfinite(part).all():
-            raise MechcError(_no_derivative(sol, place))
+            notes = "; ".join(sol.sensitivity.notes) or "they are not finite"
+            raise MechcError(f"the motion of recording {place} has no derivatives there: {notes}")
         return part
-
-
-def _no_derivative(sol: Any, place: int) -> str:
-    notes = "; ".join(sol.sensitivity.notes) or "they are not finite"
-    return f"the motion of recording {place} has no derivatives there: {notes}"

@@ -3,26 +3,19 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from mechc.errors import (
-    MechcError,
-    UnavailableOutputError,
-    UnknownNameError,
-    ValueOutOfBoundsError,
-    brief,
-)
+from mechc.batch.reductions import ENTRY
+from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.system.kinds import Kind
 from mechc.system.names import name_of
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
-_ENTRY = re.compile(r"\s*([^\W\d]\w*)\s*(?:\[\s*(\d+(?:\s*,\s*\d+)*)\s*\])?\s*")
 _UNITS = {"energy": "J", "kinetic_energy": "J", "potential_energy": "J", "points": "m"}
 
 
@@ -80,16 +73,11 @@ class Measured:
 def checked_measured(system: System, given: Any) -> tuple[Measured, ...]:
     """The measured quantities, from ``{name: sigma}`` or from names alone.
 
-    Raises
-    ------
-    UnknownNameError, UnavailableOutputError, ValueOutOfBoundsError
-        For a quantity that the model does not have, and a standard deviation that is none.
+    Raises :class:`UnknownNameError`, :class:`UnavailableOutputError`,
+    :class:`ValueOutOfBoundsError` for a quantity that the model does not have, and a standard
+    deviation that is none.
     """
-    if "differentiated" not in system.data:
-        raise UnavailableOutputError(
-            f"{system.name} was compiled without derivatives of motions: compile or load it with "
-            "outputs=(..., 'sensitivities')"
-        )
+    system.check_sensitivities()
     pairs = given.items() if isinstance(given, Mapping) else ((name, None) for name in _each(given))
     found = tuple(_measured_quantity(system, name_of(name), sigma) for name, sigma in pairs)
     if not found:
@@ -111,7 +99,7 @@ def _each(given: Any) -> Sequence[Any]:
 
 
 def _measured_quantity(system: System, name: Any, sigma: Any) -> Measured:
-    match = _ENTRY.fullmatch(name) if isinstance(name, str) else None
+    match = ENTRY.fullmatch(name) if isinstance(name, str) else None
     if match is None:
         raise ValueOutOfBoundsError(
             f"{brief(name)} is not a quantity: write theta_0, energy or points[2,0]"
@@ -129,14 +117,9 @@ def _measured_quantity(system: System, name: Any, sigma: Any) -> Measured:
 
 def _shapes(system: System, output: str) -> tuple[int, ...]:
     """The shape of a quantity that has derivatives along a motion."""
-    energies = {"kinetic_energy", "potential_energy"}
-    known: dict[str, tuple[int, ...]] = dict.fromkeys(
-        (*system.coordinates, *system.speeds, *system.data["own"]), ()
-    )
-    own = {name: system.data["shapes"].get(name, ()) for name, _ in system.data["differentiated"]}
-    known |= {name: tuple(shape) for name, shape in own.items()}
-    known |= system.array_outputs
-    if energies <= set(own):
+    known: dict[str, tuple[int, ...]] = dict.fromkeys((*system.coordinates, *system.speeds), ())
+    known |= {name: shape for name, (_, shape) in system.derivative_rows.items()}
+    if {"kinetic_energy", "potential_energy"} <= set(dict(system.data["differentiated"])):
         known["energy"] = ()
     if output not in known:
         raise UnknownNameError("measured quantity", output, known)

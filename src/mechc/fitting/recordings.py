@@ -13,6 +13,7 @@ from mechc.fitting.quantities import Measured
 from mechc.system.parameters import Array
 
 TIMES = ("time", "t")
+TURN = 2.0 * np.pi
 SECONDS = ("", "s", "sec", "second", "seconds")
 
 
@@ -28,29 +29,37 @@ class Recording:
         """Flags (nt, k) of the values that are not missing."""
         return np.isfinite(self.values)
 
+    def is_wrapped(self, column: int) -> bool:
+        """Whether an angle (rad) was reduced to one turn: it jumps by more than half a turn.
+
+        One that swings by more than that between two samples is taken for it, too: what agrees with
+        it still agrees without whole turns.
+        """
+        values = self.values[self.valid[:, column], column]
+        jumps = bool((np.abs(np.diff(values)) > 0.5 * TURN).any())
+        return jumps and bool(np.ptp(values) < 1.5 * TURN)
+
 
 def read_recordings(given: Any, measured: Sequence[Measured]) -> tuple[Recording, ...]:
     """One recording or a list of several.
 
-    Raises
-    ------
-    UnknownNameError, ValueOutOfBoundsError, MechcError
-        For columns that are missing, times that do not rise or are not in seconds, wrong shapes
-        and units.
+    Raises :class:`UnknownNameError`, :class:`ValueOutOfBoundsError`, :class:`MechcError` for
+    columns that are missing, times that do not rise or are not in seconds, wrong shapes and units.
     """
     several = given if isinstance(given, list) else [given]
     if not several:
         raise ValueOutOfBoundsError("measurements has no recording")
-    return tuple(_recording(one, measured, _words(several, i)) for i, one in enumerate(several))
+    alone = len(several) == 1
+    words = ["the recording" if alone else f"recording {number}" for number in range(len(several))]
+    return tuple(_recording(*each, measured) for each in zip(several, words, strict=True))
 
 
-def _words(several: Sequence[Any], number: int) -> str:
-    return "the recording" if len(several) == 1 else f"recording {number}"
-
-
-def _recording(given: Any, measured: Sequence[Measured], words: str) -> Recording:
+def _recording(given: Any, words: str, measured: Sequence[Measured]) -> Recording:
     if isinstance(given, tuple):
-        times, values = _from_arrays(given, measured, words)
+        if len(given) != 2:
+            raise ValueOutOfBoundsError(f"{words} is a tuple (times, values), not of {len(given)}")
+        times, values = _times(given[0], words), _numbers(given[1], f"the values of {words}")
+        values = values[:, None] if values.ndim == 1 else values
     elif hasattr(given, "keys"):
         times, values = _from_columns(given, measured, words)
     else:
@@ -70,15 +79,6 @@ def _recording(given: Any, measured: Sequence[Measured], words: str) -> Recordin
     return Recording(times, values)
 
 
-def _from_arrays(
-    given: tuple[Any, ...], measured: Sequence[Measured], words: str
-) -> tuple[Array, Array]:
-    if len(given) != 2:
-        raise ValueOutOfBoundsError(f"{words} is a tuple (times, values), not of {len(given)}")
-    values = _numbers(given[1], f"the values of {words}")
-    return _times(given[0], words), values[:, None] if values.ndim == 1 else values
-
-
 def _from_columns(given: Any, measured: Sequence[Measured], words: str) -> tuple[Array, Array]:
     names = [str(key) for key in (*given.keys(), *getattr(given, "coords", ()))]
     key = next((name for name in TIMES if name in names), None)
@@ -89,7 +89,9 @@ def _from_columns(given: Any, measured: Sequence[Measured], words: str) -> tuple
         if one.name not in names:
             raise UnknownNameError(f"column of {words}", one.name, sorted({*names} - {key}))
         column = given[one.name]
-        _check_unit(column, one, words)
+        unit = str(_attributes(column).get("units", one.unit))
+        if one.unit and unit not in (one.unit, ""):
+            raise MechcError(f"{one.name} of {words} is in {unit!r}: give it in {one.unit}")
         columns.append(_numbers(column, f"{one.name} of {words}"))
     times = _times(given[key], words)
     for one, column in zip(measured, columns, strict=True):
@@ -98,12 +100,6 @@ def _from_columns(given: Any, measured: Sequence[Measured], words: str) -> tuple
                 f"{one.name} of {words} has the shape {column.shape}, its times {times.shape}"
             )
     return times, np.stack(columns, axis=-1)
-
-
-def _check_unit(column: Any, one: Measured, words: str) -> None:
-    unit = str(_attributes(column).get("units", one.unit))
-    if one.unit and unit not in (one.unit, ""):
-        raise MechcError(f"{one.name} of {words} is in {unit!r}: give it in {one.unit}")
 
 
 def _times(given: Any, words: str) -> Array:

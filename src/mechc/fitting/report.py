@@ -11,6 +11,7 @@ from mechc.system.kinds import shown_in
 
 if TYPE_CHECKING:
     from mechc.fitting.findings import Findings
+    from mechc.fitting.quantities import Measured
 
 RARE = 1e-6  # a probability of residuals that large, below which noise is not the cause
 STRONG = 0.95  # a correlation that is worth a line
@@ -19,15 +20,20 @@ STRONG = 0.95  # a correlation that is worth a line
 def in_words(result: Findings) -> str:
     """Values with their intervals, residuals, correlations, what the data leave open."""
     problem = result.problem
-    recordings = len(problem.recordings)
+    recordings, correlation = len(problem.recordings), result.correlation
     how = "converged" if result.converged else "did not converge"
     lines = [
         f"fit of {problem.model.name}: {len(result.names)} values from {problem.count} samples of "
         f"{recordings} recording{'s' * (recordings > 1)}, {how} ({result.motions} motions)",
         *_values(result),
-        *_residuals(result),
-        *_correlations(result),
-        *_open(result),
+        *(_residuals(result, one) for one in problem.measured),
+        *(
+            f"{result.names[i]} and {result.names[j]} are correlated: {correlation[i, j]:+.3f}"
+            for i in range(len(result.names))
+            for j in range(i)
+            if abs(correlation[i, j]) > STRONG
+        ),
+        *(f"the data do not determine {one}" for one in result.undetermined),
         *_notes(result),
     ]
     return "\n".join(lines)
@@ -38,7 +44,8 @@ def _values(result: Findings) -> list[str]:
     width = max(map(len, result.names))
     lines = []
     for name, (low, high) in result.intervals.items():
-        unit, factor = _shown(result, name)
+        quantity = result.problem.model.quantities.get(name.partition("[")[0])
+        unit, factor = ("", 1.0) if quantity is None else shown_in(quantity.kind, quantity.unit)
         value = f"  {name:{width}}  {result[name] * factor:12.6g} {unit}"
         if math.isfinite(high - low):
             value += f"  ({level}: {low * factor:.6g} ... {high * factor:.6g})"
@@ -46,34 +53,11 @@ def _values(result: Findings) -> list[str]:
     return lines
 
 
-def _shown(result: Findings, label: str) -> tuple[str, float]:
-    """Unit and factor in which people read a value."""
-    quantity = result.problem.model.quantities.get(label.partition("[")[0])
-    return ("", 1.0) if quantity is None else shown_in(quantity.kind, quantity.unit)
-
-
-def _residuals(result: Findings) -> list[str]:
-    lines = []
-    for one in result.problem.measured:
-        unit, factor = shown_in(one.kind, one.unit)
-        rms = result.rms[one.name] * factor
-        known = "" if math.isnan(one.sigma) else f", {rms / factor / one.sigma:.2f} of its sigma"
-        lines.append(f"residuals of {one.name}: {rms:.3g} {unit} rms{known}")
-    return lines
-
-
-def _correlations(result: Findings) -> list[str]:
-    found, names = result.correlation, result.names
-    return [
-        f"{names[i]} and {names[j]} are correlated: {found[i, j]:+.3f}"
-        for i in range(len(names))
-        for j in range(i)
-        if abs(found[i, j]) > STRONG
-    ]
-
-
-def _open(result: Findings) -> list[str]:
-    return [f"the data do not determine {one}" for one in result.undetermined]
+def _residuals(result: Findings, one: Measured) -> str:
+    unit, factor = shown_in(one.kind, one.unit)
+    rms = result.rms[one.name] * factor
+    known = "" if math.isnan(one.sigma) else f", {rms / factor / one.sigma:.2f} of its sigma"
+    return f"residuals of {one.name}: {rms:.3g} {unit} rms{known}"
 
 
 def _notes(result: Findings) -> list[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,8 +11,6 @@ from mechc.errors import AssemblyError, MechcError
 from mechc.fitting.losses import loss_of
 from mechc.fitting.problem import Problem
 from mechc.system.parameters import Array
-
-Report = Callable[[float, str], None]
 
 
 @dataclass(frozen=True)
@@ -32,10 +29,7 @@ class Settings:
 def beginnings(problem: Problem, settings: Settings) -> Array:
     """The points (n, k) from which the search begins, the most promising first.
 
-    Raises
-    ------
-    MechcError
-        If no motion can be computed at any of them.
+    Raises :class:`MechcError` if no motion can be computed at any of them.
     """
     first = np.array([one.guess for one in problem.unknowns])
     if settings.starts == 1:
@@ -66,10 +60,8 @@ def _spread(problem: Problem, count: int, seed: int, first: Array) -> Array:
 
 def bounds_of(problem: Problem) -> tuple[Array, Array]:
     """Lower and upper bounds (k,)."""
-    return (
-        np.array([one.lower for one in problem.unknowns]),
-        np.array([one.upper for one in problem.unknowns]),
-    )
+    lower, upper = np.array([(one.lower, one.upper) for one in problem.unknowns]).T.copy()
+    return lower, upper
 
 
 def costs_at(problem: Problem, points: Array, settings: Settings) -> Array:
@@ -104,9 +96,11 @@ def _batch(problem: Problem, points: Array, place: int) -> Array:
     start: Any = given.start
     if isinstance(start, dict):
         start = Assembly(*problem.named_start(start, place))
+    elif isinstance(start, np.ndarray):
+        start = np.tile(start, (len(points), 1))
     span = (problem.begin[place], float(recording.t[-1]))
     batch = model.simulate_batch(
-        span, _for_all(start, len(points)), given.params, t_eval=recording.t, progress=False,
+        span, start, given.params, t_eval=recording.t, progress=False,
         inputs=given.inputs or None, **problem.policy,
     )  # fmt: skip
     problem.runs += len(points)
@@ -115,11 +109,6 @@ def _batch(problem: Problem, points: Array, place: int) -> Array:
     apart = problem.deviations(model.system, batch["y_eval"], values[:, None, :], place)
     apart[~batch.ok] = np.inf
     return np.asarray(apart[:, recording.valid])
-
-
-def _for_all(start: Any, count: int) -> Any:
-    """A state for every member, where a single one is given for all."""
-    return np.tile(start, (count, 1)) if isinstance(start, np.ndarray) else start
 
 
 def _refuse_infeasible(problem: Problem, first: Array) -> None:
@@ -147,7 +136,6 @@ class Found:
     active: Array
     converged: bool
     message: str
-    evaluations: int
 
 
 def refine(problem: Problem, first: Array, settings: Settings) -> Found:
@@ -155,18 +143,12 @@ def refine(problem: Problem, first: Array, settings: Settings) -> Found:
     from scipy.optimize import least_squares
 
     lower, upper = bounds_of(problem)
+    width = np.where(np.isfinite(upper - lower), upper - lower, 1.0)
+    inside = np.clip(first, lower + 1e-9 * width, upper - 1e-9 * width)  # where a search may begin
     done = least_squares(
-        problem.residuals, np.clip(first, *_inside(lower, upper)), problem.jacobian,
+        problem.residuals, inside, problem.jacobian,
         bounds=(lower, upper), x_scale="jac", loss=settings.loss, f_scale=settings.f_scale,
         ftol=settings.tol, xtol=settings.tol, gtol=settings.tol, max_nfev=settings.max_evaluations,
     )  # fmt: skip
-    return Found(
-        done.x, float(done.cost), np.asarray(done.active_mask != 0), done.status > 0, done.message,
-        int(done.nfev),
-    )  # fmt: skip
-
-
-def _inside(lower: Array, upper: Array) -> tuple[Array, Array]:
-    """A little inside the bounds, where a search may begin."""
-    width = np.where(np.isfinite(upper - lower), upper - lower, 1.0)
-    return lower + 1e-9 * width, upper - 1e-9 * width
+    active = np.asarray(done.active_mask != 0)
+    return Found(done.x, float(done.cost), active, done.status > 0, done.message)

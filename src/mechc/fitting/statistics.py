@@ -54,7 +54,6 @@ class Statistics:
 
     covariance: Array
     combinations: tuple[Combination, ...]
-    singular_values: Array
     robust: bool
 
 
@@ -92,7 +91,7 @@ def statistics_of(
         _combination(names, row, width if sure else np.inf)
         for row, width, sure in zip(rows, along, known, strict=True)
     ]
-    return Statistics(covariance, tuple(reversed(found)), singular, loss.robust)
+    return Statistics(covariance, tuple(reversed(found)), loss.robust)
 
 
 def _variance(residuals: Array, loss: Loss, count: int, absolute: bool) -> float:

@@ -65,11 +65,8 @@ def checked_unknowns(
 ) -> tuple[Unknown, ...]:  # fmt: skip
     """The free numbers with their bounds and first values.
 
-    Raises
-    ------
-    UnknownNameError, ValueOutOfBoundsError
-        For a name that the model does not have, and bounds that are reversed, are not numbers or
-        exceed those of the parameter.
+    Raises :class:`UnknownNameError`, :class:`ValueOutOfBoundsError` for a name that the model does
+    not have, and bounds that are reversed, are not numbers or exceed those of the parameter.
     """
     given = by_name(free, "free", "{'m_1': (0.1, 5.0)}")
     if not given:
@@ -77,9 +74,15 @@ def checked_unknowns(
     together = {*names_of(shared)}
     for name in together - {*given}:
         raise UnknownNameError("free start", name, given)
+    kinds = dict.fromkeys(system.inputs, INPUT)
+    kinds |= dict.fromkeys((*system.coordinates, *system.speeds), START)
+    kinds |= dict.fromkeys(system.parameters, PARAMETER)
     found = []
     for name, bounds in given.items():
-        kind = _kind(system, name)
+        if name not in kinds:
+            every = (*system.parameters, *system.coordinates, *system.speeds, *system.inputs)
+            raise UnknownNameError("parameter, coordinate, speed or input", name, every)
+        kind = kinds[name]
         low, high = _checked_bounds(system, name, bounds)
         alone = kind != START or name in together or len(recordings) == 1
         for recording in (None,) if alone else range(len(recordings)):
@@ -90,17 +93,6 @@ def checked_unknowns(
                 guess = default if low <= default <= high else _between(low, high)
             found.append(Unknown(name, kind, recording, low, high, guess))
     return tuple(found)
-
-
-def _kind(system: System, name: str) -> str:
-    if name in system.parameters:
-        return PARAMETER
-    if name in (*system.coordinates, *system.speeds):
-        return START
-    if name in system.inputs:
-        return INPUT
-    every = (*system.parameters, *system.coordinates, *system.speeds, *system.inputs)
-    raise UnknownNameError("parameter, coordinate, speed or input", name, every)
 
 
 def _given_value(

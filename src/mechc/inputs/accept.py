@@ -8,7 +8,7 @@ x = [q, u].
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -26,12 +26,8 @@ def accepted_inputs(given: Any, orders: Mapping[str, int]) -> dict[str, Any]:
 
     ``orders``: of each input the highest derivative that the equations contain.
 
-    Raises
-    ------
-    TypeError
-        If it is not a mapping.
-    ValueOutOfBoundsError
-        If samples are not valid, or it is not known which argument of a function is the time.
+    Raises ``TypeError`` if it is not a mapping; :class:`ValueOutOfBoundsError` if samples are not
+    valid, or it is not known which argument of a function is the time.
     """
     if not isinstance(given, Mapping):
         raise TypeError(f"inputs are given by name, such as {{'F': 0.5}}, not as {brief(given)}")
@@ -53,7 +49,8 @@ def samples_or_signal(value: Any, order: int) -> Signal | None:
     """
     if isinstance(value, Signal):
         return value
-    if _samples(value):
+    pair = isinstance(value, (tuple, list)) and len(value) == 2 and not any(map(callable, value))
+    if pair and all(np.ndim(row) == 1 for row in value):
         kind = "linear" if order == 0 else "cubic" if order <= 3 else "quintic"
         times, values = value
         return Signal(times, values, kind)
@@ -65,13 +62,6 @@ def _one(name: str, value: Any, order: int) -> Any:
     if signal is not None:
         return signal
     return with_state_apart(f"the input {name}", value) if callable(value) else value
-
-
-def _samples(value: Any) -> bool:
-    """Whether a value is a pair of rows of numbers of equal length."""
-    if not isinstance(value, (tuple, list)) or len(value) != 2 or any(map(callable, value)):
-        return False
-    return all(np.ndim(row) == 1 for row in value)
 
 
 def with_state_apart(what: str, function: Callable[..., Any]) -> Callable[..., Any]:
@@ -92,6 +82,24 @@ def with_state_apart(what: str, function: Callable[..., Any]) -> Callable[..., A
     if second in TIME:
         return lambda t, q, u: function(np.concatenate([q, u]), t)
     return lambda t, q, u: function(t, np.concatenate([q, u]))
+
+
+def takes_state(what: str, function: Callable[..., Any], counts: Sequence[int] = (1, 3)) -> bool:
+    """Whether a function is one of t, q and u, not of t alone.
+
+    ``counts``: of a function that could be called both ways, the number of arguments that is meant
+    comes first.
+    """
+    try:
+        signature = inspect.signature(function)
+    except (TypeError, ValueError):  # unknown for some compiled functions
+        return False
+    for count in counts:
+        if _binds(signature, count):
+            return count == 3
+    raise ValueOutOfBoundsError(
+        f"{what} must be a function of t, or of t, q and u; it takes {signature}"
+    )
 
 
 def _binds(signature: inspect.Signature, count: int) -> bool:

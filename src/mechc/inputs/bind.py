@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
@@ -11,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from mechc.errors import MissingInputError, UnknownNameError, ValueOutOfBoundsError
+from mechc.inputs.accept import takes_state
 from mechc.inputs.sampled import Control, HeldSignal, Sampled
 from mechc.inputs.signals import FAR, Signal
 from mechc.native._inputs import Caller, Inputs
@@ -39,21 +39,22 @@ class InputSlot:
 class GivenInputs:
     """Values for all inputs of a scene.
 
-    Raises
-    ------
-    MissingInputError
-        If one is missing; all that are missing are named.
-    UnknownNameError, ValueOutOfBoundsError
-        For unknown names and wrong values.
+    Raises :class:`MissingInputError` if one is missing; all that are missing are named;
+    :class:`UnknownNameError`, :class:`ValueOutOfBoundsError` for unknown names and wrong values.
     """
 
     def __init__(
         self, slots: Sequence[InputSlot], given: Mapping[str, Any], sizes: tuple[int, int]
     ) -> None:
-        _check_names(slots, given)
+        known = [slot.name for slot in slots]
+        for name in given:
+            if name not in known:
+                raise UnknownNameError("input", name, known)
+        if len(given) < len(known):
+            raise missing(slots, given)
         self.signals = {n: x for n, x in given.items() if isinstance(x, Signal)}
         self._order = {slot.name: max(slot.orders) for slot in slots}
-        self.function_names = [n for n, x in given.items() if _functions(x)]
+        self.function_names = [n for n, x in given.items() if functions_of(x)]
         self._numbers: dict[str, Array] = {}
         self._places: dict[str, int] = {}
         self._pieces: list[tuple[Array, Array]] = []
@@ -61,8 +62,8 @@ class GivenInputs:
         functions: list[tuple[str, Function, bool] | None] = []
         for slot in slots:
             value = given[slot.name]
-            if _functions(value):
-                functions += _checked_functions(slot, _functions(value))
+            if functions_of(value):
+                functions += _checked_functions(slot, functions_of(value))
                 self._sources += [(-1, order) for order in slot.orders]
             else:
                 functions += [None] * len(slot.orders)
@@ -83,8 +84,12 @@ class GivenInputs:
         signal, and with a caller of their own."""
         pieces = [(knots, coefficients.copy()) for knots, coefficients in self._pieces]
         for name, signal in self.signals.items():
-            place = self._places[name]
-            pieces[place] = _nan_beyond(signal.span, *pieces[place])
+            if not np.isfinite(signal.span).all():
+                continue
+            knots, coefficients = pieces[self._places[name]]
+            beyond = np.full((1, coefficients.shape[1]), np.nan)
+            times = np.concatenate([[-FAR], knots, [np.nextafter(signal.span[1], np.inf)]])
+            pieces[self._places[name]] = times, np.vstack([beyond, coefficients, beyond])
         caller = Caller(self._functions, *self._sizes)
         return Inputs(pieces, self._sources, caller)
 
@@ -114,14 +119,18 @@ class GivenInputs:
         inner = [t for t in inner if high - t > TICKS * np.spacing(abs(high))]
         return inner if t1 >= t0 else inner[::-1]
 
-    def check_times(self, times: Sequence[float] | Array) -> None:
-        """Raise :class:`ValueOutOfBoundsError` for times beyond the samples of a signal."""
+    def check_times(self, times: Sequence[float] | Array, additions: int = 0) -> None:
+        """Raise :class:`ValueOutOfBoundsError` for times beyond the samples of a signal.
+
+        ``additions``: each that has led to the times may have rounded them by an ulp.
+        """
         if len(times) > 2:
             times = (min(times), max(times))
         for name, signal in self.signals.items():
             low, high = signal.span
             for t in times:
-                if t < low or t > high:
+                rounding = (TICKS + additions) * float(np.spacing(abs(t)))
+                if t < low - rounding or t > high + rounding:
                     raise ValueOutOfBoundsError(
                         f"the input {name} is sampled from {low:.9g} to {high:.9g} s, but is "
                         f"needed at {t:.9g} s: give more samples, or mechc.Signal(..., "
@@ -139,17 +148,6 @@ class GivenInputs:
         return (f"{which}: {cost} ms",)
 
 
-def _nan_beyond(
-    span: tuple[float, float], knots: Array, coefficients: Array
-) -> tuple[Array, Array]:
-    """The polynomials, and NaN before and after the span where it is finite."""
-    if not np.isfinite(span).all():
-        return knots, coefficients
-    beyond = np.full((1, coefficients.shape[1]), np.nan)
-    times = np.concatenate([[-FAR], knots, [np.nextafter(span[1], np.inf)]])
-    return times, np.vstack([beyond, coefficients, beyond])
-
-
 def missing(slots: Sequence[InputSlot], given: Mapping[str, Any]) -> MissingInputError:
     """The error for inputs that have no value."""
     names = ", ".join(slot.name for slot in slots if slot.name not in given)
@@ -160,16 +158,7 @@ def missing(slots: Sequence[InputSlot], given: Mapping[str, Any]) -> MissingInpu
     )
 
 
-def _check_names(slots: Sequence[InputSlot], given: Mapping[str, Any]) -> None:
-    known = [slot.name for slot in slots]
-    for name in given:
-        if name not in known:
-            raise UnknownNameError("input", name, known)
-    if len(given) < len(known):
-        raise missing(slots, given)
-
-
-def _functions(value: Any) -> tuple[Function, ...]:
+def functions_of(value: Any) -> tuple[Function, ...]:
     """The functions of a value; none if it is something else."""
     if isinstance(value, Signal):
         return ()
@@ -188,9 +177,9 @@ def _checked_functions(
             f"a function does not give: give {highest + 1} functions of time (value, rate, ...), "
             "or a mechc.Signal that is smooth enough"
         )
-    chosen = [(slot.name, functions[order], _takes_state(slot, functions[order]))
-              for order in slot.orders]  # fmt: skip
-    if slot.of_time and any(takes_state for _, _, takes_state in chosen):
+    asked, what = [functions[order] for order in slot.orders], f"the input {slot.name}"
+    chosen = [(slot.name, function, takes_state(what, function)) for function in asked]
+    if slot.of_time and any(reads_state for _, _, reads_state in chosen):
         raise ValueOutOfBoundsError(
             f"constraints, mass matrix or kinematics contain the input {slot.name}: it must be a "
             "function of time only"
@@ -198,26 +187,18 @@ def _checked_functions(
     return chosen
 
 
-def _takes_state(slot: InputSlot, function: Function) -> bool:
-    try:
-        signature = inspect.signature(function)
-    except (TypeError, ValueError):  # unknown for some compiled functions
-        return False
-    for count in (1, 3):
-        try:
-            signature.bind(*[0.0] * count)
-        except TypeError:
-            continue
-        return count == 3
-    raise ValueOutOfBoundsError(
-        f"the input {slot.name} must be a function of t, or of t, q and u; it takes {signature}"
-    )
-
-
 def _polynomials(slot: InputSlot, value: Any) -> tuple[Array, Array]:
     """Knots (n,) and coefficients (n, degree + 1)."""
     if isinstance(value, Signal):
-        _check_smoothness(slot, value)
+        highest = max(slot.orders)  # may jump, as accelerations may
+        if highest > value.smoothness + 1:
+            kinds = "'quintic'" if highest > 3 else "'cubic' or 'quintic'"
+            held = " that is held" if value.outside == "hold" else ""
+            raise ValueOutOfBoundsError(
+                f"the equations contain rates of the input {slot.name} up to order {highest}, and "
+                f"a {value.kind} signal{held} has jumps in those of order {value.smoothness + 1}: "
+                f"take kind={kinds} without outside='hold'"
+            )
         return value.pieces
     if isinstance(value, Sampled):
         raise ValueOutOfBoundsError(
@@ -231,16 +212,3 @@ def _polynomials(slot: InputSlot, value: Any) -> tuple[Array, Array]:
             f"{value!r}; an expression is given to mechc.compile(..., inputs={{...}})"
         )
     return np.zeros(1), np.full((1, 1), float(value))
-
-
-def _check_smoothness(slot: InputSlot, signal: Signal) -> None:
-    """Refuse signals with too few derivatives; the highest may jump, as accelerations may."""
-    highest = max(slot.orders)
-    if highest > signal.smoothness + 1:
-        kinds = "'quintic'" if highest > 3 else "'cubic' or 'quintic'"
-        raise ValueOutOfBoundsError(
-            f"the equations contain rates of the input {slot.name} up to order {highest}, and "
-            f"a {signal.kind} signal{' that is held' if signal.outside == 'hold' else ''} has "
-            f"jumps in those of order {signal.smoothness + 1}: take kind={kinds} without "
-            "outside='hold'"
-        )

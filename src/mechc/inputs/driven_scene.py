@@ -59,10 +59,12 @@ class DrivenScene:
         values.check_times((t,))
         return self._whole
 
-    def evaluate(self, name: str, t: Array, y: Array, p: Array) -> Array:
+    def evaluate(
+        self, name: str, t: Array, y: Array, p: Array, forces: Array | None = None
+    ) -> Array:
         """Evaluate an output as :class:`mechc.native._driver.Scene` does."""
         if name in self._free:
-            return np.asarray(self._scene.evaluate(name, t, y, p))
+            return np.asarray(self._scene.evaluate(name, t, y, p, forces=forces))
         values = self._given_inputs()
         if values.caller.takes_state and name.endswith("state_jacobian"):
             raise MechcError(
@@ -70,7 +72,7 @@ class DrivenScene:
                 "so there is no derivative by it: compile with expressions for them"
             )
         values.check_times(t)
-        out: Array = self._scene.evaluate(name, t, y, p, self._whole)
+        out: Array = self._scene.evaluate(name, t, y, p, self._whole, forces)
         if values.caller.failure is not None:
             self.raise_failure()
         return out
@@ -138,11 +140,6 @@ class DrivenScene:
         return self._scene
 
     @property
-    def has_signals(self) -> bool:
-        """Whether an input is a signal, which may have kinks."""
-        return bool(self._given_inputs().signals)
-
-    @property
     def numbers(self) -> dict[str, Array]:
         """The place (1, 1), which runs read, of each input that is a number."""
         return self._given_inputs().numbers
@@ -167,9 +164,9 @@ class DrivenScene:
         """Whether an output contains no input."""
         return output in self._free
 
-    def check_times(self, times: Sequence[float]) -> None:
+    def check_times(self, times: Sequence[float], additions: int = 0) -> None:
         """Check that signals have values at these times, see :meth:`GivenInputs.check_times`."""
-        self._given_inputs().check_times(times)
+        self._given_inputs().check_times(times, additions)
 
     def reset(self) -> None:
         """Forget calls and failures of functions."""

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from mechc.errors import ValueOutOfBoundsError
-from mechc.inputs.accept import with_state_apart
+from mechc.errors import ValueOutOfBoundsError, brief
+from mechc.inputs.accept import takes_state, with_state_apart
 from mechc.inputs.signals import FAR, Signal
 from mechc.system.names import name_of
-from mechc.system.parameters import Array
+from mechc.system.parameters import Array, doubles, one_double
 
 TICKS = 8  # ulps: an instant that is no nearer to a break of the run is another time
 MOST = 10_000_000  # instants of a run
@@ -61,9 +61,17 @@ class Sampled:
     ) -> None:
         if not callable(controller):
             raise TypeError(f"a controller must be a function, not {controller!r}")
-        _check_times(period, delay, jitter)
-        self.controller, self.period, self.delay = controller, float(period), float(delay)
-        self.jitter, self.seed, self.initial = float(jitter), seed, initial
+        self.controller, self.seed = controller, _checked_seed(seed)
+        self.period, self.delay = _checked_time("period", period), _checked_time("delay", delay)
+        self.jitter = _checked_time("jitter", jitter)
+        if not self.jitter < self.period:
+            raise ValueOutOfBoundsError(
+                f"the period, {self.period:g} s, must be above 0 and above the jitter, "
+                f"{self.jitter:g} s"
+            )
+        self.initial = doubles(initial, "initial")
+        if self.initial.ndim > 1:
+            raise ValueOutOfBoundsError("initial is a number, or one for each input")
 
     def instants(self, t0: float, t1: float) -> Array:
         """Times in s at which the controller is called in a run from t0 to before t1.
@@ -85,14 +93,17 @@ class Sampled:
         return found
 
 
-def _check_times(period: float, delay: float, jitter: float) -> None:
-    for name, value in {"period": period, "delay": delay, "jitter": jitter}.items():
-        if not (np.isfinite(value) and value >= 0.0):
-            raise ValueOutOfBoundsError(f"{name} = {value} must be a time in s, not below 0")
-    if not jitter < period:
-        raise ValueOutOfBoundsError(
-            f"the period, {period:g} s, must be above 0 and above the jitter, {jitter:g} s"
-        )
+def _checked_seed(seed: int) -> int:
+    if not isinstance(seed, (int, np.integer)) or isinstance(seed, bool) or seed < 0:
+        raise ValueOutOfBoundsError(f"seed = {brief(seed)} must be a whole number from 0 on")
+    return int(seed)
+
+
+def _checked_time(name: str, given: float) -> float:
+    value = one_double(given, name)
+    if not 0.0 <= value < np.inf:
+        raise ValueOutOfBoundsError(f"{name} = {value} must be a time in s, not below 0")
+    return value
 
 
 class HeldSignal(Signal):
@@ -128,11 +139,6 @@ class HeldSignal(Signal):
         """Store the value of an instant."""
         self._coefficients[self.known_count + index] = value
 
-    def take_known(self, shorter: HeldSignal, called: int) -> None:
-        """Take over the values of a shorter signal, whose controller was called so often."""
-        known = shorter.known_count + called
-        self._coefficients[:known] = shorter._coefficients[:known]
-
     def breaks(self, rtol: float, order: int = 0) -> Array:
         """Instants, and times at which the value changes."""
         del rtol, order
@@ -162,7 +168,10 @@ class HeldSignal(Signal):
 
 
 class Control:
-    """A controller in one run: which of its instants comes next, and where its values go."""
+    """A controller in one run: which of its instants comes next, and where its values go.
+
+    ``takes_state``: whether it reads the state, so that its values change with the motion.
+    """
 
     def __init__(
         self, names: Sequence[str], sampled: Sampled, signals: Sequence[HeldSignal], instants: Array
@@ -171,13 +180,8 @@ class Control:
         self.names, self.signals, self.instants = tuple(names), tuple(signals), instants
         self.sampled = sampled
         self._function = with_state_apart(what, sampled.controller)
-        self._takes_state = _arguments(self._function, what) == 3
+        self.takes_state = takes_state(what, self._function, (3, 1))
         self._next, self._called = 0, -1
-
-    @property
-    def takes_state(self) -> bool:
-        """Whether the controller reads the state: its values then change with the motion."""
-        return self._takes_state
 
     @property
     def repeats(self) -> bool:
@@ -209,39 +213,25 @@ class Control:
         control = next(iter(signals.values())).control
         control._next = self._called if self.repeats else self._next
         for signal, shorter in zip(signals.values(), self.signals, strict=True):
-            signal.take_known(shorter, control._next)
+            known = shorter.known_count + control._next
+            signal._coefficients[:known] = shorter._coefficients[:known]
         return signals
 
     def reach(self, t: float, q: Array, u: Array) -> None:
         """Call the controller where an instant has come.
 
-        Raises
-        ------
-        ValueError
-            If it gives something else than a finite number for each input.
+        Raises ``ValueError`` if it gives something else than a finite number for each input.
         """
         while self._next < len(self.instants):
             if self.instants[self._next] > t + TICKS * np.spacing(abs(t)):
                 return
-            given = self._function(t, q, u) if self._takes_state else self._function(t)
+            given = self._function(t, q, u) if self.takes_state else self._function(t)
             values = np.ravel(np.asarray(given, dtype=np.float64))
             if len(values) != len(self.signals) or not np.isfinite(values).all():
                 raise ValueError(f"it must give {len(self.signals)} finite number(s), not {given}")
             for signal, value in zip(self.signals, values, strict=True):
                 signal.put(self._next, value)
             self._next += 1
-
-
-def _arguments(function: Callable[..., Any], what: str) -> int:
-    import inspect
-
-    for count in (3, 1):
-        try:
-            inspect.signature(function).bind(*[0.0] * count)
-        except TypeError:
-            continue
-        return count
-    raise ValueOutOfBoundsError(f"{what} must be a function of t, or of t, q and u")
 
 
 def with_held(inputs: Mapping[Any, Any], span: tuple[float, float]) -> tuple[dict[Any, Any], bool]:
@@ -265,7 +255,9 @@ def _hold(names: list[str], sampled: Sampled, span: tuple[float, float]) -> dict
     times = np.append(span[0], changes) if first else changes
     if len(times) < 2:
         times = np.append(times, times[-1] + sampled.period)
-    initial = np.broadcast_to(np.asarray(sampled.initial, dtype=np.float64), len(names))
+    if sampled.initial.shape not in ((), (1,), (len(names),)):
+        raise ValueOutOfBoundsError(f"initial has a number for each of {', '.join(names)}")
+    initial = np.broadcast_to(sampled.initial, len(names))
     signals = [HeldSignal(times, float(value), first) for value in initial]
     control = Control(names, sampled, signals, instants)
     for signal in signals:

@@ -19,12 +19,8 @@ INDEXED = re.compile(r"(.+)\[(\d+)\]\Z", re.DOTALL)
 def signal_of(system: System, name: str) -> Signal | None:
     """The signal of a name that stands for one or all of its values; None for other names.
 
-    Raises
-    ------
-    MechcError
-        For a value of an input that is no signal, and for signals without samples of their own.
-    ValueOutOfBoundsError
-        For a sample that there is not.
+    Raises :class:`MechcError` for a value of an input that is no signal, and for signals without
+    samples of their own; :class:`ValueOutOfBoundsError` for a sample that there is not.
     """
     own = input_of(name, system)
     if own is None or system.driven is None:
@@ -69,7 +65,7 @@ def input_of(name: str, system: System) -> str | None:
     """The input that a name belongs to."""
     if name in system.inputs:
         return name
-    found = INDEXED.match(name) if system.inputs else None
+    found = INDEXED.match(name) if system.inputs and isinstance(name, str) else None
     return found[1] if found and found[1] in system.inputs else None
 
 

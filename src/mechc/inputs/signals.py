@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from mechc.errors import UnknownNameError, ValueOutOfBoundsError
+from mechc.errors import ValueOutOfBoundsError
+from mechc.system.names import checked_word
 from mechc.system.parameters import Array
 
 DEGREES = {"previous": 0, "linear": 1, "cubic": 3, "quintic": 5}
@@ -56,12 +57,9 @@ class Signal:
         self, times: Array, values: Array, kind: str = "cubic", *, outside: str = "refuse",
         breaks: str = "kinks",
     ) -> None:  # fmt: skip
-        if kind not in DEGREES:
-            raise UnknownNameError("kind of signal", kind, DEGREES)
-        if outside not in ("refuse", "hold"):
-            raise UnknownNameError("rule outside the samples", outside, ("refuse", "hold"))
-        if breaks not in ("kinks", "samples"):
-            raise UnknownNameError("rule for breaks", breaks, ("kinks", "samples"))
+        checked_word("kind of signal", kind, DEGREES)
+        checked_word("rule outside the samples", outside, ("refuse", "hold"))
+        checked_word("rule for breaks", breaks, ("kinks", "samples"))
         self.kind, self.outside, self._at_samples = kind, outside, breaks == "samples"
         self.times, self.values = _checked_samples(times, values, kind)
         self._smoothness = SMOOTHNESS[kind]
@@ -120,29 +118,23 @@ class Signal:
     def from_parts(cls, words: Mapping[str, Any], arrays: Mapping[str, Array]) -> Signal:
         """The signal of :attr:`parts`, with the same values to the last bit.
 
-        Raises
-        ------
-        ValueError
-            If no signal has such parts.
+        Raises ``ValueError`` if no signal has such parts.
         """
         signal = object.__new__(Signal)
         signal.kind, signal.outside = str(words["kind"]), words["outside"]
         signal._at_samples, signal._smoothness = words["at_samples"], words["smoothness"]
         signal.times, signal.values = arrays["times"], arrays["values"]
         signal._knots, signal._coefficients = arrays["knots"], arrays["coefficients"]
-        if not signal._is_sound():
-            raise ValueError("a signal whose parts do not fit")
-        return signal
-
-    def _is_sound(self) -> bool:
-        knots, factors = self._knots, self._coefficients
-        rows = (self.times, self.values, knots)
+        knots, factors = signal._knots, signal._coefficients
+        rows = (signal.times, signal.values, knots)
         fits = all(row.dtype == np.float64 and row.ndim == 1 and len(row) for row in rows)
         fits = fits and factors.dtype == np.float64 and factors.ndim == 2
         fits = fits and len(factors) == len(knots) and 1 <= factors.shape[1] <= HIGHEST + 1
-        known = self.outside in ("hold", "refuse") and type(self._at_samples) is bool
-        known = known and type(self._smoothness) is int
-        return bool(fits and known and (np.diff(knots) > 0).all() and np.isfinite(factors).all())
+        known = signal.outside in ("hold", "refuse") and type(signal._at_samples) is bool
+        known = known and type(signal._smoothness) is int
+        if not (fits and known and (np.diff(knots) > 0).all() and np.isfinite(factors).all()):
+            raise ValueError("a signal whose parts do not fit")
+        return signal
 
     def _continuous_derivatives(self) -> int:
         """The number of continuous derivatives, by the jumps at the knots, to rounding."""
@@ -209,12 +201,7 @@ class Signal:
         low, high = self.span
         if not ((times >= low) & (times <= high)).all():
             raise ValueOutOfBoundsError(f"the signal is known for {low:g} ... {high:g} s only")
-        piece = np.maximum(np.searchsorted(self._knots, times, side="right") - 1, 0)
-        since, value = times - self._knots[piece], np.zeros(times.shape)
-        for n in range(self._coefficients.shape[1] - 1, order - 1, -1):
-            weight = np.prod(np.arange(n, n - order, -1.0))
-            value = value * since + weight * self._coefficients[piece, n]
-        return value
+        return polynomials_at(*self.pieces, times, order)
 
     def _hold(self) -> None:
         width = self._coefficients.shape[1]
@@ -230,6 +217,15 @@ class Signal:
         return f"<mechc.Signal, {self.kind}, {len(self.times)} samples in {low:g} ... {high:g} s>"
 
 
+def polynomials_at(knots: Array, coefficients: Array, t: Array, order: int) -> Array:
+    """The derivative of an order of piecewise polynomials, in powers of the time since a knot."""
+    piece = np.maximum(np.searchsorted(knots, t, side="right") - 1, 0)
+    since, value = t - knots[piece], np.zeros(t.shape)
+    for n in range(coefficients.shape[1] - 1, order - 1, -1):
+        value = value * since + np.prod(np.arange(n, n - order, -1.0)) * coefficients[piece, n]
+    return value
+
+
 def _shift(coefficients: Array, by: Array, order: int) -> Array:
     """The coefficient of an order of the same polynomials about a later time (Taylor)."""
     value = np.zeros(len(coefficients))
@@ -241,7 +237,7 @@ def _shift(coefficients: Array, by: Array, order: int) -> Array:
 def _checked_samples(times: Any, values: Any, kind: str) -> tuple[Array, Array]:
     try:
         t, x = np.array(times, dtype=np.float64), np.array(values, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ValueOutOfBoundsError("the samples of a signal must be numbers") from None
     if t.ndim != 1 or x.shape != t.shape:
         raise ValueOutOfBoundsError(
@@ -295,6 +291,5 @@ def _pieces_of_samples(interpolant: Any) -> tuple[Array, Array] | None:
     values = np.asarray(interpolant.y, dtype=np.float64)
     if values.ndim != 1 or kind not in ("linear", "previous"):
         return None
-    if kind == "previous":
-        return np.append(times, times[-1]), values[:, None].copy()
-    return times, np.column_stack([values[:-1], np.diff(values) / np.diff(times)])
+    knots = np.append(times, times[-1]) if kind == "previous" else times
+    return knots, _pieces(times, values, kind)[1]

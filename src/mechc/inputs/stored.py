@@ -12,27 +12,20 @@ from mechc.inputs.signals import PARTS, Signal
 
 def inputs_as_json(given: Mapping[str, Any]) -> dict[str, Any]:
     """Numbers and signals by name; functions of Python are left out."""
-    return {name: _input_as_json(value) for name, value in given.items() if not _is_function(value)}
-
-
-def _is_function(value: Any) -> bool:
-    return not isinstance(value, Signal) and (callable(value) or isinstance(value, tuple))
-
-
-def _input_as_json(value: Any) -> Any:
-    if not isinstance(value, Signal):
-        return float(value)
-    words, arrays = value.parts
-    return [words, {part: rows.tolist() for part, rows in arrays.items()}]
+    found: dict[str, Any] = {}
+    for name, value in given.items():
+        if isinstance(value, Signal):
+            words, arrays = value.parts
+            found[name] = [words, {part: rows.tolist() for part, rows in arrays.items()}]
+        elif not callable(value) and not isinstance(value, tuple):
+            found[name] = float(value)
+    return found
 
 
 def inputs_from_json(data: Mapping[str, Any]) -> dict[str, Any]:
     """Inputs from the JSON data of :func:`inputs_as_json`.
 
-    Raises
-    ------
-    TypeError, ValueError, LookupError
-        For anything else.
+    Raises ``TypeError``, ``ValueError``, ``LookupError`` for anything else.
     """
     return {name: _input(value) for name, value in data.items()}
 

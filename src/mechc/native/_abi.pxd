@@ -18,7 +18,7 @@ cdef extern from "abi/model.h":
 
     ctypedef void (*mechc_evaluate_pointer)(
         ptrdiff_t count, mechc_rows t, mechc_rows y, mechc_rows p, const mechc_inputs *inputs,
-        double *out
+        mechc_rows forces, double *out
     ) noexcept nogil
 
     ctypedef struct mechc_output:

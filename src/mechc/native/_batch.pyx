@@ -49,6 +49,7 @@ cdef extern from "batch/members.h":
         double *t
         double *at_times
         double *p_at_times
+        double *forces_at_times
         double *reduced
         double *least
         double *event_latest
@@ -101,9 +102,11 @@ cdef class Runs:
         Inputs that differ between members, and which of the signals of the inputs they are.
     keeps_params
         Whether parameters are kept at t_eval, since resets change them.
+    keeps_forces
+        Whether the generalized forces of contacts that last are kept there.
 
     After the work: ``y`` (n, width) final states, ``t`` (n,), ``status`` (n,), ``at_times``
-    (n, nt, width), ``p_at_times`` (n, nt, np), ``reduced`` (n, nr); ``counts`` (n, 5) and ``least``
+    (n, nt, width), ``p_at_times`` (n, nt, np), ``forces_at_times`` (n, nt, nu), ``reduced`` (n, nr); ``counts`` (n, 5) and ``least``
     (n, 2), whose columns are those of :data:`mechc.native._codes.COUNTERS` and ``LEAST``;
     ``event_counts`` (n, e), ``event_latest`` (n, e), the times of the last ones, ``lowered`` (n,).
     """
@@ -111,7 +114,7 @@ cdef class Runs:
     cdef object references  # arrays that C points into
     cdef mechc_batch batch
     cdef mechc_quantity *quantity
-    cdef readonly object y, t, status, at_times, p_at_times, reduced, counts, least
+    cdef readonly object y, t, status, at_times, p_at_times, forces_at_times, reduced, counts, least
     cdef readonly object event_counts, event_latest, lowered
 
     def __cinit__(self):
@@ -120,7 +123,7 @@ cdef class Runs:
     def __init__(self, Request request, bint lockstep, double t0, double t1, const double[:, ::1] y0,
                  const double[:, ::1] p, assembled, const double[::1] t_eval, quantities, until,
                  const double[::1] allowed, const double[:, ::1] numbers, const int[::1] places,
-                 bint keeps_params=False):
+                 bint keeps_params=False, bint keeps_forces=False):
         cdef mechc_batch *batch = &self.batch
         cdef Scene scene = request.scene
         cdef ptrdiff_t count = y0.shape[0]
@@ -146,7 +149,7 @@ cdef class Runs:
             batch.events, batch.laws = request.events.count, request.events.laws
             batch.functions, batch.policy = request.events.functions, request.events.policy
         batch.times, batch.quantities = t_eval.shape[0], len(quantities)
-        self._allocate(count, scene, keeps_params)
+        self._allocate(count, scene, keeps_params, keeps_forces)
         if count:
             batch.y0, batch.allowed = &y0[0, 0], &allowed[0]
             batch.p = &p[0, 0] if scene.parameters else NULL
@@ -166,10 +169,10 @@ cdef class Runs:
         scene.need(parts_of_batch(scene, &batch.options, lockstep, outputs))
         batch.options.methods = scene.unit.methods
 
-    cdef _allocate(self, ptrdiff_t count, Scene scene, bint keeps_params):
+    cdef _allocate(self, ptrdiff_t count, Scene scene, bint keeps_params, bint keeps_forces):
         cdef mechc_batch *batch = &self.batch
         cdef double[:, ::1] y, reduced, least, latest
-        cdef double[:, :, ::1] at_times, p_at_times
+        cdef double[:, :, ::1] at_times, p_at_times, forces
         cdef double[::1] t
         cdef int[::1] status
         cdef long[:, ::1] counts, event_counts
@@ -178,6 +181,7 @@ cdef class Runs:
         self.y, self.t = np.full((count, scene.width), np.nan), np.full(count, np.nan)
         self.at_times = np.full((count, times, scene.width), np.nan)
         self.p_at_times = np.full((count, times if keeps_params else 0, scene.parameters), np.nan)
+        self.forces_at_times = np.zeros((count, times if keeps_forces else 0, scene.speeds))
         self.reduced = np.full((count, batch.quantities), np.nan)
         self.least = np.full((count, MECHC_LEASTS), np.nan)
         self.status = np.zeros(count, np.intc)
@@ -197,6 +201,9 @@ cdef class Runs:
         if times and keeps_params:
             p_at_times = self.p_at_times
             batch.p_at_times = &p_at_times[0, 0, 0]
+        if times and keeps_forces:
+            forces = self.forces_at_times
+            batch.forces_at_times = &forces[0, 0, 0]
         if batch.quantities:
             reduced = self.reduced
             batch.reduced = &reduced[0, 0]

@@ -1,16 +1,16 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, initializedcheck=False
 """The closer of loops: configurations and speeds that keep the constraints of a scene.
 
-Its C code asks compiled outputs directly, and a scene without C through Python.
+Its C code asks compiled outputs directly.
 """
 
 import numpy as np
 
 from cpython.exc cimport PyErr_CheckSignals
 from libc.math cimport NAN
-from libc.string cimport memcpy, memset
+from libc.string cimport memset
 
-from mechc.native._abi cimport mechc_inputs, mechc_stack_of, mechc_unit
+from mechc.native._abi cimport mechc_inputs, mechc_unit
 from mechc.native._driver cimport Scene
 from mechc.native._inputs cimport Inputs, address_of
 from mechc.native._pieces cimport LOOK, stack_for, with_stack
@@ -20,30 +20,23 @@ cdef extern from "closing/closure.h":
     enum: MECHC_GAPS, MECHC_GRADIENT, MECHC_CLOSURE_OUTPUTS
 
     ctypedef struct mechc_closure:
-        void (*ask)(
-            const mechc_closure *, int, ptrdiff_t, const double *, const double *, double *
-        ) noexcept nogil
         const mechc_unit *unit
         const mechc_inputs *inputs
-        void *caller
+        int rows, columns
+        const unsigned char *kind
+        const int *alike
         int *output
         int *breadth
         int coordinates, width, parameters
         double t
 
-    void mechc_ask_unit(
-        const mechc_closure *, int, ptrdiff_t, const double *, const double *, double *
-    ) noexcept nogil
-
 
 cdef extern from "closing/search.h":
     ctypedef struct mechc_closing:
         mechc_closure closure
-        int rows, columns, unknowns
+        int unknowns
         const int *unknown
-        const unsigned char *kind
         const unsigned char *guessed
-        const int *alike
         ptrdiff_t starts, near
         const double *start
         int only_near, all, tells_miss
@@ -68,20 +61,15 @@ cdef extern from "closing/search.h":
 
 
 cdef extern from "closing/measure.h":
-    ctypedef struct mechc_measured:
-        const mechc_closure *closure
-        int rows, columns, unknowns
-        const int *unknown
-        const unsigned char *kind
-        const int *alike
-
     ctypedef struct mechc_measure:
-        mechc_measured of
+        const mechc_closure *closure
         double length
         double *weight
         double size
 
-    int mechc_measure_make(mechc_measure *, const mechc_measured *) noexcept nogil
+    int mechc_measure_make(
+        mechc_measure *, const mechc_closure *, int, const int *
+    ) noexcept nogil
     void mechc_measure_free(mechc_measure *) noexcept nogil
     void mechc_measure_member(
         mechc_measure *, const double *, const double *, double
@@ -111,10 +99,8 @@ cdef extern from "closing/speeds.h":
 cdef extern from "closing/follow.h":
     ctypedef struct mechc_following:
         mechc_closure closure
-        int rows, columns, driven, unknowns
+        int driven, unknowns
         const int *unknown
-        const unsigned char *kind
-        const int *alike
         ptrdiff_t count, values
         const double *value
         const double *p
@@ -136,15 +122,9 @@ ctypedef struct searching:
     mechc_closer *closer
     int more
 
-ctypedef struct steadying:
-    mechc_speeds_job *job
+ctypedef struct working:
+    void *job
     int made
-
-
-ctypedef struct following:
-    mechc_following *job
-    int made
-
 
 ctypedef struct measuring:
     mechc_measure *measure
@@ -160,7 +140,7 @@ cdef void measure_members(void *given) noexcept nogil:
     cdef measuring *work = <measuring *>given
     cdef mechc_measure *one = work.measure
     cdef ptrdiff_t k, i
-    cdef int rows = one.of.rows
+    cdef int rows = one.closure.rows
     for k in range(work.count):
         mechc_measure_member(one, work.q, work.p + k * work.p_stride, work.hint[k])
         work.length[k] = one.length
@@ -169,8 +149,8 @@ cdef void measure_members(void *given) noexcept nogil:
 
 
 cdef void follow(void *given) noexcept nogil:
-    cdef following *work = <following *>given
-    work.made = mechc_follow_work(work.job)
+    cdef working *work = <working *>given
+    work.made = mechc_follow_work(<mechc_following *>work.job)
 
 
 cdef void search_a_while(void *given) noexcept nogil:
@@ -179,65 +159,45 @@ cdef void search_a_while(void *given) noexcept nogil:
 
 
 cdef void find_speeds(void *given) noexcept nogil:
-    cdef steadying *work = <steadying *>given
-    work.made = mechc_speeds_work(work.job)
-
-
-cdef void ask_python(
-    const mechc_closure *closure, int what, ptrdiff_t count, const double *y, const double *p,
-    double *out,
-) noexcept nogil:
-    with gil:
-        (<Closure>closure.caller).answer(closure, what, count, y, p, out)
+    cdef working *work = <working *>given
+    work.made = mechc_speeds_work(<mechc_speeds_job *>work.job)
 
 
 cdef class Closure:
-    """The constraints of a scene: a Scene, or an object with its ``evaluate``.
+    """The constraints of a scene.
 
     ``kind`` (nq,): 0 for a translation, 1 for an angle, 2 for a number (None: translations);
     ``alike`` (nh,): the first row that is known to have the same unit (None: no two are).
     """
 
     cdef mechc_closure closure
-    cdef object scene, error
+    cdef Scene scene
     cdef Inputs inputs
-    cdef tuple names
     cdef size_t stack
-    cdef readonly int holonomic, rows, speeds, columns  # of the gradient
+    cdef readonly int holonomic, rows, speeds
     cdef const unsigned char[::1] kind
     cdef const int[::1] alike
 
-    def __init__(self, scene, Inputs inputs=None, kind=None, alike=None):
+    def __init__(self, Scene scene, Inputs inputs=None, kind=None, alike=None):
         cdef mechc_closure *closure = &self.closure
-        cdef Scene compiled
-        self.scene, self.inputs, self.error = scene, inputs, None
+        self.scene, self.inputs, self.stack = scene, inputs, scene.stack
         self.holonomic, self.rows, self.speeds = scene.holonomic, scene.rows, scene.speeds
         closure.coordinates, closure.width = scene.coordinates, scene.width
         closure.parameters = scene.parameters
-        closure.inputs = address_of(inputs)
+        closure.unit, closure.inputs = scene.unit, address_of(inputs)
         self.kind = np.zeros(scene.coordinates, np.uint8) if kind is None else kind
         self.alike = np.arange(self.holonomic, dtype=np.intc) if alike is None else alike
         self.check_rows()
-        if isinstance(scene, Scene):
-            compiled = scene
-            self.stack = mechc_stack_of(compiled.width)
-            known = compiled.indices
-            closure.ask, closure.unit = mechc_ask_unit, compiled.unit
-        else:
-            known = scene.outputs
-            closure.ask, closure.caller = ask_python, <void *>self
-        gradient = "constraint_gradient" if "constraint_gradient" in known else "constraint_jacobian"
-        self.names = (
-            "constraints", gradient, "velocity_constraints", "constraint_jacobian", "preference"
+        whole = "constraint_gradient" in scene.indices
+        closure.rows, closure.columns = self.holonomic, closure.coordinates if whole else self.speeds
+        closure.kind, closure.alike = &self.kind[0], &self.alike[0]
+        names = (
+            "constraints", "constraint_gradient" if whole else "constraint_jacobian",
+            "velocity_constraints", "constraint_jacobian", "preference",
         )
-        whole = gradient == "constraint_gradient"
-        self.columns = closure.coordinates if whole else self.speeds
-        for what, name in enumerate(self.names):
-            closure.output[what] = known[name] if name in known else -1
-            if closure.unit != NULL and name in known:
-                closure.breadth[what] = closure.unit.outputs[closure.output[what]].width
-            else:
-                closure.breadth[what] = known.get(name, 0)
+        for what, name in enumerate(names):
+            closure.output[what] = scene.indices.get(name, -1)
+            closure.breadth[what] = scene.outputs.get(name, 0)
 
     cdef int check_rows(self) except -1:
         cdef ptrdiff_t row
@@ -247,37 +207,6 @@ cdef class Closure:
             if not 0 <= self.alike[row] <= row or self.alike[self.alike[row]] != self.alike[row]:
                 raise ValueError("a row is alike to the first one of its unit")
         return 0
-
-    cdef void answer(
-        self, const mechc_closure *closure, int what, ptrdiff_t count, const double *y, const double *p,
-        double *out,
-    ) noexcept:
-        """Evaluate a scene in Python for C; an error is stored and raised after C's work."""
-        cdef ptrdiff_t size = count * self.closure.breadth[what], i
-        cdef double[:, ::1] states = np.empty((count, self.closure.width))
-        cdef double[:, ::1] values = np.empty((1, self.closure.parameters))
-        cdef double[:, ::1] found
-        memcpy(&states[0, 0], y, count * self.closure.width * sizeof(double))
-        if self.closure.parameters:
-            memcpy(&values[0, 0], p, self.closure.parameters * sizeof(double))
-        try:
-            if self.error is None:
-                times = np.array([closure.t])
-                asked = self.names[what], times, np.asarray(states), np.asarray(values)
-                given = () if self.inputs is None else (self.inputs,)
-                found = np.ascontiguousarray(self.scene.evaluate(*asked, *given))
-                memcpy(out, &found[0, 0], size * sizeof(double))
-                return
-        except BaseException as error:
-            self.error = error
-        for i in range(size):
-            out[i] = NAN
-
-    def raise_error(self):
-        """Raise what a scene in Python raised."""
-        error, self.error = self.error, None
-        if error is not None:
-            raise error
 
     def keep_speeds(self, double t, const double[:, ::1] y, const double[:, ::1] p,
                     const int[::1] unknown, double dead, const double[:, ::1] weight=None,
@@ -291,7 +220,7 @@ cdef class Closure:
         singular value of J relative to the largest (n,).
         """
         cdef mechc_speeds_job job
-        cdef steadying work
+        cdef working work
         cdef ptrdiff_t count = y.shape[0]
         out, left, size = np.array(y), np.empty(count), np.empty(count)
         row, conditions = np.empty(count, np.intc), np.empty(count)
@@ -321,7 +250,6 @@ cdef class Closure:
         job.conditioning, job.stop = &weakest[0], 0
         work.job = &job
         with_stack(stack_for(self.stack, count), find_speeds, &work, &job.stop)
-        self.raise_error()
         if not work.made:
             raise MemoryError()
         return out, left, row, size, conditions
@@ -373,10 +301,7 @@ cdef class Closings:
         miss = self.miss = np.empty(count)
         opened = self.open = np.empty((count, fixed.shape[1]))
         found[...], miss[...] = NAN, NAN
-        job.rows = closure.holonomic
-        job.columns = closure.columns
-        job.unknowns, job.unknown, job.kind = unknowns, &unknown[0], &closure.kind[0]
-        job.alike = &closure.alike[0]
+        job.unknowns, job.unknown = unknowns, &unknown[0]
         if guessed is not None:
             if guessed.shape[0] != unknowns:
                 raise ValueError("wrong number of unknowns")
@@ -408,7 +333,6 @@ cdef class Closings:
             while search.more:
                 with_stack(self.closure.stack, search_a_while, &search)
                 PyErr_CheckSignals()
-                self.closure.raise_error()
         finally:
             mechc_closer_free(search.closer)
 
@@ -425,7 +349,6 @@ def measure(Closure closure, double t, const int[::1] unknown, const double[::1]
     (n,) of a step of a coordinate that is neither angle nor number, and (n, rows) what such steps
     of the unknowns change each row by; rows that are alike have the same size.
     """
-    cdef mechc_measured of
     cdef mechc_measure one
     cdef mechc_closure asked = closure.closure
     cdef measuring work
@@ -436,17 +359,13 @@ def measure(Closure closure, double t, const int[::1] unknown, const double[::1]
         raise ValueError("wrong number of coordinates or parameters")
     if not unknown.shape[0] or not closure.holonomic or not hint.shape[0]:
         raise ValueError("nothing to measure")
-    of.closure, of.rows, of.columns = &asked, closure.holonomic, closure.columns
-    of.unknowns, of.unknown, of.kind = unknown.shape[0], &unknown[0], &closure.kind[0]
-    of.alike = &closure.alike[0]
-    if not mechc_measure_make(&one, &of):
+    if not mechc_measure_make(&one, &asked, unknown.shape[0], &unknown[0]):
         raise MemoryError()
     work.measure, work.count, work.p_stride = &one, hint.shape[0], p.shape[1]
     work.q, work.p, work.hint = &q[0], &p[0, 0] if p.shape[1] else NULL, &hint[0]
     work.length, work.rows = &lengths[0], &rows[0, 0]
     with_stack(closure.stack, measure_members, &work)
     mechc_measure_free(&one)
-    closure.raise_error()
     return np.asarray(lengths), np.asarray(rows)
 
 
@@ -461,7 +380,7 @@ def trace_assemblies(Closure closure, double t, int driven, const int[::1] unkno
     points passed (n, most), how many (n,), and where the assembly ends (n,), NaN where it does not.
     """
     cdef mechc_following job
-    cdef following work
+    cdef working work
     cdef ptrdiff_t count = q.shape[0], unknowns = unknown.shape[0]
     ratio, ends = np.full((count, q.shape[1], q.shape[2]), np.nan), np.full(count, np.nan)
     change_points, passed = np.full((count, most), np.nan), np.zeros(count, np.intc)
@@ -479,17 +398,14 @@ def trace_assemblies(Closure closure, double t, int driven, const int[::1] unkno
     cdef int[::1] places = np.append(unknown, np.intc(driven)).astype(np.intc)
     if not 0 < unknowns <= closure.holonomic or not count:
         raise ValueError("wrong number of unknowns")
-    job.rows, job.columns = closure.holonomic, closure.columns
     job.driven, job.unknowns, job.unknown = driven, unknowns, &places[0]
-    job.kind, job.count, job.values = &closure.kind[0], count, value.shape[0]
-    job.alike = &closure.alike[0]
+    job.count, job.values = count, value.shape[0]
     job.value, job.length, job.most = &value[0], &length[0], most
     job.p = &p[0, 0] if p.shape[1] else NULL
     job.q, job.ratio, job.end = &q[0, 0, 0], &ratios[0, 0, 0], &end[0]
     job.change_point, job.passed = &points[0, 0], &passes[0]
     work.job = &job
     with_stack(stack_for(closure.stack, count * value.shape[0]), follow, &work, &job.stop)
-    closure.raise_error()
     if not work.made:
         raise MemoryError()
     return ratio, change_points, passed, ends

@@ -93,7 +93,7 @@ cdef void release_along(object capsule) noexcept:
 ctypedef struct evaluation:
     mechc_output output
     ptrdiff_t left, piece
-    mechc_rows t, y, p
+    mechc_rows t, y, p, forces
     const mechc_inputs *inputs
     double *out
 
@@ -113,11 +113,13 @@ cdef void evaluate_a_while(void *given) noexcept nogil:
     cdef ptrdiff_t some
     while job.left and now - started < LOOK:
         some, before = min(job.piece, job.left), now
-        job.output.evaluate(some, job.t, job.y, job.p, job.inputs, job.out)
+        job.output.evaluate(some, job.t, job.y, job.p, job.inputs, job.forces, job.out)
         job.t.data += some * job.t.stride
         job.y.data += some * job.y.stride
         if job.p.stride:
             job.p.data += some * job.p.stride
+        if job.forces.data != NULL:
+            job.forces.data += some * job.forces.stride
         job.out += some * job.output.width
         job.left -= some
         now = seconds_now()
@@ -296,17 +298,19 @@ cdef class Scene:
                 self.model.complete(&given[0], &rows[i, 0])
 
     def evaluate(self, str name, const double[::1] t, const double[:, ::1] y,
-                 const double[:, ::1] p, Inputs inputs=None):
+                 const double[:, ::1] p, Inputs inputs=None, const double[:, ::1] forces=None):
         """Output `name` of y.shape[0] states; t and p have as many rows or one.
 
-        Returns a fresh array (states, width).  Outputs that hold inputs need ``inputs``.
+        Returns a fresh array (states, width).  Outputs that hold inputs need ``inputs``; those that
+        hold accelerations or multipliers take generalized ``forces`` (states, nu) besides the scene's.
         """
         out = np.empty((y.shape[0], self.unit.outputs[self.indices[name]].width))
-        self.evaluate_into(name, t, y, p, out, inputs)
+        self.evaluate_into(name, t, y, p, out, inputs, forces)
         return out
 
     def evaluate_into(self, str name, const double[::1] t, const double[:, ::1] y,
-                      const double[:, ::1] p, double[:, ::1] out, Inputs inputs=None):
+                      const double[:, ::1] p, double[:, ::1] out, Inputs inputs=None,
+                      const double[:, ::1] forces=None):
         """Evaluate an output into an array (states, width)."""
         cdef ptrdiff_t count = y.shape[0]
         if self.joined != NULL and not self.joined.parts & MECHC_PART_OUTPUTS:
@@ -318,6 +322,8 @@ cdef class Scene:
             raise ValueError("times and parameters must be given once or once a state")
         if out.shape[0] != count or out.shape[1] != output.width:
             raise ValueError("wrong shape of the array for the results")
+        if forces is not None and (forces.shape[0] != count or forces.shape[1] != self.speeds):
+            raise ValueError("a row of forces is needed for every state")
         cdef mechc_rows times, states, parameters
         if count == 0:
             return
@@ -329,6 +335,9 @@ cdef class Scene:
         job.output, job.left, job.piece = output, count, first_piece(self.width)
         job.t, job.y, job.p, job.out = times, states, parameters, &out[0, 0]
         job.inputs = address_of(inputs)
+        job.forces.data, job.forces.stride = NULL, 0
+        if forces is not None:
+            job.forces.data, job.forces.stride = &forces[0, 0], self.speeds
         while job.left:
             with_stack(self.stack, evaluate_a_while, &job)
             PyErr_CheckSignals()

@@ -142,7 +142,7 @@ cdef class Events:
         and p, and the state and the parameters after its reset by the same; each may be None.
     contacts : (k,)
         Of each event the number of the contact that it is, or -1.
-    has_gap, has_friction : (n,)
+    has_gap, has_friction, is_linear : (n,)
         Of each contact.
     poisson
         Whether impacts follow Poisson's law of restitution.
@@ -165,20 +165,21 @@ cdef class Events:
     def __init__(self, Scene scene, const double[::1] directions, const long[::1] terminal,
                  EventFunctions unit, list callbacks, const int[::1] contacts,
                  const unsigned char[::1] has_gap, const unsigned char[::1] has_friction,
-                 bint poisson=False, table=None):
+                 const unsigned char[::1] is_linear, bint poisson=False, table=None):
         cdef int k, n = has_gap.shape[0]
         self.count = directions.shape[0]
         self.width, self.parameters = scene.width, scene.parameters
         self.coordinates = scene.coordinates
         if terminal.shape[0] != self.count or contacts.shape[0] != self.count \
-                or len(callbacks) != self.count or has_friction.shape[0] != n:
+                or len(callbacks) != self.count or has_friction.shape[0] != n \
+                or is_linear.shape[0] != n:
             raise ValueError("a direction is needed for every event")
         if unit is not None and (unit.unit.width != scene.width or unit.unit.count != self.count
                                  or unit.unit.parameters != scene.parameters):
             raise ValueError("these events are of another model")
         of_contacts = np.zeros(n, np.intc)
         cdef int[::1] numbers = of_contacts
-        self.references = scene, unit, has_gap, has_friction, of_contacts
+        self.references = scene, unit, has_gap, has_friction, is_linear, of_contacts
         self.callbacks, self.table, self.failure = callbacks, table, None
         self.functions = <mechc_event_functions *>calloc(self.count, sizeof(mechc_event_functions))
         self.policy = <mechc_event_policy *>calloc(self.count, sizeof(mechc_event_policy))
@@ -206,6 +207,7 @@ cdef class Events:
         if not n:
             return
         self.laws.has_gap, self.laws.has_friction = &has_gap[0], &has_friction[0]
+        self.laws.is_linear = &is_linear[0]
         self.laws.event, self.laws.poisson = &numbers[0], poisson
         if table is None:
             self.laws.table = unit.unit.contacts

@@ -33,6 +33,7 @@ cdef extern from "hybrid/reach.h":
         int count
         const unsigned char *has_gap
         const unsigned char *has_friction
+        const unsigned char *is_linear
         const int *event
         int poisson
         mechc_contact_table table
@@ -153,6 +154,10 @@ cdef extern from "hybrid/contact/read.h":
     int mechc_read_contact(
         const mechc_motion *, const mechc_contact_laws *, const mechc_piece *, ptrdiff_t,
         const double *, double *
+    ) nogil
+    int mechc_read_contact_forces(
+        const mechc_motion *, const mechc_contact_laws *, const mechc_piece *, ptrdiff_t,
+        const double *, const double *, double *
     ) nogil
     int mechc_impulses(
         const double *, const double *, const double *, int, int, double *, double *, int *

@@ -102,30 +102,6 @@ cdef class Inputs:
         self.driven.sources = self.sources
         self.driven.caller, self.driven.call = <void *>caller, call_back
 
-    def values(self, int which, const double[::1] t, const double[:, ::1] q, const double[:, ::1] u):
-        """The values of one input, as compiled scenes have them.
-
-        Of times (n or 1,), coordinates (n, nq) and speeds (n or 1, nu): (n,), or one value for all
-        where no state is needed.
-        """
-        cdef ptrdiff_t count = max(t.shape[0], q.shape[0], u.shape[0]), i
-        cdef const double *speeds
-        if not 0 <= which < self.source_count:
-            raise IndexError("no such value of the inputs")
-        if t.shape[0] == 1 and not self.driven.head.needs_state:
-            count = 1
-        if min(t.shape[0], q.shape[0], u.shape[0]) < 1:
-            raise ValueError("a time and a state are needed")
-        out = np.empty(count)
-        cdef double[::1] found = out
-        for i in range(count):
-            speeds = &u[min(i, u.shape[0] - 1), 0] if u.shape[1] else NULL
-            mechc_driven_evaluate(
-                &self.driven.head, which, which + 1, t[min(i, t.shape[0] - 1)],
-                &q[min(i, q.shape[0] - 1), 0] if q.shape[1] else NULL, speeds, &found[i],
-            )
-        return out
-
     def __dealloc__(self):
         PyMem_Free(self.signals)
         PyMem_Free(self.sources)

@@ -6,7 +6,7 @@ import numpy as np
 from cpython.exc cimport PyErr_CheckSignals
 from libc.limits cimport LONG_MAX
 from libc.math cimport INFINITY, isnan
-from libc.string cimport memcpy
+from libc.string cimport memcmp, memcpy
 
 from mechc.native._abi cimport (
     MECHC_FINISHED, MECHC_INTERRUPTED, MECHC_PART_DRIVER, MECHC_PART_EXPLICIT, MECHC_PART_OUTPUTS,
@@ -203,10 +203,6 @@ cdef class Advanced:
         return self.driver.stop
 
 
-cdef size_t bytes_of_step(const mechc_trajectory *record):
-    return sizeof(double) * (1 + record.width * (1 + record.dense_rows))
-
-
 cdef class Motion(Advanced):
     """A motion under way or finished, from the state y0 (nq + nu,) at t0 to t1.
 
@@ -286,15 +282,18 @@ cdef class Motion(Advanced):
 
     @property
     def pieces(self):
-        """The pieces: of each its steps, its parameters (np,), whether the state jumps at its start,
+        """The pieces: of each its steps, its parameters (np,), the same array where they are those of the one
+        before, whether the state jumps at its start,
         the events whose resets made that jump, its contacts' states, and its cut or None."""
         cdef mechc_piece *piece
-        found = []
+        cdef int i, k, parameters = self.request.scene.parameters
+        found, p = [], None
         for i in range(self.hybrid.pieces):
             piece = self.hybrid.piece[i]
             causes = tuple([piece.cause[k] for k in range(piece.causes)])
             contacts = tuple([piece.contact[k] for k in range(piece.contacts)])
-            p = array_of(piece.p, self.request.scene.parameters)
+            if not i or memcmp(piece.p, self.hybrid.piece[i - 1].p, parameters * sizeof(double)):
+                p = array_of(piece.p, parameters)
             cut = None if isnan(piece.cut) else piece.cut
             steps = steps_of(self.request.scene, piece, p, self.request.inputs,
                              self.request.events, self.request.sizes)
@@ -306,8 +305,10 @@ cdef class Motion(Advanced):
         cdef ptrdiff_t count = self.hybrid.watch.zeros, i
         cdef int width = self.request.scene.width
         numbers, times = np.empty(count, np.intp), np.empty(count)
+        cdef Py_ssize_t[::1] of_events = numbers
+        cdef double[::1] at = times
         for i in range(count):
-            numbers[i], times[i] = self.hybrid.watch.zero[i].event, self.hybrid.watch.zero[i].t
+            of_events[i], at[i] = self.hybrid.watch.zero[i].event, self.hybrid.watch.zero[i].t
         return numbers, times, array_of(self.hybrid.watch.zero_state, count * width).reshape(count, width)
 
     def notes(self):
@@ -329,7 +330,8 @@ cdef class Motion(Advanced):
     @property
     def bytes_a_step(self):
         """The bytes that a step takes in the record."""
-        return bytes_of_step(&self.hybrid.run.trajectory)
+        cdef const mechc_trajectory *record = &self.hybrid.run.trajectory
+        return sizeof(double) * (1 + record.width * (1 + record.dense_rows))
 
     @property
     def steps(self):
@@ -421,10 +423,6 @@ cdef class Stepping(Advanced):
     def state(self):
         """The state there (nq + nu,), a copy."""
         return self.y.copy()
-
-    def go_to(self, double t, const double[::1] y):
-        """Go on from another state."""
-        mechc_reach_from(&self.reacher, t, &y[0])
 
     def stats(self):
         """Counters of the last step, and the least conditioning met."""

@@ -15,9 +15,9 @@ from mechc.native._driver cimport Scene
 from mechc.native._events cimport Events
 from mechc.native._hybrid cimport (
     mechc_contact_laws, mechc_motion, mechc_piece, mechc_piece_in_contact, mechc_piece_leave, mechc_piece_make,
-    mechc_piece_share, mechc_read_contact
+    mechc_piece_share, mechc_read_contact, mechc_read_contact_forces
 )
-from mechc.native._inputs cimport Inputs, Shapes, address_of, mechc_inputs, shapes_of
+from mechc.native._inputs cimport Inputs, Shapes, address_of, array_of, mechc_inputs, shapes_of
 from mechc.native._pieces cimport LONG_STACK, LOOK, next_piece, seconds_now, with_stack
 
 
@@ -37,22 +37,13 @@ ctypedef struct contact_reading:
     const mechc_piece *piece
     ptrdiff_t count
     const double *t
+    const double *y  # states whose forces are read; NULL: the states are read
     double *out
     int made
 
-ctypedef struct varying:
+ctypedef struct differentiating:
     const mechc_unit *unit
-    mechc_variation *variation
-    int status
-
-ctypedef struct covarying:
-    const mechc_unit *unit
-    mechc_covariation *covariation
-    int status
-
-ctypedef struct projecting:
-    const mechc_unit *unit
-    mechc_projected_columns *columns
+    void *asked  # as the unit's function takes it
     int status
 
 
@@ -72,31 +63,34 @@ cdef void interpolate_a_while(void *given) noexcept nogil:
         job.piece = next_piece(job.piece, now - before)
 
 
-cdef void read_contact_states(void *given) noexcept nogil:
+cdef void read_in_contact(void *given) noexcept nogil:
     cdef contact_reading *job = <contact_reading *>given
-    job.made = mechc_read_contact(&job.motion, job.laws, job.piece, job.count, job.t, job.out)
+    if job.y == NULL:
+        job.made = mechc_read_contact(&job.motion, job.laws, job.piece, job.count, job.t, job.out)
+    else:
+        job.made = mechc_read_contact_forces(
+            &job.motion, job.laws, job.piece, job.count, job.t, job.y, job.out
+        )
 
 
 cdef void vary_steps(void *given) noexcept nogil:
-    cdef varying *job = <varying *>given
-    job.status = job.unit.vary(job.variation)
+    cdef differentiating *job = <differentiating *>given
+    job.status = job.unit.vary(<mechc_variation *>job.asked)
 
 
 cdef void covary_steps(void *given) noexcept nogil:
-    cdef covarying *job = <covarying *>given
-    job.status = job.unit.covary(job.covariation)
+    cdef differentiating *job = <differentiating *>given
+    job.status = job.unit.covary(<mechc_covariation *>job.asked)
 
 
 cdef void project_at_states(void *given) noexcept nogil:
-    cdef projecting *job = <projecting *>given
-    job.status = job.unit.project_columns(job.columns)
+    cdef differentiating *job = <differentiating *>given
+    job.status = job.unit.project_columns(<mechc_projected_columns *>job.asked)
 
 
-cdef void check_varied(int status) except *:
-    if status == MECHC_MEMORY_LIMIT:
-        raise MemoryError()
-    if status != MECHC_RUNNING:
-        raise ArithmeticError("a step's variational equations are singular")
+cdef object table_of(const double *numbers, ptrdiff_t count, ptrdiff_t width):
+    """A copy of rows of numbers (count, width)."""
+    return array_of(numbers, count * width).reshape(count, width)
 
 
 cdef int copy_numbers(double **to, const double *numbers, ptrdiff_t count) except -1:
@@ -174,13 +168,7 @@ cdef class Steps:
     def states(self):
         """Accepted times (nt,) and states (nt, width), copied."""
         cdef const mechc_trajectory *record = self.piece.steps
-        t, y = np.empty(record.count), np.empty((record.count, self.width))
-        cdef double[::1] times = t
-        cdef double[:, ::1] states = y
-        if record.count:
-            memcpy(&times[0], record.t, record.count * sizeof(double))
-            memcpy(&states[0, 0], record.y, record.count * self.width * sizeof(double))
-        return t, y
+        return array_of(record.t, record.count), table_of(record.y, record.count, self.width)
 
     def methods(self):
         """The number of the method of each accepted step, where dense output was kept."""
@@ -197,26 +185,15 @@ cdef class Steps:
     def rows(self):
         """Rows of the dense output of each accepted step (steps, rows, width), copied."""
         cdef const mechc_trajectory *record = self.piece.steps
-        cdef ptrdiff_t steps = max(record.count - 1, 0), size
-        found = np.empty((steps, record.dense_rows, self.width))
-        cdef double[:, :, ::1] view = found
-        size = steps * record.dense_rows * self.width
-        if size:
-            memcpy(&view[0, 0, 0], record.dense, size * sizeof(double))
-        return found
+        cdef ptrdiff_t steps = max(record.count - 1, 0)
+        shape = (steps, record.dense_rows, self.width)
+        return array_of(record.dense, steps * record.dense_rows * self.width).reshape(shape)
 
     def tail(self, ptrdiff_t count):
         """The last accepted times and states, at most so many, copied."""
         cdef const mechc_trajectory *record = self.piece.steps
-        cdef ptrdiff_t some = min(count, record.count)
-        t, y = np.empty(some), np.empty((some, self.width))
-        cdef double[::1] times = t
-        cdef double[:, ::1] states = y
-        if some:
-            memcpy(&times[0], record.t + record.count - some, some * sizeof(double))
-            memcpy(&states[0, 0], record.y + (record.count - some) * self.width,
-                   some * self.width * sizeof(double))
-        return t, y
+        cdef ptrdiff_t some = min(count, record.count), first = record.count - some
+        return array_of(record.t + first, some), table_of(record.y + first * self.width, some, self.width)
 
     @property
     def span(self):
@@ -263,12 +240,7 @@ cdef class Steps:
     def times(self, ptrdiff_t first):
         """Accepted times from the index `first` on, copied."""
         cdef const mechc_trajectory *record = self.piece.steps
-        cdef ptrdiff_t left = max(record.count - first, 0)
-        t = np.empty(left)
-        cdef double[::1] times = t
-        if left:
-            memcpy(&times[0], record.t + first, left * sizeof(double))
-        return t
+        return array_of(record.t + first, max(record.count - first, 0))
 
     def change_points(self):
         """Change points crossed: times (n,), configurations (n, coordinates), closure gaps (n,).
@@ -276,12 +248,7 @@ cdef class Steps:
         A gap that is not 0 was within rounding of it.
         """
         cdef const mechc_trajectory *record = self.piece.steps
-        cdef ptrdiff_t width = self.coordinates + 2, i, j
-        rows = np.empty((record.crossing_count, width))
-        cdef double[:, ::1] view = rows
-        for i in range(record.crossing_count):
-            for j in range(width):
-                view[i, j] = record.crossings[i * width + j]
+        rows = table_of(record.crossings, record.crossing_count, self.coordinates + 2)
         return rows[:, 0].copy(), rows[:, 2:].copy(), rows[:, 1].copy()
 
     def interpolate(self, const double[::1] t):
@@ -294,7 +261,7 @@ cdef class Steps:
         if not t.shape[0]:
             return out
         if self.piece.contacts and mechc_piece_in_contact(self.piece):
-            self.read_contact(t, view)
+            self.read_contact(t, NULL, &view[0, 0])
             return out
         job.unit, job.trajectory = self.unit, self.piece.steps
         job.p, job.left, job.piece = parameters, t.shape[0], 1
@@ -305,7 +272,24 @@ cdef class Steps:
             PyErr_CheckSignals()
         return out
 
-    cdef read_contact(self, const double[::1] t, double[:, ::1] out):
+    def forces(self, const double[::1] t, const double[:, ::1] y):
+        """The generalized forces (nt, nu) of the contacts that last, at states (nt, width) of the piece.
+
+        NaN where laws of contacts are not known, as of steps from a file.
+        """
+        cdef Scene scene = self.scene
+        found = np.full((t.shape[0], scene.speeds), np.nan)
+        cdef double[:, ::1] view = found
+        if y.shape[0] != t.shape[0] or y.shape[1] != self.width:
+            raise ValueError("a state is needed at every time")
+        if t.shape[0] and mechc_piece_in_contact(self.piece):
+            self.read_contact(t, &y[0, 0], &view[0, 0])
+        elif self.piece.contacts:
+            found[:] = 0.0
+        return found
+
+    cdef read_contact(self, const double[::1] t, const double *y, double *out):
+        """Read states on the constraints of the contacts, or the forces at states ``y``."""
         cdef contact_reading job
         cdef Scene scene = self.scene
         memset(&job.motion, 0, sizeof(job.motion))
@@ -314,8 +298,8 @@ cdef class Steps:
         job.motion.rows, job.motion.parameters = scene.rows, scene.parameters
         job.motion.sizes = self.sizes.sizes
         job.laws, job.piece = &self.events.laws, self.piece
-        job.count, job.t, job.out = t.shape[0], &t[0], &out[0, 0]
-        with_stack(self.stack, read_contact_states, &job)
+        job.count, job.t, job.y, job.out = t.shape[0], &t[0], y, out
+        with_stack(self.stack, read_in_contact, &job)
         if not job.made:
             raise MemoryError()
 
@@ -358,14 +342,12 @@ cdef class Steps:
         cdef double[:, :, :, ::1] slopes = taken
         cdef double[::1] p = self.p
         cdef mechc_variation variation
-        cdef varying job
         variation.trajectory = record
         variation.p = &p[0] if p.shape[0] else NULL
         variation.inputs = address_of(self.inputs)
         variation.columns, variation.restart = k, restart
         variation.directions = &directions[0, 0] if directions.shape[0] else NULL
         variation.shapes = shapes_of(shapes)
-        job.unit, job.variation = self.unit, &variation
         while done < steps or project:
             variation.project, project = project, False
             variation.first = first + done
@@ -374,9 +356,7 @@ cdef class Steps:
             variation.rates = &slopes[done, 0, 0, 0] if rates else NULL
             if restart:
                 ends[done] = start
-            with_stack(max(self.stack, LONG_STACK) if self.stack else 0, vary_steps, &job)
-            PyErr_CheckSignals()
-            check_varied(job.status)
+            self.differentiate(vary_steps, &variation)
             done = variation.last - first
         return ends, taken
 
@@ -402,20 +382,16 @@ cdef class Steps:
             return
         cdef double[::1] p = self.p
         cdef mechc_projected_columns given
-        cdef projecting job
         given.trajectory, given.p = self.piece.steps, &p[0] if p.shape[0] else NULL
         given.inputs = address_of(self.inputs)
         given.count = k
         given.directions = &directions[0, 0] if directions.shape[0] else NULL
         given.shapes = shapes_of(shapes)
-        job.unit, job.columns = self.unit, &given
         while done < count:
             given.states = min(count - done, self.at_once(k))
             given.t, given.y = &t[done], &y[done, 0]
             given.columns = &columns[done, 0, 0]
-            with_stack(max(self.stack, LONG_STACK) if self.stack else 0, project_at_states, &job)
-            PyErr_CheckSignals()
-            check_varied(job.status)
+            self.differentiate(project_at_states, &given)
             done += given.states
 
     def covary(self, ptrdiff_t first, ptrdiff_t last, const double[::1] covector, sources=None,
@@ -444,7 +420,6 @@ cdef class Steps:
         cdef double[::1] p = self.p, moving = at, total = gradient
         cdef const double[:, ::1] added
         cdef mechc_covariation covariation
-        cdef covarying job
         covariation.trajectory, covariation.p = record, &p[0] if p.shape[0] else NULL
         covariation.inputs = address_of(self.inputs)
         covariation.covector, covariation.gradient = &moving[0], &total[0]
@@ -452,17 +427,25 @@ cdef class Steps:
         covariation.shapes = shapes_of(shapes)
         if sources is not None:
             added = sources
-        job.unit, job.covariation = self.unit, &covariation
         while left > first:
             covariation.last = left
             left = max(first, (left - 1) // self.at_once(columns) * self.at_once(columns))
             covariation.first = left
             if sources is not None:
                 covariation.sources = &added[left - first, 0]
-            with_stack(max(self.stack, LONG_STACK) if self.stack else 0, covary_steps, &job)
-            PyErr_CheckSignals()
-            check_varied(job.status)
+            self.differentiate(covary_steps, &covariation)
         return at, gradient[:columns]
+
+    cdef differentiate(self, void (*work)(void *) noexcept nogil, void *asked):
+        """Ask the unit for derivatives of some steps."""
+        cdef differentiating job
+        job.unit, job.asked = self.unit, asked
+        with_stack(max(self.stack, LONG_STACK) if self.stack else 0, work, &job)
+        PyErr_CheckSignals()
+        if job.status == MECHC_MEMORY_LIMIT:
+            raise MemoryError()
+        if job.status != MECHC_RUNNING:
+            raise ArithmeticError("a step's variational equations are singular")
 
     cdef ptrdiff_t at_once(self, int columns):
         """Steps between checks of signals."""

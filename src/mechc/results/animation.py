@@ -9,7 +9,8 @@ from typing import Any
 from mechc.errors import ValueOutOfBoundsError
 from mechc.results.player.motion import frames, motion_data
 from mechc.results.player.page import Page, player_page, template
-from mechc.results.sampling import Run, SolutionLike, plane_view
+from mechc.results.sampling import plane_view
+from mechc.simulation.trajectory import Trajectory
 
 X, Y = [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]
 
@@ -31,7 +32,7 @@ class Animation(Page):
         return self._write(target)
 
 
-def animate(sol: SolutionLike, *, fps: float = 60.0) -> Animation:
+def animate(sol: Trajectory, *, fps: float = 60.0) -> Animation:
     """The motion as an `Animation`: show it in a notebook, or `.save(path)` it.
 
     Raises
@@ -40,14 +41,10 @@ def animate(sol: SolutionLike, *, fps: float = 60.0) -> Animation:
         If ``fps``, frames per second of simulated time, is not a positive number.
     """
     run = frames(sol, fps)
-    view, names = plane_view(run), _drawn_points(run)
+    wanted = {name for _, line in run.picture.skeleton for name in line}
+    wanted |= {*run.ground, *run.traced}  # by links, pivots and paths; all if a scene names none
+    names = [name for name in run.picture.point_names if name in wanted or not wanted]
+    view = plane_view(run)
     positions = view.positions[:, [view.names.index(name) for name in names]]
     data = motion_data(run, names, positions, fps, view.note)
     return Animation(data | {"right": X, "up": Y, "flat": True})
-
-
-def _drawn_points(run: Run) -> list[str]:
-    """The points that links, pivots and paths need, or all if a scene names none."""
-    wanted = {name for _, names in run.picture.skeleton for name in names}
-    wanted |= {*run.ground, *run.traced}
-    return [name for name in run.picture.point_names if name in wanted or not wanted]

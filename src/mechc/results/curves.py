@@ -40,7 +40,14 @@ def draw_curves(axes: Axes, t: Array, values: Array, colours: Sequence[Any]) -> 
 
 def line_styles(values: Array) -> list[Any]:
     """A style for each column, "-" or (start, dashes): dashes of those that coincide alternate."""
-    return _alternating(_coincident(values))
+    styles: dict[int, Any] = {}
+    for group in _coincident(values):
+        count = len(group)
+        for place, column in enumerate(group):
+            gap = DASH * (count - 1)
+            start = -DASH * place % (DASH * count)
+            styles[column] = "-" if count == 1 else (start, (DASH, gap))
+    return [styles[column] for column in sorted(styles)]
 
 
 def _coincident(values: Array) -> list[list[int]]:
@@ -57,18 +64,6 @@ def _coincident(values: Array) -> list[list[int]]:
         else:
             groups.append([column])
     return groups
-
-
-def _alternating(groups: Sequence[Sequence[int]]) -> list[Any]:
-    """The line style of every curve, in the order of the columns."""
-    styles: dict[int, Any] = {}
-    for group in groups:
-        count = len(group)
-        for place, column in enumerate(group):
-            gap = DASH * (count - 1)
-            start = -DASH * place % (DASH * count)
-            styles[column] = "-" if count == 1 else (start, (DASH, gap))
-    return [styles[column] for column in sorted(styles)]
 
 
 def legend_layout(count: int, panels: int) -> tuple[int, dict[str, Any]]:

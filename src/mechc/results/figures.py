@@ -7,16 +7,18 @@ setting is changed after a call; the same run gives the same file, byte for byte
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from mechc.errors import MissingPackageError
+from mechc.errors import package
 from mechc.results import panels
-from mechc.results.sampling import Run, SolutionLike, sample
+from mechc.results.sampling import Run, sample
+from mechc.simulation.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -63,47 +65,25 @@ PICTURES: Final[dict[str, tuple[Draw, tuple[float, float]]]] = {
     "energy": (panels.draw_energy, (7.4, 5.6)),
     "closure": (panels.draw_closure, (7.4, 3.6)),
 }
-"""The files that `save_all` writes: name -> drawing function, width and height in inches."""
+"""The files that `save_all` writes: name -> drawing function, width and height in inches.
+
+Coordinates and speeds have one panel per unit, angles in degrees, not wrapped.  Paths are those of
+the traced points in metres, with the mechanism at the start and at the end; a spatial mechanism is
+projected on the two axes of largest extent, with a note.  Energies are in joules, beside the change
+of the total.  Closure has the largest position (m) and velocity (m/s) residual on a log scale.
+"""
 
 
 # --- the pictures ----------------------------------------------------------------------------
 
 
-def coordinates(sol: SolutionLike, *, samples: int = SAMPLES) -> Figure:
-    """The coordinates against time, one panel per unit; angles in degrees, not wrapped."""
-    return _picture("coordinates", sample(sol, samples, jumps=True))
-
-
-def speeds(sol: SolutionLike, *, samples: int = SAMPLES) -> Figure:
-    """The speeds against time, one panel per unit; angular speeds in degrees per second."""
-    return _picture("speeds", sample(sol, samples, jumps=True))
-
-
-def paths(sol: SolutionLike, *, samples: int = SAMPLES) -> Figure:
-    """Paths of the traced points in metres, the mechanism drawn at the start and at the end.
-
-    A spatial mechanism is projected on the two axes of largest extent, with a note in the picture.
-    """
-    return _picture("paths", sample(sol, samples, jumps=True))
-
-
-def energy(sol: SolutionLike, *, samples: int = SAMPLES) -> Figure:
-    """Kinetic, potential and total energy in joules, and the change of the total."""
-    return _picture("energy", sample(sol, samples, jumps=True))
-
-
-def closure(sol: SolutionLike, *, samples: int = SAMPLES) -> Figure:
-    """Largest position (m) and velocity (m/s) residual of the constraints, on a log scale."""
-    return _picture("closure", sample(sol, samples, jumps=True))
-
-
-def overview(sol: SolutionLike, *, samples: int = SAMPLES) -> Figure:
-    """An overview of the motion in one figure, which `Solution.plot()` returns."""
-    return _picture("overview", sample(sol, samples, jumps=True))
+def picture(name: str, sol: Trajectory, *, samples: int = SAMPLES) -> Figure:
+    """One of :data:`PICTURES`; ``Solution.plot()`` returns ``"overview"``."""
+    return _picture(name, sample(sol, samples, jumps=True))
 
 
 def save_all(
-    sol: SolutionLike,
+    sol: Trajectory,
     folder: str | Path,
     *,
     samples: int = SAMPLES,
@@ -121,15 +101,18 @@ def save_all(
     written: list[Path] = []
     closes = panels.has_closure(run)
     for name in (name for name in PICTURES if closes or name != "closure"):
-        figure = _lay_out(_picture(name, run))
-        for extension in formats:
-            written.append(target / f"{name}.{extension}")
-            _save(figure, written[-1], dpi)
+        written += save_figure(_picture(name, run), target, name, formats, dpi)
     return written
 
 
-def _lay_out(figure: Figure) -> Figure:
-    """Lay out once and round, since the last bits of the layout's solver differ between runs."""
+def save_figure(
+    figure: Figure, folder: Path, name: str, formats: Sequence[str] = ("png", "svg"),
+    dpi: float = 150.0,
+) -> list[Path]:  # fmt: skip
+    """Write a picture in each of the formats; returns the paths written.
+
+    It is laid out once and rounded, since the last bits of the layout's solver differ between runs.
+    """
     with _matplotlib().rc_context(STYLE):
         figure.draw_without_rendering()
         figure.set_layout_engine(None)  # a placeholder engine would draw twice on every save
@@ -139,7 +122,10 @@ def _lay_out(figure: Figure) -> Figure:
     for text in figure.texts:
         x, y = np.round(text.get_position(), 4)
         text.set_position((x, y))
-    return figure
+    written = [folder / f"{name}.{extension}" for extension in formats]
+    for path in written:
+        _save(figure, path, dpi)
+    return written
 
 
 def _save(figure: Figure, path: Path, dpi: float) -> None:
@@ -152,13 +138,9 @@ def _save(figure: Figure, path: Path, dpi: float) -> None:
 
 
 def _matplotlib() -> Any:
-    try:
-        import matplotlib
-    except ImportError as error:
-        raise MissingPackageError(
-            "matplotlib is not installed: pip install matplotlib (or run with --json)"
-        ) from error
-    return matplotlib
+    return package(
+        "matplotlib", "matplotlib is not installed: pip install matplotlib (or run with --json)"
+    )
 
 
 @cache
@@ -169,7 +151,7 @@ def _figure_class() -> type[Figure]:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    class Picture(Figure):
+    class NotebookFigure(Figure):
         def __init__(self, *args: Any, **kwargs: Any) -> None:
             super().__init__(*args, **kwargs)
             FigureCanvasAgg(self)
@@ -180,12 +162,18 @@ def _figure_class() -> type[Figure]:
                 self.savefig(buffer, format="png", dpi=110)
             return buffer.getvalue()
 
-    return Picture
+    return NotebookFigure
+
+
+@contextmanager
+def new_figure(size: tuple[float, float]) -> Iterator[Figure]:
+    """A figure of a width and height in inches, which is drawn within the block, in this style."""
+    with _matplotlib().rc_context(STYLE):
+        yield _figure_class()(figsize=size, layout="constrained")
 
 
 def _picture(name: str, run: Run) -> Figure:
     draw, size = PICTURES[name]
-    with _matplotlib().rc_context(STYLE):
-        figure = _figure_class()(figsize=size, layout="constrained")
+    with new_figure(size) as figure:
         draw(figure.add_gridspec(1, 1)[0], run)
     return figure

@@ -14,13 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from mechc.errors import (
-    MechcError,
-    MissingPackageError,
-    ValueOutOfBoundsError,
-)
+from mechc.errors import MechcError, MissingPackageError, ValueOutOfBoundsError, package
 from mechc.results.durable import replacing
 from mechc.results.untrusted import (
+    LARGEST_JSON,
     checked_options,
     json_object,
     names_of,
@@ -32,6 +29,11 @@ from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import Array
 from mechc.system.reference import ModelReference
 
+# What reading a file ends in that anybody may have written, however it is damaged.
+DAMAGE = (
+    MechcError, ArithmeticError, AttributeError, LookupError, MemoryError, OSError, RecursionError,
+    TypeError, ValueError,
+)  # fmt: skip
 FORMAT = 2
 VIEW = "mechc-view"  # the key of no state: it has a hyphen
 LONGEST = 200  # characters of a NetCDF name
@@ -97,10 +99,7 @@ def netcdf_names(names: tuple[str, ...]) -> dict[str, str]:
 def save(sol: Trajectory, path: Path) -> Path:
     """Write ``.nc`` or ``.csv``, by the ending of the path.
 
-    Raises
-    ------
-    MechcError
-        If the file cannot be written; an existing one is then unchanged.
+    Raises :class:`MechcError` if the file cannot be written; an existing one is then unchanged.
     """
     writers = {".nc": _write_netcdf, ".csv": _write_csv}
     if path.suffix not in writers:
@@ -149,7 +148,8 @@ def recipe_of(sol: Trajectory) -> dict[str, Any]:
         "status": asdict(sol.status),
         "change_points": [asdict(point) for point in sol.change_points],
         "jumps": [[part.t0, part.y0.tolist()] for part in sol.segments[1:]],
-        "values": _values_of(sol),
+        # where resets have changed the parameters: those of each smooth part
+        "values": [p.params.tolist() for p in sol.segments] if sol.record.changes_params else [],
         "inputs": {} if driven is None else driven.inputs_as_json,
         "contacts": contacts_of(sol.record),
         "events": [[record.t.tolist(), record.y.tolist()] for record in sol.events],
@@ -157,26 +157,24 @@ def recipe_of(sol: Trajectory) -> dict[str, Any]:
     }
 
 
-def _values_of(sol: Trajectory) -> list[list[float]]:
-    """The parameters of each smooth part, where resets have changed them."""
-    changed = sol.record.changes_params
-    return [part.params.tolist() for part in sol.segments] if changed else []
-
-
-def read(path: Path) -> tuple[dict[str, Any], Array, Array]:
+def read(path: Path, max_bytes: float = LARGEST_JSON) -> tuple[dict[str, Any], Array, Array]:
     """The data to simulate again, and the times and states saved.
 
-    ``"view"`` of the data is the picture in space as bytes, None where there is none.
+    ``"view"`` of the data is the checked picture in space, None where there is none; its values and
+    those of the other data take at most ``max_bytes`` of memory each.
     """
+    from mechc.results.view.recorded import unpacked_view
+
     data = _load(read_regular(path, LARGEST_FILE))
-    recipe = json_object(data.attrs["mechc"], "what it holds for mechc")
+    recipe = json_object(data.attrs["mechc"], "what it holds for mechc", max_bytes)
     if recipe["format"] != FORMAT:
         raise MechcError(f"its format is {recipe['format']}, not {FORMAT}; xarray reads it")
     if data.attrs["sha256"] != digest(data):
         raise MechcError("it is damaged: its sha256 differs; xarray may still read parts of it")
     keys = netcdf_names(names_of(recipe["state"], "its states"))
     states = np.column_stack([data[key].values for key in keys]).astype(np.float64)
-    recipe["view"] = bytes(data[VIEW].values.astype(np.int8)) if VIEW in data.variables else None
+    view = bytes(data[VIEW].values.astype(np.int8)) if VIEW in data.variables else None
+    recipe["view"] = None if view is None else unpacked_view(view, max_bytes)
     return recipe, data["time"].values.astype(np.float64), states
 
 
@@ -195,10 +193,7 @@ def _load(content: bytes) -> Any:
 def reference_in(told: Mapping[str, Any], *, given: bool = False) -> ModelReference:
     """The mechanism of a file; ``given``: its model is given and need not be derived.
 
-    Raises
-    ------
-    MechcError
-        If it is missing, or if deriving it could take long.
+    Raises :class:`MechcError` if it is missing, or if deriving it could take long.
     """
     derived = not (given or told.get("custom"))
     options = checked_options(told.get("options")) if derived else told.get("options")
@@ -208,17 +203,14 @@ def reference_in(told: Mapping[str, Any], *, given: bool = False) -> ModelRefere
 def verify(path: Path) -> None:
     """Refuse a saved solution that is damaged.
 
-    Raises
-    ------
-    MechcError
-        With what is wrong.
-    FileNotFoundError
-        If there is no file.
+    Raises :class:`MechcError` with what is wrong; ``FileNotFoundError`` if there is no file.
     """
     try:
         read(path)
-    except (MechcError, LookupError, TypeError, ValueError) as error:
-        raise MechcError(f"{path}: {short(str(error))}") from None
+    except (FileNotFoundError, MissingPackageError):
+        raise
+    except DAMAGE as error:
+        raise MechcError(f"{path}: {short(str(error) or type(error).__name__)}") from None
 
 
 def _write_csv(sol: Trajectory, path: Path) -> None:
@@ -247,10 +239,4 @@ def _ascii(text: str) -> str:
 
 def xarray_module() -> Any:
     """xarray, or an error that says how to install it."""
-    try:
-        import xarray
-    except ImportError:
-        raise MissingPackageError(
-            "xarray is not installed: pip install xarray (CSV needs nothing)"
-        ) from None
-    return xarray
+    return package("xarray", "xarray is not installed: pip install xarray (CSV needs nothing)")

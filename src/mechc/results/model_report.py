@@ -78,19 +78,7 @@ class Report(str):
 
 
 def model_report(system: System, *, compare: bool = True) -> Report:
-    """A report: the parts compiled, those omitted and why, in operations; seconds of each stage.
-
-    Parameters
-    ----------
-    compare
-        Where parameters are fixed or outputs were not requested: derive the scene with all of them
-        too, so that the report gives the savings.  Takes as long as deriving.
-
-    Returns
-    -------
-    Report
-        A text; in a notebook, tables.
-    """
+    """See :meth:`mechc.Model.report`."""
     whole = _whole(system) if compare else None
     sections = [_operations(system, whole), _calls(system), _omitted_section(system, whole)]
     if system.constraint_names:
@@ -172,7 +160,10 @@ def _omitted_section(system: System, whole: Whole) -> ReportSection:
         facts.append(("fixed", values + _saved_by_fixing(data, whole)))
     if data["skipped"]:
         names = ", ".join(data["skipped"])
-        facts.append(("not in this scene", names + _saved_outputs(data, whole)))
+        every = {} if whole is None else whole["outputs"]
+        absent = [c[1] for n, c in every.items() if n not in data["operations"]["outputs"]]
+        names += f"; {sum(absent)} operations" if absent else ""
+        facts.append(("not in this scene", names))
     return ReportSection("what is omitted", tuple(facts))
 
 
@@ -200,15 +191,6 @@ def _saved_by_fixing(data: Mapping[str, Any], whole: Whole) -> str:
         f"; {free - left} of {free} operations of the outputs are omitted, "
         f"{once[0] - once[1]} of {once[0]} once a run"
     )
-
-
-def _saved_outputs(data: Mapping[str, Any], whole: Whole) -> str:
-    if whole is None:
-        return ""
-    absent = {
-        n: c[1] for n, c in whole["outputs"].items() if n not in data["operations"]["outputs"]
-    }
-    return f"; {sum(absent.values())} operations" if absent else ""
 
 
 def _redundant(system: System) -> ReportSection:

@@ -7,8 +7,8 @@ Invariant: matplotlib is imported inside functions only; user text reaches it th
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from functools import cache
+from collections.abc import Callable, Iterable, Sequence
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
@@ -21,6 +21,7 @@ from mechc.results.sampling import (
     Run,
     ShownUnit,
     clean_text,
+    energies,
     is_joint,
     plane_view,
     power_of_ten,
@@ -122,14 +123,14 @@ def _mark_change_points(axes: Axes, times: tuple[float, ...], label: bool) -> No
 
 
 def draw_coordinates(area: SubplotSpec, run: Run) -> None:
-    columns = range(len(run.model.coordinates))
-    _draw_quantities(area, run, run.model.coordinates, columns, "coordinates")
+    columns = range(len(run.system.coordinates))
+    _draw_quantities(area, run, run.system.coordinates, columns, "coordinates")
 
 
 def draw_speeds(area: SubplotSpec, run: Run) -> None:
-    first = len(run.model.coordinates)
-    columns = range(first, first + len(run.model.speeds))
-    _draw_quantities(area, run, run.model.speeds, columns, "speeds")
+    first = len(run.system.coordinates)
+    columns = range(first, first + len(run.system.speeds))
+    _draw_quantities(area, run, run.system.speeds, columns, "speeds")
 
 
 def _draw_quantities(
@@ -137,7 +138,7 @@ def _draw_quantities(
 ) -> None:
     groups: dict[ShownUnit, list[tuple[str, int]]] = {}
     for name, column in zip(names, columns, strict=True):
-        groups.setdefault(shown_unit(run.model, name), []).append((name, column))
+        groups.setdefault(shown_unit(run.system, name), []).append((name, column))
     if not groups:
         return _message(area, f"This scene has no {word}.")
     panels = _time_axes(area, run, len(groups))
@@ -145,18 +146,14 @@ def _draw_quantities(
         values = unit.factor * run.y[:, [column for _, column in members]]
         names = [typeset(name) for name, _ in members]
         handles = draw_curves(axes, run.t, values, _colours(len(members)))
-        _legend_of_some(axes, handles, names, len(groups))
+        # of as many curves as fit, evenly chosen; the legend says if there are more
+        most, layout = legend_layout(len(handles), len(groups))
+        shown = _evenly(len(handles), most)
+        if most < len(handles):
+            layout["title"], layout["title_fontsize"] = f"{most} of {len(handles)}", 7.0
+        _legend(axes, [handles[i] for i in shown], [names[i] for i in shown], **layout)
         _scale_panel(axes, unit, values)
     return None
-
-
-def _legend_of_some(axes: Axes, handles: list[Any], names: list[str], panels: int) -> None:
-    """A legend of as many curves as fit, evenly chosen; it says if there are more."""
-    most, layout = legend_layout(len(handles), panels)
-    shown = _evenly(len(handles), most)
-    if most < len(handles):
-        layout["title"], layout["title_fontsize"] = f"{most} of {len(handles)}", 7.0
-    _legend(axes, [handles[i] for i in shown], [names[i] for i in shown], **layout)
 
 
 def _scale_panel(axes: Axes, unit: ShownUnit, values: Array) -> None:
@@ -181,26 +178,25 @@ def _evenly(count: int, most: int) -> list[int]:
 
 def draw_energy(area: SubplotSpec, run: Run, columns: int = 1) -> None:
     try:
-        kinetic = run.evaluate(run.model.kinetic_energy)
-        potential = run.evaluate(run.model.potential_energy)
-        total = run.evaluate(run.model.energy)
+        parts = energies(run)
         steps = np.asarray(run.solution.energy, dtype=float)
         work = run.solution.work_until(run.t), run.solution.work
     except MechcError as error:
         return _message(area, clean_text(str(error), 300))
     panels = _time_axes(area, run, 2 // columns, columns)
-    _draw_energies(panels[0], run, {"kinetic": kinetic, "potential": potential, "total": total})
-    what, largest = "total energy", float(np.nanmax(kinetic, initial=0.0))
+    _draw_energies(panels[0], run, parts)
+    what, total = "total energy", parts["total"]
+    largest = float(np.nanmax(parts["kinetic"], initial=0.0))
     if np.isfinite(work[1]).all() and np.any(work[1]):  # what is left is an error
         what, total, steps = "energy less work", total - work[0], steps - work[1]
     _draw_energy_change(panels[1], run, total, steps, (what, largest))
     return None
 
 
-def _draw_energies(axes: Axes, run: Run, energies: dict[str, Array]) -> None:
+def _draw_energies(axes: Axes, run: Run, parts: dict[str, Array]) -> None:
     colours = (COLOURS[1], COLOURS[0], COLOURS[6])
-    values = np.column_stack(list(energies.values()))
-    _legend(axes, draw_curves(axes, run.t, values, colours), energies)
+    values = np.column_stack(list(parts.values()))
+    _legend(axes, draw_curves(axes, run.t, values, colours), parts)
     axes.set_ylim(_limits(values))
     axes.set_ylabel("energy (J)")
 
@@ -213,7 +209,8 @@ def _draw_energy_change(
     reference = kinetic or abs(float(total[0])) or 1.0
     start = float(steps[0] if len(steps) else total[0])
     change, at_steps = (total - start) / reference, (steps - start) / reference
-    exponent = _exponent(np.concatenate([change, at_steps]))
+    largest = float(np.nanmax(np.abs(np.concatenate([change, at_steps])), initial=0.0))
+    exponent = int(np.floor(np.log10(largest))) if 1e-300 < largest < np.inf else 0
     change, at_steps = change * 10.0**-exponent, at_steps * 10.0**-exponent
     line = draw_curve(axes, run.t, change, COLOURS[2], linewidth=0.8)
     dots = _step_dots(axes, run, at_steps, COLOURS[6])
@@ -222,12 +219,6 @@ def _draw_energy_change(
     base = "largest kinetic energy" if kinetic else "initial energy" if total[0] else "1 J"
     parts = f"{power_of_ten(exponent)} of" if exponent else "relative to"
     axes.set_ylabel(f"change of {what}\n({parts} {base})")
-
-
-def _exponent(values: Array) -> int:
-    """The power of ten that brings the largest value between 1 and 10; 0 if all are zero."""
-    largest = float(np.nanmax(np.abs(values), initial=0.0))
-    return int(np.floor(np.log10(largest))) if 1e-300 < largest < np.inf else 0
 
 
 def _step_dots(axes: Axes, run: Run, values: Array, colour: Any) -> Any:
@@ -240,7 +231,7 @@ def _step_dots(axes: Axes, run: Run, values: Array, colour: Any) -> Any:
 def has_closure(run: Run) -> bool:
     """Whether there are constraints: without any there is no picture of their closing."""
     first = run.y[:1], run.solution.params, run.t[:1]
-    kinds = (run.model.constraints, run.model.velocity_constraints)
+    kinds = (run.system.constraints, run.system.velocity_constraints)
     try:
         return any(np.shape(kind(*first))[-1] > 0 for kind in kinds)
     except MechcError:
@@ -249,8 +240,8 @@ def has_closure(run: Run) -> bool:
 
 def draw_closure(area: SubplotSpec, run: Run) -> None:
     try:
-        position = run.evaluate(run.model.constraints)
-        velocity = run.evaluate(run.model.velocity_constraints)
+        position = run.evaluate(run.system.constraints)
+        velocity = run.evaluate(run.system.velocity_constraints)
     except MechcError as error:
         return _message(area, clean_text(str(error), 300))
     if position.shape[-1] == 0 and velocity.shape[-1] == 0:
@@ -267,9 +258,18 @@ def draw_closure(area: SubplotSpec, run: Run) -> None:
         handles.append(_step_dots(axes, run, _positive(at_steps), colour))
         names.append(name)
         everything += [largest, np.abs(at_steps)]
-    _scale_log(axes, np.concatenate(everything))
-    if zeros := _mark_zeros(axes, run):
-        handles.append(zeros)
+    values = np.concatenate(everything)
+    sizes = values[np.isfinite(values) & (values > 0.0)]
+    low, high = (sizes.min(), sizes.max()) if sizes.size else (1e-17, 1e-15)
+    bottom = float(np.floor(np.log10(low))) - 1.0
+    axes.set_yscale("log")
+    axes.set_ylim(10.0**bottom, 10.0 ** max(float(np.ceil(np.log10(high))) + 0.3, bottom + 3.0))
+    zero = (np.array([run.solution.closure, run.solution.velocity_closure]) == 0.0).any(axis=0)
+    if zero.any():  # marks on the floor at the steps where a residual is exactly zero
+        floor = np.full(int(zero.sum()), 0.03)
+        style: dict[str, Any] = {"marker": "v", "linestyle": "", "markersize": 4.0}
+        style |= {"color": QUIET, "transform": axes.get_xaxis_transform(), "fillstyle": "none"}
+        handles.append(axes.plot(run.solution.t[zero], floor, **style)[0])
         names.append("exactly zero")
     _legend(axes, handles, names)
     axes.set_ylabel("largest closure residual")
@@ -280,27 +280,6 @@ def _positive(values: Array) -> Array:
     """Magnitudes without exact zeros, which a log scale cannot show."""
     sizes = np.abs(np.asarray(values, dtype=float))
     return np.where(sizes > 0.0, sizes, np.nan)
-
-
-def _scale_log(axes: Axes, values: Array) -> None:
-    sizes = values[np.isfinite(values) & (values > 0.0)]
-    low, high = (sizes.min(), sizes.max()) if sizes.size else (1e-17, 1e-15)
-    bottom = float(np.floor(np.log10(low))) - 1.0
-    top = max(float(np.ceil(np.log10(high))) + 0.3, bottom + 3.0)
-    axes.set_yscale("log")
-    axes.set_ylim(10.0**bottom, 10.0**top)
-
-
-def _mark_zeros(axes: Axes, run: Run) -> Any:
-    """Marks on the floor at the steps where a residual is exactly zero; None if there are none."""
-    residuals = np.array([run.solution.closure, run.solution.velocity_closure])
-    zero = (residuals == 0.0).any(axis=0)
-    if not zero.any():
-        return None
-    floor = np.full(int(zero.sum()), 0.03)
-    style: dict[str, Any] = {"marker": "v", "linestyle": "", "markersize": 4.0, "fillstyle": "none"}
-    style |= {"color": QUIET, "transform": axes.get_xaxis_transform()}
-    return axes.plot(run.solution.t[zero], floor, **style)[0]
 
 
 # --- paths -----------------------------------------------------------------------------------
@@ -325,7 +304,13 @@ def draw_paths(area: SubplotSpec, run: Run) -> None:
         names.append(f"path of {typeset(name)}")
     shown = _evenly(len(handles), MOST_LEGEND_LINES)
     _legend(axes, [handles[i] for i in shown], [names[i] for i in shown])
-    _frame_plane(axes, view)
+    axes.update_datalim(view.box)
+    axes.margins(0.1)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel(f"{view.axes[0]} (m)")
+    axes.set_ylabel(f"{view.axes[1]} (m)")
+    if view.note:
+        axes.set_title(view.note, loc="left", fontsize=8, color=QUIET)
     return None
 
 
@@ -365,28 +350,19 @@ def _pivot() -> Any:
     return Outline([corner for stroke in strokes for corner in stroke], codes)
 
 
-def _frame_plane(axes: Axes, view: PlaneView) -> None:
-    axes.update_datalim(view.box)
-    axes.margins(0.1)
-    axes.set_aspect("equal", adjustable="datalim")
-    axes.set_xlabel(f"{view.axes[0]} (m)")
-    axes.set_ylabel(f"{view.axes[1]} (m)")
-    if view.note:
-        axes.set_title(view.note, loc="left", fontsize=8, color=QUIET)
-
-
 # --- everything ------------------------------------------------------------------------------
 
 
 def draw_overview(area: SubplotSpec, run: Run) -> None:
     grid, whole = area.subgridspec(2, 3), cast("Any", area.get_gridspec())
     figure = whole.figure
-    parts = {
+    closes = has_closure(run)
+    parts: dict[str, tuple[Callable[[SubplotSpec, Run], None], Any]] = {
         "Paths": (draw_paths, grid[0, 0]),
         "Coordinates": (draw_coordinates, grid[0, 1]),
         "Speeds": (draw_speeds, grid[0, 2]),
-        "Energy": (_draw_energy_wide, grid[1, :2] if has_closure(run) else grid[1, :]),
-        **({"Closure": (draw_closure, grid[1, 2])} if has_closure(run) else {}),
+        "Energy": (partial(draw_energy, columns=2), grid[1, :2] if closes else grid[1, :]),
+        **({"Closure": (draw_closure, grid[1, 2])} if closes else {}),
     }
     for name, (draw, cell) in parts.items():
         drawn = len(figure.axes)
@@ -395,11 +371,7 @@ def draw_overview(area: SubplotSpec, run: Run) -> None:
         note = axes.get_title(loc="left")
         title = f"{name}: {note}" if note else name
         axes.set_title(title, loc="left", fontsize=10, color="#222222")
-    heading = clean_text(run.model.title or run.model.name, 100)
+    heading = clean_text(run.system.title or run.system.name, 100)
     status = run.solution.status
     outcome = clean_text(getattr(status, "headline", str(status)), 180)
     figure.suptitle(f"{plain(heading)}\n{plain(outcome)}", fontsize=11)
-
-
-def _draw_energy_wide(area: SubplotSpec, run: Run) -> None:
-    draw_energy(area, run, columns=2)

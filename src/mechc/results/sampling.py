@@ -8,74 +8,21 @@ for its format (HTML, JSON, matplotlib).
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
+from mechc.simulation.trajectory import Trajectory
+from mechc.system.description import Description
 from mechc.system.kinds import Kind, shown_in
 from mechc.system.parameters import Array
 from mechc.system.picture import Picture
+from mechc.system.system import System
 
 StateFunction = Callable[[Array, Array, Any], Array]
-
-
-class ModelLike(Protocol):
-    """The part of a model that can be drawn."""
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def title(self) -> str: ...
-    @property
-    def coordinates(self) -> Sequence[str]: ...
-    @property
-    def speeds(self) -> Sequence[str]: ...
-    @property
-    def quantities(self) -> Mapping[str, Any]: ...
-    @property
-    def picture(self) -> Picture: ...
-    @property
-    def picture_in_space(self) -> Picture: ...
-    @property
-    def energy(self) -> Callable[..., Array]: ...
-    @property
-    def kinetic_energy(self) -> Callable[..., Array]: ...
-    @property
-    def potential_energy(self) -> Callable[..., Array]: ...
-    @property
-    def constraints(self) -> Callable[..., Array]: ...
-    @property
-    def velocity_constraints(self) -> Callable[..., Array]: ...
-
-
-class SolutionLike(Protocol):
-    """The part of a solution that can be drawn."""
-
-    @property
-    def model(self) -> ModelLike: ...
-    @property
-    def t(self) -> Array: ...
-    @property
-    def y(self) -> Array: ...
-    @property
-    def params(self) -> Array: ...
-    @property
-    def energy(self) -> Array: ...
-    @property
-    def work(self) -> Array: ...
-    def work_until(self, times: Array, /) -> Array: ...
-    @property
-    def closure(self) -> Array: ...
-    @property
-    def velocity_closure(self) -> Array: ...
-    @property
-    def change_points(self) -> Sequence[Any]: ...
-    @property
-    def status(self) -> Any: ...
-    def __call__(self, t: Array, /) -> Array: ...
 
 
 # --- names and units -------------------------------------------------------------------------
@@ -126,7 +73,7 @@ _SHOWN = {
 }
 
 
-def shown_unit(model: ModelLike, name: str) -> ShownUnit:
+def shown_unit(model: Description, name: str) -> ShownUnit:
     """The unit in which a coordinate or speed of a model is shown."""
     quantity = model.quantities.get(name)
     return shown_as(Kind.PURE, "") if quantity is None else shown_as(quantity.kind, quantity.unit)
@@ -157,20 +104,20 @@ MOST_CORNERS = 4
 class Run:
     """A solution on a uniform grid: t (n,) s, ascending; y (n, nq+nu)."""
 
-    solution: SolutionLike
+    solution: Trajectory
     t: Array
     y: Array
     in_space: bool = False
 
     @property
-    def model(self) -> ModelLike:
-        """The model that ran."""
-        return self.solution.model
+    def system(self) -> System:
+        """The system that ran."""
+        return self.solution.system
 
     @cached_property
     def picture(self) -> Picture:
-        """The picture of the model; ``in_space``: with its solids."""
-        return self.model.picture_in_space if self.in_space else self.model.picture
+        """The picture of the system; ``in_space``: with its solids."""
+        return self.system.picture_in_space if self.in_space else self.system.picture
 
     @cached_property
     def positions(self) -> Array:
@@ -203,7 +150,7 @@ class Run:
     @cached_property
     def _still_points(self) -> tuple[str, ...]:
         """Points of links, placed by coordinates, that do not move while others do."""
-        if self.model.constraints(self.y[:1], self.solution.params, self.t[:1]).shape[-1] == 0:
+        if self.system.constraints(self.y[:1], self.solution.params, self.t[:1]).shape[-1] == 0:
             return ()
         names = {n for n in self._points_of_links - {*self.picture.ground} if is_joint(n)}
         if not names:
@@ -236,36 +183,37 @@ class Run:
         return tuple(float(point.t) for point in self.solution.change_points)
 
     def evaluate(self, function: StateFunction) -> Array:
-        """A function of the model along the run: (n, ...)."""
+        """A function of the system along the run: (n, ...)."""
         return np.asarray(function(self.y, self.params, self.t), dtype=float)
 
     @property
     def params(self) -> Array:
         """The parameters (np,), or (n, np) where resets change them."""
-        along = getattr(self.solution, "values_along", None)
-        return self.solution.params if along is None else np.asarray(along(self.t))
+        return np.asarray(self.solution.values_along(self.t))
+
+
+def energies(run: Run) -> dict[str, Array]:
+    """The energies along a run, J."""
+    system = run.system
+    functions = (system.kinetic_energy, system.potential_energy, system.energy)
+    names = ("kinetic", "potential", "total")
+    return {name: run.evaluate(each) for name, each in zip(names, functions, strict=True)}
 
 
 SAMPLES_A_STEP, MOST_SAMPLES = 4, 20_000  # long runs need more, else chords are visible
 
 
-def time_span(solution: SolutionLike) -> tuple[float, float]:
-    """First and last time of a run, also if other times are reported."""
-    span = getattr(solution, "span", None)
-    return span if span is not None else (float(solution.t[0]), float(solution.t[-1]))
-
-
-def sample(solution: SolutionLike, samples: int, *, jumps: bool = False) -> Run:
+def sample(solution: Trajectory, samples: int, *, jumps: bool = False) -> Run:
     """The dense output at `samples` equal steps; one row where the run has no duration.
 
     ``jumps``: and before and after every jump of the state, in two rows of the same time.
     """
-    first, last = sorted(time_span(solution))
+    first, last = sorted(solution.span)
     if first == last:
         return Run(solution, np.array([first]), np.asarray(solution.y[:1], dtype=float))
-    steps = int(getattr(solution, "stats", {}).get("steps", 0))
+    steps = int(solution.stats["steps"])
     t = np.linspace(first, last, max(samples, min(SAMPLES_A_STEP * steps, MOST_SAMPLES)))
-    parts = getattr(solution, "segments", ())[1:] if jumps else ()
+    parts = solution.segments[1:] if jumps else ()
     if parts:
         t = np.sort(np.append(t, np.repeat([part.t0 for part in parts], 2)))
     return Run(solution, t, np.asarray(solution(t), dtype=float))
@@ -311,21 +259,13 @@ def plane_view(run: Run) -> PlaneView:
     These are the mechanism's ``view``, or by default the two of largest extent.
     """
     names, points = tuple(run.picture.point_names), run.positions
-    spatial = _is_spatial(points)
-    axes = (run.picture.view or _widest_axes(points)) if spatial else ("x", "y")
-    columns = [_along(points, axis) for axis in axes]
-    return PlaneView(np.stack(columns, axis=-1), names, axes, spatial)
-
-
-def _along(points: Array, axis: str) -> Array:
-    """Components along ``"x"``, ``"-x"`` and so on."""
-    values = points[..., "xyz".index(axis[-1])]
-    return -values if axis[0] == "-" else values
-
-
-def _is_spatial(points: Array) -> bool:
     size = np.nanmax(np.abs(points), initial=0.0)
-    return bool(np.nanmax(np.abs(points[..., 2]), initial=0.0) > 1e-9 * size)
+    spatial = bool(np.nanmax(np.abs(points[..., 2]), initial=0.0) > 1e-9 * size)
+    axes = (run.picture.view or _widest_axes(points)) if spatial else ("x", "y")
+    columns = [  # along "x", "-x" and so on
+        (-1.0 if axis[0] == "-" else 1.0) * points[..., "xyz".index(axis[-1])] for axis in axes
+    ]
+    return PlaneView(np.stack(columns, axis=-1), names, axes, spatial)
 
 
 def _widest_axes(points: Array) -> tuple[str, str]:

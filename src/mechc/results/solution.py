@@ -15,7 +15,7 @@ from mechc.simulation.record import Piece, Record
 from mechc.simulation.settings import refuse_without_derivatives
 from mechc.simulation.simulate import continue_run
 from mechc.simulation.trajectory import Trajectory
-from mechc.system.names import names_of
+from mechc.system.names import name_of, names_of
 from mechc.system.parameters import Array
 
 if TYPE_CHECKING:
@@ -119,6 +119,46 @@ class Solution(Trajectory):
             whole.__dict__.pop(name, None)
         whole.record = Record([*self.record.pieces, *added])
         return whole
+
+    def output(self, name: Any, t: float | Array | None = None) -> Array:
+        """An output of the model along this motion, (nt, ...), the output's shape after the times.
+
+        While a contact lasts (``mechc.Stop``, ``mechc.DryFriction``), accelerations, multipliers
+        and reactions are those of the motion in contact, with the contacts' forces;
+        :meth:`mechc.Model.output` of a state alone knows of no contact.  A contact's force acts
+        along the slopes of its gap and its slip over the speeds, which have no place on a body:
+        reactions balance it as if the joints did.
+
+        Parameters
+        ----------
+        name
+            ``"energy"``, ``"rates"`` (y', with the accelerations), ``"multipliers"``,
+            ``"reaction_forces"``, ``"points"``, an output of the user's own, or what else
+            :meth:`mechc.Model.output` takes.
+        t
+            Times (...) in s, where the run has dense output; by default ``sol.t``.
+
+        Returns
+        -------
+        Array
+            NaN for what contacts change in a solution that was read from a file: their laws are
+            not kept in it.
+
+        Raises
+        ------
+        UnknownNameError, UnavailableOutputError
+            If there is no such output, or it was not requested when compiling.
+        ValueOutOfBoundsError
+            For times the run did not reach.
+        MechcError
+            For the derivatives of a motion in which contacts last.
+        """
+        if t is None:
+            return self.output_along(name_of(name), self.t, self.y)
+        y = self(t)
+        times = np.asarray(t, dtype=np.float64)
+        found = self.output_along(name_of(name), times.reshape(-1), y.reshape(-1, y.shape[-1]))
+        return found.reshape((*times.shape, *found.shape[1:]))
 
     # -- derivatives ---------------------------------------------------------------------------
 
@@ -243,9 +283,9 @@ class Solution(Trajectory):
 
     def plot(self) -> Any:
         """Coordinates, speeds, paths, energy and closure in one matplotlib figure."""
-        from mechc.results.figures import overview
+        from mechc.results.figures import picture
 
-        return overview(self)
+        return picture("overview", self)
 
     def animate(self, *, fps: float = 60.0) -> Any:
         """The motion, as an object that displays itself and has ``save(path)``."""

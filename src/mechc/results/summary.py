@@ -62,15 +62,28 @@ def summary_rows(sol: Trajectory) -> list[tuple[str, str]]:
         (f"{name} between", f"{_shown(system, name, low)} and {_shown(system, name, high)}")
         for name, low, high in zip(system.coordinates, *extremes(sol), strict=True)
     ]
-    checks = [_energy_check(sol)]
+    work, drift = _work_done(sol), f"{sol.energy_drift:.1e} of the largest kinetic energy"
+    if not system.knows_energy:
+        checks = [("energy change", "the energy is not known")]
+    elif math.isnan(work):
+        checks = [("energy balance", "not known: work is done, and no dense output was kept")]
+    elif work == 0.0:
+        checks = [("energy change", drift)]
+    else:  # the difference from the work done
+        checks = [("energy balance", f"{drift}, besides the work done, {work:.6g} J")]
     if system.constraint_names:
         unit = system.gap_unit
         gap, rate = f"{sol.closure.max():.1e} {unit}".rstrip(), f"{sol.velocity_closure.max():.1e}"
         checks.append(("closure", f"{gap}, {rate} {f'{unit}/s' if unit else 'per second'}"))
     passages = _passages(sol)
+    changed = [
+        f"{name} = {value:g} {system.units[name]}"
+        for name, value in zip(system.parameters, sol.params, strict=True)
+        if value != system.defaults.get(name)
+    ]
     return [
         ("outcome", str(sol.status)),
-        ("parameters", _parameters_in_words(sol)),
+        ("parameters", ", ".join(changed) or "all by default"),
         *swing,
         *end,
         *passages,
@@ -81,18 +94,6 @@ def summary_rows(sol: Trajectory) -> list[tuple[str, str]]:
             f"{1e3 * stats['wall_s']:.2f} ms ({stats['method']}, rtol {sol.policy.rtol:g})",
         ),
     ]
-
-
-def _energy_check(sol: Trajectory) -> tuple[str, str]:
-    """The change of the energy, or, where work is done, its difference from that work."""
-    if not sol.system.knows_energy:
-        return "energy change", "the energy is not known"
-    work, drift = _work_done(sol), f"{sol.energy_drift:.1e} of the largest kinetic energy"
-    if math.isnan(work):
-        return "energy balance", "not known: work is done, and no dense output was kept"
-    if work == 0.0:
-        return "energy change", drift
-    return "energy balance", f"{drift}, besides the work done, {work:.6g} J"
 
 
 def _work_done(sol: Trajectory) -> float:
@@ -116,9 +117,8 @@ def extremes(sol: Trajectory) -> tuple[Any, Any]:
     if not sol.policy.dense or sol.span[0] == sol.span[1]:
         return sol.q.min(axis=0), sol.q.max(axis=0)
     count = range(len(sol.system.coordinates))
-    return np.array([_extreme(sol, i, -1) for i in count]), np.array(
-        [_extreme(sol, i, 1) for i in count]
-    )
+    least, greatest = (np.array([_extreme(sol, i, sign) for i in count]) for sign in (-1, 1))
+    return least, greatest
 
 
 def _extreme(sol: Trajectory, component: int, sign: int) -> float:
@@ -131,15 +131,6 @@ def _extreme(sol: Trajectory, component: int, sign: int) -> float:
         near = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
         grid = np.linspace(*near, 65)
     return float(sign * values[best])
-
-
-def _parameters_in_words(sol: Trajectory) -> str:
-    changed = [
-        f"{name} = {value:g} {sol.system.units[name]}"
-        for name, value in zip(sol.system.parameters, sol.params, strict=True)
-        if value != sol.system.defaults.get(name)
-    ]
-    return ", ".join(changed) or "all by default"
 
 
 def _shown(system: System, name: str, value: float) -> str:

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     import zipfile
 
 LARGEST_TEXT = 64 * 2**20  # bytes of a JSON file: names and numbers
+LARGEST_JSON = 2**30  # bytes of memory for the values of a JSON text
+_VALUE = 100  # bytes of memory for what follows a sign of JSON, at most
 LARGEST_COUNT = 40  # of links and similar: more takes long to derive
 LONGEST_OPTION = 200  # characters
 _LONGEST_HEADER = 10_000
@@ -29,12 +31,8 @@ _LONGEST_TEXT = 1000  # characters of a file that a message repeats
 def read_regular(path: Path, most: int) -> bytes:
     """The content of a file of at most ``most`` bytes, not of a link, a pipe or a device.
 
-    Raises
-    ------
-    MechcError
-        If it is something else, larger, or cannot be read.
-    FileNotFoundError
-        If there is none.
+    Raises :class:`MechcError` if it is something else, larger, or cannot be read;
+    ``FileNotFoundError`` if there is none.
     """
     try:
         descriptor = os.open(path, READ)
@@ -59,10 +57,7 @@ def read_regular(path: Path, most: int) -> bytes:
 def refuse_links(folder: Path) -> None:
     """Refuse a folder in which something is a link: what is read and written there stays there.
 
-    Raises
-    ------
-    MechcError
-        Names the link.
+    Raises :class:`MechcError`, which names the link.
     """
     pending = [str(folder)]
     while pending:
@@ -77,42 +72,44 @@ def refuse_links(folder: Path) -> None:
 def read_json(path: Path, most: int = LARGEST_TEXT) -> dict[str, Any]:
     """A JSON object of names to values.
 
-    Raises
-    ------
-    MechcError
-        If it is anything else; the message names the file.
-    FileNotFoundError
-        If there is none.
+    Raises :class:`MechcError` if it is anything else; the message names the file;
+    ``FileNotFoundError`` if there is none.
     """
     return json_object(read_regular(path, most), str(path))
 
 
-def json_object(content: bytes | str, where: str) -> dict[str, Any]:
+def json_object(content: bytes | str, where: str, most: float = LARGEST_JSON) -> dict[str, Any]:
     """The JSON object in a text; ``where`` is for the message.
 
-    Raises
-    ------
-    MechcError
-        If it is not text, not JSON, nested too deeply, or not an object.
+    Raises :class:`MechcError` if it is not text, not JSON, nested too deeply, not an object, has a
+    whole number beyond the largest double, or if its values would take more than ``most`` bytes of
+    memory, which those of empty lists do by forty times their text.
     """
     try:
-        found = json.loads(content)
-    except (TypeError, ValueError, RecursionError) as error:
+        text = content if isinstance(content, str) else content.decode()
+        size = _VALUE * sum(map(text.count, ",:[{"))
+        if size > most:
+            raise ValueError(f"its values take up to {size} bytes, {most:.0f} are allowed")
+        found = json.loads(text, parse_int=_whole_number)
+    except (AttributeError, ArithmeticError, ValueError, RecursionError) as error:
         raise MechcError(f"{where} is damaged: {printable(str(error))}") from None
     if not isinstance(found, dict):
         raise MechcError(f"{where} is damaged: it is not a JSON object")
     return found
 
 
+def _whole_number(text: str) -> int:
+    """A whole number within the range of doubles; raises :class:`OverflowError` beyond it."""
+    value = int(text)
+    float(value)
+    return value
+
+
 def read_arrays(path: Path) -> dict[str, Array]:
     """The arrays of doubles in an uncompressed ``.npz``, no larger in memory than the file.
 
-    Raises
-    ------
-    MechcError
-        If it contains anything else: compressed members may have any size, objects are code.
-    FileNotFoundError
-        If there is none.
+    Raises :class:`MechcError` if it contains anything else: compressed members may have any size,
+    objects are code; ``FileNotFoundError`` if there is none.
     """
     import zipfile  # half of what importing this module would take
 
@@ -195,10 +192,8 @@ def mapping_of(value: Any, what: str) -> Mapping[str, Any]:
 def checked_options(options: Any) -> dict[str, Any]:
     """Options of a shipped mechanism in a file, limited so that deriving it takes seconds.
 
-    Raises
-    ------
-    MechcError
-        If one is too large or of an unknown kind; it says how to open the file anyway.
+    Raises :class:`MechcError` if one is too large or of an unknown kind; it says how to open the
+    file anyway.
     """
     return {name: _option(name, value) for name, value in mapping_of(options, "options").items()}
 

@@ -14,9 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from mechc.errors import MechcError, UnavailableOutputError, UnknownNameError, ValueOutOfBoundsError
-from mechc.inputs.bind import InputSlot
-from mechc.inputs.samples import signal_of
+from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError
+from mechc.inputs.samples import places_of_values, signal_of
 from mechc.sensitivities.samples import Samples, samples_of, width
 from mechc.system.names import by_name
 from mechc.system.parameters import Array
@@ -70,7 +69,7 @@ class Columns:
         for name, place in self.places.items():
             if name == START and isinstance(place, slice):
                 found |= {column: k for k, column in enumerate(range(place.start, place.stop))}
-            elif (one := COMPONENT.match(name)) is not None:
+            elif (one := COMPONENT.match(str(name))) is not None:
                 assert isinstance(place, int)
                 found[place] = int(one[1])
         return found
@@ -115,21 +114,12 @@ class Columns:
 def columns_of(system: System, names: Sequence[str], values: Array, given: Any) -> Columns:
     """The columns of the names asked for; ``given``: parameters as the user gave them.
 
-    Raises
-    ------
-    UnavailableOutputError
-        If the model was compiled without sensitivities.
-    UnknownNameError
-        For what is neither parameter, coordinate, speed nor input of the model.
-    MechcError, ValueOutOfBoundsError
-        For an input that is neither number nor signal, and for a sample or a component of the
-        start that there is not.
+    Raises :class:`UnavailableOutputError` if the model was compiled without sensitivities;
+    :class:`UnknownNameError` for what is neither parameter, coordinate, speed nor input of the
+    model; :class:`MechcError`, :class:`ValueOutOfBoundsError` for an input that is neither number
+    nor signal, and for a sample or a component of the start that there is not.
     """
-    if "differentiated" not in system.data:
-        raise UnavailableOutputError(
-            f"{system.name} was compiled without sensitivities: compile or load it with "
-            "outputs=(..., 'sensitivities')"
-        )
+    system.check_sensitivities()
     places: dict[str, int | slice] = {}
     count = 0
     for name in dict.fromkeys(names):
@@ -145,14 +135,16 @@ def columns_of(system: System, names: Sequence[str], values: Array, given: Any) 
         elif signal_of(system, name) is None and name in system.inputs:
             pushed[_input_place(system, name), place] = 1.0
         elif not _of_start(system, name) and signal_of(system, name) is None:
-            _refuse_unknown(system, name)
+            known = (*system.parameters, *system.coordinates, *system.speeds, *system.inputs, START)
+            if name not in known:
+                raise UnknownNameError("parameter, coordinate, speed or input", name, known)
     along = _with_defaults(along, slopes)
     return Columns(tuple(places), places, along, pushed, samples_of(system, places))
 
 
 def _of_start(system: System, name: str) -> bool:
     """Whether a name is the whole start, or a component of it."""
-    one = COMPONENT.match(name)
+    one = COMPONENT.match(str(name))
     if one is not None and int(one[1]) >= system.scene.width:
         raise ValueOutOfBoundsError(
             f"{name}: a state has {system.scene.width} components, 0 to {system.scene.width - 1}"
@@ -160,15 +152,10 @@ def _of_start(system: System, name: str) -> bool:
     return name == START or one is not None
 
 
-def _refuse_unknown(system: System, name: str) -> None:
-    known = (*system.parameters, *system.coordinates, *system.speeds, *system.inputs, START)
-    if name not in known:
-        raise UnknownNameError("parameter, coordinate, speed or input", name, known)
-
-
 def _default_slopes(system: System, values: Array, given: Any) -> Array | None:
     """The slopes of parameters not given by the others, (np, np); None where none follows."""
-    if "default_slopes" not in system.scene.outputs or not _by_name(given):
+    by_names = given is None or isinstance(given, Mapping)
+    if "default_slopes" not in system.scene.outputs or not by_names:
         return None
     slopes = system.evaluate("default_slopes", np.zeros(system.scene.width), values, 0.0).copy()
     held = {*system.reference.defaults, *by_name(given or {}, "params")}
@@ -190,10 +177,6 @@ def _with_defaults(along: Array, slopes: Array | None) -> Array:
     return changes
 
 
-def _by_name(given: Any) -> bool:
-    return given is None or isinstance(given, Mapping)
-
-
 def _input_place(system: System, name: str) -> int:
     """The place of an input's value among all values; refused unless it is a number."""
     assert system.driven is not None
@@ -203,10 +186,7 @@ def _input_place(system: System, name: str) -> int:
             f"the derivative by {name} needs a number or a signal for it: {name} is given as "
             f"{type(held).__name__}"
         )
-    place = 0
-    for slot in (InputSlot.from_metadata(data) for data in system.data["inputs"]):
-        for order in slot.orders:
-            if slot.name == name and order == 0:
-                return place
-            place += 1
+    for place, order in places_of_values(system, name):
+        if order == 0:
+            return place
     raise MechcError(f"the equations contain only rates of {name}: a number has none")

@@ -54,15 +54,12 @@ class StepErrors:
     orders: Array
     stayed: Array
 
-    @property
-    def middles(self) -> Array:
-        return np.asarray(0.5 * (self.times[1:] + self.times[:-1]))
-
     def counted_after(self, before: StepErrors | None) -> StepErrors:
         """The errors with ``stayed`` counted on from the run before."""
         if before is None:
             return self
-        place = np.searchsorted(before.times, self.middles, side="right") - 1
+        middles = 0.5 * (self.times[1:] + self.times[:-1])
+        place = np.searchsorted(before.times, middles, side="right") - 1
         place = np.clip(place, 0, len(before.errors) - 1)
         shrunk = np.minimum(self.lengths / before.lengths[place], 1.0)
         tried = before.errors[place] > 1.0
@@ -98,7 +95,14 @@ def controlled(
     else:
         found = differentiate(sol)
         errors = step_errors(sol, found)
-    _tell(sol, errors)
+    left = errors.errors > 1.0
+    if left.any():  # errors that shorter steps do not lower
+        first = errors.times[:-1][left][0]
+        told = (
+            f"The error of the derivatives is above the tolerance in {int(left.sum())} steps, "
+            f"first at t = {first:.9g} s, and shorter ones did not lower it"
+        )
+        sol.status = replace(sol.status, warnings=(*sol.status.warnings, told))
     return sol, found
 
 
@@ -116,25 +120,12 @@ def lower_limits(one: tuple[Array, Array] | None, two: tuple[Array, Array]) -> t
     return times, longest
 
 
-def _tell(sol: Trajectory, errors: StepErrors) -> None:
-    """A warning where errors are left that shorter steps do not lower."""
-    left = errors.errors > 1.0
-    if not left.any():
-        return
-    first = errors.times[:-1][left][0]
-    told = (
-        f"The error of the derivatives is above the tolerance in {int(left.sum())} steps, first at "
-        f"t = {first:.9g} s, and shorter ones did not lower it"
-    )
-    sol.status = replace(sol.status, warnings=(*sol.status.warnings, told))
-
-
 # -- errors of steps ------------------------------------------------------------------------------
 
 
 def step_errors(sol: Trajectory, found: Sensitivity) -> StepErrors:
     """The errors of the steps of all pieces of a run."""
-    sizes = _Sizes(sol, found.columns, found.pieces)
+    sizes = _ColumnSizes(sol, found.columns, found.pieces)
     forwards = 1.0 if sol.span[1] >= sol.span[0] else -1.0
     ends = [*(forwards * piece.t[0] for piece in found.pieces[1:]), np.inf]
     parts = []
@@ -149,7 +140,7 @@ def step_errors(sol: Trajectory, found: Sensitivity) -> StepErrors:
     return StepErrors(times, np.abs(lengths), errors, orders, np.zeros(len(errors), int))
 
 
-def _of_piece(piece: Piece, sizes: _Sizes) -> tuple[Array, Array]:
+def _of_piece(piece: Piece, sizes: _ColumnSizes) -> tuple[Array, Array]:
     """The largest error of a column in each step of a piece, and its order; 0 without any."""
     size, tolerated = sizes.along(piece)
     found, orders = np.zeros(len(size)), np.ones(len(size))
@@ -175,7 +166,7 @@ def _of_steps(piece: Piece, first: int, last: int, size: Array, tolerated: Array
     return np.asarray(np.where(alive, errors, 0.0).max(axis=1, initial=0.0))
 
 
-class _Sizes:
+class _ColumnSizes:
     """The sizes of the columns' components, and the errors that are tolerated of them.
 
     What is tolerated follows the largest so far, of all coordinates or all speeds of a column in
@@ -188,11 +179,20 @@ class _Sizes:
         self.coordinates = len(system.coordinates)
         self.units = system.scale(sol.params)[:, None]
         self.span = abs(sol.span[1] - sol.span[0]) or 1.0
-        self.by = _sizes_of(sol, columns)
+        self.by = np.ones(columns.count)  # values of parameters and of inputs
+        for name, place in columns.places.items():
+            if name in system.parameters:
+                self.by[place] = abs(sol.params[system.parameters.index(name)])
+            elif (signal := signal_of(system, name)) is not None:
+                self.by[place] = np.abs(signal.values).max()
+            elif (own := input_of(name, system)) is not None:
+                assert system.driven is not None
+                self.by[place] = abs(float(system.driven.given[own]))
+        self.by = np.where(self.by > 0.0, self.by, 1.0)
         y = np.abs(np.vstack([piece.run.states()[1] for piece in pieces])).max(axis=0)[:, None]
-        own = np.where(np.arange(len(y))[:, None] < self.coordinates, self.units,
-                       np.maximum(y, self.units / self.span))  # fmt: skip
-        self.least = own / self.by
+        sizes = np.where(np.arange(len(y))[:, None] < self.coordinates, self.units,
+                         np.maximum(y, self.units / self.span))  # fmt: skip
+        self.least = sizes / self.by
         self.reached = np.zeros((2, columns.count))
 
     def along(self, piece: Piece) -> tuple[Array, Array]:
@@ -226,17 +226,3 @@ class _Sizes:
     def _of_components(self, q: Array, u: Array) -> Array:
         counts = [self.coordinates, len(self.units) - self.coordinates]
         return np.asarray(np.repeat(np.stack([q, u], axis=1), counts, axis=1) * self.units)
-
-
-def _sizes_of(sol: Trajectory, columns: Columns) -> Array:
-    """The size (k,) of each column's quantity: the value of a parameter or of an input."""
-    system, found = sol.system, np.ones(columns.count)
-    for name, place in columns.places.items():
-        if name in system.parameters:
-            found[place] = abs(sol.params[system.parameters.index(name)])
-        elif (signal := signal_of(system, name)) is not None:
-            found[place] = np.abs(signal.values).max()
-        elif (own := input_of(name, system)) is not None:
-            assert system.driven is not None
-            found[place] = abs(float(system.driven.given[own]))
-    return np.where(found > 0.0, found, 1.0)

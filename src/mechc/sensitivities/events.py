@@ -30,6 +30,9 @@ GRAZING = (
     "none at t = {:.9g} s, where the event only touches its zero (grazing): its time moves "
     "infinitely fast. By what does not move the event there is one"
 )
+AT_ONE_INSTANT = (
+    "several events reset the state at one instant, in an order that a small change may reverse"
+)
 GRAZES = 1e-9  # of the rate's terms: a rate that small is rounding
 
 

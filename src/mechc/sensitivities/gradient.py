@@ -15,7 +15,14 @@ import numpy as np
 
 from mechc.errors import MechcError
 from mechc.sensitivities.columns import Columns, columns_of
-from mechc.sensitivities.events import GRAZING, Jump, jump_of, moved_time, through_reset
+from mechc.sensitivities.events import (
+    AT_ONE_INSTANT,
+    GRAZING,
+    Jump,
+    jump_of,
+    moved_time,
+    through_reset,
+)
 from mechc.sensitivities.outputs import linear_output
 from mechc.sensitivities.rules import rule_of
 from mechc.sensitivities.run import NO_DERIVATIVE, ended_columns, without_closure
@@ -25,7 +32,7 @@ from mechc.sensitivities.steps import NAMES, checked_run, refuse_contact
 from mechc.simulation.record import Piece
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.names import name_of
-from mechc.system.parameters import Array
+from mechc.system.parameters import Array, doubles, one_double
 from mechc.system.system import System
 
 POINTS, WEIGHTS = (0.5 * each for each in np.polynomial.legendre.leggauss(8))
@@ -91,10 +98,8 @@ def gradient_of_run(
 ) -> Gradient:
     """The gradient of ``end`` plus ``integral``; ``y0`` and ``params`` as the user gave them.
 
-    Raises
-    ------
-    UnavailableOutputError, UnknownNameError, MechcError
-        As :func:`columns_of`, :func:`start_columns` and :func:`linear_output` say.
+    Raises :class:`UnavailableOutputError`, :class:`UnknownNameError`, :class:`MechcError` as
+    :func:`columns_of`, :func:`start_columns` and :func:`linear_output` say.
     """
     refuse_contact(sol)
     system = sol.system
@@ -124,8 +129,9 @@ def gradient_of_run(
     for _, bad, said in ended_columns(sol, columns):
         total[bad] = np.nan
         notes += said
-    parts = {name: _own(total[place]) for name, place in columns.places.items()}
-    return Gradient(parts, way.value, notes)
+    parts = {name: total[place] for name, place in columns.places.items()}
+    numbers = {name: float(part) if np.ndim(part) == 0 else part for name, part in parts.items()}
+    return Gradient(numbers, way.value, notes)
 
 
 def _raw(columns: Columns) -> Columns:
@@ -147,16 +153,12 @@ def _along(columns: Columns) -> Array:
     return np.vstack([columns.parameters, columns.inputs, own])
 
 
-def _own(part: Any) -> Any:
-    return float(part) if np.ndim(part) == 0 else part
-
-
 def _weights(given: Any) -> dict[str, float]:
     """Outputs of an objective with their weights."""
     if given is None:
         return {}
     if isinstance(given, Mapping):
-        return {name_of(name): float(weight) for name, weight in given.items()}
+        return {name_of(name): one_double(weight, "a weight") for name, weight in given.items()}
     return {name_of(given): 1.0}
 
 
@@ -166,16 +168,12 @@ def _begin(way: Backwards, end: Any) -> None:
     t = sol.span[1]
     y = np.asarray(sol(t))
     if isinstance(end, (np.ndarray, list, tuple)):
-        given = np.array(end, dtype=np.float64)
+        given = doubles(end, "the end's derivative")
         if given.shape != y.shape:
             raise MechcError(f"the end's derivative has the shape {given.shape}, not {y.shape}")
         way.covector, way.value = given, float(given @ y)
-    else:
-        _add_outputs(way, _weights(end), y, t)
-
-
-def _add_outputs(way: Backwards, weights: Mapping[str, float], y: Array, t: float) -> None:
-    for name, weight in weights.items():
+        return
+    for name, weight in _weights(end).items():
         one, by_state, given = linear_output(way.sol, name, y[None], np.array([t]), way.raw)
         way.covector = way.covector + weight * by_state[0]
         way.gathered = way.gathered + weight * given[0]
@@ -194,7 +192,11 @@ def _back(way: Backwards, piece: Piece, weights: Mapping[str, float]) -> None:
     if stop is not None and last > 0:
         forwards = 1.0 if t[-1] >= t[0] else -1.0
         last = max(int(np.searchsorted(forwards * t, forwards * stop)) - 1, 0)
-        _back_within(way, run, last, stop, weights)
+        _, columns = _within(way, run, t, last, np.array([stop]))
+        added = _integral(way, run, t, last, last + 1, stop, weights)
+        way.through(columns[0])
+        if added is not None:
+            way.covector = way.covector + added[0]
     sources = _integral(way, run, t, 0, last, t[last], weights)
     way.covector, way.gathered = run.covary(
         0, max(last, 0), way.covector, sources, way.raw.shapes, way.gathered
@@ -204,10 +206,7 @@ def _back(way: Backwards, piece: Piece, weights: Mapping[str, float]) -> None:
 def _back_over(way: Backwards, jump: Jump, weights: Mapping[str, float]) -> None:
     """Move the covector back from after the reset of an event to before it."""
     if len(jump.causes) != 1:
-        raise MechcError(
-            f"at t = {jump.t:.9g} s several events reset the state at one instant, in an order "
-            "that a small change may reverse: there is no derivative"
-        )
+        raise MechcError(f"at t = {jump.t:.9g} s {AT_ONE_INSTANT}: there is no derivative")
     columns = through_reset(way.sol, jump, way.every, way.start)
     if not np.isfinite(columns).all():
         raise MechcError(
@@ -230,30 +229,19 @@ def _move_jump(way: Backwards, jump: Jump, weights: Mapping[str, float]) -> None
     way.gathered = way.gathered + fall * later[width:]
 
 
-def _back_within(
-    way: Backwards, run: Any, step: int, stop: float, weights: Mapping[str, float]
-) -> None:
-    """Move the covector back from a time within a step to the start of the step."""
-    t = run.times(0)
-    h = t[step + 1] - t[step]
-    rule = rule_of(NAMES[int(run.methods()[step])])
+def _within(way: Backwards, run: Any, t: Array, step: int, points: Array) -> tuple[Array, Array]:
+    """States (m, nx), and columns from the start of a step, at times within it, as the dense output
+    of sensitivities has them."""
+    h, y = t[step + 1] - t[step], run.interpolate(points)
+    rule, s = rule_of(NAMES[int(run.methods()[step])]), (points - t[step]) / h
     every, shapes = way.every.directions, way.every.shapes
     ends, rates = run.vary(step, step + 1, every, way.start, rule.rates, shapes=shapes)
-    s = np.array([(stop - t[step]) / h])
-    columns = _between(rule, h, s, ends[0], ends[1], rates[0])
-    y = run.interpolate(np.array([stop]))
-    run.project_columns(np.array([stop]), y, every, columns, shapes)
-    sources = _integral(way, run, t, step, step + 1, stop, weights)
-    way.through(columns[0])
-    if sources is not None:
-        way.covector = way.covector + sources[0]
-
-
-def _between(rule: Any, h: float, s: Array, before: Array, after: Array, rates: Array) -> Array:
-    """Columns at fractions s (m,) of a step, as the dense output of sensitivities has them."""
     weights = h * (rule.weights(s) - s[:, None] * rule.weights(np.ones(1))[0])
-    gained = np.einsum("mj,jik->mik", weights, rates)
-    return np.ascontiguousarray(before + s[:, None, None] * (after - before) + gained)
+    gained = np.einsum("mj,jik->mik", weights, rates[0])
+    moved = ends[0] + s[:, None, None] * (ends[1] - ends[0]) + gained
+    columns = np.ascontiguousarray(moved)
+    run.project_columns(points, y, every, columns, shapes)
+    return y, columns
 
 
 # -- integrals ------------------------------------------------------------------------------------
@@ -284,14 +272,9 @@ def _integral_step(
     way: Backwards, run: Any, t: Array, step: int, end: float, weights: Mapping[str, float]
 ) -> tuple[Array, Array, float]:
     sol, width = way.sol, way.system.scene.width
-    h, part = t[step + 1] - t[step], end - t[step]
+    part = end - t[step]
     points = t[step] + part * (POINTS + 0.5)
-    y = run.interpolate(points)
-    rule = rule_of(NAMES[int(run.methods()[step])])
-    every, shapes = way.every.directions, way.every.shapes
-    ends, rates = run.vary(step, step + 1, every, way.start, rule.rates, shapes=shapes)
-    columns = _between(rule, h, (points - t[step]) / h, ends[0], ends[1], rates[0])
-    run.project_columns(points, y, every, columns, shapes)
+    y, columns = _within(way, run, t, step, points)
     value, total = 0.0, np.zeros(columns.shape[-1])
     for name, weight in weights.items():
         one, by_state, given = linear_output(sol, name, y, points, way.raw)

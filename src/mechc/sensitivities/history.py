@@ -40,10 +40,9 @@ class Sensitivity(Mapping[str, Array]):
         self._sol, self.pieces = sol, tuple(pieces)
         self.columns, self.notes = columns, notes
         self.names = columns.names
-        self._cached_columns: Array | None = None
 
     def __getitem__(self, name: Any) -> Array:
-        return self._of(name, self._at_own_times())
+        return self._of(name, self._at_own_times)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.names)
@@ -74,10 +73,9 @@ class Sensitivity(Mapping[str, Array]):
             raise UnknownNameError("sensitivity", key, self.names)
         return np.asarray(found[..., self.columns.places[key]])
 
+    @cached_property
     def _at_own_times(self) -> Array:
-        if self._cached_columns is None:
-            self._cached_columns = self.at(self._sol.t, self._sol.y)
-        return self._cached_columns
+        return self.at(self._sol.t, self._sol.y)
 
     def at(self, t: Array, y: Array, *, before: bool = False) -> Array:
         """All columns (n, nx, k) at times and states of the run.

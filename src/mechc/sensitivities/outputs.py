@@ -26,10 +26,7 @@ def output_sensitivity(
 
     By one name, or by a list or tuple of names: their columns are the last axis then.
 
-    Raises
-    ------
-    UnknownNameError
-        For an output or a name that there is not.
+    Raises :class:`UnknownNameError` for an output or a name that there is not.
     """
     label, several = name_of(output), isinstance(name, (list, tuple))
     places = [_place(sensitivity, each) for each in (name if several else [name])]
@@ -40,7 +37,11 @@ def output_sensitivity(
         _one(sol, sensitivity, each, times, y, columns) for each in SUMS.get(label, (label,))
     )
     parts = [np.asarray(found)[..., place] for place in places]
-    return _side_by_side(parts, places) if several else parts[0]
+    if not several:
+        return parts[0]
+    alone = [isinstance(place, int) for place in places]  # a name may have several columns
+    whole = [part[..., None] if one else part for part, one in zip(parts, alone, strict=True)]
+    return np.concatenate(whole, axis=-1)
 
 
 def _place(sensitivity: Sensitivity, name: Any) -> Any:
@@ -48,13 +49,6 @@ def _place(sensitivity: Sensitivity, name: Any) -> Any:
     if place is None:
         raise UnknownNameError("sensitivity", name_of(name), sensitivity.names)
     return place
-
-
-def _side_by_side(parts: list[Array], places: list[Any]) -> Array:
-    """Columns side by side; a name may have several of them."""
-    one = [isinstance(place, int) for place in places]
-    whole = [part[..., None] if alone else part for part, alone in zip(parts, one, strict=True)]
-    return np.concatenate(whole, axis=-1)
 
 
 def _one(
@@ -81,12 +75,8 @@ def linear_output(
     """A scalar output at states, its derivatives by them and along columns at fixed states: (n,),
     (n, nx), (n, k).
 
-    Raises
-    ------
-    UnknownNameError
-        For an output that there is not.
-    MechcError
-        For one that is no scalar.
+    Raises :class:`UnknownNameError` for an output that there is not; :class:`MechcError` for one
+    that is no scalar.
     """
     system = sol.system
     states = (*system.coordinates, *system.speeds)
@@ -116,19 +106,10 @@ def _linear(
 
 def _rows(sol: Trajectory, label: str) -> tuple[list[int], tuple[int, ...]]:
     """The rows of the Jacobians that hold an output's elements, and the output's shape."""
-    system = sol.system
-    own = list(system.data["own"])
-    places: dict[str, range] = {name: range(k, k + 1) for k, name in enumerate(own)}
-    first = len(own)
-    for name, size in system.data["differentiated"]:
-        places[name] = range(first, first + size)
-        first += size
-    if label in system.array_outputs:
-        elements = [own.index(each) for each in system.array_elements(label)]
-        return elements, tuple(system.array_outputs[label])
-    if label not in places:
-        known = (*system.coordinates, *system.speeds, *SUMS, *places, *system.array_outputs)
-        raise UnknownNameError("output with derivatives", label, known)
-    shape = () if label in own else tuple(system.data["shapes"][label])
-    assert prod(shape) == len(places[label])
-    return list(places[label]), shape
+    system, known = sol.system, sol.system.derivative_rows
+    if label not in known:
+        every = (*system.coordinates, *system.speeds, *SUMS, *known)
+        raise UnknownNameError("output with derivatives", label, every)
+    rows, shape = known[label]
+    assert prod(shape) == len(rows)
+    return rows, shape

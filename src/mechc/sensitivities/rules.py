@@ -74,7 +74,7 @@ class Collocation:
 
 
 @dataclass(frozen=True)
-class Pair:
+class ExplicitPair:
     """An explicit pair: rate i at ``nodes[i]`` from row i of ``matrix``; ``end`` at the end."""
 
     end: int
@@ -112,7 +112,7 @@ class Pair:
         return np.asarray(squares[0] / np.where(whole > 0.0, whole, 1.0))
 
 
-Rule = Collocation | Pair
+Rule = Collocation | ExplicitPair
 
 
 def _weighted_sums(weights: Array, rates: Array) -> Array:
@@ -125,7 +125,7 @@ def _weighted_sums(weights: Array, rates: Array) -> Array:
 def rule_of(method: str) -> Rule:
     """The rule of a method by its name."""
     if RULES[method] == RULE_PAIR:
-        return Pair(*PAIRS[method])
+        return ExplicitPair(*PAIRS[method])
     if RULES[method] == RULE_RADAU:
         return Collocation.at(np.array(RADAU_NODES), 6, 1, 1.0, SHARE_OF_MANY)
     return Collocation.at(0.5 * legendre.leggauss(GAUSS_STAGES)[0] + 0.5, 16, 2, 1e3)

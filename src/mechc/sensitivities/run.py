@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from mechc.sensitivities.columns import Columns, columns_of
-from mechc.sensitivities.events import Jump, jump_of, through_reset
+from mechc.sensitivities.events import AT_ONE_INSTANT, Jump, jump_of, through_reset
 from mechc.sensitivities.history import Sensitivity
-from mechc.sensitivities.start import constraint_gradient, start_columns
+from mechc.sensitivities.start import start_columns
 from mechc.sensitivities.steps import Piece, follow, refuse_contact
 from mechc.simulation.record import Record
 from mechc.simulation.trajectory import Trajectory
@@ -26,10 +26,8 @@ OPENS = 1e-7  # of a row's derivative: the part of it that opens the loop
 def sensitivity_of_run(sol: Trajectory, names: Sequence[str], y0: Any, params: Any) -> Sensitivity:
     """Derivatives of the run; ``y0`` and ``params`` as the user gave them.
 
-    Raises
-    ------
-    UnavailableOutputError, UnknownNameError, MechcError
-        As :func:`columns_of` and :func:`start_columns` say.
+    Raises :class:`UnavailableOutputError`, :class:`UnknownNameError`, :class:`MechcError` as
+    :func:`columns_of` and :func:`start_columns` say.
     """
     refuse_contact(sol)
     system = sol.system
@@ -53,40 +51,26 @@ def _pieces(sol: Trajectory, columns: Columns, start: Array, notes: list[str]) -
         if piece.jumps:
             start = _after_jump(sol, jump_of(sol.record, number), columns, start, notes)
         found.append(follow(sol.system, piece.steps, sol.params, columns, start))
-        notes += _lost_at_jumps(found[-1])
+        lost = np.asarray(np.isnan(found[-1].ends).any(axis=1))
+        for column in np.flatnonzero(lost[-1] & ~lost[0]):  # NaN from a jump of a law on
+            t = found[-1].t[int(np.argmax(lost[:, column]))]
+            names = columns.names_among(np.arange(lost.shape[1]) == column)
+            notes += [f"by {n}: none from t = {t:.9g} s on, for {NO_DERIVATIVE}" for n in names]
     return found
-
-
-def _lost_at_jumps(piece: Piece) -> list[str]:
-    """Notes of columns that are NaN from a jump of a law on."""
-    lost = np.asarray(np.isnan(piece.ends).any(axis=1))
-    return [
-        f"by {name}: none from t = {piece.t[int(np.argmax(lost[:, column]))]:.9g} s on, "
-        f"for {NO_DERIVATIVE}"
-        for column in np.flatnonzero(lost[-1] & ~lost[0])
-        for name in piece.columns.names_among(np.arange(lost.shape[1]) == column)
-    ]
 
 
 def _after_jump(
     sol: Trajectory, jump: Jump, columns: Columns, start: Array, notes: list[str]
 ) -> Array:
     """Columns after the resets of events; NaN where they do not exist."""
+    found, why = np.full(start.shape, np.nan), AT_ONE_INSTANT
     if len(jump.causes) == 1:
         found = through_reset(sol, jump, columns, start)
-        ended = np.isfinite(start).all(axis=0)
-        ended &= np.isnan(found).any(axis=0)
         why = (
             "the event only touches its zero (grazing), and its time moves infinitely fast; by "
             "what does not move the event there is one"
         )
-    else:
-        found = np.full(start.shape, np.nan)
-        ended = np.isfinite(start).all(axis=0)
-        why = (
-            "several events reset the state at one instant, in an order that a small change may "
-            "reverse"
-        )
+    ended = np.isfinite(start).all(axis=0) & np.isnan(found).any(axis=0)
     notes += [
         f"by {name}: none from t = {jump.t:.9g} s on, for {why}"
         for name in columns.names_among(np.asarray(ended))
@@ -110,8 +94,7 @@ def without_closure(
     opened = _opening(sol, columns, t, y)
     if opened is None:
         return ()
-    rows = sol.system.constraint_jacobian(y, sol.params, t)
-    slopes = constraint_gradient(sol.system, y, sol.params, t, rows)
+    slopes = sol.system.constraint_gradient(y, sol.params, t)
     left = np.abs(slopes @ start[: slopes.shape[1]] + opened).max(axis=0)
     size = np.abs(opened).max(axis=0)
     bad = (size > 0) & (left > OPENS * size)
@@ -127,8 +110,11 @@ def _past_crossings(sol: Trajectory, columns: Columns, pieces: Sequence[Piece]) 
     """Set columns to NaN from a change point on that exists for exactly these lengths only."""
     notes: list[str] = []
     for t, bad, said in ended_columns(sol, columns):
-        _end_at(pieces, t, bad)
         notes += said
+        for piece in pieces if bad.any() else ():
+            forwards = 1.0 if piece.t[-1] >= piece.t[0] else -1.0
+            step = int(np.searchsorted(forwards * piece.t, forwards * t, side="right")) - 1
+            piece.ends[max(step, 0) + 1 :, :, bad] = np.nan  # from the step that contains t on
     return tuple(notes)
 
 
@@ -146,17 +132,14 @@ def ended_columns(
         gaps = np.abs(_weak_rows(sol, y, point.t) @ opened).max(axis=0, initial=0.0)
         bad = alive & (gaps > OPENS * np.abs(opened).max())
         alive &= ~bad
-        yield point.t, bad, _end_warnings(columns, point.t, bad, gaps)
-
-
-def _end_warnings(columns: Columns, t: float, bad: Array, gaps: Array) -> tuple[str, ...]:
-    return tuple(
-        f"by {name}: none from t = {t:.9g} s on, for there is a change point of exactly "
-        f"these lengths: with another {name} the motion turns off or back (the gap there "
-        f"changes by {gaps[columns.places[name]]:.3g} m per unit). By the start and the masses, "
-        "lengths held, there is one"
-        for name in columns.names_among(bad)
-    )
+        notes = (
+            f"by {name}: none from t = {point.t:.9g} s on, for there is a change point of exactly "
+            f"these lengths: with another {name} the motion turns off or back (the gap there "
+            f"changes by {gaps[columns.places[name]]:.3g} m per unit). By the start and the "
+            "masses, lengths held, there is one"
+            for name in columns.names_among(bad)
+        )
+        yield point.t, bad, tuple(notes)
 
 
 def _opening(sol: Trajectory, columns: Columns, t: float, y: Array) -> Array | None:
@@ -176,14 +159,3 @@ def _weak_rows(sol: Trajectory, y: Array, t: float) -> Array:
     weak = sizes <= WEAK * sizes[0]
     weak[np.argmin(sizes)] = True
     return np.asarray(left.T[weak])
-
-
-def _end_at(pieces: Sequence[Piece], t: float, bad: Array) -> None:
-    """Set these columns to NaN, from the step that contains t on."""
-    if not bad.any():
-        return
-    for piece in pieces:
-        forwards = 1.0 if piece.t[-1] >= piece.t[0] else -1.0
-        step = max(int(np.searchsorted(forwards * piece.t, forwards * t, side="right")) - 1, 0)
-        if step < len(piece.t) - 1:
-            piece.ends[step + 1 :, :, bad] = np.nan

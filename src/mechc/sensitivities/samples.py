@@ -15,7 +15,7 @@ import numpy as np
 
 from mechc.errors import MechcError
 from mechc.inputs.samples import cardinal, index_of, input_of, places_of_values, signal_of
-from mechc.inputs.signals import Signal
+from mechc.inputs.signals import polynomials_at
 from mechc.native._inputs import Caller, Inputs, Shapes
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -54,7 +54,7 @@ class Samples:
         times = np.broadcast_to(np.asarray(t, dtype=np.float64), slopes.shape[:1])
         for sample in self.samples:
             for place, order in sample.places:
-                factors = _value(*sample.pieces, times, order)
+                factors = polynomials_at(*sample.pieces, times, order)
                 found[..., sample.column] += slopes[..., place] * factors[:, None]
 
     def behind(self, first: int) -> Samples:
@@ -66,10 +66,8 @@ class Samples:
 def samples_of(system: System, places: Mapping[str, int | slice]) -> Samples | None:
     """The columns that are by values of signals; None where there are none.
 
-    Raises
-    ------
-    MechcError
-        For a signal that was made of an interpolant: its values are no samples of its own.
+    Raises :class:`MechcError` for a signal that was made of an interpolant: its values are no
+    samples of its own.
     """
     found: list[Sample] = []
     for name, place in places.items():
@@ -90,31 +88,17 @@ def width(system: System, name: str) -> int | None:
     return len(signal.times) if signal is not None and name in system.inputs else None
 
 
-def ends_of_steps(signal: Signal, t0: float, t1: float) -> Array:
-    """The knots within a run, at which its steps must end for the derivatives by samples."""
-    knots = signal.pieces[0]
-    low, high = sorted((t0, t1))
-    return np.asarray(knots[(knots > low) & (knots < high)])
-
-
 def check_steps(system: System, names: Sequence[str], times: Array) -> None:
     """Raise :class:`MechcError` where steps, which end at these times, pass over samples."""
     for name in names:
         signal = signal_of(system, name)
         if signal is None:
             continue
-        for knot in ends_of_steps(signal, times[0], times[-1]):
+        knots, (low, high) = signal.pieces[0], sorted((times[0], times[-1]))
+        for knot in knots[(knots > low) & (knots < high)]:  # at which steps must end
             if np.abs(times - knot).min() > 8 * np.spacing(max(abs(knot), np.abs(times).max())):
                 raise MechcError(
                     f"the run steps over samples of {input_of(name, system)}, at {knot:.9g} s, "
                     f"where its derivative by {name} has a kink: give the signal as "
                     "mechc.Signal(..., breaks='samples')"
                 )
-
-
-def _value(knots: Array, coefficients: Array, t: Array, order: int) -> Array:
-    piece = np.maximum(np.searchsorted(knots, t, side="right") - 1, 0)
-    since, value = t - knots[piece], np.zeros(t.shape)
-    for n in range(coefficients.shape[1] - 1, order - 1, -1):
-        value = value * since + np.prod(np.arange(n, n - order, -1.0)) * coefficients[piece, n]
-    return value

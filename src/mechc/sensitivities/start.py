@@ -28,10 +28,7 @@ def start_columns(
     A mapping is assembled: what it holds stays, the rest follows.  A state is moved onto the
     constraints, as :meth:`mechc.Model.simulate` does.
 
-    Raises
-    ------
-    MechcError
-        For a coordinate or speed that was not given by itself.
+    Raises :class:`MechcError` for a coordinate or speed that was not given by itself.
     """
     t, state = (part[0] for part in record.ends())
     found = np.zeros((system.scene.width, columns.count))
@@ -40,7 +37,14 @@ def start_columns(
         held = list(by_name(given, "y0"))
         found, notes = _assembled_columns(system, columns, held, state, values, t)
     else:
-        _place_states(system, columns, found)
+        for name in _of_state(system, columns):  # where none follows from others
+            if system.scene.rows:
+                raise MechcError(
+                    f"y0 is a whole state, in which the constraints tie {name} to the others: ask "
+                    f"for sensitivities by {START!r}, or give a mapping, "
+                    f"y0={{{name!r}: ...}}, which is assembled"
+                )
+            found[system.state_index(name), columns.places[name]] = 1.0
     own = columns.of_start
     for column, component in own.items():
         found[component, column] = 1.0
@@ -49,18 +53,6 @@ def start_columns(
         places = list(own) if isinstance(given, Mapping) else slice(None)
         found[:, places] = moved[:, places]
     return np.ascontiguousarray(found), notes
-
-
-def _place_states(system: System, columns: Columns, found: Array) -> None:
-    """Set the columns of components of a whole state, where none follows from others."""
-    for name in _of_state(system, columns):
-        if system.scene.rows:
-            raise MechcError(
-                f"y0 is a whole state, in which the constraints tie {name} to the others: ask "
-                f"for sensitivities by {START!r}, or give a mapping, "
-                f"y0={{{name!r}: ...}}, which is assembled"
-            )
-        found[system.state_index(name), columns.places[name]] = 1.0
 
 
 def _of_state(system: System, columns: Columns) -> list[str]:
@@ -87,19 +79,19 @@ def _assembled_columns(
     kept = [system.state_index(name) for name in held]
     rows = system.constraint_jacobian(y, values, t)
     free = system.unknowns([i for i in kept if i < nq])
-    notes = _close(system, columns, free, found, rows, y, values, t)
+    notes = _close(system, columns, free, found, y, values, t)
     free = [i for i in range(len(system.speeds)) if nq + i not in kept]
     _steady(system, columns, free, found, rows, y, values, t)
     return found, notes
 
 
 def _close(
-    system: System, columns: Columns, free: list[int], found: Array, rows: Array, y: Array,
-    values: Array, t: float,
+    system: System, columns: Columns, free: list[int], found: Array, y: Array, values: Array,
+    t: float,
 ) -> tuple[str, ...]:  # fmt: skip
     """Fill in the free coordinates: Phi_q dq = -Phi_p dp."""
     nq = len(system.coordinates)
-    slopes = constraint_gradient(system, y, values, t, rows)
+    slopes = system.constraint_gradient(y, values, t)
     if not free or not len(slopes):
         return ()
     names = ("constraints_by_parameters", "constraints_by_inputs")
@@ -138,13 +130,6 @@ def _steady(
             slope = multiples @ (one - still)  # of J^T times the multiples
             turned += np.outer(np.eye(len(free))[:, place] - back @ own[:, place], slope)
     found[nq + np.array(free)] = turned
-
-
-def constraint_gradient(system: System, y: Array, values: Array, t: Any, rows: Array) -> Array:
-    """Derivative of the configuration constraints by the coordinates, (..., nh, nq)."""
-    if "constraint_gradient" in system.scene.outputs:
-        return system.evaluate("constraint_gradient", y, values, t)
-    return rows[..., : system.scene.holonomic, :]
 
 
 def _rank(rows: Array) -> int:

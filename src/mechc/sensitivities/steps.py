@@ -25,6 +25,7 @@ from mechc.system.parameters import Array
 from mechc.system.system import System
 
 NAMES = {number: name for name, number in METHODS.items()}
+SINGULAR = 1e-9  # of the largest singular value: rounding of a state at a change point is less
 NUMBERS_AT_ONCE = 1 << 21  # of rates, in doubles
 
 
@@ -110,10 +111,8 @@ class Piece:
 def follow(system: System, run: Any, values: Array, columns: Columns, start: Array) -> Piece:
     """The columns over a compiled run, from those (nx, k) at its start.
 
-    Raises
-    ------
-    MechcError
-        For a run that began at a change point, and for inputs that are functions of the state.
+    Raises :class:`MechcError` for a run that began at a change point, and for inputs that are
+    functions of the state.
     """
     checked_run(system, run, values)
     t = run.times(0)
@@ -136,11 +135,8 @@ def on_tangent_space(
 
 
 def refuse_contact(sol: Trajectory) -> None:
-    """
-    Raises
-    ------
-    MechcError
-        For a run with friction, or in which contacts lasted, or whose parameters have changed.
+    """Raises :class:`MechcError` for a run with friction, or in which contacts lasted, or whose
+    parameters have changed.
     """
     if sol.record.changes_params:
         raise MechcError(
@@ -158,12 +154,13 @@ def refuse_contact(sol: Trajectory) -> None:
 def checked_run(system: System, run: Any, values: Array) -> None:
     """Check that a run has derivatives.
 
-    Raises
-    ------
-    MechcError
-        As :func:`follow` says.
+    Raises :class:`MechcError` as :func:`follow` says.
     """
-    if not hasattr(run, "vary"):
+    first, last = (
+        np.linalg.matrix_rank(system.constraint_jacobian(state, values, float(time)), rtol=SINGULAR)
+        for time, state in zip(*run.ends(), strict=True)
+    )
+    if first < last:
         raise MechcError(
             "the run begins at a change point, where branches of the motion cross: no derivatives "
             "are computed from there; begin beside it"

@@ -225,11 +225,6 @@ def imbalance(system: System, record: Record) -> float:
     neighbours = np.convolve(np.pad(gained, 1, mode="edge"), [0.5, 0.0, 0.5], mode="valid")
     odd = np.sort(np.argsort(np.abs(gained - neighbours))[-most:])
     chosen = np.concatenate([even, odd])
-    middle, half = 0.5 * (begin + end)[chosen], 0.5 * (end - begin)[chosen]
-    inner = (middle[:, None] + half[:, None] * NODES).ravel()
-    lengths = np.repeat(np.abs(2.0 * half), len(NODES))
-    p = record.params_along(inner)
-    power = power_at(system, p, inner, record.interpolate(inner), lengths).value
-    missing = gained[chosen] - half * (power.reshape(len(chosen), -1) @ WEIGHTS)
+    missing = gained[chosen] - integral(system, record, begin[chosen], end[chosen])
     spread = np.abs(np.cumsum(missing[: len(even)])).max() * count / len(even)
     return float(max(spread, np.abs(np.cumsum(missing[len(even) :])).max()))

@@ -43,6 +43,7 @@ class Steps(Protocol):
     def ends(self) -> tuple[Array, Array]: ...
     def change_points(self) -> tuple[Array, Array, Array]: ...
     def interpolate(self, t: Array) -> Array: ...
+    def forces(self, t: Array, y: Array) -> Array: ...
 
 
 class SmoothPart(NamedTuple):
@@ -155,13 +156,13 @@ class Record:
     def last(self) -> Piece:
         return self.pieces[-1]
 
-    def share_params(self, params: Array | None) -> None:
-        """Let pieces with the parameters of the one before have the same array; the first one
-        ``params``, where it has these."""
+    def share_params(self) -> None:
+        """Let pieces with the parameters of the one before have the same array."""
+        params = self.pieces[0].params
         for piece in self.pieces:
-            if params is not None and np.array_equal(piece.params, params):
-                piece.params = params
-            params = piece.params
+            if piece.params is not params and not np.array_equal(piece.params, params):
+                params = piece.params
+            piece.params = params
 
     @property
     def span(self) -> tuple[float, float]:
@@ -188,9 +189,11 @@ class Record:
     def ends(self) -> tuple[Array, Array]:
         """The first and the last time (2,), and the states there (2, nq + nu)."""
         t, y = (np.array(each) for each in self.pieces[0].steps.ends())
-        if len(self.pieces) > 1 or self.last.cut is not None:
-            t[1] = self.last.span[1]
-            y[1] = self.interpolate(t[1:])[0]
+        if self.last.cut is not None:
+            t[1] = self.last.cut
+            y[1] = self.last.steps.interpolate(t[1:])[0]
+        elif len(self.pieces) > 1:
+            t[1], y[1] = (each[1] for each in self.last.steps.ends())
         return t, y
 
     def change_points(self) -> tuple[Array, Array, Array]:
@@ -225,6 +228,24 @@ class Record:
             rows[own] = found
         return np.asarray(rows)
 
+    def contact_forces(self, t: Array, y: Array) -> Array | None:
+        """Generalized forces (nt, nu) of contacts at times and states (nt, nq + nu) of the motion.
+
+        Zero where no contact lasts; NaN where their laws are not known.  None where none ever does.
+        """
+        if not any(piece.lasts for piece in self.pieces):
+            return None
+        numbers, forces = self._numbers(t), np.zeros((len(t), 0))
+        for number, piece in enumerate(self.pieces):
+            own = np.flatnonzero(numbers == number)
+            if not piece.lasts or not len(own):
+                continue
+            found = piece.steps.forces(np.ascontiguousarray(t[own]), np.ascontiguousarray(y[own]))
+            if not forces.shape[1]:
+                forces = np.zeros((len(t), found.shape[1]))
+            forces[own] = found
+        return forces if forces.shape[1] else None
+
     def params_along(self, t: Array) -> Array:
         """The parameters (np,); where resets have changed them, those at each time (nt, np)."""
         first = self.pieces[0].params
@@ -237,11 +258,6 @@ class Record:
     def changes_params(self) -> bool:
         """Whether resets have changed parameters."""
         return any(piece.params is not self.pieces[0].params for piece in self.pieces)
-
-    @property
-    def has_contacts(self) -> bool:
-        """Whether contacts were looked at."""
-        return any(piece.contacts for piece in self.pieces)
 
     def in_contact(self) -> Array:
         """Flags (nt - 1,) of the steps between states during which a contact lasted."""

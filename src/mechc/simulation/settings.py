@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+import sys
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
+from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.native._arrays import NOT_IN_ORDER, OUTSIDE, times_along
 from mechc.native._codes import CHANGE_POINT_POLICIES, LOCKSTEP, METHODS, RULES
+from mechc.system.names import checked_word
 from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
 
@@ -81,14 +83,14 @@ def checked_policy(
         _checked_rtol(rtol),
         None if atol is None else _checked_atol(system, atol),
         _in_lockstep(_chosen_method(system, method), lockstep),
-        0.0 if first_step is None else _positive("first_step", first_step),
-        _positive("max_step", max_step, infinite=True),
+        0.0 if first_step is None else checked_positive("first_step", first_step),
+        checked_positive("max_step", max_step, infinite=True),
         checked_count("max_steps", max_steps),
         dense,
         checked_change_point(on_change_point),
         method == "auto" and not lockstep,
-        _positive("max_bytes", max_bytes, infinite=True),
-        checkpoints=None if checkpoints is None else _positive("checkpoints", checkpoints),
+        checked_positive("max_bytes", max_bytes, infinite=True),
+        checkpoints=None if checkpoints is None else checked_positive("checkpoints", checkpoints),
     )
     if atol is None:
         system.cache["policy"] = asked, policy
@@ -116,6 +118,25 @@ def refuse_beside_checkpoints(events: Sequence[Any], sensitivities: Sequence[Any
         )
 
 
+def holds_derivatives(output: str) -> bool:
+    """Whether an output holds derivatives of the motion, which those in contact do not have."""
+    return output.endswith(("state_jacobian", "parameter_jacobian", "input_jacobian"))
+
+
+def refuse_derivatives_in_contact(outputs: Iterable[str]) -> None:
+    """
+    Raises
+    ------
+    MechcError
+        Where an output holds derivatives of the motion.
+    """
+    for name in filter(holds_derivatives, outputs):
+        raise MechcError(
+            f"{name} is that of the motion without contacts: derivatives of a motion in which "
+            "contacts last are not known"
+        )
+
+
 def refuse_without_derivatives(method: str) -> None:
     """
     Raises
@@ -133,13 +154,13 @@ def refuse_without_derivatives(method: str) -> None:
 
 def checked_change_point(policy: str) -> str:
     """``"continue"``, ``"stop"`` or ``"raise"``."""
-    if policy not in CHANGE_POINT_POLICIES:
-        raise UnknownNameError("policy at change points", policy, CHANGE_POINT_POLICIES)
-    return policy
+    return checked_word("policy at change points", policy, CHANGE_POINT_POLICIES)
 
 
 def _in_lockstep(method: str, lockstep: bool) -> str:
     """The method, or its code with a run in each lane."""
+    if not isinstance(lockstep, (bool, np.bool_)):
+        raise TypeError(f"lockstep is True or False, not {brief(lockstep)}")
     if lockstep and method not in LOCKSTEP:
         others = ", ".join(repr(name) for name in METHODS_OF_USERS if name in LOCKSTEP)
         raise ValueOutOfBoundsError(f"method={method!r} has no lockstep: take one of {others}")
@@ -147,7 +168,7 @@ def _in_lockstep(method: str, lockstep: bool) -> str:
 
 
 def _chosen_method(system: System, method: str) -> str:
-    if method == "auto":
+    if isinstance(method, str) and method == "auto":
         smooth = system.data.get("smooth", True) or system.data.get("switches", 0) > 0
         called = system.driven and system.driven.calls_python
         return "gauss8" if smooth and not called else "dop853"
@@ -168,7 +189,7 @@ def checked_span_and_times(
 ) -> tuple[tuple[float, float], Array | None]:
     """(t0, t1) and the times to report at; a span of more than two times is those too."""
     if type(t_span) is float and t_eval is None and math.isfinite(t_span):
-        return (0.0, t_span), None  # nearly always, and fast
+        return _with_length(0.0, t_span), None  # nearly always, and fast
     if t_eval is None and isinstance(t_span, SEQUENCES) and _has_several(t_span):
         t_span, t_eval = (t_span[0], t_span[-1]), t_span
     span = checked_span(t_span)
@@ -190,6 +211,15 @@ def checked_span(t_span: float | tuple[float, float]) -> tuple[float, float]:
         ) from None
     if not (math.isfinite(t0) and math.isfinite(t1)):
         raise ValueOutOfBoundsError(f"t_span = ({t0}, {t1}) must be finite")
+    return _with_length(t0, t1)
+
+
+def _with_length(t0: float, t1: float) -> tuple[float, float]:
+    """A span whose fractions are numbers: steps of one that is shorter have no length."""
+    if 0.0 < abs(t1 - t0) < sys.float_info.min:
+        raise ValueOutOfBoundsError(
+            f"t_span = ({t0}, {t1}) must be 0 or at least {sys.float_info.min:g} s long"
+        )
     return t0, t1
 
 
@@ -222,7 +252,8 @@ def _checked_atol(system: System, atol: float | Array) -> Array:
     return np.ascontiguousarray(values)
 
 
-def _positive(name: str, value: float, *, infinite: bool = False) -> float:
+def checked_positive(name: str, value: float, *, infinite: bool = False) -> float:
+    """A positive number, finite or not."""
     if type(value) is float and 0.0 < value < math.inf:
         return value  # nearly always, and fast
     try:
@@ -235,14 +266,17 @@ def _positive(name: str, value: float, *, infinite: bool = False) -> float:
 
 
 def _checked_rtol(rtol: float) -> float:
-    value = _positive("rtol", rtol)
+    value = checked_positive("rtol", rtol)
     if value > LOOSEST:
         raise ValueOutOfBoundsError(f"rtol = {rtol:g} is too large; {LOOSEST:g} at most")
     return value
 
 
 def checked_count(name: str, value: float) -> int:
-    """A whole number above 0; infinity is the largest."""
+    """A whole number above 0; infinity is the largest, and fractions are left out."""
     if type(value) is int and 0 < value < 2**62:
         return value
-    return int(min(_positive(name, value, infinite=True), 2.0**62))
+    found = int(min(checked_positive(name, value, infinite=True), 2.0**62))
+    if not found:
+        raise ValueOutOfBoundsError(f"{name} = {value} must be at least 1")
+    return found

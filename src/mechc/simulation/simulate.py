@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from mechc.errors import ChangePointError, EventError, ValueOutOfBoundsError
+from mechc.errors import ChangePointError, EventError, ValueOutOfBoundsError, brief
 from mechc.native._codes import (
     EVENT_FAILED,
     FINISHED,
@@ -131,6 +131,8 @@ def _run_to_end(
 
 def _advance(motion: Any, span: tuple[float, float], progress: Progress) -> int:
     """Advance to the end and return the final status code."""
+    if not (progress is None or callable(progress)):
+        raise TypeError(f"progress is a function of the share done, not {brief(progress)}")
     try:
         while motion.status == RUNNING:
             motion.advance(CHUNK)
@@ -147,8 +149,8 @@ def record_of(before: Record | None, motion: Any, events: RunEvents | None) -> R
     for steps, p, jumps, causes, contacts, cut in motion.pieces:
         words = () if events is None else events.words(contacts)
         record.pieces.append(Piece(steps, p, jumps=jumps, causes=causes, contacts=words, cut=cut))
-    if len(record.pieces) > 1:
-        record.share_params(record.pieces[0].params)
+    if before:
+        record.share_params()
     record.stats = added_stats(before.stats, motion.stats()) if before else motion.stats()
     return record
 
@@ -159,7 +161,7 @@ def _status(
 ) -> Status:  # fmt: skip
     """The status of a run that ended, with its warnings."""
     bad, driven = record.stats["coordinate"], system.driven
-    crossed = len(record.pieces) > 1 or record.pieces[0].steps.crossings
+    crossed = any(piece.steps.crossings for piece in record.pieces)
     status = status_of(
         code,
         record.pieces[-1].span[1],
@@ -201,7 +203,9 @@ def continue_run(
     policy = sol.policy._replace(
         first_step=0.0,
         max_steps=checked_count("max_steps", most),
-        on_change_point=checked_change_point(on_change_point or sol.policy.on_change_point),
+        on_change_point=checked_change_point(
+            sol.policy.on_change_point if on_change_point is None else on_change_point
+        ),
     )
     state, values = sol.record.ends()[1][1], sol.record.last.params
     system = sol.system

@@ -7,16 +7,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from mechc.errors import MechcError, StepError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.native._codes import EVENT_FAILED, FINISHED, RUNNING
 from mechc.native._motion import Stepping
 from mechc.simulation.events.outcome import failure_of
 from mechc.simulation.events.run_events import RunEvents
 from mechc.simulation.initialise import checked_state, request_of
-from mechc.simulation.settings import Policy
+from mechc.simulation.settings import Policy, refuse_derivatives_in_contact
 from mechc.simulation.status import ChangePoint, Status, status_of
 from mechc.system.names import name_of
-from mechc.system.parameters import Array, Parameters
+from mechc.system.parameters import Array, Parameters, one_double
 from mechc.system.system import System
 
 FOR_EVER, INFINITY = 1e300, math.inf  # s
@@ -68,7 +70,7 @@ class Stepper:
         self._begin_at(t, state, params)
 
     def _begin_at(self, t: float, state: Array, params: Array) -> None:
-        self._start = t
+        self._start, self._additions = t, 0
         if self._driven is not None:
             self._drive(self._driven.with_controllers_from(t))
             self._driven.restart(t)
@@ -122,18 +124,29 @@ class Stepper:
     def outputs(self, *names: str) -> dict[str, Array]:
         """Outputs of the model at the present state, with the present inputs, by name.
 
+        Accelerations, multipliers and reactions have the forces of the contacts that last; before
+        the first step it is not known which do.
+
         Raises
         ------
         UnknownNameError, UnavailableOutputError
             If there is no such output, or it was not requested when compiling.
         """
         system, y, t = self._system, self.y, self.t
+        forces = self._contact_forces(t, y)
+        if forces is not None:
+            refuse_derivatives_in_contact(names)
         return {
             name: system.energy(y, self.params, t)
             if name == "energy"
-            else system.evaluate(name, y, self.params, t)
+            else system.evaluate(name, y, self.params, t, forces)
             for name in names
         }
+
+    def _contact_forces(self, t: float, y: Array) -> Array | None:
+        """Generalized forces (nu,) of the contacts that last; None where there are no contacts."""
+        steps = self._motion.steps() if self._events is not None and self._events.laws else None
+        return None if steps is None else steps.forces(np.array([t]), y[None])[0]
 
     # -- stepping -----------------------------------------------------------------------------
 
@@ -161,12 +174,14 @@ class Stepper:
         UnknownNameError, ValueOutOfBoundsError
             For an input that does not exist or is not a number, and a wrong dt.
         """
+        dt = one_double(dt, "dt")
         if not 0.0 < dt < INFINITY:
             raise ValueOutOfBoundsError(f"dt = {brief(dt)} must be positive and finite, in s")
-        changed = bool(inputs) and self._give(inputs or {})
+        changed = inputs is not None and self._give(inputs)
         t = self.t + dt
         if self._driven is not None:
-            self._driven.check_times((t,))
+            self._additions += 1
+            self._driven.check_times((t,), self._additions)
             self._go_on_until(t)
         self._code = self._motion.reach(t, changed)
         if self._code not in (RUNNING, FINISHED):
@@ -183,11 +198,15 @@ class Stepper:
     def _give(self, inputs: Mapping[str, float]) -> bool:
         """Take over numbers for inputs; whether one differs from before."""
         changed = False
+        if not isinstance(inputs, Mapping):
+            raise TypeError(
+                f"inputs are given by name, such as {{'F': 1.0}}, not as {brief(inputs)}"
+            )
         for key, given in inputs.items():
             name = key if key in self._numbers else self._number_named(key)
             try:
                 value = float(given)
-            except (TypeError, ValueError):
+            except (TypeError, ValueError, OverflowError):
                 value = INFINITY
             if not -INFINITY < value < INFINITY:
                 raise ValueOutOfBoundsError(
@@ -244,7 +263,7 @@ class Stepper:
         values = self.params if params is None else self._system.parameter_set.resolve(params)
         if values.ndim != 1:
             raise ValueOutOfBoundsError("a stepper takes one set of parameters")
-        time = self.t if t is None else float(t)
+        time = self.t if t is None else one_double(t, "t")
         if not math.isfinite(time):
             raise ValueOutOfBoundsError(f"t = {time} must be finite")
         given = self.y if y is None else y
@@ -274,7 +293,7 @@ class Stepper:
         ValueOutOfBoundsError
             If another stepper saved it: take ``set(saved.y, t=saved.t)`` there.
         """
-        if saved._of is not self:
+        if getattr(saved, "_of", None) is not self:
             raise ValueOutOfBoundsError(
                 "another stepper saved this moment: stepper.set(saved.y, t=saved.t) continues "
                 "from its state"

@@ -15,7 +15,7 @@ from mechc.simulation.balance import conserves_energy, work_along
 from mechc.simulation.events.event import Event, EventRecord
 from mechc.simulation.events.run_events import RunEvents
 from mechc.simulation.record import Record, SmoothPart
-from mechc.simulation.settings import Policy
+from mechc.simulation.settings import Policy, refuse_derivatives_in_contact
 from mechc.simulation.status import ChangePoint, Status
 from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
@@ -98,13 +98,16 @@ class Trajectory:
         """
         if not self.policy.dense:
             raise MechcError("this run kept no dense output: simulate with dense=True")
+        times = self._times_of_run(t)
+        rows = self.record.interpolate(times.reshape(-1))
+        return rows.reshape(*times.shape, rows.shape[1])
+
+    def _times_of_run(self, t: float | Array) -> Array:
         times = doubles(t, "the times")
         low, high = sorted(self.span)
-        along = times.reshape(-1)
-        if not all_within(along, low, high):
+        if not all_within(times.reshape(-1), low, high):
             raise ValueOutOfBoundsError(f"the run covers {low:g} ... {high:g} s only")
-        rows = self.record.interpolate(along)
-        return rows.reshape(*times.shape, rows.shape[1])
+        return times
 
     @cached_property
     def span(self) -> tuple[float, float]:
@@ -134,7 +137,7 @@ class Trajectory:
 
         At a jump those after it; of two equal times in a row there, the first before it.
         """
-        times = doubles(t, "the times")
+        times = self._times_of_run(t)
         rows = self.values_along(times.reshape(-1))
         return np.array(np.broadcast_to(rows, (times.size, rows.shape[-1]))).reshape(
             *times.shape, rows.shape[-1]
@@ -143,6 +146,19 @@ class Trajectory:
     def values_along(self, t: Array) -> Array:
         """``params`` (np,); where resets change them, a row for each time (nt, np)."""
         return self.record.params_along(t)
+
+    def output_along(self, name: str, t: Array, y: Array) -> Array:
+        """An output (nt, ...) at times (nt,) and states (nt, nq + nu) of the run.
+
+        It has the forces of the contacts that last there.
+        """
+        forces = self.record.contact_forces(t, y)
+        if forces is not None:
+            refuse_derivatives_in_contact([name])
+        values = self.values_along(t)
+        if name == "energy":
+            return self.system.energy(y, values, t)
+        return self.system.evaluate(name, y, values, t, forces)
 
     # -- histories, computed when requested ---------------------------------------------------
 
@@ -176,7 +192,7 @@ class Trajectory:
 
     def work_until(self, times: float | Array) -> Array:
         """The work done until any times (...) of the run, J."""
-        times = doubles(times, "the times")
+        times = self._times_of_run(times)
         flat = times.reshape(-1)
         known = self.system.knows_energy
         if not known or not times.size or (not self.policy.dense and not self._conserves_energy):

@@ -50,11 +50,8 @@ class Attitudes:
     def check(self, states: Array) -> None:
         """Check states (..., nq + nu).
 
-        Raises
-        ------
-        ValueOutOfBoundsError
-            Where a quaternion is zero, or has another length than one where it has to have it; the
-            message has its components.
+        Raises :class:`ValueOutOfBoundsError` where a quaternion is zero, or has another length than
+        one where it has to have it; the message has its components.
         """
         for places in self.quaternions:
             if not np.any(states[..., places], axis=-1).all():
@@ -63,18 +60,16 @@ class Attitudes:
                     "1, 0, 0, 0 is that of the parent"
                 )
         for places in self.of_length_one:
-            self._check_length(states[..., places].reshape(-1, 4), places)
-
-    def _check_length(self, components: Array, places: Sequence[int]) -> None:
-        lengths = np.linalg.norm(components, axis=1)
-        worst = int(np.argmax(abs(lengths - 1.0)))
-        if abs(lengths[worst] - 1.0) > DECIMALS:
-            unit = ", ".join(f"{x:.6g}" for x in components[worst] / lengths[worst])
-            raise ValueOutOfBoundsError(
-                f"the quaternion {self._components(places)} has the length {lengths[worst]:.6g}; "
-                "its frame's direction cosines are a rotation at length one only: divide it by its "
-                f"length ({unit})"
-            )
+            components = states[..., places].reshape(-1, 4)
+            lengths = np.linalg.norm(components, axis=1)
+            worst = int(np.argmax(abs(lengths - 1.0)))
+            if abs(lengths[worst] - 1.0) > DECIMALS:
+                unit = ", ".join(f"{x:.6g}" for x in components[worst] / lengths[worst])
+                raise ValueOutOfBoundsError(
+                    f"the quaternion {self._components(places)} has the length "
+                    f"{lengths[worst]:.6g}; its frame's direction cosines are a rotation at length "
+                    f"one only: divide it by its length ({unit})"
+                )
 
     def _components(self, places: Sequence[int]) -> str:
         return ", ".join(self.names[i] for i in places)

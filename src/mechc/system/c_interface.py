@@ -10,6 +10,7 @@ import numpy as np
 
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError
 from mechc.native._driver import Ode
+from mechc.system.names import name_of
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -102,7 +103,7 @@ def integrand(
 
 def _inputs(system: System, output: str) -> Any:
     """The values of inputs that an output keeps; None if it contains none."""
-    if output not in system.scene.outputs:
+    if name_of(output) not in system.scene.outputs:
         system.refuse_output(output)
     return None if system.driven is None else system.driven.for_c(output)
 

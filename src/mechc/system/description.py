@@ -123,12 +123,21 @@ class Description:
 
     def array_elements(self, name: str) -> list[str]:
         """Names of the elements of such an output, row after row."""
+        if not isinstance(name, str) or name not in self.array_outputs:
+            raise UnknownNameError("output with several elements", name, self.array_outputs)
         places = product(*map(range, self.array_outputs[name]))
         return [f"{name}[{','.join(map(str, place))}]" for place in places]
 
+    def coordinates_and_speeds(
+        self, values: Mapping[str, Any]
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Values of a start by name: those of the coordinates, and those of the speeds."""
+        speeds = {name: value for name, value in values.items() if name in self.speeds}
+        return {name: value for name, value in values.items() if name not in speeds}, speeds
+
     def state_index(self, name: Any) -> int:
         """The index in y of a coordinate or speed, by name or symbol."""
-        index = self._state_index.get(name)
+        index = self._state_index.get(name) if isinstance(name, str) else None
         index = self._state_index.get(name_of(name)) if index is None else index
         if index is None:
             raise UnknownNameError("coordinate or speed", name_of(name), self._state_index)

@@ -9,14 +9,19 @@ import warnings
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from mechc.errors import UnusedValueWarning, ValueOutOfBoundsError, brief
+from mechc.errors import UnknownNameError, UnusedValueWarning, ValueOutOfBoundsError, brief
 
 
 def name_of(key: Any) -> Any:
     """The name of a key: a text unchanged, a symbol or function of time as it is printed.
 
     The rate ``q.diff(t)`` is the speed ``q_dot`` of a model by Lagrange's method.  Anything else
-    is returned unchanged.
+    is returned unchanged, and is no name that is known.
+
+    Raises
+    ------
+    TypeError
+        For what cannot be a key.
     """
     if isinstance(key, str):
         return key
@@ -26,12 +31,30 @@ def name_of(key: Any) -> Any:
         return f"{name_of(key.expr)}_dot"
     if getattr(key, "is_Function", False):
         return str(key.func.__name__)
+    if not _is_hashable(key):
+        raise TypeError(f"a name or a symbol is needed, not {brief(key)}")
     return key
+
+
+def _is_hashable(key: Any) -> bool:
+    """Whether it has a hash; tuples and NumPy's masked constant have only the method."""
+    try:
+        hash(key)
+    except TypeError:
+        return False
+    return True
+
+
+def checked_word(what: str, given: Any, known: Iterable[str]) -> str:
+    """One of the words that an option takes; raises :class:`UnknownNameError` for others."""
+    if not isinstance(given, str) or given not in known:
+        raise UnknownNameError(what, given if isinstance(given, str) else brief(given), known)
+    return given
 
 
 def names_of(keys: Any) -> list[Any]:
     """The names of several; a single text or symbol counts as one."""
-    if isinstance(keys, str) or not isinstance(keys, Iterable):
+    if isinstance(keys, str) or not isinstance(keys, Iterable) or getattr(keys, "ndim", 1) == 0:
         return [name_of(keys)]
     return [name_of(key) for key in keys]
 
@@ -39,12 +62,8 @@ def names_of(keys: Any) -> list[Any]:
 def by_name(values: Any, what: str, example: str = "{name or symbol: value}") -> dict[Any, Any]:
     """A mapping, with names for symbols.
 
-    Raises
-    ------
-    TypeError
-        For anything but a mapping; the message has ``what`` and the ``example``.
-    ValueOutOfBoundsError
-        If two keys have one name.
+    Raises ``TypeError`` for anything but a mapping; the message has ``what`` and the ``example``;
+    :class:`ValueOutOfBoundsError` if two keys have one name.
     """
     if not isinstance(values, Mapping):
         raise TypeError(f"{what} are given by name, such as {example}, not as {brief(values)}")

@@ -143,11 +143,6 @@ class ParameterSet:
         highest = [q.upper if q.closed else np.nextafter(q.upper, -np.inf) for q in self.quantities]
         return np.array(lowest), np.array(highest)
 
-    @property
-    def has_lengths(self) -> bool:
-        """Whether any parameter is known to be a length."""
-        return len(self.length_places) > 0
-
     def lengths(self, rows: Array) -> Array:
         """The length scale of every row (n,)."""
         if len(rows) == 1:
@@ -186,7 +181,10 @@ class ParameterSet:
         """Values of one parameter, each within its bounds."""
         if name not in self.index:
             raise UnknownNameError("parameter", name, self.names)
-        array = _as_array(name, value)
+        try:
+            array = np.asarray(value, dtype=np.float64)
+        except (TypeError, ValueError, OverflowError):
+            raise ValueOutOfBoundsError(f"{name} must be a number, not {brief(value)}") from None
         self.quantities[self.index[name]].check(array)
         return array
 
@@ -226,13 +224,6 @@ class ParameterSet:
         )
 
 
-def _as_array(name: str, value: Any) -> Array:
-    try:
-        return np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise ValueOutOfBoundsError(f"{name} must be a number, not {brief(value)}") from None
-
-
 def _all_values(params: Any) -> Array:
     try:
         return doubles(params, "an array of parameters")
@@ -246,17 +237,27 @@ def _all_values(params: Any) -> Array:
 def doubles(value: Any, what: str) -> Array:
     """An array of doubles, row after row in memory.
 
-    Raises
-    ------
-    ValueOutOfBoundsError
-        For an integer beyond all doubles.
-    TypeError, ValueError
-        NumPy's, for anything but an array of numbers.
+    Raises :class:`ValueOutOfBoundsError` for an integer beyond all doubles, texts that are no
+    numbers and rows of different lengths; ``TypeError`` for anything else but an array of numbers.
     """
     try:
         return np.asarray(value, dtype=np.float64, order="C")
     except OverflowError:
         raise ValueOutOfBoundsError(f"{what} contains an integer beyond all doubles") from None
+    except ValueError:
+        raise ValueOutOfBoundsError(f"{what} must be numbers, not {brief(value)}") from None
+    except TypeError:
+        raise TypeError(f"{what} must be numbers, not {brief(value)}") from None
+
+
+def one_double(value: Any, what: str) -> float:
+    """A number as a double; raises as :func:`doubles`."""
+    if type(value) is float:
+        return value
+    found = doubles(value, what)
+    if found.ndim:
+        raise ValueOutOfBoundsError(f"{what} must be one number, not {brief(value)}")
+    return float(found)
 
 
 def is_table(array: object, width: int) -> bool:

@@ -72,10 +72,7 @@ class ModelReference:
     def from_json(cls, data: Mapping[str, Any]) -> ModelReference:
         """A reference from an untrusted file.
 
-        Raises
-        ------
-        MechcError
-            If it contains no reference.
+        Raises :class:`MechcError` if it contains no reference.
         """
         options, state, custom = data.get("options"), data.get("state"), data.get("custom")
         mechanism, key = data.get("mechanism"), data.get("compiled") or ""

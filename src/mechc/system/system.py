@@ -11,11 +11,12 @@ from typing import Any, NoReturn, TypeAlias
 
 import numpy as np
 
-from mechc.errors import UnavailableOutputError, UnknownNameError
+from mechc.errors import UnavailableOutputError, UnknownNameError, ValueOutOfBoundsError
 from mechc.native._steps import Sizes
 from mechc.system.attitudes import Attitudes
 from mechc.system.description import Description
 from mechc.system.kinds import ANGULAR, DIMENSIONLESS
+from mechc.system.names import name_of
 from mechc.system.parameters import Array, ParameterSet, doubles
 from mechc.system.picture import Picture
 from mechc.system.reference import ModelReference
@@ -159,7 +160,12 @@ class System(Description):
     def picture(self) -> Picture:
         """The drawing, by the compiled points, or by the description where these do not suffice."""
         if Picture not in self.cache:
-            self.cache[Picture] = self._picture()
+            drawn = self.skeleton, self.ground, self.traced, self.view
+            own = Picture(self.point_names, *drawn, self.points)
+            if self.drawn is not None and (self.draws_more or not own.is_complete):
+                described = self.drawn(self)
+                own = described if described.skeleton else own
+            self.cache[Picture] = own
         found: Picture = self.cache[Picture]
         return found
 
@@ -172,15 +178,6 @@ class System(Description):
             self.cache["space"] = found if seen else self.picture
         kept: Picture = self.cache["space"]
         return kept
-
-    def _picture(self) -> Picture:
-        own = Picture(
-            self.point_names, self.skeleton, self.ground, self.traced, self.view, self.points
-        )
-        if self.drawn is None or (own.is_complete and not self.draws_more):
-            return own
-        found = self.drawn(self)
-        return found if found.skeleton else own
 
     # -- sizes ------------------------------------------------------------------------------
 
@@ -207,7 +204,7 @@ class System(Description):
     @cached_property
     def sized_by_lengths(self) -> bool:
         """Whether parameters tell the size of all configuration rows, or there are none."""
-        known = self.gap_unit == "m" and self.parameter_set.has_lengths
+        known = self.gap_unit == "m" and len(self.parameter_set.length_places) > 0
         return known or not self.scene.holonomic
 
     def length(self, p: Array) -> float:
@@ -225,6 +222,49 @@ class System(Description):
         movable = len(self.coordinates) - len(self.states)
         return sorted(set(range(movable)) - set(given))
 
+    def check_sensitivities(self) -> None:
+        """Raise :class:`UnavailableOutputError` where motions have no derivatives."""
+        if "differentiated" not in self.data:
+            raise UnavailableOutputError(
+                f"{self.name} was compiled without sensitivities, derivatives of motions: compile "
+                "or load it with outputs=(..., 'sensitivities')"
+            )
+
+    @cached_property
+    def derivative_rows(self) -> dict[str, tuple[list[int], tuple[int, ...]]]:
+        """Output -> its rows in the Jacobians of the outputs, and its shape."""
+        own, shapes = list(self.data["own"]), self.data["shapes"]
+        found: dict[str, tuple[list[int], tuple[int, ...]]]
+        found, first = {name: ([k], ()) for k, name in enumerate(own)}, len(own)
+        for name, size in self.data["differentiated"]:
+            found[name] = list(range(first, first + size)), tuple(shapes.get(name, ()))
+            first += size
+        for name, shape in self.array_outputs.items():
+            found[name] = [own.index(each) for each in self.array_elements(name)], tuple(shape)
+        return found
+
+    def jacobian(self, by: str, y: Array, p: Array, t: Time = 0.0, of: str | None = None) -> Array:
+        """Derivatives ``by`` ``"state"``, ``"parameter"`` or ``"input"``: (..., nq + nu, n).
+
+        ``of``: of a user-defined output instead of the right-hand side, (..., n).
+
+        Raises :class:`UnavailableOutputError` if the model was compiled without them;
+        :class:`UnknownNameError` if there is no such user-defined output.
+        """
+        name, own = f"{by}_jacobian", self.data["own"]
+        if of is None:
+            return self.evaluate(name, y, p, t)
+        if of not in own:
+            raise UnknownNameError("user-defined output", of, own)
+        whole = self.evaluate(f"own_{name}", y, p, t)
+        return np.ascontiguousarray(whole[..., own.index(of), :])
+
+    @property
+    def input_values(self) -> tuple[str, ...]:
+        """Every input with its rates that the equations contain, as ``("F", "r", "r'", "r''")``."""
+        slots = self.data.get("inputs", ())
+        return tuple(slot["name"] + "'" * order for slot in slots for order in slot["orders"])
+
     # -- outputs ----------------------------------------------------------------------------
 
     def rates(self, y: Array, p: Array, t: Time = 0.0) -> Array:
@@ -234,10 +274,6 @@ class System(Description):
     def mass_matrix(self, y: Array, p: Array, t: Time = 0.0) -> Array:
         """M of M u' + J^T lambda = F, (..., nu, nu)."""
         return self.evaluate("mass_matrix", y, p, t)
-
-    def forcing(self, y: Array, p: Array, t: Time = 0.0) -> Array:
-        """F of M u' + J^T lambda = F, (..., nu)."""
-        return self.evaluate("forcing", y, p, t)
 
     def constraints(self, y: Array, p: Array, t: Time = 0.0) -> Array:
         """Configuration constraints, (..., holonomic rows)."""
@@ -250,6 +286,13 @@ class System(Description):
     def constraint_jacobian(self, y: Array, p: Array, t: Time = 0.0) -> Array:
         """J over the speeds, (..., nc, nu)."""
         return self.evaluate("constraint_jacobian", y, p, t)
+
+    def constraint_gradient(self, y: Array, p: Array, t: Time = 0.0) -> Array:
+        """Derivative of the configuration constraints by the coordinates, (..., rows, nq)."""
+        if "constraint_gradient" in self.scene.outputs:
+            return self.evaluate("constraint_gradient", y, p, t)
+        rows = self.constraint_jacobian(y, p, t)[..., : self.scene.holonomic, :]
+        return rows if self.scene.holonomic else np.zeros((*rows.shape[:-1], len(self.coordinates)))
 
     def kinetic_energy(self, y: Array, p: Array, t: Time = 0.0) -> Array:
         """T in J, (...)."""
@@ -267,50 +310,60 @@ class System(Description):
         """Positions of the named points in m, (..., points, 3)."""
         return self.evaluate("points", y, p, t)
 
-    def evaluate(self, name: str, y: Array, p: Array, t: Time = 0.0) -> Array:
+    def evaluate(
+        self, name: str, y: Array, p: Array, t: Time = 0.0, forces: Array | None = None
+    ) -> Array:
         """Evaluate any output by name, into a new array.
 
-        Raises
-        ------
-        UnknownNameError, UnavailableOutputError
-            If there is no such output, or it was not requested when compiling.
+        ``forces`` (..., nu): generalized forces besides those of the description, of contacts,
+        with which accelerations and multipliers are solved.
+
+        Raises :class:`UnknownNameError`, :class:`UnavailableOutputError` if there is no such
+        output, or it was not requested when compiling.
         """
-        if name in self.array_outputs:
-            return self._array_output(name, y, p, t)
+        if name_of(name) in self.array_outputs:
+            elements = self.array_elements(name)
+            parts = [self.evaluate(element, y, p, t, forces) for element in elements]
+            shape = (*parts[0].shape, *self.array_outputs[name])
+            return np.stack(parts, axis=-1).reshape(shape)
         if y.ndim == 1 and p.ndim == 1 and np.ndim(t) == 0:
             times = doubles([t], "the time")
-            one: Array = self._rows(name, times, y[None], p[None])[0]
+            row = None if forces is None else forces.reshape(1, -1)
+            one: Array = self._rows(name, times, y[None], p[None], row)[0]
             return one
-        return self._evaluate_many(name, y, p, doubles(t, "the time"))
+        return self._evaluate_many(name, y, p, doubles(t, "the time"), forces)
 
-    def _array_output(self, name: str, y: Array, p: Array, t: Time) -> Array:
-        """The elements of a user-defined output that has several, (..., *shape)."""
-        parts = [self.evaluate(element, y, p, t) for element in self.array_elements(name)]
-        leading = parts[0].shape
-        return np.stack(parts, axis=-1).reshape(*leading, *self.array_outputs[name])
-
-    def _evaluate_many(self, name: str, y: Array, p: Array, t: Array) -> Array:
+    def _evaluate_many(
+        self, name: str, y: Array, p: Array, t: Array, forces: Array | None
+    ) -> Array:
         """Broadcast leading axes; values that are equal for all states are passed once."""
-        leading = np.broadcast_shapes(y.shape[:-1], p.shape[:-1], t.shape)
-        rows = np.ascontiguousarray(np.broadcast_to(y, (*leading, y.shape[-1])))
+        shapes = y.shape[:-1], p.shape[:-1], t.shape
+        try:
+            leading = np.broadcast_shapes(*shapes)
+        except ValueError:
+            raise ValueOutOfBoundsError(
+                "the leading shapes of states, parameters and times do not fit: "
+                f"{', '.join(map(str, shapes))}"
+            ) from None
         times = t.reshape(1) if t.ndim == 0 else np.broadcast_to(t, leading).reshape(-1)
         if p.ndim > 1:
             p = np.broadcast_to(p, (*leading, p.shape[-1]))
         out = self._rows(
             name,
             np.ascontiguousarray(times),
-            rows.reshape(-1, y.shape[-1]),
+            _rows_of(y, leading),
             np.ascontiguousarray(p.reshape(math.prod(p.shape[:-1]), p.shape[-1])),
+            None if forces is None else _rows_of(forces, leading),
         )
         return out.reshape(*leading, *out.shape[1:])
 
-    def _rows(self, name: str, t: Array, y: Array, p: Array) -> Array:
+    def _rows(self, name: str, t: Array, y: Array, p: Array, forces: Array | None = None) -> Array:
         if name not in self.scene.outputs:
             if name in ABSENT:
                 tail = (0, len(self.speeds)) if name == "constraint_jacobian" else (0,)
                 return np.zeros((len(y), *tail))
             self.refuse_output(name)
-        out: Array = self.scene.evaluate(name, t, y, p)
+        out: Array = self.scene.evaluate(name, t, y, p, forces=forces)
         shape = self._shapes.get(name)
         return out if shape is None else out.reshape(len(y), *shape)
 
@@ -320,3 +373,9 @@ class System(Description):
         if why is None:
             raise UnknownNameError("output", name, self.scene.outputs)
         raise UnavailableOutputError(f"{self.name} has no {name.replace('_', ' ')}: {why}")
+
+
+def _rows_of(values: Array, leading: tuple[int, ...]) -> Array:
+    """Values (..., n) for each of the leading axes, as rows."""
+    every = np.broadcast_to(values, (*leading, values.shape[-1]))
+    return np.ascontiguousarray(every).reshape(-1, values.shape[-1])

@@ -18,7 +18,7 @@ UNITS: dict[Kind, dict[str, float]] = {
     Kind.MASS: {"kg": 1.0, "g": 1e-3},
     Kind.TIME: {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0},
 }
-_TYPED = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?inf|nan)\s*(.*?)\s*")
+_TYPED = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?inf|nan)\s*(.*)", re.DOTALL)
 
 
 def split_assignment(text: str) -> tuple[str, str]:
@@ -32,21 +32,24 @@ def split_assignment(text: str) -> tuple[str, str]:
 def read_value(text: str, quantity: NamedQuantity) -> float:
     """A typed number in SI units; without a unit it is in the quantity's unit.
 
-    Raises
-    ------
-    MechcError
-        If it is not a number, or the unit is not one of the quantity's.
+    Raises :class:`MechcError` if it is not a number, or the unit is not one of the quantity's.
     """
-    match = _TYPED.fullmatch(text)
+    match = _TYPED.fullmatch(text.strip())
     if match is None:
         raise MechcError(f"{quantity.name}: {text!r} is not a number")
     number, unit = match.groups()
     known = UNITS.get(quantity.kind, {quantity.unit: 1.0})
     if unit and unit not in known:
         raise MechcError(
-            f"{quantity.name}: {unit!r} in {text!r} is not one of its units; use {_choices(known)}"
+            f"{quantity.name}: {unit!r} in {text!r} is not one of its units; {_choices(known)}"
         )
     return float(number) * (known[unit] if unit else 1.0)
+
+
+def is_with_unit(text: str) -> bool:
+    """Whether a text is a number with something after it that is no operator: ``300deg``."""
+    match = _TYPED.fullmatch(text.strip())
+    return match is not None and (match[2][:1].isalpha() or match[2].startswith("°"))
 
 
 def read_seconds(text: str) -> float:
@@ -57,4 +60,5 @@ def read_seconds(text: str) -> float:
 
 
 def _choices(units: Iterable[str]) -> str:
-    return " or ".join(units)
+    named = " or ".join(filter(None, units))
+    return f"use {named}" if named else "it has none"

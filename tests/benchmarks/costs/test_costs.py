@@ -8,10 +8,10 @@ from benchmarks.costs import costs, instructions
 
 
 def test_a_limit_is_missed_beyond_noise_alone():
-    row = costs.Row("import", 0.16, "s", limit=0.15)
+    row = costs.Figure("import", 0.16, "s", limit=0.15)
     assert (row.kept, row.missed) == (False, False)
-    assert costs.Row("import", 0.2, "s", limit=0.15).missed
-    assert costs.Row("import", 9.0, "s").record()["kept"] is None
+    assert costs.Figure("import", 0.2, "s", limit=0.15).missed
+    assert costs.Figure("import", 9.0, "s").record()["kept"] is None
 
 
 def test_without_valgrind_the_instructions_are_left_out_by_name(monkeypatch):

@@ -6,35 +6,23 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-import mechc
 from benchmarks import problems
 from benchmarks.formulations.equations import equations_of
 from benchmarks.peers import scipy_ivp
 from benchmarks.problems import windows_motion
 
-OWN_COORDINATES = (
-    "pendulum_1",
-    "pendulum_5",
-    "four_bar_regular",
-    "four_bar_change_point",
-    "slider_crank",
-    pytest.param("andrews", marks=pytest.mark.slow),
-    "heavy_top",
-    "flyball_governor",
+# What is compared is what other tools are given; the library's own scenes have tests of theirs.
+OWN_COORDINATES = ["pendulum_1", "four_bar_regular", "four_bar_change_point"]
+OTHERS = ["pendulum_5", "slider_crank", "andrews", "heavy_top", "flyball_governor"]
+
+
+@pytest.mark.parametrize(
+    "name", [*OWN_COORDINATES, *(pytest.param(n, marks=pytest.mark.thorough) for n in OTHERS)]
 )
-
-
-def without_outputs(problem):
-    """The problem's model without outputs."""
-    options = {**problem.compile_options, "outputs": ()}
-    return mechc.compile(problem.mechanism(), **options)
-
-
-@pytest.mark.parametrize("name", OWN_COORDINATES)
 def test_the_equations_given_to_peers_are_those_of_the_model(name):
     """KanesMethod, elimination written out and mechc's own derivation agree along the motion."""
     problem = problems.problem(name)
-    equations, model = equations_of(problem), without_outputs(problem)
+    equations, model = equations_of(problem), problem.model
     function = equations.rates().function("math")
     without_cse = scipy_ivp.without_cse(equations)
     end = problem.t_end / (1000 if problem.stiff else 20)
@@ -63,7 +51,7 @@ def test_elimination_gives_what_the_shortest_form_gives():
     problem = problems.problem("four_bar_regular")
     equations = equations_of(problem)
     general = replace(equations, shortest=None).rates().function("math")
-    y = without_outputs(problem).simulate(0.7, problem.start, problem.params).y[-1]
+    y = problem.model.simulate(0.7, problem.start, problem.params).y[-1]
     np.testing.assert_allclose(
         general(*y.tolist()), equations.rates().function("math")(*y.tolist()), atol=1e-11
     )
@@ -73,7 +61,7 @@ def test_a_residual_vanishes_at_the_rates_and_multipliers_and_not_beside_them():
     problem = problems.problem("four_bar_regular")
     equations = equations_of(problem)
     residual = equations.residual().function("math")
-    y = without_outputs(problem).simulate(0.7, problem.start, problem.params).y[-1]
+    y = problem.model.simulate(0.7, problem.start, problem.params).y[-1]
     rates = np.array(equations.rates().function("math")(*y.tolist()))
     values = equations.entries().function("math")(*y.tolist())
     _, M, F, J, _ = (np.array(part) for part in equations.matrices(values))

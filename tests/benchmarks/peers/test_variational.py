@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from mechc_codegen.library.chains.pendulum import pendulum
 
-from benchmarks.costs import equal_error
 from benchmarks.formulations.equations import derive
-from benchmarks.peers import variational
+from benchmarks.peers import equal_error, variational
 from benchmarks.references.sensitivities.derivatives import posed
 
 pytestmark = pytest.mark.slow  # compiles much

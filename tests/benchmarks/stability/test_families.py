@@ -6,13 +6,14 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import mechc
+from benchmarks.problems.closed_loops import five_bar
 from benchmarks.problems.data import reference
-from benchmarks.problems.five_bar import five_bar
 from benchmarks.problems.window_row import exact_row
 from benchmarks.references.linkage_curve import PlanarLinkage
 from benchmarks.stability import batches, crossings, long_runs, stiff, values
 from benchmarks.stability.misses import near_misses, on_curve
 from benchmarks.stability.silent import cases, redundant_loops
+from tests.support.marks import slow_among
 
 
 def test_the_pendulum_swings_as_its_equation_says():
@@ -39,14 +40,16 @@ def test_the_modes_of_two_masses_satisfy_their_equation():
 def test_the_energy_of_a_run_that_gains_some_is_wrong(regular):
     """Twice the free fall is another motion: its energy is not kept."""
     given = dict(zip(regular.model.parameters, regular.params.tolist(), strict=True))
-    scene = values.SCENES["four_bar"]
-    assert values.judged("", regular, scene, given)["word"] == "right"
-    assert values.judged("", regular, scene, given | {"g": 2 * 9.81})["word"] == "WRONG"
+    assert values.judged("", regular, "four_bar", given)["word"] == "right"
+    assert values.judged("", regular, "four_bar", given | {"g": 2 * 9.81})["word"] == "WRONG"
 
 
-@pytest.mark.parametrize("name", ["four_bar", "pendulum", "slider_crank", "flyball_governor"])
-def test_energies_by_hand_are_those_of_the_bodies(name):
-    """Kinetic energies agree with the compiled mass matrix at random states."""
+@pytest.mark.parametrize(
+    "name", slow_among(["four_bar", "pendulum", "slider_crank", "flyball_governor"],
+                       ["slider_crank", "flyball_governor"])
+)  # fmt: skip
+def test_kinetic_energies_are_those_of_the_mass_matrix(name):
+    """SymPy's of the bodies and the compiled matrix, at random states."""
     model = values.model_of(name)
     given = dict(
         zip(model.parameters, model.system.parameter_set.resolve(None).tolist(), strict=True)
@@ -54,7 +57,7 @@ def test_energies_by_hand_are_those_of_the_bodies(name):
     size = len(model.coordinates)
     states = np.random.default_rng(1).normal(size=(5, 2 * size))
     u, M = states[:, size:], model.mass_matrix(states)
-    kinetic, _ = values.SCENES[name].energy(states[:, :size], u, given)
+    kinetic, _ = values.energy(name, states, given)
     np.testing.assert_allclose(kinetic, np.einsum("ni,nij,nj->n", u, M, u) / 2, rtol=1e-12)
 
 
@@ -161,6 +164,7 @@ def test_the_judge_of_near_misses_leaps_to_no_other_branch():
     np.testing.assert_allclose(ends, [ends[0]] * len(ends), rtol=0, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_the_judge_of_five_bars_keeps_its_loop_and_its_energy():
     """Its equations of motion know none, and do not project."""
     model = mechc.compile(five_bar())

@@ -38,6 +38,6 @@ def test_given_rates_of_small_loops_are_known_as_such():
     kinematics = dict(zip([c.diff(t) for c in q], u, strict=True))
     gap = sqrt(q[0] ** 2 + q[1] ** 2) - 0.003
     rates = Rates((q, u), list(u), [], {})
-    assert nonholonomic([gap], [gap.diff(t).subs(kinematics)], rates) == ()
+    assert nonholonomic([gap], [gap.diff(t).subs(kinematics)], rates, mixed=True) == ()
     other = u[2] - q[0] * u[1]
-    assert nonholonomic([gap], [other], rates) == (other,)
+    assert nonholonomic([gap], [other], rates, mixed=True) == (other,)

@@ -9,8 +9,8 @@ import pytest
 from mechc_codegen.compiler import build_scene
 from mechc_codegen.convert.convert import convert
 from mechc_codegen.convert.kinematics import coordinate_rates
+from mechc_codegen.derive.derive_equations import drop_parameters
 from mechc_codegen.derive.differentiate import differentiate
-from mechc_codegen.derive.drop_parameters import drop_parameters
 from mechc_codegen.derive.kane import derive
 from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.description.source import ConversionSettings
@@ -192,6 +192,58 @@ def test_missing_configuration_constraints_are_asked_for_unless_there_are_none()
     assert circle.motion_constraints == ()
     as_they_are = mechanism(slider(**velocity), configuration_constraints=[])
     assert len(as_they_are.motion_constraints) == 1
+
+
+def test_an_integrable_velocity_constraint_is_asked_for_in_lagranges_method_and_a_system_too() -> (
+    None
+):
+    """With the same words; x v + y w = 0 beside its circle is no constraint of its own."""
+    row, circle = x * x.diff(t) + y * y.diff(t), x**2 + y**2 - 1
+    energy = x.diff(t) ** 2 + y.diff(t) ** 2
+
+    def lagrange(**constraints: Any) -> LagrangesMethod:
+        method = LagrangesMethod(energy, [x, y], frame=ReferenceFrame("N"), **constraints)
+        method.form_lagranges_equations()
+        return method
+
+    system = four_bar_system()
+    rates = [gap.diff(t) for gap in system.holonomic_constraints]
+    system.holonomic_constraints = []
+    speeds = {q.diff(t): u for q, u in zip(system.q, system.u, strict=True)}
+    system.add_nonholonomic_constraints(*(rate.xreplace(speeds) for rate in rates))
+    for thing, place in ((lagrange(nonhol_coneqs=[row]), "hol_coneqs"), (system, "holonomic con")):
+        words = rf"rates of configuration constraints that were not given.*add {place}"
+        with pytest.raises(MechanismError, match=words):
+            mechanism(thing)
+        kept = mechanism(thing, configuration_constraints=[])
+        assert len(kept.motion_constraints) == (1 if thing is not system else 2)
+    both = mechanism(lagrange(hol_coneqs=[circle], nonhol_coneqs=[row]))
+    assert (len(both.configuration_constraints), len(both.motion_constraints)) == (1, 0)
+
+
+@pytest.mark.parametrize("power", [1, 2])
+def test_a_velocity_constraint_that_is_not_linear_is_refused(power: int) -> None:
+    """SymPy refuses it in a KanesMethod alone.  (1 + t x) x' - y' is linear, and not integrable."""
+    method = LagrangesMethod(
+        x.diff(t) ** 2 + y.diff(t) ** 2, [x, y], frame=ReferenceFrame("N"),
+        nonhol_coneqs=[(1 + t * x) * x.diff(t) ** power - y.diff(t)],
+    )  # fmt: skip
+    method.form_lagranges_equations()
+    if power == 1:
+        assert len(mechanism(method, configuration_constraints=[]).motion_constraints) == 1
+        return
+    with pytest.raises(MechanismError, match="constraint 1 of this LagrangesMethod is not linear"):
+        mechanism(method)
+
+
+def test_configuration_constraints_that_velocity_constraints_do_not_imply_are_refused() -> None:
+    """SymPy's equations have the freedom that velocity constraints leave."""
+    circle = x**2 + y**2 - 1
+    kane = slider(q_ind=[x], q_dependent=[y], configuration_constraints=[circle])
+    with pytest.raises(MechanismError, match="degrees of freedom: 2, with these rates: 1"):
+        mechanism(kane)
+    kept = mechanism(kane, configuration_constraints=[circle])
+    assert (len(kept.configuration_constraints), len(kept.motion_constraints)) == (1, 0)
 
 
 def test_a_prescribed_speed_needs_no_configuration_constraint() -> None:

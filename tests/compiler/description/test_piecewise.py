@@ -5,6 +5,7 @@ import pytest
 from sympy import (
     Abs,
     And,
+    DiracDelta,
     Eq,
     Heaviside,
     Max,
@@ -81,3 +82,9 @@ def test_a_mass_between_stops_bounces_as_the_closed_form_says():
 def test_a_piecewise_without_a_last_value_is_refused():
     with pytest.raises(mechc.MechcError, match=r"add a last pair \(value, True\)"):
         mechc.compile(scenes.bead_with(Piecewise((q, q > 1))))
+
+
+def test_an_impulse_in_a_force_is_refused_in_words() -> None:
+    """It was taken as zero, which is right of a derivative across a jump alone."""
+    with pytest.raises(mechc.MechanismError, match="the load on B has an impulse"):
+        scenes.bead_with(DiracDelta(q - 1) - q)

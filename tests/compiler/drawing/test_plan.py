@@ -14,7 +14,7 @@ from mechc_codegen.description.mechanism import (
     Speed,
 )
 from mechc_codegen.description.solid import Solid
-from mechc_codegen.drawing.plan import Plan, picture_plan
+from mechc_codegen.drawing.plan import PicturePlan, picture_plan
 from mechc_codegen.errors import MechanismError
 from sympy import symbols
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
@@ -40,7 +40,7 @@ def mechanism(loads: tuple[Any, ...], **more: Any) -> Mechanism:
     )  # fmt: skip
 
 
-def plan(loads: tuple[Any, ...], added: Drawing | None = None, **more: Any) -> Plan:
+def plan(loads: tuple[Any, ...], added: Drawing | None = None, **more: Any) -> PicturePlan:
     known = {str(s) for s in (k, c, g, m, l, push)}
     return picture_plan(mechanism(loads, **more), added or Drawing(), known, in_space=True)
 

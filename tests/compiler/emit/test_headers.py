@@ -128,3 +128,14 @@ def test_one_driver_begins_runs_and_applies_events(call: str) -> None:
     native = ROOT / "src" / "mechc" / "native"
     texts |= {path.name: path.read_text("utf-8") for path in native.glob("*.pyx")}
     assert {name for name, text in texts.items() if re.search(call, text)} == DRIVER[call]
+
+
+def test_a_unit_of_outputs_has_all_data_that_no_later_part_brings():
+    """A joined unit begins with it: what is missing there would be zero for ever."""
+    texts = {name: (RUNTIME / name).read_text("utf-8")
+             for name in ("abi/model.h", "abi/join_parts.h", "unit/outputs_only.h")}  # fmt: skip
+    fields = texts["abi/model.h"].rpartition("mechc_unit;")[0].rpartition("typedef struct {")[2]
+    data = set(re.findall(r"^    [a-z_ ]+ \*?(?:const \*)?(\w+);", fields, re.M))
+    brought = set(re.findall(r"MECHC_TAKE\((\w+)\);", texts["abi/join_parts.h"])) | {"methods"}
+    assert "identity_kinematics" in data - brought
+    assert data - brought <= set(re.findall(r"^    \.(\w+) =", texts["unit/outputs_only.h"], re.M))

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 import os
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
@@ -81,13 +81,14 @@ static void outputs(const mechc_unit *unit, ptrdiff_t n, const double *t, const 
         const mechc_output *output = &unit->outputs[i];
         const mechc_rows one_time = rows(t, 0), one_set = rows(p, 0);
         double *out = heap(n * output->width);
-        output->evaluate(n, rows(t, 1), rows(y, NX), rows(p, MECHC_NP), NULL, out);
+        output->evaluate(n, rows(t, 1), rows(y, NX), rows(p, MECHC_NP), NULL, MECHC_NO_FORCES,
+                         out);
         printf("%s", output->name);
         say("", out, n * output->width);
         free(out);
         for (ptrdiff_t few = 0; few <= unit->lanes + 1; few++) { /* blocks that are not full */
             double *some = heap(few * output->width);
-            output->evaluate(few, one_time, rows(y, NX), one_set, NULL, some);
+            output->evaluate(few, one_time, rows(y, NX), one_set, NULL, MECHC_NO_FORCES, some);
             free(some);
         }
     }
@@ -242,6 +243,18 @@ def numbers(words: list[str]) -> Array:
     return np.array([float.fromhex(word.partition("(")[0]) for word in words])
 
 
+def checked_outputs(at: Reference, named: Mapping[str, Array]) -> list[Array]:
+    """Accelerations, two ways, after what was printed has been compared with exact values."""
+    good = slice(0, len(at.t))
+    for name in at.names:
+        at.check(name, printed(named, name, STATES)[good])
+    multipliers = named["multipliers"].reshape(STATES, -1)
+    ways = [named[rates].reshape(STATES, -1)[:, 3:] for rates in ("rates", "scalar_rates")]
+    for accelerations in ways:
+        at.check_motion(np.hstack([accelerations, multipliers])[good])
+    return ways
+
+
 @pytest.fixture(scope="module")
 def sanitized(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("sanitized")
@@ -267,13 +280,7 @@ def test_the_four_bar_is_sound_and_gives_the_installed_models_values(
     named = {words[0]: numbers(words[1:]) for words in lines if words[0] not in ("status", "end")}
     np.testing.assert_allclose(named["defaults"], [*model.defaults.values()], rtol=1e-15)
     assert set(model.system.scene.outputs) <= set(named)
-    good = slice(0, len(at.t))
-    for name in at.names:
-        at.check(name, printed(named, name, STATES)[good])
-    multipliers = named["multipliers"].reshape(STATES, -1)
-    for rates in ("rates", "scalar_rates"):
-        accelerations = named[rates].reshape(STATES, -1)[:, 3:]
-        at.check_motion(np.hstack([accelerations, multipliers])[good])
+    for accelerations in checked_outputs(at, named):
         assert np.isnan(accelerations[len(at.t) + 2]).all()  # NaN in, NaN out
     ends = [words for words in lines if words[0] in ("status", "end", "dense")]
     for k, method in enumerate(WHOLE_UNIT):

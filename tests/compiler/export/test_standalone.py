@@ -10,6 +10,7 @@ import pytest
 import sympy as sm
 import sympy.physics.mechanics as me
 from mechc_codegen.errors import CodegenError
+from mechc_codegen.export.standalone import csv_cell
 
 import mechc
 from mechc.compilation import toolchain
@@ -159,6 +160,72 @@ def test_steps_converge_with_order_four_and_stay_on_the_constraints(tmp_path):
     assert 12 < errors[0] / errors[1] < 20
 
 
+def compound_pendulum():
+    """A uniform rod about one end: theta'' = -3 g sin(theta) / (2 l), of which a = l / 2."""
+    theta, omega = me.dynamicsymbols("theta omega")
+    a, g, inertia, l, m = sm.symbols("a g I l m")
+    N = me.ReferenceFrame("N")
+    A = N.orientnew("A", "Axis", (theta, N.z))
+    A.set_ang_vel(N, omega * N.z)
+    O = me.Point("O")
+    O.set_vel(N, 0)
+    C = O.locatenew("C", -l / 2 * A.y)
+    C.v2pt_theory(O, N, A)
+    rod = me.RigidBody("rod", C, A, m, (me.inertia(A, 0, 0, inertia), C))
+    kane = me.KanesMethod(N, [theta], [omega], [theta.diff() - omega])
+    kane.kanes_equations([rod], [(C, -m * g * N.y)])
+    return kane, {l: 2 * a, inertia: m * l**2 / 12}
+
+
+@pytest.mark.parametrize("real", ["double", "float"])
+@pytest.mark.parametrize("given", [{}, {"m": 0.7}, {"a": 0.8}, {"a": 0.8, "l": 1.1}, {"I": 0.4}])
+def test_parameters_that_follow_others_follow_them_until_they_are_set(tmp_path, real, given):
+    """In a program that changes p after its defaults: l follows a, and I follows m and l."""
+    kane, defaults = compound_pendulum()
+    names, given = ["I", "a", "g", "l", "m"], {"a": 0.5, "g": 9.81, "m": 3.0} | given
+    mechc.export_c(kane, tmp_path, name="rod", defaults=defaults, params=given, real=real)
+    command = [*NATIVE, *STRICT, "-shared", "-fPIC", "-o", "rod.so", "rod.c", "-lm"]
+    subprocess.run(command, cwd=tmp_path, check=True)
+    library = ctypes.CDLL(str(tmp_path / "rod.so"))
+    number = np.float64 if real == "double" else np.float32
+    p, model, rates = np.zeros(5, number), np.zeros(1000, number), np.zeros(2, number)
+    y = np.array([0.6, 0.0], number)
+    t = (ctypes.c_double if real == "double" else ctypes.c_float)(0.0)
+
+    def at(array):
+        return ctypes.c_void_p(array.ctypes.data)
+
+    library.rod_defaults(at(p))
+    for name, value in given.items():
+        p[names.index(name)] = value
+    assert library.rod_set(at(model), at(p), t, at(y)) == 0
+    library.rod_rates(at(model), t, at(y), at(rates))
+    m, a = given["m"], given["a"]
+    l = given.get("l", 2.0 * a)
+    inertia = given.get("I", m * l**2 / 12.0)
+    exact = -m * 9.81 * l / 2.0 * np.sin(0.6) / (inertia + m * l**2 / 4.0)
+    rounding = 1e-14 if real == "double" else 1e-6
+    assert rates == pytest.approx([0.0, exact], rel=rounding)
+    library.rod_complete(at(p))
+    assert p == pytest.approx([inertia, a, 9.81, l, m], rel=rounding)
+    written = (tmp_path / "main.c").read_text("utf-8")
+    assert all(f"/* {name} */" in written for name in given)
+    assert "p[0] I, follows l, m" in (tmp_path / "rod.h").read_text("utf-8")
+
+
+@pytest.mark.parametrize("real", ["double", "float"])
+def test_the_example_moves_with_what_follows_the_values_that_were_given(tmp_path, real):
+    """A uniform coupler of another mass, whose inertia is given to the model by number."""
+    model, params = mechc.load("four_bar"), {"m_1": 0.5, "l_3": 3.5}
+    y0 = model.assemble({"theta_0": 1.1}, {"omega_0": 2.0}, params=params)
+    mechc.export_c("four_bar", tmp_path, y0=y0, params=params, t_end=2.0, real=real)
+    command = [*NATIVE, *STRICT, "-O1", "-o", "run", "four_bar.c", "main.c", "-lm"]
+    subprocess.run(command, cwd=tmp_path, check=True)
+    said = subprocess.run([tmp_path / "run"], capture_output=True, text=True, check=True).stdout
+    end = model.simulate(2.0, y0, params | {"I_1": 0.5 * 2.0**2 / 12.0}, rtol=1e-11).y[-1]
+    assert last_state(said) == pytest.approx(end, abs=1e-6 if real == "double" else 0.01)
+
+
 def test_a_step_that_fails_says_so_and_leaves_the_state(tmp_path):
     mechc.export_c("four_bar", tmp_path)
     model = mechc.load("four_bar")
@@ -278,6 +345,21 @@ def test_what_users_name_is_no_code(tmp_path):
     subprocess.run([*NATIVE, *STRICT, "-c", "cart.c", "main.c"], cwd=tmp_path, check=True)
     text = "".join(file.read_text("utf-8") for file in tmp_path.glob("*.[ch]"))
     assert "*/ int system" not in re.sub(r'"[^"\n]*"', "", text)  # but in strings of C
+
+
+@pytest.mark.parametrize(
+    ("name", "cell"),
+    [
+        ("q_1", "q_1"),
+        ("=1+1", "'=1+1"),
+        (" -x", "' -x"),
+        ("q(1,2)", r"\"q(1,2)\""),
+        ('@"%n', "___n"),
+    ],
+)
+def test_names_are_one_cell_of_a_table_and_no_formula(name, cell):
+    """The example printed "=1+1", which spreadsheets compute."""
+    assert csv_cell(name) == cell
 
 
 @pytest.mark.slow

@@ -104,6 +104,24 @@ def test_outputs_points_and_parameters_are_the_models(four_bar):
     assert told["points"] == pytest.approx(expected.ravel(), abs=1e-13)
 
 
+def test_parameters_that_follow_others_follow_until_they_are_set_and_again_after_null(four_bar):
+    """The inertia of the coupler, a uniform rod of 2 m."""
+    folder, *_ = four_bar
+    script = """
+        const steps = [{ m_1: 5 }, { I_1: 0.3 }, { m_1: 4 }, { I_1: null }, { m_1: 6 }];
+        told.found = steps.map((given) => {
+            m.set(given);
+            return m.parameters.I_1;
+        });
+        m.start();
+        told.rates = m.output("rates"), told.y = m.y;"""
+    told = told_by(folder, "four_bar", script)
+    assert told["found"] == pytest.approx([5 / 3, 0.3, 0.3, 4 / 3, 2.0], rel=1e-15)
+    given = {"l_3": 3.5, "m_1": 6.0, "I_1": 2.0}
+    rates = mechc.load("four_bar").rhs(0.0, np.array(told["y"]), given)
+    assert told["rates"] == pytest.approx(rates, rel=1e-12)
+
+
 def test_a_start_that_cannot_be_is_refused_and_changes_nothing(four_bar):
     folder, *_ = four_bar
     script = """

@@ -45,7 +45,7 @@ def weighed(program: Program, known: dict[Any, Any]) -> Any:
 
 @pytest.mark.parametrize("scene", slow_among(SCENES, {"tree with loops"}))
 def test_they_are_those_of_the_weighed_residual(scene: str) -> None:
-    program = optimised_scene(SCENES[scene](), REQUEST, Stopwatch()).program
+    program = optimised_scene(SCENES[scene](), REQUEST, Stopwatch()).functions.program
     symbols, rng = program.symbols, random.Random(3)
     step = mpmath.mpf(10) ** -15
     with mpmath.workdps(40):
@@ -61,7 +61,7 @@ def test_they_are_those_of_the_weighed_residual(scene: str) -> None:
 
 
 def test_they_cost_a_few_residuals_however_many_parameters() -> None:
-    program = optimised_scene(SCENES["tree"](), REQUEST, Stopwatch()).program
+    program = optimised_scene(SCENES["tree"](), REQUEST, Stopwatch()).functions.program
 
     def cost(elements: Any) -> int:
         return operations(slice_statements(program.body, symbols_of(elements)), elements)

@@ -15,7 +15,7 @@ STEP = mpmath.mpf("1e-30")
 
 
 def program_of(mechanism):
-    return optimised_scene(mechanism, DEFAULT_REQUEST, Stopwatch()).program
+    return optimised_scene(mechanism, DEFAULT_REQUEST, Stopwatch()).functions.program
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,7 @@ from mechc_codegen import build_scene
 from mechc_codegen.derive.equations import Output, Symbols
 from mechc_codegen.errors import InternalError
 from mechc_codegen.ir.optimize import PASSES, optimize
-from mechc_codegen.ir.passes import collect, drop, eliminate_common, fold, hoist, pair
+from mechc_codegen.ir.passes import collect, drop, eliminate_common, hoist, pair
 from mechc_codegen.ir.passes.collect import cost
 from mechc_codegen.ir.program import (
     Assign,
@@ -185,13 +185,6 @@ def test_drop_keeps_only_what_outputs_need() -> None:
     assert list(targets_of(done.hoisted)) == [real("k1")]
 
 
-def test_fold_puts_numbers_in_and_terms_fall_away() -> None:
-    done = fold(program(a * sin(q) + b * w, a**2), {a: Integer(0)})
-    assert results(done) == (b * w, 0)
-    assert done.symbols.parameters == (a, b, c)
-    assert optimize(program(a * sin(q)), {a: S.Zero}).body == ()
-
-
 def test_optimize_computes_repeated_parts_once() -> None:
     """One range reduction, one square, one constant, nothing else."""
     expression = a * b * sin(q) ** 2 * u
@@ -261,25 +254,20 @@ modest = settings(
 )
 
 
-def folded(given_: Program) -> Program:
-    """Fold to the values that the test's inputs have, so that nothing may change."""
-    return fold(given_, {p: Rational(float(inputs(SYMBOLS, 0)[p])) for p in (a, b)})
-
-
 def prepared(given_: Program, stage: Pass) -> Program:
     """The program as the pass meets it: after those before it."""
-    for earlier in PASSES[: PASSES.index(stage)] if stage in PASSES else ():
+    for earlier in PASSES[: PASSES.index(stage)]:
         given_ = earlier(given_)
     return given_
 
 
-@pytest.mark.parametrize("stage", [*PASSES, fold], ids=lambda p: p.__name__)
+@pytest.mark.parametrize("stage", PASSES, ids=lambda p: p.__name__)
 @modest
 @given(given_=programs)
 def test_a_pass_keeps_values_and_legality(stage: Pass, given_: Program) -> None:
     """Alone, on what was written down, and on what the passes before it leave."""
     for before in (given_, prepared(given_, stage)):
-        after = folded(before) if stage is fold else stage(before)
+        after = stage(before)
         after.verify()
         check_same_values(before, after)
 

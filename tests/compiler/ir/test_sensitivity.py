@@ -26,7 +26,6 @@ import mechc
 from tests.support import scenes
 from tests.support.marks import slow_among
 
-pytestmark = pytest.mark.usefixtures("less_optimised")
 JACOBIANS = ("state_jacobian", "parameter_jacobian")
 SCENES = ("four_bar", "everything", "swing", "guided swing", "bead")
 STATES = 3

@@ -16,7 +16,7 @@ q, u = dynamicsymbols("q u")
 
 
 def series_of(mechanism):
-    return optimised_scene(mechanism, DEFAULT_REQUEST, Stopwatch()).program.series
+    return optimised_scene(mechanism, DEFAULT_REQUEST, Stopwatch()).functions.program.series
 
 
 @pytest.mark.parametrize("load", [Abs(q), asin(q / 2), q**q], ids=str)

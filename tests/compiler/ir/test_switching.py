@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import mpmath
@@ -18,12 +19,20 @@ from sympy import (
     Piecewise,
     S,
     Symbol,
+    acos,
+    asin,
+    atan,
+    atan2,
     cos,
+    cosh,
+    exp,
     floor,
     pi,
     sign,
     sin,
     sqrt,
+    tan,
+    tanh,
 )
 from sympy.physics.mechanics import dynamicsymbols
 
@@ -39,7 +48,7 @@ def made(load: Expr, **own: Expr) -> tuple[Program, dict[str, object]]:
     """Program and metadata of a bead under this force, with outputs of the user's own."""
     request = OutputRequest(frozenset(), expressions=own)
     scene = optimised_scene(scenes.bead_with(load), request, Stopwatch())
-    return scene.program, scene.metadata
+    return scene.functions.program, scene.metadata
 
 
 def found(load: Expr) -> list[float]:
@@ -75,11 +84,42 @@ def found(load: Expr) -> list[float]:
         (Heaviside(sin(3 * t)) * Abs(q), [sin(3 * t), q]),
         (floor(2 * q + u), [sin(pi * (2 * q + u))]),
         (Abs(q + Abs(u)), [q + Abs(u), u]),
+        (atan2(sin(q), cos(q)), [sin(q)]),
+        (atan2(u + q, f - q), [u + q]),
+        (atan(tan(q)) + tanh(1 / (q - f)), [cos(q), q - f]),
+        (asin(sin(q)) + acos(f * cos(u)), [cos(q), sin(u)]),
+        (acos(q * t), [q + t * u]),
+        (sqrt(q**2 + q**4) + (u**2 * (1 + q**2)) ** (f / 3), [q, u]),
+        (sqrt(1 - cos(q)) + sqrt(2 + 2 * sin(u)), [sin(q / 2), cos(u / 2 - pi / 4)]),
     ],
 )
 def test_the_arguments_of_corners_and_jumps_are_found(load: Expr, functions: list[Expr]) -> None:
     wanted = {round(abs(float(x.subs(STATE))), 12) for x in functions}
     assert {round(abs(x), 12) for x in found(load)} == wanted
+
+
+@pytest.mark.parametrize(
+    ("load", "edges"),
+    [
+        (exp(-(((t - f) / 2) ** 2)), [(t - f) / 12 - 1, (t - f) / 12 + 1]),
+        (exp(-100 * Abs(q)), [q, 100 * q / 36 - 1, 100 * q / 36 + 1]),
+        (exp(f * q - 1000 * q**2), [(f * q - 1000 * q**2) / 36 + 1]),
+        (tanh(50 * u), [50 * u / 18 - 1, 50 * u / 18 + 1]),
+        (1 / (1 + exp(-f * q)) + u, [f * q / 36 - 1, f * q / 36 + 1]),
+        (1 / cosh(9 * q), [q / 4 - 1, q / 4 + 1]),
+        (exp(-t) + exp(q) + tanh(f) + sin(q) ** 6 + 1 / (1 + q**2), []),
+    ],
+)
+def test_the_edges_of_narrow_features_are_found(load: Expr, edges: list[Expr]) -> None:
+    wanted = {round(abs(float(x.subs(STATE))), 9) for x in edges}
+    assert {round(abs(x), 9) for x in found(load)} == wanted
+
+
+def test_a_train_of_pulses_has_edges_where_it_is_nothing_for_half_of_the_time() -> None:
+    edge = math.exp(-36 / 400)
+    wanted = {(math.sin(3 * 0.29) + side * edge) / (1 - edge) for side in (-1, 1)}
+    assert found(sin(3 * t) ** 400) == pytest.approx(sorted(wanted), rel=1e-9)
+    assert found(sin(3 * t) ** 40) == []
 
 
 def test_one_function_is_found_once() -> None:

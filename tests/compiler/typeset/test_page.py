@@ -21,9 +21,9 @@ from mechc_codegen.description.mechanism import (
     printed_name,
 )
 from mechc_codegen.library.catalogue import shipped_mechanism
-from mechc_codegen.typeset.angle_sums import join_angles
 from mechc_codegen.typeset.formula import formula, latex, latex_text, mathml, name, visible
 from mechc_codegen.typeset.page import Derivation, derivation, html_page, latex_document
+from mechc_codegen.typeset.sections import join_angles
 from sympy import (
     Derivative,
     Float,

@@ -267,6 +267,23 @@ def test_joints_of_several_freedoms(kind, tmp_path):
         assert moved == pytest.approx([at[f"{axis}_glide"] for axis in "xyz"])
 
 
+def test_a_mimic_may_come_before_the_joint_that_it_follows(tmp_path):
+    """The grip, moved to the root: the joint that it follows is read after it."""
+    first = ROBOT.replace('<parent link="slider"/>', '<parent link="base"/>')
+    begin, end = first.index('<joint name="grip"'), first.index("</robot>")
+    slew = first.index('<joint name="slew"')
+    first = first[:slew] + first[begin:end] + first[slew:begin] + first[end:]
+    described, later = robot(tmp_path, first), robot(tmp_path)
+    names = [[str(q.func) for q in each.q] for each in (described, later)]
+    assert names == [["q_slew", "q_reach"]] * 2
+    grip = next(joint for joint in described.joints if joint.name == "grip")
+    assert grip.coordinates == ()
+    model = mechc.compile(described, outputs=("points",), fix={"g": 0})
+    found, reach = model.points(model.assemble({"q_slew": 0.3, "q_reach": 0.4})), 0.4
+    assert np.isfinite(found).all()
+    assert described.limits["grip"].position.subs(described.q[1], reach) == -1.5 * reach + 0.2
+
+
 def test_a_floating_base(tmp_path):
     described = robot(tmp_path, floating=True)
     assert [str(q.func) for q in described.q][:7] == [

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 from sympy import Symbol
-from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
+from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
+from benchmarks.problems.particle import on_a_line
 
 t = dynamicsymbols._t
 REGULAR = {"l_3": 3.5}
@@ -14,15 +15,7 @@ REGULAR = {"l_3": 3.5}
 def two_masses():
     """One pushed by f, the other by nothing."""
     q, u = dynamicsymbols("q_0:2"), dynamicsymbols("u_0:2")
-    frame, origin = ReferenceFrame("N"), Point("O")
-    origin.set_vel(frame, 0)
-    points = [origin.locatenew(f"P{k}", q[k] * frame.x) for k in range(2)]
-    for point, speed in zip(points, u, strict=True):
-        point.set_vel(frame, speed * frame.x)
-    method = KanesMethod(frame, q, u, [a.diff(t) - b for a, b in zip(q, u, strict=True)])
-    bodies = [Particle(f"B{k}", point, Symbol("m")) for k, point in enumerate(points)]
-    method.kanes_equations(bodies, [(points[0], Symbol("f") * frame.x)])
-    return method
+    return on_a_line(q, u, [Symbol("f"), 0], [Symbol("m")] * 2)
 
 
 def test_inverse_dynamics_gives_back_the_torque_of_a_motion(four_bar, torque):

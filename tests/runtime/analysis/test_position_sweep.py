@@ -11,11 +11,6 @@ REGULAR = (1.0, 2.0, 3.0, 3.5)
 TURN = np.linspace(0.0, 2 * np.pi, 361)
 
 
-@pytest.fixture(scope="module")
-def model():
-    return mechc.load("four_bar")
-
-
 def named(lengths):
     return {f"l_{k}": float(length) for k, length in enumerate(lengths)}
 

@@ -9,6 +9,7 @@ import pytest
 import mechc
 from mechc.compilation.find import system_of
 from mechc.system.reference import ModelReference
+from tests.support.differences import have_the_same_arrays
 
 distributed = pytest.importorskip("distributed")
 pytestmark = pytest.mark.filterwarnings("default")  # of distributed's own and its sockets
@@ -33,22 +34,16 @@ def request(members, seconds):
     }  # fmt: skip
 
 
-def same(a, b):
-    assert set(a.arrays) == set(b.arrays)
-    for name in a.arrays:
-        assert np.array_equal(a[name], b[name], equal_nan=True), name
-
-
 def test_a_cluster_returns_the_same_arrays(model, client, tmp_path):
     arguments, options = request(90, 0.5)
     here = model.simulate_batch(*arguments, **options)
-    same(here, model.simulate_batch(*arguments, **options, client=client))
+    have_the_same_arrays(here, model.simulate_batch(*arguments, **options, client=client))
     streamed = model.simulate_batch(*arguments, **options, client=client, out=tmp_path / "b")
-    same(here, streamed)
+    have_the_same_arrays(here, streamed)
     options["events"] = [mechc.Stop("theta_0 - 0.2", 0.8), "omega_0"]
     here = model.simulate_batch(*arguments, **options)
     assert here.event_counts.any()
-    same(here, model.simulate_batch(*arguments, **options, client=client))
+    have_the_same_arrays(here, model.simulate_batch(*arguments, **options, client=client))
 
 
 def test_a_killed_worker_loses_nothing(model, client, monkeypatch):
@@ -67,7 +62,7 @@ def test_a_killed_worker_loses_nothing(model, client, monkeypatch):
         patch.setattr(batch.CountBar, "update_count", kill)
         there = model.simulate_batch(*arguments, **options, client=client)
     assert killed
-    same(model.simulate_batch(*arguments, **options), there)
+    have_the_same_arrays(model.simulate_batch(*arguments, **options), there)
 
 
 def test_what_travels_is_a_description(model):

@@ -4,16 +4,10 @@ import numpy as np
 import pytest
 
 import mechc
-from tests.support.impacts import block, points_on_a_line
-from tests.support.pendulums import pushed_mass
+from tests.support.impacts import block
 
 pytestmark = pytest.mark.slow
 REST = mechc.Stop("q_0", 0.5)
-
-
-@pytest.fixture(scope="module")
-def ball():
-    return points_on_a_line("ball", 1, lambda q, u, m: -9.81 * m)
 
 
 def members_are_those_of_simulate(model, starts, events, inputs=None, **given):
@@ -100,9 +94,8 @@ def test_blocks_with_friction():
         members_are_those_of_simulate(model, starts, events, params={"a": 0.25})
 
 
-def test_forces_of_each_member():
-    model = mechc.compile(pushed_mass(), name="pushed", defaults={"m": 2.0, "k": 0.0})
+def test_forces_of_each_member(pushed):
     starts, forces = np.zeros((3, 2)), {"F": np.array([-1.0, 1.0, -2.0])}
-    batch = members_are_those_of_simulate(model, starts, mechc.Stop("q"), forces)
+    batch = members_are_those_of_simulate(pushed, starts, mechc.Stop("q"), forces)
     np.testing.assert_array_equal(batch.y[:, 0] > 0.5, [False, True, False])
-    members_are_those_of_simulate(model, starts, mechc.DryFriction("u", 1.5), forces)
+    members_are_those_of_simulate(pushed, starts, mechc.DryFriction("u", 1.5), forces)

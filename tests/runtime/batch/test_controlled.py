@@ -4,20 +4,11 @@ import pickle
 
 import numpy as np
 import pytest
-from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
-from tests.support.pendulums import pushed_mass
 
 STARTS = np.array([[1.0, 0.0], [-0.5, 0.3], [0.2, -1.0]])
 AT = np.array([0.0, 0.7, 1.01, 2.0])
-
-
-@pytest.fixture(scope="module")
-def pushed():
-    kane, power = pushed_mass(), {"power": dynamicsymbols("F") * dynamicsymbols("u")}
-    defaults = {"m": 2.0, "k": 0.0}
-    return mechc.compile(kane, name="slider", defaults=defaults, outputs=("energy", power))
 
 
 class Integrating:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import mechc
+from tests.support.differences import have_the_same_arrays
 
 zarr = pytest.importorskip("zarr")
 
@@ -43,12 +44,6 @@ def failing(error):
         raise error
 
     return fail
-
-
-def same(a, b):
-    assert set(a.arrays) == set(b.arrays)
-    for name in a.arrays:
-        assert np.array_equal(a[name], b[name], equal_nan=True), name
 
 
 # -- a stranger's -----------------------------------------------------------------------------
@@ -224,7 +219,7 @@ def test_a_pipe_in_place_of_the_lock_keeps_nobody_waiting(call, folder):
 
     (folder / ".mechc-lock").unlink()
     os.mkfifo(folder / ".mechc-lock")
-    same(call(folder), call())
+    have_the_same_arrays(call(folder), call())
 
 
 def test_members_that_overlap_in_the_inputs_are_refused(folder):
@@ -298,8 +293,8 @@ def test_every_deleted_chunk_is_noticed_and_computed_again(call, folder):
         path.write_bytes(content)
     for path in files[::7]:
         path.unlink()
-    same(held, call(folder))
-    same(held, mechc.open(folder))
+    have_the_same_arrays(held, call(folder))
+    have_the_same_arrays(held, mechc.open(folder))
 
 
 def test_every_flipped_bit_is_noticed_and_computed_again(call, folder):
@@ -315,12 +310,12 @@ def test_every_flipped_bit_is_noticed_and_computed_again(call, folder):
             mechc.open(folder)
         if path is not files[-1]:
             path.write_bytes(content)
-    same(held, call(folder))
+    have_the_same_arrays(held, call(folder))
     for path in files:
         path.write_bytes(path.read_bytes()[:-1])
         with pytest.raises(mechc.MechcError, match="damaged"):
             mechc.open(folder)
-    same(held, call(folder))
+    have_the_same_arrays(held, call(folder))
 
 
 @pytest.mark.parametrize("text", ["", "{}", "[]", '{"members": [0, 10], "sha256": {}}'])
@@ -329,8 +324,8 @@ def test_a_damaged_manifest_vouches_for_nothing(call, folder, text):
     (folder / "mechc" / "chunk-000000000010.json").write_text(text)
     with pytest.raises(mechc.MechcError, match="damaged"):
         mechc.open(folder)
-    same(held, call(folder))
-    same(held, mechc.open(folder))
+    have_the_same_arrays(held, call(folder))
+    have_the_same_arrays(held, mechc.open(folder))
 
 
 def test_damaged_metadata_and_inputs_are_written_again(call, folder):
@@ -340,8 +335,8 @@ def test_damaged_metadata_and_inputs_are_written_again(call, folder):
     (folder / "data.zarr" / "zarr.json").unlink()
     (folder / "mechc" / "inputs.npz").write_bytes(b"PK")
     (folder / "mechc" / "inputs.json").write_text("")
-    same(held, call(folder))
-    same(held, mechc.open(folder))
+    have_the_same_arrays(held, call(folder))
+    have_the_same_arrays(held, mechc.open(folder))
 
 
 def test_what_is_damaged_counts_as_not_run_until_it_is_computed(call, folder, monkeypatch):
@@ -393,7 +388,7 @@ def test_a_full_disk_is_told_with_the_folder_and_the_call_goes_on(call, tmp_path
         patch.setattr(manifests, "sync", failing(full))
         with pytest.raises(mechc.MechcError, match=r"batch: No space left.*resume"):
             call(tmp_path / "batch")
-    same(call(), call(tmp_path / "batch"))
+    have_the_same_arrays(call(), call(tmp_path / "batch"))
 
 
 def verified(path):

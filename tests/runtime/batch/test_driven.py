@@ -5,11 +5,9 @@ import pickle
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
-from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
 from tests.support import LOCKSTEP, by
-from tests.support.pendulums import pushed_mass
 
 METHODS = ("dopri5", "dop853", "gauss8", LOCKSTEP, "radau5")
 TIMES = np.array([0.0, 0.4, 0.5, 1.3, 2.0, 3.1])
@@ -17,13 +15,6 @@ VALUES = np.array([1.0, -2.0, 0.5, 0.5, 3.0, -1.0])
 END, COUNT = 3.0, 7
 AT = np.array([0.0, 0.4, 0.5, 0.77, 2.0, 3.0])
 STARTS = np.column_stack([np.linspace(-1, 1, COUNT), np.linspace(0.5, -0.3, COUNT)])
-
-
-@pytest.fixture(scope="module")
-def pushed():
-    kane, power = pushed_mass(), {"power": dynamicsymbols("F") * dynamicsymbols("u")}
-    defaults = {"m": 2.0, "k": 0.0}
-    return mechc.compile(kane, name="slider", defaults=defaults, outputs=("energy", power))
 
 
 def alone(model, k, force, method, stiffness):

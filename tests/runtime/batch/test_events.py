@@ -4,33 +4,25 @@ import pickle
 
 import numpy as np
 import pytest
-from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
 from mechc.errors import EventError, MechcError, ValueOutOfBoundsError
-from tests.support.impacts import G, points_on_a_line
-from tests.support.pendulums import pushed_mass
-
-
-@pytest.fixture(scope="module")
-def ball():
-    return points_on_a_line("ball", 1, lambda q, u, m: -9.81 * m)
-
+from tests.support.impacts import G
 
 BOUNCE = mechc.Event("q_0 < 0", reset={"u_0": "-u_0*(1 - m/10)"})
 EVENTS = [BOUNCE, mechc.Event("u_0", direction=-1)]
 
 
 @pytest.mark.parametrize("method", ["gauss8", "dop853", "dopri5", "radau5"])
-def test_ten_thousand_members_have_the_bits_of_simulate(ball, method):
-    count, times = 10_000, np.linspace(0.0, 3.0, 7)
+def test_two_thousand_members_have_the_bits_of_simulate(ball, method):
+    count, times = 2_000, np.linspace(0.0, 3.0, 7)
     starts = np.column_stack([np.linspace(0.5, 2.0, count), np.linspace(0.0, 1.0, count)])
     masses = np.linspace(0.5, 1.5, count)
     batch = ball.simulate_batch(
         3.0, starts, {"m": masses}, events=EVENTS, method=method, t_eval=times, progress=False
     )
     assert (batch.event_counts[:, 0] > 1).all()
-    for k in (0, 1, 4999, 7777, count - 1):
+    for k in (0, 1, 999, 1555, count - 1):
         given = {"params": {"m": masses[k]}, "events": EVENTS, "method": method}
         one = ball.simulate(3.0, starts[k], **given)
         np.testing.assert_array_equal(batch.y[k], one.y[-1])
@@ -99,15 +91,6 @@ def test_ends_of_members_have_the_status_of_simulate(ball):
     assert failed.t[0] == pytest.approx(np.sqrt(1 / G))
     limited = ball.simulate_batch(50.0, y0, events=BOUNCE, max_steps=20, progress=False)
     assert limited.status(0).code == "too many steps"
-
-
-@pytest.fixture(scope="module")
-def pushed():
-    """A mass on a spring that a given force pushes against a wall."""
-    power = {"power": dynamicsymbols("F") * dynamicsymbols("u")}
-    return mechc.compile(
-        pushed_mass(), name="slider", defaults={"m": 2.0, "k": 0.0}, outputs=("energy", power)
-    )
 
 
 WALL = [mechc.Stop("q", 0.9), mechc.Event("u", direction=-1)]

@@ -11,29 +11,10 @@ import pytest
 import mechc
 from mechc import Model
 from mechc.cli.commands import main
+from tests.support.command_line import complaint
 
+pytestmark = pytest.mark.usefixtures("here")
 RUN = ("run", "four_bar", "--json")
-
-
-@pytest.fixture(autouse=True)
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
-def complaint(capsys, *arguments):
-    """The one line that the command complains in."""
-    try:
-        code = main(list(arguments))
-    except SystemExit as end:
-        code = end.code
-    said = capsys.readouterr()
-    assert code == 2
-    assert said.out == ""
-    assert said.err.startswith("mechc: ")
-    assert said.err.count("\n") == 1
-    assert "Traceback" not in said.err
-    return said.err
 
 
 @pytest.mark.parametrize("typed", ["\x1b[2J", "a\nb", "\udcff"])

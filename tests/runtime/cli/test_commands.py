@@ -16,7 +16,9 @@ from mechc.cli.commands import main
 from mechc.compilation import toolchain
 from mechc.progress import Notice
 from mechc.results import figures as plot
+from tests.support.command_line import run_json
 
+pytestmark = pytest.mark.usefixtures("here")
 KEYS = {
     "mechanism", "t_end", "rtol", "method", "q_end", "u_end", "energy_drift", "closure_max",
     "velocity_closure_max", "steps", "rhs_evaluations", "wall_s", "change_points", "status",
@@ -24,21 +26,6 @@ KEYS = {
 REGULAR = ("run", "four_bar", "--set", "l_3=3.5")
 DATA = {"solution.csv", "solution.nc", "animation.html"}
 PICTURES = ("paths", "closure")
-
-
-@pytest.fixture(autouse=True)
-def here(tmp_path, monkeypatch):
-    """Everything happens in a folder of the test's own."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
-def run_json(capsys, *arguments):
-    assert main([*arguments, "--json"]) == 0
-    said = capsys.readouterr()
-    assert said.err == ""
-    assert said.out.count("\n") == 1
-    return json.loads(said.out)
 
 
 def test_json_is_one_object_with_the_promised_keys_and_writes_nothing(capsys, here):
@@ -179,9 +166,8 @@ def test_show_tells_names_units_geometry_and_options(capsys, here):
     ],
 )
 def test_what_is_refused_is_refused_before_anything_is_compiled(command, capsys, here, monkeypatch):
-    monkeypatch.setattr("mechc.compilation.build.compile_known", lambda *_: pytest.fail("compiled"))
     monkeypatch.setattr(
-        "mechc.compilation.library.library.compile_known", lambda *_: pytest.fail("compiled")
+        "mechc.compilation.library.library.compile_described", lambda *_: pytest.fail("compiled")
     )
     assert main(command) == 2
     assert capsys.readouterr().err.startswith("mechc: ")

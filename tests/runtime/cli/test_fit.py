@@ -8,14 +8,10 @@ import pytest
 
 import mechc
 from mechc.cli.commands import main
+from tests.support.command_line import complaint, run_json
 
+pytestmark = pytest.mark.usefixtures("here")
 TIMES = np.linspace(0.0, 3.0, 61)
-
-
-@pytest.fixture(autouse=True)
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
 
 
 @pytest.fixture
@@ -49,8 +45,7 @@ def test_values_pictures_and_numbers(recording, here, capsys):
 
 def test_json_and_columns_by_default(recording, here, capsys):
     start = ("--start", "theta_0=0.8", "--start", "omega_0=0.3")
-    assert main(["fit", "pendulum", recording, "--free", "l_0=0.1:9", *start, "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
+    told = run_json(capsys, "fit", "pendulum", recording, "--free", "l_0=0.1:9", *start)
     assert told["values"]["l_0"] == pytest.approx(1.3, rel=1e-7)
     assert set(told["residual_rms"]) == {"theta_0", "points[1,0]"}
     assert [path.name for path in here.iterdir()] == [recording]
@@ -69,10 +64,7 @@ def test_json_and_columns_by_default(recording, here, capsys):
     ],
 )
 def test_what_is_wrong_is_said_in_a_line(recording, typed, words, capsys):
-    assert main(["fit", "pendulum", recording, *typed]) == 2
-    said = capsys.readouterr().err
-    assert words in said
-    assert said.count("\n") == 1
+    assert words in complaint(capsys, "fit", "pendulum", recording, *typed)
 
 
 @pytest.mark.parametrize(
@@ -83,9 +75,10 @@ def test_what_is_wrong_is_said_in_a_line(recording, typed, words, capsys):
         ("t,theta_0\n0,1\n1,two\n", "line 3"),
         ("t,alpha\n0,1\n1,2\n", "no column is a quantity of pendulum"),
         ("t [fortnight],theta_0\n0,1\n1,2\n", "'fortnight' is not one of its units"),
+        ("t,theta_0" + "x" * 200_000 + "\n0,1\n", "is no CSV file: field larger"),
+        ("t,theta_0\n0,\udcff\n", "is no CSV file: 'utf-8'"),
     ],
 )
 def test_files_that_are_wrong(here, text, words, capsys):
-    (here / "bad.csv").write_text(text)
-    assert main(["fit", "pendulum", "bad.csv", "--free", "l_0"]) == 2
-    assert words in capsys.readouterr().err
+    (here / "bad.csv").write_text(text, "utf-8", "surrogateescape")
+    assert words in complaint(capsys, "fit", "pendulum", "bad.csv", "--free", "l_0")

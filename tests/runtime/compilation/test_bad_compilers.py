@@ -1,6 +1,7 @@
 """A compiler may lie, hang, or leave children behind: the error says what it did."""
 
 import os
+import resource
 import shlex
 import signal
 import stat
@@ -12,18 +13,9 @@ import numpy as np
 import pytest
 
 import mechc
-from mechc.compilation import build, toolchain
+from mechc.compilation import toolchain
 from mechc.errors import CompilerError
 from tests.support.pendulums import pendulum
-
-
-@pytest.fixture
-def fresh(tmp_path, monkeypatch):
-    monkeypatch.setenv("MECHC_CACHE_DIR", str(tmp_path / "cache"))
-    monkeypatch.setattr(build, "_compiled", {})
-    toolchain.version.cache_clear()
-    yield tmp_path
-    toolchain.version.cache_clear()
 
 
 def compiler_script(folder, body):
@@ -40,6 +32,21 @@ def test_one_that_ends_well_and_writes_nothing_is_told(fresh, monkeypatch, body)
     with pytest.raises(CompilerError, match=r"succeeded but wrote no scene\.so") as told:
         mechc.compile(pendulum(3))
     assert ("odd" in str(told.value)) == ("odd" in body)
+
+
+def test_the_beginning_and_the_end_of_much_output_are_told(fresh, monkeypatch):
+    """300 MB of it were kept in memory, and repeated in the error."""
+    body = "echo first >&2; head -c 100000000 /dev/zero >&2; echo last >&2; exit 1"
+    monkeypatch.setenv("CC", compiler_script(fresh, body))
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    with pytest.raises(CompilerError, match=r"failed \(exit 1\)") as told:
+        mechc.compile(pendulum(5))
+    text = str(told.value)
+    assert len(text) < 200_000
+    assert "first" in text
+    assert "99868939 bytes" in text
+    assert text.endswith("last")
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 90 * 1024  # kB
 
 
 def test_one_whose_linker_dies_where_it_writes_is_run_elsewhere(fresh, monkeypatch):
@@ -150,3 +157,38 @@ def test_what_the_headers_of_cpath_say_is_part_of_the_compiler(tmp_path, monkeyp
         os.utime(header, ns=(stamp, stamp))
         assert toolchain.identity(compiler) != before
         monkeypatch.delenv(name)
+
+
+IMPORT = """
+import signal, sys
+import mechc
+class Interrupt:
+    def find_spec(self, name, *_):
+        if name == {place!r}:
+            sys.meta_path.remove(self)
+            signal.raise_signal(signal.SIGINT)
+sys.meta_path.insert(0, Interrupt())
+try:
+    mechc.load("pendulum", outputs=["nothing"])
+except KeyboardInterrupt:
+    print("interrupted")
+import sympy
+from sympy.core.expr import Expr
+x = sympy.Symbol("x")
+assert isinstance(x, Expr) and sympy.expand((x + 1)**2) == x**2 + 2*x + 1
+try:
+    mechc.load("pendulum", outputs=["nothing"])
+except mechc.MechcError as error:
+    print(type(error).__name__)
+"""
+
+
+@pytest.mark.parametrize(
+    "place",
+    ["sympy.core.numbers", "mpmath.libmp.libmpf", "sympy.solvers", "sympy.physics.mechanics.body"],
+)
+def test_an_interrupt_of_the_first_import_of_sympy_leaves_the_session_whole(place):
+    """It left SymPy half imported, and every later call failed."""
+    code = IMPORT.format(place=place)
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert told.stdout.split() == ["interrupted", "MechanismError"], told.stderr

@@ -30,16 +30,6 @@ COMPILER = shlex.join(toolchain.find_compiler() or ["cc"])
 RATE = -np.cos(0.3)  # of a unit pendulum, times gravity
 
 
-@pytest.fixture
-def fresh(tmp_path, monkeypatch):
-    """A cache folder of the test's own, and a process that remembers nothing."""
-    monkeypatch.setenv("MECHC_CACHE_DIR", str(tmp_path / "cache"))
-    monkeypatch.setattr(build, "_compiled", {})
-    toolchain.version.cache_clear()
-    yield tmp_path
-    toolchain.version.cache_clear()
-
-
 def rate(gravity):
     return float(mechc.compile(pendulum(gravity)).rhs(0.0, [0.3, 0.1])[1])
 
@@ -62,17 +52,21 @@ def compiler_script(folder, body):
 
 # -- processes ------------------------------------------------------------------------------
 
-RUN = """
-import warnings
+COUNTS_DERIVATIONS = """
 import mechc
 from mechc.compilation import build, entries, parts
 from mechc.compilation.toolchain import processor
 from tests.support.compilers.compilation import MadeOnRequest
-from tests.support.pendulums import pendulum
 parts.Pending = MadeOnRequest
 derived = []
 inner = build._built
 build._built = lambda *arguments: derived.append(1) or inner(*arguments)
+"""
+RUN = (
+    COUNTS_DERIVATIONS
+    + """
+import warnings
+from tests.support.pendulums import pendulum
 told = []
 warnings.showwarning = lambda message, kind, *_: told.append(kind.__name__)
 try:
@@ -81,6 +75,7 @@ try:
 except mechc.MechcError as error:
     print(type(error).__name__, error)
 """
+)
 
 
 def begin(gravity, *, environment=(), without=(), before=()):
@@ -110,19 +105,14 @@ def test_processes_at_once_derive_and_compile_once(fresh):
     assert not list(cache.cache_folder().glob(".new-*"))
 
 
-KANE = """
-import mechc
-from mechc.compilation import build, entries, parts
-from mechc.compilation.toolchain import processor
-from tests.support.compilers.compilation import MadeOnRequest
+KANE = (
+    COUNTS_DERIVATIONS
+    + """
 from tests.support.sympy_objects import four_bar_kane
-parts.Pending = MadeOnRequest
-derived = []
-inner = build._built
-build._built = lambda *arguments: derived.append(1) or inner(*arguments)
 model = mechc.compile(four_bar_kane(), outputs=())
 print(model.build["key"], len(derived), *model.rhs(0.0, [0.1] * 6, [1.0] * 6))
 """
+)
 
 
 @pytest.mark.slow
@@ -431,6 +421,7 @@ def test_what_another_processor_has_compiled_is_not_loaded(fresh, monkeypatch):
     there = first_entry(8.5)
     assert here != there
     monkeypatch.setattr(processor, "processor", lambda: "a third")
+    monkeypatch.delenv("CC", raising=False)
     monkeypatch.setenv("PATH", "")
     monkeypatch.setattr(toolchain, "packaged_compiler", lambda: None)
     with pytest.raises(CompilerError, match="no C compiler"):

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 from sympy import Function, Symbol, cos, sin
-from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
+from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
+from benchmarks.problems.particle import particle
 
 t = dynamicsymbols._t
 m, k, c = Symbol("m"), Symbol("k"), Symbol("c")
@@ -20,26 +21,13 @@ G = 9.81
 def cart(force):
     """A mass on a line, pushed by a force of the coordinate."""
     q, u = dynamicsymbols("q u")
-    frame, point = ReferenceFrame("N"), Point("P")
-    point.set_vel(frame, u * frame.x)
-    kane = KanesMethod(frame, [q], [u], kd_eqs=[q.diff(t) - u])
-    kane.kanes_equations([Particle("cart", point, m)], [(point, force(q) * frame.x)])
-    return kane, q
+    return particle([q], [u], [force(q)], m), q
 
 
 def road():
     """A mass on the profile y = h(x), by a constraint."""
     x, y, v, w = dynamicsymbols("x y v w")
-    frame, origin = ReferenceFrame("N"), Point("O")
-    origin.set_vel(frame, 0)
-    place = origin.locatenew("P", x * frame.x + y * frame.y)
-    place.set_vel(frame, v * frame.x + w * frame.y)
-    kane = KanesMethod(
-        frame, [x], [v], kd_eqs=[x.diff(t) - v, y.diff(t) - w], q_dependent=[y], u_dependent=[w],
-        configuration_constraints=[y - h(x)], velocity_constraints=[(y - h(x)).diff(t)],
-    )  # fmt: skip
-    kane.kanes_equations([Particle("load", place, m)], [(place, -m * G * frame.y)])
-    return kane, x
+    return particle([x, y], [v, w], [0, -m * G], m, closed=[y - h(x)]), x
 
 
 @pytest.mark.parametrize(

@@ -29,12 +29,10 @@ def compiled_parts():
 
 
 @pytest.fixture
-def fresh(tmp_path, monkeypatch):
-    """A cache folder of the test's own, and a process that remembers nothing."""
-    monkeypatch.setenv("MECHC_CACHE_DIR", str(tmp_path / "cache"))
+def fresh(fresh, monkeypatch):
+    """And integrators are compiled behind the tests, as for users."""
     monkeypatch.setattr(parts, "Pending", Pending)
-    monkeypatch.setattr(build, "_compiled", {})
-    return tmp_path
+    return fresh
 
 
 def compiler_script(folder, monkeypatch, body, name="cc"):

@@ -12,7 +12,7 @@ from sympy import Symbol
 from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
-from mechc.compilation import build, cache, entries, parts
+from mechc.compilation import cache, entries, parts
 from mechc.compilation.parts import Pending
 from mechc.native._codes import METHODS
 from mechc.simulation.settings import Policy
@@ -27,13 +27,6 @@ def damped():
     """A bead on a spring, damped so much that explicit methods need small steps."""
     load = -Symbol("f") * dynamicsymbols("u") - dynamicsymbols("q")
     return mechc.compile(scenes.bead_with(load, default=1e4))
-
-
-@pytest.fixture
-def fresh(tmp_path, monkeypatch):
-    """A cache folder of the test's own, and a process that remembers nothing."""
-    monkeypatch.setenv("MECHC_CACHE_DIR", str(tmp_path / "cache"))
-    monkeypatch.setattr(build, "_compiled", {})
 
 
 def names_in_cache(key):

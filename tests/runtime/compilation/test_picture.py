@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mechc_codegen.convert.convert import reachable
+from mechc_codegen.description.placement import reachable
 from sympy import Float
 from sympy.physics.mechanics import dynamicsymbols
 

@@ -64,6 +64,21 @@ def test_one_time_is_the_end(pendulum):
     np.testing.assert_array_equal(y, pendulum.simulate(2.0, START).y[-1])
 
 
+@pytest.mark.parametrize("times", [0.0, [0.0], [0.0, 0.5]])
+def test_a_first_time_at_the_start_is_the_start(pendulum, times):
+    """A time of t0 alone was refused; the derivatives there are those of the start."""
+    y0 = np.array([0.8, 0.3])
+    y, moved = pendulum.jvp(times, y0, along={"y0": [1.0, 2.0]})
+    np.testing.assert_array_equal(np.atleast_2d(y)[0], y0)
+    np.testing.assert_array_equal(np.atleast_2d(moved)[0], [1.0, 2.0])
+    _, pull = pendulum.vjp(times, y0, by=["y0", "l_0"])
+    first = np.zeros_like(y)
+    first[(0,) * (y.ndim - 1)] = 3.0, 4.0
+    found = pull(first)
+    np.testing.assert_array_equal(found["y0"], [3.0, 4.0])
+    assert found["l_0"] == 0.0
+
+
 @pytest.mark.parametrize(
     ("given", "words"),
     [

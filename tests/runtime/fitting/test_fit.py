@@ -193,3 +193,19 @@ def test_wrong_arguments_are_refused(pendulum, words):
 def test_a_model_without_derivatives_is_refused(model):
     with pytest.raises(mechc.UnavailableOutputError, match="outputs="):
         model.fit(DATA, {"m_1": None}, {"theta_0": 0.1})
+
+
+@pytest.mark.parametrize("low", [-np.pi, 0.0])
+def test_angles_reduced_to_one_turn(pendulum, low):
+    """A pendulum that turns over, recorded within a turn: the fit "converged" at 0.55 m."""
+    times, start = np.linspace(0.0, 3.0, 121), {"theta_0": 0.4, "omega_0": 8.0}
+    sol = pendulum.simulate(3.0, start, {"l_0": 1.3}, t_eval=times)
+    assert np.ptp(sol["theta_0"]) > 10.0
+    recorded = (sol["theta_0"] - low) % (2 * np.pi) + low
+    recorded[10:14] = np.nan
+    found = pendulum.fit(
+        {"t": times, "theta_0": recorded}, {"l_0": (0.5, 4.0)}, ["theta_0"], y0=start,
+        params={"l_0": 1.25},
+    )  # fmt: skip
+    assert found.converged
+    assert found["l_0"] == pytest.approx(1.3, rel=1e-7)

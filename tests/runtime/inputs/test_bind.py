@@ -8,22 +8,15 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 from sympy import Rational, Symbol, sin
-from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
+from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
-from tests.support.pendulums import pushed_mass
+from benchmarks.problems.particle import particle
 
 t = dynamicsymbols._t
 TIMES = np.array([0.0, 0.4, 0.5, 1.3, 2.0, 3.1])
 VALUES = np.array([1.0, -2.0, 0.5, 0.5, 3.0, -1.0])
 MASS, END = 2.0, 3.1
-
-
-@pytest.fixture(scope="module")
-def pushed():
-    kane, power = pushed_mass(), {"power": dynamicsymbols("F") * dynamicsymbols("u")}
-    defaults = {"m": MASS, "k": 0.0}
-    return mechc.compile(kane, name="slider", defaults=defaults, outputs=("energy", power))
 
 
 def closed_form(signal, end=END):
@@ -169,12 +162,7 @@ def test_the_error_follows_the_tolerance_over_the_kinks_of_a_function(pushed):
 
 def test_several_signals_break_a_run_at_the_knots_of_each():
     q, u, f, g = dynamicsymbols("q u f g")
-    frame, origin = ReferenceFrame("N"), Point("O")
-    origin.set_vel(frame, 0)
-    point = origin.locatenew("P", q * frame.x)
-    point.set_vel(frame, u * frame.x)
-    kane = KanesMethod(frame, [q], [u], kd_eqs=[q.diff(t) - u])
-    kane.kanes_equations([Particle("body", point, 1)], [(point, f * g * frame.x)])
+    kane = particle([q], [u], [f * g], 1)
     model = mechc.compile(kane, name="product")
     assert model.inputs == ("f", "g")
     steps = mechc.Signal([0.0, 0.7, 2.0], [1.0, 3.0, 0.0], "previous", outside="hold")
@@ -227,17 +215,8 @@ def crane():
     """A bob on a rod whose pivot is moved by the input r: holonomic, it needs r' and r''."""
     x, y, u, v, r = dynamicsymbols("x y u_x u_y r")
     m, g, l = (Symbol(name) for name in DEFAULTS)
-    frame, origin = ReferenceFrame("N"), Point("O")
-    origin.set_vel(frame, 0)
-    bob = origin.locatenew("P", x * frame.x + y * frame.y)
-    bob.set_vel(frame, u * frame.x + v * frame.y)
     closed = (x - r) ** 2 + y**2 - l**2
-    kane = KanesMethod(
-        frame, [x], [u], kd_eqs=[x.diff(t) - u, y.diff(t) - v], q_dependent=[y], u_dependent=[v],
-        configuration_constraints=[closed], velocity_constraints=[closed.diff(t)],
-    )  # fmt: skip
-    kane.kanes_equations([Particle("bob", bob, m)], [(bob, -m * g * frame.y)])
-    return kane
+    return particle([x, y], [u, v], [0, -m * g], closed=[closed])
 
 
 MOVED = (
@@ -264,7 +243,6 @@ def start(model):
     return model.assemble({"x": 0.5}, {"u_x": 0.0}, guess={"y": -0.8})
 
 
-@pytest.mark.slow
 def test_prescribed_motion_by_functions_is_that_of_the_expression(driven, expected):
     model = driven.with_inputs({"r": MOVED})
     y0 = start(model)
@@ -446,79 +424,3 @@ def test_a_c_function_is_nan_beyond_the_samples_and_after_a_failure(pushed):
     assert failing.rhs(0.1, y)[1] == 0.5, "others are not concerned"
     with pytest.raises(mechc.MissingInputError, match="no value: F"):
         pushed.c_function("rates")
-
-
-# -- without compiled code ------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def plain():
-    power = {"power": dynamicsymbols("F") * dynamicsymbols("u")}
-    return mechc.compile(pushed_mass(), defaults={"m": MASS, "k": 0.0}, outputs=("energy", power))
-
-
-@pytest.mark.parametrize("kind", ["previous", "linear", "cubic"])
-def test_without_c_a_mass_pushed_by_samples_follows_the_closed_form(plain, kind):
-    signal = mechc.Signal(TIMES, VALUES, kind)
-    sol = plain.simulate(END, [0.0, 0.0], inputs={"F": signal}, rtol=1e-8)
-    np.testing.assert_allclose(sol.y[-1], closed_form(signal), atol=3e-8)
-    assert set(signal.breaks(1e-8)) <= set(sol.t)
-    assert sol.stats["steps"] < 40
-    back = sol.model.simulate((END, 0.0), sol.y[-1], rtol=1e-10)
-    np.testing.assert_allclose(back.y[-1], [0.0, 0.0], atol=1e-7)
-
-
-def test_without_c_inputs_give_the_compiled_motion(pushed, plain, tmp_path):
-    def controller(t, q, u):
-        return -40.0 * q[0] - 12.0 * u[0]
-
-    for force in (
-        2.5,
-        lambda t: 3.0 * np.cos(2.0 * t),
-        lambda t, q, u: -2.0 * u[0] + q[0],
-        mechc.Signal([0.0, 1.0, 1.1, 1.2, 6.0], [0.0, 0.0, 40.0, 0.0, 0.0], "linear"),
-        mechc.Sampled(controller, period=0.02, delay=0.005),
-    ):
-        two = [
-            model.simulate(
-                1.5, [1.0, 0.5], {"k": 3.0}, inputs={"F": force}, rtol=1e-10, method="dop853"
-            )
-            for model in (plain, pushed)
-        ]
-        np.testing.assert_allclose(two[0].y[-1], two[1].y[-1], atol=1e-11)
-        t = np.linspace(0.0, 1.5, 40)
-        np.testing.assert_allclose(two[0](t), two[1](t), atol=1e-9)
-        powers = [sol.model.output("power", sol(t), t=t) for sol in two]
-        np.testing.assert_allclose(powers[0], powers[1], atol=1e-7)
-    stop = mechc.Event("q > 2", terminal=True)
-    ends = [
-        model.simulate(9.0, [1.0, 0.0], inputs={"F": 2.5}, events=stop, rtol=1e-10).t[-1]
-        for model in (plain, pushed)
-    ]
-    assert ends[0] == pytest.approx(np.sqrt(2 * MASS / 2.5), abs=1e-9)
-    assert ends[1] == pytest.approx(ends[0], abs=1e-9)
-
-
-def test_without_c_a_function_that_fails_ends_the_run_and_missing_inputs_are_named(plain):
-    with pytest.raises(mechc.InputError, match=r"F failed at t = .*ZeroDivisionError") as caught:
-        plain.simulate(1.0, [0.0, 0.0], inputs={"F": lambda t: 1.0 / (t < 0.6)}, max_step=0.05)
-    assert 0.5 < caught.value.solution.t[-1] <= 0.6
-    with pytest.raises(mechc.MissingInputError, match="no value: F"):
-        plain.simulate(1.0, [0.0, 0.0])
-    assert plain.kinetic_energy([0.0, 2.0]) == pytest.approx(4.0)
-
-
-def test_without_c_prescribed_motion_is_that_of_the_expression():
-    """By functions and by a spline, against the same with the motion as an expression."""
-    wave = Rational(3, 10) * sin(2 * t)
-    exact = mechc.compile(crane(), defaults=DEFAULTS, inputs={"r": wave})
-    expected = exact.simulate(1.0, start(exact), rtol=1e-9)
-    model = mechc.compile(crane(), defaults=DEFAULTS)
-    times = np.linspace(-0.5, 1.5, 201)
-    for moved, error in ((MOVED, 1e-11), (mechc.Signal(times, MOVED[0](times), "quintic"), 1e-9)):
-        driven = model.with_inputs({"r": moved})
-        sol = driven.simulate(1.0, start(driven), rtol=1e-9)
-        np.testing.assert_allclose(sol.y[-1], expected.y[-1], atol=error)
-        assert sol.closure.max() < 1e-14
-        between = np.linspace(0.0, 1.0, 51)
-        assert np.abs(driven.constraints(sol(between), t=between)).max() < 1e-14

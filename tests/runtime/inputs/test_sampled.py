@@ -4,20 +4,11 @@ import pickle
 
 import numpy as np
 import pytest
-from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
-from tests.support.pendulums import pushed_mass
 
 METHODS = ("dopri5", "dop853", "gauss8", "radau5")
 MASS, PERIOD, END = 2.0, 0.1, 2.05
-
-
-@pytest.fixture(scope="module")
-def pushed():
-    kane, power = pushed_mass(), {"power": dynamicsymbols("F") * dynamicsymbols("u")}
-    defaults = {"m": MASS, "k": 0.0}
-    return mechc.compile(kane, name="slider", defaults=defaults, outputs=("energy", power))
 
 
 def law(t, q, u):

@@ -232,6 +232,6 @@ class Failed:
 
 def test_a_run_that_failed_is_played_up_to_there_and_says_so() -> None:
     sol = fake_linkage.run(1.0)
-    data = motion(Overflowing(sol.model, sol.t, status=Failed()))
+    data = motion(Overflowing(sol.system, sol.t, status=Failed()))
     assert data["frames"] == 31
     assert data["notes"] == ["The run stopped: overflow."]

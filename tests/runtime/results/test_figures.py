@@ -82,9 +82,9 @@ def test_the_fake_linkage_moves_as_the_reference_does() -> None:
         np.testing.assert_allclose(got, state, rtol=0, atol=2e-12)
 
 
-@pytest.mark.parametrize(("draw", "first"), [(plot.coordinates, 0), (plot.speeds, 3)])
-def test_curves_are_the_dense_output_in_degrees(draw: Any, first: int) -> None:
-    figure = draw(fake_linkage.run(steps=5), samples=400)
+@pytest.mark.parametrize(("draw", "first"), [("coordinates", 0), ("speeds", 3)])
+def test_curves_are_the_dense_output_in_degrees(draw: str, first: int) -> None:
+    figure = plot.picture(draw, fake_linkage.run(steps=5), samples=400)
     lines = figure.axes[0].get_lines()
     grid = np.linspace(0.0, 4.0, 400)
     expected = np.rad2deg(fake_linkage.exact_state(grid))[:, first : first + 3]
@@ -95,7 +95,7 @@ def test_curves_are_the_dense_output_in_degrees(draw: Any, first: int) -> None:
 
 
 def test_axes_carry_units_and_names_are_pretty() -> None:
-    said = texts(plot.overview(fake_linkage.run()))
+    said = texts(plot.picture("overview", fake_linkage.run()))
     wanted = {"time (s)", "angle (°)", "angular speed (°/s)", "x (m)", "y (m)", "energy (J)"}
     assert wanted | {r"$\theta_{0}$", r"$\theta_{2}$", r"$\omega_{0}$", "path of $p_{2}$"} <= set(
         said
@@ -104,7 +104,7 @@ def test_axes_carry_units_and_names_are_pretty() -> None:
 
 def test_coordinates_of_different_units_get_their_own_panels() -> None:
     units = {"theta_0": "rad", "theta_1": "m", "theta_2": "rad"}
-    figure: Any = plot.coordinates(fake_linkage.run(units=units))
+    figure: Any = plot.picture("coordinates", fake_linkage.run(units=units))
     assert [axes.get_ylabel() for axes in figure.axes] == ["angle (°)", "position (m)"]
     np.testing.assert_allclose(
         figure.axes[1].get_lines()[0].get_ydata()[-1], fake_linkage.exact_state(np.array(4.0))[1]
@@ -112,7 +112,7 @@ def test_coordinates_of_different_units_get_their_own_panels() -> None:
 
 
 def test_paths_keep_their_shape() -> None:
-    figure: Any = plot.paths(fake_linkage.run())
+    figure: Any = plot.picture("paths", fake_linkage.run())
     axes = figure.axes[0]
     figure.canvas.draw()
     assert axes.get_aspect() == 1.0
@@ -124,9 +124,9 @@ def test_a_spatial_mechanism_is_drawn_on_its_two_widest_axes_and_says_so() -> No
     tilt = ((1.0, 0.0, 0.0), (0.0, 0.3, 0.0), (0.0, 0.9, 1.0))
     run = view.sample(fake_linkage.run(tilt=tilt), 50)
     assert view.plane_view(run).axes == ("x", "z")
-    said = texts(plot.paths(run.solution))
+    said = texts(plot.picture("paths", run.solution))
     assert {"x (m)", "z (m)", "spatial motion, projected on x and z"} <= set(said)
-    assert "projected" not in " ".join(texts(plot.paths(fake_linkage.run())))
+    assert "projected" not in " ".join(texts(plot.picture("paths", fake_linkage.run())))
 
 
 def test_a_mechanism_may_say_from_where_it_is_seen() -> None:
@@ -136,11 +136,11 @@ def test_a_mechanism_may_say_from_where_it_is_seen() -> None:
     seen = view.plane_view(run)
     assert seen.axes == ("x", "-z")
     np.testing.assert_array_equal(seen.positions, widest.positions * [1, -1])
-    assert {"x (m)", "-z (m)"} <= set(texts(plot.paths(run.solution)))
+    assert {"x (m)", "-z (m)"} <= set(texts(plot.picture("paths", run.solution)))
 
 
 def test_energy_change_is_readable_at_rounding_level() -> None:
-    figure = plot.energy(fake_linkage.run())
+    figure = plot.picture("energy", fake_linkage.run())
     change = figure.axes[1]
     assert "10⁻¹" in change.get_ylabel()
     assert 0.5 < max(np.abs(change.get_lines()[0].get_ydata())) < 20.0
@@ -159,7 +159,9 @@ class Driven(fake_linkage.FakeSolution):
 
 def test_where_work_is_done_what_it_does_not_explain_is_drawn() -> None:
     run = fake_linkage.run()
-    plain, driven = (plot.energy(sol).axes[1] for sol in (run, Driven(run.model, run.t)))
+    plain, driven = (
+        plot.picture("energy", sol).axes[1] for sol in (run, Driven(run.system, run.t))
+    )
     assert "change of total energy" in plain.get_ylabel()
     assert "change of energy less work" in driven.get_ylabel()
     t, change = driven.lines[0].get_data()
@@ -169,25 +171,25 @@ def test_where_work_is_done_what_it_does_not_explain_is_drawn() -> None:
 
 def test_an_energy_that_never_changes_is_drawn_flat() -> None:
     resting = replace(fake_linkage.run(), t=np.array([0.0, 1e-9]))
-    low, high = plot.energy(resting).axes[1].get_ylim()
+    low, high = plot.picture("energy", resting).axes[1].get_ylim()
     assert low < 0.0 < high
 
 
 def test_a_unit_of_one_is_not_spelt_out() -> None:
-    assert plot.coordinates(fake_linkage.run(units={})).axes[0].get_ylabel() == "value"
+    assert plot.picture("coordinates", fake_linkage.run(units={})).axes[0].get_ylabel() == "value"
 
 
 def test_energy_that_was_not_asked_for_is_a_sentence_not_an_error() -> None:
-    sol = replace(fake_linkage.run(), model=NoEnergyModel())
-    assert any("compiled without energy" in text for text in texts(plot.energy(sol)))
-    texts(plot.overview(sol))
+    sol = replace(fake_linkage.run(), system=NoEnergyModel())
+    assert any("compiled without energy" in text for text in texts(plot.picture("energy", sol)))
+    texts(plot.picture("overview", sol))
 
 
 def test_closure_is_on_a_log_scale_and_shows_exact_zeros() -> None:
-    usual = plot.closure(fake_linkage.run())
+    usual = plot.picture("closure", fake_linkage.run())
     assert usual.axes[0].get_yscale() == "log"
     sol = fake_linkage.run()
-    closed = plot.closure(ExactlyClosed(sol.model, sol.t))
+    closed = plot.picture("closure", ExactlyClosed(sol.system, sol.t))
     assert "exactly zero" in texts(closed)
     marks = closed.axes[0].get_lines()[-1]
     np.testing.assert_array_equal(marks.get_xdata(), sol.t)
@@ -195,8 +197,8 @@ def test_closure_is_on_a_log_scale_and_shows_exact_zeros() -> None:
 
 def test_a_scene_without_constraints_says_so() -> None:
     sol = fake_linkage.run(constrained=False)
-    assert any("no constraints" in text for text in texts(plot.closure(sol)))
-    texts(plot.overview(sol))
+    assert any("no constraints" in text for text in texts(plot.picture("closure", sol)))
+    texts(plot.picture("overview", sol))
 
 
 @pytest.mark.parametrize(
@@ -210,7 +212,7 @@ def test_a_scene_without_constraints_says_so() -> None:
 )
 def test_change_points_are_marked_and_labelled(times: tuple[float, ...], label: str) -> None:
     sol = replace(fake_linkage.run(), change_points=tuple(map(FakeChangePoint, times)))
-    figure: Any = plot.coordinates(sol)
+    figure: Any = plot.picture("coordinates", sol)
     assert label in texts(figure)
     lines = figure.axes[0].get_lines()
     marked = [line.get_xdata()[0] for line in lines if len(line.get_xdata()) == 2]
@@ -218,14 +220,16 @@ def test_change_points_are_marked_and_labelled(times: tuple[float, ...], label: 
 
 
 def test_no_change_points_leave_no_label() -> None:
-    assert not any("change point" in text for text in texts(plot.overview(fake_linkage.run())))
+    assert not any(
+        "change point" in text for text in texts(plot.picture("overview", fake_linkage.run()))
+    )
 
 
 def test_hostile_names_are_shown_as_they_are_and_saved(tmp_path: Path) -> None:
     sol = replace(hostile_run(), status="ended: $x_{ and </svg>\n" + HOSTILE[6])
-    said = texts(plot.coordinates(sol))
+    said = texts(plot.picture("coordinates", sol))
     assert {"</script><b>", r"\$\frac", "_hidden"} <= set(said)
-    plot._save(plot.overview(sol, samples=50), tmp_path / "overview.svg", 40)
+    plot._save(plot.picture("overview", sol, samples=50), tmp_path / "overview.svg", 40)
     tree = ElementTree.parse(tmp_path / "overview.svg")
     tags = {element.tag.rsplit("}")[-1] for element in tree.iter()}
     assert "svg" in tags
@@ -273,7 +277,7 @@ def test_many_coordinates_keep_a_short_legend() -> None:
     ],
 )
 def test_odd_runs_are_drawn_without_a_warning(sol: FakeSolution) -> None:
-    assert "Coordinates" in texts(plot.overview(sol, samples=30))
+    assert "Coordinates" in texts(plot.picture("overview", sol, samples=30))
 
 
 def test_a_run_that_left_the_numbers_is_drawn_up_to_there() -> None:
@@ -301,7 +305,7 @@ def test_files_have_fixed_names_and_the_same_bytes_every_time(tmp_path: Path) ->
 
 
 def test_a_notebook_can_show_a_picture() -> None:
-    picture: Any = plot.overview(fake_linkage.run(), samples=50)
+    picture: Any = plot.picture("overview", fake_linkage.run(), samples=50)
     assert picture._repr_png_().startswith(b"\x89PNG")
 
 
@@ -309,7 +313,7 @@ def test_no_global_setting_outlives_a_picture(tmp_path: Path) -> None:
     import matplotlib
 
     before = dict(matplotlib.rcParams)
-    plot._save(plot.coordinates(fake_linkage.run(), samples=20), tmp_path / "a.svg", 30)
+    plot._save(plot.picture("coordinates", fake_linkage.run(), samples=20), tmp_path / "a.svg", 30)
     assert dict(matplotlib.rcParams) == before
 
 
@@ -319,7 +323,7 @@ def test_matplotlib_is_imported_late_and_pyplot_never() -> None:
         "from mechc.results import figures as plot\n"
         "from tests.support import fake_linkage\n"
         "assert 'matplotlib' not in sys.modules\n"
-        "plot.overview(fake_linkage.run(), samples=20)\n"
+        "plot.picture('overview', fake_linkage.run(), samples=20)\n"
         "assert 'matplotlib' in sys.modules and 'matplotlib.pyplot' not in sys.modules\n"
     )
     command = [sys.executable, "-c", program]
@@ -330,7 +334,7 @@ def test_matplotlib_is_imported_late_and_pyplot_never() -> None:
 def test_missing_matplotlib_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(MissingPackageError, match="pip install matplotlib"):
-        plot.overview(fake_linkage.run())
+        plot.picture("overview", fake_linkage.run())
 
 
 def shown_legend(axes: Any) -> list[str]:
@@ -351,7 +355,7 @@ def test_a_legend_fits_beside_its_panel(count: int) -> None:
 
     units = dict.fromkeys(names, "rad")
     model = replace(FakeModel(), coordinates=names, speeds=names, units=units)
-    figure: Any = plot.coordinates(Chain(model, np.linspace(0.0, 1.0, 9)), samples=20)
+    figure: Any = plot.picture("coordinates", Chain(model, np.linspace(0.0, 1.0, 9)), samples=20)
     figure.canvas.draw()
     (axes,) = figure.axes
     box, panel = axes.get_legend().get_window_extent(), figure.bbox
@@ -383,7 +387,7 @@ def test_curves_that_coincide_are_told_apart() -> None:
 
 def test_what_has_no_constraints_has_no_panel_of_closure(tmp_path: Path) -> None:
     free = fake_linkage.run(constrained=False)
-    figure: Any = plot.overview(free)
+    figure: Any = plot.picture("overview", free)
     assert not any(axes.get_title(loc="left") == "Closure" for axes in figure.axes)
     assert not any("no constraints" in said for said in texts(figure))
     plot.save_all(free, tmp_path, samples=20, formats=("svg",), dpi=20)

@@ -88,7 +88,9 @@ def test_a_picture_compiles_nothing_and_is_made_when_it_is_drawn() -> None:
     model = compiled(hanging_bob(), defaults={"l": 1.0, "m": 1.0, "g": 9.81})
     sol = model.simulate(0.5, {"x": 0.0, "a": 0.5, "x_dot": 0.0, "a_dot": 0.0})
     assert Picture not in model.system.cache
-    said = [text.get_text() for text in figures.paths(sol).axes[0].get_legend().get_texts()]
+    said = [
+        text.get_text() for text in figures.picture("paths", sol).axes[0].get_legend().get_texts()
+    ]
     assert {"path of $C$", "path of $P$"} <= set(said)
     assert model.point_names == ()
     assert "points" not in model.system.scene.outputs
@@ -156,7 +158,7 @@ def test_two_ends_that_a_loop_joins_have_one_path() -> None:
 
     own = (*FakeModel.point_names, "p_2 again")
     model = Doubled(point_names=own, traced=("p_1", "p_2", "p_2 again"))
-    run = sample(replace(fake_linkage.run(), model=model), 40)
+    run = sample(replace(fake_linkage.run(), system=model), 40)
     assert run.traced == ("p_1", "p_2")
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,7 @@ from mechc.results.player.page import Page
 from mechc.results.view.page import view
 from tests.support import fake_linkage
 from tests.support.fake_linkage import FakeChangePoint, FakeSolution
-from tests.support.trust.browser import OpenPage, opened_browser
+from tests.support.trust.browser import OpenPage
 
 pytestmark = pytest.mark.slow
 IN_SPACE = pytest.mark.skipif(
@@ -22,18 +21,12 @@ IN_SPACE = pytest.mark.skipif(
 )
 
 
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with opened_browser() as found:
-        yield found
-
-
 @pytest.fixture(
     scope="module", params=[animate, pytest.param(view, marks=IN_SPACE)], ids=["plane", "space"]
 )
 def made(request: pytest.FixtureRequest) -> Page:
     run = fake_linkage.run(2.0)
-    page: Page = request.param(FakeSolution(run.model, run.t, (FakeChangePoint(0.5),)))
+    page: Page = request.param(FakeSolution(run.system, run.t, (FakeChangePoint(0.5),)))
     return page
 
 
@@ -42,16 +35,6 @@ def page_file(made: Page, tmp_path_factory: pytest.TempPathFactory) -> Path:
     file = tmp_path_factory.mktemp("page") / "page.html"
     file.write_text(made.html, "utf-8")
     return file
-
-
-@pytest.fixture
-def opened(browser: Any, page_file: Path) -> Iterator[OpenPage]:
-    found = OpenPage(browser, page_file)
-    found.settle()
-    yield found
-    assert found.messages == []
-    assert found.requests == [page_file.as_uri()]  # and later none
-    found.context.close()
 
 
 def seconds(page: OpenPage) -> float:

@@ -146,6 +146,37 @@ def test_a_disk_that_fills_leaves_the_file_that_was_there(sol, saved, monkeypatc
     assert [path.name for path in saved.parent.iterdir()] == ["run.nc"]
 
 
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from mechc.results.durable import replacing
+with replacing(Path(sys.argv[1])) as part:
+    part.write_text("half")
+    print("begun", flush=True)
+    sys.stdin.read() or os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_what_a_killed_process_left_is_removed_by_the_next(sol, tmp_path):
+    """A file that is being written by another process stays, and those of other names."""
+    path, other = tmp_path / "run[1].nc", tmp_path / f".else.nc.{'0' * 16}.part"
+    other.write_text("half of another")
+    command = [sys.executable, "-c", KILLED, str(path)]
+    subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+    (left,) = tmp_path.glob(".run*.part")
+    running = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    try:
+        assert running.stdout.readline() == b"begun\n"
+        assert not left.exists()
+        (written,) = tmp_path.glob(".run*.part")
+        sol.save(path)
+        assert {*tmp_path.iterdir()} == {path, other, written}
+    finally:
+        running.communicate(b"go on")
+    assert running.returncode == 0
+    assert {*tmp_path.iterdir()} == {path, other}
+
+
 def test_a_folder_that_is_not_there_is_named(sol, tmp_path):
     with pytest.raises(mechc.MechcError, match="nowhere"):
         sol.save(tmp_path / "nowhere" / "run.nc")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,33 +12,17 @@ from mechc.results.player.page import base64_floats
 from mechc.results.view.page import View, view, view_data
 from tests.support import fake_linkage
 from tests.support.fake_linkage import FakeChangePoint, FakeSolution
-from tests.support.trust.browser import OpenPage, opened_browser
+from tests.support.trust.browser import OpenPage
 
 pytest.importorskip("jupyter_threejs_sage", reason="jupyter-threejs-sage is not installed")
 pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with opened_browser() as found:
-        yield found
-
-
-@pytest.fixture(scope="module")
 def page_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = fake_linkage.run(2.0)
-    sol = FakeSolution(made.model, made.t, (FakeChangePoint(0.5),))
+    sol = FakeSolution(made.system, made.t, (FakeChangePoint(0.5),))
     return view(sol).save(tmp_path_factory.mktemp("view") / "view.html")
-
-
-@pytest.fixture
-def opened(browser: Any, page_file: Path) -> Iterator[OpenPage]:
-    found = OpenPage(browser, page_file)
-    found.settle()
-    yield found
-    assert found.messages == []
-    assert found.requests == [page_file.as_uri()]  # and later none
-    found.context.close()
 
 
 def test_the_camera_turns_comes_nearer_and_goes_to_views(opened: OpenPage) -> None:

@@ -50,7 +50,6 @@ OTHERS = {
 }
 
 
-@pytest.mark.usefixtures("less_optimised")
 @pytest.mark.parametrize("scene", OTHERS)
 def test_forward_and_backward_agree_in_every_form_of_the_equations(scene):
     build, start = OTHERS[scene]

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import mechc
+from mechc.errors import MechcError
 from tests.support.differences import apart, extrapolated
 
 pytestmark = pytest.mark.slow  # compiles much
@@ -125,3 +126,12 @@ def test_where_the_loop_just_closes_there_is_no_derivative(bar):
     assert np.isnan(sol.sensitivity["theta_2"]).all()
     assert np.isfinite(sol.sensitivity["m_1"]).all()
     assert "just close" in sol.sensitivity.notes[0]
+
+
+def test_a_start_at_a_change_point_has_no_derivatives(bar):
+    """Two branches leave it: the derivative by a length does not exist there."""
+    y0 = bar.assemble({"theta_0": np.pi}, speeds={"omega_0": 2.0}, guess={"omega_1": -0.58})
+    with pytest.raises(MechcError, match="begins at a change point"):
+        bar.simulate(0.3, y0, sensitivities=["l_0"])
+    with pytest.raises(MechcError, match="begins at a change point"):
+        bar.simulate(0.3, y0).gradient(end="theta_1", by=["m_1"])

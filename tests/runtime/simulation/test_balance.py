@@ -4,14 +4,11 @@ import numpy as np
 import pytest
 from sympy import cos
 from sympy.physics.mechanics import (
-    KanesMethod,
-    Particle,
-    Point,
-    ReferenceFrame,
     dynamicsymbols,
 )
 
 import mechc
+from benchmarks.problems.particle import particle
 from mechc.simulation.balance import energy_note, energy_of_errors, imbalance
 from mechc.simulation.record import Record
 from tests.support import scenes
@@ -107,13 +104,7 @@ START = {q: 1.0, u: 0.5}
 
 def driven_bead(force):
     """A bead of 2 kg on a straight wire under a force, with its kinetic energy alone."""
-    N, O, P = ReferenceFrame("N"), Point("O"), Point("P")
-    O.set_vel(N, 0)
-    P.set_pos(O, q * N.x)
-    P.set_vel(N, u * N.x)
-    kane = KanesMethod(N, [q], [u], [q.diff() - u])
-    kane.kanes_equations([Particle("bead", P, MASS)], [(P, force * N.x)])
-    return mechc.compile(kane)
+    return mechc.compile(particle([q], [u], [force], MASS))
 
 
 @pytest.mark.parametrize("method", METHODS)

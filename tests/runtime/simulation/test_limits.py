@@ -46,13 +46,6 @@ def test_a_limit_that_suffices_changes_nothing(model, regular):
         np.testing.assert_array_equal(run.y, runs[0].y)
 
 
-def test_the_limit_is_kept_without_c_and_with_inputs():
-    model = mechc.compile(scenes.bead_with(-q), outputs=())
-    cut = model.simulate(1e4, {"q": 1.0, "u": 0.0}, max_bytes=10_000)
-    assert cut.status.code == "memory limit"
-    assert len(cut) * 8 * (1 + 2 * 8) < 10_200
-
-
 @pytest.mark.parametrize("limit", [0, -1, np.nan, "many"])
 def test_a_wrong_limit_is_refused(model, regular, limit):
     with pytest.raises(mechc.ValueOutOfBoundsError, match="max_bytes"):
@@ -63,7 +56,7 @@ def test_a_wrong_limit_is_refused(model, regular, limit):
 
 
 def ended(load, t_end, start=(1.0, 0.0), **policy):
-    """The end of a bead's run under this force, without a compiler."""
+    """The end of a bead's run under this force."""
     model = mechc.compile(scenes.bead_with(load), outputs=())
     start = dict(zip(("q", "u"), start, strict=True))
     return model.simulate(t_end, start, **policy)
@@ -95,6 +88,7 @@ def test_dry_friction_that_sticks_ends_every_method(method):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("flags_of_users")  # rounding decides about steps across the jump
 @pytest.mark.parametrize("start", [2.8, 3.0, 3.2, 3.3, 5.3])
 @pytest.mark.parametrize("rtol", [1e-2, 1e-3, 1e-4])
 def test_a_jacobian_across_a_jump_moves_no_bead_that_sticks(start, rtol):

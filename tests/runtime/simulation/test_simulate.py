@@ -263,6 +263,14 @@ def test_spans_are_finite(model, regular, span):
         model.simulate(span, regular[1], regular[0])
 
 
+@pytest.mark.parametrize("span", [5e-324, -1e-310, (0.0, 1e-320)])
+def test_spans_without_fractions_are_refused(model, regular, span):
+    """5e-324 s filled a gigabyte with steps of zero length."""
+    with pytest.raises(ValueOutOfBoundsError, match=r"at least 2\.22507e-308 s long"):
+        model.simulate(span, regular[1], regular[0])
+    assert model.simulate(3e-308, regular[1], regular[0]).stats["steps"] < 10
+
+
 @pytest.mark.parametrize("span", [((0, 1), 2), "soon", None, (0, "x"), ()])
 def test_spans_are_one_or_two_numbers(model, regular, span):
     with pytest.raises(ValueError, match="t_span must be"):

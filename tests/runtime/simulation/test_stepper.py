@@ -248,3 +248,22 @@ def test_the_least_conditioning_is_that_of_the_motion(model):
     assert least <= sol.stats["least_singular"] * (1.0 + 1e-12)  # its run is ahead
     assert least > 0.5 * sol.stats["least_singular"]
     assert stepper.stats["critical_gap"] == np.inf
+
+
+@pytest.mark.parametrize("dt", [0.1, 0.05, 0.02, 0.01, 1 / 30])
+def test_steps_reach_the_last_sample_of_a_signal(pushed, dt):
+    """Their sum was a few roundings beyond it, and refused; four of these five lengths stopped."""
+    times = np.linspace(0.0, 2.0, 11)
+    signal, count = mechc.Signal(times, np.sin(5 * times), "linear"), round(2.0 / dt)
+    stepper = pushed.stepper([0.1, 0.0], inputs={"F": signal}, rtol=1e-10)
+    for _ in range(count // 2):
+        stepper.step(dt)
+    saved = stepper.save()
+    states = [stepper.step(dt) for _ in range(count - count // 2)]
+    assert stepper.t == pytest.approx(2.0, rel=1e-14)
+    sol = pushed.simulate(2.0, [0.1, 0.0], inputs={"F": signal}, rtol=1e-10)
+    np.testing.assert_allclose(states[-1], sol.y[-1], rtol=1e-7)
+    stepper.restore(saved)
+    assert np.array_equal([stepper.step(dt) for _ in states], states)
+    with pytest.raises(mechc.ValueOutOfBoundsError, match="is sampled from 0 to 2 s"):
+        stepper.step(dt)

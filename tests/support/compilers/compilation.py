@@ -1,7 +1,8 @@
-"""How tests compile scenes: what they need, and where no claim depends on it, in half the time."""
+"""How tests compile scenes: what they need, and with less optimisation."""
 
 from __future__ import annotations
 
+import os
 import shlex
 import subprocess
 import sys
@@ -10,13 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from mechc_codegen.extension import build, flags
 
 from mechc.compilation import toolchain
 from mechc.compilation.parts import Pending
 from tests.support import ROOT
 
-LESS = tuple("-O1" if flag == "-O3" else flag for flag in flags.FLAGS)
+OF_USERS = os.environ.get("CC")  # the compiler before the tests choose theirs
 
 
 class MadeOnRequest(Pending):
@@ -30,15 +30,20 @@ class MadeOnRequest(Pending):
         super().__init__(make, at_once=False)
 
 
-def compile_less_optimised(patch: pytest.MonkeyPatch) -> None:
-    """Until the patch is undone; under keys of their own in the cache, by the compiler's name.
+def compile_less_optimised(patch: pytest.MonkeyPatch, folder: Path) -> None:
+    """Scenes of this process and of those that it starts; in two thirds of the time.
 
-    Whether a mechanism is derived right shows at any level of optimisation.  The flags that users
-    get compile the scenes of all other tests, and of these with ``--thorough``.
+    The compiler's name is part of the keys in the cache, and the same wherever the clone lies.
     """
-    patch.setenv("CC", " ".join((*toolchain.compiler(), "-DMECHC_LESS_OPTIMISED")))
-    for module in (flags, build):
-        patch.setattr(module, "FLAGS", LESS)
+    patch.setenv("CC", Path(compiler_at("-O1", folder)).name)
+    patch.setenv("PATH", os.pathsep.join((str(folder), os.environ["PATH"])))
+
+
+def compile_as_for_users(patch: pytest.MonkeyPatch) -> None:
+    """Until the patch is undone."""
+    patch.delenv("CC", raising=False)
+    if OF_USERS is not None:
+        patch.setenv("CC", OF_USERS)
 
 
 def compiler_at(level: str, folder: Path) -> str:

@@ -8,6 +8,8 @@ from itertools import product
 
 import numpy as np
 
+from tests.support.linkages.python_scene import PythonScene
+
 
 @dataclass(frozen=True)
 class Linkage:
@@ -109,28 +111,21 @@ def jansen(crank):
     )  # fmt: skip
 
 
-class Rows:
-    """Stands for a scene: rods of a linkage, each as its length or its square, times a factor."""
-
-    parameters = 1
+class Rows(PythonScene):
+    """Rods of a linkage, each as its length or its square, times a factor."""
 
     def __init__(self, linkage, squared, factors):
         self.linkage, self.squared, self.factors = linkage, np.asarray(squared), np.asarray(factors)
-        self.coordinates = self.speeds = self.holonomic = self.rows = 2 * len(linkage.dyads)
-        self.width = 2 * self.coordinates
-        self.outputs = {
-            "constraints": self.rows, "velocity_constraints": self.rows,
-            "constraint_jacobian": self.rows * self.coordinates,
-        }  # fmt: skip
+        super().__init__(2 * len(linkage.dyads), 2 * len(linkage.dyads))
 
-    def evaluate(self, name, t, y, p):
-        q = y[:, : self.coordinates].reshape(len(y), -1, 2)
+    def evaluate(self, name, q, u):
+        q = q.reshape(len(q), -1, 2)
         places = {joint: q[:, i] for i, joint in enumerate(self.linkage.joints)}
         places |= {
-            n: np.broadcast_to(place, (len(y), 2)) for n, place in self.linkage.known.items()
+            n: np.broadcast_to(place, (len(q), 2)) for n, place in self.linkage.known.items()
         }
-        values = np.zeros((len(y), self.rows))
-        slopes = np.zeros((len(y), self.rows, len(self.linkage.joints), 2))
+        values = np.zeros((len(q), self.rows))
+        slopes = np.zeros((len(q), self.rows, len(self.linkage.joints), 2))
         for i, (a, b, length) in enumerate(self.linkage.rods):
             rod = places[a] - places[b]
             square = (rod**2).sum(axis=1)
@@ -146,4 +141,4 @@ class Rows:
             for joint, sign in ((a, 1.0), (b, -1.0)):
                 if joint in self.linkage.joints:
                     slopes[:, i, self.linkage.joints.index(joint)] += sign * slope
-        return values if name == "constraints" else slopes.reshape(len(y), -1)
+        return values if name == "constraints" else slopes

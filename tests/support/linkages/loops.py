@@ -8,7 +8,7 @@ from mechc_codegen.frontend.sympy_joints import from_joints
 from sympy import Integer, Rational
 from sympy.physics.mechanics import PinJoint, RigidBody, SphericalJoint, dynamicsymbols
 
-from benchmarks.problems.five_bar import FREE_FALL, rod
+from benchmarks.problems.closed_loops import FREE_FALL, rod
 
 
 def spatial_four_bar() -> Mechanism:

@@ -6,7 +6,7 @@ import pytest
 from mechc_codegen.library.planar.slider_crank import slider_crank
 
 import mechc
-from benchmarks.problems.five_bar import five_bar
+from benchmarks.problems.closed_loops import five_bar
 from benchmarks.problems.window_row import window_row
 from benchmarks.references.closure_curve import Geometry
 from benchmarks.stability import crossings, random_starts

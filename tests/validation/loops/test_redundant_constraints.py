@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from mechc_codegen.library.planar.redundant import spatial, two_rockers
 
 import mechc
+from benchmarks.problems.redundant import spatial, two_rockers
 from tests.support.marks import slow_among
 
 T_END = 5.0

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 from sympy import Expr, S
 from sympy.physics.mechanics import Particle, ReferenceFrame, RigidBody
-from sympy.physics.vector import Vector
 
 from mechc_codegen.derive.tree.frames import NotATreeError
 from mechc_codegen.derive.tree.links import GROUND, Links, PointMotion
-from mechc_codegen.derive.tree.tape import V3, ZERO, dot
+from mechc_codegen.derive.tree.tape import V3, ZERO
 from mechc_codegen.description.mechanism import Mechanism, is_rigid
+from mechc_codegen.description.placement import dot
 
 Symmetric3 = Sequence[V3]
 NOTHING: Symmetric3 = (ZERO, ZERO, ZERO)
@@ -42,18 +42,33 @@ class LinkBodies:
             if not links.local.constant(self.gravity):
                 raise NotATreeError("gravity is not uniform")
         for place, vector in mechanism.loads:
-            self._apply(place, vector)
+            value = links.frames.along(vector.xreplace(mechanism.rates))
+            if isinstance(place, ReferenceFrame):
+                link, wrench = links.with_frame(place), (value, ZERO)
+            else:
+                at = links.motion(place)
+                link, wrench = at.link, (self.tape.cross(at.arm, value), value)
+            if link != GROUND:
+                self._applied.setdefault(link, []).append(wrench)
 
     def inertia(self, link: int) -> tuple[Expr, V3, Symmetric3]:
         """Mass, mass times arm, and inertia about the reference point."""
         tape = self.tape
-        mass, moment, about = S.Zero, ZERO, NOTHING
-        for body in self._of(link):
-            arm = body.centre.arm
+        mass, moment, bodies = S.Zero, ZERO, [b for b in self.bodies if b.centre.link == link]
+        for body in bodies:
             mass += body.mass
-            moment = tape.total(moment, tape.scale(body.mass, arm))
-            about = _sum(about, body.inertia, self._offset(body.mass, arm))
-        return tape.keep(mass), moment, self._keep_matrix(about)
+            moment = tape.total(moment, tape.scale(body.mass, body.centre.arm))
+
+        def about(i: int, j: int) -> Expr:
+            """Central inertia and that of the mass in the centre, m (r.r E - r r^T)."""
+            total: Expr = S.Zero
+            for body in bodies:
+                arm = body.centre.arm
+                square = dot(arm, arm) if i == j else S.Zero
+                total = sum((body.inertia[i][j], body.mass * (square - arm[i] * arm[j])), total)
+            return total
+
+        return tape.keep(mass), moment, tape.symmetric(about)
 
     def wrench(self, link: int) -> tuple[V3, V3]:
         """Moment about the reference point and force: loads minus inertia forces at u' = 0."""
@@ -68,9 +83,6 @@ class LinkBodies:
         gyroscopic = tape.cross(omega, momentum)
         centripetal = tape.cross(omega, tape.cross(omega, moment))
         return tape.difference(torque, gyroscopic), tape.difference(force, centripetal)
-
-    def _of(self, link: int) -> list[Body]:
-        return [b for b in self.bodies if b.centre.link == link]
 
     def _body(self, body: RigidBody | Particle) -> Body:
         frames, local = self.links.frames, self.links.local
@@ -87,34 +99,5 @@ class LinkBodies:
             raise NotATreeError(f"the inertia of {body.name} changes")
         half = [self.tape.transform(rows, axis) for axis in frame.rotation]
         turned = [[dot(axis, h) for h in half] for axis in frame.rotation]
-        return Body(body.name, mass, self.links.turning(centre, frame), self._keep_matrix(turned))
-
-    def _apply(self, place: object, vector: Vector) -> None:
-        value = self.links.frames.along(vector.xreplace(self.mechanism.rates))
-        if isinstance(place, ReferenceFrame):
-            link, wrench = self.links.with_frame(place), (value, ZERO)
-        else:
-            at = self.links.motion(place)
-            link, wrench = at.link, (self.tape.cross(at.arm, value), value)
-        if link != GROUND:
-            self._applied.setdefault(link, []).append(wrench)
-
-    def _offset(self, mass: Expr, arm: V3) -> Symmetric3:
-        """The inertia of a point mass, m (r.r E - r r^T)."""
-        square = dot(arm, arm)
-        rows = [
-            [mass * ((square if i == j else S.Zero) - arm[i] * arm[j]) for j in range(3)]
-            for i in range(3)
-        ]
-        return [(row[0], row[1], row[2]) for row in rows]
-
-    def _keep_matrix(self, matrix: Sequence[Sequence[Expr]]) -> Symmetric3:
-        """A symmetric matrix whose lower half is stored on the tape."""
-        names = {(i, j): self.tape.keep(matrix[i][j]) for i in range(3) for j in range(i + 1)}
-        rows = [[names[max(i, j), min(i, j)] for j in range(3)] for i in range(3)]
-        return [(row[0], row[1], row[2]) for row in rows]
-
-
-def _sum(*matrices: Symmetric3) -> Symmetric3:
-    rows = [[sum((m[i][j] for m in matrices), S.Zero) for j in range(3)] for i in range(3)]
-    return [(row[0], row[1], row[2]) for row in rows]
+        kept = self.tape.symmetric(lambda i, j: turned[i][j])
+        return Body(body.name, mass, self.links.turning(centre, frame), kept)

@@ -5,19 +5,18 @@ All vectors are in components along the inertial frame's axes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
 
 from sympy import Expr, S, diff, eye
-from sympy.physics.mechanics import Point, ReferenceFrame
+from sympy.physics.mechanics import ReferenceFrame
 from sympy.physics.vector import Vector
 
 from mechc_codegen.derive.equations import Symbols
 from mechc_codegen.derive.tree.tape import V3, ZERO, Tape, vanishes
+from mechc_codegen.description.placement import steps_from
 
 Matrix3 = Sequence[V3]
-Node = TypeVar("Node", ReferenceFrame, Point)
 
 
 class NotATreeError(Exception):
@@ -95,7 +94,7 @@ class Frames:
         unit = (tuple(x), tuple(y), tuple(z))
         self.inertial = FrameMotion(inertial, None, inertial, unit, ZERO, ZERO, {})
         self._found = {inertial: self.inertial}
-        self._parents = tree_of(inertial, lambda frame: frame._dcm_dict)
+        self._parents = steps_from(inertial, lambda frame: frame._dcm_dict)
 
     def motion(self, frame: ReferenceFrame) -> FrameMotion:
         """The motion of a frame.
@@ -129,7 +128,11 @@ class Frames:
         columns_of_turn = list(zip(*turn, strict=True))
         product = [[tape.dot(row, c) for c in columns_of_turn] for row in carrier.rotation]
         rotation = [tape.vector(row) for row in product]
-        given = self._relative(carrier.frame, frame)
+        given = frame._ang_vel_dict.get(carrier.frame)
+        if given is None:
+            raise NotATreeError(
+                f"the angular velocity of {frame.name} in {carrier.frame.name} is not set"
+            )
         bias, columns, relative = carrier.bias, dict[int, V3](), ZERO
         for entries, written_in in given.args:
             value = self.local.entries(entries)
@@ -143,10 +146,11 @@ class Frames:
         omega = tape.total(carrier.omega, relative)
         for entries, written_in in given.args:
             own = len(given.args) == 1 and written_in in (frame, carrier.frame)
-            turning = carrier.omega if own else self._omega(written_in, frame, omega)
-            rows = rotation if written_in is frame else self.motion(written_in).rotation
+            turns = written_in is frame
+            turning = omega if turns else self.motion(written_in).omega
+            rows = rotation if turns else self.motion(written_in).rotation
             turned = tape.transform(rows, self.local.entries(entries))
-            bias = tape.total(bias, tape.cross(turning, turned))
+            bias = tape.total(bias, tape.cross(carrier.omega if own else turning, turned))
         still = not given.args and all(self.local.constant(row) for row in turn)
         return FrameMotion(
             frame,
@@ -157,24 +161,3 @@ class Frames:
             bias,
             columns,
         )
-
-    def _omega(self, written_in: ReferenceFrame, frame: ReferenceFrame, omega: V3) -> V3:
-        return omega if written_in is frame else self.motion(written_in).omega
-
-    def _relative(self, carrier: ReferenceFrame, frame: ReferenceFrame) -> Vector:
-        given = frame._ang_vel_dict.get(carrier)
-        if given is not None:
-            return given
-        raise NotATreeError(f"the angular velocity of {frame.name} in {carrier.name} is not set")
-
-
-def tree_of(root: Node, beside: Callable[[Node], Iterable[Node]]) -> dict[Node, Node]:
-    """The previous frame or point on the path from the root, for all that are connected to it."""
-    parents: dict[Node, Node] = {}
-    waiting = [root]
-    for node in waiting:
-        for other in beside(node):
-            if other is not root and other not in parents:
-                parents[other] = node
-                waiting.append(other)
-    return parents

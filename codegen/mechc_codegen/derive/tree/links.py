@@ -12,8 +12,10 @@ from dataclasses import dataclass
 from sympy import Expr
 from sympy.physics.mechanics import Point, ReferenceFrame
 
-from mechc_codegen.derive.tree.frames import FrameMotion, Frames, NotATreeError, tree_of
+from mechc_codegen.derive.equations import Symbols
+from mechc_codegen.derive.tree.frames import FrameMotion, Frames, NotATreeError
 from mechc_codegen.derive.tree.tape import V3, ZERO, vanishes
+from mechc_codegen.description.placement import steps_from
 
 GROUND = -1
 
@@ -53,7 +55,7 @@ class Links:
     ) -> None:
         self.frames, self.tape, self.local = frames, frames.tape, frames.local
         self.links: list[Link] = []
-        self._parents = tree_of(origin, lambda point: point._pos_dict)
+        self._parents = steps_from(origin, lambda point: point._pos_dict)
         self._points = {origin: PointMotion(ZERO, ZERO, ZERO, GROUND, ZERO)}
         self._bodies = {frames.motion(frame).body for frame in bodies}
         self._known: dict[tuple[ReferenceFrame, int, V3], int] = {}
@@ -187,6 +189,41 @@ class Links:
     def _add(self, link: Link) -> int:
         self.links.append(link)
         return len(self.links) - 1
+
+
+class LinkAccelerations:
+    """The part of each link's acceleration that depends on u', once the motion is solved, from the
+    ground outwards."""
+
+    def __init__(self, links: Links, symbols: Symbols) -> None:
+        self.tape, self.links = links.tape, links
+        self._of_speeds = symbols.accelerations
+        self._found: dict[int, tuple[V3, V3]] = {GROUND: (ZERO, ZERO)}
+
+    def of_link(self, link: int) -> tuple[V3, V3]:
+        """The terms with u' in the accelerations, angular and of the reference point."""
+        for outward in reversed(self.links.path(link)):
+            if outward not in self._found:
+                self._found[outward] = self._next(outward)
+        return self._found[link]
+
+    def of_frame(self, link: int) -> V3:
+        """The whole angular acceleration of a link."""
+        return self.tape.total(self.of_link(link)[0], self.links.frame_of(link).bias)
+
+    def of_point(self, point: PointMotion) -> V3:
+        """The whole acceleration of a point."""
+        angular, linear = self.of_link(point.link)
+        turned = self.tape.cross(angular, point.arm)
+        return self.tape.total(linear, turned, point.bias)
+
+    def _next(self, number: int) -> tuple[V3, V3]:
+        tape, link = self.tape, self.links.links[number]
+        carried, at = self._found[link.parent]
+        turning = [tape.scale(self._of_speeds[k], a) for k, (a, _) in link.columns.items()]
+        moving = [tape.scale(self._of_speeds[k], v) for k, (_, v) in link.columns.items()]
+        angular = tape.total(carried, *turning)
+        return angular, tape.total(at, tape.cross(carried, link.offset), *moving)
 
 
 def every_speed_has_its_link(links: list[Link], speeds: int) -> bool:

@@ -11,48 +11,29 @@ that needs, projected on the columns of the links between it and the ground, is 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 from sympy import Expr, S
 
 from mechc_codegen.derive.equations import Output, Symbols
+from mechc_codegen.derive.outputs import equations_of_motion
 from mechc_codegen.derive.tree.bodies import LinkBodies, Symmetric3
 from mechc_codegen.derive.tree.links import GROUND
 from mechc_codegen.derive.tree.residual import Residual
-from mechc_codegen.derive.tree.tape import V3, dot
+from mechc_codegen.derive.tree.tape import V3
+from mechc_codegen.description.placement import dot
 
 Composite = tuple[Expr, V3, Symmetric3]
 
 
-def equations_of_motion(
-    loaded: LinkBodies, symbols: Symbols, speeds: Sequence[str]
-) -> list[Output]:
+def composite_equations(loaded: LinkBodies, symbols: Symbols) -> list[Output]:
     """``mass_matrix`` and ``forcing``, in the form that Kane's method written out has."""
-    size = len(speeds)
-    mass = _MassMatrix(loaded, size).rows
-    return [
-        Output(
-            "mass_matrix",
-            "M, of the composite bodies beyond each joint",
-            tuple(loaded.tape.keep(entry) for row in mass for entry in row),
-            (size, size),
-            tuple(f"M[{a}, {b}]" for a in speeds for b in speeds),
-        ),
-        Output(
-            "forcing",
-            "F = generalized active forces less inertia forces free of accelerations",
-            tuple(-entry for entry in _needed_at_rest(loaded, symbols)),
-            (size,),
-            tuple(f"F[{name}]" for name in speeds),
-        ),
-    ]
-
-
-def _needed_at_rest(loaded: LinkBodies, symbols: Symbols) -> list[Expr]:
-    """The residual of the equations of motion at u' = 0."""
+    mass = _MassMatrix(loaded, len(symbols.u)).rows
+    entries = [loaded.tape.keep(entry) for row in mass for entry in row]
     still = replace(symbols, accelerations=(S.Zero,) * len(symbols.accelerations))
-    return Residual(loaded, (), still).elements()
+    needed = Residual(loaded, (), still).elements()  # at u' = 0
+    equation = "M, of the composite bodies beyond each joint"
+    return equations_of_motion(loaded.mechanism, equation, entries, (-entry for entry in needed))
 
 
 class _MassMatrix:
@@ -82,17 +63,12 @@ class _MassMatrix:
         both = tape.total(tape.scale(mass, arm), tape.scale(2, moment))
         square = tape.dot(arm, both)
         mixed = tape.total(tape.scale(mass, arm), moment)
-        entries = {
-            (i, j): tape.keep(
-                about[i][j]
-                + (square if i == j else S.Zero)
-                - (arm[i] * mixed[j] + moment[i] * arm[j])
-            )
-            for i in range(3)
-            for j in range(i + 1)
-        }
-        rows = [[entries[max(i, j), min(i, j)] for j in range(3)] for i in range(3)]
-        return mass, mixed, [(row[0], row[1], row[2]) for row in rows]
+
+        def entry(i: int, j: int) -> Expr:
+            turning = about[i][j] + (square if i == j else S.Zero)
+            return turning - (arm[i] * mixed[j] + moment[i] * arm[j])
+
+        return mass, mixed, tape.symmetric(entry)
 
     def _project(self, number: int, body: Composite) -> None:
         """Add the entries of M that couple a link's speeds with all speeds towards the ground."""
@@ -100,7 +76,8 @@ class _MassMatrix:
         for speed, (turning, sliding) in self.links[number].columns.items():
             moment = tape.total(tape.transform(about, turning), tape.cross(arm, sliding))
             force = tape.total(tape.scale(mass, sliding), tape.cross(turning, arm))
-            self._add_own(number, speed, moment, force)
+            for other, column in self.links[number].columns.items():
+                self.rows[speed][other] += dot(column[0], moment) + dot(column[1], force)
             at = number
             while self.links[at].parent != GROUND:
                 moment = tape.total(moment, tape.cross(self.links[at].offset, force))
@@ -109,7 +86,3 @@ class _MassMatrix:
                     value = dot(column[0], moment) + dot(column[1], force)
                     self.rows[speed][other] += value
                     self.rows[other][speed] += value
-
-    def _add_own(self, number: int, speed: int, moment: V3, force: V3) -> None:
-        for other, (turning, sliding) in self.links[number].columns.items():
-            self.rows[speed][other] += dot(turning, moment) + dot(sliding, force)

@@ -8,26 +8,26 @@ the Jacobian's entries with the paths that the cuts join.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 from sympy import Expr, S, sympify
+from sympy.physics.mechanics import Point
+from sympy.physics.vector import Vector
 
-from mechc_codegen.derive.equations import Equations, Output, Tree
+from mechc_codegen.derive import outputs
+from mechc_codegen.derive.equations import Equations, Output, Symbols, Tree
 from mechc_codegen.derive.joint_reactions import reaction_outputs, refuse_unknown_reactions
 from mechc_codegen.derive.state_symbols import StateSymbols, state_symbols
-from mechc_codegen.derive.tree.accelerations import LinkAccelerations
-from mechc_codegen.derive.tree.bodies import Body, LinkBodies
+from mechc_codegen.derive.tree.bodies import LinkBodies
 from mechc_codegen.derive.tree.frames import Frames, Local, NotATreeError
-from mechc_codegen.derive.tree.links import Link, Links, PointMotion, every_speed_has_its_link
-from mechc_codegen.derive.tree.mass_matrix import equations_of_motion
-from mechc_codegen.derive.tree.reactions import TreeKinetics
-from mechc_codegen.derive.tree.residual import Residual
-from mechc_codegen.derive.tree.tape import V3, Tape, dot, vanishes
+from mechc_codegen.derive.tree.links import Link, LinkAccelerations, Links, every_speed_has_its_link
+from mechc_codegen.derive.tree.mass_matrix import composite_equations
+from mechc_codegen.derive.tree.residual import CutRow, Residual
+from mechc_codegen.derive.tree.tape import V3, Tape, vanishes
 from mechc_codegen.derive.tree.velocities import refuse_other_velocities
+from mechc_codegen.description.joints.tree import Body as JointedBody
 from mechc_codegen.description.mechanism import Mechanism, is_rigid, printed_name
+from mechc_codegen.description.placement import dot
 from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
-
-AXES = ("x", "y", "z")
 
 
 def derive_tree(
@@ -48,7 +48,7 @@ def derive_tree(
         Where the mechanism cannot be described as a tree of links; the message says why.
     """
     _refuse_others(mechanism)
-    return _Derivation(mechanism, request, least_written).equations()
+    return _TreeDerivation(mechanism, request, least_written).equations()
 
 
 def _refuse_others(mechanism: Mechanism) -> None:
@@ -65,17 +65,7 @@ def _refuse_others(mechanism: Mechanism) -> None:
             raise NotATreeError(reason)
 
 
-@dataclass(frozen=True)
-class _Cut:
-    """One row of a closure: two points that coincide along an axis."""
-
-    label: str
-    point: PointMotion
-    target: PointMotion
-    axis: V3
-
-
-class _Derivation:
+class _TreeDerivation:
     def __init__(
         self, mechanism: Mechanism, request: OutputRequest, least_written: int | None
     ) -> None:
@@ -104,8 +94,14 @@ class _Derivation:
         mechanism, includes = self.mechanism, self.request.includes
         links = self.links.links
         planar = self._planar(links)
-        outputs = [
-            *(self._written() if self.written else self._tree_outputs(links, planar)),
+        kinetics = TreeKinetics(mechanism, self.links, self.loaded, self.symbols)
+        if self.written:
+            motion = composite_equations(self.loaded, self.symbols)
+            motion.append(outputs.array("motion_constraints", "constraints on the speeds", (), ()))
+        else:
+            motion = self._tree_outputs(links, planar)
+        derived = [
+            *motion,
             *self._kinematics(),
             *self._closures(planar),
             *(self._energies() if includes("energy") else ()),
@@ -113,18 +109,16 @@ class _Derivation:
             *(self._points() if includes("points") else ()),
             *(self._accelerations() if includes("accelerations") else ()),
             *(self._residual() if self.request.includes_jacobian and not self.written else ()),
-            *(self._reactions() if includes("reactions") else ()),
+            *(reaction_outputs(mechanism, kinetics) if includes("reactions") else ()),
             *self._scalars(),
         ]
         return Equations(
             symbols=self.symbols,
-            outputs={o.name: o for o in outputs},
-            parameter_defaults=tuple(
-                self.to_symbols.default(p.default) for p in mechanism.parameters
-            ),
+            outputs={o.name: o for o in derived},
+            parameter_defaults=self.to_symbols.defaults(mechanism),
             holonomic=len(self.cuts),
             nonholonomic=0,
-            identity_kinematics=self._plain_kinematics(),
+            identity_kinematics=mechanism.has_identity_kinematics,
             states=len(mechanism.states),
             speed_names=tuple(printed_name(u) for u in mechanism.u),
             mass_scale=sum((b.mass for b in self.loaded.bodies), S.Zero),
@@ -138,11 +132,6 @@ class _Derivation:
                 tuple((cut.point.link, cut.target.link) for cut in self.cuts),
             ),
         )
-
-    def _plain_kinematics(self) -> bool:
-        """Whether the speeds are the coordinates' rates, without states and auxiliary speeds."""
-        mechanism = self.mechanism
-        return tuple(mechanism.kinematics) == mechanism.u and not mechanism.states
 
     def _plain(self, expression: Expr) -> Expr:
         return self.to_symbols.expression(sympify(expression).xreplace(self.mechanism.rates))
@@ -165,14 +154,6 @@ class _Derivation:
         return all(vanishes((*angular[:2], linear[2])) for angular, linear in motions) and all(
             vanishes((*link.bias[0][:2], link.bias[1][2])) for link in links
         )
-
-    def _written(self) -> list[Output]:
-        """The outputs M and F in place of the tree's data, and the constraints on the speeds."""
-        names = [printed_name(u) for u in self.mechanism.u]
-        return [
-            *equations_of_motion(self.loaded, self.symbols, names),
-            Output("motion_constraints", "constraints on the speeds", (), (0,), ()),
-        ]
 
     def _tree_outputs(self, links: Sequence[Link], planar: bool) -> list[Output]:
         numbers = range(len(links))
@@ -214,7 +195,7 @@ class _Derivation:
 
     # -- constraints ------------------------------------------------------------------------
 
-    def _cuts(self) -> list[_Cut]:
+    def _cuts(self) -> list[CutRow]:
         cuts = []
         for closure in self.mechanism.closures:
             point, target = self.links.motion(closure.point), self.links.motion(closure.target)
@@ -222,26 +203,18 @@ class _Derivation:
                 axis = self.frames.along(vector)
                 if not self.frames.local.constant(axis):
                     raise NotATreeError(f"an axis of {closure.name} turns")
-                cuts.append(_Cut(label, point, target, axis))
+                cuts.append(CutRow(label, point, target, axis))
         return cuts
 
     def _closures(self, planar: bool) -> list[Output]:
         labels = tuple(cut.label for cut in self.cuts)
         along = tuple(f"rate of {label}" for label in labels)
-        count = (len(labels),)
-        if self.cuts and not self._plain_kinematics():
+        if self.cuts and not self.mechanism.has_identity_kinematics:
             raise NotATreeError("loops are closed, and speeds are not the coordinates' rates")
         gamma = tuple(-value for value in self._across("bias"))
         return [
-            Output(
-                "constraints",
-                "configuration constraints: the loop closes where these vanish",
-                self._across("position"),
-                count,
-                labels,
-            ),
-            Output("velocity_constraints", "J u + b = 0", self._across("velocity"), count, along),
-            Output("gamma", "J u' = gamma", gamma, count, along),
+            outputs.constraints(self._across("position"), labels),
+            *outputs.rates_of_constraints(self._across("velocity"), gamma, along),
             *(self._cut_outputs(planar) if self.cuts else ()),
         ]
 
@@ -266,56 +239,28 @@ class _Derivation:
     # -- other outputs ----------------------------------------------------------------------
 
     def _kinematics(self) -> list[Output]:
-        names = [printed_name(q) for q in (*self.mechanism.q, *self.mechanism.x)]
-        labels = tuple(f"rate of {name}" for name in names)
-        size = len(self.symbols.u)
-        coordinates = len(self.mechanism.q)  # displacements do not change the states after them
-        matrix = tuple(
-            rate.diff(u) if k < coordinates else S.Zero
-            for k, rate in enumerate(self.rates)
-            for u in self.symbols.u
-        )
         return [
-            Output(
-                "coordinate_rates",
-                "kinematic differential equations: rates of the coordinates",
-                tuple(self.rates),
-                (len(names),),
-                labels,
-            ),
-            Output(
-                "kinematic_matrix",
-                "N: derivative of the coordinates' rates by the speeds",
-                matrix,
-                (len(names), size),
-                tuple(f"N[{r}, {c}]" for r in range(len(names)) for c in range(size)),
-            ),
+            outputs.coordinate_rates(self.mechanism, self.rates),
+            outputs.kinematic_matrix(self.rates, self.symbols.u, len(self.mechanism.q)),
         ]
 
     def _energies(self) -> list[Output]:
         tape, mechanism = self.tape, self.mechanism
-        kinetic = sum((self._kinetic(body) for body in self.loaded.bodies), S.Zero)
-        equation = "T = sum of m v.v/2 + omega.I.omega/2"
-        energies = [Output("kinetic_energy", equation, (tape.keep(kinetic),), (), ("T",))]
+        kinetic = S.Zero
+        for body in self.loaded.bodies:
+            omega, v = self.links.frame_of(body.centre.link).omega, body.centre.velocity
+            spin = dot(omega, tape.transform(body.inertia, omega))
+            kinetic += tape.keep(body.mass * dot(v, v) / 2 + spin / 2)
+        kinetic = tape.keep(kinetic)
         if mechanism.unknown_potentials:
-            return energies
+            return outputs.energies(mechanism, kinetic, S.Zero)
         given = mechanism.potential
         if given is None:
             given = sum((sympify(b.potential_energy) for b in mechanism.bodies), S.Zero)
         potential = self._plain(given)
         for body in self.loaded.bodies:
             potential -= body.mass * dot(self.loaded.gravity, body.centre.position)
-        equation = "V, of the loads that have one"
-        return [
-            *energies,
-            Output("potential_energy", equation, (tape.keep(potential),), (), ("V",)),
-        ]
-
-    def _kinetic(self, body: Body) -> Expr:
-        omega = self.links.frame_of(body.centre.link).omega
-        spin = dot(omega, self.tape.transform(body.inertia, omega))
-        speed = dot(body.centre.velocity, body.centre.velocity)
-        return self.tape.keep(body.mass * speed / 2 + spin / 2)
+        return outputs.energies(mechanism, kinetic, tape.keep(potential))
 
     def _momenta(self) -> list[Output]:
         tape, linear, angular = self.tape, [], []
@@ -325,59 +270,31 @@ class _Derivation:
             own = tape.transform(body.inertia, omega)
             linear.append(momentum)
             angular.append(tape.total(tape.cross(body.centre.position, momentum), own))
-        names = [body.name for body in self.loaded.bodies]
-        return [
-            _vectors("linear_momenta", "m v of each body", names, linear),
-            _vectors(
-                "angular_momenta",
-                "r x m v + I . omega of each body, about the origin",
-                names,
-                angular,
-            ),
-        ]
+        return outputs.momenta(self.mechanism, linear, angular)
 
     def _points(self) -> list[Output]:
-        points = self.mechanism.points
-        names = [point.name for point in points]
-        motions = [self.links.motion(point) for point in points]
-        positions = [m.position for m in motions]
-        return [
-            _vectors("points", "positions of the named points", names, positions),
-            _vectors(
-                "point_velocities",
-                "velocities of the named points",
-                names,
-                [m.velocity for m in motions],
-            ),
-        ]
+        motions = [self.links.motion(point) for point in self.mechanism.points]
+        return outputs.points(
+            self.mechanism, (m.position for m in motions), (m.velocity for m in motions)
+        )
 
     def _residual(self) -> list[Output]:
         """The residual that Jacobians are derived from instead of M and F; it is not emitted."""
         elements = tuple(Residual(self.loaded, self.cuts, self.symbols).elements())
-        labels = tuple(f"residual[{i}]" for i in range(len(elements)))
+        labels = (f"residual[{i}]" for i in range(len(elements)))
         equation = "M u' + J^T lambda - F and J u' - gamma"
-        return [Output("residual", equation, elements, (len(elements),), labels)]
+        return [outputs.array("residual", equation, elements, labels)]
 
     def _accelerations(self) -> list[Output]:
-        points, moving = self.mechanism.points, LinkAccelerations(self.links, self.symbols)
-        found = [moving.of_point(self.links.motion(point)) for point in points]
-        equation, names = "accelerations of the named points", [point.name for point in points]
-        return [_vectors("point_accelerations", equation, names, found)]
-
-    def _reactions(self) -> list[Output]:
-        kinetics = TreeKinetics(self.mechanism, self.links, self.loaded, self.symbols)
-        return reaction_outputs(self.mechanism, kinetics)
+        moving = LinkAccelerations(self.links, self.symbols)
+        found = [moving.of_point(self.links.motion(p)) for p in self.mechanism.points]
+        return [outputs.point_accelerations(self.mechanism, found)]
 
     def _scalars(self) -> list[Output]:
-        equation = "of several assemblies the one where this is largest is taken"
-        own = [
-            Output(n, "user-defined output", (e,), (), (n,))
-            for n, e in self.request.expressions.items()
-        ]
+        own = outputs.user_outputs(self.request, {})
         scalars = [self.to_symbols.motion_output(output) for output in own]
         if self.mechanism.preference is not None:
-            value = self._plain(self.mechanism.preference)
-            scalars.append(Output("preference", equation, (value,), (), ("preference",)))
+            scalars.append(outputs.preference(self._plain(self.mechanism.preference)))
         return scalars
 
 
@@ -393,6 +310,32 @@ def _data_output(name: str, equation: str, rows: Sequence[Iterable[Expr]]) -> Ou
     return Output(name, equation, tuple(v for r in values for v in r), (len(values), width), labels)
 
 
-def _vectors(name: str, equation: str, of: list[str], vectors: Sequence[V3]) -> Output:
-    labels = tuple(f"{what} along {axis}" for what in of for axis in AXES)
-    return Output(name, equation, tuple(c for v in vectors for c in v), (len(of), 3), labels)
+class TreeKinetics:
+    """Positions and momentum rates for joint reactions, link by link, as values on the tape."""
+
+    def __init__(
+        self, mechanism: Mechanism, links: Links, loaded: LinkBodies, symbols: Symbols
+    ) -> None:
+        self.mechanism, self.links, self.symbols = mechanism, links, symbols
+        self.bodies = dict(zip(mechanism.bodies, loaded.bodies, strict=True))
+        self.moving = LinkAccelerations(links, symbols)
+        tape = links.tape
+        self.total, self.difference = tape.total, tape.difference
+        self.cross, self.scale = tape.cross, tape.scale
+
+    def along(self, vector: Vector) -> V3:
+        return self.links.frames.along(vector.xreplace(self.mechanism.rates))
+
+    def position(self, point: Point) -> V3:
+        return self.links.motion(point).position
+
+    def multiplier(self, row: int) -> Expr:
+        return self.symbols.multipliers[row]
+
+    def momentum_rates(self, body: JointedBody) -> tuple[V3, V3]:
+        tape, on = self.links.tape, self.bodies[body]
+        omega = self.links.frame_of(on.centre.link).omega
+        momentum = tape.transform(on.inertia, omega)
+        turning = tape.transform(on.inertia, self.moving.of_frame(on.centre.link))
+        linear = tape.scale(on.mass, self.moving.of_point(on.centre))
+        return linear, tape.total(turning, tape.cross(omega, momentum))

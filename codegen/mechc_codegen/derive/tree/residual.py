@@ -7,32 +7,30 @@ mass matrix: inverse dynamics (Featherstone 2008, section 5.3) with the forces o
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
+from dataclasses import dataclass
 
 from sympy import Expr, S
 
 from mechc_codegen.derive.equations import Symbols
-from mechc_codegen.derive.tree.accelerations import LinkAccelerations
 from mechc_codegen.derive.tree.bodies import LinkBodies
-from mechc_codegen.derive.tree.links import GROUND, PointMotion
+from mechc_codegen.derive.tree.links import GROUND, LinkAccelerations, PointMotion
 from mechc_codegen.derive.tree.tape import V3, ZERO
 
 
-class Cut(Protocol):
-    """Two points that coincide along an axis."""
+@dataclass(frozen=True)
+class CutRow:
+    """One row of a closure: two points that coincide along an axis."""
 
-    @property
-    def point(self) -> PointMotion: ...
-    @property
-    def target(self) -> PointMotion: ...
-    @property
-    def axis(self) -> V3: ...
+    label: str
+    point: PointMotion
+    target: PointMotion
+    axis: V3
 
 
 class Residual:
     """Motions of the links outwards, wrenches inwards."""
 
-    def __init__(self, loaded: LinkBodies, cuts: Sequence[Cut], symbols: Symbols) -> None:
+    def __init__(self, loaded: LinkBodies, cuts: Sequence[CutRow], symbols: Symbols) -> None:
         self.loaded, self.cuts, self.symbols = loaded, cuts, symbols
         self.links, self.tape = loaded.links, loaded.tape
 

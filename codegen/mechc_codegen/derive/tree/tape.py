@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from sympy import Expr, Mul, S, Symbol
+
+from mechc_codegen.description.placement import cross, dot
 
 V3 = tuple[Expr, Expr, Expr]
 ZERO: V3 = (S.Zero, S.Zero, S.Zero)
@@ -54,9 +56,7 @@ class Tape:
         return self.keep(dot(a, b))
 
     def cross(self, a: V3, b: V3) -> V3:
-        return self.vector(
-            (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
-        )
+        return self.vector(cross(a, b))
 
     def total(self, *vectors: V3) -> V3:
         return self.vector(sum(parts, S.Zero) for parts in zip(*vectors, strict=True))
@@ -67,13 +67,15 @@ class Tape:
     def scale(self, factor: Expr, a: V3) -> V3:
         return self.vector(factor * x for x in a)
 
+    def symmetric(self, entry: Callable[[int, int], Expr]) -> list[V3]:
+        """A symmetric matrix, of which the lower half is stored."""
+        lower = (self.keep(entry(i, j)) for i in range(3) for j in range(i + 1))
+        xx, xy, yy, xz, yz, zz = lower
+        return [(xx, xy, xz), (xy, yy, yz), (xz, yz, zz)]
+
     def transform(self, rows: Sequence[V3], a: Sequence[Expr]) -> V3:
         """Matrix times vector."""
         return self.vector(dot(row, a) for row in rows)
-
-
-def dot(a: Sequence[Expr], b: Sequence[Expr]) -> Expr:
-    return sum((x * y for x, y in zip(a, b, strict=True)), S.Zero)
 
 
 def vanishes(vector: Iterable[Expr]) -> bool:

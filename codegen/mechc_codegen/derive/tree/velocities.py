@@ -14,8 +14,9 @@ from sympy.physics.mechanics import Point
 
 from mechc_codegen.derive.tree.frames import NotATreeError
 from mechc_codegen.derive.tree.links import Links
-from mechc_codegen.derive.tree.tape import Tape, dot
+from mechc_codegen.derive.tree.tape import Tape
 from mechc_codegen.description.mechanism import Mechanism
+from mechc_codegen.description.placement import dot
 
 SAME = 1e-9  # of velocities of the order of one
 SAMPLES = 2

@@ -49,17 +49,13 @@ def joints_and_closures(
 
 
 def _with_ground(name: str, frame: ReferenceFrame, bodies: Sequence[Body], joint: Joint) -> Joint:
-    sides: dict[str, Any] = {}
-    for side in ("parent", "child"):
-        body = getattr(joint, side)
-        if body is not None and body not in bodies:
-            if getattr(body, "frame", None) is not frame:
-                raise MechanismError(
-                    f"{name}: the joint {joint.name} joins {body.name}, which is not among the "
-                    "bodies"
-                )
-            sides[side] = None
-    return replace(joint, **sides) if sides else joint
+    others = [b for b in (joint.parent, joint.child) if b is not None and b not in bodies]
+    for body in others:
+        if getattr(body, "frame", None) is not frame:
+            raise MechanismError(
+                f"{name}: the joint {joint.name} joins {body.name}, which is not among the bodies"
+            )
+    return joint.on_ground(others)
 
 
 def _without_idle(closure: Closure, placements: Sequence[Placement]) -> Closure:

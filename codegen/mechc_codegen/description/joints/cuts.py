@@ -19,6 +19,7 @@ from sympy.physics.vector import Vector
 from mechc_codegen.description.constraints import Closure
 from mechc_codegen.description.joints.tree import Body, Joint
 from mechc_codegen.description.placement import cross
+from mechc_codegen.description.terms import vector_along
 from mechc_codegen.errors import MechanismError
 
 Components = tuple[Expr, Expr, Expr]
@@ -204,10 +205,10 @@ class _Sides:
         return x, y, z
 
     def on_parent(self, components: Components) -> Vector:
-        return _vector(components, self._frame_of(0))
+        return vector_along(components, self._frame_of(0))
 
     def on_child(self, components: Components) -> Vector:
-        return _vector(components, self._frame_of(1))
+        return vector_along(components, self._frame_of(1))
 
     def across(self, axis: Components) -> tuple[Vector, ...]:
         """Two directions of the parent that are perpendicular to the axis."""
@@ -268,11 +269,6 @@ class _Sides:
 
 def _name(body: Body | None) -> str:
     return "ground" if body is None else str(body.name)
-
-
-def _vector(components: Components, frame: ReferenceFrame) -> Vector:
-    axes = (frame.x, frame.y, frame.z)
-    return sum((c * axis for c, axis in zip(components, axes, strict=True)), Vector(0))
 
 
 def across(axis: Components) -> tuple[Components, Components]:

@@ -7,9 +7,9 @@ path leads from each body to the ground.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from typing import Any, TypeAlias
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Self, TypeAlias
 
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody
@@ -48,6 +48,12 @@ class Joint:
     coordinates: tuple[AppliedUndef, ...] = ()
     speeds: tuple[AppliedUndef, ...] = ()
     quaternion: tuple[AppliedUndef, ...] = ()
+
+    def on_ground(self, at_rest: Collection[Body]) -> Self:
+        """The joint with the ground in place of these bodies."""
+        moved = [side for side in ("parent", "child") if getattr(self, side) in at_rest]
+        sides: dict[str, Any] = dict.fromkeys(moved)
+        return replace(self, **sides) if sides else self
 
     @property
     def is_cut(self) -> bool:

@@ -16,6 +16,8 @@ from sympy import (
     Float,
     I,
     Integer,
+    Max,
+    Min,
     Mul,
     Number,
     Pow,
@@ -29,6 +31,7 @@ from sympy import (
     nan,
     oo,
     pi,
+    sign,
     sin,
     sqrt,
     tan,
@@ -40,11 +43,14 @@ from mechc_codegen.description.parsing.bounded_work import TooMuchWorkError, wit
 from mechc_codegen.errors import ExpressionError
 
 FUNCTIONS = {f.__name__: f for f in (sin, cos, tan, asin, acos, atan, exp, log, sqrt, tanh)} | {
-    "abs": Abs
+    "abs": Abs,
+    "sign": sign,
+    **dict.fromkeys(("max", "Max"), Max),
+    **dict.fromkeys(("min", "Min"), Min),
 }
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"
-    r"|(?P<name>[^\W\d]\w*)|(?P<operator>\*\*|[-+*/^()]))"
+    r"|(?P<name>[^\W\d]\w*)|(?P<operator>\*\*|[-+*/^(),]))"
 )
 _MAX_LENGTH, _MAX_DEPTH, _MAX_EXPONENT = 1000, 50, 12
 _MAX_FUNCTIONS, _MAX_EXACT, _MAX_SIZE = 6, 10**15, 1e300
@@ -64,7 +70,7 @@ def parse_expression(text: str, names: Mapping[str, Expr]) -> Expr:
     if len(text) > _MAX_LENGTH:
         raise ExpressionError(f"an expression of {len(text)} characters: {_MAX_LENGTH} at most")
     try:
-        return with_at_most(_MAX_CALLS, _Parser(text, {"pi": pi, **names}).whole)
+        return with_at_most(_MAX_CALLS, _ExpressionParser(text, {"pi": pi, **names}).whole)
     except TooMuchWorkError:
         raise ExpressionError(
             f"cannot read {text!r}: it takes SymPy too long; write it more simply, or give "
@@ -76,7 +82,7 @@ def parse_expression(text: str, names: Mapping[str, Expr]) -> Expr:
         raise ExpressionError(f"cannot read {text!r}: {error}") from error
 
 
-class _Parser:
+class _ExpressionParser:
     """Recursive descent over the tokens of one text."""
 
     def __init__(self, text: str, names: Mapping[str, Expr]) -> None:
@@ -195,16 +201,23 @@ class _Parser:
             self.functions += 1
             if self.functions > _MAX_FUNCTIONS:
                 raise self._error(f"more than {_MAX_FUNCTIONS} functions inside each other")
-            argument = self._closing(self._one_level_deeper(self._sum))
+            arguments = self._arguments(several=FUNCTIONS[name] in (Max, Min))
             self.functions -= 1
             if name == "sqrt":
-                return self._to_power(argument, S.Half)
-            return self._within_bounds(FUNCTIONS[name](argument))
+                return self._to_power(arguments[0], S.Half)
+            return self._within_bounds(FUNCTIONS[name](*arguments))
         if name not in self.names:
             known = ", ".join([*self.names, *FUNCTIONS])
             raise self._error(f"{name!r} is not known here; known are {known}")
         self.next += 1
         return self.names[name]
+
+    def _arguments(self, *, several: bool) -> list[Expr]:
+        found = [self._one_level_deeper(self._sum)]
+        while several and self._take(","):
+            found.append(self._one_level_deeper(self._sum))
+        self._closing(found[0])
+        return found
 
     def _closing(self, value: Expr) -> Expr:
         if not self._take(")"):

@@ -21,6 +21,8 @@ from mechc_codegen.emit.taylor.sums import Pair, are_few, arrange, sums_text
 from mechc_codegen.ir.program import Operation, Series
 
 Row = tuple[int, str]  # an operation's number, and "" or "j" where coefficient j is times j
+_HIDING = ("exp", "log", "quotient", "root", "power")
+_LEAST_ORDER = 9  # of a series, at any tolerance: see runtime/series/order.h
 _ONCE = """#if R_VECTOR ? !defined MECHC_SCENE_SERIES_VECTOR : !defined MECHC_SCENE_SERIES_SCALAR
 #if R_VECTOR
 #define MECHC_SCENE_SERIES_VECTOR
@@ -90,10 +92,25 @@ class SeriesWriter:
         sizes |= {"_INTEGRATED": self.integrated, "_MOMENTA": int(self.series.momenta)}
         lines = [f"#define MECHC_SERIES{name} {size}" for name, size in sizes.items()]
         lines.append(f"#define MECHC_SERIES_FEW {int(are_few(self.sums))}")
+        lines.append(f"#define MECHC_SERIES_HIDES {int(self.hides)} /* changes beyond a step? */")
         lines += self._roots()
         summing = sums_text(self.sums, self.solving if self.series.momenta else None)
         summing += [self._solving()] if self.series.momenta else []
         return "\n".join([_ONCE, *lines, "", starting, *summing, following, "#endif"])
+
+    @property
+    def hides(self) -> bool:
+        """Whether the equations may change within a step that no term shows: of sums, products and
+        sines of no higher degree than every series' order they cannot."""
+        degrees = dict[int, int]()
+        for n in self.needed:
+            operation = self.series.operations[n]
+            below = [degrees[a] for a in operation.args if a in degrees]
+            if self.varies(n) and operation.kind in _HIDING:
+                return True
+            own = int(operation.kind in ("state", "time"))
+            degrees[n] = sum(below) if operation.kind == "product" else max(below, default=own)
+        return max(degrees.values(), default=0) > _LEAST_ORDER
 
     def _roots(self) -> Iterator[str]:
         """The rows of roots and powers, whose sign tells their branch."""
@@ -145,10 +162,12 @@ class SeriesWriter:
         body = [line for number in self.needed for line in self._value(number)]
         body += self._factors()
         if not self.series.momenta:
-            body += self._solution("v", self._forcing_values())
+            body += self._solution("v", [self.start(n) for n in self.series.forcing])
         body += [f"kept[{place}] = {name};" for name, place in self.kept.items()]
         own = self._rows_after(self.nq + self.nu)
-        body += [f"row[{place}] = {self._start_of(*of)};" for of, place in own]
+        for (number, weight), place in own:
+            value = f"a{-1 - number}" if number < 0 else f"v{number}"
+            body.append(f"row[{place}] = {'R(0.0)' if weight else value};")
         body += self._rates("v")
         signature = (
             "real t, const real *q, const real *u, const FN(given) *given, real *kept, real *row, "
@@ -158,11 +177,6 @@ class SeriesWriter:
 
     def _rows_after(self, first: int) -> list[tuple[Row, int]]:
         return [(of, place) for of, place in self.rows.items() if place >= first]
-
-    def _start_of(self, number: int, weight: str) -> str:
-        if weight:
-            return "R(0.0)"
-        return f"a{-1 - number}" if number < 0 else f"v{number}"
 
     def _value(self, n: int) -> Iterator[str]:
         operation = self.series.operations[n]
@@ -219,7 +233,9 @@ class SeriesWriter:
         self.used = set()
         body = self._coefficients()
         own = self._rows_after(self.integrated)
-        body += [f"row[{place}] = {self._next_of(*of)};" for of, place in own]
+        for (number, weight), place in own:
+            value = f"b{-1 - number}" if number < 0 else f"d{number}"
+            body.append(f"row[{place}] = {'order * ' if weight else ''}{value};")
         body += self._rates("d")
         self.sums = arrange(self.sums)
         loads = [f"const real {name} = kept[{place}];" for name, place in self.kept.items()]
@@ -231,11 +247,6 @@ class SeriesWriter:
         comment = "The row of an order from its states and the sums; rates of that order."
         return self._function("series_next", signature, comment, loads + body)
 
-    def _next_of(self, number: int, weight: str) -> str:
-        if number < 0:
-            return f"b{-1 - number}"
-        return f"order * d{number}" if weight else f"d{number}"
-
     def _coefficients(self) -> list[str]:
         """Lines for the coefficients; terms of M u come first where it determines the speeds."""
         if self.series.momenta:
@@ -243,12 +254,12 @@ class SeriesWriter:
             later = [number for number in self.needed if number not in self._first()]
             return lines + [line for number in later for line in self._coefficient(number)]
         lines = [line for number in self.needed for line in self._coefficient(number)]
-        return lines + self._solution("d", self._forcing_coefficients())
+        return lines + self._solution("d", list(map(self._forcing_coefficient, range(self.nu))))
 
     def _speeds(self) -> list[str]:
         """Lines that solve the speeds from M u, which is integrated and stands in their places."""
         lines = [line for number in self._first() for line in self._coefficient(number)]
-        lines += self._solution("d", self._momenta())
+        lines += self._solution("d", list(map(self._momentum, range(self.nu))))
         self.solving = {int(n) for line in lines for n in _SUM.findall(line)}
         return lines + [f"row[{self.nq + i}] = b{i};" for i in range(self.nu)]
 
@@ -345,14 +356,8 @@ class SeriesWriter:
         number = self.series.mass[i * self.nu + j]
         return None if self.series.is_number(number, 0) else number
 
-    def _forcing_values(self) -> list[str]:
-        return [self.start(n) for n in self.series.forcing]
-
-    def _forcing_coefficients(self) -> list[str]:
-        """Coefficients of F_k minus the products with coefficients of M."""
-        return [self._forcing_coefficient(i) for i in range(self.nu)]
-
     def _forcing_coefficient(self, i: int) -> str:
+        """The coefficient of F_i minus the products with coefficients of M."""
         text = f"d{self.series.forcing[i]}" if self.varies(self.series.forcing[i]) else "R(0.0)"
         for j in range(self.nu):
             entry = self._entry(i, j)
@@ -361,11 +366,8 @@ class SeriesWriter:
                 text = f"R_FMA(-d{entry}, {self.keep(f'a{j}')}, {text} - {total})"
         return text
 
-    def _momenta(self) -> list[str]:
-        """Coefficients of M u, which are in the row, minus the products with coefficients of M."""
-        return [self._momentum(i) for i in range(self.nu)]
-
     def _momentum(self, i: int) -> str:
+        """The coefficient of (M u)_i, which is in the row, minus the products with those of M."""
         text = f"row[{self.nq + i}]"
         for j in range(self.nu):
             entry = self._entry(i, j)

@@ -71,41 +71,29 @@ def event_functions(
     MechanismError
         For a function that has no form in C.
     """
-    every = [*(x for event in events for x in _expressions(event, width)), *contacts]
-    samples = table_text(lookups(every))
-    functions, table = _functions_and_table(events, width)
-    if contacts:
-        functions.append(_contacts(contacts))
-    array = "\n".join(["static const mechc_event_functions mechc_functions[] = {", *table, "};"])
-    return "\n\n".join([*([samples] if samples else []), *functions, array])
-
-
-def _functions_and_table(
-    events: Sequence[EventExpressions], width: int
-) -> tuple[list[str], list[str]]:
-    functions, table = [], []
+    functions, table, every = list[str](), list[str](), [*contacts]
     for number, event in enumerate(events):
         names = ["NULL"] * 4
         if event.value is not None:
             names[:2] = f"mechc_value_{number}", f"mechc_slopes_{number}"
-            functions += [_value(names[0], event.value), _slopes(names[1], event.value, width)]
-        if event.reset is not None:
+            (value,), lines = _statements([event.value])
+            head = f"static double {names[0]}({_ARGUMENTS})"
+            functions.append(_function(head, [*lines, f"return {value};"]))
+            slopes = _slopes_of(event.value, width)
+            functions.append(_assigning("void", names[1], "slopes", dict(enumerate(slopes))))
+            every += [event.value, *slopes]
+        if event.reset is not None:  # it reads the state and parameters before the event
             names[2] = f"mechc_reset_{number}"
-            functions.append(_reset(names[2], event.reset))
+            functions.append(_assigning("int", names[2], "after", event.reset, "return 1;"))
+            every += event.reset.values()
         table.append(f"    {{{', '.join(names)}}},")
-    return functions, table
-
-
-def _expressions(event: EventExpressions, width: int) -> Iterator[Expr]:
-    if event.value is not None:
-        yield event.value
-        yield from _slopes_of(event.value, width)
-    yield from (event.reset or {}).values()
-
-
-def _value(name: str, value: Expr) -> str:
-    (result,), lines = _statements([value])
-    return _function(f"static double {name}({_ARGUMENTS})", [*lines, f"return {result};"])
+    if contacts:
+        quantities = dict(enumerate(contacts))
+        name = "mechc_contact_quantities"
+        functions.append(_assigning("int", name, "table", quantities, "return 1;"))
+    samples = table_text(lookups(every))
+    array = "\n".join(["static const mechc_event_functions mechc_functions[] = {", *table, "};"])
+    return "\n\n".join([*([samples] if samples else []), *functions, array])
 
 
 def _slopes_of(value: Expr, width: int) -> list[Expr]:
@@ -113,24 +101,11 @@ def _slopes_of(value: Expr, width: int) -> list[Expr]:
     return [diff(value, x) for x in by]
 
 
-def _slopes(name: str, value: Expr, width: int) -> str:
-    results, lines = _statements(_slopes_of(value, width))
-    lines += [f"slopes[{k}] = {result};" for k, result in enumerate(results)]
-    return _function(f"static void {name}({_ARGUMENTS}, double *slopes)", lines)
-
-
-def _reset(name: str, reset: Mapping[int, Expr]) -> str:
-    """Lines of one reset; it reads components of the state and parameters before the event."""
-    results, lines = _statements(list(reset.values()))
-    lines += [f"after[{k}] = {result};" for k, result in zip(reset, results, strict=True)]
-    return _function(f"static int {name}({_ARGUMENTS}, double *after)", [*lines, "return 1;"])
-
-
-def _contacts(quantities: Sequence[Expr]) -> str:
-    results, lines = _statements(quantities)
-    lines += [f"table[{k}] = {result};" for k, result in enumerate(results)]
-    head = f"static int mechc_contact_quantities({_ARGUMENTS}, double *table)"
-    return _function(head, [*lines, "return 1;"])
+def _assigning(kind: str, name: str, array: str, values: Mapping[int, Expr], *end: str) -> str:
+    """A function of this type that assigns the values to places of an array."""
+    results, lines = _statements(list(values.values()))
+    lines += [f"{array}[{k}] = {result};" for k, result in zip(values, results, strict=True)]
+    return _function(f"static {kind} {name}({_ARGUMENTS}, double *{array})", [*lines, *end])
 
 
 def _function(head: str, lines: Sequence[str]) -> str:

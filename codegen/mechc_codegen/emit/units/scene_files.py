@@ -14,11 +14,11 @@ from typing import Any
 
 from mechc_codegen.description.quantity import PURE
 from mechc_codegen.emit.functions import SceneFunctions
-from mechc_codegen.emit.periodic import angles, periodic
+from mechc_codegen.emit.periodic import angles
 from mechc_codegen.emit.printer import RealPrinter
 from mechc_codegen.emit.units.block_elimination import BlockElimination
 from mechc_codegen.emit.units.instruction_sets import InstructionSet
-from mechc_codegen.ir.program import SWITCHING, SineCosine
+from mechc_codegen.ir.program import FEATURE, SWITCHING, SineCosine
 
 VARIATIONAL = {
     "constraint_gradient": "MECHC_GRADIENT",
@@ -32,7 +32,10 @@ VARIATIONAL = {
 def sizes_header(functions: SceneFunctions, metadata: Mapping[str, Any]) -> str:
     """The sizes of the scene and the list of its outputs, for the preprocessor."""
     equations, layout, symbols = functions.equations, functions.layout, functions.program.symbols
-    jacobians = functions.jacobians()
+    jacobians, solved = functions.jacobians(), _label_widths(functions, of_motion=True)
+    evaluated = [*_label_widths(functions, of_motion=False), *functions.by_runtime()]
+    widths = [len(o.elements) for o in functions.own_functions()]
+    widths += [width for _, width in (*layout.solved, *jacobians)]
     values = {
         "nq": len(symbols.q),
         "nu": len(symbols.u),
@@ -45,15 +48,19 @@ def sizes_header(functions: SceneFunctions, metadata: Mapping[str, Any]) -> str:
         "identity": int(equations.identity_kinematics),
         **layout.sizes,
         "tables": _sizes_of_few(functions) + _slides(functions, metadata) + layout.tables,
-        "widest": max([*_widths(functions), len(symbols.q) + len(symbols.u), functions.rows]),
-        "outputs": _entries(functions, [*_explicit(functions), *functions.by_runtime()]),
-        "solved": _entries(functions, _of_motion(functions)),
+        "widest": max([*widths, len(symbols.q) + len(symbols.u), functions.rows]),
+        "outputs": _entries(functions, evaluated),
+        "solved": _entries(functions, solved),
         "state_jacobian": int("residual_by_state" in functions.outputs),
         "parameter_jacobian": int("residual_by_parameters" in functions.outputs),
         "input_jacobian": int("residual_by_inputs" in functions.outputs),
-        "mass_matrix": int("mass_matrix" in dict([*_explicit(functions), *functions.by_runtime()])),
+        "mass_matrix": int("mass_matrix" in dict(evaluated)),
         "own": functions.own_rows,
-        "multipliers": int(functions.rows > 0 and _uses_multipliers(functions, bool(jacobians))),
+        # The motion itself is solved without them.
+        "multipliers": int(
+            functions.rows > 0
+            and bool(jacobians or solved or functions.request.includes("multipliers"))
+        ),
     }
     return template("scene_sizes.h.in").substitute(values)
 
@@ -62,14 +69,18 @@ def _sizes_of_few(functions: SceneFunctions) -> str:
     """Sizes that only a few scenes have."""
     states, values = functions.equations.states, len(functions.program.input_values())
     text = f"#define MECHC_STATES {states} /* of the coordinates */\n" if states else ""
-    if found := angles(functions):
-        text += f"#define MECHC_ANGLES {_comma_list(found)} /* in sines and cosines */\n"
-    if found := periodic(functions):
-        text += f"#define MECHC_PERIODIC {_comma_list(found)} /* in these alone */\n"
+    turned, alone = angles(functions)
+    if turned:
+        text += f"#define MECHC_ANGLES {_comma_list(turned)} /* in sines and cosines */\n"
+    if alone:
+        text += f"#define MECHC_PERIODIC {_comma_list(alone)} /* in these alone */\n"
     text += "#define MECHC_LONG 1 /* equations: called, not in line */\n" if functions.long else ""
     if SWITCHING in functions.outputs:
         count = len(functions.outputs[SWITCHING].elements)
         text += f"#define MECHC_SWITCHES {count} /* functions at whose zeros equations change */\n"
+        labels = functions.outputs[SWITCHING].labels
+        features = sum(label.startswith(FEATURE) for label in labels)
+        text += f"#define MECHC_FEATURES {features} /* the last of them */\n" if features else ""
     if functions.program.series:
         text += "#define MECHC_TAYLOR_SERIES 1 /* the motion's recurrences */\n"
     if functions.blocks:
@@ -77,7 +88,9 @@ def _sizes_of_few(functions: SceneFunctions) -> str:
             f"#define MECHC_ROW_BLOCKS {len(functions.blocks.blocks)} /* of constraint rows */\n"
         )
         text += f"#define MECHC_BLOCKS_KEPT {BlockElimination(functions.blocks).kept}\n"
-    text += _variational(functions)
+    if functions.request.includes("sensitivities"):  # macros for the variational equations
+        present = [macro for name, macro in VARIATIONAL.items() if name in functions.outputs]
+        text += "".join(f"#define {macro} 1\n" for macro in ("MECHC_VARIATIONAL", *present))
     return text + (f"#define MECHC_NI {values} /* values of inputs */\n" if values else "")
 
 
@@ -92,51 +105,28 @@ def _slides(functions: SceneFunctions, metadata: Mapping[str, Any]) -> str:
     return f"#define MECHC_SLIDES {_comma_list(slides)}\n" if any(slides) else ""
 
 
-def _variational(functions: SceneFunctions) -> str:
-    """Macros for the variational equations of a scene with sensitivities."""
-    if not functions.request.includes("sensitivities"):
-        return ""
-    present = [macro for name, macro in VARIATIONAL.items() if name in functions.outputs]
-    return "".join(f"#define {macro} 1\n" for macro in ("MECHC_VARIATIONAL", *present))
-
-
 def _comma_list(indices: list[int]) -> str:
     return ", ".join(map(str, indices))
 
 
-def _widths(functions: SceneFunctions) -> list[int]:
-    widths = [len(o.elements) for o in functions.own_functions()]
-    return widths + [width for _, width in (*functions.layout.solved, *functions.jacobians())]
-
-
-def _uses_multipliers(functions: SceneFunctions, jacobians: bool) -> bool:
-    """Whether an output needs multipliers; the motion itself is solved without them."""
-    solved = any(functions.needs_motion(o) for o in functions.listed_outputs())
-    return jacobians or solved or functions.request.includes("multipliers")
-
-
 def listed_outputs(functions: SceneFunctions) -> list[tuple[str, int]]:
     """Label and width of every output."""
-    return [*_explicit(functions), *functions.by_runtime(), *_of_motion(functions)]
+    explicit, solved = (_label_widths(functions, of_motion=which) for which in (False, True))
+    return [*explicit, *functions.by_runtime(), *solved]
 
 
-def _explicit(functions: SceneFunctions) -> list[tuple[str, int]]:
-    explicit = [o for o in functions.listed_outputs() if not functions.needs_motion(o)]
-    return [(o.name, len(o.elements)) for o in explicit]
-
-
-def _of_motion(functions: SceneFunctions) -> list[tuple[str, int]]:
-    """Outputs that contain accelerations or multipliers."""
-    solved = [o for o in functions.listed_outputs() if functions.needs_motion(o)]
-    return [(o.name, len(o.elements)) for o in solved]
+def _label_widths(functions: SceneFunctions, *, of_motion: bool) -> list[tuple[str, int]]:
+    """Outputs that contain accelerations or multipliers, or the others."""
+    listed = [o for o in functions.listed_outputs() if functions.needs_motion(o) == of_motion]
+    return [(o.name, len(o.elements)) for o in listed]
 
 
 def _entries(functions: SceneFunctions, outputs: Iterable[tuple[str, int]]) -> str:
     """Label, the user's name, width."""
     name_of = functions.request.name_of
-    return " \\\n".join(
-        f"    X({label}, {_in_one_line(name_of(label))}, {width})" for label, width in outputs
-    )
+    in_lines = ((label, _string_literal(name_of(label)), width) for label, width in outputs)
+    whole = ((label, name.replace("\n    ", " "), width) for label, name, width in in_lines)
+    return " \\\n".join(f"    X({label}, {name}, {width})" for label, name, width in whole)
 
 
 def model_source(
@@ -171,10 +161,6 @@ def _choice(each: InstructionSet) -> str:
         f"    if ((!instruction_set || {wanted})\n        && {supported})\n"
         f"        return &mechc_unit_{each.name};"
     )
-
-
-def _in_one_line(name: str) -> str:
-    return _string_literal(name).replace("\n    ", " ")
 
 
 def texts_source(first: str, texts: str) -> str:

@@ -25,7 +25,7 @@ class Line:
 
 
 @dataclass(frozen=True)
-class Piece:
+class FunctionPiece:
     """Lines, and the places in the shared array of the values that they read and write."""
 
     lines: Sequence[Line]
@@ -33,18 +33,18 @@ class Piece:
     handed_on: Mapping[Symbol, int]
 
 
-def cut(lines: Sequence[Line]) -> tuple[list[Piece], int]:
+def cut(lines: Sequence[Line]) -> tuple[list[FunctionPiece], int]:
     """The pieces, and the size of the array that they share."""
     parts = list(_parts(_as_soon_as_possible(lines)))
     places, size = _places(parts)
-    return [_piece(part, places) for part in parts], size
-
-
-def _piece(lines: Sequence[Line], places: Mapping[Symbol, int]) -> Piece:
-    used = {symbol for line in lines for symbol in line.uses}
-    defined = {symbol for line in lines for symbol in line.defines}
-    received = {s: i for s, i in places.items() if s in used and s not in defined}
-    return Piece(lines, received, {s: i for s, i in places.items() if s in defined})
+    pieces = list[FunctionPiece]()
+    for part in parts:
+        used = {symbol for line in part for symbol in line.uses}
+        defined = {symbol for line in part for symbol in line.defines}
+        received = {s: i for s, i in places.items() if s in used and s not in defined}
+        handed_on = {s: i for s, i in places.items() if s in defined}
+        pieces.append(FunctionPiece(part, received, handed_on))
+    return pieces, size
 
 
 def _places(parts: Sequence[Sequence[Line]]) -> tuple[dict[Symbol, int], int]:

@@ -43,30 +43,24 @@ class _Constants:
         """Whether an expression has no symbols except parameters; results are stored."""
         known = self._fixed.get(expression)
         if known is None:
-            is_symbol = isinstance(expression, Symbol)
-            known = (
-                expression in self.parameters
-                if is_symbol
-                else all(map(self.is_fixed, expression.args))
-            )
+            if isinstance(expression, Symbol):
+                known = expression in self.parameters
+            else:
+                known = all(map(self.is_fixed, expression.args))
             self._fixed[expression] = known
         return known
 
     def rewrite(self, expression: Expr) -> Expr:
-        if self.is_fixed(expression) or not isinstance(expression, (Add, Mul)):
-            return self._arguments(expression)
+        if self.is_fixed(expression) or not expression.args:
+            return expression
+        if not isinstance(expression, (Add, Mul)):  # constants inside powers and functions
+            return expression.func(*map(self.whole, expression.args))
         fixed = [a for a in expression.args if self.is_fixed(a)]
         state = [a for a in expression.args if not self.is_fixed(a)]
         if isinstance(expression, Add):
             return Add(self.constant(Add(*fixed)), *state)
         sign, magnitude = _split_sign(Mul(*fixed))
         return sign * self.constant(magnitude) * Mul(*state)
-
-    def _arguments(self, expression: Expr) -> Expr:
-        """Constants inside powers and functions of the state."""
-        if self.is_fixed(expression) or not expression.args:
-            return expression
-        return expression.func(*(self.whole(a) for a in expression.args))
 
     def whole(self, expression: Expr) -> Expr:
         """An expression that is parameter-only as a whole becomes one constant."""

@@ -19,7 +19,10 @@ def pair(program: Program) -> Program:
     def rewrite(expression: Expr) -> Expr:
         if not isinstance(expression, (sin, cos, tan)):
             return expression
-        argument, sign = _positive(expression.args[0])
+        # One of x and -x stands for both, so that they share a statement.
+        argument, sign = expression.args[0], 1
+        if argument.could_extract_minus_sign():
+            argument, sign = -argument, -1
         if argument not in statements:
             k = len(statements)
             names = (Symbol(f"sin{k}", real=True), Symbol(f"cos{k}", real=True))
@@ -31,10 +34,3 @@ def pair(program: Program) -> Program:
 
     rewritten = rewrite_program(program, lambda e: bottom_up(e, rewrite, done))
     return replace(rewritten, body=(*statements.values(), *rewritten.body))
-
-
-def _positive(argument: Expr) -> tuple[Expr, int]:
-    """One representative of x and -x, and the sign, so that both share a statement."""
-    if argument.could_extract_minus_sign():
-        return -argument, -1
-    return argument, 1

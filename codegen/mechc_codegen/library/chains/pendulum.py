@@ -13,6 +13,7 @@ from mechc_codegen.library.parts import (
     joint_angles,
     locate,
     parameter,
+    turn_frame,
     weight,
 )
 
@@ -29,8 +30,7 @@ def pendulum(links: int = 1) -> Mechanism:
     # Link k is hinged to the end of link k-1; its mass is at its other end.
     joints, bobs, loads = [origin], [], []
     for k in range(links):
-        link = r.orientnew(f"link_{k}", "Axis", (theta[k], r.z))
-        link.set_ang_vel(r, omega[k] * r.z)
+        link = turn_frame(f"link_{k}", r, theta[k], omega[k], r.z)
         joints.append(locate(f"p_{k + 1}", joints[k], -l[k] * link.y, link, r))
         bobs.append(Particle(f"bob_{k}", joints[k + 1], m[k]))
         loads.append(weight(bobs[k], origin, g, r.y))

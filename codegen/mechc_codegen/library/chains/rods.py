@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from sympy import Symbol
 from sympy.physics.mechanics import Point, ReferenceFrame, RigidBody, dynamicsymbols, inertia
 
-from mechc_codegen.description.mechanism import Closure, Drawing, Mechanism
-from mechc_codegen.library.parts import fixed_point, joint_angles, parameter
+from mechc_codegen.description.mechanism import Drawing, Mechanism
+from mechc_codegen.library.parts import fixed_point, joint_angles, parameter, turn_frame
 
 l, m, g = Symbol("l"), Symbol("m"), Symbol("g")
 
@@ -36,8 +34,7 @@ def _chain(count: int, *, spatial: bool) -> Mechanism:
     on, bodies, ends = r, list[RigidBody](), list[Point]()
     for k in range(count):
         axis = on.y if spatial and k % 2 else on.z
-        frame = on.orientnew(f"link_{k}", "Axis", (q[k], axis))
-        frame.set_ang_vel(on, u[k] * axis)
+        frame = turn_frame(f"link_{k}", on, q[k], u[k], axis)
         centre = end.locatenew(f"centre_{k}", l / 2 * frame.x)
         across = m * l**2 / 12
         along = m * l**2 / 600 if spatial else 0
@@ -66,22 +63,4 @@ def _chain(count: int, *, spatial: bool) -> Mechanism:
             traced=(ends[-1].name,),
         ),
         start={f"q_{k}": BENT if spatial and k == 1 else 0.0 for k in range(count)},
-    )
-
-
-def closed_chain(count: int, *, spatial: bool) -> Mechanism:
-    """The chain with its end fixed to the ground, three links' lengths from the pivot.
-
-    In space the end is fixed in all three directions and may turn.
-    """
-    chain = _chain(count, spatial=spatial)
-    end, r = chain.points[-1], chain.frame
-    held = chain.origin.locatenew("held", 3 * l * r.x)
-    axes = (r.x, r.y, r.z) if spatial else (r.x, r.y)
-    return replace(
-        chain,
-        name=f"closed_{chain.name}",
-        title=f"Ring of {count} links",
-        start={},
-        closures=(Closure("end", end, held, axes),),
     )

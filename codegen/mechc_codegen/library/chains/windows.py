@@ -14,7 +14,7 @@ from sympy import Symbol
 from sympy.physics.mechanics import Point, ReferenceFrame, RigidBody, dynamicsymbols, inertia
 
 from mechc_codegen.description.mechanism import Closure, Drawing, Mechanism
-from mechc_codegen.library.parts import coordinates, fixed_point, parameter, speeds
+from mechc_codegen.library.parts import coordinates, fixed_point, parameter, speeds, turn_frame
 
 l, m, g, tilt = Symbol("l"), Symbol("m"), Symbol("g"), Symbol("tilt")
 
@@ -35,8 +35,7 @@ def windows(count: int = 2) -> Mechanism:
     def rod(name: str, start: Point, end: str, on: ReferenceFrame) -> tuple[Point, ReferenceFrame]:
         """A uniform rod from ``start``, turned against ``on`` by the next angle; its far end."""
         k = len(bodies)
-        frame = on.orientnew(name, "Axis", (q[k], on.z))
-        frame.set_ang_vel(on, u[k] * on.z)
+        frame = turn_frame(name, on, q[k], u[k], on.z)
         centre = start.locatenew(f"{name}_centre", l / 2 * frame.x)
         about = (inertia(frame, 0, 0, m * l**2 / 12), centre)
         bodies.append(RigidBody(name, centre, frame, m, about))
@@ -52,6 +51,8 @@ def windows(count: int = 2) -> Mechanism:
         feet.append(foot)
     pivots = [origin.locatenew(f"pivot_{i}", i * l * ground.x) for i in range(1, count + 1)]
 
+    # The start: upright, coupler, upright; each further coupler goes straight on.
+    square = [pi / 2, *[-pi / 2, -pi / 2], *[0.0, -pi / 2] * (count - 1)]
     return Mechanism(
         name="windows",
         title=f"{count} four-bar window{'s' if count > 1 else ''} in a row",
@@ -81,10 +82,5 @@ def windows(count: int = 2) -> Mechanism:
             ground=tuple(p.name for p in feet),
             traced=("B_0",),
         ),
-        start={f"q_{k}": value for k, value in enumerate(_upright(count))} | {"u_0": -1.0},
+        start={f"q_{k}": angle for k, angle in enumerate(square)} | {"u_0": -1.0},
     )
-
-
-def _upright(count: int) -> list[float]:
-    """The square angles of upright, coupler, upright; each further coupler goes straight on."""
-    return [pi / 2, *[-pi / 2, -pi / 2], *[0.0, -pi / 2] * (count - 1)]

@@ -9,18 +9,11 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
-from sympy import Symbol, cos, sqrt
-from sympy.physics.mechanics import (
-    Point,
-    ReferenceFrame,
-    RigidBody,
-    dot,
-    dynamicsymbols,
-    inertia,
-)
+from sympy import Symbol, cos
+from sympy.physics.mechanics import ReferenceFrame, RigidBody, dot, dynamicsymbols, inertia
 
-from mechc_codegen.description.mechanism import Constraint, Drawing, Load, Mechanism, Parameter
-from mechc_codegen.library.parts import coordinates, fixed_point, locate, parameter, speeds
+from mechc_codegen.description.mechanism import Constraint, Drawing, Mechanism, Parameter
+from mechc_codegen.library.parts import coordinates, fixed_point, locate, parameter, speeds, spring
 
 ANGLES = ("beta", "Theta", "gamma", "Phi", "delta", "Omega", "epsilon")
 MASSES = (0.04325, 0.00365, 0.02373, 0.00706, 0.07050, 0.00706, 0.05498)
@@ -118,7 +111,7 @@ def andrews() -> Mechanism:
             parameter(l0, 0.07785, "m", "rest length of the spring", positive=True),
         ),
         bodies=tuple(bodies),
-        loads=((k1, T * r.z), *_spring(C, D, c, l0, bodies[2])),
+        loads=((k1, T * r.z), *spring(D, C, c, l0, bodies[2])),
         configuration_constraints=tuple(closure),
         points=(O, A, B, C, D, E, F, G, H),
         drawing=Drawing(links=LINKS, ground=("O", "A", "B", "C"), traced=("E",)),
@@ -126,15 +119,6 @@ def andrews() -> Mechanism:
         # The side on which each pair of rods bends: F-E-B, A-G-E and A-H-E.
         preference=cos(gamma - beta - Theta) + cos(Phi) + cos(Omega),
     )
-
-
-def _spring(C: Point, D: Point, c: Symbol, l0: Symbol, body: RigidBody) -> tuple[Load, Load]:
-    """A spring from the ground at C to the body at D: a pair of forces, and its potential."""
-    arm = D.pos_from(C)
-    length = sqrt(dot(arm, arm))
-    force = -c * (length - l0) / length * arm
-    body.potential_energy += c * (length - l0) ** 2 / 2
-    return (D, force), (C, -force)
 
 
 def _parameters(m: list[Symbol], I: list[Symbol]) -> list[Parameter]:

@@ -10,32 +10,32 @@ from __future__ import annotations
 from math import pi
 
 from sympy import Expr, Symbol, symbols
-from sympy.physics.mechanics import (
-    Point,
-    ReferenceFrame,
-    RigidBody,
-    dot,
-    dynamicsymbols,
-    inertia,
-)
+from sympy.physics.mechanics import Point, ReferenceFrame, RigidBody, dot, dynamicsymbols, inertia
 
+from mechc_codegen.description.drawing import Link
 from mechc_codegen.description.joints.cuts import Cut
 from mechc_codegen.description.joints.tree import Joint
 from mechc_codegen.description.mechanism import (
     Constraint,
-    Coordinate,
     Drawing,
     Load,
     Mechanism,
     Parameter,
     Quantity,
-    Speed,
+)
+from mechc_codegen.library.parts import (
+    coordinates,
+    fixed_point,
+    locate,
+    parameter,
+    speeds,
+    turn_frame,
+    weight,
 )
 from mechc_codegen.library.planar.four_bar_geometry import geometry_notes
 
 LINKS = ("crank", "coupler", "rocker")
 JOINTS = ("O", "p_1", "p_2", "p_3")
-t = dynamicsymbols._t
 
 
 def four_bar(
@@ -65,11 +65,18 @@ def four_bar(
     l, m, I, g = symbols("l_0:4"), symbols("m_0:3"), symbols("I_0:3"), Symbol("g")
     parameters = _parameters(l, m, I, g)
 
-    r, e = _frames(theta, omega)
-    p, centres = _points(l, r, e)
-    bodies = _bodies(p[0], centres, m, I, g, r, e)
-    loads: list[Load] = [(centres[k], -m[k] * g * r.y) for k in range(3)]
-    points, traced, motion = [*p, *centres], ["p_1", "p_2"], []
+    # One frame a link, turned about z; joints p_k+1 = p_k + l_k e_k.x from the origin on, and mass
+    # centres in the links' middles.
+    r = ReferenceFrame("r")
+    e = [turn_frame(f"e_{k}", r, theta[k], omega[k], r.z) for k in range(3)]
+    p, bodies = [fixed_point("O", r)], list[RigidBody]()
+    for k in range(3):
+        p.append(locate(f"p_{k + 1}", p[k], l[k] * e[k].x, e[k], r))
+        centre = locate(f"g_{k}", p[k], l[k] / 2 * e[k].x, e[k], r)
+        bodies.append(RigidBody(LINKS[k], centre, e[k], m[k], (inertia(e[k], 0, 0, I[k]), centre)))
+    loads = [weight(body, p[0], g, r.y) for body in bodies]
+    points, traced, motion = [*p, *(body.masscenter for body in bodies)], ["p_1", "p_2"], []
+    links: list[Link] = [(LINKS[k], (JOINTS[k], JOINTS[k + 1])) for k in range(3)]
 
     # Besides the weight, only the loads of options.
     if crank_torque is not False:
@@ -83,64 +90,49 @@ def four_bar(
     if friction:
         loads += _joint_friction(r, e, omega, parameters)
     if coupler_point:
-        points.append(_coupler_point(p[1], r, e[1], parameters))
+        x, y = symbols("x_C y_C")
+        parameters += [
+            parameter(x, 1.0, "m", "coupler point, along the coupler from p_1"),
+            parameter(y, 0.5, "m", "coupler point, across the coupler from p_1"),
+        ]
+        points.append(locate("C", p[1], x * e[1].x + y * e[1].y, e[1], r))
         traced = ["C"]
+        links.append(("coupler point", ("p_1", "C", "p_2")))
+
+    options = {  # those that have an effect
+        "crank_torque": crank_torque is not False,
+        "crank_speed": crank_speed is not False,
+        "friction": friction,
+        "coupler_point": coupler_point,
+    }
 
     return Mechanism(
         name="four_bar",
         title="Planar four-bar linkage",
         frame=r,
         origin=p[0],
-        coordinates=tuple(
-            Coordinate(theta[k], Quantity("rad", f"angle of the {LINKS[k]} from the ground line"))
-            for k in range(3)
+        coordinates=coordinates(
+            theta, "rad", *[f"angle of the {link} from the ground line" for link in LINKS]
         ),
-        speeds=tuple(
-            Speed(omega[k], Quantity("rad/s", f"angular velocity of the {LINKS[k]}"))
-            for k in range(3)
-        ),
+        speeds=speeds(omega, "rad/s", *[f"angular velocity of the {link}" for link in LINKS]),
         kinematics=tuple(omega),
         parameters=tuple(parameters),
-        bodies=bodies,
+        bodies=tuple(bodies),
         loads=tuple(loads),
         joints=_joints(p, p[0].locatenew("R", l[3] * r.x), bodies, (r, *e), (theta, omega)),
         motion_constraints=tuple(motion),
         points=tuple(points),
         frames=tuple(e),
-        drawing=_drawing(traced, coupler_point),
+        drawing=Drawing(links=tuple(links), ground=("O", "p_3"), traced=tuple(traced)),
         start={"theta_0": 85 * pi / 180} | ({} if motion else {"omega_0": 0.0}),
         preference=dot(e[2].x ^ e[1].x, r.z),  # elbow up: sin(theta_1 - theta_2) > 0
         notes=geometry_notes,
-        skipped=_unused_options(crank_torque, crank_speed, friction, coupler_point),
+        skipped=tuple(name for name, used in options.items() if not used),
     )
 
 
-def _frames(theta: list[Expr], omega: list[Expr]) -> tuple[ReferenceFrame, list[ReferenceFrame]]:
-    """The inertial frame, and one frame a link turned about z."""
-    r = ReferenceFrame("r")
-    e = [r.orientnew(f"e_{k}", "Axis", (theta[k], r.z)) for k in range(3)]
-    for k in range(3):
-        e[k].set_ang_vel(r, omega[k] * r.z)
-    return r, e
-
-
-def _points(
-    l: tuple[Symbol, ...], r: ReferenceFrame, e: list[ReferenceFrame]
-) -> tuple[list[Point], list[Point]]:
-    """Joints p_k+1 = p_k + l_k e_k.x from the origin on; mass centres in the links' middles."""
-    origin = Point("O")
-    origin.set_vel(r, 0)
-    p, centres = [origin], []
-    for k in range(3):
-        p.append(p[k].locatenew(f"p_{k + 1}", l[k] * e[k].x))
-        p[k + 1].v2pt_theory(p[k], r, e[k])
-        centres.append(p[k].locatenew(f"g_{k}", l[k] / 2 * e[k].x))
-        centres[k].v2pt_theory(p[k], r, e[k])
-    return p, centres
-
-
 def _joints(
-    p: list[Point], pivot: Point, bodies: tuple[RigidBody, ...],
+    p: list[Point], pivot: Point, bodies: list[RigidBody],
     frames: tuple[ReferenceFrame, ...], states: tuple[list[Expr], list[Expr]],
 ) -> tuple[Joint, ...]:  # fmt: skip
     """Pins from link to link; the last one closes the loop at the ground pivot R."""
@@ -159,46 +151,24 @@ def _joints(
     return (*pins, last)
 
 
-def _bodies(
-    origin: Point, centres: list[Point], m: tuple[Symbol, ...], I: tuple[Symbol, ...], g: Symbol,
-    r: ReferenceFrame, e: list[ReferenceFrame],
-) -> tuple[RigidBody, ...]:  # fmt: skip
-    """Inertia at the mass centre, the potential of weight along -r.y."""
-    bodies = []
-    for k in range(3):
-        about_centre = (inertia(e[k], 0, 0, I[k]), centres[k])
-        body = RigidBody(LINKS[k], centres[k], e[k], m[k], about_centre)
-        body.potential_energy = m[k] * g * dot(centres[k].pos_from(origin), r.y)
-        bodies.append(body)
-    return tuple(bodies)
-
-
-def _drawing(traced: list[str], coupler_point: bool) -> Drawing:
-    links = [(LINKS[k], (JOINTS[k], JOINTS[k + 1])) for k in range(3)]
-    triangle = [("coupler point", ("p_1", "C", "p_2"))] if coupler_point else []
-    return Drawing(links=(*links, *triangle), ground=("O", "p_3"), traced=tuple(traced))
-
-
 def _parameters(
     l: tuple[Symbol, ...], m: tuple[Symbol, ...], I: tuple[Symbol, ...], g: Symbol
 ) -> list[Parameter]:
     """Defaults of the reference scene: 1, 2, 3, 4 m; 1, 2, 3 kg; thin uniform rods."""
     links = [*LINKS, "ground"]
     lengths = [
-        Parameter(l[k], k + 1.0, Quantity("m", f"length of the {links[k]}", lower=0))
-        for k in range(4)
+        parameter(l[k], k + 1.0, "m", f"length of the {links[k]}", positive=True) for k in range(4)
     ]
     masses = [
-        Parameter(m[k], k + 1.0, Quantity("kg", f"mass of the {LINKS[k]}", lower=0))
-        for k in range(3)
+        parameter(m[k], k + 1.0, "kg", f"mass of the {LINKS[k]}", positive=True) for k in range(3)
     ]
     about = "moment of inertia of the {} about its mass centre (follows m l^2/12 unless set)"
     inertias = [
-        Parameter(I[k], m[k] * l[k] ** 2 / 12, Quantity("kg m^2", about.format(LINKS[k]), lower=0))
+        parameter(I[k], m[k] * l[k] ** 2 / 12, "kg m^2", about.format(LINKS[k]), positive=True)
         for k in range(3)
     ]
-    weight = Parameter(g, 9.81, Quantity("m/s^2", "acceleration of free fall, along -y"))
-    return [*lengths, *masses, *inertias, weight]
+    fall = parameter(g, 9.81, "m/s^2", "acceleration of free fall, along -y")
+    return [*lengths, *masses, *inertias, fall]
 
 
 def _constant_or_given(
@@ -206,7 +176,7 @@ def _constant_or_given(
 ) -> Expr:
     if given is not True:
         return given
-    parameters.append(Parameter(Symbol(name), 0.0, Quantity(unit, description)))
+    parameters.append(parameter(Symbol(name), 0.0, unit, description))
     return parameters[-1].symbol
 
 
@@ -223,29 +193,3 @@ def _joint_friction(
     loads = [(e[k], -c[k] * relative[k] * r.z) for k in range(3)]
     reactions = [(e[k - 1], c[k] * relative[k] * r.z) for k in range(1, 4)]
     return loads + reactions
-
-
-def _coupler_point(
-    joint: Point, r: ReferenceFrame, coupler: ReferenceFrame, parameters: list[Parameter]
-) -> Point:
-    x, y = symbols("x_C y_C")
-    parameters += [
-        Parameter(x, 1.0, Quantity("m", "coupler point, along the coupler from p_1")),
-        Parameter(y, 0.5, Quantity("m", "coupler point, across the coupler from p_1")),
-    ]
-    point = joint.locatenew("C", x * coupler.x + y * coupler.y)
-    point.v2pt_theory(joint, r, coupler)
-    return point
-
-
-def _unused_options(
-    crank_torque: bool | Expr, crank_speed: bool | Expr, friction: bool, coupler_point: bool
-) -> tuple[str, ...]:
-    """Options that have no effect on this scene."""
-    options = {
-        "crank_torque": crank_torque is not False,
-        "crank_speed": crank_speed is not False,
-        "friction": friction,
-        "coupler_point": coupler_point,
-    }
-    return tuple(name for name, used in options.items() if not used)

@@ -17,7 +17,14 @@ from sympy.physics.mechanics import (
 
 from mechc_codegen.description.mechanism import Constraint, Drawing, Mechanism
 from mechc_codegen.description.solid import Solid
-from mechc_codegen.library.parts import coordinates, fixed_point, locate, parameter, speeds
+from mechc_codegen.library.parts import (
+    coordinates,
+    fixed_point,
+    locate,
+    parameter,
+    speeds,
+    turn_frame,
+)
 
 
 def slider_crank() -> Mechanism:
@@ -32,10 +39,7 @@ def slider_crank() -> Mechanism:
     origin = fixed_point("O", r)
 
     # Crank and rod turn by their angles from the slideway, which is r.x.
-    crank = r.orientnew("crank", "Axis", (theta, r.z))
-    rod = r.orientnew("rod", "Axis", (phi, r.z))
-    crank.set_ang_vel(r, omega * r.z)
-    rod.set_ang_vel(r, nu * r.z)
+    crank, rod = turn_frame("crank", r, theta, omega, r.z), turn_frame("rod", r, phi, nu, r.z)
     pin = locate("p", origin, l[0] * crank.x, crank, r)
     end = locate("e", pin, l[1] * rod.x, rod, r)
     slider = origin.locatenew("s", x * r.x)

@@ -31,6 +31,7 @@ from mechc_codegen.library.parts import (
     locate,
     parameter,
     speeds,
+    turn_frame,
     weight,
 )
 
@@ -180,8 +181,7 @@ def _frames() -> tuple[ReferenceFrame, ...]:
     )
     for name, before, axis in turns:
         start = frames[before]
-        frames[name] = start.orientnew(name, "Axis", (q[name], getattr(start, axis)))
-        frames[name].set_ang_vel(start, u[name] * getattr(start, axis))
+        frames[name] = turn_frame(name, start, q[name], u[name], getattr(start, axis))
     return tuple(frames.values())
 
 

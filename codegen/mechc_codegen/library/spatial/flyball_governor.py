@@ -26,6 +26,8 @@ from mechc_codegen.library.parts import (
     locate,
     parameter,
     speeds,
+    spring,
+    turn_frame,
     weight,
 )
 
@@ -39,8 +41,7 @@ def flyball_governor() -> Mechanism:
     omega, v, *nu = u = dynamicsymbols("omega v nu_1 nu_2")
     r = ReferenceFrame("r")
     origin = fixed_point("O", r)
-    shaft = r.orientnew("shaft", "Axis", (psi, r.z))
-    shaft.set_ang_vel(r, omega * r.z)
+    shaft = turn_frame("shaft", r, psi, omega, r.z)
 
     # The shaft and the slider on it, which turns with the shaft.
     middle = locate("middle", origin, l / 2 * shaft.z, shaft, r)
@@ -56,15 +57,17 @@ def flyball_governor() -> Mechanism:
     loads: list[Load] = []
     points = [origin, top, slider]
     for side, sign in ((1, 1), (2, -1)):
-        rod = shaft.orientnew(f"rod_{side}", "Axis", (sign * alpha[side - 1], shaft.y))
-        rod.set_ang_vel(shaft, sign * nu[side - 1] * shaft.y)
+        angle, rate = sign * alpha[side - 1], sign * nu[side - 1]
+        rod = turn_frame(f"rod_{side}", shaft, angle, rate, shaft.y)
         hinge = locate(f"hinge_{side}", top, sign * b * shaft.x, shaft, r)
         centre = locate(f"centre_{side}", hinge, sign * l / 2 * rod.x, rod, r)
         ball = locate(f"ball_{side}", hinge, sign * l * rod.x, rod, r)
         bodies.append(_body(f"rod_{side}", centre, rod, m, _prism(rod, 0)))
         bodies.append(Particle(f"ball_{side}", ball, m_b))
         seat = locate(f"seat_{side}", slider, sign * b * shaft.x, shaft, r)
-        loads += _spring_damper(centre, seat, r, bodies[-2])
+        arm = centre.pos_from(seat)
+        stretching = dot(arm, centre.vel(r) - seat.vel(r)) / sqrt(dot(arm, arm))
+        loads += spring(centre, seat, k, l_0, bodies[-2], c * stretching)
         points += [hinge, centre, ball, seat]
     loads += [weight(body, origin, g, r.z) for body in bodies]
 
@@ -111,17 +114,6 @@ def _prism(frame: ReferenceFrame, axis: int) -> Expr:
     moments = [m * (l**2 + a**2) / 12] * 3
     moments[axis] = m * a**2 / 6
     return inertia(frame, *moments)
-
-
-def _spring_damper(
-    upper: Point, lower: Point, r: ReferenceFrame, body: RigidBody
-) -> tuple[Load, Load]:
-    arm = upper.pos_from(lower)
-    length = sqrt(dot(arm, arm))
-    stretching = dot(arm, upper.vel(r) - lower.vel(r)) / length
-    force = -(k * (length - l_0) + c * stretching) / length * arm
-    body.potential_energy += k * (length - l_0) ** 2 / 2
-    return (upper, force), (lower, -force)
 
 
 def _parameters() -> tuple[Parameter, ...]:

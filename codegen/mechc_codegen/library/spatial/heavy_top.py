@@ -11,14 +11,7 @@ from sympy import cos, sin, symbols
 from sympy.physics.mechanics import ReferenceFrame, RigidBody, dynamicsymbols, inertia
 
 from mechc_codegen.description.mechanism import Drawing, Mechanism
-from mechc_codegen.library.parts import (
-    coordinates,
-    fixed_point,
-    locate,
-    parameter,
-    speeds,
-    weight,
-)
+from mechc_codegen.library.parts import coordinates, fixed_point, locate, parameter, speeds, weight
 
 
 def heavy_top() -> Mechanism:

@@ -50,7 +50,7 @@ static inline void mechc_call(double t, const double *y, double *out, void *data
         bound->unit->rates(t, y, bound->given, out);
     } else {
         const mechc_rows time = {&t, 0}, state = {y, 0}, parameters = {bound->p, 0};
-        bound->evaluate(1, time, state, parameters, bound->inputs, out);
+        bound->evaluate(1, time, state, parameters, bound->inputs, MECHC_NO_FORCES, out);
     }
 }
 

@@ -7,7 +7,7 @@
 #include "run.h"
 #include "variation.h"
 
-#define MECHC_ABI 17
+#define MECHC_ABI 18
 #define MECHC_CAPSULE "mechc.model.10"
 
 /* Arrays of states are walked with a stride in doubles; stride 0 repeats one row. */
@@ -17,9 +17,12 @@ typedef struct {
 } mechc_rows;
 
 /* out[k*width ...] = output at (t[k], y[k], p[k]), k < count; out is contiguous.  `inputs` may be
- * NULL for outputs that hold none. */
+ * NULL for outputs that hold none.  forces: generalized forces (nu) besides those of the scene, of
+ * contacts, with which outputs that hold accelerations or multipliers are solved; NULL: none. */
 typedef void mechc_evaluate(ptrdiff_t count, mechc_rows t, mechc_rows y, mechc_rows p,
-                            const mechc_inputs *inputs, double *out);
+                            const mechc_inputs *inputs, mechc_rows forces, double *out);
+
+#define MECHC_NO_FORCES ((mechc_rows){0, 0})
 
 /* Parameters, inputs and constants of one scene: given_size bytes that start at a multiple of 8. */
 typedef struct mechc_given mechc_given;

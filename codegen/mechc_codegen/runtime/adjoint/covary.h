@@ -8,16 +8,8 @@
 #include "adjoint/elimination.h"
 #include "adjoint/gauss.h"
 #include "adjoint/pairs.h"
-#include "run/memory.h"
 
 #if MECHC_VARIATIONAL
-/* Add the sources at the start of a step to the covectors. */
-MECHC_INLINE void mechc_add_source(const mechc_covariation *v, ptrdiff_t step)
-{
-    const double *source = v->sources + (step - v->first) * MECHC_NX;
-    for (int k = 0; v->sources && k < MECHC_NX; k++) v->covector[k] += source[k];
-}
-
 /* Go back over a step by collocation; 0 if its equations are singular or without memory. */
 MECHC_STATIC int mechc_nodes_back(mechc_covarying *w, const mechc_covariation *v, int method,
                                   ptrdiff_t step, double h)
@@ -37,28 +29,26 @@ MECHC_STATIC int mechc_covary_alike(mechc_covarying *w, const mechc_covariation 
                                     ptrdiff_t first, int count)
 {
     const mechc_trajectory *record = v->trajectory;
+    const mechc_steps steps = {record, first, count, &w->given};
     const mechc_tableau *tableau = mechc_pair_tableau(method);
-    if (tableau) mechc_take_stages_back(w, tableau, method, record, first, count);
+    if (tableau) mechc_take_stages_back(w, tableau, method, &steps);
 #if MECHC_NC > 0
-    mechc_ends_in_lanes(record, first, count, w->ends);
-    mechc_tangents_in_lanes(&w->given, record, first, count, w->ends, w->tangents);
+    mechc_tangents_in_lanes(&steps, w->ends, w->tangents);
 #endif
     for (int n = count - 1; n >= 0; n--) {
         const double h = record->t[first + n + 1] - record->t[first + n];
+#if MECHC_SWITCHES
         mechc_before_jumps(w, v, first + n);
+#endif
+#if MECHC_NC > 0
         mechc_before_projection(w, v, n);
+#endif
         if (tableau) mechc_pair_back(w, v, tableau, n, h);
         else if (!mechc_nodes_back(w, v, method, first + n, h)) return 0;
-        mechc_add_source(v, first + n);
+        const double *source = v->sources + (first + n - v->first) * MECHC_NX; /* at its start */
+        for (int k = 0; v->sources && k < MECHC_NX; k++) v->covector[k] += source[k];
     }
     return 1;
-}
-
-/* Add what was gathered over some steps; the sum does not depend on how many steps a call covers. */
-MECHC_STATIC void mechc_add_gathered(mechc_covarying *w, const mechc_covariation *v)
-{
-    for (int k = 0; k < MECHC_NB; k++) v->gradient[k] += mechc_sum_of_lanes(w->gathered[k]);
-    memset(w->gathered, 0, sizeof w->gathered);
 }
 
 /* Allocate the work space; NULL without memory. */
@@ -87,7 +77,9 @@ MECHC_ONCE int mechc_covary(const mechc_covariation *v)
                && methods[last - count - 1] == methods[last - 1])
             count++;
         whole = mechc_covary_alike(w, v, methods[last - 1], last - count, count);
-        mechc_add_gathered(w, v);
+        /* the sum does not depend on how many steps a call covers */
+        for (int k = 0; k < MECHC_NB; k++) v->gradient[k] += mechc_sum_of_lanes(w->gathered[k]);
+        memset(w->gathered, 0, sizeof w->gathered);
         last -= count;
     }
     mechc_free_varying(w->blocks);

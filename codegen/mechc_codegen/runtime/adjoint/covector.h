@@ -41,26 +41,24 @@ MECHC_INLINE void mechc_add_slopes(const mechc_covariation *v, double t, const d
     mechc_gather_shapes(v, t, slopes);
 }
 
+#if MECHC_SWITCHES
 /* Move the covector back over the jumps of laws in a step. */
 MECHC_STATIC void mechc_before_jumps(const mechc_covarying *w, const mechc_covariation *v, ptrdiff_t step)
 {
-#if MECHC_SWITCHES
     double map[MECHC_NX * MECHC_SLOPES], slopes[MECHC_SLOPES] = {0.0};
     if (!mechc_jumps_of_step(&w->given, v->trajectory, step, map)) return;
     for (int i = 0; i < MECHC_NX; i++)
         for (int k = 0; k < MECHC_SLOPES; k++) slopes[k] += v->covector[i] * map[i * MECHC_SLOPES + k];
     memcpy(v->covector, slopes, MECHC_NX * sizeof *slopes);
     mechc_add_slopes(v, v->trajectory->t[step + 1], slopes + MECHC_NX);
-#else
-    (void)w, (void)v, (void)step;
-#endif
 }
+#endif
 
+#if MECHC_NC > 0
 /* Move the covector from behind the projection of a step's end to before it; step n of the current ones. */
 MECHC_STATIC void mechc_before_projection(const mechc_covarying *w, const mechc_covariation *v,
                                           int n)
 {
-#if MECHC_NC > 0
     double after[MECHC_NX], slopes[MECHC_SLOPES] = {0.0};
     memcpy(after, v->covector, sizeof after);
     for (int i = 0; i < MECHC_NX; i++)
@@ -68,8 +66,6 @@ MECHC_STATIC void mechc_before_projection(const mechc_covarying *w, const mechc_
             slopes[k] += after[i] * w->tangents[i * MECHC_SLOPES + k][n];
     memcpy(v->covector, slopes, sizeof after);
     mechc_add_slopes(v, w->ends[n], slopes + MECHC_NX);
-#else
-    (void)w, (void)v, (void)n;
-#endif
 }
+#endif
 #endif

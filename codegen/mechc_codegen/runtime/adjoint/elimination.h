@@ -6,14 +6,9 @@
 #include "adjoint/covector.h"
 
 #if MECHC_VARIATIONAL
-/* The equations K^T z = w; unknown i of stage a has the place a size + i.  nq: coordinates where
- * q' = u is integrated twice, else 0. */
+/* The equations K^T z = w; unknown i of stage a has the place a size + i. */
 typedef struct {
-    const mechc_rule *rule;
-    const mechc_nodes_at_hand *nodes;
-    const mechc_directions *d;
-    double h;
-    int nq, size;
+    mechc_step_equations step;
     double w[MECHC_VARIED_NODES * MECHC_NX], z[MECHC_VARIED_NODES * MECHC_NX];
 } mechc_eliminated;
 
@@ -29,26 +24,9 @@ MECHC_STATIC mechc_varying *mechc_new_blocks(const mechc_covariation *v)
     return blocks;
 }
 
-/* to <- to + sum_i z_i row_i, of `count` rows from row `first` of a block: by the state, and by
- * parameters and inputs. */
-MECHC_INLINE void mechc_by_state(const double *block, int first, int count, const double *z,
-                                 double *to)
-{
-    for (int i = 0; i < count; i++)
-        for (int k = 0; k < MECHC_NX; k++) to[k] += z[i] * block[(first + i) * MECHC_NX + k];
-}
-
-MECHC_INLINE void mechc_by_given(const double *block, int first, int count, const double *z,
-                                 const mechc_directions *d, double *to)
-{
-    const double *rows = block + MECHC_BY_STATE + first * d->width * MECHC_LANES;
-    for (int i = 0; i < count; i++)
-        for (int k = 0; k < d->columns; k++) to[k] += z[i] * rows[i * d->width * MECHC_LANES + k];
-}
-
 MECHC_INLINE const double *mechc_block_of(const mechc_eliminated *c, int a)
 {
-    return c->nodes->slopes + a * c->d->block;
+    return c->step.nodes->slopes + a * c->step.d->block;
 }
 
 /* Form row b size + k of the matrix, and its right side in the vector behind it. */
@@ -57,25 +35,25 @@ MECHC_INLINE void mechc_transposed_row(const mechc_eliminated *c, int b, int k, 
 {
     double *entries = (double *)row;
     row[own - 1] = row[own] = mechc_spread(0.0);
-    for (int a = 0; a < c->rule->stages; a++)
-        for (int i = 0; i < c->size; i++) {
-            const double *slopes = mechc_block_of(c, a) + (c->nq + i) * MECHC_NX;
-            const double twice = k < c->nq ? c->rule->second[a][b] * slopes[k] : 0.0;
-            entries[a * c->size + i] =
-                -c->h * (c->rule->first[a][b] * slopes[c->nq + k] + c->h * twice);
+    for (int a = 0; a < c->step.rule->stages; a++)
+        for (int i = 0; i < c->step.size; i++) {
+            const double *slopes = mechc_block_of(c, a) + (c->step.nq + i) * MECHC_NX;
+            const double twice = k < c->step.nq ? c->step.rule->second[a][b] * slopes[k] : 0.0;
+            entries[a * c->step.size + i] =
+                -c->step.h * (c->step.rule->first[a][b] * slopes[c->step.nq + k] + c->step.h * twice);
         }
-    entries[b * c->size + k] += 1.0;
-    row[own][0] = c->w[b * c->size + k];
+    entries[b * c->step.size + k] += 1.0;
+    row[own][0] = c->w[b * c->step.size + k];
 }
 
 MECHC_STATIC int mechc_solve_transposed(mechc_eliminated *c, mechc_vector *room,
                                         mechc_vector **rows)
 {
-    const int count = c->rule->stages * c->size;
+    const int count = c->step.rule->stages * c->step.size;
     const int own = (count + MECHC_LANES - 1) / MECHC_LANES;
     for (int n = 0; n < count; n++) {
         rows[n] = room + n * (own + 1);
-        mechc_transposed_row(c, n / c->size, n % c->size, own, rows[n]);
+        mechc_transposed_row(c, n / c->step.size, n % c->step.size, own, rows[n]);
     }
     if (!mechc_eliminate(rows, count, own, own + 1, 1)) return 0;
     for (int k = 0; k < count; k++) c->z[k] = rows[k][own][0];
@@ -84,12 +62,12 @@ MECHC_STATIC int mechc_solve_transposed(mechc_eliminated *c, mechc_vector *room,
 
 MECHC_INLINE void mechc_weigh_end(mechc_eliminated *c, const double *covector)
 {
-    const mechc_rule *rule = c->rule;
+    const mechc_rule *rule = c->step.rule;
     const int end = rule->stages;
     for (int b = 0; b < rule->stages; b++)
-        for (int k = 0; k < c->size; k++) {
-            const double twice = k < c->nq ? c->h * rule->second[end][b] * covector[k] : 0.0;
-            c->w[b * c->size + k] = c->h * (rule->first[end][b] * covector[c->nq + k] + twice);
+        for (int k = 0; k < c->step.size; k++) {
+            const double twice = k < c->step.nq ? c->step.h * rule->second[end][b] * covector[k] : 0.0;
+            c->w[b * c->step.size + k] = c->step.h * (rule->first[end][b] * covector[c->step.nq + k] + twice);
         }
 }
 
@@ -100,17 +78,22 @@ MECHC_STATIC int mechc_eliminated_back(mechc_varying *blocks, const mechc_rule *
     const mechc_directions *d = &blocks->directions;
     mechc_nodes_at_hand *const nodes = &blocks->nodes;
     const int nq = mechc_integrates_twice(rule, nodes->kept) ? MECHC_NQ : 0, size = MECHC_NX - nq;
-    mechc_eliminated c = {rule, nodes, d, h, nq, size, {0}, {0}};
+    mechc_eliminated c = {{rule, nodes, d, h, rule->stages, nq, size, d->width}, {0}, {0}};
     mechc_linearise_nodes(rule, &blocks->given, d, nodes);
     mechc_weigh_end(&c, covector);
     if (!mechc_solve_transposed(&c, blocks->room, blocks->rows)) return 0;
     for (int k = 0; k < nq; k++) covector[nq + k] += h * covector[k];
     for (int a = 0; a < rule->stages; a++) {
         double by_state[MECHC_NX] = {0.0};
-        mechc_by_state(mechc_block_of(&c, a), nq, size, c.z + a * size, by_state);
+        const double *z = c.z + a * size, *rows = mechc_block_of(&c, a) + nq * MECHC_NX;
+        const double *given = mechc_block_of(&c, a) + MECHC_BY_STATE + nq * d->width * MECHC_LANES;
+        for (int i = 0; i < size; i++)
+            for (int k = 0; k < MECHC_NX; k++) by_state[k] += z[i] * rows[i * MECHC_NX + k];
         for (int k = 0; k < MECHC_NX; k++) covector[k] += by_state[k];
         for (int k = 0; k < nq; k++) covector[nq + k] += h * rule->nodes[a] * by_state[k];
-        mechc_by_given(mechc_block_of(&c, a), nq, size, c.z + a * size, d, gradient);
+        for (int i = 0; i < size; i++)
+            for (int k = 0; k < d->columns; k++)
+                gradient[k] += z[i] * given[i * d->width * MECHC_LANES + k];
     }
     return 1;
 }

@@ -6,18 +6,18 @@
 #include "adjoint/covector.h"
 
 #if MECHC_VARIATIONAL
-/* Compute the states at the stages of `count` steps from `first` on. */
-MECHC_STATIC void mechc_take_stages_back(mechc_covarying *w, const mechc_tableau *tableau,
-                                         int method, const mechc_trajectory *record,
-                                         ptrdiff_t first, int count)
+/* Compute the states at the stages of the steps. */
+MECHC_STATIC void mechc_take_stages_back(mechc_covarying *w, const mechc_tableau *tableau, int method,
+                                         const mechc_steps *steps)
 {
+    const int count = steps->count;
     mechc_pair_stages stages;
     w->kept = (mechc_mask){0};
     for (int i = 0; i < tableau->stages; i++) {
         mechc_vector time, state[MECHC_NX], rates[MECHC_NX];
         double *t = w->t + i * MECHC_LANES, *y = w->y + i * MECHC_LANES * MECHC_NX;
-        mechc_pair_states(tableau, record, first, count, i, &stages);
-        if (mechc_keeps_more(method, &w->given, count, &stages, &w->kept)) {
+        mechc_pair_states(tableau, steps, i, &stages);
+        if (mechc_keeps_more(method, steps, &stages, &w->kept)) {
             i = -1;
             continue;
         }

@@ -36,6 +36,7 @@ typedef struct {
     mechc_contact_laws laws;
     /* Out, a row a member. */
     double *y, *t, *at_times, *p_at_times, *reduced, *least, *event_latest;
+    double *forces_at_times; /* generalized, of contacts that last; or NULL */
     int *status;
     long *counts; /* columns: mechc_count; of `least`: mechc_least */
     long *event_counts, *lowered;
@@ -81,6 +82,11 @@ static void mechc_batch_at_times(mechc_batch_slot *slot, double end, int last)
     if (slot->reached > first)
         mechc_read_states(motion, slot->reached - first, batch->t_eval + first,
                           batch->at_times + (row + first) * motion->width);
+    for (ptrdiff_t i = first; batch->forces_at_times && i < slot->reached; i++)
+        if (mechc_is_in_contact(motion)) /* where no contact lasts they stay zero */
+            mechc_contact_forces(motion->contacts, batch->t_eval[i],
+                                 batch->at_times + (row + i) * motion->width,
+                                 batch->forces_at_times + (row + i) * motion->speeds);
 }
 
 /* Reduce the kept steps up to a time within the last one, or all for NaN. */

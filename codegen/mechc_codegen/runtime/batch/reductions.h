@@ -7,7 +7,6 @@
 
 #include <math.h>
 #include <string.h>
-#include "abi/codes.h"
 #include "batch/samples.h"
 
 #define MECHC_FINE 3e-6 /* of a step: an extreme placed so is right to the square of it */
@@ -43,26 +42,29 @@ static double mechc_probe_component(const mechc_probe *probe, double s)
     return y[0] + sum;
 }
 
-/* The quantity at `count` fractions of the step. */
-static void mechc_probe_many(const mechc_probe *probe, ptrdiff_t count, const double *s,
-                             double *out)
+/* The quantity at `count` fractions of the step, on the constraints, as it is reported. */
+static void mechc_probe_states(const mechc_probe *probe, ptrdiff_t count, const double *s, double *out)
 {
     const mechc_reducer *reducer = probe->reducer;
-    const mechc_quantity *quantity = probe->quantity;
     double t[MECHC_SAMPLES + 1];
-    if (mechc_is_component(quantity)) {
-        for (ptrdiff_t i = 0; i < count; i++) {
-            out[i] = mechc_probe_component(probe, s[i]);
-            if (quantity->form == MECHC_ABSOLUTE) out[i] = fabs(out[i]);
-        }
-        return;
-    }
     for (ptrdiff_t i = 0; i < count; i++) t[i] = mechc_probe_time(probe, s[i]);
     mechc_read_states(reducer->motion, count, t, reducer->states);
     for (ptrdiff_t i = 0; i < count; i++)
         if (s[i] >= 1.0)
             mechc_take_end(probe->steps, probe->step, reducer->states + i * reducer->width);
-    mechc_reduce_states(reducer, quantity, count, t, reducer->states, out);
+    mechc_reduce_states(reducer, probe->quantity, count, t, reducer->states, out);
+}
+
+/* The quantity at `count` fractions of the step. */
+static void mechc_probe_many(const mechc_probe *probe, ptrdiff_t count, const double *s,
+                             double *out)
+{
+    const mechc_quantity *quantity = probe->quantity;
+    if (!mechc_is_component(quantity)) mechc_probe_states(probe, count, s, out);
+    for (ptrdiff_t i = 0; mechc_is_component(quantity) && i < count; i++) {
+        out[i] = mechc_probe_component(probe, s[i]);
+        if (quantity->form == MECHC_ABSOLUTE) out[i] = fabs(out[i]);
+    }
 }
 
 static double mechc_probe_once(const mechc_probe *probe, double s)
@@ -71,18 +73,6 @@ static double mechc_probe_once(const mechc_probe *probe, double s)
     mechc_probe_many(probe, 1, &s, &value);
     if (probe->quantity->reduction == MECHC_FIRST_CROSSING) return value - probe->quantity->level;
     return probe->sign * value;
-}
-
-/* The quantity at a fraction of the step, on the constraints, as it is reported. */
-static double mechc_probe_projected(const mechc_probe *probe, double s)
-{
-    const mechc_reducer *reducer = probe->reducer;
-    const double t = mechc_probe_time(probe, s);
-    double value;
-    mechc_read_states(reducer->motion, 1, &t, reducer->states);
-    if (s >= 1.0) mechc_take_end(probe->steps, probe->step, reducer->states);
-    mechc_reduce_states(reducer, probe->quantity, 1, &t, reducer->states, &value);
-    return value;
 }
 
 /* The vertex of the parabola through three values at x - d, x, x + d; NaN where there is none. */
@@ -164,7 +154,9 @@ static void mechc_refine_extreme(const mechc_probe *probe, int i, double low, do
         return;
     }
     const double at = mechc_probe_least(probe, low, middle, high, least);
-    mechc_keep_least(probe, i, mechc_probe_projected(probe, at));
+    double value;
+    mechc_probe_states(probe, 1, &at, &value);
+    mechc_keep_least(probe, i, value);
 }
 
 /* The parabola's value at its vertex. */
@@ -213,6 +205,9 @@ static void mechc_reduce_first(const mechc_probe *probe, int i, const double *s,
 {
     double f[MECHC_SAMPLES + 1], zero = NAN;
     for (int j = 0; j <= MECHC_SAMPLES; j++) f[j] = seen[j] - probe->quantity->level;
+    /* between steps accelerations jump, where a contact or an input changes */
+    if (mechc_crosses_level(probe, probe->reducer->last[i], f[0])) zero = 0.0;
+    probe->reducer->last[i] = f[MECHC_SAMPLES];
     for (int j = 0; j < MECHC_SAMPLES && !(zero >= 0.0); j++) {
         double low = s[j], f_low = f[j];
         const double vertex = j > 0 ? mechc_vertex(f[j - 1], f[j], f[j + 1], s[j], s[1]) : NAN;
@@ -279,22 +274,15 @@ static void mechc_reduce_step(mechc_reducer *reducer, const mechc_trajectory *st
     else mechc_reduce_extreme(&probe, i, s, seen);
 }
 
-/* The fraction of a step before the time `until`; 1 if that is NaN. */
-static double mechc_reduce_before(const mechc_trajectory *steps, ptrdiff_t step, double until)
-{
-    const double *t = steps->t + step, share = (until - t[0]) / (t[1] - t[0]);
-    return share < 1.0 ? share : 1.0;
-}
-
 /* Reduce the kept steps up to the time `until`; NaN: all of them. */
 static void mechc_reducer_take(mechc_reducer *reducer, const mechc_trajectory *steps, double until)
 {
-    mechc_forget_samples(reducer);
+    for (int set = 0; set < MECHC_SETS; set++) reducer->samples[set].count = 0; /* of other steps */
     for (ptrdiff_t step = 0; step + 1 < steps->count; step++) {
-        const double before = mechc_reduce_before(steps, step, until);
+        const double *t = steps->t + step, before = (until - t[0]) / (t[1] - t[0]);
         if (before <= 0.0) break;
         for (int i = 0; i < reducer->quantities; i++)
-            mechc_reduce_step(reducer, steps, step, i, before);
+            mechc_reduce_step(reducer, steps, step, i, before < 1.0 ? before : 1.0);
     }
 }
 

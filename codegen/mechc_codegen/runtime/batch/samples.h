@@ -8,8 +8,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "abi/codes.h"
-#include "hybrid/motion.h"
+#include "hybrid/contact/contacts.h"
 
 #define MECHC_SAMPLES 8 /* of a step */
 #define MECHC_MOST_AHEAD 16 /* steps that are sampled together, */
@@ -40,12 +39,14 @@ typedef struct {
     const mechc_quantity *quantity;
     mechc_motion *motion; /* whose steps are reduced */
     double t0;
-    double *value;  /* a quantity each: the result so far */
+    double *value;  /* a quantity each: the result so far, */
+    double *last;   /* and its value where the steps reduced so far end, of crossings; NaN: none */
     int *known;
     int *shared;    /* for each quantity the first one with the same values */
     int ahead, rows; /* steps that are sampled together, and samples in them */
     mechc_samples samples[MECHC_SETS];
-    double *t, *states, *outputs; /* at the samples of one set at a time */
+    double *t, *states, *outputs; /* at the samples of one set at a time, */
+    double *forces;               /* and the generalized forces of contacts */
 } mechc_reducer;
 
 static int mechc_set_of(const mechc_quantity *quantity)
@@ -60,14 +61,6 @@ static int mechc_sampled_alike(const mechc_quantity *a, const mechc_quantity *b)
     return mechc_set_of(a) == mechc_set_of(b) && a->form == b->form && a->output == b->output
         && a->second == b->second && a->component == b->component && !first
         && b->reduction != MECHC_FIRST_CROSSING && b->reduction != MECHC_LAST;
-}
-
-/* The first quantity with the same samples. */
-static int mechc_reducer_shared(const mechc_reducer *reducer, int i)
-{
-    for (int j = 0; j < i; j++)
-        if (mechc_sampled_alike(reducer->quantity + i, reducer->quantity + j)) return j;
-    return i;
 }
 
 static int mechc_reducer_make(mechc_reducer *reducer, mechc_motion *motion, int quantities,
@@ -87,21 +80,26 @@ static int mechc_reducer_make(mechc_reducer *reducer, mechc_motion *motion, int 
     const int fit = MECHC_MOST_VALUES / (MECHC_SAMPLES * reducer->widest);
     reducer->ahead = fit < 1 ? 1 : fit < MECHC_MOST_AHEAD ? fit : MECHC_MOST_AHEAD;
     reducer->rows = 1 + MECHC_SAMPLES * reducer->ahead;
-    reducer->value = malloc(some * sizeof(double));
+    reducer->value = malloc(2 * some * sizeof(double));
+    reducer->last = reducer->value ? reducer->value + some : 0;
     reducer->known = malloc(some * sizeof(int));
     reducer->shared = malloc(some * sizeof(int));
     const size_t rows = (size_t)reducer->rows * sizeof(double);
     reducer->t = malloc(rows);
     reducer->states = malloc(rows * (size_t)width);
     reducer->outputs = malloc(2 * rows * (size_t)reducer->widest);
+    reducer->forces = malloc(rows * (size_t)motion->speeds);
     int made = reducer->value && reducer->known && reducer->shared && reducer->t
-            && reducer->states && reducer->outputs;
+            && reducer->states && reducer->outputs && reducer->forces;
     for (int set = 0; set < MECHC_SETS; set++) {
         reducer->samples[set].values = malloc(rows * some);
         made = made && reducer->samples[set].values;
     }
-    for (int i = 0; made && i < quantities; i++)
-        reducer->shared[i] = mechc_reducer_shared(reducer, i);
+    for (int i = 0; made && i < quantities; i++) {
+        reducer->shared[i] = i;
+        for (int j = i - 1; j >= 0; j--)
+            if (mechc_sampled_alike(quantity + i, quantity + j)) reducer->shared[i] = j;
+    }
     return made;
 }
 
@@ -113,6 +111,7 @@ static void mechc_reducer_free(mechc_reducer *reducer)
     free(reducer->t);
     free(reducer->states);
     free(reducer->outputs);
+    free(reducer->forces);
     for (int set = 0; set < MECHC_SETS; set++) free(reducer->samples[set].values);
 }
 
@@ -122,16 +121,24 @@ static void mechc_reducer_begin(mechc_reducer *reducer, double t0)
     for (int i = 0; i < reducer->quantities; i++) {
         reducer->known[i] = 0;
         reducer->value[i] = 0.0;
+        reducer->last[i] = NAN;
     }
 }
 
-/* Evaluate an output at `count` states. */
+/* Evaluate an output at `count` states, with the forces of the contacts that last there. */
 static void mechc_reduce_output(const mechc_reducer *reducer, int output, ptrdiff_t count,
                                 const double *t, const double *states, double *out)
 {
     const mechc_motion *motion = reducer->motion;
     const mechc_rows times = {t, 1}, rows = {states, reducer->width}, p = {motion->p, 0};
-    reducer->unit->outputs[output].evaluate(count, times, rows, p, motion->whole, out);
+    mechc_rows forces = MECHC_NO_FORCES;
+    if (mechc_is_in_contact(motion)) {
+        for (ptrdiff_t i = 0; i < count; i++)
+            mechc_contact_forces(motion->contacts, t[i], states + i * reducer->width,
+                                 reducer->forces + i * motion->speeds);
+        forces = (mechc_rows){reducer->forces, motion->speeds};
+    }
+    reducer->unit->outputs[output].evaluate(count, times, rows, p, motion->whole, forces, out);
 }
 
 /* The number that a quantity is, from the values of an output at one state. */
@@ -240,8 +247,3 @@ static const double *mechc_seen(mechc_reducer *reducer, const mechc_trajectory *
     return samples->values + reducer->shared[i] * (ptrdiff_t)reducer->rows + row;
 }
 
-/* Mark the samples as outdated after the trajectory's steps have changed. */
-static void mechc_forget_samples(mechc_reducer *reducer)
-{
-    for (int set = 0; set < MECHC_SETS; set++) reducer->samples[set].count = 0;
-}

@@ -3,14 +3,12 @@
  * Levenberg-Marquardt with the damping of Yamashita & Fukushima (2001).  Close to a solution steps
  * continue while they close the loops further: where two assemblies meet each gains a bit.
  */
-#ifndef MECHC_DESCENT_H
-#define MECHC_DESCENT_H
+#pragma once
 
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "closing/closure.h"
 #include "closing/measure.h"
 
 #define MECHC_CLOSE_ITERATIONS 60
@@ -33,12 +31,9 @@
 
 typedef struct {
     mechc_closure closure;
-    int rows, columns; /* of the gradient; the first `rows` count */
     int unknowns;
     const int *unknown;
-    const unsigned char *kind;    /* of every coordinate */
     const unsigned char *guessed; /* an unknown each; may be NULL */
-    const int *alike;             /* see measure.h; may be NULL */
     ptrdiff_t starts, near;                 /* all; those at the guess */
     const double *start;                    /* (starts, unknowns) in (-1, 1) */
     int only_near;                          /* where the constraints leave a choice */
@@ -96,8 +91,6 @@ static mechc_closer *mechc_closer_make(const mechc_closing *job)
     const size_t n = (size_t)job->unknowns, one = sizeof(double);
     const size_t team = job->starts < MECHC_CLOSE_TEAM ? (size_t)job->starts : MECHC_CLOSE_TEAM;
     const int *breadth = job->closure.breadth;
-    const mechc_measured measured = {&job->closure, job->rows,    job->columns, job->unknowns,
-                                     job->unknown,  job->kind, job->alike};
     mechc_closer *closer = calloc(1, sizeof *closer);
     if (!closer) return 0;
     closer->team = (int)team;
@@ -112,7 +105,7 @@ static mechc_closer *mechc_closer_make(const mechc_closing *job)
     closer->rank = malloc((size_t)job->most * one);
     if (closer->y && closer->gaps && closer->gradients && closer->x && closer->step
         && closer->square && closer->best && closer->unit && closer->rank
-        && mechc_measure_make(&closer->measure, &measured))
+        && mechc_measure_make(&closer->measure, &job->closure, job->unknowns, job->unknown))
         return closer;
     mechc_closer_free(closer);
     return 0;
@@ -120,7 +113,7 @@ static mechc_closer *mechc_closer_make(const mechc_closing *job)
 
 static int mechc_close_turns(const mechc_closing *job, int i)
 {
-    return job->kind[job->unknown[i]] == MECHC_ANGLE;
+    return job->closure.kind[job->unknown[i]] == MECHC_ANGLE;
 }
 
 static double mechc_close_wrap(double angle)
@@ -138,16 +131,17 @@ mechc_close_solve_sized(const mechc_closing *job, mechc_closer *closer, int k, d
 {
     const double *gradient = closer->gradients + k * job->closure.breadth[MECHC_GRADIENT];
     const double *gap = closer->gaps + k * job->closure.breadth[MECHC_GAPS];
+    const int columns = job->closure.columns;
     double *a = closer->square, *b = closer->step + k * n, trace = 0.0, longest = 0.0;
     for (int i = 0; i < n; i++) {
         const double *first = gradient + job->unknown[i];
         b[i] = 0.0;
-        for (int r = 0; r < rows; r++) b[i] += first[r * job->columns] * gap[r];
+        for (int r = 0; r < rows; r++) b[i] += first[r * columns] * gap[r];
         b[i] *= closer->unit[i];
         for (int j = 0; j <= i; j++) {
             const double *second = gradient + job->unknown[j];
             double sum = 0.0;
-            for (int r = 0; r < rows; r++) sum += first[r * job->columns] * second[r * job->columns];
+            for (int r = 0; r < rows; r++) sum += first[r * columns] * second[r * columns];
             a[i * n + j] = sum * closer->unit[i] * closer->unit[j];
         }
         trace += a[i * n + i];
@@ -180,10 +174,10 @@ static void mechc_close_solve(const mechc_closing *job, mechc_closer *closer, in
     /* a gap that stays bends the residual by its own size, not by its square: Fan & Yuan (2005) */
     const double damping =
         closer->phase == MECHC_PHASE_LEAST ? closer->seeker[k].damping * sqrt(square) : square;
-    if (job->unknowns == 2 && job->rows == 2) /* one planar loop: sizes the compiler knows */
+    if (job->unknowns == 2 && job->closure.rows == 2) /* one planar loop: sizes the compiler knows */
         mechc_close_solve_sized(job, closer, k, damping, 2, 2);
     else
-        mechc_close_solve_sized(job, closer, k, damping, job->unknowns, job->rows);
+        mechc_close_solve_sized(job, closer, k, damping, job->unknowns, job->closure.rows);
 }
 
 /* Set the state that start k tries next: x plus a part of the step. */
@@ -236,17 +230,17 @@ static int mechc_close_is_known(const mechc_closing *job, const mechc_closer *cl
     const double *found =
         job->found + closer->member * job->most * job->closure.coordinates;
     const double size = closer->seeker[k].size;
-    if (n > job->rows || many > job->most || many > MECHC_CLOSE_KNOWN) return 0;
+    if (n > job->closure.rows || many > job->most || many > MECHC_CLOSE_KNOWN) return 0;
     for (int other = 0; other < many; other++, found += job->closure.coordinates) {
         double furthest = 0.0, square = 0.0;
         for (int i = 0; i < n; i++)
             furthest = fmax(furthest, fabs(mechc_close_away(
                 job, closer, i, closer->x[k * n + i] - found[job->unknown[i]])));
         if (furthest > 0.5) continue;
-        for (int r = 0; r < job->rows; r++) {
+        for (int r = 0; r < job->closure.rows; r++) {
             double left = gap[r];
             for (int i = 0; i < n; i++)
-                left -= gradient[r * job->columns + job->unknown[i]]
+                left -= gradient[r * job->closure.columns + job->unknown[i]]
                       * closer->unit[i]
                       * mechc_close_away(job, closer, i,
                                          closer->x[k * n + i] - found[job->unknown[i]]);
@@ -369,9 +363,8 @@ static void mechc_close_remove(const mechc_closing *job, mechc_closer *closer, i
 static void mechc_close_round(mechc_closing *job, mechc_closer *closer)
 {
     const mechc_closure *closure = &job->closure;
-    closure->ask(closure, MECHC_GAPS, closer->active, closer->y, closer->p, closer->gaps);
-    closure->ask(closure, MECHC_GRADIENT, closer->active, closer->y, closer->p,
-                 closer->gradients);
+    mechc_ask(closure, MECHC_GAPS, closer->active, closer->y, closer->p, closer->gaps);
+    mechc_ask(closure, MECHC_GRADIENT, closer->active, closer->y, closer->p, closer->gradients);
     mechc_measure_weigh(&closer->measure, closer->active, closer->gaps, closer->gradients);
     for (int k = closer->active - 1; k >= 0; k--) {
         if (mechc_close_take(job, closer, k)) continue;
@@ -379,5 +372,3 @@ static void mechc_close_round(mechc_closing *job, mechc_closer *closer)
         if (!mechc_close_begin(job, closer, k)) mechc_close_remove(job, closer, k);
     }
 }
-
-#endif

@@ -6,14 +6,12 @@
  * configurations crosses itself: such a step is taken only if it is tiny, so that a curve that
  * turns back or aside beside a crossing is followed and not left.
  */
-#ifndef MECHC_FOLLOW_H
-#define MECHC_FOLLOW_H
+#pragma once
 
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "closing/closure.h"
 #include "closing/measure.h"
 
 #define MECHC_FOLLOW_ITERATIONS 8
@@ -30,11 +28,8 @@
 
 typedef struct {
     mechc_closure closure;
-    int rows, columns; /* of the gradient */
     int driven, unknowns;
-    const int *unknown;        /* and the driven coordinate last */
-    const unsigned char *kind; /* of every coordinate */
-    const int *alike;          /* see measure.h; may be NULL */
+    const int *unknown; /* and the driven coordinate last */
     ptrdiff_t count, values;
     const double *value; /* (values,), monotone */
     const double *p, *length; /* (count,): where the search for the length begins */
@@ -69,14 +64,14 @@ static int mechc_follower_make(const mechc_following *job, mechc_follower *one)
     const size_t n = (size_t)job->unknowns, nq = (size_t)job->closure.coordinates;
     const size_t gap = (size_t)job->closure.breadth[MECHC_GAPS];
     const size_t gradient = (size_t)job->closure.breadth[MECHC_GRADIENT];
-    const size_t matrix = (size_t)job->rows * n;
-    const mechc_measured measured = {&job->closure, job->rows, job->columns, job->unknowns + 1,
-                                     job->unknown,  job->kind, job->alike};
+    const size_t matrix = (size_t)job->closure.rows * n;
     double *next = one->memory =
         calloc(10 * nq + (size_t)job->closure.width + gap + gradient + matrix + 2 * n + gap + 1,
                sizeof(double));
-    one->row = calloc((size_t)job->rows + 1, sizeof(int));
-    if (!next || !one->row || !mechc_measure_make(&one->measure, &measured)) return 0;
+    one->row = calloc((size_t)job->closure.rows + 1, sizeof(int));
+    if (!next || !one->row
+        || !mechc_measure_make(&one->measure, &job->closure, job->unknowns + 1, job->unknown))
+        return 0;
     mechc_follow_place *places[] = {&one->at, &one->before, &one->trial, &one->low, &one->high};
     for (int i = 0; i < 5; i++) {
         places[i]->q = next, next += nq;
@@ -90,17 +85,10 @@ static int mechc_follower_make(const mechc_following *job, mechc_follower *one)
     return 1;
 }
 
-static void mechc_follower_free(mechc_follower *one)
-{
-    free(one->memory);
-    free(one->row);
-    mechc_measure_free(&one->measure);
-}
-
 /* The unit of an unknown's step; the driven coordinate comes after the last unknown. */
 static double mechc_follow_unit(const mechc_following *job, const mechc_follower *one, int i)
 {
-    return job->kind[job->unknown[i]] == MECHC_TRANSLATION ? one->measure.length : 1.0;
+    return job->closure.kind[job->unknown[i]] == MECHC_TRANSLATION ? one->measure.length : 1.0;
 }
 
 /* Evaluate gap and gradient at a place. */
@@ -109,8 +97,8 @@ static void mechc_follow_ask(const mechc_following *job, mechc_follower *one,
 {
     memcpy(one->y, place->q, (size_t)job->closure.coordinates * sizeof(double));
     one->y[job->driven] = place->s;
-    job->closure.ask(&job->closure, MECHC_GAPS, 1, one->y, one->p, one->gap);
-    job->closure.ask(&job->closure, MECHC_GRADIENT, 1, one->y, one->p, one->gradient);
+    mechc_ask(&job->closure, MECHC_GAPS, 1, one->y, one->p, one->gap);
+    mechc_ask(&job->closure, MECHC_GRADIENT, 1, one->y, one->p, one->gradient);
     mechc_measure_weigh(&one->measure, 1, one->gap, one->gradient);
 }
 
@@ -120,13 +108,13 @@ static void mechc_follow_ask(const mechc_following *job, mechc_follower *one,
 static double mechc_follow_solve(const mechc_following *job, mechc_follower *one, int choose,
                                  double *weakest)
 {
-    const int n = job->unknowns, rows = choose ? job->rows : n;
+    const int n = job->unknowns, rows = choose ? job->closure.rows : n;
     double *a = one->matrix, *b = one->right, sign = 1.0, most = 0.0, least = HUGE_VAL;
     for (int i = 0; i < rows; i++) {
         const int row = choose ? i : one->row[i];
         if (choose) one->row[i] = i;
         for (int k = 0; k < n; k++)
-            a[i * n + k] = one->gradient[row * job->columns + job->unknown[k]]
+            a[i * n + k] = one->gradient[row * job->closure.columns + job->unknown[k]]
                          * mechc_follow_unit(job, one, k);
     }
     for (int k = 0; k < n; k++) {
@@ -138,14 +126,9 @@ static double mechc_follow_solve(const mechc_following *job, mechc_follower *one
         least = fmin(least, fabs(pivot));
         if (!(fabs(pivot) > 0.0)) return 0.0;
         if (best != k) {
-            for (int j = 0; j < n; j++) {
-                const double kept = a[k * n + j];
-                a[k * n + j] = a[best * n + j];
-                a[best * n + j] = kept;
-            }
-            const double kept = b[k];
             const int row = one->row[k];
-            b[k] = b[best], b[best] = kept;
+            mechc_close_swap(a + k * n, a + best * n, n);
+            mechc_close_swap(b + k, b + best, 1);
             if (choose) one->row[k] = one->row[best], one->row[best] = row;
             sign = -sign;
         }
@@ -169,10 +152,10 @@ static double mechc_follow_solve(const mechc_following *job, mechc_follower *one
 static int mechc_follow_tangent(const mechc_following *job, mechc_follower *one,
                                 mechc_follow_place *place, int choose)
 {
-    const int rows = choose ? job->rows : job->unknowns;
+    const int rows = choose ? job->closure.rows : job->unknowns;
     for (int i = 0; i < rows; i++) {
         const int row = choose ? i : one->row[i];
-        one->right[i] = -one->gradient[row * job->columns + job->driven];
+        one->right[i] = -one->gradient[row * job->closure.columns + job->driven];
     }
     place->sign = mechc_follow_solve(job, one, choose, &place->weakest);
     if (place->sign == 0.0) return 0;
@@ -254,7 +237,7 @@ static double mechc_follow_cosine(const mechc_following *job, const mechc_follow
 static int mechc_follow_arrive(const mechc_following *job, mechc_follower *one)
 {
     mechc_follow_ask(job, one, &one->at);
-    return (job->rows == job->unknowns || mechc_follow_tangent(job, one, &one->at, 1))
+    return (job->closure.rows == job->unknowns || mechc_follow_tangent(job, one, &one->at, 1))
         && mechc_follow_tangent(job, one, &one->at, 0);
 }
 
@@ -273,16 +256,8 @@ static int mechc_follow_step(const mechc_following *job, mechc_follower *one, do
     one->before = one->at;
     one->at = one->trial;
     one->trial = before;
-    if (job->rows != job->unknowns && !mechc_follow_arrive(job, one)) return 0;
+    if (job->closure.rows != job->unknowns && !mechc_follow_arrive(job, one)) return 0;
     return 1 + crossed;
-}
-
-static void mechc_follow_note(mechc_following *job, const mechc_follower *one, ptrdiff_t member)
-{
-    if (job->passed[member] < job->most)
-        job->change_point[member * job->most + job->passed[member]] =
-            0.5 * (one->before.s + one->at.s);
-    job->passed[member]++;
 }
 
 /* Follow the curve to a value of the driven coordinate, or a little beyond it at a change point; 0:
@@ -300,7 +275,9 @@ static int mechc_follow_to(mechc_following *job, mechc_follower *one, ptrdiff_t 
         int taken = mechc_follow_step(job, one, last ? target : one->at.s + step);
         if (!taken && last && fabs(left) <= 0.5 * MECHC_FOLLOW_TINY * unit)
             taken = mechc_follow_step(job, one, one->at.s + 2.0 * left);
-        if (taken == 2) mechc_follow_note(job, one, member);
+        if (taken == 2 && job->passed[member]++ < job->most)
+            job->change_point[member * job->most + job->passed[member] - 1] =
+                0.5 * (one->before.s + one->at.s);
         if (last && !taken) step = left;
         step *= taken ? 2.0 : 0.5;
         if (!taken && fabs(step) < MECHC_FOLLOW_LEAST * fmax(unit, fabs(target))) return 0;
@@ -359,7 +336,7 @@ static void mechc_follow_member(mechc_following *job, mechc_follower *one, ptrdi
     memcpy(one->at.q, q, row);
     one->at.s = job->value[0];
     one->before.s = NAN;
-    for (int i = 0; i < job->rows; i++) one->row[i] = i;
+    for (int i = 0; i < job->closure.rows; i++) one->row[i] = i;
     goes_on = q[0] == q[0] && mechc_follow_arrive(job, one)
            && one->at.weakest > MECHC_FOLLOW_SINGULAR;
     if (goes_on) memcpy(ratio, one->at.slope, row);
@@ -390,8 +367,8 @@ static int mechc_follow_work(mechc_following *job)
         mechc_follow_member(job, &one, member);
         __atomic_fetch_add(&job->done, 1, __ATOMIC_RELAXED);
     }
-    mechc_follower_free(&one);
+    free(one.memory);
+    free(one.row);
+    mechc_measure_free(&one.measure);
     return made;
 }
-
-#endif

@@ -1,6 +1,5 @@
 /* The least x with A x = b, for rows that may be dependent. */
-#ifndef MECHC_LEAST_CHANGE_H
-#define MECHC_LEAST_CHANGE_H
+#pragma once
 
 #include <float.h>
 #include <math.h>
@@ -73,5 +72,3 @@ static void mechc_least_change(double *a, double *b, int rows, int columns, doub
         for (int k = 0; k < columns; k++) x[k] += share * a[i * columns + k];
     }
 }
-
-#endif

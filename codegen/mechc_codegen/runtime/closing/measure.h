@@ -8,8 +8,7 @@
  * on homogeneous functions x . grad g = d g there.  The length is where that ceases to hold: about
  * the extent of the mechanism.
  */
-#ifndef MECHC_MEASURE_H
-#define MECHC_MEASURE_H
+#pragma once
 
 #include <math.h>
 #include <stdint.h>
@@ -29,18 +28,10 @@
 
 enum { MECHC_TRANSLATION, MECHC_ANGLE, MECHC_NUMBER }; /* kinds of coordinates */
 
-/* Data that all members share. */
 typedef struct {
     const mechc_closure *closure;
-    int rows, columns; /* of the gradient; the first `rows` count */
     int unknowns;
     const int *unknown;
-    const unsigned char *kind; /* of every coordinate */
-    const int *alike; /* (rows,): the first row that is known to have the same unit; may be NULL */
-} mechc_measured;
-
-typedef struct {
-    mechc_measured of;
     double length;   /* the step of a coordinate that is neither angle nor number */
     double *weight;  /* (rows,): makes rows comparable */
     double size;     /* of all rows, so weighted: what steps change them by */
@@ -52,7 +43,7 @@ typedef struct {
 /* Points spread evenly (Roberts 2018), the same for all members. */
 static void mechc_measure_spread(mechc_measure *one)
 {
-    const int n = one->of.unknowns;
+    const int n = one->unknowns;
     double ratio = 2.0, step = 1.0;
     for (int i = 0; i < 12; i++) ratio = pow(1.0 + ratio, 1.0 / (n + 1));
     for (int i = 0; i < n; i++) {
@@ -62,16 +53,19 @@ static void mechc_measure_spread(mechc_measure *one)
     }
 }
 
-static int mechc_measure_make(mechc_measure *one, const mechc_measured *of)
+static int mechc_measure_make(mechc_measure *one, const mechc_closure *closure, int unknowns,
+                              const int *unknown)
 {
-    const size_t width = (size_t)of->closure->width, rows = (size_t)of->rows;
-    const size_t gap = (size_t)of->closure->breadth[MECHC_GAPS];
-    const size_t gradient = (size_t)of->closure->breadth[MECHC_GRADIENT];
-    const size_t each = (size_t)of->unknowns + width + gap + gradient;
+    const size_t width = (size_t)closure->width, rows = (size_t)closure->rows;
+    const size_t gap = (size_t)closure->breadth[MECHC_GAPS];
+    const size_t gradient = (size_t)closure->breadth[MECHC_GRADIENT];
+    const size_t each = (size_t)unknowns + width + gap + gradient;
     double *next = one->memory = calloc(MECHC_MEASURED * each + 2 * rows, sizeof(double));
     if (!next) return 0;
-    one->of = *of;
-    one->spread = next, next += MECHC_MEASURED * of->unknowns;
+    one->closure = closure;
+    one->unknowns = unknowns;
+    one->unknown = unknown;
+    one->spread = next, next += MECHC_MEASURED * unknowns;
     one->y = next, next += MECHC_MEASURED * width;
     one->gap = next, next += MECHC_MEASURED * gap;
     one->gradient = next, next += MECHC_MEASURED * gradient;
@@ -86,31 +80,31 @@ static void mechc_measure_free(mechc_measure *one) { free(one->memory); }
 /* Gaps and gradients at configurations spread over a range of this length. */
 static void mechc_measure_at(mechc_measure *one, const double *p, double length)
 {
+    const mechc_closure *closure = one->closure;
     static const double turn[] = {1.0, M_PI, 1.0};
-    const mechc_measured *of = &one->of;
     for (int k = 0; k < MECHC_MEASURED; k++)
-        for (int i = 0; i < of->unknowns; i++) {
-            const int at = of->unknown[i], kind = of->kind[at];
-            one->y[k * of->closure->width + at] = one->spread[k * of->unknowns + i] * turn[kind]
+        for (int i = 0; i < one->unknowns; i++) {
+            const int at = one->unknown[i], kind = closure->kind[at];
+            one->y[k * closure->width + at] = one->spread[k * one->unknowns + i] * turn[kind]
                                                 * (kind == MECHC_TRANSLATION ? length : 1.0);
         }
-    of->closure->ask(of->closure, MECHC_GAPS, MECHC_MEASURED, one->y, p, one->gap);
-    of->closure->ask(of->closure, MECHC_GRADIENT, MECHC_MEASURED, one->y, p, one->gradient);
+    mechc_ask(closure, MECHC_GAPS, MECHC_MEASURED, one->y, p, one->gap);
+    mechc_ask(closure, MECHC_GRADIENT, MECHC_MEASURED, one->y, p, one->gradient);
 }
 
 /* The degree with which a row grows with the translations; 0 if it contains none. */
 static double mechc_measure_degree(const mechc_measure *one, int row)
 {
-    const mechc_measured *of = &one->of;
+    const mechc_closure *closure = one->closure;
     double growth = 0.0, value = 0.0;
     for (int k = 0; k < MECHC_MEASURED; k++) {
-        const double gap = one->gap[k * of->closure->breadth[MECHC_GAPS] + row];
-        const double *gradient = one->gradient + k * of->closure->breadth[MECHC_GRADIENT]
-                               + row * of->columns;
+        const double gap = one->gap[k * closure->breadth[MECHC_GAPS] + row];
+        const double *gradient = one->gradient + k * closure->breadth[MECHC_GRADIENT]
+                               + row * closure->columns;
         double along = 0.0;
-        for (int i = 0; i < of->unknowns; i++)
-            if (of->kind[of->unknown[i]] == MECHC_TRANSLATION)
-                along += gradient[of->unknown[i]] * one->y[k * of->closure->width + of->unknown[i]];
+        for (int i = 0; i < one->unknowns; i++)
+            if (closure->kind[one->unknown[i]] == MECHC_TRANSLATION)
+                along += gradient[one->unknown[i]] * one->y[k * closure->width + one->unknown[i]];
         growth += along * along;
         value += gap * gap;
     }
@@ -122,10 +116,10 @@ static void mechc_measure_degrees(mechc_measure *one, const double *p, double hi
 {
     const double far = hint * exp2(MECHC_MEASURE_FAR);
     mechc_measure_at(one, p, far);
-    for (int row = 0; row < one->of.rows; row++)
+    for (int row = 0; row < one->closure->rows; row++)
         one->degree[row] = mechc_measure_degree(one, row);
     mechc_measure_at(one, p, far / exp2(MECHC_MEASURE_STRIDE));
-    for (int row = 0; row < one->of.rows; row++) {
+    for (int row = 0; row < one->closure->rows; row++) {
         const double nearer = mechc_measure_degree(one, row);
         if (!(fabs(nearer - one->degree[row]) < MECHC_MEASURE_EVEN && nearer < MECHC_MEASURE_DEGREE))
             one->degree[row] = 0.0;
@@ -137,7 +131,7 @@ static double mechc_measure_lag(mechc_measure *one, const double *p, double leng
 {
     double lag = -1.0;
     mechc_measure_at(one, p, length);
-    for (int row = 0; row < one->of.rows; row++)
+    for (int row = 0; row < one->closure->rows; row++)
         if (one->degree[row] > 0.0)
             lag = fmax(lag, 1.0 - mechc_measure_degree(one, row) / one->degree[row]);
     return lag - MECHC_MEASURE_LAG;
@@ -171,26 +165,22 @@ static double mechc_measure_length(mechc_measure *one, const double *p, double h
     return MECHC_MEASURE_LINKS * hint * exp2(high);
 }
 
-/* The step length of a coordinate that may be held, and may be large. */
-static double mechc_measure_step(const mechc_measure *one, int k, int coordinate)
-{
-    const double value = fabs(one->y[k * one->of.closure->width + coordinate]);
-    return one->of.kind[coordinate] != MECHC_TRANSLATION ? 1.0 : fmax(one->length, value);
-}
-
 /* The greatest change of a row by steps of all coordinates together; its value if no step changes it. */
 static double mechc_measure_row(const mechc_measure *one, int row)
 {
-    const mechc_measured *of = &one->of;
+    const mechc_closure *closure = one->closure;
     double most = 0.0, value = 0.0;
     for (int k = 0; k < MECHC_MEASURED; k++) {
-        const double *gradient = one->gradient + k * of->closure->breadth[MECHC_GRADIENT]
-                               + row * of->columns;
+        const double *gradient = one->gradient + k * closure->breadth[MECHC_GRADIENT]
+                               + row * closure->columns;
         double sum = 0.0;
-        for (int j = 0; j < of->columns; j++)
-            sum += fabs(gradient[j]) * mechc_measure_step(one, k, j);
+        for (int j = 0; j < closure->columns; j++) { /* one that may be held may be large */
+            const double held = fabs(one->y[k * closure->width + j]);
+            const int slides = closure->kind[j] == MECHC_TRANSLATION;
+            sum += fabs(gradient[j]) * (slides ? fmax(one->length, held) : 1.0);
+        }
         most = fmax(most, sum);
-        value = fmax(value, fabs(one->gap[k * of->closure->breadth[MECHC_GAPS] + row]));
+        value = fmax(value, fabs(one->gap[k * closure->breadth[MECHC_GAPS] + row]));
     }
     if (!(most > 0.0)) most = value;
     return most > 0.0 && most < HUGE_VAL ? most : 1.0;
@@ -199,32 +189,31 @@ static double mechc_measure_row(const mechc_measure *one, int row)
 /* Give rows with the same unit the size of the largest of them. */
 static void mechc_measure_alike(mechc_measure *one, double *sizes)
 {
-    const int *alike = one->of.alike;
-    for (int row = 0; alike && row < one->of.rows; row++)
+    const int rows = one->closure->rows, *alike = one->closure->alike;
+    for (int row = 0; row < rows; row++)
         sizes[alike[row]] = fmax(sizes[alike[row]], sizes[row]);
-    for (int row = 0; alike && row < one->of.rows; row++) sizes[row] = sizes[alike[row]];
+    for (int row = 0; row < rows; row++) sizes[row] = sizes[alike[row]];
 }
 
 /* Measure one member, whose held coordinates are those of q. `hint`: start of the search for the
  * length. */
 static void mechc_measure_member(mechc_measure *one, const double *q, const double *p, double hint)
 {
-    const mechc_measured *of = &one->of;
+    const mechc_closure *closure = one->closure;
     double *sizes = one->weight;
     int translations = 0;
     for (int k = 0; k < MECHC_MEASURED; k++)
-        memcpy(one->y + k * of->closure->width, q,
-               (size_t)of->closure->coordinates * sizeof(double));
-    for (int i = 0; i < of->unknowns; i++)
-        translations |= of->kind[of->unknown[i]] == MECHC_TRANSLATION;
+        memcpy(one->y + k * closure->width, q, (size_t)closure->coordinates * sizeof(double));
+    for (int i = 0; i < one->unknowns; i++)
+        translations |= closure->kind[one->unknown[i]] == MECHC_TRANSLATION;
     one->length = translations ? mechc_measure_length(one, p, hint) : hint;
     mechc_measure_at(one, p, one->length);
-    for (int row = 0; row < of->rows; row++) sizes[row] = mechc_measure_row(one, row);
+    for (int row = 0; row < closure->rows; row++) sizes[row] = mechc_measure_row(one, row);
     mechc_measure_alike(one, sizes);
     one->size = 0.0;
     one->even = 1;
-    for (int row = 0; row < of->rows; row++) one->size = fmax(one->size, sizes[row]);
-    for (int row = 0; row < of->rows; row++) {
+    for (int row = 0; row < closure->rows; row++) one->size = fmax(one->size, sizes[row]);
+    for (int row = 0; row < closure->rows; row++) {
         one->weight[row] = one->size / sizes[row];
         one->even &= one->weight[row] == 1.0;
     }
@@ -234,16 +223,15 @@ static void mechc_measure_member(mechc_measure *one, const double *q, const doub
 static void mechc_measure_weigh(const mechc_measure *one, int count, double *gaps,
                                 double *gradients)
 {
-    const int rows = one->of.rows, columns = one->of.columns;
+    const mechc_closure *closure = one->closure;
+    const int rows = closure->rows, columns = closure->columns;
     if (one->even) return;
     for (int k = 0; k < count; k++) {
-        double *gap = gaps + k * one->of.closure->breadth[MECHC_GAPS];
-        double *gradient = gradients + k * one->of.closure->breadth[MECHC_GRADIENT];
+        double *gap = gaps + k * closure->breadth[MECHC_GAPS];
+        double *gradient = gradients + k * closure->breadth[MECHC_GRADIENT];
         for (int row = 0; row < rows; row++) {
             gap[row] *= one->weight[row];
             for (int j = 0; j < columns; j++) gradient[row * columns + j] *= one->weight[row];
         }
     }
 }
-
-#endif

@@ -1,6 +1,5 @@
 /* The order of the configurations found: the nearest to the guess first, or the preferred one. */
-#ifndef MECHC_ORDER_H
-#define MECHC_ORDER_H
+#pragma once
 
 #include <math.h>
 #include <string.h>
@@ -20,19 +19,10 @@ static double mechc_close_rank(const mechc_closing *job, mechc_closer *closer, c
         }
     } else if (job->closure.output[MECHC_PREFERENCE] >= 0) {
         memcpy(closer->y, q, (size_t)job->closure.coordinates * sizeof *q);
-        job->closure.ask(&job->closure, MECHC_PREFERENCE, 1, closer->y, closer->p, &rank);
+        mechc_ask(&job->closure, MECHC_PREFERENCE, 1, closer->y, closer->p, &rank);
         rank = -rank;
     }
     return rank;
-}
-
-static void mechc_close_swap(double *a, double *b, int count)
-{
-    for (int i = 0; i < count; i++) {
-        const double kept = a[i];
-        a[i] = b[i];
-        b[i] = kept;
-    }
 }
 
 /* Whether row a comes before row b, which has the same rank. */
@@ -76,5 +66,3 @@ static void mechc_close_order(mechc_closing *job, mechc_closer *closer)
             mechc_close_turn(job, job->fixed + closer->member * width, found + i * width);
     }
 }
-
-#endif

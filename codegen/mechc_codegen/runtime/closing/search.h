@@ -3,14 +3,12 @@
  * With a guess, starts are at it first; what closes nearest to it sets the distance up to which
  * others are searched for.  Where nothing closes, the least gap met is made as small as it gets.
  */
-#ifndef MECHC_SEARCH_H
-#define MECHC_SEARCH_H
+#pragma once
 
 #include <math.h>
 #include <stddef.h>
 #include <string.h>
 #include "abi/clock.h"
-#include "closing/descent.h"
 #include "closing/order.h"
 
 static void mechc_close_phase_of(const mechc_closing *job, mechc_closer *closer,
@@ -32,7 +30,7 @@ static void mechc_close_member(mechc_closing *job, mechc_closer *closer)
     mechc_measure_member(&closer->measure, job->fixed + member * coordinates, closer->p,
                          job->length[member]);
     for (int i = 0; i < job->unknowns; i++) {
-        const int kind = job->kind[job->unknown[i]];
+        const int kind = job->closure.kind[job->unknown[i]];
         closer->unit[i] = kind == MECHC_TRANSLATION ? closer->measure.length : 1.0;
     }
     for (int k = 0; k < closer->team; k++)
@@ -118,7 +116,7 @@ static void mechc_close_tell(const mechc_closing *job, mechc_closer *closer)
     memcpy(closer->y, job->fixed + member * job->closure.coordinates, row);
     for (int i = 0; i < job->unknowns; i++) closer->y[job->unknown[i]] = closer->best[i];
     memcpy(job->open + member * job->closure.coordinates, closer->y, row);
-    job->closure.ask(&job->closure, MECHC_GAPS, 1, closer->y, closer->p, closer->gaps);
+    mechc_ask(&job->closure, MECHC_GAPS, 1, closer->y, closer->p, closer->gaps);
     job->miss[member] = sqrt(mechc_square(closer->gaps, job->closure.breadth[MECHC_GAPS]));
 }
 
@@ -142,5 +140,3 @@ static int mechc_close_go_on(mechc_closing *job, mechc_closer *closer, double se
     }
     return 0;
 }
-
-#endif

@@ -1,6 +1,5 @@
 /* Speeds that satisfy the constraints, state by state. */
-#ifndef MECHC_SPEEDS_H
-#define MECHC_SPEEDS_H
+#pragma once
 
 #include <math.h>
 #include <string.h>
@@ -25,20 +24,6 @@ typedef struct {
     double *conditioning; /* least singular value of J, of the largest */
     int stop;
 } mechc_speeds_job;
-
-/* The size of the work space for one state: J, a copy of it, residuals, change, singular values. */
-static double *mechc_speeds_space(const mechc_speeds_job *job)
-{
-    const size_t matrix = (size_t)(job->rows * job->speeds), rows = (size_t)job->rows;
-    return malloc((2 * matrix + 3 * rows + (size_t)job->speeds + 1) * sizeof(double));
-}
-
-static void mechc_speeds_columns(const mechc_speeds_job *job, const double *jacobian, double *out)
-{
-    for (int i = 0; i < job->rows; i++)
-        for (int k = 0; k < job->unknowns; k++)
-            out[i * job->unknowns + k] = jacobian[i * job->speeds + job->unknown[k]];
-}
 
 /* The ratio of the least to the largest singular value of J; 0 if J has more rows than columns. */
 static double mechc_speeds_conditioning(const mechc_speeds_job *job, const double *jacobian,
@@ -67,8 +52,8 @@ static void mechc_speeds_ask(const mechc_speeds_job *job, ptrdiff_t state, doubl
                              double *jacobian)
 {
     const double *y = job->y + state * job->closure.width, *p = job->p + state * job->p_stride;
-    job->closure.ask(&job->closure, MECHC_RESIDUALS, 1, y, p, residuals);
-    if (jacobian) job->closure.ask(&job->closure, MECHC_JACOBIAN, 1, y, p, jacobian);
+    mechc_ask(&job->closure, MECHC_RESIDUALS, 1, y, p, residuals);
+    if (jacobian) mechc_ask(&job->closure, MECHC_JACOBIAN, 1, y, p, jacobian);
     if (!job->weight) return;
     for (int i = 0; i < job->rows; i++) {
         const double weight = mechc_speeds_weight(job, state, i);
@@ -104,7 +89,9 @@ static void mechc_speeds_of(mechc_speeds_job *job, ptrdiff_t state, double *spac
     mechc_speeds_ask(job, state, residuals, jacobian);
     job->conditioning[state] = mechc_speeds_conditioning(job, jacobian, copy, lengths);
     if (job->unknowns && mechc_largest(residuals, rows) > 0.0) {
-        mechc_speeds_columns(job, jacobian, copy);
+        for (int i = 0; i < rows; i++)
+            for (int k = 0; k < job->unknowns; k++)
+                copy[i * job->unknowns + k] = jacobian[i * speeds + job->unknown[k]];
         memcpy(aim, residuals, (size_t)rows * sizeof(double));
         mechc_least_change(copy, aim, rows, job->unknowns, job->dead, lengths, change);
         for (int k = 0; k < job->unknowns; k++) {
@@ -119,7 +106,9 @@ static void mechc_speeds_of(mechc_speeds_job *job, ptrdiff_t state, double *spac
 /* Compute the speeds of states until none is left; 0 without memory. */
 static int mechc_speeds_work(mechc_speeds_job *job)
 {
-    double *space = mechc_speeds_space(job);
+    const size_t matrix = (size_t)(job->rows * job->speeds), rows = (size_t)job->rows;
+    /* for one state: J, a copy of it, residuals, change, singular values */
+    double *space = malloc((2 * matrix + 3 * rows + (size_t)job->speeds + 1) * sizeof(double));
     if (!space) return 0;
     for (ptrdiff_t state = 0; state < job->count; state++) {
         if (__atomic_load_n(&job->stop, __ATOMIC_RELAXED)) break;
@@ -128,5 +117,3 @@ static int mechc_speeds_work(mechc_speeds_job *job)
     free(space);
     return 1;
 }
-
-#endif

@@ -1,6 +1,5 @@
 /* Cholesky's factor of small matrices, and solutions with it. */
-#ifndef MECHC_TRIANGULAR_H
-#define MECHC_TRIANGULAR_H
+#pragma once
 
 #include <math.h>
 
@@ -34,5 +33,3 @@ static void mechc_solve_upper(const double *l, int n, double *x)
         x[i] /= l[i * n + i];
     }
 }
-
-#endif

@@ -16,62 +16,17 @@
 typedef struct {
     real p[MECHC_AT_LEAST_ONE(MECHC_NP)]; /* parameters */
     real k[MECHC_CONSTANTS];              /* constants made of them */
-#if MECHC_NI > 0
-    const mechc_inputs *inputs[RLANES];
-#endif
-#if MECHC_NX >= MECHC_WIDE
-    const int *stop; /* see mechc_options */
-#endif
+    const mechc_inputs *inputs[RLANES];   /* of a scene that has any */
+    const int *stop;                      /* see mechc_options */
+    const real *forces; /* generalized (nu), besides the scene's own: outputs that hold accelerations
+                           are solved with them, stages of methods are not; NULL: none */
 } FN(given);
-
-MECHC_INLINE void FN(give_stop)(FN(given) *given, const int *stop)
-{
-#if MECHC_NX >= MECHC_WIDE
-    given->stop = stop;
-#else
-    (void)given, (void)stop;
-#endif
-}
-
-MECHC_INLINE const int *FN(stop_of)(const FN(given) *given)
-{
-#if MECHC_NX >= MECHC_WIDE
-    return given->stop;
-#else
-    (void)given;
-    return 0;
-#endif
-}
 
 /* Whether another thread asks to stop the present work, which takes long in a wide scene: it then
  * fails with MECHC_INTERRUPTED, or its result is not used. */
 MECHC_INLINE int FN(stopped)(const FN(given) *given)
 {
-#if MECHC_NX >= MECHC_WIDE
-    return given->stop && __atomic_load_n(given->stop, __ATOMIC_RELAXED);
-#else
-    (void)given;
-    return 0;
-#endif
-}
-
-MECHC_INLINE void FN(give_inputs)(FN(given) *given, int lane, const mechc_inputs *inputs)
-{
-#if MECHC_NI > 0
-    given->inputs[lane] = inputs;
-#else
-    (void)given, (void)lane, (void)inputs;
-#endif
-}
-
-MECHC_INLINE const mechc_inputs *FN(inputs_of)(const FN(given) *given)
-{
-#if MECHC_NI > 0
-    return given->inputs[0];
-#else
-    (void)given;
-    return 0;
-#endif
+    return MECHC_NX >= MECHC_WIDE && given->stop && __atomic_load_n(given->stop, __ATOMIC_RELAXED);
 }
 
 #if MECHC_NI > 0

@@ -85,6 +85,13 @@ typedef struct {
     real rank; /* rows that count */
 } FN(factors);
 
+MECHC_INLINE real FN(dot)(const real *a, const real *b)
+{
+    real sum = a[0] * b[0];
+    for (int k = 1; k < MECHC_NU; k++) sum += a[k] * b[k];
+    return sum;
+}
+
 MECHC_INLINE real FN(larger)(real a, real b) { return R_SELECT(R_MASK(a > b), a, b); }
 
 MECHC_INLINE real FN(inner)(const FN(factors) *f, const real *a, const real *b)
@@ -166,17 +173,30 @@ MECHC_INLINE void FN(orthogonalise)(FN(factors) *f, int rows, real rank)
     }
 }
 
+/* About 1 / M_kk, within an eighth. */
+MECHC_INLINE void FN(speed_weights)(const real *mass, real *weight)
+{
+    for (int k = 0; k < MECHC_NU; k++) weight[k] = FN(rough_inverse)(mass[k * MECHC_NU + k]);
+}
+
+/* Factor the mass matrix, and the rows in the metric of it, as L^-1 J^T with D^-1 for weights. */
+MECHC_INLINE void FN(factor_in_mass_metric)(const real *jacobian, const real *mass, int rows, real rank,
+                                            FN(mass_factors) *metric, FN(factors) *f)
+{
+    FN(factor_mass)(mass, MECHC_NU, metric);
+    for (int i = 0; i < MECHC_NU; i++) f->weight[i] = metric->inverse[i];
+    for (int i = 0; i < rows * MECHC_NU; i++) f->rows[i] = jacobian[i];
+    for (int i = 0; i < rows; i++) FN(forward)(metric, MECHC_NU, f->rows + i * MECHC_NU);
+    FN(orthogonalise)(f, rows, rank);
+}
+
 #if MECHC_LINKS > 0
-/* Factor the rows of a tree in the metric of the mass matrix itself, as L^-1 J^T with D^-1 for
- * weights: along a chain its diagonal says little about how the speeds act together. */
+/* Factor the rows of a tree in the metric of the mass matrix itself: along a chain its diagonal says
+ * little about how the speeds act together. */
 MECHC_ONCE void FN(factor_rows)(const real *jacobian, const real *mass, int rows, real rank,
                                 FN(factors) *f)
 {
-    FN(factor_mass)(mass, MECHC_NU, &f->metric);
-    for (int i = 0; i < MECHC_NU; i++) f->weight[i] = f->metric.inverse[i];
-    for (int i = 0; i < rows * MECHC_NU; i++) f->rows[i] = jacobian[i];
-    for (int i = 0; i < rows; i++) FN(forward)(&f->metric, MECHC_NU, f->rows + i * MECHC_NU);
-    FN(orthogonalise)(f, rows, rank);
+    FN(factor_in_mass_metric)(jacobian, mass, rows, rank, &f->metric, f);
 }
 
 /* Transform from that metric to speeds. */
@@ -189,8 +209,7 @@ MECHC_INLINE void FN(to_speeds)(const FN(factors) *f, real *x)
 MECHC_INLINE void FN(factor_rows)(const real *jacobian, const real *mass, int rows, real rank,
                                   FN(factors) *f)
 {
-    for (int i = 0; i < MECHC_NU; i++)
-        f->weight[i] = FN(rough_inverse)(mass[i * MECHC_NU + i]);
+    FN(speed_weights)(mass, f->weight);
     for (int i = 0; i < rows * MECHC_NU; i++) f->rows[i] = jacobian[i];
     FN(orthogonalise)(f, rows, rank);
 }
@@ -249,6 +268,84 @@ MECHC_INLINE rmask FN(redundant)(const FN(factors) *f)
     rmask redundant = R_MASK(f->inverse_norm[0] == 0.0);
     for (int i = 1; i < MECHC_NC; i++) redundant |= R_MASK(f->inverse_norm[i] == 0.0);
     return redundant;
+}
+
+/* The multipliers of least norm where rows are redundant.
+ *
+ * Redundant rows leave the multipliers open along the null space of J^T.  Of all that give the same
+ * reactions the least ones lie in the column space of J: the multipliers found are projected onto
+ * an orthonormal basis of it (columns made orthogonal twice, the largest remaining one first). */
+
+/* Move the largest remaining column to place i; returns its squared length. */
+MECHC_INLINE real FN(pivot_column)(real *columns, int i)
+{
+    real most = R(0.0);
+    for (int j = i; j < MECHC_NU; j++) {
+        real square = R(0.0);
+        for (int r = 0; r < MECHC_NC; r++)
+            square += columns[j * MECHC_NC + r] * columns[j * MECHC_NC + r];
+        const rmask larger = R_MASK(square > most);
+        most = R_SELECT(larger, square, most);
+        for (int r = 0; j > i && r < MECHC_NC; r++)
+            FN(swap)(larger, &columns[i * MECHC_NC + r], &columns[j * MECHC_NC + r]);
+    }
+    return most;
+}
+
+/* other <- other - (column . other / square) column */
+MECHC_INLINE void FN(take_column)(const real *column, real inverse, real *other)
+{
+    real part = R(0.0);
+    for (int r = 0; r < MECHC_NC; r++) part += column[r] * other[r];
+    for (int r = 0; r < MECHC_NC; r++) other[r] -= part * inverse * column[r];
+}
+
+/* Project the multipliers in the lanes where rows of the factors are redundant; weights scale the columns. */
+MECHC_ONCE __attribute__((cold)) void FN(least_multipliers)(const real *jacobian,
+                                                            const FN(factors) *f, real *lambda)
+{
+    real columns[MECHC_NU * MECHC_NC], inverse[MECHC_NC], left[MECHC_NC], rank = R(0.0);
+    const rmask redundant = FN(redundant)(f);
+    for (int i = 0; i < MECHC_NC; i++) {
+        left[i] = lambda[i];
+        rank += R_SELECT(R_MASK(f->inverse_norm[i] > 0.0), R(1.0), R(0.0));
+        for (int k = 0; k < MECHC_NU; k++)
+            columns[k * MECHC_NC + i] = jacobian[i * MECHC_NU + k] * R_SQRT(f->weight[k]);
+    }
+    for (int i = 0; i < MECHC_NC && i < MECHC_NU; i++) {
+        real *column = columns + i * MECHC_NC, square = R(0.0);
+        const real most = FN(pivot_column)(columns, i);
+        for (int j = 0; j < i; j++) FN(take_column)(columns + j * MECHC_NC, inverse[j], column);
+        for (int r = 0; r < MECHC_NC; r++) square += column[r] * column[r];
+        inverse[i] = R_SELECT(R_MASK(rank > (double)i) & R_MASK(most > 0.0), 1.0 / square, R(0.0));
+        for (int j = i + 1; j < MECHC_NU; j++)
+            FN(take_column)(column, inverse[i], columns + j * MECHC_NC);
+        FN(take_column)(column, inverse[i], left);
+    }
+    for (int i = 0; i < MECHC_NC; i++)
+        lambda[i] = R_SELECT(redundant, lambda[i] - left[i], lambda[i]);
+}
+
+/* The x nearest to M^-1 forcing, in the metric of M, on which the rows take the values given; the
+ * multipliers where lambda is not NULL. */
+MECHC_INLINE void FN(solve_in_metric)(const FN(factors) *f, const FN(mass_factors) *metric,
+                                      const real *jacobian, const real *forcing, const real *values,
+                                      real *x, real *lambda)
+{
+    real wanted[MECHC_NC], multiples[MECHC_NC];
+    for (int k = 0; k < MECHC_NU; k++) x[k] = forcing[k];
+    FN(forward)(metric, MECHC_NU, x);
+    FN(values_of_rows)(f, MECHC_NC, values, wanted);
+    for (int i = 0; i < MECHC_NC; i++) {
+        const real *row = f->rows + i * MECHC_NU;
+        const real part = (wanted[i] - FN(inner)(f, row, x)) * f->inverse_norm[i];
+        for (int k = 0; k < MECHC_NU; k++) x[k] += part * row[k];
+        multiples[i] = -part;
+    }
+    FN(backward)(metric, MECHC_NU, x);
+    if (!lambda) return;
+    FN(multipliers)(f, multiples, lambda);
+    if (R_ANY(FN(redundant)(f))) FN(least_multipliers)(jacobian, f, lambda);
 }
 
 /* The lanes in which a row that counts is redundant. */

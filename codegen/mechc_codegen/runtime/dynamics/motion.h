@@ -13,7 +13,6 @@
 #else
 #define MECHC_MOTION_SCALAR
 #endif
-#include "dynamics/least_multipliers.h"
 #include "dynamics/linear.h"
 #include "dynamics/loops/one_freedom.h"
 
@@ -41,28 +40,8 @@ MECHC_INLINE void FN(solve_in_mass_metric)(const FN(motion_terms) *terms, real *
 {
     FN(mass_factors) mass;
     FN(factors) rows;
-    real wanted[MECHC_NC], multiples[MECHC_NC];
-    FN(factor_mass)(terms->mass, MECHC_NU, &mass);
-    for (int i = 0; i < MECHC_NU; i++) {
-        x[i] = terms->forcing[i];
-        rows.weight[i] = mass.inverse[i];
-    }
-    for (int i = 0; i < MECHC_NC * MECHC_NU; i++) rows.rows[i] = terms->jacobian[i];
-    for (int i = 0; i < MECHC_NC; i++) FN(forward)(&mass, MECHC_NU, rows.rows + i * MECHC_NU);
-    FN(orthogonalise)(&rows, MECHC_NC, terms->rank);
-    FN(forward)(&mass, MECHC_NU, x);
-    FN(values_of_rows)(&rows, MECHC_NC, terms->gamma, wanted);
-    for (int i = 0; i < MECHC_NC; i++) {
-        const real *row = rows.rows + i * MECHC_NU;
-        const real part = (wanted[i] - FN(inner)(&rows, row, x)) * rows.inverse_norm[i];
-        for (int k = 0; k < MECHC_NU; k++) x[k] += part * row[k];
-        multiples[i] = -part;
-    }
-    if (lambda) {
-        FN(multipliers)(&rows, multiples, lambda);
-        if (R_ANY(FN(redundant)(&rows))) FN(least_multipliers)(terms->jacobian, &rows, lambda);
-    }
-    FN(backward)(&mass, MECHC_NU, x);
+    FN(factor_in_mass_metric)(terms->jacobian, terms->mass, MECHC_NC, terms->rank, &mass, &rows);
+    FN(solve_in_metric)(&rows, &mass, terms->jacobian, terms->forcing, terms->gamma, x, lambda);
 }
 
 #if !MECHC_ONE_FREEDOM
@@ -170,10 +149,7 @@ MECHC_INLINE void FN(free_directions)(const FN(factors) *f, real *directions)
 /* values[i] = v_i . x */
 MECHC_INLINE void FN(along)(const real *directions, const real *x, real *values)
 {
-    for (int i = 0; i < MECHC_FREE; i++) {
-        values[i] = directions[i * MECHC_NU] * x[0];
-        for (int k = 1; k < MECHC_NU; k++) values[i] += directions[i * MECHC_NU + k] * x[k];
-    }
+    for (int i = 0; i < MECHC_FREE; i++) values[i] = FN(dot)(directions + i * MECHC_NU, x);
 }
 
 /* v^T M v */
@@ -181,11 +157,8 @@ MECHC_INLINE void FN(reduced_mass)(const real *mass, const real *directions, rea
 {
     for (int i = 0; i < MECHC_FREE; i++) {
         real momentum[MECHC_NU];
-        for (int k = 0; k < MECHC_NU; k++) {
-            momentum[k] = mass[k * MECHC_NU] * directions[i * MECHC_NU];
-            for (int m = 1; m < MECHC_NU; m++)
-                momentum[k] += mass[k * MECHC_NU + m] * directions[i * MECHC_NU + m];
-        }
+        for (int k = 0; k < MECHC_NU; k++)
+            momentum[k] = FN(dot)(mass + k * MECHC_NU, directions + i * MECHC_NU);
         FN(along)(directions, momentum, reduced + i * MECHC_FREE);
     }
 }

@@ -98,9 +98,7 @@ MECHC_RARE void mechc_fit_to_speeds(double t, double *y, const mechc_scalar_give
     mechc_scalar_displace(t, y, given, by);
     mechc_strong_rows(t, y, given, place, rows);
 }
-#endif
 
-#if MECHC_NH > 0
 /* Correct the speeds at a closed configuration by every row but the weakest. */
 MECHC_RARE void mechc_keep_weakest_rate(double t, double *y, const mechc_scalar_given *given)
 {

@@ -15,8 +15,8 @@
 #define MECHC_SWITCHES 0 /* functions at whose zeros the equations change their form */
 #endif
 
-#ifndef MECHC_ROW_BLOCKS
-#define MECHC_ROW_BLOCKS 0 /* in which constraint rows are eliminated one by one */
+#ifndef MECHC_FEATURES
+#define MECHC_FEATURES 0 /* the last of these: edges of narrow features */
 #endif
 
 /* Squared sine or share, and squared length over that of the longest row, below which rows are not
@@ -45,7 +45,7 @@
 #define MECHC_ORDINARY_LENGTH (MECHC_NK + 1)
 #define MECHC_ORDINARY_SUM (MECHC_NK + 2)
 #define MECHC_OF_A_RADIAN 0.1
-#define MECHC_LENGTH (MECHC_NK + 3) /* of the mechanism: see unit_of_length.h */
+#define MECHC_LENGTH (MECHC_NK + 3) /* of the mechanism: see ordinary_rows.h */
 #define MECHC_CONSTANTS (MECHC_NK + 4)
 
 #ifdef MECHC_SLIDES /* of the state: the components that are no angles and no numbers */

@@ -25,6 +25,7 @@
 MECHC_INLINE void FN(make_constants)(FN(given) *given)
 {
     FN(hoist)(given->p, given->k);
+    given->forces = 0;
     given->k[MECHC_ROWS_THAT_COUNT] = R((double)MECHC_NC);
     given->k[MECHC_ORDINARY_LENGTH] = given->k[MECHC_ORDINARY_SUM] = R(0.0);
     given->k[MECHC_LENGTH] = R(1.0);
@@ -34,8 +35,8 @@ MECHC_INLINE void FN(make_constants)(FN(given) *given)
 MECHC_INLINE void mechc_give(const double *p, const mechc_inputs *inputs, mechc_scalar_given *given)
 {
     for (int i = 0; i < MECHC_NP; i++) given->p[i] = p[i];
-    mechc_scalar_give_inputs(given, 0, inputs);
-    mechc_scalar_give_stop(given, 0);
+    given->inputs[0] = inputs;
+    given->stop = 0;
     mechc_scalar_make_constants(given);
 }
 #endif
@@ -44,7 +45,7 @@ typedef struct {
 #if MECHC_NC > 0
     real rank;       /* rows that count */
     real ordinary_length, ordinary_sum; /* see ordinary_rows.h */
-    real length;     /* see unit_of_length.h */
+    real length;     /* see ordinary_rows.h */
     FN(solver) rows; /* every one of them: speeds and accelerations */
 #elif MECHC_LINKS > 0
     FN(articulated) factored;
@@ -300,9 +301,7 @@ MECHC_INLINE void FN(correct)(real t, real *q, const FN(given) *given, const FN(
     FN(least_step_at)(place, values, step);
     FN(displace)(t, q, given, step);
 }
-#endif
 
-#if MECHC_NH > 0
 /* A correction of q that leaves gaps within so many units of rounding: noise would be magnified
  * from one iteration to the next. */
 MECHC_INLINE void FN(correct_beyond)(real t, real *q, const FN(given) *given,

@@ -294,14 +294,20 @@ MECHC_ONCE void FN(free_accelerations)(const real *tree, const FN(articulated) *
 }
 
 #if MECHC_NC > 0
+/* From a link's reference point to a point. */
+MECHC_INLINE void FN(arm_to)(const real *tree, int link, const real *point, real *arm)
+{
+    for (int i = 0; i < MECHC_ARM; i++)
+        arm[i] = point[i] - tree[MECHC_AT_REFERENCE + link * MECHC_ARM + i];
+}
+
 /* Partial velocities of a point along an axis, by the speeds of all links down to the ground. */
 MECHC_INLINE void FN(add_partials)(const real *tree, int link, const real *point, const real *axis,
                                    double sign, real *row)
 {
     for (; link >= 0; link = mechc_parent[link]) {
         real arm[MECHC_ARM], moved[MECHC_DIM];
-        for (int i = 0; i < MECHC_ARM; i++)
-            arm[i] = point[i] - tree[MECHC_AT_REFERENCE + link * MECHC_ARM + i];
+        FN(arm_to)(tree, link, point, arm);
         for (int c = mechc_first_column[link]; c < mechc_first_column[link + 1]; c++) {
             real part = R(0.0);
             FN(shift_motion)(arm, tree + MECHC_AT_SUBSPACE + c * MECHC_DIM, moved);
@@ -324,19 +330,13 @@ MECHC_ONCE void FN(cut_rows)(const real *tree, real *jacobian)
         FN(add_partials)(tree, mechc_cut[2 * i + 1], target, axis, -1.0, row);
     }
 }
-#endif
 
-#if MECHC_NC > 0
 /* J x: how fast the cuts open, from link to link. */
 MECHC_ONCE void FN(cut_rates)(const real *tree, const real *x, real *rates)
 {
     real motion[MECHC_LINKS * MECHC_DIM], arm[MECHC_ARM], moved[MECHC_DIM];
     for (int link = 0; link < MECHC_LINKS; link++) {
-        real *own = motion + link * MECHC_DIM;
-        const int parent = mechc_parent[link];
-        for (int i = 0; i < MECHC_DIM; i++) own[i] = R(0.0);
-        if (parent >= 0)
-            FN(shift_motion)(tree + link * MECHC_ARM, motion + parent * MECHC_DIM, own);
+        real *own = FN(motion_of_parent)(tree, link, motion);
         for (int c = mechc_first_column[link]; c < mechc_first_column[link + 1]; c++)
             for (int i = 0; i < MECHC_DIM; i++)
                 own[i] += x[mechc_column_speed[c]] * tree[MECHC_AT_SUBSPACE + c * MECHC_DIM + i];
@@ -348,8 +348,7 @@ MECHC_ONCE void FN(cut_rates)(const real *tree, const real *x, real *rates)
         for (int end = 0; end < 2; end++, point += MECHC_ARM) {
             const int link = mechc_cut[2 * i + end];
             if (link < 0) continue;
-            for (int j = 0; j < MECHC_ARM; j++)
-                arm[j] = point[j] - tree[MECHC_AT_REFERENCE + link * MECHC_ARM + j];
+            FN(arm_to)(tree, link, point, arm);
             FN(shift_motion)(arm, motion + link * MECHC_DIM, moved);
             for (int j = 0; j < MECHC_ARM; j++) {
                 const real part = axis[j] * moved[MECHC_DIM - MECHC_ARM + j];
@@ -394,8 +393,7 @@ MECHC_ONCE real FN(most_partials)(const real *tree, real unit)
             const int link = mechc_cut[2 * i + end];
             real arm[MECHC_ARM];
             if (link < 0) continue;
-            for (int j = 0; j < MECHC_ARM; j++)
-                arm[j] = point[j] - tree[MECHC_AT_REFERENCE + link * MECHC_ARM + j];
+            FN(arm_to)(tree, link, point, arm);
             sum += sliding[link]
                  + turning[link] * (length[link] + FN(sum_of_sizes)(arm, MECHC_ARM));
         }

@@ -1,7 +1,51 @@
-/* Co-simulation: motion to a communication point by mechc's own integrators. */
+/* Initialization: values are set, then loops are closed.  Co-simulation: motion to a communication
+ * point by mechc's own integrators. */
 #pragma once
 
-#include "fmu/initialise.h"
+#include "fmu/events.h"
+
+#define MECHC_FMU_MOST_STEPS 10000000
+
+MECHC_STATIC void mechc_fmu_set_options(mechc_fmu *fmu)
+{
+    const int method = mechc_fmu_scene.method;
+    fmu->reacher.options = (mechc_options){
+        .p = fmu->now.p, .rtol = fmu->now.rtol, .max_step = HUGE_VAL, .max_steps = MECHC_FMU_MOST_STEPS,
+        .method = method, .dense = fmu->reacher.ahead, .on_change_point = MECHC_CONTINUE_STRAIGHT,
+        .may_stiffen = 1,
+    };
+}
+
+/* Begin the motion of co-simulation at the present state. */
+MECHC_STATIC void mechc_fmu_go_from_now(mechc_fmu *fmu)
+{
+    mechc_fmu_set_options(fmu);
+    mechc_reach_from(&fmu->reacher, fmu->now.t, fmu->now.y);
+    fmu->moved = 0;
+}
+
+/* Begin initialization at t0; tolerance 0: that of the unit. */
+MECHC_STATIC mechc_fmu_status mechc_fmu_initialise(mechc_fmu *fmu, double t0, double tolerance)
+{
+    fmu->now.t = t0;
+    if (tolerance > 0.0) fmu->now.rtol = tolerance;
+    fmu->moved = fmu->given_parameters = 1;
+    fmu->evaluated = 0;
+    return MECHC_FMU_OK;
+}
+
+/* End initialization: close the loops at the nearest state. */
+MECHC_STATIC mechc_fmu_status mechc_fmu_begin(mechc_fmu *fmu)
+{
+    mechc_fmu_current(fmu);
+    if (!mechc_all_finite(fmu->now.p, MECHC_NP))
+        return mechc_fmu_fails(fmu, "a parameter has no value");
+    if (mechc_fmu_close(fmu) != MECHC_RUNNING)
+        return mechc_fmu_fails(fmu, "the loops cannot be closed near the start values");
+    mechc_fmu_go_from_now(fmu);
+    mechc_fmu_take_sides(fmu);
+    return MECHC_FMU_OK;
+}
 
 #define MECHC_FMU_TIME 1e-9 /* of a step and of the time: an importer adds up times so exactly */
 
@@ -30,14 +74,6 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_ended(const mechc_fmu *fmu, int status)
     return mechc_fmu_fails(fmu, "the motion through a change point is not determined");
 }
 
-/* Begin the motion anew after a state or parameters were set. */
-MECHC_STATIC int mechc_fmu_begin_again(mechc_fmu *fmu)
-{
-    const int status = mechc_fmu_close(fmu);
-    if (status == MECHC_RUNNING) mechc_fmu_go_from_now(fmu);
-    return status;
-}
-
 /* Advance by h from the present time. */
 MECHC_STATIC mechc_fmu_status mechc_fmu_step(mechc_fmu *fmu, double t, double h)
 {
@@ -46,8 +82,10 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_step(mechc_fmu *fmu, double t, double h)
     if (fabs(t - fmu->now.t) > MECHC_FMU_TIME * (h + fabs(t)))
         return mechc_fmu_fails(fmu, "a step begins where the last one ended");
     mechc_fmu_set_options(fmu);
-    if (fmu->moved && mechc_fmu_begin_again(fmu) != MECHC_RUNNING)
-        return mechc_fmu_ended(fmu, MECHC_NOT_CLOSED);
+    if (fmu->moved) { /* a state or parameters were set */
+        if (mechc_fmu_close(fmu) != MECHC_RUNNING) return mechc_fmu_ended(fmu, MECHC_NOT_CLOSED);
+        mechc_fmu_go_from_now(fmu);
+    }
     const int status = mechc_reach_time(&fmu->reacher, t1, fmu->driven);
     fmu->evaluated = 0;
     if (status != MECHC_RUNNING && status != MECHC_FINISHED) return mechc_fmu_ended(fmu, status);

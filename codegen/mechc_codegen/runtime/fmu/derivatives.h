@@ -3,7 +3,6 @@
 
 #include "fmu/instance.h"
 
-#define MECHC_FMU_KNOWNS (MECHC_NX + MECHC_NP + MECHC_NI)
 #define MECHC_FMU_UNKNOWNS (MECHC_NX + MECHC_FMU_VALUES)
 
 /* Jacobians of rates, then outputs, by states, parameters and values of inputs: each row by row. */
@@ -24,23 +23,21 @@ MECHC_STATIC void mechc_fmu_linearise(mechc_fmu *fmu, mechc_fmu_jacobian *to)
     const double t = fmu->now.t, *y = fmu->now.y;
     memset(to, 0, sizeof *to);
     (void)model, (void)t, (void)y;
-#if MECHC_STATE_JACOBIAN
-    mechc_standalone_state_jacobian(model, t, y, to->by_state);
 #if MECHC_OWN > 0
-    mechc_standalone_own_state_jacobian(model, t, y, to->by_state + MECHC_NX * MECHC_NX);
+#define MECHC_FMU_JACOBIAN(name, out, columns)                                                    \
+    mechc_standalone_##name(model, t, y, out);                                                    \
+    mechc_standalone_own_##name(model, t, y, (out) + MECHC_NX * (columns))
+#else
+#define MECHC_FMU_JACOBIAN(name, out, columns) mechc_standalone_##name(model, t, y, out)
 #endif
+#if MECHC_STATE_JACOBIAN
+    MECHC_FMU_JACOBIAN(state_jacobian, to->by_state, MECHC_NX);
 #endif
 #if MECHC_PARAMETER_JACOBIAN
-    mechc_standalone_parameter_jacobian(model, t, y, to->by_parameter);
-#if MECHC_OWN > 0
-    mechc_standalone_own_parameter_jacobian(model, t, y, to->by_parameter + MECHC_NX * MECHC_NP);
-#endif
+    MECHC_FMU_JACOBIAN(parameter_jacobian, to->by_parameter, MECHC_NP);
 #endif
 #if MECHC_INPUT_JACOBIAN
-    mechc_standalone_input_jacobian(model, t, y, to->by_input);
-#if MECHC_OWN > 0
-    mechc_standalone_own_input_jacobian(model, t, y, to->by_input + MECHC_NX * MECHC_NI);
-#endif
+    MECHC_FMU_JACOBIAN(input_jacobian, to->by_input, MECHC_NI);
 #endif
 }
 
@@ -118,22 +115,6 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_directional(
     return right ? MECHC_FMU_OK : mechc_fmu_fails(fmu, MECHC_FMU_NOT_DIFFERENTIATED);
 }
 
-/* The derivative by one known variable of the sum of unknowns times their seeds. */
-MECHC_STATIC int mechc_fmu_gradient(mechc_fmu *fmu, const mechc_fmu_jacobian *of,
-                                    const uint32_t *unknowns, size_t count, const double *seed,
-                                    uint32_t known, double *changes, double *sum)
-{
-    mechc_fmu_direction along;
-    memset(&along, 0, sizeof along);
-    double *place = mechc_fmu_known(&along, known);
-    if (!place) return 0;
-    *place = 1.0;
-    if (!mechc_fmu_changes(fmu, of, &along, unknowns, count, changes)) return 0;
-    *sum = 0.0;
-    for (size_t i = 0; i < count; i++) *sum += seed[i] * changes[i];
-    return 1;
-}
-
 /* Compute gradient = seed^T d unknowns / d knowns. */
 MECHC_STATIC mechc_fmu_status mechc_fmu_adjoint(
     mechc_fmu *fmu, const uint32_t *unknowns, size_t unknown_count, const uint32_t *knowns,
@@ -146,9 +127,15 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_adjoint(
     if (of && changes) {
         mechc_fmu_linearise(fmu, of);
         right = 1;
-        for (size_t i = 0; i < known_count && right; i++)
-            right = mechc_fmu_gradient(fmu, of, unknowns, unknown_count, seed, knowns[i], changes,
-                                       &gradient[i]);
+        for (size_t i = 0; i < known_count && right; i++) { /* along one of them after the other */
+            mechc_fmu_direction along;
+            memset(&along, 0, sizeof along);
+            double *place = mechc_fmu_known(&along, knowns[i]);
+            if (place) *place = 1.0;
+            right = place && mechc_fmu_changes(fmu, of, &along, unknowns, unknown_count, changes);
+            gradient[i] = 0.0;
+            for (size_t k = 0; right && k < unknown_count; k++) gradient[i] += seed[k] * changes[k];
+        }
     }
     free(of);
     free(changes);

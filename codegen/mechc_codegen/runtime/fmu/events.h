@@ -52,13 +52,6 @@ MECHC_STATIC int mechc_fmu_missed(mechc_fmu *fmu)
     return missed;
 }
 
-/* Whether a crossed event is far from its zero and has not been back on its side since its last
- * reset: then the importer's steps do not separate its resets. */
-MECHC_STATIC int mechc_fmu_is_too_fast(const mechc_fmu *fmu, int number)
-{
-    return fmu->now.away[number] && fmu->reacher.hybrid.watch.event[number].side == 0.0;
-}
-
 MECHC_STATIC void mechc_fmu_take_sides(mechc_fmu *fmu)
 {
     mechc_fmu_watch(fmu);
@@ -91,7 +84,10 @@ MECHC_STATIC int mechc_fmu_cross(mechc_fmu *fmu, int *changed)
     mechc_fmu_watch(fmu);
     for (int k = 0; k < MECHC_FMU_EVENTS; k++) {
         crossed[k] = (unsigned char)mechc_fmu_is_crossed(fmu, k);
-        if (crossed[k] && mechc_fmu_is_too_fast(fmu, k)) status = MECHC_RESETS_ACCUMULATE;
+        /* far from its zero, and not back on its side since its last reset: the importer's steps do
+         * not separate its resets */
+        if (crossed[k] && fmu->now.away[k] && fmu->reacher.hybrid.watch.event[k].side == 0.0)
+            status = MECHC_RESETS_ACCUMULATE;
         fmu->now.side[k] = mechc_fmu_side(fmu, k);
     }
     *changed = 0;

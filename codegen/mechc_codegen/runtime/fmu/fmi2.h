@@ -53,10 +53,7 @@ MECHC_FMI(DoStep)(mechc_fmu *fmu, double t, double h, int no_way_back)
     return (int)mechc_fmu_step(fmu, t, h);
 }
 
-MECHC_FMI(CancelStep)(mechc_fmu *fmu)
-{
-    return (int)mechc_fmu_fails(fmu, "steps are not taken in the background");
-}
+MECHC_FMI_REFUSES(CancelStep, "steps are not taken in the background", mechc_fmu *fmu)
 
 MECHC_FMI_NONE(SetRealInputDerivatives, const int *orders, const double *values)
 MECHC_FMI_NONE(GetRealOutputDerivatives, const int *orders, double *values)

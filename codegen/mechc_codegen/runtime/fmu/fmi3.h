@@ -63,22 +63,14 @@ MECHC_FMI_NONE(SetIntervalFraction, const uint64_t *counters, const uint64_t *re
 MECHC_FMI_NONE(SetShiftDecimal, const double *shifts)
 MECHC_FMI_NONE(SetShiftFraction, const uint64_t *counters, const uint64_t *resolutions)
 MECHC_FMI_NONE(GetOutputDerivatives, const int32_t *orders, double *values, size_t size)
-MECHC_FMI_REFUSES(ActivateModelPartition, "there are no clocks", uint32_t clock, double t)
+MECHC_FMI_REFUSES(ActivateModelPartition, "there are no clocks", mechc_fmu *fmu, uint32_t clock, double t)
 MECHC_FMI_REFUSES(GetNumberOfVariableDependencies, "dependencies are not told by element",
-                  uint32_t reference, size_t *count)
-MECHC_FMI_REFUSES(GetVariableDependencies, "dependencies are not told by element",
+                  mechc_fmu *fmu, uint32_t reference, size_t *count)
+MECHC_FMI_REFUSES(GetVariableDependencies, "dependencies are not told by element", mechc_fmu *fmu,
                   uint32_t reference, size_t *elements, uint32_t *of, size_t *of_elements,
                   int *kinds, size_t count)
-
-MECHC_FMI(EnterConfigurationMode)(mechc_fmu *fmu)
-{
-    return (int)mechc_fmu_fails(fmu, "there are no structural parameters");
-}
-
-MECHC_FMI(ExitConfigurationMode)(mechc_fmu *fmu)
-{
-    return (int)mechc_fmu_fails(fmu, "there are no structural parameters");
-}
+MECHC_FMI_REFUSES(EnterConfigurationMode, "there are no structural parameters", mechc_fmu *fmu)
+MECHC_FMI_REFUSES(ExitConfigurationMode, "there are no structural parameters", mechc_fmu *fmu)
 
 MECHC_FMI(EvaluateDiscreteStates)(mechc_fmu *fmu) { return MECHC_FMU_OK; }
 
@@ -107,17 +99,14 @@ MECHC_FMI(UpdateDiscreteStates)(mechc_fmu *fmu, bool *again, bool *terminate,
     return (int)status;
 }
 
-MECHC_FMI(GetNumberOfEventIndicators)(mechc_fmu *fmu, size_t *count)
-{
-    *count = MECHC_FMU_EVENTS;
-    return MECHC_FMU_OK;
-}
-
-MECHC_FMI(GetNumberOfContinuousStates)(mechc_fmu *fmu, size_t *count)
-{
-    *count = MECHC_NX;
-    return MECHC_FMU_OK;
-}
+#define MECHC_FMI_COUNTS(name, number)                                                            \
+    MECHC_FMI(name)(mechc_fmu *fmu, size_t *count)                                                \
+    {                                                                                             \
+        *count = number;                                                                          \
+        return MECHC_FMU_OK;                                                                      \
+    }
+MECHC_FMI_COUNTS(GetNumberOfEventIndicators, MECHC_FMU_EVENTS)
+MECHC_FMI_COUNTS(GetNumberOfContinuousStates, MECHC_NX)
 
 /* Co-simulation. */
 

@@ -79,8 +79,11 @@ MECHC_STATIC void mechc_fmu_reset(mechc_fmu *fmu)
     fmu->driven = fmu->evaluated = 0;
 }
 
-MECHC_STATIC void mechc_fmu_give_inputs(mechc_fmu *fmu)
+/* Allocate the motion; 0 without memory. */
+MECHC_STATIC int mechc_fmu_make_motion(mechc_fmu *fmu)
 {
+    const mechc_fmu_model *scene = &mechc_fmu_scene;
+    mechc_hybrid *hybrid = &fmu->reacher.hybrid;
     static const double from = 0.0; /* the knot of a constant */
     for (int i = 0; i < MECHC_NI; i++) {
         fmu->signals[i] = (mechc_signal){.knots = &from, .coefficients = fmu->now.inputs + i};
@@ -93,14 +96,6 @@ MECHC_STATIC void mechc_fmu_give_inputs(mechc_fmu *fmu)
         .driven = &fmu->driven_by, .signals = fmu->signals, .knots = fmu->knots,
         .signal_count = MECHC_NI, .source_count = MECHC_NI,
     };
-}
-
-/* Allocate the motion; 0 without memory. */
-MECHC_STATIC int mechc_fmu_make_motion(mechc_fmu *fmu)
-{
-    const mechc_fmu_model *scene = &mechc_fmu_scene;
-    mechc_hybrid *hybrid = &fmu->reacher.hybrid;
-    mechc_fmu_give_inputs(fmu);
     hybrid->motion.unit = &MECHC_UNIT_TABLE;
     hybrid->motion.coordinates = MECHC_NQ;
     hybrid->motion.speeds = MECHC_NU;
@@ -183,15 +178,6 @@ MECHC_STATIC int mechc_fmu_close(mechc_fmu *fmu)
     return status;
 }
 
-/* Rates of the state, with the forces of lasting contacts. */
-MECHC_STATIC void mechc_fmu_rates_at_hand(mechc_fmu *fmu, const mechc_standalone *model)
-{
-    const mechc_hybrid *hybrid = &fmu->reacher.hybrid;
-    if (mechc_has_contacts(hybrid) && hybrid->live && !fmu->moved)
-        hybrid->motion.rates(&hybrid->motion, fmu->now.t, fmu->now.y, fmu->rates);
-    else mechc_standalone_rates(model, fmu->now.t, fmu->now.y, fmu->rates);
-}
-
 /* Evaluate the function of each event; for dry friction the speed of sliding. */
 MECHC_STATIC void mechc_fmu_evaluate_events(mechc_fmu *fmu)
 {
@@ -213,11 +199,20 @@ MECHC_STATIC void mechc_fmu_evaluate_events(mechc_fmu *fmu)
 MECHC_STATIC void mechc_fmu_evaluate(mechc_fmu *fmu)
 {
     if (fmu->evaluated) return;
-    const mechc_standalone *model = mechc_fmu_current(fmu);
-    double *out = fmu->outputs;
-    mechc_fmu_rates_at_hand(fmu, model);
+    double *out = fmu->outputs, forces[MECHC_NU];
+    const double t = fmu->now.t, *y = fmu->now.y;
+    mechc_hybrid *hybrid = &fmu->reacher.hybrid;
+    mechc_held held;
+    mechc_scalar_given given;
+    mechc_give_standalone(mechc_fmu_current(fmu), &held, &given);
+    if (mechc_has_contacts(hybrid) && hybrid->live && !fmu->moved
+        && mechc_is_in_contact(&hybrid->motion)) { /* with the forces of lasting ones */
+        mechc_contact_forces(hybrid->motion.contacts, t, y, forces);
+        given.forces = forces;
+    }
+    mechc_scalar_output_rates(t, y, y + MECHC_NQ, &given, fmu->rates);
 #define MECHC_FMU_EVALUATE(label, width) \
-    mechc_standalone_##label(model, fmu->now.t, fmu->now.y, out), out += width;
+    mechc_scalar_output_##label(t, y, y + MECHC_NQ, &given, out), out += width;
     MECHC_FMU_OUTPUTS(MECHC_FMU_EVALUATE)
     (void)out;
     mechc_fmu_evaluate_events(fmu);
@@ -245,12 +240,6 @@ MECHC_STATIC double *mechc_fmu_place(mechc_fmu *fmu, uint32_t reference)
     return r < MECHC_REFERENCES ? &fmu->indicators[r - MECHC_OF_EVENTS] : 0;
 }
 
-MECHC_STATIC int mechc_fmu_is_evaluated(uint32_t reference)
-{
-    return mechc_fmu_within(reference, MECHC_OF_RATES, MECHC_OF_PARAMETERS)
-        || reference >= MECHC_OF_OUTPUTS;
-}
-
 MECHC_STATIC mechc_fmu_status mechc_fmu_get(mechc_fmu *fmu, const uint32_t *references,
                                             size_t count, double *values)
 {
@@ -258,7 +247,8 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_get(mechc_fmu *fmu, const uint32_t *refe
     for (size_t i = 0; i < count; i++) {
         const double *place = mechc_fmu_place(fmu, references[i]);
         if (!place) return mechc_fmu_fails(fmu, "no variable has this value reference");
-        if (mechc_fmu_is_evaluated(references[i])) mechc_fmu_evaluate(fmu);
+        const int rate = mechc_fmu_within(references[i], MECHC_OF_RATES, MECHC_OF_PARAMETERS);
+        if (rate || references[i] >= MECHC_OF_OUTPUTS) mechc_fmu_evaluate(fmu);
         values[i] = *place;
     }
     return MECHC_FMU_OK;

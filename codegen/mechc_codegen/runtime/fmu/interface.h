@@ -6,7 +6,6 @@
 #include "fmu/advance.h"
 #include "fmu/derivatives.h"
 #include "fmu/exchange.h"
-#include "fmu/saved_state.h"
 
 /* Unused parameters are allowed, since FMI prescribes arguments that this unit does not need. */
 #pragma GCC diagnostic ignored "-Wunused-parameter"
@@ -103,17 +102,13 @@ MECHC_FMI_ENTERS(Terminate)
 
 /* Functions for features that the unit lacks. */
 #define MECHC_FMI_REFUSES(name, why, ...) \
-    MECHC_FMI(name)(mechc_fmu *fmu, __VA_ARGS__) { return (int)mechc_fmu_fails(fmu, why); }
+    MECHC_FMI(name)(__VA_ARGS__) { return (int)mechc_fmu_fails(fmu, why); }
+
 
 /* Variables: all are real numbers. */
 
 #define MECHC_FMI_REFERENCES const uint32_t *references, size_t count
 #define MECHC_FMI_MISCOUNTED(fmu) (int)mechc_fmu_fails(fmu, "as many values as references")
-
-MECHC_STATIC int mechc_fmi_has_none(const mechc_fmu *fmu, size_t count)
-{
-    return count == 0 ? MECHC_FMU_OK : mechc_fmu_fails(fmu, "there is no variable of this type");
-}
 
 MECHC_FMI(GetFloat64)(mechc_fmu *fmu, MECHC_FMI_REFERENCES, double *values MECHC_FMI_COUNT(size))
 {
@@ -131,7 +126,7 @@ MECHC_FMI(SetFloat64)(mechc_fmu *fmu, MECHC_FMI_REFERENCES,
 #define MECHC_FMI_NONE(name, ...)                                                                 \
     MECHC_FMI(name)(mechc_fmu *fmu, MECHC_FMI_REFERENCES, __VA_ARGS__)                            \
     {                                                                                             \
-        return mechc_fmi_has_none(fmu, count);                                                    \
+        return count ? (int)mechc_fmu_fails(fmu, "there is no variable of this type") : 0;        \
     }
 #define MECHC_FMI_NO_TYPE(Type, type)                                                             \
     MECHC_FMI_NONE(Get##Type, type *values MECHC_FMI_COUNT(size))                                 \
@@ -151,21 +146,63 @@ MECHC_FMI(GetDirectionalDerivative)(mechc_fmu *fmu, const uint32_t *unknowns, si
                                       changes);
 }
 
-/* States of the unit. */
+/* States of the unit.
+ *
+ * In the instance that saved it a run continues to the last bit.  As bytes a state is a moment
+ * alone: a run begins anew there. */
 
-MECHC_FMI(GetFMUState)(mechc_fmu *fmu, mechc_fmu_saved **state)
+typedef struct {
+    mechc_moment moment;
+    int moved, driven;
+    const mechc_fmu *of; /* whose run it is; NULL: bytes */
+    size_t size;         /* of the run; 0: none */
+    double run[];
+} mechc_fmu_saved;
+
+MECHC_STATIC mechc_fmu_saved *mechc_fmu_new_saved(size_t size)
 {
-    return (int)mechc_fmu_save(fmu, state);
+    return calloc(1, sizeof(mechc_fmu_saved) + size);
 }
 
-MECHC_FMI(SetFMUState)(mechc_fmu *fmu, const mechc_fmu_saved *state)
+#define MECHC_FMU_BYTES sizeof(mechc_moment)
+
+/* Save the state, replacing `state`, which may be NULL. */
+MECHC_FMI(GetFMUState)(mechc_fmu *fmu, mechc_fmu_saved **state)
 {
-    return (int)mechc_fmu_restore(fmu, state);
+    const size_t size = mechc_reach_saved_size(&fmu->reacher);
+    mechc_fmu_saved *saved = mechc_fmu_new_saved(size);
+    if (!saved) return (int)mechc_fmu_fails(fmu, "no memory");
+    mechc_fmu_current(fmu);
+    saved->moment = fmu->now;
+    saved->moved = fmu->moved;
+    saved->driven = fmu->driven;
+    saved->of = fmu;
+    saved->size = size;
+    if (size) mechc_reach_save(&fmu->reacher, saved->run);
+    free(*state);
+    *state = saved;
+    return MECHC_FMU_OK;
+}
+
+MECHC_FMI(SetFMUState)(mechc_fmu *fmu, const mechc_fmu_saved *saved)
+{
+    const int goes_on = saved->of == fmu && saved->size > 0;
+    fmu->now = saved->moment;
+    fmu->given_parameters = 1;
+    fmu->moved = saved->moved;
+    fmu->driven = saved->driven;
+    fmu->evaluated = 0;
+    mechc_fmu_set_options(fmu);
+    return mechc_reach_restore(&fmu->reacher, fmu->now.t, fmu->now.y, goes_on ? saved->run : 0)
+        ? MECHC_FMU_OK : (int)mechc_fmu_fails(fmu, "no memory");
 }
 
 MECHC_FMI(FreeFMUState)(mechc_fmu *fmu, mechc_fmu_saved **state)
 {
-    return (int)mechc_fmu_forget_state(state);
+    if (!state) return MECHC_FMU_OK;
+    free(*state);
+    *state = 0;
+    return MECHC_FMU_OK;
 }
 
 MECHC_FMI(SerializedFMUStateSize)(mechc_fmu *fmu, const mechc_fmu_saved *state, size_t *size)
@@ -174,40 +211,83 @@ MECHC_FMI(SerializedFMUStateSize)(mechc_fmu *fmu, const mechc_fmu_saved *state, 
     return MECHC_FMU_OK;
 }
 
-MECHC_FMI(SerializeFMUState)(mechc_fmu *fmu, const mechc_fmu_saved *state, void *bytes, size_t size)
+MECHC_FMI(SerializeFMUState)(mechc_fmu *fmu, const mechc_fmu_saved *saved, void *bytes, size_t size)
 {
-    return (int)mechc_fmu_to_bytes(fmu, state, bytes, size);
+    if (size < MECHC_FMU_BYTES) return (int)mechc_fmu_fails(fmu, "a state needs more bytes");
+    memcpy(bytes, &saved->moment, MECHC_FMU_BYTES);
+    return MECHC_FMU_OK;
 }
 
+/* Restore a state from bytes, replacing `state`, which may be NULL. */
 MECHC_FMI(DeserializeFMUState)(mechc_fmu *fmu, const void *bytes, size_t size,
                                mechc_fmu_saved **state)
 {
-    return (int)mechc_fmu_from_bytes(fmu, bytes, size, state);
+    if (size < MECHC_FMU_BYTES) return (int)mechc_fmu_fails(fmu, "a state needs more bytes");
+    mechc_fmu_saved *saved = mechc_fmu_new_saved(0);
+    if (!saved) return (int)mechc_fmu_fails(fmu, "no memory");
+    memcpy(&saved->moment, bytes, MECHC_FMU_BYTES);
+    free(*state);
+    *state = saved;
+    return MECHC_FMU_OK;
 }
 
 /* Model exchange. */
 
+/* Event mode is needed where loops drifted open or an event was crossed. */
 MECHC_FMI(CompletedIntegratorStep)(mechc_fmu *fmu, mechc_fmi_bool no_way_back,
                                    mechc_fmi_bool *event, mechc_fmi_bool *terminate)
 {
-    *event = mechc_fmu_asks_for_event(fmu);
+    *event = mechc_fmu_has_drifted(fmu) || mechc_fmu_missed(fmu);
     *terminate = 0;
     return MECHC_FMU_OK;
 }
 
 MECHC_FMI(SetTime)(mechc_fmu *fmu, double t)
 {
-    mechc_fmu_set_time(fmu, t);
+    if (fmu->now.t != t) fmu->evaluated = 0;
+    fmu->now.t = t;
     return MECHC_FMU_OK;
 }
 
-#define MECHC_FMI_VECTOR(name, number, of)                                                        \
-    MECHC_FMI(name)(mechc_fmu *fmu, number *values, size_t count)                                 \
-    {                                                                                             \
-        return (int)of(fmu, values, count);                                                       \
-    }
-MECHC_FMI_VECTOR(SetContinuousStates, const double, mechc_fmu_set_states)
-MECHC_FMI_VECTOR(GetContinuousStates, double, mechc_fmu_states)
-MECHC_FMI_VECTOR(GetContinuousStateDerivatives, double, mechc_fmu_rates)
-MECHC_FMI_VECTOR(GetNominalsOfContinuousStates, double, mechc_fmu_nominals)
-MECHC_FMI_VECTOR(GetEventIndicators, double, mechc_fmu_indicators)
+#define MECHC_FMI_STATES_MISCOUNTED(fmu) (int)mechc_fmu_fails(fmu, "this is not the number of states")
+
+MECHC_FMI(SetContinuousStates)(mechc_fmu *fmu, const double *y, size_t count)
+{
+    if (count != MECHC_NX) return MECHC_FMI_STATES_MISCOUNTED(fmu);
+    memcpy(fmu->now.y, y, sizeof fmu->now.y);
+    fmu->evaluated = 0;
+    return MECHC_FMU_OK;
+}
+
+MECHC_FMI(GetContinuousStates)(mechc_fmu *fmu, double *y, size_t count)
+{
+    if (count != MECHC_NX) return MECHC_FMI_STATES_MISCOUNTED(fmu);
+    memcpy(y, fmu->now.y, sizeof fmu->now.y);
+    return MECHC_FMU_OK;
+}
+
+/* The rates of the state.  If no motion exists at a trial step of the importer, it has to try a
+ * shorter one. */
+MECHC_FMI(GetContinuousStateDerivatives)(mechc_fmu *fmu, double *rates, size_t count)
+{
+    if (count != MECHC_NX) return MECHC_FMI_STATES_MISCOUNTED(fmu);
+    mechc_fmu_evaluate(fmu);
+    memcpy(rates, fmu->rates, sizeof fmu->rates);
+    return mechc_all_finite(rates, MECHC_NX) ? MECHC_FMU_OK : MECHC_FMU_DISCARD;
+}
+
+MECHC_FMI(GetNominalsOfContinuousStates)(mechc_fmu *fmu, double *nominals, size_t count)
+{
+    if (count != MECHC_NX) return MECHC_FMI_STATES_MISCOUNTED(fmu);
+    memcpy(nominals, mechc_fmu_motion(fmu)->scale, count * sizeof *nominals);
+    return MECHC_FMU_OK;
+}
+
+MECHC_FMI(GetEventIndicators)(mechc_fmu *fmu, double *values, size_t count)
+{
+    if (count != MECHC_FMU_EVENTS)
+        return (int)mechc_fmu_fails(fmu, "this is not the number of event indicators");
+    mechc_fmu_evaluate(fmu);
+    if (MECHC_FMU_EVENTS > 0) memcpy(values, fmu->indicators, count * sizeof *values);
+    return MECHC_FMU_OK;
+}

@@ -432,6 +432,7 @@ MECHC_STATIC int mechc_begin_nothing(mechc_hybrid *hybrid, int why)
     options.scale = hybrid->motion.scale;
     options.inputs = hybrid->motion.inputs;
     hybrid->motion.states = mechc_free_states;
+    hybrid->motion.rates = mechc_free_rates;
     hybrid->motion.steps = &hybrid->run->trajectory;
     memset(hybrid->contacts.mode, 0, (size_t)hybrid->contacts.laws.count);
     hybrid->motion.unit->start(hybrid->run, &options);
@@ -479,9 +480,8 @@ MECHC_STATIC int mechc_hybrid_search(mechc_hybrid *hybrid)
 {
     const mechc_trajectory *steps = &hybrid->run->trajectory;
     for (; mechc_has_events(hybrid) && hybrid->searched + 1 < steps->count; hybrid->searched++) {
-        const double *t = steps->t + hybrid->searched;
         const int code =
-            mechc_watch_step(&hybrid->watch, hybrid->pieces - 1, t[0], t[1], &hybrid->stop);
+            mechc_watch_step(&hybrid->watch, hybrid->pieces - 1, hybrid->searched, &hybrid->stop);
         if (code == MECHC_STOPPED_BY_EVENT) return MECHC_RUNNING;
         hybrid->stop = NAN;
         if (code != MECHC_RUNNING) return code;

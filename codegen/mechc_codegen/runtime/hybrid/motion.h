@@ -45,6 +45,13 @@ MECHC_STATIC int mechc_is_finite(const double *values, int count)
     return finite;
 }
 
+MECHC_STATIC double mechc_inner_product(const double *a, const double *b, int n)
+{
+    double sum = 0.0;
+    for (int j = 0; j < n; j++) sum += a[j] * b[j];
+    return sum;
+}
+
 MECHC_STATIC int mechc_output_of(const mechc_unit *unit, const char *name)
 {
     for (int i = 0; i < unit->output_count; i++)
@@ -115,5 +122,5 @@ MECHC_STATIC void mechc_motion_evaluate(const mechc_motion *motion, int output, 
                                   double *out)
 {
     const mechc_rows times = {&t, 0}, states = {y, motion->width}, p = {motion->p, 0};
-    motion->unit->outputs[output].evaluate(1, times, states, p, motion->inputs, out);
+    motion->unit->outputs[output].evaluate(1, times, states, p, motion->inputs, MECHC_NO_FORCES, out);
 }

@@ -1,15 +1,8 @@
 /* Advance of several runs of one method side by side. */
 #pragma once
 
-#include "abi/run.h"
 #include "lockstep/judge.h"
-#include "lockstep/lanes_of_runs.h"
 #include "lockstep/step.h"
-#include "run/integration.h"
-#include "run/method.h"
-#include "run/trajectory.h"
-#include "stepping/lockstep_fit.h"
-#include "stepping/stiffness.h"
 
 #if MECHC_LOCKSTEP
 /* Take whole turns out of a lane's coordinates. */
@@ -45,11 +38,8 @@ MECHC_STATIC int mechc_lockstep_keep(const mechc_lockstep_method *method, mechc_
 MECHC_INLINE int mechc_lockstep_asks(const mechc_lockstep *a, mechc_mask accepted, mechc_mask leaves)
 {
     mechc_mask asks = a->last | (a->stiff >= MECHC_STIFF);
-#ifdef MECHC_PERIODIC
-    static const int periodic[] = {MECHC_PERIODIC};
-    for (unsigned k = 0; k < sizeof periodic / sizeof *periodic; k++)
-        asks |= mechc_size_of(a->y[periodic[k]]) > MECHC_FEW_TURNS * MECHC_TURN;
-#endif
+    for (int k = 0; k < MECHC_PERIODICS; k++)
+        asks |= mechc_size_of(a->y[mechc_periodic[k]]) > MECHC_FEW_TURNS * MECHC_TURN;
     return !a->last_only || mechc_any(leaves | (accepted & asks));
 }
 
@@ -97,6 +87,7 @@ MECHC_INLINE long mechc_lockstep_advance(const mechc_lockstep_method *method, me
     int dense = 0, parted = 0;
     long made = 0;
     a->last_only = 1;
+    if (method->plans) memset(a->rates, 0, sizeof a->rates); /* it leaves none */
     for (int lane = 0; lane < MECHC_LANES; lane++) {
         /* idle lanes repeat the first run */
         const mechc_integration *run = runs[lane < count ? lane : 0];
@@ -116,4 +107,12 @@ MECHC_INLINE long mechc_lockstep_advance(const mechc_lockstep_method *method, me
     }
     return made;
 }
+
+/* Such a function of a method, whose own lanes have a type. */
+#define MECHC_LOCKSTEP_TOGETHER(name, own_lanes, method)                                          \
+    MECHC_SINGLE long name(mechc_integration **runs, int count, long steps)                       \
+    {                                                                                             \
+        own_lanes own;                                                                            \
+        return mechc_lockstep_advance(&method, &own.lanes, runs, count, steps);                   \
+    }
 #endif

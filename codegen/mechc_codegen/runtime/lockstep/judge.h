@@ -5,7 +5,6 @@
 #include "simd/bind_vector.h"
 #include "simd/rough.h"
 #include "simd/unbind.h"
-#include "run/integration.h"
 #include "simd/vector.h"
 #include "stepping/lockstep_fit.h"
 #include "stepping/passages.h"
@@ -16,7 +15,8 @@
 MECHC_INLINE mechc_vector mechc_lockstep_factor(const mechc_lockstep_method *method,
                                                  mechc_lockstep *a)
 {
-    const mechc_vector plain = method->factor(a->error);
+    const mechc_vector plain = method->plans
+                             ? mechc_spread(1.0) : MECHC_LOCKSTEP_SAFETY * mechc_vector_rough_root(a->error);
     const mechc_vector trend =
         mechc_size_of(a->h) * plain * mechc_vector_rough_inverse(a->last_step * a->last_factor);
     const mechc_mask known = (a->last_factor > 0.0) & (a->error <= 1.0);

@@ -9,10 +9,8 @@
  */
 #pragma once
 
-#include "run/integration.h"
 #include "run/method.h"
 #include "run/trajectory.h"
-#include "singularities/monitor.h"
 #include "simd/bind_vector.h"
 #include "dynamics/given.h"
 #include "simd/unbind.h"
@@ -26,7 +24,8 @@ typedef struct {
     mechc_vector y[MECHC_NX], compensation[MECHC_NX], scale[MECHC_NX];
     mechc_vector end[MECHC_NX], next_compensation[MECHC_NX];
     mechc_vector rates[MECHC_MOST_RATES][MECHC_NX]; /* the first are those of y */
-    mechc_vector floor[MECHC_NX], of_scale, of_size; /* tolerated: a number, of the scale, of |y| */
+    mechc_vector floor[MECHC_NX], of_scale, of_size; /* tolerated: a number, of the scale, of |y|, */
+    mechc_vector part; /* of which a step after many may use less: see mechc_part_of_share */
     mechc_vector first, least, least_time; /* conditioning: at y; the least at a step's end, when */
     mechc_vector met; /* in this step: least distance of the rows from dependent ones, squared */
     mechc_vector conditioning; /* at its end */
@@ -53,11 +52,20 @@ typedef struct {
      * least conditioning on the way is `met`; evaluations are counted. */
     void (*step)(mechc_lockstep *a);
     mechc_vector (*error)(mechc_lockstep *a); /* squared, over what is tolerated */
-    mechc_vector (*factor)(mechc_vector error); /* by which that lets the step grow */
+    int plans; /* it sets the length of a step itself before it takes it */
     mechc_mask (*limited)(const mechc_lockstep *a); /* by stability; NULL: no step is */
     void (*accept)(mechc_lockstep *a, mechc_mask accepted); /* NULL: nothing to keep */
     void (*dense)(mechc_lockstep *a, mechc_vector *rows); /* of this step: see dense_output.h */
 } mechc_lockstep_method;
+
+/* Numbers that a lane takes from its run and gives back to it. */
+#define MECHC_LANE_NUMBERS(X)                                                                     \
+    X(t, head.t) X(time_compensation, time_compensation) X(step, step)                            \
+    X(first, monitor.first) X(last_step, last_step) X(last_factor, last_factor)                   \
+    X(least, head.stats.least_singular) X(least_time, head.stats.least_singular_time)             \
+    X(stiff, stiff) X(easy, easy)
+#define MECHC_LANE_TAKE(own, of_run) a->own[lane] = run->of_run;
+#define MECHC_LANE_GIVE(own, of_run) run->of_run = (__typeof__(run->of_run))a->own[lane];
 
 /* Put a run into a lane. */
 MECHC_STATIC void mechc_lockstep_load(mechc_lockstep *a, int lane, const mechc_integration *run)
@@ -65,7 +73,7 @@ MECHC_STATIC void mechc_lockstep_load(mechc_lockstep *a, int lane, const mechc_i
     const double asked = run->method->share * run->rtol;
     for (int i = 0; i < MECHC_NP; i++) a->given.p[i][lane] = run->given.p[i];
     for (int i = 0; i < MECHC_CONSTANTS; i++) a->given.k[i][lane] = run->given.k[i];
-    mechc_vector_give_inputs(&a->given, lane, mechc_scalar_inputs_of(&run->given));
+    a->given.inputs[lane] = run->given.inputs[0];
     for (int i = 0; i < MECHC_NX; i++) {
         a->y[i][lane] = run->y[i];
         a->compensation[i][lane] = run->compensation[i];
@@ -73,24 +81,16 @@ MECHC_STATIC void mechc_lockstep_load(mechc_lockstep *a, int lane, const mechc_i
         a->rates[0][i][lane] = run->rates[i];
         a->floor[i][lane] = run->has_tolerances ? run->method->share * run->tolerance[i] : 0.0;
     }
+    a->part[lane] = 1.0;
     a->of_scale[lane] = run->has_tolerances ? 0.0 : asked;
     a->of_size[lane] = run->has_tolerances ? asked : 0.0;
-    a->t[lane] = run->head.t;
+    MECHC_LANE_NUMBERS(MECHC_LANE_TAKE)
     a->t1[lane] = run->t1;
-    a->time_compensation[lane] = run->time_compensation;
-    a->step[lane] = run->step;
     a->max_step[lane] = run->max_step;
-    a->first[lane] = run->monitor.first;
-    a->least[lane] = run->head.stats.least_singular;
-    a->least_time[lane] = run->head.stats.least_singular_time;
-    a->last_step[lane] = run->last_step;
-    a->last_factor[lane] = run->last_factor;
     a->refused[lane] = -(int64_t)(run->refused != 0);
     a->watched[lane] = -(int64_t)mechc_knows_crossing(&run->monitor);
-    a->steps[lane] = a->kept[lane] = a->rejected[lane] = 0;
-    a->evaluations[lane] = a->configurations[lane] = 0;
-    a->stiff[lane] = run->stiff;
-    a->easy[lane] = run->easy;
+    a->steps[lane] = a->kept[lane] = run->head.stats.steps;
+    a->rejected[lane] = a->evaluations[lane] = a->configurations[lane] = 0;
     a->before[0][lane] = run->head.trajectory.dropped[0];
     a->before[1][lane] = run->head.trajectory.dropped[1];
 }
@@ -119,18 +119,10 @@ MECHC_STATIC void mechc_lockstep_store(mechc_lockstep *a, int lane, mechc_integr
         run->scale[i] = a->scale[i][lane];
         run->rates[i] = a->rates[0][i][lane];
     }
-    run->head.t = a->t[lane];
-    run->time_compensation = a->time_compensation[lane];
-    run->step = a->step[lane];
-    run->conditioning = run->monitor.first = a->first[lane];
-    run->last_step = a->last_step[lane];
-    run->last_factor = a->last_factor[lane];
+    MECHC_LANE_NUMBERS(MECHC_LANE_GIVE)
+    run->conditioning = run->monitor.first;
     run->refused = a->refused[lane] != 0;
-    run->stiff = (int)a->stiff[lane];
-    run->easy = (int)a->easy[lane];
-    stats->least_singular = a->least[lane];
-    stats->least_singular_time = a->least_time[lane];
-    stats->steps += a->steps[lane];
+    stats->steps = a->steps[lane];
     stats->rejected += a->rejected[lane];
     stats->closure_iterations += a->configurations[lane];
     stats->rhs_evaluations += a->evaluations[lane];

@@ -7,7 +7,6 @@
 #include "dynamics/stage.h"
 #include "simd/rough.h"
 #include "simd/unbind.h"
-#include "run/integration.h"
 #include "simd/vector.h"
 #include "stepping/control.h"
 
@@ -104,7 +103,7 @@ MECHC_INLINE mechc_vector mechc_lockstep_weight(const mechc_lockstep *a, int i)
     return mechc_vector_rough_inverse(mechc_choose(asked > digit, asked, digit));
 }
 
-/* The step to attempt, and whether it is the last one. */
+/* The step to attempt, whether it is the last one, and the part of its tolerance. */
 MECHC_INLINE void mechc_lockstep_next_step(mechc_lockstep *a)
 {
     const mechc_vector left = a->t1 - a->t, size = mechc_size_of(left);
@@ -114,4 +113,6 @@ MECHC_INLINE void mechc_lockstep_next_step(mechc_lockstep *a)
     a->h = mechc_choose(size < 2.0 * step, 0.5 * left, ahead);
     a->h = mechc_choose(a->last, left, a->h);
     a->met = mechc_spread(HUGE_VAL);
+    if (!mechc_any(a->steps > MECHC_STEPS_OF_SHARE)) return;
+    for (int lane = 0; lane < MECHC_LANES; lane++) a->part[lane] = mechc_part_of_share(a->steps[lane]);
 }

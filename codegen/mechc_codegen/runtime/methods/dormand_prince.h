@@ -1,19 +1,12 @@
 /* The explicit pairs of Dormand & Prince, every stage on the constraints. */
 #pragma once
 
-#include "dynamics/project.h"
 #include "methods/dormand_prince_lanes.h"
-#include "methods/dormand_prince_tableaus.h"
 #include "methods/traits.h"
 #include "simd/bind_scalar.h"
 #include "dynamics/stage.h"
 #include "methods/explicit_step.h"
 #include "simd/unbind.h"
-#include "run/integration.h"
-#include "run/method.h"
-#include "run/rates.h"
-#include "singularities/monitor.h"
-#include "stepping/control.h"
 
 #define MECHC_ALL_RATES(run) ((double (*)[MECHC_NX])(run)->rates)
 

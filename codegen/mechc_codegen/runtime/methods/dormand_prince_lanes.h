@@ -2,24 +2,17 @@
 #pragma once
 
 #include "lockstep/advance.h"
-#include "lockstep/lanes_of_runs.h"
-#include "lockstep/step.h"
 #include "methods/dormand_prince_tableaus.h"
 #include "simd/bind_vector.h"
 #include "methods/explicit_step.h"
 #include "simd/rough.h"
 #include "simd/unbind.h"
-#include "run/integration.h"
-#include "simd/vector.h"
 
 #if MECHC_LOCKSTEP
 typedef struct {
     mechc_lockstep lanes;
     mechc_vector last_stage[MECHC_NX];
 } mechc_pair_lanes;
-
-/* The stages whose conditioning is monitored: with both ends, no stage is far from one of them. */
-MECHC_INLINE int mechc_pair_lanes_watch(int stage) { return stage == 5 || stage == 8; }
 
 /* Compute the rates of stage i; those of the dense output, after the end, are not monitored. */
 MECHC_INLINE int mechc_pair_lanes_stage(void *owner, int i, mechc_vector t, mechc_vector *state,
@@ -32,7 +25,8 @@ MECHC_INLINE int mechc_pair_lanes_stage(void *owner, int i, mechc_vector t, mech
         mechc_lockstep_project(a, t, rates);
         return MECHC_RUNNING;
     }
-    if (MECHC_NC > 0 && mechc_pair_lanes_watch(i))
+    /* monitored is the conditioning of two: with both ends, no stage is far from one of them */
+    if (MECHC_NC > 0 && (i == 5 || i == 8))
         mechc_lockstep_watched_rates(a, t, state, rates);
     else
         mechc_lockstep_rates(a, t, state, rates);
@@ -71,11 +65,6 @@ MECHC_INLINE mechc_vector mechc_pair_lanes_error(mechc_lockstep *a)
     return mechc_choose(squares > 0.0, squares * squares / (both * MECHC_NX), squares);
 }
 
-MECHC_INLINE mechc_vector mechc_pair_lanes_factor(mechc_vector error)
-{
-    return MECHC_LOCKSTEP_SAFETY * mechc_vector_rough_root(error);
-}
-
 /* Whether stability limits the step: see mechc_pair_limited. */
 MECHC_INLINE mechc_mask mechc_pair_lanes_limited(const mechc_lockstep *a)
 {
@@ -111,16 +100,11 @@ static const mechc_lockstep_method mechc_dop853_lanes = {
     .growth = 2.0,
     .step = mechc_pair_lanes_step,
     .error = mechc_pair_lanes_error,
-    .factor = mechc_pair_lanes_factor,
     .limited = mechc_pair_lanes_limited,
     .dense = mechc_pair_lanes_dense,
 };
 
-MECHC_SINGLE long mechc_dop853_together(mechc_integration **runs, int count, long steps)
-{
-    mechc_pair_lanes own;
-    return mechc_lockstep_advance(&mechc_dop853_lanes, &own.lanes, runs, count, steps);
-}
+MECHC_LOCKSTEP_TOGETHER(mechc_dop853_together, mechc_pair_lanes, mechc_dop853_lanes)
 #else
 #define mechc_dop853_together 0
 #endif

@@ -2,9 +2,7 @@
  * which is included here; an explicit pair is a tableau in place of a file. */
 #pragma once
 
-#include "abi/parts.h"
 #include "methods/traits.h"
-#include "run/method.h"
 #if MECHC_HAS(EXPLICIT)
 #include "methods/dormand_prince.h"
 #define mechc_none_together 0

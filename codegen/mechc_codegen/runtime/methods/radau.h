@@ -7,12 +7,7 @@
 #pragma once
 
 #include "methods/lu.h"
-#include "methods/radau_tableau.h"
 #include "methods/traits.h"
-#include "run/integration.h"
-#include "run/method.h"
-#include "run/rates.h"
-#include "stepping/control.h"
 
 #define MECHC_RADAU_SIZE (MECHC_RADAU_STAGES * MECHC_NX)
 #define MECHC_RADAU_ITERATIONS 10

@@ -14,7 +14,6 @@
 #include "run/method.h"
 #include "run/rates.h"
 #include "simd/bind_scalar.h"
-#include "series/branches.h"
 #include "series/step.h"
 #include "simd/unbind.h"
 #include "series/first_zero.h"
@@ -23,6 +22,7 @@
 typedef struct {
     double rows[MECHC_TAYLOR_MOST + 1][MECHC_SERIES];
     double t, scale, sizes[MECHC_TAYLOR_JUDGED]; /* of the rows */
+    double weights[MECHC_NX], defect; /* 1 over what is tolerated; at the step's end */
     int order, made;
     double to_zero;   /* of the step that ends just past a root's zero, else infinite */
     double past_zero; /* the time there, else NaN */
@@ -52,7 +52,7 @@ MECHC_STATIC void mechc_taylor_make(mechc_integration *run)
 /* Expand the series in units of a step, with the size of its last terms; 0 if these overflow. */
 MECHC_STATIC int mechc_taylor_expand_by(mechc_integration *run, mechc_taylor_work *w, double step)
 {
-    double weights[MECHC_NX], floor[MECHC_NX];
+    double floor[MECHC_NX];
     const double asked = run->method->share * run->rtol;
     const int given = run->has_tolerances;
     int finite = 1;
@@ -61,8 +61,9 @@ MECHC_STATIC int mechc_taylor_expand_by(mechc_integration *run, mechc_taylor_wor
     for (int i = 0; i < MECHC_NX; i++)
         floor[i] = given ? run->method->share * run->tolerance[i] : 0.0;
     mechc_scalar_taylor_weights(run->y, run->scale, floor, given ? 0.0 : asked,
-                                given ? asked : 0.0, weights);
-    mechc_scalar_taylor_sizes(w->rows, w->order, weights, w->sizes);
+                                given ? asked : 0.0,
+                                mechc_part_of_share(run->head.stats.steps), w->weights);
+    mechc_scalar_taylor_sizes(w->rows, w->order, w->weights, w->sizes);
     for (int k = 0; k < MECHC_TAYLOR_JUDGED; k++) finite &= w->sizes[k] < HUGE_VAL;
     run->head.stats.rhs_evaluations += w->order;
     return finite;
@@ -81,7 +82,7 @@ MECHC_STATIC void mechc_taylor_expand(mechc_integration *run, mechc_taylor_work 
     w->made = 1;
 }
 
-/* End the step just past the first zero of a root, if there is one in it: see series/branches.h. */
+/* End the step just past the first zero of a root, if there is one in it: see series/step.h. */
 MECHC_STATIC void mechc_taylor_keep_branches(mechc_integration *run, mechc_taylor_work *w)
 {
 #if MECHC_SERIES_ROOTS
@@ -145,8 +146,8 @@ MECHC_STATIC void mechc_taylor_plan(mechc_integration *run)
 MECHC_STATIC int mechc_taylor_step(mechc_integration *run, double h, double *end)
 {
     mechc_taylor_work *w = mechc_taylor_of(run);
-    mechc_scalar_taylor_end(w->rows, w->order, h / w->scale, run->compensation,
-                            run->next_compensation, end);
+    const double part = h / w->scale;
+    mechc_scalar_taylor_end(w->rows, w->order, part, run->compensation, run->next_compensation, end);
     for (int i = 0; i < MECHC_NX; i++)
         if (!(fabs(end[i]) < HUGE_VAL)) {
             double y[MECHC_NX];
@@ -154,23 +155,46 @@ MECHC_STATIC int mechc_taylor_step(mechc_integration *run, double h, double *end
             const int status = mechc_rates_at(run, run->head.t, y, MECHC_RATE(run, 1));
             return status == MECHC_RUNNING ? MECHC_NOT_FINITE : status;
         }
-    memcpy(MECHC_RATE(run, 1), MECHC_RATE(run, 0), sizeof run->y);
-    return MECHC_RUNNING;
+    w->defect = 0.0;
+    if (!MECHC_SERIES_HIDES) {
+        memcpy(MECHC_RATE(run, 1), MECHC_RATE(run, 0), sizeof run->y);
+        return MECHC_RUNNING;
+    }
+    const int status = mechc_rates_at(run, run->head.t + h, end, MECHC_RATE(run, 1));
+    w->defect = mechc_scalar_taylor_defect(w->rows, w->order, part, w->scale, MECHC_RATE(run, 1), w->weights);
+    return status;
 }
 
-/* The error for which the step was planned. */
+/* The error for which the step was planned, or a larger one that the rates at its end show; past a
+ * root's zero these are of another branch. */
 MECHC_STATIC double mechc_taylor_error(mechc_integration *run, double h, const double *end)
 {
-    (void)run, (void)h, (void)end;
-    return 0.5;
+    const mechc_taylor_work *w = mechc_taylor_of(run);
+    (void)end;
+    return fabs(h) < w->to_zero ? mechc_max(0.5, sqrt(w->defect)) : 0.5;
 }
 
-/* The factor of the next step: 1, since the next series decides about it. */
+/* The factor of the next step: 1, since the next series decides about it, unless this one is refused. */
 MECHC_STATIC double mechc_taylor_factor(mechc_integration *run, double error)
 {
-    (void)run, (void)error;
-    return 1.0;
+    return error > 1.0 ? MECHC_SAFETY * pow(error, -1.0 / mechc_taylor_of(run)->order) : 1.0;
 }
+
+#if MECHC_SWITCHES
+/* Switching functions at nodes of the step. */
+MECHC_RARE void mechc_taylor_switching(mechc_integration *run, double h, double *values)
+{
+    mechc_taylor_work *w = mechc_taylor_of(run);
+    const int nodes = MECHC_STAGES + 2;
+    for (int node = 0; node < nodes; node++) {
+        double y[MECHC_NX], unused[MECHC_NX], found[MECHC_SWITCHES];
+        const double s = mechc_gauss8_nodes[node] * h;
+        mechc_scalar_taylor_end(w->rows, w->order, s / w->scale, run->compensation, unused, y);
+        mechc_scalar_output_switching(run->head.t + s, y, y + MECHC_NQ, &run->given, found);
+        for (int k = 0; k < MECHC_SWITCHES; k++) values[k * nodes + node] = found[k];
+    }
+}
+#endif
 
 MECHC_STATIC void mechc_taylor_dense(mechc_integration *run, double h, const double *end, int count,
                                      double *rows)
@@ -191,6 +215,9 @@ static const mechc_method mechc_taylor = {
     .step = mechc_taylor_step,
     .error = mechc_taylor_error,
     .factor = mechc_taylor_factor,
+#if MECHC_SWITCHES
+    .switching = mechc_taylor_switching,
+#endif
     .shows_end = mechc_error_is_small,
     .dense = mechc_taylor_dense,
 };

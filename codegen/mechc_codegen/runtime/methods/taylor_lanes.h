@@ -11,7 +11,6 @@
 #include "methods/traits.h"
 #include "dynamics/scalar_stage.h"
 #include "simd/bind_vector.h"
-#include "series/branches.h"
 #include "series/step.h"
 #include "simd/unbind.h"
 #include "series/first_zero.h"
@@ -21,7 +20,8 @@
 typedef struct {
     mechc_lockstep lanes;
     mechc_vector rows[MECHC_TAYLOR_MOST + 1][MECHC_SERIES];
-    mechc_vector scale, sizes[MECHC_TAYLOR_JUDGED];
+    mechc_vector scale, sizes[MECHC_TAYLOR_JUDGED], weights[MECHC_NX];
+    mechc_vector defect; /* of the step's end */
     mechc_mask first; /* the first step is not lengthened */
     mechc_mask leaves; /* lanes that continue alone, from their present state */
     int order; /* of all runs, whose tolerance is one */
@@ -34,22 +34,20 @@ MECHC_STATIC void mechc_taylor_lanes_load(mechc_lockstep *a, int lane, const mec
     own->first[lane] = -(int64_t)(run->head.stats.steps == 0);
 }
 
-/* Store the rates of the end, which a step leaves to the next one. */
 MECHC_STATIC void mechc_taylor_lanes_store(const mechc_lockstep *a, int lane, mechc_integration *run)
 {
     (void)a, (void)lane;
     if (run->last_step > 0.0) run->step = run->last_step;
-    mechc_scalar_rates(run->head.t, run->y, &run->given, run->rates);
+    if (!MECHC_SERIES_HIDES) mechc_scalar_rates(run->head.t, run->y, &run->given, run->rates);
 }
 
 MECHC_INLINE void mechc_taylor_lanes_expand(mechc_taylor_lanes *own, mechc_vector step)
 {
     mechc_lockstep *a = &own->lanes;
-    mechc_vector weights[MECHC_NX];
     own->scale = mechc_choose(a->t1 < a->t, -step, step);
     mechc_vector_series(a->t, a->y, &a->given, own->scale, own->order, own->rows);
-    mechc_vector_taylor_weights(a->y, a->scale, a->floor, a->of_scale, a->of_size, weights);
-    mechc_vector_taylor_sizes(own->rows, own->order, weights, own->sizes);
+    mechc_vector_taylor_weights(a->y, a->scale, a->floor, a->of_scale, a->of_size, a->part, own->weights);
+    mechc_vector_taylor_sizes(own->rows, own->order, own->weights, own->sizes);
     own->leaves = ~(own->sizes[0] < HUGE_VAL);
     for (int k = 1; k < MECHC_TAYLOR_JUDGED; k++) own->leaves |= ~(own->sizes[k] < HUGE_VAL);
     a->evaluations += own->order;
@@ -90,25 +88,25 @@ MECHC_ONCE void mechc_taylor_lanes_step(mechc_lockstep *a)
     mechc_taylor_lanes_watch(own);
     a->step = mechc_choose(own->leaves, before, a->step);
     mechc_lockstep_next_step(a);
-    mechc_vector_taylor_end(own->rows, own->order, a->h / own->scale, a->compensation,
-                            a->next_compensation, a->end);
+    const mechc_vector part = a->h / own->scale;
+    mechc_vector_taylor_end(own->rows, own->order, part, a->compensation, a->next_compensation, a->end);
     a->conditioning = mechc_spread(1.0);
     a->closed = ~(mechc_mask){0};
+    own->defect = mechc_spread(0.0);
+    if (!MECHC_SERIES_HIDES) return;
+    mechc_lockstep_rates(a, a->t + a->h, a->end, a->rates[1]);
+    own->defect =
+        mechc_vector_taylor_defect(own->rows, own->order, part, own->scale, a->rates[1], own->weights);
 }
 
-/* The error for which the step was planned; runs without a finite end continue alone. */
+/* The error for which the step was planned; runs continue alone whose series does not lead to its end. */
 MECHC_INLINE mechc_vector mechc_taylor_lanes_error(mechc_lockstep *a)
 {
-    const mechc_mask leaves = ((const mechc_taylor_lanes *)a)->leaves;
+    const mechc_taylor_lanes *own = (const mechc_taylor_lanes *)a;
     mechc_vector sum = mechc_size_of(a->end[0]);
     for (int i = 1; i < MECHC_NX; i++) sum += mechc_size_of(a->end[i]);
-    return mechc_choose((sum < HUGE_VAL) & ~leaves, mechc_spread(0.25), mechc_spread(HUGE_VAL));
-}
-
-MECHC_INLINE mechc_vector mechc_taylor_lanes_factor(mechc_vector error)
-{
-    (void)error;
-    return mechc_spread(1.0);
+    const mechc_mask leads = (sum < HUGE_VAL) & (own->defect <= 1.0) & ~own->leaves;
+    return mechc_choose(leads, mechc_spread(0.25), mechc_spread(HUGE_VAL));
 }
 
 MECHC_ONCE void mechc_taylor_lanes_dense(mechc_lockstep *a, mechc_vector *rows)
@@ -120,23 +118,18 @@ MECHC_ONCE void mechc_taylor_lanes_dense(mechc_lockstep *a, mechc_vector *rows)
 
 static const mechc_lockstep_method mechc_taylor_in_lanes = {
     .number = MECHC_TAYLOR,
-    .last_rate = 1, /* nothing: see mechc_taylor_lanes_store */
+    .last_rate = 1,
     .dense_rows = MECHC_TAYLOR_MOST,
     .growth = MECHC_TAYLOR_GROWTH,
     .load = mechc_taylor_lanes_load,
     .store = mechc_taylor_lanes_store,
     .step = mechc_taylor_lanes_step,
     .error = mechc_taylor_lanes_error,
-    .factor = mechc_taylor_lanes_factor,
+    .plans = 1,
     .dense = mechc_taylor_lanes_dense,
 };
 
-MECHC_SINGLE long mechc_taylor_together(mechc_integration **runs, int count, long steps)
-{
-    mechc_taylor_lanes own;
-    memset(own.lanes.rates, 0, sizeof own.lanes.rates);
-    return mechc_lockstep_advance(&mechc_taylor_in_lanes, &own.lanes, runs, count, steps);
-}
+MECHC_LOCKSTEP_TOGETHER(mechc_taylor_together, mechc_taylor_lanes, mechc_taylor_in_lanes)
 #else
 #define mechc_taylor_together 0
 #endif

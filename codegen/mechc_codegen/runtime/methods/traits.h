@@ -7,7 +7,6 @@
 #include "methods/gauss/tableau.h"
 #include "methods/radau_tableau.h"
 #include "series/order.h"
-#include "run/method.h"
 #include "stepping/control.h"
 
 #define MECHC_GAUSS_HORIZON 1.3 /* steps ahead that crossings are looked for: no longer ones follow */
@@ -39,7 +38,7 @@
     .growth = 6.0, \
     .holds_crossing = 1, \
     .horizon = 2.0, \
-    .in_lockstep = 1, \
+    .in_lockstep = MECHC_FEATURES == 0, \
     .farthest = HUGE_VAL, \
     .ignored = 1.0, \
     .after_failure = 0.3
@@ -97,7 +96,7 @@ MECHC_STATIC int mechc_taylor_rows(const mechc_integration *run)
     .nodes = {6, mechc_dopri5_nodes}, \
     .share = MECHC_SHARE, \
     .growth = MECHC_TAYLOR_GROWTH, \
-    .in_lockstep = 1, \
+    .in_lockstep = MECHC_SWITCHES == 0, \
     .by_itself = 1, \
     .farthest = HUGE_VAL, \
     .ignored = 1.0, \

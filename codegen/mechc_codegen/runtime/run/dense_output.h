@@ -3,10 +3,8 @@
  */
 #pragma once
 
-#include "abi/run.h"
 #include "singularities/generic_rank.h"
 #include "dynamics/project.h"
-#include "dynamics/scalar_stage.h"
 #include "run/trajectory.h"
 
 /* The dense output of one step at the fraction s. */

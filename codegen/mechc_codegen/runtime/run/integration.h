@@ -6,11 +6,9 @@
 #include "abi/run.h"
 #include "run/tableau.h"
 #include "singularities/crossing.h"
-#include "singularities/monitor.h"
 
 typedef struct mechc_driver mechc_driver;
 
-#if MECHC_SWITCHES
 /* Data of a run's switching functions: see stepping/switches.h. */
 typedef struct {
     double cut;     /* the step to try, which is to end at a zero; 0: as step control says */
@@ -20,10 +18,10 @@ typedef struct {
     int rest, rests; /* steps that are left to the pair, and were left to it the last time */
     int row;        /* steps in a row that ended at a zero, */
     double row_t, row_step; /* the first of them there; how long the next was to be */
-    double size[MECHC_SWITCHES]; /* of the largest values so far */
-    int at_start[MECHC_SWITCHES], at_end[MECHC_SWITCHES]; /* of this step: is it zero there? */
+    double size[MECHC_AT_LEAST_ONE(MECHC_SWITCHES)]; /* of the largest values so far */
+    int at_start[MECHC_AT_LEAST_ONE(MECHC_SWITCHES)]; /* of this step: is it zero there? */
+    int at_end[MECHC_AT_LEAST_ONE(MECHC_SWITCHES)];
 } mechc_switches;
-#endif
 
 typedef struct {
     mechc_run head;
@@ -64,9 +62,7 @@ typedef struct {
     double pace;               /* and how far a unit of work led by it */
     double pace_t;             /* since this time, */
     long pace_rhs;             /* and after so many evaluations */
-#if MECHC_SWITCHES
     mechc_switches switches;
-#endif
     int alone;                 /* too near a critical configuration for lockstep with others */
     int regular;               /* its rows are far enough for it: so it was left in lockstep */
     double last_step, last_factor; /* of the last step taken in lockstep: its length, and by which

@@ -6,11 +6,10 @@
  */
 #pragma once
 
+#include <stdint.h>
 #include <stdlib.h>
 #include "run/integration.h"
 #include "run/memory.h"
-#include "run/tableau.h"
-#include "singularities/placement.h"
 
 struct mechc_method {
     mechc_method_number number;
@@ -33,8 +32,8 @@ struct mechc_method {
     /* Critical configurations. */
     /* The configuration at a node of the step, between its ends; NULL: they are not kept. */
     void (*node)(const mechc_integration *run, int node, double *q);
-    /* Values of the switching functions at the nodes of the step from its start to its end, node
-     * after node of each; NULL: its steps are not cut at their zeros. */
+    /* Values of the switching functions from the step's start to its end at the nodes of collocation,
+     * node after node of each; NULL: its steps are cut at the edges of features alone. */
     void (*switching)(mechc_integration *run, double h, double *values);
     int holds_crossing; /* a step may hold a crossing in a wide gap between its nodes */
     double horizon;     /* steps ahead that crossings are looked for */
@@ -70,6 +69,13 @@ struct mechc_method {
     /* The first `count` rows of the dense output: see dense_output.h. */
     void (*dense)(mechc_integration *run, double h, const double *end, int count, double *rows);
 };
+
+/* The part of its tolerance that a step after so many may use, of a method whose errors have one sign over
+ * long runs: Taylor series, and the iteration of collocation, which is symmetric but for what that leaves. */
+MECHC_STATIC double mechc_part_of_share(int64_t steps)
+{
+    return steps > MECHC_STEPS_OF_SHARE ? MECHC_STEPS_OF_SHARE / (double)steps : 1.0;
+}
 
 /* Allocate the work space of a method without initialisation; NULL without memory. */
 MECHC_STATIC void *mechc_new_work(const mechc_method *method)

@@ -6,12 +6,8 @@
 #pragma once
 
 #include "abi/parts.h"
-#include "dynamics/project.h"
-#include "dynamics/scalar_stage.h"
 #include "run/integration.h"
 #include "singularities/fine_gap.h"
-#include "singularities/monitor.h"
-#include "singularities/weakest.h"
 
 /* Conditioning of the configuration rows; rows that are redundant everywhere do not count. */
 MECHC_STATIC double mechc_conditioning(const mechc_integration *run,
@@ -20,7 +16,9 @@ MECHC_STATIC double mechc_conditioning(const mechc_integration *run,
 #if MECHC_NH > 0
     if (MECHC_NC == MECHC_NH && (run->monitor.rank == 0 || run->monitor.rank == MECHC_NH))
         return mechc_scalar_conditioning(place);
-    return mechc_weakest_ratio(place, run->monitor.rank);
+    mechc_weakest weakest;
+    mechc_weakest_of(place, run->monitor.rank, &weakest);
+    return weakest.ratio;
 #else
     (void)run, (void)place;
     return 1.0;
@@ -60,17 +58,14 @@ MECHC_INLINE double mechc_small_change(double scale, double value)
 /* Report a stage to statistics and monitor. */
 MECHC_STATIC void mechc_meet(mechc_integration *run, double t, const double *y, double singular)
 {
-#if MECHC_NC > 0
     mechc_stats *stats = &run->head.stats;
+    if (MECHC_NC == 0) return;
     if (singular < stats->least_singular) {
         stats->least_singular = singular;
         stats->least_singular_time = t;
     }
     run->conditioning = singular;
     mechc_monitor_meet(&run->monitor, singular, y);
-#else
-    (void)run, (void)t, (void)y, (void)singular;
-#endif
 }
 
 /* The reason why rates are not finite: where constraints are solved in their free directions, the
@@ -141,11 +136,8 @@ MECHC_ONCE int mechc_rates_at(mechc_integration *run, double t, double *y, doubl
 MECHC_ONCE double mechc_conditioning_at(const mechc_integration *run, double t, const double *q)
 {
 #if MECHC_NH > 0
-    mechc_scalar_place place;
     mechc_weakest weakest;
-    mechc_place_at(t, q, &run->given, &place);
-    mechc_find_weakest(place.jacobian, place.mass, place.ordinary_length, run->monitor.rank,
-                       &weakest);
+    mechc_weakest_at(t, q, &run->given, run->monitor.rank, &weakest);
     return weakest.ratio;
 #else
     (void)run, (void)t, (void)q;

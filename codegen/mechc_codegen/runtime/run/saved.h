@@ -6,8 +6,6 @@
 #pragma once
 
 #include <string.h>
-#include "run/integration.h"
-#include "run/memory.h"
 #include "run/method.h"
 #include "run/trajectory.h"
 
@@ -71,11 +69,11 @@ MECHC_RARE void mechc_restore(mechc_run *head, const void *saved)
     mechc_integration *run = (mechc_integration *)head;
     const char *from = saved;
     const mechc_trajectory trajectory = head->trajectory;
-    const int *stop = mechc_scalar_stop_of(&run->given); /* of this run, not of the one saved */
+    const int *stop = run->given.stop; /* of this run, not of the one saved */
     void *work[MECHC_METHODS];
     memcpy(work, run->work, sizeof work);
     memcpy(run, from, sizeof *run);
-    mechc_scalar_give_stop(&run->given, stop);
+    run->given.stop = stop;
     from += sizeof *run;
     head->trajectory = trajectory;
     int made = mechc_restore_end(&head->trajectory, (const double *)from);

@@ -15,6 +15,9 @@
  * is low. */
 #define MECHC_SHARE 0.03
 #define MECHC_SHARE_OF_MANY 0.01
+/* Steps after which a share falls with their number.  Errors of one sign add up to a drift of the energy,
+ * which shifts the phase by the square of the time; of shares that fall so the sum is a logarithm. */
+#define MECHC_STEPS_OF_SHARE 1000
 
 typedef struct {
     int stages, rates, dense_rows, order;

@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include "abi/run.h"
 #include "run/turns.h"
-#include "simd/lanes.h"
 
 MECHC_STATIC int mechc_grow(double **array, ptrdiff_t doubles)
 {

@@ -18,6 +18,7 @@
 #include "series/few_sums.h"
 #include "series/many_sums.h"
 #include "series/order.h"
+#include "series/spread.h"
 #include "scene_series.h"
 
 /* Compute the rows up to the order `last`.  With few series the current row stays in registers, since the
@@ -30,33 +31,45 @@ MECHC_ONCE void FN(series)(real t, const real *y, const FN(given) *given, real s
     real rates[MECHC_SERIES_INTEGRATED], near[MECHC_SERIES];
     real sums[MECHC_AT_LEAST_ONE(MECHC_SERIES_SUMS)];
     const int summed = last - 1 + MECHC_SERIES_MOMENTA; /* the last order that needs sums */
-    FN(series_sides) sides;
+#if MECHC_SERIES_FEW || !R_VECTOR
+    FN(series_sides) sides; /* sums of an order are begun before it */
     FN(series_begin)(&sides);
+#endif
     for (int i = 0; i < MECHC_NX; i++) rows[0][i] = y[i];
     FN(series_start)(t, y, y + MECHC_NQ, given, kept, rows[0], rates);
     for (int i = 0; i < MECHC_SERIES; i++) near[i] = rows[0][i];
     for (int order = 1;; order++) {
         const real factor = scale * mechc_inverse_of[order];
         real *row = MECHC_SERIES_FEW ? near : rows[order];
-        if (MECHC_SERIES_FEW && order <= summed) FN(series_take)(&sides, order, rows, near, sums);
+#if MECHC_SERIES_FEW
+        if (order <= summed) FN(series_take)(&sides, order, rows, near, sums);
+#endif
         for (int i = 0; i < MECHC_SERIES_INTEGRATED; i++) row[i] = rows[order][i] = factor * rates[i];
         if (order > summed) return;
 #if MECHC_SERIES_MOMENTA
         if (order == last) {
-#if !MECHC_SERIES_FEW
-            FN(series_take_last)(&sides, order, rows, rows[order - 1], sums);
+#if R_VECTOR && !MECHC_SERIES_FEW
+            FN(series_last_sums)(order, rows[0], sums);
+#elif !MECHC_SERIES_FEW
+            FN(series_take)(&sides, order, rows, rows[order - 1], sums); /* what is not used costs little */
 #endif
             FN(series_solve)(given, kept, sums, row);
             for (int i = MECHC_NQ; i < MECHC_NX; i++) rows[order][i] = row[i];
             return;
         }
 #endif
-        if (!MECHC_SERIES_FEW) FN(series_take)(&sides, order, rows, rows[order - 1], sums);
+#if R_VECTOR && !MECHC_SERIES_FEW
+        FN(series_sums)(order, rows[0], sums);
+#elif !MECHC_SERIES_FEW
+        FN(series_take)(&sides, order, rows, rows[order - 1], sums);
         if (order < summed) FN(series_prepare)(&sides, order + 1);
+#endif
         FN(series_next)(R((double)order), R(mechc_inverse_of[order]),
                         order == 1 ? scale : R(0.0), given, kept, sums, row, rates);
         for (int i = MECHC_NQ; MECHC_SERIES_FEW && i < MECHC_SERIES; i++) rows[order][i] = row[i];
+#if !R_VECTOR && !MECHC_SERIES_FEW
         FN(series_put)(&sides, order, row);
+#endif
     }
 }
 

@@ -43,11 +43,5 @@ MECHC_INLINE void FN(series_take)(FN(series_sides) *sides, int order, real (*row
     FN(series_outer)(1, order, rows, last, sides->none, sums, sums);
 }
 
-MECHC_INLINE void FN(series_prepare)(FN(series_sides) *sides, int order) { (void)sides, (void)order; }
-
-MECHC_INLINE void FN(series_put)(FN(series_sides) *sides, int order, const real *row)
-{
-    (void)sides, (void)order, (void)row;
-}
 #endif
 #endif

@@ -1,4 +1,4 @@
-/* The first zero of a root's series within a step: see branches.h. */
+/* The first zero of a root's series within a step: see step.h. */
 #pragma once
 
 #include <math.h>

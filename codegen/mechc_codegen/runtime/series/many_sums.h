@@ -5,55 +5,14 @@
  * the last row is known last.
  */
 #include "simd/real.h"
-#if R_VECTOR ? !defined MECHC_MANY_SUMS_VECTOR : !defined MECHC_MANY_SUMS_SCALAR
-#if R_VECTOR
-#define MECHC_MANY_SUMS_VECTOR
-#else
-#define MECHC_MANY_SUMS_SCALAR
-#endif
+#if !R_VECTOR && !defined MECHC_MANY_SUMS
+#define MECHC_MANY_SUMS
 #include "dynamics/sizes.h"
 #include "run/tableau.h"
 #include "series/spread.h"
 #include "scene_series.h"
-#include "simd/vector.h"
 
 #if MECHC_TAYLOR_SERIES && !MECHC_SERIES_FEW
-#if R_VECTOR
-typedef struct {
-    int none;
-} mechc_vector_series_sides;
-
-MECHC_INLINE void mechc_vector_series_begin(mechc_vector_series_sides *sides) { (void)sides; }
-
-MECHC_INLINE void mechc_vector_series_take(const mechc_vector_series_sides *sides, int order,
-                                           mechc_vector (*rows)[MECHC_SERIES],
-                                           const mechc_vector *last, mechc_vector *sums)
-{
-    (void)sides, (void)last;
-    mechc_vector_series_sums(order, rows[0], sums);
-}
-
-#if MECHC_SERIES_MOMENTA
-MECHC_INLINE void mechc_vector_series_take_last(const mechc_vector_series_sides *sides, int order,
-                                                mechc_vector (*rows)[MECHC_SERIES],
-                                                const mechc_vector *last, mechc_vector *sums)
-{
-    (void)sides, (void)last;
-    mechc_vector_series_last_sums(order, rows[0], sums);
-}
-#endif
-
-MECHC_INLINE void mechc_vector_series_prepare(mechc_vector_series_sides *sides, int order)
-{
-    (void)sides, (void)order;
-}
-
-MECHC_INLINE void mechc_vector_series_put(mechc_vector_series_sides *sides, int order,
-                                          const mechc_vector *row)
-{
-    (void)sides, (void)order, (void)row;
-}
-#else
 /* The factors of all sums side by side, order after order, and the sums without the products with
  * the first and the last row. */
 typedef struct {
@@ -79,10 +38,6 @@ MECHC_INLINE void mechc_scalar_series_take(const mechc_scalar_series_sides *side
     mechc_scalar_series_ends(sides->middle[order & 1], early, first, last, sums);
 }
 
-#if MECHC_SERIES_MOMENTA
-#define mechc_scalar_series_take_last mechc_scalar_series_take /* what is not used costs little */
-#endif
-
 /* Prepare an order of which only the last row is missing. */
 MECHC_INLINE void mechc_scalar_series_prepare(mechc_scalar_series_sides *sides, int order)
 {
@@ -101,6 +56,5 @@ MECHC_INLINE void mechc_scalar_series_put(mechc_scalar_series_sides *sides, int 
 {
     mechc_scalar_series_spread(row, sides->left[order], sides->right[order]);
 }
-#endif
 #endif
 #endif

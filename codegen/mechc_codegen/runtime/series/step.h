@@ -12,16 +12,18 @@
 #include "simd/rough.h"
 
 #define MECHC_ROUGH_EXCESS 0.2288 /* of f (1 - f), in 1 + f over 2^f */
+#define MECHC_TAYLOR_DISAGREES 100.0 /* what is tolerated: rates of a step's end differ by more beyond
+                                        the series; rounding makes 40 at rtol 1e-13 */
 #define MECHC_TAYLOR_JUDGED 3 /* last orders: in a symmetric motion every other one may vanish */
 
 /* The inverse of the tolerated error of each component: a part of its scale, or a number and a part
- * of its size; never less than rounding. */
+ * of its size, times `part`; never less than rounding. */
 MECHC_INLINE void FN(taylor_weights)(const real *y, const real *scale, const real *floor,
-                                     real of_scale, real of_size, real *weights)
+                                     real of_scale, real of_size, real part, real *weights)
 {
     for (int i = 0; i < MECHC_NX; i++) {
         const real size = R_SELECT(R_MASK(y[i] < 0.0), -y[i], y[i]);
-        const real asked = R_FMA(of_scale, scale[i], R_FMA(of_size, size, floor[i]));
+        const real asked = R_FMA(of_scale, scale[i], R_FMA(of_size, size, floor[i])) * part;
         const real digit = DBL_EPSILON * size;
         weights[i] = FN(rough_inverse)(R_SELECT(R_MASK(asked > digit), asked, digit));
     }
@@ -93,6 +95,36 @@ MECHC_INLINE void FN(taylor_end)(real (*rows)[MECHC_SERIES], int order, real s,
     }
 }
 
+/* Rates that the equations give are those of the speeds, where q' is u. */
+#define MECHC_TAYLOR_FIRST_RATE (MECHC_IDENTITY_KINEMATICS ? MECHC_NQ : 0)
+
+/* The square of what the series' rates at the part s of the scale and those of the equations there
+ * differ by, over what may be.  The first term that a series lacks is small where it converges, and its
+ * rate as many times as large as its order says. */
+MECHC_INLINE real FN(taylor_defect)(real (*rows)[MECHC_SERIES], int order, real s, real scale,
+                                    const real *rates, const real *weights)
+{
+    const double count = MECHC_NX - MECHC_TAYLOR_FIRST_RATE;
+    const real square = s * s;
+    real sum = R(0.0), slope[MECHC_NX], other[MECHC_NX];
+    int k = order - 1;
+    for (int i = MECHC_TAYLOR_FIRST_RATE; i < MECHC_NX; i++)
+        slope[i] = order * rows[order][i], other[i] = R(0.0);
+    for (; k > 1; k -= 2) /* terms of even and of odd order side by side, as in taylor_sum */
+        for (int i = MECHC_TAYLOR_FIRST_RATE; i < MECHC_NX; i++) {
+            other[i] = R_FMA(other[i], square, k * rows[k][i]);
+            slope[i] = R_FMA(slope[i], square, (k - 1) * rows[k - 1][i]);
+        }
+    for (int i = MECHC_TAYLOR_FIRST_RATE; i < MECHC_NX; i++) {
+        const real of_end = k ? R_FMA(slope[i], s, R_FMA(other[i], square, rows[1][i]))
+                              : R_FMA(other[i], s, slope[i]);
+        const real error = (of_end - scale * rates[i]) * s * weights[i];
+        sum = R_FMA(error, error, sum);
+    }
+    const double most = MECHC_TAYLOR_DISAGREES * order;
+    return sum * (1.0 / (count * most * most));
+}
+
 /* The polynomial in the form of the dense output (run/dense_output.h) over a step of s: p = s r0 +
  * s (1 - s) (r1 + s (...)), by divisions by s and by s - 1 in turn. */
 MECHC_INLINE void FN(taylor_dense)(real (*rows)[MECHC_SERIES], int order, real s,
@@ -113,5 +145,33 @@ MECHC_INLINE void FN(taylor_dense)(real (*rows)[MECHC_SERIES], int order, real s
     }
 }
 
+/* The limit that branches of roots put on a step.
+ *
+ * A square root and a power are positive.  What they are taken of may touch zero, as that of
+ * sqrt(x^2 + x^4): there the equations have a corner, but the series of the root goes on smoothly,
+ * with the other sign.  So a step ends just past the first zero of such a series, and the next one
+ * begins on the other branch, as a step ends at a corner of Abs. */
+#if MECHC_SERIES_ROOTS
+
+/* The least share of its first value that a root surely keeps up to the part s of the scale: no term
+ * is larger than it is at the end. */
+MECHC_INLINE real FN(branches_kept)(real (*rows)[MECHC_SERIES], int order, real s)
+{
+    static const int places[] = {MECHC_SERIES_ROOT_PLACES};
+    real least = R(1.0);
+    for (int n = 0; n < MECHC_SERIES_ROOTS; n++) {
+        const int place = places[n];
+        const real value = rows[0][place], inverse = 1.0 / value;
+        real change = R(0.0);
+        for (int k = order - 1; k > 0; k--) {
+            const real term = rows[k][place] * inverse;
+            change = (change + R_SELECT(R_MASK(term < 0.0), -term, term)) * s;
+        }
+        const real kept = 1.0 - change;
+        least = R_SELECT(R_MASK(kept > least), least, kept);
+    }
+    return least;
+}
+#endif
 #endif
 #endif

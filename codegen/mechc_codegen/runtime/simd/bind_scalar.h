@@ -21,4 +21,3 @@
 #define R_CALL(f, x) f(x)
 #define R_CALL2(f, x, y) f(x, y)
 #define R_GREATEST(x) (x)
-#define R_LEAST(x) (x)

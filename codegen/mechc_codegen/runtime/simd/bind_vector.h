@@ -22,4 +22,3 @@
 #define R_CALL(f, x) mechc_each(f, x)
 #define R_CALL2(f, x, y) mechc_each2(f, x, y)
 #define R_GREATEST(x) mechc_greatest(x)
-#define R_LEAST(x) (-mechc_greatest(-(x)))

@@ -103,3 +103,30 @@ MECHC_INLINE void mechc_scatter_block(const mechc_vector *values, int width, dou
     }
 }
 #endif
+
+/* Copy `count` <= MECHC_LANES rows into the lanes; the last one is repeated. */
+MECHC_INLINE void mechc_fill_from(const double *rows, ptrdiff_t stride, int count, int width,
+                                  mechc_vector *out)
+{
+    for (int i = 0; i < width; i++) {
+        double column[MECHC_LANES];
+        for (int lane = 0; lane < MECHC_LANES; lane++)
+            column[lane] = rows[(lane < count ? lane : count - 1) * stride + i];
+        memcpy(&out[i], column, sizeof column);
+    }
+}
+
+MECHC_INLINE void mechc_fill_lanes(const double *rows, int count, int width, mechc_vector *out)
+{
+    mechc_fill_from(rows, width, count, width, out);
+}
+
+MECHC_INLINE void mechc_empty_lanes(const mechc_vector *values, int count, int width, double *out)
+{
+    for (int i = 0; i < width && count < MECHC_LANES; i++) {
+        double column[MECHC_LANES];
+        memcpy(column, &values[i], sizeof column);
+        for (int lane = 0; lane < count; lane++) out[lane * width + i] = column[lane];
+    }
+    if (count == MECHC_LANES) mechc_scatter_block(values, width, out);
+}

@@ -20,4 +20,3 @@
 #undef R_CALL
 #undef R_CALL2
 #undef R_GREATEST
-#undef R_LEAST

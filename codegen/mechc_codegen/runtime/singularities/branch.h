@@ -8,8 +8,6 @@
  */
 #pragma once
 
-#include "dynamics/scalar_stage.h"
-#include "singularities/critical.h"
 #include "singularities/span.h"
 
 #if MECHC_NH > 0
@@ -82,36 +80,13 @@ MECHC_STATIC int mechc_along_vectors(double t, const double *q, const mechc_scal
     return off <= MECHC_HIGHER_TERMS * size && size > MECHC_BY_ROUNDING * c->rounding;
 }
 
-/* The branch of q, 1 or -1; 0 where it is not known. */
-MECHC_STATIC int mechc_branch_of(double t, const double *q, const mechc_scalar_given *given,
-                                 const mechc_critical *c, const mechc_hyperbola *at)
-{
-    double along[2];
-    if (!mechc_along_vectors(t, q, given, c, at, along)) return 0;
-    return along[0] > 0.0 ? 1 : -1;
-}
-
-/* Did the step lead from one branch of a near miss to the other? */
+/* Whether the step leads from one branch to another.  At a near miss the first component tells them
+ * apart.  At a change point the curves are lines: on the other side of q* both components of x have
+ * changed their signs, on another branch one of them. */
 MECHC_STATIC int mechc_changes_branch(const mechc_span *span, const mechc_critical *c)
 {
     const mechc_path *path = span->path;
-    mechc_hyperbola at;
-    int branch = 0;
-    if (!mechc_hyperbola_at(span->t, span->given, c, &at)) return 0;
-    for (int i = 0; i < path->count && !mechc_scalar_stopped(span->given); i++) {
-        const double t = span->t + path->fraction[i] * span->h;
-        const int here = path->open[i] ? 0 : mechc_branch_of(t, path->q[i], span->given, c, &at);
-        if (here * branch < 0) return 1;
-        if (here) branch = here;
-    }
-    return 0;
-}
-
-/* Whether the step changes the branch at a change point, where the curves are lines: on the other
- * side of q* both components of x have changed their signs, on another branch one of them. */
-MECHC_STATIC int mechc_turns_aside(const mechc_span *span, const mechc_critical *c)
-{
-    const mechc_path *path = span->path;
+    const int lines = mechc_judge(c) == MECHC_CROSSING;
     mechc_hyperbola at;
     double along[2], before[2] = {0.0, 0.0};
     if (!mechc_hyperbola_at(span->t, span->given, c, &at)) return 0;
@@ -119,7 +94,8 @@ MECHC_STATIC int mechc_turns_aside(const mechc_span *span, const mechc_critical 
         const double t = span->t + path->fraction[i] * span->h;
         if (path->open[i] || !mechc_along_vectors(t, path->q[i], span->given, c, &at, along))
             continue;
-        if ((along[0] * before[0] < 0.0) != (along[1] * before[1] < 0.0)) return 1;
+        const int second = lines && along[1] * before[1] < 0.0;
+        if ((along[0] * before[0] < 0.0) != second) return 1;
         memcpy(before, along, sizeof before);
     }
     return 0;

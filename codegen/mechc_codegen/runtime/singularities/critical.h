@@ -7,9 +7,7 @@
  */
 #pragma once
 
-#include "dynamics/scalar_stage.h"
 #include "singularities/gap.h"
-#include "singularities/weakest.h"
 
 #define MECHC_WHOLE_TURN 6.283185307179586 /* rad */
 /* Pivots, of the first: of Newton's equations below which they leave a direction free, and of a form of
@@ -176,7 +174,7 @@ MECHC_STATIC void mechc_second_form(double t, const mechc_scalar_given *given,
 {
     double rows[MECHC_NH * MECHC_NU], pull[MECHC_NU], moved[MECHC_NU];
     mechc_scalar_place place;
-    mechc_place_at(t, c->q, given, &place);
+    mechc_scalar_locate_all(t, c->q, given, &place);
     const int count = mechc_span_rows(&place, c, rows);
     mechc_pull_of(&place, c->normal, pull);
     for (int i = 0; i < MECHC_NU; i++) {
@@ -222,7 +220,7 @@ MECHC_ONCE int mechc_find_critical_of(double t, const double *q, const mechc_sca
     mechc_scalar_place place;
     memcpy(c->q, q, sizeof c->q);
     for (int iteration = 0; iteration < 12; iteration++) {
-        mechc_place_at(t, c->q, given, &place);
+        mechc_scalar_locate_all(t, c->q, given, &place);
         if (iteration == 0) {
             memcpy(c->normal, normal, sizeof c->normal);
             c->gap = 0.0;
@@ -291,7 +289,7 @@ MECHC_ONCE int mechc_still_critical(double t, const double *q, const mechc_scala
         square += mechc_weight(given, c, i) * pow(q[i] - c->q[i], 2);
     }
     if (!(square <= reach * reach)) return 0;
-    mechc_place_at(t, c->q, given, &place);
+    mechc_scalar_locate_all(t, c->q, given, &place);
     largest = mechc_largest_partial(&place);
     for (int i = 0; i < MECHC_NH; i++)
         if (!(fabs(place.gap[i] - c->gap * c->normal[i]) <= MECHC_STILL_CLOSED * largest + c->rounding))

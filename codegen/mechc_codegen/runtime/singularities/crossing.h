@@ -12,14 +12,8 @@
 #pragma once
 
 #include "dynamics/project.h"
-#include "dynamics/scalar_stage.h"
 #include "singularities/branch.h"
-#include "singularities/critical.h"
-#include "singularities/monitor.h"
-#include "singularities/placement.h"
-#include "singularities/span.h"
 #include "singularities/turned_rows.h"
-#include "singularities/weakest.h"
 
 /* Middle of the widest gap between the nodes of the explicit pair of order 8. */
 #define MECHC_PAIR_GAP 0.4667
@@ -236,7 +230,7 @@ MECHC_STATIC int mechc_find_near(const mechc_span *span, const double *q, const 
     mechc_weakest here;
     if (monitor->has_known && !monitor->tries
         && mechc_still_critical(span->t, q, span->given, reach, &monitor->known, c)) return 1;
-    if (!at) mechc_weakest_at(span->t, q, span, monitor->rank, &here);
+    if (!at) mechc_weakest_at(span->t, q, span->given, monitor->rank, &here);
     if (!mechc_find_critical(span->t, q, span->given, at ? at : &here, reach, c)) return 0;
     monitor->known = *c;
     monitor->has_known = 1;
@@ -267,7 +261,7 @@ MECHC_ONCE void mechc_examine_others(const mechc_span *span, mechc_monitor *moni
     double normal[MECHC_NH];
     mechc_weakest at;
     mechc_critical found;
-    mechc_weakest_at(span->t, monitor->q, span, monitor->rank, &at);
+    mechc_weakest_at(span->t, monitor->q, span->given, monitor->rank, &at);
     if (at.rank < 2 || at.values[at.rank - 2] > MECHC_CLEAR * at.largest) return;
     for (int i = 0; i < MECHC_NH && !mechc_scalar_stopped(span->given); i++) {
         if (!mechc_weak_part(&at, i, normal)
@@ -275,8 +269,7 @@ MECHC_ONCE void mechc_examine_others(const mechc_span *span, mechc_monitor *moni
             || !mechc_is_critical(span, span->t, &found) || !found.curves) continue;
         const int crossing = mechc_judge(&found) == MECHC_CROSSING;
         const int between = crossing && mechc_lies_between(span, &found);
-        const int aside = crossing ? mechc_turns_aside(span, &found)
-                                   : mechc_changes_branch(span, &found);
+        const int aside = mechc_changes_branch(span, &found);
         if (!between && !aside) continue;
         memcpy(out->q, found.q, sizeof out->q);
         out->gap = found.gap;
@@ -294,12 +287,12 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
     mechc_critical critical;
     mechc_scalar_place place;
     out->action = MECHC_STANDS;
-    mechc_place_at(span->t, span->start, span->given, &place);
+    mechc_scalar_locate_all(span->t, span->start, span->given, &place);
     mechc_find_weakest(place.jacobian, place.mass, place.ordinary_length, 0, &before);
     if (before.rank > monitor->rank) monitor->rank = before.rank;
     if (before.rank < monitor->rank)
-        mechc_weakest_at(span->t, span->start, span, monitor->rank, &before);
-    mechc_weakest_at(span->t + span->h, span->end, span, monitor->rank, &after);
+        mechc_weakest_at(span->t, span->start, span->given, monitor->rank, &before);
+    mechc_weakest_at(span->t + span->h, span->end, span->given, monitor->rank, &after);
     int turned = mechc_turned_over(&before, &after);
     const double reach =
         mechc_max(span->horizon * mechc_reach(span, place.mass), mechc_beside(&after, &place));
@@ -321,7 +314,7 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
     switch (mechc_judge(&critical)) {
     case MECHC_CROSSING:
         if (monitor->at_critical && span->first) { /* the start's side is rounding */
-            if (mechc_turns_aside(span, &critical)) mechc_retry(out, MECHC_ASTRAY, 0);
+            if (mechc_changes_branch(span, &critical)) mechc_retry(out, MECHC_ASTRAY, 0);
             break;
         }
         if (!span->looks_ahead && monitor->tries < 8

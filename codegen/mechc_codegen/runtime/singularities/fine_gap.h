@@ -12,7 +12,6 @@
  */
 #pragma once
 
-#include "dynamics/scalar_stage.h"
 #include "singularities/gap.h"
 
 #define MECHC_HAS_FINE_GAP (MECHC_NH > 0 && MECHC_NI == 0)

@@ -6,15 +6,13 @@
  */
 #pragma once
 
-#include "dynamics/scalar_stage.h"
 #include "singularities/weakest.h"
 
-#if MECHC_NH > 0
 /* Lengths as they were given: do they make a change point? */
 typedef enum { MECHC_READS_OPEN = -1, MECHC_UNREAD = 0, MECHC_READS_CLOSED = 1 } mechc_reading;
 
 typedef struct {
-    double q[MECHC_NQ], normal[MECHC_NH]; /* q*, w */
+    double q[MECHC_NQ], normal[MECHC_AT_LEAST_ONE(MECHC_NH)]; /* q*, w */
     double gap;      /* g */
     double rounding; /* the error of g by rounding */
     double speeds[MECHC_NU]; /* weights of the units of speeds: square roots of the masses */
@@ -24,6 +22,20 @@ typedef struct {
 
 typedef enum { MECHC_CROSSING, MECHC_TOO_CLOSE_TO_CALL, MECHC_NEAR_MISS, MECHC_UNKNOWN } mechc_verdict;
 
+/* Gaps below so many units of rounding bend the motion more sharply than closed loops resolve. */
+#define MECHC_BENDS 8.0
+
+/* Judge the gap.  Lengths that make a change point as they were typed, or whose gap is no sum of
+ * lengths and below its rounding, make one.  A gap of some units keeps its sign, and the curve its
+ * bend, whatever rounding the closure has. */
+MECHC_STATIC mechc_verdict mechc_judge(const mechc_critical *c)
+{
+    const int unread = c->reading == MECHC_UNREAD && fabs(c->gap) <= c->rounding;
+    if (unread || c->reading == MECHC_READS_CLOSED) return MECHC_CROSSING;
+    return fabs(c->gap) <= MECHC_BENDS * c->rounding ? MECHC_TOO_CLOSE_TO_CALL : MECHC_NEAR_MISS;
+}
+
+#if MECHC_NH > 0
 /* q moved by a displacement given in speeds. */
 MECHC_STATIC void mechc_displace(double t, const double *q, const mechc_scalar_given *given,
                                  const double *by, double *out)
@@ -39,13 +51,6 @@ MECHC_STATIC void mechc_displace(double t, const double *q, const mechc_scalar_g
 #endif
 }
 
-/* Gap, Jacobian and mass matrix at q; compiled once, since no step waits for it. */
-MECHC_ONCE void mechc_place_at(double t, const double *q, const mechc_scalar_given *given,
-                               mechc_scalar_place *place)
-{
-    mechc_scalar_locate_all(t, q, given, place);
-}
-
 #if MECHC_LINKS > 0
 MECHC_ONCE void mechc_rows_at(double t, const double *q, const mechc_scalar_given *given,
                               mechc_scalar_place *place)
@@ -54,7 +59,7 @@ MECHC_ONCE void mechc_rows_at(double t, const double *q, const mechc_scalar_give
                                place->saved, 0, 0);
 }
 #else
-#define mechc_rows_at mechc_place_at
+#define mechc_rows_at mechc_scalar_locate_all
 #endif
 
 /* Factor of the spread of the gap's samples: with many rows, a sample moves few of them. */
@@ -73,9 +78,6 @@ MECHC_STATIC double mechc_sum_of_lengths(const mechc_scalar_place *place)
     }
     return longest;
 }
-
-/* Gaps below so many units of rounding bend the motion more sharply than closed loops resolve. */
-#define MECHC_BENDS 8.0
 
 /* Coefficients of lengths in a gap are multiples of 1 / MECHC_PARTS, which are told by slopes whose
  * rounding is a small part of one. */
@@ -202,13 +204,4 @@ MECHC_STATIC void mechc_measure_gap(double t, const mechc_scalar_given *given, m
                                                           : mechc_read_gap(t, given, c);
 }
 
-/* Judge the gap.  Lengths that make a change point as they were typed, or whose gap is no sum of
- * lengths and below its rounding, make one.  A gap of some units keeps its sign, and the curve its
- * bend, whatever rounding the closure has. */
-MECHC_STATIC mechc_verdict mechc_judge(const mechc_critical *c)
-{
-    const int unread = c->reading == MECHC_UNREAD && fabs(c->gap) <= c->rounding;
-    if (unread || c->reading == MECHC_READS_CLOSED) return MECHC_CROSSING;
-    return fabs(c->gap) <= MECHC_BENDS * c->rounding ? MECHC_TOO_CLOSE_TO_CALL : MECHC_NEAR_MISS;
-}
 #endif

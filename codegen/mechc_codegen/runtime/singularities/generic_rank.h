@@ -9,8 +9,6 @@
 
 #include "abi/inputs.h"
 #include "singularities/ordinary_rows.h"
-#include "singularities/unit_of_length.h"
-#include "dynamics/scalar_stage.h"
 
 #if MECHC_NC > 0
 /* How much farther configurations near the start may be once their loops are closed: there may be
@@ -143,10 +141,14 @@ MECHC_STATIC void mechc_give_at(double t, const double *y, const double *p,
                                 mechc_scalar_given *given)
 {
     mechc_give(p, inputs, given);
-    mechc_scalar_give_stop(given, stop);
+    given->stop = stop;
 #if MECHC_NC > 0
+#if MECHC_NH > 0 && defined MECHC_SLIDES
     mechc_find_length(t, y, given);
+#endif
+#if MECHC_NH > 0 && MECHC_LINKS == 0 && defined MECHC_ANGLES
     mechc_find_ordinary_rows(t, y, given);
+#endif
     given->k[MECHC_ROWS_THAT_COUNT] = mechc_count_rows(t, y, given);
 #else
     (void)t, (void)y;

@@ -3,12 +3,7 @@
  */
 #pragma once
 
-#include "dynamics/scalar_stage.h"
-#include "singularities/critical.h"
 #include "singularities/crossing.h"
-#include "singularities/monitor.h"
-#include "singularities/placement.h"
-#include "singularities/weakest.h"
 
 #if MECHC_NH > 0
 /* Steps within which the conditioning would vanish if it kept falling at this rate. */
@@ -27,7 +22,7 @@ MECHC_STATIC double mechc_look_ahead(const mechc_span *span, mechc_monitor *moni
     const int falls = !monitor->leaving
                    && (monitor->fall == 0.0 || monitor->first < MECHC_SOON * open * monitor->fall);
     if (monitor->first > MECHC_CLEAR || (monitor->first > MECHC_NARROW && !falls)) return HUGE_VAL;
-    mechc_place_at(span->t, span->start, span->given, &place);
+    mechc_scalar_locate_all(span->t, span->start, span->given, &place);
     mechc_weakest weakest;
     mechc_find_weakest(place.jacobian, place.mass, place.ordinary_length, monitor->rank, &weakest);
     const double reach =

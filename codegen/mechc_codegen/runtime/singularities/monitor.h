@@ -20,17 +20,9 @@ typedef struct {
     int bends;          /* a near miss ahead is so narrow that the motion curves sharply */
     int stayed;         /* times in a row that a shorter step did not lower the whole error */
     double fall;        /* of the conditioning in time, over the last step; 0: not known */
-#if MECHC_NH > 0
     mechc_critical known; /* the last one found */
     int has_known;
-#endif
 } mechc_monitor;
-
-MECHC_STATIC void mechc_monitor_begin(mechc_monitor *monitor, const double *q)
-{
-    monitor->least = monitor->most = monitor->first;
-    memcpy(monitor->q, q, sizeof monitor->q);
-}
 
 MECHC_STATIC void mechc_monitor_meet(mechc_monitor *monitor, double conditioning, const double *q)
 {
@@ -65,21 +57,11 @@ MECHC_STATIC int mechc_only_rounding_is_left(const mechc_monitor *monitor)
 /* Was the bend of a near miss found nearby? */
 MECHC_STATIC int mechc_knows_bend(const mechc_monitor *monitor)
 {
-#if MECHC_NH > 0
-    return monitor->has_known && mechc_judge(&monitor->known) == MECHC_NEAR_MISS;
-#else
-    (void)monitor;
-    return 0;
-#endif
+    return MECHC_NH > 0 && monitor->has_known && mechc_judge(&monitor->known) == MECHC_NEAR_MISS;
 }
 
 /* Was a crossing found nearby?  Beyond a near miss all is regular. */
 MECHC_STATIC int mechc_knows_crossing(const mechc_monitor *monitor)
 {
-#if MECHC_NH > 0
-    return monitor->has_known && mechc_judge(&monitor->known) == MECHC_CROSSING;
-#else
-    (void)monitor;
-    return 0;
-#endif
+    return MECHC_NH > 0 && monitor->has_known && mechc_judge(&monitor->known) == MECHC_CROSSING;
 }

@@ -1,10 +1,8 @@
 /* A step that is examined, and the results. */
 #pragma once
 
-#include "dynamics/scalar_stage.h"
 #include "singularities/critical.h"
 #include "singularities/placement.h"
-#include "singularities/weakest.h"
 
 /* Configurations of a step in the order of time: its start, nodes between, its end. */
 #define MECHC_MOST_NODES 10
@@ -63,19 +61,4 @@ MECHC_STATIC void mechc_give_up(mechc_decision *out, int why, double gap)
     out->gap = gap;
 }
 
-/* The weighted rows at q. */
-MECHC_STATIC void mechc_weakest_rows(double t, const double *q, const mechc_span *span,
-                                     mechc_scalar_place *place, double *rows)
-{
-    mechc_place_at(t, q, span->given, place);
-    mechc_weigh_rows(place->jacobian, place->mass, rows);
-}
-
-MECHC_STATIC void mechc_weakest_at(double t, const double *q, const mechc_span *span, int rank,
-                                   mechc_weakest *out)
-{
-    mechc_scalar_place place;
-    mechc_place_at(t, q, span->given, &place);
-    mechc_find_weakest(place.jacobian, place.mass, place.ordinary_length, rank, out);
-}
 #endif

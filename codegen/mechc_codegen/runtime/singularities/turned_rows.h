@@ -6,11 +6,8 @@
  */
 #pragma once
 
-#include "dynamics/scalar_stage.h"
-#include "singularities/critical.h"
 #include "singularities/monitor.h"
 #include "singularities/span.h"
-#include "singularities/weakest.h"
 
 #if MECHC_NH > 0
 
@@ -43,7 +40,8 @@ typedef struct {
 MECHC_STATIC void mechc_see(const mechc_span *span, mechc_seen *out)
 {
     mechc_scalar_place place;
-    mechc_weakest_rows(span->t + out->fraction * span->h, out->q, span, &place, out->rows);
+    mechc_scalar_locate_all(span->t + out->fraction * span->h, out->q, span->given, &place);
+    mechc_weigh_rows(place.jacobian, place.mass, out->rows);
     out->ordinary = place.ordinary_length;
     out->decomposed = 0;
 #if MECHC_NH > 2
@@ -136,7 +134,7 @@ MECHC_STATIC int mechc_is_critical(const mechc_span *span, double t, const mechc
 {
     mechc_scalar_place place;
     double rounding;
-    mechc_place_at(t, c->q, span->given, &place);
+    mechc_scalar_locate_all(t, c->q, span->given, &place);
     mechc_scalar_gap(&place, c->q, &rounding);
     for (int i = 0; i < MECHC_NH; i++)
         if (!(fabs(place.gap[i] - c->gap * c->normal[i]) <= MECHC_CLOSED_BESIDE * rounding))

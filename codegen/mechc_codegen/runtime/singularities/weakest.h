@@ -183,6 +183,14 @@ MECHC_STATIC void mechc_find_weakest(const double *jacobian, const double *mass,
     mechc_decompose(a, ordinary, rank, out);
 }
 
+MECHC_STATIC void mechc_weakest_at(double t, const double *q, const mechc_scalar_given *given,
+                                   int rank, mechc_weakest *out)
+{
+    mechc_scalar_place place;
+    mechc_scalar_locate_all(t, q, given, &place);
+    mechc_find_weakest(place.jacobian, place.mass, place.ordinary_length, rank, out);
+}
+
 /* The weakest direction at a configuration whose rows may not have been computed explicitly. */
 MECHC_ONCE void mechc_weakest_of(const mechc_scalar_place *place, int rank, mechc_weakest *out)
 {
@@ -194,13 +202,6 @@ MECHC_ONCE void mechc_weakest_of(const mechc_scalar_place *place, int rank, mech
 #else
     mechc_find_weakest(place->jacobian, place->mass, place->ordinary_length, rank, out);
 #endif
-}
-
-MECHC_STATIC double mechc_weakest_ratio(const mechc_scalar_place *place, int rank)
-{
-    mechc_weakest weakest;
-    mechc_weakest_of(place, rank, &weakest);
-    return weakest.ratio;
 }
 
 /* 1 where the signed smallest singular value, followed with its vectors, changed its sign between

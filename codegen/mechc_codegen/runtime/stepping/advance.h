@@ -1,12 +1,7 @@
 /* Advance of runs: side by side if method and state allow it, otherwise one by one. */
 #pragma once
 
-#include "abi/run.h"
-#include "run/integration.h"
-#include "run/method.h"
-#include "simd/lanes.h"
 #include "stepping/attempt.h"
-#include "stepping/lockstep_fit.h"
 
 /* The number of requested attempts that a run has left. */
 MECHC_STATIC long mechc_attempts_left(const mechc_integration *run, long steps)

@@ -1,13 +1,6 @@
 /* The driver's loop: a step is tried, refused or accepted, whatever the method. */
 #pragma once
 
-#include "run/integration.h"
-#include "run/method.h"
-#include "run/trajectory.h"
-#include "singularities/crossing.h"
-#include "singularities/monitor.h"
-#include "stepping/control.h"
-#include "stepping/crossings.h"
 #include "stepping/lockstep_fit.h"
 #include "stepping/passages.h"
 #include "stepping/stiffness.h"
@@ -22,7 +15,10 @@ MECHC_STATIC int mechc_next_step(mechc_integration *run, double *h)
     if (run->current->plan) run->current->plan(run);
     const double left = fabs(run->t1 - run->head.t), free = mechc_min(run->step, run->max_step);
     const double step = run->limits ? mechc_within_limits(run, free) : free;
-    if (mechc_ends_at_switch(run)) return mechc_step_to_switch(run, left, h);
+    if (MECHC_SWITCHES && run->switches.cut > 0.0) { /* to the zero of a switching function */
+        *h = run->direction * mechc_min(run->switches.cut, left);
+        return run->switches.cut >= left;
+    }
     if (run->current->reach) {
         const double open = mechc_min(step, left), planned = mechc_step_ahead(run, open);
         *h = run->direction * planned;
@@ -30,13 +26,6 @@ MECHC_STATIC int mechc_next_step(mechc_integration *run, double *h)
         if (planned == left && left <= run->max_step) return mechc_fit_to_end(run, left, h);
     }
     return mechc_fit_to_end(run, step, h);
-}
-
-/* Speeds are judged against the largest met so far. */
-MECHC_STATIC void mechc_widen_scale(mechc_integration *run)
-{
-    for (int i = MECHC_NQ; i < MECHC_NX; i++)
-        run->scale[i] = mechc_max(run->scale[i], fabs(run->y[i]));
 }
 
 /* Compute the rows of the dense output if they are recorded or needed for a crossing. */
@@ -61,16 +50,6 @@ MECHC_STATIC int mechc_finish_step(mechc_integration *run, double h, const doubl
     return passes ? mechc_record_passages(run, h, end, rows) : MECHC_RUNNING;
 }
 
-/* The state, its rates and the time at the end of a step. */
-MECHC_STATIC void mechc_move_on(mechc_integration *run, double h, double t, const double *end)
-{
-    memcpy(run->y, end, sizeof run->y);
-    memcpy(run->compensation, run->next_compensation, sizeof run->compensation);
-    memcpy(MECHC_RATE(run, 0), MECHC_RATE(run, run->current->last_rate), sizeof run->y);
-    run->time_compensation = h + run->time_compensation - (t - run->head.t);
-    run->head.t = t;
-}
-
 /* Tell the monitor about an accepted step, whose end has this conditioning. */
 MECHC_STATIC void mechc_monitor_accept(mechc_integration *run, double h, double conditioning)
 {
@@ -92,7 +71,11 @@ MECHC_STATIC int mechc_accept(mechc_integration *run, double h, double t, const 
     if (status != MECHC_RUNNING) return status;
     mechc_watch_stiffness(run, h, end, error);
     if (run->current->accept) run->current->accept(run, h);
-    mechc_move_on(run, h, t, end);
+    memcpy(run->y, end, sizeof run->y);
+    memcpy(run->compensation, run->next_compensation, sizeof run->compensation);
+    memcpy(MECHC_RATE(run, 0), MECHC_RATE(run, run->current->last_rate), sizeof run->y);
+    run->time_compensation = h + run->time_compensation - (t - run->head.t);
+    run->head.t = t;
     run->refused_step = 0.0;
     run->failure = 0;
     if (run->monitor.leaving && conditioning > MECHC_LEFT_BEHIND)
@@ -103,7 +86,8 @@ MECHC_STATIC int mechc_accept(mechc_integration *run, double h, double t, const 
     }
     mechc_monitor_accept(run, h, conditioning);
     made &= mechc_change_method(run);
-    mechc_widen_scale(run);
+    for (int i = MECHC_NQ; i < MECHC_NX; i++) /* speeds are judged against the largest met so far */
+        run->scale[i] = mechc_max(run->scale[i], fabs(run->y[i]));
     mechc_return_to_lockstep(run);
     run->head.stats.steps++;
     made &= mechc_append_turned(&run->head.trajectory, t, run->y, run->turns);
@@ -198,10 +182,11 @@ MECHC_STATIC int mechc_attempt(mechc_integration *run)
         return MECHC_RUNNING;
     }
     if (!last && fabs(h) < mechc_smallest_step(run)) return mechc_too_small(run);
-    mechc_monitor_begin(&run->monitor, run->y);
+    run->monitor.least = run->monitor.most = run->monitor.first;
+    memcpy(run->monitor.q, run->y, sizeof run->monitor.q);
     const int status = run->current->step(run, h, end);
     const double error = status == MECHC_RUNNING ? run->current->error(run, h, end) : HUGE_VAL;
-    if (mechc_cut_at_switch(run, h, status, error)) return run->head.status;
+    if (mechc_cut_at_switch(run, h, end, status, error)) return run->head.status;
     if (status != MECHC_RUNNING) return mechc_fail(run, h, status);
     run->step = fabs(h);
     const double factor = mechc_limited_factor(run, error);

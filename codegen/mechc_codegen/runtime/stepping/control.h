@@ -3,10 +3,8 @@
  */
 #pragma once
 
-#include "run/integration.h"
 #include "run/method.h"
 #include "run/rates.h"
-#include "singularities/monitor.h"
 
 /* Of the step that an error allows: by itself, and where it is predicted from the last one besides. */
 #define MECHC_SAFETY 0.9
@@ -36,21 +34,16 @@
 /* Errors that rounding near a crossing may leave, in units of each component's scale. */
 #define MECHC_ROUNDING_ALLOWED 1e-9
 
-/* The rounding of a state, as a poor conditioning magnifies it. */
-MECHC_STATIC double mechc_rounding(const mechc_integration *run)
-{
-    const double low = MECHC_NH > 0 ? mechc_max(run->monitor.first, MECHC_NARROW) : 1.0;
-    return DBL_EPSILON / (low < MECHC_POOR ? low : 1.0);
-}
-
 /* Tolerated error of one step per component: a share of the user's atol + rtol |y|, or of rtol
- * times the scale; never less than rounding. */
+ * times the scale; never less than rounding, as a poor conditioning magnifies it. */
 MECHC_STATIC double mechc_tolerance(const mechc_integration *run, int i, const double *end)
 {
     const double size = mechc_max(fabs(run->y[i]), fabs(end[i]));
+    const double low = MECHC_NH > 0 ? mechc_max(run->monitor.first, MECHC_NARROW) : 1.0;
+    const double rounding = DBL_EPSILON / (low < MECHC_POOR ? low : 1.0);
     const double asked = run->has_tolerances ? run->tolerance[i] + run->rtol * size
                                              : run->rtol * run->scale[i];
-    return mechc_max(run->method->share * asked, mechc_rounding(run) * size);
+    return mechc_max(run->method->share * asked, rounding * size);
 }
 
 /* Whether a step with such a small error ends near enough to the motion to be examined. */
@@ -149,7 +142,7 @@ MECHC_STATIC void mechc_learn_rounding(mechc_integration *run, double h, double 
     const double t = run->head.t, shrunk = fabs(h) / run->refused_step;
     const int again = run->refused_t == t && run->refused_step > 0.0 && shrunk < 1.0;
     const double most = MECHC_ROUNDING_ALLOWED / (run->method->share * run->rtol);
-    const int stays = again && mechc_nears_critical(&run->monitor, run->horizon)
+    const int stays = MECHC_NH > 0 && again && mechc_nears_critical(&run->monitor, run->horizon)
                    && error > run->refused_error * shrunk * shrunk * shrunk;
     if (stays && mechc_knows_crossing(&run->monitor))
         run->allowed = mechc_min(mechc_max(run->allowed, 4.0 * error),

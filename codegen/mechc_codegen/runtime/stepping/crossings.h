@@ -7,44 +7,31 @@
  */
 #pragma once
 
-#include "dynamics/scalar_stage.h"
 #include "run/dense_output.h"
-#include "run/integration.h"
-#include "run/method.h"
-#include "run/trajectory.h"
-#include "singularities/critical.h"
-#include "singularities/crossing.h"
 #include "singularities/look_ahead.h"
-#include "singularities/monitor.h"
-#include "singularities/span.h"
-#include "singularities/weakest.h"
-#include "stepping/control.h"
 #include "stepping/work.h"
 
 #if MECHC_NH > 0
 /* The rank of the configuration rows around a configuration: the most that is found when each speed
  * in turn has moved it a little and the loops are closed again. */
-MECHC_RARE int mechc_generic_rank(const mechc_integration *run, const mechc_span *span)
+MECHC_RARE int mechc_generic_rank(const mechc_integration *run)
 {
+    const mechc_scalar_given *given = &run->given;
     int rank = 0;
-    for (int j = 0; j < MECHC_NU && !mechc_scalar_stopped(span->given); j++) {
+    for (int j = 0; j < MECHC_NU && !mechc_scalar_stopped(given); j++) {
         double by[MECHC_NU] = {0}, q[MECHC_NX];
         long unused = 0;
         mechc_scalar_place place;
         mechc_weakest weakest;
-        by[j] = MECHC_NEARBY * mechc_given_unit(span->given, MECHC_NQ + j);
-        mechc_displace(run->head.t, run->y, span->given, by, q);
-        if (mechc_close_loops(run->head.t, q, span->given, &place, &unused)
-            != MECHC_RUNNING)
-            continue;
+        by[j] = MECHC_NEARBY * mechc_given_unit(given, MECHC_NQ + j);
+        mechc_displace(run->head.t, run->y, given, by, q);
+        if (mechc_close_loops(run->head.t, q, given, &place, &unused) != MECHC_RUNNING) continue;
         mechc_weakest_of(&place, 0, &weakest);
         if (weakest.found > rank) rank = weakest.found;
     }
     return rank;
 }
-#endif
 
-#if MECHC_NH > 0
 /* Whether the conditioning at the start, that of the rows that count, shows that no row is
  * redundant.  Of n rows the least singular value is at most n^(1/2) 2^(n-1) times as small as what
  * is left of the last row in an elimination. */
@@ -58,15 +45,14 @@ MECHC_STATIC int mechc_shows_all_rows(const mechc_integration *run)
 /* Find the rows that are redundant everywhere; where more are, the start is a change point. */
 MECHC_RARE void mechc_find_rank(mechc_integration *run)
 {
-    const mechc_span span = {.given = &run->given};
     mechc_weakest weakest;
-    mechc_weakest_at(run->head.t, run->y, &span, 0, &weakest);
+    mechc_weakest_at(run->head.t, run->y, &run->given, 0, &weakest);
     run->monitor.rank = weakest.rank;
     if (weakest.found < MECHC_NH) {
-        const int generic = mechc_generic_rank(run, &span);
+        const int generic = mechc_generic_rank(run);
         /* where every row vanishes they may do so at this configuration alone, and none is beside */
         run->monitor.at_critical = weakest.found == 0 || generic > weakest.found;
-        if (generic > weakest.found) mechc_weakest_at(run->head.t, run->y, &span, generic, &weakest);
+        if (generic > weakest.found) mechc_weakest_at(run->head.t, run->y, &run->given, generic, &weakest);
         run->monitor.rank = weakest.rank;
     }
     run->conditioning = weakest.ratio;
@@ -223,19 +209,7 @@ MECHC_STATIC void mechc_path_of(const mechc_integration *run, const mechc_span *
         else path->open[i] = mechc_close_on_cubic(span, s, q);
     }
 }
-#endif
 
-#if MECHC_NH > 0
-/* The status of a run that gives up, and the gap that is the reason. */
-MECHC_STATIC int mechc_tell_why(mechc_integration *run)
-{
-    run->head.stats.critical_gap = fabs(run->decision.gap);
-    run->head.stats.critical_time = run->head.t;
-    return run->decision.why;
-}
-#endif
-
-#if MECHC_NH > 0
 /* Of the conditioning: below it a motion in contact is not followed; of its change over a step: a value
  * so much smaller may have been zero between the stages. */
 #define MECHC_POOR_IN_CONTACT 1e-3
@@ -279,7 +253,11 @@ MECHC_STATIC int mechc_examine_step(mechc_integration *run, double h, const doub
         stats->critical_gap = fabs(run->decision.gap);
         stats->critical_time = run->head.t;
     }
-    if (run->decision.action == MECHC_CANNOT_TELL) return mechc_tell_why(run);
+    if (run->decision.action == MECHC_CANNOT_TELL) {
+        stats->critical_gap = fabs(run->decision.gap); /* the reason */
+        stats->critical_time = run->head.t;
+        return run->decision.why;
+    }
     if (run->decision.action == MECHC_RETRY) {
         const int bridge = run->decision.bridge && !run->method->holds_crossing;
         run->monitor.tries++;

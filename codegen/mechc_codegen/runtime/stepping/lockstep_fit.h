@@ -1,10 +1,7 @@
 /* The conditions for runs to continue side by side: one method, far from critical configurations. */
 #pragma once
 
-#include "dynamics/scalar_stage.h"
-#include "run/integration.h"
 #include "run/method.h"
-#include "singularities/monitor.h"
 
 /* Conditioning, or in blocks sine and share, below which a run continues alone. */
 #define MECHC_LOCKSTEP_LOW 0.2

@@ -6,16 +6,6 @@
  */
 #pragma once
 
-#include "dynamics/scalar_stage.h"
-#include "run/dense_output.h"
-#include "run/integration.h"
-#include "run/trajectory.h"
-#include "run/turns.h"
-#include "singularities/critical.h"
-#include "singularities/crossing.h"
-#include "singularities/monitor.h"
-#include "singularities/span.h"
-#include "singularities/turned_rows.h"
 #include "stepping/crossings.h"
 
 /* Move of a coordinate, over its scale, in one piece. */
@@ -144,7 +134,7 @@ MECHC_STATIC int mechc_record_passages(mechc_integration *run, double h, const d
     mechc_scalar_place place;
     mechc_critical found;
     int status = MECHC_RUNNING;
-    mechc_place_at(span.t, span.start, span.given, &place);
+    mechc_scalar_locate_all(span.t, span.start, span.given, &place);
     const double reach = 4.0 * mechc_reach(&span, place.mass) / pieces;
     mechc_see_dense(run, &span, rows, 0.0, &seen[0]);
     for (int i = 1; i <= pieces && status == MECHC_RUNNING; i++) {

@@ -1,15 +1,6 @@
 /* The start of a run: options, scales and the first step. */
 #pragma once
 
-#include "abi/run.h"
-#include "singularities/generic_rank.h"
-#include "dynamics/project.h"
-#include "dynamics/scalar_stage.h"
-#include "run/integration.h"
-#include "run/method.h"
-#include "run/rates.h"
-#include "run/trajectory.h"
-#include "stepping/control.h"
 #include "stepping/crossings.h"
 #include "stepping/switches.h"
 
@@ -28,27 +19,23 @@ MECHC_STATIC void mechc_first_scale(mechc_integration *run, const double *scale)
         if (run->outer) run->scale[i] = mechc_max(run->scale[i], run->outer->sizes[i]);
         largest = mechc_max(largest, run->scale[i] / scale[i]);
     }
-    for (int i = MECHC_NQ; i < MECHC_NX; i++)
+    const double span = fabs(run->t1 - run->head.t);
+    for (int i = MECHC_NQ; i < MECHC_NX; i++) {
         run->scale[i] = mechc_max(run->scale[i], scale[i] * (largest > 0.0 ? MECHC_LEAST_SPEED * largest : 1.0));
+        /* a motion may rest until an input sets in, so speeds that within the span would not move anything
+         * by a thousandth of its unit say nothing about later speeds */
+        if (MECHC_NI > 0) run->scale[i] = mechc_max(run->scale[i], MECHC_LEAST_SPEED * scale[i] / span);
+    }
 }
 
 #if MECHC_NI > 0
-/* Widen the scales for inputs: a motion may rest until an input sets in, so speeds that within the
- * span would not move anything by a thousandth of its unit say nothing about later speeds. */
-MECHC_STATIC void mechc_widen_for_inputs(mechc_integration *run, const double *scale)
-{
-    const double span = fabs(run->t1 - run->head.t);
-    for (int i = MECHC_NQ; i < MECHC_NX; i++)
-        run->scale[i] = mechc_max(run->scale[i], MECHC_LEAST_SPEED * scale[i] / span);
-}
-
 /* Change the inputs at the time that the run has reached. */
 MECHC_STATIC void mechc_change_inputs(mechc_integration *run, const mechc_inputs *inputs)
 {
-    mechc_scalar_give_inputs(&run->given, 0, inputs);
+    run->given.inputs[0] = inputs;
     for (int i = 0; i < MECHC_METHODS; i++)
         if (run->work[i] && run->methods[i]->renew) run->methods[i]->renew(run);
-    mechc_forget_switches(run);
+    memset(run->switches.at_start, 0, sizeof run->switches.at_start); /* zeros at the state reached */
     run->regular = 0;
     run->head.status = mechc_rates_at(run, run->head.t, run->y, MECHC_RATE(run, 0));
 }
@@ -106,15 +93,6 @@ MECHC_STATIC void mechc_give_options(mechc_integration *run, const mechc_options
     mechc_give_at(options->t0, run->y, options->p, options->inputs, options->stop, &run->given);
 }
 
-/* Move the start onto the constraints; 0 if it is off them by more than allowed. */
-MECHC_STATIC int mechc_close_start(mechc_integration *run, const mechc_options *options)
-{
-    double moved[2], fastest = 1.0;
-    for (int i = MECHC_NQ; i < MECHC_NX; i++) fastest = mechc_max(fastest, fabs(run->y[i]));
-    mechc_project_state(options->t0, run->y, &run->given, moved);
-    return moved[0] <= options->allowed && moved[1] <= options->allowed * fastest;
-}
-
 /* Adopt the start with its parameters and inputs; 0 if it is refused.  Constants are computed again
  * only if it is moved. */
 MECHC_STATIC int mechc_take_start(mechc_integration *run, const mechc_options *options)
@@ -123,7 +101,10 @@ MECHC_STATIC int mechc_take_start(mechc_integration *run, const mechc_options *o
     memcpy(run->y, options->y0, sizeof run->y);
     if (closes) {
         mechc_give_options(run, options);
-        if (!mechc_close_start(run, options)) return 0;
+        double moved[2], fastest = 1.0;
+        for (int i = MECHC_NQ; i < MECHC_NX; i++) fastest = mechc_max(fastest, fabs(run->y[i]));
+        mechc_project_state(options->t0, run->y, &run->given, moved);
+        if (!(moved[0] <= options->allowed && moved[1] <= options->allowed * fastest)) return 0;
     }
     if (!run->outer) mechc_take_turns(run->y, run->turns);
     int moved = 0;
@@ -151,13 +132,12 @@ MECHC_STATIC void mechc_count_dense_rows(mechc_integration *run, int dense)
 MECHC_STATIC int mechc_finds_crossing(mechc_integration *run)
 {
     mechc_monitor *monitor = &run->monitor;
-    const mechc_span span = {.given = &run->given};
     mechc_scalar_place place;
     mechc_weakest weakest;
     if (run->conditioning >= MECHC_TOO_NEAR || MECHC_NC != MECHC_NH)
         return 0;
-    mechc_weakest_at(run->head.t, run->y, &span, monitor->rank, &weakest);
-    mechc_place_at(run->head.t, run->y, &run->given, &place);
+    mechc_weakest_at(run->head.t, run->y, &run->given, monitor->rank, &weakest);
+    mechc_scalar_locate_all(run->head.t, run->y, &run->given, &place);
     weakest.ratio = mechc_max(weakest.ratio, MECHC_TOO_NEAR); /* at a crossing it is rounding */
     const double reach = mechc_beside(&weakest, &place);
     if (!mechc_find_critical(run->head.t, run->y, &run->given, &weakest, reach,
@@ -231,9 +211,6 @@ MECHC_RARE void mechc_integration_start(mechc_run *head, const mechc_options *op
     }
 #endif
     mechc_first_scale(run, options->scale);
-#if MECHC_NI > 0
-    mechc_widen_for_inputs(run, options->scale);
-#endif
     run->step = options->first_step > 0.0 ? options->first_step : mechc_first_step(run);
 #if MECHC_NH > 0
     if (beside) mechc_leave_start(run);

@@ -6,21 +6,12 @@
  */
 #pragma once
 
-#include "run/integration.h"
 #include "run/method.h"
-#include "singularities/monitor.h"
 
 #define MECHC_STIFF 15 /* such steps, with fewer than MECHC_EASY others in a row between */
 #define MECHC_EASY 6
 #define MECHC_TRIAL 16     /* steps of the implicit method */
 #define MECHC_TRIAL_GROWS 4 /* the first of them, which do not count: they still grow */
-
-/* Work of one evaluation, over that of the rates of a single state: one of collocation is a lane of a
- * vector, which costs about two. */
-MECHC_STATIC double mechc_work_of_evaluation(const mechc_method *method)
-{
-    return method->number == MECHC_GAUSS8 ? 2.0 / MECHC_LANES : 1.0;
-}
 
 /* Begin measuring the pace at the end of this step. */
 MECHC_STATIC void mechc_start_pace(mechc_integration *run, double h)
@@ -29,19 +20,13 @@ MECHC_STATIC void mechc_start_pace(mechc_integration *run, double h)
     run->pace_rhs = run->head.stats.rhs_evaluations;
 }
 
-/* The progress per unit of work since then, to the end of this step. */
+/* The progress per unit of work since then, to the end of this step: over the rates of a single state an
+ * evaluation of collocation, a lane of a vector, costs about two lanes' part. */
 MECHC_STATIC double mechc_pace(const mechc_integration *run, double h)
 {
     const double made = (double)(run->head.stats.rhs_evaluations - run->pace_rhs);
-    return fabs(run->head.t + h - run->pace_t) / (made * mechc_work_of_evaluation(run->method));
-}
-
-/* Count a step on trial; at the end of the trial the slower method is dropped. */
-MECHC_STATIC void mechc_count_trial(mechc_integration *run, double h)
-{
-    run->trial--;
-    if (run->trial == MECHC_TRIAL - MECHC_TRIAL_GROWS) mechc_start_pace(run, h);
-    if (run->trial == 0 && mechc_pace(run, h) < run->pace) run->goes_back = 1;
+    const double work = run->method->number == MECHC_GAUSS8 ? 2.0 / MECHC_LANES : 1.0;
+    return fabs(run->head.t + h - run->pace_t) / (made * work);
 }
 
 /* Count an accepted step. */
@@ -50,7 +35,11 @@ MECHC_STATIC void mechc_watch_stiffness(mechc_integration *run, double h, const 
 {
     const mechc_method *method = run->method;
     if (!run->may_stiffen || run->current != method) return;
-    if (run->trial > 0 && method->number == MECHC_RADAU5) mechc_count_trial(run, h);
+    if (run->trial > 0 && method->number == MECHC_RADAU5) { /* at its end the slower method is dropped */
+        run->trial--;
+        if (run->trial == MECHC_TRIAL - MECHC_TRIAL_GROWS) mechc_start_pace(run, h);
+        if (run->trial == 0 && mechc_pace(run, h) < run->pace) run->goes_back = 1;
+    }
     if (!method->limited) return;
     if (MECHC_NH > 0 && run->monitor.first < MECHC_NARROW) return;
     const int limited = method->limited(run, h, end, error);

@@ -11,20 +11,25 @@
  */
 #pragma once
 
-#include "run/integration.h"
-#include "run/method.h"
 #include "stepping/control.h"
 
-#if MECHC_SWITCHES
 #define MECHC_SWITCH_NODES (MECHC_MOST_NODES + 1)
+#define MECHC_FIRST_FEATURE (MECHC_SWITCHES - MECHC_FEATURES)
 #define MECHC_SWITCH_PIECES 4        /* between two nodes, in which a sign is looked for */
 #define MECHC_SWITCH_NEAR 1e-3       /* of the step: the end is corrected by one step of Newton's method */
 #define MECHC_SWITCH_EXACT 3e-3      /* of rtol: of the step, off a zero */
 #define MECHC_SWITCH_SLOPE 1e-4      /* of the step, over which the slope at its end is a difference */
 #define MECHC_SWITCH_NOISE 64.0      /* roundings of the largest value that count as zero */
+#define MECHC_SWITCH_FEATURE 2.0     /* what the edges of a feature change by over it */
 #define MECHC_SWITCH_ATTEMPTS 12
 #define MECHC_SWITCH_ROW 16          /* steps in a row that end at zeros, within one that was planned */
 #define MECHC_SWITCH_REST 32         /* steps that are left to the pair, at first */
+
+/* Where in a step of any method they are evaluated: at the nodes of collocation. */
+MECHC_STATIC const mechc_nodes *mechc_switch_nodes(const mechc_integration *run)
+{
+    return &run->methods[MECHC_GAUSS8]->nodes;
+}
 
 /* A switching function along a step: the polynomial through its values, divided by the fraction of
  * the step where it vanishes at the start. */
@@ -168,20 +173,12 @@ MECHC_STATIC double mechc_switch_zero(const mechc_switch_curve *curve)
     return HUGE_VAL;
 }
 
-/* The slope of the polynomial at the step's end, per step. */
-MECHC_STATIC double mechc_switch_slope(const mechc_switch_curve *curve)
-{
-    const double before = mechc_switch_value(curve, 1.0 - MECHC_SWITCH_SLOPE);
-    return (curve->value[curve->last] - before) / MECHC_SWITCH_SLOPE;
-}
-
 MECHC_STATIC void mechc_switch_curve_of(const mechc_integration *run, double h, int which,
                                         const double *values, mechc_switch_curve *curve)
 {
-    const mechc_nodes *nodes = &run->current->nodes;
     curve->least = 2.0 * mechc_smallest_step(run) / fabs(h);
-    curve->at = nodes->at;
-    curve->last = nodes->count;
+    curve->at = mechc_switch_nodes(run)->at;
+    curve->last = mechc_switch_nodes(run)->count;
     curve->noise = MECHC_SWITCH_NOISE * DBL_EPSILON * run->switches.size[which];
     curve->first = run->switches.at_start[which] || fabs(values[0]) <= curve->noise;
     for (int i = curve->first; i <= curve->last; i++)
@@ -205,22 +202,63 @@ MECHC_STATIC double mechc_switch_of(mechc_integration *run, double h, int which,
     mechc_switches *switches = &run->switches;
     mechc_switch_curve curve;
     mechc_switch_curve_of(run, h, which, values, &curve);
-    const double zero = mechc_switch_zero(&curve), slope = mechc_switch_slope(&curve);
-    const double beyond = -curve.value[curve.last] / slope;
+    const double zero = mechc_switch_zero(&curve), last = curve.value[curve.last];
+    const double slope = (last - mechc_switch_value(&curve, 1.0 - MECHC_SWITCH_SLOPE)) / MECHC_SWITCH_SLOPE;
+    const double beyond = -last / slope;
     if (!(fabs(beyond) <= MECHC_SWITCH_NEAR && zero > 1.0 - MECHC_SWITCH_NEAR)) return zero;
     switches->at_end[which] = fabs(beyond) <= mechc_switch_exact(run, h, curve.noise, slope);
     return switches->at_end[which] ? HUGE_VAL : 1.0 + beyond;
 }
 
-/* The first zero among all functions. */
-MECHC_RARE double mechc_first_switch(mechc_integration *run, double h)
+#if MECHC_FEATURES
+/* Switching functions at the nodes of a step of a method that does not keep its path: along the cubic
+ * through states and rates of both ends. */
+MECHC_RARE void mechc_switches_of_cubic(const mechc_integration *run, double h, const double *end,
+                                        double *values)
 {
-    const int nodes = run->current->nodes.count + 1;
-    double values[MECHC_SWITCHES * MECHC_SWITCH_NODES], first = HUGE_VAL;
-    run->current->switching(run, h, values);
-    for (int k = 0; k < MECHC_SWITCHES; k++) {
+    const double *before = MECHC_RATE(run, 0), *after = MECHC_RATE(run, run->current->last_rate);
+    const mechc_nodes *nodes = mechc_switch_nodes(run);
+    for (int node = 0; node <= nodes->count; node++) {
+        const double s = nodes->at[node], rest = 1.0 - s;
+        double y[MECHC_NX], found[MECHC_SWITCHES];
+        for (int i = 0; i < MECHC_NX; i++) {
+            const double gain = end[i] - run->y[i];
+            y[i] = run->y[i] + s * gain
+                 + s * rest * (rest * (h * before[i] - gain) + s * (gain - h * after[i]));
+        }
+        mechc_scalar_output_switching(run->head.t + s * h, y, y + MECHC_NQ, &run->given, found);
+        for (int k = 0; k < MECHC_SWITCHES; k++) values[k * (nodes->count + 1) + node] = found[k];
+    }
+}
+#endif
+
+/* Whether the nodes of a step see a feature, since the step is no longer than it. */
+MECHC_STATIC int mechc_sees_feature(int which, const double *values, int count)
+{
+    double low = values[0], high = values[0];
+    if (which < MECHC_FIRST_FEATURE) return 0;
+    for (int i = 1; i < count; i++) {
+        low = mechc_min(low, values[i]);
+        high = mechc_max(high, values[i]);
+    }
+    return high - low <= MECHC_SWITCH_FEATURE;
+}
+
+/* The first zero among all functions; of a method that does not keep its path among features. */
+MECHC_RARE double mechc_first_switch(mechc_integration *run, double h, const double *end)
+{
+    const int nodes = mechc_switch_nodes(run)->count + 1;
+    double values[MECHC_AT_LEAST_ONE(MECHC_SWITCHES) * MECHC_SWITCH_NODES], first = HUGE_VAL;
+#if MECHC_FEATURES
+    if (!run->current->switching) mechc_switches_of_cubic(run, h, end, values);
+#else
+    (void)end;
+#endif
+    if (run->current->switching) run->current->switching(run, h, values);
+    for (int k = run->current->switching ? 0 : MECHC_FIRST_FEATURE; k < MECHC_SWITCHES; k++) {
         const double *own = values + k * nodes;
         double *size = &run->switches.size[k];
+        if (mechc_sees_feature(k, own, nodes)) continue;
         for (int i = 0; i < nodes; i++) *size = fmax(*size, fabs(own[i]));
         first = mechc_min(first, mechc_switch_of(run, h, k, own));
     }
@@ -260,39 +298,13 @@ MECHC_STATIC void mechc_leave_zero(mechc_integration *run)
     switches->row_t = run->head.t;
     switches->row_step = run->step;
 }
-#endif
-
-/* Whether the step to try is one that ends at a zero. */
-MECHC_STATIC int mechc_ends_at_switch(const mechc_integration *run)
-{
-#if MECHC_SWITCHES
-    return run->switches.cut > 0.0;
-#else
-    (void)run;
-    return 0;
-#endif
-}
-
-/* The step that ends at this zero; returns 1 if it is the last. */
-MECHC_STATIC int mechc_step_to_switch(const mechc_integration *run, double left, double *h)
-{
-#if MECHC_SWITCHES
-    *h = run->direction * mechc_min(run->switches.cut, left);
-    return run->switches.cut >= left;
-#else
-    (void)run, (void)left, (void)h;
-    return 0;
-#endif
-}
-
-#if MECHC_SWITCHES
 /* Cut a step that can be judged, if a function vanishes in it. */
-MECHC_RARE int mechc_cut_step(mechc_integration *run, double h, int good)
+MECHC_RARE int mechc_cut_step(mechc_integration *run, double h, const double *end, int good)
 {
     mechc_switches *switches = &run->switches;
-    const mechc_nodes *nodes = &run->current->nodes;
+    const mechc_nodes *nodes = mechc_switch_nodes(run);
     const double last = nodes->at[nodes->count - 1], length = fabs(h);
-    const double zero = mechc_first_switch(run, h);
+    const double zero = mechc_first_switch(run, h, end);
     const int clean = zero > last; /* all rates are of one form */
     if (good && zero == HUGE_VAL) return 0;
     if (++switches->refused > MECHC_SWITCH_ATTEMPTS) return mechc_leave_switches(run, h);
@@ -302,40 +314,26 @@ MECHC_RARE int mechc_cut_step(mechc_integration *run, double h, int good)
     run->head.stats.rejected++;
     return 1;
 }
-#endif
 
 /* Returns 1 if the step is to be tried again, since a switching function vanishes within it. */
-MECHC_STATIC int mechc_cut_at_switch(mechc_integration *run, double h, int status, double error)
+MECHC_STATIC int mechc_cut_at_switch(mechc_integration *run, double h, const double *end, int status,
+                                     double error)
 {
-#if MECHC_SWITCHES
     mechc_switches *switches = &run->switches;
+    if (!MECHC_SWITCHES) return 0;
     memset(switches->at_end, 0, sizeof switches->at_end);
     switches->cut = 0.0;
-    if (!run->current->switching || switches->unwatched) return 0;
-    if (status != MECHC_RUNNING && status != MECHC_NOT_CLOSED) return 0;
-    return mechc_cut_step(run, h, error <= run->allowed);
-#else
-    (void)run, (void)h, (void)status, (void)error;
-    return 0;
-#endif
-}
-
-/* Forget all zeros at the state reached, where the inputs change. */
-MECHC_STATIC void mechc_forget_switches(mechc_integration *run)
-{
-#if MECHC_SWITCHES
-    memset(run->switches.at_start, 0, sizeof run->switches.at_start);
-#else
-    (void)run;
-#endif
+    if (switches->unwatched || (!run->current->switching && !MECHC_FEATURES)) return 0;
+    if (status != MECHC_RUNNING && (status != MECHC_NOT_CLOSED || !run->current->switching)) return 0;
+    return mechc_cut_step(run, h, end, error <= run->allowed);
 }
 
 /* Accept a step: the next one begins where it ended. */
 MECHC_STATIC void mechc_pass_switches(mechc_integration *run)
 {
-#if MECHC_SWITCHES
     mechc_switches *switches = &run->switches;
     int ended = 0;
+    if (!MECHC_SWITCHES) return;
     for (int k = 0; k < MECHC_SWITCHES; k++) ended |= switches->at_end[k];
     memcpy(switches->at_start, switches->at_end, sizeof switches->at_start);
     if (ended) mechc_leave_zero(run);
@@ -346,7 +344,4 @@ MECHC_STATIC void mechc_pass_switches(mechc_integration *run)
         && fabs(run->head.t - switches->row_t) < switches->row_step)
         mechc_leave_switches(run, run->step);
     switches->planned = 0.0;
-#else
-    (void)run;
-#endif
 }

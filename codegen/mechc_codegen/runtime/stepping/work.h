@@ -6,11 +6,6 @@
  */
 #pragma once
 
-#include "dynamics/scalar_stage.h"
-#include "run/integration.h"
-#include "run/method.h"
-#include "singularities/critical.h"
-#include "singularities/span.h"
 #include "stepping/control.h"
 
 #define MECHC_WORK_MOVE 1e-5  /* scales, over which the rate of M is a difference */
@@ -30,7 +25,7 @@ MECHC_STATIC double mechc_kinetic_after(const mechc_integration *run, double t, 
     double q[MECHC_NQ], twice = 0.0;
     mechc_scalar_place place;
     for (int i = 0; i < MECHC_NQ; i++) q[i] = y[i] + time * rates[i];
-    mechc_place_at(t + time, q, &run->given, &place);
+    mechc_scalar_locate_all(t + time, q, &run->given, &place);
     for (int i = 0; i < MECHC_NU; i++) {
         momenta[i] = mechc_dot(place.mass + i * MECHC_NU, y + MECHC_NQ, MECHC_NU);
         twice += y[MECHC_NQ + i] * momenta[i];

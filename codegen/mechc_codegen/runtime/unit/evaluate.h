@@ -7,7 +7,6 @@
 #include "dynamics/stage.h"
 #include "scene_program.h"
 #include "unit/jacobians.h"
-#include "unit/solved.h"
 #include "simd/unbind.h"
 #include "simd/transpose.h"
 
@@ -17,27 +16,21 @@ typedef void mechc_vector_output(mechc_vector t, const mechc_vector *q, const me
 MECHC_ONCE void mechc_gather(mechc_rows rows, ptrdiff_t first, ptrdiff_t count, int width,
                              mechc_vector *out)
 {
-    for (int i = 0; i < width; i++) {
-        double column[MECHC_LANES];
-        for (int lane = 0; lane < MECHC_LANES; lane++) {
-            const ptrdiff_t row = first + (first + lane < count ? lane : count - 1 - first);
-            column[lane] = rows.data[row * rows.stride + i];
-        }
-        memcpy(&out[i], column, sizeof column);
-    }
+    const int some = count - first < MECHC_LANES ? (int)(count - first) : MECHC_LANES;
+    mechc_fill_from(rows.data + first * rows.stride, rows.stride, some, width, out);
 }
 
 /* Evaluate blocks of states; inlined where `f` and `width` are constants. */
 MECHC_INLINE void mechc_evaluate_blocks(mechc_vector_output *f, int width, ptrdiff_t count,
                                         mechc_rows t, mechc_rows y, mechc_rows p,
-                                        const mechc_inputs *inputs, double *out)
+                                        const mechc_inputs *inputs, mechc_rows forces,
+                                        double *out)
 {
-    mechc_vector time[1], state[MECHC_NX], values[MECHC_AT_LEAST_ONE(MECHC_WIDEST)];
+    mechc_vector time[1], state[MECHC_NX], values[MECHC_AT_LEAST_ONE(MECHC_WIDEST)], added[MECHC_NU];
     mechc_vector_given given;
     if (count < 1) return;
     mechc_gather(t, 0, count, 1, time);
-    for (int lane = 0; lane < MECHC_LANES; lane++)
-        mechc_vector_give_inputs(&given, lane, inputs);
+    for (int lane = 0; lane < MECHC_LANES; lane++) given.inputs[lane] = inputs;
     mechc_gather(p, 0, count, MECHC_NP, given.p);
     mechc_vector_make_constants(&given);
     for (ptrdiff_t first = 0; first < count; first += MECHC_LANES) {
@@ -49,14 +42,12 @@ MECHC_INLINE void mechc_evaluate_blocks(mechc_vector_output *f, int width, ptrdi
         if (first > 0 && t.stride) mechc_gather(t, first, count, 1, time);
         if (whole) mechc_gather_block(y.data + first * y.stride, y.stride, MECHC_NX, state);
         else mechc_gather(y, first, count, MECHC_NX, state);
-        f(time[0], state, state + MECHC_NQ, &given, values);
-        if (whole) {
-            mechc_scatter_block(values, width, out + first * width);
-        } else {
-            double block[MECHC_LANES * MECHC_AT_LEAST_ONE(MECHC_WIDEST)];
-            mechc_scatter_block(values, width, block);
-            memcpy(out + first * width, block, (size_t)((count - first) * width) * sizeof(double));
+        if (forces.data) {
+            mechc_gather(forces, first, count, MECHC_NU, added);
+            given.forces = added;
         }
+        f(time[0], state, state + MECHC_NQ, &given, values);
+        mechc_empty_lanes(values, whole ? MECHC_LANES : (int)(count - first), width, out + first * width);
     }
 }
 
@@ -68,18 +59,33 @@ MECHC_INLINE void mechc_vector_output_rates(mechc_vector t, const mechc_vector *
     mechc_vector_rates(t, q, given, out);
 }
 
+/* The rates with further forces. */
+MECHC_RARE_ONCE void mechc_vector_output_forced_rates(mechc_vector t, const mechc_vector *q,
+                                                      const mechc_vector *u,
+                                                      const mechc_vector_given *given,
+                                                      mechc_vector *out)
+{
+    mechc_vector_place place;
+    mechc_vector_coordinate_rates_of(t, q, u, given, out);
+    mechc_vector_solve(t, q, u, given, &place, out + MECHC_NQ, 0);
+}
+
 /* Evaluate any output but the rates; compiled once for all of them. */
 MECHC_ONCE void mechc_evaluate_by(mechc_vector_output *f, int width, ptrdiff_t count,
                                   mechc_rows t, mechc_rows y, mechc_rows p,
-                                  const mechc_inputs *inputs, double *out)
+                                  const mechc_inputs *inputs, mechc_rows forces, double *out)
 {
-    mechc_evaluate_blocks(f, width, count, t, y, p, inputs, out);
+    mechc_evaluate_blocks(f, width, count, t, y, p, inputs, forces, out);
 }
 
-#define MECHC_EVALUATE(label, width, ...) \
-    if (mechc_vector_output_##label == mechc_vector_output_rates) \
-        mechc_evaluate_blocks(mechc_vector_output_rates, width, __VA_ARGS__); \
-    else \
-        mechc_evaluate_by(mechc_vector_output_##label, width, __VA_ARGS__)
+#define MECHC_EVALUATE(label, width, count, t, y, p, inputs, forces, out)                         \
+    if (mechc_vector_output_##label != mechc_vector_output_rates)                                 \
+        mechc_evaluate_by(mechc_vector_output_##label, width, count, t, y, p, inputs, forces, out); \
+    else if (forces.data)                                                                         \
+        mechc_evaluate_by(mechc_vector_output_forced_rates, width, count, t, y, p, inputs, forces, \
+                          out);                                                                   \
+    else                                                                                          \
+        mechc_evaluate_blocks(mechc_vector_output_rates, width, count, t, y, p, inputs,           \
+                              MECHC_NO_FORCES, out)
 #include "unit/outputs.h"
 #undef MECHC_EVALUATE

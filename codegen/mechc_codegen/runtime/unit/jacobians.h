@@ -1,4 +1,5 @@
-/* Jacobians of the motion, and of outputs that contain it; generic over `real`. */
+/* Outputs that hold accelerations, multipliers or their derivatives: the motion is solved first.  Jacobians
+ * of the motion, and of outputs that contain it.  Generic over `real`. */
 #include "simd/real.h"
 #if R_VECTOR ? !defined MECHC_JACOBIANS_VECTOR : !defined MECHC_JACOBIANS_SCALAR
 #if R_VECTOR
@@ -8,8 +9,50 @@
 #endif
 #include "dynamics/stage.h"
 #include "scene_program.h"
-#include "unit/solved.h"
 #include "variational/respond.h"
+
+/* Add what further forces change: M du' + J^T dlambda = forces, J du' = 0. */
+MECHC_RARE_ONCE void FN(add_forces)(const FN(place) *place, const real *forces, real *accelerations,
+                                    real *multipliers)
+{
+    real residual[MECHC_MOTION], change[MECHC_MOTION];
+    for (int i = 0; i < MECHC_NU; i++) residual[i] = -forces[i];
+    for (int i = MECHC_NU; i < MECHC_MOTION; i++) residual[i] = R(0.0);
+    FN(respond_with)(place, residual, 1, multipliers != 0, change);
+    for (int i = 0; i < MECHC_NU; i++) accelerations[i] += change[i];
+    for (int i = 0; multipliers && i < MECHC_NC; i++) multipliers[i] += change[MECHC_NU + i];
+}
+
+/* Solve the motion, one copy for all outputs that need it; multipliers may be NULL. */
+MECHC_ONCE void FN(solve)(real t, const real *q, const real *u, const FN(given) *given,
+                          FN(place) *place, real *accelerations, real *multipliers)
+{
+    FN(locate)(t, q, given, place);
+    FN(accelerate)(t, q, u, given, place, accelerations, multipliers);
+    if (given->forces) FN(add_forces)(place, given->forces, accelerations, multipliers);
+}
+
+#if MECHC_NC > 0
+MECHC_INLINE void FN(output_multipliers)(real t, const real *q, const real *u,
+                                         const FN(given) *given, real *out)
+{
+    FN(place) place;
+    real accelerations[MECHC_NU];
+    FN(solve)(t, q, u, given, &place, accelerations, out);
+}
+#endif
+
+#define MECHC_DEFINE_SOLVED(label, name, width)                                                   \
+    MECHC_INLINE void FN(output_##label)(real t, const real *q, const real *u,                    \
+                                         const FN(given) *given, real *out)                       \
+    {                                                                                             \
+        FN(place) place;                                                                          \
+        real accelerations[MECHC_NU], multipliers[MECHC_AT_LEAST_ONE(MECHC_NC)];                  \
+        FN(solve)(t, q, u, given, &place, accelerations, multipliers);                            \
+        FN(solved_##label)(t, q, u, given, accelerations, multipliers, out);                      \
+    }
+MECHC_SOLVED_OUTPUTS(MECHC_DEFINE_SOLVED)
+#undef MECHC_DEFINE_SOLVED
 
 #if MECHC_STATE_JACOBIAN || MECHC_PARAMETER_JACOBIAN
 MECHC_ONCE void FN(respond)(const FN(place) *place, const real *residual, int columns, real *out)
@@ -43,6 +86,7 @@ MECHC_ONCE void FN(follow)(const real *partials, const real *response, int colum
         FN(solved_residual_##by)(t, q, u, given, a, l, residual);                                 \
         FN(respond)(&place, residual, columns, response);                                         \
     }
+#if MECHC_OWN > 0
 #define MECHC_DEFINE_OWN(name, by, columns)                                                       \
     MECHC_INLINE void FN(output_own_##name)(real t, const real *q, const real *u,                 \
                                             const FN(given) *given, real *out)                    \
@@ -53,61 +97,40 @@ MECHC_ONCE void FN(follow)(const real *partials, const real *response, int colum
         FN(solved_own_##by)(t, q, u, given, a, l, own);                                           \
         FN(follow)(own, response, columns, out);                                                  \
     }
-
-#if MECHC_STATE_JACOBIAN
-MECHC_DEFINE_RESPONSE(by_state, MECHC_NQ + MECHC_NU)
-
-MECHC_INLINE void FN(output_state_jacobian)(real t, const real *q, const real *u,
-                                            const FN(given) *given, real *out)
-{
-    const int columns = MECHC_NQ + MECHC_NU;
-    real a[MECHC_NU], l[MECHC_AT_LEAST_ONE(MECHC_NC)];
-    real response[MECHC_MOTION * (MECHC_NQ + MECHC_NU)];
-#if MECHC_IDENTITY_KINEMATICS
-    for (int i = 0; i < MECHC_NQ * columns; i++)
-        out[i] = R(i % columns == MECHC_NQ + i / columns);
 #else
-    FN(output_rate_by_state)(t, q, u, given, out);
-#endif
-    FN(response_by_state)(t, q, u, given, a, l, response);
-    for (int i = 0; i < MECHC_NU * columns; i++) out[MECHC_NQ * columns + i] = response[i];
-}
-#if MECHC_OWN > 0
-MECHC_DEFINE_OWN(state_jacobian, by_state, MECHC_NQ + MECHC_NU)
-#endif
+#define MECHC_DEFINE_OWN(name, by, columns)
 #endif
 
-/* By anything that is no state: the rows of q' = u vanish. */
+/* The rows of q' by columns of which those from `first` on are the speeds: q' = u. */
 #if MECHC_IDENTITY_KINEMATICS
-#define MECHC_RATES_BY(by, columns) \
-    for (int i = 0; i < MECHC_NQ * (columns); i++) out[i] = R(0.0)
+#define MECHC_RATES_BY(by, columns, first)                                                        \
+    for (int i = 0; i < MECHC_NQ; i++)                                                            \
+        for (int k = 0; k < (columns); k++) out[i * (columns) + k] = R(k == (first) + i)
 #else
-#define MECHC_RATES_BY(by, columns) FN(output_rate_##by)(t, q, u, given, out)
+#define MECHC_RATES_BY(by, columns, first) FN(output_rate_##by)(t, q, u, given, out)
 #endif
-#define MECHC_DEFINE_JACOBIAN(name, by, columns)                                                  \
+#define MECHC_DEFINE_JACOBIAN(name, by, columns, first)                                           \
     MECHC_DEFINE_RESPONSE(by, columns)                                                            \
     MECHC_INLINE void FN(output_##name)(real t, const real *q, const real *u,                     \
                                         const FN(given) *given, real *out)                        \
     {                                                                                             \
         real a[MECHC_NU], l[MECHC_AT_LEAST_ONE(MECHC_NC)], response[MECHC_MOTION * (columns)];    \
         real *const of_speeds = out + MECHC_NQ * (columns);                                       \
-        MECHC_RATES_BY(by, columns);                                                              \
+        MECHC_RATES_BY(by, columns, first);                                                       \
         FN(response_##by)(t, q, u, given, a, l, response);                                        \
         for (int i = 0; i < MECHC_NU * (columns); i++) of_speeds[i] = response[i];                \
-    }
+    }                                                                                             \
+    MECHC_DEFINE_OWN(name, by, columns)
 
+#if MECHC_STATE_JACOBIAN
+MECHC_DEFINE_JACOBIAN(state_jacobian, by_state, MECHC_NX, MECHC_NQ)
+#endif
+/* By anything that is no state: no column is a speed. */
 #if MECHC_PARAMETER_JACOBIAN
-MECHC_DEFINE_JACOBIAN(parameter_jacobian, by_parameters, MECHC_NP)
-#if MECHC_OWN > 0
-MECHC_DEFINE_OWN(parameter_jacobian, by_parameters, MECHC_NP)
+MECHC_DEFINE_JACOBIAN(parameter_jacobian, by_parameters, MECHC_NP, MECHC_NP)
 #endif
-#endif
-
 #if MECHC_INPUT_JACOBIAN /* only where that by the state is asked for */
-MECHC_DEFINE_JACOBIAN(input_jacobian, by_inputs, MECHC_NI)
-#if MECHC_OWN > 0
-MECHC_DEFINE_OWN(input_jacobian, by_inputs, MECHC_NI)
-#endif
+MECHC_DEFINE_JACOBIAN(input_jacobian, by_inputs, MECHC_NI, MECHC_NI)
 #endif
 #undef MECHC_RATES_BY
 #undef MECHC_DEFINE_JACOBIAN

@@ -1,6 +1,6 @@
 /* Every output of the scene as a function of many states, and the list of them.
  *
- * The including file has defined MECHC_EVALUATE(label, width, count, t, y, p, inputs, out).
+ * The including file has defined MECHC_EVALUATE(label, width, count, t, y, p, inputs, forces, out).
  */
 #pragma once
 
@@ -10,9 +10,10 @@
 #ifdef MECHC_EVALUATE
 #define MECHC_DEFINE_OUTPUT(label, name, width)                                                  \
     static void mechc_evaluate_##label(ptrdiff_t count, mechc_rows t, mechc_rows y,              \
-                                       mechc_rows p, const mechc_inputs *inputs, double *out)    \
+                                       mechc_rows p, const mechc_inputs *inputs,                 \
+                                         mechc_rows forces, double *out)                          \
     {                                                                                            \
-        MECHC_EVALUATE(label, width, count, t, y, p, inputs, out);                               \
+        MECHC_EVALUATE(label, width, count, t, y, p, inputs, forces, out);                       \
     }
 MECHC_OUTPUTS(MECHC_DEFINE_OUTPUT)
 MECHC_SOLVED_OUTPUTS(MECHC_DEFINE_OUTPUT)

@@ -21,12 +21,13 @@ static void mechc_plain_rates(double t, const double *y, const mechc_given *give
 
 MECHC_ONCE void mechc_plain_evaluate(mechc_scalar_output *f, int width, ptrdiff_t count,
                                      mechc_rows t, mechc_rows y, mechc_rows p,
-                                     const mechc_inputs *inputs, double *out)
+                                     const mechc_inputs *inputs, mechc_rows forces, double *out)
 {
     mechc_scalar_given given;
     for (ptrdiff_t i = 0; i < count; i++) {
         const double *state = y.data + i * y.stride;
         if (i == 0 || p.stride) mechc_give(p.data + i * p.stride, inputs, &given);
+        given.forces = forces.data ? forces.data + i * forces.stride : 0;
         f(t.data[i * t.stride], state, state + MECHC_NQ, &given, out + i * width);
     }
 }
@@ -47,6 +48,7 @@ __attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, M
     .lanes = MECHC_UNIT_LANES, /* of the parts that follow */
     .output_count = (int)(sizeof mechc_output_list / sizeof mechc_output_list[0]),
     .outputs = mechc_output_list,
+    .identity_kinematics = MECHC_IDENTITY_KINEMATICS,
     .given_size = sizeof(mechc_scalar_given),
     .give = mechc_plain_give,
     .rates = mechc_plain_rates,

@@ -5,7 +5,6 @@
 #include "dynamics/stage.h"
 #include "scene_program.h"
 #include "unit/jacobians.h"
-#include "unit/solved.h"
 #include "simd/unbind.h"
 #include "simd/lanes.h"
 

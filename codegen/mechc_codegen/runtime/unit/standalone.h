@@ -1,19 +1,18 @@
 /* A scene as plain C: what an exported file offers, for one state at a time.
  *
  * The exported file declares it in its own header, where MECHC_PUBLIC(name) is a public name and
- * mechc_standalone the type of a model: parameters, constants made of them, values of inputs. */
+ * mechc_standalone the type of a model: parameters, constants made of them, values of inputs.
+ * MECHC_COMPLETE(p) calculates the parameters that follow others and were not set. */
 #pragma once
 
 #include <string.h>
-#include "abi/codes.h"
-#include "abi/inputs.h"
 #include "singularities/generic_rank.h"
-#include "dynamics/project.h"
 #include "unit/assemble.h"
 #include "unit/scalar_outputs.h"
 
 #ifndef MECHC_PUBLIC
 #define MECHC_PUBLIC(name) mechc_standalone_##name
+#define MECHC_COMPLETE(p) ((void)(p)) /* they are given complete */
 typedef struct {
     double p[MECHC_AT_LEAST_ONE(MECHC_NP)], k[MECHC_CONSTANTS];
     double inputs[MECHC_AT_LEAST_ONE(MECHC_NI)];
@@ -63,8 +62,9 @@ MECHC_STATIC void mechc_give_standalone(const mechc_standalone *model, mechc_hel
     held->model = model;
     memcpy(given->p, model->p, sizeof given->p);
     memcpy(given->k, model->k, sizeof given->k);
-    mechc_scalar_give_inputs(given, 0, &held->head);
-    mechc_scalar_give_stop(given, 0);
+    given->inputs[0] = &held->head;
+    given->stop = 0;
+    given->forces = 0;
 }
 
 MECHC_STATIC int mechc_all_finite(const double *values, int count)
@@ -78,10 +78,13 @@ int MECHC_PUBLIC(set)(mechc_standalone *model, const double *p, double t, const 
 {
     mechc_held held = {{mechc_held_values, 0}, model->inputs, model};
     mechc_scalar_given given;
+    double complete[MECHC_AT_LEAST_ONE(MECHC_NP)] = {0.0};
+    for (int i = 0; i < MECHC_NP; i++) complete[i] = p[i];
+    MECHC_COMPLETE(complete);
     for (int i = 0; i < MECHC_NI; i++) model->inputs[i] = 0.0;
     model->drive = 0;
     model->data = 0;
-    mechc_give_at(t, y, p, &held.head, 0, &given);
+    mechc_give_at(t, y, complete, &held.head, 0, &given);
     memcpy(model->p, given.p, sizeof given.p);
     memcpy(model->k, given.k, sizeof given.k);
     return mechc_all_finite(given.p, MECHC_NP) ? MECHC_RUNNING : MECHC_NOT_FINITE;

@@ -3,8 +3,6 @@
 #pragma once
 
 #include "abi/model.h"
-#include "abi/run.h"
-#include "dynamics/scalar_stage.h"
 #include "methods/methods.h"
 #if MECHC_HAS(DRIVER)
 #include "singularities/generic_rank.h"
@@ -22,7 +20,6 @@
 #endif
 #if MECHC_HAS(DERIVATIVES) && MECHC_VARIATIONAL
 #include "adjoint/covary.h"
-#include "variational/project_columns.h"
 #endif
 
 #if MECHC_HAS(OUTPUTS)

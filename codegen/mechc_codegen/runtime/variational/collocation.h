@@ -53,7 +53,7 @@ MECHC_STATIC void mechc_radau_rule(mechc_rule *rule)
         const int row = a < MECHC_RADAU_STAGES ? a + 1 : MECHC_RADAU_STAGES;
         rule->nodes[a] = mechc_radau5_nodes[row];
         for (int b = 0; b < MECHC_RADAU_STAGES; b++)
-            rule->first[a][b] = mechc_radau5_matrix[row * MECHC_MOST_RATES + b + 1];
+            rule->first[a][b] = mechc_radau5_matrix[row][b + 1];
     }
     for (int a = 0; a <= MECHC_RADAU_STAGES; a++) /* as its stages, first order in q too */
         for (int b = 0; b < MECHC_RADAU_STAGES; b++) {
@@ -142,21 +142,30 @@ MECHC_INLINE int mechc_eliminate(mechc_vector **rows, int size, int own, int wid
     return exchange || growth <= MECHC_GROWTH;
 }
 
-/* The equations of the unknown rates of all stages; `nq`: coordinates where q' = u, else 0. */
-MECHC_INLINE void mechc_stage_equations(const mechc_rule *rule, int stages, const mechc_nodes_at_hand *nodes,
-                                        double h, int nq, const mechc_directions *d, int width,
-                                        const mechc_vector *start, int own, mechc_vector *room,
-                                        mechc_vector **rows)
+/* The linear equations of one step: unknown are the rates at its stages from component nq on, `size` of each;
+ * nq: coordinates where q' = u is integrated twice, else 0. */
+typedef struct {
+    const mechc_rule *rule;
+    const mechc_nodes_at_hand *nodes;
+    const mechc_directions *d;
+    double h;
+    int stages, nq, size, width;
+} mechc_step_equations;
+
+MECHC_INLINE void mechc_stage_equations(const mechc_step_equations *e, const mechc_vector *start, int own,
+                                        mechc_vector *room, mechc_vector **rows)
 {
-    const int size = MECHC_NX - nq, stride = own + width;
-    for (int a = 0; a < stages; a++)
+    const mechc_rule *rule = e->rule;
+    const int nq = e->nq, size = e->size, width = e->width, stride = own + width;
+    const double h = e->h;
+    for (int a = 0; a < e->stages; a++)
         for (int i = 0; i < size; i++) {
-            const double *block = nodes->slopes + a * d->block;
+            const double *block = e->nodes->slopes + a * e->d->block;
             const double *slopes = block + (nq + i) * MECHC_NX;
             mechc_vector *row = rows[a * size + i] = room + (a * size + i) * stride;
             double *entries = (double *)row;
             row[own - 1] = mechc_spread(0.0);
-            for (int b = 0; b < stages; b++) {
+            for (int b = 0; b < e->stages; b++) {
                 const double once = h * rule->first[a][b], twice = h * h * rule->second[a][b];
                 for (int k = 0; k < size; k++)
                     entries[b * size + k] =
@@ -173,56 +182,51 @@ MECHC_INLINE void mechc_stage_equations(const mechc_rule *rule, int stages, cons
 }
 
 /* Columns at node a (the end: a = stages) from the rates of the stages, a vector of them. */
-MECHC_INLINE void mechc_node_columns(const mechc_rule *rule, int stages, double h, int nq, int a, int width,
-                                     const mechc_vector *start, mechc_vector *const *rows,
-                                     int place, mechc_vector *columns)
+MECHC_INLINE void mechc_node_columns(const mechc_step_equations *e, int a, const mechc_vector *start,
+                                     mechc_vector *const *rows, int place, mechc_vector *columns)
 {
-    const int size = MECHC_NX - nq;
+    const mechc_rule *rule = e->rule;
+    const int nq = e->nq, size = e->size, width = e->width;
+    const double h = e->h;
     for (int k = 0; k < MECHC_NX; k++) columns[k] = start[k * width];
     for (int k = 0; k < nq; k++) columns[k] += h * rule->nodes[a] * start[(nq + k) * width];
-    for (int b = 0; b < stages; b++) {
+    for (int b = 0; b < e->stages; b++) {
         const double once = h * rule->first[a][b], twice = h * h * rule->second[a][b];
-        for (int k = 0; k < size; k++)
-            columns[nq + k] += once * rows[b * size + k][place];
+        for (int k = 0; k < size; k++) columns[nq + k] += once * rows[b * size + k][place];
         for (int k = 0; k < nq; k++) columns[k] += twice * rows[b * size + k][place];
     }
 }
 
 /* Set up and solve the equations; 0 if they are singular. */
-MECHC_INLINE int mechc_solve_nodes(const mechc_rule *rule, int stages, const mechc_nodes_at_hand *nodes,
-                                   double h, int nq, const mechc_directions *d, int width,
-                                   const mechc_vector *start, int own, mechc_vector *room,
-                                   mechc_vector **rows)
+MECHC_INLINE int mechc_solve_nodes(const mechc_step_equations *e, const mechc_vector *start, int own,
+                                   mechc_vector *room, mechc_vector **rows)
 {
-    const int size = stages * (MECHC_NX - nq);
-    mechc_stage_equations(rule, stages, nodes, h, nq, d, width, start, own, room, rows);
-    if (stages == MECHC_STAGES && mechc_eliminate(rows, size, own, own + width, 0)) return 1;
-    mechc_stage_equations(rule, stages, nodes, h, nq, d, width, start, own, room, rows);
-    return mechc_eliminate(rows, size, own, own + width, 1);
+    const int size = e->stages * e->size;
+    mechc_stage_equations(e, start, own, room, rows);
+    if (e->stages == MECHC_STAGES && mechc_eliminate(rows, size, own, own + e->width, 0)) return 1;
+    mechc_stage_equations(e, start, own, room, rows);
+    return mechc_eliminate(rows, size, own, own + e->width, 1);
 }
 
 /* One step: start and end are (NX, width) vectors; rates: S' at the stages, or NULL. */
-MECHC_INLINE int mechc_collocate_as(const mechc_rule *rule, int stages, const mechc_nodes_at_hand *nodes,
-                                    double h, int nq, const mechc_directions *d, int width,
-                                    const double *tangent, const mechc_vector *start,
-                                    mechc_vector *room, mechc_vector **rows, mechc_vector *end,
-                                    double *rates)
+MECHC_INLINE int mechc_collocate_as(const mechc_step_equations *e, const double *tangent,
+                                    const mechc_vector *start, mechc_vector *room, mechc_vector **rows,
+                                    mechc_vector *end, double *rates)
 {
-    const int size = MECHC_NX - nq;
-    const int own = (stages * size + MECHC_LANES - 1) / MECHC_LANES;
-    const int whole = mechc_solve_nodes(rule, stages, nodes, h, nq, d, width, start, own, room, rows);
+    const int nq = e->nq, size = e->size, width = e->width, columns = e->d->columns;
+    const int own = (e->stages * size + MECHC_LANES - 1) / MECHC_LANES;
+    const int whole = mechc_solve_nodes(e, start, own, room, rows);
     for (int v = 0; v < width; v++) {
         mechc_vector at[MECHC_NX];
-        const int left = d->columns - v * MECHC_LANES;
-        const int some = left < MECHC_LANES ? left : MECHC_LANES;
-        for (int a = 0; rates && a < stages; a++) {
-            double *to = rates + a * MECHC_NX * d->columns + v * MECHC_LANES;
-            if (nq) mechc_node_columns(rule, stages, h, nq, a, width, start + v, rows, own + v, at);
-            for (int k = 0; k < nq; k++) mechc_unpad(at + nq + k, some, to + k * d->columns);
+        const int left = columns - v * MECHC_LANES, some = left < MECHC_LANES ? left : MECHC_LANES;
+        for (int a = 0; rates && a < e->stages; a++) {
+            double *to = rates + a * MECHC_NX * columns + v * MECHC_LANES;
+            if (nq) mechc_node_columns(e, a, start + v, rows, own + v, at);
+            for (int k = 0; k < nq; k++) mechc_unpad(at + nq + k, some, to + k * columns);
             for (int k = 0; k < size; k++)
-                mechc_unpad(rows[a * size + k] + own + v, some, to + (nq + k) * d->columns);
+                mechc_unpad(rows[a * size + k] + own + v, some, to + (nq + k) * columns);
         }
-        mechc_node_columns(rule, stages, h, nq, stages, width, start + v, rows, own + v, at);
+        mechc_node_columns(e, e->stages, start + v, rows, own + v, at);
         mechc_onto_tangent(tangent, width, v, at);
         for (int k = 0; k < MECHC_NX; k++) end[k * width + v] = at[k];
     }
@@ -231,27 +235,23 @@ MECHC_INLINE int mechc_collocate_as(const mechc_rule *rule, int stages, const me
 
 /* Sizes that are usual are constants. */
 #define MECHC_COLLOCATE(name, stages, nq, width)                                                  \
-    MECHC_ONCE int name(const mechc_rule *rule, const mechc_nodes_at_hand *nodes, double h,       \
-                        const mechc_directions *d, const double *tangent,                         \
+    MECHC_ONCE int name(const mechc_step_equations *of, const double *tangent,                    \
                         const mechc_vector *start, mechc_vector *room, mechc_vector **rows,       \
                         mechc_vector *end, double *rates)                                         \
     {                                                                                             \
-        return mechc_collocate_as(rule, stages, nodes, h, nq, d, width, tangent, start, room,     \
-                                  rows, end, rates);                                              \
+        const mechc_step_equations e = {of->rule, of->nodes,      of->d, of->h,                   \
+                                        stages,   nq, MECHC_NX - (nq), width};                    \
+        return mechc_collocate_as(&e, tangent, start, room, rows, end, rates);                    \
     }
-MECHC_COLLOCATE(mechc_collocate_any, rule->stages, 0, d->width)
+MECHC_COLLOCATE(mechc_collocate_any, of->rule->stages, 0, of->d->width)
 #if MECHC_IDENTITY_KINEMATICS
-MECHC_COLLOCATE(mechc_collocate_twice, rule->stages, MECHC_NQ, d->width)
+MECHC_COLLOCATE(mechc_collocate_twice, of->rule->stages, MECHC_NQ, of->d->width)
 #if MECHC_NU * MECHC_LANES <= 64
 MECHC_COLLOCATE(mechc_collocate_1, MECHC_STAGES, MECHC_NQ, 1)
 MECHC_COLLOCATE(mechc_collocate_2, MECHC_STAGES, MECHC_NQ, 2)
 #endif
 #endif
 #undef MECHC_COLLOCATE
-
-typedef int mechc_collocating(const mechc_rule *, const mechc_nodes_at_hand *, double,
-                              const mechc_directions *, const double *, const mechc_vector *,
-                              mechc_vector *, mechc_vector **, mechc_vector *, double *);
 
 /* Whether accelerations are integrated twice: by Gauss's stages, projected afterwards, not by
  * Radau's. */
@@ -260,17 +260,21 @@ MECHC_INLINE int mechc_integrates_twice(const mechc_rule *rule, int kept)
     return MECHC_IDENTITY_KINEMATICS && (rule->stages == MECHC_STAGES || !kept);
 }
 
-MECHC_INLINE mechc_collocating *mechc_collocation_of(const mechc_rule *rule, int kept, int width)
+MECHC_STATIC int mechc_collocate(const mechc_step_equations *of, const double *tangent,
+                                 const mechc_vector *start, mechc_vector *room, mechc_vector **rows,
+                                 mechc_vector *end, double *rates)
 {
 #if MECHC_IDENTITY_KINEMATICS
 #if MECHC_NU * MECHC_LANES <= 64
-    const int gauss = rule->stages == MECHC_STAGES;
-    if (gauss && width == 1) return mechc_collocate_1;
-    if (gauss && width == 2) return mechc_collocate_2;
+    const int gauss = of->rule->stages == MECHC_STAGES;
+    if (gauss && of->d->width == 1)
+        return mechc_collocate_1(of, tangent, start, room, rows, end, rates);
+    if (gauss && of->d->width == 2)
+        return mechc_collocate_2(of, tangent, start, room, rows, end, rates);
 #endif
-    if (mechc_integrates_twice(rule, kept)) return mechc_collocate_twice;
+    if (mechc_integrates_twice(of->rule, of->nodes->kept))
+        return mechc_collocate_twice(of, tangent, start, room, rows, end, rates);
 #endif
-    (void)rule, (void)kept, (void)width;
-    return mechc_collocate_any;
+    return mechc_collocate_any(of, tangent, start, room, rows, end, rates);
 }
 #endif

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <stdlib.h>
+#include "abi/variation.h"
 #include "run/memory.h"
 #include "variational/states.h"
 
@@ -149,19 +150,16 @@ MECHC_ONCE void mechc_linearise_states(mechc_mask along, const mechc_given_twice
     mechc_along_columns(block, first, t, count, d, slopes);
 }
 
-/* Derivatives of the projection of the ends of the steps from `first` on. */
-MECHC_STATIC void mechc_end_tangents(const mechc_given_twice *given,
-                                     const mechc_trajectory *record, ptrdiff_t first, int count,
-                                     const mechc_directions *d, double *tangents)
+/* Derivatives of the projection of the ends of the steps. */
+MECHC_STATIC void mechc_end_tangents(const mechc_steps *steps, const mechc_directions *d, double *tangents)
 {
 #if MECHC_NC > 0
     mechc_vector block[MECHC_NX * MECHC_SLOPES];
     double t[MECHC_LANES];
-    mechc_ends_in_lanes(record, first, count, t);
-    mechc_tangents_in_lanes(given, record, first, count, t, block);
-    mechc_along_columns(block, 0, t, count, d, tangents);
+    mechc_tangents_in_lanes(steps, t, block);
+    mechc_along_columns(block, 0, t, steps->count, d, tangents);
 #else
-    (void)given, (void)record, (void)first, (void)count, (void)d, (void)tangents;
+    (void)steps, (void)d, (void)tangents;
 #endif
 }
 
@@ -179,13 +177,10 @@ MECHC_INLINE mechc_vector mechc_row_along(const double *slopes, int i, int width
 MECHC_INLINE void mechc_onto_tangent(const double *tangent, int width, int block,
                                      mechc_vector *columns)
 {
-#if MECHC_NC > 0
     mechc_vector before[MECHC_NX];
+    if (MECHC_NC == 0) return;
     memcpy(before, columns, sizeof before);
     for (int i = 0; i < MECHC_NX; i++)
         columns[i] = mechc_row_along(tangent, i, width, block, before, 1);
-#else
-    (void)tangent, (void)width, (void)block, (void)columns;
-#endif
 }
 #endif

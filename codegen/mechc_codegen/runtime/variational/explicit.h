@@ -31,16 +31,17 @@ MECHC_INLINE const mechc_tableau *mechc_pair_tableau(int method)
 }
 
 /* Compute the states of stage i. */
-MECHC_STATIC void mechc_pair_states(const mechc_tableau *tableau, const mechc_trajectory *record,
-                                    ptrdiff_t first, int count, int i, mechc_pair_stages *stages)
+MECHC_STATIC void mechc_pair_states(const mechc_tableau *tableau, const mechc_steps *steps, int i,
+                                    mechc_pair_stages *stages)
 {
+    const double *t = steps->record->t + steps->first, *y = steps->record->y + steps->first * MECHC_NX;
+    const int count = steps->count;
     const double *row = tableau->matrix + i * MECHC_MOST_RATES;
     double sum[MECHC_LANES * MECHC_NX] = {0.0};
     for (int j = 0; j < i; j++)
         for (int k = 0; row[j] != 0.0 && k < count * MECHC_NX; k++)
             sum[k] += row[j] * stages->rates[j][k];
-    for (int n = 0; n < count; n++) {
-        const double *t = record->t + first + n, *y = record->y + (first + n) * MECHC_NX;
+    for (int n = 0; n < count; n++, t++, y += MECHC_NX) {
         stages->t[n] = mechc_within(t[0], t[1], tableau->nodes[i]);
         for (int k = 0; k < MECHC_NX; k++)
             stages->y[n * MECHC_NX + k] = y[k] + (t[1] - t[0]) * sum[n * MECHC_NX + k];
@@ -50,35 +51,35 @@ MECHC_STATIC void mechc_pair_states(const mechc_tableau *tableau, const mechc_tr
 /* Add the lanes whose current stage the method keeps on the constraints; returns 1 if there are
  * more.  The stages of a step are all kept or none is: rates with and without projection differ off
  * the constraints, and a step by both has a low order. */
-MECHC_STATIC int mechc_keeps_more(int method, const mechc_given_twice *given, int count,
-                                  const mechc_pair_stages *stages, mechc_mask *along)
+MECHC_STATIC int mechc_keeps_more(int method, const mechc_steps *steps, const mechc_pair_stages *stages,
+                                  mechc_mask *along)
 {
-    const mechc_mask more = ~*along & mechc_kept_states(method, given, count, stages->t, stages->y);
+    const mechc_mask more =
+        ~*along & mechc_kept_states(method, steps->given, steps->count, stages->t, stages->y);
     *along |= more;
     return mechc_any(more);
 }
 
-/* The first `rates` rates of `count` steps, and the projection of their ends. */
-MECHC_ONCE void mechc_take_pair_stages(int method, const mechc_trajectory *record, ptrdiff_t first,
-                                       int count, int rates, const mechc_given_twice *given,
+/* The first `rates` rates of the steps, and the projection of their ends. */
+MECHC_ONCE void mechc_take_pair_stages(int method, const mechc_steps *steps, int rates,
                                        const mechc_directions *d, mechc_pair_stages *stages)
 {
     const mechc_tableau *tableau = mechc_pair_tableau(method);
-    const double *ends = record->y + (first + 1) * MECHC_NX;
+    const double *ends = steps->record->y + (steps->first + 1) * MECHC_NX;
     mechc_mask along = {0};
     for (int i = 0; i < rates; i++) {
-        mechc_pair_states(tableau, record, first, count, i, stages);
+        mechc_pair_states(tableau, steps, i, stages);
         if (i == tableau->stages)
-            memcpy(stages->y, ends, (size_t)(count * MECHC_NX) * sizeof(double));
-        if (i < tableau->stages && mechc_keeps_more(method, given, count, stages, &along)) {
+            memcpy(stages->y, ends, (size_t)(steps->count * MECHC_NX) * sizeof(double));
+        if (i < tableau->stages && mechc_keeps_more(method, steps, stages, &along)) {
             i = -1; /* from the first stage on */
             continue;
         }
-        mechc_linearise_states(along, given, count, stages->t, stages->y, d,
+        mechc_linearise_states(along, steps->given, steps->count, stages->t, stages->y, d,
                                stages->rates[i], stages->slopes + i * MECHC_LANES * d->block);
     }
     stages->kept = mechc_any(along);
-    mechc_end_tangents(given, record, first, count, d, stages->tangents);
+    mechc_end_tangents(steps, d, stages->tangents);
 }
 
 /* S' of one vector of columns at a stage. */

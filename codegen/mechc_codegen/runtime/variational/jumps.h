@@ -156,10 +156,10 @@ MECHC_STATIC double mechc_jump_moved(const mechc_jump_place *at, int which, doub
         mechc_scalar_make_constants(&given);
         return mechc_jump_value(&given, which, t, moved);
     }
-    const mechc_inputs *own = mechc_scalar_inputs_of(&given);
+    const mechc_inputs *own = given.inputs[0];
     const mechc_moved_input input = {
         {mechc_evaluate_moved, own->needs_state}, own, k - MECHC_NX - MECHC_NP, by};
-    mechc_scalar_give_inputs(&given, 0, &input.inputs);
+    given.inputs[0] = &input.inputs;
     return mechc_jump_value(&given, which, t, moved);
 }
 

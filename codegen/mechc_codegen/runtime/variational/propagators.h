@@ -35,9 +35,11 @@ MECHC_INLINE void mechc_node_states(const mechc_propagation *g, double s, int ro
     }
 }
 
-MECHC_STATIC void mechc_load_steps(const mechc_trajectory *record, ptrdiff_t first, int count,
-                                   mechc_propagation *g)
+MECHC_STATIC void mechc_load_steps(const mechc_steps *steps, mechc_propagation *g)
 {
+    const mechc_trajectory *record = steps->record;
+    const ptrdiff_t first = steps->first;
+    const int count = steps->count;
     const int width = MECHC_NX * record->dense_rows;
     double h[MECHC_LANES];
     for (int n = 0; n < count; n++) h[n] = record->t[first + n + 1] - record->t[first + n];
@@ -47,35 +49,32 @@ MECHC_STATIC void mechc_load_steps(const mechc_trajectory *record, ptrdiff_t fir
 }
 
 /* Set times and states of stage a. */
-MECHC_INLINE mechc_vector mechc_node_place(const mechc_rule *rule, const mechc_trajectory *record,
-                                           ptrdiff_t first, int count, int a,
-                                           const mechc_propagation *g, double *t,
-                                           mechc_vector *state)
+MECHC_INLINE mechc_vector mechc_node_place(const mechc_rule *rule, const mechc_steps *steps, int a,
+                                           const mechc_propagation *g, double *t, mechc_vector *state)
 {
+    const double *times = steps->record->t + steps->first;
     mechc_vector time;
-    for (int n = 0; n < count; n++)
-        t[n] = mechc_within(record->t[first + n], record->t[first + n + 1], rule->nodes[a]);
-    mechc_fill_lanes(t, count, 1, &time);
-    mechc_node_states(g, rule->nodes[a], record->dense_rows, state);
+    for (int n = 0; n < steps->count; n++) t[n] = mechc_within(times[n], times[n + 1], rule->nodes[a]);
+    mechc_fill_lanes(t, steps->count, 1, &time);
+    mechc_node_states(g, rule->nodes[a], steps->record->dense_rows, state);
     return time;
 }
 
 /* Derivatives of the rates at all stages; either all stages of a step are kept on the constraints
  * or none. */
-MECHC_STATIC void mechc_node_slopes(const mechc_rule *rule, const mechc_trajectory *record,
-                                    ptrdiff_t first, int count, const mechc_given_twice *given,
-                                    mechc_propagation *g)
+MECHC_STATIC void mechc_node_slopes(const mechc_rule *rule, const mechc_steps *steps, mechc_propagation *g)
 {
+    const mechc_given_twice *given = steps->given;
     mechc_vector state[MECHC_NX], rates[MECHC_NX];
     mechc_mask kept = {0};
     double t[MECHC_LANES];
     for (int a = 0; MECHC_NC > 0 && a < MECHC_STAGES; a++) {
-        const mechc_vector time = mechc_node_place(rule, record, first, count, a, g, t, state);
+        const mechc_vector time = mechc_node_place(rule, steps, a, g, t, state);
         kept |= mechc_keeps(MECHC_GAUSS8, state, time, given);
     }
     for (int a = 0; a < MECHC_STAGES; a++) {
-        const mechc_vector time = mechc_node_place(rule, record, first, count, a, g, t, state);
-        if (mechc_any(kept)) mechc_keep_lanes(given, t, count, kept, state);
+        const mechc_vector time = mechc_node_place(rule, steps, a, g, t, state);
+        if (mechc_any(kept)) mechc_keep_lanes(given, t, steps->count, kept, state);
         mechc_vector_linearise(time, state, &given->vector, kept, rates, g->slopes[a]);
     }
 }
@@ -125,14 +124,6 @@ MECHC_INLINE mechc_vector mechc_factor_pair(mechc_propagation *g, int j, mechc_v
         for (int k = j + 2; k < n; k++) below[k] = (below[k] - one * first[k]) - two * second[k];
     }
     return growth;
-}
-
-/* Factor K = L U; 0 if a factor is too large without exchanges. */
-MECHC_STATIC int mechc_factor_nodes(mechc_propagation *g)
-{
-    mechc_vector growth = mechc_spread(0.0);
-    for (int j = 0; j < MECHC_NODE_UNKNOWNS; j += 2) growth = mechc_factor_pair(g, j, growth);
-    return mechc_greatest(growth) <= MECHC_GROWTH;
 }
 
 /* Apply a row of the factors to all right sides: z_k <- z_k - z_j entry_k. */
@@ -203,22 +194,20 @@ MECHC_STATIC void mechc_project_nodes(mechc_propagation *g)
     }
 }
 
-/* Propagators of `count` <= MECHC_LANES steps from `first` on, NX rows of MECHC_SLOPES; 0 if the
- * elimination needs exchanges of rows. */
-MECHC_ONCE int mechc_propagate(const mechc_rule *rule, const mechc_trajectory *record,
-                               ptrdiff_t first, int count, const mechc_given_twice *given,
-                               mechc_propagation *g)
+/* Propagators of the steps, NX rows of MECHC_SLOPES; 0 if the elimination needs exchanges of rows. */
+MECHC_ONCE int mechc_propagate(const mechc_rule *rule, const mechc_steps *steps, mechc_propagation *g)
 {
-    mechc_load_steps(record, first, count, g);
-    mechc_node_slopes(rule, record, first, count, given, g);
+    mechc_load_steps(steps, g);
+    mechc_node_slopes(rule, steps, g);
     mechc_node_matrix(rule, g);
-    if (!mechc_factor_nodes(g)) return 0;
+    mechc_vector growth = mechc_spread(0.0);
+    for (int j = 0; j < MECHC_NODE_UNKNOWNS; j += 2) growth = mechc_factor_pair(g, j, growth);
+    if (!(mechc_greatest(growth) <= MECHC_GROWTH)) return 0;
     mechc_weigh_nodes(g);
     mechc_combine_nodes(rule, g);
 #if MECHC_NC > 0
     double ends[MECHC_LANES];
-    mechc_ends_in_lanes(record, first, count, ends);
-    mechc_tangents_in_lanes(given, record, first, count, ends, g->tangent);
+    mechc_tangents_in_lanes(steps, ends, g->tangent);
     mechc_project_nodes(g);
 #endif
     return 1;

@@ -25,37 +25,23 @@ MECHC_STATIC void mechc_give_twice(const mechc_trajectory *trajectory, const dou
     for (int i = 0; i < MECHC_NP; i++) given->vector.p[i] = mechc_spread(given->scalar.p[i]);
     for (int i = 0; i < MECHC_CONSTANTS; i++)
         given->vector.k[i] = mechc_spread(given->scalar.k[i]);
-    for (int lane = 0; lane < MECHC_LANES; lane++)
-        mechc_vector_give_inputs(&given->vector, lane, inputs);
-    mechc_vector_give_stop(&given->vector, 0);
+    for (int lane = 0; lane < MECHC_LANES; lane++) given->vector.inputs[lane] = inputs;
+    given->vector.stop = 0;
 }
+
+/* Up to MECHC_LANES steps of a run from `first` on, side by side in the lanes. */
+typedef struct {
+    const mechc_trajectory *record;
+    ptrdiff_t first;
+    int count;
+    const mechc_given_twice *given;
+} mechc_steps;
 
 /* A time at the fraction s of a step, strictly within it: inputs may jump at its ends. */
 MECHC_INLINE double mechc_within(double before, double after, double s)
 {
     if (s > 0.0 && s < 1.0) return before + (after - before) * s;
     return s > 0.0 ? nextafter(after, before) : nextafter(before, after);
-}
-
-/* Copy `count` <= MECHC_LANES rows into the lanes; the last one is repeated. */
-MECHC_INLINE void mechc_fill_lanes(const double *rows, int count, int width, mechc_vector *out)
-{
-    for (int i = 0; i < width; i++) {
-        double column[MECHC_LANES];
-        for (int lane = 0; lane < MECHC_LANES; lane++)
-            column[lane] = rows[(lane < count ? lane : count - 1) * width + i];
-        memcpy(&out[i], column, sizeof column);
-    }
-}
-
-MECHC_INLINE void mechc_empty_lanes(const mechc_vector *values, int count, int width, double *out)
-{
-    for (int i = 0; i < width && count < MECHC_LANES; i++) {
-        double column[MECHC_LANES];
-        memcpy(column, &values[i], sizeof column);
-        for (int lane = 0; lane < count; lane++) out[lane * width + i] = column[lane];
-    }
-    if (count == MECHC_LANES) mechc_scatter_block(values, width, out);
 }
 
 #define MECHC_ALWAYS_KEPT(name, NUMBER, number, PART, degree, RULE, kept, lockstep) kept,
@@ -80,16 +66,14 @@ MECHC_INLINE mechc_mask mechc_keeps(int method, const mechc_vector *state, mechc
 MECHC_STATIC void mechc_keep_state(const mechc_scalar_given *given, double t, double *y)
 {
     double moved[2];
-    const int status = mechc_project_state(t, y, given, moved);
+    if (mechc_project_state(t, y, given, moved) != MECHC_RUNNING) return;
 #if MECHC_NH > 0
     mechc_scalar_place place;
     mechc_locate(t, y, given, &place);
-    if (status != MECHC_RUNNING || mechc_is_delicate(&place, given)) return;
+    if (mechc_is_delicate(&place, given)) return;
     mechc_scalar_correct(t, y, given, &place);
     mechc_locate(t, y, given, &place);
     mechc_scalar_steady(&place, y + MECHC_NQ);
-#else
-    (void)status;
 #endif
 }
 
@@ -105,23 +89,15 @@ MECHC_STATIC void mechc_keep_lanes(const mechc_given_twice *given, const double 
 }
 
 #if MECHC_NC > 0
-/* Times of the ends of the steps from `first` on. */
-MECHC_INLINE void mechc_ends_in_lanes(const mechc_trajectory *record, ptrdiff_t first, int count,
-                                      double *t)
+/* Derivatives of the projection of the ends of the steps, at times that are written to t. */
+MECHC_ONCE void mechc_tangents_in_lanes(const mechc_steps *steps, double *t, mechc_vector *tangents)
 {
-    for (int n = 0; n < count; n++)
-        t[n] = mechc_within(record->t[first + n], record->t[first + n + 1], 1.0);
-}
-
-/* Derivatives of the projection of the ends of the steps from `first` on. */
-MECHC_ONCE void mechc_tangents_in_lanes(const mechc_given_twice *given,
-                                        const mechc_trajectory *record, ptrdiff_t first, int count,
-                                        const double *t, mechc_vector *tangents)
-{
+    const double *times = steps->record->t + steps->first;
     mechc_vector time, state[MECHC_NX];
-    mechc_fill_lanes(t, count, 1, &time);
-    mechc_fill_lanes(record->y + (first + 1) * MECHC_NX, count, MECHC_NX, state);
-    mechc_vector_tangent(time, state, &given->vector, tangents);
+    for (int n = 0; n < steps->count; n++) t[n] = mechc_within(times[n], times[n + 1], 1.0);
+    mechc_fill_lanes(t, steps->count, 1, &time);
+    mechc_fill_lanes(steps->record->y + (steps->first + 1) * MECHC_NX, steps->count, MECHC_NX, state);
+    mechc_vector_tangent(time, state, &steps->given->vector, tangents);
 }
 #endif
 #endif

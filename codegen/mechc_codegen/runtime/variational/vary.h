@@ -1,9 +1,6 @@
 /* Columns of derivatives over the steps of a run, each step by the method that made it. */
 #pragma once
 
-#include "abi/variation.h"
-#include "run/dense_output.h"
-#include "variational/collocation.h"
 #include "variational/explicit.h"
 #include "variational/jumps.h"
 #include "variational/propagators.h"
@@ -70,16 +67,6 @@ MECHC_STATIC mechc_varying *mechc_new_varying(const mechc_trajectory *record, co
     return w;
 }
 
-/* Store the rates of a vector of columns in an explicit step. */
-MECHC_STATIC void mechc_keep_rates(mechc_vector rates[][MECHC_NX], int count, int columns,
-                                   int block, double *to)
-{
-    const int left = columns - block * MECHC_LANES;
-    for (int i = 0; i < count * MECHC_NX; i++)
-        mechc_unpad(&rates[i / MECHC_NX][i % MECHC_NX], left < MECHC_LANES ? left : MECHC_LANES,
-                    to + i * columns + block * MECHC_LANES);
-}
-
 MECHC_INLINE double *mechc_rates_of(const mechc_variation *v, ptrdiff_t step, int count)
 {
     return v->rates ? v->rates + (step - v->first) * count * MECHC_NX * v->columns : 0;
@@ -110,10 +97,10 @@ MECHC_INLINE void mechc_move_columns(mechc_varying *w, const double *block)
                 mechc_row_along(block, i, d->width, k, w->before + k, d->width);
 }
 
+#if MECHC_SWITCHES
 /* Move the columns at the end of a step over the jumps of laws in it. */
 MECHC_STATIC void mechc_vary_jumps(mechc_varying *w, const mechc_trajectory *record, ptrdiff_t step)
 {
-#if MECHC_SWITCHES
     double map[MECHC_NX * MECHC_SLOPES];
     mechc_vector lanes[MECHC_NX * MECHC_SLOPES], *const start = w->before, *const end = w->after;
     if (!mechc_jumps_of_step(&w->given, record, step, map)) return;
@@ -125,10 +112,8 @@ MECHC_STATIC void mechc_vary_jumps(mechc_varying *w, const mechc_trajectory *rec
     memcpy(end, w->room, (size_t)(MECHC_NX * w->directions.width) * sizeof *end);
     w->before = start;
     w->after = end;
-#else
-    (void)w, (void)record, (void)step;
-#endif
 }
+#endif
 
 /* Write the columns at the end of a step from the work space; they are the next step's start.  Dense
  * output is of those before a jump. */
@@ -137,7 +122,9 @@ MECHC_INLINE void mechc_end_step(mechc_varying *w, const mechc_variation *v, ptr
     mechc_vector *const kept = w->before;
     double *const ends = v->ends + (step + 1 - v->first) * MECHC_NX * v->columns;
     if (v->rates) mechc_store_columns(w, ends);
+#if MECHC_SWITCHES
     mechc_vary_jumps(w, v->trajectory, step);
+#endif
     if (!v->rates) mechc_store_columns(w, ends);
     if (!v->restart) w->before = w->after, w->after = kept;
 }
@@ -148,16 +135,18 @@ MECHC_STATIC void mechc_vary_pairs(mechc_varying *w, const mechc_variation *v, i
 {
     const mechc_tableau *tableau = mechc_pair_tableau(method);
     const int taken = v->rates ? tableau->rates : tableau->stages;
-    mechc_take_pair_stages(method, v->trajectory, step, count, taken, &w->given,
-                           &w->directions, &w->stages);
+    const mechc_steps steps = {v->trajectory, step, count, &w->given};
+    mechc_take_pair_stages(method, &steps, taken, &w->directions, &w->stages);
     for (int n = 0; n < count; n++, step++) {
         const double h = v->trajectory->t[step + 1] - v->trajectory->t[step];
         for (int block = 0; block < w->directions.width; block++) {
             mechc_vector rates[MECHC_MOST_RATES][MECHC_NX];
             mechc_pair_columns(tableau, &w->stages, n, h, taken, &w->directions, block,
                                w->before + block, w->after + block, rates);
-            if (v->rates)
-                mechc_keep_rates(rates, taken, v->columns, block, mechc_rates_of(v, step, taken));
+            const int left = v->columns - block * MECHC_LANES;
+            for (int i = 0; v->rates && i < taken * MECHC_NX; i++)
+                mechc_unpad(&rates[i / MECHC_NX][i % MECHC_NX], left < MECHC_LANES ? left : MECHC_LANES,
+                            mechc_rates_of(v, step, taken) + i * v->columns + block * MECHC_LANES);
         }
         mechc_end_step(w, v, step);
     }
@@ -170,7 +159,8 @@ MECHC_STATIC int mechc_vary_propagated(mechc_varying *w, const mechc_variation *
 #if MECHC_PROPAGATES
     const mechc_directions *d = &w->directions;
     mechc_propagation *g = &w->propagation;
-    if (!mechc_propagate(&w->rules[MECHC_RULE_GAUSS], v->trajectory, step, count, &w->given, g)) return 0;
+    const mechc_steps steps = {v->trajectory, step, count, &w->given};
+    if (!mechc_propagate(&w->rules[MECHC_RULE_GAUSS], &steps, g)) return 0;
     mechc_along_columns(g->whole, 0, 0, count, d, w->tangents);
     for (int n = 0; n < count; n++) {
         mechc_move_columns(w, w->tangents + n * d->block);
@@ -194,38 +184,45 @@ MECHC_STATIC int mechc_vary_nodes(mechc_varying *w, const mechc_variation *v, in
     const int constant = !d->shapes; /* so are the changes along columns, within a step */
     if (number == MECHC_RULE_GAUSS && constant && !v->rates && mechc_vary_propagated(w, v, step, count))
         return 1;
-    mechc_end_tangents(&w->given, v->trajectory, step, count, d, w->tangents);
+    const mechc_steps steps = {v->trajectory, step, count, &w->given};
+    mechc_end_tangents(&steps, d, w->tangents);
     for (int n = 0; n < count; n++, step++) {
         const double h = v->trajectory->t[step + 1] - v->trajectory->t[step];
         mechc_place_nodes(method, rule, v->trajectory, step, &w->given, &w->nodes);
         mechc_linearise_nodes(rule, &w->given, d, &w->nodes);
-        whole &= mechc_collocation_of(rule, w->nodes.kept, d->width)(
-            rule, &w->nodes, h, d, w->tangents + n * d->block, w->before, w->room, w->rows,
-            w->after, mechc_rates_of(v, step, rule->stages));
+        const mechc_step_equations equations = {.rule = rule, .nodes = &w->nodes, .d = d, .h = h};
+        whole &= mechc_collocate(&equations, w->tangents + n * d->block, w->before, w->room, w->rows,
+                                 w->after, mechc_rates_of(v, step, rule->stages));
         mechc_end_step(w, v, step);
     }
     return whole;
 }
 
-/* Move the first columns onto the tangent space, in the work space and in the caller's array. */
+#if MECHC_NC > 0
+/* Move the columns at `count` <= MECHC_LANES times and states, each onto the tangent space there. */
+MECHC_STATIC void mechc_project_in_lanes(mechc_varying *w, const double *t, const double *y, int count,
+                                         double *columns)
+{
+    const mechc_directions *d = &w->directions;
+    mechc_vector time, state[MECHC_NX], block[MECHC_NX * MECHC_SLOPES];
+    mechc_fill_lanes(t, count, 1, &time);
+    mechc_fill_lanes(y, count, MECHC_NX, state);
+    mechc_vector_tangent(time, state, &w->given.vector, block);
+    mechc_along_columns(block, 0, t, count, d, w->tangents);
+    for (int n = 0; n < count; n++, columns += MECHC_NX * d->columns) {
+        mechc_load_columns(w, columns);
+        mechc_move_columns(w, w->tangents + n * d->block);
+        mechc_store_columns(w, columns);
+    }
+}
+
 MECHC_STATIC void mechc_project_start(mechc_varying *w, const mechc_variation *v)
 {
-#if MECHC_NC > 0
-    const mechc_directions *d = &w->directions;
-    const mechc_trajectory *record = v->trajectory;
-    const double *t = record->t + v->first;
-    const double at = record->count > 1 ? mechc_within(t[0], t[1], 0.0) : t[0];
-    mechc_vector time = mechc_spread(at), state[MECHC_NX], block[MECHC_NX * MECHC_SLOPES];
-    mechc_fill_lanes(record->y + v->first * MECHC_NX, 1, MECHC_NX, state);
-    mechc_vector_tangent(time, state, &w->given.vector, block);
-    mechc_along_columns(block, 0, &at, 1, d, w->tangents);
-    mechc_move_columns(w, w->tangents);
-    mechc_store_columns(w, v->ends);
-    memcpy(w->before, w->after, (size_t)(MECHC_NX * d->width) * sizeof *w->before);
-#else
-    (void)w, (void)v;
-#endif
+    const double *t = v->trajectory->t + v->first, *y = v->trajectory->y + v->first * MECHC_NX;
+    const double at = v->trajectory->count > 1 ? mechc_within(t[0], t[1], 0.0) : t[0];
+    mechc_project_in_lanes(w, &at, y, 1, v->ends);
 }
+#endif
 
 /* Move the columns over all steps.  Returns MECHC_RUNNING, MECHC_MEMORY_LIMIT, or MECHC_NOT_FINITE if a
  * step's equations are singular.  Not marked as rare: all that it alone calls would be compiled for size. */
@@ -236,8 +233,10 @@ MECHC_ONCE int mechc_vary(const mechc_variation *v)
                                          v->columns, v->shapes);
     if (!w) return MECHC_MEMORY_LIMIT;
     int whole = 1;
-    mechc_load_columns(w, v->ends);
+#if MECHC_NC > 0
     if (v->project) mechc_project_start(w, v);
+#endif
+    mechc_load_columns(w, v->ends);
     for (ptrdiff_t step = v->first; whole && step < v->last;) {
         int count = 1;
         while ((step + count) % MECHC_LANES && step + count < v->last
@@ -249,5 +248,25 @@ MECHC_ONCE int mechc_vary(const mechc_variation *v)
     }
     mechc_free_varying(w);
     return whole ? MECHC_RUNNING : MECHC_NOT_FINITE;
+}
+
+/* Project columns at many states of a run; returns MECHC_RUNNING or MECHC_MEMORY_LIMIT. */
+MECHC_ONCE int mechc_project_columns(const mechc_projected_columns *v)
+{
+#if MECHC_NC > 0
+    mechc_varying *w =
+        mechc_new_varying(v->trajectory, v->p, v->inputs, v->directions, v->count, v->shapes);
+    if (!w) return MECHC_MEMORY_LIMIT;
+    for (ptrdiff_t first = 0; first < v->states; first += MECHC_LANES) {
+        const ptrdiff_t left = v->states - first;
+        mechc_project_in_lanes(w, v->t + first, v->y + first * MECHC_NX,
+                               left < MECHC_LANES ? (int)left : MECHC_LANES,
+                               v->columns + first * MECHC_NX * v->count);
+    }
+    mechc_free_varying(w);
+#else
+    (void)v;
+#endif
+    return MECHC_RUNNING;
 }
 #endif

@@ -29,19 +29,15 @@ def write(notes: Path, data: Path, first: int, found: Mapping[str, Array],
     They are synced to the disk before the manifest is written.
     """
     for name, layout in stored.items():
-        _sync_chunk(data / name, chunk_files(data / name, layout, first))
+        array = data / name
+        there = [file for file in chunk_files(array, layout, first) if file.exists()]
+        folders = {parent for file in there for parent in file.parents if array in parent.parents}
+        for path in (*there, *folders, array):  # and every folder between them
+            sync(path)
     sync(data)
     last = first + len(found["t"])
     hashes = {name: digest(found[name]) for name in stored}
     write_text(path_of(notes, first), json.dumps({"members": [first, last], "sha256": hashes}))
-
-
-def _sync_chunk(array: Path, files: list[Path]) -> None:
-    """Sync the files, and every folder between them and the array, to the disk."""
-    there = [file for file in files if file.exists()]
-    folders = {parent for file in there for parent in file.parents if array in parent.parents}
-    for path in (*there, *folders, array):
-        sync(path)
 
 
 def damage(

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mechc.batch.dataset import attributes
-from mechc.batch.driven import NONE, BatchInputs
+from mechc.batch.driven import NONE, BatchInputs, Columns
 from mechc.batch.events import events_from_json
 from mechc.batch.layout import (
     METADATA,
@@ -30,13 +30,13 @@ from mechc.batch.layout import (
 )
 from mechc.batch.results import Batch
 from mechc.batch.sensitivities import check_names
-from mechc.batch.spec import Assembly, Columns, Compute, Recipe, checked_recipe, common_count
+from mechc.batch.spec import Assembly, Compute, Recipe, checked_recipe, common_count
 from mechc.batch.stored import manifests
 from mechc.compilation.find import system_of
-from mechc.errors import MechcError, MissingPackageError
+from mechc.errors import MechcError, package
 from mechc.files import file_lock
 from mechc.inputs.signals import PARTS, Signal
-from mechc.results.durable import replacing, write_text
+from mechc.results.durable import remove_parts, replacing, write_text, written_into
 from mechc.results.files import reference_in
 from mechc.results.untrusted import (
     names_of,
@@ -47,12 +47,12 @@ from mechc.results.untrusted import (
     short,
 )
 from mechc.simulation.settings import Policy, checked_policy, checked_span, checked_times
-from mechc.system.parameters import Array
 from mechc.system.system import System
 
 FORMAT = 2
 DATA, NOTES, REQUEST, INPUTS = "data.zarr", "mechc", "request.json", "inputs"
 LOCK = ".mechc-lock"
+RESUME = ". What is done is kept: make the same call again to resume"
 
 
 # -- streaming --------------------------------------------------------------------------------
@@ -64,18 +64,15 @@ def stream(
 ) -> Batch:  # fmt: skip
     """Compute the chunks that are not in ``folder`` yet; the batch, read from there.
 
-    Raises
-    ------
-    MechcError
-        If the folder contains something else, or the results of another request: it names the
-        difference.
+    Raises :class:`MechcError` if the folder contains something else, or the results of another
+    request: it names the difference.
     """
     zarr = _zarr()
     notes, data = folder / NOTES, folder / DATA
     with _alone_in(folder):
         _claim(system, recipe, folder, size)
         stored = layouts(recipe, system.scene.width, output_shapes(system, recipe), size)
-        with _naming_folder(folder):
+        with written_into(folder, RESUME):
             arrays = _prepare_arrays(zarr, system, recipe, folder, stored)
             every = recipe.ranges(size)
             for first, _, _ in manifests.damaged_chunks(notes, data, stored, every):
@@ -87,54 +84,22 @@ def stream(
             for first, found, whole in compute(missing, report):
                 complete = complete and whole
                 if whole:
-                    with _naming_folder(folder):
-                        _write_chunk(folder, arrays, stored, first, found)
+                    with written_into(folder, RESUME):
+                        for name in stored:
+                            arrays[name][first : first + len(found["t"])] = found[name]
+                        manifests.write(notes, data, first, found, stored)
         except KeyboardInterrupt:
             complete = False
     return Batch(system, recipe, arrays, complete)
 
 
-@contextmanager
-def _naming_folder(folder: Path) -> Iterator[None]:
-    """Turn errors of the operating system into errors that name the folder."""
-    try:
-        yield
-    except OSError as error:
-        raise MechcError(
-            f"cannot write into {folder}: {error.strerror or error}. What is done is kept: make "
-            "the same call again to resume"
-        ) from None
-
-
 def _claim(system: System, recipe: Recipe, folder: Path, size: int) -> None:
     """Write the request into a new folder, or check that the folder has the same one."""
-    notes = folder / NOTES
-    request = _request(system, recipe, size)
-    if not (notes / REQUEST).exists():
-        foreign = [p.name for p in folder.iterdir() if p.name not in (NOTES, LOCK)]
-        if foreign:
-            raise MechcError(
-                f"{folder} contains other files ({printable(foreign[0])}): name a new folder"
-            )
-        with _naming_folder(folder):
-            notes.mkdir(exist_ok=True)
-            _write_inputs(notes, recipe)
-            write_text(notes / REQUEST, json.dumps(request, indent=1))
-        return
-    differing = _differences(_read_request(folder), request)
-    if differing:
-        raise MechcError(
-            f"{folder} contains the results of another request: {'; '.join(differing)}. Name a new "
-            "folder, or make the same call again to resume"
-        )
-    _write_inputs(notes, recipe)  # again, in case they were damaged on the disk
-
-
-def _request(system: System, recipe: Recipe, size: int) -> dict[str, Any]:
     from mechc import __version__
 
+    notes = folder / NOTES
     system.wait()
-    return {
+    request = {
         "format": FORMAT,
         "mechc": __version__,
         **system.reference.to_json(),
@@ -142,11 +107,29 @@ def _request(system: System, recipe: Recipe, size: int) -> dict[str, Any]:
         "chunk": size,
         **json.loads(json.dumps(recipe.as_json())),
     }
-
-
-def _differences(held: dict[str, Any], asked: dict[str, Any]) -> list[str]:
-    keys = [key for key in {**held, **asked} if held.get(key) != asked.get(key)]
-    return [f"{key} is {_short(held.get(key))}, not {_short(asked.get(key))}" for key in keys]
+    if not (notes / REQUEST).exists():
+        foreign = [p.name for p in folder.iterdir() if p.name not in (NOTES, LOCK)]
+        if foreign:
+            raise MechcError(
+                f"{folder} contains other files ({printable(foreign[0])}): name a new folder"
+            )
+        with written_into(folder, RESUME):
+            notes.mkdir(exist_ok=True)
+            _write_inputs(notes, recipe)
+            write_text(notes / REQUEST, json.dumps(request, indent=1))
+        return
+    held = _read_request(folder)
+    differing = [
+        f"{key} is {_short(held.get(key))}, not {_short(request.get(key))}"
+        for key in {**held, **request}
+        if held.get(key) != request.get(key)
+    ]
+    if differing:
+        raise MechcError(
+            f"{folder} contains the results of another request: {'; '.join(differing)}. Name a new "
+            "folder, or make the same call again to resume"
+        )
+    _write_inputs(notes, recipe)  # again, in case they were damaged on the disk
 
 
 def _short(value: Any) -> str:
@@ -211,29 +194,26 @@ def _prepare_arrays(
     return arrays
 
 
-def _write_chunk(
-    folder: Path, arrays: Mapping[str, Any], stored: Mapping[str, Layout], first: int,
-    found: Mapping[str, Array],
-) -> None:  # fmt: skip
-    """The data of one chunk, then its manifest."""
-    for name in stored:
-        arrays[name][first : first + len(found["t"])] = found[name]
-    manifests.write(folder / NOTES, folder / DATA, first, found, stored)
-
-
 @contextmanager
 def _alone_in(folder: Path) -> Iterator[None]:
     """Hold the lock of a folder, so that one call at a time writes to it."""
     with ExitStack() as until_end:
-        try:
+        with written_into(folder):
             folder.mkdir(parents=True, exist_ok=True)
             refuse_links(folder)
             alone = until_end.enter_context(file_lock(folder / LOCK, wait=False))
-        except OSError as error:
-            raise MechcError(f"cannot write into {folder}: {error.strerror}") from None
         if not alone:
             raise MechcError(f"another call is writing into {folder}")
+        _remove_left_behind(folder)
         yield
+
+
+def _remove_left_behind(folder: Path) -> None:
+    """Remove what a killed call was writing: files of mechc, and of Zarr."""
+    with written_into(folder):
+        remove_parts(folder / NOTES)
+        for part in (folder / DATA).rglob("*.partial"):
+            part.unlink(missing_ok=True)
 
 
 # -- opening ----------------------------------------------------------------------------------
@@ -247,10 +227,8 @@ def open_batch(folder: Path, given: System | None = None) -> Batch:
 
     ``given`` is needed for a user-defined mechanism that is not in the cache any more.
 
-    Raises
-    ------
-    MechcError
-        If it is not a batch, its mechanism is not found, or it is damaged: with what.
+    Raises :class:`MechcError` if it is not a batch, its mechanism is not found, or it is damaged:
+    with what.
     """
     zarr = _zarr()
     held = _read(folder)
@@ -278,10 +256,8 @@ class Examined(NamedTuple):
 def examine(folder: Path) -> Examined:
     """Check all of a streamed batch, without its model.
 
-    Raises
-    ------
-    MechcError
-        If it is not a batch, or so damaged that its chunks cannot be checked.
+    Raises :class:`MechcError` if it is not a batch, or so damaged that its chunks cannot be
+    checked.
     """
     zarr = _zarr()
     held = _read(folder)
@@ -374,7 +350,11 @@ def _read_recipe(notes: Path) -> Recipe:
         kind: {name: arrays[f"{kind}/{i}"] for i, name in enumerate(told["names"].get(kind, ()))}
         for kind in ("params", "coordinates", "speeds", "inputs")
     }
-    driven = BatchInputs(columns["inputs"], _read_signals(told.get("signals", {}), arrays))
+    signals = {
+        name: Signal.from_parts(words, {part: arrays[f"signals/{i}/{part}"] for part in PARTS})
+        for i, (name, words) in enumerate(told.get("signals", {}).items())
+    }
+    driven = BatchInputs(columns["inputs"], signals)
     recipe = Recipe(
         count=told["count"], span=(told["span"][0], told["span"][1]),
         states=arrays.get("states"), guess=dict(told["guess"]), t_eval=arrays["t_eval"],
@@ -392,13 +372,6 @@ def _read_recipe(notes: Path) -> Recipe:
     if type(recipe.count) is not int or recipe.count != common_count(every):
         raise ValueError("it has another number of members than its inputs")
     return recipe
-
-
-def _read_signals(told: Mapping[str, Any], arrays: Mapping[str, Array]) -> dict[str, Signal]:
-    found = {}
-    for i, (name, words) in enumerate(told.items()):
-        found[name] = Signal.from_parts(words, {p: arrays[f"signals/{i}/{p}"] for p in PARTS})
-    return found
 
 
 def _checked_again(system: System, recipe: Recipe) -> Recipe:
@@ -425,10 +398,6 @@ def _checked_again(system: System, recipe: Recipe) -> Recipe:
 
 
 def _zarr() -> Any:
-    try:
-        import zarr
-    except ImportError:
-        raise MissingPackageError(
-            "zarr is not installed: pip install zarr (batches without out= do not need it)"
-        ) from None
-    return zarr
+    return package(
+        "zarr", "zarr is not installed: pip install zarr (batches without out= do not need it)"
+    )

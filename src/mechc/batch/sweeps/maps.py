@@ -13,7 +13,7 @@ import numpy as np
 
 from mechc.batch.reductions import read_reduction
 from mechc.native._codes import NOT_ASSEMBLED
-from mechc.results.figures import STYLE, _figure_class, _lay_out, _matplotlib, _save
+from mechc.results.figures import new_figure, save_figure
 from mechc.results.mathtext import plain, typeset
 from mechc.results.sampling import clean_text
 from mechc.system.kinds import shown_in
@@ -34,12 +34,9 @@ CANNOT, FAILED, CROSSING = "#d1d5db", "#dc2626", "#111827"
 
 def save_maps(batch: Batch, chosen: Plan, folder: Path) -> list[Path]:
     """Write ``map_0.png`` and ``.svg`` for the first reduction, and so on; the paths."""
-    written = []
+    written: list[Path] = []
     for i, text in enumerate(batch.recipe.reductions):
-        figure = _lay_out(draw_map(batch, chosen, text))
-        for extension in ("png", "svg"):
-            written.append(folder / f"map_{i}.{extension}")
-            _save(figure, written[-1], 150.0)
+        written += save_figure(draw_map(batch, chosen, text), folder, f"map_{i}")
     return written
 
 
@@ -55,8 +52,7 @@ def draw_map(batch: Batch, chosen: Plan, text: str) -> Figure:
     values = np.where(batch.ok, batch[text], np.nan) * factor
     shown = clean_text(reduction.text, 60)
     label = plain(f"{shown} [{unit}]" if unit else shown)
-    with _matplotlib().rc_context(STYLE):
-        figure = _figure_class()(figsize=(7.4, 5.2), layout="constrained")
+    with new_figure((7.4, 5.2)) as figure:
         draw = _draw_line if len(chosen.variations) == 1 else _draw_maps
         draw(figure, batch, chosen, values, label)
         _explain(figure, batch, values)
@@ -73,13 +69,20 @@ def _axis(batch: Batch, chosen: Plan, i: int) -> tuple[Array, str]:
 
 
 def _draw_line(figure: Figure, batch: Batch, chosen: Plan, values: Array, label: str) -> None:
+    from matplotlib.colors import LogNorm, SymLogNorm
+
     axes = figure.add_subplot()
     x, name = _axis(batch, chosen, 0)
     order = np.argsort(x, kind="stable")
     axes.plot(x[order], values[order], marker=".", markersize=3, color="#2563eb")
     axes.set_xlabel(name)
     axes.set_ylabel(label)
-    _scale_values(axes, values)
+    finite = values[np.isfinite(values)]
+    norm = _normalisation(finite) if finite.size else None
+    if isinstance(norm, LogNorm):
+        axes.set_yscale("log")
+    elif isinstance(norm, SymLogNorm):
+        axes.set_yscale("symlog", linthresh=norm.linthresh)
     status, crossing = batch["status"], batch["change_points"] > 0
     for where in x[status == NOT_ASSEMBLED]:
         axes.axvline(where, color=CANNOT, linewidth=1, zorder=0)
@@ -128,7 +131,8 @@ def _others(batch: Batch, chosen: Plan, member: int) -> str:
 def _draw_plane(
     axes: Axes, batch: Batch, chosen: Plan, values: Array, members: Members, colours: Any
 ) -> Any:
-    """One map of some members; what its colours belong to."""
+    """One map of some members, with marks of failed ones and of those that met a change point;
+    what its colours belong to."""
     (x, x_name), (y, y_name) = _axis(batch, chosen, 0), _axis(batch, chosen, 1)
     axes.set(xlabel=x_name, ylabel=y_name)
     axes.label_outer()
@@ -149,17 +153,13 @@ def _draw_plane(
             x[members], y[members], c=values[members], s=9, cmap="viridis", norm=colours,
             linewidths=0, rasterized=True,
         )  # fmt: skip
-    _mark(axes, batch, x, y, members.ravel(), 4.0 if grid is None else 2.0)
-    return drawn
-
-
-def _mark(axes: Axes, batch: Batch, x: Array, y: Array, members: Members, size: float) -> None:
-    """Mark failed members, and those that met a change point."""
+    members, size = members.ravel(), 4.0 if grid is None else 2.0
     lost = batch["status"][members] == NOT_ASSEMBLED
     failed = members[np.logical_not(batch.ok[members] | lost)]
     axes.plot(x[failed], y[failed], "x", color=FAILED, markersize=4)
     crossing = members[batch["change_points"][members] > 0]
     axes.plot(x[crossing], y[crossing], "s", color=CROSSING, markersize=size, markeredgewidth=0)
+    return drawn
 
 
 def _colours(batch: Batch, values: Array) -> tuple[Any, str]:
@@ -195,18 +195,6 @@ def _normalisation(span: Array) -> Any:
     if low <= 0.0 and sizes.size and sizes.max() > WIDE * np.median(sizes):
         return SymLogNorm(float(np.median(sizes)), vmin=low, vmax=high)
     return Normalize(low, high)
-
-
-def _scale_values(axes: Axes, values: Array) -> None:
-    """Scale the axis of the values of a line."""
-    from matplotlib.colors import LogNorm, SymLogNorm
-
-    finite = values[np.isfinite(values)]
-    norm = _normalisation(finite) if finite.size else None
-    if isinstance(norm, LogNorm):
-        axes.set_yscale("log")
-    elif isinstance(norm, SymLogNorm):
-        axes.set_yscale("symlog", linthresh=norm.linthresh)
 
 
 def _explain(figure: Figure, batch: Batch, values: Array) -> None:

@@ -55,10 +55,8 @@ class Plan:
 def read_variation(model: Description, text: str) -> Variation:
     """Parse ``l_3=3.4:4.6:1001``.
 
-    Raises
-    ------
-    MechcError, UnknownNameError
-        If it is not of that form, or the model has no such name.
+    Raises :class:`MechcError`, :class:`UnknownNameError` if it is not of that form, or the model
+    has no such name.
     """
     name, values = split_assignment(text)
     if name not in model.quantities:
@@ -90,17 +88,15 @@ def plan(
 ) -> Plan:
     """The plan of a sweep: every combination, or ``count`` members drawn over the ranges.
 
+    Raises :class:`MechcError`, :class:`UnknownNameError` if a count is missing or out of place, a
+    name is varied twice, or the sampling unknown.
+
     Parameters
     ----------
     sampling
         ``"grid"``, ``"random"``, ``"sobol"`` (scrambled) or ``"lhs"`` (Latin hypercube).
     seed
         Of the random numbers: the same seed gives the same members.
-
-    Raises
-    ------
-    MechcError, UnknownNameError
-        If a count is missing or out of place, a name is varied twice, or the sampling unknown.
     """
     names = [variation.name for variation in variations]
     if not names:
@@ -165,19 +161,17 @@ def members(
 ) -> tuple[Assembly, dict[str, Any]]:
     """Starts and parameters of a plan's members: what varies, and what is the same for all.
 
-    Raises
-    ------
-    MechcError
-        If something both varies and is fixed.
+    Raises :class:`MechcError` if something both varies and is fixed.
     """
     for name in chosen.columns:
         if name in params or name in start or name in guess:
             raise MechcError(f"{name} both varies and is fixed; omit one of them")
     given = {**start, **{n: c for n, c in chosen.columns.items() if n not in system.parameters}}
-    coordinates = {n: v for n, v in given.items() if n in system.coordinates}
-    speeds = {n: v for n, v in given.items() if n in system.speeds}
     varied = {n: c for n, c in chosen.columns.items() if n in system.parameters}
-    return Assembly(*filled_start(system, coordinates, speeds, guess)), {**params, **varied}
+    return Assembly(*filled_start(system, *system.coordinates_and_speeds(given), guess)), {
+        **params,
+        **varied,
+    }
 
 
 def sweep_json(batch: Batch, chosen: Plan, seconds: float) -> dict[str, Any]:

@@ -47,10 +47,7 @@ def entry(key: str, make: Callable[[Path], None]) -> Path:
     Where the default cache folder cannot be written, in a folder that is removed with the process,
     with a :class:`CacheWarning`; a folder that ``$MECHC_CACHE_DIR`` names must be usable.
 
-    Raises
-    ------
-    CacheError
-        If the cache folder cannot be used safely; the message says why.
+    Raises :class:`CacheError` if the cache folder cannot be used safely; the message says why.
     """
     try:
         return _entry(writable(cache_folder()), key, make)
@@ -63,10 +60,7 @@ def entry(key: str, make: Callable[[Path], None]) -> Path:
 def find(key: str) -> Path | None:
     """The shared object of an undamaged entry; nothing is written.
 
-    Raises
-    ------
-    CacheError
-        If the cache folder cannot be used safely; the message says why.
+    Raises :class:`CacheError` if the cache folder cannot be used safely; the message says why.
     """
     root = cache_folder()
     try:
@@ -201,17 +195,13 @@ def _replace(root: Path, target: Path, make: Callable[[Path], None], alone: bool
             file.chmod(0o600)  # whatever the umask
         if target.exists():
             shutil.rmtree(target)
-        _move(aside, target)
+        try:
+            aside.rename(target)
+        except OSError:
+            if not _sound(target):  # without locks another process may have been first
+                raise
     finally:
         shutil.rmtree(aside, ignore_errors=True)
-
-
-def _move(aside: Path, target: Path) -> None:
-    try:
-        aside.rename(target)
-    except OSError:
-        if not _sound(target):  # without locks another process may have been first
-            raise
 
 
 def _sound(folder: Path) -> bool:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import shutil
 import time
-from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
@@ -29,10 +28,7 @@ class StoredEntry(NamedTuple):
 def most_bytes() -> int:
     """``$MECHC_CACHE_SIZE`` in MiB, else 1 GiB.
 
-    Raises
-    ------
-    CacheError
-        If it is no number.
+    Raises :class:`CacheError` if it is no number.
     """
     told = os.environ.get("MECHC_CACHE_SIZE", "").strip()
     if not told:
@@ -55,7 +51,12 @@ def keep_within(root: Path, keys: list[str], seal: str, kept: str) -> None:
     ``keys``: names of all entries and locks; locks without an entry are removed too.  Entries that
     another process is making or loading are not touched.
     """
-    found = sorted(_entries(root, keys, seal))
+    found: list[StoredEntry] = []
+    for key in keys:
+        with suppress(OSError):
+            size = sum(file.lstat().st_size for file in (root / key).iterdir())
+            found.append(StoredEntry((root / key / seal).stat().st_mtime, size, root / key))
+    found.sort()
     size, most = sum(entry.size for entry in found), most_bytes()
     for entry in found:
         if size > most and entry.folder.name != kept and _remove(root, entry.folder.name):
@@ -63,13 +64,6 @@ def keep_within(root: Path, keys: list[str], seal: str, kept: str) -> None:
     with_entry = {entry.folder.name for entry in found}
     for key in {*keys} - with_entry - {kept}:
         _remove(root, key, unless_entry=True)  # another process may have made it by now
-
-
-def _entries(root: Path, keys: list[str], seal: str) -> Iterator[StoredEntry]:
-    for key in keys:
-        with suppress(OSError):
-            size = sum(file.lstat().st_size for file in (root / key).iterdir())
-            yield StoredEntry((root / key / seal).stat().st_mtime, size, root / key)
 
 
 def _remove(root: Path, key: str, unless_entry: bool = False) -> bool:

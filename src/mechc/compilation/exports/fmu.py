@@ -27,7 +27,8 @@ def write_fmu(asked: ExportRequest, target: Path, events: Events, **options: Any
     """Derive, compile and pack; ``options`` as those of the compiler's ``FmuOptions``."""
     from mechc_codegen.compiler import build_fmu
     from mechc_codegen.emit.units.event_unit import EventExpressions
-    from mechc_codegen.export.fmu import FmuEvents, FmuOptions
+    from mechc_codegen.export.fmu import SOURCE, FmuEvents, FmuOptions
+    from mechc_codegen.extension.flags import FLAGS
 
     from mechc import __version__
 
@@ -45,17 +46,21 @@ def write_fmu(asked: ExportRequest, target: Path, events: Events, **options: Any
     )  # fmt: skip
     texts = build_fmu(asked.mechanism, chosen, asked.request)
     with TemporaryDirectory(prefix="mechc-fmu-") as folder:
-        binary = _compile(texts, chosen.name, Path(folder))
-        _pack({**texts, binary_path(chosen.name, chosen.version): binary.read_bytes()}, target)
+        write_sources(texts, Path(folder))
+        sources, binary = Path(folder) / "sources", Path(folder) / f"{chosen.name}.binary"
+        toolchain.compile_shared(sources, SOURCE, FLAGS, [str(sources)], binary)
+        contents = {**texts, binary_path(chosen.name, chosen.version): binary.read_bytes()}
+    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
+        for path in sorted(contents, key=lambda path: (path != "modelDescription.xml", path)):
+            entry = zipfile.ZipInfo(path, FIRST_DATE)
+            entry.external_attr = 0o644 << 16
+            archive.writestr(entry, contents[path], zipfile.ZIP_DEFLATED)
 
 
 def binary_path(name: str, version: str) -> str:
     """The place of the compiled file for this machine in the archive.
 
-    Raises
-    ------
-    MechcError
-        If FMI has no name for this machine.
+    Raises :class:`MechcError` if FMI has no name for this machine.
     """
     system, suffix = _SYSTEMS.get(sys.platform, ("", ""))
     machine = _MACHINES.get(platform.machine(), "")
@@ -66,26 +71,8 @@ def binary_path(name: str, version: str) -> str:
     return f"binaries/{third if version == '3.0' else second}/{name}{suffix}"
 
 
-def _compile(texts: Mapping[str, bytes], name: str, folder: Path) -> Path:
-    from mechc_codegen.export.fmu import SOURCE
-    from mechc_codegen.extension.flags import FLAGS
-
-    write_sources(texts, folder)
-    sources, target = folder / "sources", folder / f"{name}.binary"
-    toolchain.compile_shared(sources, SOURCE, FLAGS, [str(sources)], target)
-    return target
-
-
 def write_sources(contents: Mapping[str, bytes], folder: Path) -> None:
     """Write files by their paths below a folder."""
     for path, content in contents.items():
         (folder / path).parent.mkdir(parents=True, exist_ok=True)
         (folder / path).write_bytes(content)
-
-
-def _pack(contents: Mapping[str, bytes], target: Path) -> None:
-    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
-        for path in sorted(contents, key=lambda path: (path != "modelDescription.xml", path)):
-            entry = zipfile.ZipInfo(path, FIRST_DATE)
-            entry.external_attr = 0o644 << 16
-            archive.writestr(entry, contents[path], zipfile.ZIP_DEFLATED)

@@ -12,29 +12,6 @@ from mechc.compilation.request import read_compilable
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError
 
 
-def standalone_texts(
-    mechanism: Any,
-    name: str | None,
-    y0: Sequence[float] | None,
-    params: Mapping[str, float],
-    t_end: float,
-    *,
-    fix: Mapping[Any, float] | None,
-    outputs: Iterable[Any] | None,
-    real: str,
-    **options: Any,
-) -> dict[str, str]:
-    """File name -> text; see :func:`mechc.export_c`."""
-    from mechc_codegen.compiler import build_standalone
-
-    asked = read_export(mechanism, y0, params, fix=fix, outputs=outputs, **options)
-    found = asked.mechanism
-    texts: dict[str, str] = build_standalone(
-        found, name or found.name, asked.start, asked.values, t_end, asked.request, real
-    )
-    return texts
-
-
 @dataclass(frozen=True)
 class ExportRequest:
     """A mechanism to export: its request, its start, the values of parameters."""
@@ -43,6 +20,15 @@ class ExportRequest:
     request: Any
     start: list[float]
     values: dict[str, float]
+
+
+def standalone_texts(asked: ExportRequest, name: str, t_end: float, real: str) -> dict[str, str]:
+    """File name -> text; see :func:`mechc.export_c`."""
+    from mechc_codegen.compiler import build_standalone
+
+    given = (asked.mechanism, name, asked.start, asked.values, t_end, asked.request, real)
+    texts: dict[str, str] = build_standalone(*given)
+    return texts
 
 
 def read_export(
@@ -56,7 +42,15 @@ def read_export(
 ) -> ExportRequest:
     """A checked request for an export; arguments as those of :func:`mechc.export_c`."""
     errors_of_compiler()
-    (found, request), numbers = _describe(mechanism, fix, outputs, options)
+    numbers: dict[str, float] = {}  # default values that are not part of the request
+    if isinstance(mechanism, str):
+        asked: dict[str, Any] = {} if outputs is None else {"outputs": tuple(outputs)}
+        asked |= {"fix": dict(fix)} if fix else {}
+        found, request = described_as_asked(mechanism, options, asked)
+    else:
+        read, given_numbers = read_compilable(mechanism, fix, outputs, **options)
+        found, request = read.description()
+        numbers = {str(key): float(value) for key, value in given_numbers.items()}
     states = len(found.coordinates) + len(found.states) + len(found.speeds)
     if isinstance(y0, Mapping):
         raise ValueOutOfBoundsError(
@@ -71,21 +65,6 @@ def read_export(
             raise UnknownNameError("parameter", given, sorted(known))
     values = {key: value for key, value in numbers.items() if key in known} | dict(params)
     return ExportRequest(found, request, start, values)
-
-
-def _describe(
-    mechanism: Any,
-    fix: Mapping[Any, float] | None,
-    outputs: Iterable[Any] | None,
-    options: Mapping[str, Any],
-) -> tuple[tuple[Any, Any], dict[str, float]]:
-    """The mechanism with its request, and default values that are not part of it."""
-    if not isinstance(mechanism, str):
-        request, numbers = read_compilable(mechanism, fix, outputs, **options)
-        return request.description(), {str(key): float(value) for key, value in numbers.items()}
-    asked: dict[str, Any] = {} if outputs is None else {"outputs": tuple(outputs)}
-    asked |= {"fix": dict(fix)} if fix else {}
-    return described_as_asked(mechanism, options, asked), {}
 
 
 def described_mechanism(thing: Any) -> Any:

@@ -20,16 +20,17 @@ FLAGS = (
 def web(asked: ExportRequest, name: str) -> tuple[bytes, dict[str, Any]]:
     """Derive and compile: the module, which imports nothing, and data for JSON.
 
-    Raises
-    ------
-    CompilerError
-        If the package ``ziglang`` is not installed.
+    Raises :class:`CompilerError` if the package ``ziglang`` is not installed.
     """
     from mechc_codegen.compiler import build_web
     from mechc_codegen.export.fmu import FmuOptions
     from mechc_codegen.export.web import RTOL, SOURCE
 
-    command = web_compiler()
+    command = toolchain.packaged_compiler()
+    if command is None:
+        raise CompilerError(
+            "WebAssembly is compiled by the package ziglang: pip install 'mechc[compiler]'"
+        )
     options = FmuOptions(name, asked.start, asked.values, RTOL)
     texts, about = build_web(asked.mechanism, options, asked.request)
     with TemporaryDirectory(prefix="mechc-web-") as folder:
@@ -37,13 +38,3 @@ def web(asked: ExportRequest, name: str) -> tuple[bytes, dict[str, Any]]:
         target = Path(folder) / "web.wasm"
         toolchain.compile_with([*command, *FLAGS, f"-I{folder}"], Path(folder) / SOURCE, target)
         return target.read_bytes(), about
-
-
-def web_compiler() -> list[str]:
-    """The command that compiles WebAssembly with a C library."""
-    command = toolchain.packaged_compiler()
-    if command is None:
-        raise CompilerError(
-            "WebAssembly is compiled by the package ziglang: pip install 'mechc[compiler]'"
-        )
-    return command

@@ -38,10 +38,7 @@ def with_defaults(system: System, numbers: Mapping[Any, float], read: Iterable[s
     Values of symbols that are not in the equations are ignored: without a warning if the object
     contains the symbol (two moments of inertia of a body that moves in a plane), else with one.
 
-    Raises
-    ------
-    UnknownNameError
-        For a text that names no symbol of the object.
+    Raises :class:`UnknownNameError` for a text that names no symbol of the object.
     """
     idle = {*read, *system.data["fixed"]} - set(system.parameters)
     told = {key: value for key, value in numbers.items() if name_of(key) not in idle}

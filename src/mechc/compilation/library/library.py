@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from mechc.compilation import cache, entries
-from mechc.compilation.build import compile_described, compile_known, key_of
+from mechc.compilation.build import compile_described, key_of
 from mechc.compilation.compiler import errors_of_compiler
 from mechc.compilation.parts import FIRST
 from mechc.errors import UnknownNameError
@@ -22,6 +22,14 @@ def shipped_options(name: str) -> dict[str, str]:
     return {option.name: option.about for option in SHIPPED[name].options}
 
 
+def check_options(name: str, options: Mapping[str, Any]) -> None:
+    """Raise :class:`UnknownNameError` for an option that a mechanism of the library has not."""
+    known = shipped_options(name)
+    for option in options:
+        if option not in known:
+            raise UnknownNameError(f"option of {name}", option, known)
+
+
 def beyond_default(name: str, options: Mapping[str, Any]) -> dict[str, Any]:
     """The options that differ from a mechanism's default scene, counts as numbers.
 
@@ -29,10 +37,7 @@ def beyond_default(name: str, options: Mapping[str, Any]) -> dict[str, Any]:
     """
     from mechc_codegen.library.catalogue import beyond_default
 
-    known = shipped_options(name)
-    for option in options:
-        if option not in known:
-            raise UnknownNameError(f"option of {name}", option, known)
+    check_options(name, options)
     errors_of_compiler()
     found: dict[str, Any] = beyond_default(name, options)
     return found
@@ -53,9 +58,7 @@ def variant(name: str, options: Mapping[str, Any], asked: Mapping[str, Any]) -> 
     def describe() -> tuple[Any, Any]:
         return described_as_asked(name, options, asked)
 
-    if plain:
-        return compile_known(_variant_digest(name, told), describe, reference)
-    return compile_described(describe, reference)
+    return compile_described(describe, reference, _variant_digest(name, told) if plain else None)
 
 
 def names_to_compile(name: str, options: Mapping[str, Any]) -> Mapping[str, tuple[str, ...]] | None:

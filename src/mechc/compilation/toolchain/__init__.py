@@ -12,11 +12,13 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from mechc.compilation.toolchain import zig_cache
 from mechc.compilation.toolchain.found import installed_compiler
@@ -31,6 +33,7 @@ _HEADERS = ("CPATH", "C_INCLUDE_PATH")  # those that name folders of headers
 _MOST_HEADERS = 5000  # of which the content is hashed; of more, size and time
 LONGEST = 1800.0  # s that a compiler may take for one file; a large scene takes minutes
 _LONGEST_VERSION = 60.0
+_MOST_OUTPUT = 2**16  # bytes of its output, at the beginning and again at the end
 _ANYWHERE = () if ON_WINDOWS else ("-fPIC",)  # code of Windows may lie at any address
 # How linkers end that map their output into memory, as zig's does, where the disk is full; zig
 # itself ends so when its linker has.
@@ -41,10 +44,8 @@ def find_compiler() -> list[str] | None:
     """The command of the C compiler: ``$CC``, else gcc, clang, cc or Python's own, else that of the
     package ``ziglang``; None if absent.
 
-    Raises
-    ------
-    CompilerError
-        If ``$CC`` names a command that does not exist: no other is used in its place.
+    Raises :class:`CompilerError` if ``$CC`` names a command that does not exist: no other is used
+    in its place.
     """
     if chosen := os.environ.get("CC", "").strip():
         return _command_words(chosen)
@@ -133,10 +134,7 @@ def compile_all(
 ) -> list[Path]:
     """Compile sources (name, flags) of a folder; the object files.
 
-    Raises
-    ------
-    CompilerError
-        With the command and the compiler's output.
+    Raises :class:`CompilerError` with the command and the compiler's output.
     """
     command = compiler()
     paths = [f"-I{path}" for path in includes]
@@ -176,7 +174,7 @@ def link(objects: Sequence[Path], target: Path) -> None:
     _run(command, target.parent, target)
 
 
-_running: set[subprocess.Popen[str]] = set()
+_running: set[subprocess.Popen[bytes]] = set()
 
 
 @atexit.register
@@ -197,7 +195,7 @@ def _output(command: list[str], longest: float, **where: Any) -> subprocess.Comp
 
 
 @contextmanager
-def _running_process(command: list[str], **where: Any) -> Iterator[subprocess.Popen[str]]:
+def _running_process(command: list[str], **where: Any) -> Iterator[subprocess.Popen[bytes]]:
     """A process that is ended if the block is left by an exception."""
     process = None
     try:
@@ -214,12 +212,12 @@ def _running_process(command: list[str], **where: Any) -> Iterator[subprocess.Po
                 _running.discard(process)
 
 
-def _start(command: list[str], **where: Any) -> subprocess.Popen[str]:
+def _start(command: list[str], **where: Any) -> subprocess.Popen[bytes]:
     pipe = subprocess.PIPE
     try:
         process = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, text=True,
-            errors="replace", process_group=0, **where,
+            command, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, bufsize=0,
+            process_group=0, **where,
         )  # fmt: skip
     except OSError as error:
         raise CompilerError(f"cannot run {shlex.join(command)}: {error.strerror}") from None
@@ -228,27 +226,49 @@ def _start(command: list[str], **where: Any) -> subprocess.Popen[str]:
 
 
 def _communicate(
-    process: subprocess.Popen[str], command: list[str], longest: float
+    process: subprocess.Popen[bytes], command: list[str], longest: float
 ) -> tuple[str, str]:
-    try:
-        return process.communicate(timeout=longest)
-    except subprocess.TimeoutExpired:
+    out, err = map(_PipeReader, (process.stdout, process.stderr))
+    end = time.monotonic() + longest
+    with suppress(subprocess.TimeoutExpired):
+        process.wait(longest)
+    for each in (out, err):
+        each.join(max(0.0, end - time.monotonic()))
+    if process.poll() is None or out.is_alive() or err.is_alive():
         _end(process)
+        err.join(1.0)  # a child that still runs may keep the pipe open
         raise CompilerError(
             f"the C compiler did not end within {longest:g} s and was stopped.\n"
-            f"{shlex.join(command)}\n{_rest(process)}"
-        ) from None
+            f"{shlex.join(command)}\n{err.text().strip()}"
+        )
+    return out.text(), err.text()
 
 
-def _rest(process: subprocess.Popen[str]) -> str:
-    """The output to stderr until the end; a child that still runs may keep the pipe open."""
-    try:
-        return process.communicate(timeout=1.0)[1].strip()
-    except subprocess.TimeoutExpired as late:
-        return (late.stderr or b"").decode(errors="replace").strip()
+class _PipeReader(threading.Thread):
+    """Reads a pipe to its end, and keeps the beginning and the end of what it gives."""
+
+    def __init__(self, pipe: IO[bytes] | None) -> None:
+        super().__init__(daemon=True)
+        assert pipe is not None
+        self.pipe, self.first, self.last, self.left_out = pipe, b"", b"", 0
+        self.start()
+
+    def run(self) -> None:
+        with suppress(OSError, ValueError):  # closed, while a child of the compiler holds it open
+            while block := self.pipe.read(_MOST_OUTPUT):
+                room = _MOST_OUTPUT - len(self.first)
+                self.first += block[:room]
+                last = self.last + block[room:]
+                self.last = last[-_MOST_OUTPUT:]
+                self.left_out += len(last) - len(self.last)
+
+    def text(self) -> str:
+        between = f"\n... {self.left_out} bytes ...\n" if self.left_out else ""
+        content = self.first + between.encode() + self.last
+        return content.decode(errors="replace").replace("\r\n", "\n")
 
 
-def _end(process: subprocess.Popen[str]) -> None:
+def _end(process: subprocess.Popen[bytes]) -> None:
     """End a process and its children."""
     if sys.platform != "win32":  # which has no groups of processes
         with suppress(ProcessLookupError, PermissionError):

@@ -7,7 +7,7 @@ Invariant: every text is one printable line of bounded length.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -15,8 +15,9 @@ import numpy as np
 from mechc.errors import ValueOutOfBoundsError
 from mechc.results.player.page import base64_floats
 from mechc.results.player.plots import panels
-from mechc.results.sampling import Run, SolutionLike, clean_text, pretty_name, time_span
-from mechc.system.parameters import Array
+from mechc.results.sampling import Run, clean_text, pretty_name
+from mechc.simulation.trajectory import Trajectory
+from mechc.system.parameters import Array, one_double
 
 MOST_FRAMES: Final = 3000
 FEWEST_FRAMES: Final = 240
@@ -29,25 +30,23 @@ SPEEDS: Final = (0.1, 0.25, 0.5, 1.0, 2.0)  # of the motion over the clock's
 # --- frames ----------------------------------------------------------------------------------
 
 
-def frames(sol: SolutionLike, fps: float, *, in_space: bool = False) -> Run:
+def frames(sol: Trajectory, fps: float, *, in_space: bool = False) -> Run:
     """The run at equal steps, up to its first state that is not finite.
 
     There are ``fps`` frames a second, and as many as steps of the integrator; fewer of long runs
     and of many points.  The page interpolates between them.
 
-    Raises
-    ------
-    ValueOutOfBoundsError
-        If ``fps`` is not a positive number.
+    Raises :class:`ValueOutOfBoundsError` if ``fps`` is not a positive number.
     """
-    if not (math.isfinite(fps) and fps > 0.0):
+    fps = one_double(fps, "fps")
+    if not 0.0 < fps < math.inf:
         raise ValueOutOfBoundsError(
             f"fps must be a positive number of frames per second, not {fps!r}"
         )
-    first, last = sorted(time_span(sol))
+    first, last = sorted(sol.span)
     points = len(Run(sol, sol.t, sol.y, in_space).picture.point_names)
     most = min(MOST_FRAMES, max(FEWEST_FRAMES, MOST_POSITIONS // max(1, points)))
-    wished = max((last - first) * fps, float(getattr(sol, "stats", {}).get("steps", 0)))
+    wished = max((last - first) * fps, float(sol.stats["steps"]))
     count = max(2, math.ceil(min(wished, most - 1.0) - 1e-6) + 1)
     t = np.linspace(first, last, count if last > first else 1)
     y = np.asarray(sol(t) if last > first else sol.y[:1], dtype=float)
@@ -69,12 +68,19 @@ def motion_data(
     """
     number = {name: k for k, name in enumerate(names)}
     positions = np.nan_to_num(positions)
-    middle = _middle(positions)
+    # relative to the middle of the box of the motion single precision is finest
+    flat = positions.reshape(-1, positions.shape[-1])
+    middle = (flat.min(axis=0) + flat.max(axis=0)) / 2 if len(flat) else np.zeros(flat.shape[-1])
     span = float(run.t[-1] - run.t[0])
     step = span / (len(run.t) - 1) if len(run.t) > 1 else 0.0
+    told = [*notes]
+    if step * fps > 1.001:  # the limit of frames made the step longer than requested
+        told.append(f"one frame every {1e3 * step:.3g} ms")
+    if not getattr(run.solution.status, "ok", True):
+        told.append(clean_text(str(run.solution.status), 240))
     return {
-        "title": clean_text(run.model.title or run.model.name, 100),
-        "notes": [note for note in (*notes, _step_note(step, fps), _status_note(run)) if note],
+        "title": clean_text(run.system.title or run.system.name, 100),
+        "notes": [note for note in told if note],
         "start": float(run.t[0]),
         "step": step,
         "frames": len(run.t),
@@ -93,12 +99,6 @@ def motion_data(
     }
 
 
-def _middle(positions: Array) -> Array:
-    """The middle of the box of the motion, relative to which single precision is finest."""
-    flat = positions.reshape(-1, positions.shape[-1])
-    return (flat.min(axis=0) + flat.max(axis=0)) / 2 if len(flat) else np.zeros(flat.shape[-1])
-
-
 def speed_choices(span: float) -> dict[str, Any]:
     """The choice of speeds, with slower ones for very short runs."""
     speeds = list(SPEEDS)
@@ -109,31 +109,16 @@ def speed_choices(span: float) -> dict[str, Any]:
     return {"speeds": speeds, "speed": usual if span > 0.0 else 1.0}
 
 
-def _step_note(step: float, fps: float) -> str:
-    """A note if the limit of frames made the step longer than requested."""
-    return f"one frame every {1e3 * step:.3g} ms" if step * fps > 1.001 else ""
-
-
-def _status_note(run: Run) -> str:
-    failed = not getattr(run.solution.status, "ok", True)
-    return clean_text(str(run.solution.status), 240) if failed else ""
-
-
 # --- marks -----------------------------------------------------------------------------------
 
 
 def marks(run: Run) -> list[dict[str, Any]]:
     """Change points and events within the run, by time."""
     found = [{"t": t, "kind": "change", "label": "change point"} for t in run.change_times]
-    records = getattr(run.solution, "events", ())
-    titles = getattr(run.solution, "event_titles", ())
-    for title, record in zip(titles, records, strict=True):
+    for title, record in zip(run.solution.event_titles, run.solution.events, strict=True):
         found += [
             {"t": float(t), "kind": "event", "label": clean_text(title, MOST_LETTERS)}
-            for t in _finite(record.t)
+            for t in record.t
+            if np.isfinite(t)
         ]
     return sorted(found[:MOST_MARKS], key=lambda mark: float(mark["t"]))
-
-
-def _finite(times: Iterable[float]) -> Iterable[float]:
-    return (t for t in times if np.isfinite(t))

@@ -77,8 +77,9 @@ def player_page(
     parts = [*(template("player", f"{name}.js") for name in PLAYER), *scripts]
     script = "\n".join([*parts, template("player", f"{START}.js")])
     hashes = [f"'{content_hash(text)}'" for text in (library, script) if text]
+    title = html.escape(data["title"], quote=True)  # safe in a title or an attribute, ASCII only
     return Template(template("player", "page.html")).substitute(
-        title=attribute_text(data["title"]),
+        title=title.encode("ascii", "xmlcharrefreplace").decode("ascii"),
         style=style,
         style_hash=content_hash(style),
         script_sources=" ".join([*hashes, source]).strip(),
@@ -107,11 +108,6 @@ def json_for_script(value: Any) -> str:
     for character in "<>&":
         text = text.replace(character, f"\\u{ord(character):04x}")
     return text
-
-
-def attribute_text(text: str) -> str:
-    """Text that is safe in a title or an attribute, ASCII only."""
-    return html.escape(text, quote=True).encode("ascii", "xmlcharrefreplace").decode("ascii")
 
 
 def content_hash(text: str) -> str:

@@ -13,7 +13,14 @@ import numpy as np
 from mechc.errors import MechcError
 from mechc.results.curves import line_styles
 from mechc.results.player.page import base64_floats
-from mechc.results.sampling import Run, ShownUnit, clean_text, pretty_name, shown_unit
+from mechc.results.sampling import (
+    Run,
+    ShownUnit,
+    clean_text,
+    energies,
+    pretty_name,
+    shown_unit,
+)
 from mechc.system.parameters import Array
 
 MOST_LINES: Final = 24
@@ -22,7 +29,7 @@ TITLES: Final = {"angle": "Angles", "position": "Positions", "value": "Coordinat
 
 def panels(run: Run) -> list[dict[str, Any]]:
     """Coordinates, a panel for each unit, and the energies where they are known."""
-    units = {name: shown_unit(run.model, name) for name in run.model.coordinates}
+    units = {name: shown_unit(run.system, name) for name in run.system.coordinates}
     columns = {name: units[name].factor * run.y[:, k] for k, name in enumerate(units)}
     coordinates = [
         _panel(title, unit, {pretty_name(name): columns[name] for name in names})
@@ -41,29 +48,22 @@ def by_unit(units: Mapping[str, ShownUnit]) -> list[tuple[str, str, list[str]]]:
 
 
 def _energies(run: Run) -> list[dict[str, Any]]:
-    model = run.model
     try:
-        energies = {
-            "kinetic": run.evaluate(model.kinetic_energy),
-            "potential": run.evaluate(model.potential_energy),
-            "total": run.evaluate(model.energy),
-        }
+        return [_panel("Energy", "J", energies(run))]
     except MechcError:
         return []
-    return [_panel("Energy", "J", energies)]
 
 
 def _panel(title: str, unit: str, columns: dict[str, Array]) -> dict[str, Any]:
     """Lines by their names; those that coincide have dashes that alternate."""
     shown = list(columns.items())[:MOST_LINES]
     values = np.nan_to_num(np.stack([column for _, column in shown], axis=-1))
-    lines = [
-        {"name": clean_text(name), "values": base64_floats(column), "dash": _dash(style)}
+    lines = [  # dash: start, length and gap in widths of a line; nothing for a whole line
+        {
+            "name": clean_text(name),
+            "values": base64_floats(column),
+            "dash": [] if style == "-" else [style[0], *style[1]],
+        }
         for (name, _), column, style in zip(shown, values.T, line_styles(values), strict=True)
     ]
     return {"title": title, "unit": unit, "lines": lines, "untold": len(columns) - len(shown)}
-
-
-def _dash(style: Any) -> list[float]:
-    """Start, length and gap in widths of a line; nothing for a whole line."""
-    return [] if style == "-" else [style[0], *style[1]]

@@ -24,10 +24,7 @@ def slider_data(
 def checked_range(name: str, given: Any) -> tuple[float, float]:
     """The lowest and the highest value of a slider.
 
-    Raises
-    ------
-    ValueOutOfBoundsError
-        If they are not two numbers in this order.
+    Raises :class:`ValueOutOfBoundsError` if they are not two numbers in this order.
     """
     try:
         low, high = (float(x) for x in given)

@@ -19,12 +19,10 @@ USUAL: Final = 90.0  # percentile of all forces that has the usual length: peaks
 
 def arrows(run: Run, middle: Array) -> list[dict[str, Any]]:
     """The forces by which the parents of joints act on their children."""
-    shown, model = run.picture, run.model
-    names = list(getattr(model, "joint_names", ()))
+    shown, names = run.picture, list(run.system.joint_names)
     if not names or names != list(shown.joints) or shown.acting is None:
         return []
-    reactions: Any = model
-    forces = np.asarray(reactions.reactions(run.y, run.params, run.t).force, dtype=float)
+    forces = run.solution.output_along("reaction_forces", run.t, run.y)
     points = run.evaluate(shown.acting) - middle
     return _drawn([f"reaction in {name}" for name in names], points, forces)
 

@@ -22,18 +22,13 @@ def axes_data(run: Run) -> dict[str, Any]:
     flat = bool(np.abs(run.positions[..., 2]).max(initial=0.0) <= FLAT * size)
     right, up = run.picture.view or (("x", "y") if flat else ("x", "z"))
     across, upwards = _direction(right), _direction(up)
-    weight = _weight(run)
+    known = run.picture.weight
+    weight = np.zeros(3) if known is None else known(run.solution.params)  # of free fall
+    weight = weight if np.isfinite(weight).all() else np.zeros(3)
     if not flat and weight.any():
         upwards = -weight / np.linalg.norm(weight)
         across = _beside(upwards, across)
     return {"right": across.tolist(), "up": upwards.tolist(), "flat": flat}
-
-
-def _weight(run: Run) -> Array:
-    """The acceleration of free fall, zero where none is known."""
-    weight = run.picture.weight
-    fall = np.zeros(3) if weight is None else weight(run.solution.params)
-    return fall if np.isfinite(fall).all() else np.zeros(3)
 
 
 def _direction(axis: str) -> Array:

@@ -29,10 +29,7 @@ FLAGS: Final = (
 def browser() -> str:
     """The path of a browser of the Chromium family.
 
-    Raises
-    ------
-    MissingPackageError
-        If there is none on PATH.
+    Raises :class:`MissingPackageError` if there is none on PATH.
     """
     found = next(filter(None, map(shutil.which, NAMES)), None)
     if found is None:
@@ -46,10 +43,7 @@ def browser() -> str:
 def document_of(page: str) -> str:
     """The document after the page's scripts have run.
 
-    Raises
-    ------
-    MechcError
-        If the browser fails or takes more than fifteen minutes.
+    Raises :class:`MechcError` if the browser fails or takes more than fifteen minutes.
     """
     program = browser()
     with tempfile.TemporaryDirectory(prefix="mechc_view_", ignore_cleanup_errors=True) as folder:

@@ -11,12 +11,12 @@ import numpy as np
 from mechc.errors import ValueOutOfBoundsError
 from mechc.results.player.motion import frames, motion_data
 from mechc.results.player.page import Page, player_page, template
-from mechc.results.sampling import SolutionLike
 from mechc.results.view.arrows import arrows, load_arrows
 from mechc.results.view.axes import axes_data
 from mechc.results.view.pictures import WRITERS, picture_order, pictures_of
 from mechc.results.view.solids import solids_data
 from mechc.results.view.three_js import three_js
+from mechc.simulation.trajectory import Trajectory
 
 SCRIPTS: Final = (
     *("solids", "camera", "stage", "body", "arrows", "trails", "views", "export", "renew"),
@@ -84,7 +84,7 @@ class View(Page):
         return target
 
 
-def view(sol: SolutionLike, *, fps: float = 60.0) -> View:
+def view(sol: Trajectory, *, fps: float = 60.0) -> View:
     """The motion as a `View`: show it in a notebook, or ``.save(path)`` it."""
     three_js()  # is missing now, not when the page is displayed
     return View(view_data(sol, fps=fps))
@@ -96,7 +96,7 @@ def saved_view(data: Mapping[str, Any]) -> View:
     return View(data)
 
 
-def view_data(sol: SolutionLike, *, fps: float = 60.0) -> dict[str, Any]:
+def view_data(sol: Trajectory, *, fps: float = 60.0) -> dict[str, Any]:
     """The data of a motion in space.
 
     Raises

@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from mechc.errors import MechcError, MissingPackageError, ValueOutOfBoundsError
+from mechc.errors import MechcError, ValueOutOfBoundsError, package
 from mechc.results.view.browser import document_of
 
 CAMERAS: Final = ("front", "back", "top", "side", "isometric")
@@ -31,16 +31,19 @@ def picture_order(
 ) -> dict[str, Any]:  # fmt: skip
     """An order to the page for pictures: sizes, camera, and times from the start of the run.
 
-    Raises
-    ------
-    ValueOutOfBoundsError
-        For a size, camera, theme, time, speed or number of pictures that cannot be.
+    Raises :class:`ValueOutOfBoundsError` for a size, camera, theme, time, speed or number of
+    pictures that cannot be.
     """
     width, height = (_whole(side) for side in size)
     _refuse(camera, (None, *CAMERAS), "camera")
     _refuse(theme, THEMES, "theme")
     span = data["step"] * (data["frames"] - 1)
-    times = _one_time(data, t, span) if kind == "png" else film_times(span, fps, speed)
+    if kind != "png":
+        times = film_times(span, fps, speed)
+    else:
+        times = [0.0 if t is None else t - data["start"]]
+        if not 0.0 <= times[0] <= span:
+            raise ValueOutOfBoundsError(f"the run has no time {t} s")
     return {
         "width": width, "height": height, "camera": camera, "times": times, "speed": speed,
         "theme": theme,
@@ -62,13 +65,6 @@ def _refuse(given: Any, known: Sequence[Any], what: str) -> None:
         raise ValueOutOfBoundsError(f"there is no {what} {given!r}: {names}")
 
 
-def _one_time(data: Mapping[str, Any], t: float | None, span: float) -> list[float]:
-    time = 0.0 if t is None else t - data["start"]
-    if not 0.0 <= time <= span:
-        raise ValueOutOfBoundsError(f"the run has no time {t} s")
-    return [time]
-
-
 def film_times(span: float, fps: float, speed: float) -> list[float]:
     """Times of the pictures of a film, from the start of the run."""
     if not (math.isfinite(fps) and fps > 0.0 and math.isfinite(speed) and speed > 0.0):
@@ -85,10 +81,7 @@ def film_times(span: float, fps: float, speed: float) -> list[float]:
 def pictures_of(page: str) -> list[bytes]:
     """The pictures, as PNG, of a page that was asked for some.
 
-    Raises
-    ------
-    MechcError
-        If the browser drew none.
+    Raises :class:`MechcError` if the browser drew none.
     """
     found = re.search(r'<pre id="pictures">([^<]*)</pre>', document_of(page))
     if found is None:
@@ -118,12 +111,8 @@ def write_gif(pictures: Sequence[bytes], path: Path, fps: float) -> None:
 def write_mp4(pictures: Sequence[bytes], path: Path, fps: float) -> None:
     """A film in H.264, which all players know.
 
-    Raises
-    ------
-    MissingPackageError
-        If there is neither ffmpeg on PATH nor the package imageio-ffmpeg.
-    MechcError
-        If the encoder fails.
+    Raises :class:`MissingPackageError` if there is neither ffmpeg on PATH nor the package
+    imageio-ffmpeg; :class:`MechcError` if the encoder fails.
     """
     even = "crop=trunc(iw/2)*2:trunc(ih/2)*2"
     command = [
@@ -140,13 +129,8 @@ def _encoder() -> str:
     found = shutil.which("ffmpeg")
     if found is not None:
         return found
-    try:
-        from imageio_ffmpeg import get_ffmpeg_exe
-    except ImportError:
-        raise MissingPackageError(
-            "an MP4 is encoded by ffmpeg: install it, or pip install 'mechc[video]'"
-        ) from None
-    return str(get_ffmpeg_exe())
+    advice = "an MP4 is encoded by ffmpeg: install it, or pip install 'mechc[video]'"
+    return str(package("imageio_ffmpeg", advice).get_ffmpeg_exe())
 
 
 WRITERS: Final[Mapping[str, Callable[[Sequence[bytes], Path, float], None]]] = {

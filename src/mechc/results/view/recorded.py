@@ -19,11 +19,11 @@ import numpy as np
 
 from mechc.errors import MechcError
 from mechc.results.player.motion import MOST_FRAMES
-from mechc.results.sampling import SolutionLike
 from mechc.results.untrusted import json_object
 from mechc.results.view.page import view_data
+from mechc.simulation.trajectory import Trajectory
 
-MOST_BYTES: Final = 64 * 2**20  # of the data, unpacked
+MOST_BYTES: Final = 64 * 2**20  # of the data, unpacked, and of their values besides
 MOST_ENTRIES: Final = 5000
 LONGEST: Final = 1000  # characters
 _KINDS: Final = ("ball", "box", "disc", "wheel", "mesh", "mass")
@@ -31,27 +31,25 @@ _KINDS: Final = ("ball", "box", "disc", "wheel", "mesh", "mass")
 Check = Callable[[Any], bool]
 
 
-def packed_view(sol: SolutionLike) -> bytes:
+def packed_view(sol: Trajectory) -> bytes:
     """The data of its page in space, compressed."""
     return zlib.compress(json.dumps(view_data(sol), allow_nan=False).encode(), 6)
 
 
-def unpacked_view(content: bytes) -> dict[str, Any]:
-    """The data of a page.
+def unpacked_view(content: bytes, max_bytes: float = MOST_BYTES) -> dict[str, Any]:
+    """The data of a page, of at most ``max_bytes`` and 64 MiB.
 
-    Raises
-    ------
-    MechcError
-        If the bytes are anything else.
+    Raises :class:`MechcError` if the bytes are anything else.
     """
     reader = zlib.decompressobj()
+    most = max(1, int(min(max_bytes, MOST_BYTES)))
     try:
-        text = reader.decompress(content, MOST_BYTES)
+        text = reader.decompress(content, most)
     except zlib.error as error:
         raise MechcError(f"the picture saved with it is damaged: {error}") from None
     if reader.unconsumed_tail or not reader.eof:
-        raise MechcError(f"the picture saved with it has more than {MOST_BYTES} bytes, or no end")
-    data = json_object(text, "the picture saved with it")
+        raise MechcError(f"the picture saved with it has more than {most} bytes, or no end")
+    data = json_object(text, "the picture saved with it", most)
     frames, points, solids = (_size(data, key) for key in ("frames", "points", "solids"))
     if not (1 <= frames <= MOST_FRAMES):
         raise MechcError("the picture saved with it is damaged: frames")

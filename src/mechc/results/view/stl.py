@@ -23,16 +23,18 @@ LARGEST: Final = 300 * MOST_TRIANGLES  # bytes of a text
 def read_stl(path: str) -> Array:
     """Corners of the triangles, (triangles, 3, 3) in the units of the file.
 
-    Raises
-    ------
-    MechcError
-        If the file is missing, too large, or no STL file.
+    Raises :class:`MechcError` if the file is missing, too large, or no STL file.
     """
     try:
         content = read_regular(Path(path), LARGEST)
     except FileNotFoundError:
         raise MechcError(f"there is no file {printable(path)}") from None
-    corners = _binary(content) if _is_binary(content) else _text(content)
+    count = int.from_bytes(content[80:HEADER], "little")
+    corners: Array | None
+    if len(content) >= HEADER and len(content) == HEADER + count * RECORD.itemsize:
+        corners = np.frombuffer(content, RECORD, offset=HEADER)["corners"].astype(float)
+    else:
+        corners = _text(content)
     if corners is None or not len(corners) or not np.isfinite(corners).all():
         raise MechcError(f"{printable(path)} is damaged: it has no triangles of STL")
     if len(corners) > MOST_TRIANGLES:
@@ -40,16 +42,6 @@ def read_stl(path: str) -> Array:
             f"{printable(path)} has {len(corners)} triangles, {MOST_TRIANGLES} at most are drawn"
         )
     return corners
-
-
-def _is_binary(content: bytes) -> bool:
-    """Whether the length is that of a binary file with its count of triangles."""
-    count = int.from_bytes(content[80:HEADER], "little")
-    return len(content) >= HEADER and len(content) == HEADER + count * RECORD.itemsize
-
-
-def _binary(content: bytes) -> Array:
-    return np.frombuffer(content, RECORD, offset=HEADER)["corners"].astype(float)
 
 
 def _text(content: bytes) -> Array | None:

@@ -14,10 +14,7 @@ BUILD: Final = "static/r130/three.min.js"
 def three_js() -> str:
     """The script, with its licence at the top, which defines ``THREE`` and its orbit controls.
 
-    Raises
-    ------
-    MissingPackageError
-        If the package is not installed.
+    Raises :class:`MissingPackageError` if the package is not installed.
     """
     try:
         return resources.files(PACKAGE).joinpath(BUILD).read_text("utf-8")

@@ -51,6 +51,7 @@ class MotionWidget(anywidget.AnyWidget):  # type: ignore[misc]  # it has no type
     def __init__(self, variation: Variation, fps: float) -> None:
         self._variation, self._fps = variation, fps
         self.solution, self._now = variation.first, variation.values
+        self._chosen: dict[str, float] = {}  # others follow these, as the inertia of a rod its mass
         shown = {**view_data(self.solution, fps=fps), "live": True}
         super().__init__(
             page=space_page(shown), sliders=variation.sliders(), first=variation.values,
@@ -64,23 +65,35 @@ class MotionWidget(anywidget.AnyWidget):  # type: ignore[misc]  # it has no type
         for name in proposal["value"]:
             if name not in ranges:
                 raise UnknownNameError("slider", name, ranges)
-        given = {name: _within(value, *ranges[name]) for name, value in proposal["value"].items()}
-        return {**self._now, **given}
+        return {**self._now, **self._all_within(proposal["value"])}
 
     @traitlets.observe("values")
     def _simulate_anew(self, change: Mapping[str, Any]) -> None:
         if change["new"] == self._now:
             return  # those it begins with
-        self._now = change["new"]
+        self._choose(change["new"])
         try:
-            found = self._variation.simulate(change["new"])
+            found = self._variation.simulate(self._chosen)
             motion = view_data(found, fps=self._fps)
         except (MechcError, ValueError) as error:
             self.note = clean_text(str(error), 300)
             return
         self.solution = found
+        self._now = self._all_within(self._variation.values_of(found) | self._chosen)
         with self.hold_sync():
-            self.motion, self.note = motion, ""
+            self.motion, self.note, self.values = motion, "", self._now
+
+    def _all_within(self, values: Mapping[str, Any]) -> dict[str, float]:
+        ranges = self._variation.ranges
+        return {name: _within(value, *ranges[name]) for name, value in values.items()}
+
+    def _choose(self, values: dict[str, float]) -> None:
+        """Note which values were moved; one that is as at first follows others again."""
+        first = self._variation.values
+        moved = {name: value for name, value in values.items() if value != self._now[name]}
+        chosen = {**self._chosen, **moved}
+        self._chosen = {name: value for name, value in chosen.items() if value != first[name]}
+        self._now = values
 
 
 def _within(value: Any, low: float, high: float) -> float:

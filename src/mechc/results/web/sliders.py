@@ -20,24 +20,24 @@ def chosen_sliders(
     """The ranges of the sliders by name, None where the page chooses, and the coordinates and
     speeds that keep their values while loops are closed.
 
+    Raises :class:`UnknownNameError` for a name that is none of a parameter, coordinate, speed or
+    input; :class:`ValueOutOfBoundsError` for a range that is none.
+
     Parameters
     ----------
     about
         The data of the mechanism.
     start
         Its own start: coordinates and speeds by name.
-
-    Raises
-    ------
-    UnknownNameError
-        For a name that is none of a parameter, coordinate, speed or input.
-    ValueOutOfBoundsError
-        For a range that is none.
     """
     states = [each["name"] for kind in ("coordinates", "speeds") for each in about[kind]]
     parameters = [each["name"] for each in about["parameters"]]
     own = [name for name in states if name in start]
-    chosen = _usual(about, parameters, own) if wanted is None else wanted
+    chosen: Sliders = wanted if wanted is not None else ()
+    if wanted is None:  # parameters that do not follow from others; coordinates of the start
+        free = [name for i, name in enumerate(parameters) if i not in {*about["follows"]}]
+        coordinates = [each["name"] for each in about["coordinates"] if each["name"] in own]
+        chosen = [*free[:MOST_PARAMETERS], *coordinates[:MOST_COORDINATES]]
     ends = chosen if isinstance(chosen, Mapping) else {}
     ranges = {str(n): checked_range(n, ends[n]) if n in ends else None for n in chosen}
     known = (*states, *parameters, *about["inputs"])
@@ -45,11 +45,3 @@ def chosen_sliders(
         if name not in known:
             raise UnknownNameError("parameter, coordinate, speed or input", name, known)
     return ranges, [name for name in states if name in own or name in ranges]
-
-
-def _usual(about: Mapping[str, Any], parameters: list[str], own: list[str]) -> list[str]:
-    """Parameters that do not follow from others; coordinates of the start."""
-    follows = {*about["follows"]}
-    free = [name for i, name in enumerate(parameters) if i not in follows]
-    coordinates = [each["name"] for each in about["coordinates"] if each["name"] in own]
-    return [*free[:MOST_PARAMETERS], *coordinates[:MOST_COORDINATES]]

@@ -55,6 +55,9 @@ class Contacts(NamedTuple):
         Of each event the number of the contact that it is, or -1.
     has_gap, has_friction : (n,)
         Of each contact.
+    is_linear : (n,)
+        Whether parameters alone decide the coefficients of its slip, a linear function of the
+        speeds and a constant, and its friction.
     poisson
         Whether impacts follow Poisson's law of restitution, not Newton's.
     quantities
@@ -64,6 +67,7 @@ class Contacts(NamedTuple):
     numbers: NDArray[np.intc]
     has_gap: NDArray[np.uint8]
     has_friction: NDArray[np.uint8]
+    is_linear: NDArray[np.uint8]
     poisson: bool
     quantities: list[Any]
 
@@ -76,6 +80,7 @@ def contacts_of(laws: Sequence[ContactLaw], events: int, nq: int, nu: int) -> Co
         numbers,
         np.array([law.gap is not None for law in laws], np.uint8),
         np.array([law.slip is not None for law in laws], np.uint8),
+        np.array([_is_linear(law, nq, nu) for law in laws], np.uint8),
         any(law.law == POISSON for law in laws),
         [entry for law in laws for entry in quantities(law, nq, nu)],
     )
@@ -94,16 +99,37 @@ def contact_laws(events: Sequence[Any]) -> list[ContactLaw]:
     return found
 
 
-@lru_cache(MOST_KEPT)
-def quantities(law: ContactLaw, nq: int, nu: int) -> list[Any]:
-    """The quantities of a contact by t, y = (q, u, q') and p: ``hybrid/events/functions.h``."""
-    from sympy import Integer, Symbol, diff, sympify
+def _symbols(nq: int, nu: int) -> tuple[Any, list[Any], list[Any], list[Any]]:
+    """t, q, u and q' of the expressions of laws."""
+    from sympy import Symbol
 
-    t = Symbol("t", real=True)
     q, u, v = (
         [Symbol(f"y{k}", real=True) for k in range(first, first + count)]
         for first, count in ((0, nq), (nq, nu), (nq + nu, nq))
     )
+    return Symbol("t", real=True), q, u, v
+
+
+@lru_cache(MOST_KEPT)
+def _is_linear(law: ContactLaw, nq: int, nu: int) -> bool:
+    """Whether slip and friction of a contact are linear, as :class:`Contacts` says."""
+    from sympy import diff, expand, sympify
+
+    if law.slip is None:
+        return False
+    t, q, u, _ = _symbols(nq, nu)
+    slopes = [diff(law.slip, x) for x in u]
+    rest = expand(law.slip - sum(slope * x for slope, x in zip(slopes, u, strict=True)))
+    constants = [*slopes, rest, *map(sympify, (law.friction, law.static))]
+    return all(value.free_symbols.isdisjoint((t, *q, *u)) for value in constants)
+
+
+@lru_cache(MOST_KEPT)
+def quantities(law: ContactLaw, nq: int, nu: int) -> list[Any]:
+    """The quantities of a contact by t, y = (q, u, q') and p: ``hybrid/events/functions.h``."""
+    from sympy import Integer, diff, sympify
+
+    t, q, u, v = _symbols(nq, nu)
 
     def along(value: Any) -> Any:
         return diff(value, t) + sum(diff(value, x) * rate for x, rate in zip(q, v, strict=True))

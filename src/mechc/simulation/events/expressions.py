@@ -14,8 +14,9 @@ from mechc.simulation.events.event import Event
 from mechc.simulation.events.friction import DryFriction, FrictionLaw
 from mechc.simulation.events.stops import NEWTON, POISSON, Stop, StopReset
 from mechc.system.names import by_name, name_of
-from mechc.system.parameters import Array
+from mechc.system.parameters import Array, one_double
 from mechc.system.system import System
+from mechc.system.units import is_with_unit, read_value
 
 MOST_KEPT = 256  # functions of expressions, from one run to the next
 _DIRECTIONS = {">": 1.0, ">=": 1.0, "<": -1.0, "<=": -1.0, "==": 0.0}  # SymPy's names
@@ -66,7 +67,7 @@ def is_one_event(given: Any) -> bool:
         or is_expression(given)
     ):
         return True
-    return not isinstance(given, Iterable)
+    return not isinstance(given, Iterable) or getattr(given, "ndim", 1) == 0
 
 
 def is_expression(event: Any) -> bool:
@@ -118,8 +119,9 @@ class EventReader:
         if is_expression(given.function):
             expression, direction = self._difference(given.function)
             function = ValueExpression(expression, self.p, self.width)
+            own = one_double(given.direction, "a direction")
             function.title = as_written(given.function)
-            given = replace(given, function=function, direction=given.direction or direction)
+            given = replace(given, function=function, direction=own or direction)
         if isinstance(given.reset, Mapping):
             given = replace(given, reset=self._reset(given.reset))
         return given
@@ -132,11 +134,30 @@ class EventReader:
                 return self._plain(given), 0.0
             left, right = given.split(relation, 1)
             relation = relation + "=" if right.startswith("=") else relation
-            return self._plain(left) - self._plain(right.removeprefix("=")), _DIRECTIONS[relation]
+            value = self._plain(left)
+            return value - self._level(value, right.removeprefix("=")), _DIRECTIONS[relation]
         direction = _DIRECTIONS.get(getattr(given, "rel_op", ""))
         if direction is None:
             return self._plain(given), 0.0
         return self._plain(given.lhs - given.rhs), direction
+
+    def _level(self, value: Any, text: str) -> Any:
+        """The level of a comparison: an expression, or a number with a unit of the value.
+
+        The unit is one of the quantities that the value is a sum of; for others there is none.
+        """
+        from sympy import Abs
+
+        if not is_with_unit(text):
+            return self._plain(text)
+        inside = value.args[0] if isinstance(value, Abs) else value
+        found = [name for name, symbol in self.names.items() if inside.has(symbol)]
+        known = getattr(self.system, "quantities", {})
+        quantities = [known[name] for name in found if name in known]
+        linear = all(inside.diff(self.names[name]).is_number for name in found)
+        if not (linear and found) or len({(q.kind, q.unit) for q in quantities}) != 1:
+            return self._plain(text)
+        return self._plain(read_value(text, quantities[0]))
 
     def _stop(self, given: Stop) -> Event:
         system = self.system
@@ -156,7 +177,7 @@ class EventReader:
                 )
         if not 0.0 <= kept(0.0, np.zeros(self.width)) <= 1.0:
             raise ValueOutOfBoundsError(f"restitution = {given.restitution} must be 0 to 1")
-        if given.law not in (NEWTON, POISSON):
+        if not isinstance(given.law, str) or given.law not in (NEWTON, POISSON):
             raise ValueOutOfBoundsError(
                 f"law = {given.law!r}: the law of restitution is {NEWTON!r} or {POISSON!r}"
             )
@@ -165,7 +186,7 @@ class EventReader:
         return Event(gap, -1.0, given.terminal, reset)
 
     def _friction_of_stop(self, given: Stop) -> FrictionLaw:
-        none = not is_expression(given.friction) and not given.friction and given.static is None
+        none = bool(self._plain(given.friction).is_zero) and given.static is None
         if given.slip is None and not none:
             raise ValueOutOfBoundsError(
                 "friction at a stop needs the speed of sliding there: slip='u_x + r*omega'"
@@ -223,17 +244,31 @@ class EventReader:
 
     def _plain(self, given: Any) -> Any:
         """A number, a text of the grammar or an expression of SymPy, over plain symbols."""
-        from sympy import Derivative, Dummy, Symbol, SympifyError, sympify
+        from sympy import (
+            Derivative,
+            Dummy,
+            Expr,
+            I,
+            Symbol,
+            SympifyError,
+            nan,
+            oo,
+            sympify,
+            zoo,
+        )  # fmt: skip
         from sympy.core.function import AppliedUndef
 
         if isinstance(given, str):
-            return self.parse(given, self.names)
+            return _over_reals(self.parse(given, self.names))
         try:
             expression = sympify(given, strict=True)
-        except SympifyError:
+        except (SympifyError, AttributeError, TypeError, ValueError):  # of arrays of anything
+            expression = None
+        if not isinstance(expression, Expr) or expression.has(I, nan, oo, -oo, zoo):
             raise ValueOutOfBoundsError(
-                f"a reset gives numbers, texts or expressions of SymPy, not {brief(given)}"
-            ) from None
+                "events are made of finite real numbers, texts and expressions of SymPy, not "
+                f"{brief(given)}"
+            )
         known, stand_ins, rest = {}, set[Any](), expression
         for kind in (Derivative, AppliedUndef, Symbol):  # from the outside inwards
             for atom in rest.atoms(kind) - stand_ins:
@@ -244,11 +279,30 @@ class EventReader:
             replaced = {atom: Dummy() for atom in known}
             stand_ins |= {*replaced.values()}
             rest = rest.xreplace(replaced)
-        return expression.xreplace(known)
+        return _over_reals(expression.xreplace(known))
+
+
+def _over_reals(expression: Any) -> Any:
+    """The expression with derivatives over real numbers also where SymPy cannot tell what is real.
+
+    For it abs(log(g)) may be that of a complex number, whose derivative no language has.
+    """
+    from sympy import Abs, Piecewise, sign, sqrt
+
+    def is_of_complex(part: Any) -> bool:
+        return isinstance(part, (Abs, sign)) and not part.args[0].is_extended_real
+
+    def real_form(part: Any) -> Any:
+        x = part.args[0]
+        return (
+            sqrt(x**2) if isinstance(part, Abs) else Piecewise((-1, x < 0), (1, x > 0), (0, True))
+        )
+
+    return expression.replace(is_of_complex, real_form)
 
 
 def function_of(expressions: Sequence[Any]) -> Callable[[float, Array, Array], Any]:
-    """A function of t, y and p for expressions over plain symbols."""
+    """A function of t, y and p for expressions over plain symbols: infinite or NaN as in C."""
     return _function_of(tuple(expressions))
 
 
@@ -263,7 +317,12 @@ def _function_of(expressions: tuple[Any, ...]) -> Callable[[float, Array, Array]
     arguments = [Symbol("t", real=True), places["y"], places["p"]]
     compiled = lambdify(arguments, list(expressions), "numpy", cse=True)
     of_state, of_parameters = at["y"], at["p"]
-    return lambda t, y, p: compiled(t, y[of_state], p[of_parameters])
+
+    def values(t: float, y: Array, p: Array) -> Any:
+        with np.errstate(all="ignore"):
+            return compiled(np.float64(t), y[of_state], p[of_parameters])
+
+    return values
 
 
 @lru_cache(MOST_KEPT)
@@ -271,11 +330,12 @@ def _derivatives(
     values: tuple[Any, ...], width: int, parameters: int
 ) -> Callable[[float, Array, Array], tuple[Array, Array, Array]]:
     """A function of t, y, p: derivatives of n values by t (n,), y (n, width) and p (n, np)."""
-    from sympy import Symbol, diff
+    from sympy import DiracDelta, Symbol, diff
 
     by = ["t", *(f"y{k}" for k in range(width)), *(f"p{k}" for k in range(parameters))]
     symbols = [Symbol(name, real=True) for name in by]
-    entries = [(i, j, diff(value, x)) for i, value in enumerate(values)
+    entries = [(i, j, diff(value, x).replace(DiracDelta, lambda *_: 0))  # not defined at a jump
+               for i, value in enumerate(values)
                for j, x in enumerate(symbols) if value.has(x)]  # fmt: skip
     function = function_of([entry for _, _, entry in entries])
 

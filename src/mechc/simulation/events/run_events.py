@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mechc.errors import ValueOutOfBoundsError
+from mechc.errors import ValueOutOfBoundsError, brief
 from mechc.native._events import Events
 from mechc.simulation.events.contact_laws import (
     WORDS,
@@ -28,7 +28,7 @@ from mechc.simulation.events.expressions import (
 from mechc.simulation.events.friction import FrictionLaw
 from mechc.simulation.events.resets import state_given
 from mechc.simulation.events.stops import StopReset
-from mechc.system.parameters import Array
+from mechc.system.parameters import Array, one_double
 from mechc.system.system import System
 
 
@@ -79,11 +79,12 @@ class RunEvents(Sequence[Event]):
         self.source: str = "" if unit is None else unit.source
         self.bound = Events(
             _scene_of(system),
-            np.array([float(event.direction) for event in events]),
-            np.array([int(event.terminal) for event in events], np.int_),
+            np.array([one_double(event.direction, "a direction") for event in events]),
+            np.array([_terminal(event.terminal) for event in events], np.int_),
             unit,
             [_callbacks(event, system, unit is not None) for event in events],
-            contacts.numbers, contacts.has_gap, contacts.has_friction, contacts.poisson,
+            contacts.numbers, contacts.has_gap, contacts.has_friction, contacts.is_linear,
+            contacts.poisson,
             _table(table, len(self.laws)) if self.laws and unit is None else None,
         )  # fmt: skip
 
@@ -116,6 +117,13 @@ class RunEvents(Sequence[Event]):
         return tuple(words) if self.laws else ()
 
 
+def _terminal(given: Any) -> int:
+    """The number of zeros until an event ends the run; 0 where it does not."""
+    if isinstance(given, (bool, int, np.bool_, np.integer)) and 0 <= given < 2**31:
+        return int(given)
+    raise ValueOutOfBoundsError(f"terminal is True, False or a whole number, not {brief(given)}")
+
+
 def run_events(given: Any, system: System, p: Array, compiler: Compiler) -> RunEvents:
     """Events of a run, or one by itself, as a user gives them.
 
@@ -127,8 +135,12 @@ def run_events(given: Any, system: System, p: Array, compiler: Compiler) -> RunE
     key = _key_of(given), p.tobytes()
     known = system.cache.get("events")
     if known is None or key[0] is None or known[0] != key:
-        known = system.cache["events"] = key, read_events(given, system, p, compiler.parse)
-    return RunEvents(known[1], system, p, compiler)
+        events = read_events(given, system, p, compiler.parse)
+        known = system.cache["events"] = key, RunEvents(events, system, p, compiler)
+    found: RunEvents = known[1]
+    if found.bound.calls_python:  # functions of Python fail in one run, not in another
+        return RunEvents(found.events, system, p, compiler)
+    return found
 
 
 def _key_of(given: Any) -> Any:

@@ -6,9 +6,10 @@ import pytest
 from benchmarks.problems.data import reference
 from benchmarks.references import command
 from benchmarks.references.sensitivities import derivatives, sensitivities
+from tests.support.marks import slow_among
 
 
-@pytest.mark.parametrize("name", ["pendulum", "stiff_masses"])
+@pytest.mark.parametrize("name", slow_among(["pendulum", "stiff_masses"], ["stiff_masses"]))
 def test_errors_are_within_the_tolerance_times_the_condition(name: str, capsys):
     assert derivatives.main(["--only", name]) == 0
     told = capsys.readouterr().out

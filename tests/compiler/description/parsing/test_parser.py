@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from mechc_codegen.description.parsing.parser import FUNCTIONS, parse_expression
 from mechc_codegen.errors import ExpressionError
-from sympy import Float, Integer, Rational, Symbol, cos, pi, sin, sqrt
+from sympy import Float, Integer, Max, Min, Rational, Symbol, cos, pi, sign, sin, sqrt
 
 x, y = Symbol("x"), Symbol("y", real=True)
 NAMES = {"x": x, "y": y}
@@ -36,6 +36,10 @@ def parsed(text: str) -> object:
         ("(x + y)*(x - y)", (x + y) * (x - y)),
         ("sin(pi*x) + cos(2*y)", sin(pi * x) + cos(2 * y)),
         ("sqrt(x)", sqrt(x)),
+        ("sign(x - 1)", sign(x - 1)),
+        ("Max(x, y, 2)", Max(x, y, 2)),
+        ("2*min(x + 1, y)", 2 * Min(x + 1, y)),
+        ("max(x)", x),
         ("2*pi", 2 * pi),
         ("sin(pi)", Integer(0)),
         (" \t x ", x),
@@ -65,6 +69,9 @@ def test_numbers_are_evaluated_as_python_does(name: str) -> None:
         ("x)", 2),
         ("velocity", 1),
         ("x..y", 2),
+        ("x, y", 2),
+        ("sin(x, y)", 6),
+        ("max(x,)", 7),
         ("2 x", 3),
         ("1_000", 2),
         ("0x10", 2),

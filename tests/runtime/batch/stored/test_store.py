@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import mechc
+from tests.support.differences import have_the_same_arrays
 
 pytest.importorskip("zarr")
 
@@ -36,20 +37,25 @@ def options(**changed):
     } | changed  # fmt: skip
 
 
-def same(a, b):
-    assert set(a.arrays) == set(b.arrays)
-    for name in a.arrays:
-        assert np.array_equal(a[name], b[name], equal_nan=True), name
-
-
 def test_a_stream_holds_what_memory_would(model, start, tmp_path):
     held = model.simulate_batch(0.5, start, **options())
     streamed = model.simulate_batch(0.5, start, **options(), out=tmp_path / "batch")
-    same(held, streamed)
+    have_the_same_arrays(held, streamed)
     again = mechc.open(tmp_path / "batch")
     assert again.complete
-    same(held, again)
+    have_the_same_arrays(held, again)
     assert again.to_xarray().identical(held.to_xarray())
+
+
+def test_what_a_killed_call_was_writing_is_removed_by_the_next(model, start, tmp_path):
+    folder = tmp_path / "batch"
+    model.simulate_batch(0.5, start, **options(), out=folder)
+    whole = sorted(folder.rglob("*"))
+    for name in ("data.zarr/y/c/0.4f.partial", f"mechc/.request.json.{'0' * 16}.part"):
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_text("half")
+    model.simulate_batch(0.5, start, **options(), out=folder)
+    assert sorted(folder.rglob("*")) == whole
 
 
 def test_xarray_reads_the_folder_by_itself(model, start, tmp_path):
@@ -99,7 +105,7 @@ def test_ctrl_c_leaves_a_folder_that_goes_on(model, start, tmp_path, monkeypatch
     assert cut.counts == {"not run": 13, "finished": 10}
     assert not mechc.open(tmp_path / "batch").complete
     whole = model.simulate_batch(0.5, start, **options(), out=tmp_path / "batch")
-    same(whole, model.simulate_batch(0.5, start, **options()))
+    have_the_same_arrays(whole, model.simulate_batch(0.5, start, **options()))
 
 
 def chunks(folder):
@@ -128,7 +134,7 @@ def test_killed_at_any_point_the_same_call_finishes_with_the_same_arrays(tmp_pat
         float(seconds), start, {"l_3": 3.5}, t_eval=[0.0, 0.5], reduce=["max(theta_2)"],
         method="gauss8", rtol=1e-7,
     )  # fmt: skip
-    same(held, mechc.open(out))
+    have_the_same_arrays(held, mechc.open(out))
     told = json.loads((out / "mechc" / "chunk-000000000010.json").read_text())
     assert told["members"] == [10, 20]
 

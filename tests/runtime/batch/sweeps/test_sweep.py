@@ -1,6 +1,5 @@
 """``mechc sweep``: what varies, how it is drawn, what is told, written and drawn."""
 
-import json
 import re
 
 import numpy as np
@@ -10,26 +9,15 @@ import mechc
 from mechc.batch.sweeps.maps import _normalisation, draw_map
 from mechc.batch.sweeps.sweep import members, plan, read_variation
 from mechc.cli.commands import main
+from tests.support.command_line import complaint, run_json
 
+pytestmark = pytest.mark.usefixtures("here")
 GRID = ("sweep", "four_bar", "--vary", "l_3=3.8:4.2:3", "--vary", "theta_0=60deg:120deg:4",
         "--t-end", "1", "--method", "gauss8", "--reduce", "max(theta_2)")  # fmt: skip
 
 
-@pytest.fixture(autouse=True)
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
-def told(capsys, *arguments):
-    assert main([*arguments, "--json"]) == 0
-    said = capsys.readouterr()
-    assert said.err == ""
-    return json.loads(said.out)
-
-
 def test_a_grid_is_every_combination_and_json_writes_nothing(capsys, here):
-    data = told(capsys, *GRID)
+    data = run_json(capsys, *GRID)
     assert data["members"] == 12
     assert data["shape"] == [3, 4]
     assert data["outcomes"] == {"finished": 12}
@@ -166,7 +154,7 @@ def test_one_variation_is_a_line_and_drawn_ones_are_points():
 
 
 @pytest.mark.parametrize(
-    ("options", "complaint"),
+    ("options", "words"),
     [
         ((), "nothing varies"),
         (("--vary", "l_3=3.4:4.6"), "needs a count"),
@@ -185,9 +173,5 @@ def test_one_variation_is_a_line_and_drawn_ones_are_points():
         (("--vary", "l_3=3.4:4.6:3", "--threads", "some"), "whole number"),
     ],
 )
-def test_bad_input_is_one_line_and_exit_code_2(capsys, options, complaint):
-    assert main(["sweep", "four_bar", "--json", *options]) == 2
-    said = capsys.readouterr()
-    assert complaint in said.err
-    assert said.err.count("\n") == 1
-    assert said.out == ""
+def test_bad_input_is_one_line_and_exit_code_2(capsys, options, words):
+    assert words in complaint(capsys, "sweep", "four_bar", "--json", *options)

@@ -30,7 +30,7 @@ def data_of(text: str) -> dict[str, Any]:
 
 def run(t_end: float = 2.0, marks: tuple[FakeChangePoint, ...] = ()) -> FakeSolution:
     made = fake_linkage.run(t_end)
-    return FakeSolution(made.model, made.t, marks)
+    return FakeSolution(made.system, made.t, marks)
 
 
 def test_the_page_moves_as_the_run_does() -> None:
@@ -38,7 +38,7 @@ def test_the_page_moves_as_the_run_does() -> None:
     data = data_of(pages.view(sol).html)
     t = np.linspace(0.0, 2.0, data["frames"])
     tracks = floats(data["tracks"]).reshape(len(t), -1, 3) + np.array(data["origin"])
-    np.testing.assert_allclose(tracks, sol.model.points(sol(t)), atol=1e-6)
+    np.testing.assert_allclose(tracks, sol.system.points(sol(t)), atol=1e-6)
     crank = floats(data["panels"][0]["lines"][0]["values"])
     np.testing.assert_allclose(crank, np.rad2deg(sol(t)[:, 0]), rtol=1e-6)
     energies = {line["name"]: floats(line["values"]) for line in data["panels"][-1]["lines"]}
@@ -79,7 +79,7 @@ def test_texts_of_users_are_no_markup() -> None:
 def test_a_long_run_of_many_points_has_fewer_frames() -> None:
     assert data_of(pages.view(run(120.0)).html)["frames"] == MOST_FRAMES
     many = fake_linkage.run(120.0)
-    assert MOST_POSITIONS // len(many.model.point_names) > MOST_FRAMES
+    assert MOST_POSITIONS // len(many.system.point_names) > MOST_FRAMES
 
 
 @pytest.mark.parametrize("fps", [0.0, -1.0, float("nan"), float("inf")])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import copy
 import json
+import tracemalloc
 import zlib
 from pathlib import Path
 from typing import Any
@@ -46,6 +47,8 @@ def test_what_is_packed_is_unpacked(data: dict[str, Any]) -> None:
         ("start", float("nan")),
         ("frames", 0),
         ("frames", 10**9),
+        ("start", 10**400),
+        ("speeds", [10**400]),
         ("frames", True),
         ("tracks", "AAAA"),
         ("tracks", "no base64!"),
@@ -83,6 +86,18 @@ def test_bytes_of_any_size_are_refused() -> None:
     for content in (b"", b"\x78\x9c", b"else", zlib.compress(b" " * (MOST_BYTES + 1))):
         with pytest.raises(MechcError, match=r"damaged|bytes"):
             unpacked_view(content)
+
+
+def test_values_that_outgrow_their_text_are_refused_unread() -> None:
+    """67 kB, unpacked 64 MiB, of empty lists took 3.4 GB and 33 s."""
+    small, most = b'{"a": [' + b"[]," * 20_000_000 + b"[]]}", 10**6
+    tracemalloc.start()
+    with pytest.raises(MechcError, match="are allowed"):
+        unpacked_view(zlib.compress(small))
+    with pytest.raises(MechcError, match="are allowed"):
+        unpacked_view(zlib.compress(small[: most // 10] + b"[]]}"), most)
+    assert tracemalloc.get_traced_memory()[1] < 4 * MOST_BYTES
+    tracemalloc.stop()
 
 
 @pytest.fixture(scope="module")
@@ -131,6 +146,23 @@ def test_a_model_of_unknown_looks_has_the_picture_of_the_file(
 
 def _nothing(*_: Any, **__: Any) -> Any:
     raise AssertionError("its description is not known")
+
+
+@pytest.mark.parametrize("content", [b'{"start": 1' + b"0" * 400 + b"}", b"[]" * 9])
+def test_a_file_with_another_picture_is_refused_by_every_door(
+    motion: tuple[mechc.Solution, Path], tmp_path: Path, content: bytes
+) -> None:
+    """``mechc verify`` called both sound, and the number ended in a traceback."""
+    sol, _ = motion
+    path = tmp_path / "other.nc"
+    data = files.to_dataset(sol)
+    data[files.VIEW] = ("b", np.frombuffer(zlib.compress(content), np.int8))
+    data.assign_attrs(sha256=files.digest(data)).to_netcdf(path, engine="scipy")
+    doors = (files.verify, mechc.open, mechc.open_view)
+    for door in doors:
+        with pytest.raises(MechcError, match="damaged"):
+            door(path)
+    assert main(["verify", str(path)]) == 2
 
 
 def test_a_motion_with_its_model_is_opened_as_before(motion: tuple[mechc.Solution, Path]) -> None:

@@ -12,7 +12,7 @@ import pytest
 
 import mechc
 from tests.support.page_data import floats
-from tests.support.trust.browser import TWO_FRAMES, OpenPage, opened_browser
+from tests.support.trust.browser import TWO_FRAMES, OpenPage
 
 pytest.importorskip("anywidget", reason="anywidget is not installed")
 pytest.importorskip("jupyter_threejs_sage", reason="jupyter-threejs-sage is not installed")
@@ -70,6 +70,24 @@ def test_values_of_a_page_stay_within_their_ranges(widget: Any) -> None:
     assert widget.values["l_3"] == 4.5
 
 
+def test_what_follows_a_value_follows_it_until_it_is_moved_itself() -> None:
+    """The inertia of a uniform rod, m l^2 / 12, by its slider, its motion, and after a reset."""
+    ranges = {"m_1": (0.5, 6.0), "I_1": (0.01, 1.8), "l_3": (3.0, 4.0)}
+    widget = mechc.load("four_bar").widget(1.0, {"theta_0": 1.5}, {"l_3": 3.5}, sliders=ranges)
+    receive(widget, values={"m_1": 5.0})
+    heavy = {"m_1": 5.0, "I_1": 5.0 * 2.0**2 / 12}
+    assert widget.values == pytest.approx({**heavy, "l_3": 3.5})
+    sol = mechc.load("four_bar").simulate(1.0, {"theta_0": 1.5}, {"l_3": 3.5, **heavy})
+    np.testing.assert_allclose(widget.solution.y[-1], sol.y[-1], atol=1e-12)
+    receive(widget, values={"m_1": 5.0, "I_1": 0.3})
+    receive(widget, values={"m_1": 4.0, "I_1": 0.3})
+    assert widget.values["I_1"] == 0.3
+    receive(widget, values=dict(widget.first))
+    receive(widget, values={"m_1": 6.0})  # its inertia, 2, is beyond the slider's end
+    assert widget.values == {"m_1": 6.0, "I_1": 1.8, "l_3": 3.5}
+    assert widget.solution.params[8] == pytest.approx(2.0)
+
+
 def test_without_a_motion_the_last_one_stays_and_the_reason_is_told(
     widget: Any, sent: list[Any]
 ) -> None:
@@ -107,12 +125,6 @@ const module = await import(URL.createObjectURL(esm));
 window.finish = module.default.render({ model: model, el: document.getElementById("cell") });
 window.heard = heard;
 </script></body></html>"""
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with opened_browser() as found:
-        yield found
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ from mechc.compilation import toolchain
 from mechc.results.web.page import live_page, module_text
 from tests.compiler.export.test_standalone import cart
 from tests.runtime.results.test_animation import Page
-from tests.support.trust.browser import OpenPage, opened_browser
+from tests.support.trust.browser import OpenPage
 
 
 def test_names_are_data_without_markup() -> None:
@@ -42,14 +42,8 @@ def page_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     y0 = mechc.load("four_bar").assemble({"theta_0": 1.1}, params={"l_3": 3.5})
     folder = tmp_path_factory.mktemp("live")
     return mechc.export_wasm(
-        "four_bar", folder, y0=y0, params={"l_3": 3.5}, sliders=("l_3", "theta_0")
+        "four_bar", folder, y0=y0, params={"l_3": 3.5}, sliders=("l_3", "theta_0", "m_1", "I_1")
     )[2]
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with opened_browser() as found:
-        yield found
 
 
 @pytest.fixture
@@ -118,6 +112,20 @@ def test_sliders_simulate_anew_and_what_cannot_close_is_told(opened: OpenPage) -
     opened.page.click("button:text-is('Reset values')")
     assert opened.text("#notes") == ""
     assert readouts(opened)["θ₀"] == "63.0"
+
+
+@pytest.mark.slow
+def test_what_follows_a_slider_moves_with_it_also_after_values_were_reset(opened: OpenPage) -> None:
+    """The inertia of a uniform rod of 2 m is a third of its mass."""
+    shown = "[...document.querySelectorAll('#sliders output')].slice(2).map(e => e.textContent)"
+    for _ in range(2):
+        slide(opened, 2, 1.5)
+        mass, inertia = (float(text.split()[0]) for text in opened.page.evaluate(shown))
+        assert (mass, inertia) == (1.5, 0.5)
+        slide(opened, 3, 1.0)
+        slide(opened, 2, 1.8)
+        assert float(opened.page.evaluate(shown)[1].split()[0]) == 1.0
+        opened.page.click("button:text-is('Reset values')")
 
 
 @pytest.mark.slow

@@ -8,7 +8,6 @@ from mpmath import asin, ellipf, ellipk, mpf, pi, sin, sqrt, workdps
 import mechc
 from mechc.errors import EventError, InputError, MechcError, ValueOutOfBoundsError
 from tests.support.impacts import TIP_GAP, TIP_SLIP, G, block, impacts, rod
-from tests.support.pendulums import pushed_mass
 
 
 @pytest.fixture(scope="module", name="block")
@@ -298,6 +297,23 @@ def test_stick_and_slip_on_a_belt(five_springs):
     assert len(sol.events[0].t) == len(sol.segments) - 1
 
 
+@pytest.mark.parametrize("slip", ["u_0", "u_0 - 1/5", "u_2 - 2*u_1"])
+def test_steps_that_a_bound_excludes_hold_no_end_of_sliding(five_springs, slip):
+    """A force that time changes by nothing is not known to be constant: its steps are sampled."""
+    bounded, sampled = (
+        mechc.DryFriction(slip, 0.1, normal=normal) for normal in (1.0, "1 + 1e-300*t")
+    )
+    found = 0
+    for seed in range(4):
+        y0 = np.random.default_rng(seed).uniform(-1.0, 1.0, 10)
+        one, other = (five_springs.simulate(12.0, y0, events=law) for law in (bounded, sampled))
+        found += len(one.events[0].t)
+        assert np.array_equal(one.t, other.t)
+        assert np.array_equal(one.y, other.y)
+        assert np.array_equal(one.events[0].t, other.events[0].t)
+    assert found > 6
+
+
 def test_a_mass_at_rest_slides_once_its_friction_has_faded(five_springs):
     """0.3 m from its spring's rest and held by up to 2 - t, it starts at 0.8 s, slides at a quarter
     of that and takes along the one that sticks to it; nothing moves before, so that speeds are
@@ -445,11 +461,6 @@ def test_a_pin_that_rests_in_its_bush_swings_as_a_pendulum(block):
 
 
 TIMES = [0.0, 1.0, 2.0, 3.0, 4.0]
-
-
-@pytest.fixture(scope="module", name="pushed")
-def mass_pushed_by_an_input():
-    return mechc.compile(pushed_mass(), name="pushed", defaults={"m": 2.0, "k": 0.0})
 
 
 @pytest.mark.slow
@@ -613,3 +624,12 @@ def test_an_oblique_impact_of_a_rod_with_friction(rod, law):
     wanted = before[3:] + (pressing + again) @ by_one_newton
     np.testing.assert_allclose(after[3:], wanted, atol=1e-9)
     assert energy[1] < 0.9 * energy[0]
+
+
+@pytest.mark.parametrize("slip", [0.0, 1e-32, -1e-32, 1e-14, -1e-14])
+def test_a_slip_that_is_rounding_does_not_slide(block, slip):
+    """On a slope that holds it the block stays, whichever way its last digit moves."""
+    stop = mechc.Stop("y", 0.5, friction=0.5, slip="v_x")
+    sol = block.simulate((1.0, 2.0), [0.3, 0.0, slip, 0.0], events=stop)
+    assert words(sol) == [("sticks",)]
+    np.testing.assert_allclose(sol.y[-1], [0.3, 0, 0, 0], rtol=0, atol=1e-13)

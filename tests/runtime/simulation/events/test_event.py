@@ -14,11 +14,6 @@ HALF_PERIOD = 1.6607240639610833  # from the quadrature of the regular four-bar
 
 
 @pytest.fixture(scope="module")
-def model():
-    return mechc.load("four_bar")
-
-
-@pytest.fixture(scope="module")
 def start(model):
     return model.assemble({"theta_0": np.radians(85)}, params=PARAMS)
 

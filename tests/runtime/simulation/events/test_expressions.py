@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 from sympy import Max, Symbol, asinh
-from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
+from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
+from benchmarks.problems.particle import particle
 from mechc.compilation.event_unit import COMPILER
 from mechc.errors import EventError, MechcError, UnknownNameError, ValueOutOfBoundsError
 from mechc.simulation.events.run_events import Compiler, run_events
@@ -26,6 +27,7 @@ def test_texts_and_expressions_mean_the_same(ball):
         ("q_0 > m/2", -0.7, 1.0),
         (q < m / 2, -0.7, -1.0),
         ("u_0 + t <= 0", -1.1, -1.0),
+        ("max(q_0, u_0, 0) + sign(u_0)", -0.7, 0.0),
         (u + t, -1.1, 0.0),
         (Max(q, u), 0.3, 0.0),
         (q * m, 0.6, 0.0),
@@ -33,6 +35,41 @@ def test_texts_and_expressions_mean_the_same(ball):
         (event,) = read(ball, given)
         assert event.function(0.4, state) == pytest.approx(value)
         assert event.direction == direction
+
+
+@pytest.mark.parametrize("text", ["q_0 > 300deg", "q_0*u_0 > 3mm", "q_0 + u_0 > 3mm", "m > 2 t"])
+def test_units_are_those_of_what_is_compared(ball, text):
+    with pytest.raises(MechcError, match=r"not one of its units|operator was expected"):
+        read(ball, text)
+
+
+def test_an_end_of_batches_is_an_event_of_runs():
+    """``"300deg"`` was read in the first and refused in the second."""
+    model = mechc.load("four_bar")
+    start, text = model.assemble({"theta_0": 1.4}, {"omega_0": 3.0}), "theta_0 > 100deg"
+    sol = model.simulate(5.0, start, events=mechc.Event(text, terminal=True), rtol=1e-9)
+    batch = model.simulate_batch(5.0, [start], until=text, rtol=1e-9)
+    assert sol["theta_0"][-1] == pytest.approx(np.radians(100.0), rel=1e-12)
+    assert batch.t[0] == pytest.approx(sol.t[-1], rel=1e-8)
+
+
+def test_resets_have_signs_and_bounds(ball):
+    """Texts had no sign, max and min; derivatives are those beside the jumps."""
+    texts = {"q_0": "Max(q_0, -1/2) + Min(0, 1)", "u_0": "-sign(u_0)*min(abs(u_0), 2)"}
+    (event,) = read(ball, mechc.Event("q_0", reset=texts))
+    q, u = event.reset(0.0, np.array([-0.7]), np.array([-3.0]))
+    assert (q[0], u[0]) == (-0.5, 2.0)
+    _, by_state, _ = event.reset.slopes(0.0, np.array([-0.2, -1.5]))
+    np.testing.assert_array_equal(by_state, [[1.0, 0.0], [0.0, -1.0]])
+    sol = ball.simulate(2.0, [1.0, 0.0], events=mechc.Event("q_0", -1.0, reset=texts))
+    assert np.abs(sol.segments[1].y0) == pytest.approx([0.0, 2.0])
+
+
+def test_a_reset_that_changes_nothing(ball):
+    """An empty one ended in ``unhashable type: 'dict'``."""
+    sol = ball.simulate(0.5, [1.0, 0.0], events=mechc.Event("q_0 - 1/2", reset={}))
+    assert len(sol.segments) == 2
+    np.testing.assert_array_equal(sol.segments[0].y1, sol.segments[1].y0)
 
 
 def test_slopes_are_the_derivatives(ball):
@@ -67,15 +104,8 @@ def test_what_has_no_form_in_c_runs_in_python(ball):
 
 def softening():
     """A mass on a spring whose stiffness is a state, and outputs with it."""
-    q, u, k, t = *dynamicsymbols("q u k"), dynamicsymbols._t
-    frame, origin = ReferenceFrame("N"), Point("O")
-    origin.set_vel(frame, 0)
-    point = origin.locatenew("P", q * frame.x)
-    point.set_vel(frame, u * frame.x)
-    mass = Particle("mass", point, Symbol("m"))
-    mass.potential_energy = k * q**2 / 2
-    kane = KanesMethod(frame, [q], [u], kd_eqs=[q.diff(t) - u])
-    kane.kanes_equations([mass], [(point, -k * q * frame.x)])
+    q, u, k = dynamicsymbols("q u k")
+    kane = particle([q], [u], [-k * q], potential=k * q**2 / 2)
     return mechc.compile(
         kane, name="softening", states={k: 0}, defaults={"m": 1.0},
         outputs=("energy", "sensitivities", {"force": -k * q}),
@@ -165,7 +195,7 @@ def test_what_is_wrong_is_told(ball):
         (mechc.Event("q_0", reset={"v": "2"}), UnknownNameError, "v"),
         (mechc.Event("q_0", reset={"u_0": "v"}), MechcError, "'v' is not known"),
         (mechc.Event("q_0", reset={"u_0": Symbol("v")}), UnknownNameError, "v"),
-        (mechc.Event("q_0", reset={"u_0": [1, 2]}), ValueOutOfBoundsError, "a reset gives"),
+        (mechc.Event("q_0", reset={"u_0": [1, 2]}), ValueOutOfBoundsError, "events are made of"),
         (mechc.Event("q_0", reset="-u_0"), ValueOutOfBoundsError, "mapping"),
         ("q_0 +", MechcError, "too early"),
         ("__import__('os')", MechcError, "cannot read"),

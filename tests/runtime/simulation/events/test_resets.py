@@ -1,4 +1,5 @@
-"""Events with resets, against closed forms and conservation laws."""
+"""Events with resets, as functions of Python and as texts, against closed forms and conservation
+laws."""
 
 import pickle
 
@@ -10,25 +11,38 @@ from mechc.errors import EventError, ValueOutOfBoundsError
 from mechc.simulation.events.resets import onto_constraints
 from tests.support.impacts import G, impacts
 
-LENGTH = 1.0
-
 
 @pytest.fixture(scope="module")
 def pendulum():
     return mechc.load("pendulum")
 
 
-def bouncing(restitution, **given):
+def bounce_by_python(restitution, **given):
     return mechc.Event(
         lambda t, y: y[0], direction=-1, reset=lambda t, q, u: (q, -restitution * u), **given
     )
 
 
+def bounce_by_text(restitution, **given):
+    return mechc.Event("q_0", direction=-1, reset={"u_0": f"-{restitution}*u_0"}, **given)
+
+
+@pytest.fixture(params=[bounce_by_python, bounce_by_text], ids=["Python", "text"])
+def bouncing(request):
+    """An event of a ball, by its restitution."""
+    return request.param
+
+
+def is_compiled(sol):
+    return bool(sol._run_events.source)
+
+
 @pytest.mark.parametrize("method", ["gauss8", "dop853"])
-def test_a_hundred_bounces_come_at_the_times_of_the_closed_form(ball, method):
+def test_a_hundred_bounces_come_at_the_times_of_the_closed_form(ball, bouncing, method):
     sol = ball.simulate(
         20.0, [1.0, 0.0], events=[bouncing(0.9, terminal=100)], rtol=1e-12, method=method
     )
+    assert is_compiled(sol) == (bouncing is bounce_by_text)
     assert sol.status.code == "stopped by an event"
     exact = impacts(0.9, 100)
     np.testing.assert_allclose(sol.events[0].t, exact, rtol=0, atol=1e-12)
@@ -38,13 +52,13 @@ def test_a_hundred_bounces_come_at_the_times_of_the_closed_form(ball, method):
     assert len(sol.segments) == 101
 
 
-def test_many_pieces_keep_within_the_memory_allowed(ball):
+def test_many_pieces_keep_within_the_memory_allowed(ball, bouncing):
     sol = ball.simulate(50.0, [1.0, 0.0], events=[bouncing(1.0)], max_bytes=1e4)
     assert sol.status.code == "memory limit"
     assert 2 < len(sol.segments) < 20
 
 
-def test_both_sides_of_each_jump(ball):
+def test_both_sides_of_each_jump(ball, bouncing):
     sol = ball.simulate(2.0, [1.0, 0.0], events=[bouncing(0.8)])
     times = sol.events[0].t
     assert len(sol.segments) == len(times) + 1 == 4
@@ -65,7 +79,7 @@ def test_both_sides_of_each_jump(ball):
     np.testing.assert_allclose(at.y, sol(at.t), atol=1e-9)
 
 
-def test_ever_shorter_flights_end_in_a_status(ball):
+def test_ever_shorter_flights_end_in_a_status(ball, bouncing):
     for restitution in (0.9, 0.5, 0.1):
         sol = ball.simulate(20.0, [1.0, 0.0], events=[bouncing(restitution)])
         last = np.sqrt(2 / G) * (1 + restitution) / (1 - restitution)
@@ -79,16 +93,27 @@ def test_ever_shorter_flights_end_in_a_status(ball):
     assert plastic.status.t == pytest.approx(np.sqrt(2 / G))
 
 
-def test_a_pendulum_between_two_stops_loses_what_the_restitution_takes(pendulum):
-    """Its energy is constant between the impacts and falls by 1 - e^2 of the kinetic energy."""
-    e, (low, high) = 0.8, (-0.2, 0.3)
-    bottom = pendulum.equilibria()[0].y[0]
+def stops_of_a_pendulum(way, bottom, e):
+    """At 0.4 rad to one side of the bottom and 0.6 rad to the other; by text as parts of 2 m."""
+    if way == "text":
+        reset = {"omega_0": f"-{e}*omega_0"}
+        below, above = f"theta_0 - {bottom!r} < -0.2*l_0", f"theta_0 - {bottom!r} > 0.3*l_0"
+        return [mechc.Event(below, reset=reset), mechc.Event(above, reset=reset)]
     hit = lambda t, q, u: (q, -e * u)  # noqa: E731
-    stops = [
-        mechc.Event(lambda t, y: y[0] - bottom - low, direction=-1, reset=hit),
-        mechc.Event(lambda t, y: y[0] - bottom - high, direction=1, reset=hit),
+    return [
+        mechc.Event(lambda t, y: y[0] - bottom + 0.4, direction=-1, reset=hit),
+        mechc.Event(lambda t, y: y[0] - bottom - 0.6, direction=1, reset=hit),
     ]
-    sol = pendulum.simulate(6.0, [bottom, 4.0], events=stops, rtol=1e-11)
+
+
+@pytest.mark.parametrize("way", ["Python", "text"])
+def test_a_pendulum_between_two_stops_loses_what_the_restitution_takes(pendulum, way):
+    """Its energy is constant between the impacts and falls by 1 - e^2 of the kinetic energy."""
+    e, (low, high), params = 0.8, (-0.4, 0.6), {"l_0": 2.0}
+    bottom = float(pendulum.equilibria()[0].y[0])
+    stops = stops_of_a_pendulum(way, bottom, e)
+    sol = pendulum.simulate(6.0, [bottom, 6.0], params, events=[*stops, "omega_0"], rtol=1e-11)
+    assert len(sol.events[2].t) > 0
     assert sol.status.ok
     assert len(sol.events[0].t) > 2
     assert len(sol.events[1].t) > 2
@@ -96,14 +121,14 @@ def test_a_pendulum_between_two_stops_loses_what_the_restitution_takes(pendulum)
     assert angle.min() > low - 1e-9
     assert angle.max() < high + 1e-9
     for part, after in zip(sol.segments, sol.segments[1:], strict=False):
-        energies = [pendulum.energy(y) for y in (part.y0, part.y1, after.y0)]
-        kinetic = pendulum.kinetic_energy(part.y1)
+        energies = [pendulum.energy(y, params) for y in (part.y0, part.y1, after.y0)]
+        kinetic = pendulum.kinetic_energy(part.y1, params)
         assert energies[1] == pytest.approx(energies[0], abs=1e-9)
         assert energies[2] - energies[1] == pytest.approx(-(1 - e**2) * kinetic, abs=1e-9)
     assert (np.diff(sol.energy) < 1e-9).all()
 
 
-def cradle(e):
+def cradle_by_python(e):
     """Neighbours exchange speeds: masses are equal."""
 
     def reset(k):
@@ -120,11 +145,36 @@ def cradle(e):
     ]
 
 
+def cradle_by_text(e):
+    mean, half = "(u_{0} + u_{1})/2", f"{e}*(u_{{0}} - u_{{1}})/2"
+    return [
+        mechc.Event(
+            f"q_{k + 1} - q_{k}", direction=-1,
+            reset={f"u_{k}": f"{mean} - {half}".format(k, k + 1),
+                   f"u_{k + 1}": f"{mean} + {half}".format(k, k + 1)},
+        )
+        for k in range(4)
+    ]  # fmt: skip
+
+
+def test_neighbours_of_a_cradle_meet_alike_by_python_and_by_text(five_springs):
+    """Several resets at one instant, with losses."""
+    start = np.array([-0.1, *np.zeros(9)])
+    one, other = (
+        five_springs.simulate(1.0, start, events=cradle(0.97), rtol=1e-11)
+        for cradle in (cradle_by_text, cradle_by_python)
+    )
+    assert max(len(piece.causes) for piece in one.record.pieces) > 1
+    for a, b in zip(one.events, other.events, strict=True):
+        np.testing.assert_allclose(a.t, b.t, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(one.y[-1], other.y[-1], rtol=0, atol=1e-10)
+
+
 def test_newtons_cradle_passes_the_motion_on(five_springs):
     """Equal springs, so that all meet in the middle: the ball at one end swings, then the other."""
     start = np.zeros(10)
     start[0] = -0.1
-    sol = five_springs.simulate(10.0, start, events=cradle(1.0), rtol=1e-11)
+    sol = five_springs.simulate(10.0, start, events=cradle_by_python(1.0), rtol=1e-11)
     assert sol.status.ok
     period = np.pi  # of a spring of 4 N/m and 1 kg
     meetings = period / 4 + period / 2 * np.arange(6)
@@ -139,7 +189,8 @@ def test_newtons_cradle_passes_the_motion_on(five_springs):
     np.testing.assert_allclose(kinetic, 0.5 * 4 * 0.01, rtol=1e-9)
 
 
-def test_a_cradle_with_losses_never_gains_energy(five_springs):
+@pytest.mark.parametrize("cradle", [cradle_by_python, cradle_by_text])
+def test_a_cradle_with_losses_never_gains_energy(five_springs, cradle):
     start = np.zeros(10)
     start[0] = -0.1
     sol = five_springs.simulate(3.0, start, events=cradle(0.7), max_steps=3000)
@@ -150,11 +201,14 @@ def test_a_cradle_with_losses_never_gains_energy(five_springs):
     assert gaps.min() > -1e-8
 
 
+@pytest.mark.parametrize("way", ["Python", "text"])
 @pytest.mark.parametrize(("wall", "grazes"), [(0.1, True), (0.1 + 1e-12, True), (0.11, False),
                                               (0.09, False)])  # fmt: skip
-def test_grazing_is_told(five_springs, wall, grazes):
+def test_grazing_is_told(five_springs, wall, grazes, way):
     """An oscillator of amplitude 0.1 and a wall there."""
     hit = mechc.Event(lambda t, y: wall - y[0], direction=-1, reset=lambda t, q, u: (q, -0.9 * u))
+    if way == "text":
+        hit = mechc.Event(f"{wall!r} - q_0", direction=-1, reset={"u_0": "-0.9*u_0"})
     start = np.zeros(10)
     start[5] = 0.2
     sol = five_springs.simulate(3.0, start, events=[hit])
@@ -187,11 +241,19 @@ def test_speeds_are_put_onto_the_constraints_by_the_impulse_of_least_energy(mode
     assert model.kinetic_energy(np.append(y[:3], given[3:])) == pytest.approx(total)
 
 
-def test_a_linkage_hits_a_stop_and_stays_closed(model, regular):
+@pytest.mark.parametrize(
+    "stop",
+    [
+        mechc.Event(
+            lambda t, y: y[0] - 3.0, direction=1,
+            reset=lambda t, q, u: (q, [-0.5 * u[0], u[1], u[2]]),
+        ),
+        mechc.Event("theta_0 > 3", reset={"omega_0": "-0.5*omega_0"}),
+    ],
+    ids=["Python", "text"],
+)  # fmt: skip
+def test_a_linkage_hits_a_stop_and_stays_closed(model, regular, stop):
     params, start = regular
-    stop = mechc.Event(
-        lambda t, y: y[0] - 3.0, direction=1, reset=lambda t, q, u: (q, [-0.5 * u[0], u[1], u[2]])
-    )
     sol = model.simulate(6.0, start, params, events=[stop])
     assert sol.status.ok
     assert len(sol.segments) > 2
@@ -201,7 +263,7 @@ def test_a_linkage_hits_a_stop_and_stays_closed(model, regular):
     assert (np.diff(sol.energy) < 1e-7).all()
 
 
-def test_saved_pickled_and_continued(ball, tmp_path):
+def test_saved_pickled_and_continued(ball, bouncing, tmp_path):
     first = ball.simulate(1.0, [1.0, 0.0], events=[bouncing(0.8)])
     whole = ball.simulate(3.0, [1.0, 0.0], events=[bouncing(0.8)])
     on = first.continue_to(2.0).continue_to(3.0)
@@ -219,7 +281,17 @@ def test_saved_pickled_and_continued(ball, tmp_path):
         )
 
 
-def test_a_run_whose_resets_accumulated_is_saved_and_opened(ball, tmp_path):
+def test_backwards_speeds_grow_at_each_impact(ball):
+    """From the last flight back to the start."""
+    whole = ball.simulate(3.0, [1.0, 0.0], events=bounce_by_text(0.8))
+    at = whole.events[0].t[1] + 0.1
+    back = mechc.Event("q_0", direction=-1, reset={"u_0": "-u_0/0.8"})
+    sol = ball.simulate((at, 0.0), whole(at), events=back, rtol=1e-12)
+    np.testing.assert_allclose(sol.y[-1], [1.0, 0.0], atol=1e-8)
+    np.testing.assert_allclose(sol.events[0].t, whole.events[0].t[1::-1], atol=1e-9)
+
+
+def test_a_run_whose_resets_accumulated_is_saved_and_opened(ball, bouncing, tmp_path):
     sol = ball.simulate(20.0, [1.0, 0.0], events=[bouncing(0.5)])
     again = mechc.open(sol.save(tmp_path / "rest.nc"), model=ball)
     assert again.status == sol.status
@@ -227,7 +299,7 @@ def test_a_run_whose_resets_accumulated_is_saved_and_opened(ball, tmp_path):
     np.testing.assert_allclose(again.y, sol.y, atol=1e-12)
 
 
-def test_pictures_show_jumps(ball):
+def test_pictures_show_jumps(ball, bouncing):
     sol = ball.simulate(1.0, [1.0, 0.0], events=[bouncing(0.8)])
     from mechc.results.sampling import sample
 
@@ -246,3 +318,9 @@ def test_what_is_wrong_is_told(ball):
         with pytest.raises(EventError, match="reset") as caught:
             ball.simulate(1.0, [1.0, 0.0], events=[mechc.Event(lambda t, y: y[0], reset=wrong)])
         assert caught.value.solution.span[1] == pytest.approx(np.sqrt(2 / G))
+    with pytest.raises(EventError, match="NaN"):
+        ball.simulate(1.0, [1.0, 0.0], events=mechc.Event("sqrt(q_0 - 0.5)", reset={"u_0": "-u_0"}))
+    with pytest.raises(EventError, match="reset"):
+        ball.simulate(
+            1.0, [1.0, 0.0], events=mechc.Event("q_0 - 0.5", reset={"u_0": "log(q_0 - 1)"})
+        )

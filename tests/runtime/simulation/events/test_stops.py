@@ -175,3 +175,29 @@ def test_what_is_wrong_is_told(ball):
         ball.simulate((1.0, 0.0), y0, events=stop)
     with pytest.raises(ValueOutOfBoundsError, match="backwards"):
         ball.simulate_batch((1.0, 0.0), [y0], events=stop, progress=False)
+
+
+def test_gaps_of_what_sympy_takes_for_complex(ball):
+    """The derivative of abs(log(m)), for SymPy one of a complex number, ended in its error."""
+    gap = "abs(q_0*log(m)) - log(m)/4 + 0*q_0"
+    sol = ball.simulate(2.0, [1.0, 0.0], {"m": 2.0}, events=mechc.Stop(gap, 0.5, terminal=1))
+    assert sol["q_0"][-1] == pytest.approx(0.25, abs=1e-12)
+    assert sol["u_0"][-1] == pytest.approx(0.5 * np.sqrt(2 * 9.81 * 0.75), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("stop", "words"),
+    [
+        (mechc.Stop("q_0 - 1/t"), "not finite there"),
+        (mechc.Stop("q_0 + log(h - 1)"), "not finite there|gave NaN"),
+        (mechc.Stop("q_0", "1/t"), "must be 0 to 1"),
+        (mechc.Stop("q_0", "log(h)"), "must be 0 to 1"),
+    ],
+)
+@pytest.mark.parametrize("compiled", [True, False])
+def test_gaps_without_a_value_are_refused_in_words(ball, stop, words, compiled, monkeypatch):
+    if not compiled:
+        monkeypatch.setattr("mechc.compilation.toolchain.find_compiler", lambda: None)
+        monkeypatch.setattr("mechc.compilation.event_unit._known", {})
+    with pytest.raises(MechcError, match=words):
+        ball.simulate(1.0, [1.0, 0.0], events=stop)

@@ -76,7 +76,7 @@ MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, real 
 {
     real weight[MECHC_NU], lengths[MECHC_NC], own[MECHC_AT_LEAST_ONE(MECHC_FREE)];
     (void)regular;
-    for (int k = 0; k < MECHC_NU; k++) weight[k] = FN(rough_inverse)(mass[k * MECHC_NU + k]);
+    FN(speed_weights)(mass, weight);
     f->apart = FN(factor_blocks)(jacobian, mass, weight, f->kept, f->directions, f->momenta, own,
                                  lengths, &f->clear)
              & R_MASK(rank >= (double)MECHC_NC);
@@ -85,13 +85,6 @@ MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, real 
     f->clear &= f->apart;
     f->together = R_ANY(~f->apart);
     if (__builtin_expect(f->together, 0)) FN(factor_together)(jacobian, mass, rank, &f->factors);
-}
-
-MECHC_INLINE real FN(euclid)(const real *a, const real *b)
-{
-    real sum = a[0] * b[0];
-    for (int k = 1; k < MECHC_NU; k++) sum += a[k] * b[k];
-    return sum;
 }
 
 /* a <- a + n z */
@@ -115,10 +108,10 @@ MECHC_INLINE void FN(free_axes)(const FN(solver) *f, const real *mass, real *axe
         real *axis = axes + i * MECHC_NU;
         for (int k = 0; k < MECHC_NU; k++) axis[k] = direction[k] * mass[k * MECHC_NU + k];
         for (int j = 0; j < i; j++) {
-            const real share = FN(euclid)(direction, axes + j * MECHC_NU) * inverse[j];
+            const real share = FN(dot)(direction, axes + j * MECHC_NU) * inverse[j];
             for (int k = 0; k < MECHC_NU; k++) axis[k] -= share * axes[j * MECHC_NU + k];
         }
-        inverse[i] = 1.0 / FN(euclid)(direction, axis);
+        inverse[i] = 1.0 / FN(dot)(direction, axis);
     }
 }
 

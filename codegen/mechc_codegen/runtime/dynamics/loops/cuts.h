@@ -64,12 +64,10 @@ MECHC_INLINE void FN(force_along_row)(const real *tree, int row, real *wrench)
         const int link = mechc_cut[2 * row + end];
         real arm[MECHC_ARM], force[MECHC_DIM];
         if (link < 0) continue;
+        FN(arm_to)(tree, link, points + end * MECHC_ARM, arm);
         for (int j = 0; j < MECHC_DIM; j++) force[j] = R(0.0);
-        for (int j = 0; j < MECHC_ARM; j++) {
-            arm[j] = points[end * MECHC_ARM + j]
-                   - tree[MECHC_AT_REFERENCE + link * MECHC_ARM + j];
+        for (int j = 0; j < MECHC_ARM; j++)
             force[MECHC_DIM - MECHC_ARM + j] = end ? -axis[j] : axis[j];
-        }
         FN(add_wrench)(arm, force, wrench + link * MECHC_DIM);
     }
 }

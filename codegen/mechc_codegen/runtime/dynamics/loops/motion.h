@@ -11,7 +11,6 @@
 #else
 #define MECHC_LOOP_MOTION_SCALAR
 #endif
-#include "dynamics/least_multipliers.h"
 #include "dynamics/linear.h"
 #include "dynamics/loops/rows.h"
 #include "dynamics/loops/cuts.h"
@@ -68,20 +67,7 @@ MECHC_INLINE real FN(conditioning_squared)(const FN(solver) *f)
 MECHC_ONCE void FN(solve_together)(const FN(factors) *f, const real *jacobian, const real *forcing,
                                    const real *values, real *x, real *lambda)
 {
-    real wanted[MECHC_NC], multiples[MECHC_NC];
-    for (int k = 0; k < MECHC_NU; k++) x[k] = forcing[k];
-    FN(forward)(&f->metric, MECHC_NU, x);
-    FN(values_of_rows)(f, MECHC_NC, values, wanted);
-    for (int i = 0; i < MECHC_NC; i++) {
-        const real *row = f->rows + i * MECHC_NU;
-        const real part = (wanted[i] - FN(inner)(f, row, x)) * f->inverse_norm[i];
-        for (int k = 0; k < MECHC_NU; k++) x[k] += part * row[k];
-        multiples[i] = -part;
-    }
-    FN(backward)(&f->metric, MECHC_NU, x);
-    if (!lambda) return;
-    FN(multipliers)(f, multiples, lambda);
-    if (R_ANY(FN(redundant)(f))) FN(least_multipliers)(jacobian, f, lambda);
+    FN(solve_in_metric)(f, &f->metric, jacobian, forcing, values, x, lambda);
 }
 
 /* Accelerations by the wrenches on the links, which are overwritten; lambda may be NULL. */

@@ -16,7 +16,6 @@
 #define MECHC_ONE_FREEDOM_SCALAR
 #endif
 #include "dynamics/linear.h"
-#include "simd/rough.h"
 
 #define MECHC_ONE_FREEDOM \
     (MECHC_LINKS == 0 && MECHC_NC > 0 && MECHC_NU == MECHC_NC + 1 && MECHC_NU <= 3)
@@ -31,13 +30,6 @@ typedef struct {
     rmask redundant;
 } FN(freedom);
 
-MECHC_INLINE real FN(dot)(const real *a, const real *b)
-{
-    real sum = a[0] * b[0];
-    for (int i = 1; i < MECHC_NU; i++) sum += a[i] * b[i];
-    return sum;
-}
-
 #if MECHC_NU == 3
 MECHC_INLINE void FN(cross)(const real *a, const real *b, real *out)
 {
@@ -47,18 +39,13 @@ MECHC_INLINE void FN(cross)(const real *a, const real *b, real *out)
 }
 #endif
 
-/* Product of the weights 1/M_kk of all speeds but k, each within an eighth. */
+/* Product of the weights of all speeds but k. */
 MECHC_INLINE real FN(other_weights)(const real *weight, int k)
 {
     real product = R(1.0);
     for (int i = 0; i < MECHC_NU; i++)
         if (i != k) product *= weight[i];
     return product;
-}
-
-MECHC_INLINE void FN(speed_weights)(const real *mass, real *weight)
-{
-    for (int k = 0; k < MECHC_NU; k++) weight[k] = FN(rough_inverse)(mass[k * MECHC_NU + k]);
 }
 
 /* Squared length of the longest row, and whether the rows are dependent. */

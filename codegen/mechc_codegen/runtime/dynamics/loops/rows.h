@@ -44,9 +44,7 @@ MECHC_INLINE void FN(cut_wrenches)(const real *tree, real *rows)
         const real *axis = point + 2 * MECHC_ARM;
         const int second = mechc_cut[2 * i] < 0, link = mechc_cut[2 * i + second];
         real arm[MECHC_ARM], force[MECHC_DIM], *row = rows + mechc_cut_place[i] * MECHC_DIM;
-        for (int j = 0; j < MECHC_ARM; j++)
-            arm[j] = point[second * MECHC_ARM + j]
-                   - tree[MECHC_AT_REFERENCE + link * MECHC_ARM + j];
+        FN(arm_to)(tree, link, point + second * MECHC_ARM, arm);
         for (int j = 0; j < MECHC_DIM; j++) force[j] = row[j] = R(0.0);
         for (int j = 0; j < MECHC_ARM; j++)
             force[MECHC_DIM - MECHC_ARM + j] = second ? -axis[j] : axis[j];

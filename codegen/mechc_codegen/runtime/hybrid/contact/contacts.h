@@ -117,7 +117,7 @@ MECHC_STATIC void mechc_contact_states(mechc_motion *motion, ptrdiff_t count, co
 MECHC_STATIC int mechc_contact_rates_at_hand(mechc_contacts *contacts, double *rates)
 {
     mechc_contact_place *c = &contacts->place;
-    const int status = mechc_ends_solve(&contacts->ends);
+    const int status = mechc_ends_solve(&contacts->ends, mechc_forces_of);
     if (status != MECHC_RUNNING) return status;
     memcpy(rates, c->free, (size_t)contacts->motion->width * sizeof *rates);
     mechc_contact_change_speeds(c, contacts->answer.along, rates);
@@ -131,6 +131,22 @@ MECHC_STATIC void mechc_contact_rates(const mechc_motion *motion, double t, cons
     if (mechc_contact_at(&contacts->place, t, y) != MECHC_RUNNING
         || mechc_contact_rates_at_hand(contacts, rates) != MECHC_RUNNING)
         for (int i = 0; i < motion->width; i++) rates[i] = NAN;
+}
+
+/* Whether contacts last in the current piece. */
+MECHC_STATIC int mechc_is_in_contact(const mechc_motion *motion)
+{
+    return motion->rates == mechc_contact_rates;
+}
+
+/* The generalized forces (nu) of the contacts at a state; NaN where there are none. */
+MECHC_STATIC void mechc_contact_forces(mechc_contacts *contacts, double t, const double *y, double *forces)
+{
+    if (mechc_contact_at(&contacts->place, t, y) == MECHC_RUNNING
+        && mechc_ends_solve(&contacts->ends, mechc_forces_of) == MECHC_RUNNING)
+        mechc_generalized_forces(&contacts->place, &contacts->answer, forces);
+    else
+        for (int j = 0; j < contacts->motion->speeds; j++) forces[j] = NAN;
 }
 
 /* Rates at a stage of a method: the state is moved onto the mode's constraints first. */
@@ -205,29 +221,29 @@ MECHC_STATIC double mechc_slow(const mechc_contacts *contacts, double fastest)
 MECHC_STATIC double mechc_slow_gap(const mechc_contacts *contacts, int contact)
 {
     const mechc_contact_place *c = &contacts->place;
-    const double *slopes = mechc_law(c, contact) + MECHC_LAWS;
     const double fall = MECHC_CONTACT_FEW * fabs(c->opening[contact]);
     const double rounding = mechc_gap_rounding(c, contact);
     double terms = 0.0;
-    for (int j = 0; j < c->speeds; j++) {
-        double row = c->identity ? slopes[j] : 0.0;
-        for (int i = 0; !c->identity && i < c->coordinates; i++)
-            row += slopes[i] * c->kinematic[i * c->speeds + j];
-        terms += fabs(row * c->y[c->coordinates + j]);
-    }
+    for (int j = 0; j < c->speeds; j++)
+        terms += fabs(mechc_gap_over_speed(c, contact, j) * c->y[c->coordinates + j]);
     const double flight = fmax(MECHC_RESET_SHORTEST * mechc_located(c->t) * fall,
                                sqrt(0.5 * MECHC_RESET_FLIGHT * rounding * fall));
     return fmax(MECHC_RATE_ROUND * terms,
                 fmax(mechc_slow(contacts, contacts->fastest_gap[contact]), flight));
 }
 
+/* The slip below which a contact counts as still: small beside the fastest one met, rounding of its
+ * terms, or gone before its end could be told from its start. */
 MECHC_STATIC double mechc_slow_slip(const mechc_contacts *contacts, int contact)
 {
     const mechc_contact_place *c = &contacts->place;
     const double *row = mechc_law(c, contact) + MECHC_LAWS + c->coordinates;
+    const double gone = MECHC_RESET_SHORTEST * mechc_located(c->t) * MECHC_CONTACT_FEW
+                      * fabs(c->slipping[contact]);
     double terms = 0.0;
     for (int j = 0; j < c->speeds; j++) terms += fabs(row[j] * c->y[c->coordinates + j]);
-    return fmax(MECHC_RATE_ROUND * terms, mechc_slow(contacts, contacts->fastest_slip[contact]));
+    return fmax(MECHC_RATE_ROUND * terms,
+                fmax(mechc_slow(contacts, contacts->fastest_slip[contact]), gone));
 }
 
 /* -- impacts ----------------------------------------------------------------------------------- */

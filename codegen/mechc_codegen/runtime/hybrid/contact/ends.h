@@ -39,6 +39,7 @@ typedef struct {
     double *friction, *sticking; /* of the problem */
     mechc_problem problem;
     double *kept; /* rows of 1 + most: time, values */
+    double *line; /* rows (nq + nu) over the state: of each contact's slip, and one of zeros */
 } mechc_ends;
 
 MECHC_STATIC void mechc_ends_free(mechc_ends *ends)
@@ -52,25 +53,28 @@ MECHC_STATIC void mechc_ends_free(mechc_ends *ends)
 MECHC_STATIC int mechc_ends_make(mechc_ends *ends, mechc_contact_place *place, mechc_answer *answer)
 {
     const size_t n = (size_t)place->contacts, most = 6 * n + 2;
+    const size_t width = (size_t)(place->coordinates + place->speeds);
     ends->place = place;
     ends->answer = answer;
     ends->most = (int)most;
     ends->end = calloc(most, sizeof *ends->end);
     ends->limit = calloc(2 * n + 1, sizeof *ends->limit);
-    ends->friction = calloc(2 * n + MECHC_ENDS_KEPT * (1 + most), sizeof *ends->friction);
+    ends->friction = calloc(2 * n + MECHC_ENDS_KEPT * (1 + most) + (n + 1) * width, sizeof *ends->friction);
     if (!ends->end || !ends->limit || !ends->friction) return 0;
     ends->sticking = ends->friction + n;
     ends->kept = ends->sticking + n;
+    ends->line = ends->kept + MECHC_ENDS_KEPT * (1 + most);
     return 1;
 }
 
-/* Compute the forces at the current place. */
-MECHC_STATIC int mechc_ends_solve(mechc_ends *ends)
+/* Compute the forces at the current place by mechc_forces_of or mechc_answer_of. */
+MECHC_STATIC int mechc_ends_solve(
+    mechc_ends *ends, void (*solve)(mechc_answer *, const mechc_problem *, const unsigned char *))
 {
     const int status = mechc_contact_accelerate(ends->place);
     if (status != MECHC_RUNNING) return status;
     ends->problem = mechc_problem_of_forces(ends->place, ends->friction, ends->sticking);
-    mechc_answer_of(ends->answer, &ends->problem, ends->mode);
+    solve(ends->answer, &ends->problem, ends->mode);
     return MECHC_RUNNING;
 }
 
@@ -120,7 +124,7 @@ MECHC_STATIC void mechc_ends_keep(mechc_ends *ends)
     int solved = 1;
     if (!ends->count) return;
     if (ends->forces) {
-        solved = mechc_ends_solve(ends) == MECHC_RUNNING;
+        solved = mechc_ends_solve(ends, mechc_answer_of) == MECHC_RUNNING;
         if (solved) mechc_limits_of(ends->answer, ends->limit);
     }
     row[0] = ends->place->t;
@@ -150,6 +154,24 @@ MECHC_STATIC mechc_end *mechc_ends_add(mechc_ends *ends, mechc_end_kind kind, in
     return end;
 }
 
+/* Set the line that bounds an end from below: friction that is constant, and a slip that is linear where
+ * no constraint moves the states of the dense output. */
+MECHC_STATIC void mechc_end_line(const mechc_ends *ends, const mechc_end *end, mechc_event *event)
+{
+    const mechc_contact_place *c = ends->place;
+    const int nq = c->coordinates, nu = c->speeds, k = end->contact, halts = end->kind == MECHC_END_HALT;
+    if (!halts && end->kind != MECHC_END_NEGATIVE) return;
+    if (!c->laws->is_linear || !c->laws->is_linear[k]) return;
+    if (halts && (c->rows || mechc_mode_holds(c, ends->mode))) return;
+    const double *row = mechc_law(c, k), *slopes = row + MECHC_LAWS + nq;
+    const double way = mechc_way(ends->mode[k]);
+    double *line = ends->line + (halts ? k : c->contacts) * (nq + nu);
+    for (int j = 0; j < nu && halts; j++) line[nq + j] = way * slopes[j];
+    event->line = line;
+    event->constant = halts ? way * (row[MECHC_SLIP] - mechc_inner_product(slopes, c->y + nq, nu))
+                            : fmin(row[MECHC_FRICTION], row[MECHC_STICTION]) + MECHC_NOT_ZERO;
+}
+
 /* Set the ends of a mode that begins at the current place, with known accelerations, as events
  * after those of the caller. `still`: contacts without slip there; `leaving`: gaps that open from
  * rest, with the bounds below which they count as 0. */
@@ -163,7 +185,7 @@ MECHC_STATIC void mechc_ends_begin(mechc_ends *ends, mechc_watch *watch, const u
     ends->mode = mode;
     ends->count = 0;
     for (int i = 0; i < MECHC_ENDS_KEPT; i++) ends->kept[i * (1 + ends->most)] = NAN;
-    mechc_ends_solve(ends);
+    mechc_ends_solve(ends, mechc_answer_of);
     const int limits = mechc_limits_of(ends->answer, ends->limit);
     for (int k = 0; k < c->contacts; k++)
         if (mechc_way(mode[k]) != 0.0) mechc_ends_add(ends, MECHC_END_HALT, k);
@@ -196,5 +218,6 @@ MECHC_STATIC void mechc_ends_begin(mechc_ends *ends, mechc_watch *watch, const u
         watch->policy[number] = (mechc_event_policy){-1.0, 1, -1};
         mechc_event_forget(watch->event + number);
         watch->event[number].side = halts || at ? 1.0 : 0.0;
+        mechc_end_line(ends, end, watch->event + number);
     }
 }

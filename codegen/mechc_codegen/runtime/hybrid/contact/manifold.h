@@ -11,6 +11,14 @@ MECHC_STATIC int mechc_keeps_gap(const mechc_contact_place *c, const unsigned ch
     return c->laws->has_gap[contact] && mode[contact] != MECHC_OPEN;
 }
 
+/* Whether the mode keeps anything closed or without slip. */
+MECHC_STATIC int mechc_mode_holds(const mechc_contact_place *c, const unsigned char *mode)
+{
+    int holds = 0;
+    for (int k = 0; k < c->contacts; k++) holds |= mechc_keeps_gap(c, mode, k) || mode[k] == MECHC_STICKS;
+    return holds;
+}
+
 /* Whether the gaps that the mode keeps are closed, to rounding. */
 MECHC_STATIC int mechc_contact_is_closed(const mechc_contact_place *c, const unsigned char *mode)
 {
@@ -68,9 +76,8 @@ MECHC_STATIC int mechc_contact_with_speeds(mechc_contact_place *c, const unsigne
     const int n = c->contacts, nq = c->coordinates, nu = c->speeds, most = 2 * n;
     double *rows = c->space + 3 * (nq + nu) + c->rows * (nu + 1), *off = rows + most * nu;
     double *step = off + 2 * most;
-    int count = 0, holds = 0;
-    for (int k = 0; k < n; k++) holds |= mechc_keeps_gap(c, mode, k) || mode[k] == MECHC_STICKS;
-    if (!holds) return MECHC_RUNNING;
+    int count = 0;
+    if (!mechc_mode_holds(c, mode)) return MECHC_RUNNING;
     const int status = mechc_contact_rows(c);
     if (status != MECHC_RUNNING) return status;
     for (int slip = 0; slip < 2; slip++)

@@ -23,13 +23,15 @@ enum { MECHC_NO_MASS = -1, MECHC_NO_LAW = -2, MECHC_PUSHES = -3, MECHC_NO_RESTIT
 typedef struct {
     int count;
     const unsigned char *has_gap, *has_friction;
+    const unsigned char *is_linear; /* slips and friction that parameters alone make linear functions of
+                                       speeds and constants; NULL: not known */
     const int *event;  /* the event that each is */
     int poisson;       /* impacts by Poisson's law of restitution, not Newton's */
     mechc_contact_table table;
     void *context;
 } mechc_contact_laws;
 
-/* The current state with q' (nq) and the table; where has_rows is set also L, rows R of gaps and
+/* The current state, with q' (nq) behind it, and the table; where has_rows is set also L, rows R of gaps and
  * slips (n, nu each), N of q' = N u + b (nq, nu) and J; where has_accelerations is set also rates
  * (nq + nu) and accelerations of gaps and slips (n each) without forces of contacts. */
 typedef struct {
@@ -56,12 +58,14 @@ MECHC_STATIC int mechc_contact_make(mechc_contact_place *c, const mechc_motion *
     c->columns = MECHC_LAWS + motion->width;
     c->identity = motion->unit->identity_kinematics;
     const mechc_part_of_room parts[] = {
-        {&c->y, width}, {&c->v, nq}, {&c->table, n * (size_t)c->columns}, {&c->root, nu * nu},
+        {&c->y, width + nq}, {&c->table, n * (size_t)c->columns}, {&c->root, nu * nu},
         {&c->normal, n * nu}, {&c->tangent, n * nu}, {&c->kinematic, nq * nu}, {&c->loops, nc * nu},
         {&c->free, width}, {&c->opening, n}, {&c->slipping, n},
         {&c->space, 3 * width + nc * (nu + 1) + 4 * n * nu + 4 * n + nu},
     };
-    return MECHC_ROOM_FOR(parts);
+    const int made = MECHC_ROOM_FOR(parts);
+    c->v = c->y + width;
+    return made;
 }
 
 MECHC_STATIC void mechc_contact_free(mechc_contact_place *c) { free(c->y); }
@@ -71,29 +75,19 @@ MECHC_STATIC const double *mechc_law(const mechc_contact_place *c, int contact)
     return c->table + contact * c->columns;
 }
 
-MECHC_STATIC double mechc_inner_product(const double *a, const double *b, int n)
-{
-    double sum = 0.0;
-    for (int j = 0; j < n; j++) sum += a[j] * b[j];
-    return sum;
-}
-
 /* Evaluate the quantities of the contacts after time or speeds have changed; MECHC_NO_LAW if they are not
  * finite.  An open gap needs no slopes and no slip: in the middle of a bush there are none. */
 MECHC_STATIC int mechc_contact_table_at_hand(mechc_contact_place *c)
 {
-    const int nq = c->coordinates, width = nq + c->speeds;
-    double *state = c->space;
+    const int nq = c->coordinates;
     c->has_accelerations = 0;
     if (c->identity) memcpy(c->v, c->y + nq, (size_t)nq * sizeof(double));
     else {
         mechc_free_rates(c->motion, c->t, c->y, c->free);
         memcpy(c->v, c->free, (size_t)nq * sizeof(double));
     }
-    memcpy(state, c->y, (size_t)width * sizeof(double));
-    memcpy(state + width, c->v, (size_t)nq * sizeof(double));
     c->failed = -1;
-    if (!c->laws->table(c->laws->context, c->t, state, c->motion->p, c->table)) return MECHC_NO_LAW;
+    if (!c->laws->table(c->laws->context, c->t, c->y, c->motion->p, c->table)) return MECHC_NO_LAW;
     for (int k = 0; k < c->contacts; k++) {
         double *row = c->table + k * c->columns;
         if (mechc_is_finite(row, c->columns)) continue;
@@ -104,6 +98,16 @@ MECHC_STATIC int mechc_contact_table_at_hand(mechc_contact_place *c)
         memset(row + 1, 0, (size_t)(c->columns - 1) * sizeof(double));
     }
     return MECHC_RUNNING;
+}
+
+/* The rate of a gap over one speed. */
+MECHC_STATIC double mechc_gap_over_speed(const mechc_contact_place *c, int contact, int speed)
+{
+    const double *slopes = mechc_law(c, contact) + MECHC_LAWS;
+    double rate = c->identity ? slopes[speed] : 0.0;
+    for (int i = 0; !c->identity && i < c->coordinates; i++)
+        rate += slopes[i] * c->kinematic[i * c->speeds + speed];
+    return rate;
 }
 
 /* Compute N of q' = N u + b. */
@@ -156,15 +160,12 @@ MECHC_STATIC int mechc_contact_rows(mechc_contact_place *c)
     if (!c->identity) mechc_contact_kinematics(c);
     for (int k = 0; k < n; k++) {
         const double *slopes = mechc_law(c, k) + MECHC_LAWS;
-        double *normal = c->normal + k * nu;
-        for (int j = 0; j < nu; j++) {
-            normal[j] = c->identity ? slopes[j] : 0.0;
-            for (int i = 0; !c->identity && i < nq; i++)
-                normal[j] += slopes[i] * c->kinematic[i * nu + j];
-        }
-        memcpy(c->tangent + k * nu, slopes + nq, (size_t)nu * sizeof(double));
-        mechc_solve_lower(c->root, nu, normal);
-        mechc_solve_lower(c->root, nu, c->tangent + k * nu);
+        double *normal = c->normal + k * nu, *tangent = c->tangent + k * nu;
+        for (int j = 0; j < nu && c->laws->has_gap[k]; j++) /* else it stays zero */
+            normal[j] = mechc_gap_over_speed(c, k, j);
+        for (int j = 0; j < nu && c->laws->has_friction[k]; j++) tangent[j] = slopes[nq + j];
+        if (c->laws->has_gap[k]) mechc_solve_lower(c->root, nu, normal);
+        if (c->laws->has_friction[k]) mechc_solve_lower(c->root, nu, tangent);
     }
     if (c->rows) {
         mechc_motion_evaluate(c->motion, c->motion->jacobian, c->t, c->y, c->loops);

@@ -113,14 +113,13 @@ MECHC_STATIC void mechc_answer_unknowns(mechc_answer *answer, double *rows)
     }
 }
 
-/* Compute the forces and their effects, whether or not the mode is consistent. */
-MECHC_STATIC void mechc_answer_of(mechc_answer *answer, const mechc_problem *of, const unsigned char *mode)
+/* Compute the forces, whether or not the mode is consistent. */
+MECHC_STATIC void mechc_forces_of(mechc_answer *answer, const mechc_problem *of, const unsigned char *mode)
 {
     const int nu = of->nu;
     double *rows = answer->space, *matrix = rows + 2 * of->n * nu;
     answer->of = of;
     answer->mode = mode;
-    answer->size = mechc_problem_size(of);
     mechc_answer_unknowns(answer, rows);
     const int n = answer->count;
     double *aim = matrix + n * n, *lengths = aim + n, longest;
@@ -130,13 +129,21 @@ MECHC_STATIC void mechc_answer_of(mechc_answer *answer, const mechc_problem *of,
         for (int k = 0; k < n; k++)
             matrix[i * n + k] = answer->matrix[i * n + k] = mechc_inner_product(row, answer->columns + k * nu, nu);
     }
-    mechc_least_change(matrix, aim, n, n, MECHC_CONTACT_DEPENDENT, lengths, answer->unknown);
+    if (n) mechc_least_change(matrix, aim, n, n, MECHC_CONTACT_DEPENDENT, lengths, answer->unknown);
     longest = mechc_largest(lengths, n);
     answer->rank = 0;
     for (int i = 0; i < n; i++) answer->rank += lengths[i] > MECHC_CONTACT_DEPENDENT * longest;
     memcpy(answer->along, answer->given, (size_t)nu * sizeof(double));
     for (int i = 0; i < n; i++)
         for (int j = 0; j < nu; j++) answer->along[j] += answer->unknown[i] * answer->columns[i * nu + j];
+}
+
+/* Compute the forces and their effects. */
+MECHC_STATIC void mechc_answer_of(mechc_answer *answer, const mechc_problem *of, const unsigned char *mode)
+{
+    const int nu = of->nu;
+    mechc_forces_of(answer, of, mode);
+    answer->size = mechc_problem_size(of);
     for (int k = 0; k < of->n; k++) {
         answer->opening[k] = of->closing[k] + mechc_inner_product(of->normal + k * nu, answer->along, nu);
         answer->sliding[k] = of->slipping[k] + mechc_inner_product(of->tangent + k * nu, answer->along, nu);
@@ -170,6 +177,20 @@ MECHC_STATIC void mechc_answer_forces(const mechc_answer *answer, int contact, d
         if (answer->contact[i] == contact) *(answer->friction[i] ? friction : normal) = answer->unknown[i];
     if (of->restored) *normal += of->restored[contact];
     if (way != 0.0) *friction = -way * of->friction[contact] * (of->has_gap[contact] ? *normal : 1.0);
+}
+
+/* The generalized forces (nu) of all contacts at their place. */
+MECHC_STATIC void mechc_generalized_forces(const mechc_contact_place *c, const mechc_answer *answer, double *forces)
+{
+    for (int j = 0; j < c->speeds; j++) forces[j] = 0.0;
+    for (int k = 0; k < c->contacts; k++) {
+        const double *slip = mechc_law(c, k) + MECHC_LAWS + c->coordinates;
+        double normal, friction;
+        mechc_answer_forces(answer, k, &normal, &friction);
+        for (int j = 0; j < c->speeds && normal != 0.0; j++)
+            forces[j] += normal * mechc_gap_over_speed(c, k, j);
+        for (int j = 0; j < c->speeds && friction != 0.0; j++) forces[j] += friction * slip[j];
+    }
 }
 
 /* The acceleration at a contact due to one newton there. */

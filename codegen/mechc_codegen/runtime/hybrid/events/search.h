@@ -2,7 +2,8 @@
  *
  * A step is sampled at uneven fractions, after a reset ever more densely towards its start, and
  * more densely where samples lie off the chords beside them.  Zeros between two samples are found
- * by secants within a bracket; two between two samples by the vertex of a parabola.
+ * by secants within a bracket; two between two samples by the vertex of a parabola.  An end of a mode
+ * that is linear along the dense output is sampled only where the polynomial may come to zero.
  */
 #pragma once
 
@@ -15,6 +16,7 @@
 #define MECHC_EVENT_PAST 0.45    /* of the exactness aimed at: how far past the root of a secant */
 #define MECHC_EVENT_DIP 0.1      /* of the largest value: a minimum above it comes to no zero */
 #define MECHC_ROOT_TWO 1.4142135623730951
+#define MECHC_DENSE_BULGE 0.25   /* the largest s (1 - s) */
 #define MECHC_EVENT_GRAZES 10.0 /* times rtol of its largest value: a touch so small may not be one */
 
 /* Sort points by time, or in reverse for sense -1, by insertion, as most are in order. */
@@ -54,6 +56,35 @@ MECHC_STATIC int mechc_event_grid(mechc_watch *watch, double start, double end)
     watch->grid[count++] = end;
     watch->motion->states(watch->motion, count, watch->grid, watch->on_grid);
     return count;
+}
+
+/* Whether an end of a mode stays above zero in a step by the bound of its polynomial.  With v0 and v1
+ * at the ends of the step and the rows r of the dense output it is
+ *     (1-s) v0 + s v1 + s(1-s) (r1 + s r2 + s(1-s) (r3 + s r4 + s(1-s) (...))),
+ * of which each r_i + s r_k is least at s = 0 or 1: where the bracket is nowhere below -b, it has no
+ * zero if (sqrt(v0) + sqrt(v1))^2 > b.  At the start of a piece v0 may be rounding; then what counts
+ * lies beyond the exactness of times. */
+MECHC_STATIC int mechc_event_stays_positive(const mechc_watch *watch, int number, ptrdiff_t step)
+{
+    const mechc_event *event = watch->event + number;
+    const mechc_trajectory *steps = watch->motion->steps;
+    const int width = watch->motion->width, count = steps->dense_rows;
+    const double *line = event->line, *rows = steps->dense + step * width * count;
+    const double begin = steps->t[step], length = fabs(steps->t[step + 1] - begin);
+    double below = 0.0, share = 1.0;
+    if (!line || !count) return 0;
+    for (int row = 1; row < count; row += 2, share *= MECHC_DENSE_BULGE) {
+        const double at_zero = mechc_inner_product(line, rows + row * width, width);
+        const double more = row + 1 < count ? mechc_inner_product(line, rows + (row + 1) * width, width) : 0.0;
+        const double least = more > 0.0 ? at_zero : at_zero + more;
+        below -= share * (least >= 0.0 ? 0.0 : least); /* NaN where a row is not finite */
+    }
+    const double *y = steps->y + step * width;
+    const double first = event->constant + mechc_inner_product(line, y, width);
+    const double last = event->constant + mechc_inner_product(line, y + width, width);
+    if (first < 0.0 && event->side != 0.0 && begin == watch->start)
+        return last > below && first + mechc_located(begin) / length * (last - below) > 0.0;
+    return first >= 0.0 && last > 0.0 && first + last + 2.0 * sqrt(first * last) > below;
 }
 
 /* Whether samples lie too far off the chords between their neighbours. */
@@ -255,18 +286,21 @@ MECHC_STATIC int mechc_event_stop(const mechc_watch *watch, int number, int root
     return terminal > 0 && terminal <= before + roots ? (int)(terminal - before - 1) : -1;
 }
 
-/* Search one step of the piece.  Returns MECHC_RUNNING, MECHC_STOPPED_BY_EVENT with the time at
+/* Search a step of the piece, by its number.  Returns MECHC_RUNNING, MECHC_STOPPED_BY_EVENT with the time at
  * which an event ends or resets the motion, or why the search failed. */
-MECHC_STATIC int mechc_watch_step(mechc_watch *watch, int piece, double begin, double end, double *stop)
+MECHC_STATIC int mechc_watch_step(mechc_watch *watch, int piece, ptrdiff_t step, double *stop)
 {
     mechc_motion *motion = watch->motion;
     double *root = watch->times;
-    const int grid = mechc_event_grid(watch, begin, end);
+    const double *t = motion->steps->t + step;
     const ptrdiff_t first = watch->zeros;
+    int grid = 0;
     ptrdiff_t kept = first;
     watch->stopped_by = -1;
     for (int k = 0; k < watch->count; k++) {
-        const int roots = watch->event[k].idle ? 0 : mechc_event_zeros(watch, k, grid, root);
+        if (watch->event[k].idle || mechc_event_stays_positive(watch, k, step)) continue;
+        if (!grid) grid = mechc_event_grid(watch, t[0], t[1]);
+        const int roots = mechc_event_zeros(watch, k, grid, root);
         const int at = roots < 0 ? -1 : mechc_event_stop(watch, k, roots);
         if (roots < 0) {
             watch->stopped_by = k;

@@ -41,6 +41,9 @@ typedef struct {
     double fastest;   /* largest rate at a reset */
     double rate, later; /* before and after a reset */
     int done;         /* it has reset the state at the instant at hand */
+    const double *line; /* of an end of a mode that is this y + constant, at least, along the dense
+                           output, or NULL */
+    double constant;
 } mechc_event;
 
 typedef struct {

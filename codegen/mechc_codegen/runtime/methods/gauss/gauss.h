@@ -13,16 +13,7 @@
 #pragma once
 
 #include "methods/gauss/stiff.h"
-#include "methods/gauss/tableau.h"
 #include "methods/traits.h"
-#include "run/integration.h"
-#include "run/method.h"
-#include "run/rates.h"
-#include "simd/vector.h"
-#include "singularities/critical.h"
-#include "singularities/monitor.h"
-#include "singularities/weakest.h"
-#include "stepping/control.h"
 
 #define MECHC_GAUSS_ITERATIONS 40
 #define MECHC_GAUSS_CRITICAL 0.1 /* conditioning below which closing a loop varies fast */
@@ -161,11 +152,6 @@ MECHC_STATIC double mechc_gauss_noise(const mechc_integration *run, double h)
     return DBL_EPSILON / (low * low * low) * fabs(h) * fastest;
 }
 
-MECHC_STATIC int mechc_gauss_crosses(const mechc_integration *run, double h)
-{
-    return MECHC_NH > 0 && (run->monitor.ahead < fabs(h) || mechc_is_beside(run, h));
-}
-
 /* The changes that may be rounding.  In a step over a crossing the closure's rounding is magnified
  * into reactions, which the projection of the end removes; elsewhere it changes the motion. */
 MECHC_STATIC double mechc_gauss_floor(const mechc_integration *run, double h)
@@ -173,7 +159,7 @@ MECHC_STATIC double mechc_gauss_floor(const mechc_integration *run, double h)
     const mechc_gauss *g = mechc_gauss_of(run);
     double most = 0.0;
     for (int i = 0; i < MECHC_NX; i++) most = mechc_max(most, run->scale[i] * g->weights[i]);
-    if (mechc_gauss_crosses(run, h)) {
+    if (MECHC_NH > 0 && (run->monitor.ahead < fabs(h) || mechc_is_beside(run, h))) {
         const int together = MECHC_NC > 2; /* several rows may be nearly dependent */
         const double magnified = together ? g->lowest * g->lowest : g->lowest;
         const double highest = together ? MECHC_GAUSS_FLOOR_TOGETHER : MECHC_GAUSS_FLOOR_HIGHEST;
@@ -189,34 +175,30 @@ MECHC_STATIC double mechc_gauss_floor(const mechc_integration *run, double h)
                                 : MECHC_GAUSS_DIGITS_FREE * digit);
 }
 
-/* A correction that closed the loops of stages far from convergence also moved them along the
- * motion, and no later correction undoes that: corrections are restarted until such a part is
- * negligible. */
-MECHC_STATIC void mechc_gauss_reclose(mechc_gauss *g, double change)
-{
-    if (change * change * g->tolerated > MECHC_GAUSS_LEFT) memset(g->shift, 0, sizeof g->shift);
-}
-
 /* Iterate until the change is negligible, or down to rounding: small changes that no longer shrink
  * by a third.  Where loops are closed one iteration late, changes may shrink in every second
  * iteration only.  A step whose error is too large after three iterations is rejected at once. */
 MECHC_STATIC int mechc_gauss_converge(mechc_integration *run, double h)
 {
     mechc_gauss *g = mechc_gauss_of(run);
+    const double left = MECHC_GAUSS_LEFT * mechc_part_of_share(run->head.stats.steps);
     double before = HUGE_VAL, rate_before = 0.0;
     g->shrinking = 0.0;
     g->left = mechc_knows_crossing(&run->monitor) ? 0.0 : 0.25; /* rounding is reactions */
     for (int iteration = 0; iteration < MECHC_GAUSS_ITERATIONS; iteration++) {
         if (mechc_scalar_stopped(&run->given)) return MECHC_INTERRUPTED;
         if (iteration == 1 || g->closing != MECHC_UNPROJECTED) mechc_gauss_watch(g);
-        if (g->closing != MECHC_UNPROJECTED) mechc_gauss_reclose(g, before);
+        /* A correction that closed the loops of stages far from convergence also moved them along the
+         * motion, and no later correction undoes that: they are begun again until such a part is negligible. */
+        if (g->closing != MECHC_UNPROJECTED && before * before * g->tolerated > MECHC_GAUSS_LEFT)
+            memset(g->shift, 0, sizeof g->shift);
         const double change = mechc_gauss_iterate(g, run->head.t, run->y, h, iteration == 0);
         const double rate = change / before;
         if (iteration == 2) g->shrinking = rate;
         run->head.stats.rhs_evaluations += MECHC_STAGES;
         if (!(change < HUGE_VAL)) return MECHC_NOT_FINITE;
         /* the first changes shrink faster than later ones */
-        if (iteration > 0 && change * mechc_max(rate, MECHC_GAUSS_FASTEST) <= MECHC_GAUSS_LEFT)
+        if (iteration > 0 && change * mechc_max(rate, MECHC_GAUSS_FASTEST) <= left)
             return MECHC_RUNNING;
         if (iteration > 1 && rate > MECHC_GAUSS_STALLS) {
             const int noise = change <= mechc_gauss_floor(run, h);
@@ -452,8 +434,7 @@ MECHC_STATIC double mechc_gauss_reach(const mechc_integration *run)
 
 MECHC_STATIC void mechc_gauss_take_inputs(mechc_gauss *g, const mechc_integration *run)
 {
-    for (int lane = 0; lane < MECHC_LANES; lane++)
-        mechc_vector_give_inputs(&g->given, lane, mechc_scalar_inputs_of(&run->given));
+    for (int lane = 0; lane < MECHC_LANES; lane++) g->given.inputs[lane] = run->given.inputs[0];
 }
 
 MECHC_STATIC void mechc_gauss_make(mechc_integration *run)

@@ -12,17 +12,11 @@
 #pragma once
 
 #include "lockstep/advance.h"
-#include "lockstep/lanes_of_runs.h"
-#include "lockstep/step.h"
 #include "methods/gauss/stages.h"
-#include "methods/gauss/tableau.h"
 #include "methods/traits.h"
-#include "run/integration.h"
-#include "run/method.h"
 #include "simd/bind_vector.h"
 #include "simd/rough.h"
 #include "simd/unbind.h"
-#include "simd/vector.h"
 
 #define MECHC_GAUSS_BACK 3 /* stages of the last step that the first sweep's differences vanish at */
 #define MECHC_SWEEPS 20
@@ -241,7 +235,8 @@ MECHC_INLINE void mechc_gauss_lanes_settle(mechc_gauss_lanes *g, int sweep, mech
     const double fastest = MECHC_GAUSS_FASTEST * MECHC_GAUSS_FASTEST;
     const double stalls = MECHC_GAUSS_STALLS * MECHC_GAUSS_STALLS;
     const mechc_vector slowest = mechc_choose(rate > fastest, rate, mechc_spread(fastest));
-    mechc_mask settled = change * slowest <= MECHC_SWEEPS_LEFT * MECHC_SWEEPS_LEFT;
+    const mechc_vector left = MECHC_SWEEPS_LEFT * g->lanes.part;
+    mechc_mask settled = change * slowest <= left * left;
     if (sweep > 1) {
         const mechc_mask noise = change <= g->floor;
         settled |= (rate > stalls) & noise & (rate * rate_before > stalls * stalls);
@@ -320,11 +315,6 @@ MECHC_INLINE mechc_vector mechc_gauss_lanes_error(mechc_lockstep *a)
     return mechc_choose(g->failed, mechc_spread(HUGE_VAL), mechc_gauss_lanes_measure(g));
 }
 
-MECHC_INLINE mechc_vector mechc_gauss_lanes_factor(mechc_vector error)
-{
-    return MECHC_LOCKSTEP_SAFETY * mechc_vector_rough_root(error);
-}
-
 MECHC_INLINE mechc_mask mechc_gauss_lanes_limited(const mechc_lockstep *a)
 {
     const double needless = MECHC_GAUSS_NEEDLESS * MECHC_GAUSS_NEEDLESS;
@@ -377,17 +367,12 @@ static const mechc_lockstep_method mechc_gauss8_lanes = {
     .store = mechc_gauss_lanes_store,
     .step = mechc_gauss_lanes_step,
     .error = mechc_gauss_lanes_error,
-    .factor = mechc_gauss_lanes_factor,
     .limited = mechc_gauss_lanes_limited,
     .accept = mechc_gauss_lanes_accept,
     .dense = mechc_gauss_lanes_dense,
 };
 
-MECHC_SINGLE long mechc_gauss8_together(mechc_integration **runs, int count, long steps)
-{
-    mechc_gauss_lanes own;
-    return mechc_lockstep_advance(&mechc_gauss8_lanes, &own.lanes, runs, count, steps);
-}
+MECHC_LOCKSTEP_TOGETHER(mechc_gauss8_together, mechc_gauss_lanes, mechc_gauss8_lanes)
 #else
 #define mechc_gauss8_together 0
 #endif

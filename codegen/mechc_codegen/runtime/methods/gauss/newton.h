@@ -29,21 +29,13 @@ MECHC_INLINE void mechc_take_modes(const double *four, mechc_modes *modes)
 
 #define MECHC_MIDDLE (MECHC_STAGES / 2)
 
-/* The state at a stage in the middle of the step, as the rates are predicted, in all lanes. */
-MECHC_STATIC void mechc_newton_middle(const mechc_gauss *g, const double *y, double h,
-                                      mechc_vector *state)
-{
-    mechc_gauss_states(g, y, h, MECHC_MIDDLE / MECHC_LANES, state);
-    for (int i = 0; i < MECHC_NX; i++)
-        state[i] = mechc_spread(state[i][MECHC_MIDDLE % MECHC_LANES]);
-}
-
 /* Derivatives of the unknown rates by the state there, by differences side by side in the lanes. */
 MECHC_STATIC void mechc_newton_slopes(mechc_newton *w, mechc_gauss *g, double t,
                                       const double *y, double h, const double *scale)
 {
     mechc_vector middle[MECHC_NX], rates[MECHC_UNKNOWNS], base[MECHC_UNKNOWNS];
-    mechc_newton_middle(g, y, h, middle);
+    mechc_gauss_states(g, y, h, MECHC_MIDDLE / MECHC_LANES, middle); /* as the rates are predicted */
+    for (int i = 0; i < MECHC_NX; i++) middle[i] = mechc_spread(middle[i][MECHC_MIDDLE % MECHC_LANES]);
     t += mechc_gauss_nodes[MECHC_MIDDLE] * h;
     mechc_gauss_first_stages(g, t, 0.0, middle, 0, base);
     for (int first = 0; first < MECHC_NX; first += MECHC_LANES) {
@@ -112,21 +104,13 @@ MECHC_STATIC double mechc_newton_pivot(const mechc_newton *w, int j, int *row)
     return most;
 }
 
-MECHC_STATIC void mechc_newton_exchange_rows(mechc_newton *w, int i, int j)
+/* Exchange two rows, whose entries are next to each other, or two columns. */
+MECHC_STATIC void mechc_newton_exchange(mechc_modes *a, mechc_modes *b, int stride)
 {
-    for (int k = 0; MECHC_UNKNOWNS > 1 && i != j && k < MECHC_UNKNOWNS; k++) {
-        const mechc_modes a = w->real[i][k], b = w->imaginary[i][k];
-        w->real[i][k] = w->real[j][k], w->imaginary[i][k] = w->imaginary[j][k];
-        w->real[j][k] = a, w->imaginary[j][k] = b;
-    }
-}
-
-MECHC_STATIC void mechc_newton_exchange_columns(mechc_newton *w, int i, int j)
-{
-    for (int k = 0; MECHC_UNKNOWNS > 1 && i != j && k < MECHC_UNKNOWNS; k++) {
-        const mechc_modes a = w->real[k][i], b = w->imaginary[k][i];
-        w->real[k][i] = w->real[k][j], w->imaginary[k][i] = w->imaginary[k][j];
-        w->real[k][j] = a, w->imaginary[k][j] = b;
+    for (int k = 0; a != b && k < MECHC_UNKNOWNS; k++) {
+        const mechc_modes kept = a[k * stride];
+        a[k * stride] = b[k * stride];
+        b[k * stride] = kept;
     }
 }
 
@@ -150,7 +134,8 @@ MECHC_ONCE int mechc_newton_invert(mechc_newton *w)
         rows[j] = j;
         const double square = mechc_newton_pivot(w, j, &rows[j]);
         if (!(square > 0.0 && square < HUGE_VAL)) return 0;
-        mechc_newton_exchange_rows(w, j, rows[j]);
+        mechc_newton_exchange(w->real[j], w->real[rows[j]], 1);
+        mechc_newton_exchange(w->imaginary[j], w->imaginary[rows[j]], 1);
         const mechc_modes a = w->real[j][j], b = w->imaginary[j][j], size = a * a + b * b;
         const mechc_modes real = a / size, imaginary = -b / size;
         w->real[j][j] = (mechc_modes){0} + 1.0;
@@ -163,7 +148,10 @@ MECHC_ONCE int mechc_newton_invert(mechc_newton *w)
         for (int i = 0; i < MECHC_UNKNOWNS; i++)
             if (i != j) mechc_newton_take_row(w, i, j);
     }
-    for (int j = MECHC_UNKNOWNS - 1; j >= 0; j--) mechc_newton_exchange_columns(w, j, rows[j]);
+    for (int j = MECHC_UNKNOWNS - 1; j >= 0; j--) {
+        mechc_newton_exchange(*w->real + j, *w->real + rows[j], MECHC_UNKNOWNS);
+        mechc_newton_exchange(*w->imaginary + j, *w->imaginary + rows[j], MECHC_UNKNOWNS);
+    }
     return 1;
 }
 

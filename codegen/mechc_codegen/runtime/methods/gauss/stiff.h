@@ -2,7 +2,6 @@
 #pragma once
 
 #include "methods/gauss/newton.h"
-#include "run/integration.h"
 #include "run/method.h"
 
 /* Stiff components answer at once to what the polynomial lacks: a Legendre polynomial P of degree 8,

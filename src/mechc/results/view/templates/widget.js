@@ -1,15 +1,16 @@
 // Sliders above the page in space: values go to Python, motions come back and go to the page.
 function sender(model) {
-  // At most once a picture; the notebook holds later values back until Python has answered.
-  let waiting = {}, asked = false;
-  return function (name, value) {
-    waiting[name] = value;
+  // At most once a picture; the notebook holds later values back until Python has answered.  Values
+  // that follow others are not sent: those here may be older than Python's.
+  let moved = {}, asked = false;
+  return function (values) {
+    Object.assign(moved, values);
     if (asked) { return; }
     asked = true;
     requestAnimationFrame(function () {
-      model.set("values", Object.assign({}, model.get("values"), waiting));
+      model.set("values", Object.assign({}, moved));
       model.save_changes();
-      waiting = {}; asked = false;
+      asked = false;
     });
   };
 }
@@ -32,11 +33,14 @@ function render({ model, el }) {
   box.className = "mechc-motion";
   sliders.className = "mechc-sliders";
   const moves = model.get("sliders").map(function (slider) {
-    const move = addSlider(sliders, slider, model.get("values")[slider.name], function (value) { send(slider.name, value); });
-    return function () { move(model.get("values")[slider.name]); };
+    const move = addSlider(sliders, slider, model.get("values")[slider.name], function (value) { send({ [slider.name]: value }); });
+    return function () {
+      const values = model.get("values");
+      if (slider.name in values) { move(values[slider.name]); }
+    };
   });
   button(sliders, "Reset", "All values as they were at first", function () {
-    Object.entries(model.get("first")).forEach(function ([name, value]) { send(name, value); });
+    send(model.get("first"));
   });
   const note = element("p", model.get("note"), box);
   note.setAttribute("role", "status");

@@ -49,15 +49,15 @@ export class Mechanism {
     return Object.fromEntries(about.parameters.map((each, i) => [each.name, p[i]]));
   }
 
-  /** Parameters by name; those whose default follows from others follow until they are set. They
-   * count from the next start. */
+  /** Parameters by name; those whose default follows from others follow until they are set, and
+   * again after null. They count from the next start. */
   set(values) {
     const p = this.#numbers(this.#c.at_parameters(), about.parameters.length);
     const given = this.#flags(this.#c.at_given(), about.parameters.length);
     for (const [name, value] of Object.entries(values)) {
       const i = numberOf(about.parameters, name);
       p[i] = value;
-      given[i] = 1;
+      given[i] = value === null ? 0 : 1;
     }
     this.#c.defaults();
   }

@@ -129,14 +129,21 @@ function setValue(slider, value) {
   else { wanted = Object.assign({}, wanted, named); }
 }
 function addSliders() {
+  const moves = {};
+  function showFollowing() {
+    const values = mechanism.parameters;
+    Object.keys(moves).forEach(function (name) { if (name in values) { moves[name](values[name]); } });
+  }
   const resets = motion.sliders.map(function (given) {
     const value = startValue(given), slider = withRange(given, value);
-    const move = addSlider(byId("sliders"), slider, value, function (to) {
+    const follows = isParameter(slider) && !(slider.name in about.values);
+    const move = moves[slider.name] = addSlider(byId("sliders"), slider, value, function (to) {
       setValue(slider, to);
+      showFollowing();
       if (!isInput(slider)) { startAgain(); return; }
       showAnew(function () { goOnFrom(Math.ceil(fractionAt(state.elapsed))); });
     });
-    return function () { setValue(slider, value); move(value); };
+    return function () { setValue(slider, follows ? null : value); move(value); };
   });
   button(byId("sliders"), "Start again", "From the start, with inputs as they are now", startAgain);
   button(byId("sliders"), "Reset values", "All values as they were at first", function () {

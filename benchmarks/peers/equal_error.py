@@ -21,11 +21,11 @@ from mechc_codegen.library.spatial.bicycle import bicycle, values
 
 from ..formulations.described import described
 from ..formulations.equations import derive
-from ..peers.variational import Differentiated, Run, runs
 from ..problems.problem import Array
 from ..references.sensitivities.derivatives import Posed, posed
 from ..stability.stiff import two_masses
 from ..timing.processes import least_of_rounds
+from .variational import Differentiated, Run, runs
 
 TOLERANCES = tuple(10.0**-k for k in range(4, 14))
 ERRORS = (1e-4, 1e-6, 1e-8, 1e-10)

@@ -1,10 +1,10 @@
-"""Sizes of what is installed."""
+"""What mechc takes of a disk."""
 
-from benchmarks.costs import installed
+from benchmarks.costs import footprint
 
 
 def test_what_is_installed_is_counted_whole_and_by_part():
-    found = installed.installed()
+    found = footprint.installed()
     assert found["bytes"] == sum(found["parts"].values())
     assert {"compiler", "runtime, Python", "mechanisms, compiled"} <= set(found["parts"])
     assert 0 < found["packed"] < found["bytes"]

@@ -10,24 +10,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from sympy import Expr, Symbol, symbols
-from sympy.physics.mechanics import (
-    ReferenceFrame,
-    RigidBody,
-    dot,
-    dynamicsymbols,
-    inertia,
-)
-from sympy.physics.vector import Vector
-
 from mechc_codegen.description.mechanism import Constraint, Drawing, Mechanism
 from mechc_codegen.library.parts import (
     fixed_point,
     joint_angles,
     locate,
     parameter,
+    turn_frame,
     weight,
 )
+from sympy import Expr, Symbol, symbols
+from sympy.physics.mechanics import ReferenceFrame, RigidBody, dot, dynamicsymbols, inertia
+from sympy.physics.vector import Vector
 
 Rows = list[tuple[str, Expr]]  # what a row measures, and the gap
 Closing = Callable[[Vector, ReferenceFrame, ReferenceFrame], Rows]
@@ -75,8 +69,7 @@ def _linkage(
     bodies, ends, frames = [], [origin], []
     for k in range(size):
         link = min(k, 2)
-        frame = ground.orientnew(f"e_{k}", "Axis", (theta[k], ground.z))
-        frame.set_ang_vel(ground, omega[k] * ground.z)
+        frame = turn_frame(f"e_{k}", ground, theta[k], omega[k], ground.z)
         start = ends[link]
         mass = m[link] / (rockers if link == 2 else 1)
         centre = locate(f"g_{k}", start, l[link] / 2 * frame.x, frame, r)

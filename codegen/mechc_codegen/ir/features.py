@@ -1,0 +1,77 @@
+"""Edges of narrow features: bumps and smooth steps whose width is known from the expression.
+
+Input: one function or power of a program.  Output: functions that vanish where it begins to be
+more than rounding, and where it ends; scaled so that over the feature they change by 2.
+Invariant: a function without a known width has none.
+
+A method sees nothing of a bump between its nodes.  A step that ends at the edge is followed by one
+that ends at the other edge at the latest, in which the nodes see it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import exp as exponential
+
+from sympy import Abs, Add, Expr, Float, Mul, Pow, Rational, cos, cosh, exp, sin, tanh
+
+from mechc_codegen.ir.definitions import Definitions
+
+_NOTHING = 36  # exp of minus that is the rounding of 1
+_HALF = 0.5**0.5  # |sin| above that is half of its period
+
+
+def edges(part: Expr, definitions: Definitions) -> Iterator[Expr]:
+    """The edges of exp(-z^2), tanh(z), a logistic function, 1/cosh(z), and high powers of sines."""
+    if isinstance(part, exp):
+        yield from _of_exponent(definitions.look_up(part.exp), definitions)
+    elif isinstance(part, tanh):
+        yield from _beside_zero(part.args[0] * Rational(2, _NOTHING), definitions)
+    elif isinstance(part, Pow) and part.exp.is_negative:
+        for term in Add.make_args(definitions.look_up(part.base)):
+            yield from _of_divisor(term, definitions)
+    elif isinstance(part, Pow) and part.exp.is_Number:
+        yield from _of_power(definitions.look_up(part.base), float(part.exp))
+
+
+def _beside_zero(z: Expr, definitions: Definitions) -> Iterator[Expr]:
+    """Edges where z, which has no pole, is 1 and -1."""
+    if all(definitions.is_fixed(x) for x in definitions.divisors(z)):
+        yield z - 1
+        yield z + 1
+
+
+def _of_exponent(g: Expr, definitions: Definitions) -> Iterator[Expr]:
+    """Edges of exp(g) where g falls to both sides, as it does with a negative even power."""
+    for term in Add.make_args(g):
+        varying = [x for x in Mul.make_args(term) if not definitions.is_fixed(x)]
+        power = definitions.look_up(varying[0]) if len(varying) == 1 else term
+        base, exponent = power.as_base_exp()
+        if isinstance(power, Abs):
+            base = power.args[0]
+        elif not (exponent.is_even and exponent.is_positive):
+            continue
+        if not term.could_extract_minus_sign():
+            continue
+        if isinstance(g, Add):
+            yield g / _NOTHING + 1
+        else:
+            scale = (Abs(term / varying[0]) / _NOTHING) ** (1 / exponent)
+            yield from _beside_zero(base * scale, definitions)
+        return
+
+
+def _of_divisor(term: Expr, definitions: Definitions) -> Iterator[Expr]:
+    """Edges of 1 / (1 + exp(z)) and 1 / cosh(z), from a term of their divisor."""
+    for factor in Mul.make_args(definitions.look_up(term)):
+        found = definitions.look_up(factor)
+        if isinstance(found, (exp, cosh)):
+            yield from _beside_zero(found.args[0] / _NOTHING, definitions)
+
+
+def _of_power(wave: Expr, exponent: float) -> Iterator[Expr]:
+    """Edges of sin(x)^n where it is nothing for more than half of the period."""
+    edge = exponential(-_NOTHING / exponent) if exponent > 0 else 0.0
+    if isinstance(wave, (sin, cos)) and edge > _HALF:
+        yield (wave - Float(edge)) / Float(1 - edge)
+        yield (wave + Float(edge)) / Float(1 - edge)

@@ -1,0 +1,21 @@
+"""A cache in which nothing is."""
+
+import pytest
+
+from mechc.compilation import build, toolchain
+from tests.support.compilers.compilation import compile_as_for_users, compiler_at
+
+
+@pytest.fixture
+def fresh(tmp_path, monkeypatch):
+    """A cache folder of the test's own, and a process that remembers nothing.
+
+    Nothing is optimised: what is compiled here is compiled again in the next test.
+    """
+    compile_as_for_users(monkeypatch)
+    monkeypatch.setenv("CC", compiler_at("-O0", tmp_path))
+    monkeypatch.setenv("MECHC_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setattr(build, "_compiled", {})
+    toolchain.version.cache_clear()
+    yield tmp_path
+    toolchain.version.cache_clear()

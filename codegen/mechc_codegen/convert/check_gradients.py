@@ -18,6 +18,7 @@ from mechc_codegen.description.mechanism import Constraint, Mechanism
 from mechc_codegen.errors import MechanismError
 
 _SEEDS, _DRAWS = (1, 2, 3), range(24)
+_ROUNDING = 1e-14
 _STEP = 1e-2  # coordinates are drawn from 0.4 to 1.7
 _LEAST_ORDER, _HIGHEST_ORDER = 2**0.5, 4.0  # of what twice the step changes: once and a half twice
 
@@ -58,7 +59,8 @@ def without_gradient(configuration: Sequence[Expr], rates: Rates) -> list[int]:
 
 
 def _of_one_sign(rows: Sequence[Expr], rates: Rates) -> set[int]:
-    """The rows that are never negative, or never positive, at random places."""
+    """The rows that are never negative, or never positive, at random places, and not zero
+    everywhere, as a redundant constraint may be."""
     evaluate, size = evaluator(rates.symbols, list(rows)), len(rates.symbols)
     signs = [set[bool]() for _ in rows]
     for seed in _DRAWS:
@@ -67,8 +69,8 @@ def _of_one_sign(rows: Sequence[Expr], rates: Rates) -> set[int]:
         except (ValueError, ZeroDivisionError, OverflowError, TypeError):
             continue
         for seen, value in zip(signs, values, strict=True):
-            seen |= {value > 0.0} if value else set()
-    return {i for i, seen in enumerate(signs) if len(seen) < 2}
+            seen |= {value > 0.0} if abs(value) > _ROUNDING else set()
+    return {i for i, seen in enumerate(signs) if len(seen) == 1}
 
 
 def _has_power(row: Expr) -> bool:

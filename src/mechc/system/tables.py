@@ -22,7 +22,15 @@ class Pieces:
         self.degree, self.periods = degree, tuple(periods)
 
     def __call__(self, orders: Sequence[int], *arguments: Any) -> Any:
-        """A derivative, by the operations of compiled code: floats for floats, else arrays."""
+        """A derivative, by the operations of compiled code: floats for floats, else arrays.
+
+        Raises
+        ------
+        TypeError
+            For complex arguments.
+        """
+        if any(map(np.iscomplexobj, arguments)):
+            raise TypeError("a table is a function of real numbers")
         given = [np.asarray(x, dtype=np.float64) for x in np.broadcast_arrays(*arguments)]
         places, since = [], []
         for axis, x, period in zip(self.starts, given, self.periods, strict=True):

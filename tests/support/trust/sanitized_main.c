@@ -136,7 +136,8 @@ static int breadth_of(const mechc_unit *unit, int output)
     return output < 0 ? 0 : unit->outputs[output].width;
 }
 
-static mechc_closure closure_of(const mechc_unit *unit)
+static mechc_closure closure_of(const mechc_unit *unit, const unsigned char *kind,
+                                const int *alike)
 {
     const char *names[MECHC_CLOSURE_OUTPUTS] = {"constraints", "constraint_gradient",
                                                 "velocity_constraints", "constraint_jacobian",
@@ -149,7 +150,9 @@ static mechc_closure closure_of(const mechc_unit *unit)
             closure.output[what] = output_of(unit, names[MECHC_JACOBIAN]);
         closure.breadth[what] = breadth_of(unit, closure.output[what]);
     }
-    closure.ask = mechc_ask_unit, closure.unit = unit;
+    closure.unit = unit, closure.kind = kind, closure.alike = alike;
+    closure.rows = mechc_scene.holonomic;
+    closure.columns = output_of(unit, "constraint_gradient") < 0 ? MECHC_NU : MECHC_NQ;
     closure.coordinates = MECHC_NQ, closure.width = NX, closure.parameters = MECHC_NP;
     return closure;
 }
@@ -159,11 +162,12 @@ static void close_all(const mechc_unit *unit, const double *y0, const double *p)
 {
     if (mechc_scene.holonomic < 1 || MECHC_NQ < 2) return;
     enum { UNKNOWNS = MECHC_NQ - 1, STARTS = 10, MOST = 4 };
-    int unknown[MECHC_NQ], many[N];
+    int unknown[MECHC_NQ], alike[MECHC_AT_LEAST_ONE(MECHC_NH)], many[N];
     unsigned char kind[MECHC_NQ], guessed[MECHC_NQ];
     double *start = heap(STARTS * UNKNOWNS), *fixed = heap(N * MECHC_NQ), length[N], miss[N];
     double *found = heap((size_t)N * MOST * MECHC_NQ), *open = heap(N * MECHC_NQ);
     for (int i = 0; i < UNKNOWNS; i++) unknown[i] = i + 1, guessed[i] = i % 2 == 0;
+    for (int i = 0; i < mechc_scene.holonomic; i++) alike[i] = i;
     for (int i = 0; i < MECHC_NQ; i++) kind[i] = i % 3 ? MECHC_ANGLE : MECHC_TRANSLATION;
     for (int i = 0; i < STARTS * UNKNOWNS; i++) start[i] = sin(1.0 + 7.0 * i);
     for (int i = 0; i < N; i++) {
@@ -173,10 +177,8 @@ static void close_all(const mechc_unit *unit, const double *y0, const double *p)
     for (int way = 0; way < 3; way++) {
         mechc_closing job;
         memset(&job, 0, sizeof job);
-        job.closure = closure_of(unit);
-        job.rows = mechc_scene.holonomic;
-        job.columns = output_of(unit, "constraint_gradient") < 0 ? MECHC_NU : MECHC_NQ;
-        job.unknowns = UNKNOWNS, job.unknown = unknown, job.kind = kind;
+        job.closure = closure_of(unit, kind, alike);
+        job.unknowns = UNKNOWNS, job.unknown = unknown;
         job.guessed = way ? guessed : 0, job.near = 3, job.only_near = way == 2;
         job.starts = STARTS, job.start = start, job.count = N, job.block = 3, job.fixed = fixed;
         job.p = p, job.length = length, job.most = MOST, job.found = found, job.many = many;
@@ -199,7 +201,7 @@ static void keep_speeds(const mechc_unit *unit, const double *y0, const double *
     memset(&job, 0, sizeof job);
     memcpy(y, y0, N * NX * sizeof(double));
     for (int i = 0; i < MECHC_NU; i++) unknown[i] = i;
-    job.closure = closure_of(unit), job.rows = mechc_scene.rows, job.speeds = MECHC_NU;
+    job.closure = closure_of(unit, NULL, NULL), job.rows = mechc_scene.rows, job.speeds = MECHC_NU;
     job.unknowns = MECHC_NU, job.unknown = unknown, job.dead = 1e-7, job.count = N, job.p = p;
     job.p_stride = MECHC_NP, job.y = y, job.left = left, job.row = row, job.residual = residual;
     job.conditioning = conditioning;

@@ -47,6 +47,7 @@ static void mechc_probe_states(const mechc_probe *probe, ptrdiff_t count, const 
 {
     const mechc_reducer *reducer = probe->reducer;
     double t[MECHC_SAMPLES + 1];
+    if (count < 1) return;
     for (ptrdiff_t i = 0; i < count; i++) t[i] = mechc_probe_time(probe, s[i]);
     mechc_read_states(reducer->motion, count, t, reducer->states);
     for (ptrdiff_t i = 0; i < count; i++)

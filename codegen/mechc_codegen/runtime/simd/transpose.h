@@ -109,9 +109,12 @@ MECHC_INLINE void mechc_fill_from(const double *rows, ptrdiff_t stride, int coun
                                   mechc_vector *out)
 {
     for (int i = 0; i < width; i++) {
+        const double *row = rows;
         double column[MECHC_LANES];
-        for (int lane = 0; lane < MECHC_LANES; lane++)
-            column[lane] = rows[(lane < count ? lane : count - 1) * stride + i];
+        for (int lane = 0; lane < MECHC_LANES; lane++) {
+            column[lane] = row[i];
+            if (lane + 1 < count) row += stride;
+        }
         memcpy(&out[i], column, sizeof column);
     }
 }

@@ -35,6 +35,12 @@ MECHC_INLINE void mechc_node_states(const mechc_propagation *g, double s, int ro
     }
 }
 
+/* Where the step of a lane begins and ends; the last step is repeated. */
+MECHC_INLINE const double *mechc_times_of(const mechc_steps *steps, int lane)
+{
+    return steps->record->t + steps->first + (lane < steps->count ? lane : steps->count - 1);
+}
+
 MECHC_STATIC void mechc_load_steps(const mechc_steps *steps, mechc_propagation *g)
 {
     const mechc_trajectory *record = steps->record;
@@ -42,8 +48,11 @@ MECHC_STATIC void mechc_load_steps(const mechc_steps *steps, mechc_propagation *
     const int count = steps->count;
     const int width = MECHC_NX * record->dense_rows;
     double h[MECHC_LANES];
-    for (int n = 0; n < count; n++) h[n] = record->t[first + n + 1] - record->t[first + n];
-    mechc_fill_lanes(h, count, 1, &g->h);
+    for (int lane = 0; lane < MECHC_LANES; lane++) {
+        const double *times = mechc_times_of(steps, lane);
+        h[lane] = times[1] - times[0];
+    }
+    memcpy(&g->h, h, sizeof h);
     mechc_fill_lanes(record->y + first * MECHC_NX, count, MECHC_NX, g->start);
     mechc_fill_lanes(record->dense + first * width, count, width, g->dense);
 }
@@ -52,10 +61,12 @@ MECHC_STATIC void mechc_load_steps(const mechc_steps *steps, mechc_propagation *
 MECHC_INLINE mechc_vector mechc_node_place(const mechc_rule *rule, const mechc_steps *steps, int a,
                                            const mechc_propagation *g, double *t, mechc_vector *state)
 {
-    const double *times = steps->record->t + steps->first;
     mechc_vector time;
-    for (int n = 0; n < steps->count; n++) t[n] = mechc_within(times[n], times[n + 1], rule->nodes[a]);
-    mechc_fill_lanes(t, steps->count, 1, &time);
+    for (int lane = 0; lane < MECHC_LANES; lane++) {
+        const double *times = mechc_times_of(steps, lane);
+        t[lane] = mechc_within(times[0], times[1], rule->nodes[a]);
+    }
+    memcpy(&time, t, sizeof time);
     mechc_node_states(g, rule->nodes[a], steps->record->dense_rows, state);
     return time;
 }

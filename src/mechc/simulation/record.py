@@ -89,12 +89,18 @@ class Piece:
         The time within a step at which an event ended it; None: it counts to its last state.
     """
 
+    __slots__ = ("causes", "contacts", "cut", "jumps", "params", "steps")
+
     def __init__(
-        self, steps: Steps, params: Array, *, jumps: bool = False, causes: tuple[int, ...] = (),
+        self, steps: Steps, params: Array, jumps: bool = False, causes: tuple[int, ...] = (),
         contacts: tuple[str, ...] = (), cut: float | None = None,
     ) -> None:  # fmt: skip
-        self.steps, self.params, self.cut = steps, params, cut
-        self.jumps, self.causes, self.contacts = jumps, causes, contacts
+        self.steps = steps
+        self.params = params
+        self.jumps = jumps
+        self.causes = causes
+        self.contacts = contacts
+        self.cut = cut
 
     @property
     def span(self) -> tuple[float, float]:
@@ -148,9 +154,11 @@ class Record:
         Counters of all steps, and the least conditioning met.
     """
 
-    def __init__(self, pieces: Sequence[Piece]) -> None:
-        self.pieces = list(pieces)
-        self.stats: dict[str, Any] = {}
+    __slots__ = ("pieces", "stats")
+
+    def __init__(self, pieces: list[Piece], stats: dict[str, Any] | None = None) -> None:
+        self.pieces = pieces
+        self.stats = {} if stats is None else stats
 
     @property
     def last(self) -> Piece:

@@ -145,13 +145,14 @@ def _advance(motion: Any, span: tuple[float, float], progress: Progress) -> int:
 
 def record_of(before: Record | None, motion: Any, events: RunEvents | None) -> Record:
     """The record of a motion, which may go on from another."""
-    record = Record(before.pieces if before else ())
-    for steps, p, jumps, causes, contacts, cut in motion.pieces:
-        words = () if events is None else events.words(contacts)
-        record.pieces.append(Piece(steps, p, jumps=jumps, causes=causes, contacts=words, cut=cut))
-    if before:
-        record.share_params()
-    record.stats = added_stats(before.stats, motion.stats()) if before else motion.stats()
+    pieces = [
+        Piece(steps, p, jumps, causes, () if events is None else events.words(contacts), cut)
+        for steps, p, jumps, causes, contacts, cut in motion.pieces
+    ]
+    if before is None:
+        return Record(pieces, motion.stats())
+    record = Record([*before.pieces, *pieces], added_stats(before.stats, motion.stats()))
+    record.share_params()
     return record
 
 
@@ -161,7 +162,7 @@ def _status(
 ) -> Status:  # fmt: skip
     """The status of a run that ended, with its warnings."""
     bad, driven = record.stats["coordinate"], system.driven
-    crossed = any(piece.steps.crossings for piece in record.pieces)
+    crossed = any([piece.steps.crossings for piece in record.pieces])
     status = status_of(
         code,
         record.pieces[-1].span[1],

@@ -72,6 +72,15 @@ def scene_metadata(
         }
         | _solved_shapes(mechanism, len(parameters), request, program)
         | {request.name_of(label): [] for label in request.expressions},
+        # Outputs that need accelerations or multipliers, which may be infinite at change points.
+        "of_motion": [
+            *(["multipliers"] if rows else []),
+            *(
+                request.name_of(o.name)
+                for o in functions.listed_outputs()
+                if functions.needs_motion(o)
+            ),
+        ],
         "own": [request.name_of(label) for label in request.expressions],
         **({"arrays": {n: list(s) for n, s in request.shapes.items()}} if request.shapes else {}),
         **_differentiated_outputs(program, request),

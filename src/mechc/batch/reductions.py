@@ -2,12 +2,14 @@
 
 The grammar::
 
-    reduction  = ("min" | "max" | "mean" | "range" | "final") "(" quantity ")"
+    reduction  = ("mean" | "final") "(" quantity ")"
+               | ("min" | "max" | "range") "(" quantity ["," "away" "=" time] ")"
                | "first" "(" quantity (">" | "<" | "=") number [unit] ")"
     quantity   = entry | "abs" "(" entry ")" | "norm" "(" name ")"
     entry      = name [ "[" index { "," index } "]" ]
 
-A name is a coordinate, a speed, ``energy``, or an output of the model.
+A name is a coordinate, a speed, ``energy``, or an output of the model; ``away`` leaves out that
+time before and after each change point, where constraint forces may be infinite.
 """
 
 from __future__ import annotations
@@ -32,16 +34,19 @@ from mechc.native._codes import (
 from mechc.system.kinds import Kind
 from mechc.system.parameters import Array, NamedQuantity
 from mechc.system.system import System
-from mechc.system.units import read_value
+from mechc.system.units import read_seconds, read_value
 
 KINDS = {"min": MINIMUM, "max": MAXIMUM, "mean": MEAN, "final": LAST}
 DIRECTIONS = {">": 1, "<": -1, "=": 0}
 EXAMPLE = "for instance max(theta_2), mean(energy), range(abs(omega_0)) or first(theta_0 > 180deg)"
 _CALL = re.compile(r"\s*(\w+)\s*\((.*)\)\s*", re.DOTALL)
 ENTRY = re.compile(r"\s*([^\W\d]\w*)\s*+(?:\[\s*(\d+(?:\s*,\s*\d+)*)\s*\])?\s*")
+_AWAY = re.compile(r"([^=]*),\s*+away\s*+=([^=]*)")
 _LEVEL = re.compile(r"(.*)([<>=])([^<>=]*)", re.DOTALL)
 
-Primitive = tuple[int, int, int, int, int, int, float]  # the argument of the compiled loop
+Primitive = tuple[
+    int, int, int, int, int, bool, int, float, float
+]  # the argument of the compiled loop
 
 
 @dataclass(frozen=True)
@@ -75,9 +80,15 @@ class _ReducedQuantity:
     second: int
     component: int
     meaning: NamedQuantity
+    of_motion: bool = False
 
-    def primitive(self, kind: int, direction: int = 0, level: float = 0.0) -> Primitive:
-        return kind, self.form, self.output, self.second, self.component, direction, level
+    def primitive(
+        self, kind: int, direction: int = 0, level: float = 0.0, away: float = 0.0
+    ) -> Primitive:
+        return (
+            kind, self.form, self.output, self.second, self.component, self.of_motion, direction,
+            level, away,
+        )  # fmt: skip
 
 
 def read_reduction(system: System, text: str) -> Reduction:
@@ -99,10 +110,12 @@ def read_reduction(system: System, text: str) -> Reduction:
         return _first(system, short, inside)
     if kind != "range" and kind not in KINDS:
         raise UnknownNameError("reduction", kind, (*KINDS, "range", "first"))
+    inside, away = _split_away(short, kind, inside)
     quantity = _quantity(system, inside)
     kinds = (MINIMUM, MAXIMUM) if kind == "range" else (KINDS[kind],)
     unit, kind_of_it = quantity.meaning.unit, quantity.meaning.kind
-    return Reduction(short, unit, kind_of_it, tuple(quantity.primitive(k) for k in kinds))
+    primitives = tuple(quantity.primitive(k, away=away) for k in kinds)
+    return Reduction(short, unit, kind_of_it, primitives)
 
 
 def read_stop(system: System, text: str) -> Primitive:
@@ -127,6 +140,19 @@ def _first(system: System, short: str, inside: str) -> Reduction:
     return Reduction(
         short, "s", Kind.TIME, (quantity.primitive(FIRST_CROSSING, DIRECTIONS[sign], value),)
     )
+
+
+def _split_away(short: str, kind: str, inside: str) -> tuple[str, float]:
+    """What is reduced, and the time around change points that does not count, s."""
+    match = _AWAY.fullmatch(inside)
+    if match is None:
+        return inside, 0.0
+    if kind not in ("min", "max", "range"):
+        raise MechcError(f"{short!r}: away= is for min, max and range")
+    seconds = read_seconds(match[2])
+    if not 0.0 < seconds < math.inf:
+        raise MechcError(f"{short!r}: away= is a time above zero")
+    return match[1], seconds
 
 
 def _quantity(system: System, text: str) -> _ReducedQuantity:
@@ -166,7 +192,8 @@ def _output(system: System, name: str, indices: str | None, form: int) -> _Reduc
     if name not in order:
         raise UnknownNameError("quantity", name, known)
     shape = system.data["shapes"].get(name, [system.scene.outputs[name]])
-    return _ReducedQuantity(form, order.index(name), -1, _flat(name, indices, shape, form), told)
+    place, of_motion = _flat(name, indices, shape, form), name in system.data["of_motion"]
+    return _ReducedQuantity(form, order.index(name), -1, place, told, of_motion)
 
 
 def _flat(name: str, indices: str | None, shape: list[int], form: int) -> int:

@@ -19,8 +19,8 @@ from mechc.native._motion cimport Request
 
 cdef extern from "batch/members.h":
     ctypedef struct mechc_quantity:
-        int reduction, form, output, second, component, direction
-        double level
+        int reduction, form, output, second, component, of_motion, direction
+        double level, away
 
     ctypedef struct mechc_batch:
         const mechc_unit *unit
@@ -219,8 +219,9 @@ cdef class Runs:
         for i, asked in enumerate(quantities):
             self.quantity[i].reduction, self.quantity[i].form = asked[0], asked[1]
             self.quantity[i].output, self.quantity[i].second = asked[2], asked[3]
-            self.quantity[i].component, self.quantity[i].direction = asked[4], asked[5]
-            self.quantity[i].level = asked[6]
+            self.quantity[i].component, self.quantity[i].of_motion = asked[4], asked[5]
+            self.quantity[i].direction, self.quantity[i].level = asked[6], asked[7]
+            self.quantity[i].away = asked[8]
         self.batch.quantity = self.quantity
 
     def __dealloc__(self):

@@ -237,7 +237,8 @@ def _warnings(record: Record, code: int) -> tuple[str, ...]:
     return (
         f"Crossed {passages}, first at t = {times[0]:.9g} s: there the links are in line and two "
         "motions are possible. The ideal mechanism goes straight on, as computed; a real one, "
-        "with any play or tolerance in its lengths, has to be guided",
+        "with any play or tolerance in its lengths, has to be guided. Forces in joints may "
+        "grow without bound there",
     )
 
 

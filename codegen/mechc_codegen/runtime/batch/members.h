@@ -271,7 +271,7 @@ static long mechc_batch_ahead(const mechc_batch *batch, const mechc_batch_worker
     if (batch->events || batch->until) return 1;
     for (int i = 0; i < worker->width; i++) {
         const mechc_batch_slot *slot = worker->slot + i;
-        if (slot->member < 0) continue;
+        if (slot->member < 0 || slot->reducer.looks_ahead) continue;
         const long left = MECHC_BATCH_PIECE - (mechc_batch_attempts(slot->hybrid.run) - slot->taken);
         if (left < ahead) ahead = left;
     }
@@ -289,7 +289,8 @@ static void mechc_batch_collect(mechc_batch_worker *worker)
         if (hybrid->status != MECHC_RUNNING) {
             mechc_batch_report(slot);
             mechc_batch_release(slot, hybrid->status);
-        } else if (mechc_batch_attempts(hybrid->run) - slot->taken >= MECHC_BATCH_PIECE) {
+        } else if (!slot->reducer.looks_ahead
+                   && mechc_batch_attempts(hybrid->run) - slot->taken >= MECHC_BATCH_PIECE) {
             mechc_batch_reduce(slot, NAN, 0);
             mechc_keep_last(&hybrid->run->trajectory);
             hybrid->searched = 0;

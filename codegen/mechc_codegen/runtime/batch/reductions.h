@@ -1,7 +1,8 @@
 /* Reductions of a trajectory to numbers: extremes, means and first crossings of a quantity.
  *
  * A quantity is sampled eight times in every step on the dense output, and extremes and crossings
- * found there are refined; means are Gauss-Legendre sums over the steps.
+ * found there are refined; means are Gauss-Legendre sums over the steps.  At a change point
+ * constraint forces of an ideal mechanism may grow without bound: there a quantity is infinite.
  */
 #pragma once
 
@@ -11,6 +12,11 @@
 
 #define MECHC_FINE 3e-6 /* of a step: an extreme placed so is right to the square of it */
 #define MECHC_LEVEL 1e-12
+#define MECHC_POLE_WAY 0.25    /* of the way from a change point to the step's end, */
+#define MECHC_HALVINGS 5       /* and how often it is halved */
+#define MECHC_POLE_GROWTH 1.2  /* between the ratios of a logarithm, 1, and of an inverse root */
+#define MECHC_POLE_SIZE 1e-6   /* of the quantity: what is less is rounding, */
+#define MECHC_POLE_ERRORS 1e2  /* or an error of the motion, of so many tolerances */
 
 /* A step and the quantity that is sampled in it. */
 typedef struct {
@@ -18,7 +24,8 @@ typedef struct {
     const mechc_quantity *quantity;
     const mechc_trajectory *steps;
     ptrdiff_t step;
-    double end;  /* the fraction of the step up to which it counts */
+    double begin, end; /* the fractions of the step between which it counts, */
+    double limit[2];   /* and what the quantity tends to there; NaN: its value */
     double sign; /* extremes are sought as minima of sign * quantity */
 } mechc_probe;
 
@@ -171,7 +178,7 @@ static void mechc_reduce_extreme(const mechc_probe *probe, int i, const double *
                                  const double *seen)
 {
     const int n = MECHC_SAMPLES;
-    const double d = s[1];
+    const double d = s[1] - s[0];
     double f[MECHC_SAMPLES + 1];
     for (int j = 0; j <= n; j++) f[j] = probe->sign * seen[j];
     mechc_keep_least(probe, i, seen[0]);
@@ -183,10 +190,10 @@ static void mechc_reduce_extreme(const mechc_probe *probe, int i, const double *
     /* next to an end, where the neighbouring sample within the step is higher still */
     const double first = mechc_vertex(f[0], f[1], f[2], s[1], d);
     const double last = mechc_vertex(f[n - 2], f[n - 1], f[n], s[n - 1], d);
-    if (f[0] < f[1] && first > 0.0 && first < s[1]
+    if (f[0] < f[1] && first > s[0] && first < s[1]
         && mechc_may_be_least(probe, i, f[0], mechc_foreseen(f[0], f[1], f[2]))) {
         const double value = mechc_probe_once(probe, first);
-        if (value < f[0]) mechc_refine_extreme(probe, i, 0.0, first, s[1], value, value);
+        if (value < f[0]) mechc_refine_extreme(probe, i, s[0], first, s[1], value, value);
     }
     if (f[n] < f[n - 1] && last > s[n - 1] && last < probe->end
         && mechc_may_be_least(probe, i, f[n], mechc_foreseen(f[n], f[n - 1], f[n - 2]))) {
@@ -204,16 +211,17 @@ static int mechc_crosses_level(const mechc_probe *probe, double a, double b)
 
 static void mechc_reduce_first(const mechc_probe *probe, int i, const double *s, const double *seen)
 {
+    const double d = s[1] - s[0];
     double f[MECHC_SAMPLES + 1], zero = NAN;
     for (int j = 0; j <= MECHC_SAMPLES; j++) f[j] = seen[j] - probe->quantity->level;
     /* between steps accelerations jump, where a contact or an input changes */
-    if (mechc_crosses_level(probe, probe->reducer->last[i], f[0])) zero = 0.0;
+    if (mechc_crosses_level(probe, probe->reducer->last[i], f[0])) zero = s[0];
     probe->reducer->last[i] = f[MECHC_SAMPLES];
     for (int j = 0; j < MECHC_SAMPLES && !(zero >= 0.0); j++) {
         double low = s[j], f_low = f[j];
-        const double vertex = j > 0 ? mechc_vertex(f[j - 1], f[j], f[j + 1], s[j], s[1]) : NAN;
+        const double vertex = j > 0 ? mechc_vertex(f[j - 1], f[j], f[j + 1], s[j], d) : NAN;
         const double next = j + 2 <= MECHC_SAMPLES
-                          ? mechc_vertex(f[j], f[j + 1], f[j + 2], s[j + 1], s[1]) : NAN;
+                          ? mechc_vertex(f[j], f[j + 1], f[j + 2], s[j + 1], d) : NAN;
         const double dip = vertex > s[j] && vertex < s[j + 1] ? vertex : next;
         if (dip > s[j] && dip < s[j + 1]) {
             const double f_dip = mechc_probe_once(probe, dip);
@@ -229,18 +237,21 @@ static void mechc_reduce_first(const mechc_probe *probe, int i, const double *s,
     probe->reducer->known[i] = 1;
 }
 
-/* The samples of the quantity in a part of a step; for a whole step they are stored. */
+/* The samples of the quantity in a part of a step; of a whole step they are stored. */
 static void mechc_probe_all(const mechc_probe *probe, int i, const double *s, double *out)
 {
     const int nodes = mechc_set_of(probe->quantity) == MECHC_AT_NODES;
     const ptrdiff_t count = nodes ? MECHC_SAMPLES : MECHC_SAMPLES + 1;
-    const int looked_up = probe->end == 1.0 && !mechc_is_component(probe->quantity);
+    const int whole = probe->begin == 0.0 && probe->end == 1.0;
+    const int looked_up = whole && !mechc_is_component(probe->quantity);
     if (looked_up) memcpy(out, mechc_seen(probe->reducer, probe->steps, probe->step, i),
                           (size_t)count * sizeof(double));
     else mechc_probe_many(probe, count, s, out);
+    for (int end = 0; end < 2 && !nodes; end++)
+        if (!isnan(probe->limit[end])) out[end * MECHC_SAMPLES] = probe->limit[end];
 }
 
-/* Add the integral over the step, by Gauss-Legendre quadrature of order 16. */
+/* Add the integral over a part of a step, by Gauss-Legendre quadrature of order 16. */
 static void mechc_reduce_mean(const mechc_probe *probe, int i)
 {
     static const double weight[MECHC_SAMPLES] = {
@@ -248,31 +259,81 @@ static void mechc_reduce_mean(const mechc_probe *probe, int i)
         0.18134189168918100, 0.15685332293894363, 0.11119051722668724, 0.05061426814518813};
     const double *t = probe->steps->t + probe->step, *node = mechc_fractions(MECHC_AT_NODES);
     double values[MECHC_SAMPLES], s[MECHC_SAMPLES], sum = 0.0;
-    for (int j = 0; j < MECHC_SAMPLES; j++) s[j] = probe->end * node[j];
+    const double part = probe->end - probe->begin;
+    for (int j = 0; j < MECHC_SAMPLES; j++) s[j] = probe->begin + part * node[j];
     mechc_probe_all(probe, i, s, values);
     for (int j = 0; j < MECHC_SAMPLES; j++) sum += weight[j] * values[j];
-    probe->reducer->value[i] += probe->end * (t[1] - t[0]) * sum;
+    probe->reducer->value[i] += part * (t[1] - t[0]) * sum;
+    for (int end = 0; end < 2; end++) /* beside a pole the integral does not converge */
+        if (!isnan(probe->limit[end])) probe->reducer->value[i] += probe->limit[end];
     probe->reducer->known[i] = 1;
 }
 
-/* Reduce quantity i over the fraction `end` of a step. */
+/* Reduce quantity i over a part of a step. */
+static void mechc_reduce_part(const mechc_probe *probe, int i)
+{
+    const int reduction = probe->quantity->reduction;
+    double s[MECHC_SAMPLES + 1], seen[MECHC_SAMPLES + 1];
+    if (!(probe->begin < probe->end)) return;
+    if (reduction == MECHC_FIRST_CROSSING && probe->reducer->known[i]) return;
+    if (reduction == MECHC_MEAN) {
+        mechc_reduce_mean(probe, i);
+        return;
+    }
+    for (int j = 0; j <= MECHC_SAMPLES; j++)
+        s[j] = probe->begin + (probe->end - probe->begin) * j / MECHC_SAMPLES;
+    mechc_probe_all(probe, i, s, seen);
+    if (reduction == MECHC_FIRST_CROSSING) mechc_reduce_first(probe, i, s, seen);
+    else mechc_reduce_extreme(probe, i, s, seen);
+}
+
+/* What the quantity tends to at a change point, from one side: infinity with its sign if it has a
+ * pole, else NaN.  At ways that are halved a pole's values change twice as much each time, those of
+ * a smooth quantity half as much. */
+static double mechc_limit_beside(const mechc_probe *probe, double at, double way)
+{
+    const double rtol = probe->reducer->motion->rtol;
+    double s[MECHC_HALVINGS + 1], f[MECHC_HALVINGS + 1];
+    for (int k = 0; k <= MECHC_HALVINGS; k++) s[k] = at + ldexp(way, -k);
+    mechc_probe_many(probe, MECHC_HALVINGS + 1, s, f);
+    const double end = f[MECHC_HALVINGS], last = end - f[MECHC_HALVINGS - 1];
+    int grows = last * end > fmax(MECHC_POLE_SIZE, MECHC_POLE_ERRORS * rtol) * end * end;
+    for (int k = 2; k <= MECHC_HALVINGS; k++) {
+        const double before = f[k - 1] - f[k - 2], after = f[k] - f[k - 1];
+        grows = grows && before * last > 0.0 && after / before > MECHC_POLE_GROWTH;
+    }
+    return grows ? copysign(HUGE_VAL, end) : NAN;
+}
+
+/* Reduce quantity i over the fraction `end` of a step: the parts between its poles, or those that
+ * are away from change points. */
 static void mechc_reduce_step(mechc_reducer *reducer, const mechc_trajectory *steps, ptrdiff_t step,
                               int i, double end)
 {
     const mechc_quantity *quantity = reducer->quantity + i;
-    const mechc_probe probe = {reducer, quantity, steps, step, end,
-                             quantity->reduction == MECHC_MAXIMUM ? -1.0 : 1.0};
-    double s[MECHC_SAMPLES + 1], seen[MECHC_SAMPLES + 1];
+    const double *t = steps->t + step, away = quantity->away / fabs(t[1] - t[0]);
+    const ptrdiff_t row = reducer->motion->coordinates + 2;
+    const ptrdiff_t crossings = quantity->of_motion || away > 0.0 ? steps->crossing_count : 0;
+    mechc_probe probe = {reducer, quantity, steps, step, 0.0, end, {NAN, NAN},
+                         quantity->reduction == MECHC_MAXIMUM ? -1.0 : 1.0};
     if (quantity->reduction == MECHC_LAST) return;
-    if (quantity->reduction == MECHC_FIRST_CROSSING && reducer->known[i]) return;
-    if (quantity->reduction == MECHC_MEAN) {
-        mechc_reduce_mean(&probe, i);
-        return;
+    for (ptrdiff_t k = 0; k < crossings; k++) {
+        const double at = (steps->crossings[k * row] - t[0]) / (t[1] - t[0]);
+        double after = NAN;
+        probe.end = fmin(at - away, end);
+        if (away == 0.0) {
+            if (!(at > 0.0 && at < end)) continue;
+            probe.limit[1] = mechc_limit_beside(&probe, at, -MECHC_POLE_WAY * at);
+            after = mechc_limit_beside(&probe, at, MECHC_POLE_WAY * (1.0 - at));
+            if (isnan(probe.limit[1]) && isnan(after)) continue;
+        }
+        mechc_reduce_part(&probe, i);
+        probe.begin = fmax(probe.begin, at + away);
+        probe.limit[0] = after;
+        probe.limit[1] = NAN;
     }
-    for (int j = 0; j <= MECHC_SAMPLES; j++) s[j] = end * j / MECHC_SAMPLES;
-    mechc_probe_all(&probe, i, s, seen);
-    if (quantity->reduction == MECHC_FIRST_CROSSING) mechc_reduce_first(&probe, i, s, seen);
-    else mechc_reduce_extreme(&probe, i, s, seen);
+    probe.end = end;
+    mechc_reduce_part(&probe, i);
 }
 
 /* Reduce the kept steps up to the time `until`; NaN: all of them. */
@@ -293,7 +354,7 @@ static void mechc_reducer_jump(mechc_reducer *reducer, double t, const double *b
 {
     for (int i = 0; i < reducer->quantities; i++) {
         const mechc_quantity *quantity = reducer->quantity + i;
-        const mechc_probe probe = {reducer, quantity, NULL, 0, 1.0, 1.0};
+        const mechc_probe probe = {reducer, quantity, NULL, 0, 0.0, 1.0, {NAN, NAN}, 1.0};
         double one, other;
         if (quantity->reduction != MECHC_FIRST_CROSSING || reducer->known[i]) continue;
         mechc_reduce_states(reducer, quantity, 1, &t, before, &one);
@@ -304,7 +365,8 @@ static void mechc_reducer_jump(mechc_reducer *reducer, double t, const double *b
     }
 }
 
-/* Write the results, with the last time and state; NaN for a crossing that did not occur. */
+/* Write the results, with the last time and state; NaN for a crossing that did not occur, and for
+ * extremes where no time counts. */
 static void mechc_reducer_end(mechc_reducer *reducer, double t, const double *y, double *out)
 {
     const double passed = t - reducer->t0;
@@ -312,7 +374,7 @@ static void mechc_reducer_end(mechc_reducer *reducer, double t, const double *y,
         const mechc_quantity *quantity = reducer->quantity + i;
         double now;
         mechc_reduce_states(reducer, quantity, 1, &t, y, &now);
-        if (quantity->reduction == MECHC_FIRST_CROSSING) now = NAN;
+        if (quantity->reduction == MECHC_FIRST_CROSSING || quantity->away > 0.0) now = NAN;
         if (quantity->reduction == MECHC_MEAN && reducer->known[i]) reducer->value[i] /= passed;
         if (reducer->known[i]) now = reducer->value[i];
         out[i] = now;

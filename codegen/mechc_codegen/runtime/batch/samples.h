@@ -19,8 +19,10 @@ typedef struct {
     int reduction, form;
     int output, second; /* -1: the state; second: added to it, or -1 */
     int component;
+    int of_motion;      /* whether it needs accelerations or multipliers */
     int direction;      /* of a crossing: 1 upwards, -1 downwards, 0 both */
     double level;
+    double away; /* the time around each change point that does not count, of extremes */
 } mechc_quantity;
 
 /* Sets of fractions at which a step is sampled: one for extremes and crossings, one for means.  The
@@ -43,6 +45,7 @@ typedef struct {
     double *last;   /* and its value where the steps reduced so far end, of crossings; NaN: none */
     int *known;
     int *shared;    /* for each quantity the first one with the same values */
+    int looks_ahead; /* whether a step counts only when what follows is known */
     int ahead, rows; /* steps that are sampled together, and samples in them */
     mechc_samples samples[MECHC_SETS];
     double *t, *states, *outputs; /* at the samples of one set at a time, */
@@ -75,6 +78,8 @@ static int mechc_reducer_make(mechc_reducer *reducer, mechc_motion *motion, int 
     reducer->quantities = quantities;
     reducer->quantity = quantity;
     reducer->widest = 1;
+    reducer->looks_ahead = 0;
+    for (int i = 0; i < quantities; i++) reducer->looks_ahead |= quantity[i].away > 0.0;
     for (int i = 0; i < unit->output_count; i++)
         if (unit->outputs[i].width > reducer->widest) reducer->widest = unit->outputs[i].width;
     const int fit = MECHC_MOST_VALUES / (MECHC_SAMPLES * reducer->widest);

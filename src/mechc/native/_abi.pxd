@@ -172,7 +172,8 @@ cdef extern from "abi/large_stack.h":
         pass
 
     size_t mechc_stack_of(int) noexcept nogil
-    size_t mechc_stack_needed(int) noexcept nogil
+    size_t mechc_stack_of_output(int, int, int, int) noexcept nogil
+    size_t mechc_stack_left() noexcept nogil
     int mechc_begin_on_stack(
         mechc_on_stack *, size_t, void (*)(void *) noexcept nogil, void *
     ) noexcept nogil

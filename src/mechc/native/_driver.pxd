@@ -14,8 +14,11 @@ cdef class Scene:
     cdef dict indices
     cdef readonly dict outputs  # name -> width
     cdef readonly int width, coordinates, speeds, rows, holonomic, parameters, inputs
+    cdef int widest  # output
     cdef size_t stack  # bytes of stack that it needs beyond those of any thread
 
+    cdef size_t stack_of(self, int width)
+    cdef size_t stack_beyond(self, int width)
     cpdef need(self, int parts)
     cdef take(self, capsule)
     cdef prefer_lanes(self, ptrdiff_t count)

@@ -16,8 +16,8 @@ from libc.stdlib cimport calloc, free
 from libc.string cimport memcpy
 from mechc.native._abi cimport (
     MECHC_ABI, MECHC_ALL_PARTS, MECHC_CAPSULE, MECHC_PART_COLLOCATION, MECHC_PART_DERIVATIVES,
-    MECHC_PART_DRIVER, MECHC_PART_EXPLICIT, MECHC_PART_IMPLICIT, MECHC_PART_OUTPUTS, MECHC_PART_TAYLOR, MECHC_PART_SWEEPS, mechc_given, mechc_join, mechc_joined, mechc_model, mechc_output, mechc_part, mechc_part_of_method, mechc_rows, mechc_stack_needed,
-    mechc_stack_of, mechc_unit
+    MECHC_PART_DRIVER, MECHC_PART_EXPLICIT, MECHC_PART_IMPLICIT, MECHC_PART_OUTPUTS, MECHC_PART_TAYLOR, MECHC_PART_SWEEPS, mechc_given, mechc_join, mechc_joined, mechc_model, mechc_output, mechc_part, mechc_part_of_method, mechc_rows, mechc_stack_left,
+    mechc_stack_of, mechc_stack_of_output, mechc_unit
 )
 from mechc.native._inputs cimport Inputs, address_of, mechc_inputs
 from mechc.native._pieces cimport LOOK, next_piece, seconds_now, with_stack
@@ -221,6 +221,7 @@ cdef class Scene:
             self.unit.outputs[i].name.decode(errors="surrogatepass"): i for i in range(self.unit.output_count)
         }
         self.outputs = {key: self.unit.outputs[i].width for key, i in self.indices.items()}
+        self.widest = max(self.width, max(self.outputs.values(), default=0))
 
     @property
     def metadata(self):
@@ -288,6 +289,15 @@ cdef class Scene:
         if self.parameters:
             self.model.complete(&given[0], &values[0])
 
+    cdef size_t stack_of(self, int width):
+        """Bytes of stack that an output of so many numbers takes at most."""
+        return mechc_stack_of_output(self.speeds, self.rows, self.widest, width)
+
+    cdef size_t stack_beyond(self, int width):
+        """0 where the calling thread has so much left."""
+        cdef size_t needed = self.stack_of(width) if self.stack else 0
+        return needed if needed > mechc_stack_left() else 0
+
     def complete_rows(self, const unsigned char[::1] given, double[:, ::1] rows):
         """Complete the parameters of every row (members, np); the flags are the same for all."""
         cdef ptrdiff_t i
@@ -339,7 +349,7 @@ cdef class Scene:
         if forces is not None:
             job.forces.data, job.forces.stride = &forces[0, 0], self.speeds
         while job.left:
-            with_stack(self.stack, evaluate_a_while, &job)
+            with_stack(self.stack_beyond(output.width), evaluate_a_while, &job)
             PyErr_CheckSignals()
 
     def bound(self, str name, const double[::1] p, Inputs inputs=None):
@@ -352,7 +362,7 @@ cdef class Scene:
         capsule = PyCapsule_New(<void *>mechc_call, CALL, release_bound)
         PyCapsule_SetContext(capsule, bound)
         keep_for(bound, inputs)
-        stack = mechc_stack_needed(self.width)
+        stack = self.stack_of(bound.width)
         return capsule, <size_t>&mechc_call, <size_t>bound, bound.width, stack
 
     def bound_along(
@@ -410,7 +420,7 @@ cdef class Scene:
         cdef projection job
         job.unit, job.t, job.state, job.moved = self.unit, t, &state[0], moved
         job.p, job.inputs = &p[0] if self.parameters else NULL, address_of(inputs)
-        with_stack(self.stack, project_state, &job)
+        with_stack(self.stack_beyond(0), project_state, &job)
         for i in range(self.width):
             if not isfinite(y[i]):
                 moved[0] = NAN
@@ -443,12 +453,13 @@ cdef void keep_for(mechc_bound *bound, Inputs inputs):
 cdef class Ode:
     """``f(t, y)`` of a system at parameters p (np,): one state (nq + nu,), its rates as a new array.
 
-    Compiled code is called at once where the scene is of compiled code alone and needs no stack of
-    its own; all else goes to ``general(t, y)``.
+    Compiled code is called at once where the scene is of compiled code alone and the calling thread
+    has enough stack for it; all else goes to ``general(t, y)``.
     """
 
     cdef object system, p, general, scene
     cdef mechc_bound *bound
+    cdef size_t stack
 
     def __init__(self, system, const double[::1] p, general):
         self.system, self.p, self.general = system, p, general
@@ -461,8 +472,9 @@ cdef class Ode:
         scene = self.system.scene
         free(self.bound)
         self.bound, self.scene = NULL, scene
-        if isinstance(scene, Scene) and not (<Scene>scene).stack and not (<Scene>scene).inputs:
+        if isinstance(scene, Scene) and not (<Scene>scene).inputs:
             self.bound = bound_output(scene, "rates", self.p)
+            self.stack = (<Scene>scene).stack_of(self.bound.width) if (<Scene>scene).stack else 0
         return 0
 
     def __call__(self, t, y):
@@ -470,7 +482,7 @@ cdef class Ode:
         cdef double[::1] rates
         if self.system.scene is not self.scene:
             self._bind()
-        if self.bound == NULL or type(y) is not ndarray:
+        if self.bound == NULL or type(y) is not ndarray or self.stack > mechc_stack_left():
             return self.general(t, y)
         try:
             state = y

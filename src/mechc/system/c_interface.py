@@ -35,10 +35,9 @@ class CFunction:
         The same as a capsule named by the signature, its context the data, for
         ``scipy.LowLevelCallable``.
     stack
-        Bytes that a call takes at most of the stack of the thread that makes it: half a MiB for
-        states of fewer than 64 components, 16 MiB and more beyond.  Give threads that call it such
-        a stack, and what they need themselves: the operating system ends a program whose stack is
-        too small.
+        Bytes that a call takes at most of the stack of the thread that makes it: some 300 KiB, a
+        few MiB for states of more than 64 components.  Give threads that call it such a stack, and
+        what they need themselves: the operating system ends a program whose stack is too small.
     signature
         ``"void (double, double *, double *, void *)"``.
     failure

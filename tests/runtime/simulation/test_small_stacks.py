@@ -14,7 +14,7 @@ import mechc
 model = mechc.load("planar_chain", links=60)
 start = model.assemble()
 held = model.simulate(1e-3, start)
-rates = model.rhs(0.0, start)
+rates, at_once = model.rhs(0.0, start), model.ode()(0.0, start)
 found = {}
 
 def work():
@@ -22,6 +22,7 @@ def work():
     found["implicit"] = model.simulate(1e-4, start, method="radau5", rtol=1e-5)
     found["dense"] = found["sol"](5e-4)
     found["rates"] = model.rhs(0.0, start)
+    found["ode"] = model.ode()(0.0, start)
     found["batch"] = model.simulate_batch(1e-4, np.stack([start, start]), threads=2)
 
 threading.stack_size(256 * 1024)
@@ -30,6 +31,7 @@ thread.start()
 thread.join()
 assert np.array_equal(found["sol"].y, held.y)
 assert np.array_equal(found["rates"], rates)
+assert np.allclose(found["ode"], at_once, rtol=1e-12, atol=1e-12 * abs(rates).max())
 assert np.array_equal(found["dense"], held(5e-4))
 assert found["implicit"].status.ok, found["implicit"].status
 assert found["batch"].counts == {"finished": 2}, found["batch"].counts

@@ -2,6 +2,11 @@
  * small stacks.  The caller can do other things meanwhile. */
 #pragma once
 
+#ifdef __linux__
+#ifndef _GNU_SOURCE
+#define _GNU_SOURCE /* pthread_getattr_np */
+#endif
+#endif
 #include <pthread.h>
 #include <stddef.h>
 #include <time.h>
@@ -34,10 +39,34 @@ static inline size_t mechc_stack_of(int width)
     return width < MECHC_WIDE ? 0 : ((size_t)16 << 20) + 80 * square;
 }
 
-/* The greatest stack use of work on a scene of this width, in bytes. */
-static inline size_t mechc_stack_needed(int width)
+/* The greatest stack use of an output of so many numbers, in bytes, of a scene with so many speeds and
+ * constraint rows, whose widest output has `widest` numbers: its arrays in eight lanes, and those
+ * in which it is solved; twice what was measured, or more (tests/trust/test_stacks.py). */
+static inline size_t mechc_stack_of_output(int speeds, int rows, int widest, int width)
 {
-    return width < MECHC_WIDE ? (size_t)512 << 10 : mechc_stack_of(width);
+    const size_t square = (size_t)speeds * (size_t)speeds, matrices = rows ? 32 : 2;
+    const size_t numbers = (size_t)widest + 4 * (size_t)width + matrices * square;
+    return ((size_t)256 << 10) + 8 * sizeof(double) * numbers;
+}
+
+/* What the calling thread has left of its stack, in bytes; 0: not known. */
+static inline size_t mechc_stack_left(void)
+{
+    static _Thread_local size_t lowest;
+    const char here = 0;
+#if defined __APPLE__
+    const pthread_t self = pthread_self();
+    if (!lowest) lowest = (size_t)pthread_get_stackaddr_np(self) - pthread_get_stacksize_np(self);
+#elif defined __linux__
+    pthread_attr_t attributes;
+    if (!lowest && !pthread_getattr_np(pthread_self(), &attributes)) { /* reads a file: once */
+        void *base;
+        size_t size;
+        if (!pthread_attr_getstack(&attributes, &base, &size)) lowest = (size_t)base;
+        pthread_attr_destroy(&attributes);
+    }
+#endif
+    return lowest && (size_t)&here > lowest ? (size_t)&here - lowest : 0;
 }
 
 static inline void mechc_forget_on_stack(mechc_on_stack *job)

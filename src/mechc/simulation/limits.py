@@ -23,7 +23,7 @@ from mechc.native._codes import (
 )
 from mechc.simulation.record import Record
 from mechc.simulation.settings import Policy
-from mechc.simulation.status import AT_CROSSINGS, CODES, Status
+from mechc.simulation.status import AT_CROSSINGS, CODES, SLIDING, Status
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -108,7 +108,10 @@ def _jump(last: _Last) -> Limit | None:
     rates = last.rates(last.t[-1:], last.y[-1:])[0]
     smallest = 16 * EPS * max(abs(t), abs(last.span[1] - t))
     ahead = np.concatenate([DISTANCES, -DISTANCES]) * smallest
-    sides = last.rates(t + ahead, y + ahead[:, None] * rates) / last.scale
+    way = np.where(
+        rates == 0.0, last.scale, rates
+    )  # a body at rest does not leave a jump by itself
+    sides = last.rates(t + ahead, y + ahead[:, None] * way) / last.scale
     jumps = np.abs(sides[: len(DISTANCES)] - sides[len(DISTANCES) :])
     size = float(np.abs(rates / last.scale).max(initial=0.0))
     lasting = np.array([_lasts(sides, jumps, near, size) for near in range(len(jumps) - SAME)])
@@ -124,9 +127,7 @@ def _jump(last: _Last) -> Limit | None:
     return Limit(
         f"the equations jump here: the rate of {name} is {before:.4g} on one side and {after:.4g} "
         "on the other, and no step is short enough for that",
-        "Dry friction, mu N sign(v), is mechc.DryFriction('v', mu, N) among the events: it slides "
-        "and sticks. Else write the law smoothly, as tanh(v/v_s) for sign(v) with a small v_s, or "
-        "end the run there by an event and continue from sol.y[-1] with the other law",
+        SLIDING,
     )
 
 

@@ -90,6 +90,12 @@ AT_CROSSINGS = (
     codes.BEND_TOO_SHARP,
 )
 
+# Where the equations jump.
+SLIDING = (
+    "Dry friction, mu N sign(v), is mechc.DryFriction('v', mu, N) among the events: it slides "
+    "and sticks. Else write the law smoothly, as tanh(v/v_s) for sign(v) with a small v_s, or "
+    "end the run there by an event and continue from sol.y[-1] with the other law"
+)
 CODES = {
     codes.FINISHED: ("finished", "", ""),
     codes.NOT_CLOSED: (
@@ -125,6 +131,12 @@ CODES = {
         "memory limit",
         "the trajectory needs more memory than max_bytes allows",
         "Or raise max_bytes, pass dense=False, or continue from sol.y[-1] in shorter runs",
+    ),
+    codes.CHATTERS: (
+        "chatters",
+        "the equations jump here, and both sides lead back to the jump: steps go to and fro across "
+        "it, and no motion leads off it",
+        SLIDING,
     ),
     codes.DISCONTINUITY: ("discontinuity", "the equations jump", "Write the law smoothly"),
     codes.NO_MEMORY: (

@@ -20,7 +20,8 @@ typedef enum {
     MECHC_STOPPED_AT_CHANGE_POINT = 10, /* as asked for; the crossing is recorded, not the step */
     MECHC_NO_STEP_FITS = 12,      /* none could be placed across a crossing */
     MECHC_BRANCH_IN_DOUBT = 13,   /* the weak directions were lost, however short the step */
-    MECHC_BEND_TOO_SHARP = 14     /* a near miss, in whose bend the steps shrank to nothing */
+    MECHC_BEND_TOO_SHARP = 14,    /* a near miss, in whose bend the steps shrank to nothing */
+    MECHC_CHATTERS = 15           /* steps go to and fro across a jump to which both sides lead back */
 } mechc_status;
 
 /* The result of a run, or of a member of a batch, where its driver decides it. */

@@ -59,6 +59,7 @@ MECHC_INLINE mechc_mask mechc_lockstep_judge(const mechc_lockstep_method *method
                                   & (a->conditioning >= least)
                                   & ~mechc_lockstep_may_pass(a);
     *leaves = ~finite | small | (good & ~regular);
+    if (MECHC_SWITCHES) *leaves |= MECHC_IS_WATCHED(a->steps);
     return good & ~*leaves;
 }
 

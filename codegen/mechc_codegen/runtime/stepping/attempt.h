@@ -199,8 +199,8 @@ MECHC_STATIC int mechc_attempt(mechc_integration *run)
     if (accepted != MECHC_RUNNING) /* the dense output's own stages could not be closed */
         return mechc_refuse(run, 0.5);
     mechc_lengthen(run, h, error, factor);
-    mechc_pass_switches(run);
-    return last ? MECHC_FINISHED : MECHC_RUNNING;
+    const int passed = mechc_pass_switches(run);
+    return last ? MECHC_FINISHED : passed;
 }
 
 /* Make up to `steps` attempts, fewer if the run is fit for lockstep; returns their number. */

@@ -3,6 +3,12 @@
 
 #include "run/method.h"
 
+/* Of so many steps the last ones are watched for a jump about which they chatter, alone. */
+#define MECHC_CHATTER_STEPS 4096
+#define MECHC_CHATTER_WATCH 64
+#define MECHC_IS_WATCHED(steps)                                                                   \
+    (((steps) & (MECHC_CHATTER_STEPS - 1)) >= MECHC_CHATTER_STEPS - MECHC_CHATTER_WATCH)
+
 /* Conditioning, or in blocks sine and share, below which a run continues alone. */
 #define MECHC_LOCKSTEP_LOW 0.2
 #define MECHC_LOCKSTEP_BACK 0.25 /* and above which it comes back */
@@ -50,6 +56,7 @@ MECHC_STATIC int mechc_fits_lockstep(const mechc_integration *run)
 MECHC_STATIC void mechc_return_to_lockstep(mechc_integration *run)
 {
     run->last_step = run->last_factor = 0.0;
+    if (MECHC_SWITCHES && MECHC_IS_WATCHED(run->head.stats.steps)) return;
     if (run->current->stays_alone && run->current->stays_alone(run)) return;
     const mechc_monitor *monitor = &run->monitor;
     const int low = MECHC_NH > 0 && MECHC_NC == MECHC_NH && monitor->first <= MECHC_LOCKSTEP_BACK;

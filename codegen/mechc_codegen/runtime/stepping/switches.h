@@ -11,6 +11,7 @@
  */
 #pragma once
 
+#include "stepping/chatter.h"
 #include "stepping/control.h"
 
 #define MECHC_SWITCH_NODES (MECHC_MOST_NODES + 1)
@@ -18,8 +19,6 @@
 #define MECHC_SWITCH_PIECES 4        /* between two nodes, in which a sign is looked for */
 #define MECHC_SWITCH_NEAR 1e-3       /* of the step: the end is corrected by one step of Newton's method */
 #define MECHC_SWITCH_EXACT 3e-3      /* of rtol: of the step, off a zero */
-#define MECHC_SWITCH_SLOPE 1e-4      /* of the step, over which the slope at its end is a difference */
-#define MECHC_SWITCH_NOISE 64.0      /* roundings of the largest value that count as zero */
 #define MECHC_SWITCH_FEATURE 2.0     /* what the edges of a feature change by over it */
 #define MECHC_SWITCH_ATTEMPTS 12
 #define MECHC_SWITCH_ROW 16          /* steps in a row that end at zeros, within one that was planned */
@@ -328,20 +327,22 @@ MECHC_STATIC int mechc_cut_at_switch(mechc_integration *run, double h, const dou
     return mechc_cut_step(run, h, end, error <= run->allowed);
 }
 
-/* Accept a step: the next one begins where it ended. */
-MECHC_STATIC void mechc_pass_switches(mechc_integration *run)
+/* Accept a step: the next one begins where it ended.  Returns the run's status. */
+MECHC_STATIC int mechc_pass_switches(mechc_integration *run)
 {
     mechc_switches *switches = &run->switches;
     int ended = 0;
-    if (!MECHC_SWITCHES) return;
+    if (!MECHC_SWITCHES) return MECHC_RUNNING;
     for (int k = 0; k < MECHC_SWITCHES; k++) ended |= switches->at_end[k];
     memcpy(switches->at_start, switches->at_end, sizeof switches->at_start);
     if (ended) mechc_leave_zero(run);
     else switches->row = 0;
+    mechc_watch_some_steps(run);
     switches->refused = switches->unwatched = 0;
     mechc_return_to_switches(run);
     if (switches->row > MECHC_SWITCH_ROW
         && fabs(run->head.t - switches->row_t) < switches->row_step)
         mechc_leave_switches(run, run->step);
     switches->planned = 0.0;
+    return run->head.status;
 }

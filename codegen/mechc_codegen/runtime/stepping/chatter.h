@@ -1,0 +1,95 @@
+/* Steps without end about one jump of the equations. */
+#pragma once
+
+#include "run/rates.h"
+#include "stepping/lockstep_fit.h"
+
+#define MECHC_CHATTER_TURNS 8       /* ends of steps no nearer to the jump, among those watched */
+#define MECHC_CHATTER_STRAIGHT 0.1  /* of the distance to a zero, by which the way to it may be off */
+#define MECHC_SWITCH_NOISE 64.0     /* roundings of the largest value that count as zero */
+#define MECHC_SWITCH_SLOPE 1e-4     /* of the step, over which a slope is a difference */
+
+#if MECHC_SWITCHES
+/* A state with its switching functions, and what these are a moment later. */
+typedef struct {
+    double t, y[MECHC_NX], rates[MECHC_NX];
+    double value[MECHC_SWITCHES], later[MECHC_SWITCHES];
+} mechc_switch_place;
+
+MECHC_RARE int mechc_switches_at(mechc_integration *run, double moment, mechc_switch_place *place)
+{
+    double ahead[MECHC_NX];
+    if (mechc_rates_at(run, place->t, place->y, place->rates) != MECHC_RUNNING) return 0;
+    for (int i = 0; i < MECHC_NX; i++) ahead[i] = place->y[i] + moment * place->rates[i];
+    mechc_scalar_output_switching(place->t, place->y, place->y + MECHC_NQ, &run->given, place->value);
+    mechc_scalar_output_switching(place->t + moment, ahead, ahead + MECHC_NQ, &run->given, place->later);
+    return 1;
+}
+
+MECHC_STATIC int mechc_is_at_zero(const mechc_integration *run, const mechc_switch_place *place, int k)
+{
+    return fabs(place->value[k]) <= MECHC_SWITCH_NOISE * DBL_EPSILON * run->switches.size[k];
+}
+
+/* Whether a function goes back to its zero, on which side it may be. */
+MECHC_STATIC int mechc_switch_returns(const mechc_switch_place *place, int k)
+{
+    return place->value[k] * (place->later[k] - place->value[k]) < 0.0;
+}
+
+/* The place so much later in a straight line; 0: it cannot be evaluated. */
+MECHC_RARE int mechc_switches_after(mechc_integration *run, const mechc_switch_place *here, double way,
+                                    double moment, mechc_switch_place *there)
+{
+    there->t = here->t + way;
+    for (int i = 0; i < MECHC_NX; i++) there->y[i] = here->y[i] + way * here->rates[i];
+    return mechc_switches_at(run, moment, there);
+}
+
+/* Whether the motion is led back from the other side of a function's zero too, which is so near that
+ * the way there is straight. */
+MECHC_RARE int mechc_leads_back(mechc_integration *run, const mechc_switch_place *here, int k,
+                                double moment)
+{
+    mechc_switch_place there;
+    const double value = here->value[k], way = moment * value / (value - here->later[k]);
+    if (!mechc_switches_after(run, here, way, moment, &there)) return 0;
+    if (!(fabs(there.value[k]) < MECHC_CHATTER_STRAIGHT * fabs(value))) return 0;
+    return mechc_switches_after(run, here, 2.0 * way, moment, &there) && there.value[k] * value < 0.0
+        && mechc_switch_returns(&there, k);
+}
+
+/* Look for a jump to which the motion is led back from both sides, as friction by sign(v) does: steps
+ * go to and fro across it without end, since there is no motion off it (Filippov 1988).  Each of
+ * them ends at the function's zero or where it goes back there, yet often no nearer than before. */
+MECHC_RARE void mechc_watch_chatter(mechc_integration *run)
+{
+    mechc_switches *switches = &run->switches;
+    mechc_switch_place here;
+    const double moment = run->direction * MECHC_SWITCH_SLOPE * run->step;
+    here.t = run->head.t;
+    memcpy(here.y, run->y, sizeof here.y);
+    if (!mechc_switches_at(run, moment, &here)) return;
+    for (int k = 0; k < MECHC_SWITCHES; k++) {
+        const double before = switches->side[k], value = here.value[k];
+        const int at_zero = mechc_is_at_zero(run, &here, k), returns = mechc_switch_returns(&here, k);
+        const int nearer = before * value > 0.0 && fabs(value) < fabs(before);
+        switches->side[k] = at_zero ? 0.0 : value;
+        if (at_zero) continue;
+        switches->turns[k] = returns ? switches->turns[k] + !nearer : 0;
+        if (switches->turns[k] <= MECHC_CHATTER_TURNS) continue;
+        if (mechc_leads_back(run, &here, k, moment)) run->head.status = MECHC_CHATTERS;
+        switches->turns[k] = 0;
+    }
+}
+
+#else
+MECHC_RARE void mechc_watch_chatter(mechc_integration *run) { (void)run; }
+#endif
+
+/* Watch some of the steps. */
+MECHC_STATIC void mechc_watch_some_steps(mechc_integration *run)
+{
+    if (MECHC_IS_WATCHED(run->head.stats.steps)) mechc_watch_chatter(run);
+    else memset(run->switches.turns, 0, sizeof run->switches.turns);
+}

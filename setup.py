@@ -46,8 +46,11 @@ class BuildScenes(build_ext):
             if extension.name.startswith(SCENES):
                 self.generate(extension)
         folder = str(Path(self.build_temp).resolve() / "cython")
+        self.parallel = self.parallel or os.cpu_count()
+        made = cythonize(self.extensions, build_dir=folder, quiet=True, nthreads=self.parallel)
+        sources = {each.name: each.sources for each in made}
         for extension in self.extensions:  # in place: setuptools has set attributes on them
-            extension.sources = cythonize([extension], build_dir=folder, quiet=True)[0].sources
+            extension.sources = sources[extension.name]
         super().build_extensions()
 
     def generate(self, extension):

@@ -154,3 +154,20 @@ MECHC_STATIC void mechc_give_at(double t, const double *y, const double *p,
     (void)t, (void)y;
 #endif
 }
+
+/* The rows that count at a state by itself: as many as for a run that starts there. */
+MECHC_RARE_ONCE int mechc_rows_of_state(double t, const double *q, const double *p,
+                                        const mechc_inputs *inputs)
+{
+    mechc_scalar_given given;
+    mechc_give_at(t, q, p, inputs, 0, &given);
+    return (int)given.k[MECHC_ROWS_THAT_COUNT];
+}
+
+/* Set the constants for states by themselves. */
+MECHC_STATIC void mechc_give_alone(const double *p, const mechc_inputs *inputs,
+                                   mechc_scalar_given *given)
+{
+    mechc_give(p, inputs, given);
+    given->count = mechc_rows_of_state;
+}

@@ -52,7 +52,9 @@ class Configurations(Outputs):
             taken, with angles within half a turn of the guess.  By default the mechanism's
             preferred one (the elbow-up configuration of a planar loop), or the one nearest to the
             start where none is preferred.  At a change point also some speeds, near those of the
-            branch wanted.
+            branch wanted.  Of a collapsed sheet, where the mechanism is folded onto itself and has
+            more freedoms, a configuration is taken only if there is no other, with a
+            :class:`CollapsedSheetWarning`, or if all coordinates are given or guessed.
         params
             As in every output of the model; those that stand in no constraint need no value.
         t
@@ -92,7 +94,9 @@ class Configurations(Outputs):
         """The states (n, nq + nu) that close the loops with the coordinates given.
 
         The mechanism's preferred assembly comes first; at a change point there is one state for
-        every branch on which the speeds are possible.  Arguments and errors as in :meth:`assemble`.
+        every branch on which the speeds are possible.  Configurations of a collapsed sheet, which
+        are points of a continuum, are left out unless there are no others, with a
+        :class:`CollapsedSheetWarning`.  Arguments and errors as in :meth:`assemble`.
         """
         given, pace, _ = self._by_name(coordinates, speeds, None)
         given, pace = self._checked_start(given, pace)

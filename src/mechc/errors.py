@@ -108,6 +108,10 @@ class UnusedValueWarning(UserWarning):
     """Values for symbols that are not in the equations of a model."""
 
 
+class CollapsedSheetWarning(UserWarning):
+    """A configuration at which the mechanism is folded onto itself was taken, or left out."""
+
+
 class CacheWarning(UserWarning):
     """Compiled scenes cannot be stored for later processes."""
 

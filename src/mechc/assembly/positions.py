@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from mechc.assembly.closer import Search, search_of
+from mechc.assembly import sheets
+from mechc.assembly.closer import Search, even_points, search_of
 from mechc.assembly.sizes import gap_in_words, is_open, sizes
 from mechc.assembly.speeds import in_words, only_branch, with_speeds
 from mechc.errors import AssemblyError
@@ -15,6 +16,7 @@ from mechc.system.parameters import Array
 from mechc.system.system import System
 
 MOST = 4096  # configurations kept of one search
+STARTS = 64  # of the search for the rank that the constraints have elsewhere
 Values = Mapping[str, float]  # name -> number
 
 
@@ -33,8 +35,13 @@ def assemble(
     pace = {name: value for name, value in near.items() if name in system.speeds}
     close_by = {name: near[name] for name in near if name not in pace} if pace else near
     close_by = {**_attitudes(system, (*coordinates, *close_by)), **close_by}
-    chosen = _configurations(system, coordinates, p, close_by, t)[:1]
-    states = with_speeds(system, chosen, coordinates, speeds, p, t)
+    found = _configurations(system, coordinates, p, close_by, t)
+    exact = {*coordinates, *close_by} >= {*system.coordinates}
+    states = with_speeds(
+        system, found[:1], coordinates, speeds, p, t,
+        None if exact
+        else lambda: sheets.preferred(system, found, p, t, _rank_elsewhere(system, p, t)),
+    )  # fmt: skip
     return only_branch(system, states, speeds, pace)
 
 
@@ -53,7 +60,10 @@ def assemblies(
 ) -> Array:
     """The states (n, nq + nu) that close the loops with the coordinates given."""
     found = _configurations(system, coordinates, p, {}, t, all=True)
-    return with_speeds(system, found, coordinates, speeds, p, t)
+    return with_speeds(
+        system, found, coordinates, speeds, p, t,
+        lambda: sheets.without_collapsed(system, found, p, t, _rank_elsewhere(system, p, t)),
+    )  # fmt: skip
 
 
 def _configurations(
@@ -129,6 +139,21 @@ def closed_states(system: System, starts: Array, p: Array, t: float) -> Array:
             raise AssemblyError(miss_message(system, {}, {}, found.open[0], p, t))
         closed = found.found[0, : found.many[0]]
     return np.hstack([closed, np.zeros((len(closed), len(system.speeds)))])
+
+
+def _rank_elsewhere(system: System, p: Array, t: float) -> int:
+    """Of the constraints where loops close from starts spread over all; 0: they do nowhere."""
+    key = ("rank", p.tobytes(), t)
+    known: int | None = system.cache.get(key)
+    if known is None:
+        width = len(system.coordinates)
+        try:
+            y = closed_states(system, even_points(STARTS, width), p, t)
+            known = sheets.highest(system, sheets.ranks_at(system, y[:, :width], p, t))
+        except AssemblyError:
+            known = 0
+        system.cache[key] = known
+    return known
 
 
 def gaps(system: System, q: Array, p: Array, t: float) -> Array:

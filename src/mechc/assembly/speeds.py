@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,10 +27,12 @@ def with_speeds(
     given: Mapping[str, float],
     values: Array,
     t: float,
+    instead: Callable[[], Array] | None = None,
 ) -> Array:
     """States (n, nq + nu) on the configurations q (n, nq), at a change point one for every branch.
 
     ``coordinates`` are those that the user gave and that stay as they are, ``given`` the speeds.
+    ``instead``: gives the configurations to take where rows of these are nearly dependent.
     """
     states = np.zeros((len(q), q.shape[1] + len(system.speeds)))
     states[:, : q.shape[1]] = q
@@ -41,6 +43,8 @@ def with_speeds(
     kept = consistent(system, states, given, values[None], t)
     if all(kept.keep) and min(kept.conditioning) > branches.NEAR:
         return kept.y
+    if instead is not None:
+        return with_speeds(system, instead(), coordinates, given, values, t)
     fixed = [system.state_index(name) for name in coordinates]
     return np.vstack([
         _speeds_at(system, states[i], kept, i, fixed, given, values, t) for i in range(len(q))

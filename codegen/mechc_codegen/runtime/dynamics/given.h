@@ -13,6 +13,11 @@
 #include "abi/inputs.h"
 #include "dynamics/sizes.h"
 
+#ifndef MECHC_ROW_COUNT
+#define MECHC_ROW_COUNT
+typedef int mechc_row_count(double t, const double *q, const double *p, const mechc_inputs *inputs);
+#endif
+
 typedef struct {
     real p[MECHC_AT_LEAST_ONE(MECHC_NP)]; /* parameters */
     real k[MECHC_CONSTANTS];              /* constants made of them */
@@ -20,6 +25,7 @@ typedef struct {
     const int *stop;                      /* see mechc_options */
     const real *forces; /* generalized (nu), besides the scene's own: outputs that hold accelerations
                            are solved with them, stages of methods are not; NULL: none */
+    mechc_row_count *count; /* tells how many rows count at a state by itself; NULL: the constants do */
 } FN(given);
 
 /* Whether another thread asks to stop the present work, which takes long in a wide scene: it then

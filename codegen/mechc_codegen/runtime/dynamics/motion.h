@@ -202,13 +202,13 @@ MECHC_INLINE void FN(solve_reduced)(const FN(motion_terms) *terms, const FN(fact
 #if MECHC_ONE_FREEDOM
 typedef FN(freedom) FN(solver);
 
-/* The factors with which the rows of a configuration are solved, of which `rank` count; regular:
- * they are known to be far from dependent. */
+/* The factors with which the rows of a configuration are solved, of which `rank` count; those
+ * below the squared share `least` of the longest are redundant, 0: none are. */
 MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, real rank,
-                                   real ordinary, int regular, FN(solver) *f)
+                                   real ordinary, double least, FN(solver) *f)
 {
     (void)ordinary;
-    FN(find_freedom)(jacobian, mass, rank, regular, f);
+    FN(find_freedom)(jacobian, mass, rank, least, f);
 }
 
 /* Squared length of the shortest orthogonal row over that of the longest: 0 where rows are
@@ -291,9 +291,9 @@ MECHC_INLINE void FN(least_orthogonal_step)(const real *jacobian, const real *ma
 typedef FN(factors) FN(solver);
 
 MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, real rank,
-                                   real ordinary, int regular, FN(solver) *f)
+                                   real ordinary, double least, FN(solver) *f)
 {
-    (void)ordinary, (void)regular;
+    (void)ordinary, (void)least;
     FN(factor_rows)(jacobian, mass, MECHC_NC, rank, f);
 }
 

@@ -26,6 +26,7 @@ MECHC_INLINE void FN(make_constants)(FN(given) *given)
 {
     FN(hoist)(given->p, given->k);
     given->forces = 0;
+    given->count = 0;
     given->k[MECHC_ROWS_THAT_COUNT] = R((double)MECHC_NC);
     given->k[MECHC_ORDINARY_LENGTH] = given->k[MECHC_ORDINARY_SUM] = R(0.0);
     given->k[MECHC_LENGTH] = R(1.0);
@@ -69,12 +70,24 @@ MECHC_INLINE void FN(give_ordinary)(const FN(given) *given, FN(place) *place)
     place->ordinary_sum = given->k[MECHC_ORDINARY_SUM];
     place->length = given->k[MECHC_LENGTH];
 }
+
+MECHC_INLINE void FN(prepare)(FN(place) *place, double least)
+{
+#if MECHC_LINKS > 0
+    (void)least;
+    FN(prepare_rows)(place->saved, place->jacobian, place->mass, place->rank, &place->rows);
+#else
+    FN(prepare_rows)(place->jacobian, place->mass, place->rank, place->ordinary_length, least,
+                     &place->rows);
+#endif
+}
 #endif
 
 /* Locate a stage. turns: three numbers an angle, where its sine and cosine are kept, or NULL; near: they are
- * kept from a configuration near this one; regular: the rows are known to be far from dependent. */
+ * kept from a configuration near this one; least: squared share of the longest row below which a row is
+ * redundant, 0: the rows are known to be far from dependent. */
 MECHC_OF_STAGE void FN(locate_near)(real t, const real *q, const FN(given) *given,
-                                    FN(place) *place, real *turns, int near, int regular)
+                                    FN(place) *place, real *turns, int near, double least)
 {
 #if MECHC_LINKS > 0
     real *const jacobian = 0, *const mass = 0;
@@ -83,30 +96,23 @@ MECHC_OF_STAGE void FN(locate_near)(real t, const real *q, const FN(given) *give
 #endif
     FN(configuration)(t, q, given, place->gap, jacobian, place->bias, mass, place->saved, turns,
                       near);
-#if MECHC_NC > 0 && MECHC_LINKS > 0
-    (void)regular;
+#if MECHC_NC > 0
     place->bad = -1;
     place->rank = given->k[MECHC_ROWS_THAT_COUNT];
     FN(give_ordinary)(given, place);
-    FN(prepare_rows)(place->saved, place->jacobian, place->mass, place->rank, &place->rows);
-#elif MECHC_NC > 0
-    place->bad = -1;
-    place->rank = given->k[MECHC_ROWS_THAT_COUNT];
-    FN(give_ordinary)(given, place);
-    FN(prepare_rows)(place->jacobian, place->mass, place->rank, place->ordinary_length, regular,
-                     &place->rows);
+    FN(prepare)(place, least);
 #elif MECHC_ARTICULATED
-    (void)regular;
+    (void)least;
     place->bad = FN(articulate)(place->saved, &place->factored);
 #else
-    (void)regular;
+    (void)least;
     place->bad = FN(factor_mass)(place->mass, MECHC_NU, &place->factored);
 #endif
 }
 
 MECHC_INLINE void FN(locate)(real t, const real *q, const FN(given) *given, FN(place) *place)
 {
-    FN(locate_near)(t, q, given, place, 0, 0, 0);
+    FN(locate_near)(t, q, given, place, 0, 0, MECHC_REDUNDANT);
 }
 
 #if MECHC_NC > 0
@@ -326,7 +332,7 @@ MECHC_INLINE int FN(close_loops)(real t, real *q, const FN(given) *given, FN(pla
     double before = HUGE_VAL, rounding;
     real turns[MECHC_AT_LEAST_ONE(3 * MECHC_TURNS)];
     for (int iteration = 0; iteration < 20; iteration++) {
-        FN(locate_near)(t, q, given, place, turns, iteration > 0, 0);
+        FN(locate_near)(t, q, given, place, turns, iteration > 0, MECHC_REDUNDANT);
         ++*iterations;
         if (FN(find_massless)(place) >= 0) return MECHC_SINGULAR_MASS;
         const double gap = FN(gap)(place, q, &rounding);
@@ -393,14 +399,4 @@ MECHC_OF_STAGE void FN(accelerate)(real t, const real *q, const real *u, const F
     FN(backward)(&place->factored, MECHC_NU, accelerations);
 #endif
 }
-
-/* State rates at a state without projection. */
-MECHC_INLINE void FN(rates)(real t, const real *y, const FN(given) *given, real *out)
-{
-    FN(place) place;
-    FN(locate)(t, y, given, &place);
-    FN(coordinate_rates_of)(t, y, y + MECHC_NQ, given, out);
-    FN(accelerate)(t, y, y + MECHC_NQ, given, &place, out + MECHC_NQ, 0);
-}
-
 #endif

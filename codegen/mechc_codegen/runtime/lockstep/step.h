@@ -19,7 +19,8 @@ MECHC_INLINE mechc_vector mechc_lockstep_rates_at(const mechc_lockstep *a, mechc
                                                   int near, int regular, mechc_vector *rates)
 {
     mechc_vector_place place;
-    mechc_vector_locate_near(t, state, &a->given, &place, turns, near, regular);
+    mechc_vector_locate_near(t, state, &a->given, &place, turns, near,
+                             regular ? 0.0 : MECHC_REDUNDANT);
     mechc_vector_coordinate_rates_of(t, state, state + MECHC_NQ, &a->given, rates);
     mechc_vector_accelerate(t, state, state + MECHC_NQ, &a->given, &place, rates + MECHC_NQ, 0);
 #if MECHC_NC > 0

@@ -10,6 +10,8 @@
 #include "lockstep/step.h"
 #include "methods/traits.h"
 #include "dynamics/scalar_stage.h"
+#include "simd/bind_scalar.h"
+#include "dynamics/alone.h"
 #include "simd/bind_vector.h"
 #include "series/step.h"
 #include "simd/unbind.h"

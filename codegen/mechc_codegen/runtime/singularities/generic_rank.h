@@ -135,13 +135,9 @@ MECHC_ONCE int mechc_count_rows(double t, const double *y, mechc_scalar_given *g
 }
 #endif
 
-/* Set the constants, with the rank, for a run that starts at a state. */
-MECHC_STATIC void mechc_give_at(double t, const double *y, const double *p,
-                                const mechc_inputs *inputs, const int *stop,
-                                mechc_scalar_given *given)
+/* Set what the constants say of the rows: their length, how they are elsewhere, how many count. */
+MECHC_ONCE void mechc_know_rows(double t, const double *y, mechc_scalar_given *given)
 {
-    mechc_give(p, inputs, given);
-    given->stop = stop;
 #if MECHC_NC > 0
 #if MECHC_NH > 0 && defined MECHC_SLIDES
     mechc_find_length(t, y, given);
@@ -151,6 +147,34 @@ MECHC_STATIC void mechc_give_at(double t, const double *y, const double *p,
 #endif
     given->k[MECHC_ROWS_THAT_COUNT] = mechc_count_rows(t, y, given);
 #else
-    (void)t, (void)y;
+    (void)t, (void)y, (void)given;
 #endif
+}
+
+/* Set the constants, with the rank, for a run that starts at a state. */
+MECHC_STATIC void mechc_give_at(double t, const double *y, const double *p,
+                                const mechc_inputs *inputs, const int *stop,
+                                mechc_scalar_given *given)
+{
+    mechc_give(p, inputs, given);
+    given->stop = stop;
+    mechc_know_rows(t, y, given);
+}
+
+/* The rows that count at a state by itself: as many as for a run that starts there. */
+MECHC_RARE_ONCE int mechc_rows_of_state(double t, const double *q, const double *p,
+                                        const mechc_inputs *inputs)
+{
+    mechc_scalar_given given;
+    mechc_give(p, inputs, &given);
+    mechc_know_rows(t, q, &given);
+    return (int)given.k[MECHC_ROWS_THAT_COUNT];
+}
+
+/* Set the constants for states by themselves. */
+MECHC_STATIC void mechc_give_alone(const double *p, const mechc_inputs *inputs,
+                                   mechc_scalar_given *given)
+{
+    mechc_give(p, inputs, given);
+    given->count = mechc_rows_of_state;
 }

@@ -3,8 +3,9 @@
 #pragma once
 
 #include "abi/model.h"
+#include "singularities/generic_rank.h"
 #include "simd/bind_vector.h"
-#include "dynamics/stage.h"
+#include "dynamics/alone.h"
 #include "scene_program.h"
 #include "unit/jacobians.h"
 #include "simd/unbind.h"
@@ -33,11 +34,13 @@ MECHC_INLINE void mechc_evaluate_blocks(mechc_vector_output *f, int width, ptrdi
     for (int lane = 0; lane < MECHC_LANES; lane++) given.inputs[lane] = inputs;
     mechc_gather(p, 0, count, MECHC_NP, given.p);
     mechc_vector_make_constants(&given);
+    given.count = mechc_rows_of_state;
     for (ptrdiff_t first = 0; first < count; first += MECHC_LANES) {
         const int whole = count - first >= MECHC_LANES;
         if (first > 0 && p.stride) {
             mechc_gather(p, first, count, MECHC_NP, given.p);
             mechc_vector_make_constants(&given);
+            given.count = mechc_rows_of_state;
         }
         if (first > 0 && t.stride) mechc_gather(t, first, count, 1, time);
         if (whole) mechc_gather_block(y.data + first * y.stride, y.stride, MECHC_NX, state);

@@ -7,7 +7,7 @@
 #else
 #define MECHC_JACOBIANS_SCALAR
 #endif
-#include "dynamics/stage.h"
+#include "dynamics/alone.h"
 #include "scene_program.h"
 #include "variational/respond.h"
 
@@ -23,11 +23,11 @@ MECHC_RARE_ONCE void FN(add_forces)(const FN(place) *place, const real *forces, 
     for (int i = 0; multipliers && i < MECHC_NC; i++) multipliers[i] += change[MECHC_NU + i];
 }
 
-/* Solve the motion, one copy for all outputs that need it; multipliers may be NULL. */
+/* Solve the motion of a state by itself, one copy for all outputs that need it; multipliers may be NULL. */
 MECHC_ONCE void FN(solve)(real t, const real *q, const real *u, const FN(given) *given,
                           FN(place) *place, real *accelerations, real *multipliers)
 {
-    FN(locate)(t, q, given, place);
+    FN(locate_alone)(t, q, given, place);
     FN(accelerate)(t, q, u, given, place, accelerations, multipliers);
     if (given->forces) FN(add_forces)(place, given->forces, accelerations, multipliers);
 }

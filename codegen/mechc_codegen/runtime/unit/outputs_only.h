@@ -26,7 +26,7 @@ MECHC_ONCE void mechc_plain_evaluate(mechc_scalar_output *f, int width, ptrdiff_
     mechc_scalar_given given;
     for (ptrdiff_t i = 0; i < count; i++) {
         const double *state = y.data + i * y.stride;
-        if (i == 0 || p.stride) mechc_give(p.data + i * p.stride, inputs, &given);
+        if (i == 0 || p.stride) mechc_give_alone(p.data + i * p.stride, inputs, &given);
         given.forces = forces.data ? forces.data + i * forces.stride : 0;
         f(t.data[i * t.stride], state, state + MECHC_NQ, &given, out + i * width);
     }
@@ -39,7 +39,7 @@ MECHC_ONCE void mechc_plain_evaluate(mechc_scalar_output *f, int width, ptrdiff_
 
 static void mechc_plain_give(const double *p, const mechc_inputs *inputs, mechc_given *given)
 {
-    mechc_give(p, inputs, (mechc_scalar_given *)given);
+    mechc_give_alone(p, inputs, (mechc_scalar_given *)given);
 }
 
 extern const mechc_unit MECHC_JOIN(mechc_unit_, MECHC_UNIT);

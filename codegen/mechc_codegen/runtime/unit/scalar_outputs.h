@@ -1,8 +1,9 @@
 /* Outputs of one state, as functions of doubles. */
 #pragma once
 
+#include "singularities/generic_rank.h"
 #include "simd/bind_scalar.h"
-#include "dynamics/stage.h"
+#include "dynamics/alone.h"
 #include "scene_program.h"
 #include "unit/jacobians.h"
 #include "simd/unbind.h"

@@ -65,6 +65,7 @@ MECHC_STATIC void mechc_give_standalone(const mechc_standalone *model, mechc_hel
     given->inputs[0] = &held->head;
     given->stop = 0;
     given->forces = 0;
+    given->count = mechc_rows_of_state;
 }
 
 MECHC_STATIC int mechc_all_finite(const double *values, int count)

@@ -17,6 +17,9 @@
 #endif
 #if MECHC_HAS(OUTPUTS)
 #include "unit/evaluate.h"
+#include "simd/bind_scalar.h"
+#include "dynamics/alone.h"
+#include "simd/unbind.h"
 #endif
 #if MECHC_HAS(DERIVATIVES) && MECHC_VARIATIONAL
 #include "adjoint/covary.h"
@@ -37,7 +40,7 @@ static void mechc_unit_mass(double t, const double *y, const mechc_given *given,
 
 static void mechc_unit_give(const double *p, const mechc_inputs *inputs, mechc_given *given)
 {
-    mechc_give(p, inputs, (mechc_scalar_given *)given);
+    mechc_give_alone(p, inputs, (mechc_scalar_given *)given);
 }
 #endif
 

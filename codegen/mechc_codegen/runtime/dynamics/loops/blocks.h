@@ -72,10 +72,10 @@ MECHC_INLINE rmask FN(reduce_mass)(const real *own, FN(solver) *f)
 }
 
 MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, real rank,
-                                   real ordinary, int regular, FN(solver) *f)
+                                   real ordinary, double least, FN(solver) *f)
 {
     real weight[MECHC_NU], lengths[MECHC_NC], own[MECHC_AT_LEAST_ONE(MECHC_FREE)];
-    (void)regular;
+    (void)least;
     FN(speed_weights)(mass, weight);
     f->apart = FN(factor_blocks)(jacobian, mass, weight, f->kept, f->directions, f->momenta, own,
                                  lengths, &f->clear)

@@ -49,7 +49,7 @@ MECHC_INLINE real FN(other_weights)(const real *weight, int k)
 }
 
 /* Squared length of the longest row, and whether the rows are dependent. */
-MECHC_INLINE void FN(weigh_rows)(const real *mass, real size, FN(freedom) *f)
+MECHC_INLINE void FN(weigh_rows)(const real *mass, real size, double least, FN(freedom) *f)
 {
     real weight[MECHC_NU];
     FN(speed_weights)(mass, weight);
@@ -62,12 +62,12 @@ MECHC_INLINE void FN(weigh_rows)(const real *mass, real size, FN(freedom) *f)
     real most = f->longest;
     for (int row = 1; row < MECHC_NC; row++) most *= f->longest;
     f->redundant =
-        ~(R_MASK(size * weight[0] * FN(other_weights)(weight, 0) > MECHC_REDUNDANT * most)
+        ~(R_MASK(size * weight[0] * FN(other_weights)(weight, 0) > least * most)
           & R_MASK(f->rank >= (double)MECHC_NC));
 }
 
-/* Factor the rows; regular: they are known to be far from dependent. */
-MECHC_INLINE void FN(find_freedom)(const real *jacobian, const real *mass, real rank, int regular,
+/* Factor the rows, which are dependent below the squared share `least` of the longest; 0: none are. */
+MECHC_INLINE void FN(find_freedom)(const real *jacobian, const real *mass, real rank, double least,
                                    FN(freedom) *f)
 {
     f->rank = rank;
@@ -80,8 +80,8 @@ MECHC_INLINE void FN(find_freedom)(const real *jacobian, const real *mass, real 
 #endif
     for (int i = 0; i < MECHC_NU; i++) f->momentum[i] = FN(dot)(mass + i * MECHC_NU, f->direction);
     const real size = FN(dot)(f->momentum, f->direction);
-    if (regular) f->redundant = R_MASK(R(0.0) > R(0.0));
-    else FN(weigh_rows)(mass, size, f);
+    if (least == 0.0) f->redundant = R_MASK(R(0.0) > R(0.0));
+    else FN(weigh_rows)(mass, size, least, f);
     f->inverse = 1.0 / size;
 }
 

@@ -171,7 +171,8 @@ MECHC_INLINE void mechc_gauss_unclosed(mechc_gauss *g, double t, double h,
 {
     mechc_vector_place place;
     const mechc_vector time = t + h * mechc_take(mechc_gauss_nodes, block);
-    mechc_vector_locate_near(time, state, &g->given, &place, g->turns[block], !first, !first);
+    mechc_vector_locate_near(time, state, &g->given, &place, g->turns[block], !first,
+                             first ? MECHC_REDUNDANT : 0.0);
     mechc_gauss_rates(g, time, state, &place, rates);
 #if MECHC_NH > 0
     if (!first) return;
@@ -204,7 +205,7 @@ MECHC_ONCE void mechc_gauss_stages(mechc_gauss *g, double t, const double *y, do
     const mechc_vector time = t + h * mechc_take(mechc_gauss_nodes, block);
     mechc_gauss_states(g, y, h, block, state);
     for (int i = 0; i < MECHC_NQ; i++) state[i] += g->shift[i][block];
-    mechc_vector_locate_near(time, state, &g->given, &place, g->turns[block], 0, 0);
+    mechc_vector_locate_near(time, state, &g->given, &place, g->turns[block], 0, MECHC_REDUNDANT);
 #if MECHC_NH > 0
     if (g->closing == MECHC_CLOSE_BEFORE) {
         mechc_gauss_close(g, time, block, 0, &place, state, moved);

@@ -194,9 +194,8 @@ def draw_energy(area: SubplotSpec, run: Run, columns: int = 1) -> None:
 
 
 def _draw_energies(axes: Axes, run: Run, parts: dict[str, Array]) -> None:
-    colours = (COLOURS[1], COLOURS[0], COLOURS[6])
     values = np.column_stack(list(parts.values()))
-    _legend(axes, draw_curves(axes, run.t, values, colours), parts)
+    _legend(axes, draw_curves(axes, run.t, values, COLOURS[:3]), parts)  # as pages have them
     axes.set_ylim(_limits(values))
     axes.set_ylabel("energy (J)")
 

@@ -87,6 +87,14 @@ class CompileRequest:
         return {printed_name(leaf) for leaf in leaves}
 
     @property
+    def title(self) -> str:
+        """The title for people: that of the mechanism, a name that was given, or its bodies."""
+        if self._mechanism is not None:
+            return self._mechanism.title
+        assert self._source is not None
+        return self.options.settings.name or self._source.title
+
+    @property
     def looks(self) -> tuple[Any, ...]:
         """A value that determines the picture of its bodies."""
         described = self._mechanism or self._source

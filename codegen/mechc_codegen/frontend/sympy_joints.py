@@ -21,6 +21,7 @@ from mechc_codegen.convert.kinematics import coordinate_rates
 from mechc_codegen.description.constraints import Constraint
 from mechc_codegen.description.drawing import NO_DRAWING
 from mechc_codegen.description.joints.couplings import CoupledPair
+from mechc_codegen.description.joints.cuts import Cut
 from mechc_codegen.description.joints.tree import (
     Body,
     Joint,
@@ -275,7 +276,8 @@ class _JointPoints:
 
     def drawing(self) -> Drawing:
         links = ((body.name, self._line(body)) for body in self.bodies)
-        ground = dict.fromkeys(p.name for p in self._on(None))
+        pivots = [joint for joint in self.joints if self._holds_its_point(joint)]
+        ground = dict.fromkeys(p.name for p in self._on(None, pivots))
         return Drawing(
             links=tuple((name, line) for name, line in links if len(line) > 1),
             ground=tuple(ground),
@@ -288,8 +290,14 @@ class _JointPoints:
             names[self._same_in_list(body.masscenter).name] = None
         return tuple(names)
 
-    def _on(self, body: Body | None) -> Iterable[Point]:
-        for joint in self.joints:
+    def _holds_its_point(self, joint: Joint) -> bool:
+        """Whether the points of a joint's two bodies are one: a slide is no pivot."""
+        if isinstance(joint, Cut):
+            return joint.axes is None
+        return self.place(joint.child_point) is self.place(joint.parent_point)
+
+    def _on(self, body: Body | None, joints: Sequence[Joint] | None = None) -> Iterable[Point]:
+        for joint in self.joints if joints is None else joints:
             if joint.parent is body:
                 yield self._same_in_list(joint.parent_point)
             if joint.child is body:

@@ -39,12 +39,10 @@ def _drawn(system: System, request: Any, drawing: Any) -> System:
     One system for objects that look the same, with the same drawing.
     """
     pictures: dict[Any, System] = system.cache.setdefault(_drawn, {})
-    look = request.looks, drawing
+    look = request.looks, request.title, drawing
     if look not in pictures:
-        own = system
-        if pictures or drawing is not None or system.drawn is None:
-            made = drawn_by(request.description, drawing)
-            own = system.drawn_by(made, more=drawing is not None)
+        own = system.drawn_by(drawn_by(request.description, drawing), more=True)
+        own.title = request.title  # of these bodies
         if drawing is not None:
             _ = own.picture  # a wrong name is told now
         pictures[look] = own

@@ -262,6 +262,16 @@ def test_a_spatial_mechanism_says_how_it_is_seen() -> None:
     ]
 
 
+def test_a_motion_in_an_upright_plane_is_not_seen_as_a_line() -> None:
+    """In the plane of x = y the two axes of largest extent are x and y."""
+    upright = ((1.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    data = motion(fake_linkage.run(1.0, tilt=upright))
+    seen = tracks(data).reshape(-1, 2)
+    small, large = np.linalg.eigvalsh(np.cov(seen.T))
+    assert small > 0.1 * large
+    assert "and z" in data["notes"][0]
+
+
 @dataclass(frozen=True)
 class Overflowing(FakeSolution):
     """A run whose last half is not numbers."""

@@ -125,6 +125,14 @@ def motion_data(
             {"label": clean_text(label), "points": [number[name] for name in line]}
             for label, line in run.picture.skeleton
         ],
+        "guides": [
+            {
+                "label": clean_text(guide.label),
+                "points": [number[name] for name in (*guide.ends, guide.at)],
+                "block": guide.is_block,
+            }
+            for guide in run.guides
+        ],
         "ground": [number[name] for name in run.ground],
         "traced": [number[name] for name in run.traced],
         "marks": marks(run),

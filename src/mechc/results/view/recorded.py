@@ -80,6 +80,7 @@ def _fields(frames: int, points: int, solids: int, times: int) -> dict[str, Chec
     """A check of each field of the data."""
     point = _whole(points)
     line = _record({"label": _text, "points": _list(point)})
+    guide = _record({"label": _text, "points": _list(point, 3), "block": _truth})
     strut = _record(
         {"kind": _one_of("spring", "damper"), "label": _text, "points": _list(point, 2)}
     )
@@ -97,11 +98,12 @@ def _fields(frames: int, points: int, solids: int, times: int) -> dict[str, Chec
         "origin": _list(_number, 3),
         "tracks": _floats(3 * frames * points),
         "links": _list(line),
+        "guides": _list(guide),
         "ground": _list(point),
         "traced": _list(point),
         "right": _list(_number, 3),
         "up": _list(_number, 3),
-        "flat": lambda value: isinstance(value, bool),
+        "flat": _truth,
         "solids": _list(_solid),
         "placed": _floats(7 * frames * solids),
         "struts": _list(strut),
@@ -135,6 +137,10 @@ def _solid(value: Any) -> bool:
 
 def _text(value: Any) -> bool:
     return isinstance(value, str) and len(value) <= LONGEST and (not value or value.isprintable())
+
+
+def _truth(value: Any) -> bool:
+    return isinstance(value, bool)
 
 
 def _number(value: Any) -> bool:

@@ -262,10 +262,23 @@ def _inputs(
     known = {*source.q, *source.u, *source.auxiliary, *states}
     found = _unknown_functions(source, read)
     found += _named_in((*settings.inputs.values(), *states.values()))
-    chosen = dict[AppliedUndef, Expr | None].fromkeys(f for f in found if f not in known)
-    for key, value in settings.inputs.items():
-        if isinstance(key, Symbol):
-            continue
+    functions = [f for f in found if f not in known]
+    given = {k: value for k, value in settings.inputs.items() if not isinstance(k, Symbol)}
+    return chosen_inputs(functions, given)
+
+
+def chosen_inputs(
+    functions: Iterable[AppliedUndef], given: Mapping[Key, Any]
+) -> dict[AppliedUndef, Expr | None]:
+    """These functions, each with the expression that is given for it, or with None.
+
+    Raises
+    ------
+    MechanismError
+        If one of another argument than time has no expression.
+    """
+    chosen = dict[AppliedUndef, Expr | None].fromkeys(functions)
+    for key, value in given.items():
         function = find_symbol(key, list(chosen), "inputs", "specified function of time")
         chosen[function] = None if value is None else sympify(value)
     for function, value in chosen.items():

@@ -15,10 +15,9 @@ from sympy import Derivative, Expr, Symbol, sympify
 from sympy.physics.mechanics import Point, RigidBody, dynamicsymbols
 from sympy.physics.vector import Vector
 
-from mechc_codegen.convert.convert import find_symbol, number
+from mechc_codegen.convert.convert import chosen_inputs, find_symbol, number
 from mechc_codegen.convert.fingerprint import Fingerprint
 from mechc_codegen.convert.kinematics import coordinate_rates
-from mechc_codegen.description.constraints import Constraint
 from mechc_codegen.description.drawing import NO_DRAWING
 from mechc_codegen.description.joints.couplings import CoupledPair
 from mechc_codegen.description.joints.cuts import Cut
@@ -36,6 +35,7 @@ from mechc_codegen.description.mechanism import (
     Parameter,
     Quantity,
     Speed,
+    as_mapping,
     is_rigid,
 )
 from mechc_codegen.description.source import Key
@@ -55,6 +55,7 @@ def from_joints(
     gravity: Vector | None = None,
     parameters: Mapping[Key, Any] | Iterable[Parameter] = (),
     units: Mapping[Key, str] | None = None,
+    inputs: Mapping[Key, Any] | Iterable[Key] = (),
     drawing: Drawing = NO_DRAWING,
     **more: Any,
 ) -> Mechanism:
@@ -77,11 +78,15 @@ def from_joints(
         objects.  Symbols that are not named have no default and need a value at every use.
     units
         Symbol or printed name -> unit.  Coordinates that turn are in rad, others in m.
+    inputs
+        Functions of time in loads, points and constraints that are no coordinate, speed or state
+        -> expressions, as of motors.  Those without one, or with None, are found by themselves and
+        given with a run: ``model.simulate(..., inputs={...})``.
     drawing
         Links, pivots and paths besides those of the joints.
     more
         Further fields of :class:`mechc.Mechanism`: ``title``, ``configuration_constraints``,
-        ``motion_constraints``, ``inputs``, ``points``, ``start``, ...
+        ``motion_constraints``, ``states``, ``points``, ``start``, ...
 
     Raises
     ------
@@ -100,7 +105,21 @@ def from_joints(
     states = _JointStates((old, new) for (old, _), new in zip(given, every, strict=True))
     loads = plain_loads(loads)
     couplings = [joint for joint in every if isinstance(joint, CoupledPair)]
-    found = _symbols(ground, bodies, loads, gravity, more, [c.constraint for c in couplings])
+    given_inputs = as_mapping(inputs)
+    rates = [*filter(None, given_inputs.values()), *(s.rate for s in more.get("states", ()))]
+    leaves = _leaves(
+        ground, bodies, loads, gravity, more, rates + [c.constraint.expression for c in couplings]
+    )
+    found = sorted(
+        (x for x in leaves if isinstance(x, Symbol)), key=lambda s: (s.name, str(s.assumptions0))
+    )
+    own = {
+        *states.q,
+        *states.u,
+        *(s.symbol for s in more.get("states", ())),
+        *more.get("auxiliary", ()),
+    }
+    functions = sorted((x for x in leaves - own if not isinstance(x, Symbol)), key=str)
     named = _Names(states, units or {}, _parameters(parameters, found))
     places = _JointPoints(every, bodies)
     return Mechanism(
@@ -116,6 +135,7 @@ def from_joints(
         gravity=gravity,
         joints=tuple(every),
         **{"title": name, "points": places.points, **more},
+        inputs=chosen_inputs(functions, given_inputs),
         drawing=reduce(Drawing.plus, [*(c.drawing for c in couplings), drawing], places.drawing()),
     )
 
@@ -206,15 +226,15 @@ class _Names:
         return f"{self._unit(self._rate_of[symbol])}/s" if symbol in self._rate_of else ""
 
 
-def _symbols(
+def _leaves(
     ground: RigidBody,
     bodies: Iterable[Body],
     loads: Iterable[Load],
     gravity: Vector | None,
     more: Mapping[str, Any],
-    of_couplings: Iterable[Constraint],
-) -> list[Symbol]:
-    """All constants in the description."""
+    others: Iterable[Any],
+) -> set[Expr]:
+    """All constants and functions of time in the description."""
     text = Fingerprint(ground.frame)
     text.point(ground.masscenter)
     for body in bodies:
@@ -225,12 +245,9 @@ def _symbols(
     for vector in (*(vector for _, vector in loads), *([gravity] if gravity else [])):
         text.vector(vector)
     given = (more.get(kind, ()) for kind in ("configuration_constraints", "motion_constraints"))
-    for constraint in chain(of_couplings, *given):
-        text.expression(constraint.expression)
-    for value in dict(more.get("inputs", {})).values():
-        text.expression(sympify(0 if value is None else value))
-    found = {x for x in text.leaves if isinstance(x, Symbol)} - {dynamicsymbols._t}
-    return sorted(found, key=lambda s: (s.name, str(s.assumptions0)))
+    for expression in chain(others, (each.expression for kind in given for each in kind)):
+        text.expression(sympify(expression))
+    return text.leaves - {dynamicsymbols._t}
 
 
 def _parameters(

@@ -57,6 +57,7 @@ def read_compilable(
     **settings: Any,
 ) -> tuple[Any, dict[Any, float]]:
     """The mechanism to compile, and default numbers of parameters."""
+    from mechc_codegen.description.mechanism import as_mapping
     from mechc_codegen.description.source import ConversionSettings
     from mechc_codegen.frontend.compile_request import CompileOptions, CompileRequest, compilable
     from mechc_codegen.frontend.read import readable
@@ -68,6 +69,8 @@ def read_compilable(
         )
     given = {key: value for key, value in settings.items() if value is not None}
     numbers: dict[Any, float] = {}
+    if "inputs" in given:
+        given["inputs"] = as_mapping(given["inputs"])
     for name in ("inputs", "units"):
         by_name(given.get(name, {}), name)
     by_name(fix or {}, "parameters to fix", "{'g': 9.81}")
@@ -75,7 +78,7 @@ def read_compilable(
         given["inputs"] = {key: _curve(key, value) for key, value in given["inputs"].items()}
     if "states" in given:
         given["states"] = _rates(given["states"])
-    if "parameters" in given and readable(thing):
+    if "parameters" in given:
         names, values = given["parameters"], {}  # besides those of the equations
         if isinstance(names, Mapping):
             by_name(names, "parameters", "{'mu': 0.3}")

@@ -37,7 +37,7 @@ def drop_parameters(
     mechanism: Mechanism, equations: Equations, request: OutputRequest
 ) -> tuple[tuple[Parameter, ...], Equations]:
     """Remove fixed parameters, and unused parameters that have no default."""
-    symbols, (statements, used) = equations.symbols.parameters, _needed(equations)
+    symbols, (statements, used) = equations.symbols.parameters, _live_values(equations)
     kept = [
         i
         for i, parameter in enumerate(mechanism.parameters)
@@ -53,7 +53,7 @@ def drop_parameters(
     return tuple(mechanism.parameters[i] for i in kept), left
 
 
-def _needed(equations: Equations) -> tuple[tuple[tuple[Symbol, Expr], ...], set[Symbol]]:
+def _live_values(equations: Equations) -> tuple[tuple[tuple[Symbol, Expr], ...], set[Symbol]]:
     """The intermediate values that outputs and defaults need, and all symbols in these."""
     values: list[Expr] = [e for o in equations.outputs.values() for e in o.elements]
     values += [e for e in equations.parameter_defaults if e is not None]

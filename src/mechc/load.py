@@ -74,7 +74,7 @@ def compile(
     defaults: Mapping[Any, Any] | None = None,
     parameters: Mapping[Any, Any] | Iterable[Any] | None = None,
     units: Mapping[Any, str] | None = None,
-    inputs: Mapping[Any, Any] | None = None,
+    inputs: Mapping[Any, Any] | Iterable[Any] | None = None,
     states: Mapping[Any, Any] | Iterable[Any] | None = None,
     configuration_constraints: Iterable[Any] | None = None,
     reactions: Iterable[Any] | None = None,
@@ -92,7 +92,7 @@ def compile(
         of PyDy its method is, with its constants for defaults, its initial conditions for
         ``model.start`` and its specified functions for inputs.
     name
-        Name of the model; by default the kind of the object.
+        Name of the model; by default that of the mechanism, or the kind of the object.
     fix
         Parameters -> numbers that replace them; terms that become zero are not compiled, and the
         model does not have these parameters.
@@ -136,8 +136,8 @@ def compile(
         A :class:`mechc.Drawing`: links, pivots and paths besides those that are found from the
         description (docs/drawing.md).  It compiles nothing.
 
-    In all of these a key is a symbol or its printed name; all but ``fix`` and ``outputs`` are
-    for SymPy objects.
+    In all of these a key is a symbol or its printed name.  Units, states, constraints, reactions
+    and ``form`` are for SymPy objects: a Mechanism has them in its description.
 
     Raises
     ------

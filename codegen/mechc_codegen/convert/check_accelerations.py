@@ -1,4 +1,4 @@
-"""Check that accelerations set by the user are the derivatives of the velocities.
+"""Check that accelerations set by the user are the derivatives of the velocities; find the origin.
 
 KanesMethod uses accelerations as they are set; here M and F follow from velocities alone.  Where
 the two differ although the constraints hold, the description contradicts itself.  This happens, for
@@ -16,6 +16,7 @@ from sympy.physics.vector import Vector
 from mechc_codegen.convert.algebra import evaluator, solve_least
 from mechc_codegen.convert.classify_constraints import RateRows, Rates, SpeedRows
 from mechc_codegen.description.mechanism import is_rigid
+from mechc_codegen.description.placement import reachable
 from mechc_codegen.description.source import Source
 from mechc_codegen.description.terms import velocity_of
 from mechc_codegen.errors import MechanismError
@@ -40,6 +41,53 @@ def refuse_other_accelerations(
             components = list(difference.to_matrix(source.frame))
             if not _vanish(components, source, rates, motion):
                 _refuse(place)
+
+
+# -- the point at rest --------------------------------------------------------------------------
+
+
+def origin_of(source: Source, rates: Rates, motion: Sequence[Expr]) -> Point | None:
+    """A point at rest in the inertial frame from which the bodies' positions are known.
+
+    The velocity of a point may be zero though its place moves: that of the point of a wheel which
+    touches the ground is.  Then the origin is the point beyond it from which the velocities of the
+    bodies follow, if there is one.  ``motion``: everything that constrains the speeds.
+    """
+    found = point_at_rest(source)
+    if found is None:
+        return None
+    frame, points = source.frame, _points(source)
+    still = (p for p in points[points.index(found) + 1 :] if p._vel_dict.get(frame, 0) == 0)
+    moving = [p for p in still if found.pos_from(p).dt(frame) != 0]
+    near = reachable([found])
+    centres = [body.masscenter for body in source.bodies if body.masscenter in near]
+    centres = [centre for centre in centres if centre._vel_dict.get(frame, 0) != 0]
+    if not moving or not centres:
+        return found
+
+    def follows_from(origin: Point) -> bool:
+        difference = centres[0].pos_from(origin).dt(frame) - centres[0]._vel_dict[frame]
+        difference = difference.xreplace(rates.moving)
+        return _vanish(list(difference.to_matrix(frame)), source, rates, motion)
+
+    if follows_from(found):
+        return found
+    return next(filter(follows_from, moving), found)
+
+
+def point_at_rest(source: Source) -> Point | None:
+    """The first point whose velocity is zero, from the bodies and loads on."""
+    velocities = ((p, p._vel_dict.get(source.frame)) for p in _points(source))
+    return next((point for point, v in velocities if v is not None and v == 0), None)
+
+
+def _points(source: Source) -> list[Point]:
+    starts = [body.masscenter for body in source.bodies]
+    starts += [place for place, _ in source.loads if isinstance(place, Point)]
+    return reachable(starts)
+
+
+# -- what vanishes in a motion --------------------------------------------------------------------
 
 
 def _vanish(

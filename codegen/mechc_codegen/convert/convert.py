@@ -17,7 +17,11 @@ from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, RigidBody, dynamicsymbols
 
 from mechc_codegen.convert.added_inertia import split_accelerations
-from mechc_codegen.convert.check_accelerations import refuse_other_accelerations
+from mechc_codegen.convert.check_accelerations import (
+    origin_of,
+    point_at_rest,
+    refuse_other_accelerations,
+)
 from mechc_codegen.convert.check_angular_velocities import refuse_other_angular_velocities
 from mechc_codegen.convert.check_gradients import refuse_without_gradient
 from mechc_codegen.convert.classify_constraints import (
@@ -77,16 +81,16 @@ def convert(
     refuse_other_angular_velocities(source, bodies, rates, speeds_held)
     refuse_other_accelerations(source, bodies, rates, speeds_held)
     refuse_contributing(source, reactions, rates, speeds_held)
-    origin = source.origin or _origin(source)
+    origin = source.origin or origin_of(source, rates, speeds_held)
     potential = potential_of(source, bodies, origin, stationary, kinematics)
     given = _by_symbol(settings.units, "units", source, (*parameters, *states))
     units = _symbol_units(source, read, kinematics, given)
     defaults = _by_symbol(settings.defaults, "defaults", source, (*parameters, *states))
     return Mechanism(
         name=settings.name or source.kind,
-        title=settings.name or f"Mechanism read from a {source.kind}",
+        title=settings.name or source.title,
         frame=source.frame,
-        origin=origin or _origin(replace(source, bodies=source.drawn)) or Point("O"),
+        origin=origin or point_at_rest(replace(source, bodies=source.drawn)) or Point("O"),
         coordinates=tuple(Coordinate(q, Quantity(units.get(q, ""), "")) for q in source.q),
         speeds=tuple(Speed(u, Quantity(units.get(u, ""), "")) for u in source.u),
         kinematics=kinematics,
@@ -258,10 +262,23 @@ def _inputs(
     known = {*source.q, *source.u, *source.auxiliary, *states}
     found = _unknown_functions(source, read)
     found += _named_in((*settings.inputs.values(), *states.values()))
-    chosen = dict[AppliedUndef, Expr | None].fromkeys(f for f in found if f not in known)
-    for key, value in settings.inputs.items():
-        if isinstance(key, Symbol):
-            continue
+    functions = [f for f in found if f not in known]
+    given = {k: value for k, value in settings.inputs.items() if not isinstance(k, Symbol)}
+    return chosen_inputs(functions, given)
+
+
+def chosen_inputs(
+    functions: Iterable[AppliedUndef], given: Mapping[Key, Any]
+) -> dict[AppliedUndef, Expr | None]:
+    """These functions, each with the expression that is given for it, or with None.
+
+    Raises
+    ------
+    MechanismError
+        If one of another argument than time has no expression.
+    """
+    chosen = dict[AppliedUndef, Expr | None].fromkeys(functions)
+    for key, value in given.items():
         function = find_symbol(key, list(chosen), "inputs", "specified function of time")
         chosen[function] = None if value is None else sympify(value)
     for function, value in chosen.items():
@@ -392,17 +409,6 @@ def _joints(source: Source, bodies: Sequence[RigidBody | Particle]) -> tuple[Joi
     joints = source.joints if source.lagrangian is None else ()
     moved = (joint.on_ground(still) for joint in joints)
     return tuple(joint for joint in moved if joint.parent is not joint.child)
-
-
-def _origin(source: Source) -> Point | None:
-    """A point at rest in the inertial frame from which the bodies' positions are known."""
-    starts = [b.masscenter for b in source.bodies]
-    starts += [place for place, _ in source.loads if isinstance(place, Point)]
-    for point in reachable(starts):
-        velocity = point._vel_dict.get(source.frame)
-        if velocity is not None and velocity == 0:
-            return point
-    return None
 
 
 def _points(bodies: Sequence[RigidBody | Particle], origin: Point | None) -> tuple[Point, ...]:

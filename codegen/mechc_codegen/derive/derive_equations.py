@@ -37,7 +37,7 @@ def drop_parameters(
     mechanism: Mechanism, equations: Equations, request: OutputRequest
 ) -> tuple[tuple[Parameter, ...], Equations]:
     """Remove fixed parameters, and unused parameters that have no default."""
-    symbols, used = equations.symbols.parameters, _used(equations)
+    symbols, (statements, used) = equations.symbols.parameters, _live_values(equations)
     kept = [
         i
         for i, parameter in enumerate(mechanism.parameters)
@@ -46,14 +46,21 @@ def drop_parameters(
     ]
     left = replace(
         equations,
+        intermediates=statements,
         symbols=replace(equations.symbols, parameters=tuple(symbols[i] for i in kept)),
         parameter_defaults=tuple(equations.parameter_defaults[i] for i in kept),
     )
     return tuple(mechanism.parameters[i] for i in kept), left
 
 
-def _used(equations: Equations) -> set[Symbol]:
+def _live_values(equations: Equations) -> tuple[tuple[tuple[Symbol, Expr], ...], set[Symbol]]:
+    """The intermediate values that outputs and defaults need, and all symbols in these."""
     values: list[Expr] = [e for o in equations.outputs.values() for e in o.elements]
-    values += [value for _, value in equations.intermediates]
     values += [e for e in equations.parameter_defaults if e is not None]
-    return {symbol for value in values for symbol in value.free_symbols}
+    used = {symbol for value in values for symbol in value.free_symbols}
+    statements = []
+    for symbol, value in reversed(equations.intermediates):
+        if symbol in used:
+            statements.append((symbol, value))
+            used |= value.free_symbols
+    return tuple(reversed(statements)), used

@@ -17,7 +17,7 @@ class Drawing:
 
     ``links``: pairs of a label and the points of a polyline.  A point is a ``Point`` of SymPy or
     its name.  ``view``: the axes to the right and up in pictures of a spatial motion, ``"x"``,
-    ``"-x"`` and so on; without it the two along which the motion is widest.
+    ``"-x"`` and so on; without it the two between which the motion spreads most.
 
     For pictures in space alone: ``solids``, of :class:`Solid`; ``springs`` and ``dampers``, pairs
     of a label and the two points that they join.

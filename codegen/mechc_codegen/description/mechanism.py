@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
-from sympy import Derivative, DiracDelta, Expr, S, Symbol, sympify
+from sympy import Basic, Derivative, DiracDelta, Expr, S, Symbol, sympify
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
 from sympy.physics.vector import Vector
@@ -164,8 +164,8 @@ class Mechanism:
         The named points whose positions and velocities can be evaluated.
     inputs
         Specified functions of time that are not states, each with its expression: of time, and, if
-        no derivative of it appears, also of coordinates and speeds.  With None it is given at run
-        time, if any equation contains it.
+        no derivative of it appears, also of coordinates and speeds.  With None, and where they are
+        listed without expressions, it is given at run time, if any equation contains it.
     states
         Functions of time with differential equations: activations, controllers.  Loads, rates and
         inputs may contain them, configuration constraints may not.
@@ -235,6 +235,7 @@ class Mechanism:
 
     def __post_init__(self) -> None:
         refuse_no_vector(self.gravity)
+        object.__setattr__(self, "inputs", as_mapping(self.inputs))
         _take_joints(self)
         _check_lengths(self)
         _check_names(self)
@@ -315,6 +316,19 @@ def _take_joints(mechanism: Mechanism) -> None:
         object.__setattr__(mechanism, "configuration_constraints", (*others, *of_couplings))
 
 
+def as_mapping(inputs: Any) -> dict[Any, Expr | None]:
+    """Functions of time to their expressions; of one function, or several, all without."""
+    if isinstance(inputs, Mapping):
+        return dict(inputs)
+    single = isinstance(inputs, (str, Basic)) or not isinstance(inputs, Iterable)
+    several = [inputs] if single else list(inputs)
+    if not all(isinstance(each, (str, Basic)) for each in several):
+        raise MechanismError(
+            f"inputs are given by name or symbol, {{F: expression}} or [F], not as {inputs!r}"
+        )
+    return dict.fromkeys(several)
+
+
 def _check_lengths(mechanism: Mechanism) -> None:
     if len(mechanism.kinematics) != len(mechanism.coordinates):
         raise MechanismError(
@@ -374,9 +388,16 @@ def _check_symbols(mechanism: Mechanism) -> None:
             name = printed_name(min(unknown, key=str))
             raise MechanismError(
                 f"{mechanism.name}: {name!r} in {place} is neither a parameter, a coordinate nor "
-                "a speed of the mechanism; declare it (a Symbol and a dynamicsymbol of one name "
-                "are different symbols)"
+                f"a speed of the mechanism; declare it, {_declaration(min(unknown, key=str))} (a "
+                "Symbol and a dynamicsymbol of one name are different symbols)"
             )
+
+
+def _declaration(unknown: Expr) -> str:
+    name = printed_name(unknown)
+    if isinstance(unknown, Symbol):
+        return f"parameters=(..., mechc.Parameter({name}, 1.0, mechc.Quantity('m', '...')))"
+    return f"inputs=[{name}] if it is given with a run, inputs={{{name}: expression}} if not"
 
 
 def _refuse_impulses(mechanism: Mechanism) -> None:

@@ -13,10 +13,13 @@ from sympy import Expr
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody
 
-from mechc_codegen.description.terms import Load
+from mechc_codegen.description.terms import Load, printed_name
 
 if TYPE_CHECKING:
     from mechc_codegen.description.joints.tree import Joint
+
+
+MOST_NAMED = 3  # bodies, in a title
 
 
 @dataclass(frozen=True, eq=False, repr=False)  # quicker to import, at every start
@@ -55,6 +58,16 @@ class Source:
     origin: Point | None = None
     joints: tuple[Joint, ...] = ()
     drawn: tuple[RigidBody | Particle, ...] = ()
+
+    @property
+    def title(self) -> str:
+        """For people: its bodies, or its coordinates where there are none."""
+        names = dict.fromkeys(str(body.name) for body in (*self.bodies, *self.drawn))
+        several = [*names] or [printed_name(q) for q in self.q]
+        more = len(several) - MOST_NAMED
+        if more > 1:
+            several = [*several[:MOST_NAMED], f"{more} more"]
+        return " and ".join(filter(None, (", ".join(several[:-1]), *several[-1:])))
 
 
 Key = Any  # a printed name, or the symbol itself

@@ -7,16 +7,15 @@ ground is where a point of a link is fixed; the free ends of links are traced.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 
 from sympy.physics.mechanics import Particle, Point, RigidBody
 
 from mechc_codegen.description.drawing import Drawing
 from mechc_codegen.description.terms import is_rigid
-from mechc_codegen.drawing.places import Places
+from mechc_codegen.drawing.places import Neighbours, Places
 
 MOST_TRACED = 4
-Neighbours = Mapping[Point, Collection[Point]]
 
 
 def infer_drawing(places: Places) -> Drawing:
@@ -37,8 +36,6 @@ class _Polylines:
 
     def __init__(self, places: Places) -> None:
         self.places, self.same = places, places.same
-        self._ways = [way for way in places.ways if way[2] != 0]
-        self._carriers = [places.carrier(vector) for _, _, vector in self._ways]
         self._used: set[int] = set()
         bodies = [b for b in places.bodies if b.masscenter in self.same]
         lines = [(body.name, self._line(body)) for body in bodies]
@@ -51,24 +48,9 @@ class _Polylines:
     def at_rest(self) -> list[Point]:
         """The points of links that do not move."""
         ground = self.places.mechanism.frame
-        fixed = self._connected_points(self.places.mechanism.origin, self._within(ground))
+        fixed = self.places.connected_points(self.places.mechanism.origin, self.places.near(ground))
         several = [line for _, line in self.links if len(line) > 1]
         return list(dict.fromkeys(p for line in several for p in line if p in fixed))
-
-    def _within(self, frame: object) -> Neighbours:
-        """The points joined to each point by a constant vector in this group of frames."""
-        found: dict[Point, dict[Point, None]] = {}
-        for (a, b, _), carrier in zip(self._ways, self._carriers, strict=True):
-            if carrier is frame and frame is not None:
-                found.setdefault(self.same[a], {})[self.same[b]] = None
-                found.setdefault(self.same[b], {})[self.same[a]] = None
-        return found
-
-    def _connected_points(self, start: Point, near: Neighbours) -> list[Point]:
-        found = [self.same[start]]
-        for point in found:
-            found += [other for other in near.get(point, ()) if other not in found]
-        return found
 
     def _line(self, body: RigidBody | Particle) -> tuple[Point, ...]:
         """A polyline through the points fixed to a body, along the steps that place them."""
@@ -76,12 +58,12 @@ class _Polylines:
         if not is_rigid(body):
             return (centre,)
         group = self.places.group_of(body.frame)
-        near = self._within(group)
-        members = self._connected_points(centre, near)
+        near = self.places.near(group)
+        members = self.places.connected_points(centre, near)
         self._used |= {
             k
-            for k, (a, b, _) in enumerate(self._ways)
-            if self._carriers[k] is group and {self.same[a], self.same[b]} <= {*members}
+            for k, ((a, b, _), carrier) in enumerate(self.places.steps)
+            if carrier is group and {self.same[a], self.same[b]} <= {*members}
         }
         if len(members) > 2 and len(near[centre]) == 1:
             members.remove(centre)  # beside the line, at its middle as a rule
@@ -91,8 +73,8 @@ class _Polylines:
         """Pairs of points at a constant distance that are on no rigid body."""
         ground = self.places.mechanism.frame
         left = [
-            way for k, way in enumerate(self._ways)
-            if k not in self._used and self._carriers[k] is not ground
+            way for k, (way, carrier) in enumerate(self.places.steps)
+            if k not in self._used and carrier is not ground
         ]  # fmt: skip
         ends = [(self.same[a], self.same[b]) for a, b, w in left if self.places.keeps_its_length(w)]
         return [(bodies.get(b) or bodies.get(a) or f"{a.name} {b.name}", (a, b)) for a, b in ends]

@@ -7,7 +7,7 @@ position is expanded; each step from point to point is looked at by itself.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 CHOICES = 3  # random configurations at which a distance has to be the same
 CONSTANT = 1e-9
 Way: TypeAlias = "tuple[Point, Point, Vector]"
+Neighbours: TypeAlias = Mapping[Point, Collection[Point]]
 
 
 class Places:
@@ -62,6 +63,11 @@ class Places:
         """A component of a load, by coordinates and speeds."""
         rates = self.mechanism.rates
         return self.expression(given.xreplace(rates)).xreplace(rates)
+
+    def at_zero(self, given: Expr) -> Expr:
+        """An expression with all coordinates and the time at zero."""
+        zero = dict.fromkeys((*self.mechanism.q, *self.mechanism.x, dynamicsymbols._t), 0)
+        return self.expression(given).xreplace(zero)
 
     def is_given(self, entries: Iterable[Expr], frame: ReferenceFrame) -> bool:
         """Whether a load's components can be evaluated from state, time and known parameters."""
@@ -105,16 +111,48 @@ class Places:
         constant = all(self.is_constant(e) for matrix, _ in way.args for e in matrix)
         return groups.pop() if len(groups) == 1 and constant else None
 
+    @cached_property
+    def steps(self) -> list[tuple[Way, ReferenceFrame | None]]:
+        """The steps between points that are two, each with its carrier."""
+        return [(way, self.carrier(way[2])) for way in self.ways if way[2] != 0]
+
+    def near(self, group: ReferenceFrame | None) -> Neighbours:
+        """The points joined to each point by a constant vector in this group of frames."""
+        found: dict[Point, dict[Point, None]] = {}
+        for (a, b, _), carrier in self.steps:
+            if carrier is group and group is not None:
+                found.setdefault(self.same[a], {})[self.same[b]] = None
+                found.setdefault(self.same[b], {})[self.same[a]] = None
+        return found
+
+    def connected_points(self, start: Point, near: Neighbours) -> list[Point]:
+        """The points that chains of neighbours join to this one, itself first."""
+        found = [self.same[start]]
+        for point in found:
+            found += [other for other in near.get(point, ()) if other not in found]
+        return found
+
     def keeps_its_length(self, way: Vector) -> bool:
         """Whether a vector has one length in every configuration, judged at random ones."""
-        squares = []
+        parts = Vector([(matrix.applyfunc(self.expression), f) for matrix, f in way.args])
+        vectors = [at.vector(parts) for at in self._configurations()]
+        squares = [dot(vector, vector) for vector in vectors]
+        return bool(max(squares) - min(squares) <= CONSTANT * max(squares))
+
+    def keep_their_values(self, entries: Iterable[Expr]) -> bool:
+        """Whether expressions have the same values in every configuration, judged likewise."""
+        given = [self.expression(entry) for entry in entries]
+        first, *others = [[at.value(x) for x in given] for at in self._configurations()]
+        near = CONSTANT * max(map(abs, first), default=0.0)
+        return all(abs(x - y) <= near for row in others for x, y in zip(row, first, strict=True))
+
+    def _configurations(self) -> Iterator[Placement]:
+        """Random configurations with the same values of parameters."""
         for choice in range(CHOICES):
             at = Placement(self.mechanism.frame, self.mechanism.origin, choice)
             for k, symbol in enumerate(self.parameters):
                 at.assume(symbol, 0.7 + 0.6180339887 * (k + 1) % 1.0)
-            parts = Vector([(matrix.applyfunc(self.expression), f) for matrix, f in way.args])
-            squares.append(dot(at.vector(parts), at.vector(parts)))
-        return bool(max(squares) - min(squares) <= CONSTANT * max(squares))
+            yield at
 
     # -- points that are one ----------------------------------------------------------------------
 

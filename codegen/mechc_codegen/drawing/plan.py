@@ -17,12 +17,13 @@ from mechc_codegen.description.drawing import Drawing
 from mechc_codegen.description.placement import way_to
 from mechc_codegen.drawing.infer import infer_drawing
 from mechc_codegen.drawing.places import Places
+from mechc_codegen.drawing.sliders import Slider, sliders
 from mechc_codegen.drawing.solids import Shape, shapes, weight
 from mechc_codegen.drawing.struts import inferred_struts
 from mechc_codegen.errors import MechanismError
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Mapping
+    from collections.abc import Collection, Iterable, Mapping, Sequence
 
     from mechc_codegen.description.mechanism import Mechanism
 
@@ -42,6 +43,10 @@ class PicturePlan:
     frames
         For every frame but the inertial one the number of the frame before it, and the nine
         entries, row after row, by which components in it become components in that frame.
+    sliders
+        The bodies that slide along a line: label, name of the mass centre, whether it is a rigid
+        body for which no solid is given, and the numbers of a point at rest relative to the line
+        and of one beside it in the direction of the line.
     points
         For every point but the origin the number of the point before it, and the way from there.
     solids
@@ -62,6 +67,7 @@ class PicturePlan:
     places: tuple[int, ...] = ()
     frames: list[tuple[int, tuple[Expr, ...]]] = field(default_factory=list)
     points: list[tuple[int, tuple[Arm, ...]]] = field(default_factory=list)
+    sliders: list[tuple[str, str, bool, int, int]] = field(default_factory=list)
     solids: list[tuple[Shape, int, int]] = field(default_factory=list)
     joints: list[tuple[str, int]] = field(default_factory=list)
     weight: tuple[Expr, Expr, Expr] | None = None
@@ -96,13 +102,22 @@ def picture_plan(
     state = (*mechanism.q, *mechanism.x)
     arguments = (dynamicsymbols._t, state, tuple(places.parameters))
     plan = PicturePlan(drawing, arguments)
+    found = sliders(places, {places.same.get(places.names[n]) for n in _on_lines(drawing)})
+    names = [next(n for n, p in places.names.items() if p is slider.at) for slider in found]
+    plan.names = tuple(dict.fromkeys((*drawing.names, *names)))
     steps = _PlanBuilder(places, plan)
+    given = {places.same.get(solid.at, solid.at) for solid in drawing.solids}
+    steps.add_sliders(found, names, given)
     if in_space:
         steps.add(shapes(places, drawing.solids))
         steps.add_joints()
         steps.add_loads()
         plan.weight = weight(places)
     return plan
+
+
+def _on_lines(drawing: Drawing) -> set[str]:
+    return {name for _, line in drawing.links if len(line) > 1 for name in line}
 
 
 def _with_struts(drawing: Drawing, places: Places) -> Drawing:
@@ -140,13 +155,22 @@ class _PlanBuilder:
         self.places, self.plan = places, plan
         self._frames = {places.mechanism.frame: 0}
         self._points = {places.mechanism.origin: 0}
-        plan.names = plan.drawing.names
         plan.places = tuple(self._point(places.names[name]) for name in plan.names)
 
     def add(self, found: Iterable[Shape]) -> None:
         """Add these shapes to the plan."""
         for shape in found:
             self.plan.solids.append((shape, self._point(shape.at), self._frame(shape.frame)))
+
+    def add_sliders(
+        self, found: Sequence[Slider], names: Sequence[str], given: Collection[Point]
+    ) -> None:
+        """Add these bodies, and on the line of each a point beside it."""
+        for slider, name in zip(found, names, strict=True):
+            base = self._point(slider.base)
+            self.plan.points.append((base, ((self._frame(slider.frame), slider.along),)))
+            is_block = slider.is_rigid and self.places.same[slider.at] not in given
+            self.plan.sliders.append((slider.label, name, is_block, base, len(self.plan.points)))
 
     def add_joints(self) -> None:
         """Add the joints, if all of them can be placed."""

@@ -68,14 +68,18 @@ def _of_body(places: Places, body: RigidBody | Particle) -> Shape | None:
     if not is_rigid(body):
         return Shape("mass", body.name, body.masscenter, places.mechanism.frame)
     inertia = body.central_inertia
-    frame = _own_frame(inertia) or body.frame
-    if inertia == 0 or places.group_of(frame) is None:
+    if inertia == 0:
         return None
-    matrix = inertia.to_matrix(frame)
-    entries = tuple(matrix[row, column] / body.mass for row, column in UPPER)
-    if not all(map(places.is_constant, entries)):
-        return None
-    return Shape("inertia", body.name, body.masscenter, frame, entries)
+    for frame in dict.fromkeys((body.frame, _own_frame(inertia) or body.frame)):
+        if places.group_of(frame) is not None:
+            matrix = inertia.to_matrix(frame)
+            entries = tuple(matrix[row, column] / body.mass for row, column in UPPER)
+            if all(map(places.is_constant, entries)):
+                return Shape("inertia", body.name, body.masscenter, frame, entries)
+            if places.keep_their_values(entries):  # a wheel's, written in its holder's frame
+                at_zero = tuple(places.at_zero(entry) for entry in entries)
+                return Shape("inertia", body.name, body.masscenter, frame, at_zero)
+    return None
 
 
 def _own_frame(inertia: Dyadic) -> ReferenceFrame | None:

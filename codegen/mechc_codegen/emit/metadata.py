@@ -27,6 +27,7 @@ from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.description.tables import Lookup
 from mechc_codegen.description.terms import entries_of
 from mechc_codegen.emit.functions import SceneFunctions
+from mechc_codegen.emit.layout import TREE
 from mechc_codegen.emit.row_blocks import orthogonal_operations
 from mechc_codegen.emit.units.block_elimination import BlockElimination
 from mechc_codegen.ir.program import (
@@ -168,7 +169,10 @@ def _inputs(mechanism: Mechanism, program: Program) -> dict[str, Any]:
         for number in sorted({value.input for value in values})
     ]
     symbols = {value.symbol for value in values}
-    free = [o.name for o in program.outputs if symbols.isdisjoint(_used(program, (o.name,)))]
+    names: dict[str, tuple[str, ...]] = {o.name: (o.name,) for o in program.outputs}
+    if "tree_subspace" in names:  # the runtime makes these of the tree's data
+        names |= dict.fromkeys(("mass_matrix", "constraint_jacobian"), ("constraints", *TREE))
+    free = [n for n, parts in names.items() if symbols.isdisjoint(_used(program, parts))]
     return {"inputs": described, "free_of_inputs": free}
 
 

@@ -23,6 +23,7 @@ from mechc_codegen.description.source import ConversionSettings
 from mechc_codegen.description.terms import as_expression, printed_name
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.frontend.array_outputs import Shape, scalar_outputs
+from mechc_codegen.frontend.described import with_settings
 from mechc_codegen.frontend.read import read, readable
 
 if TYPE_CHECKING:
@@ -54,15 +55,16 @@ class CompileRequest:
     def __init__(self, thing: Any, options: CompileOptions) -> None:
         self.numbers: dict[Any, float] = {}
         self._mechanism = None
-        if _is_mechanism(thing):
-            self.numbers, self._mechanism = _without_numbers(thing)
-        self._source = None if self._mechanism else read(thing, options.form)
-        described = self._mechanism or self._source
-        assert described is not None
-        self.options, self._shapes = _with_expressions(options, described.frame)
+        self._source = None if _is_mechanism(thing) else read(thing, options.form)
+        frame = thing.frame if self._source is None else self._source.frame
+        self.options, self._shapes = _with_expressions(options, frame)
+        if self._source is None:
+            if options.form is not None:
+                raise MechanismError("form is an option for SymPy objects; a Mechanism needs none")
+            given = with_settings(thing, self.options.settings)
+            self.numbers, self._mechanism = _without_numbers(given)
+            self.options = replace(self.options, settings=ConversionSettings())
         self._fingerprint = fingerprint(self._source) if self._source else None
-        if self._mechanism:
-            _refuse_settings(options)
 
     @property
     def digest(self) -> str | None:
@@ -85,6 +87,14 @@ class CompileRequest:
         """Names of all symbols and functions of time in the SymPy object."""
         leaves = self._fingerprint.leaves if self._fingerprint else ()
         return {printed_name(leaf) for leaf in leaves}
+
+    @property
+    def title(self) -> str:
+        """The title for people: that of the mechanism, a name that was given, or its bodies."""
+        if self._mechanism is not None:
+            return self._mechanism.title
+        assert self._source is not None
+        return self.options.settings.name or self._source.title
 
     @property
     def looks(self) -> tuple[Any, ...]:
@@ -156,17 +166,6 @@ def _without_numbers(mechanism: Mechanism) -> tuple[dict[Any, float], Mechanism]
     left = copy(mechanism)  # it is valid: nothing else has to be checked again
     object.__setattr__(left, "parameters", parameters)
     return numbers, left
-
-
-def _refuse_settings(options: CompileOptions) -> None:
-    settings = options.settings
-    if options.form is not None:
-        raise MechanismError("form is an option for SymPy objects; a Mechanism needs none")
-    if settings != ConversionSettings():
-        given = next(k for k, v in vars(settings).items() if v != getattr(ConversionSettings(), k))
-        raise MechanismError(
-            f"{given} is an option for SymPy objects; a Mechanism has it in its description"
-        )
 
 
 def _with_expressions(

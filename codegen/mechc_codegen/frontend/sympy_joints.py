@@ -15,12 +15,12 @@ from sympy import Derivative, Expr, Symbol, sympify
 from sympy.physics.mechanics import Point, RigidBody, dynamicsymbols
 from sympy.physics.vector import Vector
 
-from mechc_codegen.convert.convert import find_symbol, number
+from mechc_codegen.convert.convert import chosen_inputs, find_symbol, number
 from mechc_codegen.convert.fingerprint import Fingerprint
 from mechc_codegen.convert.kinematics import coordinate_rates
-from mechc_codegen.description.constraints import Constraint
 from mechc_codegen.description.drawing import NO_DRAWING
 from mechc_codegen.description.joints.couplings import CoupledPair
+from mechc_codegen.description.joints.cuts import Cut
 from mechc_codegen.description.joints.tree import (
     Body,
     Joint,
@@ -35,6 +35,7 @@ from mechc_codegen.description.mechanism import (
     Parameter,
     Quantity,
     Speed,
+    as_mapping,
     is_rigid,
 )
 from mechc_codegen.description.source import Key
@@ -54,6 +55,7 @@ def from_joints(
     gravity: Vector | None = None,
     parameters: Mapping[Key, Any] | Iterable[Parameter] = (),
     units: Mapping[Key, str] | None = None,
+    inputs: Mapping[Key, Any] | Iterable[Key] = (),
     drawing: Drawing = NO_DRAWING,
     **more: Any,
 ) -> Mechanism:
@@ -76,11 +78,15 @@ def from_joints(
         objects.  Symbols that are not named have no default and need a value at every use.
     units
         Symbol or printed name -> unit.  Coordinates that turn are in rad, others in m.
+    inputs
+        Functions of time in loads, points and constraints that are no coordinate, speed or state
+        -> expressions, as of motors.  Those without one, or with None, are found by themselves and
+        given with a run: ``model.simulate(..., inputs={...})``.
     drawing
         Links, pivots and paths besides those of the joints.
     more
         Further fields of :class:`mechc.Mechanism`: ``title``, ``configuration_constraints``,
-        ``motion_constraints``, ``inputs``, ``points``, ``start``, ...
+        ``motion_constraints``, ``states``, ``points``, ``start``, ...
 
     Raises
     ------
@@ -99,7 +105,21 @@ def from_joints(
     states = _JointStates((old, new) for (old, _), new in zip(given, every, strict=True))
     loads = plain_loads(loads)
     couplings = [joint for joint in every if isinstance(joint, CoupledPair)]
-    found = _symbols(ground, bodies, loads, gravity, more, [c.constraint for c in couplings])
+    given_inputs = as_mapping(inputs)
+    rates = [*filter(None, given_inputs.values()), *(s.rate for s in more.get("states", ()))]
+    leaves = _leaves(
+        ground, bodies, loads, gravity, more, rates + [c.constraint.expression for c in couplings]
+    )
+    found = sorted(
+        (x for x in leaves if isinstance(x, Symbol)), key=lambda s: (s.name, str(s.assumptions0))
+    )
+    own = {
+        *states.q,
+        *states.u,
+        *(s.symbol for s in more.get("states", ())),
+        *more.get("auxiliary", ()),
+    }
+    functions = sorted((x for x in leaves - own if not isinstance(x, Symbol)), key=str)
     named = _Names(states, units or {}, _parameters(parameters, found))
     places = _JointPoints(every, bodies)
     return Mechanism(
@@ -115,6 +135,7 @@ def from_joints(
         gravity=gravity,
         joints=tuple(every),
         **{"title": name, "points": places.points, **more},
+        inputs=chosen_inputs(functions, given_inputs),
         drawing=reduce(Drawing.plus, [*(c.drawing for c in couplings), drawing], places.drawing()),
     )
 
@@ -205,15 +226,15 @@ class _Names:
         return f"{self._unit(self._rate_of[symbol])}/s" if symbol in self._rate_of else ""
 
 
-def _symbols(
+def _leaves(
     ground: RigidBody,
     bodies: Iterable[Body],
     loads: Iterable[Load],
     gravity: Vector | None,
     more: Mapping[str, Any],
-    of_couplings: Iterable[Constraint],
-) -> list[Symbol]:
-    """All constants in the description."""
+    others: Iterable[Any],
+) -> set[Expr]:
+    """All constants and functions of time in the description."""
     text = Fingerprint(ground.frame)
     text.point(ground.masscenter)
     for body in bodies:
@@ -224,12 +245,9 @@ def _symbols(
     for vector in (*(vector for _, vector in loads), *([gravity] if gravity else [])):
         text.vector(vector)
     given = (more.get(kind, ()) for kind in ("configuration_constraints", "motion_constraints"))
-    for constraint in chain(of_couplings, *given):
-        text.expression(constraint.expression)
-    for value in dict(more.get("inputs", {})).values():
-        text.expression(sympify(0 if value is None else value))
-    found = {x for x in text.leaves if isinstance(x, Symbol)} - {dynamicsymbols._t}
-    return sorted(found, key=lambda s: (s.name, str(s.assumptions0)))
+    for expression in chain(others, (each.expression for kind in given for each in kind)):
+        text.expression(sympify(expression))
+    return text.leaves - {dynamicsymbols._t}
 
 
 def _parameters(
@@ -275,7 +293,8 @@ class _JointPoints:
 
     def drawing(self) -> Drawing:
         links = ((body.name, self._line(body)) for body in self.bodies)
-        ground = dict.fromkeys(p.name for p in self._on(None))
+        pivots = [joint for joint in self.joints if self._holds_its_point(joint)]
+        ground = dict.fromkeys(p.name for p in self._on(None, pivots))
         return Drawing(
             links=tuple((name, line) for name, line in links if len(line) > 1),
             ground=tuple(ground),
@@ -288,8 +307,14 @@ class _JointPoints:
             names[self._same_in_list(body.masscenter).name] = None
         return tuple(names)
 
-    def _on(self, body: Body | None) -> Iterable[Point]:
-        for joint in self.joints:
+    def _holds_its_point(self, joint: Joint) -> bool:
+        """Whether the points of a joint's two bodies are one: a slide is no pivot."""
+        if isinstance(joint, Cut):
+            return joint.axes is None
+        return self.place(joint.child_point) is self.place(joint.parent_point)
+
+    def _on(self, body: Body | None, joints: Sequence[Joint] | None = None) -> Iterable[Point]:
+        for joint in self.joints if joints is None else joints:
             if joint.parent is body:
                 yield self._same_in_list(joint.parent_point)
             if joint.child is body:

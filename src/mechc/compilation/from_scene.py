@@ -36,7 +36,7 @@ def system_with(
 
         scene = scene_with_inputs(scene, data)
     system = System(data, scene, found, build, count)
-    return system if described is None else system.drawn_by(drawn_by(described))
+    return system if described is None else system.drawn_by(drawn_by(described), more=True)
 
 
 def drawn_by(described: Described, added: Any = None) -> Callable[..., Picture]:

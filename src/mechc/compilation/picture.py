@@ -42,8 +42,9 @@ def described_picture(
     drawing = plan.drawing
     places = _Positions(plan, system.parameters, fixed)
     shown = drawing.links, drawing.ground, drawing.traced, drawing.view
+    sliders = [(label, name, is_block) for label, name, is_block, _, _ in plan.sliders]
     if not in_space:
-        return Picture(plan.names, *shown, places)
+        return Picture(plan.names, *shown, places, sliders=sliders, sliding=places.sliding)
     struts = [("spring", *strut) for strut in drawing.springs]
     struts += [("damper", *strut) for strut in drawing.dampers]
     solids = [
@@ -54,7 +55,7 @@ def described_picture(
     joints = [name for name, _ in plan.joints]
     return Picture(
         plan.names, *shown, places, solids, places.placed, struts, weight, joints, places.acting,
-        [name for name, _, _ in plan.loads], places.pushing,
+        [name for name, _, _ in plan.loads], places.pushing, sliders, places.sliding,
     )  # fmt: skip
 
 
@@ -85,6 +86,13 @@ class _Positions:
         """The places where the reactions of the joints act."""
         points, _ = self._all(y, p, t)
         return np.stack([points[point] for _, point in self._plan.joints], axis=-2)
+
+    def sliding(self, y: Array, p: Array, t: float | Array) -> tuple[Array, Array]:
+        """Points of the lines along which bodies slide, and their directions."""
+        points, _ = self._all(y, p, t)
+        base = np.stack([points[k] for *_, k, _ in self._plan.sliders], axis=-2)
+        ways = np.stack([points[k] for *_, k in self._plan.sliders], axis=-2) - base
+        return base, ways / np.linalg.norm(ways, axis=-1, keepdims=True)
 
     def pushing(self, y: Array, p: Array, t: float | Array) -> tuple[Array, Array]:
         """The places of the forces among the loads, and the forces, along the inertial axes."""

@@ -39,12 +39,10 @@ def _drawn(system: System, request: Any, drawing: Any) -> System:
     One system for objects that look the same, with the same drawing.
     """
     pictures: dict[Any, System] = system.cache.setdefault(_drawn, {})
-    look = request.looks, drawing
+    look = request.looks, request.title, drawing
     if look not in pictures:
-        own = system
-        if pictures or drawing is not None or system.drawn is None:
-            made = drawn_by(request.description, drawing)
-            own = system.drawn_by(made, more=drawing is not None)
+        own = system.drawn_by(drawn_by(request.description, drawing), more=True)
+        own.title = request.title  # of these bodies
         if drawing is not None:
             _ = own.picture  # a wrong name is told now
         pictures[look] = own
@@ -59,6 +57,7 @@ def read_compilable(
     **settings: Any,
 ) -> tuple[Any, dict[Any, float]]:
     """The mechanism to compile, and default numbers of parameters."""
+    from mechc_codegen.description.mechanism import as_mapping
     from mechc_codegen.description.source import ConversionSettings
     from mechc_codegen.frontend.compile_request import CompileOptions, CompileRequest, compilable
     from mechc_codegen.frontend.read import readable
@@ -70,6 +69,8 @@ def read_compilable(
         )
     given = {key: value for key, value in settings.items() if value is not None}
     numbers: dict[Any, float] = {}
+    if "inputs" in given:
+        given["inputs"] = as_mapping(given["inputs"])
     for name in ("inputs", "units"):
         by_name(given.get(name, {}), name)
     by_name(fix or {}, "parameters to fix", "{'g': 9.81}")
@@ -77,7 +78,7 @@ def read_compilable(
         given["inputs"] = {key: _curve(key, value) for key, value in given["inputs"].items()}
     if "states" in given:
         given["states"] = _rates(given["states"])
-    if "parameters" in given and readable(thing):
+    if "parameters" in given:
         names, values = given["parameters"], {}  # besides those of the equations
         if isinstance(names, Mapping):
             by_name(names, "parameters", "{'mu': 0.3}")

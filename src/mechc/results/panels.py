@@ -17,6 +17,7 @@ from mechc.errors import MechcError
 from mechc.results.curves import draw_curve, draw_curves, legend_layout
 from mechc.results.mathtext import plain, typeset
 from mechc.results.sampling import (
+    Guide,
     PlaneView,
     Run,
     ShownUnit,
@@ -194,9 +195,8 @@ def draw_energy(area: SubplotSpec, run: Run, columns: int = 1) -> None:
 
 
 def _draw_energies(axes: Axes, run: Run, parts: dict[str, Array]) -> None:
-    colours = (COLOURS[1], COLOURS[0], COLOURS[6])
     values = np.column_stack(list(parts.values()))
-    _legend(axes, draw_curves(axes, run.t, values, colours), parts)
+    _legend(axes, draw_curves(axes, run.t, values, COLOURS[:3]), parts)  # as pages have them
     axes.set_ylim(_limits(values))
     axes.set_ylabel("energy (J)")
 
@@ -320,6 +320,12 @@ def _draw_mechanism_at_ends(axes: Axes, run: Run, view: PlaneView) -> tuple[list
     if len(run.t) > 1:
         handles.append(_draw_links(axes, run, view, -1, "#4b5563", (0, (3, 1.6))))
         names.append(f"at the end, {run.t[-1]:.4g} s")
+    for guide in run.guides:
+        ends = np.stack([view.path(name)[0] for name in guide.ends])
+        axes.plot(*ends.T, color="#d1d5db", linewidth=2.5, zorder=1, solid_capstyle="butt")
+        for row, colour in ((0, "#9ca3af"), (-1, "#4b5563"))[: len(run.t)]:
+            if guide.is_block:
+                axes.add_patch(_block(view, guide, row, colour))
     for name in run.ground:
         x, y = view.path(name)[-1]
         axes.plot(x, y, marker=_pivot(), markersize=24, color=QUIET, fillstyle="none", zorder=2)
@@ -337,6 +343,19 @@ def _draw_links(axes: Axes, run: Run, view: PlaneView, row: int, colour: str, da
         marked = [place for place, name in enumerate(names) if is_joint(name)]
         lines += axes.plot(corners[:, 0], corners[:, 1], markevery=marked, **style)
     return lines[0]
+
+
+def _block(view: PlaneView, guide: Guide, row: int, colour: str) -> Any:
+    """A sliding body at one instant, along its guide."""
+    from matplotlib.patches import Rectangle
+
+    first, last = (view.path(name)[row] for name in guide.ends)
+    angle, (x, y) = np.degrees(np.arctan2(*(last - first)[::-1])), view.path(guide.at)[row]
+    length, width = 0.06 * view.size, 0.04 * view.size
+    return Rectangle(
+        (x - length / 2, y - width / 2), length, width, angle=angle, rotation_point="center",
+        facecolor="white", edgecolor=colour, linewidth=1.6, zorder=3,
+    )  # fmt: skip
 
 
 @cache

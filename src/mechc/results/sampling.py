@@ -96,8 +96,22 @@ def is_joint(name: str) -> bool:
 # --- the sampled run -------------------------------------------------------------------------
 
 
+BEYOND = 0.2  # of its travel a guide is longer at each end
 HELD = 1e-7  # of the longest way of a point
 MOST_CORNERS = 4
+
+
+@dataclass(frozen=True)
+class Guide:
+    """The line along which a body slides, by its point ``at``, drawn between two named ends.
+
+    ``is_block``: the body is drawn as a block.
+    """
+
+    label: str
+    at: str
+    is_block: bool
+    ends: tuple[str, str]
 
 
 @dataclass(frozen=True)
@@ -119,12 +133,41 @@ class Run:
         """The picture of the system; ``in_space``: with its solids."""
         return self.system.picture_in_space if self.in_space else self.system.picture
 
+    @property
+    def point_names(self) -> list[str]:
+        """The picture's points, then both ends of each guide."""
+        ends = [name for guide in self.guides for name in guide.ends]
+        return [*self.picture.point_names, *ends]
+
     @cached_property
     def positions(self) -> Array:
-        """The picture's points, (n, points, 3) m."""
+        """The points and the ends of guides, (n, points, 3) m."""
         if not self.picture.point_names:
             return np.zeros((len(self.t), 0, 3))
-        return self.evaluate(self.picture.points)
+        points = self.evaluate(self.picture.points)
+        return np.concatenate([points, self._ends_of_guides(points)], axis=1)
+
+    @cached_property
+    def guides(self) -> tuple[Guide, ...]:
+        """The lines along which bodies slide."""
+        return tuple(
+            Guide(label, point, is_block, (f".{label} guide begin", f".{label} guide end"))
+            for label, point, is_block in self.picture.sliders
+        )
+
+    def _ends_of_guides(self, points: Array) -> Array:
+        """From the one end of a body's travel to the other and a little beyond, (n, ends, 3) m."""
+        if not self.guides or self.picture.sliding is None:
+            return np.zeros((len(self.t), 0, 3))
+        base, along = self.picture.sliding(self.y, self.params, self.t)
+        names = list(self.picture.point_names)
+        at = points[:, [names.index(guide.at) for guide in self.guides]]
+        place = np.einsum("nsi,nsi->ns", at - base, along)
+        low, high = np.nanmin(place, axis=0), np.nanmax(place, axis=0)
+        more = BEYOND * np.maximum(high - low, np.ptp(points, axis=(0, 1)).max() / 10)
+        ends = np.stack([low - more - place, high + more - place], axis=-1)
+        found = at[:, :, None] + ends[..., None] * along[:, :, None]
+        return np.asarray(found.reshape(len(at), -1, 3))
 
     @cached_property
     def ground(self) -> tuple[str, ...]:
@@ -156,7 +199,7 @@ class Run:
         if not names:
             return ()
         travel = np.linalg.norm(np.ptp(self.positions, axis=0), axis=-1)
-        still = dict(zip(self.picture.point_names, travel <= HELD * travel.max(), strict=True))
+        still = dict(zip(self.point_names, travel <= HELD * travel.max(), strict=True))
         return tuple(n for n in self.picture.point_names if n in names and still[n])
 
     @property
@@ -256,9 +299,9 @@ class PlaneView:
 def plane_view(run: Run) -> PlaneView:
     """Positions in the x-y plane; of a spatial motion along the axes of its view.
 
-    These are the mechanism's ``view``, or by default the two of largest extent.
+    These are the mechanism's ``view``, or by default the two between which it spreads most.
     """
-    names, points = tuple(run.picture.point_names), run.positions
+    names, points = tuple(run.point_names), run.positions
     size = np.nanmax(np.abs(points), initial=0.0)
     spatial = bool(np.nanmax(np.abs(points[..., 2]), initial=0.0) > 1e-9 * size)
     axes = (run.picture.view or _widest_axes(points)) if spatial else ("x", "y")
@@ -269,8 +312,13 @@ def plane_view(run: Run) -> PlaneView:
 
 
 def _widest_axes(points: Array) -> tuple[str, str]:
+    """The two axes between which the points spread most, by the area of their ellipse.
+
+    Along the two of largest extent a motion in an upright plane at 45 degrees would be a line.
+    """
     flat = points.reshape(-1, 3)
     flat = flat[np.isfinite(flat).all(axis=1)]
-    extent = np.ptp(flat, axis=0) if len(flat) else np.zeros(3)
-    first, second = sorted(np.argsort(-extent, kind="stable")[:2])
+    spread = np.cov(flat.T) if len(flat) > 1 else np.eye(3)
+    area = {pair: np.linalg.det(spread[np.ix_(pair, pair)]) for pair in ((0, 1), (0, 2), (1, 2))}
+    first, second = max(area, key=lambda pair: area[pair])
     return "xyz"[first], "xyz"[second]

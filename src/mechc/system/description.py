@@ -106,7 +106,7 @@ class Description:
 
     @property
     def view(self) -> tuple[str, str] | None:
-        """The axes of pictures, to the right and up, such as ("x", "-y"); None for the widest."""
+        """The axes of pictures, to the right and up, such as ("x", "-y"); None: by spread."""
         right_up = self.data.get("view")
         return (str(right_up[0]), str(right_up[1])) if right_up else None
 

@@ -41,9 +41,13 @@ class Picture:
     ground, traced
         Names of the points drawn as pivots on the ground, and of those whose path is drawn.
     view
-        The axes to the right and up, such as ("x", "-y"); None for the widest.
+        The axes to the right and up, such as ("x", "-y"); None for those of most spread.
     points
         Positions in m of states, all parameters and times: (..., points, 3).
+    sliders, sliding
+        The bodies that slide along a line: (label, name of the mass centre, whether a block stands
+        for it), and of states, parameters and times points (..., sliders, 3) m at rest relative to
+        the lines, and the directions of these, unit vectors (..., sliders, 3).
     solids, placed
         Of a picture in space: the solids, and of states, parameters and times the positions
         (..., solids, 3) m and the matrices (..., solids, 3, 3) that turn their axes to the
@@ -74,6 +78,8 @@ class Picture:
     acting: Positions | None = None
     loads: Sequence[str] = ()
     pushing: Callable[[Array, Array, float | Array], tuple[Array, Array]] | None = None
+    sliders: Sequence[tuple[str, str, bool]] = ()
+    sliding: Callable[[Array, Array, float | Array], tuple[Array, Array]] | None = None
 
     @property
     def is_complete(self) -> bool:

@@ -230,6 +230,7 @@ def test_the_method_that_is_missing_or_does_not_fit_is_named(thing, form, words)
     ("asked", "words"),
     [
         ({"inputs": [1]}, "inputs are given by name"),
+        ({"inputs": 3}, "inputs are given by name"),
         ({"units": ["m"]}, "units are given by name"),
         ({"fix": [("m", 1)]}, "parameters to fix are given by name"),
         ({"states": 3}, r"states are given as .*not as 3"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from dataclasses import dataclass, replace
@@ -17,6 +18,7 @@ from mechc.results import figures as plot
 from mechc.results import panels
 from mechc.results import sampling as view
 from mechc.results.mathtext import typeset
+from mechc.results.player.page import template
 from tests.support import ROOT, fake_linkage
 from tests.support.fake_linkage import FakeChangePoint, FakeModel, FakeSolution
 
@@ -167,6 +169,14 @@ def test_where_work_is_done_what_it_does_not_explain_is_drawn() -> None:
     t, change = driven.lines[0].get_data()
     assert np.polyfit(t, change, 1)[0] < 0  # energy is kept, the work is missing
     assert np.abs(np.diff(change, 2)).max() < 1e-6 * np.ptp(change)
+
+
+def test_energies_have_the_colours_of_the_pages() -> None:
+    lines = plot.picture("energy", fake_linkage.run()).axes[0].get_lines()
+    light = re.search(r"light: \[(.*?)\]", template("player", "theme.js"))
+    assert light is not None
+    expected = re.findall(r"#\w{6}", light[1])[:3]
+    assert [str(line.get_color()).lower() for line in lines] == expected
 
 
 def test_an_energy_that_never_changes_is_drawn_flat() -> None:

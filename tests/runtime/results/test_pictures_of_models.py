@@ -14,6 +14,7 @@ from sympy.physics.mechanics import (
     Particle,
     PinJoint,
     Point,
+    PrismaticJoint,
     ReferenceFrame,
     RigidBody,
     System,
@@ -22,10 +23,12 @@ from sympy.physics.mechanics import (
 
 import mechc
 from mechc.results import figures
+from mechc.results.animation import animate
 from mechc.results.sampling import sample
 from mechc.system.picture import Picture
 from tests.support import fake_linkage
 from tests.support.fake_linkage import FakeModel
+from tests.support.page_data import floats
 from tests.support.sympy_objects import four_bar_kane
 
 LENGTHS = {"l_0": 1.0, "l_1": 2.0, "l_2": 3.0, "l_3": 3.5, "rho": 1.0, "g": 9.81}
@@ -148,6 +151,28 @@ def test_a_system_is_drawn_and_a_length_without_a_value_is_left_out() -> None:
     picture = compiled(system, form="kane").picture
     assert [len(line) for _, line in picture.skeleton] == [2]
     assert "nowhere" not in picture.point_names
+
+
+def test_a_slider_is_a_block_on_a_guide_of_the_length_of_its_travel() -> None:
+    ground, cart = RigidBody("ground"), RigidBody("cart", mass=Symbol("m"))
+    slide = PrismaticJoint("slide", ground, cart, joint_axis=3 * ground.x + 4 * ground.y)
+    spring = -Symbol("k") * slide.coordinates[0]
+    pull = (cart.masscenter, spring * (3 * ground.x + 4 * ground.y) / 5)
+    made = mechc.from_joints("cart", [slide], loads=[pull], parameters={"m": 1.0, "k": 1.0})
+    sol = compiled(made, outputs=("energy", "points")).simulate(7.0, {"q_slide": 2.0})
+    data = animate(sol).data
+    ((begin, end, at),) = [guide["points"] for guide in data["guides"]]
+    assert data["guides"][0]["label"] == "cart"
+    assert data["guides"][0]["block"] is True
+    tracks = floats(data["tracks"]).reshape(data["frames"], -1, 2) + data["origin"]
+    travel = np.cos(data["step"] * np.arange(data["frames"]))[:, None] * 2.0 * np.array([0.6, 0.8])
+    np.testing.assert_allclose(tracks[:, at], travel, atol=1e-5)
+    np.testing.assert_allclose(np.ptp(tracks[:, [begin, end]], axis=0), 0.0, atol=1e-5)
+    length = np.linalg.norm(tracks[0, end] - tracks[0, begin])
+    assert length == pytest.approx(4.0 * 1.4, rel=1e-3)
+    assert data["ground"] == []
+    patches = figures.picture("paths", sol).axes[0].patches
+    assert [patch.angle % 180 for patch in patches] == pytest.approx([53.13] * 2, abs=0.01)
 
 
 def test_two_ends_that_a_loop_joins_have_one_path() -> None:

@@ -79,7 +79,7 @@ def with_all_kinds() -> View:
     solids = [{"kind": k, "label": k, "name": k, "sizes": s} for k, s in sizes.items()]
     triangle = base64_floats(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 1]]))
     mesh = {"kind": "mesh", "label": "part", "name": "part", "sizes": [1], "triangles": triangle}
-    solids += [mesh, {**solids[1], "inferred": True}]
+    solids += [mesh, {**solids[1], "inferred": True}, {**solids[2], "inferred": True}]
     rows = np.zeros((data["frames"], len(solids), 7))
     rows[..., 1], rows[..., 6] = 0.2 * np.arange(len(solids)), 1.0  # above each other
     force = base64_floats(np.ones((data["frames"], 3)))
@@ -92,6 +92,7 @@ def with_all_kinds() -> View:
     load = {**arrow, "label": "load", "force": base64_floats(-np.ones((data["frames"], 3)))}
     more = {"solids": solids, "placed": base64_floats(rows), "struts": struts, "arrows": [arrow]}
     more["loads"] = [load]
+    more["guides"] = [{"label": "slider", "points": [0, 1, 2], "block": True}]
     return View({**data, **more})
 
 

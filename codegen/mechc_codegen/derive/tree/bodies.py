@@ -52,9 +52,14 @@ class LinkBodies:
                 self._applied.setdefault(link, []).append(wrench)
 
     def inertia(self, link: int) -> tuple[Expr, V3, Symmetric3]:
-        """Mass, mass times arm, and inertia about the reference point."""
+        """Mass, mass times arm, and inertia about the reference point.
+
+        Of this only the entries about axes that the link can turn about, on which alone its energy
+        depends: what only slides needs no moments of inertia.
+        """
         tape = self.tape
         mass, moment, bodies = S.Zero, ZERO, [b for b in self.bodies if b.centre.link == link]
+        omega = self.links.frame_of(link).omega
         for body in bodies:
             mass += body.mass
             moment = tape.total(moment, tape.scale(body.mass, body.centre.arm))
@@ -62,6 +67,8 @@ class LinkBodies:
         def about(i: int, j: int) -> Expr:
             """Central inertia and that of the mass in the centre, m (r.r E - r r^T)."""
             total: Expr = S.Zero
+            if omega[i] == 0 or omega[j] == 0:
+                return total
             for body in bodies:
                 arm = body.centre.arm
                 square = dot(arm, arm) if i == j else S.Zero

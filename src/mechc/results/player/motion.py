@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
 
 from mechc.errors import ValueOutOfBoundsError
 from mechc.results.player.page import base64_floats
-from mechc.results.player.plots import panels
+from mechc.results.player.plots import curves
 from mechc.results.sampling import Run, clean_text, pretty_name
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import Array, one_double
@@ -22,6 +23,9 @@ from mechc.system.parameters import Array, one_double
 MOST_FRAMES: Final = 3000
 FEWEST_FRAMES: Final = 240
 MOST_POSITIONS: Final = 120_000  # frames times points
+BESIDE: Final = 0.002  # of the mechanism's size: a pixel of a picture
+TURN: Final = 0.5  # rad of a solid between two frames
+ROUNDING: Final = 1e-9
 MOST_MARKS: Final = 400
 MOST_LETTERS: Final = 60
 SPEEDS: Final = (0.1, 0.25, 0.5, 1.0, 2.0)  # of the motion over the clock's
@@ -33,8 +37,9 @@ SPEEDS: Final = (0.1, 0.25, 0.5, 1.0, 2.0)  # of the motion over the clock's
 def frames(sol: Trajectory, fps: float, *, in_space: bool = False) -> Run:
     """The run at equal steps, up to its first state that is not finite.
 
-    There are ``fps`` frames a second, and as many as steps of the integrator; fewer of long runs
-    and of many points.  The page interpolates between them.
+    There are at least 240 frames, ``fps`` a second and as many as steps of the integrator, and
+    twice as many until what the page draws between two of them is the motion; fewer of long runs
+    and of many points.
 
     Raises :class:`ValueOutOfBoundsError` if ``fps`` is not a positive number.
     """
@@ -44,15 +49,44 @@ def frames(sol: Trajectory, fps: float, *, in_space: bool = False) -> Run:
             f"fps must be a positive number of frames per second, not {fps!r}"
         )
     first, last = sorted(sol.span)
+    if first == last:
+        return _finite(Run(sol, np.array([first]), np.asarray(sol.y[:1], dtype=float), in_space))
     points = len(Run(sol, sol.t, sol.y, in_space).picture.point_names)
     most = min(MOST_FRAMES, max(FEWEST_FRAMES, MOST_POSITIONS // max(1, points)))
-    wished = max((last - first) * fps, float(sol.stats["steps"]))
-    count = max(2, math.ceil(min(wished, most - 1.0) - 1e-6) + 1)
-    t = np.linspace(first, last, count if last > first else 1)
-    y = np.asarray(sol(t) if last > first else sol.y[:1], dtype=float)
-    bad = ~np.isfinite(y).all(axis=1)
-    kept = max(1, int(np.argmax(bad))) if bad.any() else len(t)  # the first in any case
-    return Run(sol, t[:kept], np.nan_to_num(y[:kept]), in_space)
+    steps = max((last - first) * fps, float(sol.stats["steps"]), FEWEST_FRAMES - 1.0)
+    count = math.ceil(min(steps, most - 1.0) - 1e-6) + 1
+    while True:
+        t = np.linspace(first, last, 2 * count - 1)  # frames and what lies between them
+        fine = _finite(Run(sol, t, np.asarray(sol(t), dtype=float), in_space))
+        if count >= most or _fills_in(fine):
+            return replace(fine, t=fine.t[::2], y=fine.y[::2])
+        count = min(most, 2 * count - 1)
+
+
+def _finite(run: Run) -> Run:
+    """The run up to its first state that is not finite; the first is kept in any case."""
+    bad = ~np.isfinite(run.y).all(axis=1)
+    kept = max(1, int(np.argmax(bad))) if bad.any() else len(run.t)
+    return replace(run, t=run.t[:kept], y=np.nan_to_num(run.y[:kept]))
+
+
+def _fills_in(fine: Run) -> bool:
+    """Whether the page finds every second row of a run from the others, to what can be seen."""
+    x = np.nan_to_num(fine.positions[: len(fine.t) - 1 + len(fine.t) % 2])
+    if len(x) < 3 or not x.size:
+        return True
+    rounding = ROUNDING * float(np.abs(x).max())
+    sizes = (np.ptp(x, axis=axis).max() for axis in (1, 0))  # at one time, of all
+    size = next((float(size) for size in sizes if size > rounding), np.inf)
+    frames, rates = x[::2], np.gradient(x[::2], axis=0)  # the page's cubics have these rates
+    drawn = (frames[:-1] + frames[1:]) / 2 + (rates[:-1] - rates[1:]) / 8
+    if np.abs(drawn - x[1::2]).max() > BESIDE * size:
+        return False
+    if not fine.in_space or fine.picture.placed is None or not fine.picture.solids:
+        return True
+    turned = np.nan_to_num(fine.picture.placed(fine.y, fine.params, fine.t)[1])
+    traces = np.einsum("fsij,fsij->fs", turned[1:], turned[:-1])
+    return bool((traces >= 1.0 + 2.0 * np.cos(TURN / 2)).all())  # 1 + 2 cos of the angle
 
 
 # --- data ------------------------------------------------------------------------------------
@@ -91,10 +125,18 @@ def motion_data(
             {"label": clean_text(label), "points": [number[name] for name in line]}
             for label, line in run.picture.skeleton
         ],
+        "guides": [
+            {
+                "label": clean_text(guide.label),
+                "points": [number[name] for name in (*guide.ends, guide.at)],
+                "block": guide.is_block,
+            }
+            for guide in run.guides
+        ],
         "ground": [number[name] for name in run.ground],
         "traced": [number[name] for name in run.traced],
         "marks": marks(run),
-        "panels": panels(run),
+        **curves(run),
         **speed_choices(span),
     }
 

@@ -1,11 +1,14 @@
 """The curves beside the motion: coordinates by their units, and energies.
 
-Input: a sampled Run.  Output: panels as plain values for JSON.
+Input: a sampled Run.  Output: panels as plain values for JSON, at times of their own: curves are
+the dense output, not the frames.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -24,18 +27,76 @@ from mechc.results.sampling import (
 from mechc.system.parameters import Array
 
 MOST_LINES: Final = 24
+FEWEST_TIMES: Final = 240
+MOST_TIMES: Final = 6000
+SAG: Final = 0.003  # of a panel's range: a dot of a plot
+SHORTEST: Final = 1e-7  # of the run: a jump is no slope
+ROUNDING: Final = 1e-6  # of the values, as the page's axes have it
+ENERGIES: Final = ("kinetic", "potential", "total")
 TITLES: Final = {"angle": "Angles", "position": "Positions", "value": "Coordinates"}
 
 
-def panels(run: Run) -> list[dict[str, Any]]:
-    """Coordinates, a panel for each unit, and the energies where they are known."""
+def curves(run: Run) -> dict[str, Any]:
+    """Coordinates, a panel for each unit, and the energies where they are known.
+
+    Values are those at ``times``, s from the start: between two of them a straight line is the
+    curve, to a three-hundredth of its panel's range.
+    """
     units = {name: shown_unit(run.system, name) for name in run.system.coordinates}
-    columns = {name: units[name].factor * run.y[:, k] for k, name in enumerate(units)}
-    coordinates = [
-        _panel(title, unit, {pretty_name(name): columns[name] for name in names})
+    t, values = _followed(run, [unit.label for unit in units.values()])
+    shown = {name: units[name].factor * values[:, k] for k, name in enumerate(units)}
+    panels = [
+        _panel(title, unit, {pretty_name(name): shown[name] for name in names})
         for title, unit, names in by_unit(units)
     ]
-    return [*coordinates, *_energies(run)]
+    if values.shape[1] > len(units):
+        panels.append(_panel("Energy", "J", dict(zip(ENERGIES, values.T[-3:], strict=True))))
+    return {"times": base64_floats(t - run.t[0]), "panels": panels}
+
+
+def _followed(run: Run, units: Sequence[str]) -> tuple[Array, Array]:
+    """Times among them the ends of the run's steps, and the values (times, curves) there."""
+    if len(run.t) == 1:
+        return run.t, _values(run)
+    first, last = float(run.t[0]), float(run.t[-1])
+    ends = np.clip(run.solution.t, first, last)
+    t = np.unique(np.concatenate([np.linspace(first, last, FEWEST_TIMES), ends]))
+    t = t[np.unique(np.linspace(0, len(t) - 1, min(len(t), MOST_TIMES)).round().astype(int))]
+    values = _values_at(run, t)
+    rough = np.arange(len(t) - 1)  # the rows before the intervals that are to be halved
+    while len(rough) and len(t) + len(rough) <= MOST_TIMES:
+        middle = (t[rough] + t[rough + 1]) / 2
+        between = _values_at(run, middle)
+        sag = np.abs(between - (values[rough] + values[rough + 1]) / 2)
+        bent = (sag > SAG * _ranges(values, units)).any(axis=1)
+        bent &= middle - t[rough] > SHORTEST * (t[-1] - t[0])
+        t = np.insert(t, rough + 1, middle)
+        values = np.insert(values, rough + 1, between, axis=0)
+        halves = rough + np.arange(len(rough))
+        rough = np.sort(np.concatenate([halves[bent], halves[bent] + 1]))
+    return t, values
+
+
+def _ranges(values: Array, units: Sequence[str]) -> Array:
+    """Of each curve the range of its panel."""
+    panel = np.array([*units, *["Energy"] * (values.shape[1] - len(units))], dtype=object)
+    ranges = np.zeros(len(panel))
+    for name in dict.fromkeys(panel):
+        own = values[:, panel == name]
+        ranges[panel == name] = max(np.ptp(own), ROUNDING * np.abs(own).max())
+    return ranges
+
+
+def _values_at(run: Run, t: Array) -> Array:
+    return _values(replace(run, t=t, y=np.asarray(run.solution(t), dtype=float)))
+
+
+def _values(run: Run) -> Array:
+    """Coordinates and, where they are known, energies: (times, curves)."""
+    columns = [run.y[:, : len(run.system.coordinates)]]
+    with suppress(MechcError):
+        columns += [column[:, None] for column in energies(run).values()]
+    return np.nan_to_num(np.concatenate(columns, axis=1))
 
 
 def by_unit(units: Mapping[str, ShownUnit]) -> list[tuple[str, str, list[str]]]:
@@ -45,13 +106,6 @@ def by_unit(units: Mapping[str, ShownUnit]) -> list[tuple[str, str, list[str]]]:
         title = TITLES.get(unit.quantity, "Coordinates")
         groups.setdefault(unit.label, (title, unit.label, []))[2].append(name)
     return list(groups.values())
-
-
-def _energies(run: Run) -> list[dict[str, Any]]:
-    try:
-        return [_panel("Energy", "J", energies(run))]
-    except MechcError:
-        return []
 
 
 def _panel(title: str, unit: str, columns: dict[str, Array]) -> dict[str, Any]:

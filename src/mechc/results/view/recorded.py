@@ -26,6 +26,7 @@ from mechc.simulation.trajectory import Trajectory
 MOST_BYTES: Final = 64 * 2**20  # of the data, unpacked, and of their values besides
 MOST_ENTRIES: Final = 5000
 LONGEST: Final = 1000  # characters
+LATER: Final = ("times", "guides")  # which pictures of earlier versions do not have
 _KINDS: Final = ("ball", "box", "disc", "wheel", "mesh", "mass")
 
 Check = Callable[[Any], bool]
@@ -53,8 +54,10 @@ def unpacked_view(content: bytes, max_bytes: float = MOST_BYTES) -> dict[str, An
     frames, points, solids = (_size(data, key) for key in ("frames", "points", "solids"))
     if not (1 <= frames <= MOST_FRAMES):
         raise MechcError("the picture saved with it is damaged: frames")
-    fields = _fields(frames, points, solids)
+    fields = _fields(frames, points, solids, _numbers(data["times"]) if "times" in data else frames)
     for key in sorted(fields.keys() | data.keys(), key=str):
+        if key in LATER and key not in data:
+            continue
         if key not in data or key not in fields or not fields[key](data[key]):
             raise MechcError(f"the picture saved with it is damaged: {key[:40]!r}")
     return data
@@ -68,17 +71,23 @@ def _size(data: Mapping[str, Any], key: str) -> int:
     return value if isinstance(value, int) and not isinstance(value, bool) else 0
 
 
-def _fields(frames: int, points: int, solids: int) -> dict[str, Check]:
+def _numbers(values: Any) -> int:
+    """How many numbers in single precision a text in base64 holds; 0 for anything else."""
+    return (len(values) * 3 // 4 - values.count("=")) // 4 if isinstance(values, str) else 0
+
+
+def _fields(frames: int, points: int, solids: int, times: int) -> dict[str, Check]:
     """A check of each field of the data."""
     point = _whole(points)
     line = _record({"label": _text, "points": _list(point)})
+    guide = _record({"label": _text, "points": _list(point, 3), "block": _truth})
     strut = _record(
         {"kind": _one_of("spring", "damper"), "label": _text, "points": _list(point, 2)}
     )
     arrow = _record(
         {"label": _text, "at": _floats(3 * frames), "force": _floats(3 * frames), "usual": _number}
     )
-    curve = _record({"name": _text, "values": _floats(frames), "dash": _list(_number)})
+    curve = _record({"name": _text, "values": _floats(times), "dash": _list(_number)})
     return {
         "title": _text,
         "notes": _list(_text),
@@ -89,17 +98,19 @@ def _fields(frames: int, points: int, solids: int) -> dict[str, Check]:
         "origin": _list(_number, 3),
         "tracks": _floats(3 * frames * points),
         "links": _list(line),
+        "guides": _list(guide),
         "ground": _list(point),
         "traced": _list(point),
         "right": _list(_number, 3),
         "up": _list(_number, 3),
-        "flat": lambda value: isinstance(value, bool),
+        "flat": _truth,
         "solids": _list(_solid),
         "placed": _floats(7 * frames * solids),
         "struts": _list(strut),
         "arrows": _list(arrow),
         "loads": _list(arrow),
         "marks": _list(_record({"t": _number, "kind": _one_of("change", "event"), "label": _text})),
+        "times": _floats(times),
         "panels": _list(
             _record({"title": _text, "unit": _text, "lines": _list(curve), "untold": _number})
         ),
@@ -126,6 +137,10 @@ def _solid(value: Any) -> bool:
 
 def _text(value: Any) -> bool:
     return isinstance(value, str) and len(value) <= LONGEST and (not value or value.isprintable())
+
+
+def _truth(value: Any) -> bool:
+    return isinstance(value, bool)
 
 
 def _number(value: Any) -> bool:

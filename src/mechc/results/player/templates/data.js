@@ -1,11 +1,12 @@
 // The motion at any time: frames, filled in by cubics (Catmull and Rom).
-let motion, span, tracks, columns, pointCount, timeDigits;
+let motion, span, tracks, columns, pointCount, timeDigits, curveTimes;
 
 function takeData(given) {
   motion = given;
   span = motion.step * (motion.frames - 1);
   tracks = floats(motion.tracks); pointCount = motion.points.length;
   columns = tracks.length / (motion.frames * pointCount) || 3;  // x, y and, of a motion in space, z
+  curveTimes = motion.times ? floats(motion.times) : null;  // else those of the frames
   timeDigits = span > 0 ? digitsFor(span) : 3;
 }
 function floats(values) {
@@ -23,6 +24,17 @@ function cubic(values, width, column, at, rate) {
   const first = i > 0 ? (c - a) / 2 : c - b, second = i + 1 < last ? (d - b) / 2 : c - b;
   const square = 3 * (c - b) - 2 * first - second, cube = first + second - 2 * (c - b);
   return rate ? first + s * (2 * square + 3 * s * cube) : b + s * (first + s * (square + s * cube));
+}
+function curveAt(values, elapsed) {
+  // The value of a curve beside the picture: straight between its own times.
+  if (!curveTimes) { return cubic(values, 1, 0, fractionAt(elapsed)); }
+  let low = 0, high = curveTimes.length - 1;
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (curveTimes[middle] <= elapsed) { low = middle; } else { high = middle; }
+  }
+  const part = high > low ? (elapsed - curveTimes[low]) / (curveTimes[high] - curveTimes[low]) : 0;
+  return values[low] + Math.max(0, Math.min(1, part)) * (values[high] - values[low]);
 }
 function digitsFor(largest) {
   return largest > 0 ? Math.max(0, Math.min(9, 3 - Math.floor(Math.log10(largest)))) : 2;

@@ -79,9 +79,12 @@ function paint(at) {
   brush.clearRect(0, 0, width, height);
   if (!pointCount) { sayNothingToDraw(); return; }
   motion.traced.forEach(function (point, order) { drawTrail(point, at, colourOfTrail(order)); });
+  const guides = motion.guides || [];
+  guides.forEach(function (guide) { drawGuide(guide, at); });
   motion.ground.forEach(function (point) { drawPivot(spot(point, at)); });
   motion.links.forEach(function (link) { drawLink(link, at, look.sky, 3); });
   motion.links.forEach(function (link, index) { drawLink(link, at, colourOf(index, motion.links.length), 0); });
+  guides.forEach(function (guide) { if (guide.block) { drawBlock(guide, at); } });
   motion.points.forEach(function (_, point) {
     const isJoint = joints.has(point) || motion.links.length === 0;
     if (!isMarked(point) || !(isJoint || motion.traced.includes(point))) { return; }
@@ -137,6 +140,21 @@ function drawLink(link, at, colour, rim) {
   });
   Object.assign(brush, { strokeStyle: colour, lineWidth: 1.5 * unit + rim, lineJoin: "round", lineCap: "round" });
   brush.stroke();
+}
+function drawGuide(guide, at) {
+  const from = spot(guide.points[0], at), to = spot(guide.points[1], at);
+  Object.assign(brush, { strokeStyle: look.line, lineWidth: 0.8 * unit, lineCap: "butt" });
+  brush.beginPath(); brush.moveTo(from[0], from[1]); brush.lineTo(to[0], to[1]); brush.stroke();
+}
+function drawBlock(guide, at) {
+  const from = spot(guide.points[0], at), to = spot(guide.points[1], at), p = spot(guide.points[2], at);
+  const index = motion.links.findIndex(function (link) { return link.label === guide.label; });
+  brush.save();
+  brush.translate(p[0], p[1]);
+  brush.rotate(Math.atan2(to[1] - from[1], to[0] - from[0]));
+  Object.assign(brush, { fillStyle: colourOf(index < 0 ? motion.links.length : index, motion.links.length), strokeStyle: look.ink, lineWidth: 0.32 * unit, lineJoin: "round" });
+  brush.beginPath(); brush.rect(-2.4 * unit, -1.6 * unit, 4.8 * unit, 3.2 * unit); brush.fill(); brush.stroke();
+  brush.restore();
 }
 function drawDisc(p, radius, fill, edge, thickness) {
   Object.assign(brush, { fillStyle: fill, strokeStyle: edge, lineWidth: thickness });

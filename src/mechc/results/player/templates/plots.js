@@ -131,13 +131,14 @@ function drawAxes(chart, ticks, texts) {
   });
 }
 function drawLine(chart, line) {
-  const brush = chart.brush, count = motion.frames, skip = Math.max(1, Math.floor(count / 2000));
+  const brush = chart.brush, count = line.values.length;
   lineStyle(brush, line);
   brush.lineJoin = "round";
   brush.beginPath();
-  for (let f = 0; f < count; f += skip) {
-    const x = acrossTo(chart, count > 1 ? f / (count - 1) : 0), y = downTo(chart, line.values[f]);
-    if (f === 0) { brush.moveTo(x, y); } else { brush.lineTo(x, y); }
+  for (let k = 0; k < count; k += 1) {
+    const part = count < 2 ? 0 : curveTimes ? curveTimes[k] / span : k / (count - 1);
+    const x = acrossTo(chart, part), y = downTo(chart, line.values[k]);
+    if (k === 0) { brush.moveTo(x, y); } else { brush.lineTo(x, y); }
   }
   brush.stroke();
   brush.setLineDash([]);
@@ -161,7 +162,7 @@ function drawMarks(chart) {
 }
 function drawCursor(chart) {
   if (!chart.width) { return; }
-  const brush = chart.front, at = fractionAt(state.elapsed);
+  const brush = chart.front;
   brush.clearRect(0, 0, chart.width, chart.height);
   brush.drawImage(chart.back, 0, 0, chart.width, chart.height);
   const x = acrossTo(chart, span > 0 ? state.elapsed / span : 0);
@@ -169,7 +170,7 @@ function drawCursor(chart) {
   brush.lineWidth = 1;
   brush.beginPath(); brush.moveTo(x, 2); brush.lineTo(x, chart.bottom); brush.stroke();
   chart.lines.forEach(function (line) {
-    const value = cubic(line.values, 1, 0, at);
+    const value = curveAt(line.values, state.elapsed);
     line.output.textContent = number(value, line.digits);
     if (!line.shown) { return; }
     brush.fillStyle = look.palette[line.index % look.palette.length];

@@ -19,7 +19,7 @@ function pairOf(a, b) { return Math.min(a, b) + " " + Math.max(a, b); }
 function addLinks() {
   motion.links.forEach(function (link, index) {
     for (let i = 1; i < link.points.length; i += 1) { addRod(link, index, link.points[i - 1], link.points[i]); }
-    if (link.points.length === 1 && !hasSolid(link.label)) { addBall(link.label, index, link.points[0], 2.4 * unit); }
+    if (link.points.length === 1 && !hasSolid(link.label) && !hasBlock(link.label)) { addBall(link.label, index, link.points[0], 2.4 * unit); }
   });
 }
 function addRod(link, index, a, b) {
@@ -28,6 +28,24 @@ function addRod(link, index, a, b) {
   parts.push({ move: function (at) { stretch(mesh, place(a, at, from), place(b, at, to), unit); } });
 }
 function hasSolid(label) { return motion.solids.some(function (solid) { return solid.name === label; }); }
+function hasBlock(label) { return guides().some(function (guide) { return guide.block && guide.label === label; }); }
+function guides() { return motion.guides || []; }
+function addGuides() {
+  // A rail, and a block on it where the body has no solid.
+  const along = new THREE.Vector3(), from = new THREE.Vector3(), to = new THREE.Vector3();
+  guides().forEach(function (guide, k) {
+    const rail = addMesh(shapes.box, "guide of " + guide.label), ends = guide.points;
+    const block = guide.block ? addMesh(shapes.box, guide.label, colourIndex({ name: guide.label }, k)) : null;
+    earth.push(rail);
+    if (block) { block.scale.set(4.4 * unit, 6.6 * unit, 4.4 * unit); }
+    parts.push({ move: function (at) {
+      stretch(rail, place(ends[0], at, from), place(ends[1], at, to), 1.1 * unit);
+      if (!block) { return; }
+      block.quaternion.setFromUnitVectors(UP, along.subVectors(to, from).normalize());
+      place(ends[2], at, block.position);
+    } });
+  });
+}
 function addBall(name, index, point, radius) {
   const mesh = addMesh(shapes.ball, name, index);
   mesh.scale.setScalar(radius);
@@ -99,7 +117,7 @@ function addSolids() {
     world.add(group);
     if (solid.inferred) {
       inferred.push(group);
-      made.forEach(function (mesh) { Object.assign(mesh.material, { transparent: true, opacity: 0.42, depthWrite: false }); });
+      Object.assign(made[0].material, { transparent: true, opacity: 0.42, depthWrite: false });
     }
     parts.push({ move: function (at) { placeSolid(k, at, group.position, group.quaternion); } });
   });
@@ -125,14 +143,26 @@ function solidParts(solid, index) {
   if (solid.kind === "box") { mesh.scale.fromArray(s); }
   else if (solid.kind === "disc") { mesh.scale.set(s[0], Math.max(s[1], 0.04 * s[0]), s[0]); }
   else { mesh.scale.setScalar(solid.kind === "mass" ? 2.4 * unit : s[0]); }
-  return [mesh];
+  return solid.inferred && solid.kind === "disc" && s[1] < s[0] ? [mesh].concat(rimParts(s[0], name, index)) : [mesh];
 }
-function wheelParts(radius, name, index) {
+function rimParts(radius, name, index) {
+  // Of a translucent disc: a rim and a spoke, without which neither its tilt nor its spin is seen.
+  const rim = addMesh(tyreShape(), name, index), spoke = addMesh(shapes.rod, name, index);
+  rim.scale.setScalar(radius);
+  spoke.quaternion.setFromUnitVectors(UP, new THREE.Vector3(1, 0, 0));
+  spoke.position.set(radius / 2, 0, 0);
+  spoke.scale.set(0.03 * radius, 0.95 * radius, 0.03 * radius);
+  return [rim, spoke];
+}
+function tyreShape() {
   if (!shapes.tyre) {
     shapes.tyre = new THREE.TorusBufferGeometry(0.95, 0.05, 10, 56);
     shapes.tyre.rotateX(Math.PI / 2);
   }
-  const tyre = addMesh(shapes.tyre, name), hub = addMesh(shapes.disc, name, index), found = [tyre, hub];
+  return shapes.tyre;
+}
+function wheelParts(radius, name, index) {
+  const tyre = addMesh(tyreShape(), name), hub = addMesh(shapes.disc, name, index), found = [tyre, hub];
   tyre.scale.setScalar(radius);
   hub.scale.set(0.09 * radius, 0.2 * radius, 0.09 * radius);
   steel.push(tyre);

@@ -29,6 +29,7 @@ function paint(at) {
 function addMechanism() {
   addGrid();
   addLinks();
+  addGuides();
   addJoints();
   addGround();
   addStruts();

@@ -1,14 +1,12 @@
 // The paths of traced points: the whole of what is past, thin, and the last second, broad.
-const RIBBON = 72;
+const RIBBON = 72, FINE = 4;  // pieces of a ribbon, and of a frame
 const trails = [];
 let tracesShown = true;
 
 function addTrails() {
   motion.traced.forEach(function (point) {
-    const whole = new Float32Array(3 * motion.frames);
-    for (let f = 0; f < motion.frames; f += 1) {
-      for (let a = 0; a < 3; a += 1) { whole[3 * f + a] = tracks[(f * pointCount + point) * 3 + a]; }
-    }
+    const whole = new Float32Array(3 * (FINE * (motion.frames - 1) + 1));
+    for (let k = 0; 3 * k < whole.length; k += 1) { place(point, k / FINE, here).toArray(whole, 3 * k); }
     const line = new THREE.BufferGeometry();
     line.setAttribute("position", new THREE.BufferAttribute(whole, 3));
     const thin = new THREE.Line(line, new THREE.LineBasicMaterial({ transparent: true, opacity: 0.55 }));
@@ -35,7 +33,7 @@ function moveTrails(at, speed) {
   const recent = Math.max(8, 0.9 * Math.max(speed, 0.25) / (motion.step || 1));
   world.worldToLocal(eye.copy(camera.position));
   trails.forEach(function (trail) {
-    trail.thin.geometry.setDrawRange(0, Math.max(0, Math.ceil(at - 0.8 * recent)) + 1);
+    trail.thin.geometry.setDrawRange(0, Math.max(0, Math.ceil(FINE * (at - 0.8 * recent))) + 1);
     const out = trail.ribbon.geometry.attributes.position;
     for (let k = 0; k <= RIBBON; k += 1) {
       const f = Math.max(0, at - recent * (1 - k / RIBBON)), width = 0.55 * unit * (0.3 + 0.7 * k / RIBBON);

@@ -1,0 +1,80 @@
+"""Options of ``mechc.compile`` for a mechanism, which has them in its description too.
+
+Input: a Mechanism and the user's options.  Output: the mechanism with its name, defaults and inputs
+as they are given; those that change what it is are refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import fields, replace
+from typing import Any
+
+from sympy import Expr, Symbol, sympify
+from sympy.physics.mechanics import dynamicsymbols
+
+from mechc_codegen.convert.convert import find_symbol
+from mechc_codegen.description.mechanism import Mechanism, Parameter
+from mechc_codegen.description.quantity import Quantity
+from mechc_codegen.description.source import ConversionSettings
+from mechc_codegen.errors import MechanismError
+
+TAKEN = ("name", "defaults", "inputs", "parameters")
+
+
+def with_settings(mechanism: Mechanism, settings: ConversionSettings) -> Mechanism:
+    """The mechanism with the options that are given.
+
+    Symbols in the expressions of inputs that it does not have become parameters.
+
+    Raises
+    ------
+    MechanismError
+        For an option that it has in its description alone, and a name that it does not have.
+    """
+    usual = ConversionSettings()
+    given = [
+        f.name for f in fields(settings) if getattr(settings, f.name) != getattr(usual, f.name)
+    ]
+    other = next((name for name in given if name not in TAKEN), None)
+    if other is not None:
+        raise MechanismError(
+            f"{other} is an option for SymPy objects; a Mechanism has it in its description"
+        )
+    if not given:
+        return mechanism
+    inputs = dict(mechanism.inputs)
+    for key, value in settings.inputs.items():
+        inputs[find_symbol(key, list(inputs), "inputs", "specified function of time")] = value
+    named = [Symbol(each) if isinstance(each, str) else each for each in settings.parameters]
+    known = {p.symbol for p in mechanism.parameters}
+    new = [s for s in (*named, *_constants(inputs.values())) if s not in known]
+    parameters = [
+        *mechanism.parameters,
+        *(Parameter(s, None, Quantity("", ""), preset=s in named) for s in dict.fromkeys(new)),
+    ]
+    name = settings.name or mechanism.name
+    return replace(
+        mechanism,
+        name=name,
+        title=mechanism.title if name == mechanism.name else name,
+        inputs=inputs,
+        parameters=tuple(_with_defaults(parameters, settings)),
+    )
+
+
+def _constants(expressions: Iterable[Expr | None]) -> list[Symbol]:
+    """The symbols in expressions, by name."""
+    found = {s for e in expressions if e is not None for s in sympify(e).free_symbols}
+    return sorted(found - {dynamicsymbols._t}, key=str)
+
+
+def _with_defaults(
+    parameters: Sequence[Parameter], settings: ConversionSettings
+) -> Iterable[Parameter]:
+    known: list[Any] = [p.symbol for p in parameters]
+    values = {
+        find_symbol(key, known, "defaults", "parameter"): sympify(value)
+        for key, value in settings.defaults.items()
+    }
+    return (replace(p, default=values.get(p.symbol, p.default)) for p in parameters)

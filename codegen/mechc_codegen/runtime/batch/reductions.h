@@ -13,7 +13,7 @@
 #define MECHC_FINE 3e-6 /* of a step: an extreme placed so is right to the square of it */
 #define MECHC_LEVEL 1e-12
 #define MECHC_POLE_WAY 0.25    /* of the way from a change point to the step's end, */
-#define MECHC_HALVINGS 5       /* and how often it is halved */
+#define MECHC_POLE_HALVINGS 5       /* and how often it is halved */
 #define MECHC_POLE_GROWTH 1.2  /* between the ratios of a logarithm, 1, and of an inverse root */
 #define MECHC_POLE_SIZE 1e-6   /* of the quantity: what is less is rounding, */
 #define MECHC_POLE_ERRORS 1e2  /* or an error of the motion, of so many tolerances */
@@ -293,12 +293,12 @@ static void mechc_reduce_part(const mechc_probe *probe, int i)
 static double mechc_limit_beside(const mechc_probe *probe, double at, double way)
 {
     const double rtol = probe->reducer->motion->rtol;
-    double s[MECHC_HALVINGS + 1], f[MECHC_HALVINGS + 1];
-    for (int k = 0; k <= MECHC_HALVINGS; k++) s[k] = at + ldexp(way, -k);
-    mechc_probe_many(probe, MECHC_HALVINGS + 1, s, f);
-    const double end = f[MECHC_HALVINGS], last = end - f[MECHC_HALVINGS - 1];
+    double s[MECHC_POLE_HALVINGS + 1], f[MECHC_POLE_HALVINGS + 1];
+    for (int k = 0; k <= MECHC_POLE_HALVINGS; k++) s[k] = at + ldexp(way, -k);
+    mechc_probe_many(probe, MECHC_POLE_HALVINGS + 1, s, f);
+    const double end = f[MECHC_POLE_HALVINGS], last = end - f[MECHC_POLE_HALVINGS - 1];
     int grows = last * end > fmax(MECHC_POLE_SIZE, MECHC_POLE_ERRORS * rtol) * end * end;
-    for (int k = 2; k <= MECHC_HALVINGS; k++) {
+    for (int k = 2; k <= MECHC_POLE_HALVINGS; k++) {
         const double before = f[k - 1] - f[k - 2], after = f[k] - f[k - 1];
         grows = grows && before * last > 0.0 && after / before > MECHC_POLE_GROWTH;
     }

@@ -40,7 +40,7 @@ def assemble(
     states = with_speeds(
         system, found[:1], coordinates, speeds, p, t,
         None if exact
-        else lambda: sheets.preferred(system, found, p, t, _rank_elsewhere(system, p, t)),
+        else lambda: sheets.first_regular(system, found, p, t, _rank_elsewhere(system, p, t)),
     )  # fmt: skip
     return only_branch(system, states, speeds, pace)
 
@@ -142,7 +142,7 @@ def closed_states(system: System, starts: Array, p: Array, t: float) -> Array:
 
 
 def _rank_elsewhere(system: System, p: Array, t: float) -> int:
-    """Of the constraints where loops close from starts spread over all; 0: they do nowhere."""
+    """The rank of the constraints where loops close from starts spread over all; 0: nowhere."""
     key = ("rank", p.tobytes(), t)
     known: int | None = system.cache.get(key)
     if known is None:

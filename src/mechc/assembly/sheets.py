@@ -22,7 +22,7 @@ FOLDED = (
 )
 
 
-def preferred(system: System, found: Array, p: Array, t: float, elsewhere: int) -> Array:
+def first_regular(system: System, found: Array, p: Array, t: float, elsewhere: int) -> Array:
     """The first of the configurations found (n, nq) that is on no collapsed sheet, as (1, nq).
 
     ``elsewhere``: the rank of the constraints at other configurations.  The first of all where
@@ -58,7 +58,7 @@ def without_collapsed(system: System, found: Array, p: Array, t: float, elsewher
 
 
 def highest(system: System, ranks: Array) -> int:
-    """Of the ranks that leave a freedom: overconstrained linkages may have rigid assemblies."""
+    """The highest rank that leaves a freedom: overconstrained linkages may be rigid elsewhere."""
     mobile = ranks[ranks < len(system.speeds)]
     return int(mobile.max(initial=0))
 

@@ -27,8 +27,9 @@
 #define MECHC_CLEAR_SINE 0.04
 
 /* The parts of a stage are in line.  Of a scene with long equations they are compiled once: a call
- * costs little beside them, and each copy as long to compile as all the rest. */
-#ifdef MECHC_LONG
+ * costs little beside them, and each copy as long to compile as all the rest.  So are those of the first
+ * unit, which is there the sooner. */
+#if defined MECHC_LONG || defined MECHC_FIRST_UNIT
 #define MECHC_OF_STAGE MECHC_SINGLE
 #else
 #define MECHC_OF_STAGE MECHC_INLINE

@@ -19,14 +19,21 @@
 /* Of one: how the components of a direction without symmetry differ. */
 #define MECHC_UNEVEN 0.7
 
+/* All rows at a configuration, of which so many count. */
+MECHC_ONCE void mechc_factor_all(double t, const double *q, const mechc_scalar_given *given, double rank,
+                                 mechc_scalar_place *place, mechc_scalar_factors *rows)
+{
+    mechc_scalar_locate_all(t, q, given, place);
+    mechc_scalar_factor_rows(place->jacobian, place->mass, MECHC_NC, rank, rows);
+}
+
 MECHC_ONCE int mechc_rank_at(double t, const double *q, const mechc_scalar_given *given)
 {
     mechc_scalar_place place;
     mechc_scalar_factors rows;
     double scale = 1.0;
     int rank = 1;
-    mechc_scalar_locate_all(t, q, given, &place);
-    mechc_scalar_factor_rows(place.jacobian, place.mass, MECHC_NC, (double)MECHC_NC, &rows);
+    mechc_factor_all(t, q, given, (double)MECHC_NC, &place, &rows);
     if (!(rows.norm[0] < HUGE_VAL)) return MECHC_NC;
     const double radian = place.ordinary_length / (MECHC_OF_A_RADIAN * MECHC_OF_A_RADIAN);
     const double longest = mechc_max(rows.norm[0], radian);
@@ -82,8 +89,7 @@ MECHC_STATIC void mechc_allowed_direction(double t, const double *q,
     double most = 0.0;
     mechc_scalar_place place;
     mechc_scalar_factors rows;
-    mechc_scalar_locate_all(t, q, given, &place);
-    mechc_scalar_factor_rows(place.jacobian, place.mass, MECHC_NC, given->k[MECHC_ROWS_THAT_COUNT], &rows);
+    mechc_factor_all(t, q, given, given->k[MECHC_ROWS_THAT_COUNT], &place, &rows);
     for (int j = 0; j < MECHC_NU; j++)
         v[j] = (1.0 + MECHC_UNEVEN * sin(1.0 + 2.0 * j)) * mechc_given_unit(given, MECHC_NQ + j);
     mechc_scalar_velocity_residual(&place, v, values);

@@ -18,6 +18,7 @@ from . import (
     stiff,
     values,
 )
+from .drawn_laws import motions
 from .judge import Row
 from .misses import near_misses, window_misses
 from .silent import cases, redundant_loops
@@ -40,7 +41,7 @@ class Family:
     note
         What the rows say beyond the table.
     drawn
-        The row of a seed, where a family is drawn by seeds.
+        The rows of seeds, where a family is drawn by seeds.
     """
 
     promise: str
@@ -48,7 +49,7 @@ class Family:
     least: float = 1.0
     unit: str = TIMES_START
     note: Callable[[list[Row]], str] = lambda rows: ""
-    drawn: Callable[[int], Row] | None = None
+    drawn: Callable[[range], Iterator[Row]] | None = None
 
 
 FAMILIES: dict[str, Family] = {
@@ -63,7 +64,7 @@ FAMILIES: dict[str, Family] = {
     "window near misses": Family(
         "two and three windows in a row that miss their change points by 1e-3 to 1e-15 m",
         window_misses.window_misses, 0.8, TIMES_START + ", and rounding of the closure",
-        drawn=window_misses.case,
+        drawn=partial(map, window_misses.case),
     ),
     "once silent": Family(
         "runs that once ended wrong without a word: each with its exact answer", cases.once_silent,
@@ -139,6 +140,11 @@ FAMILIES: dict[str, Family] = {
     "narrow features": Family(
         "a pulse of 2 ms in 20 s from rest, a bump of 2 mm in free flight: seen by every method",
         laws.narrow_features, 0.9, unit=TIMES_START + ", speeds over the largest",
+    ),
+    "random laws": Family(
+        "sums, products and compositions of all functions, each beside its own motion by SciPy",
+        motions.random_laws, 0.98, unit=TIMES_START + ", speeds over the largest",
+        drawn=motions.of_seeds,
     ),
     "stiff springs": Family(
         "stiffness up to 1e12: the modes of the linear system, the limit of the other",

@@ -14,7 +14,24 @@ import numpy as np
 from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.library.parts import coordinates, fixed_point, speeds
 from scipy.integrate import solve_ivp
-from sympy import Expr, Rational, acos, asin, atan, atan2, cos, cosh, exp, sin, sqrt, tan, tanh
+from sympy import (
+    Expr,
+    Heaviside,
+    Rational,
+    acos,
+    asin,
+    atan,
+    atan2,
+    cos,
+    cosh,
+    exp,
+    pi,
+    sign,
+    sin,
+    sqrt,
+    tan,
+    tanh,
+)
 from sympy.physics.mechanics import Particle, ReferenceFrame, dynamicsymbols
 
 import mechc
@@ -81,6 +98,20 @@ WRAPPED: Mapping[str, tuple[Expr, Law]] = {
     "root": (
         q + q**3 + sqrt(q**2 + q**4) / 2,
         lambda place, x: x + x**3 + np.sign(place) * x * np.sqrt(1 + x * x) / 2,
+    ),
+    "sign of tan": (q + sign(tan(q)), lambda place, x: x + np.sign(np.tan(place))),
+    "step of a pole": (q + Heaviside(1 / q), lambda place, x: x + (place > 0)),
+    "root of a square written out": (
+        q + sqrt(q**2 - pi * q + pi**2 / 4),
+        lambda place, x: x + np.sign(place - np.pi / 2) * (x - np.pi / 2),
+    ),
+    "root of 1 - sin^2": (
+        q + sqrt(1 - sin(q) ** 2),
+        lambda place, x: x + np.sign(np.cos(place)) * np.cos(x),
+    ),
+    "root with a pole": (
+        q + 1 / sqrt(1 + 1 / q**2),
+        lambda place, x: x + np.sign(place) * x / np.sqrt(1 + x * x),
     ),
     "root of 1 - cos": (
         q + sqrt(1 - cos(q)),
@@ -161,8 +192,19 @@ def _features() -> dict[str, tuple[Expr, Array, Array, tuple[str, ...]]]:
             np.array([SPEED * (T_END - _delay()), SPEED]),
             ANALYTIC,
         ),
+        "fraction": (PUSH / (1 + z**2), rest, _fraction(), METHODS),
         "train": (sin(on * t) ** 2000, rest, _train(on, 2000), ANALYTIC),
     }
+
+
+def _fraction() -> Array:
+    """The motion from rest under PUSH / (1 + z^2), which has no end: its integrals."""
+    first, last = -PLACE / WIDTH, (T_END - PLACE) / WIDTH
+    turned = np.arctan(last) - np.arctan(first)
+    logs = np.log1p(last**2) - np.log1p(first**2)
+    moved = (T_END - PLACE) * turned - WIDTH * logs / 2
+    gained: Array = PUSH * WIDTH * np.array([moved, turned])
+    return gained
 
 
 def _delay() -> float:

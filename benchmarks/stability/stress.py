@@ -107,7 +107,7 @@ def family_rows(
 
 def _rows(family: Family, cases: Cases) -> Iterator[Row]:
     if isinstance(cases, range) and family.drawn:
-        return map(family.drawn, cases)
+        return family.drawn(cases)
     return family.rows(bool(cases))
 
 

@@ -12,6 +12,7 @@ from functools import reduce
 from typing import Any
 
 from sympy import (
+    Add,
     And,
     Basic,
     DiracDelta,
@@ -25,12 +26,14 @@ from sympy import (
     Not,
     Or,
     Piecewise,
+    Pow,
     S,
     Symbol,
     UnevaluatedExpr,
     ceiling,
     floor,
     frac,
+    nsimplify,
     sign,
 )
 from sympy.core.relational import Eq, Ge, Gt, Le, Lt, Ne
@@ -118,9 +121,27 @@ def without_corners(expression: Basic) -> Basic:
         return expression.doit(deep=False).replace(UnevaluatedExpr, lambda held: held)
     if isinstance(expression, UnevaluatedExpr):
         return expression.args[0]
+    if isinstance(expression, Pow) and isinstance(expression.base, Add):
+        odd = expression.exp.is_Rational and expression.exp.q == 2
+        return _as_square(expression.base) ** expression.exp if odd else expression
     if isinstance(expression, DiracDelta):  # a derivative across a jump, where it is not defined
         return S.Zero
     return expression
+
+
+def _as_square(e: Add) -> Expr:
+    """A square that is written out, as x^2 + 2 x + 1, as one; any other sum as it is.
+
+    Written out, rounding makes it negative where it touches zero, and its root is no number there.
+    """
+    for x in sorted({term.base for term in e.atoms(Pow) if term.exp == 2}, key=str):
+        polynomial = e.as_poly(x)
+        if polynomial is None or polynomial.degree() != 2:
+            continue
+        a, b, c = (nsimplify(each, rational=True) for each in polynomial.all_coeffs())
+        if (b**2 - 4 * a * c).expand() == 0:
+            return a * (x + b / (2 * a)) ** 2
+    return e
 
 
 def _is_curve(expression: Basic) -> bool:

@@ -124,6 +124,9 @@ def bottom_up(expression: Expr, rewrite: Rewrite, done: dict[Expr, Expr]) -> Exp
     else:
         args = [bottom_up(a, rewrite, done) for a in expression.args]
         rebuilt = expression if tuple(args) == expression.args else expression.func(*args)
-        result = rewrite(rebuilt)
+        if rebuilt.func == expression.func:
+            result = rewrite(rebuilt)
+        else:  # SymPy made another one of it, as -sign(x) of sign(-x)
+            result = bottom_up(rebuilt, rewrite, done)
     done[expression] = result
     return result

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 
 from sympy import Add, Expr, Mul, Pow, S, Symbol, cos, sin, tan
 
+from mechc_codegen.description.piecewise import without_corners
+from mechc_codegen.description.terms import bottom_up
 from mechc_codegen.ir.operations import count_operations
 from mechc_codegen.ir.program import Assign, Program, targets_of
 
@@ -72,7 +74,7 @@ class Definitions:
                     yield cos(factor.args[0])
                 elif isinstance(factor, Pow) and factor.exp.is_negative:
                     yield factor.base
-                elif isinstance(factor, Add) and factor != e:
+                elif isinstance(factor, (Add, Mul)) and factor != e:
                     yield from self.divisors(factor)
 
     def rate(self, e: Expr) -> Expr | None:
@@ -84,4 +86,5 @@ class Definitions:
         if has_rates or not e.free_symbols <= known:
             return None
         pairs = zip(symbols.q, symbols.u, strict=False)
-        return sum((e.diff(q) * u for q, u in pairs), e.diff(symbols.time) + S.Zero)
+        rate = sum((e.diff(q) * u for q, u in pairs), e.diff(symbols.time) + S.Zero)
+        return bottom_up(rate, without_corners, {})

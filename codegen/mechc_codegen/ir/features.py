@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import exp as exponential
 
-from sympy import Abs, Add, Expr, Float, Mul, Pow, Rational, cos, cosh, exp, sin, tanh
+from sympy import Abs, Add, Expr, Float, Mul, Pow, Rational, S, cos, cosh, exp, sin, tanh
 
 from mechc_codegen.ir.definitions import Definitions
 
@@ -22,13 +22,15 @@ _HALF = 0.5**0.5  # |sin| above that is half of its period
 
 
 def edges(part: Expr, definitions: Definitions) -> Iterator[Expr]:
-    """The edges of exp(-z^2), tanh(z), a logistic function, 1/cosh(z), and high powers of sines."""
+    """The edges of exp(-z^2), tanh(z), logistic functions, 1/cosh(z), 1/(1 + z^2), sin(z)^n."""
     if isinstance(part, exp):
         yield from _of_exponent(definitions.look_up(part.exp), definitions)
     elif isinstance(part, tanh):
         yield from _beside_zero(part.args[0] * Rational(2, _NOTHING), definitions)
     elif isinstance(part, Pow) and part.exp.is_negative:
-        for term in Add.make_args(definitions.look_up(part.base)):
+        divisor = definitions.look_up(part.base)
+        yield from _of_fraction(divisor, definitions)
+        for term in Add.make_args(divisor):
             yield from _of_divisor(term, definitions)
     elif isinstance(part, Pow) and part.exp.is_Number:
         yield from _of_power(definitions.look_up(part.base), float(part.exp))
@@ -44,21 +46,41 @@ def _beside_zero(z: Expr, definitions: Definitions) -> Iterator[Expr]:
 def _of_exponent(g: Expr, definitions: Definitions) -> Iterator[Expr]:
     """Edges of exp(g) where g falls to both sides, as it does with a negative even power."""
     for term in Add.make_args(g):
-        varying = [x for x in Mul.make_args(term) if not definitions.is_fixed(x)]
-        power = definitions.look_up(varying[0]) if len(varying) == 1 else term
-        base, exponent = power.as_base_exp()
-        if isinstance(power, Abs):
-            base = power.args[0]
-        elif not (exponent.is_even and exponent.is_positive):
-            continue
-        if not term.could_extract_minus_sign():
+        z = _root(term, definitions)
+        if z is None or not term.could_extract_minus_sign():
             continue
         if isinstance(g, Add):
             yield g / _NOTHING + 1
         else:
-            scale = (Abs(term / varying[0]) / _NOTHING) ** (1 / exponent)
-            yield from _beside_zero(base * scale, definitions)
+            base, exponent, factor = z
+            yield from _beside_zero(base * (factor / _NOTHING) ** (1 / exponent), definitions)
         return
+
+
+def _root(term: Expr, definitions: Definitions) -> tuple[Expr, Expr, Expr] | None:
+    """x, n and f > 0 of a term f |x|^n or -f |x|^n with an even n or n = 1; None of any other."""
+    varying = [x for x in Mul.make_args(term) if not definitions.is_fixed(x)]
+    power = definitions.look_up(varying[0]) if len(varying) == 1 else term
+    base, exponent = power.as_base_exp()
+    if isinstance(power, Abs):
+        base = power.args[0]
+    elif not (exponent.is_even and exponent.is_positive):
+        return None
+    return base, exponent, Abs(term / varying[0]) if len(varying) == 1 else S.One
+
+
+def _of_fraction(divisor: Expr, definitions: Definitions) -> Iterator[Expr]:
+    """Edges of 1 / (c + f x^2), which is as wide as x = sqrt(c / f); of no wave, which is not
+    narrow as a rule."""
+    terms = Add.make_args(divisor)
+    fixed = [x for x in terms if definitions.is_fixed(x)]
+    found = [_root(x, definitions) for x in terms if not definitions.is_fixed(x)]
+    if not fixed or len(found) != 1 or found[0] is None:
+        return
+    base, exponent, factor = found[0]
+    if not isinstance(definitions.look_up(base), (sin, cos)):
+        width = (Abs(Add(*fixed)) / factor) ** (1 / exponent)
+        yield from _beside_zero(base / width * Rational(2, _NOTHING), definitions)
 
 
 def _of_divisor(term: Expr, definitions: Definitions) -> Iterator[Expr]:

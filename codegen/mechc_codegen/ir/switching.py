@@ -28,9 +28,11 @@ from sympy import (
     atan2,
     cos,
     factor_terms,
+    fraction,
     pi,
     sin,
     tanh,
+    together,
 )
 
 from mechc_codegen.derive.equations import Output
@@ -84,16 +86,24 @@ def _vanishing(part: Expr, definitions: Definitions) -> Iterator[Expr]:
     if isinstance(part, Pow):
         if part.exp.is_integer is not True and part.base is not S.Exp1:
             yield from _touching(part.base, definitions)
-    elif isinstance(part, (Abs, Step)):
-        yield part.args[0]
+            yield from definitions.divisors(part.base)  # 1/sqrt(1 + 1/x^2) is |x|/sqrt(1 + x^2)
+    elif isinstance(part, (Abs, Step, atan2)):
+        yield from _without_poles(part.args[0], definitions)
     elif isinstance(part, Floor):
         yield sin(pi * part.args[0])
-    elif isinstance(part, atan2):
-        yield part.args[0]
+        yield from definitions.divisors(part.args[0])
     elif isinstance(part, (atan, tanh)):
         yield from definitions.divisors(part.args[0])
     elif isinstance(part, (asin, acos)):
         yield from _turning(part.args[0], definitions)
+
+
+def _without_poles(e: Expr, definitions: Definitions) -> Iterator[Expr]:
+    """Expressions without the poles of one, at which its sign changes too: its numerator, and what
+    it is divided by."""
+    divisors = [x for x in definitions.divisors(e) if not definitions.is_fixed(x)]
+    yield fraction(together(definitions.with_definitions(e)))[0] if divisors else e
+    yield from divisors
 
 
 def _touching(e: Expr, definitions: Definitions) -> Iterator[Expr]:
@@ -111,11 +121,17 @@ def _touching(e: Expr, definitions: Definitions) -> Iterator[Expr]:
 
 
 def _half_angle(e: Add, definitions: Definitions) -> Iterator[Expr]:
-    """Sign changes where 1 - cos(x) or 1 + cos(x) touches zero, or such a sum of sines."""
+    """Sign changes where 1 - cos(x), 1 + cos(x) or 1 - cos(x)^2 touch zero, or such a sum of
+    sines."""
     number, rest = e.as_coeff_Add()
     factor, wave = rest.as_coeff_Mul()
-    wave = definitions.look_up(wave)
-    if isinstance(wave, (cos, sin)) and abs(number) == abs(factor):
+    base, exponent = wave.as_base_exp()
+    wave = definitions.look_up(base)
+    if exponent == 2 and number == -factor and isinstance(wave, (cos, sin)):
+        yield (sin if isinstance(wave, cos) else cos)(wave.args[0])
+    elif exponent != 1:
+        return
+    elif isinstance(wave, (cos, sin)) and abs(number) == abs(factor):
         angle = wave.args[0] - (pi / 2 if isinstance(wave, sin) else 0)
         yield sin(angle / 2) if number == -factor else cos(angle / 2)
 
@@ -132,3 +148,8 @@ def _turning(e: Expr, definitions: Definitions) -> Iterator[Expr]:
         rate = definitions.rate(e)
         if rate is not None:
             yield rate
+            return
+        for side in (1 - e, 1 + e):
+            yield from _touching(
+                fraction(together(definitions.with_definitions(side)))[0], definitions
+            )

@@ -54,7 +54,7 @@ class Batch:
 
     def __getitem__(self, name: str) -> Array:
         """An array of ``arrays``, a reduction, or an output, by name."""
-        name = name_of(name)
+        name = str(name_of(name))
         keys = {key: key for key in self.arrays}
         keys |= {text: f"output_{i}" for i, text in enumerate(self.recipe.outputs)}
         keys |= {

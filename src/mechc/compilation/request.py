@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import fields
 from typing import Any
 
 from mechc.compilation.build import compile_described, time_stage
@@ -11,8 +12,9 @@ from mechc.compilation.from_scene import drawn_by
 from mechc.compilation.library.defaults import split, with_defaults
 from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.compilation.table import Table
-from mechc.errors import ValueOutOfBoundsError, brief
+from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.inputs.accept import samples_or_signal
+from mechc.inputs.sampled import Sampled
 from mechc.inputs.signals import Signal
 from mechc.system.names import by_name
 from mechc.system.reference import ModelReference
@@ -67,6 +69,10 @@ def read_compilable(
             f"mechc.compile takes a mechc.Mechanism, or a KanesMethod, LagrangesMethod or System "
             f"of sympy.physics.mechanics, not {type(thing).__name__}"
         )
+    known = [each.name for each in fields(ConversionSettings)]
+    for name in settings:
+        if name not in known:
+            raise UnknownNameError("option of a mechanism", name, known)
     given = {key: value for key, value in settings.items() if value is not None}
     numbers: dict[Any, float] = {}
     if "inputs" in given:
@@ -123,15 +129,16 @@ def _curve(key: Any, value: Any) -> Any:
     """
     if isinstance(value, Table):
         return value(*key.args)
-    signal = samples_or_signal(value, order=LEAST_DERIVATIVES)
-    if signal is None:
-        return value
-    if len(getattr(key, "args", ())) != 1 or getattr(key.args[0], "is_Symbol", False):
+    of_time = len(getattr(key, "args", ())) != 1 or getattr(key.args[0], "is_Symbol", False)
+    controlled = isinstance(value, (list, tuple, Sampled))
+    if of_time and (controlled or samples_or_signal(value, order=0) is not None):
         raise ValueOutOfBoundsError(
-            f"inputs: samples of {key} are given with a run, simulate(..., inputs={{...}}), or to "
-            "mechc.compile for a function of a coordinate, sympy.Function('h')(q)"
+            f"inputs: samples and controllers of {key} are given with a run, model.simulate(..., "
+            "inputs={...}), or by what calls exported code; mechc.compile takes samples of a "
+            "function of a coordinate, sympy.Function('h')(q)"
         )
-    return _piecewise(key.args[0], signal)
+    signal = samples_or_signal(value, order=LEAST_DERIVATIVES)
+    return value if signal is None else _piecewise(key.args[0], signal)
 
 
 def _piecewise(x: Any, signal: Signal) -> Any:

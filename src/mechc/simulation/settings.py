@@ -65,8 +65,11 @@ def checked_policy(
     system: System, *, rtol: float, atol: Any, method: str, first_step: float | None,
     max_step: float, max_steps: int, dense: bool, on_change_point: str,
     max_bytes: float = LARGEST_TRAJECTORY, checkpoints: float | None = None, lockstep: bool = False,
+    calls_python: bool = False,
 ) -> Policy:  # fmt: skip
     """The policy of a run or a batch; the last one of a system is kept.
+
+    ``calls_python``: whether inputs besides those of the system are functions of Python.
 
     Raises
     ------
@@ -74,7 +77,7 @@ def checked_policy(
         For an unknown method or policy, wrong numbers, and methods without lockstep.
     """
     asked = (rtol, method, first_step, max_step, max_steps, dense, on_change_point, max_bytes,
-             checkpoints, lockstep)  # fmt: skip
+             checkpoints, lockstep, calls_python)  # fmt: skip
     known = system.cache.get("policy")
     if known is not None and atol is None and _are_equal(known[0], asked):
         kept: Policy = known[1]
@@ -82,7 +85,7 @@ def checked_policy(
     policy = Policy(
         _checked_rtol(rtol),
         None if atol is None else _checked_atol(system, atol),
-        _in_lockstep(_chosen_method(system, method), lockstep),
+        _in_lockstep(_chosen_method(system, method, calls_python), lockstep),
         0.0 if first_step is None else checked_positive("first_step", first_step),
         checked_positive("max_step", max_step, infinite=True),
         checked_count("max_steps", max_steps),
@@ -167,10 +170,10 @@ def _in_lockstep(method: str, lockstep: bool) -> str:
     return LOCKSTEP[method] if lockstep else method
 
 
-def _chosen_method(system: System, method: str) -> str:
+def _chosen_method(system: System, method: str, calls_python: bool) -> str:
     if isinstance(method, str) and method == "auto":
         smooth = system.data.get("smooth", True) or system.data.get("switches", 0) > 0
-        called = system.driven and system.driven.calls_python
+        called = calls_python or (system.driven and system.driven.calls_python)
         return "gauss8" if smooth and not called else "dop853"
     method = SCIPYS.get(method, method) if isinstance(method, str) else method
     if not isinstance(method, str) or method not in METHODS_OF_USERS:

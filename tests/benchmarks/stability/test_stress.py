@@ -1,6 +1,7 @@
 """The stress suite: every family runs and says what it found."""
 
 import json
+from functools import partial
 
 import pytest
 
@@ -63,7 +64,7 @@ def test_a_wrong_run_makes_the_exit_code(monkeypatch):
 
 def test_cases_of_chosen_seeds_are_run(monkeypatch, capsys):
     row = lambda seed: rows_of([f"seed {seed}"])[0]  # noqa: E731
-    drawn = stress.Family("", lambda quick: iter(()), drawn=row)
+    drawn = stress.Family("", lambda quick: iter(()), drawn=partial(map, row))
     monkeypatch.setitem(stress.FAMILIES, "window near misses", drawn)
     found, _ = stress.family_rows("window near misses", range(7, 10))
     assert [row["case"] for row in found] == ["seed 7", "seed 8", "seed 9"]

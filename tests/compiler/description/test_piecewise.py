@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from mechc_codegen.description.piecewise import without_corners
+from mechc_codegen.description.terms import bottom_up
 from sympy import (
     Abs,
     And,
@@ -23,6 +25,9 @@ from sympy import (
     lambdify,
     sign,
     sin,
+    sqrt,
+    symbols,
+    tan,
 )
 from sympy.physics.mechanics import dynamicsymbols
 
@@ -88,3 +93,31 @@ def test_an_impulse_in_a_force_is_refused_in_words() -> None:
     """It was taken as zero, which is right of a derivative across a jump alone."""
     with pytest.raises(mechc.MechanismError, match="the load on B has an impulse"):
         scenes.bead_with(DiracDelta(q - 1) - q)
+
+
+def test_what_sympy_makes_of_a_rewritten_node_is_rewritten_too():
+    """sign(tan(sign(x))) becomes -sign(tan(...)) where Step(-x) comes before Step(x)."""
+    x, y = symbols("q0 u0", real=True)
+    for argument in (x + y, -x - y, x - y, y - x, 1 - x):
+        found = bottom_up(sign(tan(sign(argument))), without_corners, {})
+        assert not found.has(sign)
+        for values in ({x: 0.4, y: 0.7}, {x: -1.3, y: 0.2}):
+            expected = sign(tan(sign(argument))).subs(values)
+            assert found.subs(values) == expected
+
+
+@pytest.mark.parametrize("factor", [1, Rational(9, 4), Symbol("k", real=True)])
+def test_the_root_of_a_square_written_out_is_never_that_of_a_negative_number(factor):
+    """x^2 - 2 c x + c^2 is -1e-17 at some x near c."""
+    x, c = symbols("x c", real=True)
+    square = (factor * (x - c) ** 2).expand()
+    found = bottom_up(sqrt(square), without_corners, {})
+    place = {x: 0.1 + 0.2, c: 0.3, Symbol("k", real=True): 1.7}
+    assert found.subs(place).is_real
+    assert found.subs({**place, x: 2.0}).evalf() == pytest.approx(
+        float(sqrt(square).subs({**place, x: 2.0}))
+    )
+    typed = bottom_up(sqrt(x**2 - 0.6 * x + 0.09), without_corners, {})
+    assert typed.has(Abs)
+    kept = sqrt(x**2 + c**2)
+    assert bottom_up(kept, without_corners, {}) == kept

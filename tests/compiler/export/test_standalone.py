@@ -380,3 +380,9 @@ def _filled_start(model):
     from mechc.assembly.initial_values import filled_start
 
     return filled_start(model.system, {}, {}, {})
+
+
+def test_an_option_that_there_is_not_is_refused_by_its_name(tmp_path):
+    kane, *_ = cart()
+    with pytest.raises(mechc.UnknownNameError, match="no option of a mechanism is called 'input'"):
+        mechc.export_c(kane, tmp_path, name="cart", input={"F": 1.0})

@@ -91,6 +91,12 @@ def found(load: Expr) -> list[float]:
         (acos(q * t), [q + t * u]),
         (sqrt(q**2 + q**4) + (u**2 * (1 + q**2)) ** (f / 3), [q, u]),
         (sqrt(1 - cos(q)) + sqrt(2 + 2 * sin(u)), [sin(q / 2), cos(u / 2 - pi / 4)]),
+        (sign(tan(q)), [sin(q), cos(q)]),
+        (Heaviside(1 / (q - f)), [q - f]),
+        (Abs(q + 1 / u), [q * u + 1, u]),
+        (sqrt(1 - sin(q) ** 2) + sqrt(u**2 - 2 * f * u + f**2), [cos(q), u - f]),
+        (acos(1 - sin(u) ** 2 / 2) + 1 / sqrt(1 + 1 / q**2), [sin(u), q]),
+        (acos(cos(Abs(q) ** 3) * f), [sin(Abs(q) ** 3), q]),
     ],
 )
 def test_the_arguments_of_corners_and_jumps_are_found(load: Expr, functions: list[Expr]) -> None:
@@ -107,7 +113,8 @@ def test_the_arguments_of_corners_and_jumps_are_found(load: Expr, functions: lis
         (tanh(50 * u), [50 * u / 18 - 1, 50 * u / 18 + 1]),
         (1 / (1 + exp(-f * q)) + u, [f * q / 36 - 1, f * q / 36 + 1]),
         (1 / cosh(9 * q), [q / 4 - 1, q / 4 + 1]),
-        (exp(-t) + exp(q) + tanh(f) + sin(q) ** 6 + 1 / (1 + q**2), []),
+        (exp(-t) + exp(q) + tanh(f) + sin(q) ** 6 + 1 / (1 + sin(q) ** 2), []),
+        (1 / (2 + 800 * q**2), [q / 0.9 - 1, q / 0.9 + 1]),
     ],
 )
 def test_the_edges_of_narrow_features_are_found(load: Expr, edges: list[Expr]) -> None:

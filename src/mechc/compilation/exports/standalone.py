@@ -42,6 +42,11 @@ def read_export(
 ) -> ExportRequest:
     """A checked request for an export; arguments as those of :func:`mechc.export_c`."""
     errors_of_compiler()
+    if "events" in options:
+        raise ValueOutOfBoundsError(
+            "exported C and pages have no events, stops or dry friction: a unit of "
+            "mechc.export_fmu(..., events=...) has them"
+        )
     numbers: dict[str, float] = {}  # default values that are not part of the request
     if isinstance(mechanism, str):
         asked: dict[str, Any] = {} if outputs is None else {"outputs": tuple(outputs)}

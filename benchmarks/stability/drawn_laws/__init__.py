@@ -1,0 +1,1 @@
+"""Random laws: drawn, followed from zero to zero by SciPy, and compared with mechc's motions."""

@@ -55,6 +55,7 @@ MECHC_STATIC void mechc_displace(double t, const double *q, const mechc_scalar_g
 MECHC_ONCE void mechc_rows_at(double t, const double *q, const mechc_scalar_given *given,
                               mechc_scalar_place *place)
 {
+    mechc_scalar_give_ordinary(given, place);
     mechc_scalar_configuration(t, q, given, place->gap, place->jacobian, place->bias, 0,
                                place->saved, 0, 0);
 }

@@ -2,15 +2,14 @@
  * small stacks.  The caller can do other things meanwhile. */
 #pragma once
 
-#ifdef __linux__
-#ifndef _GNU_SOURCE
-#define _GNU_SOURCE /* pthread_getattr_np */
-#endif
-#endif
 #include <pthread.h>
 #include <stddef.h>
 #include <time.h>
 #include "codes.h"
+
+#if defined __linux__ && !defined __USE_GNU
+int pthread_getattr_np(pthread_t thread, pthread_attr_t *attributes);
+#endif
 
 typedef struct {
     void (*work)(void *);

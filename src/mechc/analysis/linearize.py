@@ -228,6 +228,7 @@ def _refuse_change_point(system: System, rows: Array, values: Array, t: float) -
     if lost and lost > len(redundant_constraints(system, values, t)):
         raise ChangePointError(
             "the constraints lose rank at this state: it is a change point, where branches of the "
-            "configuration cross and no unique linear model exists; linearize near it",
+            "configuration cross and no unique linear model exists, or the mechanism is folded "
+            "onto itself; linearize near it",
             None,
         )

@@ -71,13 +71,15 @@ def _root(term: Expr, definitions: Definitions) -> tuple[Expr, Expr, Expr] | Non
 
 def _of_fraction(divisor: Expr, definitions: Definitions) -> Iterator[Expr]:
     """Edges of 1 / (c + f x^2), which is as wide as x = sqrt(c / f); of no wave, which is not
-    narrow as a rule."""
+    narrow as a rule, and not where c and f have different signs: that is a pole."""
     terms = Add.make_args(divisor)
     fixed = [x for x in terms if definitions.is_fixed(x)]
-    found = [_root(x, definitions) for x in terms if not definitions.is_fixed(x)]
-    if not fixed or len(found) != 1 or found[0] is None:
+    varying = [x for x in terms if not definitions.is_fixed(x)]
+    found = _root(varying[0], definitions) if len(varying) == 1 else None
+    signs = {x.could_extract_minus_sign() for x in (*varying, Add(*fixed))}
+    if not fixed or found is None or len(signs) == 2:
         return
-    base, exponent, factor = found[0]
+    base, exponent, factor = found
     if not isinstance(definitions.look_up(base), (sin, cos)):
         width = (Abs(Add(*fixed)) / factor) ** (1 / exponent)
         yield from _beside_zero(base / width * Rational(2, _NOTHING), definitions)

@@ -113,7 +113,7 @@ def test_the_arguments_of_corners_and_jumps_are_found(load: Expr, functions: lis
         (tanh(50 * u), [50 * u / 18 - 1, 50 * u / 18 + 1]),
         (1 / (1 + exp(-f * q)) + u, [f * q / 36 - 1, f * q / 36 + 1]),
         (1 / cosh(9 * q), [q / 4 - 1, q / 4 + 1]),
-        (exp(-t) + exp(q) + tanh(f) + sin(q) ** 6 + 1 / (1 + sin(q) ** 2), []),
+        (exp(-t) + exp(q) + tanh(f) + sin(q) ** 6 + 1 / (1 + sin(q) ** 2) + 1 / (1 - q**2), []),
         (1 / (2 + 800 * q**2), [q / 0.9 - 1, q / 0.9 + 1]),
     ],
 )

@@ -23,7 +23,7 @@ MANY = 40  # laws in one scene
 SHIFT = 1e-7  # of the start, for the condition
 TOLD = 1e-2  # a limit above that tells nothing
 FINER = 8  # the second reference's steps are so much shorter
-QUICK, FULL = 40, 400  # seeds
+QUICK, FULL = 8, 400  # seeds
 
 
 def random_laws(quick: bool) -> Iterator[Row]:

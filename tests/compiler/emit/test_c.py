@@ -73,7 +73,7 @@ COMPILERS = [(c,) for c in ("gcc", "clang") if shutil.which(c)] or [FOUND]
 BY_COMPILER = pytest.mark.parametrize("compiler", COMPILERS, ids=lambda words: Path(words[0]).name)
 OF_C = {
     *("_GLOBAL_OFFSET_TABLE_", "__stack_chk_fail"),
-    *("aligned_alloc", "calloc", "free", "realloc", "memcpy", "memmove", "memset"),
+    *("aligned_alloc", "calloc", "free", "realloc", "memcmp", "memcpy", "memmove", "memset"),
     *("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "exp", "log", "sinh", "cosh", "tanh"),
     *("sqrt", "pow", "copysign", "nearbyint", "floor", "ceil", "fabs", "fmin", "fmax"),
     *("ilogb", "ldexp", "nextafter"),

@@ -108,9 +108,8 @@ def _jump(last: _Last) -> Limit | None:
     rates = last.rates(last.t[-1:], last.y[-1:])[0]
     smallest = 16 * EPS * max(abs(t), abs(last.span[1] - t))
     ahead = np.concatenate([DISTANCES, -DISTANCES]) * smallest
-    way = np.where(
-        rates == 0.0, last.scale, rates
-    )  # a body at rest does not leave a jump by itself
+    # a body at rest does not leave a jump by itself
+    way = np.where(rates == 0.0, last.scale, rates)
     sides = last.rates(t + ahead, y + ahead[:, None] * way) / last.scale
     jumps = np.abs(sides[: len(DISTANCES)] - sides[len(DISTANCES) :])
     size = float(np.abs(rates / last.scale).max(initial=0.0))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from sympy import Abs, Heaviside, sign, sin
+from sympy import Abs, Heaviside, Max, sign, sin
 from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
@@ -144,6 +144,19 @@ def test_jumps_that_are_crossed_many_times_end_nothing(law, method):
     most = {"max_step": np.pi / 25} if law.has(Abs) else {}
     sol = ended(law, 600.0, (0.3, 0.1), rtol=1e-5, method=method, **most)
     assert sol.status.ok, sol.status
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(
+    "law",
+    [-5 * u - Abs(u) * u / 2 - q, -50 * u - Abs(q) * q - q, -50 * u - 3 * Max(q, 0) - q],
+    ids=["drag", "spring", "one-sided"],
+)
+def test_a_motion_that_comes_to_rest_chatters_about_no_corner(law, method):
+    """There both sides lead back too, at a rate that goes to zero with the distance."""
+    sol = ended(law, 3000.0, (0.3, 0.1), rtol=1e-6, method=method)
+    assert sol.status.ok, sol.status
+    assert np.abs(sol.y[-1]).max() < 1e-5
 
 
 def test_jumps_that_are_passed_are_no_matter():

@@ -5,7 +5,8 @@
 #include "stepping/lockstep_fit.h"
 
 #define MECHC_CHATTER_TURNS 8       /* ends of steps no nearer to the jump, among those watched */
-#define MECHC_CHATTER_STRAIGHT 0.1  /* of the distance to a zero, by which the way to it may be off */
+#define MECHC_CHATTER_BESIDE 0.125  /* of the distance to a zero: places on both sides of it */
+#define MECHC_CHATTER_LASTS 0.5     /* of the rate so far away: what a continuous rate is below there */
 #define MECHC_SWITCH_NOISE 64.0     /* roundings of the largest value that count as zero */
 #define MECHC_SWITCH_SLOPE 1e-4     /* of the step, over which a slope is a difference */
 
@@ -46,17 +47,19 @@ MECHC_RARE int mechc_switches_after(mechc_integration *run, const mechc_switch_p
     return mechc_switches_at(run, moment, there);
 }
 
-/* Whether the motion is led back from the other side of a function's zero too, which is so near that
- * the way there is straight. */
+/* Whether the motion is led to a function's zero from both sides next to it, by a jump: where rates are
+ * continuous, as in a motion that comes to rest, the function's rate goes to zero with it. */
 MECHC_RARE int mechc_leads_back(mechc_integration *run, const mechc_switch_place *here, int k,
                                 double moment)
 {
-    mechc_switch_place there;
-    const double value = here->value[k], way = moment * value / (value - here->later[k]);
-    if (!mechc_switches_after(run, here, way, moment, &there)) return 0;
-    if (!(fabs(there.value[k]) < MECHC_CHATTER_STRAIGHT * fabs(value))) return 0;
-    return mechc_switches_after(run, here, 2.0 * way, moment, &there) && there.value[k] * value < 0.0
-        && mechc_switch_returns(&there, k);
+    mechc_switch_place before, behind;
+    const double value = here->value[k], change = here->later[k] - value;
+    const double way = -moment * value / change, beside = MECHC_CHATTER_BESIDE * way;
+    if (!mechc_switches_after(run, here, way - beside, moment, &before)) return 0;
+    if (!mechc_switches_after(run, here, way + beside, moment, &behind)) return 0;
+    const int lasts = fabs(before.later[k] - before.value[k]) > MECHC_CHATTER_LASTS * fabs(change);
+    const int straight = before.value[k] * value > 0.0 && behind.value[k] * value < 0.0;
+    return straight && lasts && mechc_switch_returns(&before, k) && mechc_switch_returns(&behind, k);
 }
 
 /* Look for a jump to which the motion is led back from both sides, as friction by sign(v) does: steps

@@ -44,8 +44,8 @@ class PicturePlan:
         For every frame but the inertial one the number of the frame before it, and the nine
         entries, row after row, by which components in it become components in that frame.
     sliders
-        The bodies that slide along a line: label, name of the mass centre, whether it is a rigid
-        body for which no solid is given, and the numbers of a point at rest relative to the line
+        The bodies that slide along a line: label, name of the mass centre, whether a block stands
+        for it, no solid being drawn, and the numbers of a point at rest relative to the line
         and of one beside it in the direction of the line.
     points
         For every point but the origin the number of the point before it, and the way from there.
@@ -106,7 +106,8 @@ def picture_plan(
     names = [next(n for n, p in places.names.items() if p is slider.at) for slider in found]
     plan.names = tuple(dict.fromkeys((*drawing.names, *names)))
     steps = _PlanBuilder(places, plan)
-    given = {places.same.get(solid.at, solid.at) for solid in drawing.solids}
+    solids = drawing.solids if in_space else ()
+    given = {places.same.get(solid.at, solid.at) for solid in solids}
     steps.add_sliders(found, names, given)
     if in_space:
         steps.add(shapes(places, drawing.solids))
@@ -169,7 +170,7 @@ class _PlanBuilder:
         for slider, name in zip(found, names, strict=True):
             base = self._point(slider.base)
             self.plan.points.append((base, ((self._frame(slider.frame), slider.along),)))
-            is_block = slider.is_rigid and self.places.same[slider.at] not in given
+            is_block = slider.is_block and self.places.same[slider.at] not in given
             self.plan.sliders.append((slider.label, name, is_block, base, len(self.plan.points)))
 
     def add_joints(self) -> None:

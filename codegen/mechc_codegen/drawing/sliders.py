@@ -25,7 +25,8 @@ Components = tuple[Expr, Expr, Expr]
 class Slider:
     """A body whose mass centre slides along a line, with this direction in ``frame``.
 
-    ``base`` is at rest relative to the line.
+    ``base`` is at rest relative to the line.  ``is_block``: whether a block stands for the body; a
+    bead that no link leads to is a point.
     """
 
     label: str
@@ -33,7 +34,7 @@ class Slider:
     at: Point
     frame: ReferenceFrame
     along: Components
-    is_rigid: bool
+    is_block: bool
 
 
 def sliders(places: Places, linked: Collection[Point]) -> list[Slider]:
@@ -48,11 +49,11 @@ def sliders(places: Places, linked: Collection[Point]) -> list[Slider]:
         if line is None or body is None:
             continue
         frame, along = line
-        rigid = is_rigid(body)
         held = {places.same[way[1]], places.same[body.masscenter]} & {*linked}
-        if rigid or held or places.group_of(frame) is not places.mechanism.frame:
+        is_block = is_rigid(body) or bool(held)
+        if is_block or places.group_of(frame) is not places.mechanism.frame:
             found.setdefault(
-                body.name, Slider(body.name, way[0], body.masscenter, frame, along, rigid)
+                body.name, Slider(body.name, way[0], body.masscenter, frame, along, is_block)
             )
     return list(found.values())
 

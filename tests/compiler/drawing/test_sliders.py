@@ -12,6 +12,7 @@ from mechc_codegen.description.source import ConversionSettings, Source
 from mechc_codegen.drawing.plan import picture_plan
 from mechc_codegen.frontend.read import read
 from mechc_codegen.frontend.sympy_joints import from_joints
+from mechc_codegen.library.catalogue import shipped_mechanism
 from sympy import Rational, Symbol, cos, sin, sqrt, symbols
 from sympy.physics.mechanics import (
     KanesMethod,
@@ -114,11 +115,19 @@ def test_a_particle_slides_where_a_link_leads_to_it_or_its_line_turns() -> None:
     ball = Particle("ball", Point("P"), m)
     made = kane(s * frame.x, frame, origin, ball)
     rail = Drawing(links=(("rod", ("O", "P")),))
-    assert sliders_of(made, rail) == {"ball": ((1, 0, 0), False)}
+    assert sliders_of(made, rail) == {"ball": ((1, 0, 0), True)}
     arm = frame.orientnew("A", "Axis", (q, frame.z))
     bead = Particle("bead", Point("B"), m)
     turning = kane(s * arm.x, frame, Point("O"), bead, (q, 0), (s, 0))
     assert sliders_of(turning) == {"bead": ((1, 0, 0), False)}
+
+
+def test_a_block_stands_for_a_slider_whose_solid_is_drawn_in_space_alone() -> None:
+    made = shipped_mechanism("slider_crank")
+    known = {p.symbol.name for p in made.parameters}
+    for in_space in (False, True):
+        plan = picture_plan(made, Drawing(), known, in_space=in_space)
+        assert [is_block for _, _, is_block, *_ in plan.sliders] == [not in_space]
 
 
 # -- what else is drawn ---------------------------------------------------------------------------

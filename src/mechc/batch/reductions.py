@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -44,9 +45,19 @@ ENTRY = re.compile(r"\s*([^\W\d]\w*)\s*+(?:\[\s*(\d+(?:\s*,\s*\d+)*)\s*\])?\s*")
 _AWAY = re.compile(r"([^=]*),\s*+away\s*+=([^=]*)")
 _LEVEL = re.compile(r"(.*)([<>=])([^<>=]*)", re.DOTALL)
 
-Primitive = tuple[
-    int, int, int, int, int, bool, int, float, float
-]  # the argument of the compiled loop
+
+class Primitive(NamedTuple):
+    """What the compiled loop computes: the fields of ``mechc_quantity``, in order."""
+
+    reduction: int
+    form: int
+    output: int
+    second: int
+    component: int
+    of_motion: bool
+    direction: int
+    level: float
+    away: float
 
 
 @dataclass(frozen=True)
@@ -85,7 +96,7 @@ class _ReducedQuantity:
     def primitive(
         self, kind: int, direction: int = 0, level: float = 0.0, away: float = 0.0
     ) -> Primitive:
-        return (
+        return Primitive(
             kind, self.form, self.output, self.second, self.component, self.of_motion, direction,
             level, away,
         )  # fmt: skip

@@ -102,14 +102,17 @@ class Batch:
                 f"{met} members crossed change points, where the links are in line and two motions "
                 "are possible: the ideal mechanism goes straight on, as computed"
             )
-        for i, text in enumerate(self.recipe.reductions):
-            infinite = int(np.isinf(self[f"reduction_{i}"]).sum()) if met else 0
-            if infinite:
-                told.append(
-                    f"{text} is infinite in {infinite} members: at a change point constraint "
-                    "forces of an ideal mechanism grow without bound; extremes leave out the "
-                    "time around it with away=, as in max(norm(multipliers), away=10ms)"
-                )
+        infinite = [
+            np.isinf(self[f"reduction_{i}"]) for i in range(len(self.recipe.reductions)) if met
+        ]
+        if np.any(infinite):
+            texts = [x for x, of in zip(self.recipe.reductions, infinite, strict=True) if of.any()]
+            told.append(
+                f"infinite in {np.any(infinite, axis=0).sum()} members: {', '.join(texts)}. At a "
+                "change point constraint forces of an ideal mechanism grow without bound; extremes "
+                "leave out the time around it with away=, as in "
+                "max(norm(multipliers), away=10ms)"
+            )
         failed = {what: n for what, n in self.counts.items() if what not in ENDED}
         if failed:
             words = ", ".join(f"{n} {what}" for what, n in failed.items())

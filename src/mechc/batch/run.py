@@ -105,7 +105,8 @@ def _runs(
     in_contact = events is not None and bool(events.laws)
     if in_contact:
         names = list(system.scene.outputs)
-        reduced = [names[each[2]] for each in (*quantities, *filter(None, [until])) if each[2] >= 0]
+        asked = (*quantities, *filter(None, [until]))
+        reduced = [names[each.output] for each in asked if each.output >= 0]
         refuse_derivatives_in_contact([*recipe.outputs, *reduced])
     request = request_of(
         system, recipe.span, _first(system, values), policy._replace(dense=dense), events, scene

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from mechc.batch.controlled import run_controlled
+from mechc.batch.driven import checked_inputs
 from mechc.batch.events import batch_events
 from mechc.batch.results import Batch
 from mechc.batch.run import cores, run_members
@@ -141,20 +142,20 @@ def simulate_batch(
         raise ValueOutOfBoundsError(
             "a batch raises no error for one member: use on_change_point='stop' or 'continue'"
         )
-    policy = partial(
-        checked_policy, system, rtol=rtol, atol=atol, method=method, first_step=first_step,
-        max_step=max_step, max_steps=max_steps, dense=True, on_change_point=on_change_point,
-        lockstep=lockstep,
+    given = checked_inputs(system, inputs)
+    policy = checked_policy(
+        system, rtol=rtol, atol=atol, method=method, first_step=first_step, max_step=max_step,
+        max_steps=max_steps, dense=True, on_change_point=on_change_point, lockstep=lockstep,
+        calls_python=bool(given.functions),
     )  # fmt: skip
     recipe = checked_recipe(
         system, span, y0, params, times, states, names_of(outputs), _reductions(reduce),
-        "" if until is None else until, policy(), inputs,
+        "" if until is None else until, policy, given,
     )  # fmt: skip
     by = one_number_each(system, names_of(sensitivities))
     recipe = replace(
         recipe, events=batch_events(system, span, events), sensitivities=by,
         sensitivity_error_control=bool(sensitivity_error_control and by),
-        policy=policy(calls_python=bool(recipe.inputs.functions)),
     )  # fmt: skip
     functions = recipe.inputs.calls_python or (recipe.events is not None and not recipe.events.key)
     if functions and (out is not None or client is not None):  # nor do they identify a batch

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mechc.batch.driven import NONE, BatchInputs, Columns, check_driven, checked_inputs, cut
+from mechc.batch.driven import NONE, BatchInputs, Columns, check_driven, cut
 from mechc.batch.events import BatchEvents
 from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.simulation.settings import Policy
@@ -148,7 +148,7 @@ def checked_recipe(
     reductions: Sequence[str],
     until: str,
     policy: Policy,
-    inputs: Mapping[str, Any] | None = None,
+    given: BatchInputs,
 ) -> Recipe:
     """A recipe that names only what the model has, with columns of one length.
 
@@ -168,7 +168,6 @@ def checked_recipe(
     for name in guess:
         if name in coordinates or np.ndim(guess[name]):
             raise AssemblyError(f"{name}: a guess is one number, for a coordinate not given")
-    given = checked_inputs(system, inputs)
     check_driven(system, given, np.append(t_eval, span), states is None)
     every = {**columns, **coordinates, **speeds, **given.numbers}
     every |= {"y0": states} if states is not None else {}

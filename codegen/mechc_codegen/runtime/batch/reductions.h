@@ -13,7 +13,7 @@
 #define MECHC_FINE 3e-6 /* of a step: an extreme placed so is right to the square of it */
 #define MECHC_LEVEL 1e-12
 #define MECHC_POLE_WAY 0.25    /* of the way from a change point to the step's end, */
-#define MECHC_POLE_HALVINGS 5       /* and how often it is halved */
+#define MECHC_POLE_HALVINGS 5  /* and how often it is halved */
 #define MECHC_POLE_GROWTH 1.2  /* between the ratios of a logarithm, 1, and of an inverse root */
 #define MECHC_POLE_SIZE 1e-6   /* of the quantity: what is less is rounding, */
 #define MECHC_POLE_ERRORS 1e2  /* or an error of the motion, of so many tolerances */
@@ -305,6 +305,20 @@ static double mechc_limit_beside(const mechc_probe *probe, double at, double way
     return grows ? copysign(HUGE_VAL, end) : NAN;
 }
 
+/* The first crossing whose time, as a fraction of the step, is above `from`. */
+static ptrdiff_t mechc_crossing_after(const mechc_probe *probe, double from, ptrdiff_t row)
+{
+    const mechc_trajectory *steps = probe->steps;
+    const double *t = steps->t + probe->step;
+    ptrdiff_t low = 0, high = steps->crossing_count;
+    while (low < high) {
+        const ptrdiff_t middle = low + (high - low) / 2;
+        if ((steps->crossings[middle * row] - t[0]) / (t[1] - t[0]) > from) high = middle;
+        else low = middle + 1;
+    }
+    return low;
+}
+
 /* Reduce quantity i over the fraction `end` of a step: the parts between its poles, or those that
  * are away from change points. */
 static void mechc_reduce_step(mechc_reducer *reducer, const mechc_trajectory *steps, ptrdiff_t step,
@@ -313,16 +327,17 @@ static void mechc_reduce_step(mechc_reducer *reducer, const mechc_trajectory *st
     const mechc_quantity *quantity = reducer->quantity + i;
     const double *t = steps->t + step, away = quantity->away / fabs(t[1] - t[0]);
     const ptrdiff_t row = reducer->motion->coordinates + 2;
-    const ptrdiff_t crossings = quantity->of_motion || away > 0.0 ? steps->crossing_count : 0;
+    const int smooth = !quantity->of_motion && away == 0.0;
     mechc_probe probe = {reducer, quantity, steps, step, 0.0, end, {NAN, NAN},
                          quantity->reduction == MECHC_MAXIMUM ? -1.0 : 1.0};
     if (quantity->reduction == MECHC_LAST) return;
-    for (ptrdiff_t k = 0; k < crossings; k++) {
+    ptrdiff_t k = smooth ? steps->crossing_count : mechc_crossing_after(&probe, -away, row);
+    for (; k < steps->crossing_count; k++) {
         const double at = (steps->crossings[k * row] - t[0]) / (t[1] - t[0]);
         double after = NAN;
-        probe.end = fmin(at - away, end);
+        if (!(at - away < end)) break;
+        probe.end = at - away;
         if (away == 0.0) {
-            if (!(at > 0.0 && at < end)) continue;
             probe.limit[1] = mechc_limit_beside(&probe, at, -MECHC_POLE_WAY * at);
             after = mechc_limit_beside(&probe, at, MECHC_POLE_WAY * (1.0 - at));
             if (isnan(probe.limit[1]) && isnan(after)) continue;

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mechc.batch.dataset import attributes
-from mechc.batch.driven import NONE, BatchInputs, Columns
+from mechc.batch.driven import NONE, BatchInputs, Columns, checked_inputs
 from mechc.batch.events import events_from_json
 from mechc.batch.layout import (
     METADATA,
@@ -384,7 +384,8 @@ def _checked_again(system: System, recipe: Recipe) -> Recipe:
     again = checked_recipe(
         system, span, start, recipe.params, checked_times(recipe.t_eval, span),
         recipe.keep_states, recipe.outputs, recipe.reductions, recipe.until,
-        checked_policy(system, **told), {**recipe.inputs.numbers, **recipe.inputs.signals},
+        checked_policy(system, **told),
+        checked_inputs(system, {**recipe.inputs.numbers, **recipe.inputs.signals}),
     )  # fmt: skip
     again = replace(
         again, events=recipe.events, sensitivities=recipe.sensitivities,

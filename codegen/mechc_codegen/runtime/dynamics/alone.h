@@ -43,10 +43,8 @@ MECHC_INLINE real FN(rows_of_states)(real t, const real *q, const FN(given) *giv
     for (int lane = 0; lane < RLANES; lane++) {
         double *own = state[lane & 1], *values = p[lane & 1];
         if (!asks[lane]) continue;
-        for (int i = 0; i < MECHC_NQ; i++)
-            memcpy(own + i, (const double *)(q + i) + lane, sizeof *own);
-        for (int i = 0; i < MECHC_NP; i++)
-            memcpy(values + i, (const double *)(given->p + i) + lane, sizeof *values);
+        FN(take_lane)(q, MECHC_NQ, lane, own);
+        FN(take_lane)(given->p, MECHC_NP, lane, values);
         const int repeated = last == lane - 1 && lane && times[lane] == times[last]
                           && given->inputs[lane] == given->inputs[last]
                           && memcmp(state[0], state[1], sizeof state[0]) == 0

@@ -35,6 +35,12 @@ MECHC_INLINE int FN(stopped)(const FN(given) *given)
     return MECHC_NX >= MECHC_WIDE && given->stop && __atomic_load_n(given->stop, __ATOMIC_RELAXED);
 }
 
+/* The numbers of one lane. */
+MECHC_INLINE void FN(take_lane)(const real *values, int count, int lane, double *out)
+{
+    for (int i = 0; i < count; i++) memcpy(out + i, (const double *)(values + i) + lane, sizeof *out);
+}
+
 #if MECHC_NI > 0
 /* Input values first .. last - 1, NaN if no inputs are given; u may be NULL if none needs the
  * speeds.  A lane that repeats the one before it, as all but one do if a single run is in lockstep,
@@ -49,10 +55,8 @@ MECHC_ONCE void FN(read_inputs)(real t, const real *q, const real *u, const FN(g
         const mechc_inputs *inputs = given->inputs[lane];
         double *own = state[lane & 1], value[MECHC_NI];
         const int needs_state = inputs && inputs->needs_state;
-        for (int i = 0; needs_state && i < MECHC_NQ; i++)
-            memcpy(own + i, (const double *)(q + i) + lane, sizeof(double));
-        for (int i = 0; needs_state && u && i < MECHC_NU; i++)
-            memcpy(own + MECHC_NQ + i, (const double *)(u + i) + lane, sizeof(double));
+        if (needs_state) FN(take_lane)(q, MECHC_NQ, lane, own);
+        if (needs_state && u) FN(take_lane)(u, MECHC_NU, lane, own + MECHC_NQ);
         const int repeated = lane && inputs == given->inputs[lane - 1]
                           && times[lane] == times[lane - 1]
                           && memcmp(state[0], state[1], sizeof state[0]) == 0;

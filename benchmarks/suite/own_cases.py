@@ -16,7 +16,7 @@ from ..timing.cases import Case, grid
 from ..timing.processes import clocked
 
 SINGLE, BATCH = "mechc", "mechc batch"
-BATCH_METHODS = ("dop853", "gauss8", "gauss8 lockstep", "taylor")
+BATCH_METHODS = ("auto", "dop853", "gauss8", "gauss8 lockstep", "taylor")
 FEWEST, MOST = 16, 1024  # members: twice as many as there are lanes, and as many as tell
 BATCH_SECONDS = 0.03  # about what a batch shall take, beside which its start hardly counts
 DERIVE = ("read", "describe", "derive", "differentiate", "optimize", "sensitivity")
@@ -29,8 +29,8 @@ def build(problem: Problem, tolerances: Sequence[float]) -> tuple[list[Case], di
     model = problem.model
     model.simulate(1e-3 * problem.t_end, problem.start, problem.params)  # all of it is compiled
     loaded = time.perf_counter() - start
-    if "taylor" in _offered(model, METHODS_OF_USERS):  # a part of its own
-        model.simulate(1e-3 * problem.t_end, problem.start, problem.params, method="taylor")
+    for method in _offered(model, BATCH_METHODS):  # parts of their own
+        _batch(problem, problem.start[None], method, 1e-3 * problem.t_end)
     spent = model.build.get("seconds", {})
     setup = {"load": loaded}
     if "first unit" in spent:
@@ -62,16 +62,20 @@ def batch(problem: Problem, tolerances: Sequence[float]) -> list[Case]:
     states = np.tile(problem.start, (members, 1))
 
     def run(method: str, tol: float) -> Any:
-        name, _, lockstep = method.partition(" ")
-        return model.simulate_batch(
-            problem.t_end, states, problem.params, rtol=tol, method=name, lockstep=bool(lockstep),
-            threads=1, progress=False,
-        )  # fmt: skip
+        return _batch(problem, states, method, problem.t_end, tol)
 
     return grid(
         BATCH, _offered(model, BATCH_METHODS), tolerances, run,
         lambda b: problem.observe(b.y[-1]) if np.all(b.ok) else None,
         lambda b: b.status(members - 1).code, trajectories=members,
+    )  # fmt: skip
+
+
+def _batch(problem: Problem, states: Any, method: str, t_end: float, rtol: float = 1e-9) -> Any:
+    name, _, lockstep = method.partition(" ")
+    return problem.model.simulate_batch(
+        t_end, states, problem.params, rtol=rtol, method=name, threads=1, progress=False,
+        lockstep=None if name == "auto" else bool(lockstep),
     )  # fmt: skip
 
 

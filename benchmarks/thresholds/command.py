@@ -58,6 +58,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         parser.error(f"no constant is called {', '.join(sorted(unknown))}")
     folder, full = _folder(), chosen.full
     _measure(folder, full, [("", 1.0)], 1)
+    _check_base(_found(folder, full)["", 1.0])
     tried = chosen.factors or (HALF, TWICE)
     _measure(folder, full, [(name, x) for name in names for x in tried], chosen.processes)
     found = _found(folder, full)
@@ -107,6 +108,12 @@ def _folder() -> Path:
     if not [*folder.rglob("_closing*.so")]:
         build_closing(folder, folder / "closing")
     return folder
+
+
+def _check_base(base: Mapping[str, Any]) -> None:
+    """Raise RuntimeError where a family broke off with the constants as they are."""
+    if broken := [each for each in base.get("bad", (base,)) if "broke" in each]:
+        raise RuntimeError(f"nothing can be compared with this: {broken[0]}")
 
 
 def _size(full: bool) -> str:

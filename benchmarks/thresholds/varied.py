@@ -59,6 +59,8 @@ def write_headers(constants: Sequence[Constant], folder: Path) -> None:
         name, lines = path.relative_to(RUNTIME).as_posix(), path.read_text("utf-8").splitlines()
         varied = [_varied(line, defined[name].get(i + 1), values, places) for i, line in
                   enumerate(lines)]  # fmt: skip
+        if "tableau" in name:  # of constants alone, and read by Python
+            varied = [_with_values(line, values) for line in varied]
         if varied != lines:
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / name).write_text("\n".join(varied) + "\n", "utf-8")
@@ -81,6 +83,13 @@ def _varied(
     if (found := _INITIALISED.match(line)) and found[2] in values:
         return line.replace(found[2], values[found[2]])
     return _USE.sub(r"MECHC_TRAIT(\2, \1)", line)
+
+
+def _with_values(line: str, values: Mapping[str, str]) -> str:
+    """A line of a table with the constants' values, but for their definitions."""
+    if line.lstrip().startswith("#"):
+        return line
+    return re.sub(r"\bMECHC_\w+", lambda found: values.get(found[0], found[0]), line)
 
 
 def _traits(constants: Sequence[Constant]) -> dict[tuple[str, str], str]:

@@ -8,5 +8,6 @@ DATA = ROOT / "benchmarks" / "data"
 
 
 def by(method):
-    """The arguments of a run by a method, or by ``LOCKSTEP``."""
-    return {"method": "gauss8", "lockstep": True} if method == LOCKSTEP else {"method": method}
+    """The arguments of a run, or of a batch of such, by a method, or by ``LOCKSTEP``."""
+    together = method == LOCKSTEP
+    return {"method": "gauss8" if together else method, "lockstep": together}

@@ -29,6 +29,7 @@ from mechc_codegen.emit.layout import (
 from mechc_codegen.emit.row_blocks import scene_blocks
 from mechc_codegen.ir.program import Program, Statement, slice_statements, symbols_of, targets_of
 
+WIDEST_IN_LANES = 32  # components of a state
 LONG = 200  # values of a stage, beyond which its parts are called rather than in line
 
 Kind = Literal["hoist", "configuration", "motion", "output"]
@@ -111,6 +112,14 @@ class SceneFunctions:
     def _stores(self, targets: Mapping[str, str]) -> list[tuple[Output, str]]:
         present = [(name, target) for name, target in targets.items() if name in self.outputs]
         return [(self.outputs[name], target) for name, target in present]
+
+    @property
+    def fits_lanes(self) -> bool:
+        """Whether several runs fit the lanes: larger states and their stages leave the first cache,
+        and conditioning is watched of rows on the configuration alone."""
+        symbols, equations = self.program.symbols, self.equations
+        watched = not equations.nonholonomic or (equations.holonomic <= 1 and not equations.tree)
+        return watched and len(symbols.q) + len(symbols.u) <= WIDEST_IN_LANES
 
     @property
     def long(self) -> bool:

@@ -98,7 +98,9 @@ def scene_metadata(
         ),
         # Number of switching functions; none if they do not show every corner and jump.
         **({"switches": len(functions.outputs[SWITCHING].elements)} if switched else {}),
-        **({"taylor": True} if program.series else {}),
+        **({"taylor": {"sums": program.series.sums}} if program.series else {}),
+        "lockstep": functions.fits_lanes,
+        "identity_kinematics": equations.identity_kinematics,
         "closing": _closing(parameters, lowered, equations),
         "operations": operation_counts(lowered, functions),
         **_row_blocks(functions),

@@ -65,6 +65,7 @@ class InputValue:
     order: int
 
 
+LINEAR = ("constant", "state", "time", "sum")  # without sums over products of lower orders
 OperationKind = Literal[
     "constant", "state", "time", "sum", "product", "quotient", "root", "power",
     "sine", "cosine", "exp", "log",
@@ -119,6 +120,12 @@ class Series:
                 if self.operations[number].kind in ("sine", "cosine"):  # each needs the other
                     left.append(number + (1 if self.operations[number].kind == "sine" else -1))
         return sorted(found)
+
+    @property
+    def sums(self) -> int:
+        """How many sums over products of lower orders each order takes."""
+        left = set(self.needed_operations) - dict(self.integrals).keys()
+        return sum(self.operations[n].kind not in LINEAR for n in left)
 
     def is_constant(self, number: int) -> bool:
         return self.operations[number].kind == "constant"

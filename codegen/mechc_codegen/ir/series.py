@@ -24,7 +24,6 @@ from mechc_codegen.ir.program import (
 from mechc_codegen.ir.recurrences import NotAnalyticError, Recurrences
 
 MOST_SUMMED = 128  # operations with sums over lower orders: rows of all lanes stay in the cache
-LINEAR = ("constant", "state", "time", "sum")
 
 
 def add_series(program: Program, equations: Equations) -> Program:
@@ -39,8 +38,7 @@ def add_series(program: Program, equations: Equations) -> Program:
         series = _read(program, names)
     except NotAnalyticError:
         return program
-    left = set(series.needed_operations) - dict(series.integrals).keys()
-    if sum(series.operations[n].kind not in LINEAR for n in left) > MOST_SUMMED:
+    if series.sums > MOST_SUMMED:
         return program
     return replace(program, series=fewest([series, *in_momenta(series, len(program.symbols.q))]))
 

@@ -72,6 +72,20 @@ class Batch:
         return self[name]
 
     @property
+    def method(self) -> str:
+        """The method of the members: what ``"auto"`` took.
+
+        ``model.simulate(..., method=batch.method, lockstep=batch.lockstep)`` repeats one to the
+        last bit, where stability limits no steps.
+        """
+        return self.recipe.policy.method_of_users
+
+    @property
+    def lockstep(self) -> bool:
+        """Whether several members ran side by side in the SIMD lanes."""
+        return self.recipe.policy.lockstep
+
+    @property
     def t_eval(self) -> Array:
         """The times (nt,) of ``y_eval`` and of outputs, s."""
         return self.recipe.t_eval

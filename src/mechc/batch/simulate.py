@@ -53,7 +53,7 @@ def simulate_batch(
     rtol: float = 1e-9,
     atol: float | Array | None = None,
     method: str = "auto",
-    lockstep: bool = False,
+    lockstep: bool | None = None,
     first_step: float | None = None,
     max_step: float = math.inf,
     max_steps: int = 10_000_000,
@@ -68,8 +68,13 @@ def simulate_batch(
 
     Parameters
     ----------
-    t_span, rtol, atol, method, lockstep, first_step, max_step, max_steps
-        As in ``simulate``, the same for all members.
+    t_span, rtol, atol, method, first_step, max_step, max_steps
+        As in ``simulate``, the same for all members.  ``batch.method`` is what ``"auto"`` took.
+    lockstep
+        Run several members side by side in the SIMD lanes; by default wherever the method and the
+        scene allow it.  ``"auto"`` takes the method that is the fastest there.
+        ``simulate(..., method=method, lockstep=True)`` repeats a member of such a batch to the last
+        bit; members of one with ``lockstep=False`` are those of ``simulate`` by itself.
     y0
         States (nq + nu,) or (n, nq + nu), or a :class:`mechc.Assembly`, which closes the loops
         of each member with its own parameters; so does a mapping of coordinates and speeds.
@@ -143,6 +148,8 @@ def simulate_batch(
             "a batch raises no error for one member: use on_change_point='stop' or 'continue'"
         )
     given = checked_inputs(system, inputs)
+    if lockstep is None and (given.controllers or names_of(sensitivities)):
+        lockstep = False  # members are run one after another
     policy = checked_policy(
         system, rtol=rtol, atol=atol, method=method, first_step=first_step, max_step=max_step,
         max_steps=max_steps, dense=True, on_change_point=on_change_point, lockstep=lockstep,

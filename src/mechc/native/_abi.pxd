@@ -47,7 +47,7 @@ cdef extern from "abi/model.h":
         const double *scale
         double first_step, max_step
         long max_steps
-        int method, dense, on_change_point, may_stiffen
+        int method, dense, on_change_point, when_stiff
         const mechc_method *const *methods
         const int *stop
         const mechc_step_limits *limits

@@ -79,7 +79,7 @@ cdef int parts_of_batch(Scene scene, const mechc_options *options, bint lockstep
         parts |= MECHC_PART_EXPLICIT
     if lockstep: # members that continue alone
         parts |= MECHC_PART_COLLOCATION
-    if options.may_stiffen:
+    if options.when_stiff:
         parts |= MECHC_PART_IMPLICIT
     return parts | (MECHC_PART_OUTPUTS if quantities else 0)
 

@@ -102,7 +102,7 @@ cdef class Request:
         options.first_step, options.max_step = policy.first_step, policy.max_step
         options.max_steps, options.method, options.dense = policy.max_steps, method, policy.dense
         options.on_change_point = CHANGE_POINT_POLICIES[policy.on_change_point]
-        options.may_stiffen = policy.stiff_switch
+        options.when_stiff = METHODS[policy.when_stiff] if policy.when_stiff else 0
         options.methods = scene.unit.methods
         if policy.limits is not None:
             times, longest = policy.limits

@@ -22,6 +22,8 @@ LARGEST_TRAJECTORY = 2.0**30  # bytes of states and dense output, by default
 # Of the code that takes several runs in the lanes, the name of the method that users know.
 IN_LOCKSTEP = {code: name for name, code in reversed(LOCKSTEP.items())}
 METHODS_OF_USERS = tuple(name for name in METHODS if IN_LOCKSTEP.get(name, name) == name)
+# In lanes: sums of a Taylor series that leads, and the least rtol at which the explicit pair does.
+MOST_SUMS, LEAST_OF_PAIR, LEAST_OF_PAIR_FIRST_ORDER = 32, 1e-8, 1e-12
 SCIPYS = {"RK45": "dopri5", "DOP853": "dop853", "Radau": "radau5"}  # its names of the same methods
 
 
@@ -40,6 +42,7 @@ class Policy(NamedTuple):
     max_bytes: float = LARGEST_TRAJECTORY
     limits: tuple[Array, Array] | None = None  # times (n + 1,), the longest steps between them (n,)
     checkpoints: float | None = None  # bytes for them, in place of the trajectory
+    lockstep: bool = False  # the steps are those of several runs in the lanes
 
     def as_dict(self) -> dict[str, Any]:
         """The settings that decide the motion, by name; the limits follow from them."""
@@ -50,10 +53,16 @@ class Policy(NamedTuple):
     def arguments(self) -> dict[str, Any]:
         """The arguments of :func:`checked_policy` that give the same policy."""
         told = self.as_dict()
-        told["lockstep"] = self.method not in METHODS_OF_USERS
         told["method"] = "auto" if told.pop("stiff_switch") else self.method_of_users
         told["first_step"] = self.first_step or None
         return told
+
+    @property
+    def when_stiff(self) -> str:
+        """The method that takes over where stability limits the steps; empty: none."""
+        if not self.stiff_switch:
+            return ""
+        return "gauss8" if self.lockstep else "radau5"
 
     @property
     def method_of_users(self) -> str:
@@ -64,12 +73,13 @@ class Policy(NamedTuple):
 def checked_policy(
     system: System, *, rtol: float, atol: Any, method: str, first_step: float | None,
     max_step: float, max_steps: int, dense: bool, on_change_point: str,
-    max_bytes: float = LARGEST_TRAJECTORY, checkpoints: float | None = None, lockstep: bool = False,
-    calls_python: bool = False,
+    max_bytes: float = LARGEST_TRAJECTORY, checkpoints: float | None = None,
+    lockstep: bool | None = False, calls_python: bool = False,
 ) -> Policy:  # fmt: skip
     """The policy of a run or a batch; the last one of a system is kept.
 
     ``calls_python``: whether inputs besides those of the system are functions of Python.
+    ``lockstep=None``: where the method has it, and the scene.
 
     Raises
     ------
@@ -82,18 +92,21 @@ def checked_policy(
     if known is not None and atol is None and _are_equal(known[0], asked):
         kept: Policy = known[1]
         return kept
+    tolerance = _checked_rtol(rtol)
+    code, together = _in_lockstep(system, method, lockstep, tolerance, calls_python)
     policy = Policy(
-        _checked_rtol(rtol),
+        tolerance,
         None if atol is None else _checked_atol(system, atol),
-        _in_lockstep(_chosen_method(system, method, calls_python), lockstep),
+        code,
         0.0 if first_step is None else checked_positive("first_step", first_step),
         checked_positive("max_step", max_step, infinite=True),
         checked_count("max_steps", max_steps),
         dense,
         checked_change_point(on_change_point),
-        method == "auto" and not lockstep,
+        method == "auto",
         checked_positive("max_bytes", max_bytes, infinite=True),
         checkpoints=None if checkpoints is None else checked_positive("checkpoints", checkpoints),
+        lockstep=together,
     )
     if atol is None:
         system.cache["policy"] = asked, policy
@@ -160,14 +173,36 @@ def checked_change_point(policy: str) -> str:
     return checked_word("policy at change points", policy, CHANGE_POINT_POLICIES)
 
 
-def _in_lockstep(method: str, lockstep: bool) -> str:
-    """The method, or its code with a run in each lane."""
-    if not isinstance(lockstep, (bool, np.bool_)):
+def _in_lockstep(
+    system: System, method: str, lockstep: bool | None, rtol: float, calls_python: bool
+) -> tuple[str, bool]:
+    """The code of the method, and whether it is that of several runs in the lanes."""
+    if lockstep is not None and not isinstance(lockstep, (bool, np.bool_)):
         raise TypeError(f"lockstep is True or False, not {brief(lockstep)}")
-    if lockstep and method not in LOCKSTEP:
+    chosen = _chosen_method(system, method, calls_python)
+    auto = method == "auto"
+    if lockstep and not auto and chosen not in LOCKSTEP:
         others = ", ".join(repr(name) for name in METHODS_OF_USERS if name in LOCKSTEP)
         raise ValueOutOfBoundsError(f"method={method!r} has no lockstep: take one of {others}")
-    return LOCKSTEP[method] if lockstep else method
+    fits = system.data.get("lockstep") and not system.data.get("switches")
+    if lockstep is False or not fits or chosen not in LOCKSTEP or (auto and chosen != "gauss8"):
+        return chosen, False
+    return LOCKSTEP[_fastest_in_lanes(system, rtol) if auto else chosen], True
+
+
+def _fastest_in_lanes(system: System, rtol: float) -> str:
+    """The method whose runs take the least time at the same error (``mechc bench default``).
+
+    Series of few sums lead at all tolerances.  Explicit steps of order 8 grow so much shorter with
+    the tolerance that collocation of order 16 takes less work from some tolerance on: one that is
+    tighter where the speeds are no derivatives of the coordinates, since its iteration contracts
+    more slowly there.
+    """
+    series = system.data.get("taylor")
+    if series and series["sums"] <= MOST_SUMS:
+        return "taylor"
+    least = LEAST_OF_PAIR if system.data["identity_kinematics"] else LEAST_OF_PAIR_FIRST_ORDER
+    return "dop853" if rtol >= least else "gauss8"
 
 
 def _chosen_method(system: System, method: str, calls_python: bool) -> str:

@@ -7,23 +7,24 @@ import pytest
 
 import mechc
 from mechc.errors import EventError, MechcError, ValueOutOfBoundsError
+from tests.support import LOCKSTEP, by
 from tests.support.impacts import G
 
 BOUNCE = mechc.Event("q_0 < 0", reset={"u_0": "-u_0*(1 - m/10)"})
 EVENTS = [BOUNCE, mechc.Event("u_0", direction=-1)]
 
 
-@pytest.mark.parametrize("method", ["gauss8", "dop853", "dopri5", "radau5"])
+@pytest.mark.parametrize("method", ["gauss8", "dop853", "dopri5", "radau5", LOCKSTEP])
 def test_two_thousand_members_have_the_bits_of_simulate(ball, method):
     count, times = 2_000, np.linspace(0.0, 3.0, 7)
     starts = np.column_stack([np.linspace(0.5, 2.0, count), np.linspace(0.0, 1.0, count)])
     masses = np.linspace(0.5, 1.5, count)
     batch = ball.simulate_batch(
-        3.0, starts, {"m": masses}, events=EVENTS, method=method, t_eval=times, progress=False
+        3.0, starts, {"m": masses}, events=EVENTS, t_eval=times, progress=False, **by(method)
     )
     assert (batch.event_counts[:, 0] > 1).all()
     for k in (0, 1, 999, 1555, count - 1):
-        given = {"params": {"m": masses[k]}, "events": EVENTS, "method": method}
+        given = {"params": {"m": masses[k]}, "events": EVENTS, **by(method)}
         one = ball.simulate(3.0, starts[k], **given)
         np.testing.assert_array_equal(batch.y[k], one.y[-1])
         np.testing.assert_array_equal(batch.y_eval[k], one(times))
@@ -82,7 +83,7 @@ def test_ends_of_members_have_the_status_of_simulate(ball):
     for event in (third, stop, short):
         batch = ball.simulate_batch(5.0, y0, events=event, progress=False, t_eval=[0.1, 5.0])
         for k, start in enumerate(y0):
-            one = ball.simulate(5.0, start, events=event)
+            one = ball.simulate(5.0, start, events=event, lockstep=True)
             assert batch.status(k).code == one.status.code
             np.testing.assert_array_equal(batch.y[k], one.y[-1])
             assert batch.t[k] == one.t[-1]
@@ -98,7 +99,7 @@ TIMES = np.array([0.0, 0.31, 0.5, 1.3, 2.0, 3.1])
 PUSH = np.array([-4.0, -9.0, 1.5, -7.0, 3.0, -6.0])
 
 
-@pytest.mark.parametrize("method", ["gauss8", "dop853", "radau5"])
+@pytest.mark.parametrize("method", ["gauss8", "dop853", "radau5", LOCKSTEP])
 @pytest.mark.parametrize("kind", ["previous", "linear", "cubic", "numbers"])
 def test_members_with_inputs_have_the_bits_of_simulate(pushed, method, kind):
     """The motion restarts at kinks, and at resets between these."""
@@ -106,7 +107,7 @@ def test_members_with_inputs_have_the_bits_of_simulate(pushed, method, kind):
     starts = np.column_stack([np.linspace(0.2, 1.5, count), np.linspace(-1.0, 1.0, count)])
     own = np.linspace(-9.0, -3.0, count)
     forces = own if kind == "numbers" else mechc.Signal(TIMES, PUSH, kind)
-    given = {"events": WALL, "method": method, "params": {"k": 30.0}}
+    given = {"events": WALL, "params": {"k": 30.0}, **by(method)}
     batch = pushed.simulate_batch(
         3.0, starts, inputs={"F": forces}, t_eval=times, outputs=["power"], threads=2,
         progress=False, **given,

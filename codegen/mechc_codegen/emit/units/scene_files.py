@@ -46,6 +46,7 @@ def sizes_header(functions: SceneFunctions, metadata: Mapping[str, Any]) -> str:
         "saved": layout.kept + len(functions.saved),
         "turns": sum(isinstance(s, SineCosine) for s in functions.configuration),
         "identity": int(equations.identity_kinematics),
+        "lockstep": int(functions.fits_lanes),
         **layout.sizes,
         "tables": _sizes_of_few(functions) + _slides(functions, metadata) + layout.tables,
         "widest": max([*widths, len(symbols.q) + len(symbols.u), functions.rows]),

@@ -36,7 +36,7 @@ typedef struct {
     int method;          /* mechc_method_number */
     int dense; /* keep the coefficients of the dense output */
     int on_change_point; /* mechc_change_point_policy */
-    int may_stiffen; /* an explicit method may hand over to the implicit one */
+    int when_stiff; /* number of the method that takes over where stability limits steps; 0: none */
     const mechc_method *const *methods; /* by their numbers, or NULL: those of the unit */
     const int *stop; /* set by another thread: give up the step under way; NULL: never */
     const mechc_step_limits *limits; /* kept by the caller as long as the run; NULL: none */

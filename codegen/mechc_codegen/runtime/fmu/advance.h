@@ -12,7 +12,7 @@ MECHC_STATIC void mechc_fmu_set_options(mechc_fmu *fmu)
     fmu->reacher.options = (mechc_options){
         .p = fmu->now.p, .rtol = fmu->now.rtol, .max_step = HUGE_VAL, .max_steps = MECHC_FMU_MOST_STEPS,
         .method = method, .dense = fmu->reacher.ahead, .on_change_point = MECHC_CONTINUE_STRAIGHT,
-        .may_stiffen = 1,
+        .when_stiff = MECHC_RADAU5,
     };
 }
 

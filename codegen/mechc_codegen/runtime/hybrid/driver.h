@@ -224,7 +224,7 @@ MECHC_STATIC void mechc_in_contact(mechc_hybrid *hybrid, mechc_options *options)
 {
     options->outer = &hybrid->outer;
     options->dense = 1;
-    options->may_stiffen = options->last_only = 0;
+    options->when_stiff = options->last_only = 0;
     if (options->method != MECHC_DOPRI5) options->method = MECHC_DOP853;
 }
 

@@ -56,10 +56,11 @@ MECHC_STATIC int mechc_lockstep_part(const mechc_lockstep_method *method, mechc_
         if (!mechc_lockstep_keep(method, a, runs, lane, rows)) run->head.status = MECHC_NO_MEMORY;
         else if (a->last[lane]) run->head.status = MECHC_FINISHED;
         mechc_lockstep_take_turns(a, run, lane);
-        if (run->may_stiffen && a->stiff[lane] >= MECHC_STIFF) {
-            any = 1;
-            if (!mechc_use_method(run, run->methods[MECHC_RADAU5]))
-                run->head.status = MECHC_NO_MEMORY;
+        if (run->when_stiff && a->stiff[lane] >= MECHC_STIFF) {
+            any = run->alone = 1;
+            run->stiff = (int)a->stiff[lane];
+            if (!mechc_use_method(run, mechc_for_stiff(run))) run->head.status = MECHC_NO_MEMORY;
+            a->stiff[lane] = run->stiff;
         }
         any |= run->head.status != MECHC_RUNNING;
     }

@@ -23,7 +23,8 @@ typedef struct {
     double rows[MECHC_TAYLOR_MOST + 1][MECHC_SERIES];
     double t, scale, sizes[MECHC_TAYLOR_JUDGED]; /* of the rows */
     double weights[MECHC_NX], defect; /* 1 over what is tolerated; at the step's end */
-    int order, made;
+    double unstable;
+    int order, made, bound; /* whether the series, and not the step before, limits the step */
     double to_zero;   /* of the step that ends just past a root's zero, else infinite */
     double past_zero; /* the time there, else NaN */
     double over_zero; /* step of the pair from there */
@@ -46,6 +47,7 @@ MECHC_STATIC void mechc_taylor_make(mechc_integration *run)
 {
     mechc_taylor_work *w = mechc_taylor_of(run);
     w->order = mechc_taylor_rows(run);
+    w->unstable = mechc_taylor_unstable(w->order);
     mechc_taylor_enter(run);
 }
 
@@ -139,7 +141,8 @@ MECHC_STATIC void mechc_taylor_plan(mechc_integration *run)
     const int grows = !run->refused && run->head.stats.steps > 0;
     const double most = grows ? run->current->growth * run->step : run->step;
     const double reach = fabs(w->scale) * mechc_scalar_taylor_reach(w->sizes, w->order);
-    run->step = reach < most ? reach : most;
+    w->bound = reach < most;
+    run->step = w->bound ? reach : most;
     mechc_taylor_keep_branches(run, w);
 }
 
@@ -172,6 +175,19 @@ MECHC_STATIC double mechc_taylor_error(mechc_integration *run, double h, const d
     const mechc_taylor_work *w = mechc_taylor_of(run);
     (void)end;
     return fabs(h) < w->to_zero ? mechc_max(0.5, sqrt(w->defect)) : 0.5;
+}
+
+/* Whether stability limits the step. */
+MECHC_STATIC int mechc_taylor_limited(const mechc_integration *run, double h, const double *end,
+                                      double error)
+{
+    mechc_taylor_work *w = mechc_taylor_of(run);
+    double moved[MECHC_NX], rates[MECHC_NX];
+    (void)end, (void)error;
+    if (!w->bound) return 0;
+    mechc_scalar_taylor_moved(run->y, w->rows, w->order, w->sizes, moved);
+    mechc_scalar_rates(run->head.t, moved, &run->given, rates);
+    return mechc_scalar_taylor_stiffness(rates, w->rows, w->scale, w->weights, h) > w->unstable;
 }
 
 /* The factor of the next step: 1, since the next series decides about it, unless this one is refused. */
@@ -219,6 +235,7 @@ static const mechc_method mechc_taylor = {
     .switching = mechc_taylor_switching,
 #endif
     .shows_end = mechc_error_is_small,
+    .limited = mechc_taylor_limited,
     .dense = mechc_taylor_dense,
 };
 #endif

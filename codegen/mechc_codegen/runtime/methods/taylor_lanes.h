@@ -25,7 +25,9 @@ typedef struct {
     mechc_vector scale, sizes[MECHC_TAYLOR_JUDGED], weights[MECHC_NX];
     mechc_vector defect; /* of the step's end */
     mechc_mask first; /* the first step is not lengthened */
+    mechc_mask bound; /* the series, and not the step before, limits the step */
     mechc_mask leaves; /* lanes that continue alone, from their present state */
+    double unstable;
     int order; /* of all runs, whose tolerance is one */
 } mechc_taylor_lanes;
 
@@ -33,6 +35,7 @@ MECHC_STATIC void mechc_taylor_lanes_load(mechc_lockstep *a, int lane, const mec
 {
     mechc_taylor_lanes *own = (mechc_taylor_lanes *)a;
     own->order = mechc_taylor_rows(run);
+    own->unstable = mechc_taylor_unstable(own->order);
     own->first[lane] = -(int64_t)(run->head.stats.steps == 0);
 }
 
@@ -86,7 +89,8 @@ MECHC_ONCE void mechc_taylor_lanes_step(mechc_lockstep *a)
     const mechc_vector most = mechc_choose(stays, before, MECHC_TAYLOR_GROWTH * before);
     const mechc_vector reach =
         mechc_size_of(own->scale) * mechc_vector_taylor_reach(own->sizes, own->order);
-    a->step = mechc_choose(reach < most, reach, most);
+    own->bound = reach < most;
+    a->step = mechc_choose(own->bound, reach, most);
     mechc_taylor_lanes_watch(own);
     a->step = mechc_choose(own->leaves, before, a->step);
     mechc_lockstep_next_step(a);
@@ -111,6 +115,17 @@ MECHC_INLINE mechc_vector mechc_taylor_lanes_error(mechc_lockstep *a)
     return mechc_choose(leads, mechc_spread(0.25), mechc_spread(HUGE_VAL));
 }
 
+/* Whether stability limits the step. */
+MECHC_INLINE mechc_mask mechc_taylor_lanes_limited(const mechc_lockstep *a)
+{
+    mechc_taylor_lanes *own = (mechc_taylor_lanes *)a;
+    mechc_vector moved[MECHC_NX], rates[MECHC_NX];
+    mechc_vector_taylor_moved(a->y, own->rows, own->order, own->sizes, moved);
+    mechc_lockstep_rates((mechc_lockstep *)a, a->t, moved, rates);
+    return own->bound
+         & (mechc_vector_taylor_stiffness(rates, own->rows, own->scale, own->weights, a->h) > own->unstable);
+}
+
 MECHC_ONCE void mechc_taylor_lanes_dense(mechc_lockstep *a, mechc_vector *rows)
 {
     mechc_taylor_lanes *own = (mechc_taylor_lanes *)a;
@@ -128,6 +143,7 @@ static const mechc_lockstep_method mechc_taylor_in_lanes = {
     .step = mechc_taylor_lanes_step,
     .error = mechc_taylor_lanes_error,
     .plans = 1,
+    .limited = mechc_taylor_lanes_limited,
     .dense = mechc_taylor_lanes_dense,
 };
 

@@ -56,7 +56,7 @@ typedef struct {
     double y[MECHC_NX], tolerance[MECHC_NX], scale[MECHC_NX];
     double turns[MECHC_NQ]; /* whole turns taken out of y: see turns.h */
     double rates[MECHC_MOST_RATES * MECHC_NX]; /* of this step; the first are those of y */
-    int may_stiffen;           /* go over to the implicit method where stability limits the step */
+    int when_stiff;            /* the method that takes over where stability limits the step; 0: none */
     int stiff, easy;           /* steps in a row that were limited so; that were not */
     int trial, trials;         /* steps left of the implicit method's trial; trials so far */
     int goes_back;             /* the trial is lost */

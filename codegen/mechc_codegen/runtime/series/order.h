@@ -21,6 +21,17 @@ static const double mechc_inverse_of[MECHC_TAYLOR_MOST + 1] __attribute__((unuse
     1.0 / 18, 1.0 / 19, 1.0 / 20, 1.0 / 21, 1.0 / 22, 1.0 / 23, 1.0 / 24, 1.0 / 25, 1.0 / 26,
 };
 
+/* Of what is tolerated: components of a smaller amplitude are not followed, and where their last terms
+ * are what is tolerated, stability limits the step. */
+#define MECHC_TAYLOR_UNSEEN 100.0
+
+/* The square of the least |lambda h| at which a component's term of this order, z^p / p! of its
+ * amplitude, is what is tolerated though the amplitude is that small. */
+static inline double mechc_taylor_unstable(int order)
+{
+    return exp(2.0 / order * (lgamma(order + 1.0) - log(MECHC_TAYLOR_UNSEEN)));
+}
+
 /* The order of steps whose allowed error, relative to the scales, is given. */
 static inline int mechc_taylor_order(double tolerance)
 {

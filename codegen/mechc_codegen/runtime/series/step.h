@@ -65,6 +65,27 @@ MECHC_INLINE real FN(taylor_reach)(const real *sizes, int order)
     return FN(taylor_corrected)(reach);
 }
 
+/* A state moved along the last terms, the direction of the fastest component, by what is tolerated. */
+MECHC_INLINE void FN(taylor_moved)(const real *y, real (*rows)[MECHC_SERIES], int order,
+                                   const real *sizes, real *moved)
+{
+    const real push = MECHC_TAYLOR_UNSEEN * R_SQRT(1.0 / sizes[0]);
+    for (int i = 0; i < MECHC_NX; i++) moved[i] = R_FMA(rows[order][i], push, y[i]);
+}
+
+/* The square of |lambda h| of that component, from the rates at the moved state. */
+MECHC_INLINE real FN(taylor_stiffness)(const real *rates, real (*rows)[MECHC_SERIES], real scale,
+                                       const real *weights, real h)
+{
+    const real part = h / scale;
+    real sum = R(0.0);
+    for (int i = 0; i < MECHC_NX; i++) {
+        const real change = (h * rates[i] - part * rows[1][i]) * weights[i];
+        sum = R_FMA(change, change, sum);
+    }
+    return sum * (1.0 / (MECHC_NX * MECHC_TAYLOR_UNSEEN * MECHC_TAYLOR_UNSEEN));
+}
+
 /* The series without its first row, over s; rows of even and of odd order are summed side by side. */
 MECHC_INLINE void FN(taylor_sum)(real (*rows)[MECHC_SERIES], int order, real s, real *sum)
 {

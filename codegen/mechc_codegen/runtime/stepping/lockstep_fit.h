@@ -13,11 +13,6 @@
 #define MECHC_LOCKSTEP_LOW 0.2
 #define MECHC_LOCKSTEP_BACK 0.25 /* and above which it comes back */
 
-/* The monitor is told of the configuration rows alone. */
-#define MECHC_LOCKSTEP_ROWS (MECHC_NC == MECHC_NH || (MECHC_NH <= 1 && MECHC_LINKS == 0))
-/* Larger states and their stages leave the first cache. */
-#define MECHC_LOCKSTEP (MECHC_NX <= 32 && MECHC_LOCKSTEP_ROWS)
-
 /* Whether the run uses the requested method, or the one that replaces it outside lockstep. */
 MECHC_STATIC int mechc_keeps_method(const mechc_integration *run)
 {

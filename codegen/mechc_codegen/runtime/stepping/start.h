@@ -78,7 +78,7 @@ MECHC_STATIC void mechc_take_options(mechc_integration *run, const mechc_options
     run->outer = options->outer;
     run->max_steps = options->max_steps;
     run->on_change_point = options->on_change_point;
-    run->may_stiffen = options->may_stiffen;
+    run->when_stiff = options->when_stiff;
     run->allowed = 1.0;
     if (options->atol) memcpy(run->tolerance, options->atol, sizeof run->tolerance);
     head->t = options->t0;
@@ -116,7 +116,7 @@ MECHC_STATIC int mechc_take_start(mechc_integration *run, const mechc_options *o
 /* The number of rows of the dense output: of the requested method, and of others that may take part. */
 MECHC_STATIC void mechc_count_dense_rows(mechc_integration *run, int dense)
 {
-    const int others = MECHC_NH > 0 || run->may_stiffen;
+    const int others = MECHC_NH > 0 || run->when_stiff;
     const int over_crossings = run->methods[MECHC_DOP853]->dense_rows;
     const mechc_method *method = run->method;
     run->most_dense = method->rows_of ? method->rows_of(run) : method->dense_rows;

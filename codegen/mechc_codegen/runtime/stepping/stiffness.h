@@ -1,4 +1,4 @@
-/* The change to the implicit method, on trial, where stability and not accuracy limits the steps.
+/* The change of method where stability and not accuracy limits the steps: to the implicit one on trial.
  *
  * Its order is lower: where a motion is followed to many digits it may need more steps than stability
  * does.  So its first steps are compared with those before it, by how far the same work leads; if it
@@ -34,7 +34,7 @@ MECHC_STATIC void mechc_watch_stiffness(mechc_integration *run, double h, const 
                                         double error)
 {
     const mechc_method *method = run->method;
-    if (!run->may_stiffen || run->current != method) return;
+    if (!run->when_stiff || run->current != method) return;
     if (run->trial > 0 && method->number == MECHC_RADAU5) { /* at its end the slower method is dropped */
         run->trial--;
         if (run->trial == MECHC_TRIAL - MECHC_TRIAL_GROWS) mechc_start_pace(run, h);
@@ -49,6 +49,13 @@ MECHC_STATIC void mechc_watch_stiffness(mechc_integration *run, double h, const 
     if (run->easy >= MECHC_EASY) run->stiff = 0;
 }
 
+/* The method that takes over: the implicit one from that which takes over from the others. */
+MECHC_STATIC const mechc_method *mechc_for_stiff(const mechc_integration *run)
+{
+    const mechc_method *method = run->methods[run->when_stiff];
+    return run->method == method ? run->methods[MECHC_RADAU5] : method;
+}
+
 /* Begin a trial of the implicit method, or end one that it has lost; 0 without memory. */
 MECHC_STATIC int mechc_change_method(mechc_integration *run)
 {
@@ -56,10 +63,13 @@ MECHC_STATIC int mechc_change_method(mechc_integration *run)
     run->goes_back = 0;
     if (back) return mechc_use_method(run, run->methods[run->left->number]);
     if (run->stiff < MECHC_STIFF << run->trials) return 1;
-    run->pace = mechc_pace(run, 0.0);
-    run->left = run->method;
-    run->stiff = 0;
-    run->trial = MECHC_TRIAL;
-    run->trials = run->trials < 8 ? run->trials + 1 : run->trials;
-    return mechc_use_method(run, run->methods[MECHC_RADAU5]);
+    const mechc_method *next = mechc_for_stiff(run);
+    if (next->number == MECHC_RADAU5) {
+        run->pace = mechc_pace(run, 0.0);
+        run->left = run->method;
+        run->trial = MECHC_TRIAL;
+        run->trials = run->trials < 8 ? run->trials + 1 : run->trials;
+        run->stiff = 0;
+    } else run->alone = 1; /* as a run from lockstep: collocation begins with Newton's iteration */
+    return mechc_use_method(run, next);
 }

@@ -269,7 +269,7 @@ MECHC_RARE int mechc_leave_switches(mechc_integration *run, double h)
 {
     mechc_switches *switches = &run->switches;
     switches->unwatched = 1;
-    if (!run->may_stiffen) return 0;
+    if (!run->when_stiff) return 0;
     switches->rest = switches->rests = mechc_max(2 * switches->rests, MECHC_SWITCH_REST);
     run->step = fabs(h);
     run->head.status = mechc_use_method(run, run->methods[MECHC_DOP853]) ? MECHC_RUNNING

@@ -15,7 +15,6 @@ from mechc.compilation.table import Table
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.inputs.accept import samples_or_signal
 from mechc.inputs.sampled import Sampled
-from mechc.inputs.signals import Signal
 from mechc.system.names import by_name
 from mechc.system.reference import ModelReference
 from mechc.system.system import System
@@ -138,26 +137,4 @@ def _curve(key: Any, value: Any) -> Any:
             "function of a coordinate, sympy.Function('h')(q)"
         )
     signal = samples_or_signal(value, order=LEAST_DERIVATIVES)
-    return value if signal is None else _piecewise(key.args[0], signal)
-
-
-def _piecewise(x: Any, signal: Signal) -> Any:
-    """A tree of choices: SymPy compares all conditions of a Piecewise with each other."""
-    from mechc_codegen.description.piecewise import Step, Where
-    from sympy import Float
-
-    knots = [Float(float(knot)) for knot in signal.pieces[0]]
-    values = []
-    for knot, row in zip(knots, signal.pieces[1], strict=True):
-        value = Float(0)
-        for factor in row[::-1]:
-            value = value * (x - knot) + Float(float(factor))
-        values.append(value)
-
-    def select(first: int, last: int) -> Any:
-        middle = (first + last) // 2
-        if middle == first:
-            return values[first]
-        return Where(Step(knots[middle] - x), select(first, middle), select(middle, last))
-
-    return select(0, len(values))
+    return value if signal is None else Table.of_signal(signal)(*key.args)

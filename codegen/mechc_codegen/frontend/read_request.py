@@ -13,7 +13,7 @@ from mechc_codegen.convert.convert import find_symbol, number
 from mechc_codegen.derive.joint_reactions import refuse_unknown_reactions
 from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.description.placement import reachable
-from mechc_codegen.description.request import OPTIONAL, USUAL, OutputRequest
+from mechc_codegen.description.request import OPTIONAL, OutputRequest, default_outputs
 from mechc_codegen.description.source import Key
 from mechc_codegen.description.terms import Multiplier, as_expression, printed_name
 from mechc_codegen.errors import MechanismError
@@ -59,7 +59,7 @@ def read_request(
             raise MechanismError(f"fix: {symbol} must be a number, not {value!r}")
         fixed[symbol] = exact
     if outputs is None:
-        outputs = ("energy",) if of_object else USUAL
+        outputs = default_outputs(of_object=of_object)
     names, own = _outputs(outputs)
     for reaction in (each.symbol for each in mechanism.reactions):
         own.setdefault(printed_name(reaction), reaction)

@@ -8,15 +8,15 @@ from typing import Any
 
 from mechc.compilation.build import compile_described, time_stage
 from mechc.compilation.compiler import errors_of_compiler
-from mechc.compilation.from_scene import drawn_by
+from mechc.compilation.from_scene import Seconds, drawn_by
 from mechc.compilation.library.defaults import split, with_defaults
 from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.compilation.table import Table
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.inputs.accept import samples_or_signal
 from mechc.inputs.sampled import Sampled
-from mechc.system.names import by_name
-from mechc.system.reference import ModelReference
+from mechc.system.names import by_name, name_of
+from mechc.system.reference import ModelReference, Origin
 from mechc.system.system import System
 
 LEAST_DERIVATIVES = 2  # of positions, for accelerations
@@ -28,10 +28,24 @@ def compile_any(thing: Any, *, drawing: Any = None, **asked: Any) -> System:
     errors_of_compiler()
     seconds: dict[str, float] = {}
     request, numbers = time_stage(seconds, "read", lambda: read_compilable(thing, **asked))
-    reference = ModelReference("", custom=True)
-    system = compile_described(request.description, reference, request.digest, seconds)
-    system = _drawn(system, request, drawing)
+    system = _drawn(_requested_system(request, numbers, seconds), request, drawing)
     return with_defaults(system, numbers, request.symbol_names) if numbers else system
+
+
+def _requested_system(
+    request: Any, numbers: Mapping[Any, float], seconds: Seconds, *, ahead: bool = True
+) -> System:
+    """The system of a request without its numbers, which those with more outputs get."""
+
+    def with_outputs(outputs: frozenset[str]) -> System:
+        wider = request.including(outputs)
+        system = _requested_system(wider, numbers, {}, ahead=False)
+        return system.with_defaults(
+            {name_of(key): x for key, x in numbers.items() if name_of(key) in system.parameters}
+        )
+
+    origin, reference = Origin(request.description, with_outputs), ModelReference("", custom=True)
+    return compile_described(origin, reference, request.digest, seconds, ahead=ahead)
 
 
 def _drawn(system: System, request: Any, drawing: Any) -> System:

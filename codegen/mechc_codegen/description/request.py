@@ -25,7 +25,8 @@ _LABEL = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
 def default_outputs(*, of_object: bool) -> tuple[str, ...]:
-    """The outputs where none are requested; ``of_object``: of an object of SymPy."""
+    """The outputs where none are requested; ``of_object``: of an object of SymPy, or of equations
+    without bodies."""
     return ("energy",) if of_object else USUAL
 
 

@@ -229,6 +229,12 @@ def _unavailable(mechanism: Mechanism, request: OutputRequest) -> dict[str, str]
             "from the load; give the bodies a potential_energy that has that of all loads. The "
             "balance of power holds in any case"
         )
+    if request.includes("energy") and mechanism.equations and not mechanism.equations.energies:
+        why = (
+            "the equations were given without it: mechc.from_equations(..., kinetic_energy=, "
+            "potential_energy=) takes both"
+        )
+        reasons |= dict.fromkeys(OUTPUTS["energy"], why)
     if request.includes("points") and not mechanism.points:
         why = "no position of a body from a point at rest in the inertial frame is known"
         reasons |= dict.fromkeys(OUTPUTS["points"], why)

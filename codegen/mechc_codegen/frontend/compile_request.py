@@ -71,7 +71,8 @@ class CompileRequest:
         """The same request with further outputs, by name."""
         own = self.options.outputs
         if own is None:
-            own = default_outputs(of_object=self._source is not None)
+            bare = self._mechanism is None or not self._mechanism.bodies
+            own = default_outputs(of_object=bare)
         more = copy(self)
         more.options = replace(self.options, outputs=(*own, *sorted(outputs)))
         return more

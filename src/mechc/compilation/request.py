@@ -80,7 +80,9 @@ def read_compilable(
     if not compilable(thing):
         raise TypeError(
             f"mechc.compile takes a mechc.Mechanism, or a KanesMethod, LagrangesMethod or System "
-            f"of sympy.physics.mechanics, not {type(thing).__name__}"
+            f"of sympy.physics.mechanics, not {type(thing).__name__}; of equations that were "
+            "derived by hand mechc.from_equations(coordinates, speeds, mass_matrix, forcing) makes "
+            "a Mechanism"
         )
     known = [each.name for each in fields(ConversionSettings)]
     for name in settings:

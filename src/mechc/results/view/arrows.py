@@ -20,12 +20,9 @@ USUAL: Final = 90.0  # percentile of all forces that has the usual length: peaks
 def arrows(run: Run, middle: Array) -> list[dict[str, Any]]:
     """The forces by which the parents of joints act on their children."""
     shown, names = run.picture, list(run.system.joint_names)
-    if (
-        "reaction_forces" not in run.system.scene.outputs
-        or not names
-        or names != list(shown.joints)
-        or shown.acting is None
-    ):
+    if not names or names != list(shown.joints) or shown.acting is None:
+        return []
+    if "reaction_forces" not in run.system.scene.outputs:
         return []
     forces = run.solution.output_along("reaction_forces", run.t, run.y)
     points = run.evaluate(shown.acting) - middle

@@ -107,7 +107,7 @@ def _described_again(
     return found, request.joined(read_request(found, fix, outputs, of_object=True))
 
 
-def described_mechanism(thing: Any) -> Any:
-    """A mechanism or SymPy object as the compiler describes it."""
+def described_mechanism(system: System) -> Any:
+    """The mechanism of a system as the compiler describes it."""
     errors_of_compiler()
-    return read_compilable(thing, None, None)[0].description()[0]
+    return _described_again(system, {}, ())[0]

@@ -33,6 +33,7 @@ _PLACES = {
     "State": "description.mechanism",
     "UniversalJoint": "joints.turning",
     "build_scene": "compiler",
+    "from_equations": "frontend.from_equations",
     "from_joints": "frontend.sympy_joints",
     "from_urdf": "urdf.mechanism",
     "multiplier": "description.terms",

@@ -111,6 +111,7 @@ __all__ = [
     "export_c",
     "export_fmu",
     "export_wasm",
+    "from_equations",
     "from_joints",
     "from_urdf",
     "get_include",

@@ -39,7 +39,8 @@ class UnknownNameError(MechcError, KeyError):
 
 
 class UnavailableOutputError(MechcError):
-    """An output that was not requested, or that the mechanism's description does not determine."""
+    """An output that the mechanism's description does not determine, or that was not requested and
+    cannot be compiled now."""
 
 
 class ValueOutOfBoundsError(MechcError, ValueError):

@@ -21,7 +21,7 @@ def export_c(
     folder: str | Path,
     *,
     name: str | None = None,
-    y0: Sequence[float] | None = None,
+    y0: Sequence[float] | Mapping[Any, float] | None = None,
     params: Mapping[str, float] | None = None,
     t_end: float = 10.0,
     real: str = "double",
@@ -38,14 +38,15 @@ def export_c(
     Parameters
     ----------
     mechanism
-        The name of a mechanism of the library, or what :func:`mechc.compile` takes.
+        A :class:`mechc.Model`, the name of a mechanism of the library, or what
+        :func:`mechc.compile` takes.
     folder
         Made if it does not exist; files of the same names are replaced.
     name
         Begins every public name, and names the files; by default that of the mechanism.
     y0
-        State (nq + nu) at which the example begins, SI units; by default zero.
-        ``model.assemble(...)`` gives one that is on the constraints.
+        State (nq + nu) at which the example begins, SI units; by default zero.  Of a model also
+        coordinates and speeds by name, with which its loops are closed.
     params
         Values for the example, by name; by default those of the mechanism.
     t_end
@@ -53,7 +54,7 @@ def export_c(
     real
         The type of all numbers, ``"double"`` or ``"float"``.
     fix, outputs
-        As for :func:`mechc.compile`.
+        As for :func:`mechc.compile`; of a model besides those that it has.
     options
         Of the mechanism of the library as in :func:`mechc.load`, or the other arguments of
         :func:`mechc.compile`.
@@ -96,7 +97,7 @@ def export_wasm(
     folder: str | Path,
     *,
     name: str | None = None,
-    y0: Sequence[float] | None = None,
+    y0: Sequence[float] | Mapping[Any, float] | None = None,
     params: Mapping[str, float] | None = None,
     sliders: Iterable[str] | Mapping[str, tuple[float, float]] | None = None,
     fix: Mapping[Any, float] | None = None,
@@ -114,7 +115,7 @@ def export_wasm(
     mechanism, folder, name, params, fix, outputs, options
         As for :func:`export_c`.
     y0
-        State (nq + nu) at which it starts, SI units; by default zero.
+        Where it starts, as for :func:`export_c`; by default zero.
     sliders
         Names of parameters, of coordinates and speeds of the start, and of inputs; a mapping gives
         the least and the greatest value of each.  By default parameters, 8 at most, that do not
@@ -163,7 +164,7 @@ def export_fmu(
     *,
     version: str = "3.0",
     name: str | None = None,
-    y0: Sequence[float] | None = None,
+    y0: Sequence[float] | Mapping[Any, float] | None = None,
     params: Mapping[str, float] | None = None,
     t_end: float = 10.0,
     rtol: float = 1e-9,
@@ -191,7 +192,7 @@ def export_fmu(
     name
         The identifier of the model; by default that of the mechanism.
     y0
-        State (nq + nu) at which the model starts, SI units; by default zero.  At the end of
+        Where the model starts, as for :func:`export_c`; by default zero.  At the end of
         initialization it is moved to the nearest state on the constraints.
     params
         Start values of parameters, by name; by default those of the mechanism.  A default that

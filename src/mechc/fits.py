@@ -91,7 +91,7 @@ class Fits(Configurations):
         Raises
         ------
         UnavailableOutputError
-            If the model was compiled without ``"sensitivities"``.
+            If the model cannot be compiled with sensitivities: its description is not at hand.
         UnknownNameError, ValueOutOfBoundsError, MechcError
             For wrong names, bounds, units, shapes; too few samples.
         AssemblyError, MechcError

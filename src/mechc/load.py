@@ -105,7 +105,8 @@ def compile(
         ``{name: expression}`` for expressions of time, coordinates, speeds, their rates,
         parameters and multipliers (``mechc.multiplier(row)``), for vectors (their components in
         the inertial frame), matrices and lists of these, which keep their shape.  By default the
-        first four of a Mechanism, the energy of a SymPy object.
+        first four of a Mechanism, the energy of a SymPy object.  Others are compiled when they are
+        first asked for.
     defaults, units
         Parameters -> values used where none are given (SI units); parameters, coordinates and
         speeds -> units as text.  A parameter without a default must be given with each call.  The

@@ -229,8 +229,7 @@ class Model(Fits):
         Raises
         ------
         UnavailableOutputError
-            If the model was compiled without ``"state_jacobian"`` or, with inputs, without
-            ``"parameter_jacobian"``.
+            If the derivatives were not compiled and cannot be: the description is not at hand.
         ChangePointError
             At a change point, where branches cross and no unique linear model exists.
         UnknownNameError, AssemblyError, ValueError
@@ -348,7 +347,8 @@ class Model(Fits):
         UnknownNameError, ValueOutOfBoundsError, ValueError
             For bad names, values and shapes.
         UnavailableOutputError
-            For sensitivities of a model that was compiled without.
+            For sensitivities of a model that was compiled without and cannot be compiled with
+            them: its description is not at hand.
 
         Notes
         -----
@@ -376,6 +376,8 @@ class Model(Fits):
         )  # fmt: skip
         if keeps or by:
             refuse_without_derivatives(policy.method)
+        if by:
+            system.differentiable()  # else an error would come after the run
         given = y0
         if type(y0) is not np.ndarray and isinstance(y0, Mapping):
             y0 = model._start(y0, p, span[0])

@@ -252,10 +252,10 @@ class Outputs(Description):
     def reactions(self, y: Array, params: Parameters = None, t: Time = 0.0) -> Reactions:
         """Force and torque, (..., joints, 3) each, that each joint's parent exerts on its child.
 
-        In the order of :attr:`joint_names`, cuts included; compiled with
-        ``outputs=("reactions", ...)``.  Loads are not reactions: springs, friction and motors
-        that are given as loads on the two bodies are not included, so the reaction along a free
-        direction is zero, except that of a drive by a constraint on the joint's speeds.
+        In the order of :attr:`joint_names`, cuts included.  Loads are not reactions: springs,
+        friction and motors that are given as loads on the two bodies are not included, so the
+        reaction along a free direction is zero, except that of a drive by a constraint on the
+        joint's speeds.
 
         By the Newton-Euler equations from the outermost bodies inwards, with the accelerations and
         multipliers of M u' + J^T lambda = F.  Where constraints are redundant many reactions
@@ -295,7 +295,7 @@ class Outputs(Description):
         Raises
         ------
         UnavailableOutputError
-            If the model was compiled without ``"state_jacobian"``.
+            If it was not compiled and cannot be: the description is not at hand.
         UnknownNameError
             If there is no such user-defined output.
         """
@@ -316,7 +316,7 @@ class Outputs(Description):
     ) -> Array:
         """Derivative of :meth:`rhs` by the inputs that are given with a run, (..., nq + nu, n).
 
-        Columns in the order of :attr:`input_values`; compiled with ``"state_jacobian"``.
+        Columns in the order of :attr:`input_values`.
         ``of``: instead of a user-defined output, shape (..., n).
         """
         return self._jacobian("input", y, params, t, of)

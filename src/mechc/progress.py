@@ -40,10 +40,15 @@ class ProgressBar:
 
 
 class Notice:
-    """``with Notice("compiling ..."): ...``: shown after a second, and removed at the end."""
+    """``with Notice("compiling ..."): ...``: shown after a second, and removed at the end.
 
-    def __init__(self, text: str) -> None:
-        self.text = text
+    ``told``: what has been done, printed with its seconds in a line that stays, if it took more
+    than one, also where there is no terminal.
+    """
+
+    def __init__(self, text: str, told: str = "") -> None:
+        self.text, self.told = text, told
+        self.started = time.monotonic()
         self.shown = False
         self._timer = threading.Timer(PATIENCE, self._show)
         self._timer.daemon = True
@@ -57,11 +62,14 @@ class Notice:
         self._timer.start()
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, error: object, *_: object) -> None:
         self._timer.cancel()
         self._timer.join()
         if self.shown:
             print(f"\r{' ' * len(self.text)}\r", end="", file=sys.stderr, flush=True)
+        seconds = time.monotonic() - self.started
+        if self.told and error is None and seconds > PATIENCE:
+            print(f"{self.told} in {seconds:.1f} s", file=sys.stderr, flush=True)
 
 
 class CountBar(ProgressBar):

@@ -13,7 +13,8 @@ TESTS = {  # where the modules below a root are tested, and tests of more than o
     "src/mechc": ("tests/runtime", {
         "auxiliary_reactions", "batch/compiled_on_demand", "batch/contact", "batch/damaged_store",
         "cli/bad_input",
-        "compilation/bad_compilers", "compilation/failures", "compilation/functions_of_coordinates",
+        "compilation/bad_compilers", "compilation/failures", "compilation/first_requests",
+        "compilation/functions_of_coordinates",
         "compilation/on_demand", "compilation/threads", "names", "native/other_systems", "package",
         "results/pictures_of_models", "sensitivities/jumps_of_laws", "sensitivities/loops",
         "simulation/contact/drive", "simulation/contact/impacts", "simulation/contact/modes",

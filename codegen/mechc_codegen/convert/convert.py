@@ -104,6 +104,7 @@ def convert(
         inputs=inputs,
         auxiliary=source.auxiliary,
         lagrangian=source.lagrangian,
+        equations=source.equations,
         potential=potential.value,
         unknown_potentials=(*potential.unknown, *held),
         added_inertia=added,
@@ -184,10 +185,13 @@ def _refuse_not_implied(
         )
 
 
+_TO_COMPILE = "or configuration_constraints=[...] to mechc.compile. configuration_constraints"
 _POSITIONS = {  # where each object has its configuration constraints
-    "KanesMethod": "configuration_constraints=[...] (with q_dependent)",
-    "LagrangesMethod": "hol_coneqs=[...]",
-    "System": "holonomic constraints",
+    "KanesMethod": "configuration_constraints=[...] (with q_dependent) to the KanesMethod, "
+    + _TO_COMPILE,
+    "LagrangesMethod": f"hol_coneqs=[...] to the LagrangesMethod, {_TO_COMPILE}",
+    "System": f"holonomic constraints to the System, {_TO_COMPILE}",
+    "system of equations": "constraints=[...]. constraints",
 }
 
 
@@ -196,9 +200,8 @@ def _refuse_integrable(motion: Sequence[Expr], rates: Rates, source: Source) -> 
         raise MechanismError(
             f"velocity constraints of this {source.kind} are rates of configuration constraints "
             "that were not given, so positions cannot be recovered from it: add "
-            f"{_POSITIONS[source.kind]} to the {source.kind}, or configuration_constraints=[...] "
-            "to mechc.compile. configuration_constraints=[] means that there are no others; "
-            "positions then keep the closure that they start with"
+            f"{_POSITIONS[source.kind]}=[] means that there are no others; positions then keep the "
+            "closure that they start with"
         )
 
 

@@ -189,6 +189,8 @@ def fingerprint(source: Source) -> Fingerprint:
     text.write("mixed", [str(source.mixed)])
     if source.lagrangian is not None:
         text.write("lagrangian", [text.placing([source.lagrangian])])
+    if source.equations is not None:
+        text.write("equations", [text.placing(e for _, e in source.equations.terms())])
     for body in source.bodies:
         text.body(body)
     for place, vector in source.loads:

@@ -26,6 +26,7 @@ from mechc_codegen.derive.equations import Equations, Output
 from mechc_codegen.derive.joint_reactions import reaction_outputs
 from mechc_codegen.derive.state_symbols import StateSymbols, state_symbols
 from mechc_codegen.derive.tree.tape import V3, Tape
+from mechc_codegen.description.given_equations import GivenEquations
 from mechc_codegen.description.joints.tree import Body
 from mechc_codegen.description.mechanism import Load, Mechanism, is_rigid, printed_name
 from mechc_codegen.description.placement import reachable
@@ -124,9 +125,13 @@ def _equations_of_motion(mechanism: Mechanism, motions: list[BodyMotion]) -> lis
     mass, forcing = _kanes_equations(mechanism, motions)
     if mechanism.lagrangian is not None:
         _add_lagranges_equations(mechanism, mass, forcing)
+    if mechanism.equations is not None:
+        _add_given_equations(mechanism, mechanism.equations, mass, forcing)
     size = len(forcing)
     symmetric = [mass[min(r, c)][max(r, c)] for r in range(size) for c in range(size)]
     equation = "M = sum of m v_r . v_s + omega_r . I . omega_s over the bodies"
+    if not mechanism.bodies and mechanism.equations is not None:
+        equation = "M as it is given"
     return outputs.equations_of_motion(mechanism, equation, symmetric, forcing)
 
 
@@ -144,6 +149,15 @@ def _add_lagranges_equations(
             mass[row][column] += momentum.diff(mechanism.u[column])
         rate = momentum.diff(time).xreplace(no_accelerations).xreplace(mechanism.rates)
         forcing[row] += lagrangian.diff(q) - rate
+
+
+def _add_given_equations(
+    mechanism: Mechanism, given: GivenEquations, mass: list[list[Expr]], forcing: list[Expr]
+) -> None:
+    for row in range(len(forcing)):
+        forcing[row] += given.forcing[row].xreplace(mechanism.rates)
+        for column in range(row, len(forcing)):
+            mass[row][column] += given.mass_matrix[row][column]
 
 
 def _kanes_equations(
@@ -215,6 +229,11 @@ def _energies(mechanism: Mechanism, motions: list[BodyMotion]) -> list[Output]:
     if mechanism.lagrangian is not None:
         of_speeds, rest = _jacobi_energy(mechanism)
         kinetic, potential = kinetic + of_speeds, potential + rest
+    if mechanism.equations is not None:
+        given = mechanism.equations.energies
+        if given is None:
+            return []
+        kinetic, potential = kinetic + given[0].xreplace(mechanism.rates), potential + given[1]
     for place, weight in _weights(mechanism):
         potential -= dot(weight, place.pos_from(mechanism.origin))
     return outputs.energies(mechanism, kinetic, sympify(potential).xreplace(mechanism.rates))

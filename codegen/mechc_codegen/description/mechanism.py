@@ -21,6 +21,7 @@ from mechc_codegen.description.constraints import Closure as Closure
 from mechc_codegen.description.constraints import Constraint as Constraint
 from mechc_codegen.description.drawing import NO_DRAWING
 from mechc_codegen.description.drawing import Drawing as Drawing
+from mechc_codegen.description.given_equations import GivenEquations
 from mechc_codegen.description.joints.closures import joints_and_closures
 from mechc_codegen.description.joints.couplings import CoupledPair
 from mechc_codegen.description.joints.tree import Joint
@@ -179,6 +180,8 @@ class Mechanism:
     lagrangian
         L(q, q', t), whose equations are added to those of bodies and loads; the coordinates'
         rates must then be the speeds.
+    equations
+        Terms that are added to those of bodies and loads, as they are given.
     potential
         The potential energy, where it is not the sum of that of the bodies.
     unknown_potentials
@@ -221,6 +224,7 @@ class Mechanism:
     inputs: Mapping[AppliedUndef, Expr | None] = field(default_factory=dict)
     auxiliary: tuple[AppliedUndef, ...] = ()
     lagrangian: Expr | None = None
+    equations: GivenEquations | None = None
     potential: Expr | None = None
     unknown_potentials: tuple[str, ...] = ()
     added_inertia: tuple[AddedInertia, ...] = ()
@@ -335,7 +339,7 @@ def _check_lengths(mechanism: Mechanism) -> None:
             f"{mechanism.name}: {len(mechanism.coordinates)} coordinates need as many kinematic "
             f"differential equations, {len(mechanism.kinematics)} were given"
         )
-    if not mechanism.bodies and mechanism.lagrangian is None:
+    if not (mechanism.bodies or mechanism.lagrangian or mechanism.equations):
         raise MechanismError(f"{mechanism.name}: a mechanism needs at least one body")
 
 
@@ -418,6 +422,8 @@ def _expressions(mechanism: Mechanism) -> Iterable[tuple[str, Expr]]:
     for parameter in (p for p in mechanism.parameters if p.default is not None):
         place = f"the default of {parameter.symbol}"
         yield place, as_expression(parameter.default, place)
+    if mechanism.equations is not None:
+        yield from mechanism.equations.terms()
     for body in mechanism.bodies:
         yield f"the mass of {body.name}", sympify(body.mass)
         yield f"the potential energy of {body.name}", sympify(body.potential_energy)

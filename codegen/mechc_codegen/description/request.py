@@ -24,6 +24,12 @@ DIFFERENTIATED = (  # with the motion, for sensitivities
 _LABEL = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
+def default_outputs(*, of_object: bool) -> tuple[str, ...]:
+    """The outputs where none are requested; ``of_object``: of an object of SymPy, or of equations
+    without bodies."""
+    return ("energy",) if of_object else USUAL
+
+
 @dataclass(frozen=True)
 class OutputRequest:
     """The requested outputs, and the parameters that become numbers.
@@ -56,6 +62,18 @@ class OutputRequest:
         for label in self.expressions:
             if not _LABEL.fullmatch(label):
                 raise InternalError(f"an output has the label {label!r}")
+
+    def joined(self, more: OutputRequest) -> OutputRequest:
+        """Both requests in one; an expression of ``more`` takes the place of one of its name."""
+        expressions = {
+            each.name_of(label): expression
+            for each in (self, more)
+            for label, expression in each.expressions.items()
+        }
+        names = {f"own_{k}": name for k, name in enumerate(expressions)}
+        labelled = {label: expressions[name] for label, name in names.items()}
+        fixed, shapes = {**self.fixed, **more.fixed}, {**self.shapes, **more.shapes}
+        return OutputRequest(self.outputs | more.outputs, fixed, labelled, names, shapes)
 
     def name_of(self, output: str) -> str:
         """The user's name of an output."""

@@ -16,6 +16,7 @@ from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody
 from mechc_codegen.description.terms import Load, printed_name
 
 if TYPE_CHECKING:
+    from mechc_codegen.description.given_equations import GivenEquations
     from mechc_codegen.description.joints.tree import Joint
 
 
@@ -35,6 +36,8 @@ class Source:
         latter contain the rates of the former besides the nonholonomic ones, without labels.
     lagrangian
         L, if the equations are Lagrange's; loads then are those that are not in L.
+    equations
+        Terms of M and F, if they are given.
     drawn
         Bodies whose energies are in L, for pictures only.
     origin
@@ -55,6 +58,7 @@ class Source:
     mixed: bool = False
     auxiliary: tuple[AppliedUndef, ...] = ()
     lagrangian: Expr | None = None
+    equations: GivenEquations | None = None
     origin: Point | None = None
     joints: tuple[Joint, ...] = ()
     drawn: tuple[RigidBody | Particle, ...] = ()

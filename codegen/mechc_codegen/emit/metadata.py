@@ -59,9 +59,9 @@ def scene_metadata(
         "coordinates": _quantities((*mechanism.coordinates, *mechanism.states)),
         "speeds": _quantities(mechanism.speeds),
         "parameters": _quantities(parameters),
-        "points": [p.name for p in mechanism.points] if request.includes("points") else [],
+        "points": [p.name for p in mechanism.points],
         "bodies": list(distinct(b.name for b in mechanism.bodies)),
-        "joints": [j.name for j in mechanism.joints] if request.includes("reactions") else [],
+        "joints": [j.name for j in mechanism.joints],
         "constraints": [{"name": name, "unit": unit} for name, unit in rows],
         "links": [[label, list(points)] for label, points in mechanism.drawing.links],
         "ground": list(mechanism.drawing.ground),
@@ -88,6 +88,7 @@ def scene_metadata(
         "skipped": [*mechanism.skipped, *_outputs_left_out(request)],
         "fixed": {printed_name(symbol): float(value) for symbol, value in request.fixed.items()},
         "unavailable": _unavailable(mechanism, request),
+        "left_out": {each: name for name in _outputs_left_out(request) for each in OUTPUTS[name]},
         **_inputs(mechanism, program),
         **({"states": [float(s.start) for s in mechanism.states]} if mechanism.states else {}),
         **_quaternions(mechanism),
@@ -222,18 +223,20 @@ def _outputs_left_out(request: OutputRequest) -> list[str]:
 
 
 def _unavailable(mechanism: Mechanism, request: OutputRequest) -> dict[str, str]:
-    """A dict from each missing output to the reason."""
-    reasons = {
-        output: f"it was not requested; compile with outputs=(..., {name!r})"
-        for name in _outputs_left_out(request)
-        for output in OUTPUTS[name]
-    }
+    """A dict from each requested output that the mechanism does not determine to the reason."""
+    reasons: dict[str, str] = {}
     if request.includes("energy") and mechanism.unknown_potentials:
         reasons["potential_energy"] = (
             f"whether {', '.join(mechanism.unknown_potentials)} has a potential cannot be seen "
             "from the load; give the bodies a potential_energy that has that of all loads. The "
             "balance of power holds in any case"
         )
+    if request.includes("energy") and mechanism.equations and not mechanism.equations.energies:
+        why = (
+            "the equations were given without it: mechc.from_equations(..., kinetic_energy=, "
+            "potential_energy=) takes both"
+        )
+        reasons |= dict.fromkeys(OUTPUTS["energy"], why)
     if request.includes("points") and not mechanism.points:
         why = "no position of a body from a point at rest in the inertial frame is known"
         reasons |= dict.fromkeys(OUTPUTS["points"], why)

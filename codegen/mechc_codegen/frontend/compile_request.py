@@ -7,7 +7,7 @@ binary in the cache is found by it without deriving again.
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from enum import Enum
@@ -19,6 +19,7 @@ from sympy.physics.vector import Dyadic, Vector
 
 from mechc_codegen.convert.fingerprint import Fingerprint, fingerprint
 from mechc_codegen.description.placement import reachable
+from mechc_codegen.description.request import default_outputs
 from mechc_codegen.description.source import ConversionSettings
 from mechc_codegen.description.terms import as_expression, printed_name
 from mechc_codegen.errors import MechanismError
@@ -65,6 +66,16 @@ class CompileRequest:
             self.numbers, self._mechanism = _without_numbers(given)
             self.options = replace(self.options, settings=ConversionSettings())
         self._fingerprint = fingerprint(self._source) if self._source else None
+
+    def including(self, outputs: Iterable[str]) -> CompileRequest:
+        """The same request with further outputs, by name."""
+        own = self.options.outputs
+        if own is None:
+            bare = self._mechanism is None or not self._mechanism.bodies
+            own = default_outputs(of_object=bare)
+        more = copy(self)
+        more.options = replace(self.options, outputs=(*own, *sorted(outputs)))
+        return more
 
     @property
     def digest(self) -> str | None:

@@ -234,7 +234,7 @@ def _read_system(system: System, form: str | None = None) -> Source:
                 )
     overridden = system._vel_constrs is not None
     given = system.velocity_constraints if overridden else system.nonholonomic_constraints
-    return _with_speeds(
+    return with_speeds(
         Source(
             kind="System",
             frame=system.frame,
@@ -253,7 +253,7 @@ def _read_system(system: System, form: str | None = None) -> Source:
     )
 
 
-def _with_speeds(source: Source) -> Source:
+def with_speeds(source: Source) -> Source:
     """The source with own symbols for speeds that are the coordinates' derivatives themselves."""
     time = dynamicsymbols._t
     if not any(isinstance(u, Derivative) for u in source.u) and source.u:
@@ -262,8 +262,8 @@ def _with_speeds(source: Source) -> Source:
     rates = tuple(q.diff(time) for q in source.q)
     if source.u and source.u != rates:
         raise MechanismError(
-            "the speeds of this System are in part derivatives of coordinates: give symbols for "
-            "all of them, with kinematic differential equations"
+            f"the speeds of this {source.kind} are in part derivatives of coordinates: give "
+            "symbols for all of them, with kinematic differential equations"
         )
     kinematics = tuple(rate - u for rate, u in zip(rates, named, strict=True))
     symbol = dict(zip(rates, named, strict=True))

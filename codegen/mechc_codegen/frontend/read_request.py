@@ -13,7 +13,7 @@ from mechc_codegen.convert.convert import find_symbol, number
 from mechc_codegen.derive.joint_reactions import refuse_unknown_reactions
 from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.description.placement import reachable
-from mechc_codegen.description.request import OPTIONAL, USUAL, OutputRequest
+from mechc_codegen.description.request import OPTIONAL, OutputRequest, default_outputs
 from mechc_codegen.description.source import Key
 from mechc_codegen.description.terms import Multiplier, as_expression, printed_name
 from mechc_codegen.errors import MechanismError
@@ -59,13 +59,14 @@ def read_request(
             raise MechanismError(f"fix: {symbol} must be a number, not {value!r}")
         fixed[symbol] = exact
     if outputs is None:
-        outputs = ("energy",) if of_object else USUAL
+        outputs = default_outputs(of_object=of_object or not mechanism.bodies)
     names, own = _outputs(outputs)
     for reaction in (each.symbol for each in mechanism.reactions):
         own.setdefault(printed_name(reaction), reaction)
     for name in shapes or ():
         _refuse_name(name, own)
-    if of_object and {"momenta", "points", "accelerations", "reactions"} & set(names):
+    placed = {"momenta", "points", "accelerations", "reactions"} & set(names)
+    if placed and (of_object or not mechanism.bodies):
         _refuse_unplaced(mechanism)
     if "reactions" in names:
         refuse_unknown_reactions(mechanism)
@@ -118,7 +119,7 @@ def _refuse_unplaced(mechanism: Mechanism) -> None:
                 "with set_pos or locatenew, from a point with set_vel(frame, 0)"
             )
     if not mechanism.bodies:
-        raise MechanismError("outputs: points and momenta need bodies; a Lagrangian has none")
+        raise MechanismError("outputs: points and momenta need bodies; there are none")
 
 
 def _outputs(requested: Iterable[Any]) -> tuple[list[str], dict[str, Expr]]:

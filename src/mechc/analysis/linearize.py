@@ -71,6 +71,8 @@ def linearize(
     independent: Sequence[str] | None,
 ) -> Linearization:
     """The linear model about a state on the constraints: see :meth:`mechc.Model.linearize`."""
+    by = {"state", *(_input(system, name)[0] for name in inputs)} - {"input"}
+    system = system.including(*(f"{one}_jacobian" for one in by))
     by_state = system.jacobian("state", state, values, t)
     tangent = _tangent(system, state, values, t, independent)
     names = (*system.coordinates, *system.speeds)

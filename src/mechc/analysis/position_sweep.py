@@ -98,12 +98,12 @@ class PositionSweep:
         Raises
         ------
         UnavailableOutputError
-            If the model was compiled without ``"sensitivities"``.
+            If the model cannot be compiled with sensitivities.
         UnknownNameError
             If there is no such parameter.
         """
-        system, y, values = self.system, self._states, self._values
-        place = _differentiable(system, parameter)
+        system, y, values = self.system.including("sensitivities"), self._states, self._values
+        place = _place(system, parameter)
         rows = system.constraint_gradient(y, values, self.t)[..., list(self.free)]
         opened = np.zeros(rows.shape[:-1])
         if "constraints_by_parameters" in system.scene.outputs:
@@ -124,9 +124,10 @@ class PositionSweep:
     def point_sensitivity(self, parameter: Any) -> Array:
         """The derivative of the points' positions by a parameter, (..., nt, points, 3).
 
-        As :meth:`sensitivity`; compiled with ``outputs=("points", "sensitivities")``.
+        As :meth:`sensitivity`.
         """
-        system, place = self.system, _differentiable(self.system, parameter)
+        system = self.system.including("points", "sensitivities")
+        place = _place(system, parameter)
         if "points" not in dict(system.data["differentiated"]):
             system.refuse_output("points")
         places = system.derivative_rows["points"][0]
@@ -196,9 +197,7 @@ def sweep_positions(
     )  # fmt: skip
 
 
-def _differentiable(system: System, parameter: Any) -> int:
-    """The place of a parameter, of a model that has derivatives."""
-    system.check_sensitivities()
+def _place(system: System, parameter: Any) -> int:
     name = name_of(parameter)
     if name not in system.parameters:
         raise UnknownNameError("parameter", name, system.parameters)

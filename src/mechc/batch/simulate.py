@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -29,7 +30,7 @@ from mechc.simulation.settings import (
 )
 from mechc.system.names import name_of, names_of
 from mechc.system.parameters import Array, Parameters
-from mechc.system.system import System
+from mechc.system.system import ENERGIES, System
 
 CHUNK = 4096  # members computed, and stored, at a time
 THREADS_A_CORE = 16
@@ -65,6 +66,9 @@ def simulate_batch(
     progress: bool = True,
 ) -> Batch:
     """Simulate many members, each exactly as :meth:`mechc.Model.simulate` would.
+
+    Outputs that the model was not compiled with are compiled first; the motions are then those of
+    the wider code, which may differ from others in rounding.
 
     Parameters
     ----------
@@ -147,6 +151,9 @@ def simulate_batch(
         raise ValueOutOfBoundsError(
             "a batch raises no error for one member: use on_change_point='stop' or 'continue'"
         )
+    asked, reductions = names_of(outputs), _reductions(reduce)
+    named = (*asked, *_words([*reductions, until or ""]))
+    system = system.differentiable(*named) if len(sensitivities) else system.with_output(*named)
     given = checked_inputs(system, inputs)
     if lockstep is None and (given.controllers or names_of(sensitivities)):
         lockstep = False  # members are run one after another
@@ -156,7 +163,7 @@ def simulate_batch(
         calls_python=bool(given.functions),
     )  # fmt: skip
     recipe = checked_recipe(
-        system, span, y0, params, times, states, names_of(outputs), _reductions(reduce),
+        system, span, y0, params, times, states, asked, reductions,
         "" if until is None else until, policy, given,
     )  # fmt: skip
     by = one_number_each(system, names_of(sensitivities))
@@ -205,6 +212,12 @@ def _reductions(reduce: Any) -> list[str]:
                 f"{brief(each)}"
             )
     return [x if isinstance(x, str) else f"{x[0]}({name_of(x[1])})" for x in several]
+
+
+def _words(texts: Iterable[str]) -> set[str]:
+    """The words in texts, and what the energy is the sum of where it is one."""
+    words = {word for text in texts if isinstance(text, str) for word in re.findall(r"\w+", text)}
+    return words | ({*ENERGIES} if "energy" in words else set())
 
 
 def _checked_threads(threads: int | None) -> int:

@@ -14,7 +14,7 @@ from mechc.cli.arguments import (
     start_state,
     values_of,
 )
-from mechc.cli.own_models import is_own, own_description, own_name
+from mechc.cli.own_models import is_own, own_name
 from mechc.errors import MechcError
 from mechc.export import export_c, export_fmu, export_wasm
 
@@ -37,7 +37,7 @@ def _common_arguments(chosen: argparse.Namespace) -> tuple[Any, dict[str, Any]]:
     own = is_own(chosen.name)
     model = model_of(chosen)
     params = values_of(model, chosen.parameters, model.parameters, "parameter")
-    return own_description(chosen.name) if own else chosen.name, {
+    return model if own else chosen.name, {
         "name": chosen.prefix or (own_name(chosen.name) if own else None),
         "y0": start_state(model, chosen, params),
         "params": params,

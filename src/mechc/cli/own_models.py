@@ -58,16 +58,3 @@ def own_model(name: str, outputs: Sequence[str] | None = None) -> mechc.Model:
             "mechc.Mechanism, a KanesMethod, LagrangesMethod or System of SymPy, or a function "
             "that returns one"
         ) from None
-
-
-def own_description(name: str) -> Any:
-    """The object of FILE.py:NAME, from which equations can be derived.
-
-    Raises :class:`MechcError` if it is a compiled model, which does not know its derivation.
-    """
-    found = own_object(name)
-    if isinstance(found, mechc.Model):
-        raise MechcError(
-            f"{name} is a compiled model; name the mechanism or SymPy object that it was made of"
-        )
-    return found

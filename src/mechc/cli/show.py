@@ -8,7 +8,7 @@ from pathlib import Path
 
 import mechc
 from mechc.cli.arguments import checked_options, library_name, options_of, page_ending, values_of
-from mechc.cli.own_models import is_own, own_description, own_model
+from mechc.cli.own_models import is_own, own_model
 from mechc.results.durable import write_text
 
 
@@ -35,7 +35,7 @@ def show_command(chosen: argparse.Namespace) -> int:
     if own and not chosen.out:
         return 0
     mechanism = (
-        described_mechanism(own_description(chosen.name)) if own
+        described_mechanism(model.system) if own
         else mechanism_of(chosen.name, options)
     )  # fmt: skip
     for label, sentence in derivation_notes(mechanism, values):

@@ -16,7 +16,7 @@ from mechc.compilation.parts import FIRST, Parts
 from mechc.compilation.picture import Described
 from mechc.compilation.toolchain.processor import environment, native
 from mechc.errors import MechcError
-from mechc.system.reference import ModelReference
+from mechc.system.reference import ModelReference, Origin
 from mechc.system.system import System
 
 FIRST_UNIT = "first unit"  # a stage of the build
@@ -24,15 +24,16 @@ _compiled: dict[str, System] = {}
 
 
 def compile_described(
-    described: Described, reference: ModelReference, digest: str | None,
-    seconds: Seconds | None = None,
+    origin: Origin, reference: ModelReference, digest: str | None, seconds: Seconds | None = None,
+    *, ahead: bool = True,
 ) -> System:  # fmt: skip
     """The system of a description, from the cache or derived and compiled.
 
-    Its first unit is there; other parts are compiled when they are needed.  With a digest the key
-    in the cache is known before anything is derived, else the texts that are emitted are the key.
+    Its first unit is there; other parts are compiled when they are needed, those of most runs
+    ``ahead``, in the background.  With a digest the key in the cache is known before anything is
+    derived, else the texts that are emitted are the key.
     """
-    started, described = time.perf_counter(), lru_cache(described)
+    started, described = time.perf_counter(), lru_cache(origin.description)
     build = lru_cache(lambda: _built(described))
     if digest is None:
         from mechc_codegen.extension.build import signature
@@ -44,11 +45,14 @@ def compile_described(
         seconds = dict(seconds or {})
         parts = Parts(key, seconds)
         kept = entries.load(cache.part_key(key, FIRST))
-        scene = parts.scene(kept or _first(parts, build))
+        scene = parts.scene(kept or _first(parts, build, ahead=ahead))
         if FIRST_UNIT not in seconds:
             seconds["load"] = time.perf_counter() - started
-        _compiled[key] = system_with(scene, replace(reference, key=key), seconds, described)
-    return _compiled[key]
+        origin = replace(origin, description=described)
+        _compiled[key] = system_with(scene, replace(reference, key=key), seconds, origin)
+    found = _compiled[key]
+    found.origin = found.origin or origin  # one that was found by its key has none
+    return found
 
 
 def key_of(digest: str) -> str:
@@ -102,8 +106,8 @@ def _built(described: Described) -> Any:
     return replace(scene, seconds={**seconds, **scene.seconds})
 
 
-def _first(parts: Parts, built: Callable[[], Any]) -> Any:
-    """The first unit, compiled while the parts that most runs begin with are begun.
+def _first(parts: Parts, built: Callable[[], Any], *, ahead: bool) -> Any:
+    """The first unit, compiled while the parts that most runs begin with are begun, if ``ahead``.
 
     Of processes that need the same scene, one derives and compiles it, and the others wait.
     """
@@ -112,10 +116,11 @@ def _first(parts: Parts, built: Callable[[], Any]) -> Any:
     def make(folder: Path) -> None:
         parts.build = scene = built()
         seconds.update(scene.seconds)
-        parts.begin("driver")
+        if ahead:
+            parts.begin("driver")
         time_stage(seconds, FIRST_UNIT, lambda: entries.make_outputs_only(scene, folder))
 
     first = entries.load_or_make(cache.part_key(parts.key, FIRST), make)
-    if FIRST_UNIT in seconds:
+    if ahead and FIRST_UNIT in seconds:
         parts.begin("collocation")
     return first

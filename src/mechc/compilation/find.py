@@ -90,18 +90,15 @@ def _number(name: object, value: Any) -> float:
 @cache
 @one_at_a_time
 def _load_installed(name: str, instruction_set: str | None) -> System:
+    from mechc.compilation.library.library import origin_of
+
     module = importlib.import_module(f"mechc._scenes.{name}")
     reference = ModelReference(
         name, instruction_set=instruction_set, library_file=str(module.__file__)
     )
     system = system_with(Scene(module.model, instruction_set), reference)
-
-    def describe() -> tuple[Any, Any]:
-        from mechc.compilation.library.library import described_as_asked
-
-        return described_as_asked(name, {}, {})
-
-    return system.drawn_by(drawn_by(describe))
+    system.origin = origin_of(name, {}, {})
+    return system.drawn_by(drawn_by(system.origin.description))
 
 
 def _as_names_and_numbers(

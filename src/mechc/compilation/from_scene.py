@@ -10,7 +10,7 @@ from typing import Any
 from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.compilation.picture import Described
 from mechc.system.picture import Picture
-from mechc.system.reference import ModelReference
+from mechc.system.reference import ModelReference, Origin
 from mechc.system.system import System
 
 Seconds = dict[str, float]
@@ -20,7 +20,7 @@ def system_with(
     scene: Any,
     reference: ModelReference,
     seconds: Seconds | None = None,
-    described: Described | None = None,
+    origin: Origin | None = None,
 ) -> System:
     """The system of a scene; empty fields of the reference are filled in from its metadata."""
     data = json.loads(scene.metadata)
@@ -30,13 +30,14 @@ def system_with(
     build |= {"options": dict(found.options)} if found.options else {}
     build |= {"key": found.key} if found.key else {}
     build |= {} if seconds is None else {"seconds": seconds}
-    count = None if described is None else lambda: _operations_of_all(described)
+    count = None if origin is None else lambda: _operations_of_all(origin.description)
     if data.get("inputs"):
         from mechc.inputs.driven_scene import scene_with_inputs
 
         scene = scene_with_inputs(scene, data)
     system = System(data, scene, found, build, count)
-    return system if described is None else system.drawn_by(drawn_by(described), more=True)
+    system.origin = origin
+    return system if origin is None else system.drawn_by(drawn_by(origin.description), more=True)
 
 
 def drawn_by(described: Described, added: Any = None) -> Callable[..., Picture]:

@@ -8,16 +8,15 @@ from typing import Any
 
 from mechc.compilation.build import compile_described, time_stage
 from mechc.compilation.compiler import errors_of_compiler
-from mechc.compilation.from_scene import drawn_by
+from mechc.compilation.from_scene import Seconds, drawn_by
 from mechc.compilation.library.defaults import split, with_defaults
 from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.compilation.table import Table
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.inputs.accept import samples_or_signal
 from mechc.inputs.sampled import Sampled
-from mechc.inputs.signals import Signal
-from mechc.system.names import by_name
-from mechc.system.reference import ModelReference
+from mechc.system.names import by_name, name_of
+from mechc.system.reference import ModelReference, Origin
 from mechc.system.system import System
 
 LEAST_DERIVATIVES = 2  # of positions, for accelerations
@@ -29,10 +28,24 @@ def compile_any(thing: Any, *, drawing: Any = None, **asked: Any) -> System:
     errors_of_compiler()
     seconds: dict[str, float] = {}
     request, numbers = time_stage(seconds, "read", lambda: read_compilable(thing, **asked))
-    reference = ModelReference("", custom=True)
-    system = compile_described(request.description, reference, request.digest, seconds)
-    system = _drawn(system, request, drawing)
+    system = _drawn(_requested_system(request, numbers, seconds), request, drawing)
     return with_defaults(system, numbers, request.symbol_names) if numbers else system
+
+
+def _requested_system(
+    request: Any, numbers: Mapping[Any, float], seconds: Seconds, *, ahead: bool = True
+) -> System:
+    """The system of a request without its numbers, which those with more outputs get."""
+
+    def with_outputs(outputs: frozenset[str]) -> System:
+        wider = request.including(outputs)
+        system = _requested_system(wider, numbers, {}, ahead=False)
+        return system.with_defaults(
+            {name_of(key): x for key, x in numbers.items() if name_of(key) in system.parameters}
+        )
+
+    origin, reference = Origin(request.description, with_outputs), ModelReference("", custom=True)
+    return compile_described(origin, reference, request.digest, seconds, ahead=ahead)
 
 
 def _drawn(system: System, request: Any, drawing: Any) -> System:
@@ -67,7 +80,9 @@ def read_compilable(
     if not compilable(thing):
         raise TypeError(
             f"mechc.compile takes a mechc.Mechanism, or a KanesMethod, LagrangesMethod or System "
-            f"of sympy.physics.mechanics, not {type(thing).__name__}"
+            f"of sympy.physics.mechanics, not {type(thing).__name__}; of equations that were "
+            "derived by hand mechc.from_equations(coordinates, speeds, mass_matrix, forcing) makes "
+            "a Mechanism"
         )
     known = [each.name for each in fields(ConversionSettings)]
     for name in settings:
@@ -138,26 +153,4 @@ def _curve(key: Any, value: Any) -> Any:
             "function of a coordinate, sympy.Function('h')(q)"
         )
     signal = samples_or_signal(value, order=LEAST_DERIVATIVES)
-    return value if signal is None else _piecewise(key.args[0], signal)
-
-
-def _piecewise(x: Any, signal: Signal) -> Any:
-    """A tree of choices: SymPy compares all conditions of a Piecewise with each other."""
-    from mechc_codegen.description.piecewise import Step, Where
-    from sympy import Float
-
-    knots = [Float(float(knot)) for knot in signal.pieces[0]]
-    values = []
-    for knot, row in zip(knots, signal.pieces[1], strict=True):
-        value = Float(0)
-        for factor in row[::-1]:
-            value = value * (x - knot) + Float(float(factor))
-        values.append(value)
-
-    def select(first: int, last: int) -> Any:
-        middle = (first + last) // 2
-        if middle == first:
-            return values[first]
-        return Where(Step(knots[middle] - x), select(first, middle), select(middle, last))
-
-    return select(0, len(values))
+    return value if signal is None else Table.of_signal(signal)(*key.args)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechc.errors import ValueOutOfBoundsError, brief
+from mechc.inputs.signals import Signal
 from mechc.system.parameters import Array
 from mechc.system.tables import Pieces
 
@@ -70,6 +71,15 @@ class Table:
             for axis, word in zip(axes, words, strict=True)
         ]
         self._pieces = Pieces(starts, DEGREES[kind], coefficients, periods)
+
+    @classmethod
+    def of_signal(cls, signal: Signal) -> Table:
+        """The table with the polynomials of a signal of any kind, the first and last of which go
+        on."""
+        table, (knots, coefficients) = object.__new__(cls), signal.pieces
+        table.kind, table.arguments = signal.kind, 1
+        table._pieces = Pieces([knots], coefficients.shape[1] - 1, coefficients, [None])
+        return table
 
     def __call__(self, *arguments: Any) -> Any:
         """An expression, where an argument is one; else numbers."""

@@ -19,7 +19,7 @@ def jax(
     Parameters
     ----------
     model
-        Compiled with the output ``"sensitivities"``.
+        A :class:`mechc.Model`; derivatives of its motions are compiled if they are not.
     t0
         When motions begin, s.
     inputs, rtol, method

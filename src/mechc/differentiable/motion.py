@@ -281,10 +281,10 @@ def motion_of(
 ) -> Motion:
     """The motion as a function of what is named; ``start`` is None for a whole state.
 
-    Raises :class:`UnavailableOutputError` if the model was compiled without ``"sensitivities"``;
+    Raises :class:`UnavailableOutputError` if the model cannot be compiled with sensitivities;
     :class:`UnknownNameError` for a parameter, coordinate or speed that the model does not have.
     """
-    model.system.check_sensitivities()
+    model.system.differentiable()
     named = tuple(name_of(key) for key in parameters)
     for name in named:
         if name not in model.parameters:

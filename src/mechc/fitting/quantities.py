@@ -14,7 +14,7 @@ from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, br
 from mechc.system.kinds import Kind
 from mechc.system.names import name_of
 from mechc.system.parameters import Array
-from mechc.system.system import System
+from mechc.system.system import ENERGIES, System
 
 _UNITS = {"energy": "J", "kinetic_energy": "J", "potential_energy": "J", "points": "m"}
 
@@ -77,7 +77,6 @@ def checked_measured(system: System, given: Any) -> tuple[Measured, ...]:
     :class:`ValueOutOfBoundsError` for a quantity that the model does not have, and a standard
     deviation that is none.
     """
-    system.check_sensitivities()
     pairs = given.items() if isinstance(given, Mapping) else ((name, None) for name in _each(given))
     found = tuple(_measured_quantity(system, name_of(name), sigma) for name, sigma in pairs)
     if not found:
@@ -117,9 +116,10 @@ def _measured_quantity(system: System, name: Any, sigma: Any) -> Measured:
 
 def _shapes(system: System, output: str) -> tuple[int, ...]:
     """The shape of a quantity that has derivatives along a motion."""
+    system = system.differentiable(*(ENERGIES if output == "energy" else (output,)))
     known: dict[str, tuple[int, ...]] = dict.fromkeys((*system.coordinates, *system.speeds), ())
     known |= {name: shape for name, (_, shape) in system.derivative_rows.items()}
-    if {"kinetic_energy", "potential_energy"} <= set(dict(system.data["differentiated"])):
+    if {*ENERGIES} <= set(dict(system.data["differentiated"])):
         known["energy"] = ()
     if output not in known:
         raise UnknownNameError("measured quantity", output, known)

@@ -165,6 +165,11 @@ cdef class Steps:
         self.coordinates, self.width = scene.coordinates, scene.width
         self.p, self.inputs, self.events, self.sizes = p, inputs, events, sizes
 
+    def read_by(self, Scene scene, Inputs inputs):
+        """These steps, read by the functions of another scene of the same mechanism."""
+        scene.need(MECHC_PART_DRIVER)
+        return steps_of(scene, self.piece, self.p, inputs, self.events, self.sizes)
+
     def states(self):
         """Accepted times (nt,) and states (nt, width), copied."""
         cdef const mechc_trajectory *record = self.piece.steps

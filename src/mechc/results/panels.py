@@ -294,7 +294,7 @@ def draw_paths(area: SubplotSpec, run: Run) -> None:
         return _message(
             area,
             "No points to draw: locate the bodies' points from one at rest; a model from another "
-            "process or from a file draws those it was compiled with, outputs=(..., 'points').",
+            "process or from a file draws the compiled points only: open the file with the model.",
         )
     axes = _single(area)
     handles, names = _draw_mechanism_at_ends(axes, run, view)

@@ -147,7 +147,7 @@ class Solution(Trajectory):
         Raises
         ------
         UnknownNameError, UnavailableOutputError
-            If there is no such output, or it was not requested when compiling.
+            If there is no such output, or it was not requested and cannot be compiled now.
         ValueOutOfBoundsError
             For times the run did not reach.
         MechcError
@@ -208,7 +208,7 @@ class Solution(Trajectory):
         by many names it costs hardly more than by one.
 
         ``sol.gradient(end="theta_0", by=["l_3", "m_1"])["l_3"]``.  The objective is the sum of both
-        parts; the run needs no ``sensitivities``, only a model compiled with them.  Long runs are
+        parts; the run needs no ``sensitivities``.  Long runs are
         kept within a bound of memory by ``simulate(..., checkpoints=...)``.
 
         Parameters
@@ -248,8 +248,8 @@ class Solution(Trajectory):
         Parameters
         ----------
         output
-            A coordinate, a speed, ``"energy"``, or an output that the model was compiled with
-            (``"points"``, ``"kinetic_energy"``, a name of the user's own).
+            A coordinate, a speed, ``"energy"``, or an output (``"points"``, ``"kinetic_energy"``, a
+            name of the user's own).
         name
             One of those in ``sensitivity.names``, or a list of them: their columns, in its order,
             are the last axis then.

@@ -114,12 +114,12 @@ class Columns:
 def columns_of(system: System, names: Sequence[str], values: Array, given: Any) -> Columns:
     """The columns of the names asked for; ``given``: parameters as the user gave them.
 
-    Raises :class:`UnavailableOutputError` if the model was compiled without sensitivities;
+    Raises :class:`UnavailableOutputError` if the model cannot be compiled with sensitivities;
     :class:`UnknownNameError` for what is neither parameter, coordinate, speed nor input of the
     model; :class:`MechcError`, :class:`ValueOutOfBoundsError` for an input that is neither number
     nor signal, and for a sample or a component of the start that there is not.
     """
-    system.check_sensitivities()
+    system = system.differentiable()
     places: dict[str, int | slice] = {}
     count = 0
     for name in dict.fromkeys(names):

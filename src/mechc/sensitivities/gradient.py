@@ -28,7 +28,7 @@ from mechc.sensitivities.rules import rule_of
 from mechc.sensitivities.run import NO_DERIVATIVE, ended_columns, without_closure
 from mechc.sensitivities.samples import check_steps
 from mechc.sensitivities.start import start_columns
-from mechc.sensitivities.steps import NAMES, checked_run, refuse_contact
+from mechc.sensitivities.steps import NAMES, checked_run, differentiable, refuse_contact
 from mechc.simulation.record import Piece
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.names import name_of
@@ -102,12 +102,13 @@ def gradient_of_run(
     :func:`columns_of`, :func:`start_columns` and :func:`linear_output` say.
     """
     refuse_contact(sol)
-    system = sol.system
-    if system.driven is not None and system.driven.feeds_back:
+    if sol.system.driven is not None and sol.system.driven.feeds_back:
         raise MechcError(
             "how a controller depends on the state is not known, so a run with mechc.Sampled has "
             "no gradient: give its law as an expression, mechc.compile(..., inputs=)"
         )
+    sol = differentiable(sol)
+    system = sol.system
     names = list(system.parameters) if by is None else list(by)
     columns = columns_of(system, names, sol.params, params)
     t, y = sol.record.ends()

@@ -12,11 +12,12 @@ from mechc.sensitivities.columns import Columns
 from mechc.sensitivities.history import Sensitivity
 from mechc.system.names import name_of
 from mechc.system.parameters import Array
+from mechc.system.system import ENERGIES, System
 
 if TYPE_CHECKING:
     from mechc.simulation.trajectory import Trajectory
 
-SUMS = {"energy": ("kinetic_energy", "potential_energy")}
+SUMS = {"energy": ENERGIES}
 
 
 def output_sensitivity(
@@ -55,11 +56,11 @@ def _one(
     sol: Trajectory, sensitivity: Sensitivity, label: str, t: Array, y: Array, columns: Array
 ) -> Array:
     """All columns of the derivative of one output, (nt, *shape, k)."""
-    system = sol.system
+    system = sol.system.differentiable(label)
     states = (*system.coordinates, *system.speeds)
     if label in states:
         return np.asarray(columns[:, states.index(label)])
-    rows, shape = _rows(sol, label)
+    rows, shape = _rows(system, label)
     slopes = system.evaluate("own_state_jacobian", y, sol.params, t)[:, rows]
     found = slopes @ columns
     names = ("own_parameter_jacobian", "own_input_jacobian")
@@ -93,20 +94,21 @@ def linear_output(
 def _linear(
     sol: Trajectory, label: str, y: Array, t: Array, columns: Columns
 ) -> tuple[Array, Array, Array]:
-    rows, shape = _rows(sol, label)
+    system = sol.system.differentiable(label)
+    rows, shape = _rows(system, label)
     if shape != ():
         raise MechcError(f"{label} has several components: an objective needs a single number")
-    value = sol.system.evaluate(label, y, sol.params, t).reshape(len(y))
-    by_state = sol.system.evaluate("own_state_jacobian", y, sol.params, t)[:, rows[0]]
+    value = system.evaluate(label, y, sol.params, t).reshape(len(y))
+    by_state = system.evaluate("own_state_jacobian", y, sol.params, t)[:, rows[0]]
     names = ("own_parameter_jacobian", "own_input_jacobian")
-    given = columns.of(sol.system, *names, y, sol.params, t)
+    given = columns.of(system, *names, y, sol.params, t)
     along = np.zeros((len(y), columns.count)) if given is None else given[:, rows[0]]
     return value, by_state, along
 
 
-def _rows(sol: Trajectory, label: str) -> tuple[list[int], tuple[int, ...]]:
+def _rows(system: System, label: str) -> tuple[list[int], tuple[int, ...]]:
     """The rows of the Jacobians that hold an output's elements, and the output's shape."""
-    system, known = sol.system, sol.system.derivative_rows
+    known = system.derivative_rows
     if label not in known:
         every = (*system.coordinates, *system.speeds, *SUMS, *known)
         raise UnknownNameError("output with derivatives", label, every)

@@ -11,7 +11,7 @@ from mechc.sensitivities.columns import Columns, columns_of
 from mechc.sensitivities.events import AT_ONE_INSTANT, Jump, jump_of, through_reset
 from mechc.sensitivities.history import Sensitivity
 from mechc.sensitivities.start import start_columns
-from mechc.sensitivities.steps import Piece, follow, refuse_contact
+from mechc.sensitivities.steps import Piece, differentiable, follow, refuse_contact
 from mechc.simulation.record import Record
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import Array
@@ -30,6 +30,7 @@ def sensitivity_of_run(sol: Trajectory, names: Sequence[str], y0: Any, params: A
     :func:`columns_of` and :func:`start_columns` say.
     """
     refuse_contact(sol)
+    sol = differentiable(sol)
     system = sol.system
     columns = columns_of(system, names, sol.params, params)
     t, y = sol.record.ends()

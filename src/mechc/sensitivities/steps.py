@@ -8,9 +8,10 @@ pair are taken again.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
+TrajectoryT = TypeVar("TrajectoryT", bound=Trajectory)
 NAMES = {number: name for name, number in METHODS.items()}
 SINGULAR = 1e-9  # of the largest singular value: rounding of a state at a change point is less
 NUMBERS_AT_ONCE = 1 << 21  # of rates, in doubles
@@ -132,6 +134,16 @@ def on_tangent_space(
     given = columns.directions, start
     moved: Array = run.vary(0, 0, *given, project=True, shapes=columns.shapes)[0][0]
     return moved
+
+
+def differentiable(sol: TrajectoryT) -> TrajectoryT:
+    """The same motion, of a system with derivatives of motions, which is compiled if need be."""
+    system = sol.system.differentiable()
+    if system is sol.system:
+        return sol
+    other = copy(sol)
+    other.system, other.record = system, sol.record.read_by(system)
+    return other
 
 
 def refuse_contact(sol: Trajectory) -> None:

@@ -172,11 +172,18 @@ class RunPart:
     All but their ends is computed again when it is read.
     """
 
-    def __init__(self, run: CheckpointedRun, number: int) -> None:
-        self._run, self._number = run, number
+    def __init__(
+        self, run: CheckpointedRun, number: int, reader: tuple[Any, Any] | None = None
+    ) -> None:
+        self._run, self._number, self._reader = run, number, reader
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(self._run.open(self._number), name)
+        steps = self._run.open(self._number)
+        return getattr(steps if self._reader is None else steps.read_by(*self._reader), name)
+
+    def read_by(self, scene: Any, inputs: Any) -> RunPart:
+        """This part, read by the functions of another scene of the same mechanism."""
+        return RunPart(self._run, self._number, (scene, inputs))
 
     def ends(self) -> tuple[Array, Array]:
         """The first and last time (2,) and the states there (2, nq + nu)."""

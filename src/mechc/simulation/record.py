@@ -12,6 +12,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from mechc.system.parameters import Array
+from mechc.system.system import System
 
 ADDED = ("steps", "rejected", "rhs_evaluations", "closure_iterations", "examined")
 LEAST = {"least_singular": "least_singular_time", "critical_gap": "critical_time"}
@@ -44,6 +45,7 @@ class Steps(Protocol):
     def change_points(self) -> tuple[Array, Array, Array]: ...
     def interpolate(self, t: Array) -> Array: ...
     def forces(self, t: Array, y: Array) -> Array: ...
+    def read_by(self, scene: Any, inputs: Any) -> Steps: ...
 
 
 class SmoothPart(NamedTuple):
@@ -159,6 +161,18 @@ class Record:
     def __init__(self, pieces: list[Piece], stats: dict[str, Any] | None = None) -> None:
         self.pieces = pieces
         self.stats = {} if stats is None else stats
+
+    def read_by(self, system: System) -> Record:
+        """The same motion, read by the functions of another system of the same mechanism."""
+        inputs = None if system.driven is None else system.driven.native_inputs()
+        pieces = [
+            Piece(
+                piece.steps.read_by(system.scene.evaluator, inputs), piece.params, piece.jumps,
+                piece.causes, piece.contacts, piece.cut,
+            )
+            for piece in self.pieces
+        ]  # fmt: skip
+        return Record(pieces, self.stats)
 
     @property
     def last(self) -> Piece:

@@ -92,9 +92,10 @@ AT_CROSSINGS = (
 
 # Where the equations jump.
 SLIDING = (
-    "Dry friction, mu N sign(v), is mechc.DryFriction('v', mu, N) among the events: it slides "
-    "and sticks. Else write the law smoothly, as tanh(v/v_s) for sign(v) with a small v_s, or "
-    "end the run there by an event and continue from sol.y[-1] with the other law"
+    "Dry friction along a line, mu N sign(v), is mechc.DryFriction('v', mu, N) among the events: "
+    "it slides and sticks. Else write the law smoothly, as tanh(v/v_s) for sign(v) with a small "
+    "v_s, in a plane v_x/sqrt(v_x**2 + v_y**2 + v_s**2) for v_x/|v|, or end the run there by an "
+    "event and continue from sol.y[-1] with the other law"
 )
 CODES = {
     codes.FINISHED: ("finished", "", ""),

@@ -130,7 +130,7 @@ class Stepper:
         Raises
         ------
         UnknownNameError, UnavailableOutputError
-            If there is no such output, or it was not requested when compiling.
+            If there is no such output, or it was not requested and cannot be compiled now.
         """
         system, y, t = self._system, self.y, self.t
         forces = self._contact_forces(t, y)

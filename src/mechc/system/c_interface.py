@@ -76,6 +76,8 @@ def c_function(system: System, output: str, p: Array) -> CFunction:
 
     Waits until the model is compiled completely.
     """
+    wider = _with_output(system, output)
+    p, system = wider.values_of(system, p), wider
     inputs = _inputs(system, output)
     bound = system.scene.bound(output, np.ascontiguousarray(p), inputs)
     capsule, address, data, width, stack = bound
@@ -88,6 +90,8 @@ def integrand(
     """A number of an output as a function of coordinates: a ``scipy.LowLevelCallable``."""
     from scipy import LowLevelCallable
 
+    wider = _with_output(system, output)
+    p, system = wider.values_of(system, p), wider
     inputs = _inputs(system, output)
     width = system.scene.outputs[output]
     if not 0 <= component < width:
@@ -100,10 +104,16 @@ def integrand(
     )
 
 
+def _with_output(system: System, output: str) -> System:
+    """The system with this output, which is compiled if it was not requested before."""
+    found = system.with_output(name_of(output))
+    if name_of(output) not in found.scene.outputs:
+        found.refuse_output(output)
+    return found
+
+
 def _inputs(system: System, output: str) -> Any:
     """The values of inputs that an output keeps; None if it contains none."""
-    if name_of(output) not in system.scene.outputs:
-        system.refuse_output(output)
     return None if system.driven is None else system.driven.for_c(output)
 
 

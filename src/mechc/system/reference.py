@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -84,6 +84,22 @@ class ModelReference:
             str(mechanism), dict(options or {}), bool(custom), key if custom else "",
             tuple(state or ()), defaults=_numbers(data.get("defaults", {})),
         )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What a system was compiled from, while that is at hand.
+
+    Attributes
+    ----------
+    description
+        Gives the mechanism, as the compiler has it, and the outputs and fixed parameters requested.
+    with_outputs
+        Compiles the same with further outputs, by the names of a request.
+    """
+
+    description: Callable[[], tuple[Any, Any]]
+    with_outputs: Callable[[frozenset[str]], Any]
 
 
 def _numbers(data: Any) -> dict[str, float]:

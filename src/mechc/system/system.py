@@ -11,17 +11,27 @@ from typing import Any, NoReturn, TypeAlias
 
 import numpy as np
 
-from mechc.errors import UnavailableOutputError, UnknownNameError, ValueOutOfBoundsError
+from mechc.errors import (
+    CacheError,
+    CompilerError,
+    MechcError,
+    UnavailableOutputError,
+    UnknownNameError,
+    ValueOutOfBoundsError,
+)
+from mechc.native._driver import PARTS
 from mechc.native._steps import Sizes
+from mechc.progress import Notice
 from mechc.system.attitudes import Attitudes
 from mechc.system.description import Description
 from mechc.system.kinds import ANGULAR, DIMENSIONLESS
 from mechc.system.names import name_of
 from mechc.system.parameters import Array, ParameterSet, doubles
 from mechc.system.picture import Picture
-from mechc.system.reference import ModelReference
+from mechc.system.reference import ModelReference, Origin
 
 Time: TypeAlias = "float | Array"
+ENERGIES = ("kinetic_energy", "potential_energy")  # whose sum is the energy
 ABSENT = ("constraints", "velocity_constraints", "constraint_jacobian", "multipliers")
 
 
@@ -48,6 +58,8 @@ class System(Description):
         Facts of its build: options, seconds of each stage, key in the cache.
     operations_of_all
         Counts the operations with nothing fixed and all default outputs, where that is known.
+    origin
+        What it was compiled from, where that is known.
     drawn
         Makes the picture of this system from its description, where that is known.
     angular, dimensionless : (nq + nu,)
@@ -65,6 +77,7 @@ class System(Description):
         super().__init__(data)
         self._set_scene(scene)
         self.reference = reference
+        self._wider: dict[frozenset[str], System] = {}  # shared by copies
         self.build = MappingProxyType(dict(build or {}))
         self.operations_of_all = operations_of_all
         self.parameter_set = self._parameter_set()
@@ -99,7 +112,7 @@ class System(Description):
     @cached_property
     def knows_energy(self) -> bool:
         """Whether kinetic and potential energy are among the outputs."""
-        return {"kinetic_energy", "potential_energy"} <= set(self.scene.outputs)
+        return {*ENERGIES} <= {*self.scene.outputs}
 
     @property
     def headline(self) -> str:
@@ -120,6 +133,7 @@ class System(Description):
         return other
 
     cache: dict[Any, Any]
+    origin: Origin | None = None
     drawn: Callable[..., Picture] | None = None
     draws_more = False  # than the compiled points
 
@@ -161,7 +175,8 @@ class System(Description):
         """The drawing, by the compiled points, or by the description where these do not suffice."""
         if Picture not in self.cache:
             drawn = self.skeleton, self.ground, self.traced, self.view
-            own = Picture(self.point_names, *drawn, self.points)
+            names = self.point_names if "points" in self.scene.outputs else ()
+            own = Picture(names, *drawn, self.points)
             if self.drawn is not None and (self.draws_more or not own.is_complete):
                 described = self.drawn(self)
                 own = described if described.skeleton else own
@@ -222,13 +237,88 @@ class System(Description):
         movable = len(self.coordinates) - len(self.states)
         return sorted(set(range(movable)) - set(given))
 
-    def check_sensitivities(self) -> None:
-        """Raise :class:`UnavailableOutputError` where motions have no derivatives."""
-        if "differentiated" not in self.data:
-            raise UnavailableOutputError(
-                f"{self.name} was compiled without sensitivities, derivatives of motions: compile "
-                "or load it with outputs=(..., 'sensitivities')"
-            )
+    # -- outputs that were not requested at first ------------------------------------------------
+
+    def including(self, *outputs: str, parts: int = 0) -> System:
+        """This system, or the same with further outputs, which is compiled at the first request.
+
+        This one does not change, nor does any digit of what it computes: other outputs share other
+        subexpressions, so the two may differ in rounding.
+
+        Parameters
+        ----------
+        outputs
+            Names as ``mechc.compile(..., outputs=)`` takes them.
+        parts
+            The parts of the unit that are needed at once.
+
+        Raises
+        ------
+        UnavailableOutputError
+            If the description is not at hand, or does not determine them; the message says which.
+        CompilerError
+            If there is no C compiler.
+        """
+        missing = frozenset(outputs).intersection(self.data["left_out"].values())
+        if not missing:
+            return self
+        if (System, missing) not in self.cache:
+            self.cache[System, missing] = self._like(self._compiled_with(missing, parts))
+        found: System = self.cache[System, missing]
+        return found
+
+    def with_output(self, *names: str) -> System:
+        """This system, or the same with these outputs; see :meth:`including`."""
+        left_out = self.data["left_out"]
+        return self.including(*(left_out[name] for name in names if name in left_out))
+
+    def differentiable(self, *names: str) -> System:
+        """This system, or the same with derivatives of motions, and of these outputs along them;
+        see :meth:`including`."""
+        left_out = self.data["left_out"]
+        more = (left_out[name] for name in names if name in left_out)
+        return self.including("sensitivities", *more, parts=PARTS["derivatives"])
+
+    def _compiled_with(self, missing: frozenset[str], parts: int) -> System:
+        """The mechanism compiled with further outputs, as all copies of this system need it."""
+        if missing not in self._wider:
+            what = " and ".join(sorted(each.replace("_", " ") for each in missing))
+            if self.origin is None:
+                raise UnavailableOutputError(
+                    f"{self.name} has no {what} yet, and they cannot be compiled here: this "
+                    "process has the compiled model, but not its description. Compile the "
+                    "description in this process (mechc.open(path, model) takes the model)"
+                )
+            told = f"compiled {what} of {self.name}"
+            with Notice(f"compiling {what} of {self.name} ...", told):
+                try:
+                    found = self.origin.with_outputs(missing)
+                except (CompilerError, CacheError):
+                    raise
+                except MechcError as error:
+                    raise UnavailableOutputError(f"{self.name} has no {what}: {error}") from error
+                if parts:
+                    found.scene.evaluator.need(parts)
+            self._wider[missing] = found
+        return self._wider[missing]
+
+    def _like(self, found: System) -> System:
+        """Another system of the same mechanism, with the defaults, start, picture and inputs of
+        this one."""
+        given = {} if self.driven is None else self.driven.given
+        scene = found.scene.with_inputs(given) if given else found.scene
+        defaults = {**found.reference.defaults, **self.reference.defaults}
+        other = found.replaced_scene(scene).with_defaults(defaults).with_start(self.start)
+        other.title, other.drawn, other.draws_more = self.title, self.drawn, self.draws_more
+        return other
+
+    def values_of(self, other: System, p: Array) -> Array:
+        """All parameters (..., np) from those of another system of the same mechanism."""
+        if self.parameters == other.parameters:
+            return p
+        return self.parameter_set.resolve(
+            dict(zip(other.parameters, np.moveaxis(p, -1, 0), strict=True))
+        )
 
     @cached_property
     def derivative_rows(self) -> dict[str, tuple[list[int], tuple[int, ...]]]:
@@ -248,8 +338,8 @@ class System(Description):
 
         ``of``: of a user-defined output instead of the right-hand side, (..., n).
 
-        Raises :class:`UnavailableOutputError` if the model was compiled without them;
-        :class:`UnknownNameError` if there is no such user-defined output.
+        Raises :class:`UnavailableOutputError` as :meth:`including`; :class:`UnknownNameError` if
+        there is no such user-defined output.
         """
         name, own = f"{by}_jacobian", self.data["own"]
         if of is None:
@@ -318,8 +408,10 @@ class System(Description):
         ``forces`` (..., nu): generalized forces besides those of the description, of contacts,
         with which accelerations and multipliers are solved.
 
+        One that was not requested is compiled now.
+
         Raises :class:`UnknownNameError`, :class:`UnavailableOutputError` if there is no such
-        output, or it was not requested when compiling.
+        output, or the description does not determine it or is not at hand.
         """
         if name_of(name) in self.array_outputs:
             elements = self.array_elements(name)
@@ -362,7 +454,10 @@ class System(Description):
             if name in ABSENT:
                 tail = (0, len(self.speeds)) if name == "constraint_jacobian" else (0,)
                 return np.zeros((len(y), *tail))
-            self.refuse_output(name)
+            wider = self.with_output(name)
+            if wider is self:
+                self.refuse_output(name)
+            return wider._rows(name, t, y, wider.values_of(self, p), forces)
         out: Array = self.scene.evaluate(name, t, y, p, forces=forces)
         shape = self._shapes.get(name)
         return out if shape is None else out.reshape(len(y), *shape)

@@ -332,8 +332,8 @@ def test_a_name_that_is_no_prefix_is_refused(tmp_path, name):
     assert not (tmp_path / "none").exists()
 
 
-def test_a_start_by_names_is_refused(tmp_path):
-    with pytest.raises(mechc.ValueOutOfBoundsError, match="assemble"):
+def test_a_start_by_names_is_of_a_model(tmp_path):
+    with pytest.raises(mechc.ValueOutOfBoundsError, match="needs the compiled model"):
         mechc.export_c("pendulum", tmp_path / "none", y0={"theta_0": 1.0})
 
 

@@ -88,8 +88,6 @@ def test_what_cannot_be_linearized_is_refused(four_bar):
         four_bar.linearize(y + 0.1, REGULAR)
     with pytest.raises(mechc.ChangePointError, match="linearize near it"):
         four_bar.linearize(np.array([np.pi, 0, 0, 0, 0, 0]), {"l_3": 4.0})
-    with pytest.raises(mechc.UnavailableOutputError, match=r"outputs=\(..., 'state_jacobian'\)"):
-        mechc.load("four_bar").linearize(y, REGULAR)
 
 
 def knife_edge():

@@ -185,9 +185,3 @@ def test_derivatives_by_lengths():
     assert np.isfinite(by_length[[0, 2]]).all()
     assert np.isnan(by_length[1, 1:]).all()
     assert (sweep.sensitivity("m_0") == 0).all()
-
-
-def test_derivatives_have_to_be_compiled(model):
-    sweep = model.sweep_positions("theta_0", TURN[:3])
-    with pytest.raises(mechc.UnavailableOutputError, match="'sensitivities'"):
-        sweep.sensitivity("l_3")

@@ -73,6 +73,7 @@ def test_options_are_of_the_library(capsys):
     assert "has no options" in capsys.readouterr().err
 
 
-def test_a_compiled_model_cannot_be_exported(capsys):
-    assert main(["export", "own.py:compiled", "--c"]) == 2
-    assert "it was made of" in capsys.readouterr().err
+def test_a_compiled_model_is_exported_from_its_description(here):
+    start = ["--start", "theta_0=60deg", "--out", "c"]
+    assert main(["export", "own.py:compiled", "--c", *start]) == 0
+    assert (here / "c" / "compiled.h").is_file()

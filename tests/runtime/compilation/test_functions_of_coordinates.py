@@ -61,6 +61,19 @@ def test_a_curve_has_the_values_of_its_data_and_goes_on_beyond_them():
         assert model.rhs(0.0, [at, 0.0])[1] == pytest.approx(curve(at), abs=1e-13)
 
 
+def test_more_samples_are_no_more_operations_and_the_numbers_of_a_table():
+    at, counts = np.linspace(-2.2, 2.2, 23), []
+    for count in (20, 300):
+        kane, q = cart(lambda q: h(q))
+        places = np.linspace(-2.0, 2.0, count)
+        samples = places, np.sin(3 * places)
+        model = mechc.compile(kane, inputs={h(q): samples}, defaults={m: 1.0})
+        found = model.rhs(0.0, np.stack([at, 0 * at], axis=-1))[:, 1]
+        np.testing.assert_allclose(found, mechc.Table(*samples)(at), rtol=0, atol=1e-12)
+        counts.append(model.system.data["operations"]["outputs"]["forcing"])
+    assert counts[0] == counts[1]
+
+
 def test_a_parameter_of_a_load_may_be_bound_to_an_expression():
     kane, q = cart(lambda q: -k * q)
     model = mechc.compile(kane, inputs={k: c * (1 + q**2)}, defaults={m: 2.0, c: 3.0})

@@ -190,11 +190,6 @@ def test_wrong_arguments_are_refused(pendulum, words):
         pendulum.fit(**given)
 
 
-def test_a_model_without_derivatives_is_refused(model):
-    with pytest.raises(mechc.UnavailableOutputError, match="outputs="):
-        model.fit(DATA, {"m_1": None}, {"theta_0": 0.1})
-
-
 @pytest.mark.parametrize("low", [-np.pi, 0.0])
 def test_angles_reduced_to_one_turn(pendulum, low):
     """A pendulum that turns over, recorded within a turn: the fit "converged" at 0.55 m."""

@@ -175,12 +175,6 @@ def test_a_terminal_event_ends_them(swing):
     np.testing.assert_allclose(sol.sensitivity["l"][-1], there, rtol=1e-9)
 
 
-def test_a_model_without_them_says_how_to_get_them():
-    model = mechc.load("four_bar")
-    with pytest.raises(mechc.UnavailableOutputError, match=r"outputs=\(\.\.\., 'sensitivities'\)"):
-        model.simulate(0.1, {"theta_0": 1.4}, sensitivities=["l_3"])
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("output", ["point_accelerations", "pulls"])
 def test_outputs_of_the_accelerations_follow(output):

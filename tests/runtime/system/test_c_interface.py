@@ -14,7 +14,7 @@ from scipy.integrate import IntegrationWarning, quad
 from scipy.special import ellipk
 
 import mechc
-from mechc.errors import UnavailableOutputError, UnknownNameError, ValueOutOfBoundsError
+from mechc.errors import UnknownNameError, ValueOutOfBoundsError
 from tests.support import ROOT
 from tests.support.pendulums import pendulum
 
@@ -169,9 +169,6 @@ def test_what_there_is_not_is_told(bar):
         model.integrand("forcing", "theta_0", y[:4])
     with pytest.raises(ValueOutOfBoundsError, match="one set of parameters"):
         model.c_function("forcing", {"l_3": [3.5, 3.6]})
-    lean = mechc.compile(pendulum(2.5), outputs=())
-    with pytest.raises(UnavailableOutputError, match="has no kinetic energy"):
-        lean.c_function("kinetic_energy")
 
 
 def test_the_capsule_of_another_version_is_refused(bar):

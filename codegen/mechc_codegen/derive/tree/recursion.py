@@ -57,6 +57,7 @@ def _refuse_others(mechanism: Mechanism) -> None:
             mechanism.configuration_constraints or mechanism.motion_constraints
         ),
         "it is described by a Lagrangian": mechanism.lagrangian is not None,
+        "its equations are given": mechanism.equations is not None,
         "speeds are auxiliary": bool(mechanism.auxiliary),
         "closures hold directions": any(c.perpendicular for c in mechanism.closures),
     }

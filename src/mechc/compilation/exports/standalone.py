@@ -9,7 +9,9 @@ from typing import Any
 from mechc.compilation.compiler import errors_of_compiler
 from mechc.compilation.library.library import described_as_asked
 from mechc.compilation.request import read_compilable
-from mechc.errors import UnknownNameError, ValueOutOfBoundsError
+from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError
+from mechc.system.names import by_name
+from mechc.system.system import System
 
 
 @dataclass(frozen=True)
@@ -33,7 +35,7 @@ def standalone_texts(asked: ExportRequest, name: str, t_end: float, real: str) -
 
 def read_export(
     mechanism: Any,
-    y0: Sequence[float] | None,
+    y0: Sequence[float] | Mapping[Any, float] | None,
     params: Mapping[str, float],
     *,
     fix: Mapping[Any, float] | None,
@@ -48,7 +50,15 @@ def read_export(
             "mechc.export_fmu(..., events=...) has them"
         )
     numbers: dict[str, float] = {}  # default values that are not part of the request
-    if isinstance(mechanism, str):
+    if isinstance(system := getattr(mechanism, "system", None), System):
+        _refuse_options(options)
+        found, request = _described_again(system, fix or {}, tuple(outputs or ()))
+        numbers = dict(system.reference.defaults)
+        if isinstance(y0, Mapping):
+            y0 = mechanism.assemble(
+                *mechanism.coordinates_and_speeds(by_name(y0, "y0")), params=params
+            )
+    elif isinstance(mechanism, str):
         asked: dict[str, Any] = {} if outputs is None else {"outputs": tuple(outputs)}
         asked |= {"fix": dict(fix)} if fix else {}
         found, request = described_as_asked(mechanism, options, asked)
@@ -59,12 +69,13 @@ def read_export(
     states = len(found.coordinates) + len(found.states) + len(found.speeds)
     if isinstance(y0, Mapping):
         raise ValueOutOfBoundsError(
-            "y0 is a state, coordinates and then speeds: model.assemble({...}) makes one of names"
+            "y0 by names needs the compiled model, which closes the loops: give it in place of the "
+            "description; else y0 is a state, coordinates and then speeds"
         )
     start = [0.0] * states if y0 is None else [float(value) for value in y0]
     if len(start) != states:
         raise ValueOutOfBoundsError(f"y0 has {len(start)} values; a state has {states}")
-    known = {str(parameter.symbol) for parameter in found.parameters}
+    known = {str(p.symbol) for p in found.parameters if p.symbol not in request.fixed}
     for given in params:
         if given not in known:
             raise UnknownNameError("parameter", given, sorted(known))
@@ -72,7 +83,31 @@ def read_export(
     return ExportRequest(found, request, start, values)
 
 
-def described_mechanism(thing: Any) -> Any:
-    """A mechanism or SymPy object as the compiler describes it."""
+def _refuse_options(options: Mapping[str, Any]) -> None:
+    given = [name for name, value in options.items() if value is not None]
+    if given:
+        raise MechcError(
+            f"a model is exported as it was compiled: {', '.join(given)} cannot be changed; give "
+            "the description in place of the model, or fix= and outputs="
+        )
+
+
+def _described_again(
+    system: System, fix: Mapping[Any, Any], outputs: tuple[Any, ...]
+) -> tuple[Any, Any]:
+    """The mechanism of a compiled model and its request, joined with a further one."""
+    from mechc_codegen.frontend.read_request import read_request
+
+    if system.origin is None:
+        raise MechcError(
+            f"the description of {system.name} is not at hand in this process, only the compiled "
+            "model: give the description in place of the model"
+        )
+    found, request = system.origin.description()
+    return found, request.joined(read_request(found, fix, outputs, of_object=True))
+
+
+def described_mechanism(system: System) -> Any:
+    """The mechanism of a system as the compiler describes it."""
     errors_of_compiler()
-    return read_compilable(thing, None, None)[0].description()[0]
+    return _described_again(system, {}, ())[0]

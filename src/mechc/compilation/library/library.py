@@ -9,9 +9,10 @@ from typing import Any
 from mechc.compilation import cache, entries
 from mechc.compilation.build import compile_described, key_of
 from mechc.compilation.compiler import errors_of_compiler
+from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.compilation.parts import FIRST
 from mechc.errors import UnknownNameError
-from mechc.system.reference import ModelReference
+from mechc.system.reference import ModelReference, Origin
 from mechc.system.system import System
 
 
@@ -43,7 +44,10 @@ def beyond_default(name: str, options: Mapping[str, Any]) -> dict[str, Any]:
     return found
 
 
-def variant(name: str, options: Mapping[str, Any], asked: Mapping[str, Any]) -> System:
+@one_at_a_time
+def variant(
+    name: str, options: Mapping[str, Any], asked: Mapping[str, Any], *, ahead: bool = True
+) -> System:
     """A mechanism of the library with options that are known to exist, compiled on demand.
 
     ``asked``: parameters to ``fix`` and ``outputs``, by name.  The key follows from mechanism,
@@ -54,11 +58,20 @@ def variant(name: str, options: Mapping[str, Any], asked: Mapping[str, Any]) -> 
     plain = all(map(_is_plain, options.values()))
     same = plain or _reads_again(options, told)
     reference = ModelReference(name, told if same else {}, custom=not same)
+    digest = _variant_digest(name, told) if plain else None
+    return compile_described(origin_of(name, options, asked), reference, digest, ahead=ahead)
 
-    def describe() -> tuple[Any, Any]:
-        return described_as_asked(name, options, asked)
 
-    return compile_described(describe, reference, _variant_digest(name, told) if plain else None)
+def origin_of(name: str, options: Mapping[str, Any], asked: Mapping[str, Any]) -> Origin:
+    """What a variant of a mechanism of the library is compiled from."""
+
+    def with_outputs(outputs: frozenset[str]) -> System:
+        from mechc_codegen.description.request import default_outputs
+
+        own = asked.get("outputs", default_outputs(of_object=False))
+        return variant(name, options, {**asked, "outputs": sorted({*own, *outputs})}, ahead=False)
+
+    return Origin(lambda: described_as_asked(name, options, asked), with_outputs)
 
 
 def names_to_compile(name: str, options: Mapping[str, Any]) -> Mapping[str, tuple[str, ...]] | None:

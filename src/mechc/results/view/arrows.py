@@ -22,6 +22,8 @@ def arrows(run: Run, middle: Array) -> list[dict[str, Any]]:
     shown, names = run.picture, list(run.system.joint_names)
     if not names or names != list(shown.joints) or shown.acting is None:
         return []
+    if "reaction_forces" not in run.system.scene.outputs:
+        return []
     forces = run.solution.output_along("reaction_forces", run.t, run.y)
     points = run.evaluate(shown.acting) - middle
     return _drawn([f"reaction in {name}" for name in names], points, forces)

@@ -202,14 +202,18 @@ class EventReader:
         return self._law(slip, given.mu, given.static, given.normal)
 
     def _law(self, slip: Any, friction: Any, static: Any, normal: Any) -> FrictionLaw:
-        from sympy import diff
+        from sympy import S, diff
 
-        speed = self._plain(slip)
         speeds = [self.names[name] for name in self.system.speeds]
+        one = is_expression(slip) and not getattr(slip, "is_Matrix", False)
+        speed = self._plain(slip) if one else S.Zero
         rows = [diff(speed, u) for u in speeds]
         if not any(rows) or any(row.has(u) for row in rows for u in speeds):
             raise ValueOutOfBoundsError(
-                f"a speed of sliding is linear in the speeds of the model, not {brief(slip)}"
+                "a speed of sliding is one expression, linear in the speeds of the model, not "
+                f"{brief(slip)}. Friction in a plane, where the slip is (v_x, v_y), is given as "
+                "loads by a smooth law instead: -mu*N*v_x/sqrt(v_x**2 + v_y**2 + v_s**2) along x "
+                "and likewise along y, with a small speed v_s"
             )
         press, slides = self._plain(normal), self._plain(friction)
         sticks = slides if static is None else self._plain(static)

@@ -166,6 +166,8 @@ def test_what_is_wrong_is_told(ball):
         (mechc.Stop("q_0", 0.5, friction=0.3), ValueOutOfBoundsError, "speed of sliding"),
         (mechc.DryFriction("q_0", 0.5), ValueOutOfBoundsError, "linear in the speeds"),
         (mechc.DryFriction("u_0**2", 0.5), ValueOutOfBoundsError, "linear in the speeds"),
+        (mechc.DryFriction(["u_0", "q_0"], 0.5), ValueOutOfBoundsError, "in a plane.*smooth law"),
+        (mechc.DryFriction("sqrt(u_0**2)", 0.5), ValueOutOfBoundsError, "in a plane.*smooth law"),
         (mechc.DryFriction("u_0", -0.5), ValueOutOfBoundsError, "must not be negative"),
         (mechc.DryFriction("u_0", 0.5, static=0.4), ValueOutOfBoundsError, "at least"),
     ):

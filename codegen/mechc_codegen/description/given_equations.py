@@ -1,0 +1,46 @@
+"""Equations of motion that are given, not derived from bodies and loads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from sympy import Expr
+
+ENERGIES = ("kinetic_energy", "potential_energy")
+
+
+@dataclass(frozen=True)
+class GivenEquations:
+    """The terms of M u' + J^T lambda = F.
+
+    Attributes
+    ----------
+    mass_matrix
+        Rows of M, which is symmetric; free of accelerations, as all of these.
+    forcing
+        F.
+    kinetic_energy, potential_energy
+        Both, or neither where they are not known.
+    """
+
+    mass_matrix: tuple[tuple[Expr, ...], ...]
+    forcing: tuple[Expr, ...]
+    kinetic_energy: Expr | None = None
+    potential_energy: Expr | None = None
+
+    @property
+    def energies(self) -> tuple[Expr, Expr] | None:
+        """T and V, where they are known."""
+        if self.kinetic_energy is None or self.potential_energy is None:
+            return None
+        return self.kinetic_energy, self.potential_energy
+
+    def terms(self) -> Iterable[tuple[str, Expr]]:
+        """Every expression, with its name."""
+        for i, row in enumerate(self.mass_matrix):
+            for j, entry in enumerate(row):
+                yield f"mass_matrix[{i}, {j}]", entry
+        for i, entry in enumerate(self.forcing):
+            yield f"forcing[{i}]", entry
+        yield from zip(ENERGIES, self.energies or (), strict=False)

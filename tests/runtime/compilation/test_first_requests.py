@@ -1,0 +1,187 @@
+"""Outputs that a model was not compiled with are compiled when they are first asked for."""
+
+import ctypes
+
+import numpy as np
+import pytest
+from sympy import Symbol
+
+import mechc
+from mechc import progress
+from mechc.compilation import build
+from mechc.compilation.library.library import origin_of
+from mechc.errors import CompilerError, MechcError, UnavailableOutputError
+from mechc.system.reference import ModelReference
+from tests.support.linkages.jointed import chain_joints
+from tests.support.pendulums import pendulum, pushed_mass
+
+STATE = np.array([0.3, 0.7])
+START, TIMES = {"q": 0.3}, np.linspace(0.0, 1.0, 5)
+ALL = ("energy", "points", "accelerations", "sensitivities")
+
+
+@pytest.fixture(scope="module")
+def lean():
+    """It was compiled without any output."""
+    return mechc.compile(pendulum(7.0), outputs=(), defaults={"l": 1.2})
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return mechc.compile(pendulum(7.0), outputs=ALL, defaults={"l": 1.2})
+
+
+def test_what_a_state_has_is_the_same_as_when_it_was_requested(lean, whole):
+    before = lean.rhs(0.0, STATE), lean.mass_matrix(STATE)
+    for output in ("energy", "points", "point_accelerations", "state_jacobian"):
+        found, expected = (getattr(model, output)(STATE) for model in (lean, whole))
+        np.testing.assert_allclose(found, expected, rtol=1e-14, atol=1e-15)
+    found, expected = (model.linearize(STATE, inputs=["l"]) for model in (lean, whole))
+    np.testing.assert_allclose(found.B, expected.B, rtol=1e-14, atol=1e-15)
+    after = lean.rhs(0.0, STATE), lean.mass_matrix(STATE)
+    assert all(np.array_equal(*both) for both in zip(before, after, strict=True))
+    assert lean.knows_energy is False, "the model itself is the one it was"
+
+
+def test_it_is_compiled_once_and_told_in_one_line(lean, monkeypatch, capsys):
+    monkeypatch.setattr(progress, "PATIENCE", 0.0)
+    other = mechc.compile(pendulum(7.5), outputs=())
+    other.points(STATE)
+    told = capsys.readouterr().err
+    assert told.startswith("compiled points of pendulum in ")
+    assert told.count("\n") == 1
+    other.points(STATE)
+    other.with_inputs({}).points(STATE)
+    assert not capsys.readouterr().err
+    assert not {*build._compiled} - {*build.cache.scenes()}, "all of it is in the cache"
+
+
+def test_a_motion_has_its_derivatives_and_the_same_steps(lean, whole):
+    plain = lean.simulate(1.0, START, t_eval=TIMES)
+    found, expected = (
+        model.simulate(1.0, START, t_eval=TIMES, sensitivities=["l"]) for model in (lean, whole)
+    )
+    assert np.array_equal(found.y, plain.y)
+    np.testing.assert_allclose(found.sensitivity["l"], expected.sensitivity["l"], rtol=1e-11)
+    for output in ("energy", "points", "point_accelerations"):
+        both = (sol.sensitivity_of(output, "l") for sol in (found, expected))
+        np.testing.assert_allclose(*both, rtol=1e-11, atol=1e-12)
+    _, moved = lean.jvp(1.0, START, along={"l": 1.0})
+    np.testing.assert_allclose(moved, expected.sensitivity["l"][-1], rtol=1e-11)
+
+
+@pytest.mark.parametrize("policy", [{}, {"checkpoints": 40_000}, {"method": "dop853"}])
+def test_a_motion_of_before_has_its_gradient(lean, whole, policy):
+    for ask in ({"end": "q"}, {"end": "energy", "integral": "q"}):
+        found, expected = (
+            model.simulate(3.0, START, **policy).gradient(**ask, by=["l", "q"])
+            for model in (lean, whole)
+        )
+        assert found.value == pytest.approx(expected.value, rel=1e-12)
+        for name in ("l", "q"):
+            assert found[name] == pytest.approx(expected[name], rel=1e-9, abs=1e-11)
+
+
+def test_a_batch_has_outputs_and_derivatives(lean, whole):
+    ask = {
+        "t_eval": TIMES, "outputs": ["points"], "reduce": ["max(energy)"], "sensitivities": ["l"],
+        "progress": False,
+    }  # fmt: skip
+    found, expected = (
+        model.simulate_batch(1.0, mechc.Assembly({"q": [0.3, 0.4]}), **ask)
+        for model in (lean, whole)
+    )
+    for name in ("points", "max(energy)", "sensitivity"):
+        np.testing.assert_allclose(found[name], expected[name], rtol=1e-11, atol=1e-12)
+    assert found.model is lean
+
+
+def test_a_fit_finds_the_length(lean):
+    true = lean.simulate(2.0, START, {"l": 1.35}, t_eval=np.linspace(0.0, 2.0, 30))
+    data = {"t": true.t, "points[1,0]": lean.points(true.y, {"l": 1.35})[:, 1, 0]}
+    result = lean.fit(data, {"l": (0.5, 3.0)}, ["points[1,0]"], y0=START)
+    assert result["l"] == pytest.approx(1.35, rel=1e-9)
+
+
+def test_a_c_function_of_one_is_there(lean, whole):
+    f, out = lean.c_function("kinetic_energy"), np.empty(1)
+    address = np.ctypeslib.as_ctypes
+    f.ctypes(0.0, ctypes.addressof(address(STATE)), ctypes.addressof(address(out)), f.data)
+    assert out[0] == pytest.approx(whole.kinetic_energy(STATE), rel=1e-15)
+
+
+def test_inputs_defaults_and_start_are_those_of_the_model():
+    model = mechc.compile(pushed_mass(), outputs=(), defaults={"m": 2.0, "k": 3.0})
+    driven = model.with_inputs({"F": lambda t: 5.0})
+    jacobian = driven.state_jacobian([0.1, 0.2])
+    np.testing.assert_allclose(jacobian, [[0.0, 1.0], [-1.5, 0.0]], atol=1e-15)
+    sol = model.simulate(0.5, {"q": 0.1}, inputs={"F": 5.0}, sensitivities=["F", "q"])
+    w = np.sqrt(1.5)
+    assert sol.sensitivity["F"][-1, 0] == pytest.approx((1 - np.cos(0.5 * w)) / 3.0, rel=1e-9)
+    assert sol.gradient(end="q", by=["q"])["q"] == pytest.approx(np.cos(0.5 * w), rel=1e-9)
+
+
+def test_a_parameter_of_the_reactions_alone_has_its_default():
+    """A force along the axis of the pin moves nothing."""
+    ground, joints = chain_joints(1)
+    push = (joints[0].child.masscenter, Symbol("F_z") * ground.z)
+    values = {"F_z": 4.0, "m": 1.0, "l": 1.0}
+    made = mechc.from_joints("pushed", joints, loads=[push], ground=ground, parameters=values)
+    model = mechc.compile(made, outputs=())
+    force = model.reactions([0.3, 0.2]).force
+    assert force[0, 2] == pytest.approx(-4.0, rel=1e-14)
+
+
+# -- exports --------------------------------------------------------------------------------------
+
+
+def test_a_model_is_exported_with_its_loops_closed(tmp_path, model):
+    params = {"l_3": 3.5}
+    y0 = model.assemble({"theta_0": 1.2}, params=params)
+    mechc.export_c(model, tmp_path / "model", y0={"theta_0": 1.2}, params=params)
+    mechc.export_c("four_bar", tmp_path / "name", y0=y0, params=params)
+    for file in (tmp_path / "name").iterdir():
+        assert (tmp_path / "model" / file.name).read_text("utf-8") == file.read_text("utf-8")
+
+
+def test_an_exported_model_has_its_defaults_and_further_outputs(tmp_path, lean):
+    mechc.export_c(lean, tmp_path, fix={"m": 2.5}, outputs=["energy", {"twice": 2 * Symbol("l")}])
+    main, header = ((tmp_path / n).read_text("utf-8") for n in ("main.c", "pendulum.h"))
+    assert "1.2" in main
+    assert "kinetic_energy" in header
+    assert "twice" in header
+    with pytest.raises(MechcError, match="exported as it was compiled: units cannot be changed"):
+        mechc.export_c(lean, tmp_path, units={"l": "mm"})
+
+
+# -- where it cannot be compiled ------------------------------------------------------------------
+
+
+def test_without_a_description_the_error_says_so(lean, monkeypatch, tmp_path):
+    monkeypatch.setattr(build, "_compiled", {})
+    key = lean.build["key"]
+    found = mechc.Model.of_reference(ModelReference("", custom=True, key=key))
+    np.testing.assert_array_equal(found.rhs(0.0, STATE, {"l": 1.2, "m": 1.0}), lean.rhs(0.0, STATE))
+    with pytest.raises(UnavailableOutputError, match="has the compiled model, but not its descr"):
+        found.points(STATE, {"l": 1.2, "m": 1.0})
+    with pytest.raises(UnavailableOutputError, match="no sensitivities"):
+        found.simulate(1.0, START, {"l": 1.2, "m": 1.0}, sensitivities=["l"])
+    with pytest.raises(MechcError, match="description of pendulum is not at hand"):
+        mechc.export_c(found, tmp_path)
+    mechc.compile(pendulum(7.0), outputs=(), defaults={"l": 1.2})  # it is at hand again
+    assert found.points(STATE, {"l": 1.2, "m": 1.0}).shape == (2, 3)
+
+
+def test_without_a_compiler_the_error_says_so(fresh, monkeypatch):
+    model = mechc.load("four_bar")
+    monkeypatch.setattr(model.system, "_wider", {})
+    monkeypatch.setenv("CC", str(fresh / "nowhere"))
+    with pytest.raises(CompilerError, match="nowhere"):
+        model.point_accelerations(np.zeros(6))
+
+
+def test_a_variant_of_the_library_is_found_again_by_its_name():
+    origin = origin_of("pendulum", {}, {"fix": {"g": 9.81}})
+    wider = origin.with_outputs(frozenset({"accelerations"}))
+    assert "accelerations" in wider.reference.options["outputs"]
+    assert wider.reference.options["fix"] == {"g": 9.81}

@@ -96,6 +96,8 @@ class Fits(Configurations):
             For wrong names, bounds, units, shapes; too few samples.
         AssemblyError, MechcError
             If no motion can be computed where the search begins; if a derivative does not exist.
+        RunInterrupt
+            At Ctrl-C, a KeyboardInterrupt: ``error.fit`` is the result at the best values tried.
         """
         from mechc.fitting.fit import fit
         from mechc.fitting.search import Settings

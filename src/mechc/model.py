@@ -12,7 +12,7 @@ import numpy as np
 
 from mechc.compilation.find import system_of
 from mechc.configurations import ONE_SET
-from mechc.errors import ValueOutOfBoundsError
+from mechc.errors import RunInterrupt, ValueOutOfBoundsError
 from mechc.fits import Fits
 from mechc.results.solution import Solution
 from mechc.simulation.events.run_events import (
@@ -353,9 +353,9 @@ class Model(Fits):
         Notes
         -----
         A failure during the run raises nothing: the run ends with ``sol.status``, and the solution
-        until then is kept; the same holds for Ctrl-C.  A failing event function raises
-        :class:`mechc.EventError`, a failing input :class:`mechc.InputError`, which contain the
-        motion until then.
+        until then is kept.  A failing event function raises :class:`mechc.EventError`, a failing
+        input :class:`mechc.InputError`, and Ctrl-C :class:`mechc.RunInterrupt`, a
+        KeyboardInterrupt: ``error.solution`` is the motion until then.
         """
         span, times = checked_span_and_times(t_span, t_eval)
         model = self if inputs is None else self._driven_over(span, inputs, sensitivities)
@@ -495,6 +495,9 @@ class Model(Fits):
 
         batch = simulate_batch(self.system, t_span, y0, params, **policy)
         batch.model = self
+        if not batch.complete:
+            raise RunInterrupt("interrupted; error.batch has the members that are finished",
+                               batch=batch)  # fmt: skip
         return batch
 
     # -- other processes -----------------------------------------------------------------------

@@ -19,7 +19,15 @@ from mechc.batch.sensitivities import Members
 from mechc.batch.spec import Recipe
 from mechc.errors import EventError
 from mechc.native._batch import Runs
-from mechc.native._codes import COUNTERS, FINISHED, LAST, LEAST
+from mechc.native._codes import (
+    COUNTERS,
+    EVENT_FAILED,
+    FINISHED,
+    INPUT_FAILED,
+    LAST,
+    LEAST,
+    NOT_RUN,
+)
 from mechc.simulation.events.outcome import function_failed
 from mechc.simulation.events.run_events import RunEvents
 from mechc.simulation.initialise import request_of
@@ -58,13 +66,15 @@ def run_members(
     job = _runs(system, scene, recipe, values, y0, assembled, reductions, events, changes)
     one_thread = recipe.inputs.calls_python or (events is not None and events.bound.calls_python)
     complete = complete and drive(job, 1 if one_thread else threads, report)
-    if system.driven is not None:  # a function of Python that failed
-        system.driven.raise_failure()
-    if events is not None and events.bound.failure is not None:
-        failed = function_failed(events)
-        if failed is None:
-            raise KeyboardInterrupt
-        raise EventError(str(failed), None) from failed.__cause__
+    try:  # a function of Python that failed
+        if system.driven is not None:
+            system.driven.raise_failure()
+        if events is not None and events.bound.failure is not None:
+            failed = function_failed(events)
+            raise EventError(str(failed), None) from failed.__cause__
+    except KeyboardInterrupt:
+        complete = False
+        job.status[np.isin(job.status, (INPUT_FAILED, EVENT_FAILED))] = NOT_RUN
     results = {"y0": y0, "y": job.y, "t": job.t, "status": job.status.astype(np.int16)}
     results |= {name: job.counts[:, i].astype(np.int64) for name, i in COUNTERS.items()}
     results |= {name: job.least[:, i] for name, i in LEAST.items()}

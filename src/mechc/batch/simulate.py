@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -31,7 +32,9 @@ from mechc.system.names import name_of, names_of
 from mechc.system.parameters import Array, Parameters
 from mechc.system.system import System
 
-CHUNK = 4096  # members computed, and stored, at a time
+CHUNK = 4096  # members computed, and stored in one file, at a time
+KEEP_EVERY = 3.0  # s between manifests of a batch that is streamed
+WRITING = 0.1  # of the time, at most, where members have so many numbers that writing takes long
 THREADS_A_CORE = 16
 
 
@@ -114,10 +117,10 @@ def simulate_batch(
         All cores this process may use when None.
     out
         A folder to stream the results into, as Zarr (``pip install zarr``).  A call that was
-        killed is resumed when it is repeated.
+        killed is resumed when it is repeated: what is computed is kept every few seconds.
     chunk
-        Members computed and written at a time; memory beyond the arguments is about two
-        chunks of results with ``out``.
+        Members of one file, and the most that are computed at a time; memory beyond the arguments
+        is about two chunks of results with ``out``.
     client
         A ``dask.distributed.Client``: its workers compute the chunks.
     progress
@@ -127,7 +130,7 @@ def simulate_batch(
     -------
     Batch
         The results requested, by name; ``to_xarray()`` labels them.  A member that fails has a
-        status and its results until then; Ctrl-C keeps the finished members.
+        status and its results until then.
 
     Raises
     ------
@@ -135,6 +138,8 @@ def simulate_batch(
         For wrong arguments; before anything is computed.
     InputError, EventError
         If a function of Python fails.
+    RunInterrupt
+        At Ctrl-C, a KeyboardInterrupt: ``error.batch`` has the members that are finished.
     """
     span = checked_span(t_span)
     times = np.zeros(0) if t_eval is None else checked_times(t_eval, span)
@@ -168,7 +173,7 @@ def simulate_batch(
         check_names(system, recipe)
     workers = _checked_threads(threads)
     size = _whole("chunk", chunk)
-    compute: Compute = partial(_compute_here, system, recipe, workers)
+    compute: Compute = partial(_compute_here, system, recipe, workers, out is not None)
     if client is not None:
         from mechc.batch.cluster import compute_on
 
@@ -221,22 +226,31 @@ def _whole(name: str, value: int) -> int:
 
 
 def _compute_here(
-    system: System, recipe: Recipe, threads: int, ranges: Sequence[tuple[int, int]],
-    report: Callable[[int], None],
+    system: System, recipe: Recipe, threads: int, in_pieces: bool,
+    ranges: Sequence[tuple[int, int]], report: Callable[[int], None],
 ) -> Iterator[Chunk]:  # fmt: skip
+    """Compute ranges of members, ``in_pieces`` of some seconds each, a chunk at most."""
     done = recipe.count - sum(last - first for first, last in ranges)
     members = run_controlled if recipe.inputs.controllers else run_members
-    for first, last in ranges:
-        found, complete = members(
-            system,
-            recipe.cut(first, last),
-            threads,
-            lambda more, before=done: report(before + more),  # type: ignore[misc]
-        )
-        done += last - first
-        yield first, found, complete
-        if not complete:
-            return
+    least = count = threads * system.scene.lanes  # what fills the lanes of all threads
+    for first, end in ranges:
+        while first < end:
+            last = min(first + count, end) if in_pieces else end
+            started = time.monotonic()
+            found, complete = members(
+                system,
+                recipe.cut(first, last),
+                threads,
+                lambda more, before=done: report(before + more),  # type: ignore[misc]
+            )
+            computed = time.monotonic()
+            yield first, found, complete
+            if not complete:
+                return
+            seconds = max(KEEP_EVERY, (time.monotonic() - computed) / WRITING)
+            a_member = max(computed - started, 1e-9) / (last - first)
+            count = max(least, int(seconds / a_member) // least * least)
+            done, first = done + last - first, last
 
 
 def _collect(
@@ -259,6 +273,8 @@ def _collect(
             complete = complete and whole
     except KeyboardInterrupt:
         complete = False
+    if not (complete or arrays):
+        raise KeyboardInterrupt
     storable = recipe.inputs._replace(functions={}, controllers={})  # and can be sent to workers
     kept = replace(recipe, inputs=storable)
     return Batch(system, kept, arrays, complete)

@@ -32,6 +32,7 @@ from mechc.cli.open import open_command, open_in_browser
 from mechc.cli.options import (
     BAD_INPUT,
     EPILOGUE,
+    INTERRUPTED,
     SUITE,
     Parser,
     export_options,
@@ -46,17 +47,21 @@ from mechc.cli.show import show_command
 from mechc.cli.verify import verify_command
 from mechc.compilation import cache
 from mechc.compilation.library.catalogue import COMPILED_AT_INSTALL, LIBRARY
-from mechc.errors import MechcError, MissingPackageError
+from mechc.errors import MechcError, MissingPackageError, RunInterrupt
 from mechc.progress import ProgressBar
 from mechc.results.durable import written_into
 from mechc.results.summary import json_summary, summary
 from mechc.results.untrusted import printable
 
-FAILED, INTERRUPTED = 1, 130
+FAILED = 1
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; the exit code: 0, 1 if a run ended early, 2 for invalid input."""
+    """Run the command; its exit code.
+
+    0, 1 if a run ended early, 2 for invalid input, 130 after Ctrl-C: with what was computed until
+    then printed and written.
+    """
     try:
         chosen = _parser().parse_args(arguments)
         command: Callable[[argparse.Namespace], int] = chosen.command
@@ -148,9 +153,12 @@ def _run(chosen: argparse.Namespace) -> int:
     state = start_state(model, chosen, params)
     folder = output_folder(chosen)
     with ProgressBar(f"simulating {model.name}") as bar:
-        sol = model.simulate(
-            t_end, state, params, rtol=rtol, method=chosen.method, progress=bar.update
-        )
+        try:
+            sol = model.simulate(
+                t_end, state, params, rtol=rtol, method=chosen.method, progress=bar.update
+            )
+        except RunInterrupt as interrupt:
+            sol = interrupt.solution
     if chosen.json:
         print(json.dumps(json_summary(sol)))
     else:
@@ -190,16 +198,19 @@ def _sweep(chosen: argparse.Namespace) -> int:
         start=values_of(model, chosen.start, (*model.coordinates, *model.speeds), STATE),
         guess=values_of(model, chosen.guess, model.coordinates, "coordinate"),
     )
-    batch = model.simulate_batch(
-        t_end,
-        starts,
-        params,
-        reduce=chosen.reduce or [f"max({model.coordinates[-1]})"],
-        rtol=rtol,
-        method=chosen.method,
-        threads=threads,
-        out=folder / "batch" if folder is not None and stored else None,
-    )
+    try:
+        batch = model.simulate_batch(
+            t_end,
+            starts,
+            params,
+            reduce=chosen.reduce or [f"max({model.coordinates[-1]})"],
+            rtol=rtol,
+            method=chosen.method,
+            threads=threads,
+            out=folder / "batch" if folder is not None and stored else None,
+        )
+    except RunInterrupt as interrupt:
+        batch = interrupt.batch
     seconds = time.perf_counter() - started
     if chosen.json:
         print(json.dumps(sweep_json(batch, chosen_plan, seconds)))

@@ -25,7 +25,8 @@ from mechc.cli.arguments import (
     values_of,
     whole,
 )
-from mechc.errors import MechcError, UnknownNameError
+from mechc.cli.options import INTERRUPTED
+from mechc.errors import MechcError, RunInterrupt, UnknownNameError
 from mechc.fitting.quantities import Measured, checked_measured
 from mechc.fitting.recordings import SECONDS, TIMES
 from mechc.progress import ProgressBar
@@ -57,13 +58,19 @@ def fit_command(chosen: argparse.Namespace) -> int:
     folder = output_folder(chosen, "mechc_fit")
     began = time.perf_counter()
     with ProgressBar(f"fitting {model.name}") as bar:
-        result = model.fit(
-            recordings, free, sigmas, y0=start, guess=guess,
-            params=values_of(model, chosen.parameters, model.parameters, "parameter"),
-            starts=whole("--starts", chosen.starts), seed=whole("--seed", chosen.seed),
-            loss=chosen.loss, f_scale=number("--f-scale", chosen.f_scale), rtol=rtol,
-            method=chosen.method, progress=bar.update,
-        )  # fmt: skip
+        interrupted = False
+        try:
+            result = model.fit(
+                recordings, free, sigmas, y0=start, guess=guess,
+                params=values_of(model, chosen.parameters, model.parameters, "parameter"),
+                starts=whole("--starts", chosen.starts), seed=whole("--seed", chosen.seed),
+                loss=chosen.loss, f_scale=number("--f-scale", chosen.f_scale), rtol=rtol,
+                method=chosen.method, progress=bar.update,
+            )  # fmt: skip
+        except RunInterrupt as interrupt:
+            if interrupt.fit is None:  # before the search
+                raise
+            result, interrupted = interrupt.fit, True
     told = {**result.to_json(), "wall_s": time.perf_counter() - began}
     print(json.dumps(told) if chosen.json else result)
     if folder is not None:
@@ -72,6 +79,8 @@ def fit_command(chosen: argparse.Namespace) -> int:
             write_text(folder / "fit.json", json.dumps(told, indent=1) + "\n")
         if not chosen.json:
             print(f"\nwritten into {folder.resolve()}: fit.png, fit.svg, fit.json")
+    if interrupted:
+        return INTERRUPTED
     return 0 if result.converged else FAILED
 
 

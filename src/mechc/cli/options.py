@@ -8,7 +8,7 @@ from typing import Any
 
 from mechc.results.untrusted import printable
 
-BAD_INPUT = 2
+BAD_INPUT, INTERRUPTED = 2, 130  # exit codes
 EPILOGUE = """\
 examples:
   mechc run four_bar                          the reference scene: 85 deg, at rest, 20 s

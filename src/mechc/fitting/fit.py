@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mechc.assembly.initial_values import checked_numbers
-from mechc.errors import MechcError, ValueOutOfBoundsError, brief
+from mechc.errors import MechcError, RunInterrupt, ValueOutOfBoundsError, brief
 from mechc.fitting.losses import loss_of
 from mechc.fitting.problem import Problem
 from mechc.fitting.quantities import checked_measured
@@ -43,9 +43,15 @@ def fit(
     ends = []
     for number, point in enumerate(points):
         ends.append(refine(problem, point, settings))
+        if ends[-1].interrupt is not None:
+            break
         report((number + 1) / len(points), f"cost {min(e.cost for e in ends):.6g}")
+    interrupt = ends[-1].interrupt
     ends.sort(key=lambda end: end.cost)
-    return _result(problem, ends, settings, confidence)
+    result = _result(problem, ends, settings, confidence)
+    if interrupt is not None:
+        raise RunInterrupt("interrupted; error.fit has the best values tried", fit=result) from None
+    return result
 
 
 def _checked_settings(settings: Settings) -> Settings:

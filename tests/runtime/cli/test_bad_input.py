@@ -189,6 +189,18 @@ def test_ctrl_c_writes_what_was_computed(here):
     assert (here / "out" / "drawn").exists()
 
 
+def test_ctrl_c_in_a_sweep_draws_what_was_computed(here, capsys, monkeypatch):
+    def interrupt(self, done):
+        if done > 0:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr("mechc.batch.simulate.CountBar.update_count", interrupt)
+    varied = ("--vary", "l_3=3.4:3.6:200", "--t-end", "5", "--threads", "1", "--out", "out")
+    assert main(["sweep", "four_bar", *varied]) == 130
+    assert "not run" in capsys.readouterr().out
+    assert (here / "out" / "map_0.png").exists()
+
+
 def wait_for(path, seconds=30.0):
     deadline = time.monotonic() + seconds
     while not path.exists() and time.monotonic() < deadline:

@@ -41,10 +41,10 @@ def interrupted_run(model, regular, **policy):
     params, start = regular
     timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
     timer.start()
-    try:
-        return model.simulate((0, 1e7), start, params, **policy)
-    finally:
-        timer.join()
+    with pytest.raises(KeyboardInterrupt) as interrupt:
+        model.simulate((0, 1e7), start, params, **policy)
+    timer.join()
+    return interrupt.value.solution
 
 
 @pytest.mark.parametrize("policy", [{"dense": False}, {"progress": lambda fraction: None}])

@@ -33,7 +33,7 @@ from mechc.progress import ProgressBar
 from mechc.results.durable import write_text, written_into
 from mechc.results.figures import save_figure
 from mechc.system.kinds import Kind
-from mechc.system.parameters import NamedQuantity
+from mechc.system.quantity import NamedQuantity
 from mechc.system.units import UNITS, read_value
 
 OUTPUTS = ("energy", "points", "sensitivities")

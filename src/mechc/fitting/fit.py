@@ -22,6 +22,7 @@ from mechc.simulation.settings import checked_count, checked_positive
 from mechc.system.names import by_name
 from mechc.system.parameters import Array, doubles, one_double
 from mechc.system.system import System
+from mechc.system.units import in_si
 
 Report = Callable[[float, str], None]
 
@@ -84,7 +85,7 @@ def _problem(
     )
     unknowns = checked_unknowns(system, free, shared, known, wanted, recordings)
     near = checked_numbers(
-        by_name({} if guess is None else guess, "guess"), system.coordinates, "coordinate"
+        system, by_name({} if guess is None else guess, "guess"), system.coordinates, "coordinate"
     )
     begin = [float(one.t[0]) if t0 is None else one_double(t0, "t0") for one in recordings]
     problem = Problem(model, unknowns, wanted, recordings, known, near, begin, {})
@@ -115,6 +116,8 @@ def _all_by_name(system: System, params: Any) -> dict[str, Any]:
     if params is None or isinstance(params, Mapping):
         found = by_name(params or {}, "params")
         for name, value in found.items():
+            if name in system.quantities:
+                found[name] = value = in_si(value, system.quantities[name])
             if np.ndim(value):
                 raise ValueOutOfBoundsError(f"{name}: a fit takes one value, not {brief(value)}")
         return found
@@ -139,7 +142,7 @@ def _checked_start(system: System, given: Any) -> Any:
         return None
     if isinstance(given, Mapping):
         states = (*system.coordinates, *system.speeds)
-        return checked_numbers(by_name(given, "y0"), states, "coordinate or speed")
+        return checked_numbers(system, by_name(given, "y0"), states, "coordinate or speed")
     return doubles(given, "y0")
 
 

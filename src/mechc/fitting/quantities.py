@@ -14,7 +14,9 @@ from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, br
 from mechc.system.kinds import Kind
 from mechc.system.names import name_of
 from mechc.system.parameters import Array
+from mechc.system.quantity import NamedQuantity
 from mechc.system.system import System
+from mechc.system.units import in_si
 
 _UNITS = {"energy": "J", "kinetic_energy": "J", "potential_energy": "J", "points": "m"}
 
@@ -112,6 +114,7 @@ def _measured_quantity(system: System, name: Any, sigma: Any) -> Measured:
     own = Kind.LENGTH if output == "points" else Kind.OTHER
     kind = quantity.kind if quantity is not None else own
     text = "".join(name.split())
+    sigma = in_si(sigma, NamedQuantity(text, unit, text, -math.inf, math.inf, False, kind))
     return Measured(text, output, index, _checked_sigma(text, sigma), unit, kind)
 
 

@@ -14,6 +14,7 @@ from mechc.fitting.recordings import Recording
 from mechc.system.names import by_name, names_of
 from mechc.system.parameters import Array
 from mechc.system.system import System
+from mechc.system.units import in_si
 
 PARAMETER, START, INPUT = "parameter", "start", "input"
 Bounds = tuple[float, float]
@@ -145,7 +146,10 @@ def _checked_bounds(system: System, name: str, given: Any) -> Bounds:
     if given is None or given is ...:
         return own
     try:
+        given = given if quantity is None else in_si(given, quantity)
         low, high = (own[k] if each is None else float(each) for k, each in enumerate(given))
+    except ValueOutOfBoundsError:
+        raise
     except (TypeError, ValueError):
         raise ValueOutOfBoundsError(
             f"{name}: its bounds are (lower, upper) or None, not {brief(given)}"

@@ -66,7 +66,7 @@ def test_the_end_lies_ahead(capsys, value):
         (("--start", "theta_0="), "NAME=VALUE"),
         (("--start", "theta_0=nan"), "theta_0 = nan is not a finite number"),
         (("--start", "omega_0=inf"), "omega_0 = inf is not a finite number"),
-        (("--start", "theta_0=1e308"), "theta_0 = 1e+308: its square overflows"),
+        (("--start", "theta_0=1e308rad"), "theta_0 = 1e+308: its square overflows"),
         (("--set", "l_3=3.5 furlongs"), "'furlongs'"),
         (("--set", "l_3=3,5"), "l_3"),
         (("--set", "l_3=__import__('os')"), "is not a number"),

@@ -19,7 +19,8 @@ from mechc.batch.spec import Assembly
 from mechc.errors import MechcError, UnknownNameError
 from mechc.system.description import Description
 from mechc.system.kinds import shown_in
-from mechc.system.parameters import Array, NamedQuantity
+from mechc.system.parameters import Array
+from mechc.system.quantity import NamedQuantity
 from mechc.system.system import System
 from mechc.system.units import read_value, split_assignment
 

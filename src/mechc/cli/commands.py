@@ -19,6 +19,7 @@ from mechc.cli.arguments import (
     model_of,
     options_of,
     output_folder,
+    output_path,
     seconds_of,
     start_state,
     tolerance,
@@ -37,6 +38,7 @@ from mechc.cli.options import (
     Parser,
     export_options,
     fit_options,
+    force_option,
     run_options,
     scene_options,
     suite_options,
@@ -110,15 +112,18 @@ def _parser() -> argparse.ArgumentParser:
     seen.add_argument(
         "--view", metavar="OUT", help="write OUT.html, .png, .gif or .mp4 [FILE.html, and open it]"
     )
+    force_option(seen)
     show = _add(commands, "show", "facts about a mechanism; its derivation as a page", show_command)
     scene_options(show)
     show.add_argument("--latex", action="store_true", help="with --out: LaTeX instead of HTML")
     show.add_argument("--out", metavar="FILE", help="write the derivation to this page")
+    force_option(show)
     handed_on = "for other programs: C files, WebAssembly, a functional mock-up unit"
     export_options(_add(commands, "export", handed_on, export_command))
     emit = _add(commands, "emit", "the generated C", _emit)
     variant_options(emit)
     emit.add_argument("--out", metavar="DIR", help="write all files there [print the program]")
+    force_option(emit)
     stored = _add(commands, "cache", "scenes compiled on demand", _cache)
     stored.add_argument("--clear", action="store_true", help="remove them")
     _add(commands, "doctor", "check compiler, cache and packages", _doctor)
@@ -151,6 +156,8 @@ def _run(chosen: argparse.Namespace) -> int:
     model = model_of(chosen)
     params = values_of(model, chosen.parameters, model.parameters, "parameter")
     state = start_state(model, chosen, params)
+    if chosen.view is not None:
+        output_path(chosen, chosen.view, "")
     folder = output_folder(chosen)
     with ProgressBar(f"simulating {model.name}") as bar:
         try:
@@ -179,6 +186,7 @@ def _run(chosen: argparse.Namespace) -> int:
 
 
 def _sweep(chosen: argparse.Namespace) -> int:
+    from mechc.batch.stored.store import holds_batch, is_unfinished
     from mechc.batch.sweeps.maps import save_maps
     from mechc.batch.sweeps.sweep import members, plan, read_variation, sweep_json, sweep_summary
 
@@ -188,8 +196,10 @@ def _sweep(chosen: argparse.Namespace) -> int:
     threads = None if chosen.threads is None else whole("--threads", chosen.threads)
     variations = [read_variation(model, text) for text in chosen.vary]
     chosen_plan = plan(variations, chosen.sample, count, whole("--seed", chosen.seed))
-    folder = output_folder(chosen, "mechc_sweep")
-    stored = folder is not None and importlib.util.find_spec("zarr") is not None
+    with_zarr = importlib.util.find_spec("zarr") is not None
+    goes_on = holds_batch if chosen.out else is_unfinished
+    folder = output_folder(chosen, "mechc_sweep", lambda path: goes_on(path / "batch"))
+    stored = folder is not None and with_zarr
     started = time.perf_counter()
     starts, params = members(
         model.system,
@@ -259,7 +269,7 @@ def _emit(chosen: argparse.Namespace) -> int:
     if not chosen.out:
         print(texts["scene_program.h"])
         return 0
-    folder = Path(chosen.out)
+    folder = output_path(chosen, chosen.out, "")
     with written_into(folder):
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in texts.items():

@@ -256,6 +256,19 @@ def open_batch(folder: Path, given: System | None = None) -> Batch:
     return Batch(system, recipe, arrays, not held.missing())
 
 
+def holds_batch(folder: Path) -> bool:
+    """Whether a batch was streamed to a folder."""
+    return (folder / NOTES / REQUEST).is_file()
+
+
+def is_unfinished(folder: Path) -> bool:
+    """Whether a folder holds a batch of which members are not computed yet."""
+    try:
+        return holds_batch(folder) and bool(_read(folder).missing())
+    except MechcError:
+        return False
+
+
 class Examined(NamedTuple):
     """Findings of :func:`examine`: chunks in all, those not computed yet, what is wrong."""
 

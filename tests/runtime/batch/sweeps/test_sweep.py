@@ -43,6 +43,20 @@ def test_it_writes_data_and_maps_and_goes_on_from_them(capsys, here):
     assert "rtol is 1e-09, not 1e-06" in capsys.readouterr().err
 
 
+def test_a_sweep_that_was_stopped_goes_on_and_a_finished_one_is_kept(here, monkeypatch):
+    pytest.importorskip("zarr")
+
+    def interrupt(self, done):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr("mechc.batch.simulate.CountBar.update_count", interrupt)
+        assert main([*GRID]) == 130
+    for folders in (["mechc_sweep_four_bar"], ["mechc_sweep_four_bar", "mechc_sweep_four_bar_2"]):
+        assert main([*GRID]) == 0
+        assert sorted(path.name for path in here.iterdir()) == folders
+
+
 @pytest.mark.parametrize("sampling", ["random", "sobol", "lhs"])
 def test_drawn_members_fill_the_ranges_and_repeat_with_the_seed(sampling):
     model = mechc.load("four_bar")

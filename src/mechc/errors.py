@@ -94,15 +94,18 @@ class RunInterrupt(KeyboardInterrupt):
     batch
         The batch of ``simulate_batch``, in which members that did not run have the status
         ``"not run"``; else None.
+    sweep
+        The sweep whose batch it is; else None.
     fit
         The fit at the best values that were tried; else None.
     """
 
     def __init__(
-        self, message: str, *, solution: Any = None, batch: Any = None, fit: Any = None
-    ) -> None:
+        self, message: str, *, solution: Any = None, batch: Any = None, sweep: Any = None,
+        fit: Any = None,
+    ) -> None:  # fmt: skip
         super().__init__(message)
-        self.solution, self.batch, self.fit = solution, batch, fit
+        self.solution, self.batch, self.sweep, self.fit = solution, batch, sweep, fit
 
 
 class StepError(MechcError):

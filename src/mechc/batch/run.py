@@ -5,7 +5,9 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Callable, Sequence
-from typing import Any
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -30,10 +32,14 @@ from mechc.native._codes import (
 )
 from mechc.simulation.events.outcome import function_failed
 from mechc.simulation.events.run_events import RunEvents
-from mechc.simulation.initialise import request_of
+from mechc.simulation.initialise import checked_state, request_of
 from mechc.simulation.settings import IN_LOCKSTEP, refuse_derivatives_in_contact
+from mechc.simulation.simulate import run
 from mechc.system.parameters import Array
 from mechc.system.system import System
+
+if TYPE_CHECKING:
+    from mechc.results.solution import Solution
 
 LOOK = 0.1  # s between checks of the threads' progress
 Report = Callable[[int], None]
@@ -96,6 +102,22 @@ def run_members(
         complete = complete and drive(derivatives, threads)
         results |= derivatives.results
     return results, complete
+
+
+def run_alone(model: Any, recipe: Recipe, member: int, start: Array, until: float) -> Solution:
+    """One member as a run of its own, from its start (nq + nu,) to a time."""
+    from mechc.results.solution import Solution
+
+    one = recipe.cut(member, member + 1)
+    span = (one.span[0], until)
+    one = replace(one, inputs=one.inputs.with_signals(span))
+    system = driven_by(model.system, one.inputs)
+    values = parameter_rows(system, one)[0]
+    events = None if one.events is None else one.events.read(system, values)
+    state = checked_state(system, start, values, span[0])
+    times = one.t_eval[one.t_eval <= until] if len(one.t_eval) else None
+    made = model if system is model.system else type(model).of_system(system)
+    return run(partial(Solution, made), system, span, state, values, one.policy, times, events)
 
 
 def _runs(

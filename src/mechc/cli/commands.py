@@ -6,7 +6,6 @@ import argparse
 import importlib.util
 import json
 import sys
-import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -187,53 +186,46 @@ def _run(chosen: argparse.Namespace) -> int:
 
 def _sweep(chosen: argparse.Namespace) -> int:
     from mechc.batch.stored.store import holds_batch, is_unfinished
-    from mechc.batch.sweeps.maps import save_maps
-    from mechc.batch.sweeps.sweep import members, plan, read_variation, sweep_json, sweep_summary
+    from mechc.batch.sweeps.sweep import plan, read_variation
 
     t_end, rtol = seconds_of(chosen), tolerance(chosen)
     model = model_of(chosen)
     count = None if chosen.count is None else whole("--count", chosen.count)
     threads = None if chosen.threads is None else whole("--threads", chosen.threads)
+    seed = whole("--seed", chosen.seed)
     variations = [read_variation(model, text) for text in chosen.vary]
-    chosen_plan = plan(variations, chosen.sample, count, whole("--seed", chosen.seed))
+    plan(variations, chosen.sample, count, seed)  # refuses before a folder is made
     with_zarr = importlib.util.find_spec("zarr") is not None
     goes_on = holds_batch if chosen.out else is_unfinished
     folder = output_folder(chosen, "mechc_sweep", lambda path: goes_on(path / "batch"))
     stored = folder is not None and with_zarr
-    started = time.perf_counter()
-    starts, params = members(
-        model.system,
-        chosen_plan,
-        params=values_of(model, chosen.parameters, model.parameters, "parameter"),
-        start=values_of(model, chosen.start, (*model.coordinates, *model.speeds), STATE),
-        guess=values_of(model, chosen.guess, model.coordinates, "coordinate"),
-    )
     try:
-        batch = model.simulate_batch(
+        sweep = model.sweep(
             t_end,
-            starts,
-            params,
-            reduce=chosen.reduce or [f"max({model.coordinates[-1]})"],
+            chosen.vary,
+            values_of(model, chosen.parameters, model.parameters, "parameter"),
+            sample=chosen.sample,
+            count=count,
+            seed=seed,
+            start=values_of(model, chosen.start, (*model.coordinates, *model.speeds), STATE),
+            guess=values_of(model, chosen.guess, model.coordinates, "coordinate"),
+            reduce=chosen.reduce,
             rtol=rtol,
             method=chosen.method,
             threads=threads,
             out=folder / "batch" if folder is not None and stored else None,
         )
     except RunInterrupt as interrupt:
-        batch = interrupt.batch
-    seconds = time.perf_counter() - started
-    if chosen.json:
-        print(json.dumps(sweep_json(batch, chosen_plan, seconds)))
-    else:
-        print(f"{model.title}\n{sweep_summary(batch, chosen_plan, seconds)}")
+        sweep = interrupt.sweep
+    print(json.dumps(sweep.to_json()) if chosen.json else f"{model.title}\n{sweep}")
     if folder is not None:
         with ProgressBar("drawing"), written_into(folder):
-            written = save_maps(batch, chosen_plan, folder)
+            written = sweep.save_maps(folder)
         if not chosen.json:
             data = "batch (mechc.open reads it)" if stored else "no data (pip install zarr)"
             print(f"\nwritten into {folder.resolve()}: {data}, ", end="")
             print(", ".join(path.name for path in written))
-    return 0 if batch.complete else INTERRUPTED
+    return 0 if sweep.batch.complete else INTERRUPTED
 
 
 def _write(sol: mechc.Solution, folder: Path, *, in_space: bool, quiet: bool) -> Path:

@@ -329,8 +329,11 @@ def test_a_notice_is_given_on_a_terminal_after_a_while_and_taken_away(monkeypatc
     assert screen.getvalue().endswith("\r         \r")
 
 
-def test_no_notice_is_given_where_nobody_looks(monkeypatch, capsys):
-    monkeypatch.setattr("mechc.progress.PATIENCE", 0.0)
+def test_a_notice_is_a_line_where_there_is_no_terminal(monkeypatch, capsys):
+    with Notice("compiling"):
+        pass
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr("mechc.progress.LINES", 0.0)
     with Notice("compiling") as notice:
         notice._timer.join()
-    assert capsys.readouterr().err == ""
+    assert capsys.readouterr().err == "compiling\n"

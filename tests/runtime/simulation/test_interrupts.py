@@ -69,6 +69,17 @@ def test_a_run_that_goes_on_has_both_parts(model, regular):
     assert sol.stats["wall_s"] > first.stats["wall_s"]
 
 
+def test_the_motion_stays_where_its_derivatives_are_interrupted(monkeypatch):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    model = mechc.load("four_bar", outputs=("energy", "sensitivities"))
+    monkeypatch.setattr(mechc.Solution, "differentiate", interrupt)
+    with pytest.raises(mechc.RunInterrupt) as cut:
+        model.simulate(1.0, {"theta_0": 1.0}, {"l_3": 3.5}, sensitivities=["l_3"])
+    assert cut.value.solution.status.ok
+
+
 def test_a_stepper_goes_on_from_the_time_reached(model, regular):
     params, start = regular
     calls = itertools.count()

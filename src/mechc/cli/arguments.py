@@ -10,7 +10,7 @@ from typing import Any
 
 import mechc
 from mechc.assembly.initial_values import filled_start
-from mechc.cli.own_models import is_own, own_model, own_name
+from mechc.cli.own_models import is_own, own_model, own_name, refuse_file_alone
 from mechc.compilation.library.catalogue import COMPILED_AT_INSTALL, LIBRARY
 from mechc.errors import MechcError, UnknownNameError
 from mechc.progress import Notice
@@ -95,6 +95,7 @@ def output_path(
 
 def library_name(name: str) -> str:
     """The name of a mechanism of the library."""
+    refuse_file_alone(name)
     if name not in mechc.mechanisms():
         raise UnknownNameError("mechanism", name, mechc.mechanisms())
     return name

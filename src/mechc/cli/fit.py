@@ -27,7 +27,7 @@ from mechc.cli.arguments import (
 )
 from mechc.cli.options import INTERRUPTED
 from mechc.errors import MechcError, RunInterrupt, UnknownNameError
-from mechc.fitting.quantities import Measured, checked_measured
+from mechc.fitting.quantities import Measured, checked_measured, known_columns
 from mechc.fitting.recordings import SECONDS, TIMES
 from mechc.progress import ProgressBar
 from mechc.results.durable import write_text, written_into
@@ -162,24 +162,8 @@ def _measurements(model: mechc.Model, typed: Iterable[str], tables: list[Table])
         unknown = any(sigma is None for sigma in pairs.values())
         return checked_measured(model.system, list(pairs) if unknown and not any(pairs.values())
                                 else pairs)  # fmt: skip
-    return checked_measured(model.system, _known_columns(model, tables))
-
-
-def _known_columns(model: mechc.Model, tables: list[Table]) -> list[str]:
     columns = [name for name in tables[0] if name not in TIMES]
-    found = []
-    for name in columns:
-        try:
-            checked_measured(model.system, [name])
-        except (MechcError, ValueError):
-            continue
-        found.append(name)
-    if not found:
-        raise MechcError(
-            f"no column is a quantity of {model.name}: the columns are {', '.join(columns)}, the "
-            f"coordinates and speeds {', '.join((*model.coordinates, *model.speeds))}"
-        )
-    return found
+    return checked_measured(model.system, known_columns(model.system, columns))
 
 
 def _free(model: mechc.Model, text: str) -> tuple[str, tuple[float | None, float | None] | None]:

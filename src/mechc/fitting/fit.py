@@ -12,8 +12,8 @@ from mechc.assembly.initial_values import checked_numbers
 from mechc.errors import MechcError, RunInterrupt, ValueOutOfBoundsError, brief
 from mechc.fitting.losses import loss_of
 from mechc.fitting.problem import Problem
-from mechc.fitting.quantities import checked_measured
-from mechc.fitting.recordings import read_recordings
+from mechc.fitting.quantities import checked_measured, known_columns
+from mechc.fitting.recordings import column_names, read_recordings
 from mechc.fitting.result import FitResult
 from mechc.fitting.search import Found, Settings, beginnings, refine
 from mechc.fitting.statistics import statistics_of
@@ -28,7 +28,7 @@ Report = Callable[[float, str], None]
 
 
 def fit(
-    model: Any, measurements: Any, free: Mapping[Any, Any], measured: Any, *, params: Any, y0: Any,
+    model: Any, measurements: Any, free: Any, measured: Any, *, params: Any, y0: Any,
     guess: Any, inputs: Any, t0: float | None, shared: Any, confidence: float, settings: Settings,
     policy: dict[str, Any], progress: Report | None,
 ) -> FitResult:  # fmt: skip
@@ -70,11 +70,14 @@ def _checked_settings(settings: Settings) -> Settings:
 
 
 def _problem(
-    model: Any, measurements: Any, free: Mapping[Any, Any], measured: Any, params: Any, y0: Any,
+    model: Any, measurements: Any, free: Any, measured: Any, params: Any, y0: Any,
     guess: Any, inputs: Any, t0: float | None, shared: Any,
 ) -> Problem:  # fmt: skip
     """Checked arguments, before anything is computed."""
     system: System = model.system
+    system.check_sensitivities()
+    if measured is None:
+        measured = known_columns(system, column_names(measurements))
     wanted = checked_measured(system, measured)
     recordings = read_recordings(measurements, wanted)
     count = len(recordings)

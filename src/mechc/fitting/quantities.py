@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -92,6 +93,24 @@ def checked_measured(system: System, given: Any) -> tuple[Measured, ...]:
         raise ValueOutOfBoundsError(
             "give the standard deviation of every measured quantity, or of none: without them all "
             "residuals count alike, in SI units"
+        )
+    return found
+
+
+def known_columns(system: System, columns: Iterable[str]) -> list[str]:
+    """Those of the columns of a recording that are quantities of a model.
+
+    Raises :class:`MechcError` if none is.
+    """
+    found = []
+    for name in columns:
+        with suppress(MechcError, ValueError):
+            checked_measured(system, [name])
+            found.append(name)
+    if not found:
+        raise MechcError(
+            f"no column is a quantity of {system.name}: the columns are {', '.join(columns)}, the "
+            f"coordinates and speeds {', '.join((*system.coordinates, *system.speeds))}"
         )
     return found
 

@@ -69,7 +69,8 @@ def checked_unknowns(
     Raises :class:`UnknownNameError`, :class:`ValueOutOfBoundsError` for a name that the model does
     not have, and bounds that are reversed, are not numbers or exceed those of the parameter.
     """
-    given = by_name(free, "free", "{'m_1': (0.1, 5.0)}")
+    named = isinstance(free, (tuple, list)) and not any(np.ndim(each) for each in free)
+    given = by_name(dict.fromkeys(free) if named else free, "free", "{'m_1': (0.1, 5.0)}")
     if not given:
         raise ValueOutOfBoundsError("nothing is free: give free={'m_1': (0.1, 5.0)}")
     together = {*names_of(shared)}

@@ -232,3 +232,14 @@ def test_angles_reduced_to_one_turn(pendulum, low):
     )  # fmt: skip
     assert found.converged
     assert found["l_0"] == pytest.approx(1.3, rel=1e-7)
+
+
+def test_names_alone_free_and_every_known_column_counts(pendulum):
+    data = columns(pendulum) | {"remark": T}
+    result = pendulum.fit(data, ["l_0"], **KNOWN)
+    assert result["l_0"] == pytest.approx(TRUE["l_0"], rel=1e-6)
+    assert [one.name for one in result.problem.measured] == ["theta_0"]
+    with pytest.raises(mechc.MechcError, match="what was measured"):
+        pendulum.fit((T, data["theta_0"]), ["l_0"], **KNOWN)
+    with pytest.raises(mechc.MechcError, match="no column is a quantity"):
+        pendulum.fit({"t": T, "remark": T}, ["l_0"], **KNOWN)

@@ -20,6 +20,7 @@ from mechc.simulation.status import ChangePoint, Status, status_of
 from mechc.system.names import name_of
 from mechc.system.parameters import Array, Parameters, one_double
 from mechc.system.system import System
+from mechc.system.units import in_si, of_unknown_unit
 
 FOR_EVER, INFINITY = 1e300, math.inf  # s
 
@@ -207,7 +208,9 @@ class Stepper:
         for key, given in inputs.items():
             name = key if key in self._numbers else self._number_named(key)
             try:
-                value = float(given)
+                value = (
+                    given if type(given) is float else float(in_si(given, of_unknown_unit(name)))
+                )
             except (TypeError, ValueError, OverflowError):
                 value = INFINITY
             if not -INFINITY < value < INFINITY:

@@ -64,12 +64,13 @@ def in_si(value: Any, quantity: NamedQuantity) -> Any:
         return value
     if isinstance(value, str):
         return read_value(value, quantity)
-    if isinstance(value, (list, tuple)) and any(map(_has_unit, value)):
+    if isinstance(value, (list, tuple)) and any(map(has_unit, value)):
         return [in_si(each, quantity) for each in value]
-    return _magnitude(value, quantity) if _has_unit(value) else value
+    return _magnitude(value, quantity) if has_unit(value) else value
 
 
-def _has_unit(value: Any) -> bool:
+def has_unit(value: Any) -> bool:
+    """Whether a value may have a unit: a text, or a quantity of pint."""
     return isinstance(value, str) or (hasattr(value, "magnitude") and hasattr(value, "to"))
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import mechc
+from benchmarks.problems.particle import on_a_line
 from mechc.errors import MechcError
 from mechc.system.kinds import Kind
 from mechc.system.quantity import NamedQuantity
@@ -122,7 +123,7 @@ class Measure:
         self.magnitude, self._unit = magnitude, unit
 
     def to(self, unit):
-        factors = {("deg", "rad"): math.pi / 180, ("mm", "m"): 1e-3}
+        factors = {("deg", "rad"): math.pi / 180, ("mm", "m"): 1e-3, ("N/m", "N/m"): 1.0}
         if (self._unit, unit) not in factors:
             raise TypeError(f"Cannot convert from {self._unit} to {unit}")
         return Measure(self.magnitude * factors[self._unit, unit], unit)
@@ -205,3 +206,18 @@ def test_a_wrong_unit_is_named_with_its_value(model):
         model.simulate(1.0, {"theta_0": 1.0}, {"l_3": "3deg"})
     with pytest.raises(MechcError, match=r"theta_0: 60 rad = 3437\.75 deg"):
         model.assemble({"theta_0": "60"})
+
+
+def test_defaults_have_units():
+    from sympy import symbols
+    from sympy.physics.mechanics import dynamicsymbols
+
+    q, u = dynamicsymbols("q"), dynamicsymbols("u")
+    m, k, c = symbols("m k c")
+    kane = on_a_line([q], [u], [-k * q - c * u], [m])
+    units = {m: "kg", k: "N/m"}
+    defaults = {m: "250 g", k: Measure(3.0, "N/m"), c: k / 10}
+    model = mechc.compile(kane, defaults=defaults, units=units)
+    assert model.defaults == pytest.approx({"m": 0.25, "k": 3.0, "c": 0.3})
+    with pytest.raises(MechcError, match="m: 'mm' in '3mm' is not one of its units; use kg or g"):
+        mechc.compile(kane, defaults={**defaults, m: "3mm"}, units=units)

@@ -78,7 +78,7 @@ class Configurations(Outputs):
         elif guess is None and len(given) >= closed_freedoms(self.system):
             near = guess_of_start(self.system, given)
         given, pace = self._checked_start(given, pace)
-        near = checked_numbers(near, (*self.coordinates, *self.speeds), "coordinate")
+        near = checked_numbers(self, near, (*self.coordinates, *self.speeds), "coordinate")
         if both := sorted(set(near) & set(given)):
             raise AssemblyError(f"{both[0]} is both given and guessed; omit it in one of them")
         p = self._one_set_for_closing(params, f"assembly {ONE_SET}")
@@ -129,8 +129,8 @@ class Configurations(Outputs):
         self, coordinates: Mapping[str, float], speeds: Mapping[str, float]
     ) -> tuple[dict[str, float], dict[str, float]]:
         return (
-            checked_numbers(coordinates, self.coordinates, "coordinate"),
-            checked_numbers(speeds, self.speeds, "speed"),
+            checked_numbers(self, coordinates, self.coordinates, "coordinate"),
+            checked_numbers(self, speeds, self.speeds, "speed"),
         )
 
     def equilibria(
@@ -218,8 +218,8 @@ class Configurations(Outputs):
         if name not in self.coordinates:
             raise UnknownNameError("coordinate", name, self.coordinates)
         given, _, near = self._by_name(coordinates, None, guess)
-        kept = checked_numbers(given, self.coordinates, "coordinate")
-        close_by = checked_numbers(near, self.coordinates, "coordinate")
+        kept = checked_numbers(self, given, self.coordinates, "coordinate")
+        close_by = checked_numbers(self, near, self.coordinates, "coordinate")
         if both := sorted({name, *kept} & {*close_by} | {name} & {*kept}):
             raise AssemblyError(f"{both[0]} is given twice: drive it, give it or guess it")
         p = self._for_closing(params)

@@ -85,6 +85,30 @@ class InputError(RunError):
     """
 
 
+class RunInterrupt(KeyboardInterrupt):
+    """Ctrl-C while motions are computed: a KeyboardInterrupt with what was computed until then.
+
+    Attributes
+    ----------
+    solution
+        The :class:`mechc.Solution` of a run; None where it is of something else.
+    batch
+        The batch of ``simulate_batch``, in which members that did not run have the status
+        ``"not run"``; else None.
+    sweep
+        The sweep whose batch it is; else None.
+    fit
+        The fit at the best values that were tried; else None.
+    """
+
+    def __init__(
+        self, message: str, *, solution: Any = None, batch: Any = None, sweep: Any = None,
+        fit: Any = None,
+    ) -> None:  # fmt: skip
+        super().__init__(message)
+        self.solution, self.batch, self.sweep, self.fit = solution, batch, sweep, fit
+
+
 class StepError(MechcError):
     """A step of a stepper ended before its end; ``status`` is the :class:`mechc.Status`."""
 

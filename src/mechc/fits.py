@@ -20,8 +20,8 @@ class Fits(Configurations):
     def fit(
         self,
         measurements: Any,
-        free: Mapping[Any, Any],
-        measured: Any,
+        free: Mapping[Any, Any] | Sequence[Any],
+        measured: Any = None,
         *,
         params: Parameters = None,
         y0: Any = None,
@@ -51,12 +51,13 @@ class Fits(Configurations):
             table of pandas.  Times in s, rising; a missing sample is NaN.
         free
             What is found: parameters, coordinates and speeds of the start, inputs that are numbers,
-            each with its bounds ``(lower, upper)`` in SI units, or None for those of the model.
-            A start is found for each recording by itself.
+            each with its bounds ``(lower, upper)``, in SI units or with one, or None for those of
+            the model; names alone, where all have these.  A start is found for each recording by
+            itself.
         measured
             What was measured: ``{name: standard deviation of its noise}``; names alone where the
-            noise is not known.  Coordinates, speeds, ``"energy"``, and numbers of outputs:
-            ``"points[2,0]"``.
+            noise is not known; by default every column that the model knows.  Coordinates, speeds,
+            ``"energy"``, and numbers of outputs: ``"points[2,0]"``.
         params, y0, inputs
             As in :meth:`simulate`; the values of what is free are those that the search begins
             with.  A list of y0 or inputs has one for each recording.  Without y0 the start is the
@@ -96,6 +97,8 @@ class Fits(Configurations):
             For wrong names, bounds, units, shapes; too few samples.
         AssemblyError, MechcError
             If no motion can be computed where the search begins; if a derivative does not exist.
+        RunInterrupt
+            At Ctrl-C, a KeyboardInterrupt: ``error.fit`` is the result at the best values tried.
         """
         from mechc.fitting.fit import fit
         from mechc.fitting.search import Settings

@@ -10,10 +10,10 @@ from weakref import WeakValueDictionary
 
 import numpy as np
 
+from mechc.batches import Batches, with_options_of
 from mechc.compilation.find import system_of
 from mechc.configurations import ONE_SET
-from mechc.errors import ValueOutOfBoundsError
-from mechc.fits import Fits
+from mechc.errors import RunInterrupt, ValueOutOfBoundsError
 from mechc.results.solution import Solution
 from mechc.simulation.events.run_events import (
     Compiler,
@@ -41,8 +41,6 @@ from mechc.system.system import System
 if TYPE_CHECKING:
     from mechc.analysis.inverse_dynamics import InverseDynamics
     from mechc.analysis.linearize import Linearization
-    from mechc.batch.results import Batch
-    from mechc.batch.spec import Assembly
     from mechc.results.model_report import Report
     from mechc.simulation.stepper import Stepper
 
@@ -50,7 +48,7 @@ SIMULATE_ONE_SET = f"simulate {ONE_SET}"
 _models: WeakValueDictionary[int, Model] = WeakValueDictionary()
 
 
-class Model(Fits):
+class Model(Batches):
     """A compiled mechanism.
 
     States are ``y = [q, u]``: coordinates, then speeds, in the order of ``coordinates`` and
@@ -150,7 +148,7 @@ class Model(Fits):
         accelerations: Array,
         params: Parameters = None,
         *,
-        inputs: Sequence[str],
+        inputs: Sequence[str] | None = None,
         t: float | Array = 0.0,
     ) -> InverseDynamics:
         """The inputs r with which M u' + J^T lambda = F(r), for given states and accelerations.
@@ -164,8 +162,8 @@ class Model(Fits):
         params
             As in all outputs; the values of the inputs are ignored.
         inputs
-            Names of the inputs (``model.inputs``), or of parameters that are inputs: torques,
-            forces; F must be linear in them.
+            Names of the inputs, by default ``model.inputs``, or of parameters that are inputs:
+            torques, forces; F must be linear in them.
         t
             Time or times (...).
 
@@ -191,7 +189,12 @@ class Model(Fits):
             )
         if not (np.isfinite(rates).all() and np.isfinite(states).all()):
             raise ValueOutOfBoundsError("states and accelerations must be finite")
-        named_inputs = tuple(names_of(inputs))
+        named_inputs = tuple(self.inputs if inputs is None else names_of(inputs))
+        if not named_inputs:
+            raise ValueOutOfBoundsError(
+                "which forces or torques make the motion? This model has no inputs: name "
+                "parameters that are loads, inputs=['T']"
+            )
         return inverse_dynamics(self.system, states, rates, p, named_inputs, t)
 
     def linearize(
@@ -353,9 +356,9 @@ class Model(Fits):
         Notes
         -----
         A failure during the run raises nothing: the run ends with ``sol.status``, and the solution
-        until then is kept; the same holds for Ctrl-C.  A failing event function raises
-        :class:`mechc.EventError`, a failing input :class:`mechc.InputError`, which contain the
-        motion until then.
+        until then is kept.  A failing event function raises :class:`mechc.EventError`, a failing
+        input :class:`mechc.InputError`, and Ctrl-C :class:`mechc.RunInterrupt`, a
+        KeyboardInterrupt: ``error.solution`` is the motion until then.
         """
         span, times = checked_span_and_times(t_span, t_eval)
         model = self if inputs is None else self._driven_over(span, inputs, sensitivities)
@@ -385,13 +388,18 @@ class Model(Fits):
         make = partial(Solution, model)
         sol = run(make, system, span, state, p, policy, times, chosen, progress)
         sol._arguments = (given, params)
-        if by and sensitivity_error_control:
-            again = partial(_run_again, sol, make, span, state, times, chosen, progress)
-            return sol.differentiated_within_tolerance(by, again)
-        if by:
-            sol.differentiate(by, given, params)
+        try:
+            if by and sensitivity_error_control:
+                again = partial(_run_again, sol, make, span, state, times, chosen, progress)
+                return sol.differentiated_within_tolerance(by, again)
+            if by:
+                sol.differentiate(by, given, params)
+        except KeyboardInterrupt:
+            words = "interrupted; error.solution is the motion, without its derivatives"
+            raise RunInterrupt(words, solution=sol) from None
         return sol
 
+    @with_options_of(simulate)
     def widget(
         self,
         t_span: Any,
@@ -484,20 +492,6 @@ class Model(Fits):
         for name in rest:
             self.system.state_index(name)
         return self.assemble(rest, speeds, params=p, t=t)
-
-    def simulate_batch(
-        self,
-        t_span: float | tuple[float, float],
-        y0: Array | Assembly,
-        params: Parameters = None,
-        **policy: Any,
-    ) -> Batch:
-        """Simulate many starts or parameter sets; see :mod:`mechc.batch.simulate`."""
-        from mechc.batch.simulate import simulate_batch
-
-        batch = simulate_batch(self.system, t_span, y0, params, **policy)
-        batch.model = self
-        return batch
 
     # -- other processes -----------------------------------------------------------------------
 

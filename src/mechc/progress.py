@@ -1,4 +1,4 @@
-"""A progress bar on a terminal, for work of more than a second."""
+"""Progress of work of more than a second: a bar on a terminal, elsewhere lines now and then."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import time
 from typing import Self
 
 WIDTH, NOTE, PATIENCE, INTERVAL = 40, 30, 1.0, 0.1
+LINES = 10.0  # s between two lines where there is no terminal, and before the first
 
 
 class ProgressBar:
@@ -19,17 +20,23 @@ class ProgressBar:
         self.shown = False
 
     def update(self, fraction: float, note: str = "") -> None:
-        """Show the fraction done, after the first second, at most ten times a second."""
-        now = time.monotonic()
-        if now - self.started < PATIENCE or now - self.shown_at < INTERVAL:
+        """Show the fraction done: after the first second, at most ten times a second.
+
+        Where stderr is no terminal, as in a log, it is a line every ten seconds.
+        """
+        now, drawn = time.monotonic(), sys.stderr.isatty()
+        patience, interval = (PATIENCE, INTERVAL) if drawn else (LINES, LINES)
+        if now - self.started < patience or now - self.shown_at < interval:
             return
-        if not sys.stderr.isatty():
+        self.shown_at = now
+        if not drawn:
+            print(f"{self.title}: {fraction:.0%} {note}".rstrip(), file=sys.stderr, flush=True)
             return
         done = round(WIDTH * min(1.0, fraction))
         bar = "#" * done + "." * (WIDTH - done)
         text = f"\r{self.title} [{bar}] {fraction:4.0%} {note:{NOTE}}"
         print(text, end="", file=sys.stderr, flush=True)
-        self.shown, self.shown_at = True, now
+        self.shown = True
 
     def __enter__(self) -> Self:
         return self
@@ -40,7 +47,9 @@ class ProgressBar:
 
 
 class Notice:
-    """``with Notice("compiling ..."): ...``: shown after a second, and removed at the end.
+    """``with Notice("compiling ..."): ...``: shown after a second on a terminal, until the end.
+
+    Elsewhere it is a line, after ten seconds.
 
     ``told``: what has been done, printed with its seconds in a line that stays, if it took more
     than one, also where there is no terminal.
@@ -50,13 +59,14 @@ class Notice:
         self.text, self.told = text, told
         self.started = time.monotonic()
         self.shown = False
-        self._timer = threading.Timer(PATIENCE, self._show)
+        patience = PATIENCE if sys.stderr.isatty() else LINES
+        self._timer = threading.Timer(patience, self._show)
         self._timer.daemon = True
 
     def _show(self) -> None:
-        if sys.stderr.isatty():
-            print(self.text, end="", file=sys.stderr, flush=True)
-            self.shown = True
+        drawn = sys.stderr.isatty()
+        print(self.text, end="" if drawn else "\n", file=sys.stderr, flush=True)
+        self.shown = drawn
 
     def __enter__(self) -> Self:
         self._timer.start()

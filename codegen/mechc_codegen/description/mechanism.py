@@ -127,6 +127,10 @@ class Limits:
     effort: Bound = None
 
 
+def _plural(word: str, count: int) -> str:
+    return word if count == 1 else f"{word.removesuffix('y')}ies" * word.endswith("y") or f"{word}s"
+
+
 @dataclass(frozen=True)
 class Mechanism:
     """A validated description of a mechanism.
@@ -247,6 +251,14 @@ class Mechanism:
         _check_states(self)
         _check_symbols(self)
         _refuse_impulses(self)
+
+    def __repr__(self) -> str:
+        parts = {
+            "coordinate": self.coordinates, "speed": self.speeds, "body": self.bodies,
+            "joint": self.joints, "constraint": self.rows, "parameter": self.parameters,
+        }  # fmt: skip
+        counts = [f"{len(found)} {_plural(word, len(found))}" for word, found in parts.items()]
+        return f"<mechc.Mechanism {self.name}: {', '.join(counts)}>"
 
     @property
     def q(self) -> tuple[AppliedUndef, ...]:

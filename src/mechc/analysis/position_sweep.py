@@ -17,6 +17,7 @@ from mechc.native._closing import trace_assemblies
 from mechc.system.names import name_of
 from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
+from mechc.system.units import in_si
 
 KEPT = 16  # first assemblies of one member among which the preferred one is chosen
 MOST = 64  # change points told of one member
@@ -160,7 +161,7 @@ def sweep_positions(
 ) -> PositionSweep:  # fmt: skip
     """See :meth:`mechc.Model.sweep_positions`; parameters p (..., np)."""
     place = system.state_index(driven)
-    values = _checked_values(driven, values)
+    values = _checked_values(system, driven, values)
     rows = np.ascontiguousarray(p.reshape(math.prod(p.shape[:-1]), p.shape[-1]))
     kept = {**given, driven: float(values[0])}
     fixed = system.default_configurations(len(rows), (*near, *kept))
@@ -204,8 +205,8 @@ def _place(system: System, parameter: Any) -> int:
     return system.parameters.index(name)
 
 
-def _checked_values(driven: str, given: Array) -> Array:
-    values = doubles(given, f"values of {driven}")
+def _checked_values(system: System, driven: str, given: Array) -> Array:
+    values = doubles(in_si(given, system.quantities[driven]), f"values of {driven}")
     steps = np.diff(values) if values.ndim == 1 else np.zeros(1)
     if values.ndim != 1 or not len(values) or not np.isfinite(values).all():
         raise ValueOutOfBoundsError(f"values of {driven} must be a row of finite numbers")

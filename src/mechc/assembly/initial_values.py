@@ -15,7 +15,9 @@ from typing import Any
 import numpy as np
 
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
+from mechc.system.description import Description
 from mechc.system.system import System
+from mechc.system.units import in_si
 
 LARGEST = math.sqrt(sys.float_info.max)
 Values = Mapping[str, Any]  # numbers; columns of them, in a batch
@@ -56,8 +58,10 @@ def _together(own: Values, given: Values, freedoms: int) -> dict[str, Any]:
     return both if len(both) <= freedoms else dict(given)
 
 
-def checked_numbers(values: Values, known: Sequence[str], kind: str) -> dict[str, float]:
-    """Name -> finite number, each name known.
+def checked_numbers(
+    system: Description, values: Values, known: Sequence[str], kind: str
+) -> dict[str, float]:
+    """Name -> finite number in SI units, each name known.
 
     Raises :class:`UnknownNameError`, :class:`ValueOutOfBoundsError` for an unknown name, for a
     value that is not a finite number, and for one whose square overflows.
@@ -66,8 +70,9 @@ def checked_numbers(values: Values, known: Sequence[str], kind: str) -> dict[str
     for name, value in values.items():
         if name not in known:
             raise UnknownNameError(kind, name, known)
+        number = in_si(value, system.quantities[name])
         try:
-            checked[name] = float(value)
+            checked[name] = float(number)
         except (TypeError, ValueError, OverflowError):
             raise ValueOutOfBoundsError(f"{name} must be a number, not {brief(value)}") from None
         if not np.isfinite(checked[name]):

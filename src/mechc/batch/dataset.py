@@ -10,8 +10,10 @@ import numpy as np
 from mechc.batch.layout import dimensions
 from mechc.batch.reductions import read_reduction
 from mechc.batch.spec import Recipe
-from mechc.native._codes import FINISHED, NOT_RUN, STOPPED_BY_EVENT
+from mechc.errors import package
+from mechc.native._codes import COUNTERS, FINISHED, LEAST, NOT_RUN, STOPPED_BY_EVENT
 from mechc.results.files import netcdf_names, xarray_module
+from mechc.simulation.status import CODES
 from mechc.system.system import System
 
 ABOUT = {
@@ -65,6 +67,23 @@ def to_dataset(
         coords[free] = ("member", varied[name], told)
     about = {"title": f"{system.name}, simulated by mechc", "warnings": list(warnings)}
     return xarray_module().Dataset(variables, coords=coords, attrs=about)
+
+
+def to_dataframe(system: System, recipe: Recipe, arrays: Mapping[str, Any]) -> Any:
+    """See :meth:`mechc.batch.results.Batch.to_dataframe`."""
+    pandas = package("pandas", "pandas is not installed: pip install pandas")
+    columns: dict[str, Any] = dict(recipe.varying_columns())
+    columns["status"] = [CODES[int(code)][0] for code in arrays["status"]]
+    columns["t"] = np.asarray(arrays["t"])
+    for i, text in enumerate(recipe.reductions):
+        columns[text] = np.asarray(arrays[f"reduction_{i}"])
+    ends = np.asarray(arrays["y"]).T
+    names = (*system.coordinates, *system.speeds)
+    columns |= {f"{name}_end": end for name, end in zip(names, ends, strict=True)}
+    counters = [name for name in (*COUNTERS, *LEAST, "miss") if name in arrays]
+    columns |= {name: np.asarray(arrays[name]) for name in counters}
+    members = pandas.RangeIndex(recipe.count, name="member")
+    return pandas.DataFrame(columns, index=members)
 
 
 def attributes(system: System, recipe: Recipe, name: str) -> dict[str, str]:

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mechc.compilation.event_unit import COMPILER
+from mechc.errors import MechcError
 from mechc.simulation.events.event import Event
 from mechc.simulation.events.expressions import changes_parameters, is_of_expressions
 from mechc.simulation.events.friction import FrictionLaw
@@ -35,7 +36,15 @@ class BatchEvents(NamedTuple):
     given: Any = ()
 
     def read(self, system: System, p: Array) -> RunEvents:
-        """The events of runs with parameters p (np,)."""
+        """The events of runs with parameters p (np,).
+
+        Raises :class:`MechcError` for those of a batch that was read from a folder.
+        """
+        if isinstance(self.given, tuple) and not self.given:
+            raise MechcError(
+                "the events of a batch that was read from a folder are not known: simulate the "
+                "member with model.simulate(..., events=...)"
+            )
         return run_events(self.given, system, p, Compiler(*COMPILER))
 
     def as_json(self) -> dict[str, Any]:

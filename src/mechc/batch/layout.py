@@ -25,7 +25,6 @@ from mechc.errors import MechcError
 from mechc.files import READ
 from mechc.native._codes import COUNTERS
 from mechc.results.untrusted import printable, read_json
-from mechc.system.parameters import Array
 from mechc.system.system import System
 
 METADATA = "zarr.json"
@@ -190,13 +189,8 @@ def open_array(zarr: Any, path: Path, layout: Layout, mode: str = "r") -> Any:
         raise MechcError(f"{path} cannot be read: {error.strerror or error}") from None
 
 
-def digest(values: Array) -> str:
-    """The sha256 of numbers as stored in memory."""
-    return hashlib.sha256(np.ascontiguousarray(values).data).hexdigest()
-
-
-def stored_digest(path: Path, layout: Layout, first: int, last: int) -> str:
-    """The digest of members ``first`` to ``last`` - 1, read from their checked file in blocks."""
+def stored_hash(path: Path, layout: Layout, first: int, last: int) -> Any:
+    """The sha256 of members ``first`` to ``last`` - 1, read from their checked file in blocks."""
     found = hashlib.sha256()
     for name in chunk_files(path, layout, first):
         left = layout.chunk_bytes // layout.chunk[0] * (last - first)
@@ -204,4 +198,4 @@ def stored_digest(path: Path, layout: Layout, first: int, last: int) -> str:
             while block := file.read(min(left, _LARGEST_BLOCK)):
                 found.update(block)
                 left -= len(block)
-    return found.hexdigest()
+    return found

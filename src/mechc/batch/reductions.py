@@ -33,7 +33,8 @@ from mechc.native._codes import (
     NORM,
 )
 from mechc.system.kinds import Kind
-from mechc.system.parameters import Array, NamedQuantity
+from mechc.system.parameters import Array
+from mechc.system.quantity import NamedQuantity
 from mechc.system.system import System
 from mechc.system.units import read_seconds, read_value
 

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import operator
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
 from mechc.batch.spec import Recipe
-from mechc.errors import UnknownNameError
-from mechc.native._codes import FINISHED, STOPPED_BY_EVENT
+from mechc.errors import MechcError, UnknownNameError
+from mechc.native._codes import FINISHED, NOT_ASSEMBLED, NOT_RUN, STOPPED_BY_EVENT
 from mechc.simulation.status import CODES, Status, status_of
 from mechc.system.names import name_of
 from mechc.system.parameters import Array
 from mechc.system.system import System
+
+if TYPE_CHECKING:
+    from mechc.results.solution import Solution
 
 ENDED = ("finished", "stopped by an event")
 REACHED = (FINISHED, STOPPED_BY_EVENT)  # the end, or the crossing requested
@@ -47,13 +52,29 @@ class Batch:
     def __reduce__(self) -> tuple[Any, ...]:
         """The numbers of the batch, and the model's reference, for pickle."""
         arrays = {name: np.asarray(values) for name, values in self.arrays.items()}
-        return _unpickled, (type(self), self.model, self.recipe, arrays, self.complete)
+        storable = self.recipe.inputs._replace(functions={}, controllers={})
+        recipe = replace(self.recipe, inputs=storable)
+        return _unpickled, (type(self), self.model, recipe, arrays, self.complete)
 
     def __len__(self) -> int:
         return self.recipe.count
 
-    def __getitem__(self, name: str) -> Array:
-        """An array of ``arrays``, a reduction, or an output, by name."""
+    def __iter__(self) -> Iterator[Solution]:
+        """The motions of the members, each simulated when it is its turn."""
+        return map(self.member, range(len(self)))
+
+    @overload
+    def __getitem__(self, name: int) -> Solution: ...
+
+    @overload
+    def __getitem__(self, name: Any) -> Array: ...
+
+    def __getitem__(self, name: Any) -> Any:
+        """An array of ``arrays``, a reduction or an output by name; a member's motion by number."""
+        if isinstance(name, slice):
+            raise TypeError("a batch is asked for one member, batch[3], or a result by its name")
+        if hasattr(name, "__index__"):
+            return self.member(name)
         name = str(name_of(name))
         keys = {key: key for key in self.arrays}
         keys |= {text: f"output_{i}" for i, text in enumerate(self.recipe.outputs)}
@@ -70,6 +91,39 @@ class Batch:
         if name not in self.__dict__.get("arrays", ()):
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
         return self[name]
+
+    def member(self, number: int) -> Solution:
+        """The motion of one member, simulated again: the same to the last bit.
+
+        With ``until`` it ends where the member did.
+
+        Raises
+        ------
+        IndexError
+            If there is no such member.
+        MechcError
+            If it was not assembled or not run, and for events of a batch that was read from a
+            folder: expressions are known there by what identifies them only.
+        """
+        from mechc.batch.run import run_alone
+
+        place = operator.index(number)
+        if not -len(self) <= place < len(self):
+            raise IndexError(f"member {place}: the batch has {len(self)} members")
+        place %= len(self)
+        if not self._has_run[place]:
+            raise MechcError(
+                f"member {place} has no motion: {self.status(place)}. batch.ok says which "
+                "members reached their end"
+            )
+        until = float(self["t"][place]) if self.recipe.until else self.recipe.span[1]
+        model = type(self.model).of_system(self.system)  # compiled with more than the batch's model
+        return run_alone(model, self.recipe, place, self["y0"][place], until)
+
+    @cached_property
+    def _has_run(self) -> Array:
+        started = np.isfinite(self["y0"]).all(axis=1)
+        return np.asarray(started & ~np.isin(self["status"], (NOT_RUN, NOT_ASSEMBLED)))
 
     @property
     def method(self) -> str:
@@ -153,6 +207,21 @@ class Batch:
         from mechc.batch.dataset import to_dataset
 
         return to_dataset(self.system, self.recipe, self.arrays, self.warnings)
+
+    def to_dataframe(self) -> Any:
+        """One row a member, as a ``pandas.DataFrame``.
+
+        Columns are what differs between the members, the outcome in words, the time reached, the
+        reductions by their texts, the state there (``theta_0_end``) and the counters.
+
+        Raises
+        ------
+        MissingPackageError
+            If pandas is not installed: ``pip install pandas``.
+        """
+        from mechc.batch.dataset import to_dataframe
+
+        return to_dataframe(self.system, self.recipe, self.arrays)
 
     def __repr__(self) -> str:
         words = ", ".join(f"{n} {what}" for what, n in self.counts.items())

@@ -5,7 +5,9 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Callable, Sequence
-from typing import Any
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,13 +21,25 @@ from mechc.batch.sensitivities import Members
 from mechc.batch.spec import Recipe
 from mechc.errors import EventError
 from mechc.native._batch import Runs
-from mechc.native._codes import COUNTERS, FINISHED, LAST, LEAST
+from mechc.native._codes import (
+    COUNTERS,
+    EVENT_FAILED,
+    FINISHED,
+    INPUT_FAILED,
+    LAST,
+    LEAST,
+    NOT_RUN,
+)
 from mechc.simulation.events.outcome import function_failed
 from mechc.simulation.events.run_events import RunEvents
-from mechc.simulation.initialise import request_of
+from mechc.simulation.initialise import checked_state, request_of
 from mechc.simulation.settings import IN_LOCKSTEP, refuse_derivatives_in_contact
+from mechc.simulation.simulate import run
 from mechc.system.parameters import Array
 from mechc.system.system import System
+
+if TYPE_CHECKING:
+    from mechc.results.solution import Solution
 
 LOOK = 0.1  # s between checks of the threads' progress
 Report = Callable[[int], None]
@@ -58,13 +72,15 @@ def run_members(
     job = _runs(system, scene, recipe, values, y0, assembled, reductions, events, changes)
     one_thread = recipe.inputs.calls_python or (events is not None and events.bound.calls_python)
     complete = complete and drive(job, 1 if one_thread else threads, report)
-    if system.driven is not None:  # a function of Python that failed
-        system.driven.raise_failure()
-    if events is not None and events.bound.failure is not None:
-        failed = function_failed(events)
-        if failed is None:
-            raise KeyboardInterrupt
-        raise EventError(str(failed), None) from failed.__cause__
+    try:  # a function of Python that failed
+        if system.driven is not None:
+            system.driven.raise_failure()
+        if events is not None and events.bound.failure is not None:
+            failed = function_failed(events)
+            raise EventError(str(failed), None) from failed.__cause__
+    except KeyboardInterrupt:
+        complete = False
+        job.status[np.isin(job.status, (INPUT_FAILED, EVENT_FAILED))] = NOT_RUN
     results = {"y0": y0, "y": job.y, "t": job.t, "status": job.status.astype(np.int16)}
     results |= {name: job.counts[:, i].astype(np.int64) for name, i in COUNTERS.items()}
     results |= {name: job.least[:, i] for name, i in LEAST.items()}
@@ -86,6 +102,22 @@ def run_members(
         complete = complete and drive(derivatives, threads)
         results |= derivatives.results
     return results, complete
+
+
+def run_alone(model: Any, recipe: Recipe, member: int, start: Array, until: float) -> Solution:
+    """One member as a run of its own, from its start (nq + nu,) to a time."""
+    from mechc.results.solution import Solution
+
+    one = recipe.cut(member, member + 1)
+    span = (one.span[0], until)
+    one = replace(one, inputs=one.inputs.with_signals(span))
+    system = driven_by(model.system, one.inputs)
+    values = parameter_rows(system, one)[0]
+    events = None if one.events is None else one.events.read(system, values)
+    state = checked_state(system, start, values, span[0])
+    times = one.t_eval[one.t_eval <= until] if len(one.t_eval) else None
+    made = model if system is model.system else type(model).of_system(system)
+    return run(partial(Solution, made), system, span, state, values, one.policy, times, events)
 
 
 def _runs(

@@ -17,6 +17,7 @@ from mechc.simulation.settings import Policy
 from mechc.system.names import by_name, without_unused
 from mechc.system.parameters import Array, Parameters, doubles
 from mechc.system.system import System
+from mechc.system.units import in_si
 
 Chunk = tuple[int, dict[str, Array], bool]  # first member, arrays, whether complete
 Compute = Callable[[Sequence[tuple[int, int]], Callable[[int], None]], Iterator[Chunk]]
@@ -162,9 +163,9 @@ def checked_recipe(
     start = y0 if isinstance(y0, Assembly) else Assembly({})
     states = None if isinstance(y0, Assembly) else _checked_states(system, y0)
     columns = _checked_params(system, params)
-    coordinates = _checked_columns(start.coordinates, system.coordinates, "coordinate")
-    speeds = _checked_columns(start.speeds, system.speeds, "speed")
-    guess = _checked_columns(start.guess, system.coordinates, "coordinate")
+    coordinates = _checked_columns(system, start.coordinates, system.coordinates, "coordinate")
+    speeds = _checked_columns(system, start.speeds, system.speeds, "speed")
+    guess = _checked_columns(system, start.guess, system.coordinates, "coordinate")
     for name in guess:
         if name in coordinates or np.ndim(guess[name]):
             raise AssemblyError(f"{name}: a guess is one number, for a coordinate not given")
@@ -217,13 +218,16 @@ def _checked_params(system: System, params: Parameters) -> dict[str, Array]:
     return columns
 
 
-def _checked_columns(columns: Columns, known: tuple[str, ...], kind: str) -> dict[str, Array]:
+def _checked_columns(
+    system: System, columns: Columns, known: tuple[str, ...], kind: str
+) -> dict[str, Array]:
     checked = {}
     for name, values in by_name(columns, f"{kind}s", f"{{{known[0]!r}: 0.5}}").items():
         if name not in known:
             raise UnknownNameError(kind, name, known)
+        given = in_si(values, system.quantities[name])
         try:
-            checked[name] = _column(np.asarray(values, dtype=np.float64), name)
+            checked[name] = _column(np.asarray(given, dtype=np.float64), name)
         except (TypeError, ValueError, OverflowError):
             raise ValueOutOfBoundsError(f"{name} must be numbers, not {brief(values)}") from None
         if not np.isfinite(checked[name]).all():

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
 import mechc
 from mechc.assembly.initial_values import filled_start
-from mechc.cli.own_models import is_own, own_model, own_name
+from mechc.cli.own_models import is_own, own_model, own_name, refuse_file_alone
 from mechc.compilation.library.catalogue import COMPILED_AT_INSTALL, LIBRARY
 from mechc.errors import MechcError, UnknownNameError
 from mechc.progress import Notice
@@ -45,12 +46,19 @@ def start_state(model: mechc.Model, chosen: argparse.Namespace, params: dict[str
     return model.assemble(*filled_start(model.system, *halves, guess), params)
 
 
-def output_folder(chosen: argparse.Namespace, prefix: str = "mechc") -> Path | None:
-    """The output folder, made now so that a wrong one is known before the run."""
+def output_folder(
+    chosen: argparse.Namespace,
+    prefix: str = "mechc",
+    goes_on: Callable[[Path], bool] = lambda _: False,
+) -> Path | None:
+    """The output folder, made now so that a wrong one is known before the run.
+
+    ``goes_on``: whether a folder holds what the command continues, so that it may be there.
+    """
     if getattr(chosen, "json", False) and not chosen.out:
         return None
     named = own_name(chosen.name) if is_own(chosen.name) else chosen.name
-    folder = Path(chosen.out or f"{prefix}_{named}")
+    folder = output_path(chosen, chosen.out, f"{prefix}_{named}", goes_on)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         probe = folder / ".mechc-probe"
@@ -61,8 +69,33 @@ def output_folder(chosen: argparse.Namespace, prefix: str = "mechc") -> Path | N
     return folder
 
 
+def output_path(
+    chosen: argparse.Namespace, named: str | None, default: str,
+    goes_on: Callable[[Path], bool] = lambda _: False,
+) -> Path:  # fmt: skip
+    """The file or folder to write: as named, else the default with the next free number.
+
+    Raises :class:`MechcError` if what is named is there, unless ``--force`` is given.
+    """
+    forced = getattr(chosen, "force", False)
+
+    def is_usable(path: Path) -> bool:
+        taken = any(path.iterdir()) if path.is_dir() else path.is_file()
+        return forced or not taken or goes_on(path)
+
+    if not named:
+        first = Path(default)
+        more = (first.with_stem(f"{first.stem}_{number}") for number in count(2))
+        return next(filter(is_usable, chain([first], more)))
+    if not is_usable(Path(named)):
+        force = "--force replaces it, or " if hasattr(chosen, "force") else ""
+        raise MechcError(f"{named} exists: {force}name another")
+    return Path(named)
+
+
 def library_name(name: str) -> str:
     """The name of a mechanism of the library."""
+    refuse_file_alone(name)
     if name not in mechc.mechanisms():
         raise UnknownNameError("mechanism", name, mechc.mechanisms())
     return name

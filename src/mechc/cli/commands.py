@@ -6,7 +6,6 @@ import argparse
 import importlib.util
 import json
 import sys
-import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,7 @@ from mechc.cli.arguments import (
     model_of,
     options_of,
     output_folder,
+    output_path,
     seconds_of,
     start_state,
     tolerance,
@@ -32,10 +32,12 @@ from mechc.cli.open import open_command, open_in_browser
 from mechc.cli.options import (
     BAD_INPUT,
     EPILOGUE,
+    INTERRUPTED,
     SUITE,
     Parser,
     export_options,
     fit_options,
+    force_option,
     run_options,
     scene_options,
     suite_options,
@@ -46,17 +48,21 @@ from mechc.cli.show import show_command
 from mechc.cli.verify import verify_command
 from mechc.compilation import cache
 from mechc.compilation.library.catalogue import COMPILED_AT_INSTALL, LIBRARY
-from mechc.errors import MechcError, MissingPackageError
+from mechc.errors import MechcError, MissingPackageError, RunInterrupt
 from mechc.progress import ProgressBar
 from mechc.results.durable import written_into
 from mechc.results.summary import json_summary, summary
 from mechc.results.untrusted import printable
 
-FAILED, INTERRUPTED = 1, 130
+FAILED = 1
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; the exit code: 0, 1 if a run ended early, 2 for invalid input."""
+    """Run the command; its exit code.
+
+    0, 1 if a run ended early, 2 for invalid input, 130 after Ctrl-C: with what was computed until
+    then printed and written.
+    """
     try:
         chosen = _parser().parse_args(arguments)
         command: Callable[[argparse.Namespace], int] = chosen.command
@@ -105,15 +111,18 @@ def _parser() -> argparse.ArgumentParser:
     seen.add_argument(
         "--view", metavar="OUT", help="write OUT.html, .png, .gif or .mp4 [FILE.html, and open it]"
     )
+    force_option(seen)
     show = _add(commands, "show", "facts about a mechanism; its derivation as a page", show_command)
     scene_options(show)
     show.add_argument("--latex", action="store_true", help="with --out: LaTeX instead of HTML")
     show.add_argument("--out", metavar="FILE", help="write the derivation to this page")
+    force_option(show)
     handed_on = "for other programs: C files, WebAssembly, a functional mock-up unit"
     export_options(_add(commands, "export", handed_on, export_command))
     emit = _add(commands, "emit", "the generated C", _emit)
     variant_options(emit)
     emit.add_argument("--out", metavar="DIR", help="write all files there [print the program]")
+    force_option(emit)
     stored = _add(commands, "cache", "scenes compiled on demand", _cache)
     stored.add_argument("--clear", action="store_true", help="remove them")
     _add(commands, "doctor", "check compiler, cache and packages", _doctor)
@@ -146,11 +155,16 @@ def _run(chosen: argparse.Namespace) -> int:
     model = model_of(chosen)
     params = values_of(model, chosen.parameters, model.parameters, "parameter")
     state = start_state(model, chosen, params)
+    if chosen.view is not None:
+        output_path(chosen, chosen.view, "")
     folder = output_folder(chosen)
     with ProgressBar(f"simulating {model.name}") as bar:
-        sol = model.simulate(
-            t_end, state, params, rtol=rtol, method=chosen.method, progress=bar.update
-        )
+        try:
+            sol = model.simulate(
+                t_end, state, params, rtol=rtol, method=chosen.method, progress=bar.update
+            )
+        except RunInterrupt as interrupt:
+            sol = interrupt.solution
     if chosen.json:
         print(json.dumps(json_summary(sol)))
     else:
@@ -171,48 +185,47 @@ def _run(chosen: argparse.Namespace) -> int:
 
 
 def _sweep(chosen: argparse.Namespace) -> int:
-    from mechc.batch.sweeps.maps import save_maps
-    from mechc.batch.sweeps.sweep import members, plan, read_variation, sweep_json, sweep_summary
+    from mechc.batch.stored.store import holds_batch, is_unfinished
+    from mechc.batch.sweeps.sweep import plan, read_variation
 
     t_end, rtol = seconds_of(chosen), tolerance(chosen)
     model = model_of(chosen)
     count = None if chosen.count is None else whole("--count", chosen.count)
     threads = None if chosen.threads is None else whole("--threads", chosen.threads)
+    seed = whole("--seed", chosen.seed)
     variations = [read_variation(model, text) for text in chosen.vary]
-    chosen_plan = plan(variations, chosen.sample, count, whole("--seed", chosen.seed))
-    folder = output_folder(chosen, "mechc_sweep")
-    stored = folder is not None and importlib.util.find_spec("zarr") is not None
-    started = time.perf_counter()
-    starts, params = members(
-        model.system,
-        chosen_plan,
-        params=values_of(model, chosen.parameters, model.parameters, "parameter"),
-        start=values_of(model, chosen.start, (*model.coordinates, *model.speeds), STATE),
-        guess=values_of(model, chosen.guess, model.coordinates, "coordinate"),
-    )
-    batch = model.simulate_batch(
-        t_end,
-        starts,
-        params,
-        reduce=chosen.reduce or [f"max({model.coordinates[-1]})"],
-        rtol=rtol,
-        method=chosen.method,
-        threads=threads,
-        out=folder / "batch" if folder is not None and stored else None,
-    )
-    seconds = time.perf_counter() - started
-    if chosen.json:
-        print(json.dumps(sweep_json(batch, chosen_plan, seconds)))
-    else:
-        print(f"{model.title}\n{sweep_summary(batch, chosen_plan, seconds)}")
+    plan(variations, chosen.sample, count, seed)  # refuses before a folder is made
+    with_zarr = importlib.util.find_spec("zarr") is not None
+    goes_on = holds_batch if chosen.out else is_unfinished
+    folder = output_folder(chosen, "mechc_sweep", lambda path: goes_on(path / "batch"))
+    stored = folder is not None and with_zarr
+    try:
+        sweep = model.sweep(
+            t_end,
+            chosen.vary,
+            values_of(model, chosen.parameters, model.parameters, "parameter"),
+            sample=chosen.sample,
+            count=count,
+            seed=seed,
+            start=values_of(model, chosen.start, (*model.coordinates, *model.speeds), STATE),
+            guess=values_of(model, chosen.guess, model.coordinates, "coordinate"),
+            reduce=chosen.reduce,
+            rtol=rtol,
+            method=chosen.method,
+            threads=threads,
+            out=folder / "batch" if folder is not None and stored else None,
+        )
+    except RunInterrupt as interrupt:
+        sweep = interrupt.sweep
+    print(json.dumps(sweep.to_json()) if chosen.json else f"{model.title}\n{sweep}")
     if folder is not None:
         with ProgressBar("drawing"), written_into(folder):
-            written = save_maps(batch, chosen_plan, folder)
+            written = sweep.save_maps(folder)
         if not chosen.json:
             data = "batch (mechc.open reads it)" if stored else "no data (pip install zarr)"
             print(f"\nwritten into {folder.resolve()}: {data}, ", end="")
             print(", ".join(path.name for path in written))
-    return 0 if batch.complete else INTERRUPTED
+    return 0 if sweep.batch.complete else INTERRUPTED
 
 
 def _write(sol: mechc.Solution, folder: Path, *, in_space: bool, quiet: bool) -> Path:
@@ -248,7 +261,7 @@ def _emit(chosen: argparse.Namespace) -> int:
     if not chosen.out:
         print(texts["scene_program.h"])
         return 0
-    folder = Path(chosen.out)
+    folder = output_path(chosen, chosen.out, "")
     with written_into(folder):
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in texts.items():

@@ -10,6 +10,7 @@ from mechc.cli.arguments import (
     model_of,
     options_of,
     output_folder,
+    output_path,
     seconds_of,
     start_state,
     values_of,
@@ -71,6 +72,7 @@ def _wasm(chosen: argparse.Namespace) -> int:
 def _fmu(chosen: argparse.Namespace) -> int:
     mechanism, arguments = _common_arguments(chosen)
     named = chosen.prefix or (own_name(chosen.name) if is_own(chosen.name) else chosen.name)
-    print(export_fmu(mechanism, chosen.out or f"{named}.fmu", version=chosen.fmi or "3.0",
+    file = output_path(chosen, chosen.out, f"{named}.fmu")
+    print(export_fmu(mechanism, file, version=chosen.fmi or "3.0",
                      derivatives=not chosen.no_derivatives, **arguments))  # fmt: skip
     return 0

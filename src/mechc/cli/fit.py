@@ -25,14 +25,15 @@ from mechc.cli.arguments import (
     values_of,
     whole,
 )
-from mechc.errors import MechcError, UnknownNameError
-from mechc.fitting.quantities import Measured, checked_measured
+from mechc.cli.options import INTERRUPTED
+from mechc.errors import MechcError, RunInterrupt, UnknownNameError
+from mechc.fitting.quantities import Measured, checked_measured, known_columns
 from mechc.fitting.recordings import SECONDS, TIMES
 from mechc.progress import ProgressBar
 from mechc.results.durable import write_text, written_into
 from mechc.results.figures import save_figure
 from mechc.system.kinds import Kind
-from mechc.system.parameters import NamedQuantity
+from mechc.system.quantity import NamedQuantity
 from mechc.system.units import UNITS, read_value
 
 OUTPUTS = ("energy", "points", "sensitivities")
@@ -57,13 +58,19 @@ def fit_command(chosen: argparse.Namespace) -> int:
     folder = output_folder(chosen, "mechc_fit")
     began = time.perf_counter()
     with ProgressBar(f"fitting {model.name}") as bar:
-        result = model.fit(
-            recordings, free, sigmas, y0=start, guess=guess,
-            params=values_of(model, chosen.parameters, model.parameters, "parameter"),
-            starts=whole("--starts", chosen.starts), seed=whole("--seed", chosen.seed),
-            loss=chosen.loss, f_scale=number("--f-scale", chosen.f_scale), rtol=rtol,
-            method=chosen.method, progress=bar.update,
-        )  # fmt: skip
+        interrupted = False
+        try:
+            result = model.fit(
+                recordings, free, sigmas, y0=start, guess=guess,
+                params=values_of(model, chosen.parameters, model.parameters, "parameter"),
+                starts=whole("--starts", chosen.starts), seed=whole("--seed", chosen.seed),
+                loss=chosen.loss, f_scale=number("--f-scale", chosen.f_scale), rtol=rtol,
+                method=chosen.method, progress=bar.update,
+            )  # fmt: skip
+        except RunInterrupt as interrupt:
+            if interrupt.fit is None:  # before the search
+                raise
+            result, interrupted = interrupt.fit, True
     told = {**result.to_json(), "wall_s": time.perf_counter() - began}
     print(json.dumps(told) if chosen.json else result)
     if folder is not None:
@@ -72,6 +79,8 @@ def fit_command(chosen: argparse.Namespace) -> int:
             write_text(folder / "fit.json", json.dumps(told, indent=1) + "\n")
         if not chosen.json:
             print(f"\nwritten into {folder.resolve()}: fit.png, fit.svg, fit.json")
+    if interrupted:
+        return INTERRUPTED
     return 0 if result.converged else FAILED
 
 
@@ -153,24 +162,8 @@ def _measurements(model: mechc.Model, typed: Iterable[str], tables: list[Table])
         unknown = any(sigma is None for sigma in pairs.values())
         return checked_measured(model.system, list(pairs) if unknown and not any(pairs.values())
                                 else pairs)  # fmt: skip
-    return checked_measured(model.system, _known_columns(model, tables))
-
-
-def _known_columns(model: mechc.Model, tables: list[Table]) -> list[str]:
     columns = [name for name in tables[0] if name not in TIMES]
-    found = []
-    for name in columns:
-        try:
-            checked_measured(model.system, [name])
-        except (MechcError, ValueError):
-            continue
-        found.append(name)
-    if not found:
-        raise MechcError(
-            f"no column is a quantity of {model.name}: the columns are {', '.join(columns)}, the "
-            f"coordinates and speeds {', '.join((*model.coordinates, *model.speeds))}"
-        )
-    return found
+    return checked_measured(model.system, known_columns(model.system, columns))
 
 
 def _free(model: mechc.Model, text: str) -> tuple[str, tuple[float | None, float | None] | None]:

@@ -9,6 +9,7 @@ import webbrowser
 from pathlib import Path
 from typing import Any
 
+from mechc.cli.arguments import output_path
 from mechc.errors import MechcError
 from mechc.open import open_saved, open_view
 from mechc.results.solution import Solution
@@ -19,7 +20,8 @@ def open_command(chosen: argparse.Namespace) -> int:
     path = Path(chosen.path)
     if path.is_dir():
         raise MechcError(f"{path} is a batch: mechc.open reads it in Python")
-    saved = _view_of(path).save(chosen.view or path.with_suffix(".html").name)
+    target = output_path(chosen, chosen.view, path.with_suffix(".html").name)
+    saved = _view_of(path).save(target)
     print(saved.resolve())
     if not chosen.view:
         open_in_browser(saved)

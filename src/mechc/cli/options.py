@@ -8,7 +8,7 @@ from typing import Any
 
 from mechc.results.untrusted import printable
 
-BAD_INPUT = 2
+BAD_INPUT, INTERRUPTED = 2, 130  # exit codes
 EPILOGUE = """\
 examples:
   mechc run four_bar                          the reference scene: 85 deg, at rest, 20 s
@@ -93,6 +93,7 @@ def run_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--view", metavar="FILE", help="the motion in space as FILE.html, .png, .gif or .mp4"
     )
+    force_option(parser)
 
 
 def sweep_options(parser: argparse.ArgumentParser) -> None:
@@ -114,6 +115,11 @@ def sweep_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--threads", metavar="N", help="[all cores]")
 
 
+def force_option(parser: argparse.ArgumentParser) -> None:
+    """Add the option to replace files that are there."""
+    parser.add_argument("--force", action="store_true", help="replace files that are there")
+
+
 def _start_options(parser: argparse.ArgumentParser) -> None:
     _state_options(parser)
     _run_options(parser)
@@ -126,7 +132,11 @@ def _run_options(parser: argparse.ArgumentParser) -> None:
         default="auto",
         help="auto, dopri5, dop853, radau5, gauss8 or taylor [auto]",
     )
-    parser.add_argument("--out", metavar="DIR", help="folder for pictures and data [mechc_NAME]")
+    parser.add_argument(
+        "--out",
+        metavar="DIR",
+        help="folder for pictures and data [mechc_NAME, or the next free number]",
+    )
     parser.add_argument(
         "--json", action="store_true", help="print one JSON object; write only with --out"
     )
@@ -158,6 +168,7 @@ def export_options(parser: argparse.ArgumentParser) -> None:
         metavar="PATH",
         help="folder of --c and --wasm [mechc_export_NAME], file of --fmu [NAME.fmu]",
     )
+    force_option(parser)
 
 
 def fit_options(parser: argparse.ArgumentParser) -> None:
@@ -184,6 +195,7 @@ def fit_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--f-scale", default="1", metavar="X", help="scale of the loss, sigmas [1]")
     _run_options(parser)
+    force_option(parser)
 
 
 def _state_options(parser: argparse.ArgumentParser) -> None:

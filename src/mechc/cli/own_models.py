@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import ast
 import importlib.util
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -15,7 +17,36 @@ from mechc.errors import MechcError
 
 def is_own(name: str) -> bool:
     """Whether a text names a model in a file, not a mechanism of the library."""
-    return name.rpartition(":")[0].endswith(".py")
+    file, _, attribute = name.rpartition(":")
+    return file.endswith(".py") and attribute != ""
+
+
+def refuse_file_alone(name: str) -> None:
+    """Refuse FILE.py without :NAME, with the names of the file that could be meant."""
+    if not name.removesuffix(":").endswith(".py"):
+        return
+    path = Path(name.removesuffix(":"))
+    if not path.is_file():
+        raise MechcError(f"there is no file {path}")
+    defined: list[str] = []
+    with suppress(SyntaxError, ValueError):
+        defined = _names_in(ast.parse(path.read_text("utf-8")))
+    words = f"; it defines {', '.join(defined)}" if defined else ""
+    raise MechcError(
+        f"{name}: say which model of the file, {path}:{defined[-1] if defined else 'MODEL'}, a "
+        f"variable or a function{words}"
+    )
+
+
+def _names_in(module: ast.Module) -> list[str]:
+    """Public variables and functions of a module, in their order."""
+    names: list[str] = []
+    for node in module.body:
+        if isinstance(node, ast.FunctionDef):
+            names.append(node.name)
+        elif isinstance(node, ast.Assign):
+            names += [target.id for target in node.targets if isinstance(target, ast.Name)]
+    return [name for name in dict.fromkeys(names) if not name.startswith("_")]
 
 
 def own_name(name: str) -> str:

@@ -4,10 +4,16 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
-from pathlib import Path
 
 import mechc
-from mechc.cli.arguments import checked_options, library_name, options_of, page_ending, values_of
+from mechc.cli.arguments import (
+    checked_options,
+    library_name,
+    options_of,
+    output_path,
+    page_ending,
+    values_of,
+)
 from mechc.cli.own_models import is_own, own_model
 from mechc.results.durable import write_text
 
@@ -23,6 +29,7 @@ def show_command(chosen: argparse.Namespace) -> int:
     )
 
     own, ending = is_own(chosen.name), page_ending(chosen)
+    page = output_path(chosen, chosen.out, "") if chosen.out else None
     options = {} if own else checked_options(library_name(chosen.name), options_of(chosen.options))
     model = own_model(chosen.name) if own else mechc.load(chosen.name, **options)
     params = values_of(model, chosen.parameters, model.parameters, "parameter")
@@ -32,7 +39,7 @@ def show_command(chosen: argparse.Namespace) -> int:
         value = f"{values[name]:g} {quantity.unit}" if name in values else quantity.unit
         print(f"  {name:10} {value:18} {quantity.description}")
     print()
-    if own and not chosen.out:
+    if own and page is None:
         return 0
     mechanism = (
         described_mechanism(model.system) if own
@@ -45,10 +52,9 @@ def show_command(chosen: argparse.Namespace) -> int:
         print("\noptions (--with NAME):")
     for option, about in found.items():
         print(f"  {option:15} {about}")
-    if not chosen.out:
+    if page is None:
         print(f"\nits derivation, as a page: mechc show {chosen.name} --out {chosen.name}.{ending}")
         return 0
-    page = Path(chosen.out)
     write_text(page, derivation_page(mechanism, values, chosen.latex))
     print(f"\nthe derivation is in {page.resolve()}")
     return 0

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from mechc.assembly.initial_values import checked_numbers
-from mechc.errors import MechcError, ValueOutOfBoundsError, brief
+from mechc.errors import MechcError, RunInterrupt, ValueOutOfBoundsError, brief
 from mechc.fitting.losses import loss_of
 from mechc.fitting.problem import Problem
-from mechc.fitting.quantities import checked_measured
-from mechc.fitting.recordings import read_recordings
+from mechc.fitting.quantities import checked_measured, known_columns
+from mechc.fitting.recordings import column_names, read_recordings
 from mechc.fitting.result import FitResult
 from mechc.fitting.search import Found, Settings, beginnings, refine
 from mechc.fitting.statistics import statistics_of
@@ -22,12 +22,13 @@ from mechc.simulation.settings import checked_count, checked_positive
 from mechc.system.names import by_name
 from mechc.system.parameters import Array, doubles, one_double
 from mechc.system.system import System
+from mechc.system.units import in_si
 
 Report = Callable[[float, str], None]
 
 
 def fit(
-    model: Any, measurements: Any, free: Mapping[Any, Any], measured: Any, *, params: Any, y0: Any,
+    model: Any, measurements: Any, free: Any, measured: Any, *, params: Any, y0: Any,
     guess: Any, inputs: Any, t0: float | None, shared: Any, confidence: float, settings: Settings,
     policy: dict[str, Any], progress: Report | None,
 ) -> FitResult:  # fmt: skip
@@ -43,9 +44,15 @@ def fit(
     ends = []
     for number, point in enumerate(points):
         ends.append(refine(problem, point, settings))
+        if ends[-1].interrupt is not None:
+            break
         report((number + 1) / len(points), f"cost {min(e.cost for e in ends):.6g}")
+    interrupt = ends[-1].interrupt
     ends.sort(key=lambda end: end.cost)
-    return _result(problem, ends, settings, confidence)
+    result = _result(problem, ends, settings, confidence)
+    if interrupt is not None:
+        raise RunInterrupt("interrupted; error.fit has the best values tried", fit=result) from None
+    return result
 
 
 def _checked_settings(settings: Settings) -> Settings:
@@ -63,11 +70,13 @@ def _checked_settings(settings: Settings) -> Settings:
 
 
 def _problem(
-    model: Any, measurements: Any, free: Mapping[Any, Any], measured: Any, params: Any, y0: Any,
+    model: Any, measurements: Any, free: Any, measured: Any, params: Any, y0: Any,
     guess: Any, inputs: Any, t0: float | None, shared: Any,
 ) -> Problem:  # fmt: skip
     """Checked arguments, before anything is computed."""
     system: System = model.system
+    if measured is None:
+        measured = known_columns(system, column_names(measurements))
     wanted = checked_measured(system, measured)
     recordings = read_recordings(measurements, wanted)
     count = len(recordings)
@@ -78,7 +87,7 @@ def _problem(
     )
     unknowns = checked_unknowns(system, free, shared, known, wanted, recordings)
     near = checked_numbers(
-        by_name({} if guess is None else guess, "guess"), system.coordinates, "coordinate"
+        system, by_name({} if guess is None else guess, "guess"), system.coordinates, "coordinate"
     )
     begin = [float(one.t[0]) if t0 is None else one_double(t0, "t0") for one in recordings]
     problem = Problem(model, unknowns, wanted, recordings, known, near, begin, {})
@@ -109,6 +118,8 @@ def _all_by_name(system: System, params: Any) -> dict[str, Any]:
     if params is None or isinstance(params, Mapping):
         found = by_name(params or {}, "params")
         for name, value in found.items():
+            if name in system.quantities:
+                found[name] = value = in_si(value, system.quantities[name])
             if np.ndim(value):
                 raise ValueOutOfBoundsError(f"{name}: a fit takes one value, not {brief(value)}")
         return found
@@ -133,7 +144,7 @@ def _checked_start(system: System, given: Any) -> Any:
         return None
     if isinstance(given, Mapping):
         states = (*system.coordinates, *system.speeds)
-        return checked_numbers(by_name(given, "y0"), states, "coordinate or speed")
+        return checked_numbers(system, by_name(given, "y0"), states, "coordinate or speed")
     return doubles(given, "y0")
 
 

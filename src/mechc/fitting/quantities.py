@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +15,9 @@ from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, br
 from mechc.system.kinds import Kind
 from mechc.system.names import name_of
 from mechc.system.parameters import Array
+from mechc.system.quantity import NamedQuantity
 from mechc.system.system import ENERGIES, System
+from mechc.system.units import in_si
 
 _UNITS = {"energy": "J", "kinetic_energy": "J", "potential_energy": "J", "points": "m"}
 
@@ -93,6 +96,24 @@ def checked_measured(system: System, given: Any) -> tuple[Measured, ...]:
     return found
 
 
+def known_columns(system: System, columns: Iterable[str]) -> list[str]:
+    """Those of the columns of a recording that are quantities of a model.
+
+    Raises :class:`MechcError` if none is.
+    """
+    found = []
+    for name in columns:
+        with suppress(MechcError, ValueError):
+            checked_measured(system, [name])
+            found.append(name)
+    if not found:
+        raise MechcError(
+            f"no column is a quantity of {system.name}: the columns are {', '.join(columns)}, the "
+            f"coordinates and speeds {', '.join((*system.coordinates, *system.speeds))}"
+        )
+    return found
+
+
 def _each(given: Any) -> Sequence[Any]:
     return [given] if isinstance(given, str) or not isinstance(given, Sequence) else given
 
@@ -111,6 +132,7 @@ def _measured_quantity(system: System, name: Any, sigma: Any) -> Measured:
     own = Kind.LENGTH if output == "points" else Kind.OTHER
     kind = quantity.kind if quantity is not None else own
     text = "".join(name.split())
+    sigma = in_si(sigma, NamedQuantity(text, unit, text, -math.inf, math.inf, False, kind))
     return Measured(text, output, index, _checked_sigma(text, sigma), unit, kind)
 
 

@@ -54,6 +54,20 @@ def read_recordings(given: Any, measured: Sequence[Measured]) -> tuple[Recording
     return tuple(_recording(*each, measured) for each in zip(several, words, strict=True))
 
 
+def column_names(given: Any) -> list[str]:
+    """Names of the columns of the first recording, besides its times.
+
+    Raises :class:`MechcError` for a recording whose columns have no names.
+    """
+    first = given[0] if isinstance(given, list) and given else given
+    if not hasattr(first, "keys"):
+        raise MechcError(
+            "what was measured? Columns have no names here: give measured=['theta_0'], or "
+            "measured={'theta_0': standard deviation}"
+        )
+    return [str(name) for name in list(first.keys()) if name not in TIMES]
+
+
 def _recording(given: Any, words: str, measured: Sequence[Measured]) -> Recording:
     if isinstance(given, tuple):
         if len(given) != 2:

@@ -129,26 +129,45 @@ def _refuse_infeasible(problem: Problem, first: Array) -> None:
 
 @dataclass(frozen=True)
 class Found:
-    """One end of a search: values (k,), cost, what is active at a bound (k,), how it ended."""
+    """One end of a search: values (k,), cost, what is active at a bound (k,), how it ended.
+
+    ``interrupt`` is the Ctrl-C that ended it; the values are then the best that were tried.
+    """
 
     x: Array
     cost: float
     active: Array
     converged: bool
     message: str
+    interrupt: KeyboardInterrupt | None = None
 
 
 def refine(problem: Problem, first: Array, settings: Settings) -> Found:
-    """Descend from one point."""
+    """Descend from one point; an interrupt before any motion is raised."""
     from scipy.optimize import least_squares
 
     lower, upper = bounds_of(problem)
     width = np.where(np.isfinite(upper - lower), upper - lower, 1.0)
     inside = np.clip(first, lower + 1e-9 * width, upper - 1e-9 * width)  # where a search may begin
-    done = least_squares(
-        problem.residuals, inside, problem.jacobian,
-        bounds=(lower, upper), x_scale="jac", loss=settings.loss, f_scale=settings.f_scale,
-        ftol=settings.tol, xtol=settings.tol, gtol=settings.tol, max_nfev=settings.max_evaluations,
-    )  # fmt: skip
+    loss, best = loss_of(settings.loss, settings.f_scale), (np.inf, inside)
+
+    def residuals(x: Array) -> Array:
+        nonlocal best
+        found = problem.residuals(x)
+        if np.isfinite(found).all():
+            best = min(best, (float(loss.cost(found)), x.copy()), key=lambda tried: tried[0])
+        return found
+
+    try:
+        done = least_squares(
+            residuals, inside, problem.jacobian, bounds=(lower, upper), x_scale="jac",
+            loss=settings.loss, f_scale=settings.f_scale, ftol=settings.tol, xtol=settings.tol,
+            gtol=settings.tol, max_nfev=settings.max_evaluations,
+        )  # fmt: skip
+    except KeyboardInterrupt as interrupt:
+        cost, x = best
+        if not np.isfinite(cost):
+            raise
+        return Found(x, cost, np.zeros(len(x), bool), False, "it was interrupted", interrupt)
     active = np.asarray(done.active_mask != 0)
     return Found(done.x, float(done.cost), active, done.status > 0, done.message)

@@ -14,6 +14,7 @@ from mechc.fitting.recordings import Recording
 from mechc.system.names import by_name, names_of
 from mechc.system.parameters import Array
 from mechc.system.system import System
+from mechc.system.units import in_si
 
 PARAMETER, START, INPUT = "parameter", "start", "input"
 Bounds = tuple[float, float]
@@ -68,7 +69,8 @@ def checked_unknowns(
     Raises :class:`UnknownNameError`, :class:`ValueOutOfBoundsError` for a name that the model does
     not have, and bounds that are reversed, are not numbers or exceed those of the parameter.
     """
-    given = by_name(free, "free", "{'m_1': (0.1, 5.0)}")
+    named = isinstance(free, (tuple, list)) and not any(np.ndim(each) for each in free)
+    given = by_name(dict.fromkeys(free) if named else free, "free", "{'m_1': (0.1, 5.0)}")
     if not given:
         raise ValueOutOfBoundsError("nothing is free: give free={'m_1': (0.1, 5.0)}")
     together = {*names_of(shared)}
@@ -145,7 +147,10 @@ def _checked_bounds(system: System, name: str, given: Any) -> Bounds:
     if given is None or given is ...:
         return own
     try:
+        given = given if quantity is None else in_si(given, quantity)
         low, high = (own[k] if each is None else float(each) for k, each in enumerate(given))
+    except ValueOutOfBoundsError:
+        raise
     except (TypeError, ValueError):
         raise ValueOutOfBoundsError(
             f"{name}: its bounds are (lower, upper) or None, not {brief(given)}"

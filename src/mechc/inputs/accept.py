@@ -1,8 +1,8 @@
 """Values given for inputs -> by name: numbers, signals, functions of t or of t, q and u.
 
-Also accepted: samples as ``(times, values)``, interpolants of SciPy, one function for several
-inputs ``{(F, G): f}``, and functions of state and time together, ``f(x, t)`` or ``f(t, x)`` with
-x = [q, u].
+Also accepted: quantities of pint, in SI units; samples as ``(times, values)``, interpolants of
+SciPy, one function for several inputs ``{(F, G): f}``, and functions of state and time together,
+``f(x, t)`` or ``f(t, x)`` with x = [q, u].
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from mechc.errors import ValueOutOfBoundsError, brief
 from mechc.inputs.signals import Signal
 from mechc.system.names import name_of
 from mechc.system.parameters import Array
+from mechc.system.units import in_si, of_unknown_unit
 
 TIME = ("t", "time")
 
@@ -58,6 +59,7 @@ def samples_or_signal(value: Any, order: int) -> Signal | None:
 
 
 def _one(name: str, value: Any, order: int) -> Any:
+    value = in_si(value, of_unknown_unit(f"the input {name}"))
     signal = samples_or_signal(value, order)
     if signal is not None:
         return signal

@@ -17,7 +17,7 @@ import numpy as np
 
 from mechc.errors import package
 from mechc.results import panels
-from mechc.results.sampling import Run, sample
+from mechc.results.sampling import Run, curve, sample
 from mechc.simulation.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -80,6 +80,16 @@ of the total.  Closure has the largest position (m) and velocity (m/s) residual 
 def picture(name: str, sol: Trajectory, *, samples: int = SAMPLES) -> Figure:
     """One of :data:`PICTURES`; ``Solution.plot()`` returns ``"overview"``."""
     return _picture(name, sample(sol, samples, jumps=True))
+
+
+def curves(sol: Trajectory, names: Sequence[str], degrees: bool) -> Figure:
+    """Quantities over time, a panel for each unit: see :meth:`mechc.Solution.plot`."""
+    run = sample(sol, SAMPLES, jumps=True)
+    drawn = {name: curve(run, name, degrees) for name in names}
+    panels_count = len({unit for unit, _ in drawn.values()})
+    with new_figure((7.4, 1.4 + 2.8 * panels_count)) as figure:
+        panels.draw_against_time(figure.add_gridspec(1, 1)[0], run, drawn)
+    return figure
 
 
 def save_all(

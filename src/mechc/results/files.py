@@ -72,6 +72,14 @@ def to_dataset(sol: Trajectory) -> Any:
     return data.assign_attrs(sha256=digest(data))
 
 
+def to_dataframe(sol: Trajectory) -> Any:
+    """See :meth:`mechc.Solution.to_dataframe`."""
+    package("pandas", "pandas is not installed: pip install pandas")
+    data = to_dataset(sol)
+    names = netcdf_names((*sol.system.coordinates, *sol.system.speeds))
+    return data.to_dataframe().rename(columns=names)
+
+
 def digest(data: Any) -> str:
     """The sha256 of all numbers of a dataset, and of what is needed to simulate again."""
     told = hashlib.sha256(str(data.attrs["mechc"]).encode())

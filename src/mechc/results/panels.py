@@ -7,7 +7,7 @@ Invariant: matplotlib is imported inside functions only; user text reaches it th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any, Final, cast
 
@@ -137,15 +137,25 @@ def draw_speeds(area: SubplotSpec, run: Run) -> None:
 def _draw_quantities(
     area: SubplotSpec, run: Run, names: Sequence[str], columns: range, word: str
 ) -> None:
-    groups: dict[ShownUnit, list[tuple[str, int]]] = {}
-    for name, column in zip(names, columns, strict=True):
-        groups.setdefault(shown_unit(run.system, name), []).append((name, column))
-    if not groups:
+    if not names:
         return _message(area, f"This scene has no {word}.")
+    found = zip(names, columns, strict=True)
+    return draw_against_time(
+        area, run, {name: (shown_unit(run.system, name), run.y[:, i]) for name, i in found}
+    )
+
+
+def draw_against_time(
+    area: SubplotSpec, run: Run, curves: Mapping[str, tuple[ShownUnit, Array]]
+) -> None:
+    """Quantities by name, each with its unit and its values (n,), in one panel for each unit."""
+    groups: dict[ShownUnit, list[str]] = {}
+    for name, (unit, _) in curves.items():
+        groups.setdefault(unit, []).append(name)
     panels = _time_axes(area, run, len(groups))
     for axes, (unit, members) in zip(panels, groups.items(), strict=True):
-        values = unit.factor * run.y[:, [column for _, column in members]]
-        names = [typeset(name) for name, _ in members]
+        values = unit.factor * np.column_stack([curves[name][1] for name in members])
+        names = [typeset(name) for name in members]
         handles = draw_curves(axes, run.t, values, _colours(len(members)))
         # of as many curves as fit, evenly chosen; the legend says if there are more
         most, layout = legend_layout(len(handles), len(groups))
@@ -154,7 +164,7 @@ def _draw_quantities(
             layout["title"], layout["title_fontsize"] = f"{most} of {len(handles)}", 7.0
         _legend(axes, [handles[i] for i in shown], [names[i] for i in shown], **layout)
         _scale_panel(axes, unit, values)
-    return None
+    return
 
 
 def _scale_panel(axes: Axes, unit: ShownUnit, values: Array) -> None:

@@ -10,11 +10,12 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 
+from mechc.errors import UnknownNameError, ValueOutOfBoundsError
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.description import Description
 from mechc.system.kinds import Kind, shown_in
@@ -79,11 +80,11 @@ def shown_unit(model: Description, name: str) -> ShownUnit:
     return shown_as(Kind.PURE, "") if quantity is None else shown_as(quantity.kind, quantity.unit)
 
 
-def shown_as(kind: Kind, unit: str) -> ShownUnit:
-    """The unit in which a quantity is shown: degrees where the API has radians."""
+def shown_as(kind: Kind, unit: str, degrees: bool = True) -> ShownUnit:
+    """The unit in which a quantity is shown: ``degrees`` where the API has radians."""
     if kind is Kind.PURE:
         return ShownUnit(1.0, "", "value")
-    label, factor = shown_in(kind, unit)
+    label, factor = shown_in(kind, unit) if degrees else (unit, 1.0)
     powers = re.sub(r"\^(\d)", lambda match: match[1].translate(SUPERSCRIPTS), label)
     return ShownUnit(factor, clean_text(powers), _SHOWN.get(kind, "value"))
 
@@ -241,6 +242,32 @@ def energies(run: Run) -> dict[str, Array]:
     functions = (system.kinetic_energy, system.potential_energy, system.energy)
     names = ("kinetic", "potential", "total")
     return {name: run.evaluate(each) for name, each in zip(names, functions, strict=True)}
+
+
+_ENERGIES = ("energy", "kinetic_energy", "potential_energy")
+
+
+def curve(run: Run, name: str, degrees: bool) -> tuple[ShownUnit, Array]:
+    """A coordinate, a speed, an energy or an output of one number along a run: unit, values (n,).
+
+    Raises :class:`UnknownNameError`, :class:`UnavailableOutputError` if there is none,
+    :class:`ValueOutOfBoundsError` for an output of several numbers.
+    """
+    system = run.system
+    states = (*system.coordinates, *system.speeds)
+    if name in states:
+        quantity = system.quantities[name]
+        unit = shown_as(quantity.kind, quantity.unit, degrees)
+        return unit, run.y[:, states.index(name)]
+    if name in _ENERGIES:
+        return ShownUnit(1.0, "J", "energy"), run.evaluate(getattr(system, name))
+    if name not in system.scene.outputs:
+        known = dict.fromkeys((*states, *_ENERGIES, *system.scene.outputs))
+        raise UnknownNameError("quantity", name, known)
+    values = run.evaluate(partial(system.evaluate, name))
+    if values.size != len(run.t):
+        raise ValueOutOfBoundsError(f"{name} is {values[0].size} numbers: only one can be drawn")
+    return ShownUnit(1.0, "", clean_text(name)), values.reshape(-1)
 
 
 SAMPLES_A_STEP, MOST_SAMPLES = 4, 20_000  # long runs need more, else chords are visible

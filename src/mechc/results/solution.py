@@ -275,17 +275,46 @@ class Solution(Trajectory):
 
         return to_dataset(self)
 
+    def to_dataframe(self) -> Any:
+        """Components of the state, energy and closure (SI units) over time: a pandas.DataFrame.
+
+        Raises
+        ------
+        MissingPackageError
+            If pandas is not installed: ``pip install pandas``.
+        """
+        from mechc.results.files import to_dataframe
+
+        return to_dataframe(self)
+
     def save(self, path: str | Path) -> Path:
         """Write to ``.nc`` (NetCDF, opened again by :func:`mechc.open`) or ``.csv``."""
         from mechc.results.files import save
 
         return save(self, Path(path))
 
-    def plot(self) -> Any:
-        """Coordinates, speeds, paths, energy and closure in one matplotlib figure."""
-        from mechc.results.figures import picture
+    def plot(self, *names: Any, degrees: bool = True) -> Any:
+        """One matplotlib figure.
 
-        return picture("overview", self)
+        Parameters
+        ----------
+        names
+            What to draw over time, in one panel for each unit: coordinates, speeds, ``"energy"``,
+            and outputs of the model that are one number.  Without any: coordinates, speeds, paths,
+            energy and closure.
+        degrees
+            Show angles in degrees; False: in radians.
+
+        Raises
+        ------
+        UnknownNameError, UnavailableOutputError
+            For a name that does not exist, and an output that the model was compiled without.
+        ValueOutOfBoundsError
+            For an output of several numbers.
+        """
+        from mechc.results.figures import curves, picture
+
+        return curves(self, names_of(names), degrees) if names else picture("overview", self)
 
     def animate(self, *, fps: float = 60.0) -> Any:
         """The motion, as an object that displays itself and has ``save(path)``."""

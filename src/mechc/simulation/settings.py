@@ -17,6 +17,7 @@ from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
 
 SEQUENCES = (tuple, list, np.ndarray)
+TIGHTEST = sys.float_info.epsilon  # a smaller rtol is refused
 LOOSEST = 0.1  # a larger rtol is refused
 LARGEST_TRAJECTORY = 2.0**30  # bytes of states and dense output, by default
 # Of the code that takes several runs in the lanes, the name of the method that users know.
@@ -305,6 +306,11 @@ def checked_positive(name: str, value: float, *, infinite: bool = False) -> floa
 
 def _checked_rtol(rtol: float) -> float:
     value = checked_positive("rtol", rtol)
+    if value < TIGHTEST:
+        raise ValueOutOfBoundsError(
+            f"rtol = {rtol:g} is less than the spacing of doubles, {TIGHTEST:.2g}: no state holds "
+            "so many digits; the tightest that changes a motion is about 1e-15"
+        )
     if value > LOOSEST:
         raise ValueOutOfBoundsError(f"rtol = {rtol:g} is too large; {LOOSEST:g} at most")
     return value

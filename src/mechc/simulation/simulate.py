@@ -6,12 +6,17 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from types import MappingProxyType
 from typing import Any, TypeVar
 
 import numpy as np
 
-from mechc.errors import ChangePointError, EventError, ValueOutOfBoundsError, brief
+from mechc.errors import (
+    ChangePointError,
+    EventError,
+    RunInterrupt,
+    ValueOutOfBoundsError,
+    brief,
+)
 from mechc.native._codes import (
     EVENT_FAILED,
     FINISHED,
@@ -69,7 +74,7 @@ def run(
 
     Raises
     ------
-    ChangePointError, EventError, InputError
+    ChangePointError, EventError, InputError, RunInterrupt
         Each contains the trajectory until then.
     """
     started = time.perf_counter()
@@ -89,7 +94,7 @@ def _run_to_end(
     make: Callable[..., Made],
     system: System,
     span: tuple[float, float],
-    before: Record | None,
+    before: Trajectory | None,
     motion: Any,
     values: Array,
     policy: Policy,
@@ -98,22 +103,24 @@ def _run_to_end(
     progress: Progress,
     started: float,
 ) -> Made:
-    """Advance a motion to its end; ``before``: what is known of it until its start."""
+    """Advance a motion to its end; ``before``: the run that it continues."""
     code = _advance(motion, span, progress)
     driven = system.driven
-    record = record_of(before, motion, events)
+    record = record_of(None if before is None else before.record, motion, events)
     failure = None
     if code == OPEN_AT_START:
         raise ValueOutOfBoundsError(overlap_of(events, motion))
     if code == EVENT_FAILED:
-        failure = failure_of(events, motion)
-        code = INTERRUPTED if failure is None else code
+        try:
+            failure = failure_of(events, motion)
+        except KeyboardInterrupt:
+            code = INTERRUPTED
     if driven is not None and driven.has_failed:
         code, failure = INTERRUPTED if driven.was_interrupted else INPUT_FAILED, None
     status = _status(code, system, span, record, motion, policy, events)
     if failure is not None:
         status = replace(status, cause=str(failure))
-    wall = time.perf_counter() - started
+    wall = time.perf_counter() - started + (0.0 if before is None else before.stats["wall_s"])
     stats = {**record.stats, "wall_s": wall, "method": policy.method_of_users}
     del stats["coordinate"]
     if events is not None:
@@ -121,6 +128,14 @@ def _run_to_end(
     found = () if events is None else event_records(events, motion, system.scene.width)
     sol = make(system, record.pieces[0].params, policy, record, status, stats, times, found)
     sol._run_events = events
+    if before is not None:
+        sol.events = tuple(
+            EventRecord(np.append(old.t, new.t), np.vstack([old.y, new.y]))
+            for old, new in zip(before.events, sol.events, strict=True)
+        )
+    if code == INTERRUPTED:
+        raise RunInterrupt(f"{status.headline}; error.solution is the motion until then",
+                           solution=sol)  # fmt: skip
     if failure is not None:
         words = f"{failure}; error.solution is the motion until then"
         raise EventError(words, sol) from failure.__cause__
@@ -214,15 +229,8 @@ def continue_run(
         driven = system.driven.controlled_until(start, last)
         system = system if driven is system.driven else system.replaced_scene(driven)
     motion = begin(system, (end, last), state, values, policy, sol._run_events)
-    whole = _run_to_end(make, system, (end, last), sol.record, motion, values, policy, None,
+    whole = _run_to_end(make, system, (end, last), sol, motion, values, policy, None,
                     sol._run_events, progress, started)  # fmt: skip
-    whole.stats = MappingProxyType(
-        {**whole.stats, "wall_s": whole.stats["wall_s"] + sol.stats["wall_s"]}
-    )
-    whole.events = tuple(
-        EventRecord(np.append(old.t, new.t), np.vstack([old.y, new.y]))
-        for old, new in zip(sol.events, whole.events, strict=True)
-    )
     if policy.on_change_point == "raise" and len(whole.change_points) > len(sol.change_points):
         raise ChangePointError(_change_point_message(whole), whole)
     return whole

@@ -74,6 +74,11 @@ class Status:
         how = "reached" if self.ok else "got to"
         return f"{self.code}: {how} t = {self.t:g} s"
 
+    def __repr__(self) -> str:
+        count = len(self.warnings)
+        more = f", {count} warning{'s' * (count > 1)}" if count else ""
+        return f"<mechc.Status {self.headline}{more}>"
+
     def __str__(self) -> str:
         if self.ok:
             head = self.headline

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mechc.errors import MechcError, StepError, UnknownNameError, ValueOutOfBoundsError, brief
-from mechc.native._codes import EVENT_FAILED, FINISHED, RUNNING
+from mechc.native._codes import EVENT_FAILED, FINISHED, INTERRUPTED, RUNNING
 from mechc.native._motion import Stepping
 from mechc.simulation.events.outcome import failure_of
 from mechc.simulation.events.run_events import RunEvents
@@ -20,6 +20,7 @@ from mechc.simulation.status import ChangePoint, Status, status_of
 from mechc.system.names import name_of
 from mechc.system.parameters import Array, Parameters, one_double
 from mechc.system.system import System
+from mechc.system.units import in_si, of_unknown_unit
 
 FOR_EVER, INFINITY = 1e300, math.inf  # s
 
@@ -171,6 +172,8 @@ class Stepper:
             reached.
         InputError
             If the function of an input failed.
+        KeyboardInterrupt
+            At Ctrl-C; the stepper is then at the time reached, ``stepper.set()`` goes on there.
         UnknownNameError, ValueOutOfBoundsError
             For an input that does not exist or is not a number, and a wrong dt.
         """
@@ -205,7 +208,9 @@ class Stepper:
         for key, given in inputs.items():
             name = key if key in self._numbers else self._number_named(key)
             try:
-                value = float(given)
+                value = (
+                    given if type(given) is float else float(in_si(given, of_unknown_unit(name)))
+                )
             except (TypeError, ValueError, OverflowError):
                 value = INFINITY
             if not -INFINITY < value < INFINITY:
@@ -229,9 +234,13 @@ class Stepper:
         return name
 
     def _fail(self) -> None:
-        if self._driven is not None:
-            self._driven.raise_failure()
-        status = self._status(self._code)
+        try:
+            if self._driven is not None:
+                self._driven.raise_failure()
+            status = self._status(self._code)
+        except KeyboardInterrupt:  # in a function of Python
+            self._code = INTERRUPTED
+            raise
         raise StepError(str(status), status)
 
     def _status(self, code: int) -> Status:

@@ -10,7 +10,7 @@ from typing import Any
 
 from mechc.errors import UnknownNameError
 from mechc.system.names import name_of
-from mechc.system.parameters import NamedQuantity
+from mechc.system.quantity import NamedQuantity
 
 
 class Description:

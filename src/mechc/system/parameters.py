@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -18,65 +17,14 @@ from mechc.errors import (
 from mechc.native._arrays import largest_of, strictly_within
 from mechc.system.kinds import Kind
 from mechc.system.names import without_unused
+from mechc.system.quantity import NamedQuantity
+from mechc.system.units import in_si
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray  # takes a tenth of the time of `import mechc`
 
 Array: TypeAlias = "NDArray[np.float64]"
 Parameters: TypeAlias = "Mapping[str, Any] | Array | None"
-
-
-@dataclass(frozen=True)
-class NamedQuantity:
-    """A named number: unit, description, bounds (finite ones excluded unless ``closed``), kind."""
-
-    name: str
-    unit: str
-    description: str
-    lower: float
-    upper: float
-    closed: bool
-    kind: Kind = Kind.OTHER
-
-    @classmethod
-    def from_metadata(cls, data: Mapping[str, Any]) -> NamedQuantity:
-        lower = -math.inf if data["lower"] is None else data["lower"]
-        upper = math.inf if data["upper"] is None else data["upper"]
-        texts = (data["name"], data["unit"], data["description"])
-        return cls(*texts, lower, upper, data["closed"], Kind(data["kind"]))
-
-    @property
-    def bounds_in_words(self) -> str:
-        """The bounds in words: ``> 0``, ``>= 0``, ``between 0 and 1`` or ``any``."""
-        sign = "=" if self.closed else ""
-        words = []
-        if math.isfinite(self.lower):
-            words.append(f">{sign} {self.lower:g}")
-        if math.isfinite(self.upper):
-            words.append(f"<{sign} {self.upper:g}")
-        return " and ".join(words) or "any"
-
-    @property
-    def any_value(self) -> float:
-        """A value within the bounds: 1 where it is."""
-        if self.lower < 1.0 < self.upper:
-            return 1.0
-        if math.isfinite(self.lower) and math.isfinite(self.upper):
-            return 0.5 * (self.lower + self.upper)
-        return self.lower + 1.0 if math.isfinite(self.lower) else self.upper - 1.0
-
-    def check(self, value: Array) -> None:
-        """Raise :class:`ValueOutOfBoundsError` unless every value is finite and within bounds."""
-        inside = np.isfinite(value) & (value >= self.lower) & (value <= self.upper)
-        if not self.closed:
-            inside &= (value > self.lower) & (value < self.upper)
-        if not np.all(inside):
-            bad = float(np.ravel(value)[np.argmin(np.ravel(inside))])
-            unit = f" {self.unit}" if self.kind is not Kind.PURE else ""
-            raise ValueOutOfBoundsError(
-                f"{self.name} = {bad:g}{unit} ({self.description}) must be finite"
-                + (f" and {self.bounds_in_words}" if self.bounds_in_words != "any" else "")
-            )
 
 
 class ParameterSet:
@@ -181,11 +129,13 @@ class ParameterSet:
         """Values of one parameter, each within its bounds."""
         if name not in self.index:
             raise UnknownNameError("parameter", name, self.names)
+        quantity = self.quantities[self.index[name]]
+        value = in_si(value, quantity)
         try:
             array = np.asarray(value, dtype=np.float64)
         except (TypeError, ValueError, OverflowError):
             raise ValueOutOfBoundsError(f"{name} must be a number, not {brief(value)}") from None
-        self.quantities[self.index[name]].check(array)
+        quantity.check(array)
         return array
 
     def _from_array(self, values: Array) -> Array:

@@ -1,16 +1,18 @@
-"""Values as users type them: ``theta_0=85deg``, ``l_3=3500mm``."""
+"""Values with units, as users write them: ``85deg``, ``3500 mm``, and quantities of pint."""
 
 from __future__ import annotations
 
 import math
 import re
 from collections.abc import Iterable
+from typing import Any
 
-from mechc.errors import MechcError
+from mechc.errors import ValueOutOfBoundsError
 from mechc.system.kinds import Kind
-from mechc.system.parameters import NamedQuantity
+from mechc.system.quantity import NamedQuantity
 
 TURN = math.pi / 180
+MOST_BARE = 4 * math.pi  # rad, of an angle that is written without a unit
 UNITS: dict[Kind, dict[str, float]] = {
     Kind.ANGLE: {"rad": 1.0, "deg": TURN, "°": TURN},
     Kind.ANGULAR_SPEED: {"rad/s": 1.0, "deg/s": TURN, "°/s": TURN, "rpm": 2 * math.pi / 60},
@@ -25,31 +27,72 @@ def split_assignment(text: str) -> tuple[str, str]:
     """``name=value`` in two."""
     name, sign, value = text.partition("=")
     if not sign or not name.strip() or not value.strip():
-        raise MechcError(f"{text!r} should read NAME=VALUE, for instance l_3=3.5")
+        raise ValueOutOfBoundsError(f"{text!r} should read NAME=VALUE, for instance l_3=3.5")
     return name.strip(), value.strip()
 
 
 def read_value(text: str, quantity: NamedQuantity) -> float:
     """A typed number in SI units; without a unit it is in the quantity's unit.
 
-    Raises :class:`MechcError` if it is not a number, or the unit is not one of the quantity's.
+    Raises :class:`ValueOutOfBoundsError` if it is not a number, if the unit is not one of the
+    quantity's, and for an angle of more than two turns without a unit: it may be in degrees.
     """
     match = _TYPED.fullmatch(text.strip())
     if match is None:
-        raise MechcError(f"{quantity.name}: {text!r} is not a number")
+        raise ValueOutOfBoundsError(f"{quantity.name}: {text!r} is not a number")
     number, unit = match.groups()
     known = UNITS.get(quantity.kind, {quantity.unit: 1.0})
     if unit and unit not in known:
-        raise MechcError(
+        raise ValueOutOfBoundsError(
             f"{quantity.name}: {unit!r} in {text!r} is not one of its units; {_choices(known)}"
         )
+    if quantity.kind is Kind.ANGLE and not unit and MOST_BARE < abs(float(number)) < math.inf:
+        raise ValueOutOfBoundsError(
+            f"{quantity.name}: {number} rad = {float(number) / TURN:.6g} deg; for degrees write "
+            f"{number}deg, for radians {number}rad"
+        )
     return float(number) * (known[unit] if unit else 1.0)
+
+
+def in_si(value: Any, quantity: NamedQuantity) -> Any:
+    """A value as given, in SI units: texts are read, quantities of pint converted, others kept.
+
+    Raises :class:`ValueOutOfBoundsError` as :func:`read_value`, and for a quantity of pint that is
+    of another kind.
+    """
+    if type(value) is float:
+        return value
+    if isinstance(value, str):
+        return read_value(value, quantity)
+    if isinstance(value, (list, tuple)) and any(map(has_unit, value)):
+        return [in_si(each, quantity) for each in value]
+    return _magnitude(value, quantity) if has_unit(value) else value
+
+
+def has_unit(value: Any) -> bool:
+    """Whether a value may have a unit: a text, or a quantity of pint."""
+    return isinstance(value, str) or (hasattr(value, "magnitude") and hasattr(value, "to"))
+
+
+def _magnitude(value: Any, quantity: NamedQuantity) -> Any:
+    """The number, or the numbers, of a quantity of pint in the unit of ours."""
+    try:
+        if quantity.kind is Kind.OTHER and not quantity.unit:
+            return value.to_base_units().magnitude
+        return value.to(quantity.unit).magnitude
+    except Exception as error:
+        raise ValueOutOfBoundsError(f"{quantity.name} [{quantity.unit}]: {error}") from None
 
 
 def is_with_unit(text: str) -> bool:
     """Whether a text is a number with something after it that is no operator: ``300deg``."""
     match = _TYPED.fullmatch(text.strip())
     return match is not None and (match[2][:1].isalpha() or match[2].startswith("°"))
+
+
+def of_unknown_unit(name: str) -> NamedQuantity:
+    """A quantity of which no unit is known: it takes quantities of pint in SI units."""
+    return NamedQuantity(name, "", "", -math.inf, math.inf, False)
 
 
 def read_seconds(text: str) -> float:

@@ -45,3 +45,15 @@ def test_what_no_input_can_make_is_refused(four_bar, torque):
     free = mechc.compile(two_masses(), defaults={"m": 1.0})
     with pytest.raises(mechc.MechcError, match=r"cannot produce this motion: .* remains"):
         free.inverse_dynamics(np.zeros(4), np.array([1.0, 2.0]), inputs=("f",), params={"f": 0.0})
+
+
+def test_the_inputs_are_those_of_the_model_by_default(four_bar):
+    q, u = dynamicsymbols("q"), dynamicsymbols("u")
+    force = dynamicsymbols("F")
+    pushed = mechc.compile(
+        on_a_line([q], [u], [force], [Symbol("m")]), inputs=[force], defaults={"m": 2.0}
+    )
+    assert pushed.inverse_dynamics([0.0, 0.0], [1.5]).inputs == pytest.approx([3.0])
+    y = four_bar.assemble({"theta_0": 1.1}, params=REGULAR)
+    with pytest.raises(mechc.MechcError, match="which forces or torques"):
+        four_bar.inverse_dynamics(y, np.zeros(3), REGULAR)

@@ -381,9 +381,11 @@ def test_ctrl_c_keeps_what_is_done(model, regular, monkeypatch, method):
             raise KeyboardInterrupt
 
     monkeypatch.setattr(batch.CountBar, "update_count", interrupt)
-    cut = model.simulate_batch(
-        1.0, np.tile(start, (40, 1)), params, **by(method), chunk=10, threads=2
-    )
+    with pytest.raises(KeyboardInterrupt) as stopped:
+        model.simulate_batch(
+            1.0, np.tile(start, (40, 1)), params, **by(method), chunk=10, threads=2
+        )
+    cut = stopped.value.batch
     assert not cut.complete
     assert 0 < cut.counts["finished"] < 40
     assert cut.counts["not run"] == 40 - cut.counts["finished"]

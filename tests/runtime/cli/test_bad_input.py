@@ -66,7 +66,7 @@ def test_the_end_lies_ahead(capsys, value):
         (("--start", "theta_0="), "NAME=VALUE"),
         (("--start", "theta_0=nan"), "theta_0 = nan is not a finite number"),
         (("--start", "omega_0=inf"), "omega_0 = inf is not a finite number"),
-        (("--start", "theta_0=1e308"), "theta_0 = 1e+308: its square overflows"),
+        (("--start", "theta_0=1e308rad"), "theta_0 = 1e+308: its square overflows"),
         (("--set", "l_3=3.5 furlongs"), "'furlongs'"),
         (("--set", "l_3=3,5"), "l_3"),
         (("--set", "l_3=__import__('os')"), "is not a number"),
@@ -187,6 +187,18 @@ def test_ctrl_c_writes_what_was_computed(here):
     assert '"status": "interrupted"' in out
     assert (here / "out" / "solution.csv").stat().st_size > 1000
     assert (here / "out" / "drawn").exists()
+
+
+def test_ctrl_c_in_a_sweep_draws_what_was_computed(here, capsys, monkeypatch):
+    def interrupt(self, done):
+        if done > 0:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr("mechc.batch.simulate.CountBar.update_count", interrupt)
+    varied = ("--vary", "l_3=3.4:3.6:200", "--t-end", "5", "--threads", "1", "--out", "out")
+    assert main(["sweep", "four_bar", *varied]) == 130
+    assert "not run" in capsys.readouterr().out
+    assert (here / "out" / "map_0.png").exists()
 
 
 def wait_for(path, seconds=30.0):

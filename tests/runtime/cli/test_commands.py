@@ -16,7 +16,7 @@ from mechc.cli.commands import main
 from mechc.compilation import toolchain
 from mechc.progress import Notice
 from mechc.results import figures as plot
-from tests.support.command_line import run_json
+from tests.support.command_line import complaint, run_json
 
 pytestmark = pytest.mark.usefixtures("here")
 KEYS = {
@@ -88,6 +88,42 @@ def test_the_folder_is_named_after_the_mechanism(capsys, here, monkeypatch):
     monkeypatch.setattr("mechc.results.figures.save_all", lambda sol, folder: [])
     assert main([*REGULAR, "--t-end", "0.1"]) == 0
     assert {path.name for path in (here / "mechc_four_bar").iterdir()} == DATA
+
+
+def test_no_folder_is_written_into_twice(capsys, here, monkeypatch):
+    monkeypatch.setattr("mechc.results.figures.save_all", lambda sol, folder: [])
+    short = (*REGULAR, "--t-end", "0.1")
+    for number in range(3):
+        assert main([*short]) == 0, number
+    names = {"mechc_four_bar", "mechc_four_bar_2", "mechc_four_bar_3"}
+    assert {path.name for path in here.iterdir()} == names
+    before = (here / "mechc_four_bar" / "solution.csv").read_bytes()
+    capsys.readouterr()
+    longer = ("run", "four_bar", "--set", "l_3=3.5", "--t-end", "0.2", "--out", "mechc_four_bar")
+    said = complaint(capsys, *longer)
+    assert said == "mechc: mechc_four_bar exists: --force replaces it, or name another\n"
+    assert (here / "mechc_four_bar" / "solution.csv").read_bytes() == before
+    assert main([*longer, "--force"]) == 0
+    assert (here / "mechc_four_bar" / "solution.csv").read_bytes() != before
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("run", "four_bar", "--t-end", "0.1", "--json", "--view", "kept.html"),
+        ("show", "four_bar", "--out", "kept.html"),
+        ("emit", "four_bar", "--out", "."),
+        ("export", "four_bar", "--c", "--out", "."),
+        ("export", "four_bar", "--fmu", "--out", "kept.html"),
+        ("sweep", "four_bar", "--vary", "l_3=3:4:2", "--out", "."),
+    ],
+    ids=lambda arguments: " ".join(arguments[::2]),
+)
+def test_no_file_is_overwritten_without_a_word(capsys, here, arguments):
+    (here / "kept.html").write_text("mine")
+    assert "exists: " in complaint(capsys, *arguments)
+    assert (here / "kept.html").read_text() == "mine"
+    assert [path.name for path in here.iterdir()] == ["kept.html"]
 
 
 def test_json_with_a_folder_prints_the_object_alone_and_writes(capsys, here, monkeypatch):
@@ -293,8 +329,11 @@ def test_a_notice_is_given_on_a_terminal_after_a_while_and_taken_away(monkeypatc
     assert screen.getvalue().endswith("\r         \r")
 
 
-def test_no_notice_is_given_where_nobody_looks(monkeypatch, capsys):
-    monkeypatch.setattr("mechc.progress.PATIENCE", 0.0)
+def test_a_notice_is_a_line_where_there_is_no_terminal(monkeypatch, capsys):
+    with Notice("compiling"):
+        pass
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr("mechc.progress.LINES", 0.0)
     with Notice("compiling") as notice:
         notice._timer.join()
-    assert capsys.readouterr().err == ""
+    assert capsys.readouterr().err == "compiling\n"

@@ -1,6 +1,7 @@
 """``mechc fit``: CSV files in, values and a picture out."""
 
 import csv
+import itertools
 import json
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 
 import mechc
 from mechc.cli.commands import main
+from mechc.fitting.problem import Problem
 from tests.support.command_line import complaint, run_json
 
 pytestmark = pytest.mark.usefixtures("here")
@@ -49,6 +51,20 @@ def test_json_and_columns_by_default(recording, here, capsys):
     assert told["values"]["l_0"] == pytest.approx(1.3, rel=1e-7)
     assert set(told["residual_rms"]) == {"theta_0", "points[1,0]"}
     assert [path.name for path in here.iterdir()] == [recording]
+
+
+def test_ctrl_c_writes_the_best_values(recording, here, monkeypatch):
+    calls, inner = itertools.count(), Problem.jacobian
+
+    def interrupt(self, x):
+        if next(calls) == 2:
+            raise KeyboardInterrupt
+        return inner(self, x)
+
+    monkeypatch.setattr(Problem, "jacobian", interrupt)
+    assert main(["fit", "pendulum", recording, *FREE]) == 130
+    told = json.loads((here / "mechc_fit_pendulum" / "fit.json").read_text())
+    assert told["message"] == "it was interrupted"
 
 
 @pytest.mark.parametrize(

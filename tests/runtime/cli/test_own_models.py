@@ -5,6 +5,7 @@ import json
 import pytest
 
 from mechc.cli.commands import main
+from tests.support.command_line import complaint
 
 MODEL = '''
 import mechc
@@ -77,3 +78,16 @@ def test_a_compiled_model_is_exported_from_its_description(here):
     start = ["--start", "theta_0=60deg", "--out", "c"]
     assert main(["export", "own.py:compiled", "--c", *start]) == 0
     assert (here / "c" / "compiled.h").is_file()
+
+
+@pytest.mark.parametrize("command", ["run", "show", "sweep", "export", "fit"])
+def test_a_file_without_a_name_is_told_what_it_defines(capsys, command):
+    more = {"fit": ("data.csv", "--free", "m"), "export": ("--c",)}
+    said = complaint(capsys, command, "own.py", *more.get(command, ()))
+    assert "own.py: say which model of the file, own.py:swing" in said
+    assert "it defines ROD, compiled, number, swing" in said
+
+
+def test_a_file_that_is_not_there_is_told(capsys):
+    assert complaint(capsys, "run", "nix.py") == "mechc: there is no file nix.py\n"
+    assert "own.py:swing" in complaint(capsys, "run", "own.py:")

@@ -1,10 +1,13 @@
 """Fits of pendulum recordings: values, uncertainty, robustness, starts, and what is refused."""
 
+import itertools
+
 import numpy as np
 import pytest
 from scipy.optimize import curve_fit
 
 import mechc
+from mechc.fitting.problem import Problem
 from tests.support.differences import apart, extrapolated
 
 T = np.linspace(0.0, 4.0, 161)
@@ -116,6 +119,26 @@ def test_what_the_data_leave_open_is_said(pendulum):
     assert "do not determine m_0" in str(result)
 
 
+def test_ctrl_c_leaves_the_best_values_tried(pendulum, monkeypatch):
+    calls, inner = itertools.count(), Problem.jacobian
+
+    def interrupt(self, x):
+        if next(calls) == 3:
+            raise KeyboardInterrupt
+        return inner(self, x)
+
+    monkeypatch.setattr(Problem, "jacobian", interrupt)
+    data, first = columns(pendulum, noise=0.01), {"params": {"l_0": 4.0}, "y0": KNOWN["y0"]}
+    with pytest.raises(mechc.RunInterrupt) as stopped:
+        pendulum.fit(data, {"l_0": None}, {"theta_0": 0.01}, **first)
+    result = stopped.value.fit
+    assert not result.converged
+    assert "ended early: it was interrupted" in str(result)
+    whole = pendulum.fit(data, {"l_0": None}, {"theta_0": 0.01}, **first)
+    assert whole.cost < result.cost
+    assert result["l_0"] != 4.0
+
+
 def test_many_starts_find_what_one_does_not(pendulum):
     data = columns(pendulum, noise=0.01)
     free, far = (
@@ -204,3 +227,14 @@ def test_angles_reduced_to_one_turn(pendulum, low):
     )  # fmt: skip
     assert found.converged
     assert found["l_0"] == pytest.approx(1.3, rel=1e-7)
+
+
+def test_names_alone_free_and_every_known_column_counts(pendulum):
+    data = columns(pendulum) | {"remark": T}
+    result = pendulum.fit(data, ["l_0"], **KNOWN)
+    assert result["l_0"] == pytest.approx(TRUE["l_0"], rel=1e-6)
+    assert [one.name for one in result.problem.measured] == ["theta_0"]
+    with pytest.raises(mechc.MechcError, match="what was measured"):
+        pendulum.fit((T, data["theta_0"]), ["l_0"], **KNOWN)
+    with pytest.raises(mechc.MechcError, match="no column is a quantity"):
+        pendulum.fit({"t": T, "remark": T}, ["l_0"], **KNOWN)

@@ -364,7 +364,9 @@ def test_ctrl_c_in_a_function_keeps_what_was_computed(pushed):
             raise KeyboardInterrupt
         return 1.0
 
-    sol = pushed.simulate(1.0, [0.0, 0.0], inputs={"F": interrupted}, max_step=0.05)
+    with pytest.raises(KeyboardInterrupt) as interrupt:
+        pushed.simulate(1.0, [0.0, 0.0], inputs={"F": interrupted}, max_step=0.05)
+    sol = interrupt.value.solution
     assert sol.status.code == "interrupted"
     assert 0.4 < sol.t[-1] <= 0.5
 

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import sys
 from dataclasses import replace
 from html.parser import HTMLParser
 from types import SimpleNamespace
@@ -262,3 +263,16 @@ def test_repr_is_one_line(model, sol):
     assert repr(model).startswith("<mechc.Model four_bar: 3 coordinates")
     assert repr(sol).startswith("<mechc.Solution of four_bar")
     assert "\n" not in repr(model) + repr(sol)
+
+
+def test_a_solution_is_a_table(sol):
+    table = sol.to_dataframe()
+    np.testing.assert_array_equal(table.index, sol.t)
+    np.testing.assert_array_equal(table.theta_1, sol["theta_1"])
+    np.testing.assert_array_equal(table.energy, sol.energy)
+
+
+def test_without_pandas_a_table_is_refused_in_words(sol, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(mechc.MissingPackageError, match="pip install pandas"):
+        sol.to_dataframe()

@@ -1,6 +1,7 @@
 """Ctrl-C is answered within a fifth of a second of work, whatever is under way and whatever a step
 costs, and what was computed is kept."""
 
+import itertools
 import signal
 import threading
 import time
@@ -38,11 +39,69 @@ def interrupted():
 @pytest.mark.parametrize("method", ["dopri5", "dop853", "gauss8", "radau5"])
 def test_a_run_by_any_method(model, regular, method):
     params, start = regular
-    with interrupted() as latency:
-        sol = model.simulate(1e6, start, params, method=method, dense=False)
-    assert sol.status.code == "interrupted"
+    with interrupted() as latency, pytest.raises(mechc.RunInterrupt) as cut:
+        model.simulate(1e6, start, params, method=method, dense=False)
+    assert cut.value.solution.status.code == "interrupted"
     assert latency[0] < AT_MOST
-    assert len(sol.t) > 100
+    assert len(cut.value.solution.t) > 100
+
+
+def test_a_loop_of_runs_ends(model, regular):
+    params, start = regular
+
+    def runs():
+        for _ in range(1_000_000):
+            model.simulate(1.0, start, params)
+
+    with interrupted(), pytest.raises(KeyboardInterrupt):
+        runs()
+
+
+def test_a_run_that_goes_on_has_both_parts(model, regular):
+    params, start = regular
+    first = model.simulate(1.0, start, params, events=["theta_0 - 2"])
+    with interrupted(), pytest.raises(mechc.RunInterrupt) as cut:
+        first.continue_to(1e6)
+    sol = cut.value.solution
+    assert sol.t[0] == 0.0
+    assert np.array_equal(sol.t[: len(first.t)], first.t)
+    assert len(sol.events[0].t) > len(first.events[0].t)
+    assert sol.stats["wall_s"] > first.stats["wall_s"]
+
+
+def test_the_motion_stays_where_its_derivatives_are_interrupted(monkeypatch):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    model = mechc.load("four_bar", outputs=("energy", "sensitivities"))
+    monkeypatch.setattr(mechc.Solution, "differentiate", interrupt)
+    with pytest.raises(mechc.RunInterrupt) as cut:
+        model.simulate(1.0, {"theta_0": 1.0}, {"l_3": 3.5}, sensitivities=["l_3"])
+    assert cut.value.solution.status.ok
+
+
+def test_a_stepper_goes_on_from_the_time_reached(model, regular):
+    params, start = regular
+    calls = itertools.count()
+
+    def interrupt(t, y):
+        if next(calls) == 500:
+            raise KeyboardInterrupt
+        return y[0] - 2.0
+
+    stepper = model.stepper(start, params, events=[interrupt])
+
+    def steps():
+        while True:
+            stepper.step(0.1)
+
+    with pytest.raises(KeyboardInterrupt):
+        steps()
+    assert stepper.status.code == "interrupted"
+    reached = stepper.t
+    stepper.set()
+    stepper.step(0.1)
+    assert stepper.t == pytest.approx(reached + 0.1)
 
 
 def test_dense_output_at_very_many_times(sol):
@@ -81,9 +140,10 @@ def test_outputs_at_very_many_states(model, regular, output):
 
 def test_a_batch(model):
     start = mechc.Assembly({"theta_0": np.linspace(0.9, 1.5, 64)})
-    with interrupted() as latency:
-        batch = model.simulate_batch(1e6, start, {"l_3": 3.5}, threads=1)
-    assert not batch.complete
+    with interrupted() as latency, pytest.raises(mechc.RunInterrupt) as cut:
+        model.simulate_batch(1e6, start, {"l_3": 3.5}, threads=1)
+    assert not cut.value.batch.complete
+    assert cut.value.batch.model is model
     assert latency[0] < AT_MOST + 0.1  # the main thread looks at its workers ten times a second
 
 

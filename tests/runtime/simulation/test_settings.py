@@ -122,3 +122,11 @@ def test_auto_takes_few_steps_however_stiff_a_motion_is():
         assert count < most
         assert steps(stiffness, rtol, "gauss8")[0] < most
         np.testing.assert_allclose(end, steps(stiffness, 1e-10, "radau5")[1], atol=10 * rtol)
+
+
+@pytest.mark.parametrize("rtol", [1e-17, 2e-16, 1e-300])
+def test_an_rtol_that_no_double_holds_is_refused(model, regular, rtol):
+    params, start = regular
+    with pytest.raises(ValueOutOfBoundsError, match=r"less than the spacing of doubles, 2\.2e-16"):
+        model.simulate(1.0, start, params, rtol=rtol)
+    assert model.simulate(1e-3, start, params, rtol=3e-16).status.t

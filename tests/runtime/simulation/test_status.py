@@ -41,10 +41,10 @@ def interrupted_run(model, regular, **policy):
     params, start = regular
     timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
     timer.start()
-    try:
-        return model.simulate((0, 1e7), start, params, **policy)
-    finally:
-        timer.join()
+    with pytest.raises(KeyboardInterrupt) as interrupt:
+        model.simulate((0, 1e7), start, params, **policy)
+    timer.join()
+    return interrupt.value.solution
 
 
 @pytest.mark.parametrize("policy", [{"dense": False}, {"progress": lambda fraction: None}])
@@ -151,3 +151,9 @@ def test_a_run_in_a_cycle_of_references_is_freed_whole(model, regular):
         in_a_cycle(model, regular)
         gc.collect()
     assert bytes_in_use() - before < size / 2
+
+
+def test_a_status_shows_itself_in_a_line(model, regular, sol):
+    assert repr(sol.status) == "<mechc.Status finished: reached t = 2 s>"
+    crossing = model.simulate(2.0, {"theta_0": 1.4})
+    assert repr(crossing.status) == "<mechc.Status finished: reached t = 2 s, 1 warning>"

@@ -80,7 +80,7 @@ def test_gravity_may_point_up_or_vanish_but_is_finite(model):
 
 
 def test_what_is_no_number_is_refused_by_name(model):
-    with pytest.raises(ValueOutOfBoundsError, match="l_2 must be a number, not 'long'"):
+    with pytest.raises(ValueOutOfBoundsError, match="l_2: 'long' is not a number"):
         model.energy(np.zeros(6), {"l_2": "long"})
     with pytest.raises(ValueOutOfBoundsError, match="all 11 of them"):
         model.energy(np.zeros(6), np.ones(10))

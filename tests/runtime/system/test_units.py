@@ -2,13 +2,15 @@
 
 import math
 
+import numpy as np
 import pytest
 
 import mechc
+from benchmarks.problems.particle import on_a_line
 from mechc.errors import MechcError
 from mechc.system.kinds import Kind
-from mechc.system.parameters import NamedQuantity
-from mechc.system.units import read_seconds, read_value, split_assignment
+from mechc.system.quantity import NamedQuantity
+from mechc.system.units import in_si, of_unknown_unit, read_seconds, read_value, split_assignment
 
 
 def quantity(unit):
@@ -98,3 +100,124 @@ def test_a_kind_decides_and_no_text_of_a_unit():
     plain = NamedQuantity("x", "rad", "a number called so", -math.inf, math.inf, False)
     with pytest.raises(MechcError, match="use rad"):
         read_value("90deg", plain)
+
+
+@pytest.mark.parametrize("text", ["60", "-13", " 720.5 ", "1e3"])
+def test_an_angle_beyond_two_turns_needs_a_unit(text):
+    number = float(text)
+    readings = f"rad = {math.degrees(number):.6g} deg; for degrees write"
+    with pytest.raises(MechcError, match=readings):
+        read_value(text, quantity("rad"))
+    assert read_value(f"{text.strip()}rad", quantity("rad")) == number
+    assert read_value(text, quantity("rad/s")) == number
+
+
+def test_two_turns_need_none():
+    assert read_value("12.5", quantity("rad")) == 12.5
+
+
+class Measure:
+    """A quantity as pint has it: of degrees, or of metres."""
+
+    def __init__(self, magnitude, unit):
+        self.magnitude, self._unit = magnitude, unit
+
+    def to(self, unit):
+        factors = {("deg", "rad"): math.pi / 180, ("mm", "m"): 1e-3, ("N/m", "N/m"): 1.0}
+        if (self._unit, unit) not in factors:
+            raise TypeError(f"Cannot convert from {self._unit} to {unit}")
+        return Measure(self.magnitude * factors[self._unit, unit], unit)
+
+    def to_base_units(self):
+        return self.to({"deg": "rad", "mm": "m"}[self._unit])
+
+
+def test_what_has_no_unit_is_kept():
+    given = [1.0, 2, np.arange(3.0), [1, 2], None, print]
+    assert all(in_si(each, quantity("m")) is each for each in given)
+
+
+def test_texts_in_a_list_are_read():
+    assert in_si(["5 mm", 2.0, Measure(7, "mm")], quantity("m")) == [0.005, 2.0, 0.007]
+
+
+def test_quantities_of_pint_are_converted():
+    assert in_si(Measure(90, "deg"), quantity("rad")) == pytest.approx(math.pi / 2)
+    assert in_si(Measure(np.array([5.0, 6.0]), "mm"), quantity("m")) == pytest.approx([5e-3, 6e-3])
+    assert in_si(Measure(5, "mm"), of_unknown_unit("F")) == 0.005
+    with pytest.raises(MechcError, match=r"x \[rad\]: Cannot convert from mm to rad"):
+        in_si(Measure(5, "mm"), quantity("rad"))
+
+
+def test_pint_itself():
+    pint = pytest.importorskip("pint")
+    measure = pint.UnitRegistry().Quantity
+    assert in_si(measure(90, "deg"), quantity("rad")) == pytest.approx(math.pi / 2)
+    assert in_si(measure(3, "kg*cm^2"), quantity("kg m^2")) == pytest.approx(3e-4)
+    with pytest.raises(MechcError, match="Cannot convert"):
+        in_si(measure(3, "kg"), quantity("m"))
+
+
+# -- wherever a value of known kind is given --------------------------------------------------
+
+SIXTY, LENGTH = math.radians(60), 3.5
+
+
+@pytest.mark.parametrize(
+    ("angle", "length"),
+    [("60deg", "3500 mm"), (Measure(60, "deg"), Measure(3500, "mm"))],
+    ids=["texts", "quantities"],
+)
+def test_starts_and_parameters_have_units(model, angle, length):
+    params, given = {"l_3": LENGTH}, {"l_3": length}
+    start = model.assemble({"theta_0": SIXTY}, {"omega_0": 1.0}, params=params)
+    units = model.assemble({"theta_0": angle}, {"omega_0": "1 rad/s"}, params=given)
+    assert units == pytest.approx(start, rel=1e-14)
+    sol = model.simulate(0.1, {"theta_0": angle, "omega_0": 1}, given)
+    assert sol.y[0] == pytest.approx(start, rel=1e-14)
+    members = mechc.Assembly({"theta_0": [angle, 1.0]}, {"omega_0": 1.0})
+    batch = model.simulate_batch(0.1, members, {"l_3": [length, 3.6]})
+    assert batch.y0[0] == pytest.approx(start, rel=1e-14)
+    swept = model.sweep_positions("theta_0", [angle, "70 deg"], params=given)
+    assert swept.q[0, 0] == pytest.approx(SIXTY)
+
+
+def test_a_reset_has_units():
+    event = mechc.Event("theta_0 < 10 deg", reset={"omega_0": "60 rpm"})
+    sol = mechc.load("pendulum").simulate(1.0, {"theta_0": "30 deg"}, events=[event])
+    (t,) = sol.events[0].t
+    assert sol(t + 1e-9)[1] == pytest.approx(2 * math.pi, rel=1e-6)
+
+
+def test_a_fit_has_units():
+    model = mechc.load("pendulum", outputs=("sensitivities",))
+    times = np.linspace(0.0, 1.0, 21)
+    sol = model.simulate(1.0, {"theta_0": 0.5}, {"l_0": 1.3}, t_eval=times)
+    free, measured = {"l_0": ("50 cm", "3 m")}, {"theta_0": "0.5deg"}
+    start = {"theta_0": Measure(math.degrees(0.5), "deg")}
+    result = model.fit({"t": times, "theta_0": sol["theta_0"]}, free, measured, y0=start)
+    assert result["l_0"] == pytest.approx(1.3, rel=1e-6)
+    assert result.problem.measured[0].sigma == math.radians(0.5)
+    assert result.problem.unknowns[0].upper == 3.0
+
+
+def test_a_wrong_unit_is_named_with_its_value(model):
+    with pytest.raises(MechcError, match="l_3: 'deg' in '3deg' is not one of its units"):
+        model.simulate(1.0, {"theta_0": 1.0}, {"l_3": "3deg"})
+    with pytest.raises(MechcError, match=r"theta_0: 60 rad = 3437\.75 deg"):
+        model.assemble({"theta_0": "60"})
+
+
+def test_defaults_have_units():
+    from sympy import symbols
+    from sympy.physics.mechanics import dynamicsymbols
+
+    q, u = dynamicsymbols("q"), dynamicsymbols("u")
+    m, k, c = symbols("m k c")
+    kane = on_a_line([q], [u], [-k * q - c * u], [m])
+    units = {m: "kg", k: "N/m"}
+    defaults = {m: "250 g", k: Measure(3.0, "N/m"), c: k / 10}
+    model = mechc.compile(kane, defaults=defaults, units=units)
+    assert model.defaults == pytest.approx({"m": 0.25, "k": 3.0, "c": 0.3})
+    with pytest.raises(MechcError, match="m: 'mm' in '3mm' is not one of its units; use kg or g"):
+        mechc.compile(kane, defaults={**defaults, m: "3mm"}, units=units)

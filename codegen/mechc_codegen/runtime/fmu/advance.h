@@ -41,7 +41,9 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_begin(mechc_fmu *fmu)
     if (!mechc_all_finite(fmu->now.p, MECHC_NP))
         return mechc_fmu_fails(fmu, "a parameter has no value");
     if (mechc_fmu_close(fmu) != MECHC_RUNNING)
-        return mechc_fmu_fails(fmu, "the loops cannot be closed near the start values");
+        return mechc_fmu_fails(fmu, "the loops cannot be closed near the start values: with "
+                                    "these parameters the links may not reach. Set others, or "
+                                    "start values near which the loops close");
     mechc_fmu_go_from_now(fmu);
     mechc_fmu_take_sides(fmu);
     return MECHC_FMU_OK;

@@ -27,7 +27,7 @@ MECHC_EXPORTED void *fmi2Instantiate(const char *name, int type, const char *tok
                                      const char *resources, const mechc_fmi2_callbacks *callbacks,
                                      int visible, int logging)
 {
-    return mechc_fmi_make(name, token, logging, callbacks ? callbacks->environment : 0,
+    return mechc_fmi_make(name, token, callbacks ? callbacks->environment : 0,
                           callbacks ? callbacks->log : 0);
 }
 

@@ -13,7 +13,7 @@ MECHC_EXPORTED void *fmi3InstantiateModelExchange(const char *name, const char *
                                                   const char *resources, bool visible, bool logging,
                                                   void *environment, mechc_fmi_log *log)
 {
-    return mechc_fmi_make(name, token, logging, environment, log);
+    return mechc_fmi_make(name, token, environment, log);
 }
 
 /* Create an instance; NULL if the importer wants events in co-simulation, which the description excludes. */
@@ -22,7 +22,7 @@ MECHC_EXPORTED void *fmi3InstantiateCoSimulation(
     bool events, bool early, const uint32_t *required, size_t required_count, void *environment,
     mechc_fmi_log *log, void (*intermediate)(void))
 {
-    return events ? 0 : mechc_fmi_make(name, token, logging, environment, log);
+    return events ? 0 : mechc_fmi_make(name, token, environment, log);
 }
 
 MECHC_EXPORTED void *fmi3InstantiateScheduledExecution(

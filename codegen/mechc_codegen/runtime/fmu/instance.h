@@ -56,13 +56,12 @@ struct mechc_fmu {
     void *environment;
     void (*say)(const mechc_fmu *fmu, mechc_fmu_status status, const char *message);
     mechc_fmu_logger *logger; /* the importer's, of the version's type */
-    int logging;
     char *name;
 };
 
 MECHC_STATIC mechc_fmu_status mechc_fmu_fails(const mechc_fmu *fmu, const char *message)
 {
-    if (fmu->logging && fmu->say) fmu->say(fmu, MECHC_FMU_ERROR, message);
+    if (fmu->say) fmu->say(fmu, MECHC_FMU_ERROR, message); /* errors are no debug logging */
     return MECHC_FMU_ERROR;
 }
 

@@ -61,8 +61,8 @@ MECHC_STATIC void mechc_fmi_say(const mechc_fmu *fmu, mechc_fmu_status status, c
     mechc_fmi_say_to((mechc_fmi_log *)fmu->logger, fmu->environment, fmu->name, message);
 }
 
-MECHC_STATIC mechc_fmu *mechc_fmi_make(const char *name, const char *token, int logging,
-                                       void *environment, mechc_fmi_log *log)
+MECHC_STATIC mechc_fmu *mechc_fmi_make(const char *name, const char *token, void *environment,
+                                       mechc_fmi_log *log)
 {
     mechc_fmu *fmu = mechc_fmu_make(name, token);
     if (!fmu) {
@@ -73,14 +73,12 @@ MECHC_STATIC mechc_fmu *mechc_fmi_make(const char *name, const char *token, int 
     fmu->environment = environment;
     fmu->logger = (mechc_fmu_logger *)log;
     fmu->say = mechc_fmi_say;
-    fmu->logging = logging;
     return fmu;
 }
 
 MECHC_FMI(SetDebugLogging)(mechc_fmu *fmu, mechc_fmi_bool on, size_t count, const char *const *names)
 {
-    fmu->logging = on;
-    return MECHC_FMU_OK;
+    return MECHC_FMU_OK; /* there are no debug messages */
 }
 
 MECHC_EXPORTED void MECHC_FMI_NAME(FreeInstance)(mechc_fmu *fmu) { mechc_fmu_free(fmu); }

@@ -1,18 +1,22 @@
-"""Manifests: each certifies a chunk of a streamed batch, and is written after its data."""
+"""Manifests: each certifies the first members of a chunk of a streamed batch.
+
+It is written after their data, and again when more members of the chunk are there.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
-from mechc.batch.layout import Layout, check_chunk, chunk_files, digest, stored_digest
+from mechc.batch.layout import Layout, check_chunk, chunk_files, stored_hash
 from mechc.errors import MechcError
 from mechc.files import sync
 from mechc.results.durable import write_text
 from mechc.results.untrusted import read_json
-from mechc.system.parameters import Array
 
 _LARGEST = 2**20  # bytes
 
@@ -22,9 +26,38 @@ def path_of(notes: Path, first: int) -> Path:
     return notes / f"chunk-{first:012d}.json"
 
 
-def write(notes: Path, data: Path, first: int, found: Mapping[str, Array],
+def end_of(notes: Path, first: int, last: int) -> int:
+    """The last member + 1 that the manifest of a chunk certifies; ``first`` without a sound one."""
+    try:
+        return _read(notes, first, last)[0]
+    except (MechcError, OSError):
+        return first
+
+
+def _read(notes: Path, first: int, last: int) -> tuple[int, dict[str, Any]]:
+    """The last member + 1 that a manifest certifies, and the sha256 of each array.
+
+    Raises :class:`MechcError` if it is not one of this chunk, OSError if it cannot be read.
+    """
+    match read_json(path_of(notes, first), _LARGEST):
+        case {"members": [begin, int(end)], "sha256": dict(digests)}:
+            if begin == first < end <= last:
+                return end, digests
+    raise MechcError(f"{path_of(notes, first)} is damaged: it is not the manifest of this chunk")
+
+
+def hashes_of(
+    notes: Path, data: Path, stored: Mapping[str, Layout], first: int, end: int
+) -> dict[str, Any]:
+    """Hashes of the members ``first`` to ``end`` - 1, by array, to which more can be added."""
+    if end == first:
+        return {name: hashlib.sha256() for name in stored}
+    return {name: stored_hash(data / name, each, first, end) for name, each in stored.items()}
+
+
+def write(notes: Path, data: Path, first: int, end: int, hashes: Mapping[str, Any],
           stored: Mapping[str, Layout]) -> None:  # fmt: skip
-    """Write the manifest of a chunk whose arrays ``found`` have been written below ``data``.
+    """Write the manifest of a chunk whose members ``first`` to ``end`` - 1 are below ``data``.
 
     They are synced to the disk before the manifest is written.
     """
@@ -35,9 +68,8 @@ def write(notes: Path, data: Path, first: int, found: Mapping[str, Array],
         for path in (*there, *folders, array):  # and every folder between them
             sync(path)
     sync(data)
-    last = first + len(found["t"])
-    hashes = {name: digest(found[name]) for name in stored}
-    write_text(path_of(notes, first), json.dumps({"members": [first, last], "sha256": hashes}))
+    digests = {name: hashes[name].hexdigest() for name in stored}
+    write_text(path_of(notes, first), json.dumps({"members": [first, end], "sha256": digests}))
 
 
 def damage(
@@ -45,16 +77,14 @@ def damage(
 ) -> str | None:
     """The damage of a chunk that has a manifest; None if there is none."""
     try:
-        told = read_json(path_of(notes, first), _LARGEST)
+        last, digests = _read(notes, first, last)
     except MechcError as error:
         return str(error)
-    hashes = told.get("sha256")
-    if told.get("members") != [first, last] or not isinstance(hashes, dict):
-        return f"{path_of(notes, first)} is damaged: it is not the manifest of this chunk"
     for name, layout in stored.items():
         try:
             check_chunk(data / name, layout, first)
-            sound = stored_digest(data / name, layout, first, last) == hashes.get(name)
+            found = stored_hash(data / name, layout, first, last).hexdigest()
+            sound = found == digests.get(name)
         except (MechcError, OSError) as error:
             return f"{error} (members {first} to {last - 1})"
         if not sound:
@@ -74,9 +104,10 @@ def damaged_chunks(
 
 
 def discard(notes: Path, data: Path, stored: Mapping[str, Layout], first: int) -> None:
-    """Remove the manifest of a chunk, and its outcome: its members count as not run."""
+    """Remove the manifest of a chunk, and its data: its members count as not run."""
     path_of(notes, first).unlink(missing_ok=True)
     sync(notes)
-    for file in chunk_files(data / "status", stored["status"], first):
-        with suppress(FileNotFoundError, NotADirectoryError):
-            file.unlink()
+    for name, layout in stored.items():
+        for file in chunk_files(data / name, layout, first):
+            with suppress(FileNotFoundError, NotADirectoryError):
+                file.unlink()

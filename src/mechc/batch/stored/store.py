@@ -1,8 +1,9 @@
 """Batches streamed to Zarr, so that a killed call can be resumed.
 
 A folder holds ``data.zarr`` (a Zarr group of format 3, one array per result) and ``mechc``: the
-request, and one manifest per finished chunk, moved into place after the chunk's data is on the
-disk.  The manifests are checked when a folder is opened and when a call resumes it.
+request, and one manifest per chunk, moved into place after the data that it certifies are on the
+disk, and replaced when more members of the chunk are.  The manifests are checked when a folder is
+opened and when a call resumes it.
 """
 
 from __future__ import annotations
@@ -62,7 +63,7 @@ def stream(
     system: System, recipe: Recipe, folder: Path, size: int, compute: Compute,
     report: Callable[[int], None],
 ) -> Batch:  # fmt: skip
-    """Compute the chunks that are not in ``folder`` yet; the batch, read from there.
+    """Compute the members that are not in ``folder`` yet; the batch, read from there.
 
     Raises :class:`MechcError` if the folder contains something else, or the results of another
     request: it names the difference.
@@ -77,17 +78,27 @@ def stream(
             every = recipe.ranges(size)
             for first, _, _ in manifests.damaged_chunks(notes, data, stored, every):
                 manifests.discard(notes, data, stored, first)
-        missing = [r for r in every if not manifests.path_of(notes, r[0]).exists()]
+        ends = [(manifests.end_of(notes, *each), each[1]) for each in every]
+        missing = [(end, last) for end, last in ends if end < last]
         report(recipe.count - sum(last - first for first, last in missing))
-        complete = True
+        complete, hashes = True, {}  # of chunks of which a part is there
         try:
             for first, found, whole in compute(missing, report):
                 complete = complete and whole
-                if whole:
-                    with written_into(folder, RESUME):
-                        for name in stored:
-                            arrays[name][first : first + len(found["t"])] = found[name]
-                        manifests.write(notes, data, first, found, stored)
+                if not whole:
+                    continue
+                chunk, end = first - first % size, first + len(found["t"])
+                with written_into(folder, RESUME):
+                    if first == chunk:  # a killed call may have left a part of it
+                        manifests.discard(notes, data, stored, chunk)
+                    if chunk not in hashes:
+                        hashes[chunk] = manifests.hashes_of(notes, data, stored, chunk, first)
+                    for name in stored:
+                        arrays[name][first:end] = found[name]
+                        hashes[chunk][name].update(np.ascontiguousarray(found[name]).data)
+                    manifests.write(notes, data, chunk, end, hashes[chunk], stored)
+                if end in (chunk + size, recipe.count):
+                    del hashes[chunk]
         except KeyboardInterrupt:
             complete = False
     return Batch(system, recipe, arrays, complete)
@@ -245,6 +256,19 @@ def open_batch(folder: Path, given: System | None = None) -> Batch:
     return Batch(system, recipe, arrays, not held.missing())
 
 
+def holds_batch(folder: Path) -> bool:
+    """Whether a batch was streamed to a folder."""
+    return (folder / NOTES / REQUEST).is_file()
+
+
+def is_unfinished(folder: Path) -> bool:
+    """Whether a folder holds a batch of which members are not computed yet."""
+    try:
+        return holds_batch(folder) and bool(_read(folder).missing())
+    except MechcError:
+        return False
+
+
 class Examined(NamedTuple):
     """Findings of :func:`examine`: chunks in all, those not computed yet, what is wrong."""
 
@@ -278,9 +302,9 @@ class _Held(NamedTuple):
     ranges: list[tuple[int, int]]
 
     def missing(self) -> list[int]:
-        """First members of the chunks without a manifest."""
+        """First members of the chunks that are not there as a whole."""
         notes = self.folder / NOTES
-        return [first for first, _ in self.ranges if not manifests.path_of(notes, first).exists()]
+        return [each[0] for each in self.ranges if manifests.end_of(notes, *each) < each[1]]
 
 
 def _read(folder: Path) -> _Held:

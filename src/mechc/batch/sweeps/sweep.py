@@ -16,12 +16,13 @@ from mechc.assembly.initial_values import filled_start
 from mechc.batch.reductions import Reduction, read_reduction
 from mechc.batch.results import Batch
 from mechc.batch.spec import Assembly
-from mechc.errors import MechcError, UnknownNameError
+from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.system.description import Description
 from mechc.system.kinds import shown_in
-from mechc.system.parameters import Array, NamedQuantity
+from mechc.system.parameters import Array, one_double
+from mechc.system.quantity import NamedQuantity
 from mechc.system.system import System
-from mechc.system.units import read_value, split_assignment
+from mechc.system.units import in_si, split_assignment
 
 SAMPLINGS = ("grid", "random", "sobol", "lhs")
 MOST = 100_000_000
@@ -59,27 +60,41 @@ def read_variation(model: Description, text: str) -> Variation:
     has no such name.
     """
     name, values = split_assignment(text)
-    if name not in model.quantities:
-        raise UnknownNameError("coordinate, speed or parameter", name, model.quantities)
     parts = values.split(":")
     if len(parts) not in (2, 3):
         raise MechcError(f"{text!r} should read NAME=LOW:HIGH:COUNT, for instance l_3=3.4:4.6:101")
-    low, high = (read_value(part, model.quantities[name]) for part in parts[:2])
-    count = _read_count(name, parts[2]) if len(parts) == 3 else None
+    return variation(model, name, parts)
+
+
+def variation(model: Description, name: str, given: Any) -> Variation:
+    """A variation from ``(low, high)`` or ``(low, high, count)``, numbers or texts with units.
+
+    Raises :class:`MechcError`, :class:`UnknownNameError` as :func:`read_variation`.
+    """
+    if name not in model.quantities:
+        raise UnknownNameError("coordinate, speed or parameter", name, model.quantities)
+    if not isinstance(given, (tuple, list)) or len(given) not in (2, 3):
+        raise ValueOutOfBoundsError(
+            f"{name} varies over (low, high) or, in a grid, (low, high, count), not {brief(given)}"
+        )
+    low, high = (
+        one_double(in_si(end, model.quantities[name]), f"an end of {name}") for end in given[:2]
+    )
+    count = _checked_count(name, given[2]) if len(given) == 3 else None
     if not (math.isfinite(low) and math.isfinite(high)):
-        raise MechcError(f"{name}: {values!r} must be finite")
+        raise MechcError(f"{name}: {low} and {high} must be finite")
     if name in model.parameters:
         model.quantities[name].check(np.array([low, high]))
     return Variation(name, low, high, count)
 
 
-def _read_count(name: str, text: str) -> int:
+def _checked_count(name: str, given: Any) -> int:
     try:
-        count = int(text)
-    except ValueError:
+        count = int(given)
+    except (TypeError, ValueError, OverflowError):
         count = 0
     if not 1 <= count <= MOST:
-        raise MechcError(f"{name}: {text!r} is not a count of values")
+        raise MechcError(f"{name}: {given!r} is not a count of values")
     return count
 
 
@@ -100,7 +115,7 @@ def plan(
     """
     names = [variation.name for variation in variations]
     if not names:
-        raise MechcError("nothing varies: give --vary NAME=LOW:HIGH:COUNT")
+        raise MechcError("nothing varies: give a name and its range, as l_3=3.4:4.6:101")
     if len(set(names)) < len(names):
         raise MechcError(f"{next(n for n in names if names.count(n) > 1)} varies twice")
     if sampling not in SAMPLINGS:
@@ -113,7 +128,7 @@ def plan(
 
 def _grid(variations: tuple[Variation, ...], count: int | None, seed: int) -> Plan:
     if count is not None:
-        raise MechcError("a grid takes its counts from --vary: omit --count")
+        raise MechcError("a grid takes its counts from the ranges: omit the count")
     for each in variations:
         if each.count is None:
             raise MechcError(f"{each.name}: a grid needs a count, as in {each.name}=LOW:HIGH:101")
@@ -129,9 +144,9 @@ def _grid(variations: tuple[Variation, ...], count: int | None, seed: int) -> Pl
 def _drawn(variations: tuple[Variation, ...], sampling: str, count: int, seed: int) -> Plan:
     for each in variations:
         if each.count is not None:
-            raise MechcError(f"{each.name}: only a grid has counts there; give --count instead")
+            raise MechcError(f"{each.name}: only a grid has counts there; give one count of all")
     if not 1 <= count <= MOST:
-        raise MechcError(f"--count {count} must be between 1 and {MOST}")
+        raise MechcError(f"a count of {count} must be between 1 and {MOST}")
     points = _points(sampling, len(variations), count, seed)
     columns = {v.name: v.low + (v.high - v.low) * points[:, i] for i, v in enumerate(variations)}
     return Plan(variations, columns, None, sampling, seed)
@@ -154,7 +169,6 @@ def _points(sampling: str, size: int, count: int, seed: int) -> Array:
 def members(
     system: System,
     chosen: Plan,
-    *,
     params: Mapping[str, float],
     start: Mapping[str, float],
     guess: Mapping[str, float],

@@ -13,15 +13,16 @@ from typing import Any
 from mechc.errors import UnknownNameError
 from mechc.system.names import by_name, name_of, without_unused
 from mechc.system.system import System
+from mechc.system.units import has_unit, in_si, is_with_unit
 
 
 def split(
     defaults: Mapping[Any, Any], states: Iterable[Any]
-) -> tuple[dict[Any, float], dict[Any, Any]]:
-    """(numbers, values to compile: expressions, and the starts of states)."""
+) -> tuple[dict[Any, Any], dict[Any, Any]]:
+    """(numbers, some with units; values to compile: expressions, and the starts of states)."""
     by_name(defaults, "defaults")  # refuses a name given twice
     kept = {name_of(state) for state in states}
-    numbers: dict[Any, float] = {}
+    numbers: dict[Any, Any] = {}
     compiled: dict[Any, Any] = {}
     for key, value in defaults.items():
         number = None if name_of(key) in kept else _number(value)
@@ -32,7 +33,7 @@ def split(
     return numbers, compiled
 
 
-def with_defaults(system: System, numbers: Mapping[Any, float], read: Iterable[str]) -> System:
+def with_defaults(system: System, numbers: Mapping[Any, Any], read: Iterable[str]) -> System:
     """The system with these values; ``read``: names of all symbols that the object contains.
 
     Values of symbols that are not in the equations are ignored: without a warning if the object
@@ -46,6 +47,7 @@ def with_defaults(system: System, numbers: Mapping[Any, float], read: Iterable[s
     for name in values:
         if name not in system.parameters:
             raise UnknownNameError("parameter", name, system.parameters)
+        values[name] = float(in_si(values[name], system.quantities[name]))
     return _again_or_new(system, values) if values else system
 
 
@@ -57,8 +59,10 @@ def _again_or_new(system: System, values: Mapping[str, float]) -> System:
     return last[1]
 
 
-def _number(value: Any) -> float | None:
-    """A finite number; None for anything else, which the compiler takes or refuses."""
+def _number(value: Any) -> Any:
+    """A finite number, or one with a unit; None for what the compiler takes or refuses."""
+    if has_unit(value) and not (isinstance(value, str) and not is_with_unit(value)):
+        return value
     if isinstance(value, str) or getattr(value, "free_symbols", None):
         return None
     try:

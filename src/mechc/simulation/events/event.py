@@ -11,6 +11,7 @@ from mechc.errors import ValueOutOfBoundsError
 from mechc.system.parameters import Array
 
 EventFunction = Callable[[float, Array], float]
+MOST_SHOWN = 8  # times in a line
 Reset = Callable[[float, Array, Array], tuple[Any, Any]]
 
 
@@ -67,6 +68,15 @@ class Event:
             )
         return cls(given, getattr(given, "direction", 0.0), int(getattr(given, "terminal", False)))
 
+    def __repr__(self) -> str:
+        function = self.function
+        named = "" if isinstance(function, str) else getattr(function, "title", "")
+        words = [named or getattr(function, "__name__", "") or str(function)]
+        words += [f"direction {self.direction:+g}"] if self.direction else []
+        words += ["terminal"] if self.terminal else []
+        words += ["with a reset"] if self.reset is not None else []
+        return f"<mechc.Event {', '.join(words)}>"
+
 
 @dataclass(frozen=True)
 class EventRecord:
@@ -74,6 +84,13 @@ class EventRecord:
 
     t: Array
     y: Array
+
+    def __repr__(self) -> str:
+        count = len(self.t)
+        times = [f"{t:.6g}" for t in (self.t if count <= MOST_SHOWN else self.t[:MOST_SHOWN])]
+        times += ["..."] if count > MOST_SHOWN else []
+        at = f" at t = {', '.join(times)} s" if count else ""
+        return f"<mechc.EventRecord: {count} zero{'s' * (count != 1)}{at}>"
 
 
 def event_titles(events: Sequence[Any]) -> tuple[str, ...]:

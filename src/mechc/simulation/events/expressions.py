@@ -16,7 +16,7 @@ from mechc.simulation.events.stops import NEWTON, POISSON, Stop, StopReset
 from mechc.system.names import by_name, name_of
 from mechc.system.parameters import Array, one_double
 from mechc.system.system import System
-from mechc.system.units import is_with_unit, read_value
+from mechc.system.units import in_si, is_with_unit, read_value
 
 MOST_KEPT = 256  # functions of expressions, from one run to the next
 _DIRECTIONS = {">": 1.0, ">=": 1.0, "<": -1.0, "<=": -1.0, "==": 0.0}  # SymPy's names
@@ -231,7 +231,10 @@ class EventReader:
     def _reset(self, given: Mapping[Any, Any]) -> ResetExpressions:
         state, parameters = self.state, tuple(self.system.parameters)
         changes, values = {}, {}
+        known_kinds = getattr(self.system, "quantities", {})
         for name, value in by_name(given, "a reset", "{'u': '-0.8*u'}").items():
+            if name in known_kinds and (not isinstance(value, str) or is_with_unit(value)):
+                value = in_si(value, known_kinds[name])
             if name in parameters:
                 values[parameters.index(name)] = self._plain(value)
             elif name in state:

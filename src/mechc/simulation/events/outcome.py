@@ -61,8 +61,8 @@ def _overlap(events: Any, motion: Any) -> str:
     return f"event {number}: the gap {events.titles[number]} is {gap:.6g}"
 
 
-def failure_of(events: Any, motion: Any) -> FunctionFailedError | None:
-    """The error of an event or a contact that failed; None: its function was interrupted."""
+def failure_of(events: Any, motion: Any) -> FunctionFailedError:
+    """The error of an event or a contact that failed; raises what is none, as Ctrl-C."""
     t = motion.stopped_at
     if events.bound.failure is not None:
         return function_failed(events)
@@ -96,12 +96,10 @@ CONTACT_FAILURES = {
 }
 
 
-def function_failed(events: RunEvents) -> FunctionFailedError | None:
-    """The error of a function of Python that failed, once; None: it was interrupted."""
+def function_failed(events: RunEvents) -> FunctionFailedError:
+    """The error of a function of Python that failed, once; raises what is none, as Ctrl-C."""
     (number, what, t, error), events.bound.failure = events.bound.failure, None
     if error is not None and not isinstance(error, Exception):
-        if isinstance(error, KeyboardInterrupt):
-            return None
         raise error
     if isinstance(error, FunctionFailedError):
         return error

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 
 import numpy as np
 import pytest
@@ -100,12 +101,71 @@ def test_ctrl_c_leaves_a_folder_that_goes_on(model, start, tmp_path, monkeypatch
 
     with monkeypatch.context() as patch:
         patch.setattr(batch.CountBar, "update_count", interrupt)
-        cut = model.simulate_batch(0.5, start, **options(), out=tmp_path / "batch")
+        with pytest.raises(KeyboardInterrupt) as stopped:
+            model.simulate_batch(0.5, start, **options(), out=tmp_path / "batch")
+    cut = stopped.value.batch
     assert not cut.complete
     assert cut.counts == {"not run": 13, "finished": 10}
     assert not mechc.open(tmp_path / "batch").complete
     whole = model.simulate_batch(0.5, start, **options(), out=tmp_path / "batch")
     have_the_same_arrays(whole, model.simulate_batch(0.5, start, **options()))
+
+
+def test_a_part_of_a_chunk_is_kept(model, start, tmp_path, monkeypatch):
+    """Ctrl-C amid the only chunk: what has a manifest is kept, and not computed again."""
+    from mechc.batch import simulate as batch
+
+    monkeypatch.setattr(batch, "KEEP_EVERY", 0.0)
+    monkeypatch.setattr(batch, "WRITING", np.inf)
+    lanes, reports = model.system.scene.lanes, []
+
+    def interrupt(self, done):
+        if done > 2 * lanes:
+            raise KeyboardInterrupt
+
+    call = partial(model.simulate_batch, 0.5, threads=1, out=tmp_path / "batch")
+    members = mechc.Assembly({"theta_0": np.linspace(0.9, 1.5, 4 * lanes + 1)})
+    asked = options(chunk=3 * lanes + 1)
+    with monkeypatch.context() as patch:
+        patch.setattr(batch.CountBar, "update_count", interrupt)
+        with pytest.raises(KeyboardInterrupt) as stopped:
+            call(members, **asked)
+    assert stopped.value.batch.counts == {"not run": 2 * lanes + 1, "finished": 2 * lanes}
+    again = mechc.open(tmp_path / "batch")
+    assert not again.complete
+    assert again.counts == stopped.value.batch.counts
+    monkeypatch.setattr(batch.CountBar, "update_count", lambda _, done: reports.append(done))
+    whole = call(members, **asked)
+    assert reports[0] == 2 * lanes
+    have_the_same_arrays(whole, model.simulate_batch(0.5, members, **asked))
+    have_the_same_arrays(whole, mechc.open(tmp_path / "batch"))
+
+
+def test_a_damaged_part_of_a_chunk_is_found(model, start, tmp_path, monkeypatch):
+    from mechc.batch import simulate as batch
+
+    folder, made = tmp_path / "batch", []
+
+    def interrupt(self, done):
+        made.append(done)
+        if len(set(made)) > 2:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(batch, "KEEP_EVERY", 0.0)
+    monkeypatch.setattr(batch, "WRITING", np.inf)
+    with monkeypatch.context() as patch:
+        patch.setattr(batch.CountBar, "update_count", interrupt)
+        with pytest.raises(KeyboardInterrupt):
+            model.simulate_batch(0.5, start, **options(chunk=23), threads=1, out=folder)
+    mechc.open(folder)
+    values = folder / "data.zarr" / "y" / "c" / "0" / "0"
+    held = bytearray(values.read_bytes())
+    held[0] ^= 1
+    values.write_bytes(held)
+    with pytest.raises(mechc.MechcError, match="another sha256"):
+        mechc.open(folder)
+    again = model.simulate_batch(0.5, start, **options(chunk=23), out=folder)
+    have_the_same_arrays(again, model.simulate_batch(0.5, start, **options()))
 
 
 def chunks(folder):

@@ -43,6 +43,20 @@ def test_it_writes_data_and_maps_and_goes_on_from_them(capsys, here):
     assert "rtol is 1e-09, not 1e-06" in capsys.readouterr().err
 
 
+def test_a_sweep_that_was_stopped_goes_on_and_a_finished_one_is_kept(here, monkeypatch):
+    pytest.importorskip("zarr")
+
+    def interrupt(self, done):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr("mechc.batch.simulate.CountBar.update_count", interrupt)
+        assert main([*GRID]) == 130
+    for folders in (["mechc_sweep_four_bar"], ["mechc_sweep_four_bar", "mechc_sweep_four_bar_2"]):
+        assert main([*GRID]) == 0
+        assert sorted(path.name for path in here.iterdir()) == folders
+
+
 @pytest.mark.parametrize("sampling", ["random", "sobol", "lhs"])
 def test_drawn_members_fill_the_ranges_and_repeat_with_the_seed(sampling):
     model = mechc.load("four_bar")
@@ -167,7 +181,7 @@ def test_one_variation_is_a_line_and_drawn_ones_are_points():
         (("--vary", "l_3=3.4:4.6:3", "--set", "l_3=3.5"), "varies and is fixed"),
         (("--vary", "l_3=3.4:4.6:3", "--sample", "sobol"), "only a grid"),
         (("--vary", "l_3=3.4:4.6", "--sample", "dice"), "no sampling"),
-        (("--vary", "l_3=3.4:4.6:3", "--count", "9"), "omit --count"),
+        (("--vary", "l_3=3.4:4.6:3", "--count", "9"), "omit the count"),
         (("--vary", "l_3=3.4:4.6:3", "--reduce", "max(theta_2"), "not a reduction"),
         (("--vary", "l_3=1:2:99999", "--vary", "l_2=1:2:99999"), "too many"),
         (("--vary", "l_3=3.4:4.6:3", "--threads", "some"), "whole number"),
@@ -175,3 +189,63 @@ def test_one_variation_is_a_line_and_drawn_ones_are_points():
 )
 def test_bad_input_is_one_line_and_exit_code_2(capsys, options, words):
     assert words in complaint(capsys, "sweep", "four_bar", "--json", *options)
+
+
+# -- in Python --------------------------------------------------------------------------------
+
+
+def test_a_sweep_in_python_is_that_of_the_shell(capsys, model):
+    vary = {"l_3": (3.8, "4200 mm", 3), "theta_0": ("60deg", "120deg", 4)}
+    found = model.sweep(1, vary, method="gauss8", reduce="max(theta_2)", progress=False)
+    told = found.to_json()
+    shell = run_json(capsys, *GRID)
+    for name in ("wall_s", "members_per_s"):
+        del told[name], shell[name]
+    assert told == shell
+    assert found["max(theta_2)"].shape == (3, 4)
+    assert found["max(theta_2)"][2, 1] == found.batch["max(theta_2)"][9]
+    assert "12 members (3 x 4)" in str(found)
+    assert repr(found) == (
+        "<mechc.Sweep of l_3, theta_0: <mechc.Batch of four_bar: 12 members, 12 finished>>"
+    )
+
+
+def test_a_sweep_takes_texts_values_for_all_and_draws(model, here):
+    found = model.sweep(
+        0.5, ["l_3=3.4:3.6"], {"m_1": "2500 g"}, sample="lhs", count=8, seed=3,
+        start={"theta_0": "80deg"}, progress=False,
+    )  # fmt: skip
+    assert found["max(theta_2)"].shape == (8,)
+    assert found.batch.y0[:, 0] == pytest.approx(np.radians(80))
+    assert found.batch[0].params[model.parameters.index("m_1")] == 2.5
+    assert [path.name for path in found.save_maps(here)] == ["map_0.png", "map_0.svg"]
+    assert found.plot().axes
+
+
+@pytest.mark.parametrize(
+    ("vary", "told"),
+    [
+        ({}, "nothing varies"),
+        ({"l_3": 3.5}, "l_3 varies over .low, high."),
+        ({"l_3": (3.4, 3.6)}, "a grid needs a count"),
+        ({"l_3": (3.4, "3deg", 2)}, "'deg' in '3deg'"),
+        ({"l_9": (3.4, 3.6, 2)}, "did you mean"),
+        ({"l_3": (3.4, 3.6, 2.5j)}, "not a count"),
+        ({"theta_0": ("60", "120", 3)}, "for degrees write 60deg"),
+    ],
+)
+def test_wrong_ranges_are_told_in_words(model, vary, told):
+    with pytest.raises(mechc.MechcError, match=told):
+        model.sweep(1.0, vary)
+
+
+def test_ctrl_c_in_a_sweep_has_what_was_computed(model, monkeypatch):
+    def interrupt(self, done):
+        if done > 0:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr("mechc.batch.simulate.CountBar.update_count", interrupt)
+    with pytest.raises(mechc.RunInterrupt) as stopped:
+        model.sweep(20.0, {"l_3": (3.4, 3.6, 400)}, threads=1)
+    assert stopped.value.sweep.batch is stopped.value.batch
+    assert "not run" in str(stopped.value.sweep)

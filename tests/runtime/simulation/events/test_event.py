@@ -185,3 +185,13 @@ def test_a_failing_event_function_keeps_the_run(model, start, fail, told):
     assert len(sol.events[0].t) >= 5
     assert (e.value.__cause__ is None) == (told == "gave NaN")
     np.testing.assert_allclose(sol(2.0), fake_linkage.exact_state(2.0), atol=1e-6)
+
+
+def test_events_show_themselves_in_a_line(model):
+    event = mechc.Event("theta_0 > 2", direction=1, terminal=3, reset={"omega_0": "0"})
+    assert repr(event) == "<mechc.Event theta_0 > 2, direction +1, terminal, with a reset>"
+    sol = model.simulate(2.0, {"theta_0": 1.4}, {"l_3": 3.5}, events=["theta_0 - 2", "t - 5"])
+    crossing, none = sol.events
+    assert repr(none) == "<mechc.EventRecord: 0 zeros>"
+    assert repr(crossing).startswith(f"<mechc.EventRecord: {len(crossing.t)} zero")
+    assert f"at t = {crossing.t[0]:.6g}" in repr(crossing)

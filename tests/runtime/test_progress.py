@@ -1,0 +1,55 @@
+"""Progress: a bar on a terminal, lines in words elsewhere."""
+
+import io
+import sys
+
+import pytest
+
+from mechc import progress
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    now = [100.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    return now
+
+
+def shown(monkeypatch, clock, stream):
+    """What a count of 100 members, one a second, writes to a stream."""
+    monkeypatch.setattr(sys, "stderr", stream)
+    with progress.CountBar("simulating", 100) as bar:
+        for done in range(31):
+            bar.update_count(done)
+            clock[0] += 1.0
+    return stream.getvalue()
+
+
+def test_a_pipe_gets_a_line_every_ten_seconds(monkeypatch, clock):
+    lines = shown(monkeypatch, clock, io.StringIO()).splitlines()
+    assert lines == [
+        "simulating: 10% 1/s, 1 min 30 s left",
+        "simulating: 20% 1/s, 1 min 20 s left",
+        "simulating: 30% 1/s, 1 min 10 s left",
+    ]
+
+
+def test_a_terminal_gets_a_bar_that_is_removed(monkeypatch, clock):
+    text = shown(monkeypatch, clock, Terminal())
+    assert "simulating [####" in text
+    assert "\n" not in text
+    assert text.endswith(" \r")
+
+
+def test_short_work_says_nothing(monkeypatch, clock):
+    stream = io.StringIO()
+    monkeypatch.setattr(sys, "stderr", stream)
+    with progress.ProgressBar("drawing") as bar:
+        clock[0] += 9.0
+        bar.update(0.5)
+    assert stream.getvalue() == ""

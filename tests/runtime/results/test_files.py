@@ -262,3 +262,14 @@ def test_repr_is_one_line(model, sol):
     assert repr(model).startswith("<mechc.Model four_bar: 3 coordinates")
     assert repr(sol).startswith("<mechc.Solution of four_bar")
     assert "\n" not in repr(model) + repr(sol)
+
+
+def test_a_run_with_events_goes_on_from_its_file_only_with_them(tmp_path):
+    """The file has times of events alone: what follows would be a motion without resets."""
+    bounce = mechc.Event("theta_0", direction=-1, reset={"omega_0": "-0.5*omega_0"})
+    sol = mechc.load("pendulum").simulate(1.0, [1.0, 0.0], events=bounce)
+    sol.save(tmp_path / "run.nc")
+    read = mechc.open(tmp_path / "run.nc")
+    assert read.events[0].t == pytest.approx(sol.events[0].t)
+    with pytest.raises(mechc.MechcError, match=r"events=\.\.\."):
+        read.continue_to(2.0)

@@ -5,6 +5,7 @@ import pytest
 
 import mechc
 from mechc.errors import AssemblyError
+from tests.support.linkages.loops import spatial_four_bar
 from tests.support.linkages.peaucellier import RODS, cell
 
 CRANKS = np.linspace(-0.5, 0.5, 4)  # y_B, m
@@ -55,6 +56,15 @@ def test_at_a_change_point_speeds_follow_the_branch_that_takes_them(model):
     with pytest.raises(AssemblyError):
         model.assemble({"theta_0": np.pi}, {"omega_0": 2.0, "omega_1": on_branch + 0.1})
     assert batch.status(1).code == "not assembled"
+
+
+def test_quaternions_in_a_loop_begin_unturned():
+    """The coupler may spin: without a guess of its attitude nothing would decide how far."""
+    model = mechc.compile(spatial_four_bar(by_quaternion=True))
+    crank = np.array([-1.25, -0.75, 1.5])
+    batch = starts(model, mechc.Assembly({"a": crank}))
+    for member, angle in enumerate(crank):
+        np.testing.assert_array_equal(batch.y0[member], model.assemble({"a": angle}))
 
 
 def test_members_beside_singular_ones_stay_as_they_are(model):

@@ -5,7 +5,7 @@
 Of every family, method and tolerance: the largest relative error of the derivatives of the end,
 over rtol, of columns forwards and of gradients backwards; the condition, by how much errors of the
 states grow on their way into the derivatives; and whether both errors are within 100 rtol times the
-condition, rtol being at least what rounding allows.  The status is 1 where one is not.
+condition.  The status is 1 where one is not.
 """
 
 from __future__ import annotations
@@ -29,9 +29,6 @@ from . import struck
 RTOLS = (1e-6, 1e-8, 1e-10, 1e-12)
 METHODS = ("gauss8", "dop853")
 ALLOWED = 100.0
-# The least rtol that rounding allows: a stage at the distance d from a change point has derivatives
-# with an error of rounding / d^2, and d is by chance 1e-3 of a second or less.
-ATTAINABLE = {"four_bar_change_point": 1e-10}
 PUSH = 1e-5  # of each component's size
 OUTPUTS = ("energy", "sensitivities")
 
@@ -48,8 +45,7 @@ class Row(NamedTuple):
 
     @property
     def fine(self) -> bool:
-        rtol = max(self.rtol, ATTAINABLE.get(self.family, 0.0))
-        return max(self.error, self.backwards) <= ALLOWED * rtol * self.condition
+        return max(self.error, self.backwards) <= ALLOWED * self.rtol * self.condition
 
 
 def strikes() -> dict[str, Any]:

@@ -34,25 +34,26 @@ def assemble(
     """
     pace = {name: value for name, value in near.items() if name in system.speeds}
     close_by = {name: near[name] for name in near if name not in pace} if pace else near
-    close_by = {**_attitudes(system, (*coordinates, *close_by)), **close_by}
+    close_by = with_attitudes(system, coordinates, close_by)
     found = _configurations(system, coordinates, p, close_by, t)
     exact = {*coordinates, *close_by} >= {*system.coordinates}
     states = with_speeds(
         system, found[:1], coordinates, speeds, p, t,
         None if exact
-        else lambda: sheets.first_regular(system, found, p, t, _rank_elsewhere(system, p, t)),
+        else lambda: sheets.first_regular(system, found, p, t, rank_elsewhere(system, p, t)),
     )  # fmt: skip
     return only_branch(system, states, speeds, pace)
 
 
-def _attitudes(system: System, given: Collection[str]) -> dict[str, float]:
-    """A guess for the quaternions of a loop of which no component is given."""
+def with_attitudes(system: System, coordinates: Collection[str], near: Values) -> Values:
+    """A guess, and one for the quaternions of loops of which no component is given or guessed."""
     if not system.scene.holonomic:
-        return {}
+        return near
+    given = (*coordinates, *near)
     known = {system.state_index(name) for name in given}
     free = [i for places in system.attitudes.quaternions if not known & {*places} for i in places]
     unturned = system.default_configurations(1, given)[0]
-    return {system.coordinates[i]: float(unturned[i]) for i in free}
+    return {**{system.coordinates[i]: float(unturned[i]) for i in free}, **near}
 
 
 def assemblies(
@@ -62,7 +63,7 @@ def assemblies(
     found = _configurations(system, coordinates, p, {}, t, all=True)
     return with_speeds(
         system, found, coordinates, speeds, p, t,
-        lambda: sheets.without_collapsed(system, found, p, t, _rank_elsewhere(system, p, t)),
+        lambda: sheets.without_collapsed(system, found, p, t, rank_elsewhere(system, p, t)),
     )  # fmt: skip
 
 
@@ -141,7 +142,7 @@ def closed_states(system: System, starts: Array, p: Array, t: float) -> Array:
     return np.hstack([closed, np.zeros((len(closed), len(system.speeds)))])
 
 
-def _rank_elsewhere(system: System, p: Array, t: float) -> int:
+def rank_elsewhere(system: System, p: Array, t: float) -> int:
     """The rank of the constraints where loops close from starts spread over all; 0: nowhere."""
     key = ("rank", p.tobytes(), t)
     known: int | None = system.cache.get(key)

@@ -1,4 +1,4 @@
-"""Configurations that close the loops, for many members at once."""
+"""States that close the loops, for many members at once."""
 
 from __future__ import annotations
 
@@ -7,8 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from mechc.assembly.positions import gaps, search_for
+from mechc.assembly import tangent_branches
+from mechc.assembly.positions import assemble, gaps, rank_elsewhere, search_for, with_attitudes
 from mechc.assembly.sizes import is_open
+from mechc.assembly.speeds import consistent
+from mechc.batch.driven import Columns
 from mechc.batch.spec import Recipe
 from mechc.errors import AssemblyError
 from mechc.system.parameters import Array
@@ -19,28 +22,86 @@ BLOCK = 16
 Drive = Callable[[Any], bool]
 
 
-def configurations(
+def states(
     system: System, recipe: Recipe, values: Array, drive: Drive
 ) -> tuple[Array, Any, Array, bool]:
-    """The configuration of every member that ``model.assemble`` prefers.
+    """The state of every member that ``model.assemble`` gives.
 
-    Returns (coordinates (n, nq), whether the loops close (n,), the norm of the gap (n,),
-    whether Ctrl-C left it complete).  Every member is searched from the same starts, so what is
-    found does not depend on other members.
+    Returns (states (n, nq + nu), NaN where there is none, whether there is one (n,), the norm of
+    the gap (n,), whether Ctrl-C left it complete).  Every member is searched from the same starts,
+    so what is found does not depend on other members.
 
     Raises :class:`AssemblyError` if the coordinates given leave a choice and there is no guess.
     """
-    fixed = system.default_configurations(recipe.count, (*recipe.guess, *recipe.coordinates))
-    for name, column in {**recipe.guess, **recipe.coordinates}.items():
+    q, many, miss, complete = _configurations(system, recipe, values, drive)
+    y = np.full((recipe.count, q.shape[1] + len(system.speeds)), np.nan)
+    kept = np.zeros(recipe.count, bool)
+    if not complete:
+        return y, kept, miss, False
+    closes = many > 0
+    if closes.any():
+        system.attitudes.check(q[closes])
+    try:
+        found, closed, dependent = _with_speeds(system, recipe, values, q, closes)
+        for i in np.flatnonzero((many > MOST) | dependent):
+            found[i] = _member(system, recipe, values, int(i))
+            closed[i] = not np.isnan(found[i, 0])
+    except KeyboardInterrupt:
+        return y, kept, miss, False
+    y[closed] = found[closed]
+    return y, closed, miss, True
+
+
+def _configurations(
+    system: System, recipe: Recipe, values: Array, drive: Drive
+) -> tuple[Array, Any, Array, bool]:
+    """Configurations (n, nq), of how many that close the loops (n,), gaps, whether complete."""
+    guess = with_attitudes(system, recipe.coordinates, recipe.guess)
+    fixed = system.default_configurations(recipe.count, (*guess, *recipe.coordinates))
+    for name, column in {**guess, **recipe.coordinates}.items():
         fixed[:, system.state_index(name)] = column
     t = recipe.span[0]
-    search = search_for(system, tuple(recipe.coordinates), tuple(recipe.guess))
+    search = search_for(system, tuple(recipe.coordinates), tuple(guess))
     if search is None or not recipe.count:
         opened = gaps(system, fixed, values, t)
         closed = [not is_open(system, gap, p, t) for gap, p in zip(opened, values, strict=True)]
-        return fixed, np.array(closed, bool), np.linalg.norm(opened, axis=1), True
+        return fixed, np.array(closed, int), np.linalg.norm(opened, axis=1), True
     job = search.closings(t, fixed, values, MOST, block=BLOCK)
     complete = drive(job)
-    if (job.many > MOST).any():
-        raise AssemblyError(f"a member has over {MOST} assemblies: give more coordinates")
-    return job.found[:, 0], job.many > 0, job.miss, complete
+    return job.found[:, 0], job.many, job.miss, complete
+
+
+def _with_speeds(
+    system: System, recipe: Recipe, values: Array, q: Array, closed: Any
+) -> tuple[Array, Any, Any]:
+    """States with speeds that keep the constraints, whether there are such, and whether rows depend
+    on each other that are independent elsewhere."""
+    y = np.hstack([np.where(closed[:, None], q, 0.0), np.zeros((len(q), len(system.speeds)))])
+    for name, column in recipe.speeds.items():
+        y[:, system.state_index(name)] = column
+    dependent = np.zeros(len(q), bool)
+    if not system.scene.rows or not len(q):
+        return y, closed, dependent
+    t = recipe.span[0]
+    kept = consistent(system, y, recipe.speeds, values, t)
+    near = np.flatnonzero(closed & ~(kept.conditioning > tangent_branches.NEAR))
+    if len(near):
+        jacobian = system.constraint_jacobian(y[near], values[near], t)
+        singular = np.linalg.svd(jacobian, compute_uv=False)
+        ranks = (singular > tangent_branches.NEAR * singular[:, :1]).sum(axis=1)
+        elsewhere = rank_elsewhere(system, values[near[0]], t)
+        dependent[near] = ranks < max(elsewhere, ranks.max())
+    return kept.y, closed & kept.keep, dependent
+
+
+def _member(system: System, recipe: Recipe, values: Array, i: int) -> Array | float:
+    """The state (nq + nu,) of one member, by itself; NaN where there is none."""
+
+    def own(columns: Columns) -> dict[str, float]:
+        return {n: float(np.broadcast_to(each, recipe.count)[i]) for n, each in columns.items()}
+
+    given = own(recipe.coordinates), own(recipe.speeds), dict(recipe.guess)
+    try:
+        return assemble(system, *given, values[i], recipe.span[0])
+    except AssemblyError:
+        return np.nan

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechc.assembly.sizes import allowed_gaps
-from mechc.assembly.speeds import consistent
-from mechc.batch.assemble import configurations
+from mechc.batch import assemble
 from mechc.batch.driven import driven_by, evaluate_output, own_numbers
 from mechc.batch.events import changes_any_parameter
 from mechc.batch.reductions import Reduction, read_reduction, read_stop
@@ -172,31 +171,10 @@ def starts(
     if recipe.states is not None:
         shape = (recipe.count, recipe.states.shape[-1])
         return np.ascontiguousarray(np.broadcast_to(recipe.states, shape)), None, None, True
-    q, closed, miss, complete = configurations(
+    y0, kept, miss, complete = assemble.states(
         system, recipe, values, lambda job: drive(job, threads)
     )
-    y0 = np.full((recipe.count, len(system.coordinates) + len(system.speeds)), np.nan)
-    kept = np.zeros(recipe.count, bool)
-    try:
-        if complete:
-            found, kept = _with_speeds(system, recipe, values, q, closed)
-            y0[kept] = found[kept]
-    except KeyboardInterrupt:
-        complete = False
     return y0, kept.astype(np.uint8), miss, complete
-
-
-def _with_speeds(
-    system: System, recipe: Recipe, values: Array, q: Array, closed: Array
-) -> tuple[Array, Array]:
-    """States with speeds that keep the constraints, and whether there are such."""
-    y = np.hstack([np.where(closed[:, None], q, 0.0), np.zeros((len(q), len(system.speeds)))])
-    for name, column in recipe.speeds.items():
-        y[:, system.state_index(name)] = column
-    if not system.scene.rows:
-        return y, closed
-    kept = consistent(system, y, recipe.speeds, values, recipe.span[0])
-    return kept.y, closed & kept.keep
 
 
 def _histories(system: System, recipe: Recipe, values: Array, job: Runs) -> dict[str, Array]:

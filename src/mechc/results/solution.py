@@ -95,7 +95,7 @@ class Solution(Trajectory):
         ValueOutOfBoundsError
             If t_end is before the run's end.
         MechcError
-            If the run was made with ``dense=False``.
+            If the run was made with ``dense=False``, or with events and read from a file.
         """
         if not self.policy.dense:
             raise MechcError("this run kept no dense output: simulate with dense=True")

@@ -13,6 +13,7 @@ import numpy as np
 from mechc.errors import (
     ChangePointError,
     EventError,
+    MechcError,
     RunInterrupt,
     ValueOutOfBoundsError,
     brief,
@@ -209,6 +210,11 @@ def continue_run(
 ) -> Made:
     """A run and what follows it until ``t_end``, as one; see :meth:`mechc.Solution.continue_to`."""
     started = time.perf_counter()
+    if sol.events and sol._run_events is None:
+        raise MechcError(
+            "a file has the times of events, not the events themselves: simulate on from the last "
+            "state, with events=..."
+        )
     start, end = sol.span
     _, last = checked_span((end, t_end))
     if (last - end) * (end - start) < 0:

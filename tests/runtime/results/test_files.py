@@ -276,3 +276,14 @@ def test_without_pandas_a_table_is_refused_in_words(sol, monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(mechc.MissingPackageError, match="pip install pandas"):
         sol.to_dataframe()
+
+
+def test_a_run_with_events_goes_on_from_its_file_only_with_them(tmp_path):
+    """The file has times of events alone: what follows would be a motion without resets."""
+    bounce = mechc.Event("theta_0", direction=-1, reset={"omega_0": "-0.5*omega_0"})
+    sol = mechc.load("pendulum").simulate(1.0, [1.0, 0.0], events=bounce)
+    sol.save(tmp_path / "run.nc")
+    read = mechc.open(tmp_path / "run.nc")
+    assert read.events[0].t == pytest.approx(sol.events[0].t)
+    with pytest.raises(mechc.MechcError, match=r"events=\.\.\."):
+        read.continue_to(2.0)

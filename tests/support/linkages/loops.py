@@ -9,10 +9,12 @@ from sympy import Integer, Rational
 from sympy.physics.mechanics import PinJoint, RigidBody, SphericalJoint, dynamicsymbols
 
 from benchmarks.problems.closed_loops import FREE_FALL, rod
+from mechc import BallJoint
 
 
-def spatial_four_bar() -> Mechanism:
-    """Crank and rocker on skew axes, and between them a coupler on two balls, which may spin."""
+def spatial_four_bar(*, by_quaternion: bool = False) -> Mechanism:
+    """Crank and rocker on skew axes, and between them a coupler on two balls, which may spin;
+    ``by_quaternion``: its attitude is one, in place of three angles."""
     ground = RigidBody("ground")
     crank, coupler, rocker = (
         rod("crank", Integer(1)),
@@ -25,7 +27,9 @@ def spatial_four_bar() -> Mechanism:
             "crank", ground, crank, *dynamicsymbols("a da"), 0 * ground.x, -crank.x / 2,
             joint_axis=ground.z,
         ),
-        SphericalJoint(
+        BallJoint("ball", crank, coupler, parent_point=crank.x / 2, child_point=-middle)
+        if by_quaternion
+        else SphericalJoint(
             "ball", crank, coupler, dynamicsymbols("q_0:3"), dynamicsymbols("u_0:3"), crank.x / 2,
             -middle,
         ),

@@ -25,27 +25,6 @@ MECHC_STATIC double mechc_conditioning(const mechc_integration *run,
 #endif
 }
 
-/* Near a crossing that is known, loops that are closed to rounding are closed to that of q.  Newton's method leaves
- * of a correction its square over the distance to where rows vanish together. */
-MECHC_RARE void mechc_close_finely(const mechc_integration *run, double t, double *y,
-                                   double conditioning, mechc_scalar_place *place)
-{
-#if MECHC_HAS_FINE_GAP
-    double before[MECHC_NQ], moved = HUGE_VAL;
-    for (int i = 0; i < 4 && moved * moved > DBL_EPSILON * conditioning; i++) {
-        memcpy(before, y, sizeof before);
-        mechc_find_fine_gap(t, y, &run->given, &run->monitor.known, place->gap);
-        mechc_scalar_correct(t, y, &run->given, place);
-        mechc_locate(t, y, &run->given, place);
-        moved = 0.0;
-        for (int k = 0; k < MECHC_NQ; k++)
-            moved = mechc_max(moved, fabs(y[k] - before[k]) / run->scale[k]);
-    }
-#else
-    (void)run, (void)t, (void)y, (void)conditioning, (void)place;
-#endif
-}
-
 /* The change of a component over which its derivatives are differences: near sqrt(eps), of its scale or
  * of a size so many times as large. */
 #define MECHC_LARGE_VALUE 1e-2
@@ -122,7 +101,7 @@ MECHC_ONCE int mechc_rates_at(mechc_integration *run, double t, double *y, doubl
     }
     const double conditioning = mechc_conditioning(run, &place);
     if (mechc_is_fine(conditioning * conditioning) && mechc_knows_crossing(&run->monitor))
-        mechc_close_finely(run, t, y, conditioning, &place);
+        mechc_close_finely(t, y, &run->given, &run->monitor.known, conditioning, &place);
     mechc_scalar_steady(&place, y + MECHC_NQ);
     mechc_scalar_coordinate_rates_of(t, y, y + MECHC_NQ, &run->given, rates);
     mechc_scalar_accelerate(t, y, y + MECHC_NQ, &run->given, &place, rates + MECHC_NQ, 0);

@@ -54,6 +54,30 @@ MECHC_ONCE void mechc_find_fine_gap(double t, const double *q, const mechc_scala
     for (int i = 0; i < MECHC_NH; i++)
         gap[i] = (double)(found[i] - (long double)crossing->gap * crossing->normal[i]);
 }
+
+/* Near a crossing, loops that are closed to rounding are closed to that of q.  Newton's method leaves of a
+ * correction its square over the distance to where rows vanish together. */
+MECHC_RARE void mechc_close_finely(double t, double *y, const mechc_scalar_given *given,
+                                   const mechc_critical *crossing, double conditioning,
+                                   mechc_scalar_place *place)
+{
+    double before[MECHC_NQ], moved = HUGE_VAL;
+    for (int i = 0; i < 4 && moved * moved > DBL_EPSILON * conditioning; i++) {
+        memcpy(before, y, sizeof before);
+        mechc_find_fine_gap(t, y, given, crossing, place->gap);
+        mechc_scalar_correct(t, y, given, place);
+        mechc_locate(t, y, given, place);
+        moved = 0.0;
+        for (int k = 0; k < MECHC_NQ; k++)
+            moved = mechc_max(moved, fabs(y[k] - before[k]) / mechc_given_unit(given, k));
+    }
+}
 #else
 MECHC_INLINE int mechc_is_fine(double conditioning) { return (void)conditioning, 0; }
+MECHC_INLINE void mechc_close_finely(double t, double *y, const mechc_scalar_given *given,
+                                     const mechc_critical *crossing, double conditioning,
+                                     mechc_scalar_place *place)
+{
+    (void)t, (void)y, (void)given, (void)crossing, (void)conditioning, (void)place;
+}
 #endif

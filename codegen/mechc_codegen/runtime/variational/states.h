@@ -2,6 +2,8 @@
 #pragma once
 
 #include "abi/run.h"
+#include "singularities/crossing.h"
+#include "singularities/fine_gap.h"
 #include "singularities/generic_rank.h"
 #include "dynamics/project.h"
 #include "run/tableau.h"
@@ -60,9 +62,28 @@ MECHC_INLINE mechc_mask mechc_keeps(int method, const mechc_vector *state, mechc
 #endif
 }
 
+#if MECHC_NH > 0
+/* Close loops that are closed to rounding once more: beside a crossing, to the rounding of q. */
+MECHC_STATIC void mechc_close_further(double t, double *y, const mechc_scalar_given *given,
+                                      mechc_scalar_place *place)
+{
+    mechc_weakest weakest;
+    mechc_critical beside;
+    mechc_weakest_of(place, 0, &weakest);
+    if (mechc_is_fine(weakest.ratio * weakest.ratio)
+        && mechc_find_critical(t, y, given, &weakest, mechc_beside(&weakest, place), &beside)
+        && mechc_judge(&beside) == MECHC_CROSSING) {
+        mechc_close_finely(t, y, given, &beside, weakest.ratio, place);
+        return;
+    }
+    mechc_scalar_correct(t, y, given, place);
+    mechc_locate(t, y, given, place);
+}
+#endif
+
 /* One state moved onto the constraints, as the run moves its stages, and then until the gap is its
- * own rounding: beside a crossing derivatives magnify what is left of it by the third power of the
- * conditioning. */
+ * own rounding, beside a crossing until q is: derivatives there magnify what is left of it by the third
+ * power of the conditioning. */
 MECHC_STATIC void mechc_keep_state(const mechc_scalar_given *given, double t, double *y)
 {
     double moved[2];
@@ -71,8 +92,7 @@ MECHC_STATIC void mechc_keep_state(const mechc_scalar_given *given, double t, do
     mechc_scalar_place place;
     mechc_locate(t, y, given, &place);
     if (mechc_is_delicate(&place, given)) return;
-    mechc_scalar_correct(t, y, given, &place);
-    mechc_locate(t, y, given, &place);
+    mechc_close_further(t, y, given, &place);
     mechc_scalar_steady(&place, y + MECHC_NQ);
 #endif
 }

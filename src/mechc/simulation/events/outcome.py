@@ -34,7 +34,7 @@ def event_notes(motion: Any) -> tuple[str, ...]:
     ][: int(lowered > 0)]
     notes += [
         f"Event {number} only touches its zero at t = {t:.9g} s, to within what is tolerated: "
-        "whether it is crossed, and the reset applied, depends on less (grazing)"
+        "whether it is crossed, and a reset applied, depends on less (grazing)"
         for number, (t, _) in enumerate(of_events)
         if not math.isnan(t)
     ]

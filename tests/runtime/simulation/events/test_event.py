@@ -41,6 +41,42 @@ def test_a_pair_of_zeros_between_two_samples_is_found(model, start):
     assert sol.events[0].t == pytest.approx([1.2344, 1.2346], abs=1e-9)
 
 
+@pytest.mark.parametrize("apart", [2e-4, 2e-6])
+@pytest.mark.parametrize("power", [1, 2])
+def test_both_zeros_of_a_pair_are_found_wherever_in_a_step_they_lie(model, start, apart, power):
+    """Also between the last sample of a step and its end, and where the dip is no parabola."""
+    half = 0.5 * apart
+    for at in np.linspace(0.7, 1.9, 60):
+        dip = lambda t, y: ((t - at) ** 2) ** power - (half**2) ** power  # noqa: B023, E731
+        sol = model.simulate(2.5, start, PARAMS, rtol=1e-6, events=[dip])
+        assert sol.events[0].t == pytest.approx([at - half, at + half], abs=1e-3 * apart)
+
+
+@pytest.mark.parametrize("touching", ["(t - 1.234)**2", "abs(t - 1.234)", "-(t - 1.234)**4"])
+def test_a_zero_that_is_only_touched_is_found_or_told(model, start, touching):
+    sol = model.simulate(2.5, start, PARAMS, events=[touching])
+    told = [note for note in sol.status.warnings if "only touches its zero at t = 1.23" in note]
+    assert np.abs(sol.events[0].t - 1.234).max(initial=0.0) < 1e-3
+    assert len(sol.events[0].t) or len(told) == 1
+
+
+@pytest.mark.parametrize("reset", [None, {"omega_0": "omega_0"}])
+@pytest.mark.parametrize(
+    ("poles", "zeros"),
+    [
+        ("1/(t - 0.731)", []),
+        ("1/(t - 0.731)**3", []),
+        ("tan(3*t)", np.pi / 3 * np.arange(1, 3)),
+        ("2/(t - 1.5) - 8", [1.75]),
+    ],
+)
+def test_a_pole_is_no_zero(poles, zeros, reset):
+    model = mechc.load("pendulum")
+    sol = model.simulate(2.5, [1.0, 0.0], events=[mechc.Event(poles, reset=reset)])
+    assert sol.events[0].t == pytest.approx(zeros, abs=1e-12)
+    assert sol.status.ok
+
+
 @pytest.mark.parametrize("rate", [300.0, 1000.0, 7777.0])
 def test_an_event_that_changes_faster_than_the_motion_is_followed(model, start, rate):
     sol = model.simulate(4.0, start, {"l_3": 3.5}, events=[lambda t, y: np.sin(rate * t)])

@@ -5,11 +5,13 @@ import pickle
 
 import numpy as np
 import pytest
+from sympy import symbols
 
 import mechc
 from mechc.errors import EventError, ValueOutOfBoundsError
 from mechc.simulation.events.resets import onto_constraints
 from tests.support.impacts import G, impacts
+from tests.support.pendulums import pushed_mass
 
 
 @pytest.fixture(scope="module")
@@ -50,6 +52,20 @@ def test_a_hundred_bounces_come_at_the_times_of_the_closed_form(ball, bouncing, 
     np.testing.assert_allclose(sol.events[0].y[:, 1], -speeds, atol=1e-11)
     assert sol.y[-1, 1] == pytest.approx(0.9 * speeds[-1], rel=1e-9)
     assert len(sol.segments) == 101
+
+
+@pytest.mark.parametrize("unit", [1e-12, 1e-6, 1e6])
+@pytest.mark.parametrize("law", ["reset", "stop"])
+def test_bounces_are_found_whatever_the_unit_of_time(unit, law):
+    """g in m per square unit: times in units are those of g in m/s^2."""
+    falling = mechc.compile(pushed_mass(-symbols("m") * symbols("g")), defaults={"m": 1, "k": 0})
+    floor = {
+        "reset": mechc.Event("q", direction=-1, reset={"u": "-0.8*u"}),
+        "stop": mechc.Stop("q", 0.8),
+    }[law]
+    sol = falling.simulate(3.0 * unit, [1.0, 0.0], {"g": G / unit**2}, events=floor)
+    assert sol.status.code == "finished"
+    np.testing.assert_allclose(sol.events[0].t, unit * impacts(0.8, 6), rtol=1e-13)
 
 
 def test_many_pieces_keep_within_the_memory_allowed(ball, bouncing):

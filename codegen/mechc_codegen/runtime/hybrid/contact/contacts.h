@@ -226,7 +226,7 @@ MECHC_STATIC double mechc_slow_gap(const mechc_contacts *contacts, int contact)
     double terms = 0.0;
     for (int j = 0; j < c->speeds; j++)
         terms += fabs(mechc_gap_over_speed(c, contact, j) * c->y[c->coordinates + j]);
-    const double flight = fmax(MECHC_RESET_SHORTEST * mechc_located(c->t) * fall,
+    const double flight = fmax(MECHC_RESET_SHORTEST * mechc_located(contacts->watch, c->t) * fall,
                                sqrt(0.5 * MECHC_RESET_FLIGHT * rounding * fall));
     return fmax(MECHC_RATE_ROUND * terms,
                 fmax(mechc_slow(contacts, contacts->fastest_gap[contact]), flight));
@@ -238,7 +238,7 @@ MECHC_STATIC double mechc_slow_slip(const mechc_contacts *contacts, int contact)
 {
     const mechc_contact_place *c = &contacts->place;
     const double *row = mechc_law(c, contact) + MECHC_LAWS + c->coordinates;
-    const double gone = MECHC_RESET_SHORTEST * mechc_located(c->t) * MECHC_CONTACT_FEW
+    const double gone = MECHC_RESET_SHORTEST * mechc_located(contacts->watch, c->t) * MECHC_CONTACT_FEW
                       * fabs(c->slipping[contact]);
     double terms = 0.0;
     for (int j = 0; j < c->speeds; j++) terms += fabs(row[j] * c->y[c->coordinates + j]);
@@ -382,7 +382,7 @@ MECHC_STATIC int mechc_is_hit_again(const mechc_contacts *contacts, int hit, dou
     event = contacts->watch->event + mechc_event_of(contacts, hit);
     event->later = mechc_law(&contacts->place, hit)[MECHC_RATE];
     event->rounding = mechc_gap_rounding(&contacts->place, hit);
-    return mechc_is_now(event, event->last, t);
+    return mechc_is_now(contacts->watch, event, event->last, t);
 }
 
 /* Change contacts at the state y: apply the impacts there and put the state onto the constraints of the next
@@ -391,7 +391,7 @@ MECHC_STATIC int mechc_contacts_change(mechc_contacts *contacts, const mechc_con
                                  double t, double *y)
 {
     mechc_contact_place *c = &contacts->place;
-    const int soon = fabs(t - contacts->changed_at) <= MECHC_RESET_SHORTEST * mechc_located(t);
+    const int soon = fabs(t - contacts->changed_at) <= MECHC_RESET_SHORTEST * mechc_located(contacts->watch, t);
     const int nq = c->coordinates;
     contacts->changes = soon ? contacts->changes + 1 : 0;
     contacts->changed_at = t;

@@ -76,7 +76,7 @@ MECHC_STATIC void mechc_event_rates(mechc_watch *watch, double t, const double *
 MECHC_STATIC int mechc_event_touches(const mechc_watch *watch, int number, double t, const double *y)
 {
     const double value = mechc_event_value(watch, number, t, y), rate = watch->event[number].later;
-    const double soon = 2.0 * mechc_located(t) * fabs(rate)
+    const double soon = 2.0 * mechc_located(watch, t) * fabs(rate)
                       + MECHC_RESET_ROUNDS * watch->event[number].rounding;
     const int passed = value * rate > 0.0 && fabs(value) <= mechc_event_nothing(watch, number);
     return fabs(value) <= soon || passed;
@@ -97,10 +97,10 @@ MECHC_STATIC void mechc_watch_enter(mechc_watch *watch, double t, const double *
 
 /* Whether a zero at t, with the rate event->later there, coincides with the last one: neither its
  * time nor the way between them separates the two. */
-MECHC_STATIC int mechc_is_now(const mechc_event *event, double last, double t)
+MECHC_STATIC int mechc_is_now(const mechc_watch *watch, const mechc_event *event, double last, double t)
 {
     const double way = fabs(t - last) * fmax(fabs(event->after), fabs(event->later));
-    return fabs(t - last) <= MECHC_RESET_SHORTEST * mechc_located(t)
+    return fabs(t - last) <= MECHC_RESET_SHORTEST * mechc_located(watch, t)
         || way <= MECHC_RESET_FLIGHT * event->rounding;
 }
 
@@ -125,7 +125,7 @@ MECHC_STATIC int mechc_reset_caused(const mechc_watch *watch, double t, const do
         if (!watch->functions[k].reset) continue;
         if (direction)
             crosses = copysign(1.0, direction) * event->later > MECHC_RESET_SETTLED * largest;
-        if (crosses && !mechc_is_now(event, event->passed, t) && mechc_event_touches(watch, k, t, y))
+        if (crosses && !mechc_is_now(watch, event, event->passed, t) && mechc_event_touches(watch, k, t, y))
             return k;
     }
     return -1;
@@ -177,7 +177,7 @@ MECHC_STATIC int mechc_watch_reset(mechc_watch *watch, int number, int piece, do
     watch->causes = 0;
     for (int k = 0; k < watch->own; k++) watch->event[k].done = 0;
     mechc_event_rates(watch, t, y);
-    const int accumulate = mechc_is_now(watch->event + number, watch->event[number].last, t);
+    const int accumulate = mechc_is_now(watch, watch->event + number, watch->event[number].last, t);
     for (int i = 0; i < MECHC_RESETS_AT_ONCE; i++) {
         for (int k = 0; k < watch->own; k++) watch->event[k].rate = watch->event[k].later;
         if (i && !mechc_watch_keep(watch, number, t, piece, y)) return MECHC_NO_MEMORY;

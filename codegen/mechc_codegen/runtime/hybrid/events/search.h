@@ -2,8 +2,8 @@
  *
  * A step is sampled at uneven fractions, after a reset ever more densely towards its start, and
  * more densely where samples lie off the chords beside them.  Zeros between two samples are found
- * by secants within a bracket; two between two samples by the vertex of a parabola.  An end of a mode
- * that is linear along the dense output is sampled only where the polynomial may come to zero.
+ * by secants within a bracket; two between two samples by the least value there.  An end of a mode that
+ * is linear along the dense output is sampled only where the polynomial may come to zero.
  */
 #pragma once
 
@@ -15,6 +15,7 @@
 #define MECHC_EVENT_UNEVEN 0.8   /* of the distance of even samples: how far one is moved at most */
 #define MECHC_EVENT_PAST 0.45    /* of the exactness aimed at: how far past the root of a secant */
 #define MECHC_EVENT_DIP 0.1      /* of the largest value: a minimum above it comes to no zero */
+#define MECHC_EVENT_POLE 1e4     /* times its largest value: so large on both sides of a change of sign */
 #define MECHC_ROOT_TWO 1.4142135623730951
 #define MECHC_DENSE_BULGE 0.25   /* the largest s (1 - s) */
 #define MECHC_EVENT_GRAZES 10.0 /* times rtol of its largest value: a touch so small may not be one */
@@ -46,7 +47,7 @@ MECHC_STATIC int mechc_event_grid(mechc_watch *watch, double start, double end)
     const double length = end - start, first = mechc_event_fraction(1);
     int count = 1, halvings = 0;
     if (start == watch->start) {
-        const double ratio = log2(first * fabs(length) / mechc_located(start));
+        const double ratio = log2(first * fabs(length) / mechc_located(watch, start));
         halvings = ratio > 0.0 ? (int)fmin(ratio, MECHC_EVENT_HALVINGS) : 0;
     }
     watch->grid[0] = start;
@@ -83,7 +84,7 @@ MECHC_STATIC int mechc_event_stays_positive(const mechc_watch *watch, int number
     const double first = event->constant + mechc_inner_product(line, y, width);
     const double last = event->constant + mechc_inner_product(line, y + width, width);
     if (first < 0.0 && event->side != 0.0 && begin == watch->start)
-        return last > below && first + mechc_located(begin) / length * (last - below) > 0.0;
+        return last > below && first + mechc_located(watch, begin) / length * (last - below) > 0.0;
     return first >= 0.0 && last > 0.0 && first + last + 2.0 * sqrt(first * last) > below;
 }
 
@@ -127,50 +128,7 @@ MECHC_STATIC int mechc_twice_as_many(mechc_watch *watch, int event, int count)
     return 2 * count - 1;
 }
 
-/* Add the minima of three samples of one sign, towards zero: the vertices of their parabolas. */
-MECHC_STATIC int mechc_add_dips(mechc_watch *watch, int event, int count)
-{
-    mechc_event_point *points = watch->points;
-    int all = count;
-    for (int i = 0; i + 2 < count; i++) {
-        const mechc_event_point a = points[i], b = points[i + 1], c = points[i + 2];
-        const int dips = fmin(a.value * b.value, b.value * c.value) > 0.0
-                      && fabs(b.value) <= fmin(fabs(a.value), fabs(c.value));
-        const double left = (b.t - a.t) * (b.value - c.value);
-        const double right = (c.t - b.t) * (b.value - a.value);
-        if (!dips || left + right == 0.0) continue;
-        const double at = b.t - 0.5 * ((b.t - a.t) * left - (c.t - b.t) * right) / (left + right);
-        points[all++] = (mechc_event_point){at, mechc_event_at(watch, event, at)};
-    }
-    return all;
-}
-
-/* A zero between two samples, by secant steps inside a bracket that is halved at least every third
- * step; for an event with a reset to the last digit, since errors add up over resets. */
-MECHC_STATIC double mechc_event_root(mechc_watch *watch, int event, mechc_event_point before,
-                               mechc_event_point after)
-{
-    double low = before.t, high = after.t, f_low = before.value;
-    double f_high = mechc_event_at(watch, event, high);
-    const double target = 0.5 * mechc_located(fmax(fabs(low), fabs(high)));
-    for (int attempt = 0; attempt < 300 && fabs(high - low) > target && f_high != 0.0; attempt++) {
-        double middle = 0.5 * (low + high);
-        if (attempt % 3) {
-            double secant = high - f_high * (high - low) / (f_high - f_low);
-            /* a little past the secant's root, so that the bracket closes from both sides */
-            secant += copysign(MECHC_EVENT_PAST * target, middle - secant);
-            if (fmin(low, high) < secant && secant < fmax(low, high)) middle = secant;
-        }
-        const double f = mechc_event_at(watch, event, middle);
-        if (f == 0.0 || (f < 0.0) != (f_low < 0.0)) high = middle, f_high = f;
-        else low = middle, f_low = f;
-    }
-    if (!mechc_event_resets(watch, event) || f_high == f_low) return high;
-    const double exact = high - f_high * (high - low) / (f_high - f_low);
-    return fmin(fmax(exact, fmin(low, high)), fmax(low, high));
-}
-
-/* The minimum of sign * value between two times, by golden section. */
+/* The least of sign * value between two times, by golden section. */
 MECHC_STATIC mechc_event_point mechc_event_least(mechc_watch *watch, int event, double sign, double low,
                                            double high)
 {
@@ -189,8 +147,68 @@ MECHC_STATIC mechc_event_point mechc_event_least(mechc_watch *watch, int event, 
             at_right = sign * mechc_event_at(watch, event, right);
         }
     }
-    return at_left < at_right ? (mechc_event_point){left, at_left}
-                              : (mechc_event_point){right, at_right};
+    return at_left < at_right ? (mechc_event_point){left, sign * at_left}
+                              : (mechc_event_point){right, sign * at_right};
+}
+
+/* Whether a parabola through three points of one sign has its vertex, towards zero, at the least of them in
+ * the middle, or between that and the end of the step, and when. */
+MECHC_STATIC int mechc_dips(mechc_event_point a, mechc_event_point b, mechc_event_point c,
+                            const mechc_event_point *end, double *at)
+{
+    const double left = (b.t - a.t) * (b.value - c.value), right = (c.t - b.t) * (b.value - a.value);
+    const double bend = copysign(1.0, b.value) * copysign(1.0, a.t - c.t) * (left + right);
+    if (!(fmin(a.value * b.value, b.value * c.value) > 0.0 && bend > 0.0)) return 0;
+    *at = b.t - 0.5 * ((b.t - a.t) * left - (c.t - b.t) * right) / (left + right);
+    return fabs(b.value) <= fmin(fabs(a.value), fabs(c.value))
+        || (end && (*at - b.t) * (end->t - *at) > 0.0);
+}
+
+/* Add the minima of samples of one sign, towards zero: where the vertex of a parabola is near zero and does
+ * not pass it, those of the function itself. */
+MECHC_STATIC int mechc_add_dips(mechc_watch *watch, int event, int count)
+{
+    mechc_event_point *points = watch->points;
+    const double near = MECHC_EVENT_DIP * watch->event[event].size;
+    int all = count;
+    for (int i = 0; i + 2 < count; i++) {
+        const mechc_event_point a = points[i], c = points[i + 2];
+        const mechc_event_point *end = i == 0 ? &a : i + 3 == count ? &c : 0;
+        const double sign = copysign(1.0, a.value);
+        double at;
+        if (!mechc_dips(a, points[i + 1], c, end, &at)) continue;
+        const double value = mechc_event_at(watch, event, at);
+        const int passes = !(sign * value > 0.0), far = sign * value > near;
+        points[all++] = passes || far ? (mechc_event_point){at, value}
+                                      : mechc_event_least(watch, event, sign, a.t, c.t);
+    }
+    return all;
+}
+
+/* A zero between two samples, by secant steps inside a bracket that is halved at least every third
+ * step; for an event with a reset to the last digit, since errors add up over resets.  NaN at a pole. */
+MECHC_STATIC double mechc_event_root(mechc_watch *watch, int event, mechc_event_point before,
+                               mechc_event_point after)
+{
+    double low = before.t, high = after.t, f_low = before.value;
+    double f_high = mechc_event_at(watch, event, high);
+    const double target = 0.5 * mechc_located(watch, fmax(fabs(low), fabs(high)));
+    for (int attempt = 0; attempt < 300 && fabs(high - low) > target && f_high != 0.0; attempt++) {
+        double middle = 0.5 * (low + high);
+        if (attempt % 3) {
+            double secant = high - f_high * (high - low) / (f_high - f_low);
+            /* a little past the secant's root, so that the bracket closes from both sides */
+            secant += copysign(MECHC_EVENT_PAST * target, middle - secant);
+            if (fmin(low, high) < secant && secant < fmax(low, high)) middle = secant;
+        }
+        const double f = mechc_event_at(watch, event, middle);
+        if (f == 0.0 || (f < 0.0) != (f_low < 0.0)) high = middle, f_high = f;
+        else low = middle, f_low = f;
+    }
+    if (fmin(fabs(f_low), fabs(f_high)) > MECHC_EVENT_POLE * watch->event[event].size) return NAN;
+    if (!mechc_event_resets(watch, event) || f_high == f_low) return high;
+    const double exact = high - f_high * (high - low) / (f_high - f_low);
+    return fmin(fmax(exact, fmin(low, high)), fmax(low, high));
 }
 
 /* Record minima towards zero that may or may not be zeros. */
@@ -206,11 +224,8 @@ MECHC_STATIC void mechc_watch_grazing(mechc_watch *watch, int number, int count)
         const double sign = copysign(1.0, direction ? -direction : points[i].value);
         const double a = sign * points[i].value, b = sign * points[i + 1].value;
         const double c = sign * points[i + 2].value;
-        if (!(a > b && b < c && a > 0.0 && c > 0.0 && b <= MECHC_EVENT_DIP * event->size)) continue;
-        const mechc_event_point least =
-            mechc_event_least(watch, number, sign, points[i].t, points[i + 2].t);
-        if (fabs(least.value) <= MECHC_EVENT_GRAZES * watch->motion->rtol * event->size)
-            event->grazing = least.t;
+        const double touches = MECHC_EVENT_GRAZES * watch->motion->rtol * event->size;
+        if (a > b && b < c && a > 0.0 && c > 0.0 && fabs(b) <= touches) event->grazing = points[i + 1].t;
     }
 }
 
@@ -240,7 +255,7 @@ MECHC_STATIC int mechc_event_samples(mechc_watch *watch, int number, int count, 
 MECHC_STATIC int mechc_event_is_start(const mechc_watch *watch, int number, double t)
 {
     return watch->event[number].side == 0.0 && !mechc_event_resets(watch, number)
-        && fabs(t - watch->start) <= mechc_located(t);
+        && fabs(t - watch->start) <= mechc_located(watch, t);
 }
 
 /* The zeros of one event in a step whose grid has `grid` times, in order; returns their number, or
@@ -271,9 +286,9 @@ MECHC_STATIC int mechc_event_zeros(mechc_watch *watch, int number, int grid, dou
         const int crossed = a != 0.0 && (b == 0.0 || (a < 0.0) != (b < 0.0));
         if (!crossed || !(direction * (b - a) >= 0.0)) continue;
         root[roots] = mechc_event_root(watch, number, points[i], points[i + 1]);
-        roots += !mechc_event_is_start(watch, number, root[roots]);
+        roots += !isnan(root[roots]) && !mechc_event_is_start(watch, number, root[roots]);
     }
-    if (mechc_event_resets(watch, number)) mechc_watch_grazing(watch, number, count);
+    mechc_watch_grazing(watch, number, count);
     return roots;
 }
 
@@ -297,6 +312,7 @@ MECHC_STATIC int mechc_watch_step(mechc_watch *watch, int piece, ptrdiff_t step,
     int grid = 0;
     ptrdiff_t kept = first;
     watch->stopped_by = -1;
+    watch->step = fmax(watch->step, fabs(t[1] - t[0]));
     for (int k = 0; k < watch->count; k++) {
         if (watch->event[k].idle || mechc_event_stays_positive(watch, k, step)) continue;
         if (!grid) grid = mechc_event_grid(watch, t[0], t[1]);

@@ -11,7 +11,7 @@
 #define MECHC_EVENT_GRID (MECHC_EVENT_SAMPLES + 1 + MECHC_EVENT_HALVINGS)
 #define MECHC_EVENT_POINTS (4 * MECHC_EVENT_MOST_SAMPLES + 2 * MECHC_EVENT_GRID)
 #define MECHC_RESETS_AT_ONCE 1000
-#define MECHC_EVENT_LOCATED 2e-13   /* s: a zero is located so, or to four spacings of doubles */
+#define MECHC_EVENT_LOCATED 2e-13   /* of the longest step: a zero is located so, or to four spacings of doubles */
 
 typedef struct {
     double t, value;
@@ -59,6 +59,7 @@ typedef struct {
     mechc_event_policy *policy;
     mechc_event *event;
     double start; /* of the piece at hand */
+    double step;  /* the longest searched, s: the unit of time */
     int stopped_by;
     int keeps_states;
     mechc_event_zero *zero; /* zeros found so far; if states are kept they are in zero_state */
@@ -126,16 +127,17 @@ MECHC_STATIC void mechc_event_forget(mechc_event *event)
 MECHC_STATIC void mechc_watch_begin(mechc_watch *watch)
 {
     watch->zeros = 0;
+    watch->step = 0.0;
     watch->causes = 0;
     watch->stopped_by = -1;
     for (int k = 0; k < watch->own; k++) mechc_event_forget(watch->event + k);
 }
 
 /* The accuracy of a zero's time near t, s. */
-MECHC_STATIC double mechc_located(double t)
+MECHC_STATIC double mechc_located(const mechc_watch *watch, double t)
 {
     const double size = fabs(t);
-    return fmax(MECHC_EVENT_LOCATED, 4.0 * (nextafter(size, INFINITY) - size));
+    return fmax(MECHC_EVENT_LOCATED * watch->step, 4.0 * (nextafter(size, INFINITY) - size));
 }
 
 /* Whether an event changes the state. */

@@ -15,6 +15,7 @@ from mechc.compilation.table import Table
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.inputs.accept import samples_or_signal
 from mechc.inputs.sampled import Sampled
+from mechc.inputs.signals import Signal
 from mechc.system.names import by_name, name_of
 from mechc.system.reference import ModelReference, Origin
 from mechc.system.system import System
@@ -153,4 +154,28 @@ def _curve(key: Any, value: Any) -> Any:
             "function of a coordinate, sympy.Function('h')(q)"
         )
     signal = samples_or_signal(value, order=LEAST_DERIVATIVES)
-    return value if signal is None else Table.of_signal(signal)(*key.args)
+    if signal is None:
+        return value
+    return (
+        _steps(key.args[0], signal)
+        if signal.kind == "previous"
+        else Table.of_signal(signal)(*key.args)
+    )
+
+
+def _steps(x: Any, signal: Signal) -> Any:
+    """Values that jump, by choices: a table shows no jumps, at which steps have to end and
+    derivatives of the motion jump.  As a tree: SymPy compares all conditions of a Piecewise."""
+    from mechc_codegen.description.piecewise import Step, Where
+    from sympy import Float
+
+    knots, values = ([Float(float(each)) for each in of] for of in
+                     (signal.pieces[0], signal.pieces[1][:, 0]))  # fmt: skip
+
+    def select(first: int, last: int) -> Any:
+        middle = (first + last) // 2
+        if middle == first:
+            return values[first]
+        return Where(Step(knots[middle] - x), select(first, middle), select(middle, last))
+
+    return select(0, len(values))

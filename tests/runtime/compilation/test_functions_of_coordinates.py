@@ -74,6 +74,18 @@ def test_more_samples_are_no_more_operations_and_the_numbers_of_a_table():
     assert counts[0] == counts[1]
 
 
+def test_derivatives_of_the_motion_jump_where_samples_do():
+    """By differences of the motions, which know nothing of it."""
+    kane, q = cart(lambda q: h(q) - k * q)
+    force = mechc.Signal([-2.0, -0.3, 0.4, 1.0, 2.0], [1.0, -2.0, 3.0, 0.5, 0.2], "previous")
+    model = mechc.compile(kane, inputs={h(q): force}, defaults={m: 1.0, k: 4.0})
+    sol = model.simulate(3.0, [1.5, 0.0], rtol=1e-11, sensitivities=["k"])
+    move = 1e-6
+    ends = [model.simulate(3.0, [1.5, 0.0], {k: 4.0 + x}, rtol=1e-12).y[-1] for x in (move, -move)]
+    difference = (ends[0] - ends[1]) / (2 * move)
+    np.testing.assert_allclose(sol.sensitivity["k"][-1], difference, rtol=1e-5)
+
+
 def test_a_parameter_of_a_load_may_be_bound_to_an_expression():
     kane, q = cart(lambda q: -k * q)
     model = mechc.compile(kane, inputs={k: c * (1 + q**2)}, defaults={m: 2.0, c: 3.0})

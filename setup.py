@@ -17,6 +17,8 @@ SCENES = "mechc._scenes."
 SHIPPED = ("four_bar",)
 COMPILER = SimpleNamespace(**runpy.run_path("packaging/mechc_compiler.py"))
 SHARED = sorted(map(str, Path("src/mechc/native").glob("*.pxd")))  # by the extensions
+# Code that Cython writes for Python objects: optimised fully it takes twice as long to compile.
+GLUE = ["-O1"]
 NO_DEBUG_INFORMATION = "-g0"  # Python's own flags may ask for it: four fifths of a wheel
 
 
@@ -112,7 +114,9 @@ setup(
     packages=packages(),
     cmdclass={"build_ext": BuildScenes},
     ext_modules=[
-        Extension("mechc.native._arrays", ["src/mechc/native/_arrays.pyx"]),
+        Extension(
+            "mechc.native._arrays", ["src/mechc/native/_arrays.pyx"], extra_compile_args=GLUE[:]
+        ),
         Extension(
             "mechc.native._codes",
             ["src/mechc/native/_codes.pyx"],
@@ -123,6 +127,7 @@ setup(
             "mechc.native._driver",
             ["src/mechc/native/_driver.pyx"],
             include_dirs=[str(RUNTIME)],
+            extra_compile_args=GLUE[:],
             depends=[*SHARED, *headers("abi")],
         ),
         Extension(
@@ -144,7 +149,7 @@ setup(
                 f"mechc.native.{name}",
                 [f"src/mechc/native/{name}.pyx"],
                 include_dirs=[str(RUNTIME)],
-                extra_compile_args=["-O3"],
+                extra_compile_args=GLUE[:],
                 depends=[*SHARED, *headers("abi"), *DRIVER],
             )
             for name in ("_events", "_motion", "_steps")

@@ -92,8 +92,8 @@ class Batches(Fits):
         lockstep
             Run several members side by side in the SIMD lanes; by default wherever the method and
             the scene allow it.  ``"auto"`` takes the method that is the fastest there.
-            ``simulate(..., method=method, lockstep=True)`` repeats a member of such a batch to the
-            last bit; members of one with ``lockstep=False`` are those of ``simulate`` by itself.
+            ``simulate(..., method=batch.method)`` repeats a member of such a batch to the last bit;
+            members of one with ``lockstep=False`` are those of ``simulate`` by itself.
         y0
             States (nq + nu,) or (n, nq + nu), or a :class:`mechc.Assembly`, which closes the loops
             of each member with its own parameters; so does a mapping of coordinates and speeds.

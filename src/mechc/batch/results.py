@@ -127,17 +127,12 @@ class Batch:
 
     @property
     def method(self) -> str:
-        """The method of the members: what ``"auto"`` took.
+        """The method of the members: what ``"auto"`` took, ``"gauss8 in lockstep"`` for example.
 
-        ``model.simulate(..., method=batch.method, lockstep=batch.lockstep)`` repeats one to the
-        last bit, where stability limits no steps.
+        ``model.simulate(..., method=batch.method)`` repeats a member to the last bit, where
+        stability limits no steps.
         """
         return self.recipe.policy.method_of_users
-
-    @property
-    def lockstep(self) -> bool:
-        """Whether several members ran side by side in the SIMD lanes."""
-        return self.recipe.policy.lockstep
 
     @property
     def t_eval(self) -> Array:

@@ -25,6 +25,7 @@ IN_LOCKSTEP = {code: name for name, code in reversed(LOCKSTEP.items())}
 METHODS_OF_USERS = tuple(name for name in METHODS if IN_LOCKSTEP.get(name, name) == name)
 # In lanes: sums of a Taylor series that leads, and the least rtol at which the explicit pair does.
 MOST_SUMS, LEAST_OF_PAIR, LEAST_OF_PAIR_FIRST_ORDER = 32, 1e-8, 1e-12
+TOGETHER = " in lockstep"  # after the name of a method whose steps are others there
 SCIPYS = {"RK45": "dopri5", "DOP853": "dop853", "Radau": "radau5"}  # its names of the same methods
 
 
@@ -67,8 +68,9 @@ class Policy(NamedTuple):
 
     @property
     def method_of_users(self) -> str:
-        """The method by the name that users know, in lockstep or not."""
-        return IN_LOCKSTEP.get(self.method, self.method)
+        """The name by which a user gets the same steps."""
+        name = IN_LOCKSTEP.get(self.method, self.method)
+        return name if name == self.method else name + TOGETHER
 
 
 def checked_policy(
@@ -178,6 +180,8 @@ def _in_lockstep(
     system: System, method: str, lockstep: bool | None, rtol: float, calls_python: bool
 ) -> tuple[str, bool]:
     """The code of the method, and whether it is that of several runs in the lanes."""
+    if isinstance(method, str) and method.endswith(TOGETHER):
+        method, lockstep = method.removesuffix(TOGETHER), True
     if lockstep is not None and not isinstance(lockstep, (bool, np.bool_)):
         raise TypeError(f"lockstep is True or False, not {brief(lockstep)}")
     chosen = _chosen_method(system, method, calls_python)

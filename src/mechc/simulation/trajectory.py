@@ -49,11 +49,6 @@ class Trajectory:
         """The method of the run: what ``"auto"`` took."""
         return self.policy.method_of_users
 
-    @property
-    def lockstep(self) -> bool:
-        """Whether its steps are those of members of a batch in the SIMD lanes."""
-        return self.policy.lockstep
-
     @cached_property
     def _history(self) -> tuple[Array, Array]:
         """Times and states as reported; times in t_eval after the run's end are omitted."""

@@ -9,6 +9,7 @@ from tests.support import ROOT
 
 DOCS = ROOT / "docs"
 PAGES = (
+    "../README.md",
     "coming_from/multibody_engine.md",
     "coming_from/pydy.md",
     "coming_from/solve_ivp.md",
@@ -27,6 +28,7 @@ PAGES = (
     "theory/batches.md",
     "theory/change_points.md",
     "theory/error_control.md",
+    "tour.md",
     "tutorial/1_first_motion.md",
     "tutorial/2_your_own_model.md",
     "tutorial/3_joints_and_loops.md",

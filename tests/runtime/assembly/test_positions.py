@@ -187,7 +187,7 @@ def test_all_links_in_line_is_one_assembly(model):
 def test_what_is_no_finite_number_is_refused_by_name(model, part, value):
     name = "omega_0" if part == "speeds" else "theta_1" if part == "guess" else "theta_0"
     arguments = {"coordinates": {"theta_0": 1.0}} | {part: {name: value}}
-    with pytest.raises(ValueOutOfBoundsError, match=f"^{name} "):
+    with pytest.raises(ValueOutOfBoundsError, match=rf"^{name}\b"):
         model.assemble(**arguments)
 
 

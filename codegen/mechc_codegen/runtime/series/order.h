@@ -29,7 +29,9 @@ static const double mechc_inverse_of[MECHC_TAYLOR_MOST + 1] __attribute__((unuse
  * amplitude, is what is tolerated though the amplitude is that small. */
 static inline double mechc_taylor_unstable(int order)
 {
-    return exp(2.0 / order * (lgamma(order + 1.0) - log(MECHC_TAYLOR_UNSEEN)));
+    double factorial = 1.0 / MECHC_TAYLOR_UNSEEN;
+    for (int k = 2; k <= order; k++) factorial *= k;
+    return pow(factorial, 2.0 / order);
 }
 
 /* The order of steps whose allowed error, relative to the scales, is given. */

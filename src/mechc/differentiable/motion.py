@@ -219,7 +219,7 @@ class Motion:
         times = np.unique(t)
         batch = self.model.simulate_batch(
             (self.t0, float(times[-1])), start, parameters, t_eval=times, sensitivities=names,
-            progress=False, **self.policy,
+            progress=False, lockstep=False, **self.policy,  # each is the motion that it is alone
         )  # fmt: skip
         found = np.array(batch["sensitivity" if names else "y_eval"])
         found = found[np.arange(len(t))[:, None], np.searchsorted(times, t)]

@@ -103,12 +103,12 @@ def test_the_motion_goes_on_along_the_branch_in_both_directions(model, method):
     assert abs(other[0] - 85) > 1
 
 
-@pytest.mark.parametrize("options", [{}, {"method": "gauss8", "lockstep": True}])
-def test_batches_and_steppers_start_there_too(model, options):
+@pytest.mark.parametrize("lockstep", [False, True])
+def test_batches_and_steppers_start_there_too(model, lockstep):
     ways = model.assemblies(IN_LINE, speeds={"omega_0": 1.0})
     alone = np.array([model.simulate(1.5, way, rtol=1e-10).y[-1] for way in ways])
-    batch = model.simulate_batch(1.5, ways, rtol=1e-10, **options)
-    np.testing.assert_allclose(batch.y, alone, rtol=0, atol=1e-9 if options else 0.0)
+    batch = model.simulate_batch(1.5, ways, rtol=1e-10, lockstep=lockstep)
+    np.testing.assert_allclose(batch.y, alone, rtol=0, atol=1e-9 if lockstep else 0.0)
     stepper = model.stepper(ways[0], rtol=1e-10)
     for _ in range(15):
         y = stepper.step(0.1)

@@ -20,7 +20,9 @@ def pendulum():
 def damped():
     """A mass on a spring and a damper: of linear equations, whose series has no sum."""
     q, u = dynamicsymbols("q u")
-    return mechc.compile(particle([q], [u], [-k * q - c * u]), defaults={k: 1.0, "m": 1.0}, outputs=())
+    return mechc.compile(
+        particle([q], [u], [-k * q - c * u]), defaults={k: 1.0, "m": 1.0}, outputs=()
+    )
 
 
 @pytest.mark.parametrize(

@@ -109,5 +109,8 @@ def test_a_run_compiles_what_it_needs_and_nothing_else(fresh):
     key = model.build["key"]
     model.simulate(0.1, [0.3, 0.1], method="dopri5")
     assert names_in_cache(key) == {"first", "driver", "explicit"}
-    model.simulate_batch(0.1, [[0.3, 0.1], [0.2, 0.1]], method="gauss8")
+    starts = [[0.3, 0.1], [0.2, 0.1]]
+    model.simulate_batch(0.1, starts, method="gauss8", lockstep=False)
     assert names_in_cache(key) == {"first", "driver", "explicit", "collocation"}
+    model.simulate_batch(0.1, starts, method="gauss8")
+    assert names_in_cache(key) == {"first", "driver", "explicit", "collocation", "sweeps"}

@@ -84,7 +84,7 @@ def test_members_of_a_batch_have_the_bits_of_simulate(five_springs):
     starts = np.hstack([np.sort(rng.normal(size=(40, 5)), axis=1), rng.normal(size=(40, 5))])
     batch = five_springs.simulate_batch(2.0, starts, events=stops, progress=False)
     for k in (0, 13, 39):
-        one = five_springs.simulate(2.0, starts[k], events=stops)
+        one = five_springs.simulate(2.0, starts[k], events=stops, method=batch.method)
         np.testing.assert_array_equal(batch.y[k], one.y[-1])
         assert [len(record.t) for record in one.events] == batch.event_counts[k].tolist()
         assert (np.diff(energies(one.y)) < 1e-8).all()

@@ -12,13 +12,12 @@ from tests.support.pendulums import pendulum
 
 AGAIN = """
 import json, sys, numpy as np
-from mechc.batch.simulate import simulate_batch
 from mechc.batch.spec import Assembly
-from mechc.compilation.find import system_of
+from mechc.model import Model
 from mechc.system.reference import ModelReference
 reference = ModelReference("odd", custom=True, key=sys.argv[1], defaults=json.loads(sys.argv[2]))
-system = system_of(reference)
-batch = simulate_batch(system, 1.0, Assembly({"q/$x": np.linspace(0, 1, 5)}), threads=1)
+model = Model.of_reference(reference)
+batch = model.simulate_batch(1.0, Assembly({"q/$x": np.linspace(0, 1, 5)}), threads=1)
 print(batch.y.tobytes().hex())
 """
 START = mechc.Assembly({"q/$x": np.linspace(0, 1, 5)})

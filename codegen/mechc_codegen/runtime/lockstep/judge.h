@@ -82,7 +82,8 @@ MECHC_INLINE void mechc_lockstep_accept(const mechc_lockstep_method *method, mec
     const mechc_vector size = mechc_size_of(a->h), next = a->h + a->time_compensation;
     const mechc_vector t = mechc_choose(a->last, a->t1, a->t + next);
     const mechc_vector *rates = a->rates[method->last_rate];
-    const mechc_mask worse = accepted & (a->conditioning < a->least);
+    const mechc_mask watched = MECHC_NC > 0 ? accepted : (mechc_mask){0}; /* no rows: nothing to be least */
+    const mechc_mask worse = watched & (a->conditioning < a->least);
     mechc_lockstep_watch_stiffness(method, a, accepted);
     if (method->accept) method->accept(a, accepted);
     a->step = mechc_choose(leaves, a->step, size * mechc_lockstep_factor(method, a));

@@ -27,10 +27,13 @@ def path_of(notes: Path, first: int) -> Path:
 
 
 def end_of(notes: Path, first: int, last: int) -> int:
-    """The last member + 1 that the manifest of a chunk certifies; ``first`` without a sound one."""
+    """The last member + 1 that the manifest of a chunk certifies; ``first`` where there is none.
+
+    Raises as :func:`_read`.
+    """
     try:
         return _read(notes, first, last)[0]
-    except (MechcError, OSError):
+    except (FileNotFoundError, NotADirectoryError):
         return first
 
 

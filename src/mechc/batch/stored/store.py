@@ -78,7 +78,7 @@ def stream(
             every = recipe.ranges(size)
             for first, _, _ in manifests.damaged_chunks(notes, data, stored, every):
                 manifests.discard(notes, data, stored, first)
-        ends = [(manifests.end_of(notes, *each), each[1]) for each in every]
+            ends = [(manifests.end_of(notes, *each), each[1]) for each in every]
         missing = [(end, last) for end, last in ends if end < last]
         report(recipe.count - sum(last - first for first, last in missing))
         complete, hashes = True, {}  # of chunks of which a part is there
@@ -304,7 +304,8 @@ class _Held(NamedTuple):
     def missing(self) -> list[int]:
         """First members of the chunks that are not there as a whole."""
         notes = self.folder / NOTES
-        return [each[0] for each in self.ranges if manifests.end_of(notes, *each) < each[1]]
+        with _naming_damaged(self.folder):
+            return [each[0] for each in self.ranges if manifests.end_of(notes, *each) < each[1]]
 
 
 def _read(folder: Path) -> _Held:

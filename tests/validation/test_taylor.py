@@ -16,6 +16,7 @@ from sympy.physics.mechanics import (
 )
 
 import mechc
+from benchmarks.problems.particle import particle
 from mechc.errors import ValueOutOfBoundsError
 from tests.support.impacts import points_on_a_line
 from tests.support.scenes import bead_with
@@ -252,3 +253,20 @@ def test_derivatives_are_refused(pendulum):
         pendulum.simulate(1.0, LEVEL, method="taylor", sensitivities=["m_0"])
     with pytest.raises(ValueOutOfBoundsError, match="no derivatives over steps"):
         pendulum.simulate(1.0, LEVEL, method="taylor", dense=True).gradient(end="theta_0")
+
+
+def test_sines_of_parameters_are_constants():
+    """Their argument has no series: alone and in the lanes, against collocation."""
+    q, u = dynamicsymbols("q u")
+    a, k = Symbol("a"), Symbol("k")
+    force = -sin(a) * sin(q + a) - cos(a) * u * q**2 - k * tan(a) * q
+    model = mechc.compile(
+        particle([q], [u], [force]), defaults={"m": 1.0, k: 2.0, a: 0.7}, outputs=()
+    )
+    start = [1.0, 0.3]
+    exact = model.simulate(5.0, start, method="gauss8", rtol=1e-13).y[-1]
+    sol = model.simulate(5.0, start, method="taylor", rtol=1e-11)
+    np.testing.assert_allclose(sol.y[-1], exact, rtol=0, atol=1e-11)
+    batch = model.simulate_batch(5.0, [start] * 9, rtol=1e-11, progress=False)
+    assert batch.method == "taylor"
+    np.testing.assert_array_equal(batch.y[4], sol.y[-1])

@@ -13,8 +13,9 @@ REST = mechc.Stop("q_0", 0.5)
 def members_are_those_of_simulate(model, starts, events, inputs=None, **given):
     times = np.linspace(0.0, 1.5, 5)
     batch = model.simulate_batch(
-        1.5, starts, events=events, t_eval=times, progress=False, inputs=inputs, **given
-    )
+        1.5, starts, events=events, t_eval=times, progress=False, inputs=inputs, **given,
+        lockstep=False,
+    )  # fmt: skip
     for k, start in enumerate(starts):
         own = {n: x[k] if np.ndim(x) else x for n, x in (inputs or {}).items()} or None
         one = model.simulate(1.5, start, events=events, inputs=own, **given)

@@ -50,7 +50,7 @@ static mechc_options options_of(int method)
     options.max_steps = 20000;
     options.method = method;
     options.dense = 1;
-    options.may_stiffen = 1;
+    options.when_stiff = MECHC_RADAU5;
     return options;
 }
 

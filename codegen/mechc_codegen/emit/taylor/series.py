@@ -184,7 +184,7 @@ class SeriesWriter:
             return
         if operation.kind == "sine":
             yield f"real v{n}, v{n + 1};"
-            yield f"FN(sincos)(v{operation.args[0]}, &v{n}, &v{n + 1});"
+            yield f"FN(sincos)({self.start(operation.args[0])}, &v{n}, &v{n + 1});"
         else:
             yield f"const real v{n} = {self._formula(n, operation)};"
         yield from self._inverses(n, operation)

@@ -296,7 +296,9 @@ def test_inputs_without_a_value_are_asked_for_by_name(pushed):
 
 @pytest.mark.parametrize("value", ["three", np.nan, None, Symbol("x"), [1.0, 2.0], {}])
 def test_what_is_no_input_is_refused(pushed, value):
-    with pytest.raises(mechc.ValueOutOfBoundsError, match="the input F must be a finite number"):
+    with pytest.raises(
+        mechc.ValueOutOfBoundsError, match=r"the input F(: .* is not| must be) a (finite )?number"
+    ):
         pushed.simulate(1.0, [0.0, 0.0], inputs={"F": value})
 
 

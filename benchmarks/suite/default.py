@@ -10,6 +10,7 @@ default, and are judged by their motion at the tightest tolerance.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from time import process_time
@@ -76,13 +77,15 @@ def ratios(rows: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, dict[str, A
     found: dict[str, dict[str, dict[str, Any]]] = {}
     for tool in dict.fromkeys(row["tool"] for row in rows):
         met = {error: of_methods(rows, tool, error) for error in TARGETS}
-        found[tool] = {printed(error): _over(of) for error, of in met.items() if DEFAULT in of}
+        found[tool] = {printed(error): _over(of) for error, of in met.items() if of}
     return found
 
 
 def _over(seconds: Mapping[str, float]) -> dict[str, Any]:
+    """Infinite where the default does not reach an error that another method reaches."""
     best = min(seconds, key=seconds.__getitem__)
-    return {"ratio": seconds[DEFAULT] / seconds[best], "best": best, "seconds": dict(seconds)}
+    ratio = seconds.get(DEFAULT, math.inf) / seconds[best]
+    return {"ratio": ratio, "best": best, "seconds": dict(seconds)}
 
 
 def _told(one: Mapping[str, Any]) -> str:

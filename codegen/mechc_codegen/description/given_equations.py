@@ -20,21 +20,13 @@ class GivenEquations:
         Rows of M, which is symmetric; free of accelerations, as all of these.
     forcing
         F.
-    kinetic_energy, potential_energy
-        Both, or neither where they are not known.
+    energies
+        T and V, where they are known.
     """
 
     mass_matrix: tuple[tuple[Expr, ...], ...]
     forcing: tuple[Expr, ...]
-    kinetic_energy: Expr | None = None
-    potential_energy: Expr | None = None
-
-    @property
-    def energies(self) -> tuple[Expr, Expr] | None:
-        """T and V, where they are known."""
-        if self.kinetic_energy is None or self.potential_energy is None:
-            return None
-        return self.kinetic_energy, self.potential_energy
+    energies: tuple[Expr, Expr] | None = None
 
     def terms(self) -> Iterable[tuple[str, Expr]]:
         """Every expression, with its name."""

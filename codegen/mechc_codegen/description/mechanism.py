@@ -351,7 +351,8 @@ def _check_lengths(mechanism: Mechanism) -> None:
             f"{mechanism.name}: {len(mechanism.coordinates)} coordinates need as many kinematic "
             f"differential equations, {len(mechanism.kinematics)} were given"
         )
-    if not (mechanism.bodies or mechanism.lagrangian or mechanism.equations):
+    given = mechanism.lagrangian is not None or mechanism.equations is not None
+    if not mechanism.bodies and not given:
         raise MechanismError(f"{mechanism.name}: a mechanism needs at least one body")
 
 

@@ -98,7 +98,7 @@ def from_equations(
             f"{name}: forcing has {len(force)} entries for {len(u)} speeds: give one for each of "
             f"{', '.join(map(printed_name, u))}"
         )
-    equations = GivenEquations(mass, force, *_energies(kinetic_energy, potential_energy))
+    equations = GivenEquations(mass, force, _energies(kinetic_energy, potential_energy))
     source = Source(
         kind="system of equations",
         frame=ReferenceFrame("N"),
@@ -163,7 +163,7 @@ def _rows(matrix: Any) -> tuple[tuple[Expr, ...], ...]:
     )
 
 
-def _energies(kinetic: Any, potential: Any) -> tuple[Expr | None, Expr | None]:
+def _energies(kinetic: Any, potential: Any) -> tuple[Expr, Expr] | None:
     if (kinetic is None) != (potential is None):
         missing = "kinetic_energy" if kinetic is None else "potential_energy"
         raise MechanismError(
@@ -171,7 +171,7 @@ def _energies(kinetic: Any, potential: Any) -> tuple[Expr | None, Expr | None]:
             "load has a potential"
         )
     if kinetic is None:
-        return None, None
+        return None
     return as_expression(kinetic, "kinetic_energy"), as_expression(potential, "potential_energy")
 
 

@@ -129,8 +129,9 @@ class Batch:
     def method(self) -> str:
         """The method of the members: what ``"auto"`` took, ``"gauss8 in lockstep"`` for example.
 
-        ``model.simulate(..., method=batch.method)`` repeats a member to the last bit, where
-        stability limits no steps.
+        ``model.simulate(..., method=batch.method)`` repeats a member to the last bit.  Where
+        stability limits its steps, ``"auto"`` has gone over to another method: ``batch[i]`` is the
+        member in any case.
         """
         return self.recipe.policy.method_of_users
 

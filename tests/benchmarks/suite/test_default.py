@@ -21,6 +21,11 @@ def test_the_default_is_compared_at_the_same_error():
     assert found["1e-12"]["ratio"] == 1.0  # where the other method is not as right
 
 
+def test_an_error_that_only_another_method_reaches_is_infinitely_far():
+    found = default.ratios([_row("auto", 1e-5, 1.0), _row("taylor", 1e-13, 2.0)])["mechc"]
+    assert found["1e-12"]["ratio"] == float("inf")
+
+
 @pytest.mark.slow
 def test_runs_and_batches_of_a_scene_are_measured(tmp_path, capsys, monkeypatch):
     monkeypatch.setenv("MECHC_BENCH_OUT", str(tmp_path))

@@ -449,6 +449,7 @@ def test_stiff_members_leave_the_explicit_methods(damped, rtol, damping):
     batch = damped.simulate_batch(2.0, starts, {"c": damping}, rtol=rtol, progress=False)
     assert batch.method == "taylor"
     assert batch.steps.max() < 100
+    np.testing.assert_array_equal(batch[7].y[-1], batch.y[7])
     fast, slow = np.roots([1.0, damping, 1.0])
     slow = 1.0 / fast  # of the product 1, without the cancellation
     exact = (np.exp(slow * 2.0) * -fast + np.exp(fast * 2.0) * slow) / (slow - fast)

@@ -159,8 +159,10 @@ MECHC_STATIC int mechc_taylor_step(mechc_integration *run, double h, double *end
             return status == MECHC_RUNNING ? MECHC_NOT_FINITE : status;
         }
     w->defect = 0.0;
-    if (!MECHC_SERIES_HIDES) {
-        memcpy(MECHC_RATE(run, 1), MECHC_RATE(run, 0), sizeof run->y);
+    if (!MECHC_SERIES_HIDES) { /* only another method, which may follow, needs the rates of the end */
+        if (run->when_stiff && run->stiff >= MECHC_STIFF - 1)
+            mechc_scalar_rates(run->head.t + (h + run->time_compensation), end, &run->given, MECHC_RATE(run, 1));
+        else memcpy(MECHC_RATE(run, 1), MECHC_RATE(run, 0), sizeof run->y);
         return MECHC_RUNNING;
     }
     const int status = mechc_rates_at(run, run->head.t + h, end, MECHC_RATE(run, 1));

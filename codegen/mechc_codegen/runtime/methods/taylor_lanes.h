@@ -26,6 +26,7 @@ typedef struct {
     mechc_vector defect; /* of the step's end */
     mechc_mask first; /* the first step is not lengthened */
     mechc_mask bound; /* the series, and not the step before, limits the step */
+    mechc_mask may_leave; /* lanes that another method takes over where stability does */
     mechc_mask leaves; /* lanes that continue alone, from their present state */
     double unstable;
     int order; /* of all runs, whose tolerance is one */
@@ -37,6 +38,7 @@ MECHC_STATIC void mechc_taylor_lanes_load(mechc_lockstep *a, int lane, const mec
     own->order = mechc_taylor_rows(run);
     own->unstable = mechc_taylor_unstable(own->order);
     own->first[lane] = -(int64_t)(run->head.stats.steps == 0);
+    own->may_leave[lane] = -(int64_t)(run->when_stiff != 0);
 }
 
 MECHC_STATIC void mechc_taylor_lanes_store(const mechc_lockstep *a, int lane, mechc_integration *run)
@@ -120,9 +122,11 @@ MECHC_INLINE mechc_mask mechc_taylor_lanes_limited(const mechc_lockstep *a)
 {
     mechc_taylor_lanes *own = (mechc_taylor_lanes *)a;
     mechc_vector moved[MECHC_NX], rates[MECHC_NX];
+    const mechc_mask asked = own->bound & own->may_leave;
+    if (!mechc_any(asked)) return asked;
     mechc_vector_taylor_moved(a->y, own->rows, own->order, own->sizes, moved);
     mechc_lockstep_rates((mechc_lockstep *)a, a->t, moved, rates);
-    return own->bound
+    return asked
          & (mechc_vector_taylor_stiffness(rates, own->rows, own->scale, own->weights, a->h) > own->unstable);
 }
 

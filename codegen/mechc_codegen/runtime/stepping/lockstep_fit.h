@@ -52,6 +52,7 @@ MECHC_STATIC void mechc_return_to_lockstep(mechc_integration *run)
 {
     run->last_step = run->last_factor = 0.0;
     if (MECHC_SWITCHES && MECHC_IS_WATCHED(run->head.stats.steps)) return;
+    if (!mechc_is_loaded(run->current)) return; /* it has not been entered yet */
     if (run->current->stays_alone && run->current->stays_alone(run)) return;
     const mechc_monitor *monitor = &run->monitor;
     const int low = MECHC_NH > 0 && MECHC_NC == MECHC_NH && monitor->first <= MECHC_LOCKSTEP_BACK;

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 from sympy import Derivative, Expr, Integer, S, Symbol
@@ -67,7 +67,7 @@ def read_request(
         _refuse_name(name, own)
     placed = {"momenta", "points", "accelerations", "reactions"} & set(names)
     if placed and (of_object or not mechanism.bodies):
-        _refuse_unplaced(mechanism)
+        _refuse_unplaced(mechanism, placed)
     if "reactions" in names:
         refuse_unknown_reactions(mechanism)
     for name, expression in own.items():
@@ -109,17 +109,18 @@ def _refuse_rows(name: str, expression: Expr, mechanism: Mechanism) -> None:
         )
 
 
-def _refuse_unplaced(mechanism: Mechanism) -> None:
+def _refuse_unplaced(mechanism: Mechanism, names: Collection[str]) -> None:
+    needing = f"outputs: {', '.join(sorted(names))} need"
     linked = set(reachable([mechanism.origin]))
     for body in mechanism.bodies:
         if body.masscenter not in linked:
             raise MechanismError(
-                f"outputs: points and momenta need positions, and that of {body.name} from a "
+                f"{needing} positions, and that of {body.name} from a "
                 "point at rest in the inertial frame is not known; locate its mass centre "
                 "with set_pos or locatenew, from a point with set_vel(frame, 0)"
             )
     if not mechanism.bodies:
-        raise MechanismError("outputs: points and momenta need bodies; there are none")
+        raise MechanismError(f"{needing} bodies; there are none")
 
 
 def _outputs(requested: Iterable[Any]) -> tuple[list[str], dict[str, Expr]]:

@@ -154,7 +154,7 @@ def test_without_energies_the_message_says_how_to_give_them():
     assert not model.knows_energy
     with pytest.raises(mechc.UnavailableOutputError, match="kinetic_energy=, potential_energy="):
         model.energy([0.4, 0.3])
-    with pytest.raises(MechcError, match="points and momenta need bodies"):
+    with pytest.raises(MechcError, match="outputs: momenta need bodies"):
         model.momenta([0.4, 0.3])
 
 

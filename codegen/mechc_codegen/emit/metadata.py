@@ -89,7 +89,7 @@ def scene_metadata(
         "fixed": {printed_name(symbol): float(value) for symbol, value in request.fixed.items()},
         "unavailable": _unavailable(mechanism, request),
         "left_out": {each: name for name in _outputs_left_out(request) for each in OUTPUTS[name]},
-        **_inputs(mechanism, program),
+        **_inputs(mechanism, functions),
         **({"states": [float(s.start) for s in mechanism.states]} if mechanism.states else {}),
         **_quaternions(mechanism),
         # Whether no equation has a corner or a jump; user-defined outputs are not considered.
@@ -154,11 +154,12 @@ def _closing(parameters: Sequence[Parameter], lowered: Program, equations: Equat
     return [str(p.symbol) for s, p in zip(symbols, parameters, strict=True) if s in needed]
 
 
-def _inputs(mechanism: Mechanism, program: Program) -> dict[str, Any]:
+def _inputs(mechanism: Mechanism, functions: SceneFunctions) -> dict[str, Any]:
     """Inputs given at run time: the values needed of each, and the outputs without inputs.
 
     ``orders``: the derivatives, each a place in the array of values.
     """
+    program = functions.program
     values = program.input_values()
     if not values:
         return {}
@@ -172,7 +173,11 @@ def _inputs(mechanism: Mechanism, program: Program) -> dict[str, Any]:
         for number in sorted({value.input for value in values})
     ]
     symbols = {value.symbol for value in values}
-    names: dict[str, tuple[str, ...]] = {o.name: (o.name,) for o in program.outputs}
+    names: dict[
+        str, tuple[str, ...]
+    ] = {  # accelerations and multipliers are those that inputs make
+        o.name: (o.name,) for o in program.outputs if not functions.needs_motion(o)
+    }
     if "tree_subspace" in names:  # the runtime makes these of the tree's data
         names |= dict.fromkeys(("mass_matrix", "constraint_jacobian"), ("constraints", *TREE))
     free = [n for n, parts in names.items() if symbols.isdisjoint(_used(program, parts))]

@@ -12,6 +12,7 @@ from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
 from benchmarks.problems.particle import particle
+from tests.support.pendulums import pushed_mass
 
 t = dynamicsymbols._t
 TIMES = np.array([0.0, 0.4, 0.5, 1.3, 2.0, 3.1])
@@ -428,3 +429,12 @@ def test_a_c_function_is_nan_beyond_the_samples_and_after_a_failure(pushed):
     assert failing.rhs(0.1, y)[1] == 0.5, "others are not concerned"
     with pytest.raises(mechc.MissingInputError, match="no value: F"):
         pushed.c_function("rates")
+
+
+def test_accelerations_of_points_are_those_that_inputs_make():
+    """Their expression has the acceleration in place of the input: m x'' = F - k x."""
+    model = mechc.compile(
+        pushed_mass(), defaults={"m": 2.0, "k": 1.0}, outputs=("accelerations",)
+    ).with_inputs({"F": lambda t: 2.0 * t})
+    found = model.output("point_accelerations", [0.3, 0.1], t=0.5)
+    np.testing.assert_allclose(found, [[(1.0 - 0.3) / 2.0, 0.0, 0.0]], rtol=1e-14)

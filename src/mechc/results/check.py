@@ -109,7 +109,7 @@ class Check:
     def rows(self) -> list[tuple[str, str]]:
         """Label and value of each line of the table."""
         errors = zip(self.names, self.units, self.error, self.error_at_end, strict=True)
-        found = [(f"error of {name}", f"{most:.1e} {unit}, at the end {end:.1e} {unit}".replace(" ,", ","))
+        found = [(f"error of {name}", f"{most:.1e} {unit}".rstrip() + f", at the end {end:.1e} {unit}")
                  for name, unit, most, end in errors]  # fmt: skip
         others = " and ".join(f"{method} at rtol {rtol:g}" for method, rtol in self.others)
         found.append(("by", f"{others}; the motion: {self.method} at rtol {self.rtol:g}"))

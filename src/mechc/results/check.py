@@ -109,8 +109,10 @@ class Check:
     def rows(self) -> list[tuple[str, str]]:
         """Label and value of each line of the table."""
         errors = zip(self.names, self.units, self.error, self.error_at_end, strict=True)
-        found = [(f"error of {name}", f"{most:.1e} {unit}".rstrip() + f", at the end {end:.1e} {unit}")
-                 for name, unit, most, end in errors]  # fmt: skip
+        found = []
+        for name, unit, most, end in errors:
+            both = (f"{value:.1e} {unit}".rstrip() for value in (most, end))
+            found.append((f"error of {name}", ", at the end ".join(both)))
         others = " and ".join(f"{method} at rtol {rtol:g}" for method, rtol in self.others)
         found.append(("by", f"{others}; the motion: {self.method} at rtol {self.rtol:g}"))
         found += [(p.what, f"{p.count}, by {self.others[-1][0]} {p.again}, times alike to "

@@ -1,9 +1,13 @@
 /* A run of one scene as its caller sees it: options, statistics and trajectory. */
 #pragma once
 
+#include <float.h>
 #include <stddef.h>
 #include "codes.h"
 #include "inputs.h"
+
+/* Of the time: a shorter step makes no difference to it. */
+#define MECHC_SMALLEST_STEP (16.0 * DBL_EPSILON)
 
 typedef struct mechc_method mechc_method; /* see run/method.h */
 

@@ -448,6 +448,7 @@ MECHC_STATIC int mechc_hybrid_go_on(mechc_hybrid *hybrid, const mechc_options *o
     motion->rtol = options->rtol;
     motion->atol = options->atol;
     motion->sense = options->t1 >= options->t0 ? 1.0 : -1.0;
+    motion->last = options->t1;
     motion->inputs = hybrid->given ? &hybrid->inputs.now.head : 0;
     motion->whole = hybrid->given ? &hybrid->inputs.whole.head : 0;
     mechc_enter_inputs(hybrid, options->t0, hybrid->state);

@@ -31,6 +31,7 @@ struct mechc_motion {
     mechc_given *given;         /* made of these */
     const mechc_trajectory *steps; /* of the piece at hand */
     double rtol, sense;            /* sense: 1 forwards, -1 backwards in time */
+    double last;                   /* the end of the span */
     const double *atol;            /* a component each, or NULL */
     /* for the current piece: states on its constraints, and rates of a state */
     void (*states)(mechc_motion *motion, ptrdiff_t count, const double *t, double *y);

@@ -78,7 +78,7 @@ MECHC_STATIC int mechc_reach_exactly(mechc_reacher *reacher, double t1, int chan
     if (!hybrid->live) mechc_reach_begin(reacher, t1, reacher->options.method);
     else {
         mechc_forget_steps(hybrid);
-        hybrid->options.t1 = t1;
+        hybrid->options.t1 = motion->last = t1;
         mechc_enter_inputs(hybrid, reacher->t, reacher->y);
         const double end =
             hybrid->given ? mechc_segment_end(hybrid->given, &hybrid->inputs, t1, motion->sense) : t1;
@@ -168,7 +168,7 @@ MECHC_STATIC int mechc_reach_restore(mechc_reacher *reacher, double t, const dou
     if (saved) {
         memcpy(&at, saved, sizeof at);
         hybrid->motion.unit->restore(hybrid->run, (const char *)saved + sizeof at);
-        hybrid->options.t1 = at.t1;
+        hybrid->options.t1 = hybrid->motion.last = at.t1;
         mechc_hybrid_back(hybrid, at.segment);
     }
     reacher->t = t;

@@ -7,6 +7,7 @@
 #define MECHC_CHATTER_TURNS 8       /* ends of steps no nearer to the jump, among those watched */
 #define MECHC_CHATTER_BESIDE 0.125  /* of the distance to a zero: places on both sides of it */
 #define MECHC_CHATTER_LASTS 0.5     /* of the rate so far away: what a continuous rate is below there */
+#define MECHC_CHATTER_EVEN 0.01     /* of a rate: differences so small are none */
 #define MECHC_SWITCH_NOISE 64.0     /* roundings of the largest value that count as zero */
 #define MECHC_SWITCH_SLOPE 1e-4     /* of the step, over which a slope is a difference */
 
@@ -48,16 +49,20 @@ MECHC_RARE int mechc_switches_after(mechc_integration *run, const mechc_switch_p
 }
 
 /* Whether the motion is led to a function's zero from both sides next to it, by a jump: where rates are
- * continuous, as in a motion that comes to rest, the function's rate goes to zero with it. */
+ * continuous, as in a motion that comes to rest, the function's rate goes to zero with it, by equal factors
+ * at distances that shrink by equal factors if it goes as a power. */
 MECHC_RARE int mechc_leads_back(mechc_integration *run, const mechc_switch_place *here, int k,
                                 double moment)
 {
-    mechc_switch_place before, behind;
+    mechc_switch_place before, behind, nearer;
     const double value = here->value[k], change = here->later[k] - value;
     const double way = -moment * value / change, beside = MECHC_CHATTER_BESIDE * way;
     if (!mechc_switches_after(run, here, way - beside, moment, &before)) return 0;
     if (!mechc_switches_after(run, here, way + beside, moment, &behind)) return 0;
-    const int lasts = fabs(before.later[k] - before.value[k]) > MECHC_CHATTER_LASTS * fabs(change);
+    if (!mechc_switches_after(run, here, way - MECHC_CHATTER_BESIDE * beside, moment, &nearer)) return 0;
+    const double next = before.later[k] - before.value[k], last = nearer.later[k] - nearer.value[k];
+    const int lasts = fabs(next) > MECHC_CHATTER_LASTS * fabs(change)
+                   && fabs(next - last) <= MECHC_CHATTER_LASTS * fabs(change - next) + MECHC_CHATTER_EVEN * fabs(next);
     const int straight = before.value[k] * value > 0.0 && behind.value[k] * value < 0.0;
     return straight && lasts && mechc_switch_returns(&before, k) && mechc_switch_returns(&behind, k);
 }

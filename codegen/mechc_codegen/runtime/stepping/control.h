@@ -11,8 +11,6 @@
 #define MECHC_PREDICTED_SAFETY 0.85
 /* The least factor from a step to the next, and after one whose error was rounding. */
 #define MECHC_SHRINKS 0.2
-/* Of the time: a shorter step makes no difference to it. */
-#define MECHC_SMALLEST_STEP (16.0 * DBL_EPSILON)
 /* A step is lengthened so much where it then is the last. */
 #define MECHC_TO_END 1.01
 /* Error of a step, in scales, whose end still tells where it led. */

@@ -117,10 +117,12 @@ MECHC_STATIC int mechc_take_start(mechc_integration *run, const mechc_options *o
 MECHC_STATIC void mechc_count_dense_rows(mechc_integration *run, int dense)
 {
     const int others = MECHC_NH > 0 || run->when_stiff;
-    const int over_crossings = run->methods[MECHC_DOP853]->dense_rows;
     const mechc_method *method = run->method;
     run->most_dense = method->rows_of ? method->rows_of(run) : method->dense_rows;
-    if (others && run->most_dense < over_crossings) run->most_dense = over_crossings;
+    for (int i = 0; others && i < MECHC_METHODS; i++) {
+        const mechc_method *other = run->methods[i];
+        if (other && !other->rows_of && other->dense_rows > run->most_dense) run->most_dense = other->dense_rows;
+    }
     run->head.trajectory.dense_rows = dense ? run->most_dense : 0;
 }
 

@@ -226,7 +226,7 @@ MECHC_STATIC double mechc_slow_gap(const mechc_contacts *contacts, int contact)
     double terms = 0.0;
     for (int j = 0; j < c->speeds; j++)
         terms += fabs(mechc_gap_over_speed(c, contact, j) * c->y[c->coordinates + j]);
-    const double flight = fmax(MECHC_RESET_SHORTEST * mechc_located(contacts->watch, c->t) * fall,
+    const double flight = fmax(mechc_at_once(contacts->watch, c->t) * fall,
                                sqrt(0.5 * MECHC_RESET_FLIGHT * rounding * fall));
     return fmax(MECHC_RATE_ROUND * terms,
                 fmax(mechc_slow(contacts, contacts->fastest_gap[contact]), flight));
@@ -238,7 +238,7 @@ MECHC_STATIC double mechc_slow_slip(const mechc_contacts *contacts, int contact)
 {
     const mechc_contact_place *c = &contacts->place;
     const double *row = mechc_law(c, contact) + MECHC_LAWS + c->coordinates;
-    const double gone = MECHC_RESET_SHORTEST * mechc_located(contacts->watch, c->t) * MECHC_CONTACT_FEW
+    const double gone = mechc_at_once(contacts->watch, c->t) * MECHC_CONTACT_FEW
                       * fabs(c->slipping[contact]);
     double terms = 0.0;
     for (int j = 0; j < c->speeds; j++) terms += fabs(row[j] * c->y[c->coordinates + j]);
@@ -391,7 +391,7 @@ MECHC_STATIC int mechc_contacts_change(mechc_contacts *contacts, const mechc_con
                                  double t, double *y)
 {
     mechc_contact_place *c = &contacts->place;
-    const int soon = fabs(t - contacts->changed_at) <= MECHC_RESET_SHORTEST * mechc_located(contacts->watch, t);
+    const int soon = fabs(t - contacts->changed_at) <= mechc_at_once(contacts->watch, t);
     const int nq = c->coordinates;
     contacts->changes = soon ? contacts->changes + 1 : 0;
     contacts->changed_at = t;

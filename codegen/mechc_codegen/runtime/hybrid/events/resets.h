@@ -13,6 +13,13 @@
 #define MECHC_RESET_TOUCHING 10.0 /* times rtol of an event's largest value: it may be zero */
 #define MECHC_EVENT_CHANGE 1e-6   /* of a component's size: over such a change differences are taken */
 
+/* The time below which two resets are one: steps do not resolve it, or zeros are not located so well. */
+MECHC_STATIC double mechc_at_once(const mechc_watch *watch, double t)
+{
+    const double shortest = MECHC_SMALLEST_STEP * fmax(fabs(t), fabs(watch->motion->last - t));
+    return MECHC_RESET_SHORTEST * fmax(mechc_located(watch, t), shortest);
+}
+
 /* The bound below which an event counts as zero, given how exactly the motion is known. */
 MECHC_STATIC double mechc_event_nothing(const mechc_watch *watch, int number)
 {
@@ -100,7 +107,7 @@ MECHC_STATIC void mechc_watch_enter(mechc_watch *watch, double t, const double *
 MECHC_STATIC int mechc_is_now(const mechc_watch *watch, const mechc_event *event, double last, double t)
 {
     const double way = fabs(t - last) * fmax(fabs(event->after), fabs(event->later));
-    return fabs(t - last) <= MECHC_RESET_SHORTEST * mechc_located(watch, t)
+    return fabs(t - last) <= mechc_at_once(watch, t)
         || way <= MECHC_RESET_FLIGHT * event->rounding;
 }
 

@@ -15,7 +15,8 @@
 #define MECHC_EVENT_UNEVEN 0.8   /* of the distance of even samples: how far one is moved at most */
 #define MECHC_EVENT_PAST 0.45    /* of the exactness aimed at: how far past the root of a secant */
 #define MECHC_EVENT_DIP 0.1      /* of the largest value: a minimum above it comes to no zero */
-#define MECHC_EVENT_POLE 1e4     /* times its largest value: so large on both sides of a change of sign */
+#define MECHC_EVENT_FAR 32.0     /* times as far from a change of sign: a pole is smaller there, */
+#define MECHC_EVENT_GROWS 1.05   /* by this factor, which the third root and the logarithm have too */
 #define MECHC_ROOT_TWO 1.4142135623730951
 #define MECHC_DENSE_BULGE 0.25   /* the largest s (1 - s) */
 #define MECHC_EVENT_GRAZES 10.0 /* times rtol of its largest value: a touch so small may not be one */
@@ -185,6 +186,27 @@ MECHC_STATIC int mechc_add_dips(mechc_watch *watch, int event, int count)
     return all;
 }
 
+/* Whether the function grows towards a change of sign, on one side of it: from MECHC_EVENT_FAR times the
+ * distance, or from the sample where that is nearer. */
+MECHC_STATIC int mechc_grows_towards(mechc_watch *watch, int event, double at, double from, mechc_event_point sample)
+{
+    const double reach = MECHC_EVENT_FAR * (from - at);
+    const int within = fabs(sample.t - at) > fabs(reach);
+    const double near = fabs(mechc_event_at(watch, event, from));
+    const double far = fabs(within ? mechc_event_at(watch, event, at + reach) : sample.value);
+    return near == INFINITY || near > MECHC_EVENT_GROWS * far;
+}
+
+/* Whether a change of sign between two samples, bracketed by [low, high], is one through a pole: the function
+ * grows towards it from both sides, as at no zero and at no jump. */
+MECHC_STATIC int mechc_is_pole(mechc_watch *watch, int event, mechc_event_point before, mechc_event_point after,
+                               double low, double high)
+{
+    const double at = 0.5 * (low + high), wide = high - low;
+    return mechc_grows_towards(watch, event, at, at - wide, before)
+        && mechc_grows_towards(watch, event, at, at + wide, after);
+}
+
 /* A zero between two samples, by secant steps inside a bracket that is halved at least every third
  * step; for an event with a reset to the last digit, since errors add up over resets.  NaN at a pole. */
 MECHC_STATIC double mechc_event_root(mechc_watch *watch, int event, mechc_event_point before,
@@ -205,28 +227,42 @@ MECHC_STATIC double mechc_event_root(mechc_watch *watch, int event, mechc_event_
         if (f == 0.0 || (f < 0.0) != (f_low < 0.0)) high = middle, f_high = f;
         else low = middle, f_low = f;
     }
-    if (fmin(fabs(f_low), fabs(f_high)) > MECHC_EVENT_POLE * watch->event[event].size) return NAN;
+    /* at a zero the function is smaller on both sides than at the samples */
+    if (f_high != 0.0 && fmin(fabs(f_low), fabs(f_high)) >= fmin(fabs(before.value), fabs(after.value))
+        && mechc_is_pole(watch, event, before, after, low, high))
+        return NAN;
     if (!mechc_event_resets(watch, event) || f_high == f_low) return high;
     const double exact = high - f_high * (high - low) / (f_high - f_low);
     return fmin(fmax(exact, fmin(low, high)), fmax(low, high));
 }
 
-/* Record minima towards zero that may or may not be zeros. */
+/* Record a minimum towards zero that may or may not be a zero. */
+MECHC_STATIC void mechc_watch_touch(mechc_watch *watch, int number, mechc_event_point before, mechc_event_point at,
+                                    mechc_event_point after)
+{
+    mechc_event *event = watch->event + number;
+    const double direction = watch->policy[number].direction;
+    const double sign = copysign(1.0, direction ? -direction : before.value);
+    const double a = sign * before.value, b = sign * at.value, c = sign * after.value;
+    const double touches = MECHC_EVENT_GRAZES * watch->motion->rtol * event->size;
+    if (isnan(event->grazing) && a > b && b < c && a > 0.0 && c > 0.0 && fabs(b) <= touches)
+        event->grazing = at.t;
+}
+
+/* Record minima towards zero, also where this step begins, that may or may not be zeros. */
 MECHC_STATIC void mechc_watch_grazing(mechc_watch *watch, int number, int count)
 {
     mechc_event *event = watch->event + number;
     const mechc_event_point *points = watch->points;
-    const double direction = watch->policy[number].direction;
     int first = 0;
+    if (event->ended == points[0].t && points[0].t != watch->start && points[0].value != 0.0)
+        mechc_watch_touch(watch, number, event->before, points[0], points[1]);
     if (event->cleared > 0.0 && points[0].t == watch->start)
         while (first < count && !(points[first].value > 2.0 * event->cleared)) first++;
-    for (int i = first; i + 2 < count && isnan(event->grazing); i++) {
-        const double sign = copysign(1.0, direction ? -direction : points[i].value);
-        const double a = sign * points[i].value, b = sign * points[i + 1].value;
-        const double c = sign * points[i + 2].value;
-        const double touches = MECHC_EVENT_GRAZES * watch->motion->rtol * event->size;
-        if (a > b && b < c && a > 0.0 && c > 0.0 && fabs(b) <= touches) event->grazing = points[i + 1].t;
-    }
+    for (int i = first; i + 2 < count; i++)
+        mechc_watch_touch(watch, number, points[i], points[i + 1], points[i + 2]);
+    event->before = points[count - 2];
+    event->ended = points[count - 1].t;
 }
 
 /* The values of an event on the grid of `count` times; points close to the start of the piece are
@@ -244,7 +280,7 @@ MECHC_STATIC int mechc_event_samples(mechc_watch *watch, int number, int count, 
         if (near && fabs(t - watch->start) < event->near) continue;
         const int place = i == 0 ? 0 : near ? MECHC_EVENT_SAMPLES + 1 + (*close)++ : i - halvings;
         points[place] = (mechc_event_point){t, mechc_event_value(watch, number, t, y)};
-        event->size = fmax(event->size, fabs(points[place].value));
+        if (fabs(points[place].value) < INFINITY) event->size = fmax(event->size, fabs(points[place].value));
     }
     if (points[0].t == watch->start && event->side != 0.0)
         points[0].value = event->side * MECHC_EVENT_SIGN;
@@ -312,7 +348,7 @@ MECHC_STATIC int mechc_watch_step(mechc_watch *watch, int piece, ptrdiff_t step,
     int grid = 0;
     ptrdiff_t kept = first;
     watch->stopped_by = -1;
-    watch->step = fmax(watch->step, fabs(t[1] - t[0]));
+    watch->step = fabs(t[1] - t[0]);
     for (int k = 0; k < watch->count; k++) {
         if (watch->event[k].idle || mechc_event_stays_positive(watch, k, step)) continue;
         if (!grid) grid = mechc_event_grid(watch, t[0], t[1]);

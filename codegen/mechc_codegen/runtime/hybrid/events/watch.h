@@ -11,7 +11,7 @@
 #define MECHC_EVENT_GRID (MECHC_EVENT_SAMPLES + 1 + MECHC_EVENT_HALVINGS)
 #define MECHC_EVENT_POINTS (4 * MECHC_EVENT_MOST_SAMPLES + 2 * MECHC_EVENT_GRID)
 #define MECHC_RESETS_AT_ONCE 1000
-#define MECHC_EVENT_LOCATED 2e-13   /* of the longest step: a zero is located so, or to four spacings of doubles */
+#define MECHC_EVENT_LOCATED 2e-13   /* of a step: a zero in it is located so, or to four spacings of doubles */
 
 typedef struct {
     double t, value;
@@ -36,6 +36,8 @@ typedef struct {
     double near;      /* so long after the start its value may be rounding, s */
     double cleared;   /* it has just opened this far: no grazing before twice that; else 0 */
     double rounding;  /* of its value where its rates were taken last */
+    mechc_event_point before; /* the last sample before the end of a step, */
+    double ended;        /* and that end; NaN where there is none */
     double last, passed; /* times of its last reset, and of the last one that lets it cross again */
     double after;     /* its rate after its last reset */
     double fastest;   /* largest rate at a reset */
@@ -59,7 +61,7 @@ typedef struct {
     mechc_event_policy *policy;
     mechc_event *event;
     double start; /* of the piece at hand */
-    double step;  /* the longest searched, s: the unit of time */
+    double step;  /* the one searched last, s: the unit of time */
     int stopped_by;
     int keeps_states;
     mechc_event_zero *zero; /* zeros found so far; if states are kept they are in zero_state */
@@ -120,7 +122,7 @@ MECHC_STATIC int mechc_watch_make(mechc_watch *watch, mechc_motion *motion, int 
 MECHC_STATIC void mechc_event_forget(mechc_event *event)
 {
     memset(event, 0, sizeof *event);
-    event->latest = event->grazing = event->too_fast = event->last = event->passed = NAN;
+    event->latest = event->grazing = event->too_fast = event->last = event->passed = event->ended = NAN;
 }
 
 /* Begin a motion. */

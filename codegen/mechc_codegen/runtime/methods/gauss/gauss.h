@@ -408,7 +408,6 @@ MECHC_STATIC void mechc_gauss_dense(mechc_integration *run, double h, const doub
                                     int count, double *rows)
 {
     const mechc_gauss *g = mechc_gauss_of(run);
-    (void)count; /* no method has more rows */
     for (int row = 0; row < MECHC_GAUSS_DENSE; row++)
         for (int i = 0; i < MECHC_NX; i++) {
             const double *first = mechc_gauss_first_dense + row * MECHC_STAGES;
@@ -421,6 +420,7 @@ MECHC_STATIC void mechc_gauss_dense(mechc_integration *run, double h, const doub
 #endif
         }
     for (int i = 0; i < MECHC_NX; i++) rows[i] = end[i] - run->y[i];
+    for (int i = MECHC_GAUSS_DENSE * MECHC_NX; i < count * MECHC_NX; i++) rows[i] = 0.0;
 }
 
 /* The longest step that can begin with the last step's polynomial. */

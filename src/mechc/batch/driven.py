@@ -68,9 +68,10 @@ class BatchInputs(NamedTuple):
         """The inputs that controllers give."""
         return tuple(name for names in self.controllers for name in names)
 
-    def without_functions(self) -> BatchInputs:
-        """What another process can have of them."""
-        names = (*self.left_behind, *self.functions, *self.controlled)
+    def without_functions(self, known: Mapping[str, Any]) -> BatchInputs:
+        """What another process can have of them, beside the inputs known to its model."""
+        lost = [name for name, value in self.functions.items() if value is not known.get(name)]
+        names = (*self.left_behind, *lost, *self.controlled)
         return self._replace(functions={}, controllers={}, left_behind=names)
 
     def of(self, member: int) -> dict[str, Any]:

@@ -52,7 +52,8 @@ class Batch:
     def __reduce__(self) -> tuple[Any, ...]:
         """The numbers of the batch, and the model's reference, for pickle."""
         arrays = {name: np.asarray(values) for name, values in self.arrays.items()}
-        recipe = replace(self.recipe, inputs=self.recipe.inputs.without_functions())
+        known = {} if self.system.driven is None else self.system.driven.given
+        recipe = replace(self.recipe, inputs=self.recipe.inputs.without_functions(known))
         return _unpickled, (type(self), self.model, recipe, arrays, self.complete)
 
     def __len__(self) -> int:

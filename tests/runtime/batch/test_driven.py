@@ -113,6 +113,12 @@ def test_a_pickled_batch_repeats_no_member_with_inputs_of_the_model_instead(push
         again.member(2)
 
 
+def test_a_pickled_batch_has_the_functions_that_its_model_is_driven_by(pushed):
+    batch = pushed.with_inputs({"F": ramp}).simulate_batch(1.0, STARTS, {"k": 1.0})
+    again = pickle.loads(pickle.dumps(batch))
+    np.testing.assert_array_equal(again[2].y[-1], batch.y[2])
+
+
 @pytest.mark.parametrize("kind", ["previous", "cubic", "interpolant"])
 def test_signals_are_kept_in_folders(pushed, tmp_path, kind):
     """To the last bit; an interrupted call goes on, another signal is another request."""

@@ -91,7 +91,9 @@ class Batches(Fits):
             As in ``simulate``, the same for all members.  ``batch.method`` is what ``"auto"`` took.
         lockstep
             Run several members side by side in the SIMD lanes; by default wherever the method and
-            the scene allow it.  ``"auto"`` takes the method that is the fastest there.
+            the scene allow it.  ``"auto"`` takes the method that is the fastest there.  Members of
+            a scene that the lanes do not take run alone, with ``lockstep=True`` too:
+            ``batch.method`` says how they ran.
             ``simulate(..., method=batch.method)`` repeats a member of such a batch to the last bit;
             members of one with ``lockstep=False`` are those of ``simulate`` by itself.
         y0
@@ -186,11 +188,10 @@ class Batches(Fits):
         named, by_names = (*asked, *words_of([*reductions, until or ""])), names_of(sensitivities)
         system = system.differentiable(*named) if by_names else system.with_output(*named)
         given = checked_inputs(system, inputs)
-        if lockstep is None and (given.controllers or by_names):
-            lockstep = False  # members are run one after another
         policy = checked_policy(
             system, rtol=rtol, atol=atol, method=method, first_step=first_step, max_step=max_step,
             max_steps=max_steps, dense=True, on_change_point=on_change_point, lockstep=lockstep,
+            several=not (given.controllers or by_names),  # else members run one after another
             calls_python=bool(given.functions),
         )  # fmt: skip
         recipe = checked_recipe(

@@ -268,7 +268,7 @@ class Model(Batches):
         atol: float | Array | None = None,
         t_eval: Array | None = None,
         method: str = "auto",
-        lockstep: bool = False,
+        lockstep: bool | None = None,
         first_step: float | None = None,
         max_step: float = math.inf,
         max_steps: int = 10_000_000,
@@ -310,7 +310,10 @@ class Model(Batches):
             ``"DOP853"``, ``"Radau"``.
         lockstep
             Take the steps that a batch in lockstep takes: those of ``"gauss8"`` solve their stages
-            one after another, so that a lane holds a member; by itself the slower.
+            one after another, so that a lane holds a member; by itself the slower.  By default only
+            with the name ``"gauss8 in lockstep"``, as of ``batch.method``.  Scenes that the lanes
+            do not take, of over 32 components or with corners or jumps in their equations, run
+            alone in any case: ``sol.method`` says how it ran.
         first_step, max_step, max_steps
             First and largest step in s, and the largest number of attempted steps.
         max_bytes

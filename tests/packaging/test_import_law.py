@@ -33,7 +33,7 @@ RUNTIME_LAW = {
     "results": {"system", "simulation", "analysis", "sensitivities"},
     "batch": {"native", "system", "inputs", "assembly", "compilation", "simulation",
               "sensitivities", "results"},
-    "differentiable": {"system", "sensitivities"},
+    "differentiable": {"system", "simulation", "sensitivities"},
     "outputs": {"system", "inputs"},
     "configurations": {"outputs", "system", "assembly", "analysis"},
     "fits": {"configurations", "system", "simulation", "fitting", "differentiable"},

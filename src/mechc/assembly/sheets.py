@@ -63,11 +63,14 @@ def highest(system: System, ranks: Array) -> int:
     return int(mobile.max(initial=0))
 
 
-def ranks_at(system: System, q: Array, p: Array, t: float) -> Array:
-    """The rank of the constraint Jacobian at configurations q (n, nq)."""
+def ranks_at(system: System, q: Array, p: Array, t: float, least: float = GENERIC) -> Array:
+    """The rank of the constraint Jacobian at configurations q (n, nq), parameters p (np,), (n, np).
+
+    ``least``: of the largest singular value; smaller ones count as 0.
+    """
     jacobian = system.constraint_jacobian(_at_rest(system, q), p, t)
     singular = np.linalg.svd(jacobian, compute_uv=False)
-    return np.asarray((singular > GENERIC * singular[:, :1]).sum(axis=1))
+    return np.asarray((singular > least * singular[:, :1]).sum(axis=1))
 
 
 def _rank_around(system: System, q: Array, p: Array, t: float) -> int:

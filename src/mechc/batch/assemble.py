@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechc.assembly import tangent_branches
+from mechc.assembly import sheets, tangent_branches
 from mechc.assembly.positions import assemble, gaps, rank_elsewhere, search_for, with_attitudes
 from mechc.assembly.sizes import is_open
 from mechc.assembly.speeds import consistent
@@ -75,7 +75,7 @@ def _with_speeds(
     system: System, recipe: Recipe, values: Array, q: Array, closed: Any
 ) -> tuple[Array, Any, Any]:
     """States with speeds that keep the constraints, whether there are such, and whether rows depend
-    on each other that are independent elsewhere."""
+    on each other that are independent elsewhere with the same parameters."""
     y = np.hstack([np.where(closed[:, None], q, 0.0), np.zeros((len(q), len(system.speeds)))])
     for name, column in recipe.speeds.items():
         y[:, system.state_index(name)] = column
@@ -85,12 +85,9 @@ def _with_speeds(
     t = recipe.span[0]
     kept = consistent(system, y, recipe.speeds, values, t)
     near = np.flatnonzero(closed & ~(kept.conditioning > tangent_branches.NEAR))
-    if len(near):
-        jacobian = system.constraint_jacobian(y[near], values[near], t)
-        singular = np.linalg.svd(jacobian, compute_uv=False)
-        ranks = (singular > tangent_branches.NEAR * singular[:, :1]).sum(axis=1)
-        elsewhere = rank_elsewhere(system, values[near[0]], t)
-        dependent[near] = ranks < max(elsewhere, ranks.max())
+    ranks = sheets.ranks_at(system, q[near], values[near], t, tangent_branches.NEAR)
+    for i, rank in zip(near, ranks, strict=True):
+        dependent[i] = not 0 < rank_elsewhere(system, values[i], t) <= rank  # 0: not known
     return kept.y, closed & kept.keep, dependent
 
 

@@ -28,12 +28,17 @@ def cut(columns: Columns, first: int, last: int) -> dict[str, Any]:
 
 class BatchInputs(NamedTuple):
     """Numbers by name, arrays () or (n,), signals, functions of Python, and controllers by the
-    names of their inputs, one for all members or one for each."""
+    names of their inputs, one for all members or one for each.
+
+    ``left_behind``: names of inputs that were functions in the process of the batch, and are not
+    known in this one.
+    """
 
     numbers: Mapping[str, Array]
     signals: Mapping[str, Signal]
     functions: Mapping[str, Any] = MappingProxyType({})
     controllers: Mapping[tuple[str, ...], Sequence[Sampled]] = MappingProxyType({})
+    left_behind: tuple[str, ...] = ()
 
     def cut(self, first: int, last: int) -> BatchInputs:
         """The inputs of members first ... last - 1."""
@@ -58,11 +63,30 @@ class BatchInputs(NamedTuple):
         """The numbers that differ between members."""
         return {name: column for name, column in self.numbers.items() if np.ndim(column)}
 
+    @property
+    def controlled(self) -> tuple[str, ...]:
+        """The inputs that controllers give."""
+        return tuple(name for names in self.controllers for name in names)
+
+    def without_functions(self, known: Mapping[str, Any]) -> BatchInputs:
+        """What another process can have of them, beside the inputs known to its model."""
+        lost = [name for name, value in self.functions.items() if value is not known.get(name)]
+        names = (*self.left_behind, *lost, *self.controlled)
+        return self._replace(functions={}, controllers={}, left_behind=names)
+
     def of(self, member: int) -> dict[str, Any]:
-        """The inputs of one member; 0 where it has a controller."""
+        """The inputs of one member; 0 where it has a controller.
+
+        Raises :class:`MechcError` where some were left behind.
+        """
+        if self.left_behind:
+            raise MechcError(
+                f"{', '.join(self.left_behind)}: inputs that are functions or controllers are not "
+                "kept with a batch that is pickled or copied: simulate the member with "
+                "model.simulate(..., inputs=...)"
+            )
         numbers = {n: float(c[member] if np.ndim(c) else c) for n, c in self.numbers.items()}
-        controlled = (name for names in self.controllers for name in names)
-        return {**numbers, **self.signals, **self.functions, **dict.fromkeys(controlled, 0.0)}
+        return {**numbers, **self.signals, **self.functions, **dict.fromkeys(self.controlled, 0.0)}
 
 
 NONE = BatchInputs({}, {})

@@ -52,8 +52,8 @@ class Batch:
     def __reduce__(self) -> tuple[Any, ...]:
         """The numbers of the batch, and the model's reference, for pickle."""
         arrays = {name: np.asarray(values) for name, values in self.arrays.items()}
-        storable = self.recipe.inputs._replace(functions={}, controllers={})
-        recipe = replace(self.recipe, inputs=storable)
+        known = {} if self.system.driven is None else self.system.driven.given
+        recipe = replace(self.recipe, inputs=self.recipe.inputs.without_functions(known))
         return _unpickled, (type(self), self.model, recipe, arrays, self.complete)
 
     def __len__(self) -> int:
@@ -102,8 +102,9 @@ class Batch:
         IndexError
             If there is no such member.
         MechcError
-            If it was not assembled or not run, and for events of a batch that was read from a
-            folder: expressions are known there by what identifies them only.
+            If it was not assembled or not run; for events of a batch that was read from a folder:
+            expressions are known there by what identifies them only; and for inputs of a batch
+            that was pickled or copied, where they were functions or controllers.
         """
         from mechc.batch.run import run_alone
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError
 from mechc.sensitivities.columns import columns_of
+from mechc.simulation.settings import TOGETHER
 from mechc.system.names import by_name, name_of, names_of
 from mechc.system.parameters import Array, doubles, one_double
 
@@ -217,9 +218,10 @@ class Motion:
         for each in np.unique(t, axis=0):
             _checked_times(each, self.t0)
         times = np.unique(t)
+        together = str(self.policy.get("method")).endswith(TOGETHER)
         batch = self.model.simulate_batch(
             (self.t0, float(times[-1])), start, parameters, t_eval=times, sensitivities=names,
-            progress=False, lockstep=False, **self.policy,  # each is the motion that it is alone
+            progress=False, lockstep=together, **self.policy,  # each is the motion of simulate
         )  # fmt: skip
         found = np.array(batch["sensitivity" if names else "y_eval"])
         found = found[np.arange(len(t))[:, None], np.searchsorted(times, t)]

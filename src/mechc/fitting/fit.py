@@ -41,16 +41,21 @@ def fit(
     report = progress or (lambda _, __: None)
     report(0.0, "choosing starts")
     points = beginnings(problem, settings)
-    ends = []
-    for number, point in enumerate(points):
-        ends.append(refine(problem, point, settings))
-        if ends[-1].interrupt is not None:
-            break
-        report((number + 1) / len(points), f"cost {min(e.cost for e in ends):.6g}")
-    interrupt = ends[-1].interrupt
+    ends: list[Found] = []
+    interrupted = False
+    try:
+        for number, point in enumerate(points):
+            ends.append(refine(problem, point, settings))
+            if ends[-1].interrupt is not None:
+                raise ends[-1].interrupt
+            report((number + 1) / len(points), f"cost {min(e.cost for e in ends):.6g}")
+    except KeyboardInterrupt:
+        if not ends:
+            raise
+        interrupted = True
     ends.sort(key=lambda end: end.cost)
     result = _result(problem, ends, settings, confidence)
-    if interrupt is not None:
+    if interrupted:
         raise RunInterrupt("interrupted; error.fit has the best values tried", fit=result) from None
     return result
 

@@ -77,26 +77,29 @@ def checked_policy(
     system: System, *, rtol: float, atol: Any, method: str, first_step: float | None,
     max_step: float, max_steps: int, dense: bool, on_change_point: str,
     max_bytes: float = LARGEST_TRAJECTORY, checkpoints: float | None = None,
-    lockstep: bool | None = False, calls_python: bool = False,
+    lockstep: bool | None = None, several: bool = False, calls_python: bool = False,
 ) -> Policy:  # fmt: skip
     """The policy of a run or a batch; the last one of a system is kept.
 
     ``calls_python``: whether inputs besides those of the system are functions of Python.
-    ``lockstep=None``: where the method has it, and the scene.
+    ``lockstep=None``: as the method's name says, and with ``several`` runs where the method has
+    it, and the scene.
 
     Raises
     ------
     UnknownNameError, ValueOutOfBoundsError
-        For an unknown method or policy, wrong numbers, and methods without lockstep.
+        For an unknown method or policy, wrong numbers, methods without lockstep, and names that
+        say another than ``lockstep``.
     """
     asked = (rtol, method, first_step, max_step, max_steps, dense, on_change_point, max_bytes,
-             checkpoints, lockstep, calls_python)  # fmt: skip
+             checkpoints, lockstep, several, calls_python)  # fmt: skip
     known = system.cache.get("policy")
     if known is not None and atol is None and _are_equal(known[0], asked):
         kept: Policy = known[1]
         return kept
     tolerance = _checked_rtol(rtol)
-    code, together = _in_lockstep(system, method, lockstep, tolerance, calls_python)
+    name, together = _alone_or_together(method, lockstep, several)
+    code, together = _in_lockstep(system, name, together, tolerance, calls_python)
     policy = Policy(
         tolerance,
         None if atol is None else _checked_atol(system, atol),
@@ -106,7 +109,7 @@ def checked_policy(
         checked_count("max_steps", max_steps),
         dense,
         checked_change_point(on_change_point),
-        method == "auto",
+        name == "auto",
         checked_positive("max_bytes", max_bytes, infinite=True),
         checkpoints=None if checkpoints is None else checked_positive("checkpoints", checkpoints),
         lockstep=together,
@@ -176,14 +179,28 @@ def checked_change_point(policy: str) -> str:
     return checked_word("policy at change points", policy, CHANGE_POINT_POLICIES)
 
 
+def _alone_or_together(
+    method: str, lockstep: bool | None, several: bool
+) -> tuple[str, bool | None]:
+    """The name of a method by itself, and whether in lockstep; None: where there is such code."""
+    if lockstep is not None and not isinstance(lockstep, (bool, np.bool_)):
+        raise TypeError(f"lockstep is True or False, not {brief(lockstep)}")
+    if not isinstance(method, str) or not method.endswith(TOGETHER):
+        return method, lockstep if lockstep is not None or several else False
+    name = method.removesuffix(TOGETHER)
+    if name == "auto":
+        raise ValueOutOfBoundsError(f"method={method!r} is none: take 'auto' and lockstep=True")
+    if lockstep is not None and not lockstep:
+        raise ValueOutOfBoundsError(
+            f"method={method!r} has lockstep=True: omit lockstep=False, or take {name!r} with it"
+        )
+    return name, True
+
+
 def _in_lockstep(
     system: System, method: str, lockstep: bool | None, rtol: float, calls_python: bool
 ) -> tuple[str, bool]:
     """The code of the method, and whether it is that of several runs in the lanes."""
-    if isinstance(method, str) and method.endswith(TOGETHER):
-        method, lockstep = method.removesuffix(TOGETHER), True
-    if lockstep is not None and not isinstance(lockstep, (bool, np.bool_)):
-        raise TypeError(f"lockstep is True or False, not {brief(lockstep)}")
     chosen = _chosen_method(system, method, calls_python)
     auto = method == "auto"
     if lockstep and not auto and chosen not in LOCKSTEP:

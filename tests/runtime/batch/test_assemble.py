@@ -74,3 +74,16 @@ def test_members_beside_singular_ones_stay_as_they_are(model):
     for member in (0, 2, 3):
         alone = model.assemble({"theta_0": theta[member]})
         np.testing.assert_array_equal(batch.y0[member], alone)
+
+
+@pytest.mark.parametrize("order", [[0], [0, 1], [1, 0]])
+def test_a_member_at_a_change_point_starts_as_alone_whatever_the_others_are(model, order):
+    """The other member closes in one configuration alone, so the rank elsewhere is not its own."""
+    theta, length = np.array([np.pi, 0.0])[order], np.array([4.0, 6.0])[order]
+    batch = starts(model, mechc.Assembly({"theta_0": theta}, {"omega_0": 1.0}), {"l_3": length})
+    with pytest.raises(AssemblyError, match="2 branches"):
+        model.assemble({"theta_0": np.pi}, {"omega_0": 1.0}, params={"l_3": 4.0})
+    assert batch.status(order.index(0)).code == "not assembled"
+    if 1 in order:
+        alone = model.assemble({"theta_0": 0.0}, {"omega_0": 1.0}, params={"l_3": 6.0})
+        np.testing.assert_array_equal(batch.y0[order.index(1)], alone)

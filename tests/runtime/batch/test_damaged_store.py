@@ -22,10 +22,11 @@ def call(model):
     """The request, as a function of the folder."""
     theta = np.linspace(0.9, 1.5, COUNT)
 
-    def made(out=None):
+    def made(out=None, **more):
         return model.simulate_batch(
             0.5, mechc.Assembly({"theta_0": theta}), {"l_3": 3.5}, t_eval=[0.0, 0.5],
             outputs=["points"], reduce=["max(theta_2)"], method="gauss8", chunk=CHUNK, out=out,
+            **more,
         )  # fmt: skip
 
     return made
@@ -376,8 +377,8 @@ def test_data_are_on_the_disk_before_their_manifest_is_there(call, tmp_path, mon
         assert str(path.parent) in synced
 
     monkeypatch.setattr(manifests, "write_text", check)
-    call(tmp_path / "batch")
-    assert len(events) >= 3
+    call(tmp_path / "batch", threads=CHUNK)  # whose lanes take a chunk as a whole
+    assert events == [f"chunk-{first:012d}.json" for first in range(0, COUNT, CHUNK)]
 
 
 def test_a_full_disk_is_told_with_the_folder_and_the_call_goes_on(call, tmp_path, monkeypatch):

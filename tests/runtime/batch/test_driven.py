@@ -97,6 +97,28 @@ def test_batches_with_inputs_are_kept_in_files_and_pickled(pushed, tmp_path):
     np.testing.assert_array_equal(pickle.loads(pickle.dumps(batch)).y, batch.y)
 
 
+def ramp(t):
+    return 10.0 * t
+
+
+@pytest.mark.parametrize("force", [ramp, mechc.Sampled(ramp, 0.1)])
+def test_a_pickled_batch_repeats_no_member_with_inputs_of_the_model_instead(pushed, force):
+    """Functions are not pickled: the model's own constant input was taken in their place."""
+    model = pushed.with_inputs({"F": 0.0})
+    batch = model.simulate_batch(1.0, STARTS, {"k": 1.0}, inputs={"F": force})
+    np.testing.assert_array_equal(batch[2].y[-1], batch.y[2])
+    again = pickle.loads(pickle.dumps(pickle.loads(pickle.dumps(batch))))
+    np.testing.assert_array_equal(again.y, batch.y)
+    with pytest.raises(mechc.MechcError, match=r"^F: inputs that are functions"):
+        again.member(2)
+
+
+def test_a_pickled_batch_has_the_functions_that_its_model_is_driven_by(pushed):
+    batch = pushed.with_inputs({"F": ramp}).simulate_batch(1.0, STARTS, {"k": 1.0})
+    again = pickle.loads(pickle.dumps(batch))
+    np.testing.assert_array_equal(again[2].y[-1], batch.y[2])
+
+
 @pytest.mark.parametrize("kind", ["previous", "cubic", "interpolant"])
 def test_signals_are_kept_in_folders(pushed, tmp_path, kind):
     """To the last bit; an interrupted call goes on, another signal is another request."""

@@ -470,6 +470,31 @@ def test_fast_rotation_is_not_taken_for_stiff():
     assert steps[0] == steps[1]
 
 
-def test_words_after_a_method_that_has_no_lockstep_are_refused(pendulum):
-    with pytest.raises(mechc.MechcError, match="no lockstep"):
-        pendulum.simulate(1.0, [1.0, 0.0], method="radau5 in lockstep")
+@pytest.mark.parametrize(
+    ("method", "lockstep", "told"),
+    [
+        ("radau5 in lockstep", None, "no lockstep"),
+        ("gauss8 in lockstep", False, "omit lockstep=False, or take 'gauss8'"),
+        ("auto in lockstep", None, "take 'auto' and lockstep=True"),
+        ("auto in lockstep", True, "take 'auto' and lockstep=True"),
+    ],
+)
+def test_words_after_a_method_that_it_cannot_have_are_refused(pendulum, method, lockstep, told):
+    for run, start in ((pendulum.simulate, [1.0, 0.0]), (pendulum.simulate_batch, [[1.0, 0.0]])):
+        with pytest.raises(mechc.ValueOutOfBoundsError, match=told):
+            run(1.0, start, method=method, lockstep=lockstep)
+
+
+def test_the_name_of_a_method_in_lockstep_is_taken_by_every_run(pendulum):
+    """By itself, step by step and with derivatives, where lockstep is not asked for otherwise."""
+    method, start = "gauss8 in lockstep", np.array([1.0, 0.0])
+    sol = pendulum.simulate(1.0, start, method=method)
+    assert sol.method == method
+    assert pendulum.simulate(1.0, start, method="gauss8").method == "gauss8"
+    batch = pendulum.simulate_batch(1.0, start, method=method)
+    np.testing.assert_array_equal(batch.y[0], sol.y[-1])
+    stepper = pendulum.stepper(start, method=method)
+    np.testing.assert_allclose(stepper.step(1.0), sol.y[-1], rtol=0, atol=1e-9)
+    other = mechc.load("pendulum", outputs=("sensitivities",))
+    found = other.simulate_batch(1.0, start, method=method, sensitivities=["y0"])
+    assert found.method == method

@@ -137,6 +137,15 @@ def test_a_member_that_fails_after_its_own_time_is_kept(pendulum):
     assert np.isnan(slopes[1]).all()
 
 
+@pytest.mark.parametrize("method", ["auto", "gauss8 in lockstep"])
+def test_several_motions_have_the_steps_of_simulate(pendulum, method):
+    motion = motion_of(pendulum, None, (), 0.0, {"method": method})
+    t, x = np.array([[0.4, 1.1]]), np.array([[0.8, 0.3], [0.7, 0.2]])
+    found = motion.states(t, x)
+    for row, each in zip(x, found, strict=True):
+        np.testing.assert_array_equal(each, motion.states(t[0], row))
+
+
 def test_several_motions_are_a_batch_with_the_inputs_of_the_model():
     model = mechc.compile(pushed_mass(), defaults={"m": 2.0, "k": 1.0}, outputs=("sensitivities",))
     for force in (0.7, lambda t: 0.7 + 0.0 * t):

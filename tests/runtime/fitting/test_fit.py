@@ -139,6 +139,27 @@ def test_ctrl_c_leaves_the_best_values_tried(pendulum, monkeypatch):
     assert result["l_0"] != 4.0
 
 
+@pytest.mark.parametrize("refined", [0, 2])
+def test_ctrl_c_at_the_first_motion_of_a_start_leaves_those_before(pendulum, monkeypatch, refined):
+    told, inner = [], Problem.residuals
+
+    def interrupt(self, x):
+        if len(told) == 1 + refined:  # one beside those of each start
+            told.append("interrupted")
+            raise KeyboardInterrupt
+        return inner(self, x)
+
+    monkeypatch.setattr(Problem, "residuals", interrupt)
+    given = columns(pendulum, noise=0.01), {"l_0": (0.05, 20.0)}, {"theta_0": 0.01}
+    with pytest.raises(KeyboardInterrupt) as stopped:
+        pendulum.fit(*given, **KNOWN, starts=8, progress=lambda *note: told.append(note))
+    if not refined:
+        assert not isinstance(stopped.value, mechc.RunInterrupt)
+        return
+    ends = pendulum.fit(*given, **KNOWN, starts=8, refined=refined).ends
+    assert [cost for _, cost in stopped.value.fit.ends] == [cost for _, cost in ends]
+
+
 def test_many_starts_find_what_one_does_not(pendulum):
     data = columns(pendulum, noise=0.01)
     free, far = (

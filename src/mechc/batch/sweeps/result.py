@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
+
+import numpy as np
 
 from mechc.batch.results import Batch
 from mechc.batch.sweeps.sweep import Plan, sweep_json, sweep_summary
@@ -12,6 +14,8 @@ from mechc.system.parameters import Array
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from mechc.results.solution import Solution
 
 
 @dataclass(frozen=True, repr=False)
@@ -32,11 +36,21 @@ class Sweep:
     plan: Plan
     seconds: float
 
-    def __getitem__(self, name: Any) -> Array:
-        """A result by name, of the grid's shape; (n, ...) where members were drawn."""
-        values = self.batch[str(name)]
-        shape = self.plan.shape
-        return values if shape is None else values.reshape(*shape, *values.shape[1:])
+    @overload
+    def __getitem__(self, name: int) -> Solution: ...
+
+    @overload
+    def __getitem__(self, name: Any) -> Array: ...
+
+    def __getitem__(self, name: Any) -> Any:
+        """A result by name, of the grid's shape; (n, ...) where members were drawn.
+
+        A member's motion by number, as of the batch.
+        """
+        found, shape = self.batch[name], self.plan.shape
+        if shape is None or not isinstance(found, np.ndarray):
+            return found
+        return found.reshape(*shape, *found.shape[1:])
 
     def plot(self, reduction: str | None = None) -> Figure:
         """The map of one reduction, by default the first: a matplotlib figure."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -41,16 +42,31 @@ class Variation:
 
 @dataclass(frozen=True)
 class Plan:
-    """The members of a sweep: columns (n,), and the shape of the grid if it is one."""
+    """The members of a sweep: how many, and the shape of the grid if it is one."""
 
     variations: tuple[Variation, ...]
-    columns: Mapping[str, Array]
+    count: int
     shape: tuple[int, ...] | None
     sampling: str
     seed: int
 
     def __len__(self) -> int:
-        return len(next(iter(self.columns.values())))
+        return self.count
+
+    @cached_property
+    def columns(self) -> Mapping[str, Array]:
+        """Values (n,) of what varies, by name; made when they are first asked for."""
+        if self.shape is None:
+            points = _points(self.sampling, len(self.variations), self.count, self.seed)
+            return {
+                v.name: v.low + (v.high - v.low) * points[:, i]
+                for i, v in enumerate(self.variations)
+            }
+        axes = [
+            np.linspace(v.low, v.high, n) for v, n in zip(self.variations, self.shape, strict=True)
+        ]
+        grids = np.meshgrid(*axes, indexing="ij")
+        return {v.name: grid.reshape(-1) for v, grid in zip(self.variations, grids, strict=True)}
 
 
 def read_variation(model: Description, text: str) -> Variation:
@@ -135,10 +151,7 @@ def _grid(variations: tuple[Variation, ...], count: int | None, seed: int) -> Pl
     shape = tuple(each.count or 1 for each in variations)
     if math.prod(shape) > MOST:
         raise MechcError(f"{math.prod(shape)} members are too many; {MOST} at most")
-    axes = [np.linspace(v.low, v.high, n) for v, n in zip(variations, shape, strict=True)]
-    grids = np.meshgrid(*axes, indexing="ij")
-    columns = {v.name: grid.reshape(-1) for v, grid in zip(variations, grids, strict=True)}
-    return Plan(variations, columns, shape, "grid", seed)
+    return Plan(variations, math.prod(shape), shape, "grid", seed)
 
 
 def _drawn(variations: tuple[Variation, ...], sampling: str, count: int, seed: int) -> Plan:
@@ -147,9 +160,7 @@ def _drawn(variations: tuple[Variation, ...], sampling: str, count: int, seed: i
             raise MechcError(f"{each.name}: only a grid has counts there; give one count of all")
     if not 1 <= count <= MOST:
         raise MechcError(f"a count of {count} must be between 1 and {MOST}")
-    points = _points(sampling, len(variations), count, seed)
-    columns = {v.name: v.low + (v.high - v.low) * points[:, i] for i, v in enumerate(variations)}
-    return Plan(variations, columns, None, sampling, seed)
+    return Plan(variations, count, None, sampling, seed)
 
 
 def _points(sampling: str, size: int, count: int, seed: int) -> Array:

@@ -1,9 +1,11 @@
 """``mechc sweep``: what varies, how it is drawn, what is told, written and drawn."""
 
 import re
+import tracemalloc
 
 import numpy as np
 import pytest
+from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
 from mechc.batch.sweeps.maps import _normalisation, draw_map
@@ -70,6 +72,25 @@ def test_drawn_members_fill_the_ranges_and_repeat_with_the_seed(sampling):
         assert column.max() > high - 0.1 * (high - low)
         assert np.array_equal(column, again.columns[name])
         assert not np.array_equal(column, other.columns[name])
+
+
+@pytest.mark.parametrize(
+    ("texts", "asked"),
+    [
+        (("l_3=3.4:4.6:1000", "m_1=1kg:3kg:300"), ()),
+        (("l_3=3.4:4.6", "m_1=1kg:3kg"), ("lhs", 300_000)),
+    ],
+)
+def test_a_plan_is_checked_before_its_members_take_memory(texts, asked):
+    model = mechc.load("four_bar")
+    variations = [read_variation(model, text) for text in texts]
+    tracemalloc.start()
+    chosen = plan(variations, *asked)
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert len(chosen) == 300_000
+    assert most < 8 * len(chosen)  # bytes of one column
+    assert {len(column) for column in chosen.columns.values()} == {300_000}
 
 
 def legend(figure):
@@ -204,6 +225,8 @@ def test_a_sweep_in_python_is_that_of_the_shell(capsys, model):
     assert told == shell
     assert found["max(theta_2)"].shape == (3, 4)
     assert found["max(theta_2)"][2, 1] == found.batch["max(theta_2)"][9]
+    assert found[dynamicsymbols("steps")].shape == (3, 4)
+    np.testing.assert_array_equal(found[9].y[-1], found.batch.y[9])
     assert "12 members (3 x 4)" in str(found)
     assert repr(found) == (
         "<mechc.Sweep of l_3, theta_0: <mechc.Batch of four_bar: 12 members, 12 finished>>"

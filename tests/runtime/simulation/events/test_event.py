@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 import pytest
+import sympy as sm
+from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
 from mechc.errors import ValueOutOfBoundsError
@@ -60,6 +62,16 @@ def test_a_zero_that_is_only_touched_is_found_or_told(model, start, touching):
     assert len(sol.events[0].t) or len(told) == 1
 
 
+def test_a_zero_that_is_touched_where_a_step_ends_is_told():
+    """Steps end at the corner of the law, where the event touches its zero."""
+    q, u = dynamicsymbols("q u")
+    given = mechc.from_equations([q], [u], sm.Matrix([1]), [-q - 0.3 * sm.Abs(q)], name="corner")
+    model = mechc.compile(given)
+    for method in ("gauss8", "dop853"):
+        sol = model.simulate(4, [1.0, 0.0], method=method, events=["q**2"])
+        assert len(sol.events[0].t) or any("only touches" in each for each in sol.status.warnings)
+
+
 @pytest.mark.parametrize("reset", [None, {"omega_0": "omega_0"}])
 @pytest.mark.parametrize(
     ("poles", "zeros"),
@@ -68,6 +80,9 @@ def test_a_zero_that_is_only_touched_is_found_or_told(model, start, touching):
         ("1/(t - 0.731)**3", []),
         ("tan(3*t)", np.pi / 3 * np.arange(1, 3)),
         ("2/(t - 1.5) - 8", [1.75]),
+        ("1/t*(t - 1)", [1.0]),
+        ("sign(t - 1.1)*abs(t - 1.1)**(-1/3)", []),
+        ("sign(t - 1.1)*log(abs(t - 1.1)/8)", []),
     ],
 )
 def test_a_pole_is_no_zero(poles, zeros, reset):

@@ -4,10 +4,12 @@ from itertools import chain, combinations
 
 import numpy as np
 import pytest
+import sympy as sm
 from mechc.native._events import impulses
 
 import mechc
 from mechc.errors import MechcError, ValueOutOfBoundsError
+from tests.support import scenes
 from tests.support.impacts import G, impacts
 
 
@@ -203,3 +205,35 @@ def test_gaps_without_a_value_are_refused_in_words(ball, stop, words, compiled, 
         monkeypatch.setattr("mechc.compilation.event_unit._known", {})
     with pytest.raises(MechcError, match=words):
         ball.simulate(1.0, [1.0, 0.0], events=stop)
+
+
+@pytest.mark.parametrize(
+    ("height", "speed", "t_end"),
+    [(0, -1e-6, 1), (0, 1e-9, 1), (0, -0.01, 100), (1e-6, 0, 100), (1e-3, 0, 1e3), (0.1, 0, 1e4)],
+)
+def test_a_ball_comes_to_rest_however_short_its_flights_are_beside_the_span(
+    ball, height, speed, t_end
+):
+    sol = ball.simulate(t_end, [height, speed], events=mechc.Stop("q_0", 0.3))
+    assert sol.status.code == "finished"
+    assert sol.segments[-1].contacts == ("held",)
+    assert sol.events[0].t[-1] < 1.0
+    batch = ball.simulate_batch(
+        t_end, [[height, speed]], events=mechc.Stop("q_0", 0.3), progress=False
+    )
+    assert batch.ok.all()
+
+
+@pytest.mark.parametrize("rest", [1e3, 1e6])
+def test_short_flights_after_a_long_rest_are_all_there(rest):
+    """A body between walls a micrometre apart, kicked after a while at rest."""
+    model = mechc.compile(scenes.bead_with(sm.S.Zero), outputs=())
+    apart, kicked = 1e-6, mechc.Event(f"t - {rest!r}", direction=1, reset={"u": "1"})
+    walls = [
+        mechc.Event(f"q - {apart!r}", direction=1, reset={"u": "-u"}),
+        mechc.Event("q", direction=-1, reset={"u": "-u"}),
+    ]
+    start = np.array([apart / 2, 0.0])
+    sol = model.simulate(rest + 20.4e-6, start, events=[kicked, *walls])
+    assert sol.status.code == "finished"
+    assert [len(record.t) for record in sol.events] == [1, 10, 10]

@@ -8,6 +8,7 @@
 #define MECHC_RESET_SHORTEST 64.0 /* times the exactness of its time: nearer resets accumulate */
 #define MECHC_RESET_ROUNDS 4.0  /* times the rounding of an event's terms: its value may be zero */
 #define MECHC_RESET_NEAR 16.0   /* times it: a value that tells its sign */
+#define MECHC_RESET_LEFT 0.5    /* of the way at its rate since its last reset: it comes from there */
 #define MECHC_RESET_FLIGHT 64.0 /* times it: how far it goes where a zero is told from the last */
 
 #define MECHC_RESET_TOUCHING 10.0 /* times rtol of an event's largest value: it may be zero */
@@ -79,13 +80,16 @@ MECHC_STATIC void mechc_event_rates(mechc_watch *watch, double t, const double *
     }
 }
 
-/* Whether an event counts as zero; a zero that is clearly ahead is found later. */
+/* Whether an event counts as zero; a zero that is clearly ahead is found later, and one that it comes from
+ * has reset the state. */
 MECHC_STATIC int mechc_event_touches(const mechc_watch *watch, int number, double t, const double *y)
 {
     const double value = mechc_event_value(watch, number, t, y), rate = watch->event[number].later;
+    const double since = fabs(t - watch->event[number].last);
+    const int left = since > mechc_at_once(watch, t) && fabs(value) >= MECHC_RESET_LEFT * fabs(rate) * since;
     const double soon = 2.0 * mechc_located(watch, t) * fabs(rate)
                       + MECHC_RESET_ROUNDS * watch->event[number].rounding;
-    const int passed = value * rate > 0.0 && fabs(value) <= mechc_event_nothing(watch, number);
+    const int passed = !left && value * rate > 0.0 && fabs(value) <= mechc_event_nothing(watch, number);
     return fabs(value) <= soon || passed;
 }
 

@@ -26,9 +26,10 @@ from mechc.system.attitudes import Attitudes
 from mechc.system.description import Description
 from mechc.system.kinds import ANGULAR, DIMENSIONLESS
 from mechc.system.names import name_of
-from mechc.system.parameters import Array, ParameterSet, doubles
+from mechc.system.parameters import Array, ParameterSet, doubles, one_double
 from mechc.system.picture import Picture
 from mechc.system.reference import ModelReference, Origin
+from mechc.system.units import in_si
 
 Time: TypeAlias = "float | Array"
 ENERGIES = ("kinetic_energy", "potential_energy")  # whose sum is the energy
@@ -60,6 +61,8 @@ class System(Description):
         Counts the operations with nothing fixed and all default outputs, where that is known.
     origin
         What it was compiled from, where that is known.
+    given_defaults
+        The default values given, some with units, also of parameters of further outputs alone.
     drawn
         Makes the picture of this system from its description, where that is known.
     angular, dimensionless : (nq + nu,)
@@ -134,6 +137,7 @@ class System(Description):
 
     cache: dict[Any, Any]
     origin: Origin | None = None
+    given_defaults: Mapping[str, Any] = MappingProxyType({})
     drawn: Callable[..., Picture] | None = None
     draws_more = False  # than the compiled points
 
@@ -150,13 +154,21 @@ class System(Description):
 
     def _parameter_set(self) -> ParameterSet:
         quantities = [self.quantities[name] for name in self.parameters]
-        known = {n: x for n, x in self.reference.defaults.items() if n in self.parameters}
-        return ParameterSet(quantities, self.scene, known)
+        return ParameterSet(quantities, self.scene, self.reference.defaults)
 
-    def with_defaults(self, defaults: Mapping[str, float]) -> System:
-        """A copy of the system with other defaults."""
+    def with_defaults(self, defaults: Mapping[str, Any]) -> System:
+        """A copy of the system with other defaults, some with units; those of parameters that it
+        does not have are kept for further outputs.
+
+        Raises :class:`ValueOutOfBoundsError` for a value that is not in a unit of its parameter.
+        """
         other = self.replaced_scene(self.scene)
-        other.reference = replace(self.reference, defaults=dict(defaults))
+        own = {
+            name: one_double(in_si(value, self.quantities[name]), f"the default of {name}")
+            for name, value in defaults.items()
+            if name in self.parameters
+        }
+        other.reference, other.given_defaults = replace(self.reference, defaults=own), defaults
         other.parameter_set = other._parameter_set()
         return other
 
@@ -307,8 +319,8 @@ class System(Description):
         this one."""
         given = {} if self.driven is None else self.driven.given
         scene = found.scene.with_inputs(given) if given else found.scene
-        defaults = {**found.reference.defaults, **self.reference.defaults}
-        other = found.replaced_scene(scene).with_defaults(defaults).with_start(self.start)
+        other = found.replaced_scene(scene).with_start(self.start)
+        other = other.with_defaults(self.given_defaults)
         other.title, other.drawn, other.draws_more = self.title, self.drawn, self.draws_more
         return other
 

@@ -1,16 +1,25 @@
 """Outputs that a model was not compiled with are compiled when they are first asked for."""
 
 import ctypes
+import pickle
 
 import numpy as np
 import pytest
-from sympy import Symbol
+from sympy import Symbol, symbols
+from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
+from benchmarks.problems.particle import particle
 from mechc import progress
 from mechc.compilation import build
 from mechc.compilation.library.library import origin_of
-from mechc.errors import CompilerError, MechcError, UnavailableOutputError
+from mechc.errors import (
+    CompilerError,
+    MechcError,
+    MissingParameterError,
+    UnavailableOutputError,
+    ValueOutOfBoundsError,
+)
 from mechc.system.reference import ModelReference
 from tests.support.linkages.jointed import chain_joints
 from tests.support.pendulums import pendulum, pushed_mass
@@ -130,6 +139,45 @@ def test_a_parameter_of_the_reactions_alone_has_its_default():
     model = mechc.compile(made, outputs=())
     force = model.reactions([0.3, 0.2]).force
     assert force[0, 2] == pytest.approx(-4.0, rel=1e-14)
+
+
+# -- parameters of further outputs alone ----------------------------------------------------------
+
+
+def slider():
+    """A mass m on a spring k, at a height h that nothing but its potential energy depends on."""
+    q, u, (m, k, g, h) = *dynamicsymbols("q u"), symbols("m k g h")
+    return particle([q], [u], [-k * q], potential=k * q**2 / 2 + m * g * h)
+
+
+def lean_slider(**defaults):
+    return mechc.compile(slider(), outputs=(), defaults={"m": 2.0, "k": 3.0, **defaults})
+
+
+SLID = np.array([0.5, 0.0])
+SPRING = 0.375  # J, at that state
+
+
+def test_each_model_has_its_own_defaults():
+    for gravity in (9.81, 1.62):
+        model = lean_slider(g=gravity, h=1)
+        assert model.potential_energy(SLID) == pytest.approx(SPRING + 2 * gravity, rel=1e-14)
+        again = pickle.loads(pickle.dumps(model))
+        assert again.potential_energy(SLID) == model.potential_energy(SLID)
+    with pytest.raises(MissingParameterError, match="g"):
+        lean_slider(h=1).potential_energy(SLID)
+
+
+def test_a_default_of_a_further_output_has_a_unit():
+    model = mechc.compile(
+        slider(), outputs=(), units={"h": "m"}, defaults={"m": 2, "k": 3, "g": 9.81, "h": "500 mm"}
+    )
+    assert model.potential_energy(SLID) == pytest.approx(SPRING + 9.81, rel=1e-14)
+    wrong = mechc.compile(
+        slider(), outputs=(), units={"h": "m"}, defaults={"m": 2, "k": 3, "g": 9.81, "h": "5 kg"}
+    )
+    with pytest.raises(ValueOutOfBoundsError, match="'kg' in '5 kg' is not one of its units"):
+        wrong.potential_energy(SLID)
 
 
 # -- exports --------------------------------------------------------------------------------------

@@ -180,7 +180,7 @@ class Model(Batches):
         """
         from mechc.analysis.inverse_dynamics import inverse_dynamics
 
-        states, p = self._as_arrays(y, params)
+        _, states, p = self._for_outputs((), y, params)
         rates = doubles(accelerations, "accelerations")
         wanted = (*states.shape[:-1], len(self.speeds))
         if rates.shape != wanted:

@@ -160,10 +160,7 @@ class Trajectory:
         forces = self.record.contact_forces(t, y)
         if forces is not None:
             refuse_derivatives_in_contact([name])
-        values = self.values_along(t)
-        if name == "energy":
-            return self.system.energy(y, values, t)
-        return self.system.evaluate(name, y, values, t, forces)
+        return self.system.evaluate(name, y, self.values_along(t), t, forces)
 
     # -- histories, computed when requested ---------------------------------------------------
 

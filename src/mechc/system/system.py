@@ -32,7 +32,8 @@ from mechc.system.reference import ModelReference, Origin
 from mechc.system.units import in_si
 
 Time: TypeAlias = "float | Array"
-ENERGIES = ("kinetic_energy", "potential_energy")  # whose sum is the energy
+ENERGIES = ("kinetic_energy", "potential_energy")
+SUMS = {"energy": ENERGIES}  # outputs that are sums of others
 ABSENT = ("constraints", "velocity_constraints", "constraint_jacobian", "multipliers")
 
 
@@ -281,15 +282,19 @@ class System(Description):
 
     def with_output(self, *names: str) -> System:
         """This system, or the same with these outputs; see :meth:`including`."""
-        left_out = self.data["left_out"]
-        return self.including(*(left_out[name] for name in names if name in left_out))
+        return self.including(*self._requests_of(names))
 
     def differentiable(self, *names: str) -> System:
         """This system, or the same with derivatives of motions, and of these outputs along them;
         see :meth:`including`."""
-        left_out = self.data["left_out"]
-        more = (left_out[name] for name in names if name in left_out)
+        more = self._requests_of(names)
         return self.including("sensitivities", *more, parts=PARTS["derivatives"])
+
+    def _requests_of(self, names: Iterable[str]) -> list[str]:
+        """Names by which a request has these outputs, where it has not."""
+        parts = [part for name in names for part in SUMS.get(name, (name,))]
+        left_out = self.data["left_out"]
+        return [left_out[part] for part in parts if part in left_out]
 
     def _compiled_with(self, missing: frozenset[str], parts: int) -> System:
         """The mechanism compiled with further outputs, as all copies of this system need it."""
@@ -406,7 +411,7 @@ class System(Description):
 
     def energy(self, y: Array, p: Array, t: Time = 0.0) -> Array:
         """T + V in J, (...)."""
-        return self.kinetic_energy(y, p, t) + self.potential_energy(y, p, t)
+        return self.evaluate("energy", y, p, t)
 
     def points(self, y: Array, p: Array, t: Time = 0.0) -> Array:
         """Positions of the named points in m, (..., points, 3)."""
@@ -425,6 +430,9 @@ class System(Description):
         Raises :class:`UnknownNameError`, :class:`UnavailableOutputError` if there is no such
         output, or the description does not determine it or is not at hand.
         """
+        if name in SUMS:
+            first, *rest = (self.evaluate(part, y, p, t, forces) for part in SUMS[name])
+            return sum(rest, first)
         if name_of(name) in self.array_outputs:
             elements = self.array_elements(name)
             parts = [self.evaluate(element, y, p, t, forces) for element in elements]

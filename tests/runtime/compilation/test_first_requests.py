@@ -6,7 +6,7 @@ import pickle
 import numpy as np
 import pytest
 from sympy import Symbol, symbols
-from sympy.physics.mechanics import dynamicsymbols
+from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
 
 import mechc
 from benchmarks.problems.particle import particle
@@ -18,6 +18,7 @@ from mechc.errors import (
     MechcError,
     MissingParameterError,
     UnavailableOutputError,
+    UnknownNameError,
     ValueOutOfBoundsError,
 )
 from mechc.system.reference import ModelReference
@@ -178,6 +179,55 @@ def test_a_default_of_a_further_output_has_a_unit():
     )
     with pytest.raises(ValueOutOfBoundsError, match="'kg' in '5 kg' is not one of its units"):
         wrong.potential_energy(SLID)
+
+
+def test_a_parameter_of_a_further_output_is_given_with_it():
+    model = lean_slider(h=1)
+    for params in ({"g": 5}, {Symbol("g"): 5.0}, {"g": [5.0, 5.0]}):
+        found = model.potential_energy(SLID, params)
+        np.testing.assert_allclose(found, SPRING + 10, rtol=1e-14)
+    assert model.energy(SLID, {"g": 5}) == pytest.approx(SPRING + 10, rel=1e-14)
+    assert model.output("potential_energy", SLID, {"g": 5}) == model.energy(SLID, {"g": 5})
+    f, out, address = model.c_function("potential_energy", {"g": 5}), np.empty(1), np.ctypeslib
+    places = (ctypes.addressof(address.as_ctypes(each)) for each in (SLID, out))
+    f.ctypes(0.0, *places, f.data)
+    assert out[0] == model.energy(SLID, {"g": 5})
+    with pytest.raises(UnknownNameError, match="gg"):
+        model.potential_energy(SLID, {"gg": 5})
+
+
+def test_derivatives_of_a_further_output_have_its_parameters():
+    """The energy is k q(0)^2/2 + m g h, whatever the motion: dE/dm = g h."""
+    sol = lean_slider(g=5, h=3).simulate(0.7, {"q": 0.5}, sensitivities=["m", "k", "q"])
+    for name, slope in {"m": 15.0, "k": 0.125, "q": 1.5}.items():
+        found = sol.sensitivity_of("energy", name)
+        np.testing.assert_allclose(found, slope, rtol=1e-9)
+    ends = {"energy": 1.0, "q": 2.0}
+    gradient = sol.gradient(end=ends, integral="potential_energy", by=["g", "h", "m"])
+    assert gradient["g"] == pytest.approx(6.0 * 1.7, rel=1e-12)
+    assert gradient["h"] == pytest.approx(10.0 * 1.7, rel=1e-12)
+    assert {*sol.gradient(end="energy")} == {"m", "k", "g", "h"}
+
+
+def test_points_of_a_sweep_have_their_own_parameters():
+    """A mass on the parabola y = x^2 at the height b, which its equations do not contain."""
+    (x, y, u, v), b = dynamicsymbols("x y u v"), Symbol("b")
+    frame, origin = ReferenceFrame("N"), Point("O")
+    origin.set_vel(frame, 0)
+    place = origin.locatenew("P", x * frame.x + y * frame.y + b * frame.z)
+    place.set_vel(frame, u * frame.x + v * frame.y)
+    kane = KanesMethod(
+        frame, [x], [u], kd_eqs=[x.diff() - u, y.diff() - v], q_dependent=[y], u_dependent=[v],
+        configuration_constraints=[y - x**2], velocity_constraints=[v - 2 * x * u],
+    )  # fmt: skip
+    kane.kanes_equations([Particle("mass", place, Symbol("m"))], [(place, -x * frame.x)])
+    model = mechc.compile(kane, outputs=(), defaults={"m": 2.0, "b": 0.25})
+    assert model.parameters == ("m",)
+    sweep = model.sweep_positions("x", [0.0, 0.5, 1.0])
+    np.testing.assert_allclose(sweep.points[1, -1], [0.5, 0.25, 0.25], rtol=1e-14)
+    np.testing.assert_array_equal(sweep.point_sensitivity("b")[:, -1], [[0.0, 0.0, 1.0]] * 3)
+    with pytest.raises(UnknownNameError, match="no parameter is called 'c'"):
+        sweep.point_sensitivity("c")
 
 
 # -- exports --------------------------------------------------------------------------------------

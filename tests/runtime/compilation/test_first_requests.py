@@ -142,6 +142,17 @@ def test_a_parameter_of_the_reactions_alone_has_its_default():
     assert force[0, 2] == pytest.approx(-4.0, rel=1e-14)
 
 
+def test_a_stepper_has_outputs_with_its_present_inputs():
+    q, u, push, m = *dynamicsymbols("q u F"), Symbol("m")
+    model = mechc.compile(particle([q], [u], [push * q]), outputs=(), defaults={m: 2.0})
+    stepper = model.stepper({"q": 0.1}, inputs={"F": 1})
+    for force in (1.0, 50.0, -3.0):
+        stepper.step(0.1, {"F": force})
+        slope = stepper.outputs("rates", "state_jacobian")["state_jacobian"][1, 0]
+        assert slope == pytest.approx(force / 2, rel=1e-14)
+    assert stepper.outputs("energy")["energy"] == pytest.approx(stepper.y[1] ** 2, rel=1e-14)
+
+
 # -- parameters of further outputs alone ----------------------------------------------------------
 
 

@@ -253,6 +253,36 @@ def test_a_model_is_exported_with_its_loops_closed(tmp_path, model):
         assert (tmp_path / "model" / file.name).read_text("utf-8") == file.read_text("utf-8")
 
 
+def test_a_start_of_an_export_closes_the_loops_of_what_is_fixed(tmp_path, model):
+    state = model.assemble({"theta_0": 1.2}, params={"l_3": 3.5})
+    mechc.export_c(model, tmp_path / "names", fix={"l_3": 3.5}, y0={"theta_0": 1.2})
+    mechc.export_c(model, tmp_path / "state", fix={"l_3": 3.5}, y0=state)
+    both = ((tmp_path / each / "main.c").read_text("utf-8") for each in ("names", "state"))
+    assert next(both) == next(both)
+
+
+def test_values_of_an_export_have_units(tmp_path, model):
+    mechc.export_c(model, tmp_path / "typed", params={Symbol("l_3"): "3500 mm"})
+    mechc.export_c(model, tmp_path / "number", params={"l_3": 3.5})
+    for folder, mass in {"own": "2500 g", "plain": 2.5}.items():
+        mechc.export_c(slider(), tmp_path / folder, units={"m": "kg"}, defaults={"m": mass})
+    for first, second in (("typed", "number"), ("own", "plain")):
+        both = ((tmp_path / each / "main.c").read_text("utf-8") for each in (first, second))
+        assert next(both) == next(both)
+    with pytest.raises(ValueOutOfBoundsError, match="'kg' in '3 kg' is not one of its units"):
+        mechc.export_c(model, tmp_path / "wrong", params={"l_3": "3 kg"})
+
+
+def test_an_exported_model_has_the_parameters_of_further_outputs(tmp_path):
+    model = lean_slider(g=9.81, h=0.5)
+    start = {"outputs": ["energy"], "y0": {"q": 0.5}}
+    mechc.export_c(model, tmp_path / "default", **start)
+    mechc.export_c(model, tmp_path / "moon", params={"g": 1.625}, **start)
+    default, moon = ((tmp_path / n / "main.c").read_text("utf-8") for n in ("default", "moon"))
+    assert "9.81" in default
+    assert default.replace("9.81", "1.625") == moon
+
+
 def test_an_exported_model_has_its_defaults_and_further_outputs(tmp_path, lean):
     mechc.export_c(lean, tmp_path, fix={"m": 2.5}, outputs=["energy", {"twice": 2 * Symbol("l")}])
     main, header = ((tmp_path / n).read_text("utf-8") for n in ("main.c", "pendulum.h"))

@@ -220,6 +220,22 @@ def test_derivatives_of_a_further_output_have_its_parameters():
     assert {*sol.gradient(end="energy")} == {"m", "k", "g", "h"}
 
 
+def test_a_fit_compiles_its_quantities_at_once_and_finds_their_parameters(monkeypatch, capsys):
+    monkeypatch.setattr(progress, "PATIENCE", 0.0)
+    q, u, (m, k, g) = *dynamicsymbols("q u"), symbols("m k g")
+    kane = particle([q], [u], [-k * q], potential=k * q**2 / 2 + m * g)
+    model = mechc.compile(kane, outputs=(), defaults={"m": 2.0, "k": 3.0})
+    capsys.readouterr()
+    t = np.linspace(0.0, 2.0, 20)
+    data = {"t": t, "energy": np.full(20, 0.375 + 10), "points[0,0]": np.zeros(20), "other": t}
+    result = model.fit(data, {"g": (1.0, 20.0)}, y0={"q": 0.5})
+    assert result["g"] == pytest.approx(5.0, rel=1e-9)
+    told = [line for line in capsys.readouterr().err.splitlines() if line.startswith("compiled")]
+    assert [line.rpartition(" in ")[0] for line in told] == [
+        "compiled energy and points and sensitivities of KanesMethod"
+    ]
+
+
 def test_points_of_a_sweep_have_their_own_parameters():
     """A mass on the parabola y = x^2 at the height b, which its equations do not contain."""
     (x, y, u, v), b = dynamicsymbols("x y u v"), Symbol("b")
@@ -303,6 +319,9 @@ def test_without_a_description_the_error_says_so(lean, monkeypatch, tmp_path):
     np.testing.assert_array_equal(found.rhs(0.0, STATE, {"l": 1.2, "m": 1.0}), lean.rhs(0.0, STATE))
     with pytest.raises(UnavailableOutputError, match="has the compiled model, but not its descr"):
         found.points(STATE, {"l": 1.2, "m": 1.0})
+    data = {"t": [0.0, 0.5, 1.0], "points[1,0]": [1.0, 1.1, 1.2]}
+    with pytest.raises(UnavailableOutputError, match="has the compiled model, but not its descr"):
+        found.fit(data, {"l": (0.5, 3.0)}, params={"m": 1.0}, y0=START)
     with pytest.raises(UnavailableOutputError, match="no sensitivities"):
         found.simulate(1.0, START, {"l": 1.2, "m": 1.0}, sensitivities=["l"])
     with pytest.raises(MechcError, match="description of pendulum is not at hand"):

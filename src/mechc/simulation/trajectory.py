@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mechc.errors import MechcError, ValueOutOfBoundsError
+from mechc.errors import MechcError, UnavailableOutputError, ValueOutOfBoundsError
 from mechc.native._arrays import all_within
 from mechc.simulation.balance import conserves_energy, work_along
 from mechc.simulation.events.event import Event, EventRecord
@@ -166,10 +166,20 @@ class Trajectory:
 
     @cached_property
     def energy(self) -> Array:
-        """Kinetic plus potential energy (nt,), J; NaN where it is not known."""
-        if not self.system.knows_energy:
+        """Kinetic plus potential energy (nt,), J; NaN where it is not known.
+
+        It is compiled now if the model was compiled without.
+        """
+        if not self._knows_energy:
             return np.full(len(self.t), np.nan)
         return self.system.energy(self.y, self.values_along(self.t), self.t)
+
+    @cached_property
+    def _knows_energy(self) -> bool:
+        try:
+            return self.system.with_output("energy").knows_energy
+        except UnavailableOutputError:
+            return False
 
     @cached_property
     def closure(self) -> Array:
@@ -196,7 +206,7 @@ class Trajectory:
         """The work done until any times (...) of the run, J."""
         times = self._times_of_run(times)
         flat = times.reshape(-1)
-        known = self.system.knows_energy
+        known = self._knows_energy
         if not known or not times.size or (not self.policy.dense and not self._conserves_energy):
             return np.full(times.shape, np.nan)
         work = work_along(self.system, self.record, flat, self._conserves_energy)
@@ -216,7 +226,7 @@ class Trajectory:
         Over all accepted steps, whichever times are reported.  NaN where energy or work are not
         known.
         """
-        if not self.system.knows_energy:
+        if not self._knows_energy:
             return float("nan")
         t, y = self.record.states() if self._times is not None else self._history
         p = self.values_along(t)

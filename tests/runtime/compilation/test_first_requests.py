@@ -21,6 +21,7 @@ from mechc.errors import (
     UnknownNameError,
     ValueOutOfBoundsError,
 )
+from mechc.results.sampling import curve, sample
 from mechc.system.reference import ModelReference
 from tests.support.linkages.jointed import chain_joints
 from tests.support.pendulums import pendulum, pushed_mass
@@ -78,6 +79,23 @@ def test_a_motion_has_its_derivatives_and_the_same_steps(lean, whole):
         np.testing.assert_allclose(*both, rtol=1e-11, atol=1e-12)
     _, moved = lean.jvp(1.0, START, along={"l": 1.0})
     np.testing.assert_allclose(moved, expected.sensitivity["l"][-1], rtol=1e-11)
+
+
+def test_a_motion_has_its_energy_work_and_curves(lean, whole, tmp_path):
+    sol, expected = (model.simulate(1.0, START, t_eval=TIMES) for model in (lean, whole))
+    assert "the energy is not known" in sol._repr_html_()
+    assert np.isnan(np.genfromtxt(sol.save(tmp_path / "run.csv"), delimiter=",")[1:, 3]).all()
+    for name in ("energy", "work"):
+        found = getattr(sol, name)
+        np.testing.assert_allclose(found, getattr(expected, name), rtol=1e-13, atol=1e-13)
+    assert 0 <= sol.energy_drift < 1e-9
+    run, names = sample(sol, 20), ("energy", "potential_energy", "q")
+    np.testing.assert_array_equal(curve(run, "energy", False)[1], sol.output("energy", run.t))
+    assert [curve(run, name, False)[0].label for name in names] == ["J", "J", "rad"]
+    with pytest.raises(ValueOutOfBoundsError, match="point_velocities is 6 numbers"):
+        curve(run, "point_velocities", False)
+    with pytest.raises(UnknownNameError, match="no output is called 'enrgy'"):
+        curve(run, "enrgy", False)
 
 
 @pytest.mark.parametrize("policy", [{}, {"checkpoints": 40_000}, {"method": "dop853"}])

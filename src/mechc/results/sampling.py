@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from mechc.errors import ValueOutOfBoundsError
+from mechc.errors import UnknownNameError, ValueOutOfBoundsError
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.description import Description
 from mechc.system.kinds import Kind, shown_in
@@ -256,7 +256,11 @@ def curve(run: Run, name: str, degrees: bool) -> tuple[ShownUnit, Array]:
         quantity = system.quantities[name]
         unit = shown_as(quantity.kind, quantity.unit, degrees)
         return unit, run.y[:, states.index(name)]
-    values = run.evaluate(partial(system.evaluate, name))
+    try:
+        values = run.evaluate(partial(system.evaluate, name))
+    except UnknownNameError:
+        known = dict.fromkeys((*states, *SUMS, *ENERGIES, *system.scene.outputs))
+        raise UnknownNameError("quantity", name, known) from None
     if values.size != len(run.t):
         raise ValueOutOfBoundsError(f"{name} is {values[0].size} numbers: only one can be drawn")
     energy = name in (*SUMS, *ENERGIES)

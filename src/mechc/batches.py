@@ -173,11 +173,9 @@ class Batches(Fits):
             checked_whole,
             compute_batch,
             reduction_texts,
-            words_of,
         )
-        from mechc.batch.spec import checked_recipe
+        from mechc.batch.spec import checked_recipe, system_for_results
 
-        system = self.system
         span = checked_span(t_span)
         times = np.zeros(0) if t_eval is None else checked_times(t_eval, span)
         if on_change_point == "raise":
@@ -185,8 +183,8 @@ class Batches(Fits):
                 "a batch raises no error for one member: use on_change_point='stop' or 'continue'"
             )
         asked, reductions = names_of(outputs), reduction_texts(reduce)
-        named, by_names = (*asked, *words_of([*reductions, until or ""])), names_of(sensitivities)
-        system = system.differentiable(*named) if by_names else system.with_output(*named)
+        by_names = names_of(sensitivities)
+        system = system_for_results(self.system, asked, reductions, until, by_names)
         given = checked_inputs(system, inputs)
         policy = checked_policy(
             system, rtol=rtol, atol=atol, method=method, first_step=first_step, max_step=max_step,

@@ -43,6 +43,9 @@ class Fits(Configurations):
     ) -> FitResult:
         """Values with which motions agree with recordings, by least squares with exact slopes.
 
+        Outputs that the model was not compiled with are compiled first; the motions are then those
+        of the wider code, which may differ from others in rounding.
+
         Parameters
         ----------
         measurements

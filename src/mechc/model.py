@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 from weakref import WeakValueDictionary
@@ -188,7 +189,7 @@ class Model(Batches):
         """
         from mechc.analysis.inverse_dynamics import inverse_dynamics
 
-        states, p = self._as_arrays(y, params)
+        _, states, p = self._for_outputs((), y, params)
         rates = doubles(accelerations, "accelerations")
         wanted = (*states.shape[:-1], len(self.speeds))
         if rates.shape != wanted:
@@ -517,7 +518,8 @@ class Model(Batches):
             )
         system.wait()
         inputs = {} if system.driven is None else system.driven.given
-        return _found_again, (system.reference, dict(self.start), inputs)
+        reference = replace(system.reference, defaults=dict(system.given_defaults))
+        return _found_again, (reference, dict(self.start), inputs)
 
     def __copy__(self) -> Model:
         return self

@@ -72,11 +72,18 @@ class Outputs(Description):
         self.system = system
 
     def _evaluate(self, name: str, y: Array, params: Parameters, t: Time) -> Array:
-        return self.system.evaluate(name, *self._as_arrays(y, params), t)
+        system, states, p = self._for_outputs((name,), y, params)
+        return system.evaluate(name, states, p, t)
 
-    def _as_arrays(self, y: Array, params: Parameters) -> tuple[Array, Array]:
-        """States and all parameters, as arrays for the system."""
-        return self._checked_states(y), self.system.parameter_set.resolve(params)
+    def _for_outputs(
+        self, names: Sequence[str], y: Array, params: Parameters
+    ) -> tuple[System, Array, Array]:
+        """The system that has these outputs; states and all of its parameters, as arrays for it.
+
+        It may have parameters that the equations do not contain.
+        """
+        system = self.system.with_output(*names)
+        return system, self._checked_states(y), system.parameter_set.resolve(params)
 
     def _checked_states(self, y: Array) -> Array:
         """States (..., nq + nu) as doubles, row after row in memory."""
@@ -241,13 +248,13 @@ class Outputs(Description):
 
     def energy(self, y: Array, params: Parameters = None, t: Time = 0.0) -> Array:
         """T + V in J, shape (...)."""
-        return self.system.energy(*self._as_arrays(y, params), t)
+        return self._evaluate("energy", y, params, t)
 
     def momenta(self, y: Array, params: Parameters = None, t: Time = 0.0) -> Momenta:
         """Linear and angular momenta of every body, each of shape (..., bodies, 3)."""
-        states, p = self._as_arrays(y, params)
         names = ("linear_momenta", "angular_momenta")
-        return Momenta(*(self.system.evaluate(name, states, p, t) for name in names))
+        system, states, p = self._for_outputs(names, y, params)
+        return Momenta(*(system.evaluate(name, states, p, t) for name in names))
 
     def reactions(self, y: Array, params: Parameters = None, t: Time = 0.0) -> Reactions:
         """Force and torque, (..., joints, 3) each, that each joint's parent exerts on its child.
@@ -263,9 +270,9 @@ class Outputs(Description):
         crossing they grow like 1/distance.  A state knows of no contacts:
         ``sol.output("reaction_forces")`` and ``sol.output("reaction_torques")`` do.
         """
-        states, p = self._as_arrays(y, params)
         names = ("reaction_forces", "reaction_torques")
-        return Reactions(*(self.system.evaluate(name, states, p, t) for name in names))
+        system, states, p = self._for_outputs(names, y, params)
+        return Reactions(*(system.evaluate(name, states, p, t) for name in names))
 
     def points(self, y: Array, params: Parameters = None, t: Time = 0.0) -> Array:
         """Positions of the named points in m, shape (..., points, 3)."""
@@ -322,7 +329,8 @@ class Outputs(Description):
         return self._jacobian("input", y, params, t, of)
 
     def _jacobian(self, by: str, y: Array, params: Parameters, t: Time, of: str | None) -> Array:
-        return self.system.jacobian(by, *self._as_arrays(y, params), t, name_of(of))
+        system, states, p = self._for_outputs((f"{by}_jacobian",), y, params)
+        return system.jacobian(by, states, p, t, name_of(of))
 
     @property
     def input_values(self) -> tuple[str, ...]:
@@ -362,7 +370,9 @@ class Outputs(Description):
         """
         from mechc.system.c_interface import c_function
 
-        return c_function(self.system, output, self._one_set(params, ONE_SET))
+        name = name_of(output)
+        system = self.system.with_output(name)
+        return c_function(system, name, _single(system.parameter_set.resolve(params), ONE_SET))
 
     def integrand(
         self,
@@ -399,9 +409,10 @@ class Outputs(Description):
         """
         from mechc.system.c_interface import integrand
 
-        p = self._one_set(params, ONE_SET)
-        names = names_of(along)
+        name, names = name_of(output), names_of(along)
+        system = self.system.with_output(name)
+        p = _single(system.parameter_set.resolve(params), ONE_SET)
         state = self._checked_states(doubles(y, "a state"))
         if state.ndim != 1 or not names:
             raise ValueError(f"one state of {self.name} and at least one name are needed")
-        return integrand(self.system, output, names, state, p, one_double(t, "the time"), component)
+        return integrand(system, name, names, state, p, one_double(t, "the time"), component)

@@ -56,9 +56,9 @@ def scene_metadata(
     return {
         "name": mechanism.name,
         "title": mechanism.title,
-        "coordinates": _quantities((*mechanism.coordinates, *mechanism.states)),
-        "speeds": _quantities(mechanism.speeds),
-        "parameters": _quantities(parameters),
+        "coordinates": described_quantities((*mechanism.coordinates, *mechanism.states)),
+        "speeds": described_quantities(mechanism.speeds),
+        "parameters": described_quantities(parameters),
         "points": [p.name for p in mechanism.points],
         "bodies": list(distinct(b.name for b in mechanism.bodies)),
         "joints": [j.name for j in mechanism.joints],
@@ -260,7 +260,11 @@ def distinct(names: Iterable[str]) -> Iterator[str]:
         yield different
 
 
-def _quantities(things: Iterable[Coordinate | State | Speed | Parameter]) -> list[dict[str, Any]]:
+def described_quantities(
+    things: Iterable[Coordinate | State | Speed | Parameter],
+) -> list[dict[str, Any]]:
+    """Names, units and bounds of quantities, in order."""
+
     def finite(bound: float) -> float | None:
         return bound if math.isfinite(bound) else None
 

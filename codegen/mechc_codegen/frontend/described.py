@@ -17,6 +17,7 @@ from mechc_codegen.convert.convert import find_symbol
 from mechc_codegen.description.mechanism import Mechanism, Parameter
 from mechc_codegen.description.quantity import Quantity
 from mechc_codegen.description.source import ConversionSettings
+from mechc_codegen.description.terms import as_expression
 from mechc_codegen.errors import MechanismError
 
 TAKEN = ("name", "defaults", "inputs", "parameters")
@@ -74,7 +75,7 @@ def _with_defaults(
 ) -> Iterable[Parameter]:
     known: list[Any] = [p.symbol for p in parameters]
     values = {
-        find_symbol(key, known, "defaults", "parameter"): sympify(value)
+        find_symbol(key, known, "defaults", "parameter"): as_expression(value, f"defaults: {key}")
         for key, value in settings.defaults.items()
     }
     return (replace(p, default=values.get(p.symbol, p.default)) for p in parameters)

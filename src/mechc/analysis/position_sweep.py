@@ -103,7 +103,11 @@ class PositionSweep:
         UnknownNameError
             If there is no such parameter.
         """
-        system, y, values = self.system.including("sensitivities"), self._states, self._values
+        return self._sensitivity(self.system.including("sensitivities"), parameter)
+
+    def _sensitivity(self, system: System, parameter: Any) -> Array:
+        """:meth:`sensitivity` by a parameter of a system that may have further outputs."""
+        y, values = self._states, system.values_of(self.system, self._values)
         place = _place(system, parameter)
         rows = system.constraint_gradient(y, values, self.t)[..., list(self.free)]
         opened = np.zeros(rows.shape[:-1])
@@ -133,9 +137,9 @@ class PositionSweep:
             system.refuse_output("points")
         places = system.derivative_rows["points"][0]
         rows = slice(places[0], places[-1] + 1)
-        given = (self._states, self._values, self.t)
+        given = (self._states, system.values_of(self.system, self._values), self.t)
         by_state = system.evaluate("own_state_jacobian", *given)[..., rows, : self.q.shape[-1]]
-        found = (by_state @ self.sensitivity(parameter)[..., None])[..., 0]
+        found = (by_state @ self._sensitivity(system, parameter)[..., None])[..., 0]
         found = found + system.evaluate("own_parameter_jacobian", *given)[..., rows, place]
         return np.asarray(found.reshape(*found.shape[:-1], -1, 3))
 

@@ -54,7 +54,8 @@ class Batch:
         arrays = {name: np.asarray(values) for name, values in self.arrays.items()}
         known = {} if self.system.driven is None else self.system.driven.given
         recipe = replace(self.recipe, inputs=self.recipe.inputs.without_functions(known))
-        return _unpickled, (type(self), self.model, recipe, arrays, self.complete)
+        models = self.model, self._whole_model
+        return _unpickled, (type(self), *models, recipe, arrays, self.complete)
 
     def __len__(self) -> int:
         return self.recipe.count
@@ -118,8 +119,12 @@ class Batch:
                 "members reached their end"
             )
         until = float(self["t"][place]) if self.recipe.until else self.recipe.span[1]
-        model = type(self.model).of_system(self.system)  # compiled with more than the batch's model
-        return run_alone(model, self.recipe, place, self["y0"][place], until)
+        return run_alone(self._whole_model, self.recipe, place, self["y0"][place], until)
+
+    @property
+    def _whole_model(self) -> Any:
+        """The model of what was simulated, compiled with more than the batch's model."""
+        return type(self.model).of_system(self.system)
 
     @cached_property
     def _has_run(self) -> Array:
@@ -226,8 +231,9 @@ class Batch:
 
 
 def _unpickled(
-    kind: type[Batch], model: Any, recipe: Recipe, arrays: Mapping[str, Any], complete: bool
-) -> Batch:
-    batch = kind(model.system, recipe, arrays, complete)
+    kind: type[Batch], model: Any, whole: Any, recipe: Recipe, arrays: Mapping[str, Any],
+    complete: bool,
+) -> Batch:  # fmt: skip
+    batch = kind(whole.system, recipe, arrays, complete)
     batch.model = model
     return batch

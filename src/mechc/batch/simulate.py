@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
@@ -20,7 +19,7 @@ from mechc.progress import CountBar
 from mechc.simulation.settings import checked_count
 from mechc.system.names import name_of
 from mechc.system.parameters import Array
-from mechc.system.system import ENERGIES, System
+from mechc.system.system import System
 
 KEEP_EVERY = 3.0  # s between manifests of a batch that is streamed
 WRITING = 0.1  # of the time, at most, where members have so many numbers that writing takes long
@@ -62,12 +61,6 @@ def reduction_texts(reduce: Any) -> list[str]:
                 f"{brief(each)}"
             )
     return [x if isinstance(x, str) else f"{x[0]}({name_of(x[1])})" for x in several]
-
-
-def words_of(texts: Iterable[str]) -> set[str]:
-    """The words in texts, and what the energy is the sum of where it is one."""
-    words = {word for text in texts if isinstance(text, str) for word in re.findall(r"\w+", text)}
-    return words | ({*ENERGIES} if "energy" in words else set())
 
 
 def checked_threads(threads: int | None) -> int:

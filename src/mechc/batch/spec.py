@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -136,6 +137,16 @@ def _hash(values: Array | None) -> str | None:
     digest = hashlib.sha256(json.dumps(values.shape).encode())
     digest.update(np.ascontiguousarray(values).data)
     return digest.hexdigest()
+
+
+def system_for_results(
+    system: System, outputs: Sequence[str], reductions: Sequence[str], until: str | None,
+    sensitivities: Sequence[str],
+) -> System:  # fmt: skip
+    """The system with all that the results of a batch need; see :meth:`System.including`."""
+    texts = [*reductions, until if isinstance(until, str) else ""]
+    names = [*outputs, *(word for text in texts for word in re.findall(r"\w+", text))]
+    return system.differentiable(*names) if sensitivities else system.with_output(*names)
 
 
 def checked_recipe(

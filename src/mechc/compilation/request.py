@@ -16,7 +16,7 @@ from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.inputs.accept import samples_or_signal
 from mechc.inputs.sampled import Sampled
 from mechc.inputs.signals import Signal
-from mechc.system.names import by_name, name_of
+from mechc.system.names import by_name
 from mechc.system.reference import ModelReference, Origin
 from mechc.system.system import System
 
@@ -29,21 +29,15 @@ def compile_any(thing: Any, *, drawing: Any = None, **asked: Any) -> System:
     errors_of_compiler()
     seconds: dict[str, float] = {}
     request, numbers = time_stage(seconds, "read", lambda: read_compilable(thing, **asked))
-    system = _drawn(_requested_system(request, numbers, seconds), request, drawing)
+    system = _drawn(_requested_system(request, seconds), request, drawing)
     return with_defaults(system, numbers, request.symbol_names) if numbers else system
 
 
-def _requested_system(
-    request: Any, numbers: Mapping[Any, float], seconds: Seconds, *, ahead: bool = True
-) -> System:
-    """The system of a request without its numbers, which those with more outputs get."""
+def _requested_system(request: Any, seconds: Seconds, *, ahead: bool = True) -> System:
+    """The system of a request without numbers: all requests with its equations share it."""
 
     def with_outputs(outputs: frozenset[str]) -> System:
-        wider = request.including(outputs)
-        system = _requested_system(wider, numbers, {}, ahead=False)
-        return system.with_defaults(
-            {name_of(key): x for key, x in numbers.items() if name_of(key) in system.parameters}
-        )
+        return _requested_system(request.including(outputs), {}, ahead=False)
 
     origin, reference = Origin(request.description, with_outputs), ModelReference("", custom=True)
     return compile_described(origin, reference, request.digest, seconds, ahead=ahead)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError
-from mechc.sensitivities.columns import columns_of
+from mechc.sensitivities.columns import columns_of, held_by
 from mechc.simulation.settings import TOGETHER
 from mechc.system.names import by_name, name_of, names_of
 from mechc.system.parameters import Array, doubles, one_double
@@ -44,7 +44,7 @@ def vjp(
     names, times = names_of(by), _checked_times(t, t0)
     forwards = len(times) > 1
     sol = _simulate(model, times, y0, params, names if forwards else (), t0, policy)
-    columns_of(sol.system, names, sol.params, params)  # refuses unknown names
+    columns_of(sol.system, names, sol.params, held_by(sol.system, params))  # refuses unknown names
     y = _as_asked(t, sol.y)
 
     def pull(cotangent: Any) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from mechc.system.kinds import Kind
 from mechc.system.names import name_of
 from mechc.system.parameters import Array
 from mechc.system.quantity import NamedQuantity
-from mechc.system.system import ENERGIES, System
+from mechc.system.system import SUMS, System
 from mechc.system.units import in_si
 
 _UNITS = {"energy": "J", "kinetic_energy": "J", "potential_energy": "J", "points": "m"}
@@ -54,8 +54,6 @@ class Measured:
         """The values (...) of the quantity on states (..., nq + nu)."""
         if self.output in (*system.coordinates, *system.speeds):
             return np.asarray(y[..., system.state_index(self.output)])
-        if self.output == "energy":
-            return system.energy(y, values, t)
         return self._entry(system.evaluate(self.output, y, values, t))
 
     def slopes(self, sol: Any, names: Sequence[str]) -> Array:
@@ -73,6 +71,16 @@ class Measured:
         return np.asarray(values[place])
 
 
+def system_for_quantities(system: System, given: Any) -> System:
+    """The system with derivatives of all measured quantities; names that are none change nothing.
+
+    Raises as :meth:`System.including`.
+    """
+    names = [name for name in map(name_of, _each(given)) if isinstance(name, str)]
+    matches = [ENTRY.fullmatch(name) for name in names]
+    return system.differentiable(*(match[1] for match in matches if match))
+
+
 def checked_measured(system: System, given: Any) -> tuple[Measured, ...]:
     """The measured quantities, from ``{name: sigma}`` or from names alone.
 
@@ -80,6 +88,7 @@ def checked_measured(system: System, given: Any) -> tuple[Measured, ...]:
     :class:`ValueOutOfBoundsError` for a quantity that the model does not have, and a standard
     deviation that is none.
     """
+    system = system_for_quantities(system, given)
     pairs = given.items() if isinstance(given, Mapping) else ((name, None) for name in _each(given))
     found = tuple(_measured_quantity(system, name_of(name), sigma) for name, sigma in pairs)
     if not found:
@@ -99,11 +108,12 @@ def checked_measured(system: System, given: Any) -> tuple[Measured, ...]:
 def known_columns(system: System, columns: Iterable[str]) -> list[str]:
     """Those of the columns of a recording that are quantities of a model.
 
-    Raises :class:`MechcError` if none is.
+    Raises :class:`MechcError` if none is, or what some need cannot be compiled.
     """
-    found = []
+    columns, found = list(columns), []
+    system = system_for_quantities(system, columns)
     for name in columns:
-        with suppress(MechcError, ValueError):
+        with suppress(UnknownNameError, ValueOutOfBoundsError):
             checked_measured(system, [name])
             found.append(name)
     if not found:
@@ -115,6 +125,8 @@ def known_columns(system: System, columns: Iterable[str]) -> list[str]:
 
 
 def _each(given: Any) -> Sequence[Any]:
+    if isinstance(given, Mapping):
+        return list(given)
     return [given] if isinstance(given, str) or not isinstance(given, Sequence) else given
 
 
@@ -137,12 +149,10 @@ def _measured_quantity(system: System, name: Any, sigma: Any) -> Measured:
 
 
 def _shapes(system: System, output: str) -> tuple[int, ...]:
-    """The shape of a quantity that has derivatives along a motion."""
-    system = system.differentiable(*(ENERGIES if output == "energy" else (output,)))
+    """The shape of a quantity, of a system that has its derivatives along a motion."""
     known: dict[str, tuple[int, ...]] = dict.fromkeys((*system.coordinates, *system.speeds), ())
     known |= {name: shape for name, (_, shape) in system.derivative_rows.items()}
-    if {*ENERGIES} <= set(dict(system.data["differentiated"])):
-        known["energy"] = ()
+    known |= {name: () for name, parts in SUMS.items() if known.keys() >= {*parts}}
     if output not in known:
         raise UnknownNameError("measured quantity", output, known)
     return known[output]
@@ -152,9 +162,9 @@ def _check_index(output: str, index: tuple[int, ...], shape: tuple[int, ...]) ->
     if len(index) == len(shape) and all(i < n for i, n in zip(index, shape, strict=True)):
         return
     if not shape:
-        raise MechcError(f"{output} is one number: write {output} without an index")
+        raise ValueOutOfBoundsError(f"{output} is one number: write {output} without an index")
     last = ",".join(str(n - 1) for n in shape)
-    raise MechcError(
+    raise ValueOutOfBoundsError(
         f"{output} has the shape {shape}: write one of its numbers, from "
         f"{output}[{','.join('0' for _ in shape)}] to {output}[{last}]"
     )

@@ -58,7 +58,7 @@ def to_dataset(sol: Trajectory) -> Any:
         key: ("time", sol[name], {"units": system.units[name], "long_name": name})
         for key, name in netcdf_names((*system.coordinates, *system.speeds)).items()
     }
-    variables["energy"] = ("time", sol.energy, {"units": "J", "long_name": "T + V"})
+    variables["energy"] = ("time", _energy(sol), {"units": "J", "long_name": "T + V"})
     unit = system.gap_unit
     variables["closure"] = ("time", sol.closure, {"units": unit, "long_name": "closure gap"})
     rate = {"units": f"{unit}/s" if unit else ""}
@@ -71,6 +71,11 @@ def to_dataset(sol: Trajectory) -> Any:
     }
     data = xarray.Dataset(variables, coords={"time": time}, attrs=attributes)
     return data.assign_attrs(sha256=digest(data))
+
+
+def _energy(sol: Trajectory) -> Array:
+    """The energy (nt,), NaN of a model without it: a file is written without compiling."""
+    return sol.energy if sol.system.knows_energy else np.full(len(sol.t), np.nan)
 
 
 def to_dataframe(sol: Trajectory) -> Any:
@@ -231,7 +236,7 @@ def _write_csv(sol: Trajectory, path: Path) -> None:
     unit = system.gap_unit
     rate = f"{unit}/s" if unit else ""
     header += ["energy [J]", f"closure [{unit}]", f"velocity closure [{rate}]"]
-    table = np.column_stack([sol.t, sol.y, sol.energy, sol.closure, sol.velocity_closure])
+    table = np.column_stack([sol.t, sol.y, _energy(sol), sol.closure, sol.velocity_closure])
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(header)

@@ -21,7 +21,7 @@ from mechc.system.description import Description
 from mechc.system.kinds import Kind, shown_in
 from mechc.system.parameters import Array
 from mechc.system.picture import Picture
-from mechc.system.system import System
+from mechc.system.system import ENERGIES, SUMS, System
 
 StateFunction = Callable[[Array, Array, Any], Array]
 
@@ -244,9 +244,6 @@ def energies(run: Run) -> dict[str, Array]:
     return {name: run.evaluate(each) for name, each in zip(names, functions, strict=True)}
 
 
-_ENERGIES = ("energy", "kinetic_energy", "potential_energy")
-
-
 def curve(run: Run, name: str, degrees: bool) -> tuple[ShownUnit, Array]:
     """A coordinate, a speed, an energy or an output of one number along a run: unit, values (n,).
 
@@ -259,15 +256,16 @@ def curve(run: Run, name: str, degrees: bool) -> tuple[ShownUnit, Array]:
         quantity = system.quantities[name]
         unit = shown_as(quantity.kind, quantity.unit, degrees)
         return unit, run.y[:, states.index(name)]
-    if name in _ENERGIES:
-        return ShownUnit(1.0, "J", "energy"), run.evaluate(getattr(system, name))
-    if name not in system.scene.outputs:
-        known = dict.fromkeys((*states, *_ENERGIES, *system.scene.outputs))
-        raise UnknownNameError("quantity", name, known)
-    values = run.evaluate(partial(system.evaluate, name))
+    try:
+        values = run.evaluate(partial(system.evaluate, name))
+    except UnknownNameError:
+        known = dict.fromkeys((*states, *SUMS, *ENERGIES, *system.scene.outputs))
+        raise UnknownNameError("quantity", name, known) from None
     if values.size != len(run.t):
         raise ValueOutOfBoundsError(f"{name} is {values[0].size} numbers: only one can be drawn")
-    return ShownUnit(1.0, "", clean_text(name)), values.reshape(-1)
+    energy = name in (*SUMS, *ENERGIES)
+    unit = ShownUnit(1.0, "J", "energy") if energy else ShownUnit(1.0, "", clean_text(name))
+    return unit, values.reshape(-1)
 
 
 SAMPLES_A_STEP, MOST_SAMPLES = 4, 20_000  # long runs need more, else chords are visible

@@ -62,7 +62,8 @@ def summary_rows(sol: Trajectory) -> list[tuple[str, str]]:
         (f"{name} between", f"{_shown(system, name, low)} and {_shown(system, name, high)}")
         for name, low, high in zip(system.coordinates, *extremes(sol), strict=True)
     ]
-    work, drift = _work_done(sol), f"{sol.energy_drift:.1e} of the largest kinetic energy"
+    work, departure = _energy_balance(sol)
+    drift = f"{departure:.1e} of the largest kinetic energy"
     if not system.knows_energy:
         checks = [("energy change", "the energy is not known")]
     elif math.isnan(work):
@@ -96,9 +97,12 @@ def summary_rows(sol: Trajectory) -> list[tuple[str, str]]:
     ]
 
 
-def _work_done(sol: Trajectory) -> float:
-    """The work done in the whole run, J."""
-    return float(sol.work_until(sol.span[1]))
+def _energy_balance(sol: Trajectory) -> tuple[float, float]:
+    """The work done in the whole run, J, and the energy's drift; NaN of a model without energy: a
+    summary compiles nothing."""
+    if not sol.system.knows_energy:
+        return math.nan, math.nan
+    return float(sol.work_until(sol.span[1])), sol.energy_drift
 
 
 def _passages(sol: Trajectory) -> list[tuple[str, str]]:
@@ -145,6 +149,7 @@ def json_summary(sol: Trajectory) -> dict[str, Any]:
     """The output of ``--json``; angles in rad; the first 1000 change points."""
     stats = sol.stats
     width = len(sol.system.coordinates)
+    work, drift = _energy_balance(sol)
     return {
         "mechanism": sol.system.name,
         "t_end": float(sol.status.t),
@@ -154,8 +159,8 @@ def json_summary(sol: Trajectory) -> dict[str, Any]:
         "speeds": list(sol.system.speeds),
         "q_end": sol.y[-1, :width].tolist(),
         "u_end": sol.y[-1, width:].tolist(),
-        "energy_drift": _number(sol.energy_drift),
-        "work": _number(_work_done(sol)),
+        "energy_drift": _number(drift),
+        "work": _number(work),
         "closure_max": float(sol.closure.max()),
         "velocity_closure_max": float(sol.velocity_closure.max()),
         "steps": stats["steps"],

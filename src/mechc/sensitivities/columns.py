@@ -7,8 +7,8 @@ values, of a value of a sampled signal, or of the start.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -40,6 +40,8 @@ class Columns:
         How the values of inputs do.
     samples
         The columns that are by values of signals.
+    held
+        Parameters that the user gave: they do not follow others.
     """
 
     names: tuple[str, ...]
@@ -47,6 +49,7 @@ class Columns:
     parameters: Array
     inputs: Array
     samples: Samples | None = None
+    held: Collection[str] = ()
 
     @property
     def count(self) -> int:
@@ -61,6 +64,15 @@ class Columns:
     def shapes(self) -> Any:
         """The changes of inputs as functions of time, for compiled code."""
         return self.samples and self.samples.shapes
+
+    def for_system(self, system: System, wider: System) -> Columns:
+        """The columns of a wider system for one that lacks some of its parameters and inputs."""
+        return replace(
+            self,
+            parameters=self.parameters[[*map(wider.parameters.index, system.parameters)]],
+            inputs=self.inputs[[*map(wider.input_values.index, system.input_values)]],
+            samples=samples_of(system, self.places),
+        )
 
     @cached_property
     def of_start(self) -> dict[int, int]:
@@ -111,8 +123,16 @@ class Columns:
         return parameters if parameters.any() else None, inputs if inputs.any() else None
 
 
-def columns_of(system: System, names: Sequence[str], values: Array, given: Any) -> Columns:
-    """The columns of the names asked for; ``given``: parameters as the user gave them.
+def held_by(system: System, params: Any) -> Collection[str]:
+    """The parameters among those that a user gave, by name or all of a system in an array."""
+    by_names = params is None or isinstance(params, Mapping)
+    return by_name(params or {}, "params") if by_names else system.parameters
+
+
+def columns_of(
+    system: System, names: Sequence[str], values: Array, held: Collection[str]
+) -> Columns:
+    """The columns of the names asked for; ``held``: parameters that do not follow others.
 
     Raises :class:`UnavailableOutputError` if the model cannot be compiled with sensitivities;
     :class:`UnknownNameError` for what is neither parameter, coordinate, speed nor input of the
@@ -128,7 +148,7 @@ def columns_of(system: System, names: Sequence[str], values: Array, given: Any) 
         count += 1 if several is None else several
     along = np.zeros((len(system.parameters), count))
     pushed = np.zeros((int(system.scene.inputs), count))
-    slopes = _default_slopes(system, values, given)
+    slopes = _default_slopes(system, values, held)
     for name, place in places.items():
         if name in system.parameters:
             along[system.parameters.index(name), place] = 1.0
@@ -139,7 +159,7 @@ def columns_of(system: System, names: Sequence[str], values: Array, given: Any) 
             if name not in known:
                 raise UnknownNameError("parameter, coordinate, speed or input", name, known)
     along = _with_defaults(along, slopes)
-    return Columns(tuple(places), places, along, pushed, samples_of(system, places))
+    return Columns(tuple(places), places, along, pushed, samples_of(system, places), held)
 
 
 def _of_start(system: System, name: str) -> bool:
@@ -152,14 +172,13 @@ def _of_start(system: System, name: str) -> bool:
     return name == START or one is not None
 
 
-def _default_slopes(system: System, values: Array, given: Any) -> Array | None:
-    """The slopes of parameters not given by the others, (np, np); None where none follows."""
-    by_names = given is None or isinstance(given, Mapping)
-    if "default_slopes" not in system.scene.outputs or not by_names:
+def _default_slopes(system: System, values: Array, held: Collection[str]) -> Array | None:
+    """The slopes of parameters not held by the others, (np, np); None where none follows."""
+    if "default_slopes" not in system.scene.outputs:
         return None
     slopes = system.evaluate("default_slopes", np.zeros(system.scene.width), values, 0.0).copy()
-    held = {*system.reference.defaults, *by_name(given or {}, "params")}
-    slopes[[system.parameters.index(name) for name in held if name in system.parameters]] = 0.0
+    fixed = {*system.reference.defaults, *held}.intersection(system.parameters)
+    slopes[[*map(system.parameters.index, fixed)]] = 0.0
     return slopes
 
 

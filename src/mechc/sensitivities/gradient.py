@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from mechc.errors import MechcError
-from mechc.sensitivities.columns import Columns, columns_of
+from mechc.sensitivities.columns import Columns, columns_of, held_by
 from mechc.sensitivities.events import (
     AT_ONE_INSTANT,
     GRAZING,
@@ -56,18 +56,35 @@ class Gradient(dict[str, Any]):
 
 
 @dataclass
+class Objective:
+    """The objective: its outputs' system, which may have parameters that the motion does not depend
+    on, their values and the columns for it; and, as far as they are gathered, its derivative (k,)
+    along the columns at fixed states, and its value."""
+
+    system: System
+    values: Array
+    columns: Columns
+    along: Array
+    value: float = 0.0
+
+    def output(self, name: str, y: Array, t: Array) -> tuple[Array, Array, Array]:
+        """See :func:`linear_output`."""
+        return linear_output(self.system, name, y, self.values, t, self.columns)
+
+
+@dataclass
 class Backwards:
-    """A covector (nx,) on its way back, and what has been gathered by parameters and inputs: of the
-    end and the steps, and of integrals; and the value of the objective."""
+    """A covector (nx,) on its way back, and what has been gathered by parameters and inputs of the
+    motion: by the steps, and by integrals over states within them."""
 
     sol: Trajectory
     system: System
+    objective: Objective
     covector: Array
     gathered: Array
     integrated: Array
     raw: Columns
     names: Sequence[str]  # that are by samples
-    value: float = 0.0
 
     @cached_property
     def every(self) -> Columns:
@@ -107,17 +124,21 @@ def gradient_of_run(
             "how a controller depends on the state is not known, so a run with mechc.Sampled has "
             "no gradient: give its law as an expression, mechc.compile(..., inputs=)"
         )
+    wider = sol.system.differentiable(*_outputs_of(end), *_outputs_of(integral))
     sol = differentiable(sol)
-    system = sol.system
-    names = list(system.parameters) if by is None else list(by)
-    columns = columns_of(system, names, sol.params, params)
+    system, held = sol.system, held_by(sol.system, params)
+    names = list(wider.parameters) if by is None else list(by)
+    values = wider.values_of(system, sol.params)
+    every = columns_of(wider, names, values, held)
+    objective = Objective(wider, values, every, np.zeros(every.count))
+    columns = every.for_system(system, wider)
     t, y = sol.record.ends()
     start, notes = start_columns(system, columns, y0, sol.record, sol.params)
     notes += without_closure(sol, columns, start, float(t[0]), y[0])
     raw = _raw(columns)
     way = Backwards(
-        sol, system, np.zeros(system.scene.width), np.zeros(raw.count), np.zeros(raw.count), raw,
-        columns.names if columns.samples else (),
+        sol, system, objective, np.zeros(system.scene.width), np.zeros(raw.count),
+        np.zeros(raw.count), raw, columns.names if columns.samples else (),
     )  # fmt: skip
     _begin(way, end)
     for number, piece in reversed([*enumerate(sol.record.pieces)]):
@@ -127,12 +148,13 @@ def gradient_of_run(
     if not np.isfinite(way.covector).all():
         notes += (f"none, for {NO_DERIVATIVE}: sensitivities= tells where",)
     total = start.T @ way.covector + _along(columns).T @ (way.gathered + way.integrated)
+    total += objective.along
     for _, bad, said in ended_columns(sol, columns):
         total[bad] = np.nan
         notes += said
     parts = {name: total[place] for name, place in columns.places.items()}
     numbers = {name: float(part) if np.ndim(part) == 0 else part for name, part in parts.items()}
-    return Gradient(numbers, way.value, notes)
+    return Gradient(numbers, objective.value, notes)
 
 
 def _raw(columns: Columns) -> Columns:
@@ -163,6 +185,13 @@ def _weights(given: Any) -> dict[str, float]:
     return {name_of(given): 1.0}
 
 
+def _outputs_of(given: Any) -> list[str]:
+    """The outputs of which an objective is made."""
+    if isinstance(given, (np.ndarray, list, tuple)):
+        return []
+    return list(_weights(given))
+
+
 def _begin(way: Backwards, end: Any) -> None:
     """The covector of the end state, and the objective's value there."""
     sol = way.sol
@@ -172,13 +201,13 @@ def _begin(way: Backwards, end: Any) -> None:
         given = doubles(end, "the end's derivative")
         if given.shape != y.shape:
             raise MechcError(f"the end's derivative has the shape {given.shape}, not {y.shape}")
-        way.covector, way.value = given, float(given @ y)
+        way.covector, way.objective.value = given, float(given @ y)
         return
     for name, weight in _weights(end).items():
-        one, by_state, given = linear_output(way.sol, name, y[None], np.array([t]), way.raw)
+        one, by_state, along = way.objective.output(name, y[None], np.array([t]))
         way.covector = way.covector + weight * by_state[0]
-        way.gathered = way.gathered + weight * given[0]
-        way.value += weight * float(one[0])
+        way.objective.along += weight * along[0]
+        way.objective.value += weight * float(one[0])
 
 
 def _back(way: Backwards, piece: Piece, weights: Mapping[str, float]) -> None:
@@ -221,7 +250,7 @@ def _back_over(way: Backwards, jump: Jump, weights: Mapping[str, float]) -> None
 def _move_jump(way: Backwards, jump: Jump, weights: Mapping[str, float]) -> None:
     """Add what integrals gain as the jump of their integrand moves with the event's time."""
     both, times = np.array([jump.before, jump.after]), np.full(2, jump.t)
-    values = {name: linear_output(way.sol, name, both, times, way.raw)[0] for name in weights}
+    values = {name: way.objective.output(name, both, times)[0] for name in weights}
     fall = sum(weight * (values[name][0] - values[name][1]) for name, weight in weights.items())
     event = way.sol.asked_events[jump.causes[0]]
     later = moved_time(way.system, event, jump.t, jump.before, way.sol.params, way.every, way.start)
@@ -253,8 +282,8 @@ def _integral(
     weights: Mapping[str, float],
 ) -> Array | None:  # fmt: skip
     """Integrate outputs over steps first ... last - 1, the last until ``stop``; return what this
-    adds to the covector at the start of each step.  The value, and what is added by parameters
-    and inputs, are gathered in ``way``, the last step first.
+    adds to the covector at the start of each step.  What is added by parameters and inputs, and
+    to the objective, is gathered in ``way``, the last step first.
 
     By Gauss's quadrature with eight points a step, on the dense output.
     """
@@ -263,24 +292,23 @@ def _integral(
     sources = np.zeros((last - first, way.system.scene.width))
     for step in range(last - 1, first - 1, -1):
         end = stop if step == last - 1 else t[step + 1]
-        sources[step - first], given, value = _integral_step(way, run, t, step, end, weights)
-        way.integrated = way.integrated + given
-        way.value += value
+        sources[step - first], gained = _integral_step(way, run, t, step, end, weights)
+        way.integrated = way.integrated + gained
     return sources
 
 
 def _integral_step(
     way: Backwards, run: Any, t: Array, step: int, end: float, weights: Mapping[str, float]
-) -> tuple[Array, Array, float]:
-    sol, width = way.sol, way.system.scene.width
+) -> tuple[Array, Array]:
+    width = way.system.scene.width
     part = end - t[step]
     points = t[step] + part * (POINTS + 0.5)
     y, columns = _within(way, run, t, step, points)
-    value, total = 0.0, np.zeros(columns.shape[-1])
+    total = np.zeros(columns.shape[-1])
     for name, weight in weights.items():
-        one, by_state, given = linear_output(sol, name, y, points, way.raw)
+        one, by_state, along = way.objective.output(name, y, points)
         share = weight * part * WEIGHTS
         total += np.einsum("m,mi,mik->k", share, by_state, columns)
-        total[width:] += share @ given
-        value += float(share @ one)
-    return total[:width], total[width:], value
+        way.objective.along += share @ along
+        way.objective.value += float(share @ one)
+    return total[:width], total[width:]

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechc.errors import MechcError, UnknownNameError
-from mechc.sensitivities.columns import Columns
+from mechc.sensitivities.columns import Columns, columns_of
 from mechc.sensitivities.history import Sensitivity
 from mechc.system.names import name_of
 from mechc.system.parameters import Array
-from mechc.system.system import ENERGIES, System
+from mechc.system.system import SUMS, System
 
 if TYPE_CHECKING:
     from mechc.simulation.trajectory import Trajectory
 
-SUMS = {"energy": ENERGIES}
+BY_DIRECTION = ("own_parameter_jacobian", "own_input_jacobian")
 
 
 def output_sensitivity(
@@ -61,47 +61,46 @@ def _one(
     if label in states:
         return np.asarray(columns[:, states.index(label)])
     rows, shape = _rows(system, label)
-    slopes = system.evaluate("own_state_jacobian", y, sol.params, t)[:, rows]
+    values, own = system.values_of(sol.system, sol.params), sensitivity.columns
+    if (system.parameters, system.inputs) != (sol.system.parameters, sol.system.inputs):
+        own = columns_of(system, own.names, values, own.held)
+    slopes = system.evaluate("own_state_jacobian", y, values, t)[:, rows]
     found = slopes @ columns
-    names = ("own_parameter_jacobian", "own_input_jacobian")
-    forced = sensitivity.columns.of(system, *names, y, sol.params, t)
+    forced = own.of(system, *BY_DIRECTION, y, values, t)
     if forced is not None:
         found = found + forced[:, rows]
     return np.asarray(found.reshape(len(t), *shape, columns.shape[-1]))
 
 
 def linear_output(
-    sol: Trajectory, label: str, y: Array, t: Array, columns: Columns
+    system: System, label: str, y: Array, values: Array, t: Array, columns: Columns
 ) -> tuple[Array, Array, Array]:
-    """A scalar output at states, its derivatives by them and along columns at fixed states: (n,),
-    (n, nx), (n, k).
+    """A scalar output of a system that has its derivatives at states, its derivatives by them and
+    along columns at fixed states: (n,), (n, nx), (n, k).
 
     Raises :class:`UnknownNameError` for an output that there is not; :class:`MechcError` for one
     that is no scalar.
     """
-    system = sol.system
     states = (*system.coordinates, *system.speeds)
     if label in states:
         place = states.index(label)
         by_state = np.zeros(y.shape)
         by_state[:, place] = 1.0
         return y[:, place], by_state, np.zeros((len(y), columns.count))
-    parts = [_linear(sol, each, y, t, columns) for each in SUMS.get(label, (label,))]
+    parts = [_linear(system, one, y, values, t, columns) for one in SUMS.get(label, (label,))]
     value, by_state, given = (sum(each[1:], each[0]) for each in zip(*parts, strict=True))
     return value, by_state, given
 
 
 def _linear(
-    sol: Trajectory, label: str, y: Array, t: Array, columns: Columns
+    system: System, label: str, y: Array, values: Array, t: Array, columns: Columns
 ) -> tuple[Array, Array, Array]:
-    system = sol.system.differentiable(label)
     rows, shape = _rows(system, label)
     if shape != ():
         raise MechcError(f"{label} has several components: an objective needs a single number")
-    value = system.evaluate(label, y, sol.params, t).reshape(len(y))
-    by_state = system.evaluate("own_state_jacobian", y, sol.params, t)[:, rows[0]]
-    names = ("own_parameter_jacobian", "own_input_jacobian")
-    given = columns.of(system, *names, y, sol.params, t)
+    value = system.evaluate(label, y, values, t).reshape(len(y))
+    by_state = system.evaluate("own_state_jacobian", y, values, t)[:, rows[0]]
+    given = columns.of(system, *BY_DIRECTION, y, values, t)
     along = np.zeros((len(y), columns.count)) if given is None else given[:, rows[0]]
     return value, by_state, along
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechc.sensitivities.columns import Columns, columns_of
+from mechc.sensitivities.columns import Columns, columns_of, held_by
 from mechc.sensitivities.events import AT_ONE_INSTANT, Jump, jump_of, through_reset
 from mechc.sensitivities.history import Sensitivity
 from mechc.sensitivities.start import start_columns
@@ -32,7 +32,7 @@ def sensitivity_of_run(sol: Trajectory, names: Sequence[str], y0: Any, params: A
     refuse_contact(sol)
     sol = differentiable(sol)
     system = sol.system
-    columns = columns_of(system, names, sol.params, params)
+    columns = columns_of(system, names, sol.params, held_by(system, params))
     t, y = sol.record.ends()
     start, notes = start_columns(system, columns, y0, sol.record, sol.params)
     notes += without_closure(sol, columns, start, float(t[0]), y[0])

@@ -82,8 +82,12 @@ class Stepper:
         if driven is not self._driven:
             self._driven, self._system = driven, self._system.replaced_scene(driven)
             self._slots = driven.numbers
-            for name, value in self._numbers.items():
-                self._slots[name][0, 0] = value
+            self._give_numbers_to(driven)
+
+    def _give_numbers_to(self, driven: Any) -> None:
+        """Let a scene have the numbers that inputs have now."""
+        for name, value in self._numbers.items():
+            driven.numbers[name][0, 0] = value
 
     def _go_from(self, t: float, state: Array, params: Array) -> None:
         self.params = params
@@ -133,16 +137,17 @@ class Stepper:
         UnknownNameError, UnavailableOutputError
             If there is no such output, or it was not requested and cannot be compiled now.
         """
-        system, y, t = self._system, self.y, self.t
+        y, t = self.y, self.t
         forces = self._contact_forces(t, y)
         if forces is not None:
             refuse_derivatives_in_contact(names)
-        return {
-            name: system.energy(y, self.params, t)
-            if name == "energy"
-            else system.evaluate(name, y, self.params, t, forces)
-            for name in names
-        }
+        return {name: self._output(name, y, t, forces) for name in names}
+
+    def _output(self, name: str, y: Array, t: float, forces: Array | None) -> Array:
+        system = self._system.with_output(name)
+        if system.driven is not None:
+            self._give_numbers_to(system.driven)
+        return system.evaluate(name, y, system.values_of(self._system, self.params), t, forces)
 
     def _contact_forces(self, t: float, y: Array) -> Array | None:
         """Generalized forces (nu,) of the contacts that last; None where there are no contacts."""

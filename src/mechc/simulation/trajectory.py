@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mechc.errors import MechcError, ValueOutOfBoundsError
+from mechc.errors import MechcError, UnavailableOutputError, ValueOutOfBoundsError
 from mechc.native._arrays import all_within
 from mechc.simulation.balance import conserves_energy, work_along
 from mechc.simulation.events.event import Event, EventRecord
@@ -161,19 +161,26 @@ class Trajectory:
         forces = self.record.contact_forces(t, y)
         if forces is not None:
             refuse_derivatives_in_contact([name])
-        values = self.values_along(t)
-        if name == "energy":
-            return self.system.energy(y, values, t)
-        return self.system.evaluate(name, y, values, t, forces)
+        return self.system.evaluate(name, y, self.values_along(t), t, forces)
 
     # -- histories, computed when requested ---------------------------------------------------
 
     @cached_property
     def energy(self) -> Array:
-        """Kinetic plus potential energy (nt,), J; NaN where it is not known."""
-        if not self.system.knows_energy:
+        """Kinetic plus potential energy (nt,), J; NaN where it is not known.
+
+        It is compiled now if the model was compiled without.
+        """
+        if not self._knows_energy:
             return np.full(len(self.t), np.nan)
         return self.system.energy(self.y, self.values_along(self.t), self.t)
+
+    @cached_property
+    def _knows_energy(self) -> bool:
+        try:
+            return self.system.with_output("energy").knows_energy
+        except UnavailableOutputError:
+            return False
 
     @cached_property
     def closure(self) -> Array:
@@ -200,7 +207,7 @@ class Trajectory:
         """The work done until any times (...) of the run, J."""
         times = self._times_of_run(times)
         flat = times.reshape(-1)
-        known = self.system.knows_energy
+        known = self._knows_energy
         if not known or not times.size or (not self.policy.dense and not self._conserves_energy):
             return np.full(times.shape, np.nan)
         work = work_along(self.system, self.record, flat, self._conserves_energy)
@@ -220,7 +227,7 @@ class Trajectory:
         Over all accepted steps, whichever times are reported.  NaN where energy or work are not
         known.
         """
-        if not self.system.knows_energy:
+        if not self._knows_energy:
             return float("nan")
         t, y = self.record.states() if self._times is not None else self._history
         p = self.values_along(t)

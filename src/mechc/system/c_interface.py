@@ -10,7 +10,6 @@ import numpy as np
 
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError
 from mechc.native._driver import Ode
-from mechc.system.names import name_of
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -76,8 +75,6 @@ def c_function(system: System, output: str, p: Array) -> CFunction:
 
     Waits until the model is compiled completely.
     """
-    wider = _with_output(system, output)
-    p, system = wider.values_of(system, p), wider
     inputs = _inputs(system, output)
     bound = system.scene.bound(output, np.ascontiguousarray(p), inputs)
     capsule, address, data, width, stack = bound
@@ -90,8 +87,6 @@ def integrand(
     """A number of an output as a function of coordinates: a ``scipy.LowLevelCallable``."""
     from scipy import LowLevelCallable
 
-    wider = _with_output(system, output)
-    p, system = wider.values_of(system, p), wider
     inputs = _inputs(system, output)
     width = system.scene.outputs[output]
     if not 0 <= component < width:
@@ -104,16 +99,10 @@ def integrand(
     )
 
 
-def _with_output(system: System, output: str) -> System:
-    """The system with this output, which is compiled if it was not requested before."""
-    found = system.with_output(name_of(output))
-    if name_of(output) not in found.scene.outputs:
-        found.refuse_output(output)
-    return found
-
-
 def _inputs(system: System, output: str) -> Any:
-    """The values of inputs that an output keeps; None if it contains none."""
+    """The values of inputs that an output of the system keeps; None if it contains none."""
+    if output not in system.scene.outputs:
+        system.refuse_output(output)
     return None if system.driven is None else system.driven.for_c(output)
 
 

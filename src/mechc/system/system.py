@@ -26,12 +26,14 @@ from mechc.system.attitudes import Attitudes
 from mechc.system.description import Description
 from mechc.system.kinds import ANGULAR, DIMENSIONLESS
 from mechc.system.names import name_of
-from mechc.system.parameters import Array, ParameterSet, doubles
+from mechc.system.parameters import Array, ParameterSet, doubles, one_double
 from mechc.system.picture import Picture
 from mechc.system.reference import ModelReference, Origin
+from mechc.system.units import in_si
 
 Time: TypeAlias = "float | Array"
-ENERGIES = ("kinetic_energy", "potential_energy")  # whose sum is the energy
+ENERGIES = ("kinetic_energy", "potential_energy")
+SUMS = {"energy": ENERGIES}  # outputs that are sums of others
 ABSENT = ("constraints", "velocity_constraints", "constraint_jacobian", "multipliers")
 
 
@@ -60,6 +62,8 @@ class System(Description):
         Counts the operations with nothing fixed and all default outputs, where that is known.
     origin
         What it was compiled from, where that is known.
+    given_defaults
+        The default values given, some with units, also of parameters of further outputs alone.
     drawn
         Makes the picture of this system from its description, where that is known.
     angular, dimensionless : (nq + nu,)
@@ -134,6 +138,7 @@ class System(Description):
 
     cache: dict[Any, Any]
     origin: Origin | None = None
+    given_defaults: Mapping[str, Any] = MappingProxyType({})
     drawn: Callable[..., Picture] | None = None
     draws_more = False  # than the compiled points
 
@@ -150,13 +155,21 @@ class System(Description):
 
     def _parameter_set(self) -> ParameterSet:
         quantities = [self.quantities[name] for name in self.parameters]
-        known = {n: x for n, x in self.reference.defaults.items() if n in self.parameters}
-        return ParameterSet(quantities, self.scene, known)
+        return ParameterSet(quantities, self.scene, self.reference.defaults)
 
-    def with_defaults(self, defaults: Mapping[str, float]) -> System:
-        """A copy of the system with other defaults."""
+    def with_defaults(self, defaults: Mapping[str, Any]) -> System:
+        """A copy of the system with other defaults, some with units; those of parameters that it
+        does not have are kept for further outputs.
+
+        Raises :class:`ValueOutOfBoundsError` for a value that is not in a unit of its parameter.
+        """
         other = self.replaced_scene(self.scene)
-        other.reference = replace(self.reference, defaults=dict(defaults))
+        own = {
+            name: one_double(in_si(value, self.quantities[name]), f"the default of {name}")
+            for name, value in defaults.items()
+            if name in self.parameters
+        }
+        other.reference, other.given_defaults = replace(self.reference, defaults=own), defaults
         other.parameter_set = other._parameter_set()
         return other
 
@@ -269,15 +282,19 @@ class System(Description):
 
     def with_output(self, *names: str) -> System:
         """This system, or the same with these outputs; see :meth:`including`."""
-        left_out = self.data["left_out"]
-        return self.including(*(left_out[name] for name in names if name in left_out))
+        return self.including(*self._requests_of(names))
 
     def differentiable(self, *names: str) -> System:
         """This system, or the same with derivatives of motions, and of these outputs along them;
         see :meth:`including`."""
-        left_out = self.data["left_out"]
-        more = (left_out[name] for name in names if name in left_out)
+        more = self._requests_of(names)
         return self.including("sensitivities", *more, parts=PARTS["derivatives"])
+
+    def _requests_of(self, names: Iterable[str]) -> list[str]:
+        """Names by which a request has these outputs, where it has not."""
+        parts = [part for name in names for part in SUMS.get(name, (name,))]
+        left_out = self.data["left_out"]
+        return [left_out[part] for part in parts if part in left_out]
 
     def _compiled_with(self, missing: frozenset[str], parts: int) -> System:
         """The mechanism compiled with further outputs, as all copies of this system need it."""
@@ -307,8 +324,8 @@ class System(Description):
         this one."""
         given = {} if self.driven is None else self.driven.given
         scene = found.scene.with_inputs(given) if given else found.scene
-        defaults = {**found.reference.defaults, **self.reference.defaults}
-        other = found.replaced_scene(scene).with_defaults(defaults).with_start(self.start)
+        other = found.replaced_scene(scene).with_start(self.start)
+        other = other.with_defaults(self.given_defaults)
         other.title, other.drawn, other.draws_more = self.title, self.drawn, self.draws_more
         return other
 
@@ -394,7 +411,7 @@ class System(Description):
 
     def energy(self, y: Array, p: Array, t: Time = 0.0) -> Array:
         """T + V in J, (...)."""
-        return self.kinetic_energy(y, p, t) + self.potential_energy(y, p, t)
+        return self.evaluate("energy", y, p, t)
 
     def points(self, y: Array, p: Array, t: Time = 0.0) -> Array:
         """Positions of the named points in m, (..., points, 3)."""
@@ -413,6 +430,9 @@ class System(Description):
         Raises :class:`UnknownNameError`, :class:`UnavailableOutputError` if there is no such
         output, or the description does not determine it or is not at hand.
         """
+        if name in SUMS:
+            first, *rest = (self.evaluate(part, y, p, t, forces) for part in SUMS[name])
+            return sum(rest, first)
         if name_of(name) in self.array_outputs:
             elements = self.array_elements(name)
             parts = [self.evaluate(element, y, p, t, forces) for element in elements]

@@ -106,6 +106,7 @@ def test_they_decide_the_digest_as_those_in_the_description_do() -> None:
     ("settings", "message"),
     [
         ({"defaults": {"nope": 1.0}}, "defaults: there is no parameter 'nope' here"),
+        ({"defaults": {"k": "f()"}}, r"defaults: k: 'f\(\)' is not an expression"),
         ({"inputs": {"nope": 1.0}}, "inputs: there is no specified function of time 'nope' here"),
         ({"inputs": {F: abs}}, "a Python function is not compiled"),
         ({"states": {T: F}}, "states is an option for SymPy objects"),

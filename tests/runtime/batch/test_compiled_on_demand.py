@@ -1,6 +1,7 @@
 """Batches of a scene of one's own: without loops, oddly named, in another process by its key."""
 
 import json
+import pickle
 import subprocess
 import sys
 
@@ -52,6 +53,24 @@ def test_odd_names_are_stored_and_read_again(model, tmp_path):
     assert np.array_equal(again.y, batch.y)
     with pytest.raises(mechc.MechcError, match="the model 'four_bar' has others"):
         mechc.open(tmp_path / "batch", mechc.load("four_bar"))
+
+
+@pytest.mark.parametrize("sensitivities", [(), ("l",)])
+def test_outputs_compiled_on_demand_are_stored_and_sent(tmp_path, sensitivities):
+    pytest.importorskip("xarray")
+    pytest.importorskip("zarr")
+    lean = mechc.compile(pendulum(name="odd", angle="q/$x", speed="u ̇"), outputs=())
+    ask = {"t_eval": [0.0, 1.0], "outputs": ["points"], "reduce": "max(energy)", "progress": False}
+    batch = lean.simulate_batch(
+        1.0, START, **ask, sensitivities=sensitivities, out=tmp_path / "batch"
+    )
+    sent = pickle.loads(pickle.dumps(batch))
+    assert sent.model.build["key"] == lean.build["key"]
+    for again in (mechc.open(tmp_path / "batch", lean), sent):
+        for name in ("y", "points", "max(energy)", *(["sensitivity"] if sensitivities else [])):
+            assert np.array_equal(again[name], batch[name])
+        assert np.array_equal(again[1].y[-1], batch.y[1])
+        assert again.to_xarray().sizes["member"] == 5
 
 
 def test_another_process_finds_it_by_its_key_alone(model):

@@ -1,16 +1,27 @@
 """Outputs that a model was not compiled with are compiled when they are first asked for."""
 
 import ctypes
+import pickle
 
 import numpy as np
 import pytest
-from sympy import Symbol
+from sympy import Symbol, symbols
+from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
 
 import mechc
+from benchmarks.problems.particle import particle
 from mechc import progress
 from mechc.compilation import build
 from mechc.compilation.library.library import origin_of
-from mechc.errors import CompilerError, MechcError, UnavailableOutputError
+from mechc.errors import (
+    CompilerError,
+    MechcError,
+    MissingParameterError,
+    UnavailableOutputError,
+    UnknownNameError,
+    ValueOutOfBoundsError,
+)
+from mechc.results.sampling import curve, sample
 from mechc.system.reference import ModelReference
 from tests.support.linkages.jointed import chain_joints
 from tests.support.pendulums import pendulum, pushed_mass
@@ -68,6 +79,25 @@ def test_a_motion_has_its_derivatives_and_the_same_steps(lean, whole):
         np.testing.assert_allclose(*both, rtol=1e-11, atol=1e-12)
     _, moved = lean.jvp(1.0, START, along={"l": 1.0})
     np.testing.assert_allclose(moved, expected.sensitivity["l"][-1], rtol=1e-11)
+
+
+def test_a_motion_has_its_energy_work_and_curves(lean, whole, tmp_path):
+    sol, expected = (model.simulate(1.0, START, t_eval=TIMES) for model in (lean, whole))
+    assert "the energy is not known" in sol._repr_html_()
+    assert np.isnan(np.genfromtxt(sol.save(tmp_path / "run.csv"), delimiter=",")[1:, 3]).all()
+    for name in ("energy", "work"):
+        found = getattr(sol, name)
+        np.testing.assert_allclose(found, getattr(expected, name), rtol=1e-13, atol=1e-13)
+    assert 0 <= sol.energy_drift < 1e-9
+    run, names = sample(sol, 20), ("energy", "potential_energy", "q")
+    np.testing.assert_array_equal(curve(run, "energy", False)[1], sol.output("energy", run.t))
+    assert [curve(run, name, False)[0].label for name in names] == ["J", "J", "rad"]
+    with pytest.raises(ValueOutOfBoundsError, match="point_velocities is 6 numbers"):
+        curve(run, "point_velocities", False)
+    with pytest.raises(
+        UnknownNameError, match="no quantity is called 'enrgy'; did you mean 'energy'"
+    ):
+        curve(run, "enrgy", False)
 
 
 @pytest.mark.parametrize("policy", [{}, {"checkpoints": 40_000}, {"method": "dop853"}])
@@ -132,6 +162,121 @@ def test_a_parameter_of_the_reactions_alone_has_its_default():
     assert force[0, 2] == pytest.approx(-4.0, rel=1e-14)
 
 
+def test_a_stepper_has_outputs_with_its_present_inputs():
+    q, u, push, m = *dynamicsymbols("q u F"), Symbol("m")
+    model = mechc.compile(particle([q], [u], [push * q]), outputs=(), defaults={m: 2.0})
+    stepper = model.stepper({"q": 0.1}, inputs={"F": 1})
+    for force in (1.0, 50.0, -3.0):
+        stepper.step(0.1, {"F": force})
+        slope = stepper.outputs("rates", "state_jacobian")["state_jacobian"][1, 0]
+        assert slope == pytest.approx(force / 2, rel=1e-14)
+    assert stepper.outputs("energy")["energy"] == pytest.approx(stepper.y[1] ** 2, rel=1e-14)
+
+
+# -- parameters of further outputs alone ----------------------------------------------------------
+
+
+def slider():
+    """A mass m on a spring k, at a height h that nothing but its potential energy depends on."""
+    q, u, (m, k, g, h) = *dynamicsymbols("q u"), symbols("m k g h")
+    return particle([q], [u], [-k * q], potential=k * q**2 / 2 + m * g * h)
+
+
+def lean_slider(**defaults):
+    return mechc.compile(slider(), outputs=(), defaults={"m": 2.0, "k": 3.0, **defaults})
+
+
+SLID = np.array([0.5, 0.0])
+SPRING = 0.375  # J, at that state
+
+
+def test_each_model_has_its_own_defaults():
+    for gravity in (9.81, 1.62):
+        model = lean_slider(g=gravity, h=1)
+        assert model.potential_energy(SLID) == pytest.approx(SPRING + 2 * gravity, rel=1e-14)
+        again = pickle.loads(pickle.dumps(model))
+        assert again.potential_energy(SLID) == model.potential_energy(SLID)
+    with pytest.raises(MissingParameterError, match="g"):
+        lean_slider(h=1).potential_energy(SLID)
+
+
+def test_a_default_of_a_further_output_has_a_unit():
+    model = mechc.compile(
+        slider(), outputs=(), units={"h": "m"}, defaults={"m": 2, "k": 3, "g": 9.81, "h": "500 mm"}
+    )
+    assert model.potential_energy(SLID) == pytest.approx(SPRING + 9.81, rel=1e-14)
+    wrong = mechc.compile(
+        slider(), outputs=(), units={"h": "m"}, defaults={"m": 2, "k": 3, "g": 9.81, "h": "5 kg"}
+    )
+    with pytest.raises(ValueOutOfBoundsError, match="'kg' in '5 kg' is not one of its units"):
+        wrong.potential_energy(SLID)
+
+
+def test_a_parameter_of_a_further_output_is_given_with_it():
+    model = lean_slider(h=1)
+    for params in ({"g": 5}, {Symbol("g"): 5.0}, {"g": [5.0, 5.0]}):
+        found = model.potential_energy(SLID, params)
+        np.testing.assert_allclose(found, SPRING + 10, rtol=1e-14)
+    assert model.energy(SLID, {"g": 5}) == pytest.approx(SPRING + 10, rel=1e-14)
+    assert model.output("potential_energy", SLID, {"g": 5}) == model.energy(SLID, {"g": 5})
+    f, out, address = model.c_function("potential_energy", {"g": 5}), np.empty(1), np.ctypeslib
+    places = (ctypes.addressof(address.as_ctypes(each)) for each in (SLID, out))
+    f.ctypes(0.0, *places, f.data)
+    assert out[0] == model.energy(SLID, {"g": 5})
+    with pytest.raises(UnknownNameError, match="gg"):
+        model.potential_energy(SLID, {"gg": 5})
+
+
+def test_derivatives_of_a_further_output_have_its_parameters():
+    """The energy is k q(0)^2/2 + m g h, whatever the motion: dE/dm = g h."""
+    sol = lean_slider(g=5, h=3).simulate(0.7, {"q": 0.5}, sensitivities=["m", "k", "q"])
+    for name, slope in {"m": 15.0, "k": 0.125, "q": 1.5}.items():
+        found = sol.sensitivity_of("energy", name)
+        np.testing.assert_allclose(found, slope, rtol=1e-9)
+    ends = {"energy": 1.0, "q": 2.0}
+    gradient = sol.gradient(end=ends, integral="potential_energy", by=["g", "h", "m"])
+    assert gradient["g"] == pytest.approx(6.0 * 1.7, rel=1e-12)
+    assert gradient["h"] == pytest.approx(10.0 * 1.7, rel=1e-12)
+    assert {*sol.gradient(end="energy")} == {"m", "k", "g", "h"}
+
+
+def test_a_fit_compiles_its_quantities_at_once_and_finds_their_parameters(monkeypatch, capsys):
+    monkeypatch.setattr(progress, "PATIENCE", 0.0)
+    q, u, (m, k, g) = *dynamicsymbols("q u"), symbols("m k g")
+    kane = particle([q], [u], [-k * q], potential=k * q**2 / 2 + m * g)
+    model = mechc.compile(kane, outputs=(), defaults={"m": 2.0, "k": 3.0})
+    capsys.readouterr()
+    t = np.linspace(0.0, 2.0, 20)
+    data = {"t": t, "energy": np.full(20, 0.375 + 10), "points[0,0]": np.zeros(20), "other": t}
+    result = model.fit(data, {"g": (1.0, 20.0)}, y0={"q": 0.5})
+    assert result["g"] == pytest.approx(5.0, rel=1e-9)
+    told = [line for line in capsys.readouterr().err.splitlines() if line.startswith("compiled")]
+    assert [line.rpartition(" in ")[0] for line in told] == [
+        "compiled energy and points and sensitivities of KanesMethod"
+    ]
+
+
+def test_points_of_a_sweep_have_their_own_parameters():
+    """A mass on the parabola y = x^2 at the height b, which its equations do not contain."""
+    (x, y, u, v), b = dynamicsymbols("x y u v"), Symbol("b")
+    frame, origin = ReferenceFrame("N"), Point("O")
+    origin.set_vel(frame, 0)
+    place = origin.locatenew("P", x * frame.x + y * frame.y + b * frame.z)
+    place.set_vel(frame, u * frame.x + v * frame.y)
+    kane = KanesMethod(
+        frame, [x], [u], kd_eqs=[x.diff() - u, y.diff() - v], q_dependent=[y], u_dependent=[v],
+        configuration_constraints=[y - x**2], velocity_constraints=[v - 2 * x * u],
+    )  # fmt: skip
+    kane.kanes_equations([Particle("mass", place, Symbol("m"))], [(place, -x * frame.x)])
+    model = mechc.compile(kane, outputs=(), defaults={"m": 2.0, "b": 0.25})
+    assert model.parameters == ("m",)
+    sweep = model.sweep_positions("x", [0.0, 0.5, 1.0])
+    np.testing.assert_allclose(sweep.points[1, -1], [0.5, 0.25, 0.25], rtol=1e-14)
+    np.testing.assert_array_equal(sweep.point_sensitivity("b")[:, -1], [[0.0, 0.0, 1.0]] * 3)
+    with pytest.raises(UnknownNameError, match="no parameter is called 'c'"):
+        sweep.point_sensitivity("c")
+
+
 # -- exports --------------------------------------------------------------------------------------
 
 
@@ -142,6 +287,36 @@ def test_a_model_is_exported_with_its_loops_closed(tmp_path, model):
     mechc.export_c("four_bar", tmp_path / "name", y0=y0, params=params)
     for file in (tmp_path / "name").iterdir():
         assert (tmp_path / "model" / file.name).read_text("utf-8") == file.read_text("utf-8")
+
+
+def test_a_start_of_an_export_closes_the_loops_of_what_is_fixed(tmp_path, model):
+    state = model.assemble({"theta_0": 1.2}, params={"l_3": 3.5})
+    mechc.export_c(model, tmp_path / "names", fix={"l_3": 3.5}, y0={"theta_0": 1.2})
+    mechc.export_c(model, tmp_path / "state", fix={"l_3": 3.5}, y0=state)
+    both = ((tmp_path / each / "main.c").read_text("utf-8") for each in ("names", "state"))
+    assert next(both) == next(both)
+
+
+def test_values_of_an_export_have_units(tmp_path, model):
+    mechc.export_c(model, tmp_path / "typed", params={Symbol("l_3"): "3500 mm"})
+    mechc.export_c(model, tmp_path / "number", params={"l_3": 3.5})
+    for folder, mass in {"own": "2500 g", "plain": 2.5}.items():
+        mechc.export_c(slider(), tmp_path / folder, units={"m": "kg"}, defaults={"m": mass})
+    for first, second in (("typed", "number"), ("own", "plain")):
+        both = ((tmp_path / each / "main.c").read_text("utf-8") for each in (first, second))
+        assert next(both) == next(both)
+    with pytest.raises(ValueOutOfBoundsError, match="'kg' in '3 kg' is not one of its units"):
+        mechc.export_c(model, tmp_path / "wrong", params={"l_3": "3 kg"})
+
+
+def test_an_exported_model_has_the_parameters_of_further_outputs(tmp_path):
+    model = lean_slider(g=9.81, h=0.5)
+    start = {"outputs": ["energy"], "y0": {"q": 0.5}}
+    mechc.export_c(model, tmp_path / "default", **start)
+    mechc.export_c(model, tmp_path / "moon", params={"g": 1.625}, **start)
+    default, moon = ((tmp_path / n / "main.c").read_text("utf-8") for n in ("default", "moon"))
+    assert "9.81" in default
+    assert default.replace("9.81", "1.625") == moon
 
 
 def test_an_exported_model_has_its_defaults_and_further_outputs(tmp_path, lean):
@@ -164,6 +339,9 @@ def test_without_a_description_the_error_says_so(lean, monkeypatch, tmp_path):
     np.testing.assert_array_equal(found.rhs(0.0, STATE, {"l": 1.2, "m": 1.0}), lean.rhs(0.0, STATE))
     with pytest.raises(UnavailableOutputError, match="has the compiled model, but not its descr"):
         found.points(STATE, {"l": 1.2, "m": 1.0})
+    data = {"t": [0.0, 0.5, 1.0], "points[1,0]": [1.0, 1.1, 1.2]}
+    with pytest.raises(UnavailableOutputError, match="has the compiled model, but not its descr"):
+        found.fit(data, {"l": (0.5, 3.0)}, params={"m": 1.0}, y0=START)
     with pytest.raises(UnavailableOutputError, match="no sensitivities"):
         found.simulate(1.0, START, {"l": 1.2, "m": 1.0}, sensitivities=["l"])
     with pytest.raises(MechcError, match="description of pendulum is not at hand"):

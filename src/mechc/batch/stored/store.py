@@ -31,7 +31,14 @@ from mechc.batch.layout import (
 )
 from mechc.batch.results import Batch
 from mechc.batch.sensitivities import check_names
-from mechc.batch.spec import Assembly, Compute, Recipe, checked_recipe, common_count
+from mechc.batch.spec import (
+    Assembly,
+    Compute,
+    Recipe,
+    checked_recipe,
+    common_count,
+    system_for_results,
+)
 from mechc.batch.stored import manifests
 from mechc.compilation.find import system_of
 from mechc.errors import MechcError, package
@@ -245,6 +252,10 @@ def open_batch(folder: Path, given: System | None = None) -> Batch:
     held = _read(folder)
     try:
         system = system_of(reference_in(held.request, given=given is not None), given)
+        asked = held.recipe
+        system = system_for_results(
+            system, asked.outputs, asked.reductions, asked.until, asked.sensitivities
+        )
     except MechcError as error:
         raise MechcError(f"{folder} cannot be opened: {short(str(error))}") from None
     with _naming_damaged(folder):

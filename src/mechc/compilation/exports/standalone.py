@@ -11,7 +11,10 @@ from mechc.compilation.library.library import described_as_asked
 from mechc.compilation.request import read_compilable
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError
 from mechc.system.names import by_name
+from mechc.system.parameters import one_double
+from mechc.system.quantity import NamedQuantity
 from mechc.system.system import System
+from mechc.system.units import in_si
 
 
 @dataclass(frozen=True)
@@ -49,23 +52,24 @@ def read_export(
             "exported C and pages have no events, stops or dry friction: a unit of "
             "mechc.export_fmu(..., events=...) has them"
         )
-    numbers: dict[str, float] = {}  # default values that are not part of the request
+    params, fix = by_name(params, "params"), by_name(fix or {}, "parameters to fix")
+    numbers: Mapping[Any, Any] = {}  # default values that are not part of the request
     if isinstance(system := getattr(mechanism, "system", None), System):
         _refuse_options(options)
-        found, request = _described_again(system, fix or {}, tuple(outputs or ()))
-        numbers = dict(system.reference.defaults)
+        found, request = _described_again(system, fix, tuple(outputs or ()))
+        numbers = system.given_defaults
         if isinstance(y0, Mapping):
             y0 = mechanism.assemble(
-                *mechanism.coordinates_and_speeds(by_name(y0, "y0")), params=params
+                *mechanism.coordinates_and_speeds(by_name(y0, "y0")),
+                params={n: x for n, x in {**fix, **params}.items() if n in system.parameters},
             )
     elif isinstance(mechanism, str):
         asked: dict[str, Any] = {} if outputs is None else {"outputs": tuple(outputs)}
-        asked |= {"fix": dict(fix)} if fix else {}
+        asked |= {"fix": fix} if fix else {}
         found, request = described_as_asked(mechanism, options, asked)
     else:
-        read, given_numbers = read_compilable(mechanism, fix, outputs, **options)
+        read, numbers = read_compilable(mechanism, fix, outputs, **options)
         found, request = read.description()
-        numbers = {str(key): float(value) for key, value in given_numbers.items()}
     states = len(found.coordinates) + len(found.states) + len(found.speeds)
     if isinstance(y0, Mapping):
         raise ValueOutOfBoundsError(
@@ -75,12 +79,25 @@ def read_export(
     start = [0.0] * states if y0 is None else [float(value) for value in y0]
     if len(start) != states:
         raise ValueOutOfBoundsError(f"y0 has {len(start)} values; a state has {states}")
-    known = {str(p.symbol) for p in found.parameters if p.symbol not in request.fixed}
+    known = _open_parameters(found, request)
     for given in params:
         if given not in known:
             raise UnknownNameError("parameter", given, sorted(known))
-    values = {key: value for key, value in numbers.items() if key in known} | dict(params)
+    values = {
+        name: one_double(in_si(value, known[name]), name)
+        for name, value in {**by_name(numbers, "defaults"), **params}.items()
+        if name in known
+    }
     return ExportRequest(found, request, start, values)
+
+
+def _open_parameters(described: Any, request: Any) -> dict[str, NamedQuantity]:
+    """The parameters that are not fixed, by name."""
+    from mechc_codegen.emit.metadata import described_quantities
+
+    left = [p for p in described.parameters if p.symbol not in request.fixed]
+    found = map(NamedQuantity.from_metadata, described_quantities(left))
+    return {quantity.name: quantity for quantity in found}
 
 
 def _refuse_options(options: Mapping[str, Any]) -> None:

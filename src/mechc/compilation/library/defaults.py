@@ -13,7 +13,7 @@ from typing import Any
 from mechc.errors import UnknownNameError
 from mechc.system.names import by_name, name_of, without_unused
 from mechc.system.system import System
-from mechc.system.units import has_unit, in_si, is_with_unit
+from mechc.system.units import has_unit, is_with_unit
 
 
 def split(
@@ -36,26 +36,25 @@ def split(
 def with_defaults(system: System, numbers: Mapping[Any, Any], read: Iterable[str]) -> System:
     """The system with these values; ``read``: names of all symbols that the object contains.
 
-    Values of symbols that are not in the equations are ignored: without a warning if the object
-    contains the symbol (two moments of inertia of a body that moves in a plane), else with one.
+    Values of symbols that are not in the equations are kept for further outputs, as that of g, on
+    which the potential energy alone may depend.  Where the object does not contain the symbol
+    either, a warning says that its value is ignored.
 
     Raises :class:`UnknownNameError` for a text that names no symbol of the object.
     """
     idle = {*read, *system.data["fixed"]} - set(system.parameters)
     told = {key: value for key, value in numbers.items() if name_of(key) not in idle}
-    values = without_unused(told, system.parameters, "defaults")
-    for name in values:
+    for name in without_unused(told, system.parameters, "defaults"):
         if name not in system.parameters:
             raise UnknownNameError("parameter", name, system.parameters)
-        values[name] = float(in_si(values[name], system.quantities[name]))
-    return _again_or_new(system, values) if values else system
+    return _again_or_new(system, by_name(numbers, "defaults"))
 
 
-def _again_or_new(system: System, values: Mapping[str, float]) -> System:
+def _again_or_new(system: System, numbers: Mapping[str, Any]) -> System:
     """The system with these defaults; the same object as the last time if they are the same."""
     last: tuple[Any, System] = system.cache.get(_again_or_new, (None, system))
-    if last[0] != values:
-        last = system.cache[_again_or_new] = dict(values), system.with_defaults(values)
+    if last[0] != numbers:
+        last = system.cache[_again_or_new] = dict(numbers), system.with_defaults(numbers)
     return last[1]
 
 

@@ -460,6 +460,16 @@ def test_stiff_members_leave_the_explicit_methods(damped, rtol, damping):
     assert explicit.steps[0] > 200
 
 
+@pytest.mark.parametrize("rtol", [1e-4, 1e-8])
+def test_where_a_fast_component_has_died_out_members_leave_the_explicit_pair(rtol):
+    """There errors shrink by a lower order, and steps with them, below what stability bears."""
+    model = mechc.load("flyball_governor")
+    start = model.assemble()
+    batch = model.simulate_batch(5.0, [start], rtol=rtol, progress=False)
+    assert batch.method == "dop853"
+    assert batch.steps[0] < 1.5 * model.simulate(5.0, start, rtol=rtol).stats["steps"]
+
+
 def test_fast_rotation_is_not_taken_for_stiff():
     model = mechc.load("heavy_top")
     start = [0.0, 0.0, 0.0, 0.0, 150.0, -4.61538]

@@ -12,7 +12,14 @@
 typedef struct {
     mechc_lockstep lanes;
     mechc_vector last_stage[MECHC_NX];
+    mechc_vector bound; /* mechc_stiff_bound, squared */
 } mechc_pair_lanes;
+
+MECHC_STATIC void mechc_pair_lanes_load(mechc_lockstep *a, int lane, const mechc_integration *run)
+{
+    const double bound = mechc_stiff_bound(&mechc_dop853_tableau, run->rtol);
+    ((mechc_pair_lanes *)a)->bound[lane] = bound * bound;
+}
 
 /* Compute the rates of stage i; those of the dense output, after the end, are not monitored. */
 MECHC_INLINE int mechc_pair_lanes_stage(void *owner, int i, mechc_vector t, mechc_vector *state,
@@ -78,8 +85,7 @@ MECHC_INLINE mechc_mask mechc_pair_lanes_limited(const mechc_lockstep *a)
         rate += change * change;
         state += apart * apart;
     }
-    const double square = mechc_dop853_tableau.stability * mechc_dop853_tableau.stability;
-    return (state > 0.0) & (a->h * a->h * rate > square * state);
+    return (state > 0.0) & (a->h * a->h * rate > ((const mechc_pair_lanes *)a)->bound * state);
 }
 
 /* Compute the extra stages of the dense output, and its rows. */
@@ -98,6 +104,7 @@ static const mechc_lockstep_method mechc_dop853_lanes = {
     .last_rate = 12,
     .dense_rows = 7,
     .growth = 2.0,
+    .load = mechc_pair_lanes_load,
     .step = mechc_pair_lanes_step,
     .error = mechc_pair_lanes_error,
     .limited = mechc_pair_lanes_limited,

@@ -22,5 +22,5 @@ static const double mechc_radau5_error[MECHC_MOST_RATES] = {
 };
 static const mechc_tableau mechc_radau5_tableau = {
     MECHC_RADAU_STAGES, MECHC_RADAU_STAGES + 1, 3, 4, mechc_radau5_nodes, *mechc_radau5_matrix,
-    mechc_radau5_error, 0, 0, 0.0, MECHC_SHARE,
+    mechc_radau5_error, 0, 0, 0.0, MECHC_SHARE, 0.0,
 };

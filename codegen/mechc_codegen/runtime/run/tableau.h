@@ -7,6 +7,9 @@
  */
 #pragma once
 
+#include <math.h>
+#include "abi/macros.h"
+
 #define MECHC_MOST_RATES 16 /* of a step of any method */
 #define MECHC_TAYLOR_MOST 26 /* order of a Taylor series, at the rounding of doubles */
 #define MECHC_MOST_DENSE (MECHC_TAYLOR_SERIES ? MECHC_TAYLOR_MOST : 9) /* rows of the dense output */
@@ -26,4 +29,13 @@ typedef struct {
     const double *dense;                /* dense_rows - 3 rows of MECHC_MOST_RATES */
     double stability;                   /* |h lambda| that an explicit method bears; 0: implicit */
     double share;                       /* of the tolerance that one step may use */
+    double fast; /* |h lambda| beyond what accuracy asks for, of the tolerance's root; 0: not known */
 } mechc_tableau;
+
+/* |h lambda| beyond which a step is short for the sake of a fast component: stability bears no more, or errors
+ * shrink by a lower order, so that accuracy asks for steps much shorter than the motion does. */
+MECHC_STATIC double mechc_stiff_bound(const mechc_tableau *tableau, double rtol)
+{
+    const double fast = tableau->fast * pow(rtol, 1.0 / tableau->order);
+    return fast > 0.0 && fast < tableau->stability ? fast : tableau->stability;
+}

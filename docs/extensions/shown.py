@@ -1,10 +1,10 @@
 """Values of code in a page: a figure, an animation, a view, a page that simulates.
 
-The directive `shown` runs the Python blocks of its page up to its place, then its own lines, and
-puts the value of the last of them into the page: what displays itself in a notebook
-(`_repr_html_`) as it does there, a figure of matplotlib as SVG, the path of a page as that page.
-With `alone` the blocks of the page are not run: they are no whole program.  With `code` its own
-lines are shown above the value.  Nothing is shown where the package that it `needs` is missing.
+The directive `shown` runs the Python blocks of its page up to its place, then its own lines, whose
+names do not reach later blocks, and puts the value of the last of them into the page: what displays
+itself in a notebook (`_repr_html_`) as it does there, a figure of matplotlib as SVG, the path of a
+page as that page.  With `alone` the blocks of the page are not run: they are no whole program.
+Nothing is shown where the package that it `needs` is missing.
 """
 
 from __future__ import annotations
@@ -34,7 +34,6 @@ class Shown(SphinxDirective):
     has_content = True
     option_spec: ClassVar = {
         "alone": directives.flag,
-        "code": directives.flag,
         "height": directives.nonnegative_int,
         "caption": directives.unchanged,
         "needs": directives.unchanged,
@@ -44,13 +43,12 @@ class Shown(SphinxDirective):
         if find_spec(self.options.get("needs", "mechc")) is None:
             return []
         code = "\n".join(self.content)
-        shown = evaluate(code, self._names())
+        shown = evaluate(code, dict(self._names()))
         if "height" in self.options:
             shown = re.sub(r'height="\d+"', f'height="{self.options["height"]}"', shown, count=1)
-        found: list[nodes.Node] = []
-        if "code" in self.options:
-            found.append(nodes.literal_block(code, code, language="python"))
-        found.append(nodes.raw("", f'<div class="shown">{shown}</div>', format="html"))
+        found: list[nodes.Node] = [
+            nodes.raw("", f'<div class="shown">{shown}</div>', format="html")
+        ]
         if "caption" in self.options:
             words, _ = self.parse_inline(self.options["caption"])
             found.append(nodes.paragraph("", "", *words, classes=["caption"]))

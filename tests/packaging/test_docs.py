@@ -15,6 +15,7 @@ PAGES = (
     "coming_from/solve_ivp.md",
     "differentiable.md",
     "fitting.md",
+    "how_to/check.md",
     "how_to/equations_by_hand.md",
     "how_to/save_and_share.md",
     "how_to/speed.md",
@@ -70,7 +71,8 @@ def test_every_page_is_reached_from_the_start_page():
     [
         (
             "model", mechc.Model,
-            {"array_elements", "gap_unit", "knows_energy", "of_reference", "of_system"},
+            {"array_elements", "gap_unit", "judge_rates", "knows_energy", "of_reference",
+             "of_system"},
         ),
         (
             "solution", mechc.Solution,

@@ -25,7 +25,7 @@ from docutils.parsers.rst import directives
 from matplotlib.figure import Figure
 from sphinx.util.docutils import SphinxDirective
 
-BLOCK = re.compile(r"^```(python|\{shown\})\n(.*?)^```", re.S | re.M)
+BLOCK = re.compile(r"^```python\n(.*?)^```", re.S | re.M)
 
 
 class Shown(SphinxDirective):
@@ -60,12 +60,12 @@ class Shown(SphinxDirective):
             return {}
         known = self.env.temp_data.setdefault("names of the page", {})
         text = Path(self.env.doc2path(self.env.docname)).read_text("utf-8")
-        blocks = [m for m in BLOCK.finditer(text) if m[1] == "python"]
+        blocks = list(BLOCK.finditer(text))
         lines = [text.count("\n", 0, block.start()) for block in blocks]
         done = self.env.temp_data.get("blocks that were run", 0)
         here = sum(line < self.lineno for line in lines)
         for block in blocks[done:here]:
-            evaluate(block[2], known)
+            evaluate(block[1], known)
         self.env.temp_data["blocks that were run"] = here
         return known
 

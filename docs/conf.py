@@ -28,7 +28,7 @@ extensions = [
     "sphinx_copybutton",
     "math_in_pages",
     "sphinx_gallery.gen_gallery",
-    "start_page",
+    "shown",
 ]
 exclude_patterns = ["extensions"]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
@@ -60,4 +60,7 @@ sphinx_gallery_conf = {
 html_theme = "furo"
 html_math_renderer = "mathml"
 html_title = "mechc"
+html_favicon = "_static/favicon.svg"
+html_static_path = ["_static"]
+html_css_files = ["pages.css"]
 html_theme_options = {"light_css_variables": {"color-brand-primary": "#1f6feb"}}

@@ -64,3 +64,27 @@ def test_every_page_is_reached_from_the_start_page():
     start = (DOCS / "index.md").read_text("utf-8")
     pages = {p.relative_to(DOCS).with_suffix("").as_posix() for p in DOCS.rglob("*.md")}
     assert {page for page in pages - {"index"} if f"\n{page}\n" not in start} == set()
+
+
+@pytest.mark.parametrize(
+    ("page", "described", "left_out"),
+    [
+        (
+            "model", mechc.Model,
+            {"array_elements", "gap_unit", "judge_rates", "knows_energy", "of_reference",
+             "of_system"},
+        ),
+        (
+            "solution", mechc.Solution,
+            {"asked_events", "differentiated_within_tolerance", "event_titles", "output_along",
+             "values_along", "work_until"},
+        ),
+        ("solution", mechc.Stepper, set()),
+    ],
+)  # fmt: skip
+def test_the_table_of_a_class_names_its_public_attributes(page, described, left_out):
+    text = (DOCS / "reference" / f"{page}.md").read_text("utf-8")
+    named = re.findall(rf"`(\w+) <mechc\.{described.__name__}\.(\w+)>`", text)
+    assert all(shown == target for shown, target in named)
+    public = {name for name in dir(described) if not name.startswith("_")}
+    assert {target for _, target in named} == public - left_out

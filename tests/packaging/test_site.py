@@ -50,6 +50,18 @@ def test_links_between_pages_lead_somewhere(site):
     assert lost == []
 
 
+def test_pages_show_what_their_code_makes(site):
+    kinds = {"<svg": 0, 'sandbox="allow-scripts"': 0}
+    for page in (ROOT / "docs").rglob("*.md"):
+        asked = page.read_text("utf-8").count("```{shown}\n:")
+        built = (site / page.relative_to(ROOT / "docs").with_suffix(".html")).read_text("utf-8")
+        parts = built.split('<div class="shown">')[1:]
+        assert len(parts) == asked - (page.stem == "index" and packaged_compiler() is None)
+        for part in parts:
+            kinds[next(kind for kind in kinds if kind in part[:200])] += 1
+    assert all(kinds.values())
+
+
 def test_the_start_page_moves_and_loads_nothing_from_elsewhere(site):
     page = (site / "index.html").read_text("utf-8")
     assert 'sandbox="allow-scripts"' in page

@@ -65,4 +65,4 @@ print(f"at most {off * 100:.0f} cm off the helix once it is reached")
 assert off < 0.2
 
 # %%
-sol.animate()
+sol.view()

@@ -19,4 +19,4 @@ print(f"largest roll {abs(roll).max():.2f}°, at the end {roll[-1]:.3f}°")
 assert abs(roll[-1]) < 0.1 * abs(roll).max()
 
 # %%
-sol.animate()
+sol.view()

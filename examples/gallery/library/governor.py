@@ -19,4 +19,4 @@ assert abs(sol["s"][-1] - 0.619622917) < 1e-6
 assert np.ptp(momentum) < 1e-6 * abs(momentum).max()
 
 # %%
-sol.animate()
+sol.view()

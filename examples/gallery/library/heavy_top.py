@@ -17,4 +17,4 @@ assert np.ptp(np.linalg.norm(tip, axis=1)) < 1e-12
 assert sol.energy_drift < 1e-9
 
 # %%
-sol.animate(fps=200)
+sol.view()

@@ -24,4 +24,4 @@ print(f"largest error of the speeds: {error:.1e}")
 assert error < 1e-7
 
 # %%
-sol.animate()
+sol.view()

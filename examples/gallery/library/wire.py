@@ -13,4 +13,4 @@ sol = model.simulate(2, model.assemble())
 assert sol.energy_drift < 1e-8
 
 # %%
-sol.animate()
+sol.view()

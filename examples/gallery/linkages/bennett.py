@@ -68,4 +68,4 @@ assert np.median(abs(product - ratio)) < 1e-10
 assert sol.energy_drift < 1e-8
 
 # %%
-sol.animate()
+sol.view()

@@ -73,4 +73,4 @@ assert abs(swing - found).max() < 0.05
 assert sol["phi"][-1] > 4 * np.pi
 
 # %%
-sol.animate()
+sol.view()

@@ -77,4 +77,4 @@ print(f"the platform follows to {error * 1000:.1f} mm")
 assert error < 0.01
 
 # %%
-sol.animate()
+sol.view()

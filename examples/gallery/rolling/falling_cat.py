@@ -75,4 +75,4 @@ momentum = model.momenta(sol.y).angular.sum(axis=1)
 assert abs(momentum).max() < 1e-9
 
 # %%
-sol.animate()
+sol.view()

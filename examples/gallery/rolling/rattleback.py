@@ -75,4 +75,4 @@ assert spin[0] < 0 < spin.max()
 assert sol.energy_drift < 1e-7
 
 # %%
-sol.animate()
+sol.view()

@@ -28,16 +28,6 @@ contact.set_vel(N, 0)
 centre = contact.locatenew("centre", r * L.z)
 centre.v2pt_theory(contact, N, R)
 
-
-def around(k):
-    """From the centre to the rim."""
-    return r * (sm.cos(k * sm.pi / 8) * R.x + sm.sin(k * sm.pi / 8) * R.z)
-
-
-rim = [centre.locatenew(".rim 0", around(0))]
-for k in range(1, 16):
-    rim.append(rim[-1].locatenew(f".rim {k}", around(k) - around(k - 1)))
-
 along = r * roll.diff(t)  # the contact moves along the heading
 kinematics = [(from_angles - R.ang_vel_in(N)).dot(axis) for axis in L]
 kinematics += [x.diff(t) - along * sm.cos(heading), y.diff(t) - along * sm.sin(heading)]
@@ -49,9 +39,7 @@ model = mechc.compile(
     kane,
     defaults={"r": 0.3, "m": 2.0, "g": 9.81},
     drawing=mechc.Drawing(
-        links=(("rim", (*rim, rim[0])), ("spoke", (centre, rim[0]))),
-        traced=("contact",),
-        view=("x", "y"),
+        traced=("contact",), solids=(mechc.Solid.wheel("disc", centre, R, r, axis="y"),)
     ),
 )
 
@@ -63,4 +51,4 @@ assert sol.energy_drift < 1e-8
 print(f"the path is {np.hypot(np.diff(sol['x']), np.diff(sol['y'])).sum():.2f} m long")
 
 # %%
-sol.animate()
+sol.view()

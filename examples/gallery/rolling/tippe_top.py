@@ -71,4 +71,4 @@ print(f"tilt: {tilt[0]:.0f}° at the start, {tilt[-1]:.0f}° at the end")
 assert tilt[-1] > 150
 
 # %%
-sol.animate(fps=100)
+sol.view()

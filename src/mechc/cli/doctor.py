@@ -5,8 +5,10 @@ from __future__ import annotations
 import sys
 import tempfile
 from collections.abc import Callable
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import PackageNotFoundError, metadata, version
 from pathlib import Path
+
+from packaging.requirements import Requirement
 
 import mechc
 from mechc.compilation import cache, toolchain
@@ -14,27 +16,43 @@ from mechc.compilation.library.catalogue import COMPILED_AT_INSTALL
 from mechc.errors import MechcError
 
 Check = tuple[str, bool, str]
-PACKAGES = (
-    *("numpy", "scipy", "sympy", "cython", "matplotlib", "xarray", "jinja2", "latex2mathml"),
-    "filelock",
-)
-OPTIONAL = ("nbclient", "ipykernel")
 
 
 def examine() -> list[Check]:
     """(name, whether it is right, what was found) for everything that mechc needs."""
     checks = [("python", sys.version_info >= (3, 11), sys.version.split()[0])]
-    checks += [_package(name) for name in PACKAGES]
-    for name in OPTIONAL:
-        _, there, found = _package(name)
-        words = found if there else "not installed; for notebooks"
-        checks.append((f"{name} (optional)", True, words))
+    checks += [_package(name) for name in _packages_of("")]
+    checks += [_extra(name) for name in metadata("mechc").get_all("Provides-Extra", ())]
     for name in COMPILED_AT_INSTALL:
         model = mechc.load(name)
         words = f"compiled, {model.instruction_set}, {model.system.scene.lanes} lanes"
         checks.append((name, True, words))
     stored = _attempt("cache", lambda: f"{cache.check()}, {len(cache.scenes())} compiled scenes")
     return [*checks, _attempt("C compiler", _compiler), stored]
+
+
+def _packages_of(extra: str) -> list[str]:
+    """Packages that an extra needs on this machine; of the empty name those of mechc itself."""
+    names = list[str]()
+    for text in metadata("mechc").get_all("Requires-Dist", ()):
+        wanted = Requirement(text)
+        if wanted.marker is not None and not wanted.marker.evaluate({"extra": extra}):
+            continue
+        if extra and (wanted.marker is None or wanted.marker.evaluate({"extra": ""})):
+            continue
+        names += (
+            [name for each in sorted(wanted.extras) for name in _packages_of(each)]
+            if wanted.name == "mechc"
+            else [wanted.name]
+        )
+    return list(dict.fromkeys(names))
+
+
+def _extra(extra: str) -> Check:
+    """An extra, which mechc does without, and which of its packages are missing."""
+    missing = [name for name in _packages_of(extra) if not _package(name)[1]]
+    told = f"not installed: {', '.join(missing)}; pip install 'mechc[{extra}]'"
+    return (f"extra {extra}", True, told if missing else ", ".join(_packages_of(extra)))
 
 
 def _package(name: str) -> Check:

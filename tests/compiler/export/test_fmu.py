@@ -130,13 +130,14 @@ def test_co_simulation_is_the_motion_of_simulate(four_bar, start):
     values, y0, model = start
     t, y, record = simulated(
         four_bar[0], "CoSimulation", start_values=values | REGULAR,
-        outputs=["kinetic_energy", "points[p_2,y]"],
+        outputs=["kinetic_energy", "points[p_2,y]", "multipliers[1]"],
     )  # fmt: skip
     sol = model.simulate(2.0, y0, REGULAR, rtol=1e-11, t_eval=t)
     assert y == pytest.approx(sol.y, abs=2e-9)
     assert np.abs(model.constraints(y, REGULAR)).max() < 1e-12
     assert np.abs(model.velocity_constraints(y, REGULAR)).max() < 1e-12
     assert record["kinetic_energy"] == pytest.approx(model.kinetic_energy(y, REGULAR), rel=1e-12)
+    assert record["multipliers[1]"] == pytest.approx(model.multipliers(y, REGULAR)[:, 1], rel=1e-9)
 
 
 def test_co_simulation_passes_change_points(four_bar):

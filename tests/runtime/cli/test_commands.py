@@ -5,6 +5,8 @@ import json
 import os
 import subprocess
 import sys
+import tomllib
+from importlib.metadata import PackageNotFoundError
 from importlib.util import find_spec
 
 import numpy as np
@@ -12,10 +14,12 @@ import pytest
 
 from mechc import mechanisms
 from mechc.cli import commands as cli
+from mechc.cli import doctor
 from mechc.cli.commands import main
 from mechc.compilation import toolchain
 from mechc.progress import Notice
 from mechc.results import figures as plot
+from tests.support import ROOT
 from tests.support.command_line import complaint, run_json
 
 pytestmark = pytest.mark.usefixtures("here")
@@ -234,6 +238,28 @@ def test_doctor_checks_compiler_cache_and_packages(capsys):
     for name in ("numpy", "sympy", "matplotlib", "four_bar", "C compiler", "cache"):
         assert f"ok   {name}" in said
     assert "BAD" not in said
+
+
+def test_doctor_lists_every_extra_and_what_it_lacks(capsys, monkeypatch):
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+    extras = extras["project"]["optional-dependencies"]
+    there = doctor.version
+
+    def without_zarr(name):
+        if name == "zarr":
+            raise PackageNotFoundError
+        return there(name)
+
+    monkeypatch.setattr(doctor, "version", without_zarr)
+    assert main(["doctor"]) == 0
+    lines = [line.split(maxsplit=3) for line in capsys.readouterr().out.splitlines()]
+    told = {line[2]: line[3] for line in lines if line[1] == "extra"}
+    assert set(told) == set(extras)
+    for extra in ("zarr", "all"):  # one that lacks it, and one that names the first
+        assert told[extra].startswith("not installed: ")
+        assert "zarr" in told[extra]
+        assert told[extra].endswith(f"pip install 'mechc[{extra}]'")
+    assert told["view"] == "jupyter-threejs-sage"
 
 
 def test_doctor_says_what_is_wrong_and_fails(capsys, here, monkeypatch):

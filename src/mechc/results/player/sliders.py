@@ -11,12 +11,20 @@ from mechc.results.sampling import ShownUnit, clean_text, pretty_name
 
 
 def slider_data(
-    name: str, unit: ShownUnit, ends: Sequence[float] | None, suffix: str = ""
+    name: str,
+    unit: ShownUnit,
+    ends: Sequence[float] | None,
+    description: str = "",
+    suffix: str = "",
 ) -> dict[str, Any]:
-    """A slider between the ends, in units of the API; None: the page chooses them."""
+    """A slider between the ends, in units of the API; None: the page chooses them.
+
+    ``description``: the quantity in words, which stand before its name.
+    """
     low, high = ends or (None, None)
+    words = f"{clean_text(description, 100)}, " if description else ""
     return {
-        "name": name, "label": pretty_name(name) + suffix, "title": clean_text(name),
+        "name": name, "label": words + pretty_name(name) + suffix, "title": clean_text(name),
         "low": low, "high": high, "factor": unit.factor, "unit": unit.label,
     }  # fmt: skip
 

@@ -81,8 +81,11 @@ class Variation:
 
     def sliders(self) -> list[dict[str, Any]]:
         """The sliders, for each name a label, a unit, and the range in units of the API."""
-        units = {name: shown_unit(self.model, name) for name in self.ranges}
-        return [slider_data(name, units[name], self.ranges[name]) for name in self.ranges]
+        words = self.model.descriptions
+        return [
+            slider_data(name, shown_unit(self.model, name), ends, words.get(name, ""))
+            for name, ends in self.ranges.items()
+        ]
 
 
 def variation(

@@ -48,6 +48,7 @@ def _motion_without_frames(about: Mapping[str, Any], ranges: Ranges) -> dict[str
     known = [*starts, *about["parameters"]]
     units = {each["name"]: shown_as(Kind(each["kind"]), each["unit"]) for each in known}
     units = dict.fromkeys(about["inputs"], shown_as(Kind.PURE, "")) | units
+    words = {each["name"]: each["description"] for each in known}
     suffixes = {each["name"]: " at the start" for each in starts}
     drawing = about["drawing"]
     return {
@@ -68,7 +69,7 @@ def _motion_without_frames(about: Mapping[str, Any], ranges: Ranges) -> dict[str
             for title, unit, lines in [*_coordinates(about, units), *_energies(about)]
         ],
         "sliders": [
-            slider_data(name, units[name], ends, suffixes.get(name, ""))
+            slider_data(name, units[name], ends, words.get(name, ""), suffixes.get(name, ""))
             for name, ends in ranges.items()
         ],
         **speed_choices(SPAN),

@@ -191,7 +191,7 @@ def test_a_dragged_slider_moves_the_mechanism(cell: OpenPage, widget: Any) -> No
     cell.settle()
     cell.settle()
     assert cell.picture("iframe") != before
-    assert page.text_content("output") == f"{widget.values['l_3']:.3f}\u2009m"
+    assert page.text_content("output") == f"{widget.values['l_3']:.2f}\u2009m"
     page.click("button:text-is('Reset')")
     cell.wait_for("document.querySelector('output').textContent.startsWith('3.50')")
     assert as_it_was(cell, before)

@@ -19,7 +19,7 @@ from tests.support.trust.browser import OpenPage
 
 def test_names_are_data_without_markup() -> None:
     hostile = "</script><script>alert(1)</script>"
-    listed = [{"name": hostile, "kind": "length", "unit": hostile}]
+    listed = [{"name": hostile, "kind": "length", "unit": hostile, "description": hostile}]
     drawing = {"points": [hostile], "links": [[hostile, [0, 0]]], "ground": [], "traced": []}
     about = {
         "title": hostile, "coordinates": listed, "speeds": [], "parameters": [], "outputs": [],
@@ -30,7 +30,9 @@ def test_names_are_data_without_markup() -> None:
     assert hostile not in page
     parsed = Page(page)
     assert parsed.tags.count("script") == 2
-    assert json.loads(parsed.scripts[0])["sliders"][0]["name"] == hostile
+    slider = json.loads(parsed.scripts[0])["sliders"][0]
+    assert slider["name"] == hostile
+    assert slider["label"].startswith(f"{hostile}, </script>")
     text = module.split("export const about = ")[1].split(";\n")[0]
     assert json.loads(text)["title"] == hostile
 
@@ -159,7 +161,7 @@ def test_an_input_counts_from_the_time_that_is_shown(browser: Any, tmp_path: Pat
 @pytest.mark.parametrize("width", [1400, 360])
 def test_nothing_is_wider_than_the_window(browser: Any, page_file: Path, width: int) -> None:
     found = OpenPage(browser, page_file, viewport={"width": width, "height": 700})
-    found.wait_for("document.querySelectorAll('#sliders input').length === 2")
+    found.wait_for("document.querySelectorAll('#sliders input').length === 4")
     assert found.page.evaluate("document.documentElement.scrollWidth") <= width
     assert found.page.locator("#canvas").bounding_box()["height"] >= 140
     assert found.messages == []

@@ -20,7 +20,7 @@ function addSlider(parent, slider, value, use) {
   // Shown in its unit; returns a function that moves it.
   const label = element("label", "", parent), name = element("span", slider.label, label);
   const input = element("input", "", label), output = element("output", "", label);
-  const digits = Math.max(0, Math.min(9, 3 - Math.floor(Math.log10(slider.factor * (slider.high - slider.low)))));
+  const digits = Math.max(0, Math.min(9, 2 - Math.round(Math.log10(slider.factor * (slider.high - slider.low)))));
   label.title = name.title = slider.title;
   Object.assign(input, { type: "range", min: slider.low, max: slider.high, step: "any" });
   function showValue() {

@@ -7,7 +7,7 @@ function takeData(given) {
   tracks = floats(motion.tracks); pointCount = motion.points.length;
   columns = tracks.length / (motion.frames * pointCount) || 3;  // x, y and, of a motion in space, z
   curveTimes = motion.times ? floats(motion.times) : null;  // else those of the frames
-  timeDigits = span > 0 ? digitsFor(span) : 3;
+  timeDigits = span > 0 ? digitsFor(Math.fround(span)) : 3;  // the product may be an ulp below 1 s
 }
 function floats(values) {
   if (typeof values !== "string") { return Float32Array.from(values); }

@@ -6,6 +6,6 @@ addMarks();
 readTheme();
 startPicture();
 setSpeed(state.speed);
-new ResizeObserver(function () { resize(); show(); }).observe(stage);
+new ResizeObserver(function () { resize(); show(); }).observe(canvas);
 new ResizeObserver(drawPlots).observe(byId("plots"));
 if (!openAtHash() && !stillSystem.matches) { setPlaying(true); }

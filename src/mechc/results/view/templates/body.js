@@ -211,5 +211,5 @@ function nameUnder() {
   tip.textContent = hit.object.userData.name;
   tip.hidden = false;
   tip.style.left = Math.min(x + 14, box.width - tip.offsetWidth - 8) + "px";
-  tip.style.top = Math.min(y + 14, box.height - tip.offsetHeight - 8) + "px";
+  tip.style.top = canvas.offsetTop + Math.min(y + 14, box.height - tip.offsetHeight - 8) + "px";
 }

@@ -33,7 +33,7 @@ function startStage() {
   return true;
 }
 function resize() {
-  const box = stage.getBoundingClientRect();
+  const box = canvas.getBoundingClientRect();
   if (!renderer || !(box.width > 0 && box.height > 0)) { return; }
   renderer.setPixelRatio(Math.min(smooth ? 2 : 1, window.devicePixelRatio || 1));
   renderer.setSize(box.width, box.height, false);

@@ -5,11 +5,8 @@ import time
 
 import numpy as np
 import pytest
-from sympy import Symbol
-from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
-from benchmarks.problems.particle import particle
 from tests.support import LOCKSTEP, by, scenes
 
 TIMES = np.linspace(0, 2, 9)
@@ -402,16 +399,6 @@ def pendulum():
     return mechc.load("pendulum")
 
 
-@pytest.fixture(scope="module")
-def damped():
-    """A mass on a spring and a damper: of linear equations, whose series has no sum."""
-    q, u = dynamicsymbols("q u")
-    k, c = Symbol("k"), Symbol("c")
-    return mechc.compile(
-        particle([q], [u], [-k * q - c * u]), defaults={k: 1.0, "m": 1.0}, outputs=()
-    )
-
-
 @pytest.mark.parametrize(
     ("name", "rtol", "taken"),
     [
@@ -439,45 +426,6 @@ def test_members_with_sensitivities_are_runs_of_their_own(pendulum):
     model = mechc.load("pendulum", outputs=("sensitivities",))
     batch = model.simulate_batch(1.0, [[1.0, 0.0]], sensitivities=["y0"], progress=False)
     assert batch.method == "gauss8"
-
-
-@pytest.mark.parametrize("rtol", [1e-5, 1e-9])
-@pytest.mark.parametrize("damping", [1e3, 1e6])
-def test_stiff_members_leave_the_explicit_methods(damped, rtol, damping):
-    """After a while the motion is exp(-k t / c), though 1/c is the time of its fast component."""
-    starts = np.tile([1.0, 0.0], (16, 1))
-    batch = damped.simulate_batch(2.0, starts, {"c": damping}, rtol=rtol, progress=False)
-    assert batch.method == "taylor"
-    assert batch.steps.max() < 100
-    np.testing.assert_array_equal(batch[7].y[-1], batch.y[7])
-    fast, slow = np.roots([1.0, damping, 1.0])
-    slow = 1.0 / fast  # of the product 1, without the cancellation
-    exact = (np.exp(slow * 2.0) * -fast + np.exp(fast * 2.0) * slow) / (slow - fast)
-    np.testing.assert_allclose(batch.y[:, 0], exact, rtol=0, atol=100 * rtol)
-    explicit = damped.simulate_batch(
-        2.0, starts[:1], {"c": 1e3}, rtol=rtol, method="taylor", progress=False
-    )
-    assert explicit.steps[0] > 200
-
-
-@pytest.mark.parametrize("rtol", [1e-4, 1e-8])
-def test_where_a_fast_component_has_died_out_members_leave_the_explicit_pair(rtol):
-    """There errors shrink by a lower order, and steps with them, below what stability bears."""
-    model = mechc.load("flyball_governor")
-    start = model.assemble()
-    batch = model.simulate_batch(5.0, [start], rtol=rtol, progress=False)
-    assert batch.method == "dop853"
-    assert batch.steps[0] < 1.5 * model.simulate(5.0, start, rtol=rtol).stats["steps"]
-
-
-def test_fast_rotation_is_not_taken_for_stiff():
-    model = mechc.load("heavy_top")
-    start = [0.0, 0.0, 0.0, 0.0, 150.0, -4.61538]
-    steps = [
-        model.simulate_batch(1.0, [start], method=method, progress=False).steps[0]
-        for method in ("auto", "taylor")
-    ]
-    assert steps[0] == steps[1]
 
 
 @pytest.mark.parametrize(

@@ -16,8 +16,8 @@ from pathlib import Path
 from mechc_codegen.extension.flags import RUNTIME
 
 FOLDERS = (
-    "dynamics", "singularities", "run", "series", "stepping", "lockstep", "methods", "closing",
-    "variational", "adjoint", "hybrid", "fmu",
+    "abi", "dynamics", "singularities", "run", "series", "stepping", "lockstep", "methods",
+    "closing", "variational", "adjoint", "hybrid", "fmu",
 )  # fmt: skip
 NUMBER = r"(?<![\w.])(?:\d+\.\d*|\.\d+)(?:[eE][+-]?\d+)?|(?<![\w.])\d+[eE][+-]?\d+"
 _FLOATING = re.compile(rf"{NUMBER}|\b(?:DBL|MECHC)_EPSILON\b")

@@ -3,9 +3,11 @@
 
 #include <time.h>
 
+#define MECHC_NANOSECONDS 1000000000 /* of a second */
+
 static inline double mechc_seconds(void)
 {
     struct timespec now;
     clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+    return (double)now.tv_sec + (double)now.tv_nsec / MECHC_NANOSECONDS;
 }

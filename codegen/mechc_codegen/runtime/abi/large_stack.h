@@ -5,6 +5,7 @@
 #include <pthread.h>
 #include <stddef.h>
 #include <time.h>
+#include "clock.h"
 #include "codes.h"
 
 #if defined __linux__ && !defined __USE_GNU
@@ -96,8 +97,8 @@ static inline int mechc_wait_on_stack(mechc_on_stack *job, double seconds)
 {
     struct timespec until;
     clock_gettime(CLOCK_REALTIME, &until);
-    until.tv_nsec += (long)(1e9 * seconds);
-    if (until.tv_nsec >= 1000000000L) until.tv_sec++, until.tv_nsec -= 1000000000L;
+    until.tv_nsec += (long)(MECHC_NANOSECONDS * seconds);
+    if (until.tv_nsec >= MECHC_NANOSECONDS) until.tv_sec++, until.tv_nsec -= MECHC_NANOSECONDS;
     pthread_mutex_lock(&job->lock);
     int late = 0;
     while (!job->done && !late) late = pthread_cond_timedwait(&job->ended, &job->lock, &until);

@@ -67,6 +67,7 @@ COMMANDS = {  # not part of the suite: by their names only
     "closing": Script("microseconds that it takes to close loops", "costs.closing"),
     "report": Script("the report of figures measured before", "report.command"),
     "references": Script("exact motions of data/, computed again", "references.command"),
+    "check": Script("error estimates of sol.check() over the true errors", "suite.checks"),
     "default": Script("the default's time over the best method's, runs and batches",
                        "suite.default"),
     "derivatives": Script("errors of derivatives of motions against 30 digits",

@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from mechc.export import export_c, export_fmu, export_wasm
     from mechc.inputs.sampled import Sampled
     from mechc.inputs.signals import Signal
+    from mechc.results.check import Check
     from mechc.simulation.stepper import Stepper
     from mechc.system.c_interface import CFunction
 
@@ -65,6 +66,7 @@ __all__ = [
     "CacheWarning",
     "ChangePoint",
     "ChangePointError",
+    "Check",
     "Closure",
     "CollapsedSheetWarning",
     "CompilerError",
@@ -129,6 +131,7 @@ __all__ = [
 _LATER = {
     "Assembly": "mechc.batch.spec",
     "CFunction": "mechc.system.c_interface",
+    "Check": "mechc.results.check",
     "Sampled": "mechc.inputs.sampled",
     "Signal": "mechc.inputs.signals",
     "Stepper": "mechc.simulation.stepper",

@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from mechc.analysis.linearize import Linearization
     from mechc.results.model_report import Report
     from mechc.simulation.stepper import Stepper
+    from mechc.system.judged import Judged
 
 SIMULATE_ONE_SET = f"simulate {ONE_SET}"
 _models: WeakValueDictionary[int, Model] = WeakValueDictionary()
@@ -141,6 +142,14 @@ class Model(Batches):
         return model_report(self.system, compare=compare)
 
     # -- along a motion -----------------------------------------------------------------------
+
+    def judge_rates(
+        self, t: Array, y: Array, p: Array, h: Array, forces: Array | None = None
+    ) -> Judged:
+        """How y' at states differs from the description's; see ``mechc.Solution.check``."""
+        from mechc.compilation.newton_euler import judge
+
+        return judge(self.system, t, y, p, h, forces)
 
     def inverse_dynamics(
         self,

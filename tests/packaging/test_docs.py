@@ -15,6 +15,7 @@ PAGES = (
     "coming_from/solve_ivp.md",
     "differentiable.md",
     "fitting.md",
+    "how_to/check.md",
     "how_to/equations_by_hand.md",
     "how_to/save_and_share.md",
     "how_to/speed.md",

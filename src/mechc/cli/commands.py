@@ -165,10 +165,14 @@ def _run(chosen: argparse.Namespace) -> int:
             )
         except RunInterrupt as interrupt:
             sol = interrupt.solution
+    checked = sol.check() if chosen.check else None
     if chosen.json:
-        print(json.dumps(json_summary(sol)))
+        told = {} if checked is None else {"check": checked.to_dict()}
+        print(json.dumps(json_summary(sol) | told))
     else:
         print(f"{model.title}, 0 to {t_end:g} s\n{summary(sol)}")
+        if checked is not None:
+            print(checked)
     if folder is not None:
         with written_into(folder):
             page = _write(sol, folder, in_space=chosen.open, quiet=chosen.json)
@@ -181,7 +185,7 @@ def _run(chosen: argparse.Namespace) -> int:
             print(f"written: {saved.resolve()}")
     if sol.status.code == "interrupted":
         return INTERRUPTED
-    return 0 if sol.status.ok else FAILED
+    return 0 if sol.status.ok and (checked is None or checked.ok) else FAILED
 
 
 def _sweep(chosen: argparse.Namespace) -> int:

@@ -91,6 +91,10 @@ def run_options(parser: argparse.ArgumentParser) -> None:
     _start_options(parser)
     parser.add_argument("--open", action="store_true", help="open the motion in space in a browser")
     parser.add_argument(
+        "--check", action="store_true",
+        help="compute it again by another method, judge its equations, and print what is found",
+    )  # fmt: skip
+    parser.add_argument(
         "--view", metavar="FILE", help="the motion in space as FILE.html, .png, .gif or .mp4"
     )
     force_option(parser)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from mechc.errors import MechcError
 from mechc.results.files import verify
 from mechc.results.untrusted import printable
 
@@ -12,12 +13,13 @@ DAMAGED = 1
 
 
 def verify_command(chosen: argparse.Namespace) -> int:
-    """Check a file or folder: 0 if complete and undamaged, 1 if a batch is not, 2 by an error."""
+    """Check a file or folder: 0 if complete and undamaged, 1 if a batch is not, or if the check of
+    a motion that was saved with it finds something now; 2 by an error."""
     path = Path(chosen.path)
     if not path.is_dir():
-        verify(path)
+        saved = verify(path)
         print(f"{printable(str(path))}: sound")
-        return 0
+        return _repeat_check(path, saved) if saved else 0
     from mechc.batch.stored.store import examine
 
     found = examine(path)
@@ -29,3 +31,20 @@ def verify_command(chosen: argparse.Namespace) -> int:
     if told:
         print("repeat the call that made it to compute them")
     return DAMAGED if told else 0
+
+
+def _repeat_check(path: Path, saved: list[str]) -> int:
+    """Print the check that was saved with a motion, and the same made again."""
+    from mechc.open import open_saved
+    from mechc.results.solution import Solution
+
+    print("the check that was saved with it:", *map(printable, saved), sep="\n")
+    try:
+        sol = open_saved(path)
+        assert isinstance(sol, Solution)
+        found = sol.check()
+    except MechcError as error:
+        print(f"it cannot be repeated here: {printable(str(error))}")
+        return 0
+    print("made again:", found, sep="\n")
+    return 0 if found.ok else DAMAGED

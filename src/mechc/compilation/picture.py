@@ -69,7 +69,7 @@ class _Positions:
         self._names = [symbol.name for symbol in values]
         entries = [entry for _, turn in plan.frames for entry in turn]
         entries += [entry for _, arms in plan.points for _, arm in arms for entry in arm]
-        self._entries = _numeric([time, *state, *values], entries)
+        self._entries = numeric([time, *state, *values], entries)
 
     def __call__(self, y: Array, p: Array, t: float | Array) -> Array:
         points, _ = self._all(y, p, t)
@@ -114,7 +114,7 @@ class _Positions:
         """A function of time, state, speeds and parameters for all components of the loads."""
         time, state, values = self._plan.arguments
         entries = [entry for _, _, arms in self._plan.loads for _, arm in arms for entry in arm]
-        return _numeric([time, *state, *self._plan.speeds, *values], entries)
+        return numeric([time, *state, *self._plan.speeds, *values], entries)
 
     def _values(self, p: Array) -> list[Any]:
         index, fixed = self._index, self._fixed
@@ -147,7 +147,7 @@ class _Positions:
         return points, turns
 
 
-def _numeric(arguments: list[Any], entries: list[Any]) -> Any:
+def numeric(arguments: list[Any], entries: list[Any]) -> Any:
     """Expressions as a function over arrays."""
     from mechc_codegen.description.piecewise import Floor, Step, Where
     from sympy import lambdify

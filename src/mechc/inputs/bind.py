@@ -12,7 +12,7 @@ import numpy as np
 from mechc.errors import MissingInputError, UnknownNameError, ValueOutOfBoundsError
 from mechc.inputs.accept import takes_state
 from mechc.inputs.sampled import Control, HeldSignal, Sampled
-from mechc.inputs.signals import FAR, Signal
+from mechc.inputs.signals import FAR, Signal, polynomials_at
 from mechc.native._inputs import Caller, Inputs
 from mechc.system.parameters import Array
 
@@ -54,7 +54,8 @@ class GivenInputs:
             raise missing(slots, given)
         self.signals = {n: x for n, x in given.items() if isinstance(x, Signal)}
         self._order = {slot.name: max(slot.orders) for slot in slots}
-        self.function_names = [n for n, x in given.items() if functions_of(x)]
+        self._values = {n: x[0] for n, value in given.items() if (x := functions_of(value))}
+        self.function_names = list(self._values)
         self._numbers: dict[str, Array] = {}
         self._places: dict[str, int] = {}
         self._pieces: list[tuple[Array, Array]] = []
@@ -92,6 +93,16 @@ class GivenInputs:
             pieces[self._places[name]] = times, np.vstack([beyond, coefficients, beyond])
         caller = Caller(self._functions, *self._sizes)
         return Inputs(pieces, self._sources, caller)
+
+    def value(self, name: str, t: Array, y: Array) -> Array:
+        """An input (n,) at times (n,) and states (n, nq + nu)."""
+        if name in self._places:
+            return polynomials_at(*self._pieces[self._places[name]], t, 0)
+        function, count = self._values[name], self._sizes[0]
+        if takes_state(f"the input {name}", function):
+            rows = zip(t.tolist(), y, strict=True)
+            return np.array([function(s, row[:count], row[count:]) for s, row in rows], dtype=float)
+        return np.array([function(s) for s in t.tolist()], dtype=float)
 
     def places(self, names: Sequence[str]) -> Array:
         """The places of the numbers with these names among the signals of :meth:`native_inputs`."""

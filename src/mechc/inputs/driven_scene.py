@@ -156,6 +156,10 @@ class DrivenScene:
         """The places of numbers among the signals, see :meth:`GivenInputs.places`."""
         return self._given_inputs().places(names)
 
+    def values(self, names: Sequence[str], t: Array, y: Array) -> list[Array]:
+        """The values (n,) of inputs at times (n,) and states (n, nq + nu), by Python alone."""
+        return [self._given_inputs().value(name, t, y) for name in names]
+
     def of_time(self, names: Sequence[str]) -> list[str]:
         """The inputs among these names that constraints, mass matrix or kinematics contain."""
         return [slot.name for slot in self._slots if slot.of_time and slot.name in names]

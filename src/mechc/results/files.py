@@ -23,6 +23,7 @@ from mechc.results.untrusted import (
     names_of,
     read_regular,
     short,
+    text_of,
 )
 from mechc.simulation.contact_steps import contacts_of
 from mechc.simulation.trajectory import Trajectory
@@ -162,6 +163,7 @@ def recipe_of(sol: Trajectory) -> dict[str, Any]:
         "contacts": contacts_of(sol.record),
         "events": [[record.t.tolist(), record.y.tolist()] for record in sol.events],
         "event_titles": list(sol.event_titles),
+        **({} if sol.checked is None else {"check": str(sol.checked).splitlines()}),
     }
 
 
@@ -208,13 +210,14 @@ def reference_in(told: Mapping[str, Any], *, given: bool = False) -> ModelRefere
     return ModelReference.from_json({**told, "options": options})
 
 
-def verify(path: Path) -> None:
-    """Refuse a saved solution that is damaged.
+def verify(path: Path) -> list[str]:
+    """Refuse a saved solution that is damaged; the lines of the check that was saved with it.
 
     Raises :class:`MechcError` with what is wrong; ``FileNotFoundError`` if there is no file.
     """
     try:
-        read(path)
+        recipe, _, _ = read(path)
+        return [text_of(line, "a line of its check") for line in recipe.get("check", [])]
     except (FileNotFoundError, MissingPackageError):
         raise
     except DAMAGE as error:

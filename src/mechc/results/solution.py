@@ -19,6 +19,7 @@ from mechc.system.names import name_of, names_of
 from mechc.system.parameters import Array
 
 if TYPE_CHECKING:
+    from mechc.results.check import Check
     from mechc.sensitivities.gradient import Gradient
     from mechc.sensitivities.history import Sensitivity
     from mechc.simulation.settings import Policy
@@ -113,7 +114,7 @@ class Solution(Trajectory):
             for k, piece in enumerate(after.record.pieces)
         ]
         whole = copy(after)
-        whole.params = self.params
+        whole.params, whole.checked = self.params, None
         cached = ("_history", "span", "change_points", "energy", "work", "_conserves_energy")
         for name in (*cached, "closure", "velocity_closure"):
             whole.__dict__.pop(name, None)
@@ -159,6 +160,31 @@ class Solution(Trajectory):
         times = np.asarray(t, dtype=np.float64)
         found = self.output_along(name_of(name), times.reshape(-1), y.reshape(-1, y.shape[-1]))
         return found.reshape((*times.shape, *found.shape[1:]))
+
+    def check(self) -> Check:
+        """Check this motion as a reviewer would, by two more runs at most.
+
+        It is computed again at a hundredth of the tolerances, and by another method: differences
+        are estimates of the errors, and change points and events are compared.  Closure and energy
+        balance are looked at along the dense output; the accelerations of some states are compared
+        with those that Newton's and Euler's equations give for the bodies, joints and loads of the
+        description, evaluated with numbers alone.
+
+        Returns
+        -------
+        Check
+            ``print`` shows it as a table; ``check.ok`` is False where there are ``warnings``.
+            ``sol.save`` keeps it, and ``mechc verify FILE`` repeats it.
+
+        Raises
+        ------
+        MechcError
+            For a run without dense output, and one with events that was read from a file.
+        """
+        from mechc.results.check import check
+
+        found = self.checked = check(self, self.model.judge_rates)
+        return found
 
     # -- derivatives ---------------------------------------------------------------------------
 

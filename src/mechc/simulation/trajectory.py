@@ -26,6 +26,7 @@ class Trajectory:
 
     _run_events: RunEvents | None = None  # the events looked for
     _titles: tuple[str, ...] = ()  # theirs, where they are known from a file alone
+    checked: Any = None  # the result of ``check``, once it was made
 
     def __init__(
         self,

@@ -78,7 +78,7 @@ def _constrained(name, cut, arm=(0.4, 0, 0)):
     """A free body in a cut at its first frame, and a spring of 20 N/m to a point of it."""
     world, body = _unit_body()
     seat = ReferenceFrame("seat")
-    seat.orient_body_fixed(world.frame, [Rational(a, 180) * pi for a in (10, 55, 68)], "XYZ")
+    seat.orient_body_fixed(world.frame, [float(np.deg2rad(a)) for a in (10, 55, 68)], "XYZ")
     to_frame = -body.x / 5
     free = mechc.FreeJoint("free", world, body, child_point=to_frame)
     eye = body.masscenter.locatenew("eye", to_frame + vector(body.frame, arm))
@@ -144,7 +144,7 @@ def on_two_slides():
     carriage = RigidBody("carriage", mass=0)
     carriage.central_inertia = inertia(carriage.frame, 0, 0, 0)
     seat = ReferenceFrame("seat")
-    seat.orient_body_fixed(world.frame, [Rational(a, 180) * pi for a in (10, 55, 68)], "XYZ")
+    seat.orient_body_fixed(world.frame, [float(np.deg2rad(a)) for a in (10, 55, 68)], "XYZ")
     along_x = PrismaticJoint(
         "along_x",
         world,

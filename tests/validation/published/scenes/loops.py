@@ -234,8 +234,8 @@ def planar_loops():
         parent, point = rod, half
         end = rod.masscenter.locatenew(f"end{k}", half)
         gap = end.pos_from(world.masscenter) - foot * world.x
-        x, y = gap.dot(world.x), gap.dot(world.y)
-        distance = sqrt(x**2 + y**2) - sqrt(sum(Rational(str(c)) ** 2 for c in far))
+        stretch = gap.dot(gap) - sum(Rational(str(c)) ** 2 for c in far)
+        distance = stretch / (2 * float(np.hypot(*far)))
         constraints.append(mechc.Constraint(f"strut{k}", distance, "m"))
     angle = filtered_sine(dynamicsymbols._t, sin, cos, exp)
     drive = joints[0].coordinates[0] - angle

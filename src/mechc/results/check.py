@@ -1,0 +1,308 @@
+"""What a reviewer would do with a motion: it is computed again, and its equations are judged.
+
+Input: a solution with dense output.  Output: a :class:`Check`.  Invariant: nothing of the solution
+changes.
+"""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from mechc.errors import MechcError
+from mechc.simulation.settings import TIGHTEST
+from mechc.simulation.simulate import run
+from mechc.simulation.trajectory import Trajectory
+from mechc.system.judged import Judged
+from mechc.system.parameters import Array
+
+STRICTER = 0.01  # of rtol and atol, for the motion again
+TIGHT = 1e-13  # the least rtol of it: a tighter one is below the rounding of a step
+STATES = 40  # at which the equations are judged
+STEP = 0.05  # of a step of the run: the differences by which they are
+ROUNDING = 16 * np.finfo(float).eps  # of a state, in a difference
+ALIKE = 1e-6  # of the largest acceleration: rates that differ by more are not those of the scene
+MANY = 1000.0  # times the tolerance: an error that the tolerance does not explain
+EXPLICIT = ("dopri5", "dop853")
+Judge = Callable[..., Judged]
+
+
+@dataclass(frozen=True)
+class Passages:
+    """How often a motion passed something, how often the other did, and how far apart in s."""
+
+    what: str
+    count: int
+    again: int
+    apart: float
+
+
+@dataclass(frozen=True)
+class Check:
+    """How far a motion is to be trusted; ``print`` shows it as a table.
+
+    Attributes
+    ----------
+    names, units
+        Of the components of a state.
+    error, error_at_end : (nq + nu,)
+        Estimates of the error: the largest difference from the motion by another method at a
+        hundredth of the tolerances, and that at the end with its sign.  Times between an event and
+        the same one of the other motion are left out.
+    method, rtol
+        Of the motion.
+    others
+        Method and rtol of the other motions: the first is the one that errors are estimated by,
+        the last one is by another method than this motion.
+    closure, velocity_closure
+        Largest gaps of the constraints along the dense output, and their rates.
+    energy
+        The energy that the work does not explain, over the largest kinetic energy; None where it
+        is not known.
+    accelerations
+        Largest difference of the rates of the speeds from those that Newton's and Euler's
+        equations give for the description's bodies, joints and loads, evaluated with numbers
+        alone, over the largest acceleration of the same unit; None: not compared, see ``notes``.
+    states
+        The number of states at which they were compared.
+    passages
+        Of change points and of events, in this motion and in the one by another method.
+    warnings
+        What is wrong, or may be; empty if nothing was found.
+    notes
+        What was not checked, and why.
+    recipe
+        Versions, key of the compiled scene, options.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    error: tuple[float, ...]
+    error_at_end: tuple[float, ...]
+    method: str
+    rtol: float
+    others: tuple[tuple[str, float], ...]
+    closure: float
+    velocity_closure: float
+    energy: float | None
+    accelerations: float | None
+    states: int
+    passages: tuple[Passages, ...]
+    warnings: tuple[str, ...]
+    notes: tuple[str, ...]
+    recipe: dict[str, Any]
+
+    @property
+    def ok(self) -> bool:
+        """Whether nothing was found that is wrong or may be."""
+        return not self.warnings
+
+    def to_dict(self) -> dict[str, Any]:
+        """All of it as data for JSON."""
+        return asdict(self)
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Label and value of each line of the table."""
+        errors = zip(self.names, self.units, self.error, self.error_at_end, strict=True)
+        found = []
+        for name, unit, most, end in errors:
+            both = (f"{value:.1e} {unit}".rstrip() for value in (most, end))
+            found.append((f"error of {name}", ", at the end ".join(both)))
+        others = " and ".join(f"{method} at rtol {rtol:g}" for method, rtol in self.others)
+        found.append(("by", f"{others}; the motion: {self.method} at rtol {self.rtol:g}"))
+        found += [(p.what, f"{p.count}, by {self.others[-1][0]} {p.again}, times alike to "
+                   f"{p.apart:.1e} s") for p in self.passages]  # fmt: skip
+        found.append(("closure", f"{self.closure:.1e}, rates {self.velocity_closure:.1e}"))
+        if self.energy is not None:
+            found.append(("energy balance", f"{self.energy:.1e} of the largest kinetic energy"))
+        if self.accelerations is not None:
+            found.append(("Newton and Euler", f"accelerations alike to {self.accelerations:.1e} at "
+                          f"{self.states} states"))  # fmt: skip
+        found += [("not checked", note) for note in self.notes]
+        found += [("made by", ", ".join(f"{k} {v}" for k, v in self.recipe.items()))]
+        return found + ([("WARNING", each) for each in self.warnings] or [("result", "sound")])
+
+    def __str__(self) -> str:
+        rows = self.rows()
+        width = max(len(label) for label, _ in rows)
+        return "\n".join(f"{label.ljust(width)}  {value}" for label, value in rows)
+
+    def __repr__(self) -> str:
+        return f"<mechc.Check: {'sound' if self.ok else '; '.join(self.warnings)}>"
+
+    def _repr_html_(self) -> str:
+        from mechc.results.summary import html_table
+
+        return html_table(("", ""), self.rows())
+
+
+def check(sol: Trajectory, judge: Judge) -> Check:
+    """See :meth:`mechc.Solution.check`; ``judge`` compares rates with the description's."""
+    if not sol.policy.dense:
+        raise MechcError("this run kept no dense output: simulate with dense=True")
+    if sol.events and sol._run_events is None:
+        raise MechcError("a file has the times of events, not the events themselves")
+    system, warnings, notes = sol.system, list[str](), list[str]()
+    if not sol.status.ok:
+        warnings.append(f"the motion ended early ({sol.status.headline})")
+    others = [_again(sol, method) for method in _methods(sol)]
+    for other in others:
+        if sol.status.ok and other.status.code != sol.status.code:
+            warnings.append(f"the motion by {other.method} ends otherwise: {other.status}")
+    passages = _passages(sol, others[-1])
+    warnings += [f"{each.what}: {each.count}, in the motion by {others[-1].method} {each.again}"
+                 for each in passages if each.count != each.again]  # fmt: skip
+    times = _times(sol)
+    found = [_errors(sol, other, times) for other in others]
+    size = np.maximum(system.scale(sol.params), np.abs(sol.record.states()[1]).max(axis=0))
+    relative = max(float((most / size).max(initial=0.0)) for most, _ in found)
+    if relative > MANY * sol.policy.rtol:
+        warnings.append(
+            f"the error is {relative:.1e} of the motion's size, {relative / sol.policy.rtol:.0f} "
+            "times rtol: errors grow along this motion, or one of the motions is wrong"
+        )
+    if others[0].policy.rtol > STRICTER * sol.policy.rtol:
+        notes.append("errors below some 1e-13 of the motion's size: all motions have roundings")
+    states, p = sol(times), sol.values_along(times)
+    drift = sol.energy_drift
+    if drift != drift:
+        notes.append("the energy, which is not known")
+    elif drift > MANY * max(sol.policy.rtol, TIGHTEST):
+        warnings.append(f"the energy is off by {drift:.1e} of the largest kinetic energy")
+    accelerations, count = _accelerations(sol, judge, warnings, notes)
+    names = (*system.coordinates, *system.speeds)
+    return Check(
+        names=names,
+        units=tuple(system.units[name] for name in names),
+        error=tuple(found[0][0].tolist()),
+        error_at_end=tuple(found[0][1].tolist()),
+        method=sol.method,
+        rtol=sol.policy.rtol,
+        others=tuple((other.method, other.policy.rtol) for other in others),
+        closure=_largest(system.constraints(states, p, times)),
+        velocity_closure=_largest(system.velocity_constraints(states, p, times)),
+        energy=None if drift != drift else drift,
+        accelerations=accelerations,
+        states=count,
+        passages=passages,
+        warnings=tuple(warnings),
+        notes=tuple(notes),
+        recipe=_recipe(sol),
+    )
+
+
+def _methods(sol: Trajectory) -> tuple[str, ...]:
+    """Of the other motions: the most exact one, and, where it is that of this one, another."""
+    own = sol.policy.method_of_users.split()[0]
+    if own == "radau5" or sol.system.data.get("smooth", True):
+        return ("gauss8", "dop853") if own == "gauss8" else ("gauss8",)
+    return ("dop853", "dopri5") if own == "dop853" else ("dop853",)
+
+
+def _again(sol: Trajectory, method: str) -> Trajectory:
+    """The same motion at stricter tolerances."""
+    policy, system = sol.policy, sol.system
+    stricter = policy._replace(
+        rtol=max(STRICTER * policy.rtol, min(TIGHT, policy.rtol)), method=method, first_step=0.0,
+        atol=None if policy.atol is None else STRICTER * policy.atol, lockstep=False,
+        stiff_switch=policy.stiff_switch and method in EXPLICIT, limits=None, checkpoints=None,
+    )  # fmt: skip
+    state = sol.record.ends()[1][0]
+    return run(Trajectory, system, sol.span, state, sol.params, stricter, None, sol._run_events)
+
+
+def _times(sol: Trajectory) -> Array:
+    """Accepted times and the middles between them."""
+    t = np.unique(sol.record.times())
+    return np.union1d(t, (t[1:] + t[:-1]) / 2)
+
+
+def _errors(sol: Trajectory, other: Trajectory, times: Array) -> tuple[Array, Array]:
+    """The largest difference of each component, and the one at the end with its sign."""
+    low, high = sorted(other.span)
+    kept = (times >= low) & (times <= high)
+    for one, two in zip(sol.events, other.events, strict=True):
+        for a, b in zip(one.t, two.t, strict=False):  # states may jump there
+            kept &= (times < min(a, b)) | (times > max(a, b))
+    apart = np.abs(sol(times[kept]) - other(times[kept]))
+    end = sol.record.ends()[1][1] - other.record.ends()[1][1]
+    return np.maximum(apart.max(axis=0, initial=0.0), np.abs(end)), end
+
+
+def _passages(sol: Trajectory, other: Trajectory) -> tuple[Passages, ...]:
+    """Change points and zeros of events in both motions, where there are any."""
+    first, second = (np.array([c.t for c in each.change_points]) for each in (sol, other))
+    kinds = [("change points", first, second)]
+    pairs = zip(sol.event_titles, sol.events, other.events, strict=True)
+    kinds += [(f"zeros of {title}", one.t, two.t) for title, one, two in pairs]
+    found = []
+    for what, one, two in kinds:
+        count = min(len(one), len(two))
+        apart = float(np.abs(one[:count] - two[:count]).max(initial=0.0))
+        found.append(Passages(what, len(one), len(two), apart))
+    return tuple(each for each in found if each.count or each.again)
+
+
+def _accelerations(
+    sol: Trajectory, judge: Judge, warnings: list[str], notes: list[str]
+) -> tuple[float | None, int]:
+    """The largest relative difference of the accelerations, and the number of states judged."""
+    t = np.unique(sol.record.times())
+    if len(t) < 2:
+        return None, 0
+    steps = np.unique(np.linspace(0, len(t) - 2, STATES).astype(int))
+    times, h = (t[steps] + t[steps + 1]) / 2, STEP * (t[steps + 1] - t[steps])
+    y, system = sol(times), sol.system
+    p = np.broadcast_to(sol.values_along(times), (len(times), len(sol.params)))
+    forces = sol.record.contact_forces(times, y)
+    try:
+        wide, narrow = (judge(times, y, p, each, forces) for each in (h, h / 4))
+    except MechcError as error:
+        notes.append(f"the equations of motion: {error}")
+        return None, 0
+    rates = np.abs(system.evaluate("rates", y, p, times, forces)[:, len(system.coordinates) :])
+    units = [system.units[name] for name in system.speeds]
+    alike = np.array([[a == b for b in units] for a in units])
+    largest = np.maximum(rates, wide.free).max(axis=0, initial=0.0)
+    scale = np.array([largest[row].max(initial=0.0) for row in alike])
+    scale[scale == 0] = 1.0
+    first, second = (np.abs(each.accelerations) / scale for each in (wide, narrow))
+    off = np.minimum(first, second)
+    size = np.maximum(system.scale(p[0]), np.abs(y).max(axis=0)).max()
+    rounding = ROUNDING * size / np.abs(h / 4) * (1 + 1 / np.abs(h / 4))
+    unsure = np.abs(wide.accelerations - narrow.accelerations) + rounding[:, None]
+    unsure /= scale  # what differences do not tell
+    sure = ((off <= ALIKE) | (unsure < off / 10)).all(axis=1)
+    clear = np.logical_and.reduce([wide.clear, narrow.clear, sure])
+    count = int(clear.sum())
+    if count < len(times):
+        notes.append(f"the equations at {len(times) - count} of {len(times)} states: near a "
+                     "singular configuration, or in steps too short for differences")  # fmt: skip
+    if not count:
+        return None, 0
+    off = np.where(clear[:, None], off, 0.0)
+    state, worst = np.unravel_index(int(off.argmax()), off.shape)
+    if off[state, worst] > ALIKE:
+        warnings.append(
+            f"at t = {times[state]:.6g} s the rate of {system.speeds[worst]} is not that of the "
+            f"description: it lacks {narrow.accelerations[state, worst]:.3g} "
+            f"{system.units[system.speeds[worst]]}/s, {off[state, worst]:.1e} of the largest"
+        )
+    return float(off.max(initial=0.0)), count
+
+
+def _largest(residuals: Array) -> float:
+    return float(np.abs(residuals).max(initial=0.0))
+
+
+def _recipe(sol: Trajectory) -> dict[str, Any]:
+    key = sol.system.reference.binary_identity
+    return {
+        "mechc": version("mechc"), "numpy": np.__version__, "python": platform.python_version(),
+        "scene": key[:16], "instruction set": sol.system.instruction_set,
+    }  # fmt: skip

@@ -1,0 +1,1 @@
+"""The same models by other formulations, in NumPy and SciPy: the converged values."""

@@ -22,6 +22,9 @@ settings.register_profile("thorough", deadline=None, derandomize=False, max_exam
 settings.load_profile("usual")
 
 
+CASES = 2  # of a slow test
+
+
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         "--update-golden",
@@ -34,6 +37,27 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         help="fuzzers and fault injection: all of their cases, and others at every run",
     )
     parser.addoption("--seed", type=int, help="of the fuzzers' cases, to see one again")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    """Of a slow test's cases so many run at every landing, spread evenly: the others are thorough.
+
+    ``pytest.mark.slow(cases=N)`` says how many where each has something of its own.  Slow tests of
+    the benchmarks, which time mechc and other tools, are thorough.
+    """
+    tests = {}
+    for item in items:
+        if item.get_closest_marker("slow") and "benchmarks" in item.path.parts:
+            item.add_marker(pytest.mark.thorough)
+        elif item.get_closest_marker("slow"):
+            tests.setdefault((item.path, item.function), []).append(item)
+    for cases in tests.values():
+        most = cases[0].get_closest_marker("slow").kwargs.get("cases", CASES)
+        kept = {round(k * (len(cases) - 1) / max(most - 1, 1)) for k in range(most)}
+        for number, item in enumerate(cases):
+            if len(cases) > most and number not in kept:
+                item.add_marker(pytest.mark.thorough)
 
 
 @pytest.fixture

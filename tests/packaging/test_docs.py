@@ -43,7 +43,7 @@ def examples(page):
     return re.findall(r"^```python\n(.*?)^```", (DOCS / page).read_text("utf-8"), re.S | re.M)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(cases=len(PAGES))
 @pytest.mark.parametrize("page", PAGES)
 def test_the_examples_of_a_page_run(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -16,7 +16,9 @@ SLOW = sorted(MODELS.keys() - set(ALWAYS))
 STATES = 20
 
 
-@pytest.fixture(params=[*ALWAYS, *(pytest.param(name, marks=pytest.mark.slow) for name in SLOW)])
+@pytest.fixture(
+    params=[*ALWAYS, *(pytest.param(name, marks=pytest.mark.slow(cases=20)) for name in SLOW)]
+)
 def script(request):
     """What a model's script holds."""
     return MODELS[request.param].derive()

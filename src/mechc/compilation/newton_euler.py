@@ -73,7 +73,7 @@ def judge(
     return _Bodies(mechanism, [*given, *values]).judge(t, y, rates, h, forces)
 
 
-class _Motion(NamedTuple):
+class _Velocities(NamedTuple):
     """What is linear in the speeds, at n states, along the inertial axes."""
 
     linear: Array  # velocities of the mass centres (n, bodies, 3)
@@ -85,7 +85,7 @@ class _Motion(NamedTuple):
 
 
 @dataclass
-class _Place:
+class _Located:
     """A point or a frame: the steps by which it is reached, and the velocity that is given."""
 
     number: int  # among all points, or all frames
@@ -180,21 +180,21 @@ class _Bodies:
             self._points[step] = len(self._ways)
         return self._points[point]
 
-    def _place(self, point: Any) -> _Place:
+    def _place(self, point: Any) -> _Located:
         """A point, with the velocity that the description gives it."""
         from mechc_codegen.description.terms import velocity_of
 
         frame = self.mechanism.frame
         placed = point in self._points or point in self._points_before
         if frame in point._vel_dict or not placed:
-            return _Place(-1, self._vector(velocity_of(point, frame), self._of_speeds))
-        return _Place(self._point(point), None)
+            return _Located(-1, self._vector(velocity_of(point, frame), self._of_speeds))
+        return _Located(self._point(point), None)
 
-    def _spin(self, frame: Any) -> _Place:
+    def _spin(self, frame: Any) -> _Located:
         """A frame, with the angular velocity that is given where its axes are not."""
         if frame in self._frames or frame in self._frames_before:
-            return _Place(self._frame(frame), None)
-        return _Place(-1, self._vector(frame.ang_vel_in(self.mechanism.frame), self._of_speeds))
+            return _Located(self._frame(frame), None)
+        return _Located(-1, self._vector(frame.ang_vel_in(self.mechanism.frame), self._of_speeds))
 
     def _dyadic(self, inertia: Any) -> list[tuple[int, Vectors, Vectors]]:
         return [
@@ -203,14 +203,14 @@ class _Bodies:
             for measure, one, other in inertia.args
         ]  # fmt: skip
 
-    def _target(self, place: Any) -> tuple[bool, _Place]:
+    def _target(self, place: Any) -> tuple[bool, _Located]:
         from sympy.physics.mechanics import Point
 
         if isinstance(place, Point):
             return False, self._place(place)
         return True, self._spin(place)
 
-    def _load(self, place: Any, vector: Any) -> tuple[tuple[bool, _Place], Vectors]:
+    def _load(self, place: Any, vector: Any) -> tuple[tuple[bool, _Located], Vectors]:
         return self._target(place), self._vector(vector, self._of_speeds)
 
     def _closure(self, closure: Any) -> Any:
@@ -225,7 +225,9 @@ class _Bodies:
         """All entries (n, entries)."""
         states = [part[:, k] for part in parts for k in range(part.shape[1])]
         found = function(t, *states, *self.values)
-        return _listed([np.broadcast_to(np.asarray(x, dtype=float), t.shape) for x in found], t)
+        return _side_by_side(
+            [np.broadcast_to(np.asarray(x, dtype=float), t.shape) for x in found], t
+        )
 
     def _along(self, vector: Vectors, entries: Array, frames: Array) -> Array:
         """A vector along the inertial axes (n, 3)."""
@@ -251,9 +253,9 @@ class _Bodies:
                 rows.append(_dot(gap, self._along(axis, entries, frames)))
             for pair in pairs:
                 rows.append(_dot(*(self._along(each, entries, frames) for each in pair)))
-        return entries, frames, points, _listed(rows, t)
+        return entries, frames, points, _side_by_side(rows, t)
 
-    def _moving(self, t: Array, q: Array, u: Array, h: Array) -> _Motion:
+    def _moving(self, t: Array, q: Array, u: Array, h: Array) -> _Velocities:
         """The motion at states; ``q`` with the states of the description."""
         numbers = self._numbers(self._of_u, t, q, u)
         rates = numbers[:, self.kinematics]
@@ -264,7 +266,7 @@ class _Bodies:
         turned = turning @ np.swapaxes(frames, -1, -2)
         spins = np.stack([turned[..., 2, 1], turned[..., 0, 2], turned[..., 1, 0]], axis=-1)
 
-        def velocity(place: _Place, known: Array) -> Array:
+        def velocity(place: _Located, known: Array) -> Array:
             if place.given is None:
                 return known[:, place.number]
             return self._along(place.given, numbers, frames)
@@ -281,7 +283,7 @@ class _Bodies:
             moments.append(total)
         acting = [velocity(place, spins if turns else going) for turns, place in self.targets]
         rows = np.concatenate([closing, numbers[:, self.motion]], axis=1)
-        return _Motion(
+        return _Velocities(
             _vectors(linear, t), _vectors(angular, t), _vectors(momenta, t), _vectors(moments, t),
             _vectors(acting, t), rows,
         )  # fmt: skip
@@ -292,14 +294,16 @@ class _Bodies:
         q, u, accelerations = y[:, :count], y[:, count:], rates[:, count:]
         numbers = self._numbers(self._of_u, t, q, u)
         _, frames, _, gaps = self._placed(t, q)
-        change = _Motion(*_slopes(lambda s: self._moving(
+        change = _Velocities(*_slopes(lambda s: self._moving(
             t + s, q + s[:, None] * rates[:, :count], u + s[:, None] * accelerations, h), h
         ))  # fmt: skip
         rest = self._moving(t, q, np.zeros_like(u), h)
         moved = [self._moving(t, q, np.broadcast_to(e, u.shape), h) for e in np.eye(size)]
-        partials = [_Motion(*(a - b for a, b in zip(m, rest, strict=True))) for m in moved]
-        mass = _listed([_listed([_work(a, b) for b in partials], t) for a in partials], t)
-        inertial = _listed([_work(partial, change) for partial in partials], t)
+        partials = [_Velocities(*(a - b for a, b in zip(m, rest, strict=True))) for m in moved]
+        mass = _side_by_side(
+            [_side_by_side([_work(a, b) for b in partials], t) for a in partials], t
+        )
+        inertial = _side_by_side([_work(partial, change) for partial in partials], t)
         active = np.zeros_like(inertial) if forces is None else forces.copy()
         for j, partial in enumerate(partials):
             for k, (_, vector) in enumerate(self.loads):
@@ -309,12 +313,12 @@ class _Bodies:
                     part = _dot(partial.acting[:, k], self._along(vector, numbers, frames))
                     active[:, j] += part * accelerations[:, i]
                     mass[:, j, i] -= part
-        jacobian = _listed([partial.rows for partial in partials], t)
+        jacobian = _side_by_side([partial.rows for partial in partials], t)
         found = [_correction(*each) for each in
                  zip(mass, inertial - active, jacobian, change.rows, strict=True)]  # fmt: skip
         clear = np.array([each is not None for each in found])
         off = np.stack([np.zeros(size) if each is None else each for each in found])
-        free = np.stack([_solved(m, f) for m, f in zip(mass, active, strict=True)])
+        free = np.stack([_solution(m, f) for m, f in zip(mass, active, strict=True)])
         return Judged(off, np.abs(free), np.abs(numbers[:, self.kinematics] - rates[:, :count]),
                       np.abs(gaps), clear)  # fmt: skip
 
@@ -328,13 +332,13 @@ def _correction(mass: Array, missing: Array, jacobian: Array, rates: Array) -> A
         return None
     closing = right[:rank].T @ ((left[:, :rank].T @ -rates) / sizes[:rank])
     free = right[rank:].T
-    found: Array = closing + free @ _solved(
+    found: Array = closing + free @ _solution(
         free.T @ mass @ free, -free.T @ (missing + mass @ closing)
     )
     return found
 
 
-def _solved(matrix: Array, right: Array) -> Array:
+def _solution(matrix: Array, right: Array) -> Array:
     return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0], dtype=float)
 
 
@@ -348,7 +352,7 @@ def _slopes(of: Callable[[Array], Sequence[Array]], h: Array) -> list[Array]:
     return [each / h.reshape(-1, *[1] * (each.ndim - 1)) for each in total]
 
 
-def _work(one: _Motion, other: _Motion) -> Array:
+def _work(one: _Velocities, other: _Velocities) -> Array:
     """The scalar product of velocities and momenta (n,)."""
     linear = np.einsum("nki,nki->n", one.linear, other.momenta)
     return np.asarray(linear + np.einsum("nki,nki->n", one.angular, other.moments))
@@ -358,7 +362,7 @@ def _dot(a: Array, b: Array) -> Array:
     return np.asarray(np.einsum("ni,ni->n", a, b))
 
 
-def _listed(parts: Sequence[Array], t: Array) -> Array:
+def _side_by_side(parts: Sequence[Array], t: Array) -> Array:
     """Arrays (n, ...) side by side (n, ..., parts)."""
     return np.stack(parts, axis=-1) if parts else np.zeros((len(t), 0))
 

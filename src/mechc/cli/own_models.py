@@ -14,6 +14,10 @@ from typing import Any
 import mechc
 from mechc.errors import MechcError
 
+# Functions and classes that make what can be simulated.
+MAKERS = ("compile", "load", "Mechanism", "from_equations", "from_joints", "from_urdf",
+          "KanesMethod", "LagrangesMethod", "System")  # fmt: skip
+
 
 def is_own(name: str) -> bool:
     """Whether a text names a model in a file, not a mechanism of the library."""
@@ -39,14 +43,19 @@ def refuse_file_alone(name: str) -> None:
 
 
 def _names_in(module: ast.Module) -> list[str]:
-    """Public variables and functions of a module, in their order."""
-    names: list[str] = []
+    """Public variables and functions of a module, in their order: if there are any, those that may
+    be models, variables made by MAKERS and functions without arguments."""
+    names: dict[str, bool] = {}
     for node in module.body:
         if isinstance(node, ast.FunctionDef):
-            names.append(node.name)
+            given = node.args
+            names[node.name] = len(given.args) + len(given.posonlyargs) == len(given.defaults)
         elif isinstance(node, ast.Assign):
-            names += [target.id for target in node.targets if isinstance(target, ast.Name)]
-    return [name for name in dict.fromkeys(names) if not name.startswith("_")]
+            made = isinstance(node.value, ast.Call) and ast.unparse(node.value.func)
+            is_model = bool(made) and str(made).rpartition(".")[2] in MAKERS
+            names |= {t.id: is_model for t in node.targets if isinstance(t, ast.Name)}
+    public = {name: is_model for name, is_model in names.items() if not name.startswith("_")}
+    return [name for name, is_model in public.items() if is_model or not any(public.values())]
 
 
 def own_name(name: str) -> str:

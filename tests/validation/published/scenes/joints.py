@@ -78,13 +78,14 @@ def _compiled(name, joints, pose, values, outputs=("reactions",), **more):
     return mechc.compile(mechanism, outputs=(*outputs, pose))
 
 
-def _seated(joint, moments=("0.04", "0.1", "0.1"), arm=(-ARM, 0, 0)):
+def _seated(kind, moments=("0.04", "0.1", "0.1"), arm=(-ARM, 0, 0)):
     """One joint whose frame on the ground is the seat; the pendulum is turned as the seat is."""
     ground, pendulum = _bodies(moments)
     place, frame = _seat(ground)
     to_joint = sum((a * e for a, e in zip(arm, pendulum.frame, strict=True)), 0 * pendulum.x)
-    link = joint(ground, pendulum, place, to_joint, frame)
-    return ground, pendulum, link
+    points = {"parent_point": place, "child_point": to_joint, "parent_interframe": frame}
+    along = {} if kind in (mechc.BallJoint, mechc.UniversalJoint) else {"joint_axis": frame.z}
+    return ground, pendulum, kind("joint", ground, pendulum, **points, **along)
 
 
 SEAT = dict.fromkeys([*PLACE, *ATTITUDE], 0.0) | {ATTITUDE[0]: 1.0}
@@ -94,17 +95,7 @@ SEAT = dict.fromkeys([*PLACE, *ATTITUDE], 0.0) | {ATTITUDE[0]: 1.0}
 def revolute():
     """A pin; with the spring and damper of the torsional cases, which the others set to zero."""
     k, n, c = symbols("k n c")
-    ground, pendulum, pin = _seated(
-        lambda ground, body, place, arm, frame: PinJoint(
-            "joint",
-            ground,
-            body,
-            parent_point=place,
-            child_point=arm,
-            parent_interframe=frame,
-            joint_axis=frame.z,
-        ),
-    )
+    ground, pendulum, pin = _seated(PinJoint)
     q, u = pin.coordinates[0], pin.speeds[0]
     spring = -(k + n * Abs(q)) * q - c * u
     loads = [Torque(pendulum, spring * pendulum.z), Torque(ground, -spring * pendulum.z)]
@@ -115,67 +106,27 @@ def revolute():
 
 @cache
 def spherical():
-    ground, pendulum, ball = _seated(
-        lambda ground, body, place, arm, frame: mechc.BallJoint(
-            "joint",
-            ground,
-            body,
-            parent_point=place,
-            child_point=arm,
-            parent_interframe=frame,
-        ),
-    )
+    ground, pendulum, ball = _seated(mechc.BallJoint)
     return _compiled("spherical", [ball], _pose(ground, pendulum, ball), SEAT)
 
 
 @cache
 def universal():
     ground, pendulum, cross = _seated(
-        lambda ground, body, place, arm, frame: mechc.UniversalJoint(
-            "joint",
-            ground,
-            body,
-            parent_point=place,
-            child_point=arm,
-            parent_interframe=frame,
-        ),
-        moments=("0.1", "0.1", "0.04"),
-        arm=(0, 0, ARM),
+        mechc.UniversalJoint, moments=("0.1", "0.1", "0.04"), arm=(0, 0, ARM)
     )
     return _compiled("universal", [cross], _pose(ground, pendulum, cross), SEAT)
 
 
 @cache
 def cylindrical():
-    ground, pendulum, sleeve = _seated(
-        lambda ground, body, place, arm, frame: CylindricalJoint(
-            "joint",
-            ground,
-            body,
-            parent_point=place,
-            child_point=arm,
-            parent_interframe=frame,
-            joint_axis=frame.z,
-        ),
-    )
+    ground, pendulum, sleeve = _seated(CylindricalJoint)
     return _compiled("cylindrical", [sleeve], _pose(ground, pendulum, sleeve), SEAT)
-
-
-def _slide(ground, body, place, arm, frame):
-    return PrismaticJoint(
-        "joint",
-        ground,
-        body,
-        parent_point=place,
-        child_point=arm,
-        parent_interframe=frame,
-        joint_axis=frame.z,
-    )
 
 
 @cache
 def prismatic():
-    ground, pendulum, slide = _seated(_slide)
+    ground, pendulum, slide = _seated(PrismaticJoint)
     return _compiled("prismatic", [slide], _pose(ground, pendulum, slide), SEAT)
 
 
@@ -183,7 +134,7 @@ def prismatic():
 def actuator():
     """A plate whose slide is driven at a speed: the drive is part of the joint's reaction."""
     v = symbols("v")
-    ground, plate, slide = _seated(_slide, moments=("1", "1", "1"), arm=(0, 0, 0))
+    ground, plate, slide = _seated(PrismaticJoint, moments=("1", "1", "1"), arm=(0, 0, 0))
     return _compiled(
         "actuator",
         [slide],

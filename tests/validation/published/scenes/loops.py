@@ -78,20 +78,11 @@ def member(name, line, diameter):
     return body, vector(body.frame, line) / 2
 
 
-@cache
-def fourbar():
-    """A turning bar, a sliding bar, and between their ends a rod on a universal joint and a ball.
-
-    The rod has the mass m, the moment J_l along it and J_c across.
-    """
-    m, along, across = symbols("m J_l J_c")
+def _turning_and_sliding():
+    """A turning and a sliding bar: the world, and of each the body, half of it and its joint."""
     world = RigidBody("world")
     b1, half1 = member("b1", (0, 0.5, 0.1), 0.05)
     b2, half2 = member("b2", (0, 0.2, 0), 0.05)
-    line = (-1, 0.3, 0.1)
-    b3 = RigidBody("b3", mass=m)
-    b3.central_inertia = rod_inertia(b3.frame, line, (m, along, across))
-    half3 = vector(b3.frame, line) / 2
     j1 = PinJoint("j1", world, b1, child_point=-half1, joint_axis=world.x)
     j2 = PrismaticJoint(
         "j2",
@@ -101,6 +92,21 @@ def fourbar():
         child_point=-half2,
         joint_axis=world.x,
     )
+    return world, (b1, half1, j1), (b2, half2, j2)
+
+
+@cache
+def fourbar():
+    """A turning bar, a sliding bar, and between their ends a rod on a universal joint and a ball.
+
+    The rod has the mass m, the moment J_l along it and J_c across.
+    """
+    m, along, across = symbols("m J_l J_c")
+    world, (b1, half1, j1), (b2, half2, j2) = _turning_and_sliding()
+    line = (-1, 0.3, 0.1)
+    b3 = RigidBody("b3", mass=m)
+    b3.central_inertia = rod_inertia(b3.frame, line, (m, along, across))
+    half3 = vector(b3.frame, line) / 2
     first, second = ReferenceFrame("first"), ReferenceFrame("second")
     first.orient_dcm(b2.frame, CYCLIC)
     second.orient_dcm(b3.frame, CYCLIC)
@@ -126,18 +132,7 @@ def fourbar():
 @cache
 def fourbar_with_a_distance():
     """The same with a rod without mass: the distance of the ends is a constraint."""
-    world = RigidBody("world")
-    b1, half1 = member("b1", (0, 0.5, 0.1), 0.05)
-    b2, half2 = member("b2", (0, 0.2, 0), 0.05)
-    j1 = PinJoint("j1", world, b1, child_point=-half1, joint_axis=world.x)
-    j2 = PrismaticJoint(
-        "j2",
-        world,
-        b2,
-        parent_point=Rational(6, 5) * world.x,
-        child_point=-half2,
-        joint_axis=world.x,
-    )
+    world, (b1, half1, j1), (b2, half2, j2) = _turning_and_sliding()
     first = b1.masscenter.locatenew("first", half1)
     second = b2.masscenter.locatenew("second", half2)
     line = first.pos_from(second).to_matrix(world.frame)

@@ -145,12 +145,12 @@ class Model(Batches):
     # -- along a motion -----------------------------------------------------------------------
 
     def judge_rates(
-        self, t: Array, y: Array, p: Array, h: Array, forces: Array | None = None
-    ) -> Judged:
+        self, t: Array, y: Array, p: Array, steps: Sequence[Array], forces: Array | None = None
+    ) -> list[Judged]:
         """How y' at states differs from the description's; see ``mechc.Solution.check``."""
         from mechc.compilation.newton_euler import judge
 
-        return judge(self.system, t, y, p, h, forces)
+        return judge(self.system, t, y, p, steps, forces)
 
     def inverse_dynamics(
         self,

@@ -24,27 +24,26 @@ from mechc.system.system import System
 
 # Central differences of order 8 (Fornberg 1988, table 1)
 WEIGHTS = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
-DEPENDENT, CLEAR = (
-    1e-9,
-    1e-4,
-)  # of the largest singular value: below rows depend, between is unclear
+# Of the largest singular value of the constraints: below the first rows depend, between is unclear.
+DEPENDENT, CLEAR = 1e-9, 1e-4
 Vectors = list[tuple[Any, int]]  # the frame of each part, and the place of its three components
 
 
 @one_at_a_time
 def judge(
-    system: System, t: Array, y: Array, p: Array, h: Array, forces: Array | None = None
-) -> Judged:
+    system: System, t: Array, y: Array, p: Array, steps: Sequence[Array],
+    forces: Array | None = None,
+) -> list[Judged]:  # fmt: skip
     """The rates of states along a motion, compared with those that the description determines.
 
     Parameters
     ----------
     t, y : (n,), (n, nq + nu)
         Times, and states on the constraints.
-    p : (np,) or (n, np)
+    p : (n, np)
         Parameters.
-    h : (n,)
-        Steps of differences in s.
+    steps : [(n,)]
+        Steps of differences in s, for each of which the states are judged.
     forces : (n, nu)
         Generalized forces of contacts.
 
@@ -54,23 +53,32 @@ def judge(
         Where the equations of motion do not follow from bodies and loads alone, or the description
         is not at hand; with the reason.
     """
+    if _Bodies not in system.cache:
+        system.cache[_Bodies] = _bodies_of(system)
+    bodies, given = system.cache[_Bodies]
+    index = {name: k for k, name in enumerate(system.parameters)}
+    driven, names = system.driven, [f.func.__name__ for f in bodies.mechanism.open_inputs]
+    bodies.values = [] if driven is None else driven.values(names, t, y)
+    bodies.values += [given[name] if name in given else p[:, index[name]]
+                      for name in (q.symbol.name for q in bodies.mechanism.parameters)]  # fmt: skip
+    rates = system.evaluate("rates", y, p, t, forces)
+    return [bodies.judge(t, y, rates, h, forces) for h in steps]
+
+
+def _bodies_of(system: System) -> tuple[_Bodies, dict[str, float]]:
+    """The bodies of a system's description, and the values of its fixed parameters."""
     if system.origin is None:
         raise MechcError("the description is not at hand in this process")
     mechanism, requested = system.origin.description()
-    driven, names = system.driven, [f.func.__name__ for f in mechanism.open_inputs]
-    if driven is not None and (moving := driven.of_time(names)):
+    names = [f.func.__name__ for f in mechanism.open_inputs]
+    if system.driven is not None and (moving := system.driven.of_time(names)):
         raise MechcError(f"constraints, mass matrix or kinematics contain the input {moving[0]}")
     if mechanism.lagrangian is not None:
         raise MechcError("they come from a Lagrangian")
     if mechanism.equations is not None:
         raise MechcError("they were given as matrices")
     fixed = {symbol.name: float(value) for symbol, value in requested.fixed.items()}
-    index = {name: k for k, name in enumerate(system.parameters)}
-    symbols = [parameter.symbol.name for parameter in mechanism.parameters]
-    values = [p[..., index[n]] if n in index else fixed[n] for n in symbols]
-    given = [] if driven is None else driven.values(names, t, y)
-    rates = system.evaluate("rates", y, p, t, forces)
-    return _Bodies(mechanism, [*given, *values]).judge(t, y, rates, h, forces)
+    return _Bodies(mechanism), fixed
 
 
 class _Velocities(NamedTuple):
@@ -86,7 +94,7 @@ class _Velocities(NamedTuple):
 
 @dataclass
 class _Located:
-    """A point or a frame: the steps by which it is reached, and the velocity that is given."""
+    """A point or a frame by its number, or, where it has none, by the velocity that is given."""
 
     number: int  # among all points, or all frames
     given: Vectors | None
@@ -95,12 +103,14 @@ class _Located:
 class _Bodies:
     """The bodies, loads and constraints of a mechanism as functions of arrays."""
 
-    def __init__(self, mechanism: Any, values: list[Any]) -> None:
+    values: list[Any]  # of inputs and parameters, at the states at hand
+
+    def __init__(self, mechanism: Any) -> None:
         from mechc_codegen.description.placement import steps_from, way_to
         from mechc_codegen.description.terms import is_rigid
         from sympy.physics.mechanics import dynamicsymbols
 
-        self.mechanism, self.values = mechanism, values
+        self.mechanism = mechanism
         self._way_to = way_to
         self._bound = {f: e for f, e in mechanism.inputs.items() if e is not None}
         self._frames_before = steps_from(mechanism.frame, lambda f: f._dcm_dict)
@@ -293,7 +303,7 @@ class _Bodies:
         count, size = len(self.kinematics), len(self.mechanism.u)
         q, u, accelerations = y[:, :count], y[:, count:], rates[:, count:]
         numbers = self._numbers(self._of_u, t, q, u)
-        _, frames, _, gaps = self._placed(t, q)
+        frames = self._placed(t, q)[1]
         change = _Velocities(*_slopes(lambda s: self._moving(
             t + s, q + s[:, None] * rates[:, :count], u + s[:, None] * accelerations, h), h
         ))  # fmt: skip
@@ -304,27 +314,32 @@ class _Bodies:
             [_side_by_side([_work(a, b) for b in partials], t) for a in partials], t
         )
         inertial = _side_by_side([_work(partial, change) for partial in partials], t)
-        active = np.zeros_like(inertial) if forces is None else forces.copy()
-        for j, partial in enumerate(partials):
-            for k, (_, vector) in enumerate(self.loads):
-                active[:, j] += _dot(partial.acting[:, k], self._along(vector, numbers, frames))
-            for k, (_, per) in enumerate(self.added, len(self.loads)):
-                for i, vector in enumerate(per):
-                    part = _dot(partial.acting[:, k], self._along(vector, numbers, frames))
-                    active[:, j] += part * accelerations[:, i]
-                    mass[:, j, i] -= part
+        loads = [
+            _side_by_side([_dot(partial.acting[:, k], force) for partial in partials], t)
+            for k, force in enumerate(self._along(v, numbers, frames) for _, v in self.loads)
+        ]
+        loads += [] if forces is None else [forces]
+        for k, (_, per) in enumerate(self.added, len(self.loads)):
+            for i, vector in enumerate(per):
+                along = self._along(vector, numbers, frames)
+                part = _side_by_side([_dot(each.acting[:, k], along) for each in partials], t)
+                loads.append(part * accelerations[:, [i]])
+                mass[:, :, i] -= part
+        pushes = np.stack([np.zeros_like(inertial), *loads], axis=-1)
         jacobian = _side_by_side([partial.rows for partial in partials], t)
         found = [_correction(*each) for each in
-                 zip(mass, inertial - active, jacobian, change.rows, strict=True)]  # fmt: skip
-        clear = np.array([each is not None for each in found])
-        off = np.stack([np.zeros(size) if each is None else each for each in found])
-        free = np.stack([_solution(m, f) for m, f in zip(mass, active, strict=True)])
-        return Judged(off, np.abs(free), np.abs(numbers[:, self.kinematics] - rates[:, :count]),
-                      np.abs(gaps), clear)  # fmt: skip
+                 zip(mass, inertial, pushes, jacobian, change.rows, strict=True)]  # fmt: skip
+        off, felt = (np.stack([np.zeros(size) if each is None else each[k] for each in found])
+                     for k in range(2))  # fmt: skip
+        return Judged(rates, np.abs(numbers[:, self.kinematics] - rates[:, :count]), off, felt,
+                      np.array([each is not None for each in found]))  # fmt: skip
 
 
-def _correction(mass: Array, missing: Array, jacobian: Array, rates: Array) -> Array | None:
-    """What accelerations lack of M u' + J^T lambda = F, J u' = gamma; None near a singularity."""
+def _correction(
+    mass: Array, inertial: Array, pushes: Array, jacobian: Array, rates: Array
+) -> tuple[Array, Array] | None:
+    """What accelerations lack of M u' + J^T lambda = F, J u' = gamma, and the sum of the magnitudes
+    that each of the loads gives them; None near a singularity."""
     left, sizes, right = np.linalg.svd(jacobian)
     largest = sizes.max(initial=0.0)
     rank = int((sizes > CLEAR * largest).sum())
@@ -332,10 +347,10 @@ def _correction(mass: Array, missing: Array, jacobian: Array, rates: Array) -> A
         return None
     closing = right[:rank].T @ ((left[:, :rank].T @ -rates) / sizes[:rank])
     free = right[rank:].T
-    found: Array = closing + free @ _solution(
-        free.T @ mass @ free, -free.T @ (missing + mass @ closing)
-    )
-    return found
+    missing = inertial - pushes.sum(axis=1) + mass @ closing
+    along = _solution(free.T @ mass @ free, free.T @ np.column_stack([-missing, pushes]))
+    moved = free @ along
+    return closing + moved[:, 0], np.abs(moved[:, 1:]).sum(axis=1)
 
 
 def _solution(matrix: Array, right: Array) -> Array:

@@ -29,7 +29,7 @@ ROUNDING = 16 * np.finfo(float).eps  # of a state, in a difference
 ALIKE = 1e-6  # of the largest acceleration: rates that differ by more are not those of the scene
 MANY = 1000.0  # times the tolerance: an error that the tolerance does not explain
 EXPLICIT = ("dopri5", "dop853")
-Judge = Callable[..., Judged]
+Judge = Callable[..., list[Judged]]
 
 
 @dataclass(frozen=True)
@@ -64,10 +64,10 @@ class Check:
     energy
         The energy that the work does not explain, over the largest kinetic energy; None where it
         is not known.
-    accelerations
-        Largest difference of the rates of the speeds from those that Newton's and Euler's
-        equations give for the description's bodies, joints and loads, evaluated with numbers
-        alone, over the largest acceleration of the same unit; None: not compared, see ``notes``.
+    rates
+        Largest difference of y' from what the description's kinematics and Newton's and Euler's
+        equations give for its bodies, joints and loads, evaluated with numbers alone, over the
+        largest rate of the same unit; None: not compared, see ``notes``.
     states
         The number of states at which they were compared.
     passages
@@ -90,7 +90,7 @@ class Check:
     closure: float
     velocity_closure: float
     energy: float | None
-    accelerations: float | None
+    rates: float | None
     states: int
     passages: tuple[Passages, ...]
     warnings: tuple[str, ...]
@@ -120,9 +120,9 @@ class Check:
         found.append(("closure", f"{self.closure:.1e}, rates {self.velocity_closure:.1e}"))
         if self.energy is not None:
             found.append(("energy balance", f"{self.energy:.1e} of the largest kinetic energy"))
-        if self.accelerations is not None:
-            found.append(("Newton and Euler", f"accelerations alike to {self.accelerations:.1e} at "
-                          f"{self.states} states"))  # fmt: skip
+        if self.rates is not None:
+            told = f"rates alike to {self.rates:.1e} at {self.states} states"
+            found.append(("Newton and Euler", told))
         found += [("not checked", note) for note in self.notes]
         found += [("made by", ", ".join(f"{k} {v}" for k, v in self.recipe.items()))]
         return found + ([("WARNING", each) for each in self.warnings] or [("result", "sound")])
@@ -147,6 +147,8 @@ def check(sol: Trajectory, judge: Judge) -> Check:
         raise MechcError("this run kept no dense output: simulate with dense=True")
     if sol.events and sol._run_events is None:
         raise MechcError("a file has the times of events, not the events themselves")
+    if sol.joined:
+        raise MechcError("this motion was joined of several runs: check each of them")
     system, warnings, notes = sol.system, list[str](), list[str]()
     if not sol.status.ok:
         warnings.append(f"the motion ended early ({sol.status.headline})")
@@ -160,11 +162,16 @@ def check(sol: Trajectory, judge: Judge) -> Check:
     times = _times(sol)
     found = [_errors(sol, other, times) for other in others]
     size = np.maximum(system.scale(sol.params), np.abs(sol.record.states()[1]).max(axis=0))
-    relative = max(float((most / size).max(initial=0.0)) for most, _ in found)
+    relative, *apart = (float((most / size).max(initial=0.0)) for most, _ in found)
     if relative > MANY * sol.policy.rtol:
         warnings.append(
             f"the error is {relative:.1e} of the motion's size, {relative / sol.policy.rtol:.0f} "
             "times rtol: errors grow along this motion, or one of the motions is wrong"
+        )
+    elif max(apart, default=0.0) > MANY * sol.policy.rtol:
+        warnings.append(
+            f"the motion by {others[-1].method} differs by {max(apart):.1e} of the motion's size "
+            "from both that agree: its errors grow, or these two are wrong together"
         )
     if others[0].policy.rtol > STRICTER * sol.policy.rtol:
         notes.append("errors below some 1e-13 of the motion's size: all motions have roundings")
@@ -172,9 +179,9 @@ def check(sol: Trajectory, judge: Judge) -> Check:
     drift = sol.energy_drift
     if drift != drift:
         notes.append("the energy, which is not known")
-    elif drift > MANY * max(sol.policy.rtol, TIGHTEST):
+    elif drift > _energy_of_errors(sol):
         warnings.append(f"the energy is off by {drift:.1e} of the largest kinetic energy")
-    accelerations, count = _accelerations(sol, judge, warnings, notes)
+    rates, count = _rates(sol, judge, warnings, notes)
     names = (*system.coordinates, *system.speeds)
     return Check(
         names=names,
@@ -187,7 +194,7 @@ def check(sol: Trajectory, judge: Judge) -> Check:
         closure=_largest(system.constraints(states, p, times)),
         velocity_closure=_largest(system.velocity_constraints(states, p, times)),
         energy=None if drift != drift else drift,
-        accelerations=accelerations,
+        rates=rates,
         states=count,
         passages=passages,
         warnings=tuple(warnings),
@@ -210,7 +217,7 @@ def _again(sol: Trajectory, method: str) -> Trajectory:
     stricter = policy._replace(
         rtol=max(STRICTER * policy.rtol, min(TIGHT, policy.rtol)), method=method, first_step=0.0,
         atol=None if policy.atol is None else STRICTER * policy.atol, lockstep=False,
-        stiff_switch=policy.stiff_switch and method in EXPLICIT, limits=None, checkpoints=None,
+        stiff_switch=method in EXPLICIT, limits=None, checkpoints=None,
     )  # fmt: skip
     state = sol.record.ends()[1][0]
     return run(Trajectory, system, sol.span, state, sol.params, stricter, None, sol._run_events)
@@ -230,7 +237,11 @@ def _errors(sol: Trajectory, other: Trajectory, times: Array) -> tuple[Array, Ar
         for a, b in zip(one.t, two.t, strict=False):  # states may jump there
             kept &= (times < min(a, b)) | (times > max(a, b))
     apart = np.abs(sol(times[kept]) - other(times[kept]))
-    end = sol.record.ends()[1][1] - other.record.ends()[1][1]
+    ends = [each.record.ends()[1][1] for each in (sol, other)]
+    if other.status.code != sol.status.code:  # it ends at another time
+        at = min(sol.span[1], other.span[1], key=lambda t: abs(t - sol.span[0]))
+        ends = [sol(at), other(at)]
+    end = ends[0] - ends[1]
     return np.maximum(apart.max(axis=0, initial=0.0), np.abs(end)), end
 
 
@@ -248,52 +259,73 @@ def _passages(sol: Trajectory, other: Trajectory) -> tuple[Passages, ...]:
     return tuple(each for each in found if each.count or each.again)
 
 
-def _accelerations(
+def _energy_of_errors(sol: Trajectory) -> float:
+    """The energy drift, over the largest kinetic energy, that tolerance and rounding explain."""
+    t, y = sol.record.states()
+    p, system = sol.values_along(t), sol.system.with_output("energy")
+    values = system.values_of(sol.system, p)
+    kinetic, potential = (f(y, values, t) for f in (system.kinetic_energy, system.potential_energy))
+    most = float(kinetic.max(initial=0.0))
+    exchanged = max(most, float(np.ptp(potential)))
+    rounding = ROUNDING * (most + float(np.abs(potential).max())) * np.sqrt(len(t))
+    return float((MANY * max(sol.policy.rtol, TIGHTEST) * exchanged + rounding) / (most or 1.0))
+
+
+def _rates(
     sol: Trajectory, judge: Judge, warnings: list[str], notes: list[str]
 ) -> tuple[float | None, int]:
-    """The largest relative difference of the accelerations, and the number of states judged."""
+    """The largest relative difference of the rates, and the number of states judged."""
     t = np.unique(sol.record.times())
     if len(t) < 2:
+        notes.append("the equations of motion: the motion has no step")
         return None, 0
     steps = np.unique(np.linspace(0, len(t) - 2, STATES).astype(int))
     times, h = (t[steps] + t[steps + 1]) / 2, STEP * (t[steps + 1] - t[steps])
     y, system = sol(times), sol.system
     p = np.broadcast_to(sol.values_along(times), (len(times), len(sol.params)))
-    forces = sol.record.contact_forces(times, y)
     try:
-        wide, narrow = (judge(times, y, p, each, forces) for each in (h, h / 4))
+        wide, narrow = judge(times, y, p, (h, h / 4), sol.record.contact_forces(times, y))
     except MechcError as error:
         notes.append(f"the equations of motion: {error}")
         return None, 0
-    rates = np.abs(system.evaluate("rates", y, p, times, forces)[:, len(system.coordinates) :])
-    units = [system.units[name] for name in system.speeds]
-    alike = np.array([[a == b for b in units] for a in units])
-    largest = np.maximum(rates, wide.free).max(axis=0, initial=0.0)
-    scale = np.array([largest[row].max(initial=0.0) for row in alike])
-    scale[scale == 0] = 1.0
-    first, second = (np.abs(each.accelerations) / scale for each in (wide, narrow))
-    off = np.minimum(first, second)
+    count = len(system.coordinates)
+    scale = _scale(system, wide)
+    lacks = [np.hstack([each.kinematics, np.abs(each.accelerations)]) for each in (wide, narrow)]
     size = np.maximum(system.scale(p[0]), np.abs(y).max(axis=0)).max()
-    rounding = ROUNDING * size / np.abs(h / 4) * (1 + 1 / np.abs(h / 4))
-    unsure = np.abs(wide.accelerations - narrow.accelerations) + rounding[:, None]
-    unsure /= scale  # what differences do not tell
-    sure = ((off <= ALIKE) | (unsure < off / 10)).all(axis=1)
+    unsure = np.abs(lacks[0] - lacks[1])  # what differences do not tell
+    unsure[:, count:] += (ROUNDING * size / (h / 4) * (1 + 1 / (h / 4)))[:, None]
+    off = np.minimum(*lacks) / scale
+    sure = ((off <= ALIKE) | (unsure / scale < off / 10)).all(axis=1)
     clear = np.logical_and.reduce([wide.clear, narrow.clear, sure])
-    count = int(clear.sum())
-    if count < len(times):
-        notes.append(f"the equations at {len(times) - count} of {len(times)} states: near a "
+    judged = int(clear.sum())
+    if judged < len(times):
+        notes.append(f"the equations at {len(times) - judged} of {len(times)} states: near a "
                      "singular configuration, or in steps too short for differences")  # fmt: skip
-    if not count:
+    if not judged:
         return None, 0
     off = np.where(clear[:, None], off, 0.0)
     state, worst = np.unravel_index(int(off.argmax()), off.shape)
     if off[state, worst] > ALIKE:
+        name = (*system.coordinates, *system.speeds)[worst]
         warnings.append(
-            f"at t = {times[state]:.6g} s the rate of {system.speeds[worst]} is not that of the "
-            f"description: it lacks {narrow.accelerations[state, worst]:.3g} "
-            f"{system.units[system.speeds[worst]]}/s, {off[state, worst]:.1e} of the largest"
+            f"at t = {times[state]:.6g} s the rate of {name} is not that of the description: they "
+            f"differ by {lacks[1][state, worst]:.3g} {system.units[name]}/s, "
+            f"{off[state, worst]:.1e} of the largest"
         )
-    return float(off.max(initial=0.0)), count
+    return float(off.max(initial=0.0)), judged
+
+
+def _scale(system: Any, found: Judged) -> Array:
+    """The largest rate of the components that have the unit of each (nq + nu,)."""
+    count = len(system.coordinates)
+    largest = np.abs(found.rates).max(axis=0)
+    largest[count:] = np.maximum(largest[count:], found.felt.max(axis=0))
+    units = [system.units[name] for name in (*system.coordinates, *system.speeds)]
+    alike = [[a == b and (i < count) == (j < count) for j, b in enumerate(units)]
+             for i, a in enumerate(units)]  # fmt: skip
+    scale = np.array([largest[row].max() for row in np.array(alike)])
+    scale[scale == 0] = 1.0
+    return scale
 
 
 def _largest(residuals: Array) -> float:

@@ -75,7 +75,7 @@ def to_dataset(sol: Trajectory) -> Any:
 
 def _energy(sol: Trajectory) -> Array:
     """The energy (nt,), NaN of a model without it: a file is written without compiling."""
-    return sol.energy if sol.system.knows_energy else np.full(len(sol.t), np.nan)
+    return sol.energy if sol.has_energy else np.full(len(sol.t), np.nan)
 
 
 def to_dataframe(sol: Trajectory) -> Any:

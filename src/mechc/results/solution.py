@@ -114,7 +114,7 @@ class Solution(Trajectory):
             for k, piece in enumerate(after.record.pieces)
         ]
         whole = copy(after)
-        whole.params, whole.checked = self.params, None
+        whole.params, whole.joined, whole.checked = self.params, True, None
         cached = ("_history", "span", "change_points", "energy", "work", "_conserves_energy")
         for name in (*cached, "closure", "velocity_closure"):
             whole.__dict__.pop(name, None)
@@ -166,7 +166,7 @@ class Solution(Trajectory):
 
         It is computed again at a hundredth of the tolerances, and by another method: differences
         are estimates of the errors, and change points and events are compared.  Closure and energy
-        balance are looked at along the dense output; the accelerations of some states are compared
+        balance are looked at along the dense output; the rates of some states are compared
         with those that Newton's and Euler's equations give for the bodies, joints and loads of the
         description, evaluated with numbers alone.
 
@@ -179,7 +179,8 @@ class Solution(Trajectory):
         Raises
         ------
         MechcError
-            For a run without dense output, and one with events that was read from a file.
+            For a run without dense output, one with events that was read from a file, and one that
+            was joined of several (``followed_by``).
         """
         from mechc.results.check import check
 

@@ -64,7 +64,7 @@ def summary_rows(sol: Trajectory) -> list[tuple[str, str]]:
     ]
     work, departure = _energy_balance(sol)
     drift = f"{departure:.1e} of the largest kinetic energy"
-    if not system.knows_energy:
+    if not sol.has_energy:
         checks = [("energy change", "the energy is not known")]
     elif math.isnan(work):
         checks = [("energy balance", "not known: work is done, and no dense output was kept")]
@@ -100,7 +100,7 @@ def summary_rows(sol: Trajectory) -> list[tuple[str, str]]:
 def _energy_balance(sol: Trajectory) -> tuple[float, float]:
     """The work done in the whole run, J, and the energy's drift; NaN of a model without energy: a
     summary compiles nothing."""
-    if not sol.system.knows_energy:
+    if not sol.has_energy:
         return math.nan, math.nan
     return float(sol.work_until(sol.span[1])), sol.energy_drift
 

@@ -130,6 +130,7 @@ def _run_to_end(
     sol = make(system, record.pieces[0].params, policy, record, status, stats, times, found)
     sol._run_events = events
     if before is not None:
+        sol.joined = before.joined
         sol.events = tuple(
             EventRecord(np.append(old.t, new.t), np.vstack([old.y, new.y]))
             for old, new in zip(before.events, sol.events, strict=True)

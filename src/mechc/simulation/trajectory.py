@@ -26,6 +26,7 @@ class Trajectory:
 
     _run_events: RunEvents | None = None  # the events looked for
     _titles: tuple[str, ...] = ()  # theirs, where they are known from a file alone
+    joined = False  # of several runs, with jumps that no event explains
     checked: Any = None  # the result of ``check``, once it was made
 
     def __init__(
@@ -174,6 +175,11 @@ class Trajectory:
         if not self._knows_energy:
             return np.full(len(self.t), np.nan)
         return self.system.energy(self.y, self.values_along(self.t), self.t)
+
+    @property
+    def has_energy(self) -> bool:
+        """Whether ``energy`` is known without compiling: it was compiled, or asked for before."""
+        return self.system.knows_energy or "energy" in self.__dict__
 
     @cached_property
     def _knows_energy(self) -> bool:

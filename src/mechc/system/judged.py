@@ -12,20 +12,21 @@ class Judged(NamedTuple):
 
     Attributes
     ----------
-    accelerations : (n, nu)
-        What the rates of the speeds lack.
-    free : (n, nu)
-        The magnitudes that loads alone would give them, without constraints.
+    rates : (n, nq + nu)
+        By the compiled program.
     kinematics : (n, nq)
-        Largest differences of the rates of coordinates and states.
-    gaps : (n, rows)
-        Of the configuration constraints.
+        The differences of those of the coordinates and states.
+    accelerations : (n, nu)
+        What those of the speeds lack.
+    felt : (n, nu)
+        The sum of the magnitudes that each load by itself gives the speeds' rates, within the
+        constraints: what an equilibrium is judged by.
     clear : (n,)
         False near a singular configuration, where accelerations are not determined: not compared.
     """
 
-    accelerations: Array
-    free: Array
+    rates: Array
     kinematics: Array
-    gaps: Array
+    accelerations: Array
+    felt: Array
     clear: Array

@@ -195,7 +195,7 @@ def test_ctrl_c_in_a_sweep_draws_what_was_computed(here, capsys, monkeypatch):
             raise KeyboardInterrupt
 
     monkeypatch.setattr("mechc.batch.simulate.CountBar.update_count", interrupt)
-    varied = ("--vary", "l_3=3.4:3.6:200", "--t-end", "5", "--threads", "1", "--out", "out")
+    varied = ("--vary", "l_3=3.4:3.6:2000", "--t-end", "200", "--threads", "1", "--out", "out")
     assert main(["sweep", "four_bar", *varied]) == 130
     assert "not run" in capsys.readouterr().out
     assert (here / "out" / "map_0.png").exists()

@@ -2,10 +2,13 @@
 
 import numpy as np
 import pytest
+from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
+from benchmarks.problems.particle import particle
 from mechc.cli.commands import main
 from mechc.errors import MechcError
+from mechc.simulation.record import Record
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +27,7 @@ def test_a_motion_through_change_points_is_sound(model, start):
     assert found.ok
     assert not found.notes
     assert found.states == 40
-    assert found.accelerations < 1e-8
+    assert found.rates < 1e-8
     assert count > 0
     assert [(each.what, each.count, each.again) for each in found.passages] == [
         ("change points", count, count)
@@ -45,6 +48,7 @@ def test_estimates_are_the_errors(model, start, method, rtol):
 
 
 def test_a_leap_to_another_branch_is_found(model, start):
+    """In the record it follows on without a jump, as a run that leapt would have it."""
     whole = model.simulate(4, start)
     at = whole.change_points[0].t + 0.2
     before = model.simulate((0, whole.change_points[0].t - 1e-3), start)
@@ -53,9 +57,48 @@ def test_a_leap_to_another_branch_is_found(model, start):
     others = model.assemblies({"theta_0": theta["theta_0"]}, {"omega_0": u[0]})
     other = max(others, key=lambda y: np.abs(y[:3] - q).max())
     after = model.simulate((before.span[1], 4), other)
-    found = before.followed_by(after).check()
+    after.record = Record([*before.record.pieces, *after.record.pieces], after.stats)
+    found = after.check()
     assert not found.ok
     assert "or one of the motions is wrong" in " ".join(found.warnings)
+
+
+def test_a_motion_that_was_joined_is_refused(model, start):
+    first = model.simulate(1, start)
+    kicked = first.y[-1] * [1, 1, 1, 0, 0, 0]
+    whole = first.followed_by(model.simulate((1, 2), kicked))
+    with pytest.raises(MechcError, match="joined of several runs"):
+        whole.check()
+    with pytest.raises(MechcError, match="joined of several runs"):
+        whole.continue_to(2.1).check()
+
+
+@pytest.mark.parametrize("amplitude", [1e-3, 1e-6])
+def test_roundings_of_the_energy_are_no_fault(amplitude):
+    pendulum = mechc.load("pendulum")
+    found = pendulum.simulate(10, [amplitude, 0.0]).check()
+    assert found.ok, found.warnings
+
+
+def test_the_error_of_another_motion_is_not_this_ones():
+    """Over many periods that of an explicit method grows, and is told as its own."""
+    pendulum = mechc.load("pendulum")
+    sol = pendulum.simulate(2000, [3.1, 0.0], rtol=1e-4, method="gauss8")
+    found = sol.check()
+    true = np.abs(sol.y[-1] - pendulum.simulate(2000, [3.1, 0.0], rtol=1e-12).y[-1]).max()
+    assert max(np.abs(found.error_at_end)) == pytest.approx(true, rel=0.5)
+    for warning in found.warnings:
+        if "times rtol" in warning:
+            assert max(found.error) > 1000 * 1e-4
+        else:
+            assert "the motion by dop853 differs" in warning
+
+
+def test_a_stiff_motion_is_checked_in_its_own_time():
+    q, u = dynamicsymbols("q u")
+    bead = mechc.compile(particle([q], [u], [-1e6 * u - q]), defaults={"m": 1.0})
+    found = bead.simulate(10, [1.0, 0.0], method="gauss8").check()
+    assert found.ok, found.warnings
 
 
 def test_without_dense_output_it_is_refused(model, start):
@@ -90,4 +133,4 @@ def test_it_is_saved_and_repeated(model, start, tmp_path, capsys):
 def test_the_shell_prints_it(capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert main(["run", "four_bar", "--t-end", "1", "--check", "--json"]) == 0
-    assert '"accelerations"' in capsys.readouterr().out
+    assert '"rates"' in capsys.readouterr().out

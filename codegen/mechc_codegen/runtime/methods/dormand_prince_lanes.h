@@ -17,7 +17,7 @@ typedef struct {
 
 MECHC_STATIC void mechc_pair_lanes_load(mechc_lockstep *a, int lane, const mechc_integration *run)
 {
-    const double bound = mechc_stiff_bound(&mechc_dop853_tableau, run->rtol);
+    const double bound = mechc_stiff_bound(&mechc_dop853_tableau, run->has_tolerances ? 1.0 : run->rtol);
     ((mechc_pair_lanes *)a)->bound[lane] = bound * bound;
 }
 

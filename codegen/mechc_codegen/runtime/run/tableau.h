@@ -33,7 +33,8 @@ typedef struct {
 } mechc_tableau;
 
 /* |h lambda| beyond which a step is short for the sake of a fast component: stability bears no more, or errors
- * shrink by a lower order, so that accuracy asks for steps much shorter than the motion does. */
+ * shrink by a lower order, so that accuracy asks for steps much shorter than the motion does.  `rtol`: 1 where
+ * steps follow other tolerances, which the second cannot be told by. */
 MECHC_STATIC double mechc_stiff_bound(const mechc_tableau *tableau, double rtol)
 {
     const double fast = tableau->fast * pow(rtol, 1.0 / tableau->order);

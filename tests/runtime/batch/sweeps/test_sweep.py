@@ -269,6 +269,6 @@ def test_ctrl_c_in_a_sweep_has_what_was_computed(model, monkeypatch):
 
     monkeypatch.setattr("mechc.batch.simulate.CountBar.update_count", interrupt)
     with pytest.raises(mechc.RunInterrupt) as stopped:
-        model.sweep(20.0, {"l_3": (3.4, 3.6, 400)}, threads=1)
+        model.sweep(200.0, {"l_3": (3.4, 3.6, 2000)}, threads=1)
     assert stopped.value.sweep.batch is stopped.value.batch
     assert "not run" in str(stopped.value.sweep)

@@ -102,8 +102,8 @@ class Batches(Fits):
         params
             Names to numbers or arrays (n,), or an array (np,) or (n, np) of all.
         inputs
-            Name -> number, one a member (n,), samples ``(times, values)`` or a
-            :class:`mechc.Signal` that all members have; besides those of ``model.with_inputs``.
+            Name -> number, one a member (n,), an expression as text, samples ``(times, values)`` or
+            a :class:`mechc.Signal` that all members have; besides those of ``model.with_inputs``.
             A :class:`mechc.Sampled` controller, or a list of them (n,), one a member; they are
             called for one member after another.  With functions of Python, which all members
             share, one thread computes.
@@ -176,6 +176,7 @@ class Batches(Fits):
         )
         from mechc.batch.spec import checked_recipe, system_for_results
 
+        model, inputs = self._with_laws(inputs)
         span = checked_span(t_span)
         times = np.zeros(0) if t_eval is None else checked_times(t_eval, span)
         if on_change_point == "raise":
@@ -184,7 +185,7 @@ class Batches(Fits):
             )
         asked, reductions = names_of(outputs), reduction_texts(reduce)
         by_names = names_of(sensitivities)
-        system = system_for_results(self.system, asked, reductions, until, by_names)
+        system = system_for_results(model.system, asked, reductions, until, by_names)
         given = checked_inputs(system, inputs)
         policy = checked_policy(
             system, rtol=rtol, atol=atol, method=method, first_step=first_step, max_step=max_step,
@@ -215,7 +216,7 @@ class Batches(Fits):
             system, recipe, threads=checked_threads(threads), out=out,
             chunk=checked_whole("chunk", chunk), client=client, progress=progress,
         )  # fmt: skip
-        batch.model = self
+        batch.model = model
         if not batch.complete:
             raise RunInterrupt(
                 "interrupted; error.batch has the members that are finished", batch=batch

@@ -118,8 +118,9 @@ def compile(
         given with runs and in batches as all others.
     inputs
         Specified functions of time (``dynamicsymbols`` that are no state) -> expressions of
-        time, coordinates, speeds, states and parameters.  Those without an expression, or
-        with None, are given with a run: ``model.simulate(..., inputs={...})``.
+        time, coordinates, speeds, states and parameters, of SymPy or as text, ``"3*sin(4*t)"``.
+        Those without an expression, or with None, are given with a run:
+        ``model.simulate(..., inputs={...})``.
     states
         Functions of time that are neither coordinates nor speeds -> their rates, expressions of
         all of these: activations, controllers.  Or objects that have ``x`` and ``rhs()``, such as

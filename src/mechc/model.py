@@ -335,7 +335,7 @@ class Model(Batches):
         progress
             Called now and then with the fraction done.
         inputs
-            A value for each input in ``model.inputs``: a number, a
+            A value for each input in ``model.inputs``: a number, an expression as text, a
             :class:`mechc.Signal`, a function ``f(t)`` or ``f(t, q, u)``, a tuple of functions of
             t with the derivatives of the first, or a :class:`mechc.Sampled` controller; see
             :meth:`with_inputs`.  ``sol.model`` is then the model driven by them.

@@ -114,16 +114,19 @@ class Outputs(Description):
         Parameters
         ----------
         inputs
-            Name or symbol -> a number, a :class:`mechc.Signal`, samples ``(times, values)``, an
-            interpolant of SciPy, a function ``f(t)`` or ``f(t, q, u)`` of floats and arrays (nq,),
-            (nu,), one ``f(x, t)`` of the state, or a tuple of functions of t: value, rate, second
-            rate.  A tuple of inputs -> a function that gives all their values.
+            Name or symbol -> a number, an expression as text, ``"3*sin(4*t)"``, of time,
+            coordinates, speeds and parameters, which is compiled; a :class:`mechc.Signal`, samples
+            ``(times, values)``, an interpolant of SciPy, a function ``f(t)`` or ``f(t, q, u)`` of
+            floats and arrays (nq,), (nu,), one ``f(x, t)`` of the state, or a tuple of functions of
+            t: value, rate, second rate.  A tuple of inputs -> a function that gives all values.
             :attr:`inputs` names those that need a value.
 
         Raises
         ------
         UnknownNameError, ValueOutOfBoundsError, MissingInputError
             For inputs that do not exist, have a wrong value, or have none.
+        ExpressionError, UnavailableOutputError, CompilerError
+            For a text that is not of the grammar, or cannot be compiled here.
 
         Notes
         -----
@@ -135,12 +138,20 @@ class Outputs(Description):
         from mechc.inputs.accept import accepted_inputs
         from mechc.inputs.driven_scene import with_inputs
 
+        model, others = self._with_laws(inputs)
         driven = object.__new__(type(self))
-        driven.__dict__.update(self.__dict__)
-        slots = self.data.get("inputs", ())
-        given = accepted_inputs(inputs, {slot["name"]: max(slot["orders"]) for slot in slots})
-        driven.system = with_inputs(self.system, given)
-        return self if driven.system is self.system else driven
+        driven.__dict__.update(model.__dict__)
+        slots = model.data.get("inputs", ())
+        given = accepted_inputs(others, {slot["name"]: max(slot["orders"]) for slot in slots})
+        driven.system = with_inputs(model.system, given)
+        return model if driven.system is model.system else driven
+
+    def _with_laws(self, inputs: Any) -> tuple[Self, Any]:
+        """The model with the inputs that are expressions compiled into it, and the other inputs."""
+        from mechc.inputs.accept import laws_apart
+
+        laws, others = laws_apart(inputs)
+        return (type(self)(self.system.with_laws(laws)) if laws else self), others
 
     def _driven_over(
         self, span: tuple[float, float], inputs: Mapping[str, Any], sensitivities: Sequence[Any]

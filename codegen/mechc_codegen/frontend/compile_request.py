@@ -7,17 +7,25 @@ binary in the cache is found by it without deriving again.
 from __future__ import annotations
 
 import sys
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from enum import Enum
 from typing import TYPE_CHECKING, Any, TypeGuard
 
-from sympy import Basic, Expr, sympify
-from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody
+from sympy import Basic, Expr, Symbol, sympify
+from sympy.physics.mechanics import (
+    Particle,
+    Point,
+    ReferenceFrame,
+    RigidBody,
+    dynamicsymbols,
+)
 from sympy.physics.vector import Dyadic, Vector
 
 from mechc_codegen.convert.fingerprint import Fingerprint, fingerprint
+from mechc_codegen.description.parsing.parser import parse_expression
 from mechc_codegen.description.placement import reachable
 from mechc_codegen.description.request import default_outputs
 from mechc_codegen.description.source import ConversionSettings
@@ -57,15 +65,17 @@ class CompileRequest:
         self.numbers: dict[Any, float] = {}
         self._mechanism = None
         self._source = None if _is_mechanism(thing) else read(thing, options.form)
+        self._fingerprint = fingerprint(self._source) if self._source else None
         frame = thing.frame if self._source is None else self._source.frame
-        self.options, self._shapes = _with_expressions(options, frame)
+        symbols = _symbols_of(thing) if self._fingerprint is None else self._fingerprint.leaves
+        self._names = _by_printed_name([*symbols, *options.settings.parameters])
+        self.options, self._shapes = _with_expressions(options, frame, self._names)
         if self._source is None:
             if options.form is not None:
                 raise MechanismError("form is an option for SymPy objects; a Mechanism needs none")
             given = with_settings(thing, self.options.settings)
             self.numbers, self._mechanism = _without_numbers(given)
             self.options = replace(self.options, settings=ConversionSettings())
-        self._fingerprint = fingerprint(self._source) if self._source else None
 
     def including(self, outputs: Iterable[str]) -> CompileRequest:
         """The same request with further outputs, by name."""
@@ -75,6 +85,18 @@ class CompileRequest:
             own = default_outputs(of_object=bare)
         more = copy(self)
         more.options = replace(self.options, outputs=(*own, *sorted(outputs)))
+        return more
+
+    def driven_by(self, laws: Mapping[str, str]) -> CompileRequest:
+        """The same request with inputs that are these expressions, as texts."""
+        settings = self.options.settings
+        read = {key: _input(key, law, self._names) for key, law in laws.items()}
+        more = copy(self)
+        if self._mechanism is None:
+            settings = replace(settings, inputs={**settings.inputs, **read})
+            more.options = replace(self.options, settings=settings)
+        else:
+            more._mechanism = with_settings(self._mechanism, ConversionSettings(inputs=read))
         return more
 
     @property
@@ -180,18 +202,18 @@ def _without_numbers(mechanism: Mechanism) -> tuple[dict[Any, float], Mechanism]
 
 
 def _with_expressions(
-    options: CompileOptions, frame: ReferenceFrame
+    options: CompileOptions, frame: ReferenceFrame, names: Mapping[str, Expr]
 ) -> tuple[CompileOptions, dict[str, Shape]]:
     """The options with every expression as a scalar of SymPy, and the shapes of outputs.
 
-    Texts are refused.
+    Texts are read where they are inputs, and refused elsewhere.
     """
     settings, outputs = options.settings, options.outputs
     added = settings.configuration_constraints
     read = replace(
         settings,
         inputs={
-            key: None if value is None else _input(key, value)
+            key: None if value is None else _input(key, value, names)
             for key, value in settings.inputs.items()
         },
         states={x: as_expression(rate, f"states: {x}") for x, rate in settings.states.items()},
@@ -205,7 +227,23 @@ def _with_expressions(
     return replace(options, settings=read, outputs=scalars), shapes
 
 
-def _input(key: Any, value: Any) -> Expr:
+def _symbols_of(mechanism: Mechanism) -> tuple[Expr, ...]:
+    parameters = (parameter.symbol for parameter in mechanism.parameters)
+    return *mechanism.q, *mechanism.x, *mechanism.u, *mechanism.inputs, *parameters
+
+
+def _by_printed_name(symbols: Iterable[Any]) -> dict[str, Expr]:
+    """What texts may contain: time, and the symbols of which no two are printed alike."""
+    named = {Symbol(each) if isinstance(each, str) else each for each in symbols}
+    counts = Counter(map(printed_name, named))
+    own = {printed_name(each): each for each in named if counts[printed_name(each)] == 1}
+    return {"t": dynamicsymbols._t, **dict(sorted(own.items()))}
+
+
+def _input(key: Any, value: Any, names: Mapping[str, Expr]) -> Expr:
+    if isinstance(value, str):
+        others = {name: symbol for name, symbol in names.items() if key not in (name, symbol)}
+        return parse_expression(value, others)
     if callable(value) and not isinstance(value, Basic):
         raise MechanismError(
             f"inputs: {key}: a Python function is not compiled; leave it out here and give it with "

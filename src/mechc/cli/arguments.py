@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from itertools import chain, count
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ import mechc
 from mechc.assembly.initial_values import filled_start
 from mechc.cli.own_models import is_own, own_model, own_name, refuse_file_alone
 from mechc.compilation.library.catalogue import COMPILED_AT_INSTALL, LIBRARY
-from mechc.errors import MechcError, UnknownNameError
+from mechc.errors import MechcError, MissingInputError, UnknownNameError
 from mechc.progress import Notice
 from mechc.system.units import read_seconds, read_value, split_assignment
 
@@ -46,19 +47,35 @@ def start_state(model: mechc.Model, chosen: argparse.Namespace, params: dict[str
     return model.assemble(*filled_start(model.system, *halves, guess), params)
 
 
+@contextmanager
 def output_folder(
     chosen: argparse.Namespace,
     prefix: str = "mechc",
     goes_on: Callable[[Path], bool] = lambda _: False,
-) -> Path | None:
+) -> Iterator[Path | None]:
     """The output folder, made now so that a wrong one is known before the run.
+
+    An error that leaves it empty removes it again.
 
     ``goes_on``: whether a folder holds what the command continues, so that it may be there.
     """
     if getattr(chosen, "json", False) and not chosen.out:
-        return None
+        yield None
+        return
     named = own_name(chosen.name) if is_own(chosen.name) else chosen.name
     folder = output_path(chosen, chosen.out, f"{prefix}_{named}", goes_on)
+    absent = [path for path in (folder, *folder.parents) if not path.exists()]
+    try:
+        _make_and_try(folder)
+        yield folder
+    except BaseException:
+        with suppress(OSError):  # one that is not empty stays
+            for path in absent:
+                path.rmdir()
+        raise
+
+
+def _make_and_try(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         probe = folder / ".mechc-probe"
@@ -66,7 +83,6 @@ def output_folder(
         probe.unlink()
     except OSError as error:
         raise MechcError(f"cannot write into {folder}: {error.strerror}") from None
-    return folder
 
 
 def output_path(
@@ -161,15 +177,40 @@ def values_of(
     model: mechc.Model, typed: Sequence[str], known: Sequence[str], kind: str
 ) -> dict[str, float]:
     """NAME=VALUE, each name known and given once, in SI units."""
-    values = {}
+    texts = _assignments(typed, known, kind)
+    return {name: read_value(value, model.quantities[name]) for name, value in texts.items()}
+
+
+def inputs_of(
+    model: mechc.Model, chosen: argparse.Namespace, left: Container[str] = ()
+) -> dict[str, str]:
+    """The inputs of ``--input``, numbers or expressions; ``left``: names that need none.
+
+    Raises :class:`MissingInputError` if another has no value.
+    """
+    typed = _assignments(chosen.inputs, model.inputs, "input")
+    known = {} if model.system.driven is None else model.system.driven.given
+    given = {*typed, *known}
+    missing = [name for name in model.inputs if name not in given and name not in left]
+    if missing:
+        raise MissingInputError(
+            f"these inputs have no value: {', '.join(missing)}. Give each as a number or an "
+            f"expression: --input {missing[0]}=2, --input '{missing[0]}=3*sin(4*t)'"
+        )
+    return typed
+
+
+def _assignments(typed: Sequence[str], known: Sequence[str], kind: str) -> dict[str, str]:
+    """NAME=VALUE, each name known and given once, as texts."""
+    texts: dict[str, str] = {}
     for text in typed:
         name, value = split_assignment(text)
         if name not in known:
             raise UnknownNameError(kind, name, known)
-        if name in values:
+        if name in texts:
             raise MechcError(f"{name} is given twice")
-        values[name] = read_value(value, model.quantities[name])
-    return values
+        texts[name] = value
+    return texts
 
 
 def tolerance(chosen: argparse.Namespace) -> float:

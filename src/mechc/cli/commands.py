@@ -14,6 +14,7 @@ import mechc
 from mechc.cli.arguments import (
     STATE,
     checked_options,
+    inputs_of,
     library_name,
     model_of,
     options_of,
@@ -153,12 +154,12 @@ def _list(_: argparse.Namespace) -> int:
 def _run(chosen: argparse.Namespace) -> int:
     t_end, rtol = seconds_of(chosen), tolerance(chosen)
     model = model_of(chosen)
+    model = model.with_inputs(inputs_of(model, chosen))
     params = values_of(model, chosen.parameters, model.parameters, "parameter")
     state = start_state(model, chosen, params)
     if chosen.view is not None:
         output_path(chosen, chosen.view, "")
-    folder = output_folder(chosen)
-    with ProgressBar(f"simulating {model.name}") as bar:
+    with output_folder(chosen) as folder, ProgressBar(f"simulating {model.name}") as bar:
         try:
             sol = model.simulate(
                 t_end, state, params, rtol=rtol, method=chosen.method, progress=bar.update
@@ -194,6 +195,7 @@ def _sweep(chosen: argparse.Namespace) -> int:
 
     t_end, rtol = seconds_of(chosen), tolerance(chosen)
     model = model_of(chosen)
+    model = model.with_inputs(inputs_of(model, chosen))
     count = None if chosen.count is None else whole("--count", chosen.count)
     threads = None if chosen.threads is None else whole("--threads", chosen.threads)
     seed = whole("--seed", chosen.seed)
@@ -201,26 +203,26 @@ def _sweep(chosen: argparse.Namespace) -> int:
     plan(variations, chosen.sample, count, seed)  # refuses before a folder is made
     with_zarr = importlib.util.find_spec("zarr") is not None
     goes_on = holds_batch if chosen.out else is_unfinished
-    folder = output_folder(chosen, "mechc_sweep", lambda path: goes_on(path / "batch"))
-    stored = folder is not None and with_zarr
-    try:
-        sweep = model.sweep(
-            t_end,
-            chosen.vary,
-            values_of(model, chosen.parameters, model.parameters, "parameter"),
-            sample=chosen.sample,
-            count=count,
-            seed=seed,
-            start=values_of(model, chosen.start, (*model.coordinates, *model.speeds), STATE),
-            guess=values_of(model, chosen.guess, model.coordinates, "coordinate"),
-            reduce=chosen.reduce,
-            rtol=rtol,
-            method=chosen.method,
-            threads=threads,
-            out=folder / "batch" if folder is not None and stored else None,
-        )
-    except RunInterrupt as interrupt:
-        sweep = interrupt.sweep
+    with output_folder(chosen, "mechc_sweep", lambda path: goes_on(path / "batch")) as folder:
+        stored = folder is not None and with_zarr
+        try:
+            sweep = model.sweep(
+                t_end,
+                chosen.vary,
+                values_of(model, chosen.parameters, model.parameters, "parameter"),
+                sample=chosen.sample,
+                count=count,
+                seed=seed,
+                start=values_of(model, chosen.start, (*model.coordinates, *model.speeds), STATE),
+                guess=values_of(model, chosen.guess, model.coordinates, "coordinate"),
+                reduce=chosen.reduce,
+                rtol=rtol,
+                method=chosen.method,
+                threads=threads,
+                out=folder / "batch" if folder is not None and stored else None,
+            )
+        except RunInterrupt as interrupt:
+            sweep = interrupt.sweep
     print(json.dumps(sweep.to_json()) if chosen.json else f"{model.title}\n{sweep}")
     if folder is not None:
         with ProgressBar("drawing"), written_into(folder):

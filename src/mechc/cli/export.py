@@ -49,9 +49,10 @@ def _common_arguments(chosen: argparse.Namespace) -> tuple[Any, dict[str, Any]]:
 
 def _c(chosen: argparse.Namespace) -> int:
     mechanism, arguments = _common_arguments(chosen)
-    folder = output_folder(chosen, "mechc_export")
-    assert folder is not None
-    files = export_c(mechanism, folder, real="float" if chosen.float else "double", **arguments)
+    real = "float" if chosen.float else "double"
+    with output_folder(chosen, "mechc_export") as folder:
+        assert folder is not None
+        files = export_c(mechanism, folder, real=real, **arguments)
     for file in files:
         print(file)
     c = next(file.name for file in files if file.suffix == ".c")
@@ -62,9 +63,10 @@ def _c(chosen: argparse.Namespace) -> int:
 def _wasm(chosen: argparse.Namespace) -> int:
     mechanism, arguments = _common_arguments(chosen)
     del arguments["t_end"]
-    folder = output_folder(chosen, "mechc_export")
-    assert folder is not None
-    for file in export_wasm(mechanism, folder, **arguments):
+    with output_folder(chosen, "mechc_export") as folder:
+        assert folder is not None
+        files = export_wasm(mechanism, folder, **arguments)
+    for file in files:
         print(f"{file}  {file.stat().st_size / 1e3:.0f} kB")
     return 0
 

@@ -18,6 +18,7 @@ from mechc.assembly.initial_values import filled_start
 from mechc.cli.arguments import (
     STATE,
     check_name,
+    inputs_of,
     model_of,
     number,
     output_folder,
@@ -52,16 +53,17 @@ def fit_command(chosen: argparse.Namespace) -> int:
     measured = _measurements(model, chosen.measure, tables)
     recordings = [_recording(t, measured, p) for t, p in zip(tables, chosen.data, strict=True)]
     free = dict(_free(model, text) for text in chosen.free)
+    inputs = inputs_of(model, chosen, left=free)
     start, guess = _start(model, chosen, free)
     pairs = {one.name: one.sigma for one in measured}
     sigmas = list(pairs) if any(map(math.isnan, pairs.values())) else pairs
-    folder = output_folder(chosen, "mechc_fit")
     began = time.perf_counter()
-    with ProgressBar(f"fitting {model.name}") as bar:
+    title = f"fitting {model.name}"
+    with output_folder(chosen, "mechc_fit") as folder, ProgressBar(title) as bar:
         interrupted = False
         try:
             result = model.fit(
-                recordings, free, sigmas, y0=start, guess=guess,
+                recordings, free, sigmas, y0=start, guess=guess, inputs=inputs or None,
                 params=values_of(model, chosen.parameters, model.parameters, "parameter"),
                 starts=whole("--starts", chosen.starts), seed=whole("--seed", chosen.seed),
                 loss=chosen.loss, f_scale=number("--f-scale", chosen.f_scale), rtol=rtol,

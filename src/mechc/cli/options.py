@@ -19,6 +19,7 @@ examples:
   mechc show four_bar --set l_3=3.5           Grashof class, parameters, options
   mechc run pendulum --with links=5 --open    compiled at the first use, then cached
   mechc run robot.py:model --t-end 5          a model that a Python file defines
+  mechc run cart.py:model --input F='3*sin(4*t)'     the law of its input F
   mechc export four_bar --c --out plain       C99 for other programs
   mechc export four_bar --wasm                a page that simulates, with sliders
   mechc export four_bar --fmu                 a functional mock-up unit (FMI 3.0)
@@ -136,6 +137,11 @@ def _run_options(parser: argparse.ArgumentParser) -> None:
         default="auto",
         help="auto, dopri5, dop853, radau5, gauss8 or taylor [auto]",
     )
+    several(
+        parser, "--input", "NAME=VALUE", "inputs",
+        "an input of a user-defined model: a number, F=2, or an expression of time, coordinates, "
+        "speeds and parameters, 'F=3*sin(4*t) - c*v'",
+    )  # fmt: skip
     parser.add_argument(
         "--out",
         metavar="DIR",

@@ -56,11 +56,11 @@ def judge(
     if _Bodies not in system.cache:
         system.cache[_Bodies] = _bodies_of(system)
     bodies, given = system.cache[_Bodies]
-    index = {name: k for k, name in enumerate(system.parameters)}
     driven, names = system.driven, [f.func.__name__ for f in bodies.mechanism.open_inputs]
     bodies.values = [] if driven is None else driven.values(names, t, y)
-    bodies.values += [given[name] if name in given else p[:, index[name]]
-                      for name in (q.symbol.name for q in bodies.mechanism.parameters)]  # fmt: skip
+    ours = {**given, **{name: p[:, k] for k, name in enumerate(system.parameters)}}
+    # what is not in the equations, as the inertia of what only slides, has any value
+    bodies.values += [ours.get(q.symbol.name, 1.0) for q in bodies.mechanism.parameters]
     rates = system.evaluate("rates", y, p, t, forces)
     return [bodies.judge(t, y, rates, h, forces) for h in steps]
 

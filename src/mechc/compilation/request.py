@@ -39,7 +39,11 @@ def _requested_system(request: Any, seconds: Seconds, *, ahead: bool = True) -> 
     def with_outputs(outputs: frozenset[str]) -> System:
         return _requested_system(request.including(outputs), {}, ahead=False)
 
-    origin, reference = Origin(request.description, with_outputs), ModelReference("", custom=True)
+    def with_laws(laws: Mapping[str, str]) -> System:
+        return _requested_system(request.driven_by(laws), {})
+
+    origin = Origin(request.description, with_outputs, with_laws)
+    reference = ModelReference("", custom=True)
     return compile_described(origin, reference, request.digest, seconds, ahead=ahead)
 
 

@@ -17,7 +17,7 @@ from mechc.errors import ValueOutOfBoundsError, brief
 from mechc.inputs.signals import Signal
 from mechc.system.names import name_of
 from mechc.system.parameters import Array
-from mechc.system.units import in_si, of_unknown_unit
+from mechc.system.units import in_si, is_number, of_unknown_unit
 
 TIME = ("t", "time")
 
@@ -41,6 +41,15 @@ def accepted_inputs(given: Any, orders: Mapping[str, int]) -> dict[str, Any]:
             name = name_of(key)
             found[name] = _one(name, value, orders.get(name, 0))
     return found
+
+
+def laws_apart(given: Any) -> tuple[dict[str, str], Any]:
+    """The inputs given as texts that are expressions, by name, and the others as they are."""
+    if not isinstance(given, Mapping):
+        return {}, given
+    laws = {k: x for k, x in given.items() if isinstance(x, str) and not is_number(x)}
+    others = {key: value for key, value in given.items() if key not in laws}
+    return {name_of(key): law for key, law in laws.items()}, others
 
 
 def samples_or_signal(value: Any, order: int) -> Signal | None:

@@ -163,9 +163,9 @@ def missing(slots: Sequence[InputSlot], given: Mapping[str, Any]) -> MissingInpu
     """The error for inputs that have no value."""
     names = ", ".join(slot.name for slot in slots if slot.name not in given)
     return MissingInputError(
-        f"these inputs have no value: {names}. Give each as a number, a mechc.Signal or a function "
-        "of time, with simulate(..., inputs={...}) or model.with_inputs({...}); or permanently "
-        "as an expression, with mechc.compile(..., inputs={...})"
+        f"these inputs have no value: {names}. Give each as a number, an expression such as "
+        "'3*sin(4*t)', a mechc.Signal or a function of time, with simulate(..., inputs={...}), "
+        "model.with_inputs({...}) or, an expression, mechc.compile(..., inputs={...})"
     )
 
 

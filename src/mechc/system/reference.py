@@ -96,10 +96,14 @@ class Origin:
         Gives the mechanism, as the compiler has it, and the outputs and fixed parameters requested.
     with_outputs
         Compiles the same with further outputs, by the names of a request.
+    with_laws
+        Compiles the same with inputs that are expressions, as texts by name; None where a mechanism
+        has no inputs.
     """
 
     description: Callable[[], tuple[Any, Any]]
     with_outputs: Callable[[frozenset[str]], Any]
+    with_laws: Callable[[Mapping[str, str]], Any] | None = None
 
 
 def _numbers(data: Any) -> dict[str, float]:

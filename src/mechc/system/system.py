@@ -280,6 +280,34 @@ class System(Description):
         found: System = self.cache[System, missing]
         return found
 
+    def with_laws(self, laws: Mapping[str, str]) -> System:
+        """The same with inputs by expressions, as texts by name; compiled at the first request.
+
+        Raises
+        ------
+        UnknownNameError
+            For an input that there is not.
+        UnavailableOutputError
+            If the description is not at hand.
+        ExpressionError, CompilerError
+            If a text is not of the grammar of expressions, or there is no C compiler.
+        """
+        for name in laws:
+            if name not in self.inputs:
+                raise UnknownNameError("input", name, self.inputs)
+        key = System, tuple(sorted(laws.items()))
+        if key not in self.cache:
+            told = ", ".join(f"{name} = {law}" for name, law in laws.items())
+            if self.origin is None or self.origin.with_laws is None:
+                raise UnavailableOutputError(
+                    f"{told} cannot be compiled here: this process has the compiled model "
+                    f"{self.name}, but not its description"
+                )
+            with Notice(f"compiling {self.name} with {told} ..."):
+                self.cache[key] = self._like(self.origin.with_laws(laws))
+        found: System = self.cache[key]
+        return found
+
     def with_output(self, *names: str) -> System:
         """This system, or the same with these outputs; see :meth:`including`."""
         return self.including(*self._requests_of(names))
@@ -322,7 +350,8 @@ class System(Description):
     def _like(self, found: System) -> System:
         """Another system of the same mechanism, with the defaults, start, picture and inputs of
         this one."""
-        given = {} if self.driven is None else self.driven.given
+        every = {} if self.driven is None else self.driven.given
+        given = {name: value for name, value in every.items() if name in found.inputs}
         scene = found.scene.with_inputs(given) if given else found.scene
         other = found.replaced_scene(scene).with_start(self.start)
         other = other.with_defaults(self.given_defaults)

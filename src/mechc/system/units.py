@@ -90,6 +90,12 @@ def is_with_unit(text: str) -> bool:
     return match is not None and (match[2][:1].isalpha() or match[2].startswith("°"))
 
 
+def is_number(text: str) -> bool:
+    """Whether a text is a number, perhaps with a unit, and no expression."""
+    match = _TYPED.fullmatch(text.strip())
+    return match is not None and (not match[2] or is_with_unit(text))
+
+
 def of_unknown_unit(name: str) -> NamedQuantity:
     """A quantity of which no unit is known: it takes quantities of pint in SI units."""
     return NamedQuantity(name, "", "", -math.inf, math.inf, False)

@@ -113,6 +113,7 @@ def test_a_folder_that_cannot_be_written_is_told(capsys, here, monkeypatch):
 def test_bad_input_leaves_no_folder_behind(capsys, here):
     complaint(capsys, "run", "four_bar", "--set", "l_3=-1", "--out", "out")
     complaint(capsys, "run", "four_bar", "--rtol", "tight", "--out", "out")
+    complaint(capsys, "run", "four_bar", "--method", "euler", "--out", "out/below")
     assert list(here.iterdir()) == []
 
 

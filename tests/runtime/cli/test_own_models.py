@@ -1,6 +1,7 @@
 """Models of the user's own files, by FILE.py:NAME."""
 
 import json
+import math
 
 import pytest
 
@@ -13,6 +14,22 @@ import mechc
 ROD = 0.5  # m
 compiled = mechc.load("four_bar")
 number = 3
+
+
+def pushed():
+    """A cart that a force F pushes."""
+    import sympy as sm
+    import sympy.physics.mechanics as me
+
+    x, v, F = me.dynamicsymbols("x v F")
+    m, c = sm.symbols("m c")
+    N, O = me.ReferenceFrame("N"), me.Point("O")
+    O.set_vel(N, 0)
+    P = O.locatenew("P", x * N.x)
+    P.set_vel(N, v * N.x)
+    kane = me.KanesMethod(N, [x], [v], [x.diff() - v])
+    kane.kanes_equations([me.Particle("cart", P, m)], [(P, (F - c * v) * N.x)])
+    return mechc.compile(kane, defaults={"m": 2.0, "c": 0.5})
 
 
 def swing():
@@ -80,12 +97,42 @@ def test_a_compiled_model_is_exported_from_its_description(here):
     assert (here / "c" / "compiled.h").is_file()
 
 
+def test_inputs_are_numbers_and_expressions(capsys):
+    run = ("run", "own.py:pushed", "--t-end", "4", "--json")
+    assert main([*run, "--input", "F=3"]) == 0
+    assert json.loads(capsys.readouterr().out)["u_end"] == pytest.approx([6 * (1 - math.exp(-1))])
+    assert main([*run, "--input", "F=c*v + 2*t"]) == 0
+    assert json.loads(capsys.readouterr().out)["u_end"] == pytest.approx([8.0])
+
+
+def test_a_sweep_has_the_same_inputs_for_all(capsys):
+    sweep = ("sweep", "own.py:pushed", "--t-end", "4", "--vary", "m=1:4:2", "--reduce", "final(v)")
+    assert main([*sweep, "--input", "F=c*v + 2*t", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["reductions"]["final(v)"]
+    assert (found["min"], found["max"]) == (pytest.approx(4.0), pytest.approx(16.0))
+
+
+@pytest.mark.parametrize(("given", "told"), [
+    ((), "these inputs have no value: F. Give each as a number or an expression: --input F=2"),
+    (("--input", "G=1"), "no input is called 'G'; known are F"),
+    (("--input", "F=1", "--input", "F=2"), "F is given twice"),
+    (("--input", "F=sin(w*t)"), "'w' is not known here"),
+    (("--input", "F"), "should read NAME=VALUE"),
+])  # fmt: skip
+def test_wrong_inputs_are_told_in_words_of_the_shell_and_leave_no_folder(capsys, here, given, told):
+    assert main(["run", "own.py:pushed", *given]) == 2
+    said = capsys.readouterr().err
+    assert told in said
+    assert "simulate(" not in said
+    assert not list(here.glob("mechc_*"))
+
+
 @pytest.mark.parametrize("command", ["run", "show", "sweep", "export", "fit"])
 def test_a_file_without_a_name_is_told_what_it_defines(capsys, command):
     more = {"fit": ("data.csv", "--free", "m"), "export": ("--c",)}
     said = complaint(capsys, command, "own.py", *more.get(command, ()))
     assert "own.py: say which model of the file, own.py:swing" in said
-    assert said.endswith("it defines compiled, swing\n")
+    assert said.endswith("it defines compiled, pushed, swing\n")
 
 
 def test_a_file_that_is_not_there_is_told(capsys):

@@ -295,7 +295,7 @@ def test_inputs_without_a_value_are_asked_for_by_name(pushed):
         mechc.load("four_bar").simulate(1.0, np.zeros(6), inputs={"torque": 1.0})
 
 
-@pytest.mark.parametrize("value", ["three", np.nan, None, Symbol("x"), [1.0, 2.0], {}])
+@pytest.mark.parametrize("value", [b"three", np.nan, None, Symbol("x"), [1.0, 2.0], {}])
 def test_what_is_no_input_is_refused(pushed, value):
     with pytest.raises(
         mechc.ValueOutOfBoundsError, match=r"the input F(: .* is not| must be) a (finite )?number"

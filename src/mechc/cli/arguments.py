@@ -109,6 +109,11 @@ def output_path(
     return Path(named)
 
 
+def saved_in(path: Path) -> Path:
+    """The data in a folder of ``mechc run`` or ``mechc sweep``; any other path as it is."""
+    return next(filter(Path.exists, (path / "solution.nc", path / "batch")), path)
+
+
 def library_name(name: str) -> str:
     """The name of a mechanism of the library."""
     refuse_file_alone(name)

@@ -105,10 +105,13 @@ def _parser() -> argparse.ArgumentParser:
     run_options(_add(commands, "run", "simulate, draw, animate, save", _run))
     sweep_options(_add(commands, "sweep", "many runs, a map, data in Zarr", _sweep))
     fit_options(_add(commands, "fit", "values from recorded motions", fit_command))
-    saved = _add(commands, "verify", "check that saved data are undamaged", verify_command)
-    saved.add_argument("path", metavar="PATH", help="a saved solution, or the folder of a batch")
+    undamaged = "whether saved data are undamaged; a check saved with a motion is made again"
+    saved = _add(commands, "verify", undamaged, verify_command)
+    saved.add_argument(
+        "path", metavar="PATH", help="a saved solution, a batch, or the folder of a run or sweep"
+    )
     seen = _add(commands, "open", "the picture in space of a saved motion", open_command)
-    seen.add_argument("path", metavar="FILE", help="a saved solution, .nc")
+    seen.add_argument("path", metavar="FILE", help="a saved solution, .nc, or the folder of a run")
     seen.add_argument(
         "--view", metavar="OUT", help="write OUT.html, .png, .gif or .mp4 [FILE.html, and open it]"
     )

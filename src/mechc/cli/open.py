@@ -9,7 +9,7 @@ import webbrowser
 from pathlib import Path
 from typing import Any
 
-from mechc.cli.arguments import output_path
+from mechc.cli.arguments import output_path, saved_in
 from mechc.errors import MechcError
 from mechc.open import open_saved, open_view
 from mechc.results.solution import Solution
@@ -17,7 +17,7 @@ from mechc.results.solution import Solution
 
 def open_command(chosen: argparse.Namespace) -> int:
     """Writes the page, picture or film, and opens a page that was not asked for by name."""
-    path = Path(chosen.path)
+    path = saved_in(Path(chosen.path))
     if path.is_dir():
         raise MechcError(f"{path} is a batch: mechc.open reads it in Python")
     target = output_path(chosen, chosen.view, path.with_suffix(".html").name)

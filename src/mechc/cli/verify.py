@@ -1,10 +1,11 @@
-"""``mechc verify``: check that a saved solution or batch is undamaged."""
+"""``mechc verify``: whether a saved solution or batch is undamaged, and its check made again."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
+from mechc.cli.arguments import saved_in
 from mechc.errors import MechcError
 from mechc.results.files import verify
 from mechc.results.untrusted import printable
@@ -15,10 +16,10 @@ DAMAGED = 1
 def verify_command(chosen: argparse.Namespace) -> int:
     """Check a file or folder: 0 if complete and undamaged, 1 if a batch is not, or if the check of
     a motion that was saved with it finds something now; 2 by an error."""
-    path = Path(chosen.path)
+    path = saved_in(Path(chosen.path))
     if not path.is_dir():
         saved = verify(path)
-        print(f"{printable(str(path))}: sound")
+        print(f"{printable(str(path))}: undamaged")
         return _repeat_check(path, saved) if saved else 0
     from mechc.batch.stored.store import examine
 
@@ -44,7 +45,8 @@ def _repeat_check(path: Path, saved: list[str]) -> int:
         assert isinstance(sol, Solution)
         found = sol.check()
     except MechcError as error:
-        print(f"it cannot be repeated here: {printable(str(error))}")
+        print(f"it cannot be made again here: {printable(str(error))}")
+        print("result: the file is undamaged; whether its motion is right was not checked now")
         return 0
     print("made again:", found, sep="\n")
     return 0 if found.ok else DAMAGED

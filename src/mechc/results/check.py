@@ -125,7 +125,12 @@ class Check:
             found.append(("Newton and Euler", told))
         found += [("not checked", note) for note in self.notes]
         found += [("made by", ", ".join(f"{k} {v}" for k, v in self.recipe.items()))]
-        return found + ([("WARNING", each) for each in self.warnings] or [("result", "sound")])
+        return found + ([("WARNING", each) for each in self.warnings] or [("result", self._sound)])
+
+    @property
+    def _sound(self) -> str:
+        left = ", ".join(note.partition(":")[0] for note in self.notes)
+        return f"sound as far as checked; not checked: {left}" if left else "sound"
 
     def __str__(self) -> str:
         rows = self.rows()
@@ -133,7 +138,7 @@ class Check:
         return "\n".join(f"{label.ljust(width)}  {value}" for label, value in rows)
 
     def __repr__(self) -> str:
-        return f"<mechc.Check: {'sound' if self.ok else '; '.join(self.warnings)}>"
+        return f"<mechc.Check: {self._sound if self.ok else '; '.join(self.warnings)}>"
 
     def _repr_html_(self) -> str:
         from mechc.results.summary import html_table

@@ -27,7 +27,8 @@ def contacts_of(record: Record) -> list[Any]:
         if piece.lasts:
             steps: Any = piece.steps
             t, y = steps.states()
-            data = {"t": t.tolist(), "y": y.tolist(), "rows": steps.rows().tolist()}
+            rows = steps.rows()[:, :DENSE_ROWS]  # room for another method's may follow
+            data = {"t": t.tolist(), "y": y.tolist(), "rows": rows.tolist()}
             parts[-1].append([piece.span[1], data])
     return parts
 

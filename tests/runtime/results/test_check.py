@@ -1,5 +1,7 @@
 """A motion that is checked as a reviewer would: errors, passages, equations, files, the shell."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from sympy.physics.mechanics import dynamicsymbols
@@ -128,6 +130,34 @@ def test_it_is_saved_and_repeated(model, start, tmp_path, capsys):
     told = capsys.readouterr().out
     assert told.count("Newton and Euler") == 2
     assert "made again" in told
+
+
+def test_what_cannot_be_checked_now_is_said(tmp_path, capsys):
+    model = mechc.load("four_bar")
+    sol = model.simulate(1, model.assemble({"theta_0": 1.2}), events=[mechc.Stop("2 - theta_0")])
+    sol.check()
+    sol.save(tmp_path / "solution.nc")
+    assert main(["verify", str(tmp_path)]) == 0
+    told = capsys.readouterr().out
+    assert "it cannot be made again here: a file has the times of events" in told
+    assert told.splitlines()[-1].endswith("whether its motion is right was not checked now")
+
+
+def test_the_verdict_names_what_was_not_checked(model, start):
+    found = model.simulate(1, start).check()
+    assert found.rows()[-1] == ("result", "sound")
+    lacking = replace(found, notes=("the equations of motion: they come from a Lagrangian",))
+    assert str(lacking).endswith("sound as far as checked; not checked: the equations of motion")
+    assert "not checked: the equations of motion" in repr(lacking)
+
+
+def test_the_folder_of_a_sweep_is_verified_and_that_of_a_run_opened(model, start, tmp_path, capsys):
+    model.simulate_batch(0.1, [start] * 2, out=tmp_path / "batch", progress=False)
+    assert main(["verify", str(tmp_path)]) == 0
+    assert "all sound" in capsys.readouterr().out
+    model.simulate(0.1, start).save(tmp_path / "solution.nc")
+    assert main(["open", str(tmp_path), "--view", str(tmp_path / "seen.html")]) == 0
+    assert (tmp_path / "seen.html").is_file()
 
 
 def test_the_shell_prints_it(capsys, tmp_path, monkeypatch):

@@ -99,6 +99,13 @@ def test_what_was_saved_opens_again(model, regular, tmp_path, policy):
     same(mechc.open(str(path)), sol)
 
 
+def test_a_contact_that_lasts_in_a_run_by_another_method_opens_again(model, tmp_path):
+    start = model.assemble({"theta_0": 1.2})
+    sol = model.simulate(1, start, events=[mechc.Stop("2 - theta_0")], method="gauss8")
+    assert sol.segments[-1].contacts == ("held",)
+    same(mechc.open(sol.save(tmp_path / "run.nc")), sol)
+
+
 @pytest.mark.parametrize("on_change_point", ["continue", "stop"])
 def test_a_run_through_a_change_point_opens_again(model, tmp_path, on_change_point):
     start = model.assemble({"theta_0": np.radians(85)})

@@ -54,7 +54,7 @@ def test_mechc_verify_tells_a_sound_file_from_a_damaged_one(saved):
         command = [sys.executable, "-m", "mechc", "verify", str(saved)]
         return subprocess.run(command, capture_output=True, text=True)
 
-    assert (verified().returncode, verified().stdout.strip()) == (0, f"{saved}: sound")
+    assert (verified().returncode, verified().stdout.strip()) == (0, f"{saved}: undamaged")
     content = saved.read_bytes()
     saved.write_bytes(content[:-8] + bytes([content[-8] ^ 1]) + content[-7:])
     assert verified().returncode == 2

@@ -78,7 +78,7 @@ def summary_rows(sol: Trajectory) -> list[tuple[str, str]]:
         checks.append(("closure", f"{gap}, {rate} {f'{unit}/s' if unit else 'per second'}"))
     passages = _passages(sol)
     changed = [
-        f"{name} = {value:g} {system.units[name]}"
+        f"{name} = {value:g} {system.units[name]}".rstrip()
         for name, value in zip(system.parameters, sol.params, strict=True)
         if value != system.defaults.get(name)
     ]
@@ -142,7 +142,7 @@ def _shown(system: System, name: str, value: float) -> str:
     if quantity.kind in ANGULAR:
         shown = round(math.degrees(value), 6) + 0.0  # no minus zero
         return f"{shown:.6f} {'deg' if quantity.kind is Kind.ANGLE else 'deg/s'}"
-    return f"{value:.9g} {quantity.unit}"
+    return f"{value:.9g} {quantity.unit}".rstrip()
 
 
 def json_summary(sol: Trajectory) -> dict[str, Any]:

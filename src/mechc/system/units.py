@@ -110,4 +110,11 @@ def read_seconds(text: str) -> float:
 
 def _choices(units: Iterable[str]) -> str:
     named = " or ".join(filter(None, units))
-    return f"use {named}" if named else "it has none"
+    return (
+        f"use {named}"
+        if named
+        else (
+            "the model gives it none: write the number alone, or give coordinates, speeds and "
+            "parameters units where it is made, mechc.compile(..., units={'x': 'm'})"
+        )
+    )

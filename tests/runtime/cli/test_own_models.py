@@ -105,6 +105,28 @@ def test_inputs_are_numbers_and_expressions(capsys):
     assert json.loads(capsys.readouterr().out)["u_end"] == pytest.approx([8.0])
 
 
+def test_units_of_an_own_model_are_asked_for_and_taken(capsys, here):
+    run = ("run", "own.py:pushed", "--t-end", "4", "--input", "F=0", "--start", "x=10cm")
+    assert "mechc.compile(..., units={'x': 'm'})" in complaint(capsys, *run)
+    text = (here / "own.py").read_text("utf-8")
+    units = '"c": 0.5}, units={"x": "m", "v": "m/s", "m": "kg"})'
+    (here / "measured.py").write_text(text.replace('"c": 0.5})', units), "utf-8")
+    measured = ("run", "measured.py:pushed", *run[2:], "--set", "m=500g", "--json")
+    assert main(measured) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["q_end"], found["parameters"]["m"]) == ([0.1], 0.5)
+
+
+def test_a_summary_without_units_has_no_stray_blanks(capsys):
+    values = ("--set", "m=1.5", "--start", "x=1", "--input", "F=0", "--out", "out")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("mechc.cli.commands._write", lambda *_, **__: None)
+        assert main(["run", "own.py:pushed", "--t-end", "1", *values]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert "parameters     m = 1.5" in lines
+    assert "x between      1 and 1" in lines
+
+
 def test_a_sweep_has_the_same_inputs_for_all(capsys):
     sweep = ("sweep", "own.py:pushed", "--t-end", "4", "--vary", "m=1:4:2", "--reduce", "final(v)")
     assert main([*sweep, "--input", "F=c*v + 2*t", "--json"]) == 0

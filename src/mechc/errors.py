@@ -28,7 +28,13 @@ class UnknownNameError(MechcError, KeyError):
     @classmethod
     def misplaced(cls, name: str, argument: str, other: str, value: object) -> UnknownNameError:
         """A name in one argument that belongs to another one."""
-        message = f"{name} is not one of the {argument}: give {other}={{{name!r}: {value!r}}}"
+        return cls.told(
+            f"{name} is not one of the {argument}: give {other}={{{name!r}: {value!r}}}"
+        )
+
+    @classmethod
+    def told(cls, message: str) -> UnknownNameError:
+        """A name that has another meaning, in these words."""
         return _unpickled(cls, message)
 
     def __str__(self) -> str:
@@ -147,6 +153,11 @@ def package(name: str, advice: str) -> Any:
         return import_module(name)
     except ImportError as error:
         raise MissingPackageError(advice) from error
+
+
+def install_command(extra: str) -> str:
+    """How an extra is installed: mechc is installed from its clone, not from the package index."""
+    return f"pip install '.[{extra}]' in the clone of mechc"
 
 
 def brief(value: object) -> str:

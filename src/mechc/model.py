@@ -446,7 +446,7 @@ class Model(Batches):
         Raises
         ------
         MissingPackageError
-            Without anywidget or three.js: ``pip install 'mechc[notebook,view]'``.
+            Without anywidget or three.js: ``pip install '.[notebook,view]'``.
         UnknownNameError, ValueOutOfBoundsError
             For a slider that there cannot be, and a first value outside its range.
         """

@@ -108,7 +108,7 @@ def open_view(path: str | Path) -> View:
         If the file is not a saved solution, is damaged, or holds no picture, as those of the
         library's mechanisms and of earlier versions: open them by :func:`mechc.open`.
     MissingPackageError
-        If three.js is not installed: ``pip install 'mechc[view]'``.
+        If three.js is not installed: ``pip install '.[view]'``.
     """
     from mechc.results.files import DAMAGE, read
     from mechc.results.view.page import saved_view

@@ -9,14 +9,14 @@ from mechc.cli.commands import main
 def run_json(capsys, *arguments):
     assert main([*arguments, "--json"]) == 0
     said = capsys.readouterr()
-    _tells_only_what_takes_long(said.err)
+    tells_only_what_takes_long(said.err)
     assert said.out.count("\n") == 1
     return json.loads(said.out)
 
 
-def _tells_only_what_takes_long(text):
-    """Lines of `mechc.progress`, which a slow machine makes: of a compiler, or "TITLE: 20%"."""
-    told = re.compile(r"compil|[^:]+: \d+%")
+def tells_only_what_takes_long(text):
+    """Lines of `mechc.progress`, which a slow machine makes: "drawing", "TITLE: 20%", ..."""
+    told = re.compile(r"compil|drawing|[^:]+: \d+%")
     assert [line for line in text.splitlines() if not told.match(line)] == []
 
 

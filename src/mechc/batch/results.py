@@ -83,6 +83,13 @@ class Batch:
             "".join(text.split()): f"reduction_{i}" for i, text in enumerate(self.recipe.reductions)
         }
         short = name if name in keys else "".join(name.split())
+        states = (*self.system.coordinates, *self.system.speeds)
+        if short not in keys and short in states:
+            place = states.index(short)
+            raise UnknownNameError.told(
+                f"no result is called {short!r}: it is batch.y[:, {place}] at the end, "
+                f"batch.y_eval[:, :, {place}] at t_eval, and batch[0][{short!r}] along a motion"
+            )
         if short not in keys:
             raise UnknownNameError("result", name, keys)
         return np.asarray(self.arrays[keys[short]])

@@ -50,7 +50,7 @@ from mechc.cli.verify import verify_command
 from mechc.compilation import cache
 from mechc.compilation.library.catalogue import COMPILED_AT_INSTALL, LIBRARY
 from mechc.errors import MechcError, MissingPackageError, RunInterrupt
-from mechc.progress import ProgressBar
+from mechc.progress import Notice, ProgressBar
 from mechc.results.durable import written_into
 from mechc.results.summary import json_summary, summary
 from mechc.results.untrusted import printable
@@ -183,7 +183,7 @@ def _run(chosen: argparse.Namespace) -> int:
         if chosen.open:
             open_in_browser(page)
     if chosen.view is not None:
-        with ProgressBar("drawing the view"):
+        with Notice("drawing the view ..."):
             saved = sol.view().save(chosen.view)
         if not chosen.json:
             print(f"written: {saved.resolve()}")
@@ -228,7 +228,7 @@ def _sweep(chosen: argparse.Namespace) -> int:
             sweep = interrupt.sweep
     print(json.dumps(sweep.to_json()) if chosen.json else f"{model.title}\n{sweep}")
     if folder is not None:
-        with ProgressBar("drawing"), written_into(folder):
+        with Notice("drawing ..."), written_into(folder):
             written = sweep.save_maps(folder)
         if not chosen.json:
             data = "batch (mechc.open reads it)" if stored else "no data (pip install zarr)"
@@ -246,7 +246,7 @@ def _write(sol: mechc.Solution, folder: Path, *, in_space: bool, quiet: bool) ->
 
     sol.save(folder / "solution.csv")
     sol.save(folder / "solution.nc")
-    with ProgressBar("drawing"), np.errstate(over="ignore", invalid="ignore"):
+    with Notice("drawing ..."), np.errstate(over="ignore", invalid="ignore"):
         animate(sol).save(folder / "animation.html")
         save_all(sol, folder)
         page = folder / "animation.html"

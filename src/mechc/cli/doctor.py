@@ -13,7 +13,7 @@ from packaging.requirements import Requirement
 import mechc
 from mechc.compilation import cache, toolchain
 from mechc.compilation.library.catalogue import COMPILED_AT_INSTALL
-from mechc.errors import MechcError
+from mechc.errors import MechcError, install_command
 
 Check = tuple[str, bool, str]
 
@@ -51,7 +51,7 @@ def _packages_of(extra: str) -> list[str]:
 def _extra(extra: str) -> Check:
     """An extra, which mechc does without, and which of its packages are missing."""
     missing = [name for name in _packages_of(extra) if not _package(name)[1]]
-    told = f"not installed: {', '.join(missing)}; pip install 'mechc[{extra}]'"
+    told = f"not installed: {', '.join(missing)}; {install_command(extra)}"
     return (f"extra {extra}", True, told if missing else ", ".join(_packages_of(extra)))
 
 

@@ -30,7 +30,7 @@ from mechc.cli.options import INTERRUPTED
 from mechc.errors import MechcError, RunInterrupt, UnknownNameError
 from mechc.fitting.quantities import Measured, checked_measured, known_columns
 from mechc.fitting.recordings import SECONDS, TIMES
-from mechc.progress import ProgressBar
+from mechc.progress import Notice, ProgressBar
 from mechc.results.durable import write_text, written_into
 from mechc.results.figures import save_figure
 from mechc.system.kinds import Kind
@@ -76,7 +76,7 @@ def fit_command(chosen: argparse.Namespace) -> int:
     told = {**result.to_json(), "wall_s": time.perf_counter() - began}
     print(json.dumps(told) if chosen.json else result)
     if folder is not None:
-        with ProgressBar("drawing"), written_into(folder):
+        with Notice("drawing ..."), written_into(folder):
             save_figure(result.plot(), folder, "fit")
             write_text(folder / "fit.json", json.dumps(told, indent=1) + "\n")
         if not chosen.json:

@@ -27,7 +27,8 @@ class Animation(Page):
         target = Path(path)
         if target.suffix.lower() not in (".html", ".htm"):
             raise ValueOutOfBoundsError(
-                f"the animation is a page: save it as .html, not as {target.name!r}"
+                f"the animation is a page: save it as .html, not as {target.name!r}; "
+                "sol.view().save(...) draws .png, .gif and .mp4, sol.plot() returns a figure"
             )
         return self._write(target)
 

@@ -245,7 +245,7 @@ def energies(run: Run) -> dict[str, Array]:
 
 
 def curve(run: Run, name: str, degrees: bool) -> tuple[ShownUnit, Array]:
-    """A coordinate, a speed, an energy or an output of one number along a run: unit, values (n,).
+    """A coordinate, speed, input, energy or output of one number along a run: unit, values (n,).
 
     Raises :class:`UnknownNameError`, :class:`UnavailableOutputError` if there is none,
     :class:`ValueOutOfBoundsError` for an output of several numbers.
@@ -256,10 +256,13 @@ def curve(run: Run, name: str, degrees: bool) -> tuple[ShownUnit, Array]:
         quantity = system.quantities[name]
         unit = shown_as(quantity.kind, quantity.unit, degrees)
         return unit, run.y[:, states.index(name)]
+    if name in system.inputs:
+        assert system.driven is not None
+        return ShownUnit(1.0, "", clean_text(name)), system.driven.values([name], run.t, run.y)[0]
     try:
         values = run.evaluate(partial(system.evaluate, name))
     except UnknownNameError:
-        known = dict.fromkeys((*states, *SUMS, *ENERGIES, *system.scene.outputs))
+        known = dict.fromkeys((*states, *system.inputs, *SUMS, *ENERGIES, *system.scene.outputs))
         raise UnknownNameError("quantity", name, known) from None
     if values.size != len(run.t):
         raise ValueOutOfBoundsError(f"{name} is {values[0].size} numbers: only one can be drawn")

@@ -327,8 +327,8 @@ class Solution(Trajectory):
         ----------
         names
             What to draw over time, in one panel for each unit: coordinates, speeds, ``"energy"``,
-            and outputs of the model that are one number.  Without any: coordinates, speeds, paths,
-            energy and closure.
+            inputs given with the run, and outputs of the model that are one number.  Without any:
+            coordinates, speeds, paths, energy and closure.
         degrees
             Show angles in degrees; False: in radians.
 
@@ -364,7 +364,7 @@ class Solution(Trajectory):
         Raises
         ------
         MissingPackageError
-            If three.js is not installed: ``pip install 'mechc[view]'``.
+            If three.js is not installed: ``pip install '.[view]'``.
         """
         from mechc.results.view.page import saved_view, view
 

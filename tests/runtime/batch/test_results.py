@@ -62,6 +62,11 @@ def test_a_loop_goes_over_the_motions(batch):
     assert np.array_equal([sol.y[-1] for _, sol in zip(range(4), batch, strict=False)], batch.y[:4])
 
 
+def test_a_coordinate_by_name_is_told_where_it_is(batch):
+    with pytest.raises(mechc.UnknownNameError, match=r"batch\.y\[:, 1\] at the end"):
+        batch["theta_1"]
+
+
 def test_what_is_no_member_is_refused_in_words(batch):
     with pytest.raises(mechc.MechcError, match="member 4 has no motion: not assembled"):
         batch[4]

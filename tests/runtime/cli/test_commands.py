@@ -5,6 +5,7 @@ import json
 import os
 import subprocess
 import sys
+import time
 import tomllib
 from importlib.metadata import PackageNotFoundError
 from importlib.util import find_spec
@@ -20,7 +21,7 @@ from mechc.compilation import toolchain
 from mechc.progress import Notice
 from mechc.results import figures as plot
 from tests.support import ROOT
-from tests.support.command_line import complaint, run_json
+from tests.support.command_line import complaint, run_json, tells_only_what_takes_long
 
 pytestmark = pytest.mark.usefixtures("here")
 KEYS = {
@@ -76,7 +77,7 @@ def test_a_run_prints_a_summary_and_writes_pictures_animation_and_data(capsys, h
     monkeypatch.setattr(plot, "PICTURES", few)
     assert main([*REGULAR, "--t-end", "1", "--out", "deep/er"]) == 0
     said = capsys.readouterr()
-    assert said.err == ""
+    tells_only_what_takes_long(said.err)
     assert "Planar four-bar linkage, 0 to 1 s" in said.out
     assert "finished: reached t = 1 s" in said.out
     assert "l_3 = 3.5 m" in said.out
@@ -135,6 +136,13 @@ def test_json_with_a_folder_prints_the_object_alone_and_writes(capsys, here, mon
     told = run_json(capsys, *REGULAR, "--t-end", "0.1", "--out", "out")
     assert told["status"] == "finished"
     assert {path.name for path in (here / "out").iterdir()} == DATA
+
+
+def test_that_it_draws_is_told(here, capsys, monkeypatch):
+    monkeypatch.setattr("mechc.progress.LINES", 0.0)
+    monkeypatch.setattr("mechc.results.figures.save_all", lambda sol, folder: time.sleep(0.1))
+    assert main([*REGULAR, "--t-end", "0.1"]) == 0
+    assert "drawing ...\n" in capsys.readouterr().err
 
 
 def test_the_browser_is_opened_on_a_desktop_only(monkeypatch, capsys):
@@ -258,7 +266,7 @@ def test_doctor_lists_every_extra_and_what_it_lacks(capsys, monkeypatch):
     for extra in ("zarr", "all"):  # one that lacks it, and one that names the first
         assert told[extra].startswith("not installed: ")
         assert "zarr" in told[extra]
-        assert told[extra].endswith(f"pip install 'mechc[{extra}]'")
+        assert told[extra].endswith(f"pip install '.[{extra}]' in the clone of mechc")
     assert told["view"] == "jupyter-threejs-sage"
 
 

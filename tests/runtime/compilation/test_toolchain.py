@@ -112,7 +112,7 @@ def test_the_packaged_compiler_is_taken_where_there_is_no_other(alone, never_run
 
 def test_without_any_the_error_says_what_brings_one(alone, monkeypatch):
     monkeypatch.setattr(toolchain, "packaged_compiler", lambda: None)
-    with pytest.raises(CompilerError, match=r"pip install 'mechc\[compiler\]'"):
+    with pytest.raises(CompilerError, match=r"pip install '\.\[compiler\]' in the clone"):
         toolchain.compiler()
 
 

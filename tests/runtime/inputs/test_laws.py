@@ -113,6 +113,13 @@ def test_a_symbol_that_is_printed_as_another_is_not_named_by_a_text() -> None:
         mechc.compile(kane, inputs={"F": "k*t"})
 
 
+def test_an_input_of_a_run_is_drawn(end: np.ndarray) -> None:
+    model = mechc.compile(_cart(), defaults=VALUES, parameters=[C])
+    sol = model.simulate(2.0, START, inputs={"F": lambda t: np.sin(3 * t), "G": 1.0})
+    line = sol.plot("x", "F").axes[1].lines[0]
+    np.testing.assert_allclose(line.get_ydata(), np.sin(3 * line.get_xdata()))
+
+
 def test_numbers_as_texts_are_no_laws() -> None:
     numbers = {"F": "3", "G": "-2.5e-3", "H": "3 N", "I": 4.0}
     assert laws_apart(numbers) == ({}, numbers)

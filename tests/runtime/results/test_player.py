@@ -97,6 +97,17 @@ def test_speed_loop_theme_and_plots(opened: OpenPage) -> None:
     opened.wait_for("document.fullscreenElement !== null")
 
 
+def test_the_same_times_lie_below_each_other_and_nothing_beside_the_plots(opened: OpenPage) -> None:
+    page, clocks = opened.page, set()
+    for canvas in page.locator(".panel canvas[role=img]").all():
+        canvas.click(position={"x": 120, "y": 30})
+        clocks.add(opened.text("#clock"))
+    assert len(page.locator(".panel").all()) > 1
+    assert len(clocks) == 1
+    side = page.locator("#side")
+    assert side.evaluate("side => side.scrollWidth - side.clientWidth") == 0
+
+
 def test_it_stops_at_the_end_or_begins_again(opened: OpenPage) -> None:
     for loops in (True, False):
         if not loops:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from mechc.results.player.page import base64_floats
 from mechc.results.view.page import View, view, view_data
@@ -51,6 +53,22 @@ def test_the_camera_turns_comes_nearer_and_goes_to_views(opened: OpenPage) -> No
     opened.settle()
     assert opened.text("#clock") == "0.000 s"  # on the canvas arrows turn the view
     assert opened.picture() != nearer
+
+
+def test_the_fit_leaves_room_for_the_toolbars(browser: Any, page_file: Path) -> None:
+    found = OpenPage(browser, page_file, viewport={"width": 1600, "height": 500})
+    found.settle()
+    for key in "gr":  # the grid and traces may lie under them
+        found.page.keyboard.press(key)
+    for bar in ("#views", "#shows"):
+        found.page.evaluate(f"document.querySelector('{bar}').style.visibility = 'hidden'")
+    found.page.evaluate("document.querySelector('#views').style.right = '0'")
+    found.settle()
+    for bar in ("#views", "#shows"):
+        picture = found.page.screenshot(clip=found.page.locator(bar).bounding_box())
+        under = np.asarray(Image.open(BytesIO(picture)).convert("RGB"))
+        assert (under == under[0, 0]).all(), f"{bar} covers what moves"
+    found.context.close()
 
 
 def test_names_are_told_on_hover(opened: OpenPage) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 from mechc.compilation import toolchain
 from mechc.compilation.exports.fmu import write_sources
 from mechc.compilation.exports.standalone import ExportRequest
-from mechc.errors import CompilerError
+from mechc.errors import CompilerError, install_command
 
 FLAGS = (
     *("-target", "wasm32-wasi", "-mexec-model=reactor", "-msimd128", "-std=c99", "-Oz"),
@@ -29,7 +29,7 @@ def web(asked: ExportRequest, name: str) -> tuple[bytes, dict[str, Any]]:
     command = toolchain.packaged_compiler()
     if command is None:
         raise CompilerError(
-            "WebAssembly is compiled by the package ziglang: pip install 'mechc[compiler]'"
+            f"WebAssembly is compiled by the package ziglang: {install_command('compiler')}"
         )
     options = FmuOptions(name, asked.start, asked.values, RTOL)
     texts, about = build_web(asked.mechanism, options, asked.request)

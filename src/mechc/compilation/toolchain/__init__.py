@@ -24,7 +24,7 @@ from mechc.compilation.toolchain import zig_cache
 from mechc.compilation.toolchain.found import installed_compiler
 from mechc.compilation.toolchain.found import packaged_compiler as packaged_compiler
 from mechc.compilation.toolchain.interrupts import interrupts_deferred
-from mechc.errors import CompilerError
+from mechc.errors import CompilerError, install_command
 from mechc.files import ON_WINDOWS, in_forked_child
 
 _OWN_PROGRAM = re.compile(r"(.+-)?(gcc|clang)(-[\d.]+)?|zig")  # not ccache, not a script
@@ -70,7 +70,7 @@ def compiler() -> list[str]:
     command = find_compiler()
     if command is None:
         raise CompilerError(
-            "no C compiler was found: pip install 'mechc[compiler]' brings one; or install gcc or "
+            f"no C compiler was found: {install_command('compiler')} brings one; or install gcc or "
             "clang (Debian and Ubuntu: apt install gcc; Fedora: dnf install gcc; conda: conda "
             "install c-compiler), or set CC. Shipped mechanisms run without one"
         )

@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from mechc.errors import MechcError, ValueOutOfBoundsError, package
+from mechc.errors import MechcError, ValueOutOfBoundsError, install_command, package
 from mechc.results.view.browser import document_of
 
 CAMERAS: Final = ("front", "back", "top", "side", "isometric")
@@ -129,7 +129,7 @@ def _encoder() -> str:
     found = shutil.which("ffmpeg")
     if found is not None:
         return found
-    advice = "an MP4 is encoded by ffmpeg: install it, or pip install 'mechc[video]'"
+    advice = f"an MP4 is encoded by ffmpeg: install it, or {install_command('video')}"
     return str(package("imageio_ffmpeg", advice).get_ffmpeg_exe())
 
 

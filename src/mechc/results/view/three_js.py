@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import resources
 from typing import Final
 
-from mechc.errors import MissingPackageError
+from mechc.errors import MissingPackageError, install_command
 
 PACKAGE: Final = "jupyter_threejs_sage"
 BUILD: Final = "static/r130/three.min.js"
@@ -20,5 +20,5 @@ def three_js() -> str:
         return resources.files(PACKAGE).joinpath(BUILD).read_text("utf-8")
     except (ModuleNotFoundError, FileNotFoundError):
         raise MissingPackageError(
-            "a view in space is drawn by three.js: pip install 'mechc[view]'"
+            f"a view in space is drawn by three.js: {install_command('view')}"
         ) from None

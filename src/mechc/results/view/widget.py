@@ -11,7 +11,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from mechc.errors import MechcError, MissingPackageError, UnknownNameError
+from mechc.errors import MechcError, MissingPackageError, UnknownNameError, install_command
 from mechc.results.player.page import template
 from mechc.results.sampling import clean_text
 from mechc.results.view.page import space_page, view_data
@@ -22,7 +22,7 @@ try:
     import traitlets
 except ModuleNotFoundError:
     raise MissingPackageError(
-        "sliders in a notebook are those of anywidget: pip install 'mechc[notebook]'"
+        f"sliders in a notebook are those of anywidget: {install_command('notebook')}"
     ) from None
 
 

@@ -99,5 +99,5 @@ def test_it_is_saved_as_a_page_and_displayed_in_a_frame(tmp_path: Any) -> None:
 
 def test_without_three_js_the_error_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(three_js, "PACKAGE", "no_such_package")
-    with pytest.raises(MissingPackageError, match=r"mechc\[view\]"):
+    with pytest.raises(MissingPackageError, match=r"pip install .\.\[view\]. in the clone"):
         pages.view(run())

@@ -29,7 +29,7 @@ function addLine(chart, line, i, legend) {
   function flip() {
     made.shown = !made.shown;
     choice.setAttribute("aria-pressed", String(made.shown));
-    drawChart(chart);
+    drawPlots();
   }
   choice.setAttribute("aria-pressed", "true");
   fillLine(chart, made, line);
@@ -88,16 +88,19 @@ function tickMarks(low, high, count) {
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k += 1) { marks.push(k * step); }
   return { values: marks, digits: Math.max(0, Math.min(9, -Math.floor(Math.log10(step) + 1e-9))) };
 }
-function drawChart(chart) {
+function measureChart(chart) {
   const brush = chart.brush, size = sharp(chart.back, brush, chart.canvas), range = limits(chart);
-  if (!(size[0] > 60)) { return; }
   chart.width = size[0]; chart.height = size[1]; chart.low = range[0]; chart.high = range[1];
   brush.font = "11px system-ui, sans-serif";
-  const ticks = tickMarks(range[0], range[1], size[1] / 24);
-  const texts = ticks.values.map(function (x) { return number(x, ticks.digits); });
-  chart.left = 8 + Math.max.apply(null, [14].concat(texts.map(function (text) { return brush.measureText(text).width; })));
+  chart.ticks = tickMarks(range[0], range[1], size[1] / 24);
+  chart.texts = chart.ticks.values.map(function (x) { return number(x, chart.ticks.digits); });
   chart.bottom = size[1] - 17;
-  drawAxes(chart, ticks, texts);
+  return Math.max.apply(null, [14].concat(chart.texts.map(function (text) { return brush.measureText(text).width; })));
+}
+function drawChart(chart, left) {
+  if (!(chart.width > 60)) { return; }
+  chart.left = left;
+  drawAxes(chart, chart.ticks, chart.texts);
   chart.lines.forEach(function (line) {
     drawSwatch(line);
     if (line.shown) { drawLine(chart, line); }
@@ -177,7 +180,10 @@ function drawCursor(chart) {
     brush.beginPath(); brush.arc(x, downTo(chart, value), 3, 0, 2 * Math.PI); brush.fill();
   });
 }
-function drawPlots() { charts.forEach(drawChart); }
+function drawPlots() {
+  const left = 8 + Math.max.apply(null, [0].concat(charts.map(measureChart)));  // one for all: the same times lie below each other
+  charts.forEach(function (chart) { drawChart(chart, left); });
+}
 function moveCursors() { if (!byId("plots").hidden) { charts.forEach(drawCursor); } }
 function switchPlots() {
   const plots = byId("plots");

@@ -95,14 +95,23 @@ function fitFor(direction, at) {
     });
   });
   const mid = low.map(function (x, k) { return (x + high[k]) / 2; });
-  const tall = 0.92 * Math.tan(FIELD / 2), wide = tall * camera.aspect;
+  const half = Math.tan(FIELD / 2), wide = 0.92 * half * camera.aspect, over = covered();
+  const tall = 0.92 * half * (1 - over.top - over.bottom);
   let distance = 4 * unit;
   points.forEach(function (item) {
     const x = Math.abs(item.at[0] - mid[0]) + item.size[0], y = Math.abs(item.at[1] - mid[1]) + item.size[1];
     distance = Math.max(distance, item.at[2] - mid[2] + item.size[2] + Math.max(x / wide, y / tall));
   });
   const target = right.multiplyScalar(mid[0]).addScaledVector(up, mid[1]).addScaledVector(out, mid[2]);
+  target.addScaledVector(up, (over.top - over.bottom) * half * distance);
   return { target: target, position: target.clone().addScaledVector(out, distance) };
+}
+function covered() {
+  // By the toolbars that lie over the picture, as parts of its height.
+  if (motion.export) { return { top: 0, bottom: 0 }; }
+  const box = canvas.getBoundingClientRect(), views = byId("views").getBoundingClientRect(), shows = byId("shows").getBoundingClientRect();
+  function part(bar, length) { return bar.height ? Math.max(0, Math.min(0.25, length / box.height)) : 0; }
+  return { top: part(views, views.bottom - box.top), bottom: part(shows, box.bottom - shows.top) };
 }
 function seeFrom(direction, at, jump) {
   const to = fitFor(direction, at), size = to.position.distanceTo(to.target);

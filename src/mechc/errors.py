@@ -28,12 +28,12 @@ class UnknownNameError(MechcError, KeyError):
     @classmethod
     def misplaced(cls, name: str, argument: str, other: str, value: object) -> UnknownNameError:
         """A name in one argument that belongs to another one."""
-        return cls.told(
+        return cls.with_message(
             f"{name} is not one of the {argument}: give {other}={{{name!r}: {value!r}}}"
         )
 
     @classmethod
-    def told(cls, message: str) -> UnknownNameError:
+    def with_message(cls, message: str) -> UnknownNameError:
         """A name that has another meaning, in these words."""
         return _unpickled(cls, message)
 

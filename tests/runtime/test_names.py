@@ -234,13 +234,17 @@ EVIL = "__import__('os').system('touch PWNED')"
     [
         {"outputs": ({"x": EVIL},)},
         {"configuration_constraints": [EVIL]},
-        {"inputs": {"F": EVIL}},
         {"outputs": ({"x": [q, EVIL]},)},
     ],
 )
 def test_a_text_is_never_evaluated(asked):
     with pytest.raises(MechcError, match=r"is not an expression; write one with SymPy's symbols"):
         mechc.compile(slider(q, u, m, c * dynamicsymbols("F")), **asked)
+
+
+def test_a_text_of_an_input_is_read_by_the_grammar_alone():
+    with pytest.raises(MechcError, match=r"cannot read .* at character 12: .* means nothing here"):
+        mechc.compile(slider(q, u, m, c * dynamicsymbols("F")), inputs={"F": EVIL})
 
 
 @pytest.mark.parametrize("asked", [{"defaults": {"c": EVIL}}, {"fix": {"c": EVIL}}])

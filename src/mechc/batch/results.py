@@ -86,7 +86,7 @@ class Batch:
         states = (*self.system.coordinates, *self.system.speeds)
         if short not in keys and short in states:
             place = states.index(short)
-            raise UnknownNameError.told(
+            raise UnknownNameError.with_message(
                 f"no result is called {short!r}: it is batch.y[:, {place}] at the end, "
                 f"batch.y_eval[:, :, {place}] at t_eval, and batch[0][{short!r}] along a motion"
             )

@@ -95,7 +95,7 @@ function fitFor(direction, at) {
     });
   });
   const mid = low.map(function (x, k) { return (x + high[k]) / 2; });
-  const half = Math.tan(FIELD / 2), wide = 0.92 * half * camera.aspect, over = covered();
+  const half = Math.tan(FIELD / 2), wide = 0.92 * half * camera.aspect, over = toolbarShares();
   const tall = 0.92 * half * (1 - over.top - over.bottom);
   let distance = 4 * unit;
   points.forEach(function (item) {
@@ -106,8 +106,8 @@ function fitFor(direction, at) {
   target.addScaledVector(up, (over.top - over.bottom) * half * distance);
   return { target: target, position: target.clone().addScaledVector(out, distance) };
 }
-function covered() {
-  // By the toolbars that lie over the picture, as parts of its height.
+function toolbarShares() {
+  // Of the height of the picture, over which they lie.
   if (motion.export) { return { top: 0, bottom: 0 }; }
   const box = canvas.getBoundingClientRect(), views = byId("views").getBoundingClientRect(), shows = byId("shows").getBoundingClientRect();
   function part(bar, length) { return bar.height ? Math.max(0, Math.min(0.25, length / box.height)) : 0; }

@@ -12,6 +12,7 @@
 
 #define MECHC_FINE 3e-6 /* of a step: an extreme placed so is right to the square of it */
 #define MECHC_LEVEL 1e-12
+#define MECHC_VERTEX_BEYOND 2.0 /* samples, of a parabola */
 #define MECHC_POLE_WAY 0.25    /* of the way from a change point to the step's end, */
 #define MECHC_POLE_HALVINGS 5  /* and how often it is halved */
 #define MECHC_POLE_GROWTH 1.2  /* between the ratios of a logarithm, 1, and of an inverse root */
@@ -174,6 +175,21 @@ static double mechc_foreseen(double a, double b, double c)
     return bend != 0.0 ? b - 0.125 * (a - c) * (a - c) / bend : b;
 }
 
+/* Seek a minimum between an end of the part, where the quantity is `end`, and the sample `next` to it at the
+ * distance d, lest it be hidden by the end: where the parabola through three samples has its vertex there, or
+ * so near beyond the end that what it leaves out may place it. */
+static void mechc_reduce_beside(const mechc_probe *probe, int i, double at, double d, double end, double next,
+                                double third)
+{
+    const double vertex = (mechc_vertex(end, next, third, at + d, d) - at) / d;
+    if (!(end < next && vertex > -MECHC_VERTEX_BEYOND && vertex < 1.0)) return;
+    if (!mechc_may_be_least(probe, i, end, mechc_foreseen(end, next, third))) return;
+    const double inside = at + (vertex > 0.0 ? vertex * d : copysign(MECHC_FINE, d));
+    const double value = mechc_probe_once(probe, inside);
+    if (value < end)
+        mechc_refine_extreme(probe, i, fmin(at, at + d), inside, fmax(at, at + d), value, end);
+}
+
 static void mechc_reduce_extreme(const mechc_probe *probe, int i, const double *s,
                                  const double *seen)
 {
@@ -187,19 +203,8 @@ static void mechc_reduce_extreme(const mechc_probe *probe, int i, const double *
         if (f[j] <= f[j - 1] && f[j] <= f[j + 1] && (f[j] < f[j - 1] || f[j] < f[j + 1]))
             mechc_refine_extreme(probe, i, s[j - 1], s[j], s[j + 1], f[j],
                                  mechc_foreseen(f[j - 1], f[j], f[j + 1]));
-    /* next to an end, where the neighbouring sample within the step is higher still */
-    const double first = mechc_vertex(f[0], f[1], f[2], s[1], d);
-    const double last = mechc_vertex(f[n - 2], f[n - 1], f[n], s[n - 1], d);
-    if (f[0] < f[1] && first > s[0] && first < s[1]
-        && mechc_may_be_least(probe, i, f[0], mechc_foreseen(f[0], f[1], f[2]))) {
-        const double value = mechc_probe_once(probe, first);
-        if (value < f[0]) mechc_refine_extreme(probe, i, s[0], first, s[1], value, value);
-    }
-    if (f[n] < f[n - 1] && last > s[n - 1] && last < probe->end
-        && mechc_may_be_least(probe, i, f[n], mechc_foreseen(f[n], f[n - 1], f[n - 2]))) {
-        const double value = mechc_probe_once(probe, last);
-        if (value < f[n]) mechc_refine_extreme(probe, i, s[n - 1], last, probe->end, value, value);
-    }
+    mechc_reduce_beside(probe, i, s[0], d, f[0], f[1], f[2]);
+    mechc_reduce_beside(probe, i, probe->end, -d, f[n], f[n - 1], f[n - 2]);
 }
 
 /* Whether the quantity goes through zero from a to b in the requested direction. */

@@ -59,7 +59,7 @@ MECHC_ONCE void mechc_pair_lanes_step(mechc_lockstep *a)
 MECHC_INLINE mechc_vector mechc_pair_lanes_error(mechc_lockstep *a)
 {
     mechc_vector first[MECHC_NX], second[MECHC_NX];
-    mechc_vector squares = mechc_spread(0.0), second_squares = mechc_spread(0.0);
+    mechc_vector squares = mechc_spread(0.0), second_squares = squares, change = squares;
     const mechc_tableau *tableau = &mechc_dop853_tableau;
     mechc_vector_explicit_sum(a->rates, tableau->error, tableau->stages, first);
     mechc_vector_explicit_sum(a->rates, tableau->second_error, tableau->stages, second);
@@ -67,9 +67,12 @@ MECHC_INLINE mechc_vector mechc_pair_lanes_error(mechc_lockstep *a)
         const mechc_vector weight = a->h * mechc_lockstep_weight(a, i);
         squares += (first[i] * weight) * (first[i] * weight);
         second_squares += (second[i] * weight) * (second[i] * weight);
+        for (int end = 0; end <= tableau->stages; end += tableau->stages)
+            change += (a->rates[end][i] * weight) * (a->rates[end][i] * weight);
     }
-    const mechc_vector both = squares + MECHC_DOP853_SECOND * second_squares;
-    return mechc_choose(squares > 0.0, squares * squares / (both * MECHC_NX), squares);
+    const mechc_vector both = squares * squares / (squares + MECHC_DOP853_SECOND * second_squares);
+    const mechc_vector third = second_squares * (second_squares / change) * (second_squares / change);
+    return mechc_choose(squares > 0.0, mechc_choose(third > both, third, both) / MECHC_NX, squares);
 }
 
 /* Whether stability limits the step: see mechc_pair_limited. */

@@ -152,10 +152,11 @@ MECHC_STATIC void mechc_learn_rounding(mechc_integration *run, double h, double 
     run->refused_error = error;
 }
 
-/* The first step. */
-MECHC_STATIC double mechc_first_step(mechc_integration *run)
+/* Make an Euler step for the rates at its end, by which the first step is chosen.  Returns its length,
+ * negative where there are none. */
+MECHC_STATIC double mechc_euler_step(mechc_integration *run)
 {
-    double state = 0.0, first = 0.0, second = 0.0, end[MECHC_NX];
+    double state = 0.0, first = 0.0, end[MECHC_NX];
     for (int i = 0; i < MECHC_NX; i++) {
         const double tolerance = mechc_tolerance(run, i, run->y);
         state += pow(run->y[i] / tolerance, 2);
@@ -168,12 +169,22 @@ MECHC_STATIC double mechc_first_step(mechc_integration *run)
     for (int i = 0; i < MECHC_NX; i++)
         end[i] = run->y[i] + run->direction * guess * MECHC_RATE(run, 0)[i];
     const double t = run->head.t + run->direction * guess;
-    if (mechc_rates_at(run, t, end, MECHC_RATE(run, 1)) != MECHC_RUNNING) return MECHC_FIRST_OF_GUESS * guess;
+    return mechc_rates_at(run, t, end, MECHC_RATE(run, 1)) == MECHC_RUNNING ? guess : -guess;
+}
+
+/* The first step, after an Euler step of the given length. */
+MECHC_STATIC double mechc_first_step(const mechc_integration *run, double guess)
+{
+    if (guess <= 0.0) return -MECHC_FIRST_OF_GUESS * guess;
+    double first = 0.0, second = 0.0;
     for (int i = 0; i < MECHC_NX; i++) {
+        const double tolerance = mechc_tolerance(run, i, run->y);
         const double change = MECHC_RATE(run, 1)[i] - MECHC_RATE(run, 0)[i];
-        second += pow(change / (guess * mechc_tolerance(run, i, run->y)), 2);
+        first += pow(MECHC_RATE(run, 0)[i] / tolerance, 2);
+        second += pow(change / (guess * tolerance), 2);
     }
     const double largest = sqrt(mechc_max(first, second) / MECHC_NX);
+    const double span = fabs(run->t1 - run->head.t);
     const double step = largest > MECHC_FIRST_CONSTANT
                         ? pow(MECHC_FIRST_ERROR / largest, 1.0 / run->method->order)
                         : mechc_max(MECHC_FIRST_OF_SPAN * span, MECHC_FIRST_OF_GUESS * guess);

@@ -7,14 +7,18 @@
 /* Of the fastest, or of what moves a coordinate by its unit within the run: slower speeds say nothing. */
 #define MECHC_LEAST_SPEED 1e-3
 
-/* Scales of the speeds before any is known: what the first accelerations reach within one unit
- * of the coordinate, and never nothing. */
-MECHC_STATIC void mechc_first_scale(mechc_integration *run, const double *scale)
+/* Scales of the speeds before any is known: what the first accelerations reach within one unit of the
+ * coordinate, or before they change by themselves, as an Euler step of the given length tells; never
+ * nothing. */
+MECHC_STATIC void mechc_first_scale(mechc_integration *run, const double *scale, double euler)
 {
     double largest = 0.0;
     for (int i = 0; i < MECHC_NX; i++) run->scale[i] = scale[i];
     for (int i = MECHC_NQ; i < MECHC_NX; i++) {
-        const double reached = sqrt(fabs(MECHC_RATE(run, 0)[i]) * scale[i]);
+        const double first = fabs(MECHC_RATE(run, 0)[i]);
+        const double change = euler > 0.0 ? fabs(MECHC_RATE(run, 1)[i] - MECHC_RATE(run, 0)[i]) : 0.0;
+        double reached = sqrt(first * scale[i]);
+        if (euler * first * first < reached * change) reached = euler * first * first / change;
         run->scale[i] = mechc_max(fabs(run->y[i]), reached);
         if (run->outer) run->scale[i] = mechc_max(run->scale[i], run->outer->sizes[i]);
         largest = mechc_max(largest, run->scale[i] / scale[i]);
@@ -212,8 +216,10 @@ MECHC_RARE void mechc_integration_start(mechc_run *head, const mechc_options *op
         return;
     }
 #endif
-    mechc_first_scale(run, options->scale);
-    run->step = options->first_step > 0.0 ? options->first_step : mechc_first_step(run);
+    mechc_first_scale(run, options->scale, 0.0);
+    const double euler = mechc_euler_step(run);
+    if (euler > 0.0) mechc_first_scale(run, options->scale, euler);
+    run->step = options->first_step > 0.0 ? options->first_step : mechc_first_step(run, euler);
 #if MECHC_NH > 0
     if (beside) mechc_leave_start(run);
 #endif

@@ -148,15 +148,19 @@ class GivenInputs:
                         "outside='hold')"
                     )
 
-    def notes(self) -> tuple[str, ...]:
-        """The cost of the Python functions, as warnings."""
+    def notes(self, method: str) -> tuple[str, ...]:
+        """The cost of the Python functions, and what a method does not see of them, as warnings."""
         if not self.caller.calls:
             return ()
         which = f"The input {self.function_names[0]} is a Python function"
         if len(self.function_names) > 1:
             which = f"The inputs {', '.join(self.function_names)} are Python functions"
         cost = f"{self.caller.calls} calls from compiled code took {1e3 * self.caller.seconds:.3g}"
-        return (f"{which}: {cost} ms",)
+        missed = (
+            f"{method} may miss a jump in it between a step's end and the node next to it; "
+            "method='auto' sees it"
+        )
+        return (f"{which}: {cost} ms", *([missed] if method == "gauss8" else []))
 
 
 def missing(slots: Sequence[InputSlot], given: Mapping[str, Any]) -> MissingInputError:

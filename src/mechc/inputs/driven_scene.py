@@ -194,7 +194,7 @@ class DrivenScene:
     @property
     def calls_python(self) -> bool:
         """Whether there are functions of Python, whose smoothness is not known."""
-        return self._values is not None and bool(self._values.function_names)
+        return bool(self.functions)
 
     @property
     def has_failed(self) -> bool:
@@ -231,9 +231,14 @@ class DrivenScene:
         kept = "; error.solution is the motion until then" if solution is not None else ""
         raise InputError(f"{told}{kept}", solution) from error
 
-    def notes(self) -> tuple[str, ...]:
-        """The cost of Python functions in the last run."""
-        return () if self._values is None else self._values.notes()
+    def notes(self, method: str) -> tuple[str, ...]:
+        """The cost of Python functions in the last run, and what its method may miss of them."""
+        return () if self._values is None else self._values.notes(method)
+
+    @property
+    def functions(self) -> tuple[str, ...]:
+        """The inputs that are functions of Python."""
+        return () if self._values is None else tuple(self._values.function_names)
 
     def _given_inputs(self) -> GivenInputs:
         if self._values is None:

@@ -46,7 +46,10 @@ cdef class Caller:
     cdef readonly long calls
     cdef readonly double seconds
     cdef readonly bint takes_state
+    cdef set repeated  # functions that were called twice with the same arguments
 
+    cdef double call(self, int which, double t, const double *q, const double *u) except? -1
+    cdef double checked(self, int which, double t, const double *q, const double *u) except? -1
     cdef double value(self, int which, double t, const double *q, const double *u)
 
 

@@ -22,24 +22,40 @@ cdef class Caller:
         self.functions = list(functions)
         self.coordinates, self.speeds = coordinates, speeds
         self.takes_state = any(f is not None and f[2] for f in self.functions)
+        self.repeated = set()
 
     def reset(self):
         """Reset counters and failure."""
         self.failure, self.calls, self.seconds = None, 0, 0.0
+        self.repeated = set()
+
+    cdef double call(self, int which, double t, const double *q, const double *u) except? -1:
+        name, function, takes_state = self.functions[which]
+        if not takes_state:
+            return function(t)
+        return function(t, array_of(q, self.coordinates), array_of(u, self.speeds))
+
+    cdef double checked(self, int which, double t, const double *q, const double *u) except? -1:
+        """The value; at the first call it must be the same again."""
+        cdef double found = self.call(which, t, q, u), again
+        if which not in self.repeated and isfinite(found):
+            self.repeated.add(which)
+            again = self.call(which, t, q, u)
+            if again != found:
+                raise ValueError(
+                    f"it returned {found:.6g} and then {again:.6g} for the same arguments, which no "
+                    "step can follow: give noise as a mechc.Signal of samples"
+                )
+        return found
 
     cdef double value(self, int which, double t, const double *q, const double *u):
         cdef double found = NAN
         if self.failure is not None:
             return NAN
-        name, function, takes_state = self.functions[which]
+        name = self.functions[which][0]
         cdef double started = seconds_now()
         try:
-            if takes_state:
-                found = function(
-                    t, array_of(q, self.coordinates), array_of(u, self.speeds)
-                )
-            else:
-                found = function(t)
+            found = self.checked(which, t, q, u)
             if not isfinite(found):
                 self.failure = name, t, None
         except BaseException as error:

@@ -22,6 +22,7 @@ from mechc.system.judged import Judged
 from mechc.system.parameters import Array
 
 STRICTER = 0.01  # of rtol and atol, for the motion again
+MOST_STEPS = 10_000_000  # of the motion again, whatever the run was allowed
 TIGHT = 1e-13  # the least rtol of it: a tighter one is below the rounding of a step
 STATES = 40  # at which the equations are judged
 STEP = 0.05  # of a step of the run: the differences by which they are
@@ -164,9 +165,13 @@ def check(sol: Trajectory, judge: Judge) -> Check:
     size = np.maximum(system.scale(sol.params), np.abs(sol.record.states()[1]).max(axis=0))
     relative, *apart = (float((most / size).max(initial=0.0)) for most, _ in found)
     if relative > MANY * sol.policy.rtol:
+        since = _departure(sol, others[0], times, MANY * sol.policy.rtol * size)
+        jumps = "".join(f", or {name} jumps there, which a mechc.Signal can tell mechc"
+                        for name in _functions(sol))  # fmt: skip
         warnings.append(
             f"the error is {relative:.1e} of the motion's size, {relative / sol.policy.rtol:.0f} "
-            "times rtol: errors grow along this motion, or one of the motions is wrong"
+            f"times rtol, and large from t = {since:.6g} s on: errors grow along this motion, or "
+            f"one of the motions is wrong{jumps}"
         )
     elif max(apart, default=0.0) > MANY * sol.policy.rtol:
         warnings.append(
@@ -206,9 +211,17 @@ def check(sol: Trajectory, judge: Judge) -> Check:
 def _methods(sol: Trajectory) -> tuple[str, ...]:
     """Of the other motions: the most exact one, and, where it is that of this one, another."""
     own = sol.policy.method_of_users.split()[0]
-    if own == "radau5" or sol.system.data.get("smooth", True):
-        return ("gauss8", "dop853") if own == "gauss8" else ("gauss8",)
-    return ("dop853", "dopri5") if own == "dop853" else ("dop853",)
+    smooth = sol.system.data.get("smooth", True) and not _functions(sol)
+    best, other = ("gauss8", "dop853") if own == "radau5" or smooth else ("dop853", "dopri5")
+    if own != best:
+        return (best,)
+    return (best, other) if sol.policy.rtol > TIGHT else (other,)  # itself again tells nothing
+
+
+def _functions(sol: Trajectory) -> tuple[str, ...]:
+    """Inputs that are functions of Python."""
+    driven = sol.system.driven
+    return () if driven is None else driven.functions
 
 
 def _again(sol: Trajectory, method: str) -> Trajectory:
@@ -218,6 +231,7 @@ def _again(sol: Trajectory, method: str) -> Trajectory:
         rtol=max(STRICTER * policy.rtol, min(TIGHT, policy.rtol)), method=method, first_step=0.0,
         atol=None if policy.atol is None else STRICTER * policy.atol, lockstep=False,
         stiff_switch=method in EXPLICIT, limits=None, checkpoints=None,
+        max_steps=max(policy.max_steps, MOST_STEPS),
     )  # fmt: skip
     state = sol.record.ends()[1][0]
     return run(Trajectory, system, sol.span, state, sol.params, stricter, None, sol._run_events)
@@ -243,6 +257,15 @@ def _errors(sol: Trajectory, other: Trajectory, times: Array) -> tuple[Array, Ar
         ends = [sol(at), other(at)]
     end = ends[0] - ends[1]
     return np.maximum(apart.max(axis=0, initial=0.0), np.abs(end)), end
+
+
+def _departure(sol: Trajectory, other: Trajectory, times: Array, allowed: Array) -> float:
+    """The first time from which on the motions differ by more than is allowed."""
+    low, high = sorted(other.span)
+    times = times[(times >= low) & (times <= high)]
+    off = (np.abs(sol(times) - other(times)) > allowed).any(axis=1)
+    along = times[off] if sol.span[1] >= sol.span[0] else times[off][::-1]
+    return float(along[0]) if len(along) else float(other.span[1])
 
 
 def _passages(sol: Trajectory, other: Trajectory) -> tuple[Passages, ...]:

@@ -32,6 +32,7 @@ LIMITED = SHRUNK_AWAY | {TOO_MANY_STEPS, MEMORY_LIMIT}
 TOO_SMALL = "the step size fell below the spacing of doubles"
 TAIL = 48  # accepted steps that are examined
 NOISE = 16.0  # times farther from a polynomial over four times the steps
+NOISES = 100.0  # times rtol, that noise is at most
 EPS = float(np.finfo(float).eps)
 DISTANCES = 4.0 ** np.arange(16)  # of the two sides of a jump, in spacings of the steps
 JUMP = 1e-3  # of the largest rate, in units of each component's scale
@@ -161,7 +162,7 @@ def _not_accuracy(last: _Last) -> Limit | None:
     limits them is stability or, where the method is stable or slow enough, rounding."""
     # where stability limits the steps of "auto", the stiff method takes over
     method = "radau5" if last.policy.stiff_switch else last.policy.method
-    if not _smooth(last, DEGREES[method]):
+    if not _smooth(last, DEGREES[method], NOISES * last.policy.rtol):
         return None
     fastest = _fastest(last)
     if method != "radau5" and last.step * fastest > FAST:
@@ -177,13 +178,14 @@ def _not_accuracy(last: _Last) -> Limit | None:
     )
 
 
-def _smooth(last: _Last, degree: int) -> bool:
+def _smooth(last: _Last, degree: int, noise: float) -> bool:
     """Whether the motion is as near to a polynomial over all of the tail as over a quarter of it,
-    so that what is left is noise: with steps limited by accuracy it is 4^(degree + 1) times off."""
+    so that what is left is noise: with steps limited by accuracy it is 4^(degree + 1) times off,
+    or by more than noise in both."""
     if len(last.t) < TAIL:
         return False
     off = [_off(last.t[-n:], last.y[-n:] / last.scale, degree) for n in (TAIL, TAIL // 4)]
-    return off[0] < NOISE * off[1] + 8 * EPS
+    return off[0] < min(NOISE * off[1] + 8 * EPS, noise)
 
 
 def _off(t: Array, y: Array, degree: int) -> float:

@@ -189,7 +189,7 @@ def _status(
             *(_warnings(record, code) if crossed else ()),
             *_coarse_angles(system, record, policy.rtol),
             *(energy_note(system, record, policy) if code in ENDED else ()),
-            *(driven.notes() if driven else ()),
+            *(driven.notes(policy.method) if driven else ()),
             *(event_notes(motion) if events is not None else ()),
         ),
     )

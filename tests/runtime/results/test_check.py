@@ -101,6 +101,37 @@ def test_a_stiff_motion_is_checked_in_its_own_time():
     assert found.ok, found.warnings
 
 
+def test_a_motion_that_ends_early_is_compared_as_far_as_it_got(model, start):
+    sol = model.simulate(10, start, max_steps=60)
+    found = sol.check()
+    assert sol.t[-1] < 9
+    assert max(found.error) < 1e-6
+    assert [each.split(" (")[0] for each in found.warnings] == ["the motion ended early"]
+
+
+def test_a_motion_is_not_compared_with_itself(model, start):
+    found = model.simulate(1, start, rtol=1e-13).check()
+    assert found.method not in [method for method, _ in found.others]
+    assert min(found.error) > 0
+
+
+def test_jumps_of_a_function_that_collocation_misses_are_found():
+    q, u = dynamicsymbols("q u")
+    cart = mechc.compile(particle([q], [u], [dynamicsymbols("F") - 40 * q]), defaults={"m": 2.0})
+    asked = {"t_span": 5, "y0": [0.1, 0.0], "rtol": 1e-10}
+    wrong = 0
+    for at in np.linspace(1.0, 1.5, 20):
+        jump = mechc.Signal([0, at, 5], [5.0, -5.0, -5.0], "previous")
+        true = cart.simulate(**asked, inputs={"F": jump}).y[-1]
+        function = {"F": lambda t, at=at: 5.0 if t < at else -5.0}
+        sol = cart.simulate(**asked, inputs=function, method="gauss8")
+        found = sol.check()
+        np.testing.assert_allclose(found.error_at_end, sol.y[-1] - true, rtol=0.1, atol=1e-9)
+        assert found.ok or "F jumps there" in found.warnings[0]
+        wrong += not found.ok
+    assert 0 < wrong < 20
+
+
 def test_without_dense_output_it_is_refused(model, start):
     with pytest.raises(MechcError, match="dense=True"):
         model.simulate(1, start, dense=False).check()

@@ -123,7 +123,7 @@ def test_steps_that_chatter_about_a_jump_end_the_run(at_rest_or_sliding, start, 
 def test_members_chatter_as_alone(at_rest_or_sliding):
     starts = [(0.0, 0.0), (0.0, 1.0), (0.1, 0.0)] * 3
     batch = at_rest_or_sliding.simulate_batch(20.0, starts, method="dop853")
-    assert batch.counts["chatters"] > 3
+    assert batch.counts["chatters"] >= 3
     for k, start in enumerate(starts[:3]):
         sol = at_rest_or_sliding.simulate(20.0, start, method="dop853")
         np.testing.assert_array_equal(batch.y[k], sol.y[-1])
@@ -186,3 +186,12 @@ def test_a_motion_that_grows_without_bound():
 def test_accuracy():
     sol = ended(-(100**2) * q, 1e3, rtol=1e-9, method="dop853", max_steps=100)
     assert "accuracy limits the steps" in sol.status.cause
+
+
+def test_a_short_run_of_a_motion_without_fast_parts_is_not_told_as_rounding():
+    """Its tail was as far from a polynomial of low degree in a quarter of it as in the whole."""
+    model = mechc.load("pendulum")
+    batch = model.simulate_batch(20.0, [[1.0, 0.0]], max_steps=60, progress=False)
+    told = str(batch.member(0).status)
+    assert "accuracy limits the steps" in told
+    assert "rounding" not in told

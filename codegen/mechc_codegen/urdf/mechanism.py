@@ -79,6 +79,10 @@ def from_urdf(
     """
     robot = as_tree(read_robot(Path(path)))
     robot = _with_floating_base(robot) if floating else robot
+    if all(joint.kind == "fixed" for joint in robot.joints):
+        raise MechanismError(
+            f"{robot.name}: no joint of the file moves; floating=True frees the root"
+        )
     robot = robot if name is None else replace(robot, name=name)
     values = RobotValues(robot, symbolic)
     return _MechanismBuilder(robot, values, _names_of_driven(robot, driven)).mechanism()
@@ -221,14 +225,10 @@ class _MechanismBuilder:
     # -- bodies ----------------------------------------------------------------------------
 
     def _embody(self) -> None:
-        """Add a body for every moving part; also for a massless part within a chain."""
+        """Add a body for every moving part; also for one without mass."""
+        self._refuse_massless()
         for joint, _, part, _ in self.joints:
             whole = combine(part.inertias)
-            if whole.vanishes and not self._carries(part):
-                raise MechanismError(
-                    f"{self.robot.name}: nothing that the joint {joint.name!r} moves has mass or "
-                    "inertia; make it fixed, or give the link a mass"
-                )
             centre = part.point.locatenew(
                 f"{joint.child} centre", vector_along(whole.centre, part.frame)
             )
@@ -237,10 +237,24 @@ class _MechanismBuilder:
             mass = sympify(whole.mass)
             part.body = RigidBody(joint.child, centre, part.frame, mass, (about, centre))
 
-    def _carries(self, part: _RigidGroup) -> bool:
-        """Whether any link beyond this part has inertia."""
-        beyond = [child for _, parent, child, _ in self.joints if parent is part]
-        return any(not combine(p.inertias).vanishes or self._carries(p) for p in beyond)
+    def _refuse_massless(self) -> None:
+        """Refuse joints that, with those that mimic them, move nothing that has inertia."""
+        moves = dict.fromkeys((j.name for j, *_ in self.joints if j.mimic is None), False)
+        for joint, _, part, _ in self.joints:
+            own = joint.name if joint.mimic is None else joint.mimic.joint
+            moves[own] = moves[own] or self._has_inertia(part)
+        massless = ", ".join(repr(name) for name, any_inertia in moves.items() if not any_inertia)
+        if massless:
+            raise MechanismError(
+                f"{self.robot.name}: nothing that these joints move, or joints that mimic them, "
+                f"has mass or inertia, so no acceleration is defined: {massless}; write "
+                'type="fixed" for them, or give a link that they move an <inertial>'
+            )
+
+    def _has_inertia(self, part: _RigidGroup) -> bool:
+        """Whether this part, or any that it carries, has inertia."""
+        beyond = (child for _, parent, child, _ in self.joints if parent is part)
+        return not combine(part.inertias).vanishes or any(map(self._has_inertia, beyond))
 
     # -- the whole -------------------------------------------------------------------------
 

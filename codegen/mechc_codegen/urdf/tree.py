@@ -19,6 +19,8 @@ def as_tree(robot: Robot) -> Robot:
     MechanismError
         If they are no tree, or a mimic refers to no joint or to itself.
     """
+    if not robot.links:
+        raise MechanismError(f"{robot.name}: the file has no link")
     above: dict[str, RobotJoint] = {}
     for joint in robot.joints:
         for side, name in (("parent", joint.parent), ("child", joint.child)):

@@ -24,12 +24,12 @@ LEAST_DERIVATIVES = 2  # of positions, for accelerations
 
 
 @one_at_a_time
-def compile_any(thing: Any, *, drawing: Any = None, **asked: Any) -> System:
-    """The system of a request; see :func:`mechc.compile`."""
+def compile_any(thing: Any, *, drawing: Any = None, ahead: bool = True, **asked: Any) -> System:
+    """The system of a request: see :func:`mechc.compile`; for ``ahead`` ``compile_described``."""
     errors_of_compiler()
     seconds: dict[str, float] = {}
     request, numbers = time_stage(seconds, "read", lambda: read_compilable(thing, **asked))
-    system = _drawn(_requested_system(request, seconds), request, drawing)
+    system = _drawn(_requested_system(request, seconds, ahead=ahead), request, drawing)
     return with_defaults(system, numbers, request.symbol_names) if numbers else system
 
 

@@ -63,8 +63,17 @@ class DrivenScene:
         self, name: str, t: Array, y: Array, p: Array, forces: Array | None = None
     ) -> Array:
         """Evaluate an output as :class:`mechc.native._driver.Scene` does."""
+        out = np.empty((len(y), self._scene.outputs[name]))
+        self.evaluate_into(name, t, y, p, out, forces)
+        return out
+
+    def evaluate_into(
+        self, name: str, t: Array, y: Array, p: Array, out: Array, forces: Array | None = None
+    ) -> None:
+        """Evaluate an output into an array as :class:`mechc.native._driver.Scene` does."""
         if name in self._free:
-            return np.asarray(self._scene.evaluate(name, t, y, p, forces=forces))
+            self._scene.evaluate_into(name, t, y, p, out, forces=forces)
+            return
         values = self._given_inputs()
         if values.caller.takes_state and name.endswith("state_jacobian"):
             raise MechcError(
@@ -72,14 +81,9 @@ class DrivenScene:
                 "so there is no derivative by it: compile with expressions for them"
             )
         values.check_times(t)
-        out: Array = self._scene.evaluate(name, t, y, p, self._whole, forces)
+        self._scene.evaluate_into(name, t, y, p, out, self._whole, forces)
         if values.caller.failure is not None:
             self.raise_failure()
-        return out
-
-    def evaluate_into(self, name: str, t: Array, y: Array, p: Array, out: Array) -> None:
-        """Evaluate an output into an array as :class:`mechc.native._driver.Scene` does."""
-        out[...] = self.evaluate(name, t, y, p)
 
     def project(self, t: float, y: Array, p: Array) -> tuple[int, Array, float, float]:
         """Project a state as :class:`mechc.native._driver.Scene` does."""
@@ -143,6 +147,11 @@ class DrivenScene:
     def numbers(self) -> dict[str, Array]:
         """The place (1, 1), which runs read, of each input that is a number."""
         return self._given_inputs().numbers
+
+    @property
+    def has_only_numbers(self) -> bool:
+        """Whether every input is a number."""
+        return len(self.numbers) == len(self._slots)
 
     def native_inputs(self) -> Any:
         """The values for compiled code, separate from those of other runs."""

@@ -6,6 +6,9 @@ from os import fsencode
 import numpy as np
 from numpy import empty, ndarray
 
+from cpython.buffer cimport (
+    PyBUF_FORMAT, PyBUF_SIMPLE, PyBUF_STRIDED_RO, PyBuffer_Release, PyObject_GetBuffer
+)
 from cpython.exc cimport PyErr_CheckSignals
 from cpython.ref cimport PyObject, Py_INCREF, Py_XDECREF
 from cpython.pycapsule cimport (
@@ -453,11 +456,12 @@ cdef void keep_for(mechc_bound *bound, Inputs inputs):
 cdef class Ode:
     """``f(t, y)`` of a system at parameters p (np,): one state (nq + nu,), its rates as a new array.
 
-    Compiled code is called at once where the scene is of compiled code alone and the calling thread
-    has enough stack for it; all else goes to ``general(t, y)``.
+    Compiled code is called at once where the scene is of compiled code alone, every input being a
+    number, and the calling thread has enough stack for it; all else goes to ``general(t, y)``.
     """
 
     cdef object system, p, general, scene
+    cdef Inputs inputs
     cdef mechc_bound *bound
     cdef size_t stack
 
@@ -469,28 +473,44 @@ cdef class Ode:
 
     cdef int _bind(self) except -1:
         """Choose the function anew when a compilation in the background has ended."""
-        scene = self.system.scene
+        scene = self.scene = self.system.scene
         free(self.bound)
-        self.bound, self.scene = NULL, scene
-        if isinstance(scene, Scene) and not (<Scene>scene).inputs:
-            self.bound = bound_output(scene, "rates", self.p)
+        self.bound, self.inputs = NULL, None
+        if self.system.driven is not None:
+            if not scene.has_only_numbers:
+                return 0
+            scene, self.inputs = scene.without_inputs, scene.native_inputs()
+        if isinstance(scene, Scene):
+            self.bound = bound_output(scene, "rates", self.p, self.inputs)
             self.stack = (<Scene>scene).stack_of(self.bound.width) if (<Scene>scene).stack else 0
         return 0
 
     def __call__(self, t, y):
-        cdef const double[::1] state
-        cdef double[::1] rates
+        cdef Py_buffer state, rates  # views of Cython take longer than a small scene
+        cdef double time = t
         if self.system.scene is not self.scene:
             self._bind()
         if self.bound == NULL or type(y) is not ndarray or self.stack > mechc_stack_left():
             return self.general(t, y)
         try:
-            state = y
+            PyObject_GetBuffer(y, &state, PyBUF_STRIDED_RO | PyBUF_FORMAT)
         except ValueError:
             return self.general(t, y)
-        if state.shape[0] != self.bound.width:
-            return self.general(t, y)
-        out = empty(self.bound.width)
-        rates = out
-        mechc_call(t, &state[0], &rates[0], self.bound)
-        return out
+        try:
+            if not holds_doubles(&state, self.bound.width):
+                return self.general(t, y)
+            out = empty(self.bound.width)
+            PyObject_GetBuffer(out, &rates, PyBUF_SIMPLE)
+            mechc_call(time, <double *>state.buf, <double *>rates.buf, self.bound)
+            PyBuffer_Release(&rates)
+            return out
+        finally:
+            PyBuffer_Release(&state)
+
+
+cdef bint holds_doubles(const Py_buffer *view, ptrdiff_t count) noexcept:
+    """Whether a view is of one row of so many doubles, side by side."""
+    return (
+        view.ndim == 1 and view.shape[0] == count and view.strides[0] == sizeof(double)
+        and view.format[0] == b"d" and view.format[1] == 0
+    )

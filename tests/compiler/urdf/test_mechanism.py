@@ -136,6 +136,12 @@ def _expected(text, slew, reach, slew_rate, reach_rate):
     return _energies(text, values, rates)
 
 
+THUMB = """<link name="thumb"/><link name="nail"/>
+  <joint name="press" type="revolute"><parent link="cap"/><child link="thumb"/>
+    <axis xyz="1 0 0"/><limit lower="-1" upper="1"/></joint>
+  <joint name="bend" type="revolute"><parent link="finger"/><child link="nail"/>
+    <axis xyz="0 0 1"/><limit lower="-1" upper="1"/>
+    <mimic joint="grip" multiplier="2" offset="-0.1"/></joint></robot>"""
 STATES = np.random.default_rng(3).normal(size=(6, 4))
 
 
@@ -282,6 +288,25 @@ def test_a_mimic_may_come_before_the_joint_that_it_follows(tmp_path):
     found, reach = model.points(model.assemble({"q_slew": 0.3, "q_reach": 0.4})), 0.4
     assert np.isfinite(found).all()
     assert described.limits["grip"].position.subs(described.q[1], reach) == -1.5 * reach + 0.2
+
+
+def test_links_without_mass_and_mimics_of_mimics(tmp_path):
+    """The thumb has no mass, and moves the finger by a joint that mimics it; the nail, which mimics
+    the grip, has none either.  The equations are regular, and those of the file."""
+    text = ROBOT.replace('mimic joint="reach"', 'mimic joint="press"').replace("</robot>", THUMB)
+    described = robot(tmp_path, text)
+    model = mechc.compile(described, outputs=("energy",))
+    assert model.coordinates == ("q_slew", "q_reach", "q_press")
+    bend = described.limits["bend"].position
+    assert bend.subs(described.q[2], 1.0) == pytest.approx(2 * (-1.5 + 0.2) - 0.1)
+    y = np.random.default_rng(6).normal(size=6)
+    named = dict(zip(("slew", "reach", "press"), zip(y[:3], y[3:], strict=True), strict=True))
+    values, rates = ({name: pair[k] for name, pair in named.items()} for k in (0, 1))
+    values["grip"], rates["grip"] = -1.5 * y[2] + 0.2, -1.5 * y[5]
+    kinetic, _ = _energies(text, values, rates)
+    assert model.kinetic_energy(y) == pytest.approx(kinetic, rel=1e-13)
+    assert np.linalg.eigvalsh(model.mass_matrix(y)).min() > 1e-4
+    assert np.isfinite(model.rhs(0.0, y)).all()
 
 
 def test_a_floating_base(tmp_path):

@@ -14,6 +14,7 @@ WRONG = {
     "<robot>": ("is not XML", "<robot>"),
     "<sdf/>": ("outermost element is <sdf>", "<sdf/>"),
     "": ("is not XML", ""),
+    "empty": ("the file has no link", '<robot name="empty"/>'),
 }
 CHANGES = {
     'type="revolute"': ('type="helix"', "the joint 'j' has the type 'helix'"),
@@ -30,7 +31,8 @@ CHANGES = {
     '<link name="a"/><': ('<link name="a"/><link name="c"/><', "these are 'a', 'c'"),
     "<limit": ('<mimic joint="j"/><limit', "mimics 'j', which leads back to itself"),
     "<axis": ('<mimic joint="k"/><axis', "mimics 'k', which is no joint"),
-    '<mass value="1"/>': ("", "the joint 'j' moves has mass or inertia"),
+    '<mass value="1"/>': ("", "so no acceleration is defined: 'j'; write type=\"fixed\""),
+    'type="revolute"><parent': ('type="fixed"><parent', "no joint of the file moves; floating="),
 }
 
 
@@ -52,7 +54,7 @@ def test_errors_name_the_link_or_joint(part, tmp_path):
     new, words = CHANGES[part]
     assert part in GOOD
     text = GOOD.replace(part, new, 1)
-    if "moves has" in words:
+    if "no acceleration" in words:
         text = text.replace('"1"', '"0"')
     with pytest.raises(mechc.MechanismError) as caught:
         read(tmp_path, text)
@@ -67,6 +69,17 @@ def test_a_ring_is_refused(tmp_path):
     )
     with pytest.raises(mechc.MechanismError, match="'k', 'l' form a ring"):
         read(tmp_path, ring)
+
+
+def test_every_joint_without_inertia_is_named(tmp_path):
+    """A joint whose inertia comes from one that mimics it is none of them."""
+    more = "".join(
+        f'<link name="{name}"/><joint name="{name}" type="revolute"><parent link="a"/>'
+        f'<child link="{name}"/><limit lower="0" upper="1"/></joint>' for name in "klm"
+    )  # fmt: skip
+    text = GOOD.replace("<limit", '<mimic joint="m"/><limit').replace("</robot>", more + "</robot>")
+    with pytest.raises(mechc.MechanismError, match="is defined: 'k', 'l'; write"):
+        read(tmp_path, text)
 
 
 def test_entities_are_never_expanded(tmp_path):

@@ -47,6 +47,27 @@ def test_the_energy_is_a_balance_with_the_work_of_inputs(pushed, force):
     assert sol.energy_drift < 1e-8
 
 
+@pytest.mark.parametrize(
+    "force",
+    [7.0, mechc.Signal(TIMES, VALUES, "linear"), lambda t: np.cos(t)],
+    ids=["a number", "samples", "a function"],
+)
+def test_the_plain_right_hand_side_has_the_values_of_inputs(pushed, force):
+    """Rates one by one, many written into an array, and of SciPy's right-hand side are the same."""
+    model = pushed.with_inputs({"F": force})
+    y = np.random.default_rng(5).normal(size=(9, 2))
+    many, out, ode = model.rhs(0.7, y), np.empty_like(y), model.ode()
+    value = force if isinstance(force, float) else force(0.7)
+    np.testing.assert_allclose(many - pushed.with_inputs({"F": 0.0}).rhs(0.7, y),
+                               [[0.0, value / MASS]] * 9, rtol=0, atol=1e-14)  # fmt: skip
+    assert model.rhs(0.7, y, out=out) is out
+    np.testing.assert_array_equal(out, many)
+    np.testing.assert_array_equal([ode(0.7, state) for state in y], many)
+    if isinstance(force, mechc.Signal):
+        with pytest.raises(mechc.ValueOutOfBoundsError, match=r"sampled from 0 to 3\.1"):
+            ode(5.0, y[0])
+
+
 @pytest.mark.parametrize("kind", ["previous", "linear", "cubic"])
 @pytest.mark.parametrize("method", ["gauss8", "dop853", "dopri5", "radau5"])
 def test_a_mass_pushed_by_samples_follows_the_closed_form(pushed, kind, method):

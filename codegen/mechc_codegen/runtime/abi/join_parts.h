@@ -1,8 +1,8 @@
 /* A unit of which parts are loaded one after the other. */
 #pragma once
 
-#include "model.h"
-#include "parts.h"
+#include "abi/model.h"
+#include "abi/parts.h"
 
 typedef struct {
     mechc_unit unit;

@@ -7,7 +7,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "abi/model.h"
+#include "model.h"
 
 typedef struct {
     const mechc_unit *unit;

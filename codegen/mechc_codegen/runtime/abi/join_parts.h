@@ -1,8 +1,8 @@
 /* A unit of which parts are loaded one after the other. */
 #pragma once
 
-#include "abi/model.h"
-#include "abi/parts.h"
+#include "model.h"
+#include "parts.h"
 
 typedef struct {
     mechc_unit unit;

@@ -5,8 +5,8 @@
 #include <pthread.h>
 #include <stddef.h>
 #include <time.h>
-#include "abi/clock.h"
-#include "abi/codes.h"
+#include "clock.h"
+#include "codes.h"
 
 #if defined __linux__ && !defined __USE_GNU
 int pthread_getattr_np(pthread_t thread, pthread_attr_t *attributes);

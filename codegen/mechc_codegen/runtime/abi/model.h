@@ -2,10 +2,10 @@
 #pragma once
 
 #include <stddef.h>
-#include "abi/inputs.h"
-#include "abi/parts.h"
-#include "abi/run.h"
-#include "abi/variation.h"
+#include "inputs.h"
+#include "parts.h"
+#include "run.h"
+#include "variation.h"
 
 #define MECHC_ABI 18
 #define MECHC_CAPSULE "mechc.model.10"

@@ -3,8 +3,8 @@
 
 #include <float.h>
 #include <stddef.h>
-#include "abi/codes.h"
-#include "abi/inputs.h"
+#include "codes.h"
+#include "inputs.h"
 
 /* Of the time: a shorter step makes no difference to it. */
 #define MECHC_SMALLEST_STEP (16.0 * DBL_EPSILON)

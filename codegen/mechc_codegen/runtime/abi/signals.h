@@ -5,7 +5,7 @@
 #pragma once
 
 #include <stddef.h>
-#include "abi/inputs.h"
+#include "inputs.h"
 
 /* A piecewise polynomial, piece by piece in powers of the time since its knot; pieces outside
  * first .. last are not used, the outer ones of these reach on. */

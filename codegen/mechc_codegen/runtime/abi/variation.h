@@ -2,8 +2,8 @@
 #pragma once
 
 #include <stddef.h>
-#include "abi/inputs.h"
-#include "abi/run.h"
+#include "inputs.h"
+#include "run.h"
 
 /* Changes of inputs that are functions of time: entry n adds value n of `factors` at each time to how
  * places[n], of parameters and then values of inputs, changes along columns[n]. */

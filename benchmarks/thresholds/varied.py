@@ -16,6 +16,7 @@ import subprocess
 import sys
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +30,7 @@ CLOSING = "mechc.native._closing"  # compiled into the runtime, not into scenes
 METHODS = ("DOPRI5", "DOP853", "RADAU5", "GAUSS8", "TAYLOR", "GAUSS8_LOCKSTEP")  # abi/codes.h
 _FIELDS = ("share", "growth", "farthest", "ignored", "after_failure", "horizon")
 _USE = re.compile(rf"\b((?:\w+->)*(?:method|current))->({'|'.join(_FIELDS)})\b")
+_BESIDE = re.compile(r'#include "(\w+\.h)"')
 _INITIALISED = re.compile(r"[ \t]*\.(\w+) = ([A-Z]\w*)")
 _PRELUDE = """\
 #include <fcntl.h>
@@ -62,8 +64,9 @@ def write_headers(constants: Sequence[Constant], folder: Path) -> None:
         if "tableau" in name:  # of constants alone, and read by Python
             varied = [_with_values(line, values) for line in varied]
         if varied != lines:
+            beside = partial(_by_folder, path.parent)
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
-            (folder / name).write_text("\n".join(varied) + "\n", "utf-8")
+            (folder / name).write_text("\n".join(map(beside, varied)) + "\n", "utf-8")
     tables = [
         f"static const short mechc_factor_of_{field}[] __attribute__((unused)) = "
         f"{{{', '.join(str(places.get(traits.get((each, field), ''), 0)) for each in METHODS)}}};"
@@ -83,6 +86,14 @@ def _varied(
     if (found := _INITIALISED.match(line)) and found[2] in values:
         return line.replace(found[2], values[found[2]])
     return _USE.sub(r"MECHC_TRAIT(\2, \1)", line)
+
+
+def _by_folder(folder: Path, line: str) -> str:
+    """A line that includes a header beside its own, which then is elsewhere, names the folder."""
+    found = _BESIDE.match(line)
+    if found is None or not (folder / found[1]).exists():
+        return line
+    return f'#include "{folder.relative_to(RUNTIME).as_posix()}/{found[1]}"'
 
 
 def _with_values(line: str, values: Mapping[str, str]) -> str:

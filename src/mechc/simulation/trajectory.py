@@ -179,7 +179,8 @@ class Trajectory:
     @property
     def has_energy(self) -> bool:
         """Whether ``energy`` is known without compiling: it was compiled, or asked for before."""
-        return self.system.knows_energy or "energy" in self.__dict__
+        asked = self.__dict__.get("energy", np.nan)
+        return self.system.knows_energy or not bool(np.isnan(asked).all())
 
     @cached_property
     def _knows_energy(self) -> bool:

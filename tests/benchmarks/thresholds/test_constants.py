@@ -6,6 +6,7 @@ import pytest
 
 from benchmarks.thresholds.command import MARKS, write_page
 from benchmarks.thresholds.constants import bare_literals, constants
+from benchmarks.thresholds.varied import RUNTIME, write_headers
 from tests.support import ROOT
 
 PAGE = ROOT / "docs" / "theory" / "thresholds.md"
@@ -32,6 +33,15 @@ def runtime(tmp_path):
 
 def test_no_floating_constant_of_the_runtime_is_without_a_name():
     assert bare_literals() == []
+
+
+def test_headers_with_factors_find_their_neighbours(tmp_path):
+    write_headers(constants(), tmp_path)
+    written = list(tmp_path.rglob("*.h"))
+    assert any(path.parent.name == "abi" for path in written)
+    for path in written:
+        for name in re.findall(r'^#include "(\w+\.h)"', path.read_text("utf-8"), re.M):
+            assert not (RUNTIME / path.parent.relative_to(tmp_path) / name).exists(), path
 
 
 def test_every_constant_of_the_runtime_has_a_reason():

@@ -83,7 +83,7 @@ COMMANDS = {  # not part of the suite: by their names only
     "friction": Script("steps with dry friction over plain ones; events in three ways",
                         "costs.friction"),
     "elsewhere": Script("what other tools say of motions that are known exactly",
-                         "suite.elsewhere"),
+                         "peers.elsewhere"),
     "robots": Script("robots in URDF: differences from Pinocchio, and times", "suite.robots"),
     "stepper": Script("the latency of steps in a loop with the world", "costs.stepping"),
 }  # fmt: skip

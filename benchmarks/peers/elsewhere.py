@@ -15,15 +15,15 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from .. import peers
-from ..problems import NAMES
+from ..problems import NAMES as PROBLEM_NAMES
+from ..suite.apart import compare_apart
 from ..timing import results
 from ..timing.cases import Effort
 from ..timing.machine import about
-from .apart import compare_apart
+from . import NAMES
 
 PROBLEMS = ("four_bar_change_point", "four_bar_regular", "slider_crank", "andrews")
-PEERS = tuple(name for name in peers.NAMES if name != "pinocchio")  # which has no loops here
+PEERS = tuple(name for name in NAMES if name != "pinocchio")  # which has no loops here
 TOLERANCES = (1e-6, 1e-9, 1e-12)
 ONCE = Effort(longest=60.0, cut=60.0, rounds=0)
 PATIENCE = 300.0  # s
@@ -33,8 +33,10 @@ MOST = 60  # letters of a status
 
 def main(arguments: Sequence[str] | None = None) -> int:
     parser = results.command_parser("elsewhere", __doc__)
-    parser.add_argument("--problem", nargs="+", choices=NAMES, default=PROBLEMS, metavar="NAME")
-    parser.add_argument("--peer", nargs="+", choices=peers.NAMES, default=PEERS,
+    parser.add_argument(
+        "--problem", nargs="+", choices=PROBLEM_NAMES, default=PROBLEMS, metavar="NAME"
+    )
+    parser.add_argument("--peer", nargs="+", choices=NAMES, default=PEERS,
                         metavar="NAME")  # fmt: skip
     parser.add_argument("--page", type=Path, metavar="MARKDOWN")
     chosen = parser.parse_args(arguments)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from benchmarks.suite import elsewhere
+from benchmarks.peers import elsewhere
 from benchmarks.timing import results
 
 RIGHT = {"label": "right", "tol": 1e-6, "error": 2e-7, "status": "finished"}

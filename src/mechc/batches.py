@@ -15,6 +15,7 @@ import numpy as np
 from mechc.errors import RunInterrupt, ValueOutOfBoundsError
 from mechc.fits import Fits
 from mechc.simulation.settings import (
+    MOST_STEPS,
     checked_policy,
     checked_span,
     checked_times,
@@ -72,7 +73,7 @@ class Batches(Fits):
         lockstep: bool | None = None,
         first_step: float | None = None,
         max_step: float = math.inf,
-        max_steps: int = 10_000_000,
+        max_steps: int = MOST_STEPS,
         on_change_point: str = "continue",
         threads: int | None = None,
         out: str | Path | None = None,

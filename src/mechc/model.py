@@ -25,6 +25,7 @@ from mechc.simulation.events.run_events import (
 from mechc.simulation.initialise import checked_state, state_as_given
 from mechc.simulation.settings import (
     LARGEST_TRAJECTORY,
+    MOST_STEPS,
     Policy,
     checked_policy,
     checked_span,
@@ -272,7 +273,7 @@ class Model(Batches):
         lockstep: bool | None = None,
         first_step: float | None = None,
         max_step: float = math.inf,
-        max_steps: int = 10_000_000,
+        max_steps: int = MOST_STEPS,
         max_bytes: float = LARGEST_TRAJECTORY,
         dense: bool = True,
         events: Sequence[Any] = (),
@@ -466,7 +467,7 @@ class Model(Batches):
         atol: float | Array | None = None,
         method: str = "auto",
         max_step: float = math.inf,
-        max_steps: int = 10_000_000,
+        max_steps: int = MOST_STEPS,
         on_change_point: str = "continue",
         events: Sequence[Any] = (),
     ) -> Stepper:

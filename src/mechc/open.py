@@ -81,8 +81,8 @@ def _solution(path: Path, model: Model | None, max_bytes: float) -> Solution:
         raise
     except MissingInputError:
         raise MissingInputError(
-            f"{path} does not hold the inputs that were given with its run, functions of Python: "
-            "give mechc.open(path, model.with_inputs({...})) the same"
+            f"{path} does not hold the inputs that were given with its run, functions of Python "
+            "or texts: give mechc.open(path, model.with_inputs({...})) the same"
         ) from None
     except DAMAGE as error:
         told = short(str(error) or type(error).__name__)

@@ -12,6 +12,7 @@ import numpy as np
 
 from mechc.batch.spec import Recipe
 from mechc.errors import MechcError, UnknownNameError
+from mechc.inputs.bind import missed_jumps
 from mechc.native._codes import FINISHED, NOT_ASSEMBLED, NOT_RUN, STOPPED_BY_EVENT
 from mechc.simulation.status import CODES, Status, status_of
 from mechc.system.names import name_of
@@ -200,6 +201,9 @@ class Batch:
                 f"in {lowered} members Newton's law of restitution with friction would have given "
                 "energy: as much of the restitution was taken as gives none (lowered_impacts)"
             )
+        driven = self.system.driven
+        if self.recipe.inputs.functions or (driven is not None and driven.calls_python):
+            told += missed_jumps(self.method)
         if self.recipe.sensitivities:
             missing = np.isnan(self["sensitivity_final"]).reshape(len(self), -1).any(axis=1)
             none = np.count_nonzero(np.logical_and(self.ok, missing))

@@ -156,11 +156,17 @@ class GivenInputs:
         if len(self.function_names) > 1:
             which = f"The inputs {', '.join(self.function_names)} are Python functions"
         cost = f"{self.caller.calls} calls from compiled code took {1e3 * self.caller.seconds:.3g}"
-        missed = (
-            f"{method} may miss a jump in it between a step's end and the node next to it; "
-            "method='auto' sees it"
-        )
-        return (f"{which}: {cost} ms", *([missed] if method == "gauss8" else []))
+        return (f"{which}: {cost} ms", *missed_jumps(method))
+
+
+def missed_jumps(method: str) -> tuple[str, ...]:
+    """What a method does not see of a Python function, as warnings."""
+    if not method.startswith("gauss8"):
+        return ()
+    return (
+        "gauss8 may miss a jump in a Python function between a step's end and the node next to it; "
+        "method='auto' sees it",
+    )
 
 
 def missing(slots: Sequence[InputSlot], given: Mapping[str, Any]) -> MissingInputError:

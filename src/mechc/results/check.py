@@ -15,14 +15,13 @@ from typing import Any
 import numpy as np
 
 from mechc.errors import MechcError
-from mechc.simulation.settings import TIGHTEST
+from mechc.simulation.settings import MOST_STEPS, TIGHTEST
 from mechc.simulation.simulate import run
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.judged import Judged
 from mechc.system.parameters import Array
 
 STRICTER = 0.01  # of rtol and atol, for the motion again
-MOST_STEPS = 10_000_000  # of the motion again, whatever the run was allowed
 TIGHT = 1e-13  # the least rtol of it: a tighter one is below the rounding of a step
 STATES = 40  # at which the equations are judged
 STEP = 0.05  # of a step of the run: the differences by which they are
@@ -248,14 +247,22 @@ def _times(sol: Trajectory) -> Array:
     return np.union1d(t, (t[1:] + t[:-1]) / 2)
 
 
-def _errors(sol: Trajectory, other: Trajectory, times: Array) -> tuple[Array, Array]:
-    """The largest difference of each component, and the one at the end with its sign."""
+def _compared(sol: Trajectory, other: Trajectory, times: Array) -> Array:
+    """Of these times those that both motions reach, without those between an event in one and the
+    same in the other, where states may jump."""
     low, high = sorted(other.span)
     kept = (times >= low) & (times <= high)
     for one, two in zip(sol.events, other.events, strict=True):
-        for a, b in zip(one.t, two.t, strict=False):  # states may jump there
+        for a, b in zip(one.t, two.t, strict=False):
             kept &= (times < min(a, b)) | (times > max(a, b))
-    apart = np.abs(sol(times[kept]) - other(times[kept]))
+    found: Array = times[kept]
+    return found
+
+
+def _errors(sol: Trajectory, other: Trajectory, times: Array) -> tuple[Array, Array]:
+    """The largest difference of each component, and the one at the end with its sign."""
+    times = _compared(sol, other, times)
+    apart = np.abs(sol(times) - other(times))
     ends = [each.record.ends()[1][1] for each in (sol, other)]
     if other.status.code != sol.status.code:  # it ends at another time
         at = min(sol.span[1], other.span[1], key=lambda t: abs(t - sol.span[0]))
@@ -266,8 +273,7 @@ def _errors(sol: Trajectory, other: Trajectory, times: Array) -> tuple[Array, Ar
 
 def _departure(sol: Trajectory, other: Trajectory, times: Array, allowed: Array) -> float:
     """The first time from which on the motions differ by more than is allowed."""
-    low, high = sorted(other.span)
-    times = times[(times >= low) & (times <= high)]
+    times = _compared(sol, other, times)
     off = (np.abs(sol(times) - other(times)) > allowed).any(axis=1)
     along = times[off] if sol.span[1] >= sol.span[0] else times[off][::-1]
     return float(along[0]) if len(along) else float(other.span[1])

@@ -39,7 +39,8 @@ class Solution(Trajectory):
         :class:`mechc.Status`: how it ended, in prose by ``str``.
     stats
         Counters (steps, rejected, rhs_evaluations, closure_iterations), least conditioning of
-        the constraints and its time, wall time in s, method.
+        the constraints and its time, the method, and wall_s, the seconds that the run took; what
+        had to be compiled for it is told when it is.
     t : (nt,)
         Times in s: ``t_eval``, or the accepted steps.
     events

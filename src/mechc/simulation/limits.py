@@ -32,7 +32,7 @@ LIMITED = SHRUNK_AWAY | {TOO_MANY_STEPS, MEMORY_LIMIT}
 TOO_SMALL = "the step size fell below the spacing of doubles"
 TAIL = 48  # accepted steps that are examined
 NOISE = 16.0  # times farther from a polynomial over four times the steps
-NOISES = 100.0  # times rtol, that noise is at most
+MOST_NOISE = 100.0  # times rtol
 EPS = float(np.finfo(float).eps)
 DISTANCES = 4.0 ** np.arange(16)  # of the two sides of a jump, in spacings of the steps
 JUMP = 1e-3  # of the largest rate, in units of each component's scale
@@ -162,7 +162,7 @@ def _not_accuracy(last: _Last) -> Limit | None:
     limits them is stability or, where the method is stable or slow enough, rounding."""
     # where stability limits the steps of "auto", the stiff method takes over
     method = "radau5" if last.policy.stiff_switch else last.policy.method
-    if not _smooth(last, DEGREES[method], NOISES * last.policy.rtol):
+    if not _smooth(last, DEGREES[method], MOST_NOISE * last.policy.rtol):
         return None
     fastest = _fastest(last)
     if method != "radau5" and last.step * fastest > FAST:

@@ -19,6 +19,7 @@ from mechc.system.system import System
 SEQUENCES = (tuple, list, np.ndarray)
 TIGHTEST = sys.float_info.epsilon  # a smaller rtol is refused
 LOOSEST = 0.1  # a larger rtol is refused
+MOST_STEPS = 10_000_000  # attempted, by default
 LARGEST_TRAJECTORY = 2.0**30  # bytes of states and dense output, by default
 # Of the code that takes several runs in the lanes, the name of the method that users know.
 IN_LOCKSTEP = {code: name for name, code in reversed(LOCKSTEP.items())}

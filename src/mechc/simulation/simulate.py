@@ -78,14 +78,12 @@ def run(
     ChangePointError, EventError, InputError, RunInterrupt
         Each contains the trajectory until then.
     """
-    started = time.perf_counter()
     if system.driven is not None:
         system.driven.restart(span[0])
     motion: Any = begin(system, span, state, values, policy, events)
     if policy.checkpoints is not None:
         motion = CheckpointedRun(motion, policy.checkpoints)
-    sol = _run_to_end(make, system, span, None, motion, values, policy, times, events, progress,
-                  started)  # fmt: skip
+    sol = _run_to_end(make, system, span, None, motion, values, policy, times, events, progress)
     if policy.on_change_point == "raise" and sol.change_points:
         raise ChangePointError(_change_point_message(sol), sol)
     return sol
@@ -102,9 +100,9 @@ def _run_to_end(
     times: Array | None,
     events: RunEvents | None,
     progress: Progress,
-    started: float,
 ) -> Made:
     """Advance a motion to its end; ``before``: the run that it continues."""
+    started = time.perf_counter()
     code = _advance(motion, span, progress)
     driven = system.driven
     record = record_of(None if before is None else before.record, motion, events)
@@ -210,7 +208,6 @@ def continue_run(
     progress: Progress = None,
 ) -> Made:
     """A run and what follows it until ``t_end``, as one; see :meth:`mechc.Solution.continue_to`."""
-    started = time.perf_counter()
     if sol.events and sol._run_events is None:
         raise MechcError(
             "a file has the times of events, not the events themselves: simulate on from the last "
@@ -237,7 +234,7 @@ def continue_run(
         system = system if driven is system.driven else system.replaced_scene(driven)
     motion = begin(system, (end, last), state, values, policy, sol._run_events)
     whole = _run_to_end(make, system, (end, last), sol, motion, values, policy, None,
-                    sol._run_events, progress, started)  # fmt: skip
+                    sol._run_events, progress)  # fmt: skip
     if policy.on_change_point == "raise" and len(whole.change_points) > len(sol.change_points):
         raise ChangePointError(_change_point_message(whole), whole)
     return whole

@@ -110,11 +110,9 @@ def read_seconds(text: str) -> float:
 
 def _choices(units: Iterable[str]) -> str:
     named = " or ".join(filter(None, units))
+    if named:
+        return f"use {named}"
     return (
-        f"use {named}"
-        if named
-        else (
-            "the model gives it none: write the number alone, or give coordinates, speeds and "
-            "parameters units where it is made, mechc.compile(..., units={'x': 'm'})"
-        )
+        "the model gives it none: write the number alone, or give coordinates, speeds and "
+        "parameters units where it is made, mechc.compile(..., units={'x': 'm'})"
     )

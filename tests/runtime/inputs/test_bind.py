@@ -394,6 +394,10 @@ def test_collocation_may_miss_jumps_of_a_function_and_says_so(pushed):
              for method in ("auto", "gauss8")]  # fmt: skip
     assert not any("may miss a jump" in note for note in notes[0])
     assert any("may miss a jump" in note for note in notes[1])
+    batch = pushed.simulate_batch(
+        5.0, np.zeros((2, 2)), inputs=jump, method="gauss8", progress=False
+    )
+    assert any("may miss a jump" in note for note in batch.warnings)
 
 
 def test_ctrl_c_in_a_function_keeps_what_was_computed(pushed):

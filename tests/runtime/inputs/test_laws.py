@@ -7,16 +7,14 @@ import pytest
 from sympy import Symbol, sin, symbols
 from sympy.physics.mechanics import (
     KanesMethod,
-    Particle,
-    Point,
     PrismaticJoint,
-    ReferenceFrame,
     RigidBody,
     dynamicsymbols,
 )
 
 import mechc
-from mechc.errors import MechcError, UnavailableOutputError, UnknownNameError
+from benchmarks.problems.particle import particle
+from mechc.errors import MechcError, MissingInputError, UnavailableOutputError, UnknownNameError
 from mechc.inputs.accept import laws_apart
 
 T = dynamicsymbols._t
@@ -29,13 +27,7 @@ LAW, LAW_OF_SYMPY = "3*sin(4*t) - c*v", 3 * sin(4 * T) - C * V
 
 def _cart() -> KanesMethod:
     """A cart with a force F and a push G."""
-    frame, origin = ReferenceFrame("N"), Point("O")
-    origin.set_vel(frame, 0)
-    place = origin.locatenew("P", X * frame.x)
-    place.set_vel(frame, V * frame.x)
-    kane = KanesMethod(frame, [X], [V], [X.diff() - V])
-    kane.kanes_equations([Particle("cart", place, M)], [(place, (F + G - 9 * X) * frame.x)])
-    return kane
+    return particle([X], [V], [F + G - 9 * X], M)
 
 
 def _joined() -> mechc.Mechanism:
@@ -67,6 +59,14 @@ def test_a_text_given_with_a_run_is_compiled_and_the_rest_stays(describe, end) -
     assert (model.inputs, sol.model.inputs) == (("F", "G"), ("G",))
     assert sol.method == "gauss8", "a function of Python has another"
     assert sol.check().ok
+
+
+def test_a_saved_run_asks_for_the_text_that_it_was_given(tmp_path) -> None:
+    model = mechc.compile(_cart(), defaults=VALUES, parameters=[C], inputs={G: 1})
+    file = model.simulate(2.0, START, inputs={"F": LAW}).save(tmp_path / "run.nc")
+    with pytest.raises(MissingInputError, match="functions of Python or texts"):
+        mechc.open(file, model)
+    assert mechc.open(file, model.with_inputs({"F": LAW})).check().ok
 
 
 def test_members_and_steppers_take_texts_too(end: np.ndarray) -> None:
@@ -102,13 +102,7 @@ def test_names_and_a_description_are_needed() -> None:
 
 
 def test_a_symbol_that_is_printed_as_another_is_not_named_by_a_text() -> None:
-    frame, origin = ReferenceFrame("N"), Point("O")
-    origin.set_vel(frame, 0)
-    place = origin.locatenew("P", X * frame.x)
-    place.set_vel(frame, V * frame.x)
-    kane = KanesMethod(frame, [X], [V], [X.diff() - V])
-    load = (F - (Symbol("k") + Symbol("k", positive=True)) * X) * frame.x
-    kane.kanes_equations([Particle("cart", place, M)], [(place, load)])
+    kane = particle([X], [V], [F - (Symbol("k") + Symbol("k", positive=True)) * X], M)
     with pytest.raises(MechcError, match="'k' is not known here"):
         mechc.compile(kane, inputs={"F": "k*t"})
 

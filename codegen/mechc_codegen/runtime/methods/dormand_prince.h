@@ -96,7 +96,7 @@ MECHC_STATIC int mechc_pair_limited(const mechc_integration *run, double h, cons
         rate += pow(change / run->scale[i], 2);
         state += pow((end[i] - (run->y[i] + h * inner[i])) / run->scale[i], 2);
     }
-    return state > 0.0 && fabs(h) * sqrt(rate / state) > mechc_stiff_bound(tableau, run->has_tolerances ? 1.0 : run->rtol);
+    return state > 0.0 && fabs(h) * sqrt(rate / state) > mechc_stiff_bound(run, tableau);
 }
 
 MECHC_STATIC int mechc_pair_dense_stages(mechc_integration *run, double h)

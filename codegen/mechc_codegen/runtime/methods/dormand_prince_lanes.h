@@ -7,6 +7,7 @@
 #include "methods/explicit_step.h"
 #include "simd/rough.h"
 #include "simd/unbind.h"
+#include "stepping/stiffness.h"
 
 #if MECHC_LOCKSTEP
 typedef struct {
@@ -17,7 +18,7 @@ typedef struct {
 
 MECHC_STATIC void mechc_pair_lanes_load(mechc_lockstep *a, int lane, const mechc_integration *run)
 {
-    const double bound = mechc_stiff_bound(&mechc_dop853_tableau, run->has_tolerances ? 1.0 : run->rtol);
+    const double bound = mechc_stiff_bound(run, &mechc_dop853_tableau);
     ((mechc_pair_lanes *)a)->bound[lane] = bound * bound;
 }
 

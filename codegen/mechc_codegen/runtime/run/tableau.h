@@ -31,12 +31,3 @@ typedef struct {
     double share;                       /* of the tolerance that one step may use */
     double fast; /* |h lambda| beyond what accuracy asks for, of the tolerance's root; 0: not known */
 } mechc_tableau;
-
-/* |h lambda| beyond which a step is short for the sake of a fast component: stability bears no more, or errors
- * shrink by a lower order, so that accuracy asks for steps much shorter than the motion does.  `rtol`: 1 where
- * steps follow other tolerances, which the second cannot be told by. */
-MECHC_STATIC double mechc_stiff_bound(const mechc_tableau *tableau, double rtol)
-{
-    const double fast = tableau->fast * pow(rtol, 1.0 / tableau->order);
-    return fast > 0.0 && fast < tableau->stability ? fast : tableau->stability;
-}

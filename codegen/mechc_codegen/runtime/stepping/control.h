@@ -152,9 +152,9 @@ MECHC_STATIC void mechc_learn_rounding(mechc_integration *run, double h, double 
     run->refused_error = error;
 }
 
-/* Make an Euler step for the rates at its end, by which the first step is chosen.  Returns its length,
- * negative where there are none. */
-MECHC_STATIC double mechc_euler_step(mechc_integration *run)
+/* Make an Euler step for the rates at its end, by which scales and the first step are chosen, no longer than
+ * the longest.  Returns its length, negative where there are no rates. */
+MECHC_STATIC double mechc_euler_step(mechc_integration *run, double longest)
 {
     double state = 0.0, first = 0.0, end[MECHC_NX];
     for (int i = 0; i < MECHC_NX; i++) {
@@ -165,7 +165,7 @@ MECHC_STATIC double mechc_euler_step(mechc_integration *run)
     const double span = fabs(run->t1 - run->head.t);
     double guess = state < MECHC_FIRST_NOTHING || first < MECHC_FIRST_NOTHING
                      ? MECHC_FIRST_OF_SPAN * span : MECHC_FIRST_ERROR * sqrt(state / first);
-    guess = mechc_min(mechc_min(guess, run->max_step), span);
+    guess = mechc_min(mechc_min(guess, longest), span);
     for (int i = 0; i < MECHC_NX; i++)
         end[i] = run->y[i] + run->direction * guess * MECHC_RATE(run, 0)[i];
     const double t = run->head.t + run->direction * guess;

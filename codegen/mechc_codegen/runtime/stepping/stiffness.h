@@ -13,6 +13,15 @@
 #define MECHC_TRIAL 16     /* steps of the implicit method */
 #define MECHC_TRIAL_GROWS 4 /* the first of them, which do not count: they still grow */
 
+/* |h lambda| beyond which a step is short for the sake of a fast component: stability bears no more, or errors
+ * shrink by a lower order, so that accuracy asks for steps much shorter than the motion does; the second
+ * is not known where steps follow the user's own tolerances. */
+MECHC_STATIC double mechc_stiff_bound(const mechc_integration *run, const mechc_tableau *tableau)
+{
+    const double fast = run->has_tolerances ? 0.0 : tableau->fast * pow(run->rtol, 1.0 / tableau->order);
+    return fast > 0.0 && fast < tableau->stability ? fast : tableau->stability;
+}
+
 /* Begin measuring the pace at the end of this step. */
 MECHC_STATIC void mechc_start_pace(mechc_integration *run, double h)
 {

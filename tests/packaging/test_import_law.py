@@ -53,7 +53,7 @@ COMPILER_LAW = {
     "description": {"errors"},
     "joints": {"errors", "description"},
     "library": {"errors", "description"},
-    "urdf": {"errors", "description", "joints"},
+    "robots": {"errors", "description", "joints"},
     "drawing": {"errors", "description"},
     "convert": {"errors", "description"},
     "derive": {"errors", "description"},

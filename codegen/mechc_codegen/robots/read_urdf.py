@@ -15,11 +15,11 @@ from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
 
 from mechc_codegen.errors import MechanismError
-from mechc_codegen.urdf.robot import (
-    KINDS,
+from mechc_codegen.robots.robot import (
     ORIGIN,
-    SINGLE,
+    URDF_KINDS,
     V3,
+    WITH_AXIS,
     Mimic,
     Number,
     Pose,
@@ -35,7 +35,7 @@ _INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
 def read_robot(path: Path) -> Robot:
-    """The links and joints in a file, not yet as a tree.
+    """The links and joints in a file, not yet checked as a whole.
 
     Raises
     ------
@@ -188,8 +188,8 @@ def _sizes(part: _Part, shape: Element) -> tuple[Number, ...]:
 
 def _joint(part: _Part) -> RobotJoint:
     kind = part.element.get("type", "")
-    if kind not in KINDS:
-        part.refuse(f"has the type {kind!r}; known are {', '.join(KINDS)}")
+    if kind not in URDF_KINDS:
+        part.refuse(f"has the type {kind!r}; known are {', '.join(URDF_KINDS)}")
     dynamics = part.child("dynamics")
     damping, friction = (part.number(dynamics, name, 0) for name in ("damping", "friction"))
     if damping < 0 or friction < 0:
@@ -200,7 +200,7 @@ def _joint(part: _Part) -> RobotJoint:
         part.name_in("parent", "link"),
         part.name_in("child", "link"),
         part.pose(part.element),
-        _axis(part) if kind in (*SINGLE, "planar") else (1, 0, 0),
+        _axis(part) if kind in WITH_AXIS else (1, 0, 0),
         _limits(part, kind),
         damping,
         friction,

@@ -53,6 +53,10 @@ def of_angles(rpy: Vec) -> Mat:
     return product(about((0, 0, 1), yaw), turned)
 
 
+def transpose(matrix: Mat) -> Mat:
+    return list(zip(*matrix, strict=True))
+
+
 def across(axis: Vec) -> tuple[Vec, Vec]:
     """Two directions that form a right-handed system with the axis as the third."""
     least = min(range(3), key=lambda k: abs(axis[k]))
@@ -69,10 +73,20 @@ class Place:
     rotation: Mat = IDENTITY
     origin: Vec = (0, 0, 0)
 
+    @property
+    def is_identity(self) -> bool:
+        rows = [list(row) for row in self.rotation]
+        return rows == [list(row) for row in IDENTITY] and not any(self.origin)
+
     def then(self, other: Place) -> Place:
         """The place in the outer frame of a place that is given in this frame."""
         rotation = product(self.rotation, other.rotation)
         return Place(rotation, plus(self.origin, apply(self.rotation, other.origin)))
+
+    def inverse(self) -> Place:
+        """The place of the outer frame in this one."""
+        rotation = transpose(self.rotation)
+        return Place(rotation, [-x for x in apply(rotation, self.origin)])
 
 
 @dataclass(frozen=True)
@@ -87,10 +101,17 @@ class Inertia:
     def vanishes(self) -> bool:
         return self.mass == 0 and not any(entry != 0 for row in self.about for entry in row)
 
+    def share(self, part: float) -> Inertia:
+        """The inertia of this part of the body, in the same place."""
+        if part == 1:
+            return self
+        about = [[part * entry for entry in row] for row in self.about]
+        return Inertia(part * self.mass, self.centre, about)
+
     def transform(self, place: Place) -> Inertia:
         """The inertia in the frame in which this frame has the given place."""
         rotation = place.rotation
-        turned = product(product(rotation, self.about), list(zip(*rotation, strict=True)))
+        turned = product(product(rotation, self.about), transpose(rotation))
         return Inertia(
             self.mass, plus(place.origin, apply(rotation, self.centre)), _symmetric(turned)
         )

@@ -162,3 +162,16 @@ def test_a_compiled_linkage_starts_closed_and_keeps_its_energy():
     assert sol.closure.max() < 1e-13
     assert sol.energy == pytest.approx(sol.energy[0], abs=1e-9)
     assert abs(sol["q_A"][-1]) > 0.01
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"floating": True}, {"symbolic": ["mass", "centre", "inertia", "origin", "damping"]}],
+)
+def test_cuts_make_no_difference_on_a_free_base_and_with_symbols(options):
+    """B and C turned round, C in halves, and their places and masses symbols."""
+    robot = four_bar(C={"damping": 0.2})
+    one, other = at_start(robot), at_start(robot, cut=["C"], **options)
+    if "floating" in options:
+        one = at_start(robot, **options)
+    check_same_motion(one, other)

@@ -103,6 +103,24 @@ def test_what_cannot_be_cut_is_refused_by_name():
         mechanism_of(replace(robot, links=links, joints=joints))
 
 
+def test_names_of_links_and_points_may_be_those_that_mechc_adds():
+    robot = four_bar(C={"limits": {"upper": 1.0}})
+    names = {"crank": "C cut", "coupler": "B end", "rocker": "coupler half", "ground": "q'; {"}
+    links = {names[name]: replace(each, name=names[name]) for name, each in robot.links.items()}
+    joints = [
+        replace(j, parent=names[j.parent], child=names[j.child], damping=0.1 * (j.name != "D"))
+        for j in robot.joints
+    ]
+    renamed = Robot("four_bar", links, tuple(joints), names["ground"])
+    for cut in "AC":
+        described = mechanism_of(renamed, cut=cut)
+        points = [point.name for point in described.points]
+        assert len({*points}) == len(points) > 5
+        check_same_motion(at_start(renamed), at_start(renamed, cut=cut))
+    bounds = [each for each in mechanism_of(robot, cut="C").skipped if "limits" in each]
+    assert bounds == ["the limits of the joint C, which is cut"]
+
+
 def test_long_rings_are_no_recursion():
     links = {name: RobotLink(name) for name in ("ground", *map(str, range(2000)))}
     ring = [*links, "ground"]

@@ -76,15 +76,16 @@ def _configurations(
         for name, value in values.items():
             fixed[0, system.state_index(name)] = value
     search = search_for(system, tuple(given), tuple(near))
-    if search is None:  # nothing is to be solved for, or nothing to be closed
+    if search is None or {*near, *given} >= {*system.coordinates}:  # it may be closed already
         gap = gaps(system, fixed, p, t)[0]
-        if is_open(system, gap, p, t):
-            raise AssemblyError(
-                f"the coordinates given leave {gap_in_words(system, gap, p, t)}; give fewer of "
-                "them and let the others be solved for"
-            )
-        system.attitudes.check(fixed)
-        return fixed
+        if not is_open(system, gap, p, t):
+            system.attitudes.check(fixed)
+            return fixed
+    if search is None:
+        raise AssemblyError(
+            f"the coordinates given leave {gap_in_words(system, gap, p, t)}; give fewer of "
+            "them and let the others be solved for"
+        )
     done = search.solve(t, fixed, p[None], MOST, **options)
     many = int(done.many[0])
     if not many:

@@ -1,13 +1,12 @@
-"""Positions and quaternions of MuJoCo -> places, and places -> roll, pitch and yaw."""
+"""Numbers, positions and quaternions of MuJoCo -> numbers and places of robots."""
 
 from __future__ import annotations
 
-from math import atan2, hypot, ulp
+from math import ulp
 from typing import Any
 
-from mechc_codegen.description.placement import product
-from mechc_codegen.robots.geometry import IDENTITY, Mat, Place, about
-from mechc_codegen.robots.robot import V3, Number, Pose
+from mechc_codegen.robots.geometry import IDENTITY, Mat, Place
+from mechc_codegen.robots.robot import V3, Number
 
 _ROUNDING = 4 * ulp(1.0)  # of products of a quaternion of length one
 
@@ -24,18 +23,6 @@ def triple(numbers: Any) -> V3:
 
 def place_at(position: Any, quaternion: Any = (1.0, 0.0, 0.0, 0.0)) -> Place:
     return Place(_rotation(*map(float, quaternion)), triple(position))
-
-
-def pose_of(place: Place) -> Pose:
-    """The pose of a place of numbers.
-
-    Pitch and yaw are those of the rotation after the roll, which is inaccurate where the pitch is a
-    right angle; together they are accurate.
-    """
-    roll = atan2(place.rotation[2][1], place.rotation[2][2])
-    r = product(place.rotation, about((1, 0, 0), -roll))
-    pitch = atan2(-r[2][0], hypot(r[0][0], r[1][0]))
-    return Pose(triple(place.origin), triple((roll, pitch, atan2(-r[0][1], r[1][1]))))
 
 
 def _rotation(w: float, x: float, y: float, z: float) -> Mat:

@@ -26,8 +26,8 @@ from mechc_codegen.robots.closing import Side, cut_joint, cut_place
 from mechc_codegen.robots.geometry import IDENTITY, Inertia, Place, about, combine, of_angles
 from mechc_codegen.robots.graph import connected
 from mechc_codegen.robots.moving import JointMotion, motion_of, of_time, orient
+from mechc_codegen.robots.poses import place_of
 from mechc_codegen.robots.robot import SINGLE, TURNING, V3, Robot, RobotJoint, RobotLink
-from mechc_codegen.robots.screws import place_of
 from mechc_codegen.robots.spanning import Branch, SpanningTree, spanning_tree
 from mechc_codegen.robots.values import RobotValues
 

@@ -9,17 +9,14 @@ import math
 from collections.abc import Iterable, Sequence
 
 from mechc_codegen.description.placement import apply, cross, dot, plus
-from mechc_codegen.robots.geometry import IDENTITY, Place, about, across, of_angles
-from mechc_codegen.robots.robot import TURNING, Pose, RobotJoint
+from mechc_codegen.robots.geometry import IDENTITY, Place, about, across
+from mechc_codegen.robots.poses import place_of
+from mechc_codegen.robots.robot import TURNING, RobotJoint
 
 Screw = Sequence[float]
 NONE = (0, 0, 0)
 DIGITS = 8  # of unit screws: half of those of a double, by which equal loops are equal
 DEPENDENT = 10.0**-DIGITS
-
-
-def place_of(pose: Pose) -> Place:
-    return Place(of_angles(pose.rpy), pose.xyz)
 
 
 def child_place(joint: RobotJoint) -> Place:

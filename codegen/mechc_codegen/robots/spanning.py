@@ -20,8 +20,9 @@ from typing import TypeAlias
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.robots.geometry import Place
 from mechc_codegen.robots.graph import neighbours
+from mechc_codegen.robots.poses import place_of
 from mechc_codegen.robots.robot import Robot, RobotJoint
-from mechc_codegen.robots.screws import Screw, child_place, conditioning, freedoms, place_of
+from mechc_codegen.robots.screws import Screw, child_place, conditioning, freedoms
 
 Order: TypeAlias = "tuple[bool, bool, bool, bool, bool, int]"
 COUNT = {"fixed": 0, "cylindrical": 2, "universal": 2, "ball": 3, "planar": 3, "floating": 6}
@@ -94,6 +95,7 @@ def spanning_tree(
         if joint.name in with_coordinate:
             robot, branch, joint = _halved(robot, joint)
             branches.append(branch)
+            growth.places[joint.child] = growth.places[joint.parent]  # one half is at the other
         cuts.append(joint)
     return SpanningTree(robot, tuple(branches), tuple(cuts), growth.places)
 

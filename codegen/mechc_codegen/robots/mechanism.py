@@ -322,9 +322,11 @@ class _MechanismBuilder:
         each of its ways.
         """
         joint, motion, root = moving.joint, moving.motion, self.root
-        if joint.armature == 0 or not (motion.quaternion or joint.kind in SINGLE):
+        if not (motion.quaternion or joint.kind in SINGLE):
             return
         size = sympify(self.values.armature(joint, "kg" if joint.kind == "prismatic" else "kg m^2"))
+        if size == 0:
+            return
         turns, pairs = [], [(motion.position, motion.rate)]
         if motion.quaternion:
             turns = [(motion.rotation, motion.turning)]

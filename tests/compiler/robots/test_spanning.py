@@ -4,51 +4,143 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from mechc_codegen.robots.graph import connected
 from mechc_codegen.robots.mechanism import mechanism_of
 from mechc_codegen.robots.robot import Pose, Robot, RobotJoint, RobotLink
+from mechc_codegen.robots.spanning import spanning_tree
 
 import mechc
-
-BAR = (0.1, 0, 0, 0.2, 0, 0.1)
-
-
-def link(name, *centre, mass=1.0):
-    return RobotLink(name, mass, Pose(centre), BAR)
+from tests.compiler.robots.loops import MACHINES, cut_sets, four_bar, machine
 
 
-def four_bar(**changes):
-    """Pins across the plane of x and z at A (0, 0), B (0, 1), C (2, 1.5) and D (2, 0)."""
-    links = [RobotLink("ground"), link("crank", 0, 0, 0.5), link("coupler", 1, 0, 0.3, mass=2.0)]
-    links.append(link("rocker", 0.1, 0, 0.7))
-    pins = [
-        RobotJoint("A", "continuous", "ground", "crank", Pose(), (0, 1, 0)),
-        RobotJoint("B", "continuous", "crank", "coupler", Pose((0, 0, 1)), (0, 1, 0)),
-        RobotJoint("C", "continuous", "rocker", "coupler", Pose((0, 0, 1.5), (0, 0.7, 0)),
-                   (0, 1, 0), child_origin=Pose((2, 0, 0.5), (0, 0.7, 0))),
-        RobotJoint("D", "continuous", "ground", "rocker", Pose((2, 0, 0)), (0, 1, 0)),
-    ]  # fmt: skip
-    pins = [replace(pin, **changes.get(pin.name, {})) for pin in pins]
-    return Robot("four_bar", {each.name: each for each in links}, tuple(pins))
+def tree_of(robot, *args):
+    return spanning_tree(connected(robot), *args)
 
 
-def motion(robot, start, speeds, cut=(), t=1.0):
-    """Where the links are after a motion, with its energy, and the names of what is cut."""
-    described = mechanism_of(robot, cut=cut)
+def names(joints):
+    return [joint.name for joint in joints]
+
+
+# -- the choice -----------------------------------------------------------------------------------
+
+
+def test_a_ball_is_cut_before_pins():
+    assert names(tree_of(MACHINES["with_universal"]).cuts) == ["C"]
+    assert names(tree_of(MACHINES["puck"]).cuts) == ["table"]
+
+
+def test_the_tree_is_short():
+    """A ring of eleven links is cut in its middle, and no link is further than five joints away."""
+    points = [(np.cos(a), 0, np.sin(a)) for a in np.linspace(0, 2 * np.pi, 12)[:-1]]
+    ring = ["ground", *(f"l{k}" for k in range(1, 11))]
+    joints = [
+        (f"j{k}", "continuous", ring[k], ring[(k + 1) % 11], points[k], (0, 1, 0))
+        for k in range(11)
+    ]
+    tree = tree_of(machine("ring", dict.fromkeys(ring[1:], (0, 0, 0)), joints))
+    depth = {"ground": 0}
+    for branch in tree.branches:
+        depth[branch.outer] = depth[branch.inner] + 1
+    assert max(depth.values()) == 5
+    assert sum(branch.turned for branch in tree.branches) == 5
+
+
+def test_the_cut_is_the_pin_that_holds_its_loop_better():
+    """B and C lead to the coupler alike; the longer the crank, the better C holds it as a cut."""
+    found = []
+    for height in (1.5, 0.1):
+        links = {"crank": (0, 0, 0), "coupler": (0, 0, height), "rocker": (2, 0, 0)}
+        robot = machine("bars", links, [
+            ("A", "continuous", "ground", "crank", (0, 0, 0), (0, 1, 0)),
+            ("B", "continuous", "crank", "coupler", (0, 0, height), (0, 1, 0)),
+            ("C", "continuous", "rocker", "coupler", (2, 0, 1.6 - height), (0, 1, 0)),
+            ("D", "continuous", "ground", "rocker", (2, 0, 0), (0, 1, 0)),
+        ])  # fmt: skip
+        found += names(tree_of(robot).cuts)
+    assert found == ["C", "B"]
+
+
+def test_joints_that_are_named_are_cut():
+    for cut in "ABCD":
+        assert names(tree_of(four_bar(), [cut]).cuts) == [cut]
+    with pytest.raises(mechc.MechanismError, match="'A' cannot be cut: besides the others in cut="):
+        tree_of(four_bar(), ["A", "B"])
+    with pytest.raises(mechc.MechanismError, match=r"cut='Z' is no joint .* close loops are 'B'"):
+        tree_of(four_bar(), ["Z"])
+
+
+def test_what_the_file_says_that_it_closes_a_loop_is_cut():
+    assert names(tree_of(four_bar(D={"closes": True})).cuts) == ["D"]
+    assert names(tree_of(four_bar(D={"closes": True}), ["A"]).cuts) == ["A"]
+
+
+def test_a_joint_to_which_something_refers_is_not_cut():
+    assert names(tree_of(four_bar(), (), {"A", "B", "D"}).cuts) == ["C"]
+    assert names(tree_of(four_bar(), (), {"A", "C", "D"}).cuts) == ["B"]
+
+
+def test_where_something_refers_to_every_joint_a_link_is_cut_in_halves():
+    tree = tree_of(four_bar(), (), {"A", "B", "C", "D"})
+    (weld,) = tree.cuts
+    assert weld.kind == "fixed"
+    halves = [tree.robot.links[name] for name in (weld.parent, weld.child)]
+    assert [half.share for half in halves] == [0.5, 0.5]
+    assert (
+        names(branch.joint for branch in tree.branches) == ["A", "C", "D", "B"]
+        or len({branch.joint.name for branch in tree.branches}) == 4
+    )
+
+
+def test_what_cannot_be_cut_is_refused_by_name():
+    with pytest.raises(mechc.MechanismError, match="'D' closes a loop, where a floating joint"):
+        tree_of(four_bar(D={"kind": "floating"}))
+    fixed = RobotJoint("twice", "fixed", "ground", "plate")
+    robot = four_bar()
+    links = {**robot.links, "plate": RobotLink("plate")}
+    joints = (*robot.joints, fixed, replace(fixed, name="again"))
+    with pytest.raises(mechc.MechanismError, match="'again' closes a loop of links that are fixed"):
+        mechanism_of(replace(robot, links=links, joints=joints))
+
+
+def test_long_rings_are_no_recursion():
+    links = {name: RobotLink(name) for name in ("ground", *map(str, range(2000)))}
+    ring = [*links, "ground"]
+    joints = [
+        RobotJoint(f"j{k}", "continuous", *ring[k : k + 2], Pose((1, 0, 0))) for k in range(2001)
+    ]
+    tree = tree_of(Robot("net", links, tuple(joints), "ground"))
+    assert (len(tree.branches), len(tree.cuts)) == (2000, 1)
+
+
+# -- the motion -----------------------------------------------------------------------------------
+
+
+def motion(robot, cut=(), t=0.5, **options):
+    """Where the links are after a motion from the start, the energy, and what is cut."""
+    described = mechanism_of(robot, cut=cut, **options)
     model = mechc.compile(described, outputs=("energy", "points"))
-    y = model.assemble(start, speeds)
-    end = model.simulate(t, y, rtol=1e-12, method="dop853").y[-1]
-    at = dict(zip(model.system.point_names, model.points(end), strict=True))
-    places = np.array([at[name] for name in robot.links])
-    return places, model.energy(end), described.cuts
+    sol = model.simulate(t, model.assemble(), rtol=1e-12, method="dop853")
+    at = dict(zip(model.system.point_names, model.points(sol.y[-1]), strict=True))
+    return np.array([at[name] for name in robot.links]), sol.energy, described.cuts
 
 
 def test_every_spanning_tree_gives_the_same_motion():
     robot = four_bar()
-    start = {"q_A": 0.4}, {"u_A": 0.5}
-    places, energy, cuts = motion(robot, *start, cut="C")
-    assert cuts == ("C",)
-    for cut in "BD":
-        others, same, cuts = motion(robot, *start, cut=cut)
-        assert cuts == (cut,)
-        assert others == pytest.approx(places, abs=1e-9)
-        assert same == pytest.approx(energy, rel=1e-10)
+    places, energy, cuts = motion(robot)
+    assert cuts == ("B",)
+    assert energy[-1] == pytest.approx(energy[0], abs=1e-9)
+    others, same, cuts = motion(robot, cut="A")
+    assert cuts == ("A",)
+    assert others == pytest.approx(places, abs=1e-9)
+    assert same[-1] == pytest.approx(energy[0], abs=1e-9)
+
+
+@pytest.mark.slow(cases=3)
+@pytest.mark.parametrize("name", MACHINES)
+def test_every_spanning_tree_of_each_machine_gives_the_same_motion(name):
+    robot = MACHINES[name]
+    places, *_ = motion(robot)
+    for cut in list(cut_sets(robot))[:6]:
+        others, _, cuts = motion(robot, cut=cut)
+        assert len(cuts) == len(cut)
+        assert others == pytest.approx(places, abs=1e-9), cut

@@ -22,7 +22,7 @@ settings.register_profile("thorough", deadline=None, derandomize=False, max_exam
 settings.load_profile("usual")
 
 
-CASES = 2  # of a slow test
+CASES = 1  # of a slow test
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -41,10 +41,10 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
-    """Of a slow test's cases so many run at every landing, spread evenly: the others are thorough.
+    """Of a slow test's cases the first runs at every landing: the others are thorough.
 
-    ``pytest.mark.slow(cases=N)`` says how many where each has something of its own.  Slow tests of
-    the benchmarks, which time mechc and other tools, are thorough.
+    ``pytest.mark.slow(cases=N)`` says how many, spread evenly, where each has something of its
+    own.  Slow tests of the benchmarks, which time mechc and other tools, are thorough.
     """
     tests = {}
     for item in items:

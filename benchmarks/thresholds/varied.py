@@ -1,9 +1,9 @@
 """Headers of the runtime in which constants have factors that are read while a run goes on.
 
-Input: constants.  Output: a folder of the headers that define or use them, to be searched before
-the runtime's, and the order of the factors in a file of doubles, which is mapped into memory.  A
-scene is compiled once, whatever is varied.  The numbers of methods' traits are in tables of
-constants: where they are used they are multiplied.
+Input: constants.  Output: a folder of all headers, since some include those beside them, to be
+searched before the runtime's; and the order of the factors in a file of doubles, which is mapped
+into memory.  A scene is compiled once, whatever is varied.  The numbers of methods' traits are in
+tables of constants: where they are used they are multiplied.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ import subprocess
 import sys
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +29,6 @@ CLOSING = "mechc.native._closing"  # compiled into the runtime, not into scenes
 METHODS = ("DOPRI5", "DOP853", "RADAU5", "GAUSS8", "TAYLOR", "GAUSS8_LOCKSTEP")  # abi/codes.h
 _FIELDS = ("share", "growth", "farthest", "ignored", "after_failure", "horizon")
 _USE = re.compile(rf"\b((?:\w+->)*(?:method|current))->({'|'.join(_FIELDS)})\b")
-_BESIDE = re.compile(r'#include "(\w+\.h)"')
 _INITIALISED = re.compile(r"[ \t]*\.(\w+) = ([A-Z]\w*)")
 _PRELUDE = """\
 #include <fcntl.h>
@@ -63,10 +61,8 @@ def write_headers(constants: Sequence[Constant], folder: Path) -> None:
                   enumerate(lines)]  # fmt: skip
         if "tableau" in name:  # of constants alone, and read by Python
             varied = [_with_values(line, values) for line in varied]
-        if varied != lines:
-            beside = partial(_by_folder, path.parent)
-            (folder / name).parent.mkdir(parents=True, exist_ok=True)
-            (folder / name).write_text("\n".join(map(beside, varied)) + "\n", "utf-8")
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text("\n".join(varied) + "\n", "utf-8")
     tables = [
         f"static const short mechc_factor_of_{field}[] __attribute__((unused)) = "
         f"{{{', '.join(str(places.get(traits.get((each, field), ''), 0)) for each in METHODS)}}};"
@@ -86,14 +82,6 @@ def _varied(
     if (found := _INITIALISED.match(line)) and found[2] in values:
         return line.replace(found[2], values[found[2]])
     return _USE.sub(r"MECHC_TRAIT(\2, \1)", line)
-
-
-def _by_folder(folder: Path, line: str) -> str:
-    """A line that includes a header beside its own, which then is elsewhere, names the folder."""
-    found = _BESIDE.match(line)
-    if found is None or not (folder / found[1]).exists():
-        return line
-    return f'#include "{folder.relative_to(RUNTIME).as_posix()}/{found[1]}"'
 
 
 def _with_values(line: str, values: Mapping[str, str]) -> str:

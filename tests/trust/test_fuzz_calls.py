@@ -14,7 +14,7 @@ import mechc
 from tests.support.pendulums import bob_on_a_rod
 from tests.support.trust.fuzzing import run_cases
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.thorough]
 
 NUMBERS = [
     0, -1, 1.0, 2.5, -0.0, 1e-320, 1e308, -1e308, float("nan"), float("inf"), 10**400, -(10**30),

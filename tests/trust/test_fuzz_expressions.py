@@ -130,6 +130,7 @@ def test_reductions_and_values(seed, thorough):
     assert ended["a value"] > 100
 
 
+@pytest.mark.thorough
 def test_what_is_read_is_derived_soon(seed, thorough):
     """An expression that is taken also goes through the compiler."""
     taken = []

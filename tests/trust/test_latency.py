@@ -17,7 +17,7 @@ from tests.support import LOCKSTEP, by
 
 OF_LOOPS = ("dopri5", "dop853", "gauss8", "radau5", LOCKSTEP)
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.thorough]
 
 WINDOWS = 60  # 121 coordinates, 240 rows of constraints
 AT_MOST = 0.2  # s

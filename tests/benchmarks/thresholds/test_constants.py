@@ -1,12 +1,15 @@
 """Constants of the C runtime have names, reasons and a line in docs/theory/thresholds.md."""
 
 import re
+import subprocess
+import sys
 
 import pytest
 
 from benchmarks.thresholds.command import MARKS, write_page
 from benchmarks.thresholds.constants import bare_literals, constants
-from benchmarks.thresholds.varied import RUNTIME, write_headers
+from benchmarks.thresholds.varied import FILE_VARIABLE, compiler, write_factors, write_headers
+from benchmarks.timing.processes import environment
 from tests.support import ROOT
 
 PAGE = ROOT / "docs" / "theory" / "thresholds.md"
@@ -20,6 +23,18 @@ HEADER = """\
 
 /* 0.123 in a comment */
 static double twice(double x) { return 2.0 * x + 0.7 * MECHC_A; }
+"""
+SCRIPT = """
+import sys
+from pathlib import Path
+import mechc
+from benchmarks.thresholds.varied import write_factors
+factors, count, place = sys.argv[1:]
+from mechc_codegen.library.chains.pendulum import pendulum
+model = mechc.compile(pendulum(1))
+for factor in (1.0, 1.0, 0.5):
+    write_factors(Path(factors), int(count), int(place), factor)
+    print(model.simulate(1.0, {model.coordinates[0]: 1.0}, method="dopri5").y[-1, 0].hex())
 """
 
 
@@ -35,13 +50,23 @@ def test_no_floating_constant_of_the_runtime_is_without_a_name():
     assert bare_literals() == []
 
 
-def test_headers_with_factors_find_their_neighbours(tmp_path):
-    write_headers(constants(), tmp_path)
-    written = list(tmp_path.rglob("*.h"))
-    assert any(path.parent.name == "abi" for path in written)
-    for path in written:
-        for name in re.findall(r'^#include "(\w+\.h)"', path.read_text("utf-8"), re.M):
-            assert not (RUNTIME / path.parent.relative_to(tmp_path) / name).exists(), path
+@pytest.mark.slow
+def test_a_factor_changes_what_a_scene_compiled_with_them_does(tmp_path):
+    every, factors = constants(), tmp_path / "factors"
+    write_headers(every, tmp_path)
+    write_factors(factors, len(every))
+    variables = {
+        "CC": compiler(tmp_path, "gcc -Werror"),
+        "MECHC_CACHE_DIR": str(tmp_path / "cache"),
+        FILE_VARIABLE: str(factors),
+    }
+    place = 1 + [each.name for each in every].index("MECHC_FIRST_ERROR")
+    command = [sys.executable, "-c", SCRIPT, str(factors), str(len(every)), str(place)]
+    told = subprocess.run(
+        command, env=environment(**variables), cwd=ROOT, check=True, capture_output=True, text=True
+    )
+    first, again, other = told.stdout.split()
+    assert first == again != other
 
 
 def test_every_constant_of_the_runtime_has_a_reason():

@@ -125,7 +125,7 @@ def test_equations_written_out_are_the_textbooks_after_every_pass(case: Case) ->
 
 @examples(5)
 @given(case=cases(3))
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_lagranges_equations_are_the_textbooks_after_every_pass(case: Case) -> None:
     """M, F and the energies from L alone: Kane's and Lagrange's method agree."""
     assert {"mass_matrix", "forcing"} <= set(check(case, by_lagrangian, derive)[-1])
@@ -140,7 +140,7 @@ def test_equations_by_links_are_the_textbooks_after_every_pass(case: Case) -> No
     assert names >= {"kinetic_energy", "potential_energy"}
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 @examples(8)
 @given(case=cases(6))
 def test_matrices_written_out_by_links_are_the_textbooks_after_every_pass(case: Case) -> None:
@@ -152,7 +152,7 @@ def test_matrices_written_out_by_links_are_the_textbooks_after_every_pass(case: 
 
 @examples(8)
 @given(case=cases(4))
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_energy_changes_by_the_power_of_the_loads_without_potential(case: Case) -> None:
     """d(T + V)/dt along the motion; the loop's forces have no power."""
     case.rolls_on()

@@ -185,7 +185,7 @@ def test_scenes_are_clean_under_stricter_warnings(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("scene", ["four_bar", "swing"])
+@pytest.mark.parametrize("scene", ["swing", "four_bar"])
 @BY_COMPILER
 def test_scenes_with_jacobians_compile_without_a_warning(
     scene: str, compiler: tuple[str, ...], tmp_path: Path

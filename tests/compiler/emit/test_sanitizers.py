@@ -265,7 +265,7 @@ def sanitized(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("instruction_set", sets())
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_the_four_bar_is_sound_and_gives_the_installed_models_values(
     sanitized: Path, instruction_set: str
 ) -> None:

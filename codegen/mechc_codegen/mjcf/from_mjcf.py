@@ -17,7 +17,7 @@ from mechc_codegen.mjcf.equalities import with_equalities
 from mechc_codegen.mjcf.names import Names, names_of
 from mechc_codegen.mjcf.poses import triple
 from mechc_codegen.mjcf.read import CompiledFile, read_model
-from mechc_codegen.mjcf.skipped import refuse_flexible, skipped_parts
+from mechc_codegen.mjcf.skipped import refuse_no_mechanism, skipped_parts
 from mechc_codegen.robots.mechanism import mechanism_of
 from mechc_codegen.robots.robot import SINGLE, Motor, Robot
 
@@ -72,7 +72,7 @@ def from_mjcf(
         mechanism has; the message names them.
     """
     file = read_model(Path(path))
-    refuse_flexible(file)
+    refuse_no_mechanism(file)
     names = names_of(file)
     joints = with_equalities(file, names, joints_of(file, names))
     actuators = Actuators(file, names, joints)

@@ -14,14 +14,19 @@ from mechc_codegen.mjcf.read import CompiledFile
 _OF_TENDONS = ("stiffness", "damping", "armature", "frictionloss", "limited")
 
 
-def refuse_flexible(file: CompiledFile) -> None:
-    """Refuse bodies that bend, which are more than the links of the file.
+def refuse_no_mechanism(file: CompiledFile) -> None:
+    """Refuse bodies that bend, which are more than links, and a file in which nothing moves.
 
     Raises
     ------
     MechanismError
-        If the file has one.
+        If the file has such a body, or no joint.
     """
+    if file.model.njnt == 0:
+        raise MechanismError(
+            f"{file.name!r}: no body has a joint, so that nothing moves; give one a <joint> or a "
+            "<freejoint>"
+        )
     count = file.model.flex_rigid.tolist().count(False)
     if count:
         raise MechanismError(

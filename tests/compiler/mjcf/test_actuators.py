@@ -3,7 +3,7 @@
 import pytest
 
 import mechc
-from tests.support.mjcf import Reference, differences, write_model
+from tests.compiler.mjcf.reference import Reference, differences, write_model
 
 pytest.importorskip("mujoco")
 

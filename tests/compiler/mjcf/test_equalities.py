@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import mechc
+from tests.compiler.mjcf.reference import Reference, differences, write_model
 from tests.support.marks import slow_among
-from tests.support.mjcf import Reference, differences, write_model
 
 pytest.importorskip("mujoco")
 

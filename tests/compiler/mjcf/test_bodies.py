@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import mechc
-from tests.support.mjcf import Reference, differences, write_model
+from tests.compiler.mjcf.reference import Reference, differences, write_model
 
 pytest.importorskip("mujoco")
 

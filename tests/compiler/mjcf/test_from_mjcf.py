@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import mechc
-from tests.support.mjcf import Reference, differences, write_model
+from tests.compiler.mjcf.reference import Reference, differences, write_model
 
 mujoco = pytest.importorskip("mujoco")
 

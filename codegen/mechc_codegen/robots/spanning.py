@@ -84,8 +84,7 @@ def spanning_tree(
     growth.run()
     kept = {branch.joint.name: branch for branch in growth.branches}
     _refuse_uncut(robot, cut, kept)
-    branches = _from_root(robot, kept)
-    cuts = []
+    branches, places, cuts = _from_root(robot, kept), growth.places, []
     for joint in (j for j in robot.joints if j.name not in kept):
         if joint.kind == "floating":
             raise MechanismError(
@@ -95,9 +94,9 @@ def spanning_tree(
         if joint.name in with_coordinate:
             robot, branch, joint = _halved(robot, joint)
             branches.append(branch)
-            growth.places[joint.child] = growth.places[joint.parent]  # one half is at the other
+            places[branch.outer] = places[joint.parent]
         cuts.append(joint)
-    return SpanningTree(robot, tuple(branches), tuple(cuts), growth.places)
+    return SpanningTree(robot, tuple(branches), tuple(cuts), places)
 
 
 class _Growth:

@@ -67,7 +67,7 @@ def space_four_bar(middle="ball"):
 
 def cylindrical_four_bar():
     """The general four-bar in space: a pin and three cylindrical joints, whose axes are skew."""
-    return machine("rccc", {"a": (0, 0, 0), "b": (1, 0, 1), "c": (2, 0.5, 0)}, [
+    return machine("cylindrical", {"a": (0, 0, 0), "b": (1, 0, 1), "c": (2, 0.5, 0)}, [
         ("A", "continuous", "ground", "a", (0, 0, 0), Y),
         ("B", "cylindrical", "a", "b", (0.2, 0, 1), (0.6, 0.8, 0)),
         ("C", "cylindrical", "b", "c", (1.7, 0.1, 1.2), (0, 0.6, 0.8)),
@@ -140,6 +140,8 @@ def cut_sets(robot):
     loops = len(robot.joints) - len(robot.links) + 1
     for cut in combinations(robot.joints, loops):
         kept = [joint for joint in robot.joints if joint not in cut]
+        if any(joint.kind == "distance" for joint in kept):
+            continue
         reached = {robot.root}
         for _ in kept:
             for joint in kept:

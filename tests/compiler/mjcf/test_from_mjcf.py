@@ -4,6 +4,8 @@ import sys
 from pathlib import Path
 
 import pytest
+from mechc_codegen.mjcf.names import names_of
+from mechc_codegen.mjcf.read import read_model
 
 import mechc
 from tests.compiler.mjcf.reference import Reference, differences, write_model
@@ -109,6 +111,22 @@ def test_parts_without_names(tmp_path):
     built = mechc.compile(mechc.from_mjcf(path))
     assert built.coordinates == ("q_body1_0", "q_body1_1", "q_b")
     assert differences(built, Reference(path), ("body1_0", "body1_1", "b")) < 1e-9
+
+
+@pytest.mark.thorough
+def test_accelerations_of_the_largest_file_of_the_package():
+    """Without its medium, gravcomp, and the actuators that are not taken."""
+    path = max(SHIPPED, key=lambda each: each.stat().st_size)
+    mechanism, reference = mechc.from_mjcf(path), Reference(path)
+    model, skipped = reference.model, "; ".join(mechanism.skipped)
+    model.opt.density = model.opt.viscosity = 0.0
+    model.body_gravcomp[:] = 0.0
+    names = names_of(read_model(path))
+    for number, name in enumerate(names.actuators):
+        if f"the actuator {name} (" in skipped:
+            model.actuator_gainprm[number] = model.actuator_biasprm[number] = 0.0
+    gap = differences(mechc.compile(mechanism), reference, names.joints, states=2, spread=0.2)
+    assert gap < 1e-8
 
 
 @pytest.mark.slow

@@ -75,9 +75,12 @@ def from_urdf(
 
 
 def _motors(robot: Robot, driven: Iterable[str] | str) -> tuple[Motor, ...]:
-    own = [j.name for j in robot.joints if j.kind in SINGLE and j.mimic is None]
-    names = own if driven == "all" else [driven] if isinstance(driven, str) else [*driven]
-    for each in sorted({*names} - {*own}):
+    own = {j.name: j for j in robot.joints if j.kind in SINGLE and j.mimic is None}
+    if driven == "all":
+        names = [name for name, joint in own.items() if joint.leads_on]
+    else:
+        names = [driven] if isinstance(driven, str) else [*driven]
+    for each in sorted({*names} - own.keys()):
         raise MechanismError(
             f"{robot.name}: driven={each!r} is no joint with a coordinate of its own; these are "
             f"{', '.join(map(repr, sorted(own)))}"

@@ -170,6 +170,12 @@ class _MechanismBuilder:
         )  # fmt: skip
         part.line.append(name)
 
+    def _unused(self, name: str) -> str:
+        """A name that no link and no point has."""
+        while name in self.robot.links or name in self.points:
+            name += "'"
+        return name
+
     # -- joints ----------------------------------------------------------------------------
 
     def _lead_on(self, branch: Branch) -> None:
@@ -181,7 +187,7 @@ class _MechanismBuilder:
         if joint.kind == "fixed":
             self._attach(branch.outer, inner, place.then(link))
             return
-        point = Point(branch.outer if link.is_identity else f"{joint.name} end")
+        point = Point(branch.outer if link.is_identity else self._unused(f"{joint.name} end"))
         outer = _RigidGroup(branch.outer, point, ReferenceFrame(branch.outer))
         motion = self.motions[joint.name]
         motion.place(place, (outer.point, outer.frame), (inner.point, inner.frame))
@@ -275,8 +281,11 @@ class _MechanismBuilder:
             )
         on_parent = at_one.then(cut_place(joint, self._on_parent(joint)))
         on_child = at_other.then(cut_place(joint, place_of(joint.child_origin)))
-        self._add_point(f"{joint.name} cut", one, on_parent)
-        other.line.append(f"{joint.name} cut")
+        name = self._unused(f"{joint.name} cut")
+        self._add_point(name, one, on_parent)
+        other.line.append(name)
+        if joint.limits:
+            self.skipped.append(f"the limits of the joint {joint.name}, which is cut")
         parent = _side(f"{joint.name} on {joint.parent}", one, on_parent)
         child = _side(f"{joint.name} on {joint.child}", other, on_child)
         return cut_joint(joint, parent, child, self.tree.distance(joint))

@@ -103,6 +103,24 @@ def test_what_cannot_be_cut_is_refused_by_name():
         mechanism_of(replace(robot, links=links, joints=joints))
 
 
+def test_names_of_links_and_points_may_be_those_that_mechc_adds():
+    robot = four_bar(C={"limits": {"upper": 1.0}})
+    names = {"crank": "C cut", "coupler": "B end", "rocker": "coupler half", "ground": "q'; {"}
+    links = {names[name]: replace(each, name=names[name]) for name, each in robot.links.items()}
+    joints = [
+        replace(j, parent=names[j.parent], child=names[j.child], damping=0.1 * (j.name != "D"))
+        for j in robot.joints
+    ]
+    renamed = Robot("four_bar", links, tuple(joints), names["ground"])
+    for cut in "AC":
+        described = mechanism_of(renamed, cut=cut)
+        points = [point.name for point in described.points]
+        assert len({*points}) == len(points) > 5
+        check_same_motion(at_start(renamed), at_start(renamed, cut=cut))
+    bounds = [each for each in mechanism_of(robot, cut="C").skipped if "limits" in each]
+    assert bounds == ["the limits of the joint C, which is cut"]
+
+
 def test_long_rings_are_no_recursion():
     links = {name: RobotLink(name) for name in ("ground", *map(str, range(2000)))}
     ring = [*links, "ground"]
@@ -162,3 +180,16 @@ def test_a_compiled_linkage_starts_closed_and_keeps_its_energy():
     assert sol.closure.max() < 1e-13
     assert sol.energy == pytest.approx(sol.energy[0], abs=1e-9)
     assert abs(sol["q_A"][-1]) > 0.01
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"floating": True}, {"symbolic": ["mass", "centre", "inertia", "origin", "damping"]}],
+)
+def test_cuts_make_no_difference_on_a_free_base_and_with_symbols(options):
+    """B and C turned round, C in halves, and their places and masses symbols."""
+    robot = four_bar(C={"damping": 0.2})
+    one, other = at_start(robot), at_start(robot, cut=["C"], **options)
+    if "floating" in options:
+        one = at_start(robot, **options)
+    check_same_motion(one, other)

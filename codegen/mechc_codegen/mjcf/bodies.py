@@ -27,8 +27,11 @@ def links_of(file: CompiledFile, names: Names, joints: Iterable[RobotJoint]) -> 
         xx, yy, zz = triple(model.body_inertia[k])
         centre = pose_of(place_at(model.body_ipos[k], model.body_iquat[k]))
         first = int(model.body_geomadr[k])
-        geoms = range(first, first + int(model.body_geomnum[k]))
-        visuals = tuple(shape for geom in geoms for shape in _shapes(file, geom, name))
+        visuals = tuple(
+            shape
+            for number in range(int(model.body_geomnum[k]))
+            for shape in _shapes(file, first + number, f"{name} {number}" if number else name)
+        )
         mass = exact(float(model.body_mass[k])) if k else 0
         yield RobotLink(name, mass, centre, (xx, 0, 0, yy, 0, zz), visuals)
     yield from (RobotLink(each) for joint in joints if (each := joint.child) not in names.bodies)
@@ -101,13 +104,13 @@ def _limits(file: CompiledFile, number: int) -> dict[str, Number]:
     return limits
 
 
-def _shapes(file: CompiledFile, geom: int, body: str) -> Iterator[Visual]:
+def _shapes(file: CompiledFile, geom: int, default: str) -> Iterator[Visual]:
     """The shape of a geom; a capsule is a cylinder and two balls."""
     model = file.model
     kind = file.code("mjtGeom", model.geom_type[geom])
     if kind not in _SHAPES or model.geom_group[geom] >= _SHOWN:
         return
-    label = model.geom(geom).name or f"{body} {geom}"
+    label = model.geom(geom).name or default
     place = place_at(model.geom_pos[geom], model.geom_quat[geom])
     radius, half, third = model.geom_size[geom].tolist()
     sizes: tuple[Number, ...] = (radius, 2 * half)

@@ -43,14 +43,14 @@ def joints_of(file: CompiledFile, names: Names) -> Iterator[RobotJoint]:
     for body in range(1, model.nbody):
         carrier = names.bodies[int(model.body_parentid[body])]
         place = place_at(model.body_pos[body], model.body_quat[body])
-        count = int(model.body_jntnum[body])
-        if count == 0:
+        first = int(model.body_jntadr[body])
+        numbers = range(first, first + int(model.body_jntnum[body]))
+        if not numbers:
             own = unused_name(f"{names.bodies[body]} fixed", (*names.joints, *names.equalities))
             yield RobotJoint(own, "fixed", carrier, names.bodies[body], pose_of(place))
-        for number in range(int(model.body_jntadr[body]), int(model.body_jntadr[body]) + count):
-            last = number == int(model.body_jntadr[body]) + count - 1
+        for number in numbers:
             between = unused_name(f"{names.joints[number]} carrier", names.bodies)
-            child = names.bodies[body] if last else between
+            child = names.bodies[body] if number == numbers[-1] else between
             yield _joint(file, names, number, (carrier, child), place)
             carrier, place = child, Place()
 

@@ -11,8 +11,7 @@ from collections.abc import Iterable, Iterator
 from mechc_codegen.mjcf.names import Names, unused_name
 from mechc_codegen.mjcf.poses import exact, place_at, triple
 from mechc_codegen.mjcf.read import CompiledFile
-from mechc_codegen.robots.geometry import IDENTITY, Place, about
-from mechc_codegen.robots.poses import pose_of
+from mechc_codegen.robots.geometry import IDENTITY, Place, about, pose_of
 from mechc_codegen.robots.robot import Number, Pose, RobotJoint, RobotLink, Visual
 
 _KINDS = {"HINGE": "continuous", "SLIDE": "prismatic", "BALL": "ball", "FREE": "floating"}

@@ -10,8 +10,7 @@ from mechc_codegen.errors import MechanismError
 from mechc_codegen.mjcf.names import Names
 from mechc_codegen.mjcf.poses import exact, place_at
 from mechc_codegen.mjcf.read import CompiledFile
-from mechc_codegen.robots.geometry import IDENTITY, Place, about
-from mechc_codegen.robots.poses import place_of, pose_of
+from mechc_codegen.robots.geometry import IDENTITY, Place, about, place_of, pose_of
 from mechc_codegen.robots.robot import TURNING, Mimic, RobotJoint, substitute
 
 _ANCHORS = {"CONNECT": (0, 3), "WELD": (3, 0)}  # where the data have the points on both bodies

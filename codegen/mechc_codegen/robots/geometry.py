@@ -15,6 +15,7 @@ import sympy
 from sympy import Expr
 
 from mechc_codegen.description.placement import apply, cross, dot, plus, product
+from mechc_codegen.robots.robot import Pose
 
 Entry = Any  # int, float or Expr
 Vec = Sequence[Entry]
@@ -87,6 +88,23 @@ class Place:
         """The place of the outer frame in this one."""
         rotation = transpose(self.rotation)
         return Place(rotation, [-x for x in apply(rotation, self.origin)])
+
+
+def place_of(pose: Pose) -> Place:
+    return Place(of_angles(pose.rpy), pose.xyz)
+
+
+def pose_of(place: Place) -> Pose:
+    """The pose of a place of numbers.
+
+    Pitch and yaw are those of the rotation after the roll, which is inaccurate where the pitch is a
+    right angle; together they are accurate.
+    """
+    roll = math.atan2(place.rotation[2][1], place.rotation[2][2])
+    r = product(place.rotation, about((1, 0, 0), -roll))
+    pitch = math.atan2(-r[2][0], math.hypot(r[0][0], r[1][0]))
+    x, y, z = place.origin
+    return Pose((x, y, z), (roll, pitch, math.atan2(-r[0][1], r[1][1])))
 
 
 @dataclass(frozen=True)

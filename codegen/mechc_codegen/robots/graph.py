@@ -13,7 +13,7 @@ from mechc_codegen.errors import MechanismError
 from mechc_codegen.robots.robot import SINGLE, Robot, RobotJoint
 
 
-def connected(robot: Robot) -> Robot:
+def resolve_graph(robot: Robot) -> Robot:
     """The robot with its root, and each mimic of a joint that moves by itself.
 
     Raises

@@ -23,12 +23,19 @@ from mechc_codegen.description.solid import Solid
 from mechc_codegen.description.terms import vector_along
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.robots.closing import Side, cut_joint, cut_place
-from mechc_codegen.robots.geometry import IDENTITY, Inertia, Place, about, combine, of_angles
-from mechc_codegen.robots.graph import connected
+from mechc_codegen.robots.geometry import (
+    IDENTITY,
+    Inertia,
+    Place,
+    about,
+    combine,
+    of_angles,
+    place_of,
+)
+from mechc_codegen.robots.graph import resolve_graph
 from mechc_codegen.robots.moving import JointMotion, motion_of, of_time, orient
-from mechc_codegen.robots.poses import place_of
 from mechc_codegen.robots.robot import SINGLE, TURNING, V3, Robot, RobotJoint, RobotLink
-from mechc_codegen.robots.spanning import Branch, SpanningTree, spanning_tree
+from mechc_codegen.robots.spanning import SpanningTree, TreeJoint, spanning_tree
 from mechc_codegen.robots.values import RobotValues
 
 WORLD, BASE = "world", "base"  # what a floating base is joined to, and its joint
@@ -50,7 +57,7 @@ def mechanism_of(
         If the robot contradicts itself, nothing of it moves, or ``cut`` names a joint that closes
         no loop.
     """
-    robot = connected(robot)
+    robot = resolve_graph(robot)
     robot = _with_floating_base(robot) if floating else robot
     if all(joint.kind == "fixed" for joint in robot.joints):
         raise MechanismError(
@@ -130,7 +137,7 @@ class _MechanismBuilder:
         self.skipped: list[str] = [*self.robot.skipped]
         for branch in sorted(tree.branches, key=lambda each: each.joint.mimic is not None):
             if branch.joint.kind != "fixed":  # those that mimic may come before what they follow
-                motion = motion_of(branch.joint, self.motions, branch.turned)
+                motion = motion_of(branch.joint, self.motions, branch.is_turned)
                 self.motions[branch.joint.name] = motion
         root = self.robot.root
         self.root = _RigidGroup(root, Point(root), ReferenceFrame(root))
@@ -170,7 +177,7 @@ class _MechanismBuilder:
         )  # fmt: skip
         part.line.append(name)
 
-    def _unused(self, name: str) -> str:
+    def _free_name(self, name: str) -> str:
         """A name that no link and no point has."""
         while name in self.robot.links or name in self.points:
             name += "'"
@@ -178,23 +185,23 @@ class _MechanismBuilder:
 
     # -- joints ----------------------------------------------------------------------------
 
-    def _lead_on(self, branch: Branch) -> None:
+    def _lead_on(self, branch: TreeJoint) -> None:
         joint, (inner, at) = branch.joint, self.parts[branch.inner]
         near, far = self._on_parent(joint), place_of(joint.child_origin)
-        if branch.turned:
+        if branch.is_turned:
             near, far = far, near
         place, link = at.then(near), far.inverse()
         if joint.kind == "fixed":
             self._attach(branch.outer, inner, place.then(link))
             return
-        point = Point(branch.outer if link.is_identity else self._unused(f"{joint.name} end"))
+        point = Point(branch.outer if link.is_identity else self._free_name(f"{joint.name} end"))
         outer = _RigidGroup(branch.outer, point, ReferenceFrame(branch.outer))
         motion = self.motions[joint.name]
         motion.place(place, (outer.point, outer.frame), (inner.point, inner.frame))
         if not link.is_identity:
             self._add_point(point.name, outer, Place())
         self._attach(branch.outer, outer, link)
-        self.moving.append(_Moving(joint, motion, inner, outer, place, branch.turned))
+        self.moving.append(_Moving(joint, motion, inner, outer, place, branch.is_turned))
         if joint.kind in SINGLE:
             self._act(self.moving[-1])
         else:
@@ -281,7 +288,7 @@ class _MechanismBuilder:
             )
         on_parent = at_one.then(cut_place(joint, self._on_parent(joint)))
         on_child = at_other.then(cut_place(joint, place_of(joint.child_origin)))
-        name = self._unused(f"{joint.name} cut")
+        name = self._free_name(f"{joint.name} cut")
         self._add_point(name, one, on_parent)
         other.line.append(name)
         if joint.limits:

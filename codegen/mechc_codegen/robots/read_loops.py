@@ -20,9 +20,8 @@ from typing import TypeAlias
 from xml.etree.ElementTree import Element
 
 from mechc_codegen.robots.elements import Part
-from mechc_codegen.robots.geometry import Place, across, transpose
-from mechc_codegen.robots.graph import connected
-from mechc_codegen.robots.poses import place_of, pose_of
+from mechc_codegen.robots.geometry import Place, across, place_of, pose_of, transpose
+from mechc_codegen.robots.graph import resolve_graph
 from mechc_codegen.robots.robot import V3, Pose, Robot, RobotJoint
 from mechc_codegen.robots.spanning import spanning_tree
 
@@ -52,7 +51,7 @@ def with_loops(robot: Robot, path: Path, root: Element) -> Robot:
         name = f"ball_constraint_{number}"
         joints.append(_ball(Part(path, "drake:ball_constraint", each, name)))
     sdf = root.findall("gazebo/joint")
-    places = spanning_tree(connected(robot)).places if sdf else {}
+    places = spanning_tree(resolve_graph(robot)).places if sdf else {}
     found = [_sdf_joint(Part(path, "gazebo joint", each), places) for each in sdf]
     skipped = [each for each in found if isinstance(each, str)]
     skipped += [f"the element <{each.tag}>" for each in root if each.tag in NOT_READ]
@@ -82,12 +81,12 @@ def _constraint(part: Part) -> RobotJoint:
         axis = (1, 0, 0)
     elif kind == "prismatic" and part.child("child_axis") is not None and other != axis:
         part.refuse("slides along axes that differ: give both origins the same axes")
-    return _closing(part, kind, (parent, origin), (child, child_origin), axis)
+    return _closing_joint(part, kind, (parent, origin), (child, child_origin), axis)
 
 
 def _loop_joint(part: Part) -> RobotJoint:
     parent, child = ((part.name_in(tag, "link"), _pose_in(part, tag)) for tag in ("link1", "link2"))
-    return _closing(part, _kind(part), parent, child, part.axis(part.child("axis")))
+    return _closing_joint(part, _kind(part), parent, child, part.axis(part.child("axis")))
 
 
 def _ball(part: Part) -> RobotJoint:
@@ -96,7 +95,7 @@ def _ball(part: Part) -> RobotJoint:
          Pose(part.vector(part.child(f"drake:ball_constraint_p_{point}"), "value")))
         for body, point in (("A", "AP"), ("B", "BQ"))
     )  # fmt: skip
-    return _closing(part, "ball", parent, child)
+    return _closing_joint(part, "ball", parent, child)
 
 
 def _sdf_joint(part: Part, places: Places) -> RobotJoint | str:
@@ -119,11 +118,13 @@ def _sdf_joint(part: Part, places: Places) -> RobotJoint | str:
     on_parent = places[parent].inverse().then(places[child]).then(place_of(on_child))
     direction = part.numbers_of("axis/xyz", 3) if axis is not None else [0, 0, 1]
     along = part.direction((direction[0], direction[1], direction[2]))
-    joint = _closing(part, KINDS[kind], (parent, pose_of(on_parent)), (child, on_child), along)
+    joint = _closing_joint(
+        part, KINDS[kind], (parent, pose_of(on_parent)), (child, on_child), along
+    )
     return replace(joint, damping=part.numbers_of("axis/dynamics/damping", 1)[0])
 
 
-def _closing(
+def _closing_joint(
     part: Part, kind: str, parent: tuple[str, Pose], child: tuple[str, Pose], axis: V3 = (1, 0, 0)
 ) -> RobotJoint:
     return RobotJoint(

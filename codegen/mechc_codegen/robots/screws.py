@@ -9,8 +9,7 @@ import math
 from collections.abc import Iterable, Sequence
 
 from mechc_codegen.description.placement import apply, cross, dot, plus
-from mechc_codegen.robots.geometry import IDENTITY, Place, about, across
-from mechc_codegen.robots.poses import place_of
+from mechc_codegen.robots.geometry import IDENTITY, Place, about, across, place_of
 from mechc_codegen.robots.robot import TURNING, RobotJoint
 
 Screw = Sequence[float]
@@ -49,8 +48,8 @@ def conditioning(cut: Iterable[Screw], others: Iterable[Screw], at: Sequence[flo
     held = [_about(screw, at) for screw in others]
     size = max((math.hypot(*screw[3:]) for screw in held if any(screw[:3])), default=0.0) or 1.0
     base: list[Screw] = []
-    _extend(base, [_scaled(screw, size) for screw in free])
-    return round(_extend(base, [_scaled(screw, size) for screw in held]), DIGITS)
+    _extend(base, [_in_units_of(screw, size) for screw in free])
+    return round(_extend(base, [_in_units_of(screw, size) for screw in held]), DIGITS)
 
 
 def _directions(joint: RobotJoint) -> tuple[Iterable[Sequence[float]], Iterable[Sequence[float]]]:
@@ -77,7 +76,7 @@ def _about(screw: Screw, at: Sequence[float]) -> Screw:
     return (*screw[:3], *plus(screw[3:], cross(screw[:3], at)))
 
 
-def _scaled(screw: Screw, size: float) -> Screw:
+def _in_units_of(screw: Screw, size: float) -> Screw:
     return (*screw[:3], *(x / size for x in screw[3:]))
 
 

@@ -18,9 +18,8 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from mechc_codegen.errors import MechanismError
-from mechc_codegen.robots.geometry import Place
+from mechc_codegen.robots.geometry import Place, place_of
 from mechc_codegen.robots.graph import neighbours
-from mechc_codegen.robots.poses import place_of
 from mechc_codegen.robots.robot import Robot, RobotJoint
 from mechc_codegen.robots.screws import Screw, child_place, conditioning, freedoms
 
@@ -29,7 +28,7 @@ COUNT = {"fixed": 0, "cylindrical": 2, "universal": 2, "ball": 3, "planar": 3, "
 
 
 @dataclass(frozen=True)
-class Branch:
+class TreeJoint:
     """A joint of the tree between an inner link, on the side of the root, and an outer one."""
 
     joint: RobotJoint
@@ -37,7 +36,7 @@ class Branch:
     outer: str
 
     @property
-    def turned(self) -> bool:
+    def is_turned(self) -> bool:
         """Whether the tree leads from the joint's child to its parent."""
         return self.inner == self.joint.child
 
@@ -51,7 +50,7 @@ class SpanningTree:
     """
 
     robot: Robot
-    branches: tuple[Branch, ...]
+    branches: tuple[TreeJoint, ...]
     cuts: tuple[RobotJoint, ...]
     places: dict[str, Place]
 
@@ -92,7 +91,7 @@ def spanning_tree(
                 "holds nothing; remove it from the file"
             )
         if joint.name in with_coordinate:
-            robot, branch, joint = _halved(robot, joint)
+            robot, branch, joint = _cut_in_halves(robot, joint)
             branches.append(branch)
             places[branch.outer] = places[joint.parent]
         cuts.append(joint)
@@ -106,7 +105,7 @@ class _Growth:
         self, robot: Robot, cut: Collection[str], with_coordinate: Collection[str]
     ) -> None:
         self.robot, self.cut, self.with_coordinate = robot, cut, with_coordinate
-        self.to: dict[str, Branch] = {}
+        self.to: dict[str, TreeJoint] = {}
         self.depth = {robot.root: 0}
         self.places = {robot.root: Place()}
         self.around = neighbours(robot)
@@ -114,7 +113,7 @@ class _Growth:
         self.waiting: list[tuple[Order, int, int, str]] = []
 
     @property
-    def branches(self) -> list[Branch]:
+    def branches(self) -> list[TreeJoint]:
         return list(self.to.values())
 
     def run(self) -> None:
@@ -124,19 +123,19 @@ class _Growth:
             if outer in self.places:
                 continue
             alike = [
-                Branch(joint, inner, outer)
+                TreeJoint(joint, inner, outer)
                 for joint, inner in self.around[outer]
                 if inner in self.places
                 and (self._order(joint), self.depth[inner]) == (order, depth)
             ]
             self._keep(self._to_keep(alike) if len(alike) > 1 else alike[0])
 
-    def _keep(self, branch: Branch) -> None:
+    def _keep(self, branch: TreeJoint) -> None:
         place = child_place(branch.joint)
         inner, outer = branch.inner, branch.outer
         self.to[outer] = branch
         self.depth[outer] = self.depth[inner] + (branch.joint.kind != "fixed")
-        self.places[outer] = self.places[inner].then(place.inverse() if branch.turned else place)
+        self.places[outer] = self.places[inner].then(place.inverse() if branch.is_turned else place)
         self._lead_on(outer)
 
     def _lead_on(self, inner: str) -> None:
@@ -151,29 +150,29 @@ class _Growth:
         to_cut = (joint.kind == "distance", joint.name in self.cut, not joint.leads_on)
         return (*to_cut, joint.kind != "fixed", not refers, count)
 
-    def _to_keep(self, alike: Sequence[Branch]) -> Branch:
-        """Of branches that lead to one link the one that holds its loop worst as a cut."""
+    def _to_keep(self, alike: Sequence[TreeJoint]) -> TreeJoint:
+        """The one of branches to one link that would hold its loop worst as a cut."""
         held = [self._conditioning(one, alike[k == 0]) for k, one in enumerate(alike)]
         return alike[held.index(min(held))]
 
-    def _conditioning(self, one: Branch, kept: Branch) -> float:
-        """Of the loop by which two branches lead to a link, where the first of them is cut."""
+    def _conditioning(self, one: TreeJoint, kept: TreeJoint) -> float:
+        """How well the loop of two branches to a link is closed where the first is cut."""
         ways = self._way(one.inner), self._way(kept.inner)
         common = {branch.outer for branch in ways[0]} & {branch.outer for branch in ways[1]}
         loop = [branch for way in ways for branch in way if branch.outer not in common]
         others = [screw for branch in (*loop, kept) for screw in self._freedoms(branch)]
-        near = place_of(one.joint.child_origin if one.turned else one.joint.origin)
+        near = place_of(one.joint.child_origin if one.is_turned else one.joint.origin)
         at = self.places[one.inner].then(near).origin
         return conditioning(self._freedoms(one), others, at)
 
-    def _way(self, link: str) -> list[Branch]:
+    def _way(self, link: str) -> list[TreeJoint]:
         way = []
         while link != self.robot.root:
             way.append(self.to[link])
             link = self.to[link].inner
         return way
 
-    def _freedoms(self, branch: Branch) -> list[Screw]:
+    def _freedoms(self, branch: TreeJoint) -> list[Screw]:
         joint = branch.joint
         parent = self.places.get(joint.parent)
         if parent is None:  # the link that is not reached yet, where this branch would bring it
@@ -182,10 +181,10 @@ class _Growth:
         return freedoms(joint, parent, child)
 
 
-def _from_root(robot: Robot, kept: dict[str, Branch]) -> list[Branch]:
+def _from_root(robot: Robot, kept: dict[str, TreeJoint]) -> list[TreeJoint]:
     """The branches as one follows them through the file, each link's beyond it before the next."""
     around = neighbours(robot)
-    ordered: list[Branch] = []
+    ordered: list[TreeJoint] = []
     waiting = [kept[j.name] for j, _ in reversed(around[robot.root]) if j.name in kept]
     while waiting:
         branch = waiting.pop()
@@ -195,7 +194,7 @@ def _from_root(robot: Robot, kept: dict[str, Branch]) -> list[Branch]:
     return ordered
 
 
-def _refuse_uncut(robot: Robot, cut: Collection[str], kept: dict[str, Branch]) -> None:
+def _refuse_uncut(robot: Robot, cut: Collection[str], kept: dict[str, TreeJoint]) -> None:
     known = {joint.name for joint in robot.joints}
     for name in cut:
         if name not in known:
@@ -211,7 +210,7 @@ def _refuse_uncut(robot: Robot, cut: Collection[str], kept: dict[str, Branch]) -
             )
 
 
-def _halved(robot: Robot, joint: RobotJoint) -> tuple[Robot, Branch, RobotJoint]:
+def _cut_in_halves(robot: Robot, joint: RobotJoint) -> tuple[Robot, TreeJoint, RobotJoint]:
     """The robot with a link in two halves, the joint to one of them, and the weld of both."""
     links = dict(robot.links)
     heavy = any((links[joint.child].mass, *links[joint.child].inertia))
@@ -224,8 +223,8 @@ def _halved(robot: Robot, joint: RobotJoint) -> tuple[Robot, Branch, RobotJoint]
     links[whole] = replace(links[whole], share=links[whole].share / 2)
     links[half] = replace(links[whole], visuals=())
     if whole == joint.child:
-        branch = Branch(replace(joint, child=half), joint.parent, half)
+        branch = TreeJoint(replace(joint, child=half), joint.parent, half)
     else:
-        branch = Branch(replace(joint, parent=half), joint.child, half)
+        branch = TreeJoint(replace(joint, parent=half), joint.child, half)
     weld = RobotJoint(f"{joint.name} weld", "fixed", whole, half)
     return replace(robot, links=links), branch, weld

@@ -1,8 +1,8 @@
 """Each form in which files close a loop is the same linkage, and what is not read is named."""
 
 import pytest
-from mechc_codegen.robots.graph import connected
-from mechc_codegen.robots.poses import place_of
+from mechc_codegen.robots.geometry import place_of
+from mechc_codegen.robots.graph import resolve_graph
 from mechc_codegen.robots.read_urdf import read_robot
 from mechc_codegen.robots.spanning import spanning_tree
 
@@ -44,7 +44,7 @@ def read(folder, loop):
 
 @pytest.mark.parametrize("form", LOOPS)
 def test_the_two_sides_of_a_loop_meet_at_the_start(form, tmp_path):
-    tree = spanning_tree(connected(read(tmp_path, LOOPS[form])))
+    tree = spanning_tree(resolve_graph(read(tmp_path, LOOPS[form])))
     (cut,) = tree.cuts
     assert (cut.parent, cut.child) == ("c", "b")
     sides = (cut.parent, cut.origin), (cut.child, cut.child_origin)
@@ -58,7 +58,7 @@ def test_the_two_sides_of_a_loop_meet_at_the_start(form, tmp_path):
 
 def test_a_universal_joint_has_an_axis_on_each_side(tmp_path):
     loop = LOOPS["constraint"].replace("revolute", "universal").replace("0 2 0", "0 0 3")
-    (cut,) = spanning_tree(connected(read(tmp_path, loop))).cuts
+    (cut,) = spanning_tree(resolve_graph(read(tmp_path, loop))).cuts
     on_parent, on_child = (place_of(pose).rotation for pose in (cut.origin, cut.child_origin))
     assert [row[0] for row in on_parent] == pytest.approx([0, 0, 1])
     assert [row[1] for row in on_child] == pytest.approx([0, 1, 0])
@@ -68,7 +68,7 @@ def test_a_damper_of_gazebo_keeps_its_joint_in_the_tree(tmp_path):
     damped = LOOPS["gazebo"].replace("</axis>", "<dynamics><damping>3</damping></dynamics></axis>")
     robot = read(tmp_path, damped)
     assert robot.joints[-1].damping == 3
-    tree = spanning_tree(connected(robot), with_coordinate=("C",))
+    tree = spanning_tree(resolve_graph(robot), with_coordinate=("C",))
     assert [cut.name for cut in tree.cuts] == ["C weld"]
 
 
@@ -100,5 +100,5 @@ def test_errors_name_the_element(what, tmp_path):
     form, old, new, words = WRONG[what]
     assert old in LOOPS[form]
     with pytest.raises(mechc.MechanismError) as caught:
-        connected(read(tmp_path, LOOPS[form].replace(old, new)))
+        resolve_graph(read(tmp_path, LOOPS[form].replace(old, new)))
     assert words in str(caught.value)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mechc_codegen.robots.graph import connected
+from mechc_codegen.robots.graph import resolve_graph
 from mechc_codegen.robots.mechanism import mechanism_of
 from mechc_codegen.robots.robot import Pose, Robot, RobotJoint, RobotLink
 from mechc_codegen.robots.spanning import spanning_tree
@@ -15,7 +15,7 @@ from tests.compiler.robots.loops import MACHINES, cut_sets, four_bar, machine
 
 
 def tree_of(robot, *args):
-    return spanning_tree(connected(robot), *args)
+    return spanning_tree(resolve_graph(robot), *args)
 
 
 def names(joints):
@@ -43,7 +43,7 @@ def test_the_tree_is_short():
     for branch in tree.branches:
         depth[branch.outer] = depth[branch.inner] + 1
     assert max(depth.values()) == 5
-    assert sum(branch.turned for branch in tree.branches) == 5
+    assert sum(branch.is_turned for branch in tree.branches) == 5
 
 
 def test_the_cut_is_the_pin_that_holds_its_loop_better():

@@ -289,6 +289,11 @@ class Mechanism:
         return (*written, *(row for closure in self.closures for row in closure.rows))
 
     @property
+    def cuts(self) -> tuple[str, ...]:
+        """Names of the joints that close loops: constraints hold them, they have no coordinates."""
+        return tuple(joint.name for joint in self.joints if joint.is_cut)
+
+    @property
     def rows(self) -> tuple[str, ...]:
         """Name of every row of J: holonomic constraints first."""
         holonomic = [name for name, _ in self.holonomic]

@@ -24,6 +24,7 @@ from mechc_codegen.description.joints.cuts import Cut
 from mechc_codegen.description.joints.tree import (
     Body,
     Joint,
+    check_joints,
     joint_of,
     joint_tree,
     refuse_unreached,
@@ -100,6 +101,7 @@ def from_joints(
     every = [joint.on_ground((ground,)) for _, joint in given]
     sides = dict.fromkeys(body for joint in every for body in (joint.parent, joint.child))
     bodies = [body for body in sides if body is not None]
+    check_joints(name, every)
     tree = joint_tree(every, bodies)
     refuse_unreached(name, tree)
     states = _JointStates((old, new) for (old, _), new in zip(given, every, strict=True))

@@ -2,7 +2,8 @@
 
 A given value replaces the default of the same name.  The other defaults are kept as far as there
 are degrees of freedom for them; otherwise they are dropped, and those of coordinates become a guess
-near which the loops are closed, unless the mechanism has a preferred assembly.
+near which the loops are closed, unless the mechanism has a preferred assembly.  A default start of
+all coordinates is such a guess itself: digits that it lacks open no loop.
 """
 
 from __future__ import annotations
@@ -31,7 +32,8 @@ def filled_start(
     own_speeds = {n: v for n, v in system.start.items() if n in system.speeds}
     chosen, chosen_guess = dict(coordinates), dict(guess)
     if not coordinates and not guess:
-        chosen = own
+        whole = system.scene.holonomic and own.keys() >= {*system.coordinates}
+        chosen, chosen_guess = ({}, own) if whole else (own, {})
     elif coordinates:
         chosen = _together(own, coordinates, closed_freedoms(system))
         chosen_guess = guess_of_start(system, chosen) | chosen_guess

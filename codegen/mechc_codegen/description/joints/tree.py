@@ -18,6 +18,11 @@ from sympy.physics.mechanics.joint import Joint as SymPyJoint
 from mechc_codegen.errors import MechanismError
 
 Body: TypeAlias = "RigidBody | Particle"
+CUTS = {
+    "PinJoint": "pin", "PrismaticJoint": "prismatic", "CylindricalJoint": "cylindrical",
+    "PlanarJoint": "planar", "SphericalJoint": "spherical", "BallJoint": "spherical",
+    "UniversalJoint": "universal", "WeldJoint": "weld",
+}  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +41,8 @@ class Joint:
         Those of the child's motion relative to the parent.
     quaternion
         Those of the coordinates that are a quaternion whose multiples are one attitude.
+    cut_as
+        The method of :class:`mechc.Cut` that makes the cut of a joint of this kind, where known.
     """
 
     name: str
@@ -48,6 +55,7 @@ class Joint:
     coordinates: tuple[AppliedUndef, ...] = ()
     speeds: tuple[AppliedUndef, ...] = ()
     quaternion: tuple[AppliedUndef, ...] = ()
+    cut_as: str = ""
 
     def on_ground(self, at_rest: Collection[Body]) -> Self:
         """The joint with the ground in place of these bodies."""
@@ -87,6 +95,7 @@ def joint_of(joint: Any) -> Joint:
         tuple(joint.coordinates),
         tuple(joint.speeds),
         tuple(getattr(joint, "quaternion", ())),
+        CUTS.get(type(joint).__name__, ""),
     )
 
 
@@ -210,9 +219,19 @@ def _refuse_loops(mechanism: str, joints: Sequence[Joint]) -> None:
             raise MechanismError(
                 f"{mechanism}: the joint {joint.name} closes a loop: {_title(joint.child)} is "
                 f"joined to {_title(joint.parent)} through {through} already. A body is the child "
-                "of one joint of the tree, so one joint of the loop must be a cut (mechc.Cut)"
+                "of one joint of the tree, so one joint of the loop must be a cut: "
+                f"{_advice(joint)}"
             )
         neighbours.add(joint)
+
+
+def _advice(joint: Joint) -> str:
+    if not joint.cut_as:
+        return "write it as mechc.Cut.pin(...), or of another kind"
+    return (
+        f"write mechc.Cut.{joint.cut_as}({joint.name!r}, ...) with the same bodies, points, frames "
+        "and axis, without coordinates and speeds"
+    )
 
 
 def _title(body: Body | None) -> str:

@@ -93,6 +93,14 @@ def test_a_loop_without_a_cut_is_refused_by_the_joint_that_closes_it() -> None:
         Mechanism(**described(joints, ground, extra=[Joint("x", None, b, *places)]))
 
 
+def test_a_joint_of_sympy_that_closes_a_loop_is_told_how_to_be_written() -> None:
+    ground, a, b = bodies("a", "b")
+    joints = pins(ground, a, b)
+    joints.append(PinJoint("close", b, a, joint_axis=b.z))
+    with pytest.raises(MechanismError, match=r"joint close closes .* write mechc\.Cut\.pin\('clo"):
+        from_joints("two", joints, ground=ground)
+
+
 def described(joints: Any, ground: RigidBody, extra: Any = ()) -> dict[str, Any]:
     made = from_joints("two", joints, ground=ground)
     kept = {name: getattr(made, name) for name in made.__dataclass_fields__}

@@ -15,6 +15,7 @@ import sympy
 from sympy import Expr
 
 from mechc_codegen.description.placement import apply, cross, dot, plus, product
+from mechc_codegen.robots.robot import Pose
 
 Entry = Any  # int, float or Expr
 Vec = Sequence[Entry]
@@ -53,6 +54,10 @@ def of_angles(rpy: Vec) -> Mat:
     return product(about((0, 0, 1), yaw), turned)
 
 
+def transpose(matrix: Mat) -> Mat:
+    return list(zip(*matrix, strict=True))
+
+
 def across(axis: Vec) -> tuple[Vec, Vec]:
     """Two directions that form a right-handed system with the axis as the third."""
     least = min(range(3), key=lambda k: abs(axis[k]))
@@ -69,10 +74,37 @@ class Place:
     rotation: Mat = IDENTITY
     origin: Vec = (0, 0, 0)
 
+    @property
+    def is_identity(self) -> bool:
+        rows = [list(row) for row in self.rotation]
+        return rows == [list(row) for row in IDENTITY] and not any(self.origin)
+
     def then(self, other: Place) -> Place:
         """The place in the outer frame of a place that is given in this frame."""
         rotation = product(self.rotation, other.rotation)
         return Place(rotation, plus(self.origin, apply(self.rotation, other.origin)))
+
+    def inverse(self) -> Place:
+        """The place of the outer frame in this one."""
+        rotation = transpose(self.rotation)
+        return Place(rotation, [-x for x in apply(rotation, self.origin)])
+
+
+def place_of(pose: Pose) -> Place:
+    return Place(of_angles(pose.rpy), pose.xyz)
+
+
+def pose_of(place: Place) -> Pose:
+    """The pose of a place of numbers.
+
+    Pitch and yaw are those of the rotation after the roll, which is inaccurate where the pitch is a
+    right angle; together they are accurate.
+    """
+    roll = math.atan2(place.rotation[2][1], place.rotation[2][2])
+    r = product(place.rotation, about((1, 0, 0), -roll))
+    pitch = math.atan2(-r[2][0], math.hypot(r[0][0], r[1][0]))
+    x, y, z = place.origin
+    return Pose((x, y, z), (roll, pitch, math.atan2(-r[0][1], r[1][1])))
 
 
 @dataclass(frozen=True)
@@ -87,10 +119,17 @@ class Inertia:
     def vanishes(self) -> bool:
         return self.mass == 0 and not any(entry != 0 for row in self.about for entry in row)
 
+    def share(self, part: float) -> Inertia:
+        """The inertia of this part of the body, in the same place."""
+        if part == 1:
+            return self
+        about = [[part * entry for entry in row] for row in self.about]
+        return Inertia(part * self.mass, self.centre, about)
+
     def transform(self, place: Place) -> Inertia:
         """The inertia in the frame in which this frame has the given place."""
         rotation = place.rotation
-        turned = product(product(rotation, self.about), list(zip(*rotation, strict=True)))
+        turned = product(product(rotation, self.about), transpose(rotation))
         return Inertia(
             self.mass, plus(place.origin, apply(rotation, self.centre)), _symmetric(turned)
         )

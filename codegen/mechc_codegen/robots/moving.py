@@ -6,10 +6,10 @@ Input: a joint, and the place of its frame on the body that carries it.  Output:
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
-from sympy import Expr, Function, Matrix, sympify
+from sympy import Expr, Function, Matrix, S, Symbol, cos, sin, sympify
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Point, ReferenceFrame, dynamicsymbols
 
@@ -17,8 +17,8 @@ from mechc_codegen.description.mechanism import Coordinate, Quantity, Speed
 from mechc_codegen.description.placement import apply, plus, product
 from mechc_codegen.description.terms import vector_along
 from mechc_codegen.joints.attitude import attitude_matrix, quaternion_rates
-from mechc_codegen.urdf.geometry import Mat, Place, Vec, about, across
-from mechc_codegen.urdf.robot import TURNING, RobotJoint
+from mechc_codegen.robots.geometry import Mat, Place, Vec, about, across, transpose
+from mechc_codegen.robots.robot import TURNING, RobotJoint
 
 
 def orient(child: ReferenceFrame, parent: ReferenceFrame, rotation: Mat) -> None:
@@ -69,27 +69,66 @@ class JointMotion:
         way = plus(at.origin, apply(at.rotation, self.way))
         point.set_pos(carrier[0], vector_along(way, carrier[1]))
 
+    def inverse(self) -> JointMotion:
+        """The motion of the joint's frame in the child's."""
+        rotation = transpose(self.rotation)
+        return replace(
+            self,
+            rotation=rotation,
+            way=[-x for x in apply(rotation, self.way)],
+            turning=[-x for x in apply(self.rotation, self.turning)],
+        )
 
-def motion_of(joint: RobotJoint, positions: Mapping[str, JointMotion]) -> JointMotion:
-    """The motion of a joint; ``positions``: those of the joints that mimics may follow."""
-    if joint.kind == "floating":
-        return _floating(joint)
-    if joint.kind == "planar":
-        return _planar(joint)
+
+def motion_of(
+    joint: RobotJoint, positions: Mapping[str, JointMotion], turned: bool = False
+) -> JointMotion:
+    """The motion of a joint; ``positions``: those of the joints that mimics may follow.
+
+    ``turned``: that of the parent against the child, by the same coordinates.
+    """
+    several = {
+        "floating": _floating, "planar": _planar, "ball": _ball,
+        "universal": _universal, "cylindrical": _cylindrical,
+    }  # fmt: skip
+    if joint.kind in several:
+        motion = several[joint.kind](joint)
+        return motion.inverse() if turned else motion
+    axis = [-x for x in joint.axis] if turned else joint.axis
     motion = JointMotion()
     if joint.mimic is None:
         unit = "rad" if joint.kind in TURNING else "m"
         q, u = motion.add(joint, ("q", "u"), unit)
     else:
-        followed = positions[joint.mimic.joint]
-        factor = sympify(joint.mimic.multiplier)
-        q = factor * followed.position + sympify(joint.mimic.offset)
-        u = factor * followed.rate
+        followed, x = positions[joint.mimic.joint], Symbol("x")
+        terms = (sympify(c) * x**k for k, c in enumerate(joint.mimic.coefficients))
+        polynomial = sum(terms, S.Zero)
+        q = polynomial.xreplace({x: followed.position})
+        u = polynomial.diff(x).xreplace({x: followed.position}) * followed.rate
     motion.position, motion.rate = q, u
     turns = joint.kind in TURNING
-    motion.rotation = about(joint.axis, q if turns else 0)
-    motion.turning = [u * x if turns else 0 for x in joint.axis]
-    motion.way = [0 if turns else q * x for x in joint.axis]
+    motion.rotation = about(axis, q if turns else 0)
+    motion.turning = [u * x if turns else 0 for x in axis]
+    motion.way = [0 if turns else q * x for x in axis]
+    return motion
+
+
+def _cylindrical(joint: RobotJoint) -> JointMotion:
+    motion = JointMotion()
+    angle, rate = motion.add(joint, ("q", "u"), "rad")
+    way, _ = motion.add(joint, ("x", "vx"), "m")
+    motion.rotation = about(joint.axis, angle)
+    motion.turning = [rate * x for x in joint.axis]
+    motion.way = [way * x for x in joint.axis]
+    return motion
+
+
+def _universal(joint: RobotJoint) -> JointMotion:
+    motion = JointMotion()
+    first, first_rate = motion.add(joint, ("qx", "ux"), "rad")
+    second, second_rate = motion.add(joint, ("qy", "uy"), "rad")
+    motion.rotation = product(about((1, 0, 0), first), about((0, 1, 0), second))
+    motion.turning = [first_rate * cos(second), second_rate, first_rate * sin(second)]
     return motion
 
 
@@ -108,6 +147,15 @@ def _planar(joint: RobotJoint) -> JointMotion:
 def _floating(joint: RobotJoint) -> JointMotion:
     motion = JointMotion()
     motion.way = [motion.add(joint, (axis, f"v{axis}"), "m")[0] for axis in "xyz"]
+    return _with_attitude(motion, joint)
+
+
+def _ball(joint: RobotJoint) -> JointMotion:
+    return _with_attitude(JointMotion(), joint)
+
+
+def _with_attitude(motion: JointMotion, joint: RobotJoint) -> JointMotion:
+    """The motion, besides by a quaternion."""
     q = [of_time(f"q{k}_{joint.name}") for k in range(4)]
     w = [of_time(f"w{axis}_{joint.name}") for axis in "xyz"]
     described = f"of the joint {joint.name}"

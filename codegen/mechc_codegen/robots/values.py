@@ -14,7 +14,7 @@ from sympy import Symbol
 
 from mechc_codegen.description.mechanism import Parameter, Quantity
 from mechc_codegen.errors import MechanismError
-from mechc_codegen.urdf.robot import Number, Robot, RobotJoint, RobotLink
+from mechc_codegen.robots.robot import Number, Robot, RobotJoint, RobotLink
 
 OF_LINKS = {
     "mass": "its mass",
@@ -25,6 +25,8 @@ OF_JOINTS = {
     "origin": "its place on the parent",
     "orientation": "roll, pitch and yaw there",
     "damping": "its viscous damping",
+    "stiffness": "of its spring",
+    "armature": "of its motor's rotor",
     "limits": "bounds of position, speed and effort",
 }
 _INERTIA = ("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
@@ -64,6 +66,14 @@ class RobotValues:
     def damping(self, joint: RobotJoint, unit: str) -> Any:
         return self._value("damping", joint.name, "d", joint.damping, unit, "damping of {}", 0.0)
 
+    def stiffness(self, joint: RobotJoint, unit: str) -> Any:
+        what = "stiffness of {}"
+        return self._value("stiffness", joint.name, "k", joint.stiffness, unit, what, lower=0.0)
+
+    def armature(self, joint: RobotJoint, unit: str) -> Any:
+        what = "inertia of the rotor of {}"
+        return self._value("armature", joint.name, "a", joint.armature, unit, what, lower=0.0)
+
     def limit(self, joint: RobotJoint, which: str, unit: str) -> Any:
         """A bound of a joint; None where the file has none."""
         given = joint.limits.get(which)
@@ -87,7 +97,9 @@ class RobotValues:
             return number
         symbol = Symbol(f"{letter}_{name}")
         quantity = Quantity(unit, what.format(name), lower=lower, closed=lower > -inf)
-        self.parameters.append(Parameter(symbol, float(number), quantity))
+        parameter = Parameter(symbol, float(number), quantity)
+        if parameter not in self.parameters:  # halves of one link have one mass
+            self.parameters.append(parameter)
         return symbol
 
 

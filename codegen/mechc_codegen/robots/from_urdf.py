@@ -1,0 +1,88 @@
+"""A URDF file -> Mechanism: :func:`from_urdf`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from mechc_codegen.description.mechanism import Mechanism
+from mechc_codegen.errors import MechanismError
+from mechc_codegen.robots.mechanism import mechanism_of
+from mechc_codegen.robots.read_urdf import read_robot
+from mechc_codegen.robots.robot import SINGLE, Motor, Robot
+
+
+def from_urdf(
+    path: str | Path,
+    symbolic: Iterable[Any] = (),
+    *,
+    driven: Iterable[str] | str = (),
+    cut: Iterable[str] | str = (),
+    floating: bool = False,
+    name: str | None = None,
+) -> Mechanism:
+    """The robot in a URDF file, as a mechanism to compile.
+
+    Coordinates ``q_JOINT`` and speeds ``u_JOINT`` of revolute, continuous and prismatic joints, in
+    rad and m; a floating joint has those of :class:`mechc.FreeJoint`; a planar one ``x_JOINT,
+    y_JOINT, q_JOINT`` and their rates ``vx_JOINT, vy_JOINT, u_JOINT``, x and y across its axis.  A
+    joint that mimics another has none of its own, its position is an expression of the other's.
+    Links are those of the file, fixed to each other where a joint is fixed; the root is the ground.
+
+    Links may form loops.  A spanning tree of the joints has coordinates, those that close loops are
+    cuts (:class:`mechc.Cut`), which ``mechanism.cuts`` names: first the joints of ``loop_joint``,
+    then those with most freedoms; those that keep the tree short and the loops well conditioned.
+
+    Parameters
+    ----------
+    path
+        A URDF file.  It is untrusted: no entity is expanded and no other file is opened.
+    symbolic
+        What becomes parameters with the file's numbers for defaults; everything else is compiled
+        in.  Kinds of values, for all links and joints: ``"mass"`` (``m_LINK``), ``"centre"``
+        (``cx_LINK``, ...), ``"inertia"`` (``Ixx_LINK``, ..., about the mass centre), ``"origin"``
+        of joints (``ox_JOINT``, ...), ``"orientation"`` (``roll_JOINT``, ``pitch_``, ``yaw_``),
+        ``"damping"`` (``d_JOINT``), ``"stiffness"`` (``k_JOINT``), ``"armature"`` (``a_JOINT``),
+        ``"limits"`` (``lower_JOINT``, ``upper_``, ``velocity_``, ``effort_``); or pairs of a name
+        and a kind, ``("forearm", "mass")``.
+    driven
+        Names of joints, or ``"all"`` with one coordinate: each has an input ``tau_JOINT``, the
+        torque (N m) or force (N) of its motor, which is given with a run.
+    cut
+        Names of joints that close loops; mechc chooses for the loops that they leave.
+    floating
+        The root moves freely: a floating joint ``base`` joins it to the ground.
+    name
+        Name of the mechanism; by default the robot's.
+
+    Returns
+    -------
+    Mechanism
+        Its ``limits`` have the bounds of the joints, which nothing enforces: see
+        :class:`mechc.Stop`.  Weight has the parameter ``g``, along -z of the root.
+
+    Raises
+    ------
+    MechanismError
+        If the file is no URDF or contradicts itself, or ``cut`` names a joint that closes no loop;
+        the message names the link or the joint.
+    """
+    robot = read_robot(Path(path))
+    robot = replace(robot, name=name or robot.name, motors=_motors(robot, driven))
+    return mechanism_of(robot, symbolic, cut=cut, floating=floating)
+
+
+def _motors(robot: Robot, driven: Iterable[str] | str) -> tuple[Motor, ...]:
+    own = {j.name: j for j in robot.joints if j.kind in SINGLE and j.mimic is None}
+    if driven == "all":
+        names = [name for name, joint in own.items() if joint.leads_on]
+    else:
+        names = [driven] if isinstance(driven, str) else [*driven]
+    for each in sorted({*names} - own.keys()):
+        raise MechanismError(
+            f"{robot.name}: driven={each!r} is no joint with a coordinate of its own; these are "
+            f"{', '.join(map(repr, sorted(own)))}"
+        )
+    return tuple(Motor(f"tau_{each}", each) for each in own if each in names)

@@ -1,0 +1,436 @@
+"""A robot -> Mechanism: :func:`mechanism_of`.
+
+Links that are fixed to each other are one body.  Each body's frame is oriented against the one
+before it in one step, in which the constant rotations are multiplied out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from math import hypot
+from typing import Any
+
+from sympy import Expr, S, Symbol, sympify
+from sympy.physics.mechanics import Point, ReferenceFrame, RigidBody, inertia
+from sympy.physics.vector import Vector
+
+from mechc_codegen.description.drawing import Drawing
+from mechc_codegen.description.joints.tree import Joint
+from mechc_codegen.description.mechanism import Limits, Load, Mechanism, Parameter, Quantity
+from mechc_codegen.description.placement import apply
+from mechc_codegen.description.solid import Solid
+from mechc_codegen.description.terms import vector_along
+from mechc_codegen.errors import MechanismError
+from mechc_codegen.robots.closing import Side, cut_joint, cut_place
+from mechc_codegen.robots.geometry import (
+    IDENTITY,
+    Inertia,
+    Place,
+    about,
+    combine,
+    of_angles,
+    place_of,
+)
+from mechc_codegen.robots.graph import resolve_graph
+from mechc_codegen.robots.moving import JointMotion, motion_of, of_time, orient
+from mechc_codegen.robots.robot import SINGLE, TURNING, V3, Robot, RobotJoint, RobotLink
+from mechc_codegen.robots.spanning import SpanningTree, TreeJoint, spanning_tree
+from mechc_codegen.robots.values import RobotValues
+
+WORLD, BASE = "world", "base"  # what a floating base is joined to, and its joint
+DOWN: V3 = (0, 0, -1)
+
+
+def mechanism_of(
+    robot: Robot,
+    symbolic: Iterable[Any] = (),
+    *,
+    cut: Iterable[str] | str = (),
+    floating: bool = False,
+) -> Mechanism:
+    """The mechanism of a robot as its file has it; parameters as in :func:`from_urdf`.
+
+    Raises
+    ------
+    MechanismError
+        If the robot contradicts itself, nothing of it moves, or ``cut`` names a joint that closes
+        no loop.
+    """
+    robot = resolve_graph(robot)
+    robot = _with_floating_base(robot) if floating else robot
+    if all(joint.kind == "fixed" for joint in robot.joints):
+        raise MechanismError(
+            f"{robot.name}: no joint of the file moves; floating=True frees the root"
+        )
+    values = RobotValues(robot, symbolic)
+    named = [cut] if isinstance(cut, str) else [*cut]
+    return _MechanismBuilder(
+        spanning_tree(robot, named, _with_coordinate(robot)), values
+    ).mechanism()
+
+
+def _with_floating_base(robot: Robot) -> Robot:
+    """The robot with a floating joint between the ground and its root."""
+    if WORLD in robot.links or BASE in {joint.name for joint in robot.joints}:
+        raise MechanismError(
+            f"{robot.name}: a floating base adds the link {WORLD!r} and the joint {BASE!r}, but "
+            "the file has one of these names"
+        )
+    free = RobotJoint(BASE, "floating", WORLD, robot.root)
+    links = {WORLD: RobotLink(WORLD), **robot.links}
+    return replace(robot, links=links, joints=(free, *robot.joints), root=WORLD)
+
+
+def _with_coordinate(robot: Robot) -> set[str]:
+    """The joints to whose coordinate a motor, spring, damper, rotor or mimic refers."""
+    acting = {
+        joint.name
+        for joint in robot.joints
+        if any((joint.damping, joint.friction, joint.stiffness, joint.armature, joint.mimic))
+    }
+    followed = {joint.mimic.joint for joint in robot.joints if joint.mimic}
+    return acting | followed | {motor.joint for motor in robot.motors}
+
+
+@dataclass
+class _RigidGroup:
+    """Links that are fixed to each other, on the frame of the joint that leads to the first."""
+
+    name: str
+    point: Point
+    frame: ReferenceFrame
+    inertias: list[Inertia] = field(default_factory=list)
+    potential: Expr = S.Zero
+    body: RigidBody | None = None
+    line: list[str] = field(default_factory=list)
+
+
+@dataclass
+class _Moving:
+    """A joint of the tree that moves the outer group against the inner one.
+
+    ``place``: of its frame on the inner group.
+    """
+
+    joint: RobotJoint
+    motion: JointMotion
+    inner: _RigidGroup
+    outer: _RigidGroup
+    place: Place
+    turned: bool
+
+
+class _MechanismBuilder:
+    """The parts of the mechanism, joint after joint from the root outwards."""
+
+    def __init__(self, tree: SpanningTree, values: RobotValues) -> None:
+        self.tree, self.robot, self.values = tree, tree.robot, values
+        self.points: dict[str, Point] = {}
+        self.parts: dict[str, tuple[_RigidGroup, Place]] = {}
+        self.motions: dict[str, JointMotion] = {}
+        self.moving: list[_Moving] = []
+        self.loads: list[Load] = []
+        self.inputs: dict[Any, None] = {}
+        self.limits: dict[str, Limits] = {}
+        self.solids: list[Solid] = []
+        self.skipped: list[str] = [*self.robot.skipped]
+        for branch in sorted(tree.branches, key=lambda each: each.joint.mimic is not None):
+            if branch.joint.kind != "fixed":  # those that mimic may come before what they follow
+                motion = motion_of(branch.joint, self.motions, branch.is_turned)
+                self.motions[branch.joint.name] = motion
+        root = self.robot.root
+        self.root = _RigidGroup(root, Point(root), ReferenceFrame(root))
+        self._attach(root, self.root, Place())
+        for branch in tree.branches:
+            self._lead_on(branch)
+        self._embody()
+        self.joints = [self._joint(moving) for moving in self.moving]
+        self.bodies = [moving.outer.body for moving in self.moving]
+        for moving in self.moving:
+            self._add_rotors(moving)
+        self.joints += [self._cut(joint) for joint in tree.cuts]
+
+    # -- links -----------------------------------------------------------------------------
+
+    def _attach(self, name: str, part: _RigidGroup, place: Place) -> None:
+        """Add a link at a place on its part: its inertia and its shapes."""
+        link = self.robot.links[name]
+        self.parts[name] = (part, place)
+        self._add_point(name, part, place)
+        turned = Inertia(0, (0, 0, 0), self.values.inertia(link))
+        central = turned.transform(Place(of_angles(link.centre.rpy))).about
+        own = Inertia(self.values.mass(link), self.values.centre(link), central)
+        part.inertias.append(own.share(link.share).transform(place))
+        for visual in link.visuals:
+            shape = _side(f"{visual.label} shape", part, place.then(place_of(visual.pose)))
+            frame = None if visual.kind == "ball" else shape.frame
+            self.solids.append(
+                Solid(visual.kind, visual.label, shape.point, frame, tuple(visual.sizes))
+            )
+
+    def _add_point(self, name: str, part: _RigidGroup, place: Place) -> None:
+        """Add a named point of a part, to which the part's line leads."""
+        at = part.point
+        self.points[name] = at if name == at.name else at.locatenew(
+            name, vector_along(place.origin, part.frame)
+        )  # fmt: skip
+        part.line.append(name)
+
+    def _free_name(self, name: str) -> str:
+        """A name that no link and no point has."""
+        while name in self.robot.links or name in self.points:
+            name += "'"
+        return name
+
+    # -- joints ----------------------------------------------------------------------------
+
+    def _lead_on(self, branch: TreeJoint) -> None:
+        joint, (inner, at) = branch.joint, self.parts[branch.inner]
+        near, far = self._on_parent(joint), place_of(joint.child_origin)
+        if branch.is_turned:
+            near, far = far, near
+        place, link = at.then(near), far.inverse()
+        if joint.kind == "fixed":
+            self._attach(branch.outer, inner, place.then(link))
+            return
+        point = Point(branch.outer if link.is_identity else self._free_name(f"{joint.name} end"))
+        outer = _RigidGroup(branch.outer, point, ReferenceFrame(branch.outer))
+        motion = self.motions[joint.name]
+        motion.place(place, (outer.point, outer.frame), (inner.point, inner.frame))
+        if not link.is_identity:
+            self._add_point(point.name, outer, Place())
+        self._attach(branch.outer, outer, link)
+        self.moving.append(_Moving(joint, motion, inner, outer, place, branch.is_turned))
+        if joint.kind in SINGLE:
+            self._act(self.moving[-1])
+        else:
+            self._act_on_several(self.moving[-1])
+
+    def _on_parent(self, joint: RobotJoint) -> Place:
+        return Place(of_angles(self.values.orientation(joint)), self.values.origin(joint))
+
+    def _act(self, moving: _Moving) -> None:
+        """Add the motors, the damper and the spring of a joint, and its limits."""
+        joint, motion = moving.joint, moving.motion
+        unit = "rad" if joint.kind in TURNING else "m"
+        effort = {"rad": "N m", "m": "N"}[unit]
+        applied = -sympify(self.values.damping(joint, f"{effort} s/{unit}")) * motion.rate
+        stiffness = sympify(self.values.stiffness(joint, f"{effort}/{unit}"))
+        stretch = motion.position - sympify(joint.rest)
+        applied -= stiffness * stretch
+        moving.outer.potential += stiffness * stretch**2 / 2
+        for motor in (each for each in self.robot.motors if each.joint == joint.name):
+            drive = of_time(motor.name)
+            self.inputs[drive] = None
+            applied += sympify(motor.gear) * drive
+        if applied != 0:
+            self._push(moving, applied)
+        bounds = (("lower", unit), ("upper", unit), ("velocity", f"{unit}/s"), ("effort", effort))
+        bound = {name: self.values.limit(joint, name, of) for name, of in bounds}
+        self.limits[joint.name] = Limits(motion.position, **bound)
+        if joint.friction:
+            self.skipped.append(f"dry friction of the joint {joint.name} ({joint.friction})")
+
+    def _act_on_several(self, moving: _Moving) -> None:
+        """Add the damper of a ball joint, or one that floats from the ground; name what else is."""
+        joint, inner, outer = moving.joint, moving.inner, moving.outer
+        found = {"dry friction": joint.friction, "a spring": joint.stiffness}
+        from_ground = inner is self.root and not moving.turned
+        if joint.kind == "ball" or (joint.kind == "floating" and from_ground):
+            damping = sympify(self.values.damping(joint, "N m s/rad"))
+            spin = outer.frame.ang_vel_in(inner.frame)
+            self.loads += [(outer.frame, -damping * spin), (inner.frame, damping * spin)]
+            if joint.kind == "floating":
+                rates = [speed.symbol for speed in moving.motion.speeds[:3]]
+                velocity = vector_along(apply(moving.place.rotation, rates), inner.frame)
+                self.loads.append((outer.point, -damping * velocity))
+        else:
+            found["damping"] = joint.damping
+        if not moving.motion.quaternion:
+            found["a rotor"] = joint.armature
+        self.skipped += [
+            f"{what} of the {joint.kind} joint {joint.name} ({value})"
+            for what, value in found.items()
+            if value
+        ]
+
+    def _push(self, moving: _Moving, size: Expr) -> None:
+        """Add a torque about the axis or a force along it, on the child, and its reaction."""
+        inner, outer = moving.inner, moving.outer
+        along = (-size if moving.turned else size) * vector_along(moving.joint.axis, outer.frame)
+        if moving.joint.kind in TURNING:
+            self.loads += [(outer.frame, along), (inner.frame, -along)]
+            return
+        start = inner.point.locatenew(
+            f"{moving.joint.name} start", vector_along(moving.place.origin, inner.frame)
+        )
+        self.loads += [(outer.point, along), (start, -along)]
+
+    def _joint(self, moving: _Moving) -> Joint:
+        joint, motion, outer = moving.joint, moving.motion, moving.outer
+        parent = _side(f"{joint.name} start", moving.inner, moving.place)
+        child = Side(outer.body, outer.point, outer.frame)
+        if moving.turned:
+            parent, child = child, parent
+        own = (tuple(c.symbol for c in motion.coordinates), tuple(s.symbol for s in motion.speeds))
+        return Joint(
+            joint.name, parent.body, child.body, parent.point, child.point, parent.frame,
+            child.frame, *own, quaternion=motion.quaternion,
+        )  # fmt: skip
+
+    def _cut(self, joint: RobotJoint) -> Joint:
+        (one, at_one), (other, at_other) = self.parts[joint.parent], self.parts[joint.child]
+        if one is other:
+            raise MechanismError(
+                f"{self.robot.name}: the joint {joint.name!r} closes a loop of links that are "
+                "fixed to each other; remove it from the file"
+            )
+        on_parent = at_one.then(cut_place(joint, self._on_parent(joint)))
+        on_child = at_other.then(cut_place(joint, place_of(joint.child_origin)))
+        name = self._free_name(f"{joint.name} cut")
+        self._add_point(name, one, on_parent)
+        other.line.append(name)
+        if joint.limits:
+            self.skipped.append(f"the limits of the joint {joint.name}, which is cut")
+        parent = _side(f"{joint.name} on {joint.parent}", one, on_parent)
+        child = _side(f"{joint.name} on {joint.child}", other, on_child)
+        return cut_joint(joint, parent, child, self.tree.distance(joint))
+
+    # -- bodies ----------------------------------------------------------------------------
+
+    def _embody(self) -> None:
+        """Add a body for every moving part; also for one without mass."""
+        self._refuse_massless()
+        for part in (moving.outer for moving in self.moving):
+            whole = combine(part.inertias)
+            centre = part.point.locatenew(
+                f"{part.name} centre", vector_along(whole.centre, part.frame)
+            )
+            (xx, xy, xz), (_, yy, yz), (*_, zz) = whole.about
+            central = inertia(part.frame, *map(sympify, (xx, yy, zz, xy, yz, xz)))
+            mass = sympify(whole.mass)
+            part.body = RigidBody(part.name, centre, part.frame, mass, (central, centre))
+            part.body.potential_energy = part.potential
+
+    def _refuse_massless(self) -> None:
+        """Refuse joints that, with those that mimic them, move nothing that has inertia."""
+        moves = dict.fromkeys((m.joint.name for m in self.moving if m.joint.mimic is None), False)
+        heavy: set[int] = set()  # numbers of groups that have inertia, or carry one that has
+        for moving in reversed(self.moving):
+            joint, outer = moving.joint, moving.outer
+            if id(outer) in heavy or not combine(outer.inertias).vanishes:
+                heavy |= {id(outer), id(moving.inner)}
+            own = joint.name if joint.mimic is None else joint.mimic.joint
+            moves[own] = moves[own] or id(outer) in heavy or joint.armature != 0
+        massless = ", ".join(repr(name) for name, any_inertia in moves.items() if not any_inertia)
+        if massless:
+            raise MechanismError(
+                f"{self.robot.name}: nothing that these joints move, or joints that mimic them, "
+                f"has mass or inertia, so no acceleration is defined: {massless}; write "
+                'type="fixed" for them, or give a link that they move an <inertial>'
+            )
+
+    def _add_rotors(self, moving: _Moving) -> None:
+        """Add bodies on the ground that turn with a joint's coordinates, where that has a rotor.
+
+        That of a ball joint turns as its child does; a floating joint has one such, and one for
+        each of its ways.
+        """
+        joint, motion, root = moving.joint, moving.motion, self.root
+        if not (motion.quaternion or joint.kind in SINGLE):
+            return
+        size = sympify(self.values.armature(joint, "kg" if joint.kind == "prismatic" else "kg m^2"))
+        if size == 0:
+            return
+        turns, pairs = [], [(motion.position, motion.rate)]
+        if motion.quaternion:
+            turns = [(motion.rotation, motion.turning)]
+            ways = zip(motion.coordinates, motion.speeds, strict=False)
+            pairs = [(q.symbol, u.symbol) for q, u in ways if q.quantity.unit == "m"]
+        turns += [(about((1, 0, 0), position), (rate, 0, 0)) for position, rate in pairs]
+        for number, (rotation, spin) in enumerate(turns):
+            name = f"{joint.name} rotor" + f" {number}" * (len(turns) > 1)
+            frame = ReferenceFrame(name)
+            orient(frame, root.frame, rotation)
+            frame.set_ang_vel(root.frame, vector_along(spin, frame))
+            central = (inertia(frame, size, size, size), root.point)
+            body = RigidBody(name, root.point, frame, S.Zero, central)
+            self.bodies.append(body)
+            self.joints.append(Joint(name, None, body, root.point, root.point, root.frame, frame))
+
+    # -- the whole -------------------------------------------------------------------------
+
+    def mechanism(self) -> Mechanism:
+        motions, root = self.motions.values(), self.root
+        g = Symbol("g")
+        down, size = _direction(self.robot.gravity)
+        along = "-z" if down == DOWN else "({:.3g}, {:.3g}, {:.3g})".format(*map(float, down))
+        weight = Parameter(g, size, Quantity("m/s^2", f"acceleration of free fall, along {along}"))
+        return Mechanism(
+            name=self.robot.name,
+            title=self.robot.name,
+            frame=root.frame,
+            origin=root.point,
+            coordinates=tuple(c for m in motions for c in m.coordinates),
+            speeds=tuple(s for m in motions for s in m.speeds),
+            kinematics=tuple(k for m in motions for k in m.kinematics),
+            parameters=(*self.values.parameters, weight),
+            bodies=tuple(body for body in self.bodies if body is not None),
+            loads=tuple(load for load in self.loads if load[0] is not root.frame),
+            points=tuple(self.points.values()),
+            drawing=self._drawing(),
+            start=self._start(),
+            skipped=tuple(self.skipped),
+            inputs=self.inputs,
+            gravity=g * vector_along(down, root.frame),
+            joints=tuple(self.joints),
+            limits=self.limits,
+        )
+
+    def _start(self) -> dict[str, float]:
+        """Where all coordinates are zero and, as the file has it, loops are closed."""
+        motions = self.motions.values()
+        names = [c.symbol.func.__name__ for m in motions for c in m.coordinates]
+        zero = dict.fromkeys(names, 0.0) if self.tree.cuts else {}
+        return zero | {name: x for m in motions for name, x in m.start.items()}
+
+    def _drawing(self) -> Drawing:
+        """Lines from each part's origin to its points and those of the parts that it carries."""
+        lines: dict[str, list[str]] = {}
+        for moving in self.moving:
+            outer, inner = moving.outer, moving.inner
+            lines.setdefault(outer.point.name, outer.line)
+            lines.setdefault(inner.point.name, inner.line).append(outer.point.name)
+        links = dict[str, tuple[str, ...]]()
+        for name, line in lines.items():  # from the first point to each of the others and back
+            first, *others = dict.fromkeys(line)
+            links[name] = tuple(n for other in others for n in (first, other)) or (first,)
+        ends = [line[-1] for _, line in links.items()]
+        return Drawing(
+            links=tuple((name, line) for name, line in links.items() if len(line) > 1),
+            ground=(self.root.point.name,),
+            traced=tuple(ends[-1:]),
+            view=("x", "z"),
+            solids=tuple(self.solids),
+        )
+
+
+def _direction(vector: V3) -> tuple[V3, float]:
+    """The direction of a vector, DOWN of a zero one, and its length."""
+    length = hypot(*vector)
+    if not any(vector[:2]) and vector[2] <= 0:
+        return DOWN, length
+    x, y, z = (x / length for x in vector)
+    return (x, y, z), length
+
+
+def _side(name: str, part: _RigidGroup, place: Place) -> Side:
+    """A point and a frame at a place on a part."""
+    frame = part.frame
+    if place.rotation != IDENTITY:
+        frame = ReferenceFrame(name)
+        orient(frame, part.frame, place.rotation)
+        frame.set_ang_vel(part.frame, Vector(0))
+    point = part.point.locatenew(name, vector_along(place.origin, part.frame))
+    return Side(part.body, point, frame)

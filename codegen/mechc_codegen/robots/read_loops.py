@@ -1,0 +1,144 @@
+"""The elements by which files in URDF close loops -> joints that close them.
+
+URDF itself has none.  Read are
+
+- ``<constraint>``, proposed for URDF (ros/urdfdom#264);
+- ``<loop_joint>``, of Isaac Sim's importer, and of Drake until 2019;
+- ``<drake:ball_constraint>``, of Drake;
+- ``<joint>`` of SDFormat in ``<gazebo>``, as in Gazebo's tutorial of a four-bar linkage.
+
+A joint whose child is that of another too needs no element of its own.  What is known to close a
+loop and is not read is named in ``skipped``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TypeAlias
+from xml.etree.ElementTree import Element
+
+from mechc_codegen.robots.elements import Part
+from mechc_codegen.robots.geometry import Place, across, place_of, pose_of, transpose
+from mechc_codegen.robots.graph import resolve_graph
+from mechc_codegen.robots.robot import V3, Pose, Robot, RobotJoint
+from mechc_codegen.robots.spanning import spanning_tree
+
+KINDS = {
+    "fixed": "fixed", "revolute": "continuous", "continuous": "continuous",
+    "prismatic": "prismatic", "cylindrical": "cylindrical", "spherical": "ball", "ball": "ball",
+    "universal": "universal",
+}  # fmt: skip
+ABOUT_AXIS = ("continuous", "cylindrical")
+NOT_READ = ("drake:linear_bushing_rpy", "drake:distance_constraint", "drake:weld_constraint")
+Places: TypeAlias = "Mapping[str, Place]"
+
+
+def with_loops(robot: Robot, path: Path, root: Element) -> Robot:
+    """The robot with the joints of such elements, and what of them is not read.
+
+    Raises
+    ------
+    MechanismError
+        If an element lacks something or has a wrong number, or is of an unknown type.
+    """
+    joints = [
+        *(_constraint(Part(path, "constraint", each)) for each in root.findall("constraint")),
+        *(_loop_joint(Part(path, "loop_joint", each)) for each in root.findall("loop_joint")),
+    ]
+    for number, each in enumerate(root.findall("drake:ball_constraint")):
+        name = f"ball_constraint_{number}"
+        joints.append(_ball(Part(path, "drake:ball_constraint", each, name)))
+    sdf = root.findall("gazebo/joint")
+    places = spanning_tree(resolve_graph(robot)).places if sdf else {}
+    found = [_sdf_joint(Part(path, "gazebo joint", each), places) for each in sdf]
+    skipped = [each for each in found if isinstance(each, str)]
+    skipped += [f"the element <{each.tag}>" for each in root if each.tag in NOT_READ]
+    joints += [each for each in found if isinstance(each, RobotJoint)]
+    return replace(robot, joints=(*robot.joints, *joints), skipped=(*robot.skipped, *skipped))
+
+
+def _kind(part: Part) -> str:
+    kind = part.element.get("type", "")
+    if kind not in KINDS:
+        part.refuse(f"has the type {kind!r}; known are {', '.join(KINDS)}")
+    return KINDS[kind]
+
+
+def _constraint(part: Part) -> RobotJoint:
+    kind = _kind(part)
+    sides = [
+        (part.name_in(side, "link"), _pose_in(part, f"{side}_origin"),
+         part.axis(part.child(f"{side}_axis"), default))
+        for side, default in (("parent", (1, 0, 0)), ("child", (0, 1, 0)))
+    ]  # fmt: skip
+    (parent, origin, axis), (child, child_origin, other) = sides
+    if kind == "universal":
+        origin, child_origin = _along(origin, axis, 0), _along(child_origin, other, 1)
+    elif kind in ABOUT_AXIS and part.child("child_axis") is not None and other != axis:
+        origin, child_origin = _along(origin, axis, 0), _along(child_origin, other, 0)
+        axis = (1, 0, 0)
+    elif kind == "prismatic" and part.child("child_axis") is not None and other != axis:
+        part.refuse("slides along axes that differ: give both origins the same axes")
+    return _closing_joint(part, kind, (parent, origin), (child, child_origin), axis)
+
+
+def _loop_joint(part: Part) -> RobotJoint:
+    parent, child = ((part.name_in(tag, "link"), _pose_in(part, tag)) for tag in ("link1", "link2"))
+    return _closing_joint(part, _kind(part), parent, child, part.axis(part.child("axis")))
+
+
+def _ball(part: Part) -> RobotJoint:
+    parent, child = (
+        (part.name_in(f"drake:ball_constraint_body_{body}", "name"),
+         Pose(part.vector(part.child(f"drake:ball_constraint_p_{point}"), "value")))
+        for body, point in (("A", "AP"), ("B", "BQ"))
+    )  # fmt: skip
+    return _closing_joint(part, "ball", parent, child)
+
+
+def _sdf_joint(part: Part, places: Places) -> RobotJoint | str:
+    """A joint whose pose is given on the child: its place on the parent is that at the start."""
+    kind = part.element.get("type", "")
+    pose, axis = part.child("pose"), part.child("axis/xyz")
+    elsewhere = any(
+        element is not None and element.attrib.keys() & {"relative_to", "frame", "expressed_in"}
+        for element in (pose, axis)
+    )
+    known = KINDS.get(kind, "universal") != "universal"  # that of SDFormat has axes of its own
+    if not known or elsewhere or part.child("axis/use_parent_model_frame") is not None:
+        return f"the joint {part.name} of the element <gazebo> ({kind})"
+    parent, child = part.words_of("parent"), part.words_of("child")
+    for link in (parent, child):
+        if link not in places:
+            part.refuse(f"joins {link!r}, which is no link of the file")
+    x, y, z, *rpy = part.numbers_of("pose", 6)
+    on_child = Pose((x, y, z), (rpy[0], rpy[1], rpy[2]))
+    on_parent = places[parent].inverse().then(places[child]).then(place_of(on_child))
+    direction = part.numbers_of("axis/xyz", 3) if axis is not None else [0, 0, 1]
+    along = part.direction((direction[0], direction[1], direction[2]))
+    joint = _closing_joint(
+        part, KINDS[kind], (parent, pose_of(on_parent)), (child, on_child), along
+    )
+    return replace(joint, damping=part.numbers_of("axis/dynamics/damping", 1)[0])
+
+
+def _closing_joint(
+    part: Part, kind: str, parent: tuple[str, Pose], child: tuple[str, Pose], axis: V3 = (1, 0, 0)
+) -> RobotJoint:
+    return RobotJoint(
+        part.name, kind, parent[0], child[0], parent[1], axis, child_origin=child[1], closes=True
+    )
+
+
+def _pose_in(part: Part, tag: str) -> Pose:
+    element = part.child(tag)
+    return Pose(part.vector(element, "xyz"), part.vector(element, "rpy"))
+
+
+def _along(pose: Pose, axis: V3, number: int) -> Pose:
+    """The pose with its axis of this number, x or y, along an axis that is given in it."""
+    first, second = across(axis)
+    columns = [[axis, first, second], [second, axis, first]][number]
+    return pose_of(place_of(pose).then(Place(transpose(columns))))

@@ -1,0 +1,173 @@
+"""A robot as plain data, whatever its file is written in: links and the graph of its joints.
+
+SI units, in the order of the file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+Number = int | float
+V3 = tuple[Number, Number, Number]
+ORIGIN: V3 = (0, 0, 0)
+TURNING = ("revolute", "continuous")
+SINGLE = (*TURNING, "prismatic")
+URDF_KINDS = (*SINGLE, "fixed", "floating", "planar")
+KINDS = (*URDF_KINDS, "ball", "universal", "cylindrical", "distance")
+WITH_AXIS = (*SINGLE, "planar", "cylindrical")
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A place and an orientation: x, y, z in m, and roll, pitch, yaw in rad about fixed axes."""
+
+    xyz: V3 = ORIGIN
+    rpy: V3 = ORIGIN
+
+
+@dataclass(frozen=True)
+class Visual:
+    """A simple shape: ``"box"`` by its sides, ``"cylinder"`` by radius and length, ``"ball"``."""
+
+    kind: str
+    label: str
+    sizes: tuple[Number, ...]
+    pose: Pose
+
+
+@dataclass(frozen=True)
+class RobotLink:
+    """A link of the robot.
+
+    ``inertia``: Ixx, Ixy, Ixz, Iyy, Iyz, Izz about the mass centre, in the axes of ``centre``.
+    ``share``: the part of mass and inertia that this is, where loops cut a link in two.
+    """
+
+    name: str
+    mass: Number = 0
+    centre: Pose = Pose()
+    inertia: tuple[Number, ...] = (0,) * 6
+    visuals: tuple[Visual, ...] = ()
+    share: float = 1
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """A position that follows another joint: ``multiplier`` times its position plus ``offset``.
+
+    ``powers``: further coefficients, of its square, its third power, and so on.
+    """
+
+    joint: str
+    multiplier: Number = 1
+    offset: Number = 0
+    powers: tuple[Number, ...] = ()
+
+    @property
+    def coefficients(self) -> tuple[Number, ...]:
+        """Of the polynomial, the constant first."""
+        return (self.offset, self.multiplier, *self.powers)
+
+    def of(self, inner: Mimic) -> Mimic:
+        """The mimic of what the followed joint mimics."""
+        offset, multiplier, *powers = substitute(self.coefficients, inner.coefficients)
+        return Mimic(inner.joint, multiplier, offset, tuple(powers))
+
+
+def substitute(outer: Sequence[Number], inner: Sequence[Number]) -> list[Number]:
+    """The coefficients of outer(inner(x)) of two polynomials, the constant first; at least two."""
+    found: list[Number] = [0]
+    for coefficient in reversed(outer):  # Horner's scheme
+        times: list[Number] = [0] * (len(found) + len(inner) - 1)
+        for i, one in enumerate(found):
+            for j, other in enumerate(inner):
+                times[i + j] += one * other
+        found = [times[0] + coefficient, *times[1:]]
+    while len(found) > 2 and found[-1] == 0:
+        found.pop()
+    return found
+
+
+@dataclass(frozen=True)
+class RobotJoint:
+    """A joint between two links, or a constraint that holds them as such a joint does.
+
+    Attributes
+    ----------
+    kind
+        One of ``KINDS``.  The cross of a ``"universal"`` has the axis x of the parent's frame and
+        y of the child's; a ``"distance"`` holds the origins of both frames apart.
+    origin, child_origin
+        The joint's frame on the parent and on the child; they coincide where its coordinates are
+        zero.
+    axis
+        Of length one, in the joint's frame.
+    limits
+        Those that it has of ``lower`` and ``upper`` position, ``velocity`` and ``effort``.
+    damping, friction
+        Viscous damping, and the greatest torque or force of dry friction.
+    mimic
+        What its position follows, if anything.
+    stiffness, rest
+        Of a spring on its coordinate, and the coordinate at which this is relaxed.
+    armature
+        Of the rotor that turns with its coordinate, as the motor's gear lets the joint feel it.
+    length
+        Of a ``"distance"``; None: as far apart as the two points are where all coordinates are
+        zero.
+    closes
+        Whether the file says that it closes a loop: it is cut before others.
+    """
+
+    name: str
+    kind: str
+    parent: str
+    child: str
+    origin: Pose = Pose()
+    axis: V3 = (1, 0, 0)
+    limits: Mapping[str, Number] = field(default_factory=dict)
+    damping: Number = 0
+    friction: Number = 0
+    mimic: Mimic | None = None
+    child_origin: Pose = Pose()
+    stiffness: Number = 0
+    rest: Number = 0
+    armature: Number = 0
+    length: Number | None = None
+    closes: bool = False
+
+    @property
+    def leads_on(self) -> bool:
+        """Whether the child may be placed by this joint, and not only be held by it."""
+        return not self.closes and self.kind != "distance"
+
+
+@dataclass(frozen=True)
+class Motor:
+    """A motor at a joint with one coordinate, which an input of the mechanism drives.
+
+    ``gear`` times the input ``name`` is its torque or force on the child.
+    """
+
+    name: str
+    joint: str
+    gear: Number = 1
+
+
+@dataclass(frozen=True)
+class Robot:
+    """Links, and joints between any two of them: a tree, or a graph with loops.
+
+    ``root``: the link that is the ground; "": the one that no joint has for a child, but those that
+    close loops.  ``skipped``: what the file has and this does not.  ``gravity``: in m/s^2, along
+    the axes of the root.
+    """
+
+    name: str
+    links: dict[str, RobotLink]
+    joints: tuple[RobotJoint, ...]
+    root: str = ""
+    motors: tuple[Motor, ...] = ()
+    skipped: tuple[str, ...] = ()
+    gravity: V3 = (0, 0, -9.81)

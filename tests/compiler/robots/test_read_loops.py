@@ -1,0 +1,104 @@
+"""Each form in which files close a loop is the same linkage, and what is not read is named."""
+
+import pytest
+from mechc_codegen.robots.geometry import place_of
+from mechc_codegen.robots.graph import resolve_graph
+from mechc_codegen.robots.read_urdf import read_robot
+from mechc_codegen.robots.spanning import spanning_tree
+
+import mechc
+
+MASS = (
+    '<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
+    "</inertial>"
+)
+TREE = f"""<robot name="bars"><link name="g"/>
+<link name="a">{MASS}</link><link name="b">{MASS}</link><link name="c">{MASS}</link>
+<joint name="A" type="continuous"><parent link="g"/><child link="a"/><axis xyz="0 1 0"/></joint>
+<joint name="B" type="continuous"><parent link="a"/><child link="b"/><origin xyz="0 0 1"/>
+<axis xyz="0 1 0"/></joint>
+<joint name="D" type="continuous"><parent link="g"/><child link="c"/>
+<origin xyz="2 0 0" rpy="0 0.5 0"/><axis xyz="0 1 0"/></joint>{{}}</robot>"""
+# On the rocker c, whose frame is turned by 0.5, and on the coupler b: the point (2, 0, 1.5).
+ON_ROCKER, ON_COUPLER = "-0.7191383079063044 0 1.316373842835558", "2 0 0.5"
+LOOPS = {
+    "constraint": f'<constraint name="C" type="revolute"><parent link="c"/>'
+    f'<parent_origin xyz="{ON_ROCKER}"/><parent_axis xyz="0 2 0"/><child link="b"/>'
+    f'<child_origin xyz="{ON_COUPLER}" rpy="0 0 1"/>'
+    '<child_axis xyz="0.8414709848078965 0.5403023058681398 0"/></constraint>',
+    "loop_joint": f'<loop_joint name="C" type="revolute"><link1 link="c" xyz="{ON_ROCKER}"/>'
+    f'<link2 link="b" xyz="{ON_COUPLER}"/><axis xyz="0 1 0"/></loop_joint>',
+    "gazebo": '<gazebo><joint name="C" type="revolute"><parent>c</parent><child>b</child>'
+    f"<pose>{ON_COUPLER} 0 0 0</pose><axis><xyz>0 1 0</xyz></axis></joint></gazebo>",
+    "drake": '<drake:ball_constraint><drake:ball_constraint_body_A name="c"/>'
+    f'<drake:ball_constraint_body_B name="b"/><drake:ball_constraint_p_AP value="{ON_ROCKER}"/>'
+    f'<drake:ball_constraint_p_BQ value="{ON_COUPLER}"/></drake:ball_constraint>',
+}
+
+
+def read(folder, loop):
+    path = folder / "bars.urdf"
+    path.write_text(TREE.format(loop))
+    return read_robot(path)
+
+
+@pytest.mark.parametrize("form", LOOPS)
+def test_the_two_sides_of_a_loop_meet_at_the_start(form, tmp_path):
+    tree = spanning_tree(resolve_graph(read(tmp_path, LOOPS[form])))
+    (cut,) = tree.cuts
+    assert (cut.parent, cut.child) == ("c", "b")
+    sides = (cut.parent, cut.origin), (cut.child, cut.child_origin)
+    for link, pose in sides:
+        end = tree.places[link].then(place_of(pose))
+        assert end.origin == pytest.approx([2, 0, 1.5])
+        if cut.kind != "ball":
+            axis = [sum(a * b for a, b in zip(row, cut.axis, strict=True)) for row in end.rotation]
+            assert axis == pytest.approx([0, 1, 0], abs=1e-15)
+
+
+def test_a_universal_joint_has_an_axis_on_each_side(tmp_path):
+    loop = LOOPS["constraint"].replace("revolute", "universal").replace("0 2 0", "0 0 3")
+    (cut,) = spanning_tree(resolve_graph(read(tmp_path, loop))).cuts
+    on_parent, on_child = (place_of(pose).rotation for pose in (cut.origin, cut.child_origin))
+    assert [row[0] for row in on_parent] == pytest.approx([0, 0, 1])
+    assert [row[1] for row in on_child] == pytest.approx([0, 1, 0])
+
+
+def test_a_damper_of_gazebo_keeps_its_joint_in_the_tree(tmp_path):
+    damped = LOOPS["gazebo"].replace("</axis>", "<dynamics><damping>3</damping></dynamics></axis>")
+    robot = read(tmp_path, damped)
+    assert robot.joints[-1].damping == 3
+    tree = spanning_tree(resolve_graph(robot), with_coordinate=("C",))
+    assert [cut.name for cut in tree.cuts] == ["C weld"]
+
+
+def test_what_is_not_read_is_named(tmp_path):
+    other = '<drake:linear_bushing_rpy/><gazebo><joint name="G" type="gearbox"/></gazebo>'
+    frame = LOOPS["gazebo"].replace("<pose>", '<pose relative_to="a">')
+    assert read(tmp_path, LOOPS["drake"] + other + frame).skipped == (
+        "the joint G of the element <gazebo> (gearbox)",
+        "the joint C of the element <gazebo> (revolute)",
+        "the element <drake:linear_bushing_rpy>",
+    )
+
+
+WRONG = {
+    "type": ("loop_joint", 'type="revolute"', 'type="rod"', "loop_joint 'C' has the type 'rod'"),
+    "link": ("loop_joint", '"b"', '"z"', "the child of the joint 'C' is 'z', which is no link"),
+    "itself": ("loop_joint", '"b"', '"c"', "'C' joins the link 'c' to itself"),
+    "nan": ("loop_joint", "0 1.3", "nan 1.3", "'C' has xyz="),
+    "text": ("gazebo", "0 0 0</pose>", "0 0</pose>", "'C' has text='2 0 0.5 0 0' in <pose>, not 6"),
+    "name": ("constraint", ' name="C"', "", "a constraint has no name"),
+    "repeat": ("constraint", 'name="C"', 'name="A"', "more than one joint is called 'A'"),
+    "unknown": ("gazebo", "<parent>c", "<parent>world", "'C' joins 'world', which is no link"),
+    "slide": ("constraint", "revolute", "prismatic", "'C' slides along axes that differ"),
+}
+
+
+@pytest.mark.parametrize("what", WRONG)
+def test_errors_name_the_element(what, tmp_path):
+    form, old, new, words = WRONG[what]
+    assert old in LOOPS[form]
+    with pytest.raises(mechc.MechanismError) as caught:
+        resolve_graph(read(tmp_path, LOOPS[form].replace(old, new)))
+    assert words in str(caught.value)

@@ -3,9 +3,10 @@
     mechc bench wait [--out JSON] [NAME ...]
 
 In a process of its own with an empty cache, of each mechanism of the library as a description of
-one's own: from `compile` to the end of the first `simulate`, by the clock and in processor time
-with the compiler's.  Import of mechc and making the description are not counted.  Then each part of
-its unit is compiled by itself, in processor seconds.
+one's own: from `compile` to the end of the first `simulate`, in seconds by the clock, and in
+parentheses of the processor, the compiler's too.  Import of mechc and making the description are
+not counted.  Then each stage by itself: the derivation, with C as its result, and the compiler's by
+the part of the unit; of these a first motion needs the first unit, driver and collocation.
 
 The script ``costs`` asks for the first value of the right-hand side, in new processes too.
 
@@ -23,7 +24,7 @@ import json
 import sys
 import tempfile
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +33,6 @@ from ..timing.results import command_parser
 
 BY_HAND = "by hand"  # the four-bar, which the limits are for
 USUAL = ("pendulum", "four_bar", "andrews", "bicycle")
-DERIVATION = ("describe", "derive", "differentiate", "optimize", "sensitivity", "emit")
 FIRST = "first unit"
 DURATION = 0.01  # s of motion: it is the wait that counts
 LIMITS = {"cold": 1.5, "cached": 0.020}  # s
@@ -56,11 +56,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def line(row: dict[str, Any]) -> str:
     """A row of figures as text."""
-    parts = ", ".join(f"{name} {seconds:.2f}" for name, seconds in row["parts"].items())
-    return (
-        f"{row['name']}: {row['wait']:.2f} s, processor {row['processor']:.2f} s; "
-        f"derivation {row['derivation']:.2f} s; compiler by part: {parts}"
+    stages = ", ".join(
+        f"{stage} {clock:.2f} ({processor:.2f})"
+        for stage, (clock, processor) in row["stages"].items()
     )
+    return f"{row['name']}: {row['wait']:.2f} s ({row['processor']:.2f}); {stages}"
 
 
 def first_motion(name: str) -> dict[str, Any]:
@@ -69,29 +69,35 @@ def first_motion(name: str) -> dict[str, Any]:
         seconds = process(name, Path(folder), "motion")["seconds"]
     return {
         "name": name, "wait": seconds["first value"], "processor": seconds["processor"],
-        "derivation": sum(seconds.get(stage, 0.0) for stage in DERIVATION),
-        "parts": compiled_parts(name),
+        "stages": stages_apart(name),
     }  # fmt: skip
 
 
-def compiled_parts(name: str) -> dict[str, float]:
-    """Processor seconds of compiling the first unit and each part, one after the other."""
+def stages_apart(name: str) -> dict[str, tuple[float, float]]:
+    """Seconds by the clock and of the processor of each stage, one after the other: derivation,
+    first unit, each part."""
     from mechc.native._driver import PARTS
     from mechc_codegen import build_scene, shipped_mechanism
 
     from mechc.compilation import entries
     from mechc.compilation.toolchain.processor import native
 
-    build = build_scene(shipped_mechanism(name), (native(),))
+    found = {}
+
+    def measure(stage: str, run: Callable[[], Any]) -> Any:
+        began, before = time.perf_counter(), processor_seconds()
+        made = run()
+        found[stage] = time.perf_counter() - began, processor_seconds() - before
+        return made
+
+    mechanism = shipped_mechanism(name)
+    build = measure("derivation", lambda: build_scene(mechanism, (native(),)))
     makers = {FIRST: lambda folder: entries.make_outputs_only(build, folder)}
     for part in PARTS if "MECHC_VARIATIONAL" in build.texts["scene_sizes.h"] else list(PARTS)[:-1]:
         makers[part] = lambda folder, part=part: entries.make_part(build, part, folder)
-    found = {}
     for part, make in makers.items():
         with tempfile.TemporaryDirectory() as folder:
-            before = processor_seconds()
-            make(Path(folder))
-            found[part] = processor_seconds() - before
+            measure(part, lambda make=make, folder=folder: make(Path(folder)))
     return found
 
 

@@ -35,6 +35,7 @@ _PLACES = {
     "build_scene": "compiler",
     "from_equations": "frontend.from_equations",
     "from_joints": "frontend.sympy_joints",
+    "from_mjcf": "mjcf.from_mjcf",
     "from_urdf": "robots.from_urdf",
     "multiplier": "description.terms",
     "shipped_mechanism": "library.catalogue",

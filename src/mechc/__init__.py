@@ -117,6 +117,7 @@ __all__ = [
     "export_wasm",
     "from_equations",
     "from_joints",
+    "from_mjcf",
     "from_urdf",
     "get_include",
     "jax",

@@ -8,7 +8,8 @@ import time
 from typing import Self
 
 WIDTH, NOTE, PATIENCE, INTERVAL = 40, 30, 1.0, 0.1
-LINES = 10.0  # s between two lines where there is no terminal, and before the first
+SILENCE = 2.0  # s before a notice where there is no terminal
+LINES = 10.0  # s between two lines of a bar where there is no terminal, and before the first
 
 
 class ProgressBar:
@@ -49,34 +50,59 @@ class ProgressBar:
 class Notice:
     """``with Notice("compiling ..."): ...``: shown after a second on a terminal, until the end.
 
-    Elsewhere it is a line, after ten seconds.
+    Elsewhere it is a line, after two seconds.  Within another notice of the thread it takes the
+    place of its text, so that long work in several stages says which one it has come to.
 
     ``told``: what has been done, printed with its seconds in a line that stays, if it took more
     than one, also where there is no terminal.
     """
 
+    _thread = threading.local()
+
     def __init__(self, text: str, told: str = "") -> None:
         self.text, self.told = text, told
         self.started = time.monotonic()
-        self.shown = False
-        patience = PATIENCE if sys.stderr.isatty() else LINES
-        self._timer = threading.Timer(patience, self._show)
-        self._timer.daemon = True
+        self.outer: Notice | None = getattr(Notice._thread, "notice", None)
+        self.due, self.shown = False, ""
 
     def _show(self) -> None:
-        drawn = sys.stderr.isatty()
-        print(self.text, end="" if drawn else "\n", file=sys.stderr, flush=True)
-        self.shown = drawn
+        self.due = True
+        self.change(self.text)
+
+    def change(self, text: str) -> None:
+        """Show what is done from now on, at once if the work has lasted so long."""
+        self.text = text
+        if self.outer is not None:
+            self.outer.change(text)
+        elif self.due:
+            self._erase()
+            drawn = sys.stderr.isatty()
+            print(text, end="" if drawn else "\n", file=sys.stderr, flush=True)
+            self.shown = text if drawn else ""
+
+    def _erase(self) -> None:
+        if self.outer is not None:
+            self.outer._erase()
+        elif self.shown:
+            print(f"\r{' ' * len(self.shown)}\r", end="", file=sys.stderr, flush=True)
+            self.shown = ""
 
     def __enter__(self) -> Self:
+        Notice._thread.notice = self
+        if self.outer is not None:
+            self.outer.change(self.text)
+            return self
+        self._timer = threading.Timer(PATIENCE if sys.stderr.isatty() else SILENCE, self._show)
+        self._timer.daemon = True
         self._timer.start()
         return self
 
     def __exit__(self, error: object, *_: object) -> None:
-        self._timer.cancel()
-        self._timer.join()
-        if self.shown:
-            print(f"\r{' ' * len(self.text)}\r", end="", file=sys.stderr, flush=True)
+        Notice._thread.notice = self.outer
+        if self.outer is None:
+            self._timer.cancel()
+            self._timer.join()
+        self._erase()
         seconds = time.monotonic() - self.started
         if self.told and error is None and seconds > PATIENCE:
             print(f"{self.told} in {seconds:.1f} s", file=sys.stderr, flush=True)

@@ -23,6 +23,7 @@ PAGES = (
     "inputs.md",
     "library.md",
     "mechanism.md",
+    "mjcf.md",
     "outputs.md",
     "positions.md",
     "reference/examples.md",
@@ -37,6 +38,7 @@ PAGES = (
     "tutorial/5_many_motions.md",
     "urdf.md",
 )  # whose examples are whole programs
+NEEDS = {"mjcf.md": "mujoco"}
 
 
 def examples(page):
@@ -46,6 +48,8 @@ def examples(page):
 @pytest.mark.slow(cases=len(PAGES))
 @pytest.mark.parametrize("page", PAGES)
 def test_the_examples_of_a_page_run(page, tmp_path, monkeypatch):
+    if package := NEEDS.get(page):
+        pytest.importorskip(package)
     monkeypatch.chdir(tmp_path)
     names = {}
     for block in examples(page):

@@ -54,6 +54,7 @@ COMPILER_LAW = {
     "joints": {"errors", "description"},
     "library": {"errors", "description"},
     "robots": {"errors", "description", "joints"},
+    "mjcf": {"errors", "description", "robots"},
     "drawing": {"errors", "description"},
     "convert": {"errors", "description"},
     "derive": {"errors", "description"},

@@ -53,3 +53,21 @@ def test_short_work_says_nothing(monkeypatch, clock):
         clock[0] += 9.0
         bar.update(0.5)
     assert stream.getvalue() == ""
+
+
+@pytest.mark.parametrize("stream", [io.StringIO, Terminal])
+def test_work_in_stages_says_which_one_it_has_come_to(monkeypatch, stream):
+    screen = stream()
+    monkeypatch.setattr(sys, "stderr", screen)
+    monkeypatch.setattr(progress, "PATIENCE", 0.05)
+    monkeypatch.setattr(progress, "SILENCE", 0.05)
+    with progress.Notice("reading", "done") as whole:
+        with progress.Notice("deriving"):
+            assert screen.getvalue() == "", "it is short so far"
+            whole._timer.join()
+        with progress.Notice("compiling"):
+            pass
+    said = screen.getvalue().replace("\r", "\n").split("\n")
+    lines = [line.strip() for line in said if line.strip()]
+    assert lines[:2] == ["deriving", "compiling"]
+    assert lines[2].startswith("done in ")

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from sympy import Expr, S
+from sympy import Add, Expr, Mul, S
 
 from mechc_codegen.derive.equations import Equations, Output, Symbols
 from mechc_codegen.derive.outputs import kinematic_matrix, rates_of_constraints
@@ -26,10 +26,11 @@ def differentiate(equations: Equations) -> Equations:
     holonomic = equations.outputs["constraints"]
     _refuse_states(equations, holonomic)
     motion = equations.outputs["motion_constraints"]
-    along = [directional(e, symbols, rates) for e in holonomic.elements]
+    known = Derivatives()
+    along = [directional(e, symbols, rates, known) for e in holonomic.elements]
     velocity = (*along, *motion.elements)
-    rows = [[e.diff(u) for u in symbols.u] for e in velocity]
-    gamma = tuple(-directional(e, symbols, rates) for e in velocity)
+    rows = [[known.of(e, u) for u in symbols.u] for e in velocity]
+    gamma = tuple(-directional(e, symbols, rates, known) for e in velocity)
     names = (*(f"rate of {label}" for label in holonomic.labels), *motion.labels)
     along_speeds, accelerated = rates_of_constraints(velocity, gamma, names)
     added = [
@@ -45,7 +46,7 @@ def differentiate(equations: Equations) -> Equations:
         Output(
             "constraint_gradient",
             "derivative of the configuration constraints by the coordinates",
-            tuple(e.diff(q) for e in holonomic.elements for q in symbols.q),
+            tuple(known.of(e, q) for e in holonomic.elements for q in symbols.q),
             (len(holonomic.elements), len(symbols.q)),
             tuple(f"d({name})/dq{k}" for name in holonomic.labels for k in range(len(symbols.q))),
         ),
@@ -94,9 +95,38 @@ def _augmented_output(output: Output, added: Sequence[Expr], scale: Expr, equati
     return replace(output, name=f"augmented_{output.name}", equation=equation, elements=elements)
 
 
-def directional(expression: Expr, symbols: Symbols, rates: Sequence[Expr]) -> Expr:
+class Derivatives:
+    """Partial derivatives, as :meth:`sympy.Expr.diff` writes them; those of shared subexpressions
+    are kept, and of a product SymPy asks for each factor once a factor."""
+
+    def __init__(self) -> None:
+        self._known: dict[tuple[Expr, Expr], Expr] = {}
+
+    def of(self, expression: Expr, by: Expr) -> Expr:
+        """The derivative of an expression by a symbol."""
+        if not expression.args:
+            return S.One if expression == by else S.Zero
+        if (expression, by) not in self._known:
+            self._known[expression, by] = self._made(expression, by)
+        return self._known[expression, by]
+
+    def _made(self, expression: Expr, by: Expr) -> Expr:
+        factors = expression.args
+        if isinstance(expression, Add):
+            return Add(*(self.of(term, by) for term in factors))
+        if not isinstance(expression, Mul):
+            return expression.diff(by)
+        slopes = [self.of(factor, by) for factor in factors]
+        return Add(
+            *(Mul(*factors[:k], d, *factors[k + 1 :]) for k, d in enumerate(slopes) if d != 0)
+        )
+
+
+def directional(
+    expression: Expr, symbols: Symbols, rates: Sequence[Expr], known: Derivatives
+) -> Expr:
     """Time derivative of an expression of t and q (speeds held) along the coordinates' rates."""
-    terms = [expression.diff(q) * rate for q, rate in zip(symbols.q, rates, strict=True)]
+    terms = [known.of(expression, q) * rate for q, rate in zip(symbols.q, rates, strict=True)]
     driven = symbols.rates_of_inputs(expression)
-    terms += [expression.diff(value) * rate for value, rate in driven]
-    return sum(terms, expression.diff(symbols.time) + S.Zero)
+    terms += [known.of(expression, value) * rate for value, rate in driven]
+    return Add(*terms, known.of(expression, symbols.time))

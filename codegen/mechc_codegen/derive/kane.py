@@ -12,7 +12,7 @@ the generalized inertia force without u'.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from sympy import Expr, S, sympify
@@ -21,6 +21,7 @@ from sympy.physics.vector import Dyadic, Vector
 
 from mechc_codegen.derive import outputs
 from mechc_codegen.derive.auxiliary_reactions import reaction_values
+from mechc_codegen.derive.differentiate import Derivatives
 from mechc_codegen.derive.dot_products import dot, dyadic_dot
 from mechc_codegen.derive.equations import Equations, Output
 from mechc_codegen.derive.joint_reactions import reaction_outputs
@@ -169,8 +170,8 @@ def _kanes_equations(
     mass = [[S.Zero] * size for _ in speeds]
     forcing = _generalized_active_forces(mechanism)
     for motion in motions:
-        linear = [motion.velocity.diff(u, frame, var_in_dcm=False) for u in speeds]
-        angular = [motion.angular_velocity.diff(u, frame, var_in_dcm=False) for u in speeds]
+        linear = _partials(motion.velocity, speeds)
+        angular = _partials(motion.angular_velocity, speeds)
         carried = (motion.mass * motion.velocity, motion.spin)
         changes = (p.dt(frame).xreplace(no_accelerations) for p in carried)
         force_rate, moment_rate = (change.xreplace(mechanism.rates) for change in changes)
@@ -198,8 +199,16 @@ def _generalized_active_forces(mechanism: Mechanism) -> list[Expr]:
 
 def _partials_at(mechanism: Mechanism, place: Point | ReferenceFrame) -> list[Vector]:
     """Partial velocities of a point, partial angular velocities of a frame."""
-    velocity = _velocity(mechanism, place).xreplace(mechanism.rates)
-    return [velocity.diff(u, mechanism.frame, var_in_dcm=False) for u in mechanism.u]
+    return _partials(_velocity(mechanism, place).xreplace(mechanism.rates), mechanism.u)
+
+
+def _partials(velocity: Vector, speeds: Sequence[Expr]) -> list[Vector]:
+    """Derivatives of a velocity by the speeds, on which no frame's orientation depends."""
+    by = Derivatives().of
+    return [
+        Vector([(m.applyfunc(lambda e, u=u: by(e, u)), frame) for m, frame in velocity.args])
+        for u in speeds
+    ]
 
 
 def _weights(mechanism: Mechanism) -> list[Load]:

@@ -68,7 +68,7 @@ def _of_body(places: Places, body: RigidBody | Particle) -> Shape | None:
     if not is_rigid(body):
         return Shape("mass", body.name, body.masscenter, places.mechanism.frame)
     inertia = body.central_inertia
-    if inertia == 0:
+    if inertia == 0 or body.mass == 0:  # a rotor has inertia alone, which no solid shows
         return None
     for frame in dict.fromkeys((body.frame, _own_frame(inertia) or body.frame)):
         if places.group_of(frame) is not None:

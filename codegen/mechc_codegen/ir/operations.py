@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from sympy import Add, Basic, Expr, Mul, Pow, S, fraction
+from sympy import Add, Basic, Expr, Mul, Pow, S, exp, fraction
 from sympy.core.operations import LatticeOp
 
 KNOWN = 1 << 17
@@ -46,10 +46,19 @@ def _tree(e: Basic) -> int:
 def _product(e: Mul) -> int:
     if _negative(e):
         return 1 + _tree(e.as_two_terms()[1] if e.args[0] is S.NegativeOne else -e)
+    if not any(map(_may_divide, e.args)):
+        return len(e.args) - 1 + sum(map(_tree, e.args))
     above, below = fraction(e)
     if below is S.One:
         return len(e.args) - 1 + sum(map(_tree, e.args))
     return 1 + (0 if above.is_Integer else _tree(above)) + (0 if below.is_Integer else _tree(below))
+
+
+def _may_divide(factor: Basic) -> bool:
+    """False where a factor stands above the line of a fraction; quicker than :func:`fraction`."""
+    if isinstance(factor, (Pow, exp)):
+        return not (factor.exp.is_Integer and factor.exp.p > 0)
+    return bool(factor.is_Rational and factor.q != 1)
 
 
 def _negative(e: Basic) -> bool:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from mechc_codegen.errors import MechanismError
-from mechc_codegen.robots.robot import SINGLE, Mimic, Robot, RobotJoint
+from mechc_codegen.robots.robot import SINGLE, Robot, RobotJoint
 
 
 def resolve_graph(robot: Robot) -> Robot:
@@ -94,9 +94,5 @@ def _resolve(robot: Robot, joints: dict[str, RobotJoint], joint: RobotJoint) -> 
         inner = followed.mimic
         if inner is None:
             return replace(joint, mimic=mimic)
-        mimic = Mimic(
-            inner.joint,
-            mimic.multiplier * inner.multiplier,
-            mimic.multiplier * inner.offset + mimic.offset,
-        )
+        mimic = mimic.of(inner)
     return joint

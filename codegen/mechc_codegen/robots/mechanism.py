@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from math import hypot
 from typing import Any
 
 from sympy import Expr, S, Symbol, sympify
@@ -17,6 +18,7 @@ from sympy.physics.vector import Vector
 from mechc_codegen.description.drawing import Drawing
 from mechc_codegen.description.joints.tree import Joint
 from mechc_codegen.description.mechanism import Limits, Load, Mechanism, Parameter, Quantity
+from mechc_codegen.description.placement import apply
 from mechc_codegen.description.solid import Solid
 from mechc_codegen.description.terms import vector_along
 from mechc_codegen.errors import MechanismError
@@ -32,11 +34,12 @@ from mechc_codegen.robots.geometry import (
 )
 from mechc_codegen.robots.graph import resolve_graph
 from mechc_codegen.robots.moving import JointMotion, motion_of, of_time, orient
-from mechc_codegen.robots.robot import SINGLE, TURNING, Robot, RobotJoint, RobotLink
+from mechc_codegen.robots.robot import SINGLE, TURNING, V3, Robot, RobotJoint, RobotLink
 from mechc_codegen.robots.spanning import SpanningTree, TreeJoint, spanning_tree
 from mechc_codegen.robots.values import RobotValues
 
 WORLD, BASE = "world", "base"  # what a floating base is joined to, and its joint
+DOWN: V3 = (0, 0, -1)
 
 
 def mechanism_of(
@@ -145,7 +148,7 @@ class _MechanismBuilder:
         self.joints = [self._joint(moving) for moving in self.moving]
         self.bodies = [moving.outer.body for moving in self.moving]
         for moving in self.moving:
-            self._add_rotor(moving)
+            self._add_rotors(moving)
         self.joints += [self._cut(joint) for joint in tree.cuts]
 
     # -- links -----------------------------------------------------------------------------
@@ -230,17 +233,22 @@ class _MechanismBuilder:
             self.skipped.append(f"dry friction of the joint {joint.name} ({joint.friction})")
 
     def _act_on_several(self, moving: _Moving) -> None:
-        """Add the damper of a ball joint; name what else a joint of several coordinates has."""
+        """Add the damper of a ball joint, or one that floats from the ground; name what else is."""
         joint, inner, outer = moving.joint, moving.inner, moving.outer
-        found = {
-            "damping": joint.damping, "dry friction": joint.friction,
-            "a spring": joint.stiffness, "a rotor": joint.armature,
-        }  # fmt: skip
-        if joint.kind == "ball":
+        found = {"dry friction": joint.friction, "a spring": joint.stiffness}
+        from_ground = inner is self.root and not moving.turned
+        if joint.kind == "ball" or (joint.kind == "floating" and from_ground):
             damping = sympify(self.values.damping(joint, "N m s/rad"))
             spin = outer.frame.ang_vel_in(inner.frame)
             self.loads += [(outer.frame, -damping * spin), (inner.frame, damping * spin)]
-            found["damping"] = 0
+            if joint.kind == "floating":
+                rates = [speed.symbol for speed in moving.motion.speeds[:3]]
+                velocity = vector_along(apply(moving.place.rotation, rates), inner.frame)
+                self.loads.append((outer.point, -damping * velocity))
+        else:
+            found["damping"] = joint.damping
+        if not moving.motion.quaternion:
+            found["a rotor"] = joint.armature
         self.skipped += [
             f"{what} of the {joint.kind} joint {joint.name} ({value})"
             for what, value in found.items()
@@ -323,28 +331,42 @@ class _MechanismBuilder:
                 'type="fixed" for them, or give a link that they move an <inertial>'
             )
 
-    def _add_rotor(self, moving: _Moving) -> None:
-        """Add a body on the ground that turns with a joint's coordinate, where that has a rotor."""
-        joint, root = moving.joint, self.root
-        unit = "kg m^2" if joint.kind in TURNING else "kg"
-        size = sympify(self.values.armature(joint, unit)) if joint.kind in SINGLE else S.Zero
+    def _add_rotors(self, moving: _Moving) -> None:
+        """Add bodies on the ground that turn with a joint's coordinates, where that has a rotor.
+
+        That of a ball joint turns as its child does; a floating joint has one such, and one for
+        each of its ways.
+        """
+        joint, motion, root = moving.joint, moving.motion, self.root
+        if not (motion.quaternion or joint.kind in SINGLE):
+            return
+        size = sympify(self.values.armature(joint, "kg" if joint.kind == "prismatic" else "kg m^2"))
         if size == 0:
             return
-        name = f"{joint.name} rotor"
-        frame = ReferenceFrame(name)
-        orient(frame, root.frame, about((1, 0, 0), moving.motion.position))
-        frame.set_ang_vel(root.frame, moving.motion.rate * frame.x)
-        spin = (inertia(frame, size, 0, 0), root.point)
-        body = RigidBody(name, root.point, frame, S.Zero, spin)
-        self.bodies.append(body)
-        self.joints.append(Joint(name, None, body, root.point, root.point, root.frame, frame))
+        turns, pairs = [], [(motion.position, motion.rate)]
+        if motion.quaternion:
+            turns = [(motion.rotation, motion.turning)]
+            ways = zip(motion.coordinates, motion.speeds, strict=False)
+            pairs = [(q.symbol, u.symbol) for q, u in ways if q.quantity.unit == "m"]
+        turns += [(about((1, 0, 0), position), (rate, 0, 0)) for position, rate in pairs]
+        for number, (rotation, spin) in enumerate(turns):
+            name = f"{joint.name} rotor" + f" {number}" * (len(turns) > 1)
+            frame = ReferenceFrame(name)
+            orient(frame, root.frame, rotation)
+            frame.set_ang_vel(root.frame, vector_along(spin, frame))
+            central = (inertia(frame, size, size, size), root.point)
+            body = RigidBody(name, root.point, frame, S.Zero, central)
+            self.bodies.append(body)
+            self.joints.append(Joint(name, None, body, root.point, root.point, root.frame, frame))
 
     # -- the whole -------------------------------------------------------------------------
 
     def mechanism(self) -> Mechanism:
         motions, root = self.motions.values(), self.root
         g = Symbol("g")
-        weight = Parameter(g, 9.81, Quantity("m/s^2", "acceleration of free fall, along -z"))
+        down, size = _direction(self.robot.gravity)
+        along = "-z" if down == DOWN else "({:.3g}, {:.3g}, {:.3g})".format(*map(float, down))
+        weight = Parameter(g, size, Quantity("m/s^2", f"acceleration of free fall, along {along}"))
         return Mechanism(
             name=self.robot.name,
             title=self.robot.name,
@@ -361,7 +383,7 @@ class _MechanismBuilder:
             start=self._start(),
             skipped=tuple(self.skipped),
             inputs=self.inputs,
-            gravity=-g * root.frame.z,
+            gravity=g * vector_along(down, root.frame),
             joints=tuple(self.joints),
             limits=self.limits,
         )
@@ -392,6 +414,15 @@ class _MechanismBuilder:
             view=("x", "z"),
             solids=tuple(self.solids),
         )
+
+
+def _direction(vector: V3) -> tuple[V3, float]:
+    """The direction of a vector, DOWN of a zero one, and its length."""
+    length = hypot(*vector)
+    if not any(vector[:2]) and vector[2] <= 0:
+        return DOWN, length
+    x, y, z = (x / length for x in vector)
+    return (x, y, z), length
 
 
 def _side(name: str, part: _RigidGroup, place: Place) -> Side:

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from sympy import Expr, Function, Matrix, cos, sin, sympify
+from sympy import Expr, Function, Matrix, S, Symbol, cos, sin, sympify
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Point, ReferenceFrame, dynamicsymbols
 
@@ -100,10 +100,11 @@ def motion_of(
         unit = "rad" if joint.kind in TURNING else "m"
         q, u = motion.add(joint, ("q", "u"), unit)
     else:
-        followed = positions[joint.mimic.joint]
-        factor = sympify(joint.mimic.multiplier)
-        q = factor * followed.position + sympify(joint.mimic.offset)
-        u = factor * followed.rate
+        followed, x = positions[joint.mimic.joint], Symbol("x")
+        terms = (sympify(c) * x**k for k, c in enumerate(joint.mimic.coefficients))
+        polynomial = sum(terms, S.Zero)
+        q = polynomial.xreplace({x: followed.position})
+        u = polynomial.diff(x).xreplace({x: followed.position}) * followed.rate
     motion.position, motion.rate = q, u
     turns = joint.kind in TURNING
     motion.rotation = about(axis, q if turns else 0)

@@ -38,7 +38,7 @@ def read_robot(path: Path) -> Robot:
     MechanismError
         If it cannot be read, is no URDF, or an element lacks something or has a wrong number.
     """
-    root = _parse(path)
+    root = parse(path)
     if root.tag != "robot":
         raise MechanismError(f"{path.name!r}: the outermost element is <{root.tag}>, not <robot>")
     if any(each.tag.startswith("xacro:") for each in root.iter()):
@@ -57,7 +57,14 @@ def read_robot(path: Path) -> Robot:
 # -- the document -----------------------------------------------------------------------------
 
 
-def _parse(path: Path) -> Element:
+def parse(path: Path) -> Element:
+    """The outermost element of a file in XML.
+
+    Raises
+    ------
+    MechanismError
+        If it cannot be read, is larger than ``LARGEST``, declares a document type or is no XML.
+    """
     try:
         if path.stat().st_size > LARGEST:
             raise MechanismError(f"{path.name!r} is larger than {LARGEST >> 20} MiB")
@@ -77,7 +84,7 @@ def _parse(path: Path) -> Element:
 
 
 def _refuse_doctype(*_: Any) -> NoReturn:
-    raise MechanismError("the file declares a document type (<!DOCTYPE>); a URDF needs none")
+    raise MechanismError("the file declares a document type (<!DOCTYPE>); a robot needs none")
 
 
 def _refuse_repeats(path: Path, kind: str, names: Iterable[str]) -> None:

@@ -5,7 +5,7 @@ SI units, in the order of the file.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 Number = int | float
@@ -54,11 +54,39 @@ class RobotLink:
 
 @dataclass(frozen=True)
 class Mimic:
-    """A position that follows another joint: ``multiplier`` times its position plus ``offset``."""
+    """A position that follows another joint: ``multiplier`` times its position plus ``offset``.
+
+    ``powers``: further coefficients, of its square, its third power, and so on.
+    """
 
     joint: str
     multiplier: Number = 1
     offset: Number = 0
+    powers: tuple[Number, ...] = ()
+
+    @property
+    def coefficients(self) -> tuple[Number, ...]:
+        """Of the polynomial, the constant first."""
+        return (self.offset, self.multiplier, *self.powers)
+
+    def of(self, inner: Mimic) -> Mimic:
+        """The mimic of what the followed joint mimics."""
+        offset, multiplier, *powers = substitute(self.coefficients, inner.coefficients)
+        return Mimic(inner.joint, multiplier, offset, tuple(powers))
+
+
+def substitute(outer: Sequence[Number], inner: Sequence[Number]) -> list[Number]:
+    """The coefficients of outer(inner(x)) of two polynomials, the constant first; at least two."""
+    found: list[Number] = [0]
+    for coefficient in reversed(outer):  # Horner's scheme
+        times: list[Number] = [0] * (len(found) + len(inner) - 1)
+        for i, one in enumerate(found):
+            for j, other in enumerate(inner):
+                times[i + j] += one * other
+        found = [times[0] + coefficient, *times[1:]]
+    while len(found) > 2 and found[-1] == 0:
+        found.pop()
+    return found
 
 
 @dataclass(frozen=True)
@@ -132,7 +160,8 @@ class Robot:
     """Links, and joints between any two of them: a tree, or a graph with loops.
 
     ``root``: the link that is the ground; "": the one that no joint has for a child, but those that
-    close loops.  ``skipped``: what the file has and this does not.
+    close loops.  ``skipped``: what the file has and this does not.  ``gravity``: in m/s^2, along
+    the axes of the root.
     """
 
     name: str
@@ -141,3 +170,4 @@ class Robot:
     root: str = ""
     motors: tuple[Motor, ...] = ()
     skipped: tuple[str, ...] = ()
+    gravity: V3 = (0, 0, -9.81)

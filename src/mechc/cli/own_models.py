@@ -15,8 +15,8 @@ import mechc
 from mechc.errors import MechcError
 
 # Functions and classes that make what can be simulated.
-MAKERS = ("compile", "load", "Mechanism", "from_equations", "from_joints", "from_urdf",
-          "KanesMethod", "LagrangesMethod", "System")  # fmt: skip
+MAKERS = ("compile", "load", "Mechanism", "from_equations", "from_joints", "from_mjcf",
+          "from_urdf", "KanesMethod", "LagrangesMethod", "System")  # fmt: skip
 
 
 def is_own(name: str) -> bool:

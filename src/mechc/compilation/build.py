@@ -16,6 +16,7 @@ from mechc.compilation.parts import FIRST, Parts
 from mechc.compilation.picture import Described
 from mechc.compilation.toolchain.processor import environment, native
 from mechc.errors import MechcError
+from mechc.progress import Notice
 from mechc.system.reference import ModelReference, Origin
 from mechc.system.system import System
 
@@ -98,11 +99,13 @@ def time_stage(seconds: Seconds, stage: str, run: Callable[[], Any]) -> Any:
 @one_at_a_time
 def _built(described: Described) -> Any:
     """The texts of a mechanism, described, derived and emitted, with the seconds of each stage."""
-    from mechc_codegen.compiler import build_scene
-
     seconds: Seconds = {}
-    mechanism, requested = time_stage(seconds, "describe", described)
-    scene = build_scene(mechanism, (native(),), requested)
+    with Notice("reading the mechanism ..."):
+        from mechc_codegen.compiler import build_scene
+
+        mechanism, requested = time_stage(seconds, "describe", described)
+    with Notice(f"deriving the equations of {mechanism.name} ..."):
+        scene = build_scene(mechanism, (native(),), requested)
     return replace(scene, seconds={**seconds, **scene.seconds})
 
 
@@ -118,9 +121,11 @@ def _first(parts: Parts, built: Callable[[], Any], *, ahead: bool) -> Any:
         seconds.update(scene.seconds)
         if ahead:
             parts.begin("driver")
-        time_stage(seconds, FIRST_UNIT, lambda: entries.make_outputs_only(scene, folder))
+        with Notice(f"compiling rates and outputs of {scene.name} ..."):
+            time_stage(seconds, FIRST_UNIT, lambda: entries.make_outputs_only(scene, folder))
 
-    first = entries.load_or_make(cache.part_key(parts.key, FIRST), make)
+    with Notice("looking for the compiled model ..."):  # another process may be making it
+        first = entries.load_or_make(cache.part_key(parts.key, FIRST), make)
     if ahead and FIRST_UNIT in seconds:
         parts.begin("collocation")
     return first

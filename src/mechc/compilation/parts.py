@@ -17,6 +17,7 @@ from mechc.compilation import cache, entries
 from mechc.compilation.from_scene import Seconds
 from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.native._driver import PARTS, Scene, part_of, texts_of
+from mechc.progress import Notice
 
 FIRST, WHOLE = "first", "whole"
 
@@ -96,7 +97,10 @@ class Parts:
         names = [name for name, bit in PARTS.items() if bits & bit]
         kept = {name: self._load_part(name) for name in names}
         begun = {name: self.begin(name) for name in names if kept[name] is None}
-        return [begun[name].result() if name in begun else kept[name] for name in names]
+        if begun:
+            with Notice(f"compiling {' and '.join(begun)} ..."):
+                kept |= {name: part.result() for name, part in begun.items()}
+        return [kept[name] for name in names]
 
     def if_made(self, bit: int) -> Any:
         """The capsule of a part; None until it is made, in the background, or if that fails."""

@@ -16,6 +16,7 @@ from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.inputs.accept import samples_or_signal
 from mechc.inputs.sampled import Sampled
 from mechc.inputs.signals import Signal
+from mechc.progress import Notice
 from mechc.system.names import by_name
 from mechc.system.reference import ModelReference, Origin
 from mechc.system.system import System
@@ -28,8 +29,9 @@ def compile_any(thing: Any, *, drawing: Any = None, ahead: bool = True, **asked:
     """The system of a request: see :func:`mechc.compile`; for ``ahead`` ``compile_described``."""
     errors_of_compiler()
     seconds: dict[str, float] = {}
-    request, numbers = time_stage(seconds, "read", lambda: read_compilable(thing, **asked))
-    system = _drawn(_requested_system(request, seconds, ahead=ahead), request, drawing)
+    with Notice("reading the mechanism ..."):
+        request, numbers = time_stage(seconds, "read", lambda: read_compilable(thing, **asked))
+        system = _drawn(_requested_system(request, seconds, ahead=ahead), request, drawing)
     return with_defaults(system, numbers, request.symbol_names) if numbers else system
 
 

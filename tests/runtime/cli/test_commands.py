@@ -139,7 +139,7 @@ def test_json_with_a_folder_prints_the_object_alone_and_writes(capsys, here, mon
 
 
 def test_that_it_draws_is_told(here, capsys, monkeypatch):
-    monkeypatch.setattr("mechc.progress.LINES", 0.0)
+    monkeypatch.setattr("mechc.progress.SILENCE", 0.0)
     monkeypatch.setattr("mechc.results.figures.save_all", lambda sol, folder: time.sleep(0.1))
     assert main([*REGULAR, "--t-end", "0.1"]) == 0
     assert "drawing ...\n" in capsys.readouterr().err
@@ -367,7 +367,7 @@ def test_a_notice_is_a_line_where_there_is_no_terminal(monkeypatch, capsys):
     with Notice("compiling"):
         pass
     assert capsys.readouterr().err == ""
-    monkeypatch.setattr("mechc.progress.LINES", 0.0)
+    monkeypatch.setattr("mechc.progress.SILENCE", 0.0)
     with Notice("compiling") as notice:
         notice._timer.join()
     assert capsys.readouterr().err == "compiling\n"

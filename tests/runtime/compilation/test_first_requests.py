@@ -56,6 +56,7 @@ def test_what_a_state_has_is_the_same_as_when_it_was_requested(lean, whole):
 
 def test_it_is_compiled_once_and_told_in_one_line(lean, monkeypatch, capsys):
     monkeypatch.setattr(progress, "PATIENCE", 0.0)
+    monkeypatch.setattr(progress, "SILENCE", 600.0)
     other = mechc.compile(pendulum(7.5), outputs=())
     other.points(STATE)
     told = capsys.readouterr().err
@@ -242,6 +243,7 @@ def test_derivatives_of_a_further_output_have_its_parameters():
 
 def test_a_fit_compiles_its_quantities_at_once_and_finds_their_parameters(monkeypatch, capsys):
     monkeypatch.setattr(progress, "PATIENCE", 0.0)
+    monkeypatch.setattr(progress, "SILENCE", 600.0)
     q, u, (m, k, g) = *dynamicsymbols("q u"), symbols("m k g")
     kane = particle([q], [u], [-k * q], potential=k * q**2 / 2 + m * g)
     model = mechc.compile(kane, outputs=(), defaults={"m": 2.0, "k": 3.0})

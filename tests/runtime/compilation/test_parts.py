@@ -114,3 +114,13 @@ def test_a_run_compiles_what_it_needs_and_nothing_else(fresh):
     assert names_in_cache(key) == {"first", "driver", "explicit", "collocation"}
     model.simulate_batch(0.1, starts, method="gauss8")
     assert names_in_cache(key) == {"first", "driver", "explicit", "collocation", "sweeps"}
+
+
+def test_compiling_says_what_it_does(fresh, monkeypatch, capsys):
+    """Also where stderr is no terminal, as in a script or a notebook."""
+    monkeypatch.setattr("mechc.progress.SILENCE", 0.0)
+    model = mechc.compile(pendulum(4.25), outputs=())
+    compiled = [line for line in capsys.readouterr().err.splitlines() if line]
+    assert "compiling rates and outputs of pendulum ..." in compiled
+    model.simulate(0.1, [0.3, 0.1])
+    assert "compiling driver and collocation ..." in capsys.readouterr().err

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from sympy import Add, Expr, Mul, S, Symbol
+from sympy import Add, Expr, Mul, Symbol
 
 from mechc_codegen.description.terms import bottom_up
 from mechc_codegen.ir.operations import count_operations
@@ -97,11 +97,11 @@ class _Costs:
 
 
 def _collect_sum(expression: Add, costs: _Costs) -> Expr:
-    coefficients: dict[Expr, Expr] = {}
+    coefficients: dict[Expr, list[Expr]] = {}
     for coefficient, cofactor in _terms(expression, costs):
         cofactor, sign = _split_sign(cofactor)
-        coefficients[cofactor] = coefficients.get(cofactor, S.Zero) + sign * coefficient
-    return Add(*(c * cofactor for cofactor, c in coefficients.items()))
+        coefficients.setdefault(cofactor, []).append(sign * coefficient)
+    return Add(*(Add(*of) * cofactor for cofactor, of in coefficients.items()))
 
 
 def _terms(expression: Expr, costs: _Costs) -> Iterator[tuple[Expr, Expr]]:

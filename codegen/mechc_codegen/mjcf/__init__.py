@@ -1,0 +1,1 @@
+"""Models in MJCF, the XML format of MuJoCo, as mechanisms."""

@@ -1,11 +1,12 @@
 """Edges of narrow features: bumps and smooth steps whose width is known from the expression.
 
 Input: one function or power of a program.  Output: functions that vanish where it begins to be
-more than rounding, and where it ends; scaled so that over the feature they change by 2.
+more than rounding, and where it ends, scaled so that over the feature they change by 2; and one
+that vanishes in its middle, which changes by 16.
 Invariant: a function without a known width has none.
 
 A method sees nothing of a bump between its nodes.  A step that ends at the edge is followed by one
-that ends at the other edge at the latest, in which the nodes see it.
+that ends in the middle at the latest, unless an eighth of the feature is longer.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from sympy import Abs, Add, Expr, Float, Mul, Pow, Rational, S, cos, cosh, exp, 
 from mechc_codegen.ir.definitions import Definitions
 
 _NOTHING = 36  # exp of minus that is the rounding of 1
+_MIDDLE = 8  # times as steep as an edge: low orders have nodes half a step apart
 _HALF = 0.5**0.5  # |sin| above that is half of its period
 
 
@@ -37,10 +39,11 @@ def edges(part: Expr, definitions: Definitions) -> Iterator[Expr]:
 
 
 def _beside_zero(z: Expr, definitions: Definitions) -> Iterator[Expr]:
-    """Edges where z, which has no pole, is 1 and -1."""
+    """Edges where z, which has no pole, is 1 and -1, and the middle."""
     if all(definitions.is_fixed(x) for x in definitions.divisors(z)):
         yield z - 1
         yield z + 1
+        yield _MIDDLE * z
 
 
 def _of_exponent(g: Expr, definitions: Definitions) -> Iterator[Expr]:
@@ -49,11 +52,14 @@ def _of_exponent(g: Expr, definitions: Definitions) -> Iterator[Expr]:
         z = _root(term, definitions)
         if z is None or not term.could_extract_minus_sign():
             continue
-        if isinstance(g, Add):
-            yield g / _NOTHING + 1
-        else:
-            base, exponent, factor = z
-            yield from _beside_zero(base * (factor / _NOTHING) ** (1 / exponent), definitions)
+        base, exponent, factor = z
+        scaled = base * (factor / _NOTHING) ** (1 / exponent)
+        if not isinstance(g, Add):
+            yield from _beside_zero(scaled, definitions)
+            return
+        yield g / _NOTHING + 1
+        if all(definitions.is_fixed(other) for other in g.args if other != term):
+            yield _MIDDLE * scaled
         return
 
 
@@ -99,3 +105,5 @@ def _of_power(wave: Expr, exponent: float) -> Iterator[Expr]:
     if isinstance(wave, (sin, cos)) and edge > _HALF:
         yield (wave - Float(edge)) / Float(1 - edge)
         yield (wave + Float(edge)) / Float(1 - edge)
+        slope = (cos if isinstance(wave, sin) else sin)(wave.args[0])
+        yield _MIDDLE * slope / Float((1 - edge**2) ** 0.5)

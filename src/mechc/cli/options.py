@@ -64,7 +64,8 @@ def variant_options(parser: argparse.ArgumentParser) -> None:
     """Add arguments for a mechanism and its options."""
     parser.add_argument(
         "name", metavar="NAME",
-        help="a mechanism of `mechc list`, or FILE.py:MODEL, a user-defined one in a Python file",
+        help="a mechanism of `mechc list`, FILE.py:MODEL, a user-defined one in a Python file, a "
+        "robot in FILE.urdf, or a model of MuJoCo in FILE.xml",
     )  # fmt: skip
     several(
         parser, "--with", "OPTION[=VALUE]", "options",

@@ -1,4 +1,4 @@
-"""Models in a Python file of the user: FILE.py:NAME."""
+"""Models in files of the user: FILE.py:NAME, robots in FILE.urdf, MuJoCo models in FILE.xml."""
 
 from __future__ import annotations
 
@@ -17,12 +17,13 @@ from mechc.errors import MechcError
 # Functions and classes that make what can be simulated.
 MAKERS = ("compile", "load", "Mechanism", "from_equations", "from_joints", "from_mjcf",
           "from_urdf", "KanesMethod", "LagrangesMethod", "System")  # fmt: skip
+READERS = {".urdf": "from_urdf", ".xml": "from_mjcf"}
 
 
 def is_own(name: str) -> bool:
     """Whether a text names a model in a file, not a mechanism of the library."""
     file, _, attribute = name.rpartition(":")
-    return file.endswith(".py") and attribute != ""
+    return Path(name).suffix in READERS or (file.endswith(".py") and attribute != "")
 
 
 def refuse_file_alone(name: str) -> None:
@@ -59,19 +60,22 @@ def _names_in(module: ast.Module) -> list[str]:
 
 
 def own_name(name: str) -> str:
-    """NAME of FILE.py:NAME."""
-    return name.rpartition(":")[2]
+    """NAME of FILE.py:NAME, FILE of FILE.urdf."""
+    return Path(name).stem if Path(name).suffix in READERS else name.rpartition(":")[2]
 
 
 @cache
 def own_object(name: str) -> Any:
-    """The object that FILE.py:NAME names: the file is run, a function without arguments is called.
+    """What a file describes; FILE.py is run, and NAME called if it is a function without arguments.
 
     Raises :class:`MechcError` if there is no such file or name, or nothing that can be compiled.
     """
-    path, _, attribute = name.rpartition(":")
+    reader = READERS.get(Path(name).suffix)
+    path, _, attribute = (name, "", "") if reader else name.rpartition(":")
     if not Path(path).is_file():
         raise MechcError(f"there is no file {path}")
+    if reader:
+        return getattr(mechc, reader)(path)
     spec = importlib.util.spec_from_file_location("mechc_own_model", path)
     assert spec is not None
     assert spec.loader is not None

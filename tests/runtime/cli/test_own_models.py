@@ -160,3 +160,19 @@ def test_a_file_without_a_name_is_told_what_it_defines(capsys, command):
 def test_a_file_that_is_not_there_is_told(capsys):
     assert complaint(capsys, "run", "nix.py") == "mechc: there is no file nix.py\n"
     assert "own.py:swing" in complaint(capsys, "run", "own.py:")
+
+
+ROBOT = """<robot name="swing"><link name="post"/>
+<link name="arm"><inertial><mass value="2"/><origin xyz="0 0 -0.5"/>
+  <inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/></inertial></link>
+<joint name="hinge" type="continuous"><parent link="post"/><child link="arm"/><axis xyz="0 1 0"/>
+</joint></robot>"""
+
+
+def test_a_robot_runs_by_its_file(here, capsys):
+    (here / "swing.urdf").write_text(ROBOT, "utf-8")
+    run = ("run", "swing.urdf", "--t-end", "1", "--start", "q_hinge=0.01rad", "--json")
+    assert main(run) == 0
+    (end,) = json.loads(capsys.readouterr().out)["q_end"]
+    assert end == pytest.approx(0.01 * math.cos(math.sqrt(9.81 / 0.5)), rel=1e-4)
+    assert complaint(capsys, "run", "other.urdf") == "mechc: there is no file other.urdf\n"

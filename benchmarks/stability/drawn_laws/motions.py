@@ -22,7 +22,7 @@ TIMES = (1.0, 2.0, 3.0)  # s
 MANY = 40  # laws in one scene
 SHIFT = 1e-7  # of the start, for the condition
 TOLD = 1e-2  # a limit above that tells nothing
-FINER = 8  # the second reference's steps are so much shorter
+FINER = 100  # the second reference's steps are so much shorter: it sees short visits to a cell
 QUICK, FULL = 8, 400  # seeds
 
 
@@ -115,7 +115,8 @@ def start_of(laws: Sequence[Law]) -> Array:
 
 
 def judged(cases: Sequence[Case], *, method: str = "auto", rtol: float = 1e-9) -> Iterator[Row]:
-    """A row for each law of one scene; a scene that ends early is halved until one law is left."""
+    """A row for each law of one scene; a scene that ends early is halved until one law is left, and
+    one that is off is judged alone."""
     laws = [case.law for case in cases]
     try:
         model = mechc.compile(scene(laws), outputs=())
@@ -138,7 +139,11 @@ def judged(cases: Sequence[Case], *, method: str = "auto", rtol: float = 1e-9) -
         yield row(_named(cases[0], method, rtol), "flagged", status=outcome.status.code)
         return
     for case, found in zip(cases, states_of(laws, outcome.y), strict=True):
-        yield _judged(case, found, method, rtol)
+        made = _judged(case, found, method, rtol)
+        if made["word"] == "WRONG" and len(cases) > 1:  # the mean error of many is controlled
+            yield from judged([case], method=method, rtol=rtol)
+        else:
+            yield made
 
 
 def _judged(case: Case, found: Array, method: str, rtol: float) -> Row:

@@ -106,7 +106,7 @@ def test_without_constraints_the_binary_has_no_code_for_them():
 
 
 @pytest.mark.skipif(shutil.which("nm") is None, reason="nm lists what is in a binary")
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_without_multipliers_asked_for_the_binary_has_no_code_for_them():
     """Of constraints, redundant ones included, the motion is solved without them."""
     found = {}

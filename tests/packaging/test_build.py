@@ -47,7 +47,7 @@ def python(*arguments, cwd, **environment):
     return done.stdout
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_sdist_to_wheel_to_a_model_that_runs(source, tmp_path):
     """Without optimisation: whether all is there to be built shows as well."""
     build = "import setuptools.build_meta as b; b.build_sdist('../dist')"

@@ -38,6 +38,7 @@ PAGES = (
     "tutorial/5_many_motions.md",
     "urdf.md",
 )  # whose examples are whole programs
+LONG = ("library.md", "reference/examples.md")  # compile what other tests compile too
 NEEDS = {"mjcf.md": "mujoco"}
 
 
@@ -46,7 +47,9 @@ def examples(page):
 
 
 @pytest.mark.slow(cases=len(PAGES))
-@pytest.mark.parametrize("page", PAGES)
+@pytest.mark.parametrize(
+    "page", [pytest.param(p, marks=pytest.mark.thorough) if p in LONG else p for p in PAGES]
+)
 def test_the_examples_of_a_page_run(page, tmp_path, monkeypatch):
     if package := NEEDS.get(page):
         pytest.importorskip(package)

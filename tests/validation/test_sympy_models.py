@@ -105,6 +105,7 @@ SLOW = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::sympy.utilities.exceptions.SymPyDeprecationWarning")
 @pytest.mark.parametrize("name", slow_among(IN_SYMPYS_TESTS, SLOW))
 def test_what_sympys_own_tests_form(name):
@@ -114,6 +115,7 @@ def test_what_sympys_own_tests_form(name):
 # -- actuators and what they pull along -------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ACTUATED)
 def test_systems_with_actuators(name):
     check(ACTUATED[name]())

@@ -21,6 +21,7 @@ def starts(model, start, params=None):
     return model.simulate_batch(0.001, start, params, threads=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("guess", [{}, {"x_B": 1.9}, {"x_B": 1.9, "x_C": 2.7, "y_C": 1.0}])
 def test_on_no_sheet_where_the_mechanism_is_folded(folding, guess):
     """The cell has infinitely many configurations for a place of B, on a sheet with C on D."""

@@ -55,6 +55,7 @@ def test_odd_names_are_stored_and_read_again(model, tmp_path):
         mechc.open(tmp_path / "batch", mechc.load("four_bar"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sensitivities", [(), ("l",)])
 def test_outputs_compiled_on_demand_are_stored_and_sent(tmp_path, sensitivities):
     pytest.importorskip("xarray")

@@ -129,6 +129,7 @@ def test_members_chatter_as_alone(at_rest_or_sliding):
         np.testing.assert_array_equal(batch.y[k], sol.y[-1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(
     "law",
@@ -146,6 +147,7 @@ def test_jumps_that_are_crossed_many_times_end_nothing(law, method):
     assert sol.status.ok, sol.status
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(
     "law",

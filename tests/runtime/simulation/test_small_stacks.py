@@ -38,6 +38,6 @@ assert found["batch"].counts == {"finished": 2}, found["batch"].counts
 """
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_chain_of_sixty_links_in_a_thread_with_a_small_stack():
     subprocess.run([sys.executable, "-c", IN_A_THREAD], check=True, timeout=1200)

@@ -52,6 +52,7 @@ def test_parallel_cranks_move_as_a_pendulum(cranks, method, rtol):
     moves_as(cranks, start, crank_angles(cranks, pendulum(3, 1.0)), rtol, method)
 
 
+@pytest.mark.thorough
 def test_five_parallel_cranks_move_as_a_pendulum():
     model = mechc.compile(parallel_cranks(5))
     exact = crank_angles(model, pendulum(5, 1.0))

@@ -104,7 +104,7 @@ def check_power(case: Case, model: mechc.Model) -> None:
     assert change == pytest.approx(case.power, abs=1e-9 * max(1.0, abs(case.energy)) * fastest)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 @examples(6)
 @given(case=cases(6))
 def test_what_is_derived_by_links_moves_as_the_textbook_says(case: Case) -> None:

@@ -64,7 +64,7 @@ def elastic_rod() -> LagrangesMethod:
     return method
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_an_elastic_rod_ends_where_the_test_set_says():
     """Its fastest components swing with 6e4 rad/s; all methods agree better than with it."""
     model = mechc.compile(elastic_rod())

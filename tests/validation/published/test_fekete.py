@@ -33,7 +33,7 @@ PUBLISHED = [
 ]  # fmt: skip
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_twenty_charges_rest_where_the_test_set_says():
     places = [sm.Matrix(dynamicsymbols(f"x_{k} y_{k} z_{k}")) for k in range(20)]
     rates = [sm.Matrix(dynamicsymbols(f"vx_{k} vy_{k} vz_{k}")) for k in range(20)]

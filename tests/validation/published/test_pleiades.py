@@ -43,6 +43,7 @@ def stars():
     return mechc.compile(kane)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "error"), [("auto", 5e-13), ("dop853", 1e-11), ("radau5", 1e-9)]
 )

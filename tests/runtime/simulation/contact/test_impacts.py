@@ -11,6 +11,7 @@ def bodies():
     return {contacts: FreeBody(contacts) for contacts in (1, 2, 3)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("contacts", [1, 2, 3])
 def test_the_laws_hold_and_energy_never_grows(contacts, bodies):
     """Rates, slips and impulses after an impact; as many freedoms as determine the impulses."""

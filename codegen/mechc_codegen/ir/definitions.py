@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from sympy import Add, Expr, Mul, Pow, S, Symbol, cos, sin, tan
+from sympy import Add, Expr, Mul, Pow, S, Symbol, cos, exp, sin, tan
 
 from mechc_codegen.description.piecewise import without_corners
 from mechc_codegen.description.terms import bottom_up
@@ -65,6 +65,11 @@ class Definitions:
             if not self.is_fixed(function) and -function not in found:
                 found[function] = None
         return tuple(found)
+
+    def exponentials(self, e: Expr) -> list[Expr]:
+        """The exponential functions among the factors of an expression."""
+        factors = map(self.look_up, Mul.make_args(self.look_up(e)))
+        return [x for x in factors if isinstance(x, exp)]
 
     def divisors(self, e: Expr) -> Iterator[Expr]:
         """Expressions that vanish at the poles of an expression."""

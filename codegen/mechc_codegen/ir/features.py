@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import exp as exponential
 
-from sympy import Abs, Add, Expr, Float, Mul, Pow, Rational, S, cos, cosh, exp, sin, tanh
+from sympy import Abs, Add, Expr, Float, Mul, Pow, Rational, S, atan, cos, cosh, exp, sin, tanh
 
 from mechc_codegen.ir.definitions import Definitions
 
@@ -24,11 +24,15 @@ _HALF = 0.5**0.5  # |sin| above that is half of its period
 
 
 def edges(part: Expr, definitions: Definitions) -> Iterator[Expr]:
-    """The edges of exp(-z^2), tanh(z), logistic functions, 1/cosh(z), 1/(1 + z^2), sin(z)^n."""
+    """The edges of exp(-z^2), tanh(z), logistic functions, 1/cosh(z), 1/(1 + z^2), sin(z)^n, and of
+    what saturates, as atan(x exp(z^2))."""
     if isinstance(part, exp):
         yield from _of_exponent(definitions.look_up(part.exp), definitions)
-    elif isinstance(part, tanh):
-        yield from _beside_zero(part.args[0] * Rational(2, _NOTHING), definitions)
+    elif isinstance(part, (atan, tanh)):
+        if isinstance(part, tanh):
+            yield from _beside_zero(part.args[0] * Rational(2, _NOTHING), definitions)
+        for factor in definitions.exponentials(part.args[0]):  # SymPy writes atan2(y, exp(g)) so
+            yield from _of_exponent(-definitions.look_up(factor.exp), definitions)
     elif isinstance(part, Pow) and part.exp.is_negative:
         divisor = definitions.look_up(part.base)
         yield from _of_fraction(divisor, definitions)

@@ -27,6 +27,7 @@ from sympy import (
     atan,
     atan2,
     cos,
+    exp,
     factor_terms,
     fraction,
     pi,
@@ -94,6 +95,9 @@ def _vanishing(part: Expr, definitions: Definitions) -> Iterator[Expr]:
         yield from definitions.divisors(part.args[0])
     elif isinstance(part, (atan, tanh)):
         yield from definitions.divisors(part.args[0])
+        if definitions.exponentials(part.args[0]):  # a jump where these are large
+            factors = map(definitions.look_up, Mul.make_args(definitions.look_up(part.args[0])))
+            yield Mul(*(x for x in factors if not isinstance(x, exp)))
     elif isinstance(part, (asin, acos)):
         yield from _turning(part.args[0], definitions)
 

@@ -24,15 +24,16 @@ _HALF = 0.5**0.5  # |sin| above that is half of its period
 
 
 def edges(part: Expr, definitions: Definitions) -> Iterator[Expr]:
-    """The edges of exp(-z^2), tanh(z), logistic functions, 1/cosh(z), 1/(1 + z^2), sin(z)^n, and of
-    what saturates, as atan(x exp(z^2))."""
+    """The edges of exp(-z^2), tanh(z), atan(z), logistic functions, 1/cosh(z), 1/(1 + z^2),
+    sin(z)^n, and of what saturates, as atan(x exp(z^2))."""
     if isinstance(part, exp):
         yield from _of_exponent(definitions.look_up(part.exp), definitions)
     elif isinstance(part, (atan, tanh)):
-        if isinstance(part, tanh):
-            yield from _beside_zero(part.args[0] * Rational(2, _NOTHING), definitions)
-        for factor in definitions.exponentials(part.args[0]):  # SymPy writes atan2(y, exp(g)) so
+        factors = definitions.exponentials(part.args[0])  # SymPy writes atan2(y, exp(g)) so
+        for factor in factors:
             yield from _of_exponent(-definitions.look_up(factor.exp), definitions)
+        if not factors:
+            yield from _beside_zero(part.args[0] * Rational(2, _NOTHING), definitions)
     elif isinstance(part, Pow) and part.exp.is_negative:
         divisor = definitions.look_up(part.base)
         yield from _of_fraction(divisor, definitions)

@@ -115,6 +115,7 @@ def test_the_arguments_of_corners_and_jumps_are_found(load: Expr, functions: lis
         (1 / (1 + exp(-f * q)) + u, [f * q / 36 - 1, f * q / 36 + 1, f * q / 4.5]),
         (1 / cosh(9 * q), [q / 4 - 1, q / 4 + 1, 2 * q]),
         (exp(-t) + exp(q) + tanh(f) + sin(q) ** 6 + 1 / (1 + sin(q) ** 2) + 1 / (1 - q**2), []),
+        (atan(50 * u), [50 * u / 18 - 1, 50 * u / 18 + 1, 400 * u / 18]),
         (atan2(u, exp(-900 * q**2)), [u, 5 * q - 1, 5 * q + 1, 40 * q]),
         (1 / (2 + 800 * q**2), [q / 0.9 - 1, q / 0.9 + 1, 8 * q / 0.9]),
     ],

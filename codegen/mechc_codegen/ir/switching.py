@@ -18,6 +18,7 @@ from sympy import (
     Abs,
     Add,
     Expr,
+    Float,
     Function,
     Mul,
     Pow,
@@ -35,6 +36,7 @@ from sympy import (
     tanh,
     together,
 )
+from sympy import factor as sympy_factor
 
 from mechc_codegen.derive.equations import Output
 from mechc_codegen.description.piecewise import Floor, Step
@@ -42,7 +44,10 @@ from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.description.tables import Lookup
 from mechc_codegen.ir.definitions import Definitions
 from mechc_codegen.ir.features import edges
+from mechc_codegen.ir.operations import count_operations
 from mechc_codegen.ir.program import FEATURE, SWITCHING, Program, equation_values
+
+_TO_FACTOR = 30  # operations: of longer sums factors are not looked for, which takes long
 
 
 def add_switching(program: Program, request: OutputRequest) -> Program:
@@ -114,8 +119,13 @@ def _touching(e: Expr, definitions: Definitions) -> Iterator[Expr]:
     """Sign changes where an expression touches zero: the bases of its even powers."""
     e = factor_terms(definitions.with_definitions(e))
     if isinstance(e, Add):
-        yield from _half_angle(e, definitions)
-        return
+        found = list(_half_angle(e, definitions))
+        yield from found
+        if found or count_operations(e) > _TO_FACTOR or e.has(Float):
+            return
+        e = sympy_factor(e)  # (u - 1)^2 written out
+        if isinstance(e, Add):
+            return
     for factor in Mul.make_args(e):
         base, exponent = factor.as_base_exp()
         if exponent.is_even:

@@ -133,6 +133,12 @@ def test_a_train_of_pulses_has_edges_where_it_is_nothing_for_half_of_the_time() 
     assert found(sin(3 * t) ** 40) == []
 
 
+def test_an_argument_of_asin_touches_one_where_its_square_is_written_out() -> None:
+    """2w / (1 + w^2) does at w = 1 and w = -1."""
+    touched = {round(x, 9) for x in found(asin((6 * u - 2) / ((3 * u - 1) ** 2 + 1)))}
+    assert touched >= {round(float(x.subs(STATE)), 9) for x in (3 * u - 2, u)}
+
+
 def test_one_function_is_found_once() -> None:
     assert len(found(sign(u) * Abs(u) - Max(u, 0))) == 1
 

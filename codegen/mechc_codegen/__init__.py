@@ -28,6 +28,7 @@ _PLACES = {
     "Parameter": "description.mechanism",
     "Quantity": "description.quantity",
     "ScrewJoint": "joints.turning",
+    "SkippedPartWarning": "errors",
     "Solid": "description.solid",
     "Speed": "description.mechanism",
     "State": "description.mechanism",

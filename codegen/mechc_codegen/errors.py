@@ -24,6 +24,10 @@ class ExpressionError(CodegenError, ValueError):
     """A typed expression could not be read: the message shows where."""
 
 
+class SkippedPartWarning(UserWarning):
+    """A file has parts that move or hold its mechanism, and mechc does not take them."""
+
+
 class InternalError(CodegenError):
     """An invariant of the compiler does not hold: a bug of mechc."""
 

@@ -98,6 +98,7 @@ __all__ = [
     "Sampled",
     "ScrewJoint",
     "Signal",
+    "SkippedPartWarning",
     "Solid",
     "Solution",
     "Speed",

@@ -96,8 +96,8 @@ def _augmented_output(output: Output, added: Sequence[Expr], scale: Expr, equati
 
 
 class Derivatives:
-    """Partial derivatives, as :meth:`sympy.Expr.diff` writes them; those of shared subexpressions
-    are kept, and of a product SymPy asks for each factor once a factor."""
+    """Partial derivatives in the form of :meth:`sympy.Expr.diff`, each computed once, also where
+    expressions share it; SymPy computes those of factors again for each factor beside them."""
 
     def __init__(self) -> None:
         self._known: dict[tuple[Expr, Expr], Expr] = {}

@@ -18,7 +18,6 @@ from sympy import (
     Abs,
     Add,
     Expr,
-    Float,
     Function,
     Mul,
     Pow,
@@ -29,14 +28,15 @@ from sympy import (
     atan2,
     cos,
     exp,
+    factor,
     factor_terms,
     fraction,
+    nsimplify,
     pi,
     sin,
     tanh,
     together,
 )
-from sympy import factor as sympy_factor
 
 from mechc_codegen.derive.equations import Output
 from mechc_codegen.description.piecewise import Floor, Step
@@ -121,16 +121,16 @@ def _touching(e: Expr, definitions: Definitions) -> Iterator[Expr]:
     if isinstance(e, Add):
         found = list(_half_angle(e, definitions))
         yield from found
-        if found or count_operations(e) > _TO_FACTOR or e.has(Float):
+        if found or count_operations(e) > _TO_FACTOR:
             return
-        e = sympy_factor(e)  # (u - 1)^2 written out
+        e = factor(nsimplify(e, rational=True))  # (u - 0.3)^2 written out
         if isinstance(e, Add):
             return
-    for factor in Mul.make_args(e):
-        base, exponent = factor.as_base_exp()
+    for part in Mul.make_args(e):
+        base, exponent = part.as_base_exp()
         if exponent.is_even:
             yield base
-        elif factor != e:
+        elif part != e:
             yield from _touching(base, definitions)
 
 
@@ -138,16 +138,16 @@ def _half_angle(e: Add, definitions: Definitions) -> Iterator[Expr]:
     """Sign changes where 1 - cos(x), 1 + cos(x) or 1 - cos(x)^2 touch zero, or such a sum of
     sines."""
     number, rest = e.as_coeff_Add()
-    factor, wave = rest.as_coeff_Mul()
+    size, wave = rest.as_coeff_Mul()
     base, exponent = wave.as_base_exp()
     wave = definitions.look_up(base)
-    if exponent == 2 and number == -factor and isinstance(wave, (cos, sin)):
+    if exponent == 2 and number == -size and isinstance(wave, (cos, sin)):
         yield (sin if isinstance(wave, cos) else cos)(wave.args[0])
     elif exponent != 1:
         return
-    elif isinstance(wave, (cos, sin)) and abs(number) == abs(factor):
+    elif isinstance(wave, (cos, sin)) and abs(number) == abs(size):
         angle = wave.args[0] - (pi / 2 if isinstance(wave, sin) else 0)
-        yield sin(angle / 2) if number == -factor else cos(angle / 2)
+        yield sin(angle / 2) if number == -size else cos(angle / 2)
 
 
 def _turning(e: Expr, definitions: Definitions) -> Iterator[Expr]:

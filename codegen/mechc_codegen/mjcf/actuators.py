@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import Any
 
-from mechc_codegen.mjcf.names import Names
+from mechc_codegen.mjcf.names import PartNames
 from mechc_codegen.mjcf.poses import exact
 from mechc_codegen.mjcf.read import CompiledFile
 from mechc_codegen.robots.robot import SINGLE, Motor, RobotJoint
@@ -37,7 +37,7 @@ class Actuators:
         What is not taken.
     """
 
-    def __init__(self, file: CompiledFile, names: Names, joints: Iterable[RobotJoint]) -> None:
+    def __init__(self, file: CompiledFile, names: PartNames, joints: Iterable[RobotJoint]) -> None:
         self._file, self._names = file, names
         self.motors: dict[str, Motor] = {}
         self.joints = {joint.name: joint for joint in joints}

@@ -8,18 +8,27 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from mechc_codegen.mjcf.names import Names, unused_name
+from mechc_codegen.mjcf.names import PartNames
 from mechc_codegen.mjcf.poses import exact, place_at, triple
 from mechc_codegen.mjcf.read import CompiledFile
 from mechc_codegen.robots.geometry import IDENTITY, Place, about, pose_of
-from mechc_codegen.robots.robot import Number, Pose, RobotJoint, RobotLink, Visual
+from mechc_codegen.robots.robot import (
+    Number,
+    Pose,
+    RobotJoint,
+    RobotLink,
+    Visual,
+    unused_name,
+)
 
 _KINDS = {"HINGE": "continuous", "SLIDE": "prismatic", "BALL": "ball", "FREE": "floating"}
 _SHAPES = {"SPHERE": "ball", "CAPSULE": "cylinder", "CYLINDER": "cylinder", "BOX": "box"}
 _SHOWN = 3  # groups of geoms that MuJoCo's viewer shows, 0 to 2; the others are for collisions
 
 
-def links_of(file: CompiledFile, names: Names, joints: Iterable[RobotJoint]) -> Iterator[RobotLink]:
+def links_of(
+    file: CompiledFile, names: PartNames, joints: Iterable[RobotJoint]
+) -> Iterator[RobotLink]:
     """The bodies, the world first, and the links without mass between joints of one body."""
     model = file.model
     for k, name in enumerate(names.bodies):
@@ -36,7 +45,7 @@ def links_of(file: CompiledFile, names: Names, joints: Iterable[RobotJoint]) -> 
     yield from (RobotLink(each) for joint in joints if (each := joint.child) not in names.bodies)
 
 
-def joints_of(file: CompiledFile, names: Names) -> Iterator[RobotJoint]:
+def joints_of(file: CompiledFile, names: PartNames) -> Iterator[RobotJoint]:
     """The joints of each body, in their order; a body without any is fixed to its parent."""
     model = file.model
     for body in range(1, model.nbody):
@@ -55,7 +64,7 @@ def joints_of(file: CompiledFile, names: Names) -> Iterator[RobotJoint]:
 
 
 def _joint(
-    file: CompiledFile, names: Names, number: int, sides: tuple[str, str], place: Place
+    file: CompiledFile, names: PartNames, number: int, sides: tuple[str, str], place: Place
 ) -> RobotJoint:
     model = file.model
     dof = int(model.jnt_dofadr[number])

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from mechc_codegen.errors import MechanismError
-from mechc_codegen.mjcf.names import Names
+from mechc_codegen.mjcf.names import PartNames
 from mechc_codegen.mjcf.poses import exact, place_at
 from mechc_codegen.mjcf.read import CompiledFile
 from mechc_codegen.robots.geometry import IDENTITY, Place, about, place_of, pose_of
@@ -17,7 +17,7 @@ _ANCHORS = {"CONNECT": (0, 3), "WELD": (3, 0)}  # where the data have the points
 
 
 def with_equalities(
-    file: CompiledFile, names: Names, joints: Iterable[RobotJoint]
+    file: CompiledFile, names: PartNames, joints: Iterable[RobotJoint]
 ) -> tuple[RobotJoint, ...]:
     """The joints, those coupled by the file as mimics or fixed, and those that close loops.
 
@@ -54,7 +54,7 @@ def with_equalities(
     return (*own.values(), *closing)
 
 
-def _closing_joint(file: CompiledFile, names: Names, number: int, kind: str) -> RobotJoint:
+def _closing_joint(file: CompiledFile, names: PartNames, number: int, kind: str) -> RobotJoint:
     model = file.model
     sides = (int(model.eq_obj1id[number]), int(model.eq_obj2id[number]))
     data = model.eq_data[number].tolist()
@@ -78,7 +78,7 @@ def _closing_joint(file: CompiledFile, names: Names, number: int, kind: str) -> 
     )
 
 
-def _follower(file: CompiledFile, names: Names, number: int, joint: RobotJoint) -> RobotJoint:
+def _follower(file: CompiledFile, names: PartNames, number: int, joint: RobotJoint) -> RobotJoint:
     """The joint as a mimic of the other, or fixed where there is no other."""
     model = file.model
     coefficients = [exact(x) for x in model.eq_data[number].tolist()[:5]]

@@ -14,7 +14,7 @@ from mechc_codegen.errors import MechanismError
 from mechc_codegen.mjcf.actuators import Actuators
 from mechc_codegen.mjcf.bodies import joints_of, links_of
 from mechc_codegen.mjcf.equalities import with_equalities
-from mechc_codegen.mjcf.names import Names, names_of
+from mechc_codegen.mjcf.names import PartNames, names_of
 from mechc_codegen.mjcf.poses import triple
 from mechc_codegen.mjcf.read import CompiledFile, read_model
 from mechc_codegen.mjcf.skipped import refuse_no_mechanism, skipped_parts
@@ -70,6 +70,11 @@ def from_mjcf(
     MechanismError
         If ``mujoco`` is not installed or refuses the file, or the file has parts that no rigid
         mechanism has; the message names them.
+
+    Warns
+    -----
+    SkippedPartWarning
+        Of what the file has and the mechanism does not, as dry friction; its ``skipped`` has all.
     """
     file = read_model(Path(path))
     refuse_no_mechanism(file)
@@ -116,7 +121,7 @@ def _motors_of(
     return [known[each] for each in dict.fromkeys(wanted)]
 
 
-def _start(file: CompiledFile, names: Names) -> dict[str, float]:
+def _start(file: CompiledFile, names: PartNames) -> dict[str, float]:
     """The coordinates in the configuration of the file."""
     start: dict[str, float] = {}
     for number, name in enumerate(names.joints):

@@ -6,10 +6,11 @@ from collections.abc import Collection
 from dataclasses import dataclass
 
 from mechc_codegen.mjcf.read import CompiledFile
+from mechc_codegen.robots.robot import unused_name
 
 
 @dataclass(frozen=True)
-class Names:
+class PartNames:
     """Names by MuJoCo's numbers.  No joint has that of an equality constraint."""
 
     bodies: list[str]
@@ -18,7 +19,7 @@ class Names:
     actuators: list[str]
 
 
-def names_of(file: CompiledFile) -> Names:
+def names_of(file: CompiledFile) -> PartNames:
     """The names of a file.
 
     A joint without one is called after its body, another part by its kind and number.
@@ -36,14 +37,7 @@ def names_of(file: CompiledFile) -> Names:
     own = [unused_name(name, others) if name in joints else name for name in equalities]
     actuators = [model.actuator(k).name for k in range(model.nactuator)]
     own = _with_numbers("equality", own, joints)
-    return Names(bodies, joints, own, _with_numbers("actuator", actuators))
-
-
-def unused_name(name: str, taken: Collection[str]) -> str:
-    """This name, with underscores while another part has it."""
-    while name in taken:
-        name += "_"
-    return name
+    return PartNames(bodies, joints, own, _with_numbers("actuator", actuators))
 
 
 def _with_numbers(kind: str, names: list[str], taken: Collection[str] = ()) -> list[str]:

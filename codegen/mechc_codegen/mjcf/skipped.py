@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from mechc_codegen.errors import MechanismError
-from mechc_codegen.mjcf.names import Names
+from mechc_codegen.mjcf.names import PartNames
 from mechc_codegen.mjcf.read import CompiledFile
 
 _OF_TENDONS = ("stiffness", "damping", "armature", "frictionloss", "limited")
@@ -34,7 +34,7 @@ def refuse_no_mechanism(file: CompiledFile) -> None:
         )
 
 
-def skipped_parts(file: CompiledFile, names: Names) -> Iterator[str]:
+def skipped_parts(file: CompiledFile, names: PartNames) -> Iterator[str]:
     """What is not taken, besides actuators."""
     model = file.model
     yield from _of_world(file)

@@ -68,6 +68,11 @@ def from_urdf(
     MechanismError
         If the file is no URDF or contradicts itself, or ``cut`` names a joint that closes no loop;
         the message names the link or the joint.
+
+    Warns
+    -----
+    SkippedPartWarning
+        Of what the file has and the mechanism does not, as dry friction; its ``skipped`` has all.
     """
     robot = read_robot(Path(path))
     robot = replace(robot, name=name or robot.name, motors=_motors(robot, driven))

@@ -6,6 +6,7 @@ before it in one step, in which the constant rotations are multiplied out.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from math import hypot
@@ -21,7 +22,7 @@ from mechc_codegen.description.mechanism import Limits, Load, Mechanism, Paramet
 from mechc_codegen.description.placement import apply
 from mechc_codegen.description.solid import Solid
 from mechc_codegen.description.terms import vector_along
-from mechc_codegen.errors import MechanismError
+from mechc_codegen.errors import MechanismError, SkippedPartWarning
 from mechc_codegen.robots.closing import Side, cut_joint, cut_place
 from mechc_codegen.robots.geometry import (
     IDENTITY,
@@ -34,12 +35,21 @@ from mechc_codegen.robots.geometry import (
 )
 from mechc_codegen.robots.graph import resolve_graph
 from mechc_codegen.robots.moving import JointMotion, motion_of, of_time, orient
-from mechc_codegen.robots.robot import SINGLE, TURNING, V3, Robot, RobotJoint, RobotLink
+from mechc_codegen.robots.robot import (
+    SINGLE,
+    TURNING,
+    V3,
+    Robot,
+    RobotJoint,
+    RobotLink,
+    unused_name,
+)
 from mechc_codegen.robots.spanning import SpanningTree, TreeJoint, spanning_tree
 from mechc_codegen.robots.values import RobotValues
 
 WORLD, BASE = "world", "base"  # what a floating base is joined to, and its joint
 DOWN: V3 = (0, 0, -1)
+LISTED = 6  # parts that are not taken, in a warning
 
 
 def mechanism_of(
@@ -56,6 +66,11 @@ def mechanism_of(
     MechanismError
         If the robot contradicts itself, nothing of it moves, or ``cut`` names a joint that closes
         no loop.
+
+    Warns
+    -----
+    SkippedPartWarning
+        Of what the file has and the mechanism does not.
     """
     robot = resolve_graph(robot)
     robot = _with_floating_base(robot) if floating else robot
@@ -65,9 +80,24 @@ def mechanism_of(
         )
     values = RobotValues(robot, symbolic)
     named = [cut] if isinstance(cut, str) else [*cut]
-    return _MechanismBuilder(
-        spanning_tree(robot, named, _with_coordinate(robot)), values
-    ).mechanism()
+    tree = spanning_tree(robot, named, _with_coordinate(robot))
+    mechanism = _MechanismBuilder(tree, values).mechanism()
+    _warn_of_skipped(mechanism)
+    return mechanism
+
+
+def _warn_of_skipped(mechanism: Mechanism) -> None:
+    """Warn the caller of a reader of what the file has and the mechanism does not."""
+    if not mechanism.skipped:
+        return
+    more = len(mechanism.skipped) - LISTED
+    told = "; ".join(mechanism.skipped[:LISTED]) + (f"; and {more} more" if more > 0 else "")
+    warnings.warn(
+        f"{mechanism.name}: not taken from the file, though it may matter to the motion: {told}. "
+        "All of it is in the mechanism's field skipped",
+        SkippedPartWarning,
+        stacklevel=4,
+    )
 
 
 def _with_floating_base(robot: Robot) -> Robot:
@@ -177,11 +207,8 @@ class _MechanismBuilder:
         )  # fmt: skip
         part.line.append(name)
 
-    def _free_name(self, name: str) -> str:
-        """A name that no link and no point has."""
-        while name in self.robot.links or name in self.points:
-            name += "'"
-        return name
+    def _point_name(self, name: str) -> str:
+        return unused_name(name, {*self.robot.links, *self.points})
 
     # -- joints ----------------------------------------------------------------------------
 
@@ -194,7 +221,7 @@ class _MechanismBuilder:
         if joint.kind == "fixed":
             self._attach(branch.outer, inner, place.then(link))
             return
-        point = Point(branch.outer if link.is_identity else self._free_name(f"{joint.name} end"))
+        point = Point(branch.outer if link.is_identity else self._point_name(f"{joint.name} end"))
         outer = _RigidGroup(branch.outer, point, ReferenceFrame(branch.outer))
         motion = self.motions[joint.name]
         motion.place(place, (outer.point, outer.frame), (inner.point, inner.frame))
@@ -288,7 +315,7 @@ class _MechanismBuilder:
             )
         on_parent = at_one.then(cut_place(joint, self._on_parent(joint)))
         on_child = at_other.then(cut_place(joint, place_of(joint.child_origin)))
-        name = self._free_name(f"{joint.name} cut")
+        name = self._point_name(f"{joint.name} cut")
         self._add_point(name, one, on_parent)
         other.line.append(name)
         if joint.limits:

@@ -5,7 +5,7 @@ SI units, in the order of the file.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 Number = int | float
@@ -171,3 +171,10 @@ class Robot:
     motors: tuple[Motor, ...] = ()
     skipped: tuple[str, ...] = ()
     gravity: V3 = (0, 0, -9.81)
+
+
+def unused_name(name: str, taken: Collection[str]) -> str:
+    """This name, with underscores while another part has it."""
+    while name in taken:
+        name += "_"
+    return name

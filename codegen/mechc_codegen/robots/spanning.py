@@ -20,7 +20,7 @@ from typing import TypeAlias
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.robots.geometry import Place, place_of
 from mechc_codegen.robots.graph import neighbours
-from mechc_codegen.robots.robot import Robot, RobotJoint
+from mechc_codegen.robots.robot import Robot, RobotJoint, unused_name
 from mechc_codegen.robots.screws import Screw, child_place, conditioning, freedoms
 
 Order: TypeAlias = "tuple[bool, bool, bool, bool, bool, int]"
@@ -217,9 +217,7 @@ def _cut_in_halves(robot: Robot, joint: RobotJoint) -> tuple[Robot, TreeJoint, R
     whole = joint.child if heavy and joint.child != robot.root else joint.parent
     if whole == robot.root:
         whole = joint.child
-    half = f"{whole} half"
-    while half in links:
-        half += "'"
+    half = unused_name(f"{whole} half", links)
     links[whole] = replace(links[whole], share=links[whole].share / 2)
     links[half] = replace(links[whole], visuals=())
     if whole == joint.child:

@@ -6,6 +6,7 @@ import argparse
 import importlib.util
 import json
 import sys
+import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -67,7 +68,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         chosen = _parser().parse_args(arguments)
         command: Callable[[argparse.Namespace], int] = chosen.command
-        return command(chosen)
+        with warnings.catch_warnings():
+            warnings.showwarning = _tell_warning
+            return command(chosen)
     except BrokenPipeError:
         sys.stderr.close()
         return FAILED
@@ -77,6 +80,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (MechcError, ValueError, OSError) as error:
         print(f"mechc: {_in_words(error)}", file=sys.stderr)
         return BAD_INPUT
+
+
+def _tell_warning(message: Warning | str, *_: Any, **__: Any) -> None:
+    print(f"mechc: {printable(str(message))}", file=sys.stderr)
 
 
 def _in_words(error: Exception) -> str:

@@ -98,7 +98,7 @@ class Parts:
         kept = {name: self._load_part(name) for name in names}
         begun = {name: self.begin(name) for name in names if kept[name] is None}
         if begun:
-            with Notice(f"compiling {' and '.join(begun)} ..."):
+            with Notice(f"compiling the integrator ({', '.join(begun)}) ..."):
                 kept |= {name: part.result() for name, part in begun.items()}
         return [kept[name] for name in names]
 

@@ -6,6 +6,7 @@ import mechc
 from tests.compiler.mjcf.reference import Reference, differences, write_model
 
 pytest.importorskip("mujoco")
+pytestmark = pytest.mark.filterwarnings("ignore::mechc.SkippedPartWarning")  # contacts
 
 CLOSE = 1e-9
 MODEL = """<mujoco>

@@ -8,6 +8,7 @@ from tests.compiler.mjcf.reference import Reference, differences, write_model
 from tests.support.marks import slow_among
 
 pytest.importorskip("mujoco")
+pytestmark = pytest.mark.filterwarnings("ignore::mechc.SkippedPartWarning")  # contacts
 
 CLOSE = 1e-8
 FOUR_BAR = """<mujoco>

@@ -11,6 +11,7 @@ import mechc
 from tests.compiler.mjcf.reference import Reference, differences, write_model
 
 mujoco = pytest.importorskip("mujoco")
+pytestmark = pytest.mark.filterwarnings("ignore::mechc.SkippedPartWarning")  # contacts
 
 REASONS = ("MuJoCo refuses the file", "flexible bodies", "no body has a joint")
 SHIPPED = sorted(Path(mujoco.__file__).parent.rglob("*.xml"))
@@ -86,7 +87,11 @@ def test_without_the_package_the_message_says_what_to_install(tmp_path, monkeypa
     ],
 )  # fmt: skip
 def test_what_is_named(tmp_path, text, words):
-    assert words in "; ".join(mechc.from_mjcf(write_model(tmp_path, text)).skipped)
+    with pytest.warns(mechc.SkippedPartWarning) as told:
+        found = mechc.from_mjcf(write_model(tmp_path, text))
+    assert words in "; ".join(found.skipped)
+    assert words in str(told[0].message)
+    assert told[0].filename == __file__
 
 
 def test_names_of_a_file_reach_no_code(tmp_path):

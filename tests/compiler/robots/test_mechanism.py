@@ -56,6 +56,9 @@ OPEN = """<robot name="sled"><link name="floor"/>
     <origin xyz="1 2 3" rpy="0.4 0.1 0.2"/><axis xyz="0 3 4"/></joint></robot>"""
 
 
+pytestmark = pytest.mark.filterwarnings("ignore::mechc.SkippedPartWarning")  # its dry friction
+
+
 def robot(folder, text=ROBOT, **options):
     path = folder / "robot.urdf"
     path.write_text(text)
@@ -161,6 +164,14 @@ def test_names_follow_the_joints(crane):
     assert set(model.parameters) == {"g"}
     assert [body.name for body in described.bodies] == ["boom", "slider", "finger"]
     assert described.skipped == ("dry friction of the joint slew (0.1)",)
+
+
+def test_a_reader_warns_its_caller_of_what_it_does_not_take(tmp_path):
+    path = tmp_path / "robot.urdf"
+    path.write_text(ROBOT)
+    with pytest.warns(mechc.SkippedPartWarning, match="dry friction of the joint slew") as told:
+        mechc.from_urdf(path)
+    assert [each.filename for each in told] == [__file__]
 
 
 def test_energies_are_those_of_the_links(crane):

@@ -6,6 +6,7 @@ from mechc_codegen.robots.mechanism import mechanism_of
 from mechc_codegen.robots.robot import SINGLE, Motor, Pose, Robot, RobotJoint, RobotLink
 from sympy import Symbol
 
+import mechc
 from tests.compiler.robots.by_numbers import ByNumbers
 
 MASS, INERTIA = 2.0, 0.7
@@ -57,7 +58,8 @@ def test_a_ball_is_damped_by_a_torque_against_its_turning():
 
 
 def test_what_a_joint_of_several_coordinates_lacks_is_named():
-    described = mechanism_of(one_joint("planar", armature=0.9, friction=0.1))
+    with pytest.warns(mechc.SkippedPartWarning, match="dry friction of the planar joint j"):
+        described = mechanism_of(one_joint("planar", armature=0.9, friction=0.1))
     assert described.skipped == ("dry friction of the planar joint j (0.1)",
                                  "a rotor of the planar joint j (0.9)")  # fmt: skip
 

@@ -103,6 +103,7 @@ def test_what_cannot_be_cut_is_refused_by_name():
         mechanism_of(replace(robot, links=links, joints=joints))
 
 
+@pytest.mark.filterwarnings("ignore:.*the limits of the joint C:mechc.SkippedPartWarning")
 def test_names_of_links_and_points_may_be_those_that_mechc_adds():
     robot = four_bar(C={"limits": {"upper": 1.0}})
     names = {"crank": "C cut", "coupler": "B end", "rocker": "coupler half", "ground": "q'; {"}

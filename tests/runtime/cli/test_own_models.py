@@ -6,7 +6,7 @@ import math
 import pytest
 
 from mechc.cli.commands import main
-from tests.support.command_line import complaint
+from tests.support.command_line import complaint, without_progress
 
 MODEL = '''
 import mechc
@@ -176,3 +176,13 @@ def test_a_robot_runs_by_its_file(here, capsys):
     (end,) = json.loads(capsys.readouterr().out)["q_end"]
     assert end == pytest.approx(0.01 * math.cos(math.sqrt(9.81 / 0.5)), rel=1e-4)
     assert complaint(capsys, "run", "other.urdf") == "mechc: there is no file other.urdf\n"
+
+
+@pytest.mark.filterwarnings("always::mechc.SkippedPartWarning")
+def test_a_warning_is_told_in_one_line(here, capsys):
+    rough = ROBOT.replace("</joint>", '<dynamics friction="0.1"/></joint>')
+    (here / "rough.urdf").write_text(rough, "utf-8")
+    assert main(["show", "rough.urdf"]) == 0
+    told = without_progress(capsys.readouterr().err)
+    assert told.startswith("mechc: swing: not taken from the file")
+    assert told.count("\n") == 1

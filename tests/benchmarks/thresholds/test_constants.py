@@ -1,5 +1,6 @@
 """Constants of the C runtime have names, reasons and a line in docs/theory/thresholds.md."""
 
+import os
 import re
 import subprocess
 import sys
@@ -56,7 +57,7 @@ def test_a_factor_changes_what_a_scene_compiled_with_them_does(tmp_path):
     write_headers(every, tmp_path)
     write_factors(factors, len(every))
     variables = {
-        "CC": compiler(tmp_path, "gcc -Werror"),
+        "CC": compiler(tmp_path, f"{os.environ.get('CC', 'cc')} -Werror"),
         "MECHC_CACHE_DIR": str(tmp_path / "cache"),
         FILE_VARIABLE: str(factors),
     }

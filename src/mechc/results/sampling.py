@@ -200,6 +200,8 @@ class Run:
         if not names:
             return ()
         travel = np.linalg.norm(np.ptp(self.positions, axis=0), axis=-1)
+        if travel.max() <= HELD * np.abs(self.positions).max():
+            return ()
         still = dict(zip(self.point_names, travel <= HELD * travel.max(), strict=True))
         return tuple(n for n in self.picture.point_names if n in names and still[n])
 

@@ -85,6 +85,9 @@ def test_ground_is_where_a_point_is_fixed_also_by_the_closing(four_bar: mechc.Mo
     assert run.ground == ("ground_masscenter", "end")
     assert "end" not in run.traced
     assert set(run.traced) == {"joint_1_rod_0_joint", "joint_2_rod_1_joint"}
+    start = four_bar.assemble({"q_0": -1.0}, guess=guess)
+    at_rest = sample(four_bar.simulate(0.5, start, {"g": 0.0}), 50)
+    assert at_rest.ground == ("ground_masscenter",)  # points that rest tell nothing where all do
 
 
 def test_a_picture_compiles_nothing_and_is_made_when_it_is_drawn() -> None:

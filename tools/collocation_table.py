@@ -118,6 +118,12 @@ table(
     "MECHC_STAGES * MECHC_STAGES",
 )
 table(
+    "The polynomial through the rates of the stages at the step's end; at its start from the last one.",
+    "continued",
+    [value(p, mpf(1)) for p in basis],
+    "MECHC_STAGES",
+)
+table(
     "Coefficient of the Legendre polynomial of degree 7 on the step.",
     "top",
     [(2 * S - 1) * b[j] * legendre(S - 1, 2 * c[j] - 1) for j in range(S)],

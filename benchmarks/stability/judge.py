@@ -50,7 +50,8 @@ def attempt(
 
 
 def runs(
-    model: mechc.Model, t_span: float, y0: Array, params: Mapping[str, float] | None = None, *,
+    model: mechc.Model, t_span: float | tuple[float, float], y0: Array,
+    params: Mapping[str, float] | None = None, *,
     methods: Sequence[str] = METHODS, rtols: Sequence[float], **policy: Any,
 ) -> Iterator[tuple[str, str, float, Outcome]]:  # fmt: skip
     """A run by every method at every tolerance: both in words, both, and what became of it."""

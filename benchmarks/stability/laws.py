@@ -16,6 +16,7 @@ from mechc_codegen.library.parts import coordinates, fixed_point, speeds
 from scipy.integrate import solve_ivp
 from sympy import (
     Expr,
+    Float,
     Heaviside,
     Rational,
     acos,
@@ -44,6 +45,7 @@ t = dynamicsymbols._t
 T_END = 20.0  # s
 PLACE, WIDTH = 7.0, 0.002  # of a feature, in s or m
 PUSH, SPEED = 50.0, 1.0  # m/s^2; m/s
+STEEP = 1e-6  # s, of a step
 METHODS = ("auto", "gauss8", "dop853", "dopri5", "radau5")
 ANALYTIC = (*METHODS, "taylor")
 Law = Callable[[float, float], float]  # of a place within a piece, and of q
@@ -170,6 +172,29 @@ def narrow_features(quick: bool) -> Iterator[Row]:
         for how, _, rtol, found in runs(model, T_END, y0, methods=methods, rtols=rtols):
             limit = limit_of(rtol, T_END)  # a speed that is off moves the end by so much
             yield verdict(f"{name}, {how}", found, exact, limit, speeds_apart(exact, 1))
+    yield from _beside_nodes(quick)
+
+
+def _beside_nodes(quick: bool) -> Iterator[Row]:
+    """From rest over a smooth step, wherever it lies in an integrator's step."""
+    z = t / Float(STEEP)
+    model = mechc.compile(bead(z / sqrt(1 + z**2)), outputs=())
+    for before in np.linspace(2.0, 8.0, 15 if quick else 150):
+        span = (-before, T_END - before)
+        (speed, place), (last_speed, last_place) = (_root_step(x / STEEP) for x in span)
+        exact = np.array([last_place - place - T_END * speed, last_speed - speed])
+        limit = limit_of(1e-9, T_END)
+        for how, _, _, found in runs(
+            model, span, np.zeros(2), methods=("auto", "gauss8"), rtols=(1e-9,)
+        ):
+            case = f"step of a root {before:g} s after the start, {how}"
+            yield verdict(case, found, exact, limit, speeds_apart(exact, 1))
+
+
+def _root_step(z: float) -> tuple[float, float]:
+    """The integral and the second integral of z / sqrt(1 + z^2), of this width."""
+    root = np.sqrt(1 + z * z)
+    return STEEP * root, STEEP**2 * (z * root + np.arcsinh(z)) / 2
 
 
 def _features() -> dict[str, tuple[Expr, Array, Array, tuple[str, ...]]]:

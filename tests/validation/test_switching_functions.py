@@ -19,6 +19,7 @@ pytestmark = pytest.mark.slow
 q, u = dynamicsymbols("q u")
 t, f = dynamicsymbols._t, Symbol("f")
 STIFF = 1e4  # N/m
+STEEP = 1e-6  # s
 
 
 def compiled(load):
@@ -87,6 +88,40 @@ def test_jumps_without_a_sign_and_narrow_features(family):
     """The cases of the stress suite at rtol 1e-9: all of them are right."""
     for row in family(quick=True):
         assert row["word"] == "right", row
+
+
+def beside_nodes():
+    """Laws that change within 1e-6 s at f, with the motions from rest that they lead to by 10 s."""
+    z, w = (t - f) / STEEP, STEEP
+    step, corner = z / sqrt(1 + z**2), sqrt(1 + z**2)
+
+    def stepped(z):
+        return w * np.sqrt(1 + z * z), w**2 * (z * np.sqrt(1 + z * z) + np.arcsinh(z)) / 2
+
+    def bent(z):
+        root, turned = np.sqrt(1 + z * z), np.arcsinh(z)
+        return w**2 * (z * root + turned) / 2, w**3 * (root**3 / 3 + z * turned - root) / 2
+
+    return {"step": (step, stepped), "corner": (w * corner, bent)}
+
+
+@pytest.mark.parametrize("law", ["step", "corner"])
+@pytest.mark.parametrize("lockstep", [True, False])
+def test_what_changes_beside_the_nodes_of_a_step_is_seen(law, lockstep):
+    """No edge of these laws is known, and no stage of a step lies in its first or last fiftieth."""
+    load, integrals = beside_nodes()[law]
+    places = np.linspace(2.0, 8.0, 400)
+    ends = (
+        compiled(load)
+        .simulate_batch(
+            10.0, np.zeros(2), {"f": places}, method="gauss8", lockstep=lockstep, progress=False
+        )
+        .y
+    )
+    (first, moved), (last, reached) = (integrals((x - places) / STEEP) for x in (0.0, 10.0))
+    gained = last - first
+    assert (np.abs(ends[:, 1] - gained) / np.maximum(1, np.abs(gained))).max() < 5e-8
+    assert np.abs(ends[:, 0] - (reached - moved - 10.0 * first)).max() < 5e-6
 
 
 def test_features_as_wide_as_the_steps_change_nothing():

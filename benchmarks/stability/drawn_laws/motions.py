@@ -13,7 +13,7 @@ from sympy.physics.mechanics import Particle, ReferenceFrame, dynamicsymbols
 
 import mechc
 
-from ...timing.cases import Array
+from ...timing.cases import Array, TookTooLongError, interrupted_after
 from ..judge import Row, attempt, bounded, limit_of, row, speeds_apart
 from .draw import Law, a, drawn
 from .reference import Reference
@@ -21,6 +21,7 @@ from .reference import Reference
 TIMES = (1.0, 2.0, 3.0)  # s
 MANY = 40  # laws in one scene
 SHIFT = 1e-7  # of the start, for the condition
+DRAWING = 20.0  # s that SymPy may take to build a law
 TOLD = 1e-2  # a limit above that tells nothing
 FINER = 100  # the second reference's steps are so much shorter: it sees short visits to a cell
 QUICK, FULL = 8, 400  # seeds
@@ -58,7 +59,11 @@ class Case(NamedTuple):
 
 def followed(seed: int) -> Case | str:
     """The case of a seed, or why its motion ends."""
-    law = drawn(seed)
+    try:
+        with interrupted_after(DRAWING):
+            law = drawn(seed)
+    except TookTooLongError:  # SymPy looks for the imaginary part of a high power
+        return "SymPy does not build it"
     reference = Reference(law)
     found = reference.follow(TIMES, law.y0, law.a)
     if found.word:

@@ -53,6 +53,9 @@ struct mechc_method {
     void (*renew)(mechc_integration *run);                       /* with other inputs */
     int (*step)(mechc_integration *run, double h, double *end);  /* MECHC_RUNNING or why not */
     double (*error)(mechc_integration *run, double h, const double *end); /* over the tolerance */
+    /* The error by what the rates do before the first stage and beyond the last one, where the start
+     * and the end can be judged; NULL: they are stages. */
+    double (*ends_error)(const mechc_integration *run, double h, int start, int end);
     double (*factor)(mechc_integration *run, double error);      /* factor of the next step */
     /* Was a step that its error refuses followed to an end that tells where it led? */
     int (*shows_end)(const mechc_integration *run, double error);

@@ -185,9 +185,12 @@ MECHC_STATIC int mechc_attempt(mechc_integration *run)
     run->monitor.least = run->monitor.most = run->monitor.first;
     memcpy(run->monitor.q, run->y, sizeof run->monitor.q);
     const int status = run->current->step(run, h, end);
-    const double error = status == MECHC_RUNNING ? run->current->error(run, h, end) : HUGE_VAL;
+    double error = status == MECHC_RUNNING ? run->current->error(run, h, end) : HUGE_VAL;
     if (mechc_cut_at_switch(run, h, end, status, error)) return run->head.status;
     if (status != MECHC_RUNNING) return mechc_fail(run, h, status);
+    if (run->current->ends_error && error <= run->allowed)
+        error = mechc_max(error, run->current->ends_error(run, h, !mechc_is_at_switch(run->switches.at_start),
+                                                          !mechc_is_at_switch(run->switches.at_end)));
     run->step = fabs(h);
     const double factor = mechc_limited_factor(run, error);
     if (!(error <= run->allowed)) return mechc_shorten(run, h, end, error, factor);

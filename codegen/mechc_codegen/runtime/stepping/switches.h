@@ -30,6 +30,15 @@ MECHC_STATIC const mechc_nodes *mechc_switch_nodes(const mechc_integration *run)
     return &run->methods[MECHC_GAUSS8]->nodes;
 }
 
+/* Whether a step's start or end is at a corner or a jump, where rounding decides which form its rates
+ * have; those at the edge of a feature are smooth. */
+MECHC_STATIC int mechc_is_at_switch(const int *at_zero)
+{
+    for (int k = 0; k < MECHC_FIRST_FEATURE; k++)
+        if (at_zero[k]) return 1;
+    return 0;
+}
+
 /* A switching function along a step: the polynomial through its values, divided by the fraction of
  * the step where it vanishes at the start. */
 typedef struct {
@@ -201,6 +210,7 @@ MECHC_STATIC double mechc_switch_of(mechc_integration *run, double h, int which,
     mechc_switches *switches = &run->switches;
     mechc_switch_curve curve;
     mechc_switch_curve_of(run, h, which, values, &curve);
+    switches->at_start[which] = curve.first;
     const double zero = mechc_switch_zero(&curve), last = curve.value[curve.last];
     const double slope = (last - mechc_switch_value(&curve, 1.0 - MECHC_SWITCH_SLOPE)) / MECHC_SWITCH_SLOPE;
     const double beyond = -last / slope;

@@ -12,7 +12,7 @@
  */
 #pragma once
 
-#include "methods/gauss/stiff.h"
+#include "methods/gauss/ends.h"
 #include "methods/traits.h"
 
 #define MECHC_GAUSS_ITERATIONS 40
@@ -441,9 +441,13 @@ MECHC_STATIC void mechc_gauss_make(mechc_integration *run)
 {
     mechc_gauss *g = mechc_gauss_of(run);
     memset(g, 0, sizeof *g);
-    for (int j = 0; j < MECHC_STAGES; j++)
-        g->columns[j] = (mechc_sums){mechc_gauss_weights[j], mechc_gauss_second_weights[j],
-                                     mechc_gauss_top[j], mechc_gauss_next[j]};
+    for (int j = 0; j < MECHC_STAGES; j++) {
+        const double top = mechc_gauss_top[j], next = mechc_gauss_next[j];
+        const int from_end = MECHC_STAGES - 1 - j;
+        g->columns[j] = (mechc_sums){mechc_gauss_weights[j], mechc_gauss_second_weights[j], top, next};
+        g->ends_columns[j] =
+            (mechc_sums){mechc_gauss_continued[from_end], mechc_gauss_continued[j], top, next};
+    }
     for (int i = 0; i < MECHC_NP; i++) g->given.p[i] = mechc_spread(run->given.p[i]);
     for (int i = 0; i < MECHC_CONSTANTS; i++) g->given.k[i] = mechc_spread(run->given.k[i]);
     mechc_gauss_take_inputs(g, run);
@@ -481,6 +485,7 @@ static const mechc_method mechc_gauss8 = {
     .renew = mechc_gauss_renew,
     .step = mechc_gauss_step,
     .error = mechc_gauss_error,
+    .ends_error = mechc_gauss_ends_error,
     .factor = mechc_gauss_factor,
     .shows_end = mechc_gauss_reached_end,
     .accept = mechc_gauss_accept,

@@ -309,10 +309,29 @@ MECHC_ONCE void mechc_gauss_lanes_step(mechc_lockstep *a)
     a->evaluations += 1;
 }
 
+/* Root of the step's error over what is tolerated, squared: also by what the rates do beside its ends, see
+ * mechc_gauss_ends_error. */
 MECHC_INLINE mechc_vector mechc_gauss_lanes_error(mechc_lockstep *a)
 {
     const mechc_gauss_lanes *g = (const mechc_gauss_lanes *)a;
-    return mechc_choose(g->failed, mechc_spread(HUGE_VAL), mechc_gauss_lanes_measure(g));
+    mechc_vector squares = mechc_spread(0.0), most = squares;
+    for (int k = 0; k < MECHC_UNKNOWNS; k++) {
+        const int i = MECHC_FIRST_UNKNOWN + k;
+        mechc_vector before = a->rates[0][i], after = a->rates[MECHC_STAGES + 1][i];
+        mechc_vector top = mechc_spread(0.0), next = top;
+        for (int j = 0; j < MECHC_STAGES; j++) {
+            before -= mechc_gauss_continued[MECHC_STAGES - 1 - j] * g->rates[k][j];
+            after -= mechc_gauss_continued[j] * g->rates[k][j];
+            top += mechc_gauss_top[j] * g->rates[k][j];
+            next += mechc_gauss_next[j] * g->rates[k][j];
+        }
+        const mechc_vector off = mechc_greater(mechc_size_of(before), mechc_size_of(after));
+        const mechc_vector left = mechc_size_of(top) + mechc_size_of(next);
+        squares += (top * top + next * next) * g->error_weights[k];
+        most = mechc_greater(most, g->weights[k] * (off - MECHC_GAUSS_CONTINUES * left));
+    }
+    const mechc_vector error = mechc_greater(a->h * a->h * squares, mechc_gauss_nodes[0] * most);
+    return mechc_choose(g->failed, mechc_spread(HUGE_VAL), error);
 }
 
 MECHC_INLINE mechc_mask mechc_gauss_lanes_limited(const mechc_lockstep *a)

@@ -25,6 +25,9 @@
 #define MECHC_GAUSS_DIGITS_FREE 2.5
 #define MECHC_GAUSS_LARGE 8.0
 #define MECHC_GAUSS_SAFETY 1e3 /* of the coefficients' squares as a measure of the end's error */
+/* Differences of the rates at a step's ends from the polynomial's, in sums of its two coefficients of
+ * highest degree: those of coefficients that shrink by a sixth from degree to degree. */
+#define MECHC_GAUSS_CONTINUES 8.0
 
 /* Stability limits the steps where the iteration converges slowly although the steps are far more
  * accurate than requested. */
@@ -38,6 +41,7 @@ enum { MECHC_UNPROJECTED, MECHC_CLOSE_AFTER, MECHC_CLOSE_BEFORE };
 /* Integral and second integral to the step's end, Legendre coefficients of degrees 7 and 6. */
 typedef double mechc_sums __attribute__((vector_size(32)));
 enum { MECHC_ONCE_INTEGRATED, MECHC_TWICE_INTEGRATED, MECHC_DEGREE_7, MECHC_DEGREE_6 };
+enum { MECHC_CONTINUED_TO_START, MECHC_CONTINUED_TO_END }; /* in place of the integrals: the polynomial at the step's ends */
 
 /* Scenes so large go over to radau5 where they are stiff. */
 #define MECHC_NEWTON (MECHC_UNKNOWNS <= 32)
@@ -49,7 +53,7 @@ typedef struct {
     mechc_vector q[MECHC_NQ][MECHC_BLOCKS];    /* stages as last evaluated */
     mechc_vector turns[MECHC_BLOCKS][MECHC_AT_LEAST_ONE(3 * MECHC_TURNS)]; /* see sine_cosine.h */
     mechc_vector shift[MECHC_NQ][MECHC_BLOCKS]; /* changes of q that close their loops */
-    mechc_sums columns[MECHC_STAGES];
+    mechc_sums columns[MECHC_STAGES], ends_columns[MECHC_STAGES];
     double rates[MECHC_UNKNOWNS][MECHC_STAGES];
     double ends[MECHC_UNKNOWNS]; /* rates at the last accepted end */
     double least[MECHC_STAGES]; /* conditioning, squared */
@@ -79,15 +83,19 @@ typedef struct {
     double tried[MECHC_UNKNOWNS][MECHC_STAGES]; /* rates of the last accepted step */
 } mechc_gauss;
 
-MECHC_INLINE void mechc_gauss_sums(const mechc_gauss *g, int unknown, mechc_sums *sums)
+MECHC_INLINE void mechc_gauss_weighted(const mechc_sums *columns, const double *x, mechc_sums *sums)
 {
-    const double *x = g->rates[unknown];
-    mechc_sums even = g->columns[0] * x[0], odd = g->columns[1] * x[1];
+    mechc_sums even = columns[0] * x[0], odd = columns[1] * x[1];
     for (int j = 2; j < MECHC_STAGES; j += 2) {
-        even += g->columns[j] * x[j];
-        odd += g->columns[j + 1] * x[j + 1];
+        even += columns[j] * x[j];
+        odd += columns[j + 1] * x[j + 1];
     }
     *sums = even + odd;
+}
+
+MECHC_INLINE void mechc_gauss_sums(const mechc_gauss *g, int unknown, mechc_sums *sums)
+{
+    mechc_gauss_weighted(g->columns, g->rates[unknown], sums);
 }
 
 /* Stage values of one block before any projection. */

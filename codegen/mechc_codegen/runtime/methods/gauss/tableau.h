@@ -65,6 +65,12 @@ MECHC_GAUSS_TABLE mechc_gauss_second[MECHC_STAGES * MECHC_STAGES] = {
     -5.594266465264238e-05, 0.0002702895538470183,
 };
 
+/* The polynomial through the rates of the stages at the step's end; at its start from the last one. */
+MECHC_GAUSS_TABLE mechc_gauss_continued[MECHC_STAGES] = {
+    -0.032020422845832404, 0.11217721020871642, -0.2208713667044389, 0.3537304181064418,
+    -0.5126556338013685, 0.7101568903172424, -0.9912041583117163, 1.5806870630309555,
+};
+
 /* Coefficient of the Legendre polynomial of degree 7 on the step. */
 MECHC_GAUSS_TABLE mechc_gauss_top[MECHC_STAGES] = {
     -0.11769245644771356, 0.3778969370845921, -0.6317745531190048, 0.7849065579218132,

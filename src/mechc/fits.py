@@ -6,16 +6,16 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from mechc.configurations import Configurations
 from mechc.simulation.settings import checked_policy
+from mechc.syntheses import Syntheses
 from mechc.system.parameters import Array, Parameters
 
 if TYPE_CHECKING:
     from mechc.fitting.result import FitResult
 
 
-class Fits(Configurations):
-    """Outputs and configurations, and what follows from the derivatives of motions."""
+class Fits(Syntheses):
+    """Outputs, configurations and syntheses, and what follows from the derivatives of motions."""
 
     def fit(
         self,

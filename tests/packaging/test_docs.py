@@ -27,6 +27,7 @@ PAGES = (
     "outputs.md",
     "positions.md",
     "reference/examples.md",
+    "synthesis.md",
     "theory/batches.md",
     "theory/change_points.md",
     "theory/error_control.md",

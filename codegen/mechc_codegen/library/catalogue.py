@@ -75,6 +75,7 @@ SHIPPED: Mapping[str, LibraryMechanism] = {
             Option("crank_speed", "prescribed crank speed: constant Omega_0, or of t", True),
             Option("friction", "viscous friction c_0 ... c_3 in the joints"),
             Option("coupler_point", "a traced point C at (x_C, y_C) on the coupler"),
+            Option("placed", "the ground pivot O at (x_O, y_O), the ground line at alpha"),
         ),
     ),
     "andrews": LibraryMechanism(andrews),

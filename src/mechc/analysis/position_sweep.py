@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -164,7 +164,6 @@ def sweep_positions(
     near: Mapping[str, float], p: Array, t: float,
 ) -> PositionSweep:  # fmt: skip
     """See :meth:`mechc.Model.sweep_positions`; parameters p (..., np)."""
-    place = system.state_index(driven)
     values = _checked_values(system, driven, values)
     rows = np.ascontiguousarray(p.reshape(math.prod(p.shape[:-1]), p.shape[-1]))
     kept = {**given, driven: float(values[0])}
@@ -180,26 +179,40 @@ def sweep_positions(
     first = search.solve(t, fixed, rows, KEPT)
     if p.ndim == 1 and not first.many[0]:
         raise AssemblyError(miss_message(system, kept, near, first.open[0], p, t))
-    q = np.full((len(rows), len(values), len(system.coordinates)), np.nan)
-    q[:, 0] = first.found[:, 0]
-    ratios, change_points, passed, end = trace_assemblies(
-        closure(system, t), t, place, search.free, values, q, rows,
-        system.parameter_set.lengths(rows), MOST,
-    )  # fmt: skip
-    if system.driven is not None:
-        system.driven.raise_failure()
-    if p.ndim == 1 and np.isnan(ratios[0, 0]).any():
+    sweep = follow(system, driven, values, search.free, first.found[:, 0], rows, t)
+    if p.ndim == 1 and np.isnan(sweep.ratios[0, 0]).any():
         raise AssemblyError(
             f"{in_words(system.quantities[driven], values[0])} is a change point or a dead point, "
             "where branches meet: begin the range beside it"
         )
     leading = p.shape[:-1]
-    told = change_points[:, : min(int(passed.max(initial=0)), MOST)]
-    return PositionSweep(
-        driven, values, q.reshape(*leading, *q.shape[1:]), ratios.reshape(*leading, *q.shape[1:]),
-        told.reshape(*leading, told.shape[1]), end.reshape(leading), system, p, t,
-        tuple(int(i) for i in search.free),
+    shapes = {
+        "q": (*leading, *sweep.q.shape[1:]), "ratios": (*leading, *sweep.q.shape[1:]),
+        "change_points": (*leading, sweep.change_points.shape[1]), "end": leading, "p": p.shape,
+    }  # fmt: skip
+    shaped = {name: getattr(sweep, name).reshape(shape) for name, shape in shapes.items()}
+    return replace(sweep, **shaped)
+
+
+def follow(
+    system: System, driven: str, values: Array, free: Any, first: Array, p: Array, t: float
+) -> PositionSweep:
+    """The assemblies of members that begin at closed configurations ``first`` (n, nq).
+
+    ``free``: the coordinates that close the loops.  Parameters p (n, np); NaN where the first
+    configuration is none, or is singular.
+    """
+    q = np.full((len(p), len(values), len(system.coordinates)), np.nan)
+    q[:, 0] = first
+    ratios, change_points, passed, end = trace_assemblies(
+        closure(system, t), t, system.state_index(driven), free, values, q, p,
+        system.parameter_set.lengths(p), MOST,
     )  # fmt: skip
+    if system.driven is not None:
+        system.driven.raise_failure()
+    told = change_points[:, : min(int(passed.max(initial=0)), MOST)]
+    places = tuple(int(i) for i in free)
+    return PositionSweep(driven, values, q, ratios, told, end, system, p, t, places)
 
 
 def _place(system: System, parameter: Any) -> int:

@@ -44,9 +44,11 @@ from mechc.cli.options import (
     scene_options,
     suite_options,
     sweep_options,
+    synthesis_options,
     variant_options,
 )
 from mechc.cli.show import show_command
+from mechc.cli.synthesize import synthesize_command
 from mechc.cli.verify import verify_command
 from mechc.compilation import cache
 from mechc.compilation.library.catalogue import COMPILED_AT_INSTALL, LIBRARY
@@ -112,6 +114,8 @@ def _parser() -> argparse.ArgumentParser:
     run_options(_add(commands, "run", "simulate, draw, animate, save", _run))
     sweep_options(_add(commands, "sweep", "many runs, a map, data in Zarr", _sweep))
     fit_options(_add(commands, "fit", "values from recorded motions", fit_command))
+    about = "parameters of linkages for points, angles or poses"
+    synthesis_options(_add(commands, "synthesize", about, synthesize_command))
     undamaged = "whether saved data are undamaged; a check saved with a motion is made again"
     saved = _add(commands, "verify", undamaged, verify_command)
     saved.add_argument(

@@ -48,11 +48,11 @@ def fit_command(chosen: argparse.Namespace) -> int:
     if not chosen.free:
         raise MechcError("say what is to be found: --free NAME=LOW:HIGH, for instance m_1=0.1:5")
     rtol = tolerance(chosen)
-    tables = [_read(Path(path)) for path in chosen.data]
+    tables = [read_columns(Path(path)) for path in chosen.data]
     model = model_of(chosen, OUTPUTS)
     measured = _measurements(model, chosen.measure, tables)
     recordings = [_recording(t, measured, p) for t, p in zip(tables, chosen.data, strict=True)]
-    free = dict(_free(model, text) for text in chosen.free)
+    free = dict(free_name(model, text) for text in chosen.free)
     inputs = inputs_of(model, chosen, left=free)
     start, guess = _start(model, chosen, free)
     pairs = {one.name: one.sigma for one in measured}
@@ -89,7 +89,7 @@ def fit_command(chosen: argparse.Namespace) -> int:
 # -- recordings -------------------------------------------------------------------------------
 
 
-def _read(path: Path) -> Table:
+def read_columns(path: Path) -> Table:
     """The columns of a CSV file with a header; an empty cell is a missing sample."""
     with path.open(newline="", encoding="utf-8-sig") as file:
         try:
@@ -131,17 +131,17 @@ def _recording(table: Table, measured: Iterable[Measured], path: str) -> dict[st
     if key is None:
         raise MechcError(f"{path} has no column 't' or 'time'")
     unit = table[key][0]
-    scale = 1.0 if unit in SECONDS else _factor(unit, Kind.TIME, key)
+    scale = 1.0 if unit in SECONDS else factor(unit, Kind.TIME, key)
     found = {"t": scale * np.array(table[key][1])}
     for one in measured:
         if one.name not in table:
             raise UnknownNameError(f"column of {path}", one.name, table)
         unit, values = table[one.name]
-        found[one.name] = _factor(unit or one.unit, one.kind, one.name, one.unit) * np.array(values)
+        found[one.name] = factor(unit or one.unit, one.kind, one.name, one.unit) * np.array(values)
     return found
 
 
-def _factor(unit: str, kind: Kind, name: str, own: str = "s") -> float:
+def factor(unit: str, kind: Kind, name: str, own: str = "s") -> float:
     choices = UNITS.get(kind, {own: 1.0})
     if unit not in choices:
         raise MechcError(f"{name}: {unit!r} is not one of its units; use {' or '.join(choices)}")
@@ -168,7 +168,9 @@ def _measurements(model: mechc.Model, typed: Iterable[str], tables: list[Table])
     return checked_measured(model.system, known_columns(model.system, columns))
 
 
-def _free(model: mechc.Model, text: str) -> tuple[str, tuple[float | None, float | None] | None]:
+def free_name(
+    model: mechc.Model, text: str
+) -> tuple[str, tuple[float | None, float | None] | None]:
     """NAME, or NAME=LOW:HIGH with units; a side left empty has no bound."""
     name, sign, ends = (part.strip() for part in text.partition("="))
     if not sign:

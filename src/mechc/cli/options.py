@@ -16,6 +16,7 @@ examples:
   mechc run four_bar --with friction --set c_0=0.5 --json
   mechc sweep four_bar --vary l_3=3.4:4.6:61 --vary theta_0=60deg:120deg:31 --t-end 5
   mechc fit four_bar data.csv --free m_1=0.1:5   masses from a recorded motion
+  mechc synthesize four_bar points.csv --with coupler_point --free l_1=0.1:5 --free x_C=-2:2
   mechc show four_bar --set l_3=3.5           Grashof class, parameters, options
   mechc run pendulum --with links=5 --open    compiled at the first use, then cached
   mechc run robot.py:model --t-end 5          a model that a Python file defines
@@ -49,6 +50,19 @@ examples:
 
 columns have the names of coordinates, speeds, energy, or points[2,0], and may have a unit:
 t [s], theta_0 [deg].  Each file is a recording with a start of its own.
+"""
+
+
+SYNTHESIS_EPILOGUE = """\
+examples:
+  mechc synthesize four_bar points.csv --with coupler_point --with placed --turns \\
+      --free l_0=0.1:2 --free l_1=0.1:2 --free l_2=0.1:2 --free l_3=0.1:2 --free x_C=-2:2 \\
+      --free y_C=-2:2 --free x_O=-2:2 --free y_O=-2:2 --free alpha=-180deg:180deg
+  mechc synthesize four_bar log.csv --free l_0=0.1:5 --free l_1=0.1:5 --free l_2=0.1:5 \\
+      --set l_3=1 --free theta_0 --free theta_2
+
+a row for each position, its columns: points 'C.x [mm]', 'C.y [mm]', coordinates 'theta_2 [deg]' and
+outputs; the driven coordinate where its values are given.  Empty cells are not asked for.
 """
 
 
@@ -143,6 +157,10 @@ def _run_options(parser: argparse.ArgumentParser) -> None:
         "an input of a user-defined model: a number, F=2, or an expression of time, coordinates, "
         "speeds and parameters, 'F=3*sin(4*t) - c*v'",
     )  # fmt: skip
+    _output_options(parser)
+
+
+def _output_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out",
         metavar="DIR",
@@ -206,6 +224,30 @@ def fit_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--f-scale", default="1", metavar="X", help="scale of the loss, sigmas [1]")
     _run_options(parser)
+    force_option(parser)
+
+
+def synthesis_options(parser: argparse.ArgumentParser) -> None:
+    """Add arguments for a synthesis: a scene, targets, unknowns and conditions."""
+    parser.epilog = SYNTHESIS_EPILOGUE
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    scene_options(parser)
+    parser.add_argument("data", metavar="FILE.csv", help="the targets, a row for each position")
+    several(
+        parser, "--free", "NAME[=LOW:HIGH]", "free",
+        "a parameter to be found, or a coordinate whose zero is",
+    )  # fmt: skip
+    parser.add_argument("--driven", metavar="NAME", help="the driven coordinate [the first]")
+    parser.add_argument("--turns", action="store_true", help="it has to turn fully")
+    parser.add_argument("--any-order", action="store_true", help="positions in any order")
+    several(
+        parser, "--transmission", "BEFORE,JOINT,BEHIND,LEAST", "transmission",
+        "points and the least transmission angle at the joint: p_1,p_2,p_3,40deg",
+    )  # fmt: skip
+    parser.add_argument("--samples", default="2048", metavar="N", help="linkages drawn [2048]")
+    parser.add_argument("--refined", default="24", metavar="N", help="of them refined [24]")
+    parser.add_argument("--seed", default="0", metavar="N", help="seed of the drawing [0]")
+    _output_options(parser)
     force_option(parser)
 
 

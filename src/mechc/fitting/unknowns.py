@@ -85,7 +85,7 @@ def checked_unknowns(
             every = (*system.parameters, *system.coordinates, *system.speeds, *system.inputs)
             raise UnknownNameError("parameter, coordinate, speed or input", name, every)
         kind = kinds[name]
-        low, high = _checked_bounds(system, name, bounds)
+        low, high = checked_bounds(system, name, bounds)
         alone = kind != START or name in together or len(recordings) == 1
         for recording in (None,) if alone else range(len(recordings)):
             place = recording or 0
@@ -141,7 +141,7 @@ def _between(lower: float, upper: float) -> float:
     return upper - max(1.0, abs(upper)) if np.isfinite(upper) else 0.0
 
 
-def _checked_bounds(system: System, name: str, given: Any) -> Bounds:
+def checked_bounds(system: System, name: str, given: Any) -> Bounds:
     quantity = system.quantities.get(name)
     own = (-np.inf, np.inf) if quantity is None else (quantity.lower, quantity.upper)
     if given is None or given is ...:

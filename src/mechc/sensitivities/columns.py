@@ -148,7 +148,7 @@ def columns_of(
         count += 1 if several is None else several
     along = np.zeros((len(system.parameters), count))
     pushed = np.zeros((int(system.scene.inputs), count))
-    slopes = _default_slopes(system, values, held)
+    slopes = default_slopes(system, values, held)
     for name, place in places.items():
         if name in system.parameters:
             along[system.parameters.index(name), place] = 1.0
@@ -158,7 +158,7 @@ def columns_of(
             known = (*system.parameters, *system.coordinates, *system.speeds, *system.inputs, START)
             if name not in known:
                 raise UnknownNameError("parameter, coordinate, speed or input", name, known)
-    along = _with_defaults(along, slopes)
+    along = with_defaults(along, slopes)
     return Columns(tuple(places), places, along, pushed, samples_of(system, places), held)
 
 
@@ -172,17 +172,19 @@ def _of_start(system: System, name: str) -> bool:
     return name == START or one is not None
 
 
-def _default_slopes(system: System, values: Array, held: Collection[str]) -> Array | None:
-    """The slopes of parameters not held by the others, (np, np); None where none follows."""
+def default_slopes(system: System, values: Array, held: Collection[str]) -> Array | None:
+    """The slopes of parameters not held by the others, (..., np, np); None where none follows.
+
+    Values (..., np)."""
     if "default_slopes" not in system.scene.outputs:
         return None
     slopes = system.evaluate("default_slopes", np.zeros(system.scene.width), values, 0.0).copy()
     fixed = {*system.reference.defaults, *held}.intersection(system.parameters)
-    slopes[[*map(system.parameters.index, fixed)]] = 0.0
+    slopes[..., [*map(system.parameters.index, fixed)], :] = 0.0
     return slopes
 
 
-def _with_defaults(along: Array, slopes: Array | None) -> Array:
+def with_defaults(along: Array, slopes: Array | None) -> Array:
     """The change of all parameters along each column, where those not given follow
     their defaults."""
     if slopes is None:

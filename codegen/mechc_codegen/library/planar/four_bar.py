@@ -9,8 +9,9 @@ from __future__ import annotations
 
 from math import pi
 
-from sympy import Expr, Symbol, symbols
+from sympy import Expr, Symbol, cos, sin, symbols
 from sympy.physics.mechanics import Point, ReferenceFrame, RigidBody, dot, dynamicsymbols, inertia
+from sympy.physics.vector import Vector
 
 from mechc_codegen.description.drawing import Link
 from mechc_codegen.description.joints.cuts import Cut
@@ -44,6 +45,7 @@ def four_bar(
     crank_speed: bool | Expr = False,
     friction: bool = False,
     coupler_point: bool = False,
+    placed: bool = False,
 ) -> Mechanism:
     """The four-bar linkage, with weight and options.
 
@@ -60,6 +62,9 @@ def four_bar(
     coupler_point
         A point C fixed to the coupler at ``x_C`` along and ``y_C`` across it from p_1 (m);
         its path is traced.
+    placed
+        The ground pivot O lies at ``x_O``, ``y_O`` (m), and the ground line at the angle ``alpha``
+        (rad) from the x axis; the angles of the links are from the x axis.
     """
     theta, omega = dynamicsymbols("theta_0:3"), dynamicsymbols("omega_0:3")
     l, m, I, g = symbols("l_0:4"), symbols("m_0:3"), symbols("I_0:3"), Symbol("g")
@@ -69,12 +74,15 @@ def four_bar(
     # centres in the links' middles.
     r = ReferenceFrame("r")
     e = [turn_frame(f"e_{k}", r, theta[k], omega[k], r.z) for k in range(3)]
-    p, bodies = [fixed_point("O", r)], list[RigidBody]()
+    origin, along_ground = fixed_point("O", r), r.x
+    p, bodies = [origin], list[RigidBody]()
+    if placed:
+        origin, p[0], along_ground = _placed_ground(r, parameters)
     for k in range(3):
         p.append(locate(f"p_{k + 1}", p[k], l[k] * e[k].x, e[k], r))
         centre = locate(f"g_{k}", p[k], l[k] / 2 * e[k].x, e[k], r)
         bodies.append(RigidBody(LINKS[k], centre, e[k], m[k], (inertia(e[k], 0, 0, I[k]), centre)))
-    loads = [weight(body, p[0], g, r.y) for body in bodies]
+    loads = [weight(body, origin, g, r.y) for body in bodies]
     points, traced, motion = [*p, *(body.masscenter for body in bodies)], ["p_1", "p_2"], []
     links: list[Link] = [(LINKS[k], (JOINTS[k], JOINTS[k + 1])) for k in range(3)]
 
@@ -104,13 +112,14 @@ def four_bar(
         "crank_speed": crank_speed is not False,
         "friction": friction,
         "coupler_point": coupler_point,
+        "placed": placed,
     }
 
     return Mechanism(
         name="four_bar",
         title="Planar four-bar linkage",
         frame=r,
-        origin=p[0],
+        origin=origin,
         coordinates=coordinates(
             theta, "rad", *[f"angle of the {link} from the ground line" for link in LINKS]
         ),
@@ -119,16 +128,30 @@ def four_bar(
         parameters=tuple(parameters),
         bodies=tuple(bodies),
         loads=tuple(loads),
-        joints=_joints(p, p[0].locatenew("R", l[3] * r.x), bodies, (r, *e), (theta, omega)),
+        joints=_joints(
+            p, p[0].locatenew("R", l[3] * along_ground), bodies, (r, *e), (theta, omega)
+        ),
         motion_constraints=tuple(motion),
         points=tuple(points),
         frames=tuple(e),
         drawing=Drawing(links=tuple(links), ground=("O", "p_3"), traced=tuple(traced)),
         start={"theta_0": 85 * pi / 180} | ({} if motion else {"omega_0": 0.0}),
         preference=dot(e[2].x ^ e[1].x, r.z),  # elbow up: sin(theta_1 - theta_2) > 0
-        notes=geometry_notes,
+        notes=None if placed else geometry_notes,
         skipped=tuple(name for name, used in options.items() if not used),
     )
+
+
+def _placed_ground(r: ReferenceFrame, parameters: list[Parameter]) -> tuple[Point, Point, Vector]:
+    """The origin, the ground pivot O, and the direction of the ground line."""
+    x, y, alpha = symbols("x_O y_O alpha")
+    parameters += [
+        parameter(x, 0.0, "m", "ground pivot O along x"),
+        parameter(y, 0.0, "m", "ground pivot O along y"),
+        parameter(alpha, 0.0, "rad", "angle of the ground line from the x axis"),
+    ]
+    origin = fixed_point("N", r)
+    return origin, locate("O", origin, x * r.x + y * r.y, r, r), cos(alpha) * r.x + sin(alpha) * r.y
 
 
 def _joints(

@@ -13,9 +13,22 @@ from mechc.cli.commands import main
 from mechc.compilation import build
 from mechc.compilation.library import library
 from mechc.errors import MechcError
+from tests.support.linkages.synthesis import four_bar as placed_four_bar
 
 REGULAR = {"l_3": 3.5}
 TORQUE, SHUT_OFF, END = "log(2.5 - t)", 1.5, 2.5
+
+
+def test_a_placed_linkage_is_the_same_one_turned_and_moved():
+    placed, params = placed_four_bar(), {"x_C": 0.7, "y_C": -1.2}
+    at_rest = {"l_3": 3.5, "Omega_0": 0.0, **params}
+    turned = {**at_rest, "alpha": 0.7, "x_O": -1.0, "y_O": 2.0}
+    first = placed.assemble({"theta_0": 1.1}, params=at_rest)
+    second = placed.assemble({"theta_0": 1.8}, params=turned)
+    np.testing.assert_allclose(second[:3], first[:3] + 0.7, rtol=1e-14)
+    c, s = np.cos(0.7), np.sin(0.7)
+    moved = placed.points(first, at_rest)[:, :2] @ np.array([[c, s], [-s, c]]) + [-1.0, 2.0]
+    np.testing.assert_allclose(placed.points(second, turned)[:, :2], moved, atol=1e-14)
 
 
 @pytest.fixture(scope="module")

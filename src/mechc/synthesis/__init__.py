@@ -1,0 +1,1 @@
+"""Parameters of linkages from what they have to do: points, angles, poses."""

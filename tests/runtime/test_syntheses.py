@@ -1,0 +1,200 @@
+"""``model.synthesize``: linkages found again from what they do, conditions, and its errors."""
+
+import numpy as np
+import pytest
+import sympy as sm
+import sympy.physics.mechanics as me
+
+import mechc
+from tests.support.linkages.synthesis import LENGTHS, bounds, coupler_points, four_bar
+
+KNOWN = {
+    "l_0": 0.5, "l_1": 1.2, "l_2": 1.1, "l_3": 1.4, "x_C": 0.7, "y_C": 0.6, "x_O": -0.2,
+    "y_O": 0.1, "alpha": 0.3,
+}  # fmt: skip
+CRANK = np.linspace(0.0, 5.6, 9)
+FREE = bounds(2.0)
+
+
+@pytest.fixture(scope="module")
+def timed():
+    """Designs for points of a known linkage at given crank angles."""
+    points, _ = coupler_points(KNOWN, CRANK)
+    return four_bar().synthesize(
+        {"C": points, "theta_0": CRANK}, FREE, turns=True, samples=256, refined=8
+    )
+
+
+def test_a_linkage_is_found_again_from_points_at_given_crank_angles(timed):
+    best = timed[0]
+    assert not best.warnings
+    assert best.errors["C"] < 1e-12
+    assert {name: best.params[name] for name in KNOWN} == pytest.approx(KNOWN, abs=1e-9)
+
+
+def test_a_design_is_a_model_with_parameters(timed):
+    best = timed[0]
+    y = best.assemble()
+    place = best.model.system.point_names.index("C")
+    assert best.model.points(y, best.params)[place, :2] == pytest.approx(
+        coupler_points(KNOWN, 0.0)[0][0]
+    )
+    assert best.sweep.points[0, place, :2] == pytest.approx(coupler_points(KNOWN, 0.0)[0][0])
+    assert np.ptp(best.sweep.values) == pytest.approx(2 * np.pi)
+
+
+def test_designs_are_ranked_and_printed(timed):
+    missing = [bool(one.warnings) for one in timed]
+    assert missing == sorted(missing)
+    costs = [one.cost for one in timed if not one.warnings]
+    assert costs == sorted(costs)
+    assert str(timed).startswith(f"{len(timed)} designs, of which {len(costs)} meet all conditions")
+    assert "l_0 = 0.5 m" in str(timed)
+    assert timed.to_json()["designs"][0]["values"]["l_3"] == pytest.approx(1.4)
+    assert timed.plot().axes
+
+
+def test_the_seed_decides():
+    points, _ = coupler_points(KNOWN, CRANK)
+    targets = {"C": points, "theta_0": CRANK}
+    options = {"samples": 32, "refined": 2, "seed": 5}
+    first, second = (four_bar().synthesize(targets, FREE, **options) for _ in range(2))
+    assert [one.params for one in first] == [one.params for one in second]
+
+
+def test_poses_of_the_coupler_are_met():
+    """Five poses of a body determine a four-bar (Burmester 1888)."""
+    places, angles = coupler_points(KNOWN, CRANK[:5])
+    found = four_bar().synthesize(
+        {"C": places, "theta_1": angles}, FREE, ordered=False, one_assembly=False, samples=512,
+        refined=8,
+    )  # fmt: skip
+    assert found[0].errors["C"] < 1e-10
+    assert found[0].errors["theta_1"] < 1e-10
+
+
+def test_conditions_hold_by_the_position_sweep():
+    angles = {"theta_0": CRANK[:6], "theta_2": 0.15 * np.sin(CRANK[:6])}
+    free = {**dict.fromkeys(LENGTHS[:3], (0.2, 2.0)), "theta_0": None, "theta_2": None}
+    found = four_bar().synthesize(
+        angles, free, params={"l_3": 1.0}, turns=True, samples=256, refined=6,
+        transmission_angle=("p_1", "p_2", "p_3", "40deg"), box=((-1.5, 2.5), (-2.0, 2.0)),
+    )  # fmt: skip
+    model, best = found[0].model, found[0]
+    assert not best.warnings
+    assert model.limits("theta_0", best.params) == ((-np.pi, np.pi),)
+    names = model.coordinates
+    guess = {name: best.q[0, names.index(name)] for name in ("theta_1", "theta_2")}
+    turn = best.values[0] + np.linspace(0, 2 * np.pi, 721)
+    sweep = model.sweep_positions("theta_0", turn, guess=guess, params=best.params)
+    least = np.degrees(sweep.transmission_angle("p_1", "p_2", "p_3").min())
+    assert least > 39.9
+    without = four_bar().synthesize(
+        angles, free, params={"l_3": 1.0}, turns=True, samples=256, refined=6
+    )
+    assert without[0].cost <= best.cost
+
+
+def test_a_slider_crank_is_found_from_its_slider():
+    model = mechc.load("slider_crank", outputs=("points", "sensitivities"))
+    driven, slider = model.coordinates[0], model.coordinates[-1]
+    lengths = [name for name in model.parameters if model.quantities[name].kind == "length"]
+    given = {name: model.defaults[name] for name in lengths}
+    crank = np.linspace(-1.0, 1.0, 7)
+    sweep = model.sweep_positions(driven, crank)
+    found = model.synthesize(
+        {driven: crank, slider: sweep[slider]},
+        {name: (0.5 * value, 2.0 * value) for name, value in given.items() if value}, driven,
+        samples=64, refined=4,
+    )  # fmt: skip
+    assert found[0].errors[slider] < 1e-12
+
+
+def spatial_four_bar():
+    """A crank about z and a rocker about x, point masses at their ends, and a rod between them."""
+    phi, psi, u_1, u_2 = me.dynamicsymbols("phi psi u_1 u_2")
+    a, b, l = sm.symbols("a b l", positive=True)
+    frame, origin = me.ReferenceFrame("N"), me.Point("O")
+    origin.set_vel(frame, 0)
+    crank = frame.orientnew("crank", "Axis", (phi, frame.z))
+    rocker = frame.orientnew("rocker", "Axis", (psi, frame.x))
+    pivot = origin.locatenew("pivot", 0.4 * frame.x + 0.7 * frame.y)
+    ends = origin.locatenew("A", a * crank.x), pivot.locatenew("B", b * rocker.z)
+    rates = {phi.diff(): u_1, psi.diff(): u_2}
+    for end in ends:
+        end.set_vel(frame, end.pos_from(origin).dt(frame).subs(rates))
+    rod = ends[1].pos_from(ends[0])
+    gap = rod.dot(rod) - l**2
+    kane = me.KanesMethod(
+        frame, q_ind=[phi], u_ind=[u_1], kd_eqs=[rate - u for rate, u in rates.items()],
+        q_dependent=[psi], u_dependent=[u_2], configuration_constraints=[gap],
+        velocity_constraints=[gap.diff(me.dynamicsymbols._t).subs(rates)],
+    )  # fmt: skip
+    kane.kanes_equations([me.Particle(f"end {k}", end, 1.0) for k, end in enumerate(ends)])
+    return mechc.compile(kane, outputs=("points", "sensitivities"))
+
+
+def test_a_spatial_linkage_is_found_from_its_function():
+    """Three lengths, and the two zeros of the angles, from eight pairs of angles."""
+    model = spatial_four_bar()
+    given = {"a": 0.2, "b": 0.6, "l": 0.9}
+    crank = np.linspace(0.3, 2.6, 8)
+    rocker = model.sweep_positions("phi", crank, params=given)["psi"]
+    found = model.synthesize(
+        {"phi": crank - 0.3, "psi": rocker - 0.1},
+        {"a": (0.05, 0.5), "b": (0.2, 1.2), "l": (0.4, 1.5), "phi": None, "psi": None},
+        samples=256, refined=8,
+    )  # fmt: skip
+    assert found[0].errors["psi"] < 1e-10
+    same = [one for one in found if abs(one.params["a"] - 0.2) < 1e-6]
+    assert same
+    assert same[0].params == pytest.approx(given, abs=1e-6)
+    assert same[0].zeros == pytest.approx({"phi": 0.3, "psi": 0.1}, abs=1e-6)
+
+
+def test_what_cannot_be_met_is_said():
+    far = [(9.0, 9.0), (9.5, 9.0), (9.0, 9.5)]
+    found = four_bar().synthesize(
+        {"C": far}, bounds(1.0), transmission_angle=("p_1", "p_2", "p_3", "89.9deg"), turns=True,
+        samples=256, refined=2,
+    )  # fmt: skip
+    assert found[0].errors["C"] > 5
+    assert "the transmission angle at p_2 is" in str(found)
+
+
+GOOD = {"C": [(0.0, 0.0), (1.0, 1.0)]}
+
+
+@pytest.mark.parametrize(
+    ("targets", "free", "options", "message"),
+    [
+        (GOOD, {}, {}, "nothing is free"),
+        (GOOD, {"l_9": (1, 2)}, {}, "no parameter.*'l_9'"),
+        (GOOD, {"l_0": None}, {}, "both its bounds"),
+        (GOOD, {"l_0": (2, 1)}, {}, "must be below"),
+        (GOOD, {"theta_1": None}, {}, "no parameter.*'theta_1'"),
+        (GOOD, {"l_0": (1, 2)}, {"params": {"l_0": 1.0}}, "both free and given"),
+        ({"D": [(0, 0)]}, {"l_0": (1, 2)}, {}, "no coordinate, point or output.*'D'"),
+        ({"C": [0, 1]}, {"l_0": (1, 2)}, {}, r"rows \(x, y\)"),
+        ({"theta_0": [0, 1]}, {"l_0": (1, 2)}, {}, "no target besides the driven"),
+        ({**GOOD, "theta_0": [0]}, {"l_0": (1, 2)}, {}, "as many rows"),
+        (GOOD, {"l_0": (1, 2)}, {"driven": "phi"}, "no coordinate.*'phi'"),
+        (GOOD, {"l_0": (1, 2)}, {"tolerances": {"E": 1}}, "no target.*'E'"),
+        (GOOD, {"l_0": (1, 2)}, {"tolerances": {"C": -1}}, "tolerance of C"),
+        (GOOD, {"l_0": (1, 2)}, {"transmission_angle": ("O", "p_1")}, "transmission_angle is"),
+        (GOOD, {"l_0": (1, 2)}, {"box": ((1, 0), (0, 1))}, "box is"),
+        (GOOD, {"l_0": (1, 2)}, {"samples": 0}, "samples"),
+        (GOOD, {"l_0": (1, 2)}, {"span": (1, 0)}, "span of theta_0 must rise"),
+    ],
+)
+def test_wrong_arguments(targets, free, options, message):
+    with pytest.raises(mechc.MechcError, match=message):
+        four_bar().synthesize(targets, free, **options)
+
+
+def test_where_no_linkage_closes_it_says_so():
+    with pytest.raises(mechc.AssemblyError, match="none of 64 linkages drawn closes"):
+        four_bar().synthesize(
+            GOOD, {"l_0": (0.1, 0.2), "l_1": (0.1, 0.2)}, params={"l_2": 0.1, "l_3": 9.0},
+            samples=64,
+        )  # fmt: skip

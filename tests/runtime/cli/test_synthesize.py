@@ -31,6 +31,7 @@ def points(here):
     return "points.csv"
 
 
+@pytest.mark.slow
 def test_a_linkage_from_a_table(points, here, capsys):
     options = ("--samples", "256", "--refined", "6", "--turns")
     assert main(["synthesize", "four_bar", points, *SCENE, *FREE, *options]) == 0

@@ -14,7 +14,7 @@ import mechc
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE / "extensions"))
 
-SECTIONS = ("library", "linkages", "rolling", "contact", "driven")
+SECTIONS = ("library", "linkages", "robots", "rolling", "contact", "driven")
 
 project = "mechc"
 author = "the mechc developers"

@@ -37,7 +37,7 @@ _PLACES = {
     "from_equations": "frontend.from_equations",
     "from_joints": "frontend.sympy_joints",
     "from_mjcf": "mjcf.from_mjcf",
-    "from_urdf": "robots.from_urdf",
+    "from_urdf": "robots.files.from_urdf",
     "multiplier": "description.terms",
     "shipped_mechanism": "library.catalogue",
 }

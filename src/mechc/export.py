@@ -13,6 +13,7 @@ from mechc.errors import ValueOutOfBoundsError
 from mechc.results.durable import replacing, written_into
 from mechc.simulation.events.exported import exported_events
 from mechc.simulation.events.expressions import StateNames
+from mechc.simulation.events.own_contacts import with_own_contacts
 
 
 @one_at_a_time
@@ -249,6 +250,9 @@ def export_fmu(
     return target
 
 
-def _events(given: Any, *names: Sequence[str]) -> tuple[list[Any], Any]:
+def _events(
+    given: Any, metadata: Mapping[str, Any], *names: Sequence[str]
+) -> tuple[list[Any], Any]:
     """Events and contacts over plain symbols; ``names``: of coordinates, speeds and parameters."""
-    return exported_events(given, StateNames(*names), typed_expression)
+    every = with_own_contacts(given, metadata, {})
+    return exported_events(every, StateNames(*names), typed_expression)

@@ -16,6 +16,7 @@ from mechc.compilation.find import system_of
 from mechc.configurations import ONE_SET
 from mechc.errors import RunInterrupt, ValueOutOfBoundsError
 from mechc.results.solution import Solution
+from mechc.simulation.events.own_contacts import with_own_contacts
 from mechc.simulation.events.run_events import (
     Compiler,
     RunEvents,
@@ -380,7 +381,7 @@ class Model(Batches):
         if by and model.inputs:
             model = model._breaking_at_samples(by)
         system, p = model.system, self._one_set(params, SIMULATE_ONE_SET)
-        chosen = None if events == () else _run_events(events, system, p, span)
+        chosen = _run_events(events, system, p, span)
         keeps = checkpoints is not None
         if keeps:
             refuse_beside_checkpoints(chosen or (), by)
@@ -541,7 +542,8 @@ class Model(Batches):
 def _run_events(
     events: Any, system: System, p: Array, span: tuple[float, float]
 ) -> RunEvents | None:
-    """The events of a run; None without any."""
+    """The events of a run and the contacts of the system; None without any."""
+    events = with_own_contacts(events, system.data, system.cache)
     if isinstance(events, (tuple, list)) and not events:
         return None
     from mechc.compilation.event_unit import COMPILER

@@ -36,9 +36,9 @@ def test_forward_and_inverse_dynamics(case):
     path = robots_folder() / file
     if not path.exists():
         pytest.skip("pip install 'mechc[robots]'")
-    model = mechc.compile(
-        mechc.from_urdf(path, driven="all", floating=floating), outputs=("points",)
-    )
+    unbounded = dict.fromkeys(("limits", "friction", "effort"), "ignore")
+    mechanism = mechc.from_urdf(path, driven="all", floating=floating, **unbounded)
+    model = mechc.compile(mechanism, outputs=("points",))
     engine = PinocchioRobot(path, model.coordinates, model.speeds)
     own = [model.speeds.index(f"u_{name.removeprefix('tau_')}") for name in model.inputs]
     assert len(own) == len(model.speeds) - 6 * floating

@@ -1,4 +1,4 @@
-"""Constraints besides the tree: scalar ones, and closures of cut joints."""
+"""Constraints besides the tree: scalar ones, closures of cut joints, and contacts."""
 
 from __future__ import annotations
 
@@ -16,6 +16,19 @@ class Constraint:
     name: str
     expression: Expr
     unit: str
+
+
+@dataclass(frozen=True)
+class Contact:
+    """A stop, whose ``gap`` never closes further than to zero, or dry friction at a ``slip``.
+
+    Polynomials in coordinates, speeds and parameters.  At the stop speeds are lost; friction
+    against the slip, a speed, is at most ``force``.
+    """
+
+    gap: Expr | None = None
+    slip: Expr | None = None
+    force: Expr | float = 0
 
 
 @dataclass(frozen=True)

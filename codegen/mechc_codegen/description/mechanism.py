@@ -19,6 +19,7 @@ from sympy.physics.vector import Vector
 
 from mechc_codegen.description.constraints import Closure as Closure
 from mechc_codegen.description.constraints import Constraint as Constraint
+from mechc_codegen.description.constraints import Contact
 from mechc_codegen.description.drawing import NO_DRAWING
 from mechc_codegen.description.drawing import Drawing as Drawing
 from mechc_codegen.description.given_equations import GivenEquations
@@ -198,6 +199,8 @@ class Mechanism:
         Bodies whose energies are in L: they are in pictures only.
     limits
         Name of a joint -> its bounds, as a file has them.  Nothing enforces them.
+    contacts
+        Stops and dry friction in every run, besides those among its events.
     start
         Coordinates and speeds that ``run`` starts from by default (SI units).
     preference
@@ -240,6 +243,7 @@ class Mechanism:
     auxiliary_constraints: tuple[Expr, ...] = ()
     drawn: tuple[RigidBody | Particle, ...] = ()
     limits: Mapping[str, Limits] = field(default_factory=dict)
+    contacts: tuple[Contact, ...] = ()
 
     def __post_init__(self) -> None:
         refuse_no_vector(self.gravity)
@@ -454,6 +458,9 @@ def _expressions(mechanism: Mechanism) -> Iterable[tuple[str, Expr]]:
         yield from ((f"the load on {added.place.name}", c) for c in parts)
     if mechanism.gravity is not None:
         yield from (("gravity", c) for c in entries_of(mechanism.gravity))
+    for contact in mechanism.contacts:
+        given = (contact.gap, contact.slip, contact.force)
+        yield from (("a contact", sympify(each)) for each in given if each is not None)
     for closure in mechanism.closures:
         for axis in (*closure.axes, *(a for pair in closure.perpendicular for a in pair)):
             yield from ((f"an axis of {closure.name}", c) for c in entries_of(axis))

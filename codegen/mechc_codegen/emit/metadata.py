@@ -10,7 +10,9 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
-from sympy import Abs, S, Symbol
+from sympy import Abs, Expr, Poly, S, Symbol, sympify
+from sympy.core.function import AppliedUndef
+from sympy.physics.mechanics import dynamicsymbols
 
 from mechc_codegen.derive.equations import Equations, Output
 from mechc_codegen.description.mechanism import (
@@ -91,6 +93,7 @@ def scene_metadata(
         "left_out": {each: name for name in _outputs_left_out(request) for each in OUTPUTS[name]},
         **_inputs(mechanism, functions),
         **({"states": [float(s.start) for s in mechanism.states]} if mechanism.states else {}),
+        **_contacts(mechanism, request),
         **_quaternions(mechanism),
         # Whether no equation has a corner or a jump; user-defined outputs are not considered.
         "smooth": not any(
@@ -109,6 +112,34 @@ def scene_metadata(
         "walked": len(equations.tree.parents) if equations.tree else 0,
         "planar": equations.tree.planar if equations.tree else None,
     }
+
+
+def _contacts(mechanism: Mechanism, request: OutputRequest) -> dict[str, Any]:
+    """The contacts, each by the terms of its polynomials."""
+    found = []
+    for contact in mechanism.contacts:
+        parts = {"gap": contact.gap, "slip": contact.slip}
+        if contact.slip is not None:
+            parts["force"] = sympify(contact.force)
+        found.append({name: _terms(value.xreplace(dict(request.fixed)))
+                      for name, value in parts.items() if value is not None})  # fmt: skip
+    return {"contacts": found} if found else {}
+
+
+def _terms(value: Expr) -> list[Any]:
+    """The terms of a polynomial: each its coefficient, and the powers of what it is made of."""
+    names = {printed_name(x): x for x in value.atoms(AppliedUndef) | value.atoms(Symbol)}
+    names = {name: names[name] for name in sorted(names) if names[name] != dynamicsymbols._t}
+    if not names:
+        return [[_whole(float(value)), {}]]
+    return [
+        [_whole(float(coefficient)), {n: k for n, k in zip(names, powers, strict=True) if k}]
+        for powers, coefficient in Poly(value, *names.values()).terms()
+    ]
+
+
+def _whole(value: float) -> int | float:
+    return int(value) if value in (-1.0, 0.0, 1.0) else value
 
 
 def _quaternions(mechanism: Mechanism) -> dict[str, Any]:

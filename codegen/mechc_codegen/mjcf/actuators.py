@@ -9,12 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
-from typing import Any
 
 from mechc_codegen.mjcf.names import PartNames
 from mechc_codegen.mjcf.poses import exact
 from mechc_codegen.mjcf.read import CompiledFile
-from mechc_codegen.robots.robot import SINGLE, Motor, RobotJoint
+from mechc_codegen.robots.robot import SINGLE, Motor, Number, RobotJoint
 
 _KINDS = (
     ("mjtTrn", "trntype", ("JOINT", "JOINTINPARENT")),
@@ -98,14 +97,31 @@ class Actuators:
             damping=exact(joint.damping + gear**2 * damping),
             armature=exact(joint.armature + gear**2 * float(model.actuator_armature[number])),
         )
-        gain = float(model.actuator_gainprm[number][0])
-        self.motors[name] = Motor(f"ctrl_{name}", joint.name, exact(gear * gain))
-        control = int(model.actuator_ctrladr[number])
-        if model.actuator_ctrllimited[control] and not self._file.disables("CLAMPCTRL"):
-            self._skip_range("control", name, model.actuator_ctrlrange[control])
-        if model.actuator_forcelimited[number]:
-            self._skip_range("force", name, model.actuator_forcerange[number])
+        feeds_back = bool(constant or at_position or at_speed)
+        self.motors[name] = self._motor(number, name, joint, gear, feeds_back)
 
-    def _skip_range(self, what: str, name: str, bounds: Any) -> None:
-        lower, upper = bounds.tolist()
-        self.skipped.append(f"the bounds of the {what} of the actuator {name}, {lower} to {upper}")
+    def _motor(
+        self, number: int, name: str, joint: RobotJoint, gear: float, feeds_back: bool
+    ) -> Motor:
+        """The motor with its bounds; those of a force that feeds back are not taken, and named."""
+        model = self._file.model
+        control, force = None, None
+        slot = int(model.actuator_ctrladr[number])
+        if model.actuator_ctrllimited[slot] and not self._file.disables("CLAMPCTRL"):
+            control = _pair(model.actuator_ctrlrange[slot].tolist())
+        if model.actuator_forcelimited[number]:
+            force = _pair(sorted(gear * x for x in model.actuator_forcerange[number].tolist()))
+        if feeds_back and force:
+            lower, upper = model.actuator_forcerange[number].tolist()
+            self.skipped.append(f"the bounds of the force of the servo {name}, {lower} to {upper}")
+            force = None
+        if feeds_back and "effort" in joint.limits:
+            self.skipped.append(f"the bound of the force of {joint.name}, where {name} is a servo")
+            self.joints[joint.name] = replace(self.joints[joint.name], saturates=False)
+        gain = float(model.actuator_gainprm[number][0])
+        return Motor(f"ctrl_{name}", joint.name, exact(gear * gain), control, force)
+
+
+def _pair(bounds: list[float]) -> tuple[Number, Number]:
+    lower, upper = map(exact, bounds)
+    return lower, upper

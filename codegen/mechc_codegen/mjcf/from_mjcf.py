@@ -18,6 +18,7 @@ from mechc_codegen.mjcf.names import PartNames, names_of
 from mechc_codegen.mjcf.poses import triple
 from mechc_codegen.mjcf.read import CompiledFile, read_model
 from mechc_codegen.mjcf.skipped import refuse_no_mechanism, skipped_parts
+from mechc_codegen.robots.bounds import WARN, take_bounds
 from mechc_codegen.robots.mechanism import mechanism_of
 from mechc_codegen.robots.robot import SINGLE, Motor, Robot
 
@@ -31,6 +32,9 @@ def from_mjcf(
     *,
     driven: Iterable[str] | str = (),
     cut: Iterable[str] | str = (),
+    limits: str = WARN,
+    friction: str = WARN,
+    effort: str = WARN,
     name: str | None = None,
 ) -> Mechanism:
     """The model in an MJCF file, the XML format of MuJoCo, as a mechanism to compile.
@@ -54,16 +58,18 @@ def from_mjcf(
         ``tau_JOINT``, a torque (N m) or force (N) on it.
     cut
         Names of joints and equalities that close loops, as for :func:`mechc.from_urdf`.
+    limits, friction, effort
+        Ranges of joints, ``frictionloss``, and bounds of controls and forces of the actuators that
+        ``driven`` names, as for :func:`mechc.from_urdf`.
     name
         Name of the mechanism; by default that of the model, or of the file.
 
     Returns
     -------
     Mechanism
-        It starts where the file has it (``qpos0``).  Its ``limits`` have the ranges of the joints,
-        which nothing enforces.  What else the file has and the mechanism does not, such as
-        contacts, is in ``skipped``.  Weight has the parameter ``g``, whose default and direction
-        are those of the file.
+        It starts where the file has it (``qpos0``).  Its ``limits`` have the ranges of the joints.
+        What the file has and the mechanism does not, such as contacts, is in ``skipped``.  Weight
+        has the parameter ``g``, whose default and direction are those of the file.
 
     Raises
     ------
@@ -74,7 +80,7 @@ def from_mjcf(
     Warns
     -----
     SkippedPartWarning
-        Of what the file has and the mechanism does not, as dry friction; its ``skipped`` has all.
+        Of what the file has and the mechanism does not; its ``skipped`` has all.
     """
     file = read_model(Path(path))
     refuse_no_mechanism(file)
@@ -91,6 +97,7 @@ def from_mjcf(
         skipped=(*skipped_parts(file, names), *actuators.skipped),
         gravity=(0, 0, 0) if file.disables("GRAVITY") else triple(file.model.opt.gravity),
     )
+    robot = take_bounds(robot, limits, friction, effort)
     mechanism = mechanism_of(robot, symbolic, cut=cut)
     known = {printed_name(coordinate) for coordinate in mechanism.q}
     start = {each: x for each, x in _start(file, names).items() if each in known}

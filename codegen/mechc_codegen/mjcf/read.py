@@ -14,7 +14,7 @@ from typing import Any
 from warnings import warn
 
 from mechc_codegen.errors import MechanismError
-from mechc_codegen.robots.read_urdf import parse
+from mechc_codegen.robots.files.read_urdf import parse
 
 # The arrays that are read, by the first part of their names.
 _READ = {

@@ -10,12 +10,14 @@ import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from math import hypot
+from textwrap import shorten
 from typing import Any
 
-from sympy import Expr, S, Symbol, sympify
+from sympy import Expr, Max, Min, S, Symbol, sympify
 from sympy.physics.mechanics import Point, ReferenceFrame, RigidBody, inertia
 from sympy.physics.vector import Vector
 
+from mechc_codegen.description.constraints import Contact
 from mechc_codegen.description.drawing import Drawing
 from mechc_codegen.description.joints.tree import Joint
 from mechc_codegen.description.mechanism import Limits, Load, Mechanism, Parameter, Quantity
@@ -49,7 +51,7 @@ from mechc_codegen.robots.values import RobotValues
 
 WORLD, BASE = "world", "base"  # what a floating base is joined to, and its joint
 DOWN: V3 = (0, 0, -1)
-LISTED = 6  # parts that are not taken, in a warning
+LISTED, WIDEST = 6, 160  # parts that are not taken, in a warning, and letters of each
 
 
 def mechanism_of(
@@ -91,7 +93,8 @@ def _warn_of_skipped(mechanism: Mechanism) -> None:
     if not mechanism.skipped:
         return
     more = len(mechanism.skipped) - LISTED
-    told = "; ".join(mechanism.skipped[:LISTED]) + (f"; and {more} more" if more > 0 else "")
+    listed = (shorten(each, WIDEST, placeholder=" ...") for each in mechanism.skipped[:LISTED])
+    told = "; ".join(listed) + (f"; and {more} more" if more > 0 else "")
     warnings.warn(
         f"{mechanism.name}: not taken from the file, though it may matter to the motion: {told}. "
         "All of it is in the mechanism's field skipped",
@@ -117,7 +120,16 @@ def _with_coordinate(robot: Robot) -> set[str]:
     acting = {
         joint.name
         for joint in robot.joints
-        if any((joint.damping, joint.friction, joint.stiffness, joint.armature, joint.mimic))
+        if any(
+            (
+                joint.damping,
+                joint.friction,
+                joint.stiffness,
+                joint.armature,
+                joint.mimic,
+                joint.stops,
+            )
+        )
     }
     followed = {joint.mimic.joint for joint in robot.joints if joint.mimic}
     return acting | followed | {motor.joint for motor in robot.motors}
@@ -163,6 +175,7 @@ class _MechanismBuilder:
         self.loads: list[Load] = []
         self.inputs: dict[Any, None] = {}
         self.limits: dict[str, Limits] = {}
+        self.contacts: list[Contact] = []
         self.solids: list[Solid] = []
         self.skipped: list[str] = [*self.robot.skipped]
         for branch in sorted(tree.branches, key=lambda each: each.joint.mimic is not None):
@@ -247,17 +260,27 @@ class _MechanismBuilder:
         stretch = motion.position - sympify(joint.rest)
         applied -= stiffness * stretch
         moving.outer.potential += stiffness * stretch**2 / 2
-        for motor in (each for each in self.robot.motors if each.joint == joint.name):
-            drive = of_time(motor.name)
-            self.inputs[drive] = None
-            applied += sympify(motor.gear) * drive
-        if applied != 0:
-            self._push(moving, applied)
         bounds = (("lower", unit), ("upper", unit), ("velocity", f"{unit}/s"), ("effort", effort))
         bound = {name: self.values.limit(joint, name, of) for name, of in bounds}
         self.limits[joint.name] = Limits(motion.position, **bound)
+        applied += self._drive(joint, bound["effort"])
+        if applied != 0:
+            self._push(moving, applied)
+        if joint.stops:
+            gaps = (motion.position - bound["lower"], bound["upper"] - motion.position)
+            self.contacts += [Contact(gap=gap) for gap in gaps]
         if joint.friction:
-            self.skipped.append(f"dry friction of the joint {joint.name} ({joint.friction})")
+            force = self.values.friction(joint, effort)
+            self.contacts.append(Contact(slip=motion.rate, force=force))
+
+    def _drive(self, joint: RobotJoint, effort: Any) -> Expr:
+        """The torque or force of a joint's motors, whose inputs are added."""
+        found = S.Zero
+        for motor in (each for each in self.robot.motors if each.joint == joint.name):
+            control = of_time(motor.name)
+            self.inputs[control] = None
+            found += _within(motor.force, sympify(motor.gear) * _within(motor.control, control))
+        return _within((-effort, effort) if joint.saturates and effort else None, found)
 
     def _act_on_several(self, moving: _Moving) -> None:
         """Add the damper of a ball joint, or one that floats from the ground; name what else is."""
@@ -318,8 +341,6 @@ class _MechanismBuilder:
         name = self._point_name(f"{joint.name} cut")
         self._add_point(name, one, on_parent)
         other.line.append(name)
-        if joint.limits:
-            self.skipped.append(f"the limits of the joint {joint.name}, which is cut")
         parent = _side(f"{joint.name} on {joint.parent}", one, on_parent)
         child = _side(f"{joint.name} on {joint.child}", other, on_child)
         return cut_joint(joint, parent, child, self.tree.distance(joint))
@@ -413,6 +434,7 @@ class _MechanismBuilder:
             gravity=g * vector_along(down, root.frame),
             joints=tuple(self.joints),
             limits=self.limits,
+            contacts=tuple(self.contacts),
         )
 
     def _start(self) -> dict[str, float]:
@@ -441,6 +463,11 @@ class _MechanismBuilder:
             view=("x", "z"),
             solids=tuple(self.solids),
         )
+
+
+def _within(bounds: tuple[Any, Any] | None, value: Expr) -> Expr:
+    """The value, or the nearer of two bounds that it is beyond."""
+    return value if bounds is None else Max(bounds[0], Min(value, bounds[1]))
 
 
 def _direction(vector: V3) -> tuple[V3, float]:

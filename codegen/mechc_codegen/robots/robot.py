@@ -107,6 +107,8 @@ class RobotJoint:
         Those that it has of ``lower`` and ``upper`` position, ``velocity`` and ``effort``.
     damping, friction
         Viscous damping, and the greatest torque or force of dry friction.
+    stops, saturates
+        Whether it stops at its limits, and whether its motors have at most its effort.
     mimic
         What its position follows, if anything.
     stiffness, rest
@@ -136,6 +138,8 @@ class RobotJoint:
     armature: Number = 0
     length: Number | None = None
     closes: bool = False
+    stops: bool = False
+    saturates: bool = True
 
     @property
     def leads_on(self) -> bool:
@@ -147,12 +151,15 @@ class RobotJoint:
 class Motor:
     """A motor at a joint with one coordinate, which an input of the mechanism drives.
 
-    ``gear`` times the input ``name`` is its torque or force on the child.
+    ``gear`` times the input ``name`` is its torque or force on the child; ``control`` and
+    ``force``: the bounds of the input and of that, where there are any.
     """
 
     name: str
     joint: str
     gear: Number = 1
+    control: tuple[Number, Number] | None = None
+    force: tuple[Number, Number] | None = None
 
 
 @dataclass(frozen=True)

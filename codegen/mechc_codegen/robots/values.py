@@ -25,6 +25,7 @@ OF_JOINTS = {
     "origin": "its place on the parent",
     "orientation": "roll, pitch and yaw there",
     "damping": "its viscous damping",
+    "friction": "the greatest torque or force of its dry friction",
     "stiffness": "of its spring",
     "armature": "of its motor's rotor",
     "limits": "bounds of position, speed and effort",
@@ -65,6 +66,10 @@ class RobotValues:
 
     def damping(self, joint: RobotJoint, unit: str) -> Any:
         return self._value("damping", joint.name, "d", joint.damping, unit, "damping of {}", 0.0)
+
+    def friction(self, joint: RobotJoint, unit: str) -> Any:
+        what = "dry friction of {}"
+        return self._value("friction", joint.name, "f", joint.friction, unit, what, lower=0.0)
 
     def stiffness(self, joint: RobotJoint, unit: str) -> Any:
         what = "stiffness of {}"

@@ -11,7 +11,8 @@ from scipy.interpolate import CubicSpline
 
 import mechc
 
-model = mechc.compile(mechc.from_urdf("robot.urdf", driven="all"))
+mechanism = mechc.from_urdf("robot.urdf", driven="all", limits="ignore", effort="ignore")
+model = mechc.compile(mechanism)
 print(model.coordinates, model.inputs)
 
 # %%

@@ -12,6 +12,7 @@ from mechc.errors import MechcError
 from mechc.simulation.events.event import Event
 from mechc.simulation.events.expressions import changes_parameters, is_of_expressions
 from mechc.simulation.events.friction import FrictionLaw
+from mechc.simulation.events.own_contacts import with_own_contacts
 from mechc.simulation.events.run_events import (
     Compiler,
     RunEvents,
@@ -69,11 +70,12 @@ def events_from_json(told: Any) -> BatchEvents | None:
 
 
 def batch_events(system: System, span: tuple[float, float], given: Any) -> BatchEvents | None:
-    """The events of a batch; None without any.
+    """The events of a batch and the contacts of the system; None without any.
 
     Raises :class:`UnknownNameError`, :class:`ValueOutOfBoundsError`, :class:`ExpressionError` as
     :func:`mechc.simulation.events.run_events.run_events`.
     """
+    given = with_own_contacts(given, system.data, system.cache)
     if isinstance(given, (tuple, list)) and not given:
         return None
     events = run_events(given, system, system.parameter_set.defaults, Compiler(*COMPILER))

@@ -69,14 +69,42 @@ def test_a_joint_may_be_driven(tmp_path):
         ('<position name="a" joint="lift" timeconst="0.1"/>', "the actuator a (its dyntype is"),
         ('<damper name="a" joint="lift" kv="1" ctrlrange="0 1"/>', "the actuator a (its gaintype"),
         ('<motor name="a" joint="lift" delay="0.1" nsample="2"/>', "actuator a (its control is"),
-        ('<motor name="a" joint="lift" ctrlrange="-2 1"/>', "control of the actuator a, -2.0 to"),
-        ('<motor name="a" joint="lift" forcerange="-2 1"/>', "force of the actuator a, -2.0 to"),
+        ('<motor name="a" joint="lift" ctrlrange="-2 1"/>', "leaves them): ctrl_a -2.0 to 1"),
+        ('<motor name="a" joint="lift" gear="2" forcerange="-2 1"/>', "ctrl_a -4.0 to 2.0"),
+        ('<position name="a" joint="lift" forcerange="-2 1"/>', "servo a, -2.0 to 1.0"),
     ],
 )  # fmt: skip
 def test_what_is_not_taken_is_named(tmp_path, actuator, words):
     path = write_model(tmp_path, MODEL.format(actuators=actuator, option=""))
-    skipped = "; ".join(mechc.from_mjcf(path).skipped)
+    skipped = "; ".join(mechc.from_mjcf(path, driven="all").skipped)
     assert words in skipped
+
+
+BOUNDED = """
+    <motor name="control" joint="lift" gear="3" ctrlrange="-0.2 0.3"/>
+    <position name="servo" joint="lift" kp="7" kv="0.4" gear="2" ctrlrange="-0.1 0.1"/>
+    <motor name="force" joint="push" gear="-5" forcerange="-0.1 0.4"/>
+    <motor name="second" joint="push" gear="2"/>"""
+
+
+def test_bounds_of_controls_and_forces_are_those_of_mujoco(tmp_path):
+    """Controls are drawn of the order of one: nearly all are beyond their bounds, and so is the sum
+    of both forces that push."""
+    text = MODEL.replace('ref="0.1"', 'ref="0.1" actuatorfrcrange="-1 1"')
+    path = write_model(tmp_path, text.format(actuators=BOUNDED, option=""))
+    mechanism = mechc.from_mjcf(path, driven="all", effort="saturate")
+    assert mechanism.skipped == ("contacts",)
+    inputs = ("ctrl_control", "ctrl_servo", "ctrl_force", "ctrl_second")
+    model = mechc.compile(mechanism)
+    assert differences(model, Reference(path), JOINTS, inputs=inputs) < CLOSE
+
+
+def test_a_servo_is_not_held_to_the_effort_of_its_joint(tmp_path):
+    text = MODEL.replace('ref="0.1"', 'ref="0.1" actuatorfrcrange="-1 1"')
+    servo = '<position name="a" joint="push" kp="3"/>'
+    path = write_model(tmp_path, text.format(actuators=servo, option=""))
+    mechanism = mechc.from_mjcf(path, driven="all", effort="saturate")
+    assert "the bound of the force of push, where a is a servo" in mechanism.skipped
 
 
 def test_a_group_that_the_file_disables(tmp_path):

@@ -76,7 +76,7 @@ def test_without_the_package_the_message_says_what_to_install(tmp_path, monkeypa
         (model(joint='type="ball" range="0 30"'), "the range of the joint j"),
         (model(joint='stiffness="3 1"'), "the higher powers of the spring of the joint j"),
         (model(joint='damping="3 1"'), "the higher powers of the damping of the joint j"),
-        (model(joint='frictionloss="3"'), "dry friction of the joint j (3"),
+        (model(joint='frictionloss="3"'), "friction='ignore' leaves it): j 3.0"),
         (model(joint='actuatorfrcrange="-1 2"'), "the bounds of the force, -1.0 to 2.0, of the"),
         (model(more='<body name="c" gravcomp="1"><geom size="0.1"/></body>'), "weight of c (1.0)"),
         (model(before='<worldbody><body name="h" mocap="true"/></worldbody>'), "capture of h"),

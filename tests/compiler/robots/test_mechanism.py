@@ -56,7 +56,7 @@ OPEN = """<robot name="sled"><link name="floor"/>
     <origin xyz="1 2 3" rpy="0.4 0.1 0.2"/><axis xyz="0 3 4"/></joint></robot>"""
 
 
-pytestmark = pytest.mark.filterwarnings("ignore::mechc.SkippedPartWarning")  # its dry friction
+pytestmark = pytest.mark.filterwarnings("ignore::mechc.SkippedPartWarning")  # its bounds
 
 
 def robot(folder, text=ROBOT, **options):
@@ -163,13 +163,17 @@ def test_names_follow_the_joints(crane):
     assert model.speeds == ("u_slew", "u_reach")
     assert set(model.parameters) == {"g"}
     assert [body.name for body in described.bodies] == ["boom", "slider", "finger"]
-    assert described.skipped == ("dry friction of the joint slew (0.1)",)
+    assert described.skipped == (
+        "position limits (limits='stop' takes them, limits='ignore' leaves them): "
+        "reach -0.2 to 0.9, grip -1 to 1",
+        "dry friction (friction='dry' takes it, friction='ignore' leaves it): slew 0.1",
+    )
 
 
 def test_a_reader_warns_its_caller_of_what_it_does_not_take(tmp_path):
     path = tmp_path / "robot.urdf"
     path.write_text(ROBOT)
-    with pytest.warns(mechc.SkippedPartWarning, match="dry friction of the joint slew") as told:
+    with pytest.warns(mechc.SkippedPartWarning, match="dry friction .*: slew 0.1") as told:
         mechc.from_urdf(path)
     assert [each.filename for each in told] == [__file__]
 

@@ -1,9 +1,9 @@
 """Each form in which files close a loop is the same linkage, and what is not read is named."""
 
 import pytest
+from mechc_codegen.robots.files.read_urdf import read_robot
 from mechc_codegen.robots.geometry import place_of
 from mechc_codegen.robots.graph import resolve_graph
-from mechc_codegen.robots.read_urdf import read_robot
 from mechc_codegen.robots.spanning import spanning_tree
 
 import mechc

@@ -13,8 +13,8 @@ from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
 
 from mechc_codegen.errors import MechanismError
-from mechc_codegen.robots.elements import Part
-from mechc_codegen.robots.read_loops import with_loops
+from mechc_codegen.robots.files.elements import Part
+from mechc_codegen.robots.files.read_loops import with_loops
 from mechc_codegen.robots.robot import (
     URDF_KINDS,
     WITH_AXIS,

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TypeAlias
 from xml.etree.ElementTree import Element
 
-from mechc_codegen.robots.elements import Part
+from mechc_codegen.robots.files.elements import Part
 from mechc_codegen.robots.geometry import Place, across, place_of, pose_of, transpose
 from mechc_codegen.robots.graph import resolve_graph
 from mechc_codegen.robots.robot import V3, Pose, Robot, RobotJoint

@@ -9,8 +9,9 @@ from typing import Any
 
 from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.errors import MechanismError
+from mechc_codegen.robots.bounds import WARN, take_bounds
+from mechc_codegen.robots.files.read_urdf import read_robot
 from mechc_codegen.robots.mechanism import mechanism_of
-from mechc_codegen.robots.read_urdf import read_robot
 from mechc_codegen.robots.robot import SINGLE, Motor, Robot
 
 
@@ -21,6 +22,9 @@ def from_urdf(
     driven: Iterable[str] | str = (),
     cut: Iterable[str] | str = (),
     floating: bool = False,
+    limits: str = WARN,
+    friction: str = WARN,
+    effort: str = WARN,
     name: str | None = None,
 ) -> Mechanism:
     """The robot in a URDF file, as a mechanism to compile.
@@ -44,9 +48,9 @@ def from_urdf(
         in.  Kinds of values, for all links and joints: ``"mass"`` (``m_LINK``), ``"centre"``
         (``cx_LINK``, ...), ``"inertia"`` (``Ixx_LINK``, ..., about the mass centre), ``"origin"``
         of joints (``ox_JOINT``, ...), ``"orientation"`` (``roll_JOINT``, ``pitch_``, ``yaw_``),
-        ``"damping"`` (``d_JOINT``), ``"stiffness"`` (``k_JOINT``), ``"armature"`` (``a_JOINT``),
-        ``"limits"`` (``lower_JOINT``, ``upper_``, ``velocity_``, ``effort_``); or pairs of a name
-        and a kind, ``("forearm", "mass")``.
+        ``"damping"`` (``d_JOINT``), ``"friction"`` (``f_JOINT``), ``"stiffness"`` (``k_JOINT``),
+        ``"armature"`` (``a_JOINT``), ``"limits"`` (``lower_JOINT``, ``upper_``, ``velocity_``,
+        ``effort_``); or pairs of a name and a kind, ``("forearm", "mass")``.
     driven
         Names of joints, or ``"all"`` with one coordinate: each has an input ``tau_JOINT``, the
         torque (N m) or force (N) of its motor, which is given with a run.
@@ -54,14 +58,20 @@ def from_urdf(
         Names of joints that close loops; mechc chooses for the loops that they leave.
     floating
         The root moves freely: a floating joint ``base`` joins it to the ground.
+    limits, friction, effort
+        ``limits="stop"``: joints stop at their position limits, without a rebound, in every run of
+        the model; ``friction="dry"``: they have dry friction, as of :class:`mechc.DryFriction`;
+        ``effort="saturate"``: motors of ``driven`` have at most the effort, and what their inputs
+        are beyond that has no effect.  By default, ``"warn"``, a warning says what the file has of
+        each; ``"ignore"`` leaves it.
     name
         Name of the mechanism; by default the robot's.
 
     Returns
     -------
     Mechanism
-        Its ``limits`` have the bounds of the joints, which nothing enforces: see
-        :class:`mechc.Stop`.  Weight has the parameter ``g``, along -z of the root.
+        Its ``limits`` have the bounds of the joints.  Weight has the parameter ``g``, along -z of
+        the root.
 
     Raises
     ------
@@ -72,10 +82,11 @@ def from_urdf(
     Warns
     -----
     SkippedPartWarning
-        Of what the file has and the mechanism does not, as dry friction; its ``skipped`` has all.
+        Of what the file has and the mechanism does not; its ``skipped`` has all.
     """
     robot = read_robot(Path(path))
     robot = replace(robot, name=name or robot.name, motors=_motors(robot, driven))
+    robot = take_bounds(robot, limits, friction, effort)
     return mechanism_of(robot, symbolic, cut=cut, floating=floating)
 
 

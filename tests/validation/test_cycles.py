@@ -1,0 +1,85 @@
+"""Cycles against published numbers."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from tests.support.cycles import driven_pendulum, van_der_pol, walker
+
+START = {"theta": 0.2003, "phi": 0.4006, "w": -0.1998, "v": -0.0158}
+DOUBLINGS = 1.0663, 1.0793, 1.0821  # Taylor, Classical Mechanics (2005), section 12.4
+
+
+def test_van_der_pols_period():
+    """P. Amore (2021, arXiv:2111.12198) has it to many digits; those here were computed once more,
+    by Taylor series in 40 digits."""
+    cycle = van_der_pol().periodic({"q": 2.0}, 6.0, rtol=1e-13)
+    assert cycle.period == pytest.approx(6.6632868593231301896997, abs=1e-13)
+    assert cycle.closure < 1e-13
+
+
+def test_a_driven_pendulum_doubles_its_period_again_and_again():
+    pendulum = driven_pendulum()
+    late = pendulum.simulate(60, {"q": 0.0}, {"gamma": 1.06}).y[-1]
+    cycle, found = pendulum.periodic(late, "2*pi/Omega", {"gamma": 1.06}), []
+    for _ in DOUBLINGS:
+        branch = cycle.follow("gamma", (1.06, 1.085), step=0.2)
+        found.append(branch.doublings[0].value)
+        cycle = branch.doublings[0].switch(0.02)
+        assert cycle.stable
+    assert found == pytest.approx(DOUBLINGS, abs=1e-4)  # their last digit
+    assert cycle.period == pytest.approx(8.0, abs=1e-12)
+
+
+def test_the_simplest_walker_walks_as_it_was_published():
+    """Garcia, Chatterjee, Ruina and Coleman (1998, J. Biomech. Eng. 120): stable for slopes up to
+    0.0151 rad; on small ones theta = 0.970956 gamma^(1/3) and w = -1.045203 theta + 1.062895 gamma
+    after the heel strike, to the next order."""
+    model, strike = walker()
+    cycle = model.periodic(START, 3.9, events=[strike], rtol=1e-12)
+    branch = cycle.follow("gamma", (0.009, 0.017), step=0.2)
+    assert [p.kind for p in branch.special] == ["period doubling"]
+    assert branch.special[0].value == pytest.approx(0.0151, abs=5e-5)
+    down = cycle.follow("gamma", (0.009, 1e-5))
+    assert down.stable.all()
+    for one in down[-3:]:
+        slope, after = one.params["gamma"], one.solution.segments[1].y0
+        assert after[0] == pytest.approx(0.970956 * slope ** (1 / 3), abs=0.2 * slope)
+        series = -1.045203 * after[0] + 1.062895 * slope
+        assert after[2] == pytest.approx(series, abs=3 * slope ** (5 / 3))
+
+
+def test_the_walkers_multipliers_are_those_of_its_stride_by_another_integrator():
+    """Of the map of theta and w after the heel strike; its derivative by differences."""
+    model, strike = walker()
+    cycle = model.periodic(START, 3.9, events=[strike], rtol=1e-12)
+    after = cycle.solution.segments[1].y0
+    np.testing.assert_allclose(_stride(after[[0, 2]]), after[[0, 2]], atol=1e-10)
+    h, units = 5e-5, np.eye(2)
+    columns = [
+        (8 * (_stride(z + h * e) - _stride(z - h * e)) - _stride(z + 2 * h * e)
+         + _stride(z - 2 * h * e)) / (12 * h)
+        for z in (after[[0, 2]],) for e in units
+    ]  # fmt: skip
+    expected = np.linalg.eigvals(np.array(columns).T)
+    np.testing.assert_allclose(cycle.multipliers[:2].real, expected.real, atol=1e-7)
+    np.testing.assert_allclose(abs(cycle.multipliers[:2].imag), abs(expected.imag), atol=1e-7)
+    assert abs(cycle.multipliers[2]) < 1e-9  # the reset leaves no trace of phi and its rate
+
+
+def _stride(z, gamma=0.009):
+    theta, w = z
+
+    def rates(_, y):
+        falls = np.sin(y[0] - gamma)
+        swings = falls + (y[2] ** 2 - np.cos(y[0] - gamma)) * np.sin(y[1])
+        return [y[2], y[3], falls, swings]
+
+    def strike(_, y):
+        return y[1] - 2 * y[0]
+
+    strike.direction, strike.terminal = 1.0, True
+    y, tight = [theta, 2 * theta, w, w * (1 - np.cos(2 * theta))], {"rtol": 1e-13, "atol": 1e-15}
+    away = solve_ivp(rates, (0, 0.1), y, "DOP853", **tight).y[:, -1]
+    (end,) = solve_ivp(rates, (0.1, 9), away, "DOP853", events=strike, **tight).y_events[0]
+    return np.array([-end[0], np.cos(2 * end[0]) * end[2]])

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+import mechc
 from tests.support.cycles import driven_pendulum, van_der_pol, walker
+from tests.support.impacts import G, points_on_a_line
 
 START = {"theta": 0.2003, "phi": 0.4006, "w": -0.1998, "v": -0.0158}
 DOUBLINGS = 1.0663, 1.0793, 1.0821  # Taylor, Classical Mechanics (2005), section 12.4
@@ -83,3 +85,28 @@ def _stride(z, gamma=0.009):
     away = solve_ivp(rates, (0, 0.1), y, "DOP853", **tight).y[:, -1]
     (end,) = solve_ivp(rates, (0.1, 9), away, "DOP853", events=strike, **tight).y_events[0]
     return np.array([-end[0], np.cos(2 * end[0]) * end[2]])
+
+
+def test_a_ball_on_a_vibrating_table_doubles_its_period_where_the_closed_form_says():
+    """Once a period until A w^2/g = sqrt((pi (1-e)/(1+e))^2 + (2 (1+e^2)/(1+e)^2)^2): of the two
+    impact phases with sin = -pi g (1-e) / ((1+e) A w^2) the one with cos > 0; multipliers multiply
+    to e^2 (Tufillaro, Abbott and Reilly 1992, An experimental approach to nonlinear dynamics,
+    chapter 1, worked out here for the exact map).  Only the gap contains time."""
+    ball = points_on_a_line("ball", 1, lambda q, u, m: -G * m, parameters={"e": 0.5, "h": 0.0})
+    e, w, strength = 0.8, 20 * np.pi, 1.02
+    height, phase = strength * G / w**2, np.arcsin(-np.pi * (1 - e) / ((1 + e) * strength))
+    low = height * np.cos(phase)
+    rise = e * G * 0.1 / (1 + e) - height * w * np.sin(phase)  # after the impact
+    highest = low + rise * 0.05 - G * 0.05**2 / 2
+    table = mechc.Stop(f"q_0 - h*cos({w!r}*t)", "e")
+    cycle = ball.periodic(
+        {"q_0": 1.02 * highest, "u_0": rise - G * 0.05}, 0.1, {"e": e, "h": height},
+        events=[table], t0=phase / w + 0.05,
+    )  # fmt: skip
+    assert cycle.y0[0] == pytest.approx(highest, rel=1e-9)
+    assert np.prod(cycle.multipliers) == pytest.approx(e**2, rel=1e-6)
+    (doubling,) = cycle.follow("h", (height, 1.1 * G / w**2), step=0.2).special
+    closed = np.hypot(np.pi * (1 - e) / (1 + e), 2 * (1 + e**2) / (1 + e) ** 2)
+    assert doubling.value * w**2 / G == pytest.approx(closed, rel=1e-7)
+    twice = doubling.switch()
+    assert (twice.period, len(twice.solution.events[0].t), twice.stable) == (0.2, 2, True)

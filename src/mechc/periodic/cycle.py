@@ -35,8 +35,7 @@ class Cycle:
     solution
         The motion over one period, a :class:`mechc.Solution`.
     closure
-        The largest of what components lack of their return: of angles in rad, of lengths over the
-        mechanism's, of speeds over their largest.
+        The largest of what components lack of their return, over their sizes in the motion.
     """
 
     def __init__(self, shot: Shot, tol: float) -> None:

@@ -124,13 +124,14 @@ def _middle(sol: Any, period: float) -> Array:
 
 def _gain(sol: Any, place: Place, advances: Mapping[int, float], free: bool) -> tuple[Array, float]:
     """What components grow by, and the period: where it is free, that of the nearest return."""
-    low, high = (sol.span[0] + share * place.period for share in (RETURNS if free else (1.0, 1.0)))
-    times = np.linspace(low, min(high, sol.span[1]), SAMPLES if free else 1)
-    grown = sol(times) - place.y
+    low, high = (share * place.period for share in (RETURNS if free else (1.0, 1.0)))
+    start, end = sol.span
+    after = np.linspace(low, min(high, end - start), SAMPLES if free else 1)
+    grown = sol(np.minimum(start + after, end)) - place.y
     gains = np.zeros_like(grown)
     turning = whole_turns(sol)
     gains[:, turning] = TURN * np.round(grown[:, turning] / TURN)
     for i, value in advances.items():
         gains[:, i] = value
     best = int(np.argmin(np.nan_to_num(np.abs(grown - gains) / sizes_in(sol)).max(axis=1)))
-    return gains[best], float(times[best] - sol.span[0])
+    return gains[best], float(after[best])

@@ -14,6 +14,7 @@ from mechc.system.parameters import Array
 
 TURN = 2.0 * np.pi
 SAME = 1e-6  # of the sizes: motions that differ by less are one
+SMALL = 1e-3  # rad or lengths: motions of less are measured by it
 
 
 def is_later_the_same(problem: Shooting, place: Place, delay: float) -> bool:
@@ -51,8 +52,9 @@ def whole_turns(sol: Any) -> list[int]:
 
 
 def sizes_in(sol: Any) -> Array:
-    """Sizes of coordinates, and of speeds in a motion (nq + nu,)."""
+    """Sizes of coordinates and of speeds in a motion (nq + nu,), from those of the mechanism."""
     nq, size = len(sol.system.coordinates), np.array(sol.system.scale(sol.params))
-    fastest = np.abs(sol.record.states()[1] / size)[:, nq:].max(initial=0.0)
-    size[nq:] *= fastest or 1.0
+    states = sol.record.states()[1] / size
+    size[:nq] *= np.clip(np.ptp(states[:, :nq], axis=0).max(initial=0.0), SMALL, 1.0)
+    size[nq:] *= np.abs(states[:, nq:]).max(initial=0.0) or 1.0
     return size

@@ -14,7 +14,9 @@ from mechc.periodic.cycle import Cycle
 from mechc.periodic.newton import NoCycleError, search
 from mechc.periodic.repeats import (
     TURN,
+    UNEVEN,
     is_later_the_same,
+    refuse_other_advances,
     refuse_other_periods,
     sizes_in,
     whole_turns,
@@ -27,7 +29,6 @@ from mechc.system.parameters import Array
 from mechc.system.system import System
 from mechc.system.units import in_si, is_number, read_seconds
 
-LATER = 0.3718  # of a period: no part of it that what drives a motion is likely to repeat after
 RETURNS = 0.6, 1.5  # of the period guessed: within it the nearest return is looked for
 SAMPLES = 2000
 
@@ -58,12 +59,13 @@ def periodic(
     problem = Shooting(
         model, given, t0, run, law, False, False, nothing, frozenset(), None, sizes_in(sol), first
     )
-    autonomous = is_later_the_same(problem, place, LATER * first)
+    autonomous = is_later_the_same(problem, place, UNEVEN * first)
     free = autonomous and law is None and "period" not in held
     if autonomous and any(part.t0 > t0 for part in sol.segments):
         place = place._replace(y=_middle(sol, first))
         sol = simulate(place.y)
     gain, found = _gain(sol, place, grown, free)
+    refuse_other_advances(sol, gain)
     energy = float(sol.model.energy(place.y, given)) if "energy" in held else None
     kept = frozenset(names.index(name) for name in held if name in names)
     problem = replace(

@@ -14,6 +14,7 @@ from mechc.system.parameters import Array
 
 TURN = 2.0 * np.pi
 SAME = 1e-6  # of the sizes: motions that differ by less are one
+UNEVEN = 0.3718  # of the sizes: no part of what a motion is likely to repeat after
 SMALL = 1e-3  # rad or lengths: motions of less are measured by it
 
 
@@ -38,17 +39,30 @@ def refuse_other_periods(problem: Shooting, place: Place) -> None:
         )
 
 
+def refuse_other_advances(sol: Any, gain: Array) -> None:
+    """Raise :class:`ValueOutOfBoundsError` if a motion that is shifted by what coordinates grow by
+    is another one; by anything where they need not return (NaN)."""
+    shift = np.where(np.isnan(gain), UNEVEN * sizes_in(sol), gain)
+    if not _same_shifted(sol, shift):
+        names = [n for n, by in zip(sol.system.coordinates, shift, strict=False) if by]
+        raise ValueOutOfBoundsError(
+            f"advance: what grows in a period must change nothing else, but accelerations depend "
+            f"on {' or '.join(names)}, also after this advance"
+        )
+
+
 def whole_turns(sol: Any) -> list[int]:
     """The angles whose whole turns change nothing along a motion."""
-    system, found = sol.system, []
+    turns = TURN * np.eye(sol.system.scene.width)
+    kinds = [sol.system.quantities[name].kind for name in sol.system.coordinates]
+    return [i for i, kind in enumerate(kinds) if kind in ANGULAR and _same_shifted(sol, turns[i])]
+
+
+def _same_shifted(sol: Any, shift: Array) -> bool:
+    """Whether the rates along a motion are the same where its states are shifted."""
     t, y = (part[:: max(1, len(part) // 8)] for part in sol.record.states())
-    known = system.rates(y, sol.params, t)
-    for i, name in enumerate(system.coordinates):
-        turned = y + TURN * np.eye(y.shape[1])[i]
-        same = np.allclose(system.rates(turned, sol.params, t), known, rtol=SAME, atol=SAME)
-        if system.quantities[name].kind in ANGULAR and same:
-            found.append(i)
-    return found
+    one, two = (sol.system.rates(states, sol.params, t) for states in (y, y + shift))
+    return bool(np.allclose(one, two, rtol=SAME, atol=SAME * np.abs(one).max(initial=0.0)))
 
 
 def sizes_in(sol: Any) -> Array:

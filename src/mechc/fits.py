@@ -1,4 +1,4 @@
-"""Fits to recordings, and products with derivatives of motions: the part of the face for both."""
+"""Fits to recordings, cycles, products with derivatives of motions: their part of the face."""
 
 from __future__ import annotations
 

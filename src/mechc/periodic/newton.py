@@ -6,6 +6,8 @@ phase of a free motion): the step is then the least one.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from mechc.errors import AssemblyError, MechcError
@@ -14,7 +16,7 @@ from mechc.system.kinds import shown_in
 from mechc.system.parameters import Array
 
 LONGEST = 0.3  # of one step, in units of the sizes
-SHORTEST = 1.0 / 64.0  # of a whole step: below it the motion is not brought nearer
+HALVINGS = 6  # of a whole step: shorter ones bring the motion no nearer
 EXACT, ROUGH = 1e-8, 1e-4  # singular values below, over the largest, are rounding
 HALVED = 0.5  # of an error: a step by all singular values that brings less may follow rounding
 SETTLED = 0.25  # an error that a step shrinks by less is rounding, where it is tolerated
@@ -51,18 +53,10 @@ def search(
 
     for _ in range(most):
         rows = shot.jacobian if row is None else np.vstack([shot.jacobian, row @ shot.columns[2]])
-        limit = error(shot) * (SETTLED if error(shot) < tol else 1.0)
-        found: list[Shot] = []
+        found = list[Shot]()
         for least in (rounding(problem), ROUGH):
             step = shot.columns[2] @ np.linalg.lstsq(rows, -residual(shot), rcond=least)[0]
-            step *= min(1.0, LONGEST / (_largest(step) or LONGEST))
-            share = 1.0
-            while share > (SHORTEST if limit >= tol else HALVED):
-                better = _tried(shot, share * step)
-                if better is not None and error(better) < limit:
-                    found.append(better)
-                    break
-                share *= 0.5
+            found += _nearer(shot, step, error, tol)
             if found and error(found[0]) < HALVED * error(shot):
                 break
         if not found:
@@ -80,6 +74,20 @@ def search(
 def rounding(problem: Shooting) -> float:
     """The singular values, over the largest, that are rounding."""
     return ROUGH if problem.reasons else EXACT
+
+
+def _nearer(shot: Shot, step: Array, error: Callable[[Shot], float], tol: float) -> list[Shot]:
+    """The motion after a step, halved until it closes more; none where no step is long enough for
+    that, or what is left is rounding."""
+    tolerated = error(shot) < tol
+    limit = error(shot) * (SETTLED if tolerated else 1.0)
+    share = min(1.0, LONGEST / (_largest(step) or LONGEST))
+    for _ in range(1 if tolerated else HALVINGS):
+        found = _tried(shot, share * step)
+        if found is not None and error(found) < limit:
+            return [found]
+        share *= 0.5
+    return []
 
 
 def _tried(shot: Shot, change: Array) -> Shot | None:

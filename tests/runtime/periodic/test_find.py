@@ -69,6 +69,11 @@ def test_where_there_is_no_cycle_the_words_tell_how_near_a_motion_came():
         driven_pendulum().periodic({"q": 0.0, "u": 30.0}, 0.22, PLAIN, advance={"q": "0deg"})
 
 
+def test_what_need_not_return_must_change_nothing():
+    with pytest.raises(mechc.ValueOutOfBoundsError, match="accelerations depend on q"):
+        driven_pendulum().periodic({"q": 0.0, "u": 30.0}, 0.22, PLAIN, advance={"q": None})
+
+
 def test_a_search_that_ends_at_rest_is_refused():
     with pytest.raises(mechc.MechcError, match="ended at an equilibrium"):
         van_der_pol().periodic({"q": 0.01}, 6.28)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import mechc
-from tests.support.cycles import driven_pendulum, van_der_pol
+from tests.support.pendulums import driven_pendulum, van_der_pol
 
 WEAK = {"mu": 0.1, "A": 3.0}
 DRIVEN = "2*pi/Omega"

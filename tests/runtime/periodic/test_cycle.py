@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import mechc
-from tests.support.cycles import driven_pendulum, van_der_pol, walker
+from tests.support.pendulums import driven_pendulum, van_der_pol, walker
 
 
 @pytest.mark.parametrize("mu", [0.3, 1.0])

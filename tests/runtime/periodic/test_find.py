@@ -5,7 +5,7 @@ import pytest
 from scipy.special import ellipk
 
 import mechc
-from tests.support.cycles import driven_pendulum, van_der_pol, walker
+from tests.support.pendulums import driven_pendulum, van_der_pol, walker
 
 HALF_PERIOD = 1.6607240639610833  # s, of the regular four-bar from rest at 85 degrees; see its data
 PLAIN = {"gamma": 0.0, "beta": 0.0}  # neither driven nor damped

@@ -5,8 +5,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import mechc
-from tests.support.cycles import driven_pendulum, van_der_pol, walker
 from tests.support.impacts import G, points_on_a_line
+from tests.support.pendulums import driven_pendulum, van_der_pol, walker
 
 START = {"theta": 0.2003, "phi": 0.4006, "w": -0.1998, "v": -0.0158}
 DOUBLINGS = 1.0663, 1.0793, 1.0821  # Taylor, Classical Mechanics (2005), section 12.4

@@ -7,7 +7,7 @@ J. Vibration and Control 9 (2003)).  The beak hits the pole (restitution 0.5); t
 its lower or upper rim (plastic, friction 0.3), sticks while the bird swings, slides, and falls
 free.  Each is a mechc.Stop with friction.  The state where the bird passes phi_S = -0.2788 on its
 way back is compared with the one on the limit cycle given there, v_y = -0.3411 m/s and
-omega_S = -7.4583 rad/s.
+omega_S = -7.4583 rad/s.  Then the cycle itself is found by shooting, with its multipliers.
 Writes woodpecker.png.
 """
 
@@ -88,6 +88,13 @@ print(f"period {passed[-1] - passed[-2]:.4f} s, {1e3 * fall:.2f} mm a period")
 print(f"on the section v_y = {last[3]:.4f} m/s, omega_S = {last[5]:.4f} rad/s")
 assert abs(last[3] / -0.3411 - 1) < 0.01
 assert abs(last[5] / -7.4583 - 1) < 0.01
+
+cycle = model.periodic(sol(passed[-2]), 0.146, advance={"y": None}, events=stops())
+print(cycle)
+states = sol(np.array(passed))[:, 3]
+factors = np.diff(states)[1:] / np.diff(states)[:-1]  # by which a deviation grows in a period
+print(f"by the motion itself: period {passed[-1] - passed[-2]:.6f} s, factor {factors[-1]:.3f}")
+assert abs(cycle.multipliers[0].real / factors[-1] - 1) < 0.02
 
 figure = Figure(figsize=(7, 7), layout="constrained")
 heights, portrait = figure.subplots(2, 1)

@@ -25,6 +25,7 @@ PAGES = (
     "mechanism.md",
     "mjcf.md",
     "outputs.md",
+    "periodic.md",
     "positions.md",
     "reference/examples.md",
     "synthesis.md",

@@ -31,7 +31,9 @@ SHOWN = {
     r"the clutch holds at 1\.299019 s, \de-1[1-9] s off",
     "watch_escapement": r"171\.9476 deg, 0\.40000074\d s, \de-1[1-4] from the closed form"
     r"(?s:.)*2000 drops turned the wheel by 2000\.000(?s:.)*rates within \de-0[7-9] s a day",
-    "woodpecker": r"8 pecks, \d+ smooth parts: finished\nperiod 0\.14\d\d s(?s:.)*v_y = -0\.34",
+    "woodpecker": r"8 pecks, \d+ smooth parts: finished\nperiod 0\.14\d\d s(?s:.)*v_y = -0\.34"
+    r"(?s:.)*period 0\.145976\d* s, stable(?s:.)*grows by -0\.01944(?s:.)*multiplier +-0\.839"
+    r"(?s:.)*by the motion itself: period 0\.146\d* s, factor -0\.83",
 }
 
 

@@ -176,7 +176,7 @@ def _places(system: System, independent: Sequence[str]) -> list[int]:
 def _kernel(rows: Array, wanted: list[int] | None, names: tuple[str, ...]) -> tuple[Array, Places]:
     """A basis of the rows' null space, unit in independent columns, and these columns."""
     width = rows.shape[1]
-    offered = _least_tied(_scaled_rows(rows))
+    offered = least_tied(scaled_rows(rows))
     free = offered if wanted is None else np.array(wanted, dtype=np.intp)
     rank = width - len(offered)
     if len(free) != len(offered) or _rank(_without(rows, free)) < rank:
@@ -193,7 +193,7 @@ def _kernel(rows: Array, wanted: list[int] | None, names: tuple[str, ...]) -> tu
     return basis, free
 
 
-def _least_tied(rows: Array) -> Places:
+def least_tied(rows: Array) -> Places:
     """The columns that pivoting of the rows does not choose."""
     from scipy.linalg import qr  # slow to import
 
@@ -205,7 +205,7 @@ def _least_tied(rows: Array) -> Places:
     return np.sort(pivots[rank:]).astype(np.intp)
 
 
-def _scaled_rows(rows: Array) -> Array:
+def scaled_rows(rows: Array) -> Array:
     """Rows divided by their largest entries; those negligible against the others stay so."""
     largest = np.abs(rows).max(axis=1, initial=0.0, keepdims=True)
     whole = float(largest.max(initial=0.0)) or 1.0
@@ -213,7 +213,7 @@ def _scaled_rows(rows: Array) -> Array:
 
 
 def _rank(rows: Array) -> int:
-    return int(np.linalg.matrix_rank(_scaled_rows(rows), tol=DEPENDENT)) if rows.size else 0
+    return int(np.linalg.matrix_rank(scaled_rows(rows), tol=DEPENDENT)) if rows.size else 0
 
 
 def _without(rows: Array, columns: Places) -> Array:

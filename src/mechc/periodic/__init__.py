@@ -1,0 +1,1 @@
+"""Cycles of forced, free and hybrid motions, by shooting."""

@@ -1,0 +1,202 @@
+"""A cycle: its motion, Floquet multipliers and stability, and the starts that lead to it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from mechc.periodic import branch, report
+from mechc.periodic.repeats import whole_turns
+from mechc.periodic.shooting import Shot
+from mechc.system.names import name_of
+from mechc.system.parameters import Array
+
+NEUTRAL = 1e-6, 1e-3  # off the unit circle by less is rounding: exact derivatives, differences
+PARTS = 2, 3, 5, 7
+SEEN, CURVE = 24, 1500  # states of a last period, and of a cycle that they are compared with
+
+
+class Cycle:
+    """A motion that repeats; it prints as a table.
+
+    Attributes
+    ----------
+    model, params
+        The model, and parameters by name, for ``simulate``.
+    y0 : (nq + nu,)
+        The start, on the constraints.  Of a motion with resets that no time drives it lies amid
+        the longest smooth part.
+    period
+        In s.
+    solution
+        The motion over one period, a :class:`mechc.Solution`.
+    closure
+        The largest of what components lack of their return, over their sizes in the motion.
+    """
+
+    def __init__(self, shot: Shot, tol: float) -> None:
+        self.shot, self.tol, self.solution = shot, tol, shot.sol
+        self.model, self.y0, self.period = shot.sol.model, shot.place.y, shot.place.period
+        self.params: Mapping[str, Any] = shot.problem.given(shot.place.value)
+        self.closure = float(np.abs(shot.residual).max(initial=0.0))
+
+    def sampled(self, count: int) -> Array:
+        """States (count, nq + nu) at even distances in time, the first and the last a period
+        apart."""
+        start, end = self.solution.span
+        return np.asarray(self.solution(np.linspace(start, end, count)))
+
+    @property
+    def advances(self) -> dict[str, float]:
+        """What coordinates grow by in a period: name -> rad, m; without those that return."""
+        grown = self.solution.record.ends()[1][1] - self.y0
+        moves = enumerate(self.model.coordinates)
+        return {name: float(grown[i]) for i, name in moves if self.shot.problem.gain[i] != 0.0}
+
+    @cached_property
+    def _return(self) -> tuple[Array, Array]:
+        """The derivative of the return (n, n) in the independent components that return, across the
+        flow where no time drives the motion; and these ways, (nq + nu, n), over the sizes."""
+        problem = replace(
+            self.shot.problem, held=frozenset(), energy=None, free=False, law=None, parameter="",
+            params=self.params,
+        )  # fmt: skip
+        shot = Shot(problem, self.shot.place, self.solution)
+        start, end, _ = shot.columns
+        across = np.eye(len(shot.unknown))
+        if problem.autonomous:
+            across = np.linalg.svd(shot.flow[None, shot.unknown])[2][1:].T
+        return across.T @ end[shot.unknown] @ across, start @ across
+
+    @cached_property
+    def multipliers(self) -> Array:
+        """Floquet multipliers, complex, the largest first: small deviations grow by these factors
+        in a period.  Without the 1 of a shift along a motion that no time drives."""
+        found = np.linalg.eigvals(self._return[0]).astype(complex)
+        return np.asarray(found[np.argsort(-np.abs(found), kind="stable")])
+
+    def direction(self, critical: float) -> Array:
+        """The deviation (nq + nu,) whose multiplier is the nearest to a number, over the sizes."""
+        found, vectors = np.linalg.eig(self._return[0])
+        return np.asarray(self._return[1] @ vectors[:, np.argmin(np.abs(found - critical))].real)
+
+    @property
+    def _rounding(self) -> float:
+        return NEUTRAL[bool(self.shot.problem.reasons)]
+
+    @property
+    def stable(self) -> bool:
+        """Whether no multiplier lies outside the unit circle: small deviations do not grow."""
+        return bool((np.abs(self.multipliers) < 1.0 + self._rounding).all())
+
+    @property
+    def neutral(self) -> int:
+        """The number of multipliers on the unit circle, of deviations that do not die away."""
+        return int((np.abs(np.abs(self.multipliers) - 1.0) < self._rounding).sum())
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What else is to be known of it: shorter periods, a family, how derivatives were taken."""
+        problem = self.shot.problem
+        reasons = [reason.partition(": ")[0] for reason in problem.reasons[:1]]
+        found = [f"derivatives are differences, good to some 4 digits: {one}" for one in reasons]
+        for part in PARTS:
+            lack = self.solution(self.solution.span[0] + self.period / part) - self.y0
+            off = np.nan_to_num(lack - problem.gain / part) / problem.size
+            if np.abs(off).max() < 10.0 * self.tol:
+                found.append(f"it repeats already after {self.period / part:.9g} s")
+        sizes = np.linalg.svd(self.shot.jacobian, compute_uv=False)
+        lost = self.shot.jacobian.shape[1] - (sizes > self._rounding * sizes.max(initial=0.0)).sum()
+        if lost > problem.autonomous and not problem.parameter:
+            found.append(
+                "it is one of a family, of all energies or amplitudes, and the nearest to the "
+                "guess: hold=['energy'], ['period'] or names of coordinates and speeds choose one"
+            )
+        return tuple(found)
+
+    def follow(
+        self, parameter: Any, ends: tuple[Any, Any], *, most: int = 200, step: float = 0.05
+    ) -> branch.Branch:
+        """The branch of cycles of which this is one, through values of a parameter.
+
+        By pseudo-arclength (Keller 1977): where the branch folds it goes on, back.  Folds, period
+        doublings, branchings and tori are located, where multipliers pass 1, -1, and the unit
+        circle in pairs.  What was held stays so.
+
+        Parameters
+        ----------
+        parameter
+            Name or symbol.
+        ends
+            Values between which the branch is followed; it begins towards the second.
+        most
+            The most cycles.
+        step
+            The longest step: of the parameter, over the distance of the ends; of states, over
+            their sizes.
+
+        Raises
+        ------
+        UnknownNameError, ValueOutOfBoundsError
+            For a parameter that there is not; for a value now that is not between the ends; if
+            what drives the motion has another period with another value, and the period is a
+            number.
+        """
+        return branch.follow(self, name_of(parameter), ends, most, step)
+
+    def basin(self, starts: Any, *others: Cycle, periods: int = 200, tol: float = 1e-2) -> Array:
+        """Which cycle each of many starts leads to, by one batch.
+
+        Parameters
+        ----------
+        starts
+            As y0 of :meth:`mechc.Model.simulate_batch`: states (n, nq + nu), or by name.
+        others
+            Other cycles of the same model and parameters.
+        periods
+            After how many; the last one is compared with the cycles, whole turns left out.
+        tol
+            The largest distance from a cycle, in units of ``closure``.
+
+        Returns
+        -------
+        (n,)
+            0 for this cycle, 1, 2, ... for the others, -1 for none.
+        """
+        problem, end = self.shot.problem, self.shot.problem.t0 + periods * self.period
+        batch = self.model.simulate_batch(
+            (problem.t0, end), starts, dict(self.params), progress=False,
+            t_eval=np.linspace(end - self.period, end, SEEN), **problem.run,
+        )  # fmt: skip
+        seen, found = self._without_turns(batch["y_eval"]), np.full(len(batch), -1)
+        for number, cycle in enumerate((self, *others)):
+            near = _distances(self._without_turns(cycle.sampled(CURVE)), seen).max(axis=1)
+            found[batch.ok & (near < tol) & (found < 0)] = number
+        return found
+
+    def _without_turns(self, y: Array) -> Array:
+        """States (..., k) over the sizes, without whole turns and what need not return."""
+        turning = whole_turns(self.solution)
+        kept = np.setdiff1d(np.flatnonzero(self.shot.problem.returning), turning)
+        circles = np.cos(y[..., turning]), np.sin(y[..., turning])
+        return np.concatenate([(y / self.shot.problem.size)[..., kept], *circles], axis=-1)
+
+    def __str__(self) -> str:
+        return report.cycle_in_words(self)
+
+    def __repr__(self) -> str:
+        kind = "stable" if self.stable else "unstable"
+        return f"<mechc.Cycle of {self.model.name}: period {self.period:.9g} s, {kind}>"
+
+
+def _distances(curve: Array, states: Array) -> Array:
+    """Distances (n, nt) of states (n, nt, k) from the nearest point of a curve (m, k)."""
+    from scipy.spatial import cKDTree
+
+    known = np.where(np.isfinite(states), states, np.finfo(float).max ** 0.25)
+    near = cKDTree(curve).query(known.reshape(-1, states.shape[-1]))[0]
+    return np.asarray(near.reshape(states.shape[:-1]))

@@ -4,9 +4,9 @@
   synthesis problem for four-bar linkages, J. Mech. Des. 114 (1992) 153-159, by Roth & Freudenstein
   (1963).  Its points and the number of its real solutions, 64 curves of six linkages each, as in
   the certified solutions of Hauenstein & Sottile, Algorithm 921, ACM TOMS 38 (2012).
-- Hoeken's straight line, of which R. L. Norton, Design of Machinery, has tables: over half a turn of
-  a crank of 1, lengths 2.2, 2.8, 2.8 and 5.6 give a stroke of 4.181 with 0.096 % of it off the line,
-  by the closed form of the coupler's path.
+- Hoeken's straight line, of which R. L. Norton, Design of Machinery, has tables: over half a turn
+  of a crank of 1, lengths 2.2, 2.8, 2.8 and 5.6 give a stroke of 4.181 with 0.096 % of it off the
+  line, by the closed form of the coupler's path.
 - Function generators: F. Freudenstein, Approximate synthesis of four-bar linkages, Trans. ASME 77
   (1955) 853-861: his equation at three precision points, here with Chebyshev's spacing.
 """

@@ -81,7 +81,7 @@ def _saturates(joint: RobotJoint) -> bool:
 
 
 def _words_of(part: str, robot: Robot, driven: Iterable[str]) -> Iterable[str]:
-    """What the file has of a part: joints and motors with their values."""
+    """Joints and motors with the values that the file has for a part."""
     for joint in (each for each in robot.joints if each.kind in SINGLE):
         if part == "limits" and _has_limits(joint):
             yield f"{joint.name} {joint.limits['lower']} to {joint.limits['upper']}"

@@ -65,7 +65,7 @@ class SpecialPoint:
         way = self.cycle.direction(1.0 - 2.0 * (twice - 1))
         row = np.append(way / np.linalg.norm(way), np.zeros(2))
         place = shot.place._replace(period=twice * shot.place.period)
-        far = Shot(problem, place, self.cycle.solution).moved(size * row)
+        far = Shot(problem, place, self.cycle.solution).after(size * row)
         try:
             return type(self.cycle)(search(problem, far, self.cycle.tol, 40, row), self.cycle.tol)
         except NoCycleError as error:
@@ -76,7 +76,7 @@ class SpecialPoint:
 
 
 @dataclass(frozen=True)
-class Branch:
+class CycleBranch:
     """Cycles in the order in which they follow each other; ``branch[3]`` is one of them.
 
     Attributes
@@ -128,7 +128,7 @@ class Branch:
     def doublings(self) -> tuple[SpecialPoint, ...]:
         return tuple(point for point in self.special if point.kind == DOUBLING)
 
-    def plot(self, quantity: Any = None, *others: Branch) -> Figure:
+    def plot(self, quantity: Any = None, *others: CycleBranch) -> Figure:
         """The largest value of a coordinate or speed in each cycle over the parameter, by default
         of the first coordinate, in one matplotlib figure: dashed where it is unstable."""
         return report.draw_branches((self, *others), quantity)
@@ -138,7 +138,7 @@ class Branch:
 
     def __repr__(self) -> str:
         ends = f"{self.values.min():.6g} ... {self.values.max():.6g}"
-        return f"<mechc.Branch of {len(self)} cycles, {self.parameter} = {ends}>"
+        return f"<mechc.CycleBranch of {len(self)} cycles, {self.parameter} = {ends}>"
 
 
 @dataclass(frozen=True)
@@ -163,12 +163,12 @@ class _Stage:
 
     def ahead(self, length: float) -> _Stage:
         """The stage a length farther; raises :class:`MechcError` where none is found."""
-        return self.found(length * self.tangent, self.tangent)
+        return self.search_near(length * self.tangent, self.tangent)
 
-    def found(self, change: Array, row: Array) -> _Stage:
+    def search_near(self, change: Array, row: Array) -> _Stage:
         """The stage near a change of the place's coordinates, as far along a row."""
         shot, tol = self.cycle.shot, self.cycle.tol
-        near = search(shot.problem, shot.moved(change), tol, ITERATIONS, row)
+        near = search(shot.problem, shot.after(change), tol, ITERATIONS, row)
         return _Stage(type(self.cycle)(near, tol), self.tangent)
 
     @property
@@ -176,7 +176,9 @@ class _Stage:
         return float(self.cycle.shot.place.value)
 
 
-def follow(cycle: Any, parameter: str, ends: tuple[Any, Any], most: int, step: float) -> Branch:
+def follow(
+    cycle: Any, parameter: str, ends: tuple[Any, Any], most: int, step: float
+) -> CycleBranch:
     """See :meth:`mechc.periodic.cycle.Cycle.follow`."""
     stages, ends = _begin(cycle, parameter, ends)
     special, length, ended = list[SpecialPoint](), step, f"{most} cycles"
@@ -195,7 +197,7 @@ def follow(cycle: Any, parameter: str, ends: tuple[Any, Any], most: int, step: f
         if last:
             ended = "an end of the range"
             break
-    return Branch(parameter, tuple(stage.cycle for stage in stages), tuple(special), ended)
+    return CycleBranch(parameter, tuple(stage.cycle for stage in stages), tuple(special), ended)
 
 
 def _begin(
@@ -234,7 +236,7 @@ def _next(stage: _Stage, length: float, ends: tuple[float, float]) -> tuple[_Sta
     row = np.zeros_like(new.tangent)
     row[-1] = 1.0
     change = (wanted - new.value) / new.cycle.shot.problem.width * row
-    return new.found(change, row), True
+    return new.search_near(change, row), True
 
 
 # -- special points -------------------------------------------------------------------------------
@@ -245,11 +247,11 @@ def _between(one: _Stage, two: _Stage) -> list[SpecialPoint]:
     found = list[SpecialPoint]()
     for kind, test in TESTS.items():
         if test(one) * test(two) < 0.0 and not (kind == BRANCHING and found):
-            found.append(_located(kind, test, one, two))
+            found.append(_locate(kind, test, one, two))
     return found
 
 
-def _located(kind: str, test: Callable[[_Stage], float], one: _Stage, two: _Stage) -> SpecialPoint:
+def _locate(kind: str, test: Callable[[_Stage], float], one: _Stage, two: _Stage) -> SpecialPoint:
     """The point between two stages at which a test function is zero."""
     from scipy.optimize import brentq
 

@@ -41,10 +41,10 @@ class Cycle:
     def __init__(self, shot: Shot, tol: float) -> None:
         self.shot, self.tol, self.solution = shot, tol, shot.sol
         self.model, self.y0, self.period = shot.sol.model, shot.place.y, shot.place.period
-        self.params: Mapping[str, Any] = shot.problem.given(shot.place.value)
+        self.params: Mapping[str, Any] = shot.problem.parameters_at(shot.place.value)
         self.closure = float(np.abs(shot.residual).max(initial=0.0))
 
-    def sampled(self, count: int) -> Array:
+    def samples(self, count: int) -> Array:
         """States (count, nq + nu) at even distances in time, the first and the last a period
         apart."""
         start, end = self.solution.span
@@ -52,7 +52,7 @@ class Cycle:
 
     @property
     def advances(self) -> dict[str, float]:
-        """What coordinates grow by in a period: name -> rad, m; without those that return."""
+        """Growth of coordinates in a period: name -> rad, m; without those that return."""
         grown = self.solution.record.ends()[1][1] - self.y0
         moves = enumerate(self.model.coordinates)
         return {name: float(grown[i]) for i, name in moves if self.shot.problem.gain[i] != 0.0}
@@ -100,7 +100,7 @@ class Cycle:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What else is to be known of it: shorter periods, a family, how derivatives were taken."""
+        """Remarks: shorter periods, a family of which it is one, how derivatives were taken."""
         problem = self.shot.problem
         reasons = [reason.partition(": ")[0] for reason in problem.reasons[:1]]
         found = [f"derivatives are differences, good to some 4 digits: {one}" for one in reasons]
@@ -120,7 +120,7 @@ class Cycle:
 
     def follow(
         self, parameter: Any, ends: tuple[Any, Any], *, most: int = 200, step: float = 0.05
-    ) -> branch.Branch:
+    ) -> branch.CycleBranch:
         """The branch of cycles of which this is one, through values of a parameter.
 
         By pseudo-arclength (Keller 1977): where the branch folds it goes on, back.  Folds, period
@@ -174,7 +174,7 @@ class Cycle:
         )  # fmt: skip
         seen, found = self._without_turns(batch["y_eval"]), np.full(len(batch), -1)
         for number, cycle in enumerate((self, *others)):
-            near = _distances(self._without_turns(cycle.sampled(CURVE)), seen).max(axis=1)
+            near = _distances(self._without_turns(cycle.samples(CURVE)), seen).max(axis=1)
             found[batch.ok & (near < tol) & (found < 0)] = number
         return found
 

@@ -21,7 +21,7 @@ from mechc.periodic.repeats import (
     sizes_in,
     whole_turns,
 )
-from mechc.periodic.shooting import Place, Shooting
+from mechc.periodic.shooting import Shooting, Trial
 from mechc.simulation.events.expressions import is_expression, read_events
 from mechc.simulation.settings import checked_positive
 from mechc.system.names import by_name, checked_word, names_of
@@ -55,7 +55,7 @@ def periodic(
             f"the guess does not last a period of {first:.6g} s: {sol.status.headline}. Begin "
             "nearer to a cycle"
         )
-    place, nothing = Place(sol.record.ends()[1][0], first), np.zeros(len(names))
+    place, nothing = Trial(sol.record.ends()[1][0], first), np.zeros(len(names))
     problem = Shooting(
         model, given, t0, run, law, False, False, nothing, frozenset(), None, sizes_in(sol), first
     )
@@ -124,8 +124,8 @@ def _middle(sol: Any, period: float) -> Array:
     return np.array(sol(0.5 * (longest.t0 + longest.t1)))
 
 
-def _gain(sol: Any, place: Place, advances: Mapping[int, float], free: bool) -> tuple[Array, float]:
-    """What components grow by, and the period: where it is free, that of the nearest return."""
+def _gain(sol: Any, place: Trial, advances: Mapping[int, float], free: bool) -> tuple[Array, float]:
+    """Growth of components, and the period: where it is free, that of the nearest return."""
     low, high = (share * place.period for share in (RETURNS if free else (1.0, 1.0)))
     start, end = sol.span
     after = np.linspace(low, min(high, end - start), SAMPLES if free else 1)

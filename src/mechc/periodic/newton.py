@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 
 from mechc.errors import AssemblyError, MechcError
-from mechc.periodic.shooting import Place, Shooting, Shot
+from mechc.periodic.shooting import Shooting, Shot, Trial
 from mechc.system.kinds import shown_in
 from mechc.system.parameters import Array
 
@@ -29,7 +29,7 @@ class NoCycleError(MechcError):
 
 
 def search(
-    problem: Shooting, place: Place, tol: float, most: int, row: Array | None = None
+    problem: Shooting, place: Trial, tol: float, most: int, row: Array | None = None
 ) -> Shot:
     """The cycle near a place; ``row``: a direction of the place's coordinates that is not moved in.
 
@@ -83,17 +83,17 @@ def _nearer(shot: Shot, step: Array, error: Callable[[Shot], float], tol: float)
     limit = error(shot) * (SETTLED if tolerated else 1.0)
     share = min(1.0, LONGEST / (_largest(step) or LONGEST))
     for _ in range(1 if tolerated else HALVINGS):
-        found = _tried(shot, share * step)
+        found = _try_step(shot, share * step)
         if found is not None and error(found) < limit:
             return [found]
         share *= 0.5
     return []
 
 
-def _tried(shot: Shot, change: Array) -> Shot | None:
+def _try_step(shot: Shot, change: Array) -> Shot | None:
     """The motion after a change of the place's coordinates; None where there is none."""
     try:
-        place = shot.moved(change)
+        place = shot.after(change)
     except AssemblyError:  # so far the loops do not close
         return None
     return shot.problem.shoot(place) if place.period > 0.0 else None

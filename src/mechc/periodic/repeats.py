@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechc.errors import ValueOutOfBoundsError
-from mechc.periodic.shooting import Place, Shooting
+from mechc.periodic.shooting import Shooting, Trial
 from mechc.system.kinds import ANGULAR
 from mechc.system.parameters import Array
 
@@ -18,7 +18,7 @@ UNEVEN = 0.3718  # of the sizes: no part of what a motion is likely to repeat af
 SMALL = 1e-3  # rad or lengths: motions of less are measured by it
 
 
-def is_later_the_same(problem: Shooting, place: Place, delay: float) -> bool:
+def is_later_the_same(problem: Shooting, place: Trial, delay: float) -> bool:
     """Whether the motion from a place is the same where it begins later by a delay, s."""
     ends = []
     for asked in (problem, replace(problem, t0=problem.t0 + delay)):
@@ -29,7 +29,7 @@ def is_later_the_same(problem: Shooting, place: Place, delay: float) -> bool:
     return bool((np.abs(ends[1] - ends[0]) < SAME * problem.size).all())
 
 
-def refuse_other_periods(problem: Shooting, place: Place) -> None:
+def refuse_other_periods(problem: Shooting, place: Trial) -> None:
     """Raise :class:`ValueOutOfBoundsError` if a driven motion is another one a period later."""
     if not (problem.autonomous or is_later_the_same(problem, place, place.period)):
         raise ValueOutOfBoundsError(

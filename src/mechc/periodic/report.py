@@ -85,5 +85,5 @@ def draw_branches(branches: Sequence[Any], quantity: Any) -> Figure:
 
 def _largest(cycle: Any, name: str) -> float:
     return float(
-        cycle.sampled(SAMPLES)[:, cycle.model.state_index(name)].max() * _shown(cycle, name)[1]
+        cycle.samples(SAMPLES)[:, cycle.model.state_index(name)].max() * _shown(cycle, name)[1]
     )

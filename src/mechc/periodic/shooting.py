@@ -23,7 +23,7 @@ STEP = 1e-5  # of differences of motions, whose own error is some 1e-10, over ea
 HELD = 1e-6  # weight of what is held where independent ones are chosen: it is one of them
 
 
-class Place(NamedTuple):
+class Trial(NamedTuple):
     """A start y (nq + nu,), a period in s, and the value of the parameter that is followed."""
 
     y: Array
@@ -76,27 +76,27 @@ class Shooting:
     repeated: int = 1
     reasons: list[str] = field(default_factory=list)
 
-    def given(self, value: Any) -> dict[str, Any]:
+    def parameters_at(self, value: Any) -> dict[str, Any]:
         """Parameters with the value of the one that is followed."""
         return {**self.params, self.parameter: value} if self.parameter else dict(self.params)
 
     def period_at(self, value: float) -> float:
         """The period by its law at a value of the parameter that is followed."""
         assert self.law is not None
-        p = self.model.system.parameter_set.resolve(self.given(value))
+        p = self.model.system.parameter_set.resolve(self.parameters_at(value))
         return self.repeated * self.law(p)
 
-    def simulate(self, place: Place) -> Any:
+    def simulate(self, place: Trial) -> Any:
         """The motion over one period."""
         span = (self.t0, self.t0 + place.period)
-        return self.model.simulate(span, place.y, self.given(place.value), **self.run)
+        return self.model.simulate(span, place.y, self.parameters_at(place.value), **self.run)
 
-    def shoot(self, place: Place) -> Shot | None:
+    def shoot(self, place: Trial) -> Shot | None:
         """The motion from a place; None where it does not reach its end."""
         sol = self.simulate(place)
         return Shot(self, place, sol) if sol.status.ok else None
 
-    def coordinates(self, place: Place) -> Array:
+    def coordinates(self, place: Trial) -> Array:
         """A place as numbers of one size (nq + nu + 2,): start, period, parameter."""
         times = place.period / self.tempo, place.value / self.width
         return np.concatenate([place.y / self.size, times])
@@ -106,7 +106,7 @@ class Shooting:
         """Flags of the components that have to return."""
         return np.isfinite(self.gain)
 
-    def fixed(self, component: int) -> bool:
+    def is_fixed(self, component: int) -> bool:
         """Whether a component of the start stays as it is."""
         return component in self.held or not self.returning[component]
 
@@ -118,19 +118,19 @@ class Shot:
     parameter where one is followed, all in their units.
     """
 
-    def __init__(self, problem: Shooting, place: Place, sol: Any) -> None:
+    def __init__(self, problem: Shooting, place: Trial, sol: Any) -> None:
         self.problem, self.place, self.sol = problem, place, sol
 
     @cached_property
     def gap(self) -> Array:
-        """What each component lacks of its return, over its size (nq + nu,)."""
+        """Distance of each component from its return, over its size (nq + nu,)."""
         end = self.sol.record.ends()[1][1]
         missed: Array = end - self.place.y - np.nan_to_num(self.problem.gain)
         return missed / self.problem.size
 
     @cached_property
     def residual(self) -> Array:
-        """What is to be zero: the gaps of what returns, and that of the energy where it is held."""
+        """Zero for a cycle: the gaps of what returns, and that of the energy where it is held."""
         excess = [] if self.problem.energy is None else [self._excess(self.place.y)]
         return np.append(self.gap[self.problem.returning], excess)
 
@@ -146,7 +146,7 @@ class Shot:
         """Components of the start that determine the others; what is fixed is among them."""
         system, at = self.sol.system, (self.place.y, self.sol.params, self.problem.t0)
         nq = len(system.coordinates)
-        weights = np.array([HELD if self.problem.fixed(i) else 1.0 for i in range(len(at[0]))])
+        weights = np.array([HELD if self.problem.is_fixed(i) else 1.0 for i in range(len(at[0]))])
         parts = (0, system.constraint_gradient(*at)), (nq, system.constraint_jacobian(*at))
         return [
             first + int(i)
@@ -157,7 +157,7 @@ class Shot:
     @property
     def unknown(self) -> list[int]:
         """The independent components that are searched for."""
-        return [i for i in self.independent if not self.problem.fixed(i)]
+        return [i for i in self.independent if not self.problem.is_fixed(i)]
 
     @cached_property
     def columns(self) -> tuple[Array, Array, Array]:
@@ -190,7 +190,7 @@ class Shot:
         slopes = self._excess(self.place.y + sides) - self._excess(self.place.y - sides)
         return np.vstack([rows, slopes / (2.0 * STEP) @ start])
 
-    def moved(self, change: Array) -> Place:
+    def after(self, change: Array) -> Trial:
         """The place after a change of its coordinates (nq + nu + 2,), with its loops closed.
 
         Raises :class:`AssemblyError` if they do not close there.
@@ -199,7 +199,7 @@ class Shot:
         period = self.place.period + float(change[-2]) * self.problem.tempo
         if self.problem.law is not None:
             period = self.problem.period_at(value)
-        return Place(self._closed(change[:-2], value), period, value)
+        return Trial(self._closed_start(change[:-2], value), period, value)
 
     # -- derivatives of start and end by the unknown components and the parameter ----------------
 
@@ -212,7 +212,7 @@ class Shot:
         by = [names[i] for i in self.unknown] + [problem.parameter] * followed
         given = {names[i]: self.place.y[i] for i in self.independent}
         try:
-            found = self.sol.differentiate(by, given, problem.given(self.place.value))
+            found = self.sol.differentiate(by, given, problem.parameters_at(self.place.value))
         except MechcError as error:
             problem.reasons.append(str(error))
             return None
@@ -231,9 +231,9 @@ class Shot:
         changes = np.zeros((len(sides), len(problem.size)))
         changes[:, self.unknown] = sides[:, :k]
         values = self.place.value + problem.width * sides[:, k:].sum(axis=1)
-        starts = np.array([self._closed(*one) for one in zip(changes, values, strict=True)])
+        starts = np.array([self._closed_start(*one) for one in zip(changes, values, strict=True)])
         batch = problem.model.simulate_batch(
-            (problem.t0, problem.t0 + self.place.period), starts, problem.given(values),
+            (problem.t0, problem.t0 + self.place.period), starts, problem.parameters_at(values),
             progress=False, **problem.run,
         )  # fmt: skip
         if not batch.ok.all():
@@ -245,7 +245,7 @@ class Shot:
         )
         return of_start, of_end
 
-    def _closed(self, change: Array, value: float) -> Array:
+    def _closed_start(self, change: Array, value: float) -> Array:
         """The start after a change (nq + nu,) over the sizes: independent components as they are
         then, the others near."""
         y, model = self.place.y + change * self.problem.size, self.sol.model
@@ -255,11 +255,11 @@ class Shot:
         coordinates = {names[i]: float(y[i]) for i in self.independent if i < nq}
         speeds = {names[i]: float(y[i]) for i in self.independent if i >= nq}
         guess = {names[i]: float(y[i]) for i in range(nq) if names[i] not in coordinates}
-        params, t0 = self.problem.given(value), self.problem.t0
+        params, t0 = self.problem.parameters_at(value), self.problem.t0
         return np.asarray(model.assemble(coordinates, speeds, guess, params, t=t0))
 
     def _excess(self, y: Array) -> Array:
         """The energy of states (..., nq + nu) beyond that which is held, over its size."""
         held = self.problem.energy or 0.0
-        found = self.sol.model.energy(y, self.problem.given(self.place.value))
+        found = self.sol.model.energy(y, self.problem.parameters_at(self.place.value))
         return np.asarray((found - held) / (abs(held) or 1.0))

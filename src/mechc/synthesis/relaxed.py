@@ -28,7 +28,7 @@ BLOCK = 4096  # positions computed at a time
 
 
 @dataclass
-class _Relaxed:
+class _OpenLinkages:
     """Parameters and zeros x (n, k), configurations q (n, positions, nq), cost and damping (n,)."""
 
     x: Array
@@ -36,8 +36,10 @@ class _Relaxed:
     cost: Array
     damping: Array
 
-    def take(self, places: Any) -> _Relaxed:
-        return _Relaxed(self.x[places], self.q[places], self.cost[places], self.damping[places])
+    def take(self, places: Any) -> _OpenLinkages:
+        return _OpenLinkages(
+            self.x[places], self.q[places], self.cost[places], self.damping[places]
+        )
 
 
 def relax(problem: SynthesisProblem, drawn: Drawn, count: int, most: int) -> Drawn:
@@ -46,7 +48,7 @@ def relax(problem: SynthesisProblem, drawn: Drawn, count: int, most: int) -> Dra
     Their loops are closed again, at the nearest configurations.
     """
     x, q = drawn.z[:count, : len(problem.names)].copy(), drawn.q[:count].copy()
-    at = _Relaxed(x, q, np.full(len(x), np.inf), np.full(len(x), DAMPING))
+    at = _OpenLinkages(x, q, np.full(len(x), np.inf), np.full(len(x), DAMPING))
     while True:
         size = max(1, BLOCK // problem.targets.count)
         for first in range(0, len(at.x), size):
@@ -61,7 +63,7 @@ def relax(problem: SynthesisProblem, drawn: Drawn, count: int, most: int) -> Dra
             return _with_closed_loops(problem, at)
 
 
-def _promising(problem: SynthesisProblem, at: _Relaxed) -> Any:
+def _promising(problem: SynthesisProblem, at: _OpenLinkages) -> Any:
     """The places of the members, the best first; last those that several bounds hold.
 
     A four-bar whose coupler and ground vanish has its crank's end wherever it should be: many
@@ -71,7 +73,7 @@ def _promising(problem: SynthesisProblem, at: _Relaxed) -> Any:
     return np.lexsort((at.cost, held > 1))
 
 
-def _with_closed_loops(problem: SynthesisProblem, at: _Relaxed) -> Drawn:
+def _with_closed_loops(problem: SynthesisProblem, at: _OpenLinkages) -> Drawn:
     """Members with closed loops; those that do not close are left out."""
     s = at.q[..., problem.place]
     z = at.x if problem.timed else np.hstack([at.x, s])
@@ -84,7 +86,7 @@ def _with_closed_loops(problem: SynthesisProblem, at: _Relaxed) -> Drawn:
     return Drawn(z[best], q[best], cost[best], len(z))
 
 
-def _descend(problem: SynthesisProblem, at: _Relaxed) -> None:
+def _descend(problem: SynthesisProblem, at: _OpenLinkages) -> None:
     """Take steps with all members, in place."""
     residuals = _residuals(problem, at.x, at.q)
     at.cost = (residuals**2).sum(axis=(1, 2))
@@ -120,7 +122,7 @@ def _sizes(problem: SynthesisProblem, p: Array) -> Array:
     return sizes_of_members(problem.system, p, problem.t).rows / GAP
 
 
-def _steps(problem: SynthesisProblem, at: _Relaxed, residuals: Array) -> tuple[Array, Array]:
+def _steps(problem: SynthesisProblem, at: _OpenLinkages, residuals: Array) -> tuple[Array, Array]:
     """Unknowns (n, k) after a damped step, and steps of the coordinates (n, positions, w).
 
     Unknowns at a bound that they would leave stay there.

@@ -184,7 +184,11 @@ def _target(system: System, name: str, table: Array, tolerance: Any) -> Target:
         )
     if np.isinf(values).any() or np.isnan(values).all():
         raise ValueOutOfBoundsError(f"the targets of {name} are no finite numbers")
-    divisor = _extent(values, kind) if tolerance is None else _checked(name, tolerance, kind, unit)
+    divisor = (
+        _extent(values, kind)
+        if tolerance is None
+        else _checked_tolerance(name, tolerance, kind, unit)
+    )
     return Target(name, kind, unit, output, entries, values, divisor)
 
 
@@ -196,7 +200,7 @@ def _extent(values: Array, kind: Kind) -> float:
     return extent or float(np.nanmax(np.abs(values))) or 1.0
 
 
-def _checked(name: str, tolerance: Any, kind: Kind, unit: str) -> float:
+def _checked_tolerance(name: str, tolerance: Any, kind: Kind, unit: str) -> float:
     from mechc.simulation.settings import checked_positive
     from mechc.system.quantity import NamedQuantity
 

@@ -18,7 +18,7 @@ def cycle_of(model, params, start=1.0, seconds=300):
 
 
 def amplitude(cycle):
-    return np.abs(cycle.sampled(2001)[:, 0]).max()
+    return np.abs(cycle.samples(2001)[:, 0]).max()
 
 
 def test_entrainment_ends_at_folds_where_averaging_says():

@@ -11,7 +11,7 @@ from tests.support.pendulums import driven_pendulum, van_der_pol, walker
 def test_the_multiplier_of_a_limit_cycle_is_that_of_its_divergence(mu):
     """exp of the integral of mu (1 - q^2) over a period (Liouville's formula)."""
     cycle = van_der_pol().periodic({"q": 2.0}, 6.5, {"mu": mu}, rtol=1e-12)
-    q = cycle.sampled(2001)[:-1, 0]  # the mean of a periodic function: exact to rounding
+    q = cycle.samples(2001)[:-1, 0]  # the mean of a periodic function: exact to rounding
     assert cycle.multipliers == pytest.approx([np.exp(mu * np.mean(1 - q**2) * cycle.period)])
     assert (cycle.stable, cycle.neutral) == (True, 0)
 

@@ -46,7 +46,7 @@ def test_a_pendulum_has_the_period_of_the_elliptic_integral(speed):
 def test_a_period_that_is_held_chooses_the_amplitude():
     exact = 4 * ellipk(0.25) / (3 * np.pi)  # sin(amplitude / 2) = 1/2
     cycle = driven_pendulum().periodic({"q": 0.9}, exact, PLAIN, hold=["period"], rtol=1e-12)
-    highest = np.abs(cycle.sampled(20001)[:, 0]).max()
+    highest = np.abs(cycle.samples(20001)[:, 0]).max()
     assert highest == pytest.approx(np.pi / 3, abs=1e-6)
 
 

@@ -61,7 +61,8 @@ MECHC_STATIC int mechc_only_kept_counts(const mechc_integration *run)
 
 /* Root mean square of the step's error over what is tolerated.  The two errors of dop853, E5 and E3, are put
  * together as Hairer, Norsett & Wanner do; of a fast component E5 vanishes at h lambda = -5.65, within the
- * region of stability, where E3^3 over the square of the step's change, of order 10, does not. */
+ * region of stability, where E3^3 over the square of the step's change, of order 10, does not.  That is no
+ * estimate where E3 is more than the change: a body at rest, whose rates are rounding. */
 MECHC_STATIC double mechc_pair_error(mechc_integration *run, double h, const double *end)
 {
     const mechc_tableau *tableau = run->current->tableau;
@@ -77,7 +78,7 @@ MECHC_STATIC double mechc_pair_error(mechc_integration *run, double h, const dou
     const double both = first / sqrt(first + MECHC_DOP853_SECOND * second);
     const double change = mechc_pair_norm(run, MECHC_RATE(run, 0), h, end, place)
                         + mechc_pair_norm(run, MECHC_RATE(run, tableau->stages), h, end, place);
-    return mechc_max(both, second * sqrt(second) / change);
+    return mechc_max(both, second * sqrt(second) / mechc_max(change, second));
 }
 
 /* Whether stability limits the step: two states at its end, the last stage's and the end's own, and

@@ -72,7 +72,8 @@ MECHC_INLINE mechc_vector mechc_pair_lanes_error(mechc_lockstep *a)
             change += (a->rates[end][i] * weight) * (a->rates[end][i] * weight);
     }
     const mechc_vector both = squares * squares / (squares + MECHC_DOP853_SECOND * second_squares);
-    const mechc_vector third = second_squares * (second_squares / change) * (second_squares / change);
+    const mechc_vector least = mechc_greater(change, second_squares);
+    const mechc_vector third = second_squares * (second_squares / least) * (second_squares / least);
     return mechc_choose(squares > 0.0, mechc_choose(third > both, third, both) / MECHC_NX, squares);
 }
 

@@ -6,6 +6,7 @@ import pytest
 import mechc
 from mechc.errors import EventError
 from tests.support.impacts import rod
+from tests.support.pendulums import pushed_mass
 
 FRICTION, FORCE = 0.3, 0.7
 RISE = 200.0  # m/s^2 or rad/s^2: what a stop rises by, so that what touches it is pressed
@@ -137,3 +138,14 @@ def test_the_rates_in_a_mode_solve_the_equations_of_motion(name, states, compile
 def test_laws_without_a_value_are_told(scenes):
     with pytest.raises(EventError, match=r"event 0 has no rate.* at t = 0 s"):
         scenes["tip"].model.simulate(1.0, scenes["tip"].y, events=mechc.Stop("-sqrt(theta - 10)"))
+
+
+@pytest.mark.parametrize("method", ["auto", "dopri5", "dop853", "radau5"])
+def test_a_body_breaks_away_under_a_force_that_grows_from_nothing(method):
+    """At rest its rates are rounding, beside which no error of a step is large."""
+    model = mechc.compile(pushed_mass(), defaults={"m": 1.3, "k": 0.0}, inputs=["F"])
+    drag = mechc.DryFriction("u", 0.5)
+    sol = model.simulate(3.0, {"q": 0}, inputs={"F": "0.5*t"}, events=drag, method=method)
+    assert sol.status.ok
+    assert sol.events[0].t == pytest.approx([1.0], abs=1e-9)
+    assert sol["q"][-1] == pytest.approx(0.5 * 2.0**3 / 6 / 1.3, rel=1e-9)  # m q'' = (t - 1) / 2

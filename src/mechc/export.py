@@ -80,9 +80,14 @@ def export_c(
     (``model.drive``).  Methods with error control, and motion through change points, are those of
     :func:`mechc.load`'s models alone.
     """
-    from mechc.compilation.exports.standalone import read_export, standalone_texts
+    from mechc.compilation.exports.standalone import (
+        read_export,
+        standalone_texts,
+        warn_of_contacts,
+    )
 
     asked = read_export(mechanism, y0, dict(params or {}), fix=fix, outputs=outputs, **options)
+    warn_of_contacts(asked.mechanism)
     texts = standalone_texts(asked, name or asked.mechanism.name, t_end, real)
     target = Path(folder)
     with written_into(target):
@@ -137,12 +142,13 @@ def export_wasm(
     UnknownNameError
         For a slider of nothing.
     """
-    from mechc.compilation.exports.standalone import read_export
+    from mechc.compilation.exports.standalone import read_export, warn_of_contacts
     from mechc.compilation.exports.web import web
     from mechc.results.web.page import live_page, module_text
     from mechc.results.web.sliders import chosen_sliders
 
     asked = read_export(mechanism, y0, dict(params or {}), fix=fix, outputs=outputs, **options)
+    warn_of_contacts(asked.mechanism)
     name = name or str(asked.mechanism.name)
     wasm, about = web(asked, name)
     ranges, held = chosen_sliders(about, asked.mechanism.start, sliders)

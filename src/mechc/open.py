@@ -16,6 +16,7 @@ from mechc.results.solution import Solution
 from mechc.results.untrusted import mapping_of, printable, short, text_of
 from mechc.simulation.contact_steps import steps_of
 from mechc.simulation.events.event import EventRecord
+from mechc.simulation.events.own_contacts import WITHOUT
 from mechc.simulation.record import Piece, Record
 from mechc.simulation.settings import LARGEST_TRAJECTORY, Policy
 from mechc.simulation.status import CODES, ChangePoint, Status
@@ -198,7 +199,7 @@ def _pieces_again(model: Model, recipe: dict[str, Any], policy: dict[str, Any]) 
     sol: Solution | None = None
     for (begin, state), end, (words, *steps), p in zip(starts, ends, contacts, values, strict=True):
         span = (begin, begin if steps else end)
-        piece = model.simulate(span, state, np.array(p, float), **policy)
+        piece = model.simulate(span, state, np.array(p, float), events=WITHOUT, **policy)
         if words:
             told = [text_of(word, "a contact") for word in words]
             piece.record = _in_contact(piece, told, steps)

@@ -102,7 +102,7 @@ def _joint(
 
 def _limits(file: CompiledFile, number: int) -> dict[str, Number]:
     model, limits = file.model, dict[str, Number]()
-    if model.jnt_limited[number]:
+    if model.jnt_limited[number] and not file.disables("LIMIT", "CONSTRAINT"):
         lower, upper = model.jnt_range[number].tolist()
         limits |= {"lower": exact(lower), "upper": exact(upper)}
     if model.jnt_actfrclimited[number]:

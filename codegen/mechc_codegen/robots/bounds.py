@@ -83,7 +83,7 @@ def _saturates(joint: RobotJoint) -> bool:
 def _words_of(part: str, robot: Robot, driven: Iterable[str]) -> Iterable[str]:
     """Joints and motors with the values that the file has for a part."""
     for joint in (each for each in robot.joints if each.kind in SINGLE):
-        if part == "limits" and _has_limits(joint):
+        if part == "limits" and _moves_within_limits(joint):
             yield f"{joint.name} {joint.limits['lower']} to {joint.limits['upper']}"
         elif part == "friction" and joint.friction:
             yield f"{joint.name} {joint.friction}"

@@ -269,8 +269,8 @@ class _MechanismBuilder:
         if joint.stops:
             gaps = (motion.position - bound["lower"], bound["upper"] - motion.position)
             self.contacts += [Contact(gap=gap) for gap in gaps]
-        if joint.friction:
-            force = self.values.friction(joint, effort)
+        force = self.values.friction(joint, effort)
+        if force != 0:
             self.contacts.append(Contact(slip=motion.rate, force=force))
 
     def _drive(self, joint: RobotJoint, effort: Any) -> Expr:
@@ -280,7 +280,8 @@ class _MechanismBuilder:
             control = of_time(motor.name)
             self.inputs[control] = None
             found += _within(motor.force, sympify(motor.gear) * _within(motor.control, control))
-        return _within((-effort, effort) if joint.saturates and effort else None, found)
+        saturates = joint.saturates and effort and found != 0
+        return _within((-effort, effort) if saturates else None, found)
 
     def _act_on_several(self, moving: _Moving) -> None:
         """Add the damper of a ball joint, or one that floats from the ground; name what else is."""
@@ -438,10 +439,17 @@ class _MechanismBuilder:
         )
 
     def _start(self) -> dict[str, float]:
-        """Where all coordinates are zero and, as the file has it, loops are closed."""
+        """Where coordinates are zero, or at the stop nearest to it; as the file has it, loops are
+        closed there."""
         motions = self.motions.values()
         names = [c.symbol.func.__name__ for m in motions for c in m.coordinates]
         zero = dict.fromkeys(names, 0.0) if self.tree.cuts else {}
+        for each in () if self.tree.cuts else self.moving:
+            if each.joint.stops and each.joint.mimic is None:
+                lower, upper = (float(each.joint.limits[end]) for end in ("lower", "upper"))
+                if not lower <= 0.0 <= upper:
+                    name = each.motion.coordinates[0].symbol.func.__name__
+                    zero[name] = lower if lower > 0.0 else upper
         return zero | {name: x for m in motions for name, x in m.start.items()}
 
     def _drawing(self) -> Drawing:

@@ -54,6 +54,8 @@ def inverse_dynamics(
     left = needed - np.einsum("...ij,...j->...i", per_input, found)
     multipliers = _least_norm(-np.swapaxes(jacobian, -1, -2), left)
     undone = left + np.einsum("...ij,...i->...j", jacobian, multipliers)
+    for k, name in enumerate(names):
+        pushed.refuse_bent(name, per_input[..., k], found[..., k])
     largest = np.abs(undone).max(initial=0.0)
     if largest > MADE * np.abs(needed).max(initial=1.0):
         raise MechcError(
@@ -86,6 +88,18 @@ class _ModelWithInputs:
     def _evaluate(self, output: str, changed: Mapping[str, float]) -> Array:
         driven, values = self.at(changed)
         return driven.evaluate(output, self.y, values, self.t)
+
+    def refuse_bent(self, name: str, slope: Array, values: Array) -> None:
+        """Raise where loads are not linear up to these values, as beyond a bound of a motor."""
+        ones = self._evaluate("forcing", {})
+        for value in {float(values.min(initial=1.0)), float(values.max(initial=1.0))}:
+            apart = self._evaluate("forcing", {name: value}) - ones - (value - 1.0) * slope
+            size = np.abs(ones).max(initial=0.0) + abs(value) * np.abs(slope).max(initial=0.0)
+            if np.abs(apart).max(initial=0.0) > LINEAR * size:
+                raise MechcError(
+                    f"the equations are not linear in {name} up to {value:.6g}, which the motion "
+                    "needs: a motor's bound (effort='saturate') is below that"
+                )
 
     def forces(self) -> tuple[Array, Array]:
         """F with all inputs zero (..., nu), and the change by each (..., nu, m)."""

@@ -41,12 +41,16 @@ class BatchEvents(NamedTuple):
 
         Raises :class:`MechcError` for those of a batch that was read from a folder.
         """
-        if isinstance(self.given, tuple) and not self.given:
-            raise MechcError(
-                "the events of a batch that was read from a folder are not known: simulate the "
-                "member with model.simulate(..., events=...)"
-            )
-        return run_events(self.given, system, p, Compiler(*COMPILER))
+        given = self.given
+        if isinstance(given, tuple) and not given:
+            own = batch_events(system, (0.0, 1.0), ())  # contacts of the mechanism
+            if own is None or own.key != self.key:
+                raise MechcError(
+                    "the events of a batch that was read from a folder are not known: simulate the "
+                    "member with model.simulate(..., events=...)"
+                )
+            given = own.given
+        return run_events(given, system, p, Compiler(*COMPILER))
 
     def as_json(self) -> dict[str, Any]:
         """The events as JSON data, which :func:`events_from_json` reads."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Container, Iterator, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from itertools import chain, count
 from pathlib import Path
@@ -11,11 +11,13 @@ from typing import Any
 
 import mechc
 from mechc.assembly.initial_values import filled_start
-from mechc.cli.own_models import is_own, own_model, own_name, refuse_file_alone
+from mechc.cli.own_models import READERS, is_own, own_model, own_name, refuse_file_alone
 from mechc.compilation.library.catalogue import COMPILED_AT_INSTALL, LIBRARY
 from mechc.errors import MechcError, MissingInputError, UnknownNameError
 from mechc.progress import Notice
 from mechc.system.units import read_seconds, read_value, split_assignment
+
+OF_ROBOTS = "limits", "friction", "effort"  # arguments of the readers of robots
 
 STATE = "coordinate or speed"
 OWN_SECONDS = 10.0  # of a run of a user's own model
@@ -125,16 +127,28 @@ def library_name(name: str) -> str:
 def model_of(chosen: argparse.Namespace, outputs: Sequence[str] | None = None) -> mechc.Model:
     """The mechanism and options given, compiled completely, with these outputs or its own."""
     name, own = chosen.name, is_own(chosen.name)
-    if own and chosen.options:
-        raise MechcError(f"--with: {name} has no options; these are of the library")
-    options: dict[str, Any] = {}
-    if not own:
-        options = checked_options(library_name(name), options_of(chosen.options))
+    options = options_of(chosen.options)
+    if own:
+        _refuse_other_options(name, options)
+    else:
+        options = checked_options(library_name(name), options)
         _refuse_unknown_names(chosen, options)
     with Notice(f"compiling {name}; the next time it is in the cache ..."):
-        model = own_model(name, outputs) if own else mechc.load(name, outputs=outputs, **options)
+        if own:
+            model = own_model(name, outputs, options)
+        else:
+            model = mechc.load(name, outputs=outputs, **options)
         model.system.wait(batches=False)
     return model
+
+
+def _refuse_other_options(name: str, options: Mapping[str, Any]) -> None:
+    """Refuse options of a model of one's own but for what a robot's file has."""
+    if options and (Path(name).suffix not in READERS or {*options} - {*OF_ROBOTS}):
+        raise MechcError(
+            f"--with: {name} has no such option; the library has them, and robots in files "
+            f"{', '.join(OF_ROBOTS)}"
+        )
 
 
 def _refuse_unknown_names(chosen: argparse.Namespace, options: dict[str, Any]) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import importlib.util
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -65,8 +65,10 @@ def own_name(name: str) -> str:
 
 
 @cache
-def own_object(name: str) -> Any:
+def own_object(name: str, options: tuple[tuple[str, Any], ...] = ()) -> Any:
     """What a file describes; FILE.py is run, and NAME called if it is a function without arguments.
+
+    ``options``: arguments of the reader of a robot.
 
     Raises :class:`MechcError` if there is no such file or name, or nothing that can be compiled.
     """
@@ -75,7 +77,7 @@ def own_object(name: str) -> Any:
     if not Path(path).is_file():
         raise MechcError(f"there is no file {path}")
     if reader:
-        return getattr(mechc, reader)(path)
+        return getattr(mechc, reader)(path, **dict(options))
     spec = importlib.util.spec_from_file_location("mechc_own_model", path)
     assert spec is not None
     assert spec.loader is not None
@@ -89,9 +91,11 @@ def own_object(name: str) -> Any:
     return found() if callable(found) and not isinstance(found, mechc.Model) else found
 
 
-def own_model(name: str, outputs: Sequence[str] | None = None) -> mechc.Model:
+def own_model(
+    name: str, outputs: Sequence[str] | None = None, options: Mapping[str, Any] | None = None
+) -> mechc.Model:
     """The model of FILE.py:NAME, compiled with these outputs unless it is a model already."""
-    found = own_object(name)
+    found = own_object(name, tuple((options or {}).items()))
     if isinstance(found, mechc.Model):
         return found
     try:

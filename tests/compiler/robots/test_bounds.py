@@ -3,6 +3,7 @@
 A wheel that a motor drives, and one that turns twice as far: u' = tau / I.
 """
 
+import pickle
 from math import sqrt
 
 import numpy as np
@@ -11,6 +12,7 @@ from mechc_codegen.robots.bounds import take_bounds
 from mechc_codegen.robots.mechanism import mechanism_of
 
 import mechc
+from mechc.cli.commands import main
 from mechc.export import _events
 from tests.compiler.robots.loops import four_bar
 
@@ -36,7 +38,7 @@ def wheels(folder, text=WHEELS, **options):
 @pytest.fixture(scope="module")
 def model(tmp_path_factory):
     folder = tmp_path_factory.mktemp("wheels")
-    return mechc.compile(wheels(folder, symbolic=["limits", "friction"], **ALL))
+    return mechc.compile(wheels(folder, symbolic=["limits", ("w", "friction")], **ALL))
 
 
 def time_at(angle, friction=0.5, effort=2.0):
@@ -99,6 +101,13 @@ def test_by_default_one_warning_has_the_lines_to_write(tmp_path):
     assert found.contacts == ()
 
 
+def test_dry_friction_that_the_file_does_not_have_begins_at_zero(tmp_path):
+    found = wheels(tmp_path, symbolic=["friction"], **ALL)
+    assert {str(each.symbol): each.default for each in found.parameters} == {
+        "f_w": 0.5, "f_v": 0.0, "g": 9.81,
+    }  # fmt: skip
+
+
 def test_what_is_left_is_silent(tmp_path):
     found = wheels(tmp_path, limits="ignore", friction="ignore", effort="ignore")
     assert found.skipped == found.contacts == ()
@@ -125,3 +134,47 @@ def test_a_joint_of_a_loop_that_stops_is_not_cut():
     assert mechanism_of(take_bounds(plain, limits="ignore")).cuts == ("B",)
     assert stopped.cuts == ("C",)
     assert len(stopped.contacts) == 2
+
+
+def test_what_is_read_again_is_that_motion(model, tmp_path):
+    sol = model.simulate(8.0, {"q_w": 0.0}, inputs={"tau_w": TORQUE})
+    again = pickle.loads(pickle.dumps(sol))
+    sol.save(tmp_path / "wheels.nc")
+    for one in (again, mechc.open(tmp_path / "wheels.nc")):
+        np.testing.assert_allclose(one.y, sol.y, rtol=0, atol=1e-14)
+        assert [each.contacts for each in one.segments] == [each.contacts for each in sol.segments]
+
+
+def test_the_law_of_restitution_is_that_of_the_stops_given(model):
+    stop = mechc.Stop("2.5 - q_w", 0.2, law="poisson")
+    sol = model.simulate(8.0, {"q_w": 0.0}, inputs={"tau_w": TORQUE}, events=stop)
+    assert sol.status.ok
+    assert sol["q_w"].max() < 2.5 + 1e-9
+
+
+def test_inverse_dynamics_refuses_what_a_motor_cannot_give(model):
+    given = {"params": {"effort_w": 10.0}, "inputs": ["tau_w"]}
+    asked = model.inverse_dynamics([0.5, 0.0], [1.0], **given)
+    assert asked.inputs[0] == pytest.approx(INERTIA)
+    with pytest.raises(mechc.MechcError, match=r"not linear in tau_w up to 13\b.*saturate"):
+        model.inverse_dynamics([0.5, 0.0], [10.0], **given)
+
+
+def test_exported_c_says_that_it_has_none(model, tmp_path):
+    with pytest.warns(mechc.SkippedPartWarning, match="without its 5 stops and places"):
+        mechc.export_c(model, tmp_path / "c")
+
+
+def test_a_start_is_between_the_stops(tmp_path):
+    away = WHEELS.replace('lower="-1"', 'lower="0.5"')
+    assert wheels(tmp_path, away, **ALL).start == {"q_w": 0.5}
+    assert wheels(tmp_path, away, limits="ignore", friction="ignore", effort="ignore").start == {}
+
+
+def test_in_the_shell(tmp_path, capsys):
+    path = tmp_path / "wheels.urdf"
+    path.write_text(WHEELS)
+    bounds = ["--with", "limits=stop", "--with", "friction=dry", "--with", "effort=ignore"]
+    assert main(["run", str(path), *bounds, "--t-end", "0.1", "--start", "q_w=1", "--json"]) == 0
+    assert main(["run", str(path), "--with", "wings"]) != 0
+    assert "limits, friction, effort" in capsys.readouterr().err

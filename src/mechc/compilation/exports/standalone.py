@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -34,6 +35,18 @@ def standalone_texts(asked: ExportRequest, name: str, t_end: float, real: str) -
     given = (asked.mechanism, name, asked.start, asked.values, t_end, asked.request, real)
     texts: dict[str, str] = build_standalone(*given)
     return texts
+
+
+def warn_of_contacts(mechanism: Any) -> None:
+    """Warn that what is exported has none of the mechanism's own stops and dry friction."""
+    from mechc_codegen.errors import SkippedPartWarning
+
+    if mechanism.contacts:
+        warnings.warn(
+            f"{mechanism.name}: exported without its {len(mechanism.contacts)} stops and places of "
+            "dry friction; a unit of mechc.export_fmu has them",
+            SkippedPartWarning, stacklevel=4,
+        )  # fmt: skip
 
 
 def read_export(

@@ -15,7 +15,7 @@ MECHC_STATIC double mechc_gauss_ends_error(const mechc_integration *run, double 
     const mechc_gauss *g = mechc_gauss_of(run);
     const double *ends = MECHC_RATE(run, run->current->last_rate) + MECHC_FIRST_UNKNOWN;
     double most = 0.0;
-    if (g->closing != MECHC_UNPROJECTED || g->stiff) return 0.0;
+    if ((MECHC_NH > 0 && g->closing != MECHC_UNPROJECTED) || g->stiff) return 0.0;
     for (int i = 0; i < MECHC_UNKNOWNS; i++) {
         mechc_sums sums;
         mechc_gauss_weighted(g->ends_columns, g->rates[i], &sums);

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from mechc.simulation.settings import checked_policy
+from mechc.simulation.settings import checked_count, checked_policy, checked_positive
 from mechc.syntheses import Syntheses
 from mechc.system.parameters import Array, Parameters
 
@@ -247,6 +247,6 @@ class Fits(Syntheses):
 
         run = {"inputs": inputs, "events": events, "rtol": rtol, "method": method}
         return periodic(
-            self, y0, period, params, t0=t0, hold=hold, advance=advance, run=run, tol=tol,
-            most=max_iterations,
+            self, y0, period, params, t0=t0, hold=hold, advance=advance, run=run,
+            tol=checked_positive("tol", tol), most=checked_count("max_iterations", max_iterations),
         )  # fmt: skip

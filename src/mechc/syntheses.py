@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mechc.assembly.initial_values import checked_numbers
 from mechc.configurations import Configurations
 from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.simulation.settings import checked_count, checked_positive
@@ -70,7 +71,8 @@ class Syntheses(Configurations):
         tolerances
             Target -> the divisor of its deviations; by default the extent of its values, 1 rad.
         span
-            The range of the driven coordinate in which positions are looked for; by default a turn.
+            The range of the driven coordinate in which the search for positions begins; by default
+            a turn.
         turns
             The driven coordinate has to turn fully.
         one_assembly, ordered
@@ -132,7 +134,12 @@ class Syntheses(Configurations):
         fixed = {k: float(system.parameter_set.values_of(k, v)) for k, v in fixed.items()}
         if both := sorted({*fixed} & {*bounds}):
             raise ValueOutOfBoundsError(f"{both[0]} is both free and given; omit it in one of them")
-        kept = {k: float(in_si(v, system.quantities[k])) for k, v in (coordinates or {}).items()}
+        given = by_name(coordinates or {}, "coordinates", "{'theta_1': 0.5}")
+        kept = checked_numbers(self, given, self.coordinates, "coordinate")
+        if name in kept:
+            raise ValueOutOfBoundsError(f"{name} drives the linkage: omit it in coordinates")
+        if turns and system.quantities[name].kind is not Kind.ANGLE:
+            raise ValueOutOfBoundsError(f"turns=True needs a driven angle, and {name} is none")
         low, high = np.array([*bounds.values()]).T
         problem = SynthesisProblem(
             system, name, tuple(bounds), low, high, fixed, kept, checked,
@@ -189,7 +196,8 @@ def _conditions(
     joints = tuple(_joint(system, one) for one in every)
     if box is not None:
         walls = doubles(box, "the box").T
-        if walls.ndim != 2 or walls.shape[0] != 2 or not (walls[0] < walls[1]).all():
+        shaped = walls.ndim == 2 and walls.shape[0] == 2 and walls.shape[1] <= 3
+        if not (shaped and (walls[0] < walls[1]).all()):
             raise ValueOutOfBoundsError(f"box is ((x0, x1), (y0, y1)), not {brief(box)}")
     size = max((one.tolerance for one in targets.each if one.kind is Kind.LENGTH), default=1.0)
     return Conditions(bool(turns), bool(one_assembly), bool(ordered), joints, walls, size)
@@ -207,7 +215,13 @@ def _joint(system: Any, given: Any) -> tuple[tuple[int, int, int], float]:
             f"{', '.join(names)}, not {brief(given)}"
         ) from None
     angular = NamedQuantity("the transmission angle", "rad", "", 0.0, np.pi, False, Kind.ANGLE)
-    return places, checked_positive("the least transmission angle", in_si(angle, angular))
+    least = checked_positive("the least transmission angle", in_si(angle, angular))
+    if least > 0.5 * np.pi:
+        raise ValueOutOfBoundsError(
+            f"no transmission angle is above 90 deg, but the least is {np.degrees(least):.6g} deg: "
+            "give it in rad, or with a unit, '40deg'"
+        )
+    return places, least
 
 
 def _span(
@@ -216,10 +230,11 @@ def _span(
     """The range of the driven coordinate in which positions are looked for."""
     quantity = system.quantities[driven]
     if given is not None:
-        low, high = doubles(in_si(list(given), quantity), f"the span of {driven}")
-        if not low < high:
+        ends = given if isinstance(given, str) or not np.iterable(given) else list(given)
+        ends = doubles(in_si(ends, quantity), f"the span of {driven}")
+        if ends.shape != (2,) or not ends[0] < ends[1]:
             raise ValueOutOfBoundsError(f"the span of {driven} must rise, not {brief(given)}")
-        return float(low), float(high)
+        return float(ends[0]), float(ends[1])
     if quantity.kind in ANGULAR:
         return -np.pi, np.pi
     if targets.driven is None:

@@ -198,3 +198,41 @@ def test_where_no_linkage_closes_it_says_so():
             GOOD, {"l_0": (0.1, 0.2), "l_1": (0.1, 0.2)}, params={"l_2": 0.1, "l_3": 9.0},
             samples=64,
         )  # fmt: skip
+
+
+def test_a_crank_that_goes_back_is_followed_back():
+    """From 1.2 to 0.2 rad, not on through where it cannot go."""
+    short = {**KNOWN, "l_3": 0.9}
+    crank = np.array([1.2, 0.7, 0.2])
+    points, _ = coupler_points(short, crank)
+    given = {name: short[name] for name in (*LENGTHS, "x_O", "y_O", "alpha")}
+    place = {"x_C": (-1.0, 1.0), "y_C": (-1.0, 1.0)}
+    found = four_bar().synthesize(
+        {"C": points, "theta_0": crank}, place, params=given, samples=16, refined=4
+    )
+    assert not found[0].warnings
+    assert found[0].errors["C"] < 1e-9
+
+
+def test_a_point_in_one_direction_alone():
+    points, _ = coupler_points(KNOWN, CRANK)
+    points[:, 0] = np.nan
+    found = four_bar().synthesize(
+        {"C": points, "theta_0": CRANK}, FREE, turns=True, samples=64, refined=4
+    )
+    assert np.isfinite(found[0].cost)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"coordinates": {"zz": 1.0}}, "zz"),
+        ({"coordinates": {"theta_0": 1.0}}, "theta_0 drives the linkage"),
+        ({"transmission_angle": ("P_0", "P_1", "P_2", 40)}, "."),
+        ({"span": 2.0}, "the span of theta_0"),
+    ],
+)
+def test_more_wrong_arguments(options, message):
+    points, _ = coupler_points(KNOWN, CRANK)
+    with pytest.raises(mechc.MechcError, match=message):
+        four_bar().synthesize({"C": points}, FREE, **options)

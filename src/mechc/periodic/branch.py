@@ -12,8 +12,9 @@ import numpy as np
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError
 from mechc.periodic import report
 from mechc.periodic.newton import NoCycleError, rounding, search
-from mechc.periodic.repeats import refuse_other_periods
+from mechc.periodic.repeats import UNEVEN, is_later_the_same, refuse_other_periods
 from mechc.periodic.shooting import Shot
+from mechc.simulation.settings import checked_count, checked_positive
 from mechc.system.parameters import Array
 from mechc.system.units import in_si
 
@@ -159,6 +160,8 @@ class _Stage:
         flow = np.append(shot.flow / (np.linalg.norm(shot.flow) or 1.0), np.zeros(2))
         if shot.problem.autonomous and np.linalg.norm(ways.T @ flow) > ALONG:  # a shift in time
             found -= flow * (flow @ found)
+        if not np.any(found):
+            raise MechcError("no cycle is beside this one: hold less")
         return np.asarray(found / np.linalg.norm(found))
 
     def ahead(self, length: float) -> _Stage:
@@ -180,6 +183,7 @@ def follow(
     cycle: Any, parameter: str, ends: tuple[Any, Any], most: int, step: float
 ) -> CycleBranch:
     """See :meth:`mechc.periodic.cycle.Cycle.follow`."""
+    most, step = checked_count("most", most), checked_positive("step", step)
     stages, ends = _begin(cycle, parameter, ends)
     special, length, ended = list[SpecialPoint](), step, f"{most} cycles"
     while len(stages) < most:
@@ -216,9 +220,19 @@ def _begin(
     problem = replace(
         shot.problem, params=cycle.params, parameter=parameter, width=abs(last - first)
     )
+    if now == last:
+        raise ValueOutOfBoundsError(
+            f"{parameter} = {now:g} is already at the second end, towards which the branch begins"
+        )
     place = shot.place._replace(value=now)
+    beside = place._replace(value=now + 1e-3 * (last - first))
+    if problem.autonomous and not is_later_the_same(problem, beside, UNEVEN * place.period):
+        raise ValueOutOfBoundsError(
+            f"time drives the motion where {parameter} is not {now:g}: begin with a cycle of the "
+            "driven motion"
+        )
     if problem.law is None:
-        refuse_other_periods(problem, place._replace(value=now + 1e-3 * (last - first)))
+        refuse_other_periods(problem, beside)
     towards = np.zeros(len(problem.size) + 2)
     towards[-1] = np.sign(last - first)
     own = type(cycle)(Shot(problem, place, cycle.solution), cycle.tol)
@@ -246,7 +260,8 @@ def _between(one: _Stage, two: _Stage) -> list[SpecialPoint]:
     """The special points between two stages."""
     found = list[SpecialPoint]()
     for kind, test in TESTS.items():
-        if test(one) * test(two) < 0.0 and not (kind == BRANCHING and found):
+        folds = any(point.kind == FOLD for point in found)
+        if test(one) * test(two) < 0.0 and not (kind == BRANCHING and folds):
             found.append(_locate(kind, test, one, two))
     return found
 
@@ -257,10 +272,13 @@ def _locate(kind: str, test: Callable[[_Stage], float], one: _Stage, two: _Stage
 
     places = [one.cycle.shot.problem.coordinates(stage.cycle.shot.place) for stage in (one, two)]
     whole = float(one.tangent @ (places[1] - places[0]))
-    place = brentq(
-        lambda length: test(one.ahead(length) if length else one), 0.0, whole,
-        xtol=LOCATED * whole,
-    )  # fmt: skip
+    try:
+        place = brentq(
+            lambda length: test(one.ahead(length) if length else one), 0.0, whole,
+            xtol=LOCATED * whole,
+        )  # fmt: skip
+    except ValueError:  # the point is beyond the last of these stages, which is not quite ``two``
+        raise MechcError(f"a {kind} could not be located") from None
     found = one.ahead(place)
     return SpecialPoint(kind, found.value, found.cycle)
 

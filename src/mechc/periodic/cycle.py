@@ -67,9 +67,13 @@ class Cycle:
         )  # fmt: skip
         shot = Shot(problem, self.shot.place, self.solution)
         start, end, _ = shot.columns
+        ones = [shot.flow] if problem.autonomous else []
+        for places in self.model.system.attitudes.multiples:  # of any length, which stays
+            ones.append(np.where(np.isin(np.arange(len(self.y0)), places), self.y0, 0.0))
+            ones[-1] /= problem.size
         across = np.eye(len(shot.unknown))
-        if problem.autonomous:
-            across = np.linalg.svd(shot.flow[None, shot.unknown])[2][1:].T
+        if ones:
+            across = np.linalg.svd(np.array(ones)[:, shot.unknown])[2][len(ones) :].T
         return across.T @ end[shot.unknown] @ across, start @ across
 
     @cached_property
@@ -111,6 +115,7 @@ class Cycle:
                 found.append(f"it repeats already after {self.period / part:.9g} s")
         sizes = np.linalg.svd(self.shot.jacobian, compute_uv=False)
         lost = self.shot.jacobian.shape[1] - (sizes > self._rounding * sizes.max(initial=0.0)).sum()
+        lost -= len(self.model.system.attitudes.multiples)
         if lost > problem.autonomous and not problem.parameter:
             found.append(
                 "it is one of a family, of all energies or amplitudes, and the nearest to the "
@@ -174,14 +179,21 @@ class Cycle:
         )  # fmt: skip
         seen, found = self._without_turns(batch["y_eval"]), np.full(len(batch), -1)
         for number, cycle in enumerate((self, *others)):
-            near = _distances(self._without_turns(cycle.samples(CURVE)), seen).max(axis=1)
+            near = _distances(self._without_turns(cycle._curve), seen).max(axis=1)
             found[batch.ok & (near < tol) & (found < 0)] = number
         return found
 
+    @property
+    def _curve(self) -> Array:
+        """States (CURVE, nq + nu), the denser the shorter the integrator's steps are."""
+        t = self.solution.record.states()[0]
+        even = np.linspace(0.0, len(t) - 1.0, CURVE)
+        return np.asarray(self.solution(np.interp(even, np.arange(len(t)), t)))
+
     def _without_turns(self, y: Array) -> Array:
-        """States (..., k) over the sizes, without whole turns and what need not return."""
+        """States (..., k) over the sizes, of whole turns the rest, without what grows otherwise."""
         turning = whole_turns(self.solution)
-        kept = np.setdiff1d(np.flatnonzero(self.shot.problem.returning), turning)
+        kept = np.setdiff1d(np.flatnonzero(self.shot.problem.gain == 0.0), turning)
         circles = np.cos(y[..., turning]), np.sin(y[..., turning])
         return np.concatenate([(y / self.shot.problem.size)[..., kept], *circles], axis=-1)
 

@@ -17,6 +17,7 @@ from mechc.periodic.repeats import (
     UNEVEN,
     is_later_the_same,
     refuse_other_advances,
+    refuse_other_events,
     refuse_other_periods,
     sizes_in,
     whole_turns,
@@ -39,6 +40,11 @@ def periodic(
 ) -> Cycle:  # fmt: skip
     """See :meth:`mechc.Model.periodic`."""
     system, given = model.system, _by_name(model.system, params)
+    if system.attitudes.of_length_one:
+        raise MechcError(
+            f"{model.name} has a quaternion of length one, of which no cycles are searched for: "
+            "describe its attitude by angles, or by a mechc.BallJoint or mechc.FreeJoint"
+        )
     names = (*system.coordinates, *system.speeds)
     words = (*names, "energy", "period")
     held = [checked_word("coordinate, speed or word", each, words) for each in names_of(hold)]
@@ -61,19 +67,20 @@ def periodic(
     )
     autonomous = is_later_the_same(problem, place, UNEVEN * first)
     free = autonomous and law is None and "period" not in held
-    if autonomous and any(part.t0 > t0 for part in sol.segments):
+    kept = frozenset(names.index(name) for name in held if name in names)
+    if autonomous and not kept and any(part.t0 > t0 for part in sol.segments):
         place = place._replace(y=_middle(sol, first))
         sol = simulate(place.y)
     gain, found = _gain(sol, place, grown, free)
     refuse_other_advances(sol, gain)
     energy = float(sol.model.energy(place.y, given)) if "energy" in held else None
-    kept = frozenset(names.index(name) for name in held if name in names)
     problem = replace(
         problem, autonomous=autonomous, free=free, gain=gain, held=kept, energy=energy,
         tempo=found,
     )  # fmt: skip
     place = place._replace(period=found)
     refuse_other_periods(problem, place)
+    refuse_other_events(problem, place)
     try:
         return Cycle(search(problem, place, tol, most), tol)
     except NoCycleError as error:

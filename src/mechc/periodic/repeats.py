@@ -46,8 +46,25 @@ def refuse_other_advances(sol: Any, gain: Array) -> None:
     if not _same_shifted(sol, shift):
         names = [n for n, by in zip(sol.system.coordinates, shift, strict=False) if by]
         raise ValueOutOfBoundsError(
-            f"advance: what grows in a period must change nothing else, but accelerations depend "
-            f"on {' or '.join(names)}, also after this advance"
+            f"advance: accelerations depend on {' or '.join(names)}, and differ after this "
+            "advance: the motion does not repeat"
+        )
+
+
+def refuse_other_events(problem: Shooting, place: Trial) -> None:
+    """Raise :class:`ValueOutOfBoundsError` if a motion that begins farther by what coordinates grow
+    by has other events or contacts."""
+    shift = np.where(np.isnan(problem.gain), UNEVEN * problem.size, problem.gain)
+    if not shift.any():
+        return
+    one, two = (
+        problem.simulate(place._replace(y=place.y + by)).record.ends()[1][1]
+        for by in (0.0 * shift, shift)
+    )
+    if not (np.abs(two - one - shift) < SAME * problem.size).all():
+        raise ValueOutOfBoundsError(
+            "what coordinates grow by in a period changes the motion, though no acceleration "
+            "depends on it: an event or a contact does"
         )
 
 

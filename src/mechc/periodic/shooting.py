@@ -188,7 +188,12 @@ class Shot:
             return rows
         sides = STEP * np.diag(self.problem.size)
         slopes = self._excess(self.place.y + sides) - self._excess(self.place.y - sides)
-        return np.vstack([rows, slopes / (2.0 * STEP) @ start])
+        energy = slopes / (2.0 * STEP) @ start
+        if self.problem.parameter:  # the energy of one state changes with it
+            sides = self.place.value + np.array([STEP, -STEP]) * self.problem.width
+            ahead, behind = (self._excess(self.place.y, value) for value in sides.tolist())
+            energy[-1] += (ahead - behind) / (2.0 * STEP)
+        return np.vstack([rows, energy])
 
     def after(self, change: Array) -> Trial:
         """The place after a change of its coordinates (nq + nu + 2,), with its loops closed.
@@ -258,8 +263,9 @@ class Shot:
         params, t0 = self.problem.parameters_at(value), self.problem.t0
         return np.asarray(model.assemble(coordinates, speeds, guess, params, t=t0))
 
-    def _excess(self, y: Array) -> Array:
+    def _excess(self, y: Array, value: float | None = None) -> Array:
         """The energy of states (..., nq + nu) beyond that which is held, over its size."""
         held = self.problem.energy or 0.0
-        found = self.sol.model.energy(y, self.problem.parameters_at(self.place.value))
+        value = self.place.value if value is None else value
+        found = self.sol.model.energy(y, self.problem.parameters_at(value))
         return np.asarray((found - held) / (abs(held) or 1.0))

@@ -73,7 +73,7 @@ class Design:
         driven = self.problem.driven
         given = {driven: named.pop(driven), **self.problem.kept}
         near = {name: value for name, value in named.items() if name not in given}
-        return np.asarray(self.model.assemble(given, speeds, near, self.params))
+        return np.asarray(self.model.assemble(given, speeds, near, self.params, self.problem.t))
 
     def to_json(self) -> dict[str, Any]:
         """Numbers and words as JSON data."""

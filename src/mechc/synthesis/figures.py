@@ -59,7 +59,8 @@ def _draw_values(axes: Any, design: Any, one: Any) -> None:
     y = problem.states(sweep.q)
     outputs = {}
     if one.output is not None:
-        outputs = {one.output: system.evaluate(one.output, y, sweep.p).reshape(len(y), -1)}
+        found = system.evaluate(one.output, y, sweep.p, problem.t)
+        outputs = {one.output: found.reshape(len(y), -1)}
     lines = one.on(y, outputs) - design.zeros.get(one.name, 0.0)
     for column in range(lines.shape[1]):
         asked = one.values[:, column]

@@ -41,11 +41,11 @@ def screen(problem: SynthesisProblem, count: int, seed: int, span: tuple[float, 
     """
     share = np.random.default_rng(seed).random((count, len(problem.names)))
     x = problem.lower + share * (problem.upper - problem.lower)
-    parts = []
-    for number, first in enumerate(range(0, count, BLOCK)):
+    parts, block = [], min(BLOCK, -(-count // STARTS))
+    for number, first in enumerate(range(0, count, block)):
         inside = 0.0 if problem.conditions.turns else (number % STARTS + 0.5) / STARTS
         start = span[0] + inside * (span[1] - span[0])
-        members = x[first : first + BLOCK]
+        members = x[first : first + block]
         parts.append(_near_targets(problem, members, *_curves(problem, members, start, span)))
     z, q, cost = (np.concatenate(each) for each in zip(*parts, strict=True))
     best = np.argsort(cost, kind="stable")

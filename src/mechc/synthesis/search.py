@@ -167,6 +167,8 @@ def judge(
     if conditions.ordered and not way.in_order:
         broken.append("the positions are not passed in their order")
     points = sweep.points
+    if stops and not broken and (conditions.joints or conditions.box is not None):
+        broken.append("the linkage stops on its way, so conditions are not judged all along it")
     for joint, least in () if stops else conditions.joints:
         found = float(transmission_angle(points, joint)[0].min())
         if found < least - MET:
@@ -194,13 +196,18 @@ class _Passage:
 def _passage(problem: SynthesisProblem, s: Array) -> _Passage:
     """The way past the driven values (n,) in their order, by whole turns of an angle, if any."""
     turn, full = 2 * np.pi, problem.conditions.turns
+    wraps = problem.system.angular[problem.place] and not (problem.timed and np.ptp(s) > turn)
+    ways = list[_Passage]()
     for side in (1.0, -1.0):
         steps = side * np.diff(s)
-        if problem.system.angular[problem.place]:
+        if wraps:
             steps = np.where(steps % turn > turn - SAME_PLACE, 0.0, steps % turn)
         ahead = np.append(0.0, np.cumsum(steps))
-        if (steps >= 0.0).all() and ahead[-1] <= turn + SAME_PLACE:
-            return _Passage(0, side, ahead, True, turn if full else float(ahead[-1]))
+        if (steps >= 0.0).all() and (not wraps or ahead[-1] <= turn + SAME_PLACE):
+            reach = float(ahead[-1])
+            ways.append(_Passage(0, side, ahead, True, max(turn, reach) if full else reach))
+    if ways:
+        return min(ways, key=lambda way: way.ahead[-1])
     first = 0 if full else int(np.argmin(s))
     ahead = (s - s[first]) % turn if full else s - s[first]
     return _Passage(first, 1.0, ahead, False, turn if full else float(ahead.max()))

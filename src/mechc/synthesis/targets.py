@@ -196,7 +196,8 @@ def _extent(values: Array, kind: Kind) -> float:
     """By what deviations are divided by default: a radian, or the extent of the values."""
     if kind is Kind.ANGLE:
         return 1.0
-    extent = float(np.linalg.norm(np.nanmax(values, axis=0) - np.nanmin(values, axis=0)))
+    asked = values[:, ~np.isnan(values).all(axis=0)]
+    extent = float(np.linalg.norm(np.nanmax(asked, axis=0) - np.nanmin(asked, axis=0)))
     return extent or float(np.nanmax(np.abs(values))) or 1.0
 
 

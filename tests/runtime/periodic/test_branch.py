@@ -89,3 +89,13 @@ def test_the_drives_frequency_is_followed_by_a_period_that_follows_it():
     fixed = driven_pendulum().periodic(cycle.y0, 1.0, given)
     with pytest.raises(mechc.ValueOutOfBoundsError, match=r"period='2\*pi/Omega'"):
         fixed.follow("Omega", (2 * np.pi, 7.0))
+
+
+def test_arguments_that_lead_to_no_branch_are_refused():
+    cycle = van_der_pol().periodic({"q": 2.0}, 6.5)
+    with pytest.raises(mechc.ValueOutOfBoundsError, match="time drives the motion where A"):
+        cycle.follow("A", (0.0, 0.5))
+    with pytest.raises(mechc.ValueOutOfBoundsError, match="already at the second end"):
+        cycle.follow("mu", (0.5, 1.0))
+    with pytest.raises(mechc.MechcError, match="step"):
+        cycle.follow("mu", (1.0, 0.5), step=-0.1)

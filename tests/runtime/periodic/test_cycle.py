@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from sympy import cos, pi
+from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
 from tests.support.pendulums import driven_pendulum, van_der_pol, walker
@@ -65,3 +67,18 @@ def test_a_cycle_prints_its_numbers():
     assert "multiplier" in str(cycle)
     assert repr(cycle) == "<mechc.Cycle of van_der_pol: period 6.66328686 s, stable>"
     assert cycle.solution.y[-1] == pytest.approx(cycle.y0, abs=1e-9)
+
+
+def test_a_relaxation_oscillation_is_reached_from_everywhere():
+    """It leaps: points of the curve at even distances in time are far apart there."""
+    cycle = van_der_pol().periodic({"q": 2.0}, 19.0, {"mu": 10.0})
+    starts = np.random.default_rng(2).uniform(-3, 3, (20, 2))
+    assert (cycle.basin(starts, periods=6) == 0).all()
+
+
+def test_what_grows_by_a_given_length_is_not_compared():
+    q, u = dynamicsymbols("q u")
+    push = 1 - u + 0.3 * cos(2 * pi * dynamicsymbols._t)
+    belt = mechc.compile(mechc.from_equations([q], [u], None, [push], name="belt"))
+    cycle = belt.periodic({"q": 0.0, "u": 1.0}, 1.0, advance={"q": 1.0})
+    assert (cycle.basin([[0.3, 0.0], [0.0, 3.0]], periods=30) == 0).all()

@@ -5,7 +5,7 @@ import pytest
 from scipy.special import ellipk
 
 import mechc
-from tests.support.pendulums import driven_pendulum, van_der_pol, walker
+from tests.support.pendulums import driven_pendulum, pendulum, van_der_pol, walker
 
 HALF_PERIOD = 1.6607240639610833  # s, of the regular four-bar from rest at 85 degrees; see its data
 PLAIN = {"gamma": 0.0, "beta": 0.0}  # neither driven nor damped
@@ -98,3 +98,20 @@ def test_a_guess_that_does_not_last_a_period_is_refused():
 def test_wrong_arguments_are_refused(wrong, error):
     with pytest.raises(error):
         van_der_pol().periodic({"q": 2.0}, **{"period": 6.6, **wrong})
+
+
+def test_whole_turns_that_an_event_notices_are_no_cycle():
+    once = mechc.Event("q - 5", reset={"u": "30"})
+    with pytest.raises(mechc.ValueOutOfBoundsError, match="an event or a contact does"):
+        driven_pendulum().periodic({"q": 0.0, "u": 25.0}, 0.3, PLAIN, events=[once])
+
+
+def test_the_energy_that_is_held_changes_with_the_parameter_that_is_followed():
+    swing = mechc.compile(pendulum())
+    cycle = swing.periodic({"q": 1.0}, 2.1, hold=["energy"], rtol=1e-12)
+    branch = cycle.follow("l", (1.0, 1.5), step=0.02, most=3)
+    low, middle, high = (swing.energy(cycle.y0, {"l": l}) for l in (0.999, 1.0, 1.001))
+    slope = 0.5 * (high - low) / 0.002 / abs(middle)  # over its size and the ends' distance
+    assert branch[0].shot.jacobian[-1, -1] == pytest.approx(slope, rel=1e-5)
+    energies = [swing.energy(one.y0, one.params) for one in branch]
+    np.testing.assert_allclose(energies, energies[0], rtol=1e-7)

@@ -256,6 +256,7 @@ OPTIONS = {
     "crank_speed": {"Omega_0"},
     "friction": {"c_0", "c_1", "c_2", "c_3"},
     "coupler_point": {"x_C", "y_C"},
+    "placed": {"x_O", "y_O", "alpha"},
 }
 
 
@@ -285,6 +286,7 @@ def test_an_option_brings_its_parameters_and_is_gone_without(option: str) -> Non
             "friction": {"forcing"},
             "crank_speed": speeds,
             "coupler_point": points,
+            "placed": {"constraints", "points", "angular_momenta", "potential_energy"},
         }[option]
     )
 

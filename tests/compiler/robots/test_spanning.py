@@ -1,6 +1,7 @@
 """A graph of joints has one motion, whichever of its joints are cut, and the choice is known."""
 
 from dataclasses import replace
+from time import perf_counter
 
 import numpy as np
 import pytest
@@ -193,3 +194,49 @@ def test_cuts_make_no_difference_on_a_free_base_and_with_symbols(options):
     if "floating" in options:
         one = at_start(robot, **options)
     check_same_motion(one, other)
+
+
+def motions(robot, cuts):
+    """For each set of cuts the places of the links after the motion of a second, and its seconds,
+    the least of many runs in turn."""
+    runs, places = [], []
+    for cut in cuts:
+        model = mechc.compile(mechanism_of(robot, cut=cut), outputs=("points",))
+        start = model.assemble()
+        last = model.simulate(MOTION, start, rtol=1e-12).y[-1]
+        of_links = [model.point_names.index(name) for name in robot.links]
+        places.append(model.points(last)[of_links])
+        runs.append(lambda model=model, start=start: model.simulate(MOTION, start))
+    seconds = np.full(len(runs), np.inf)
+    for _ in range(ROUNDS):
+        for number, run in enumerate(runs):
+            begun = perf_counter()
+            run()
+            seconds[number] = min(seconds[number], perf_counter() - begun)
+    return places, seconds
+
+
+MOTION, ROUNDS, MOST_TREES = 1.0, 40, 12
+SAME_MOTION, SLOWER = 1e-9, 1.5
+
+
+@pytest.mark.slow
+@pytest.mark.thorough
+@pytest.mark.parametrize("name", MACHINES)
+def test_motions_of_all_trees_are_one_and_that_of_the_chosen_one_is_fast(name, capsys):
+    """All spanning trees, or of many a dozen; the chosen one takes at most 1.5 times the least."""
+    robot = MACHINES[name]
+    chosen = mechanism_of(robot).cuts
+    others = [cut for cut in cut_sets(robot) if {*cut} != {*chosen}]
+    others = others[:: max(1, -(-len(others) // MOST_TREES))]
+    places, seconds = motions(robot, [chosen, *others])
+    apart = max(abs(each - places[0]).max() for each in places)
+    ratio = seconds[0] / seconds.min()
+    with capsys.disabled():
+        print(
+            f"\n{name:14s} {len(seconds):3d} trees, apart {apart:.1e} m, "
+            f"chosen {1e3 * seconds[0]:.3f} ms, {ratio:.2f} of the fastest, "
+            f"{seconds[0] / seconds.max():.2f} of the slowest"
+        )
+    assert apart < SAME_MOTION
+    assert ratio < SLOWER

@@ -13,8 +13,8 @@ pytestmark = pytest.mark.slow  # compiles much
 BY = ["l_3", "m_1", "g", "theta_0", "omega_0"]
 # Methods for scenes with loops.
 SPANS = {"gauss8": 40.0, LOCKSTEP: 100.0, "dop853": 40.0, "dopri5": 10.0, "radau5": 3.0}
-LITTLE = {  # bytes
-    "gauss8": 2e5, LOCKSTEP: 1.4e5, "dop853": 1.1e5, "dopri5": 1.1e5, "radau5": 3e5,
+LITTLE = {  # bytes; saved states are larger where lanes are wider
+    "gauss8": 1.6e5, LOCKSTEP: 1.4e5, "dop853": 1.3e5, "dopri5": 1.3e5, "radau5": 3e5,
 }  # fmt: skip
 OBJECTIVES = ({"end": "kinetic_energy"}, {"end": "kinetic_energy", "integral": "kinetic_energy"})
 

@@ -168,6 +168,16 @@ MECHC_STATIC void mechc_lengthen(mechc_integration *run, double h, double error,
     run->refused = 0;
 }
 
+/* The error of a step, or that beside its ends where this refuses it: steps that are accepted keep theirs. */
+MECHC_STATIC double mechc_with_ends(const mechc_integration *run, double h, double error)
+{
+    const int start = !mechc_is_at_switch(run->switches.at_start);
+    const int end = !mechc_is_at_switch(run->switches.at_end);
+    if (!run->current->ends_error || !(error <= run->allowed)) return error;
+    const double beside = run->current->ends_error(run, h, start, end);
+    return beside > run->allowed ? beside : error;
+}
+
 /* Make one attempt; returns the run's status after it. */
 MECHC_STATIC int mechc_attempt(mechc_integration *run)
 {
@@ -185,12 +195,10 @@ MECHC_STATIC int mechc_attempt(mechc_integration *run)
     run->monitor.least = run->monitor.most = run->monitor.first;
     memcpy(run->monitor.q, run->y, sizeof run->monitor.q);
     const int status = run->current->step(run, h, end);
-    double error = status == MECHC_RUNNING ? run->current->error(run, h, end) : HUGE_VAL;
-    if (mechc_cut_at_switch(run, h, end, status, error)) return run->head.status;
+    const double inner = status == MECHC_RUNNING ? run->current->error(run, h, end) : HUGE_VAL;
+    if (mechc_cut_at_switch(run, h, end, status, inner)) return run->head.status;
     if (status != MECHC_RUNNING) return mechc_fail(run, h, status);
-    if (run->current->ends_error && error <= run->allowed)
-        error = mechc_max(error, run->current->ends_error(run, h, !mechc_is_at_switch(run->switches.at_start),
-                                                          !mechc_is_at_switch(run->switches.at_end)));
+    const double error = mechc_with_ends(run, h, inner);
     run->step = fabs(h);
     const double factor = mechc_limited_factor(run, error);
     if (!(error <= run->allowed)) return mechc_shorten(run, h, end, error, factor);

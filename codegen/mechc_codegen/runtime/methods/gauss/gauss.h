@@ -441,13 +441,9 @@ MECHC_STATIC void mechc_gauss_make(mechc_integration *run)
 {
     mechc_gauss *g = mechc_gauss_of(run);
     memset(g, 0, sizeof *g);
-    for (int j = 0; j < MECHC_STAGES; j++) {
-        const double top = mechc_gauss_top[j], next = mechc_gauss_next[j];
-        const int from_end = MECHC_STAGES - 1 - j;
-        g->columns[j] = (mechc_sums){mechc_gauss_weights[j], mechc_gauss_second_weights[j], top, next};
-        g->ends_columns[j] =
-            (mechc_sums){mechc_gauss_continued[from_end], mechc_gauss_continued[j], top, next};
-    }
+    for (int j = 0; j < MECHC_STAGES; j++)
+        g->columns[j] = (mechc_sums){mechc_gauss_weights[j], mechc_gauss_second_weights[j],
+                                     mechc_gauss_top[j], mechc_gauss_next[j]};
     for (int i = 0; i < MECHC_NP; i++) g->given.p[i] = mechc_spread(run->given.p[i]);
     for (int i = 0; i < MECHC_CONSTANTS; i++) g->given.k[i] = mechc_spread(run->given.k[i]);
     mechc_gauss_take_inputs(g, run);

@@ -309,8 +309,8 @@ MECHC_ONCE void mechc_gauss_lanes_step(mechc_lockstep *a)
     a->evaluations += 1;
 }
 
-/* Root of the step's error over what is tolerated, squared: also by what the rates do beside its ends, see
- * mechc_gauss_ends_error. */
+/* Root of the step's error over what is tolerated, squared, or of that beside its ends where this refuses
+ * it: see mechc_gauss_ends_error. */
 MECHC_INLINE mechc_vector mechc_gauss_lanes_error(mechc_lockstep *a)
 {
     const mechc_gauss_lanes *g = (const mechc_gauss_lanes *)a;
@@ -330,8 +330,9 @@ MECHC_INLINE mechc_vector mechc_gauss_lanes_error(mechc_lockstep *a)
         squares += (top * top + next * next) * g->error_weights[k];
         most = mechc_greater(most, g->weights[k] * (off - MECHC_GAUSS_CONTINUES * left));
     }
-    const mechc_vector error = mechc_greater(a->h * a->h * squares, mechc_gauss_nodes[0] * most);
-    return mechc_choose(g->failed, mechc_spread(HUGE_VAL), error);
+    const mechc_vector inner = a->h * a->h * squares, beside = mechc_gauss_nodes[0] * most;
+    const mechc_mask refused = (inner <= 1.0) & ~(beside <= 1.0);
+    return mechc_choose(g->failed, mechc_spread(HUGE_VAL), mechc_choose(refused, beside, inner));
 }
 
 MECHC_INLINE mechc_mask mechc_gauss_lanes_limited(const mechc_lockstep *a)

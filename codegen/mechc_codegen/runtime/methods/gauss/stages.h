@@ -41,7 +41,6 @@ enum { MECHC_UNPROJECTED, MECHC_CLOSE_AFTER, MECHC_CLOSE_BEFORE };
 /* Integral and second integral to the step's end, Legendre coefficients of degrees 7 and 6. */
 typedef double mechc_sums __attribute__((vector_size(32)));
 enum { MECHC_ONCE_INTEGRATED, MECHC_TWICE_INTEGRATED, MECHC_DEGREE_7, MECHC_DEGREE_6 };
-enum { MECHC_CONTINUED_TO_START, MECHC_CONTINUED_TO_END }; /* in place of the integrals: the polynomial at the step's ends */
 
 /* Scenes so large go over to radau5 where they are stiff. */
 #define MECHC_NEWTON (MECHC_UNKNOWNS <= 32)
@@ -53,7 +52,7 @@ typedef struct {
     mechc_vector q[MECHC_NQ][MECHC_BLOCKS];    /* stages as last evaluated */
     mechc_vector turns[MECHC_BLOCKS][MECHC_AT_LEAST_ONE(3 * MECHC_TURNS)]; /* see sine_cosine.h */
     mechc_vector shift[MECHC_NQ][MECHC_BLOCKS]; /* changes of q that close their loops */
-    mechc_sums columns[MECHC_STAGES], ends_columns[MECHC_STAGES];
+    mechc_sums columns[MECHC_STAGES];
     double rates[MECHC_UNKNOWNS][MECHC_STAGES];
     double ends[MECHC_UNKNOWNS]; /* rates at the last accepted end */
     double least[MECHC_STAGES]; /* conditioning, squared */
@@ -83,19 +82,15 @@ typedef struct {
     double tried[MECHC_UNKNOWNS][MECHC_STAGES]; /* rates of the last accepted step */
 } mechc_gauss;
 
-MECHC_INLINE void mechc_gauss_weighted(const mechc_sums *columns, const double *x, mechc_sums *sums)
-{
-    mechc_sums even = columns[0] * x[0], odd = columns[1] * x[1];
-    for (int j = 2; j < MECHC_STAGES; j += 2) {
-        even += columns[j] * x[j];
-        odd += columns[j + 1] * x[j + 1];
-    }
-    *sums = even + odd;
-}
-
 MECHC_INLINE void mechc_gauss_sums(const mechc_gauss *g, int unknown, mechc_sums *sums)
 {
-    mechc_gauss_weighted(g->columns, g->rates[unknown], sums);
+    const double *x = g->rates[unknown];
+    mechc_sums even = g->columns[0] * x[0], odd = g->columns[1] * x[1];
+    for (int j = 2; j < MECHC_STAGES; j += 2) {
+        even += g->columns[j] * x[j];
+        odd += g->columns[j + 1] * x[j + 1];
+    }
+    *sums = even + odd;
 }
 
 /* Stage values of one block before any projection. */

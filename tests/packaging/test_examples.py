@@ -7,7 +7,7 @@ import pytest
 
 from tests.support import ROOT
 
-pytestmark = pytest.mark.slow(cases=20)  # each is a program
+pytestmark = pytest.mark.slow(cases=5)  # each is a program
 SHOWN = {
     "balancing_controller": r"in a batch the first of 20 ends 0\.0e\+00 apart(?s:.)*"
     r"finished after 600 instants; the stepper ends \d\.\de-1\d apart",

@@ -17,7 +17,7 @@ STATES = 20
 
 
 @pytest.fixture(
-    params=[*ALWAYS, *(pytest.param(name, marks=pytest.mark.slow(cases=12)) for name in SLOW)]
+    params=[*ALWAYS, *(pytest.param(name, marks=pytest.mark.slow(cases=6)) for name in SLOW)]
 )
 def script(request):
     """What a model's script holds."""

@@ -81,9 +81,8 @@ def test_friction_that_slides(method, rtol, steps):
     np.testing.assert_allclose(back.y[-1], sol(11.0), atol=rtol + 1e-12)
 
 
-@pytest.mark.parametrize(
-    "family", [laws.hidden_jumps, pytest.param(laws.narrow_features, marks=pytest.mark.thorough)]
-)
+@pytest.mark.thorough
+@pytest.mark.parametrize("family", [laws.hidden_jumps, laws.narrow_features])
 def test_jumps_without_a_sign_and_narrow_features(family):
     """The cases of the stress suite at rtol 1e-9: all of them are right."""
     for row in family(quick=True):

@@ -149,7 +149,7 @@ def check_same_motion(one, other):
 
 
 FAST = ("four_bar", "with_ball", "cylindrical", "gripper")
-SLOW = [pytest.param(n, marks=pytest.mark.slow(cases=9)) for n in MACHINES if n not in FAST]
+SLOW = [pytest.param(n, marks=pytest.mark.slow(cases=4)) for n in MACHINES if n not in FAST]
 
 
 @pytest.mark.parametrize("name", [*FAST, *SLOW])

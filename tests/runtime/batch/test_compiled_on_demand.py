@@ -56,6 +56,7 @@ def test_odd_names_are_stored_and_read_again(model, tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.thorough
 @pytest.mark.parametrize("sensitivities", [(), ("l",)])
 def test_outputs_compiled_on_demand_are_stored_and_sent(tmp_path, sensitivities):
     pytest.importorskip("xarray")

@@ -137,6 +137,7 @@ def test_zig_keeps_the_c_library_where_it_can_write(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
+@pytest.mark.thorough
 def test_what_it_compiles_moves_as_what_another_compiler_made(monkeypatch, request):
     """By all methods; from a cache where another compiler's has another key."""
     ends, keys = [], []

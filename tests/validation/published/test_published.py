@@ -64,7 +64,7 @@ def test_the_other_formulation_gives_the_converged_signals(name):
         assert np.allclose(values, stored[signal], rtol=0, atol=1e-9)
 
 
-@pytest.mark.slow(cases=8)
+@pytest.mark.slow(cases=4)
 @pytest.mark.parametrize("name", CASES)
 def test_joints_carry_the_loads_that_adams_recorded(name):
     judge(compare.joint_row(name))
@@ -77,7 +77,7 @@ def test_joints_carry_the_loads_that_adams_recorded(name):
             name,
             marks=pytest.mark.thorough
             if name == "PlanarLoops_analytic"
-            else pytest.mark.slow(cases=8),
+            else pytest.mark.slow(cases=4),
         )
         for name in compare.EXAMPLES
     ],

@@ -38,7 +38,7 @@ RUNTIME_LAW = {
     "differentiable": {"system", "simulation", "sensitivities"},
     "outputs": {"system", "inputs"},
     "configurations": {"outputs", "system", "assembly", "analysis"},
-    "syntheses": {"configurations", "system", "simulation", "fitting", "synthesis"},
+    "syntheses": {"configurations", "system", "assembly", "simulation", "fitting", "synthesis"},
     "fits": {"syntheses", "system", "simulation", "fitting", "differentiable", "periodic"},
     "batches": {"fits", "system", "simulation", "batch"},
     "model": {"batches", "configurations", "outputs", "system", "assembly", "compilation",

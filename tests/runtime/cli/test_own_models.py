@@ -88,7 +88,7 @@ def test_what_cannot_be_a_model_is_told(capsys, name, told):
 
 def test_options_are_of_the_library(capsys):
     assert main(["run", "own.py:swing", "--with", "friction"]) == 2
-    assert "has no options" in capsys.readouterr().err
+    assert "has no such option" in capsys.readouterr().err
 
 
 def test_a_compiled_model_is_exported_from_its_description(here):

@@ -98,7 +98,7 @@ class _ModelWithInputs:
             if np.abs(apart).max(initial=0.0) > LINEAR * size:
                 raise MechcError(
                     f"the equations are not linear in {name} up to {value:.6g}, which the motion "
-                    "needs: a motor's bound (effort='saturate') is below that"
+                    "needs, as beyond a motor's bound (effort='saturate')"
                 )
 
     def forces(self) -> tuple[Array, Array]:

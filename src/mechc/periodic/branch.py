@@ -65,8 +65,8 @@ class SpecialPoint:
         )  # fmt: skip
         way = self.cycle.direction(1.0 - 2.0 * (twice - 1))
         row = np.append(way / np.linalg.norm(way), np.zeros(2))
-        place = shot.place._replace(period=twice * shot.place.period)
-        far = Shot(problem, place, self.cycle.solution).after(size * row)
+        trial = shot.trial._replace(period=twice * shot.trial.period)
+        far = Shot(problem, trial, self.cycle.solution).after(size * row)
         try:
             return type(self.cycle)(search(problem, far, self.cycle.tol, 40, row), self.cycle.tol)
         except NoCycleError as error:
@@ -109,7 +109,7 @@ class CycleBranch:
     @property
     def values(self) -> Array:
         """Values (n,) of the parameter."""
-        return np.array([cycle.shot.place.value for cycle in self.cycles])
+        return np.array([cycle.shot.trial.value for cycle in self.cycles])
 
     @property
     def periods(self) -> Array:
@@ -151,7 +151,7 @@ class _Stage:
 
     @cached_property
     def tangent(self) -> Array:
-        """The direction of the branch in a place's coordinates."""
+        """The direction of the branch in a trial's coordinates."""
         shot = self.cycle.shot
         _, sizes, rows = np.linalg.svd(shot.jacobian)
         rank = int((sizes > rounding(shot.problem) * sizes.max(initial=0.0)).sum())
@@ -169,14 +169,14 @@ class _Stage:
         return self.search_near(length * self.tangent, self.tangent)
 
     def search_near(self, change: Array, row: Array) -> _Stage:
-        """The stage near a change of the place's coordinates, as far along a row."""
+        """The stage near a change of the trial's coordinates, as far along a row."""
         shot, tol = self.cycle.shot, self.cycle.tol
         near = search(shot.problem, shot.after(change), tol, ITERATIONS, row)
         return _Stage(type(self.cycle)(near, tol), self.tangent)
 
     @property
     def value(self) -> float:
-        return float(self.cycle.shot.place.value)
+        return float(self.cycle.shot.trial.value)
 
 
 def follow(
@@ -224,9 +224,9 @@ def _begin(
         raise ValueOutOfBoundsError(
             f"{parameter} = {now:g} is already at the second end, towards which the branch begins"
         )
-    place = shot.place._replace(value=now)
-    beside = place._replace(value=now + 1e-3 * (last - first))
-    if problem.autonomous and not is_later_the_same(problem, beside, UNEVEN * place.period):
+    trial = shot.trial._replace(value=now)
+    beside = trial._replace(value=now + 1e-3 * (last - first))
+    if problem.autonomous and not is_later_the_same(problem, beside, UNEVEN * trial.period):
         raise ValueOutOfBoundsError(
             f"time drives the motion where {parameter} is not {now:g}: begin with a cycle of the "
             "driven motion"
@@ -235,7 +235,7 @@ def _begin(
         refuse_other_periods(problem, beside)
     towards = np.zeros(len(problem.size) + 2)
     towards[-1] = np.sign(last - first)
-    own = type(cycle)(Shot(problem, place, cycle.solution), cycle.tol)
+    own = type(cycle)(Shot(problem, trial, cycle.solution), cycle.tol)
     return [_Stage(own, towards)], (first, last)
 
 
@@ -270,16 +270,16 @@ def _locate(kind: str, test: Callable[[_Stage], float], one: _Stage, two: _Stage
     """The point between two stages at which a test function is zero."""
     from scipy.optimize import brentq
 
-    places = [one.cycle.shot.problem.coordinates(stage.cycle.shot.place) for stage in (one, two)]
-    whole = float(one.tangent @ (places[1] - places[0]))
+    ends = [one.cycle.shot.problem.coordinates(stage.cycle.shot.trial) for stage in (one, two)]
+    whole = float(one.tangent @ (ends[1] - ends[0]))
     try:
-        place = brentq(
-            lambda length: test(one.ahead(length) if length else one), 0.0, whole,
+        length = brentq(
+            lambda along: test(one.ahead(along) if along else one), 0.0, whole,
             xtol=LOCATED * whole,
         )  # fmt: skip
     except ValueError:  # the point is beyond the last of these stages, which is not quite ``two``
         raise MechcError(f"a {kind} could not be located") from None
-    found = one.ahead(place)
+    found = one.ahead(length)
     return SpecialPoint(kind, found.value, found.cycle)
 
 

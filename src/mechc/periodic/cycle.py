@@ -40,8 +40,8 @@ class Cycle:
 
     def __init__(self, shot: Shot, tol: float) -> None:
         self.shot, self.tol, self.solution = shot, tol, shot.sol
-        self.model, self.y0, self.period = shot.sol.model, shot.place.y, shot.place.period
-        self.params: Mapping[str, Any] = shot.problem.parameters_at(shot.place.value)
+        self.model, self.y0, self.period = shot.sol.model, shot.trial.y, shot.trial.period
+        self.params: Mapping[str, Any] = shot.problem.parameters_at(shot.trial.value)
         self.closure = float(np.abs(shot.residual).max(initial=0.0))
 
     def samples(self, count: int) -> Array:
@@ -65,7 +65,7 @@ class Cycle:
             self.shot.problem, held=frozenset(), energy=None, free=False, law=None, parameter="",
             params=self.params,
         )  # fmt: skip
-        shot = Shot(problem, self.shot.place, self.solution)
+        shot = Shot(problem, self.shot.trial, self.solution)
         start, end, _ = shot.columns
         ones = [shot.flow] if problem.autonomous else []
         for places in self.model.system.attitudes.multiples:  # of any length, which stays

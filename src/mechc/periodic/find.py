@@ -61,28 +61,28 @@ def periodic(
             f"the guess does not last a period of {first:.6g} s: {sol.status.headline}. Begin "
             "nearer to a cycle"
         )
-    place, nothing = Trial(sol.record.ends()[1][0], first), np.zeros(len(names))
+    trial, nothing = Trial(sol.record.ends()[1][0], first), np.zeros(len(names))
     problem = Shooting(
         model, given, t0, run, law, False, False, nothing, frozenset(), None, sizes_in(sol), first
     )
-    autonomous = is_later_the_same(problem, place, UNEVEN * first)
+    autonomous = is_later_the_same(problem, trial, UNEVEN * first)
     free = autonomous and law is None and "period" not in held
     kept = frozenset(names.index(name) for name in held if name in names)
     if autonomous and not kept and any(part.t0 > t0 for part in sol.segments):
-        place = place._replace(y=_middle(sol, first))
-        sol = simulate(place.y)
-    gain, found = _gain(sol, place, grown, free)
+        trial = trial._replace(y=_middle(sol, first))
+        sol = simulate(trial.y)
+    gain, found = _gain(sol, trial, grown, free)
     refuse_other_advances(sol, gain)
-    energy = float(sol.model.energy(place.y, given)) if "energy" in held else None
+    energy = float(sol.model.energy(trial.y, given)) if "energy" in held else None
     problem = replace(
         problem, autonomous=autonomous, free=free, gain=gain, held=kept, energy=energy,
         tempo=found,
     )  # fmt: skip
-    place = place._replace(period=found)
-    refuse_other_periods(problem, place)
-    refuse_other_events(problem, place)
+    trial = trial._replace(period=found)
+    refuse_other_periods(problem, trial)
+    refuse_other_events(problem, trial)
     try:
-        return Cycle(search(problem, place, tol, most), tol)
+        return Cycle(search(problem, trial, tol, most), tol)
     except NoCycleError as error:
         raise MechcError(str(error)) from None
 
@@ -131,12 +131,12 @@ def _middle(sol: Any, period: float) -> Array:
     return np.array(sol(0.5 * (longest.t0 + longest.t1)))
 
 
-def _gain(sol: Any, place: Trial, advances: Mapping[int, float], free: bool) -> tuple[Array, float]:
+def _gain(sol: Any, trial: Trial, advances: Mapping[int, float], free: bool) -> tuple[Array, float]:
     """Growth of components, and the period: where it is free, that of the nearest return."""
-    low, high = (share * place.period for share in (RETURNS if free else (1.0, 1.0)))
+    low, high = (share * trial.period for share in (RETURNS if free else (1.0, 1.0)))
     start, end = sol.span
     after = np.linspace(low, min(high, end - start), SAMPLES if free else 1)
-    grown = sol(np.minimum(start + after, end)) - place.y
+    grown = sol(np.minimum(start + after, end)) - trial.y
     gains = np.zeros_like(grown)
     turning = whole_turns(sol)
     gains[:, turning] = TURN * np.round(grown[:, turning] / TURN)

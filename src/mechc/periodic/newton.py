@@ -29,26 +29,26 @@ class NoCycleError(MechcError):
 
 
 def search(
-    problem: Shooting, place: Trial, tol: float, most: int, row: Array | None = None
+    problem: Shooting, trial: Trial, tol: float, most: int, row: Array | None = None
 ) -> Shot:
-    """The cycle near a place; ``row``: a direction of the place's coordinates that is not moved in.
+    """The cycle near a trial; ``row``: a direction of the trial's coordinates that is not moved in.
 
     Raises :class:`NoCycleError` where none is found, with what was nearest.
     """
-    shot = problem.shoot(place)
+    shot = problem.shoot(trial)
     if shot is None:
         raise NoCycleError(
-            f"the motion from the guess does not last a period of {place.period:.6g} s: "
-            f"{problem.simulate(place).status.headline}. Begin nearer to the cycle"
+            f"the motion from the guess does not last a period of {trial.period:.6g} s: "
+            f"{problem.simulate(trial).status.headline}. Begin nearer to the cycle"
         )
-    level = 0.0 if row is None else float(row @ problem.coordinates(place))
+    level = 0.0 if row is None else float(row @ problem.coordinates(trial))
 
     def residual(one: Shot) -> Array:
-        beyond = [] if row is None else [row @ problem.coordinates(one.place) - level]
+        beyond = [] if row is None else [row @ problem.coordinates(one.trial) - level]
         return np.append(one.residual, beyond)
 
     def error(one: Shot) -> float:
-        within = PERIODS[0] < one.place.period / place.period < PERIODS[1]
+        within = PERIODS[0] < one.trial.period / trial.period < PERIODS[1]
         return _largest(residual(one)) if within else np.inf
 
     for _ in range(most):
@@ -91,12 +91,12 @@ def _nearer(shot: Shot, step: Array, error: Callable[[Shot], float], tol: float)
 
 
 def _try_step(shot: Shot, change: Array) -> Shot | None:
-    """The motion after a change of the place's coordinates; None where there is none."""
+    """The motion after a change of the trial's coordinates; None where there is none."""
     try:
-        place = shot.after(change)
+        trial = shot.after(change)
     except AssemblyError:  # so far the loops do not close
         return None
-    return shot.problem.shoot(place) if place.period > 0.0 else None
+    return shot.problem.shoot(trial) if trial.period > 0.0 else None
 
 
 def _largest(values: Array) -> float:
@@ -117,6 +117,6 @@ def _in_words(shot: Shot) -> str:
         name = names[worst[0]]
         advice += f". If {name} need not return, give advance={{{name!r}: None}}"
     return (
-        f"no cycle was found: the nearest motion, over {shot.place.period:.6g} s, misses its start "
+        f"no cycle was found: the nearest motion, over {shot.trial.period:.6g} s, misses its start "
         f"in {', '.join(told)}. {advice}"
     )

@@ -18,22 +18,22 @@ UNEVEN = 0.3718  # of the sizes: no part of what a motion is likely to repeat af
 SMALL = 1e-3  # rad or lengths: motions of less are measured by it
 
 
-def is_later_the_same(problem: Shooting, place: Trial, delay: float) -> bool:
-    """Whether the motion from a place is the same where it begins later by a delay, s."""
+def is_later_the_same(problem: Shooting, trial: Trial, delay: float) -> bool:
+    """Whether the motion from a trial is the same where it begins later by a delay, s."""
     ends = []
     for asked in (problem, replace(problem, t0=problem.t0 + delay)):
-        sol = asked.simulate(place)
+        sol = asked.simulate(trial)
         if not sol.status.ok:
             return False
         ends.append(sol.record.ends()[1][1])
     return bool((np.abs(ends[1] - ends[0]) < SAME * problem.size).all())
 
 
-def refuse_other_periods(problem: Shooting, place: Trial) -> None:
+def refuse_other_periods(problem: Shooting, trial: Trial) -> None:
     """Raise :class:`ValueOutOfBoundsError` if a driven motion is another one a period later."""
-    if not (problem.autonomous or is_later_the_same(problem, place, place.period)):
+    if not (problem.autonomous or is_later_the_same(problem, trial, trial.period)):
         raise ValueOutOfBoundsError(
-            f"what drives the motion does not repeat after {place.period:.9g} s: give a whole "
+            f"what drives the motion does not repeat after {trial.period:.9g} s: give a whole "
             "number of its periods; where a parameter determines it, as an expression, "
             "period='2*pi/Omega'"
         )
@@ -51,14 +51,14 @@ def refuse_other_advances(sol: Any, gain: Array) -> None:
         )
 
 
-def refuse_other_events(problem: Shooting, place: Trial) -> None:
+def refuse_other_events(problem: Shooting, trial: Trial) -> None:
     """Raise :class:`ValueOutOfBoundsError` if a motion that begins farther by what coordinates grow
     by has other events or contacts."""
     shift = np.where(np.isnan(problem.gain), UNEVEN * problem.size, problem.gain)
     if not shift.any():
         return
     one, two = (
-        problem.simulate(place._replace(y=place.y + by)).record.ends()[1][1]
+        problem.simulate(trial._replace(y=trial.y + by)).record.ends()[1][1]
         for by in (0.0 * shift, shift)
     )
     if not (np.abs(two - one - shift) < SAME * problem.size).all():

@@ -86,20 +86,20 @@ class Shooting:
         p = self.model.system.parameter_set.resolve(self.parameters_at(value))
         return self.repeated * self.law(p)
 
-    def simulate(self, place: Trial) -> Any:
+    def simulate(self, trial: Trial) -> Any:
         """The motion over one period."""
-        span = (self.t0, self.t0 + place.period)
-        return self.model.simulate(span, place.y, self.parameters_at(place.value), **self.run)
+        span = (self.t0, self.t0 + trial.period)
+        return self.model.simulate(span, trial.y, self.parameters_at(trial.value), **self.run)
 
-    def shoot(self, place: Trial) -> Shot | None:
-        """The motion from a place; None where it does not reach its end."""
-        sol = self.simulate(place)
-        return Shot(self, place, sol) if sol.status.ok else None
+    def shoot(self, trial: Trial) -> Shot | None:
+        """The motion from a trial; None where it does not reach its end."""
+        sol = self.simulate(trial)
+        return Shot(self, trial, sol) if sol.status.ok else None
 
-    def coordinates(self, place: Trial) -> Array:
-        """A place as numbers of one size (nq + nu + 2,): start, period, parameter."""
-        times = place.period / self.tempo, place.value / self.width
-        return np.concatenate([place.y / self.size, times])
+    def coordinates(self, trial: Trial) -> Array:
+        """A trial as numbers of one size (nq + nu + 2,): start, period, parameter."""
+        times = trial.period / self.tempo, trial.value / self.width
+        return np.concatenate([trial.y / self.size, times])
 
     @property
     def returning(self) -> Any:
@@ -118,20 +118,20 @@ class Shot:
     parameter where one is followed, all in their units.
     """
 
-    def __init__(self, problem: Shooting, place: Trial, sol: Any) -> None:
-        self.problem, self.place, self.sol = problem, place, sol
+    def __init__(self, problem: Shooting, trial: Trial, sol: Any) -> None:
+        self.problem, self.trial, self.sol = problem, trial, sol
 
     @cached_property
     def gap(self) -> Array:
         """Distance of each component from its return, over its size (nq + nu,)."""
         end = self.sol.record.ends()[1][1]
-        missed: Array = end - self.place.y - np.nan_to_num(self.problem.gain)
+        missed: Array = end - self.trial.y - np.nan_to_num(self.problem.gain)
         return missed / self.problem.size
 
     @cached_property
     def residual(self) -> Array:
         """Zero for a cycle: the gaps of what returns, and that of the energy where it is held."""
-        excess = [] if self.problem.energy is None else [self._excess(self.place.y)]
+        excess = [] if self.problem.energy is None else [self._excess(self.trial.y)]
         return np.append(self.gap[self.problem.returning], excess)
 
     @cached_property
@@ -144,7 +144,7 @@ class Shot:
     @cached_property
     def independent(self) -> list[int]:
         """Components of the start that determine the others; what is fixed is among them."""
-        system, at = self.sol.system, (self.place.y, self.sol.params, self.problem.t0)
+        system, at = self.sol.system, (self.trial.y, self.sol.params, self.problem.t0)
         nq = len(system.coordinates)
         weights = np.array([HELD if self.problem.is_fixed(i) else 1.0 for i in range(len(at[0]))])
         parts = (0, system.constraint_gradient(*at)), (nq, system.constraint_jacobian(*at))
@@ -161,7 +161,7 @@ class Shot:
 
     @cached_property
     def columns(self) -> tuple[Array, Array, Array]:
-        """How start and end (nq + nu, m) and the place's coordinates (nq + nu + 2, m) change along
+        """How start and end (nq + nu, m) and the trial's coordinates (nq + nu + 2, m) change along
         the unknowns."""
         problem, k = self.problem, len(self.unknown)
         m = k + problem.free + bool(problem.parameter)
@@ -174,7 +174,7 @@ class Shot:
         if problem.parameter:
             moved[-1, -1] = 1.0
             if problem.law is not None:
-                sides = self.place.value + np.array([STEP, -STEP]) * problem.width
+                sides = self.trial.value + np.array([STEP, -STEP]) * problem.width
                 ahead, behind = map(problem.period_at, sides.tolist())
                 moved[-2, -1] = (ahead - behind) / (2.0 * STEP * problem.tempo)
         return start, end + np.outer(self.flow, moved[-2]), moved
@@ -187,21 +187,21 @@ class Shot:
         if self.problem.energy is None:
             return rows
         sides = STEP * np.diag(self.problem.size)
-        slopes = self._excess(self.place.y + sides) - self._excess(self.place.y - sides)
+        slopes = self._excess(self.trial.y + sides) - self._excess(self.trial.y - sides)
         energy = slopes / (2.0 * STEP) @ start
         if self.problem.parameter:  # the energy of one state changes with it
-            sides = self.place.value + np.array([STEP, -STEP]) * self.problem.width
-            ahead, behind = (self._excess(self.place.y, value) for value in sides.tolist())
+            sides = self.trial.value + np.array([STEP, -STEP]) * self.problem.width
+            ahead, behind = (self._excess(self.trial.y, value) for value in sides.tolist())
             energy[-1] += (ahead - behind) / (2.0 * STEP)
         return np.vstack([rows, energy])
 
     def after(self, change: Array) -> Trial:
-        """The place after a change of its coordinates (nq + nu + 2,), with its loops closed.
+        """The trial after a change of its coordinates (nq + nu + 2,), with its loops closed.
 
         Raises :class:`AssemblyError` if they do not close there.
         """
-        value = self.place.value + float(change[-1]) * self.problem.width
-        period = self.place.period + float(change[-2]) * self.problem.tempo
+        value = self.trial.value + float(change[-1]) * self.problem.width
+        period = self.trial.period + float(change[-2]) * self.problem.tempo
         if self.problem.law is not None:
             period = self.problem.period_at(value)
         return Trial(self._closed_start(change[:-2], value), period, value)
@@ -215,9 +215,9 @@ class Shot:
             return None
         names, followed = (*system.coordinates, *system.speeds), bool(problem.parameter)
         by = [names[i] for i in self.unknown] + [problem.parameter] * followed
-        given = {names[i]: self.place.y[i] for i in self.independent}
+        given = {names[i]: self.trial.y[i] for i in self.independent}
         try:
-            found = self.sol.differentiate(by, given, problem.parameters_at(self.place.value))
+            found = self.sol.differentiate(by, given, problem.parameters_at(self.trial.value))
         except MechcError as error:
             problem.reasons.append(str(error))
             return None
@@ -235,10 +235,10 @@ class Shot:
         sides[1::2] *= -1.0
         changes = np.zeros((len(sides), len(problem.size)))
         changes[:, self.unknown] = sides[:, :k]
-        values = self.place.value + problem.width * sides[:, k:].sum(axis=1)
+        values = self.trial.value + problem.width * sides[:, k:].sum(axis=1)
         starts = np.array([self._closed_start(*one) for one in zip(changes, values, strict=True)])
         batch = problem.model.simulate_batch(
-            (problem.t0, problem.t0 + self.place.period), starts, problem.parameters_at(values),
+            (problem.t0, problem.t0 + self.trial.period), starts, problem.parameters_at(values),
             progress=False, **problem.run,
         )  # fmt: skip
         if not batch.ok.all():
@@ -253,7 +253,7 @@ class Shot:
     def _closed_start(self, change: Array, value: float) -> Array:
         """The start after a change (nq + nu,) over the sizes: independent components as they are
         then, the others near."""
-        y, model = self.place.y + change * self.problem.size, self.sol.model
+        y, model = self.trial.y + change * self.problem.size, self.sol.model
         if not model.system.scene.rows:
             return y
         names, nq = (*model.coordinates, *model.speeds), len(model.coordinates)
@@ -266,6 +266,6 @@ class Shot:
     def _excess(self, y: Array, value: float | None = None) -> Array:
         """The energy of states (..., nq + nu) beyond that which is held, over its size."""
         held = self.problem.energy or 0.0
-        value = self.place.value if value is None else value
+        value = self.trial.value if value is None else value
         found = self.sol.model.energy(y, self.problem.parameters_at(value))
         return np.asarray((found - held) / (abs(held) or 1.0))

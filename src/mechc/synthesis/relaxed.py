@@ -42,21 +42,20 @@ class _OpenLinkages:
         )
 
 
-def relax(problem: SynthesisProblem, drawn: Drawn, count: int, most: int) -> Drawn:
-    """The ``most`` best of ``count`` members after steps in which the others were left out.
+def relax(problem: SynthesisProblem, drawn: Drawn, most: int) -> Drawn:
+    """The ``most`` best members after steps in which the others were left out.
 
     Their loops are closed again, at the nearest configurations.
     """
-    x, q = drawn.z[:count, : len(problem.names)].copy(), drawn.q[:count].copy()
+    x, q = drawn.z[:, : len(problem.names)].copy(), drawn.q.copy()
     at = _OpenLinkages(x, q, np.full(len(x), np.inf), np.full(len(x), DAMPING))
     while True:
         size = max(1, BLOCK // problem.targets.count)
         for first in range(0, len(at.x), size):
             block = at.take(np.arange(first, min(first + size, len(at.x))))
             _descend(problem, block)
-            for mine, new in ((at.x, block.x), (at.q, block.q), (at.cost, block.cost)):
-                mine[first : first + size] = new
-            at.damping[first : first + size] = block.damping
+            for name in ("x", "q", "cost", "damping"):
+                getattr(at, name)[first : first + size] = getattr(block, name)
         finished = len(at.x) <= most
         at = at.take(_promising(problem, at)[: max(most, int(SHARE * len(at.x)))])
         if finished:

@@ -86,7 +86,7 @@ def _near_targets(
     """Unknowns, configurations at the positions, and cost, infinite where one does not close."""
     p = problem.values(x)
     if problem.targets.driven is None:
-        place = np.concatenate([*_nearest(problem, x, values, q, p)])
+        place = np.array([*_nearest(problem, x, q, p)])
         s = values[place]
         z, taken = np.hstack([x, s]), np.take_along_axis(q, place[:, :, None], axis=1)
     else:
@@ -102,10 +102,8 @@ def _near_targets(
     return z, taken, np.where(np.isnan(total), np.inf, total)
 
 
-def _nearest(
-    problem: SynthesisProblem, x: Array, values: Array, q: Array, p: Array
-) -> Iterator[Array]:
-    """The places (1, n) among the driven values at which a member is nearest to each target."""
+def _nearest(problem: SynthesisProblem, x: Array, q: Array, p: Array) -> Iterator[Array]:
+    """The places (n,) along its curve at which a member is nearest to each target."""
     targets = problem.targets
     found = targets.evaluate(problem.system, problem.states(q), p[:, None], problem.t)
     for member, numbers in enumerate(found):
@@ -116,7 +114,7 @@ def _nearest(
         apart[..., targets.angular] = wrap(apart[..., targets.angular])
         far = np.where(problem.valid, apart / targets.tolerances, 0.0)
         square = (far**2).sum(axis=-1)
-        yield np.argmin(np.where(np.isnan(square), np.inf, square), axis=0)[None]
+        yield np.argmin(np.where(np.isnan(square), np.inf, square), axis=0)
 
 
 def _with_zeros(problem: SynthesisProblem, x: Array, q: Array, p: Array) -> Array:

@@ -70,7 +70,7 @@ def search(
 
 def _beginnings(problem: SynthesisProblem, drawn: Drawn, count: int) -> list[tuple[Array, Array]]:
     """Unknowns and configurations to refine: half from members that were relaxed, then others."""
-    near = relax(problem, drawn, len(drawn.z), 2 * count) if len(drawn.z) else drawn
+    near = relax(problem, drawn, 2 * count) if len(drawn.z) else drawn
     ends = [Candidate(z, q, *judge(problem, z, q)) for z, q in zip(near.z, near.q, strict=True)]
     found = [(end.z, end.q) for end in _distinct(problem, ends)[: count - count // 2]]
     return [*found, *zip(drawn.z[: count - len(found)], drawn.q, strict=False)]

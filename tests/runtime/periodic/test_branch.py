@@ -58,7 +58,7 @@ def test_a_symmetric_cycle_loses_its_symmetry_at_a_branching():
         return abs(half[0] - 2 * np.pi * np.round(half[0] / (2 * np.pi)))
 
     assert asymmetry(point.cycle) < 1e-3 < 0.05 < asymmetry(lopsided)
-    assert lopsided.shot.place.value > point.value
+    assert lopsided.shot.trial.value > point.value
     assert lopsided.stable
 
 

@@ -13,7 +13,7 @@ import pytest
 import mechc
 from mechc.simulation import simulate as simulation
 
-AT_MOST = 0.4  # s of processor time: other programs' work does not count
+AT_MOST = 0.2  # s of processor time: other programs' work does not count
 WORKS = 0.3  # s before the signal comes
 
 

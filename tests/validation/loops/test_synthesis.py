@@ -11,13 +11,13 @@
   (1955) 853-861: his equation at three precision points, here with Chebyshev's spacing.
 """
 
+import runpy
+
 import numpy as np
 import pytest
-import sympy as sm
 from scipy.optimize import minimize
-from sympy.physics.mechanics import PinJoint, RigidBody, inertia
 
-import mechc
+from tests.support import ROOT
 from tests.support.linkages.synthesis import bounds, four_bar
 
 NINE = np.array(
@@ -152,71 +152,13 @@ def test_a_logarithm_is_generated_better_than_by_freudensteins_three_points():
     assert ours <= theirs
 
 
-def six_bar():
-    """A four-bar whose coupler moves a lever by a rod: a six-bar of Stephenson's."""
-    l = sm.symbols("l_0:6")
-    x_C, y_C, x_S, y_S, m, g = sm.symbols("x_C y_C x_S y_S m g")
-    ground = RigidBody("ground")
-
-    def link(name, length):
-        body = RigidBody(name, mass=m)
-        body.central_inertia = inertia(body.frame, 0, 0, m * length**2 / 12)
-        return body, -length / 2 * body.x, length / 2 * body.x
-
-    crank, crank_at, crank_end = link("crank", l[0])
-    coupler, coupler_at, coupler_end = link("coupler", l[1])
-    rocker, rocker_at, rocker_end = link("rocker", l[2])
-    rod, rod_at, rod_end = link("rod", l[4])
-    lever, lever_at, lever_end = link("lever", l[5])
-    tracer = coupler_at + x_C * coupler.x + y_C * coupler.y
-
-    def pin(name, parent, child, at, child_at):
-        return PinJoint(
-            name, parent, child, parent_point=at, child_point=child_at, joint_axis=ground.z
-        )
-
-    joints = [
-        pin("crank", ground, crank, 0 * ground.x, crank_at),
-        pin("coupler", crank, coupler, crank_end, coupler_at),
-        pin("rocker", ground, rocker, l[3] * ground.x, rocker_at),
-        pin("rod", coupler, rod, tracer, rod_at),
-        pin("lever", ground, lever, x_S * ground.x + y_S * ground.y, lever_at),
-        mechc.Cut.pin("loop", coupler, rocker, coupler_end, rocker_end, joint_axis=ground.z),
-        mechc.Cut.pin("drive", rod, lever, rod_end, lever_end, joint_axis=ground.z),
-    ]
-    usual = {"l_0": 0.1, "l_1": 0.3, "l_2": 0.25, "l_3": 0.3, "l_4": 0.4, "l_5": 0.2, "x_C": 0.15,
-             "y_C": 0.1, "x_S": 0.4, "y_S": 0.3, "m": 1.0, "g": 0.0}  # fmt: skip
-    mechanism = mechc.from_joints(
-        "dwelling", joints, gravity=-g * ground.y, ground=ground, parameters=usual
-    )
-    return mechc.compile(mechanism, outputs=("points", "sensitivities"))
-
-
 @pytest.mark.slow
 @pytest.mark.thorough
 def test_a_six_bar_dwells_for_a_third_of_a_turn():
-    model = six_bar()
-    rests = np.radians(np.arange(0.0, 121.0, 10.0))
-    lengths = dict.fromkeys(("l_1", "l_2", "l_4", "l_5"), (0.05, 0.6))
-    places = dict.fromkeys(("x_C", "y_C"), (-0.5, 0.5)) | dict.fromkeys(("x_S", "y_S"), (-0.6, 0.6))
-    found = model.synthesize(
-        {"q_crank": np.append(rests, np.radians(240.0)),
-         "q_lever": np.append(0.0 * rests, np.radians(30.0))},
-        {**lengths, **places, "l_3": (0.1, 0.6), "q_crank": None, "q_lever": None},
-        params={"l_0": 0.1}, turns=True, samples=1024, refined=12, tolerances={"q_lever": "1deg"},
-        transmission_angle=[
-            ("rod_coupler_joint", "drive_lever_joint", "lever_ground_joint", "30deg"),
-            ("coupler_crank_joint", "loop_rocker_joint", "rocker_ground_joint", "30deg"),
-        ],
-    )  # fmt: skip
-    best = found[0]
-    assert not best.warnings
-    assert np.degrees(best.errors["q_lever"]) < 0.1
-    heavy = {**best.params, "m": 1.0}
-    start = best.assemble({"u_crank": 1.0})
-    flywheel = model.simulate(3.0, start, heavy, rtol=1e-10)
-    turned = (flywheel["q_crank"] - best.values[0]) % (2 * np.pi)
-    resting = turned < rests[-1]
+    """The scene of the gallery: its lever is where it was asked to rest, as its crank coasts."""
+    scene = runpy.run_path(str(ROOT / "examples" / "gallery" / "linkages" / "dwell.py"))
+    best, sol = scene["best"], scene["sol"]
+    resting = (sol["q_crank"] - best.values[0]) % (2 * np.pi) < np.radians(120.0)
     assert resting.sum() > 3
-    lever = np.degrees(flywheel["q_lever"][resting] - best.zeros["q_lever"])
+    lever = np.degrees(sol["q_lever"][resting] - best.zeros["q_lever"])
     assert np.abs((lever + 180) % 360 - 180).max() < 0.1

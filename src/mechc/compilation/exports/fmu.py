@@ -19,8 +19,11 @@ _SYSTEMS = {"linux": ("linux", ".so"), "darwin": ("darwin", ".dylib")}
 _MACHINES = {"x86_64": "x86_64", "AMD64": "x86_64", "aarch64": "aarch64", "arm64": "aarch64"}
 
 
-# Names of coordinates, speeds and parameters -> events (title, direction, value, reset), contacts.
-Events = Callable[..., tuple[Sequence[Any], Any]]
+# Metadata, names of coordinates, speeds and parameters -> events (title, direction, value, reset),
+# contacts.
+Events = Callable[
+    [Mapping[str, Any], Sequence[str], Sequence[str], Sequence[str]], tuple[Sequence[Any], Any]
+]
 
 
 def write_fmu(asked: ExportRequest, target: Path, events: Events, **options: Any) -> None:
@@ -34,8 +37,8 @@ def write_fmu(asked: ExportRequest, target: Path, events: Events, **options: Any
 
     def in_unit(metadata: Mapping[str, Any]) -> FmuEvents:
         kinds = ("coordinates", "speeds", "parameters")
-        names = ([each["name"] for each in metadata[kind]] for kind in kinds)
-        every, contacts = events(metadata, *names)
+        names = [[each["name"] for each in metadata[kind]] for kind in kinds]
+        every, contacts = events(metadata, names[0], names[1], names[2])
         return FmuEvents(
             [e.title for e in every], [e.direction for e in every],
             [EventExpressions(e.value, e.changes) for e in every], *contacts,

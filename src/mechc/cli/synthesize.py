@@ -26,12 +26,13 @@ def synthesize_command(chosen: argparse.Namespace) -> int:
     check_name(chosen)
     if not chosen.free:
         raise MechcError("say what is to be found: --free NAME=LOW:HIGH, for instance l_1=0.1:5")
+    table = read_columns(Path(chosen.data))
     model = model_of(chosen, ("points", "sensitivities"))
     options: dict[str, Any] = {"turns": chosen.turns, "ordered": not chosen.any_order}
     if chosen.transmission:
         typed = [text.split(",") for text in chosen.transmission]
         options["transmission_angle"] = [[part.strip() for part in parts] for parts in typed]
-    targets = _targets(model, read_columns(Path(chosen.data)), chosen.data)
+    targets = _targets(model, table, chosen.data)
     with output_folder(chosen, "mechc_synthesis") as folder, ProgressBar("searching") as bar:
         designs = model.synthesize(
             targets, dict(free_name(model, text) for text in chosen.free), chosen.driven,

@@ -18,13 +18,14 @@ _PARTS: Final = re.compile(r"([A-Za-z]+?)([0-9]*)((?:_[A-Za-z0-9]+)*)")
 _CAPITALS: Final = (
     *("Gamma", "Delta", "Theta", "Lambda", "Xi", "Pi", "Sigma", "Phi", "Psi", "Omega"),
 )
-_ACCENTS: Final = {"dot": r"\dot", "ddot": r"\ddot", "hat": r"\hat", "bar": r"\bar"}
+_ACCENTS: Final = {"dot": r"\dot", "ddot": r"\ddot", "hat": r"\hat"}  # a bar is a link here
 
 
 def typeset(name: str) -> str:
     """A name in mathematics where it is a letter or a word with indices, else as it is.
 
-    ``theta_0``, ``omega12``, ``q_slew``, ``theta_0_dot``: the words of SymPy's own printing.
+    ``theta_0``, ``omega12``, ``q_slew``, ``theta_0_dot``: the words of SymPy's own printing,
+    but for ``bar``.
     """
     parts = _PARTS.fullmatch(name)
     if parts is None or len(name) > LONGEST:

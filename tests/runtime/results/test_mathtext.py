@@ -16,6 +16,7 @@ SHOWN = {
     "q_dot": r"$\dot{q}$",
     "k_theta": r"$k_{\theta}$",
     "Omega": r"$\Omega$",
+    "q_left_bar": r"$q_{\mathrm{left},\mathrm{bar}}$",
     "lamda": r"$\lambda$",
     "slider": r"$\mathrm{slider}$",
     "x y": "x y",

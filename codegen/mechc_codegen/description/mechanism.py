@@ -198,7 +198,8 @@ class Mechanism:
     drawn
         Bodies whose energies are in L: they are in pictures only.
     limits
-        Name of a joint -> its bounds, as a file has them.  Nothing enforces them.
+        Name of a joint -> its bounds, as a file has them; ``contacts`` and loads enforce those that
+        are taken.
     contacts
         Stops and dry friction in every run, besides those among its events.
     start

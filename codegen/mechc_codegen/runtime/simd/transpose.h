@@ -7,50 +7,60 @@
 #include "simd/lanes.h"
 
 #if (MECHC_LANES == 8 && defined __AVX512F__) || (MECHC_LANES == 4 && defined __AVX__)
+/* Lanes of a, then of b, by number. */
+#ifdef __clang__
+#define MECHC_SHUFFLE(a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
+#else
+#define MECHC_SHUFFLE(a, b, ...) __builtin_shuffle(a, b, (mechc_mask){__VA_ARGS__})
+#endif
+
 #if MECHC_LANES == 8
 /* The numbers of 8 rows, an exchange within pairs, then between quarters, then between halves. */
 MECHC_INLINE void mechc_transpose(const mechc_vector *rows, mechc_vector *out)
 {
-    __m512d pairs[8], halves[8];
+    mechc_vector pairs[8], halves[8];
     for (int i = 0; i < 8; i += 2) {
-        pairs[i] = _mm512_unpacklo_pd((__m512d)rows[i], (__m512d)rows[i + 1]);
-        pairs[i + 1] = _mm512_unpackhi_pd((__m512d)rows[i], (__m512d)rows[i + 1]);
+        pairs[i] = MECHC_SHUFFLE(rows[i], rows[i + 1], 0, 8, 2, 10, 4, 12, 6, 14);
+        pairs[i + 1] = MECHC_SHUFFLE(rows[i], rows[i + 1], 1, 9, 3, 11, 5, 13, 7, 15);
     }
     for (int i = 0; i < 8; i++) {
         const int first = i / 4 * 4 + i % 2;
-        halves[i] = i % 4 < 2 ? _mm512_shuffle_f64x2(pairs[first], pairs[first + 2], 0x88)
-                              : _mm512_shuffle_f64x2(pairs[first], pairs[first + 2], 0xdd);
+        halves[i] = i % 4 < 2
+                        ? MECHC_SHUFFLE(pairs[first], pairs[first + 2], 0, 1, 4, 5, 8, 9, 12, 13)
+                        : MECHC_SHUFFLE(pairs[first], pairs[first + 2], 2, 3, 6, 7, 10, 11, 14, 15);
     }
     for (int i = 0; i < 4; i++) {
-        out[i] = (mechc_vector)_mm512_shuffle_f64x2(halves[i], halves[i + 4], 0x88);
-        out[i + 4] = (mechc_vector)_mm512_shuffle_f64x2(halves[i], halves[i + 4], 0xdd);
+        out[i] = MECHC_SHUFFLE(halves[i], halves[i + 4], 0, 1, 4, 5, 8, 9, 12, 13);
+        out[i + 4] = MECHC_SHUFFLE(halves[i], halves[i + 4], 2, 3, 6, 7, 10, 11, 14, 15);
     }
 }
 
 /* Load the first `count` numbers, then zeros; numbers beyond them are not read. */
 MECHC_INLINE mechc_vector mechc_load_some(const double *from, int count)
 {
-    return (mechc_vector)_mm512_maskz_loadu_pd((__mmask8)(0xff >> (8 - count)), from);
+    const unsigned char some = (unsigned char)(0xff >> (8 - count));
+    return __builtin_ia32_loadupd512_mask(from, (mechc_vector){0}, some);
 }
 #else
 MECHC_INLINE void mechc_transpose(const mechc_vector *rows, mechc_vector *out)
 {
-    __m256d pairs[4];
+    mechc_vector pairs[4];
     for (int i = 0; i < 4; i += 2) {
-        pairs[i] = _mm256_unpacklo_pd((__m256d)rows[i], (__m256d)rows[i + 1]);
-        pairs[i + 1] = _mm256_unpackhi_pd((__m256d)rows[i], (__m256d)rows[i + 1]);
+        pairs[i] = MECHC_SHUFFLE(rows[i], rows[i + 1], 0, 4, 2, 6);
+        pairs[i + 1] = MECHC_SHUFFLE(rows[i], rows[i + 1], 1, 5, 3, 7);
     }
     for (int i = 0; i < 2; i++) {
-        out[i] = (mechc_vector)_mm256_permute2f128_pd(pairs[i], pairs[i + 2], 0x20);
-        out[i + 2] = (mechc_vector)_mm256_permute2f128_pd(pairs[i], pairs[i + 2], 0x31);
+        out[i] = MECHC_SHUFFLE(pairs[i], pairs[i + 2], 0, 1, 4, 5);
+        out[i + 2] = MECHC_SHUFFLE(pairs[i], pairs[i + 2], 2, 3, 6, 7);
     }
 }
 
 MECHC_INLINE mechc_vector mechc_load_some(const double *from, int count)
 {
     const int64_t some[7] = {-1, -1, -1, -1, 0, 0, 0};
-    return (mechc_vector)_mm256_maskload_pd(from,
-                                          _mm256_loadu_si256((const __m256i *)(some + 4 - count)));
+    mechc_quads mask;
+    memcpy(&mask, some + 4 - count, sizeof mask);
+    return __builtin_ia32_maskloadpd256((const mechc_vector *)from, mask);
 }
 #endif
 

@@ -6,15 +6,17 @@
 #include <string.h>
 #include "simd/lanes.h"
 
+MECHC_INLINE mechc_vector mechc_spread(double x) { return (mechc_vector){0} + x; }
+
 /* One instruction where there is one: gcc moves the lanes one by one otherwise. */
 MECHC_INLINE int mechc_any(mechc_mask mask)
 {
 #if MECHC_LANES == 8 && defined __AVX512DQ__
-    return _mm512_movepi64_mask((__m512i)mask) != 0;
+    return __builtin_ia32_cvtq2mask512((mechc_quads)mask) != 0;
 #elif MECHC_LANES == 4 && defined __AVX__
-    return _mm256_movemask_pd((__m256d)mask) != 0;
+    return __builtin_ia32_movmskpd256((mechc_vector)mask) != 0;
 #elif MECHC_LANES == 2 && defined __SSE2__
-    return _mm_movemask_pd((__m128d)mask) != 0;
+    return __builtin_ia32_movmskpd((mechc_vector)mask) != 0;
 #else
     int64_t any = 0;
     for (int k = 0; k < MECHC_LANES; k++) any |= mask[k];
@@ -27,20 +29,33 @@ MECHC_INLINE int mechc_any_beyond(mechc_vector x, double limit)
 {
     const mechc_vector size = (mechc_vector)((mechc_mask)x & INT64_MAX);
 #if MECHC_LANES == 8 && defined __AVX512DQ__
-    return _mm512_cmp_pd_mask((__m512d)size, _mm512_set1_pd(limit), _CMP_NLE_UQ) != 0;
+    enum { NOT_BELOW_NOR_ALIKE = 0x16, ALL = 0xff, ROUNDING_AS_SET = 4 };
+    return __builtin_ia32_cmppd512_mask(size, mechc_spread(limit), NOT_BELOW_NOR_ALIKE, ALL,
+                                        ROUNDING_AS_SET) != 0;
 #else
     return mechc_any(~(size <= limit));
 #endif
 }
 
+/* Roots and fused products have other names in each compiler. */
+#if !defined __clang__
+#define MECHC_HAS_OF_ALL 0
+#elif __has_builtin(__builtin_elementwise_sqrt) && __has_builtin(__builtin_elementwise_fma)
+#define MECHC_HAS_OF_ALL 1
+#else
+#define MECHC_HAS_OF_ALL 0
+#endif
+
 MECHC_INLINE mechc_vector mechc_sqrt(mechc_vector x)
 {
-#if MECHC_LANES == 8 && defined __AVX512F__
-    return (mechc_vector)_mm512_sqrt_pd((__m512d)x);
-#elif MECHC_LANES == 4 && defined __AVX__
-    return (mechc_vector)_mm256_sqrt_pd((__m256d)x);
-#elif MECHC_LANES == 2 && defined __SSE2__
-    return (mechc_vector)_mm_sqrt_pd((__m128d)x);
+#if MECHC_HAS_OF_ALL
+    return __builtin_elementwise_sqrt(x);
+#elif MECHC_LANES == 8 && defined __AVX512F__ && !defined __clang__
+    return __builtin_ia32_sqrtpd512_mask(x, x, -1, 4);
+#elif MECHC_LANES == 4 && defined __AVX__ && !defined __clang__
+    return __builtin_ia32_sqrtpd256(x);
+#elif MECHC_LANES == 2 && defined __SSE2__ && !defined __clang__
+    return __builtin_ia32_sqrtpd(x);
 #else
     for (int k = 0; k < MECHC_LANES; k++) x[k] = __builtin_sqrt(x[k]);
     return x;
@@ -51,12 +66,14 @@ MECHC_INLINE mechc_vector mechc_sqrt(mechc_vector x)
  * in one double; where both must have the same bits it is said which. */
 MECHC_INLINE mechc_vector mechc_fused(mechc_vector a, mechc_vector b, mechc_vector c)
 {
-#if MECHC_LANES == 8 && defined __AVX512F__
-    return (mechc_vector)_mm512_fmadd_pd((__m512d)a, (__m512d)b, (__m512d)c);
-#elif MECHC_LANES == 4 && defined __FMA__
-    return (mechc_vector)_mm256_fmadd_pd((__m256d)a, (__m256d)b, (__m256d)c);
-#elif MECHC_LANES == 2 && defined __FMA__
-    return (mechc_vector)_mm_fmadd_pd((__m128d)a, (__m128d)b, (__m128d)c);
+#if MECHC_HAS_OF_ALL && defined __FMA__
+    return __builtin_elementwise_fma(a, b, c);
+#elif MECHC_LANES == 8 && defined __AVX512F__ && !defined __clang__
+    return __builtin_ia32_vfmaddpd512_mask(a, b, c, -1, 4);
+#elif MECHC_LANES == 4 && defined __FMA__ && !defined __clang__
+    return __builtin_ia32_vfmaddpd256(a, b, c);
+#elif MECHC_LANES == 2 && defined __FMA__ && !defined __clang__
+    return __builtin_ia32_vfmaddpd(a, b, c);
 #else
     return a * b + c;
 #endif
@@ -121,8 +138,6 @@ MECHC_INLINE mechc_vector mechc_larger(mechc_vector a, mechc_vector b)
 {
     return mechc_greater(a, (mechc_vector)((mechc_mask)b & INT64_MAX));
 }
-
-MECHC_INLINE mechc_vector mechc_spread(double x) { return (mechc_vector){0} + x; }
 
 MECHC_INLINE mechc_vector mechc_take(const double *eight, int block)
 {

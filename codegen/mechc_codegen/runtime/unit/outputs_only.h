@@ -1,7 +1,7 @@
 /* A scene's outputs only: state rates and outputs of one state after the other, no integrators.
  *
  * It is compiled in a fraction of the time of unit.h and serves until that is there.  The including
- * file has set MECHC_UNIT, MECHC_OUTPUTS_ONLY, MECHC_LANES to 1, and MECHC_UNIT_LANES to those of the unit. */
+ * file has set MECHC_UNIT, MECHC_LANES to 1, and MECHC_UNIT_LANES to those of the unit. */
 #pragma once
 
 #include "abi/model.h"

@@ -6,6 +6,7 @@ Recorded by Siconos 4 (siconos-tutorials, examples/mechanics), time steps of Mor
 import numpy as np
 import pytest
 import sympy as sm
+from scipy.integrate import quad
 from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
@@ -49,3 +50,66 @@ def test_a_stick_bounces_on_its_tip_without_the_energy_that_newtons_law_gives_it
 
 def _energy(y):
     return (y[3] ** 2 + y[4] ** 2 + y[5] ** 2 / 12) / 2 + 10 * y[1]
+
+
+def test_a_follower_bounces_with_the_period_of_its_spring():
+    """CamFollower-Rheonomous: its cam is recorded and not in its constraint; restitution 0.8."""
+    x, v = dynamicsymbols("x v")
+    follower = mechc.compile(mechc.from_equations([x], [v], [["1.221"]], [-1430.8 * x]))
+    stop = mechc.Stop("x", restitution=0.8)
+    sol = follower.simulate(1.0, [0.4, 0.4], events=[stop], rtol=1e-11)
+    rate = np.sqrt(1430.8 / 1.221)
+    first = (np.pi / 2 + np.arctan2(0.4 / rate, 0.4)) / rate
+    hits = first + np.arange(11) * np.pi / rate
+    np.testing.assert_allclose(sol.events[0].t, hits, rtol=1e-10)
+    speed = rate * np.hypot(0.4, 0.4 / rate) * 0.8**11
+    np.testing.assert_allclose(
+        sol.y[-1, 0], speed / rate * np.sin(rate * (1 - hits[-1])), rtol=1e-9
+    )
+    assert abs(sol.y[-1, 0] - 0.0320275670) < 1e-3  # Siconos, steps of 0.1 ms
+
+
+def test_a_block_rocks_as_housner_has_it():
+    """Corners without restitution: G. W. Housner, Bull. Seism. Soc. Am. 53 (1963), eqs. 1 to 5.
+
+    Siconos's rocking block has an impact law of its own for two contacts.
+    """
+    x, y, theta, u, v, omega = dynamicsymbols("x y theta u v omega")
+    half, height, g, tilt = 0.1, 0.3, 9.81, 0.15
+    inertia = sm.diag(1, 1, "1/30")
+    block = mechc.compile(mechc.from_equations([x, y, theta], [u, v, omega], inertia, [0, -g, 0]))
+    corners = [
+        mechc.Stop(
+            f"y + {at}*sin(theta) - {height}*cos(theta)", restitution=0.0, friction=1.0,
+            slip=f"u + ({height}*cos(theta) - {at}*sin(theta))*omega",
+        )
+        for at in (-half, half)
+    ]  # fmt: skip
+    s, c = np.sin(tilt), np.cos(tilt)
+    start = [half * c - height * s, half * s + height * c, tilt, 0, 0, 0]
+    sol = block.simulate(1.6, start, events=corners, rtol=1e-11)
+    hits = np.sort(np.concatenate([corner.t for corner in sol.events]))
+    np.testing.assert_allclose(hits, _housners_impacts(half, height, g, tilt, 6), rtol=1e-8)
+
+
+def _housners_impacts(half, height, g, tilt, count):
+    """Times of impacts of a block that is let go at an angle."""
+    radius, angle = np.hypot(half, height), np.arctan2(half, height)
+    kept = 1 - 1.5 * np.sin(angle) ** 2
+    times, t = [], 0.0
+    for _ in range(count):
+        times.append(t + _quarter(tilt, angle, 3 * g / (4 * radius)))
+        rise = kept**2 * (np.cos(angle - tilt) - np.cos(angle))
+        tilt = angle - np.arccos(np.cos(angle) + rise)
+        t = times[-1] + _quarter(tilt, angle, 3 * g / (4 * radius))
+    return times
+
+
+def _quarter(tilt, angle, squared):
+    """The time from rest at an angle to upright; s = sqrt(tilt - theta)."""
+
+    def integrand(s):
+        height = np.cos(angle - tilt) - np.cos(angle - tilt + s * s)
+        return 2 * s / np.sqrt(2 * squared * height)
+
+    return quad(integrand, 0, np.sqrt(tilt), epsabs=1e-13, epsrel=1e-12)[0]

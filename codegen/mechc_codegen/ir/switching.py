@@ -28,10 +28,8 @@ from sympy import (
     atan2,
     cos,
     exp,
-    factor,
     factor_terms,
     fraction,
-    nsimplify,
     pi,
     sin,
     tanh,
@@ -43,6 +41,7 @@ from mechc_codegen.description.piecewise import Floor, Step
 from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.description.tables import Lookup
 from mechc_codegen.ir.definitions import Definitions
+from mechc_codegen.ir.factors import as_product
 from mechc_codegen.ir.features import edges
 from mechc_codegen.ir.operations import count_operations
 from mechc_codegen.ir.program import FEATURE, SWITCHING, Program, equation_values
@@ -123,7 +122,7 @@ def _touching(e: Expr, definitions: Definitions) -> Iterator[Expr]:
         yield from found
         if found or count_operations(e) > _TO_FACTOR:
             return
-        e = factor(nsimplify(e, rational=True))  # (u - 0.3)^2 written out
+        e = as_product(e)  # (u - 0.3)^2 written out
         if isinstance(e, Add):
             return
     for part in Mul.make_args(e):

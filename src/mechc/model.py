@@ -380,7 +380,7 @@ class Model(Batches):
         by = names_of(sensitivities) if len(sensitivities) else ()
         if by and model.inputs:
             model = model._breaking_at_samples(by)
-        system, p = model.system, self._one_set(params, SIMULATE_ONE_SET)
+        system, p = model.system, model._one_set(params, SIMULATE_ONE_SET)
         chosen = _run_events(events, system, p, span)
         keeps = checkpoints is not None
         if keeps:
@@ -491,7 +491,7 @@ class Model(Batches):
             if self.inputs
             else self
         )
-        system, p = model.system, self._one_set(params, f"a stepper {ONE_SET}")
+        system, p = model.system, model._one_set(params, f"a stepper {ONE_SET}")
         policy = checked_policy(
             system, rtol=rtol, atol=atol, method=method, first_step=None, max_step=max_step,
             max_steps=max_steps, dense=system.scene.holonomic > 0, on_change_point=on_change_point,

@@ -143,6 +143,8 @@ def _model(told: Mapping[str, Any], given: Model | None) -> Model:
     if driven is None:
         return model
     left = driven.missing_inputs(mapping_of(told.get("inputs", {}), "its inputs"))
+    if not {*model.inputs} <= {*left, *driven.given}:
+        raise MissingInputError
     return model.with_inputs(left) if left else model
 
 

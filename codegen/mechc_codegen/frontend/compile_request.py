@@ -33,6 +33,7 @@ from mechc_codegen.description.terms import as_expression, printed_name
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.frontend.array_outputs import Shape, scalar_outputs
 from mechc_codegen.frontend.described import with_settings
+from mechc_codegen.frontend.law_numbers import numbers_apart
 from mechc_codegen.frontend.read import read, readable
 
 if TYPE_CHECKING:
@@ -87,17 +88,23 @@ class CompileRequest:
         more.options = replace(self.options, outputs=(*own, *sorted(outputs)))
         return more
 
-    def driven_by(self, laws: Mapping[str, str]) -> CompileRequest:
-        """The same request with inputs that are these expressions, as texts."""
+    def driven_by(self, laws: Mapping[str, str]) -> tuple[CompileRequest, dict[str, float]]:
+        """The same request with inputs that are these expressions, as texts, and their numbers,
+        which are parameters by these names."""
         settings = self.options.settings
-        read = {key: _input(key, law, self._names) for key, law in laws.items()}
+        inputs: dict[Any, Expr] = {}
+        numbers: dict[Symbol, float] = {}
+        for key, law in laws.items():
+            read = _input(key, law, self._names)
+            inputs[key], own = numbers_apart(read, printed_name(key), self._names)
+            numbers |= own
         more = copy(self)
         if self._mechanism is None:
-            settings = replace(settings, inputs={**settings.inputs, **read})
+            settings = replace(settings, inputs={**settings.inputs, **inputs})
             more.options = replace(self.options, settings=settings)
         else:
-            more._mechanism = with_settings(self._mechanism, ConversionSettings(inputs=read))
-        return more
+            more._mechanism = with_settings(self._mechanism, ConversionSettings(inputs=inputs))
+        return more, {symbol.name: value for symbol, value in numbers.items()}
 
     @property
     def digest(self) -> str | None:

@@ -42,7 +42,8 @@ def _requested_system(request: Any, seconds: Seconds, *, ahead: bool = True) -> 
         return _requested_system(request.including(outputs), {}, ahead=False)
 
     def with_laws(laws: Mapping[str, str]) -> System:
-        return _requested_system(request.driven_by(laws), {})
+        driven, numbers = request.driven_by(laws)
+        return _requested_system(driven, {}).with_law_numbers(numbers)
 
     origin = Origin(request.description, with_outputs, with_laws)
     reference = ModelReference("", custom=True)

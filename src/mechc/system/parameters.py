@@ -30,7 +30,8 @@ Parameters: TypeAlias = "Mapping[str, Any] | Array | None"
 class ParameterSet:
     """The parameters of one scene.
 
-    ``preset``: defaults that are not compiled in; a given value replaces them.
+    ``preset``: defaults that are not compiled in; a given value replaces them.  ``optional``: those
+    that an array of parameters may lack.
     """
 
     def __init__(
@@ -38,6 +39,7 @@ class ParameterSet:
         quantities: Sequence[NamedQuantity],
         scene: Any,
         preset: Mapping[str, float] | None = None,
+        optional: Collection[str] = (),
     ) -> None:
         self.quantities = tuple(quantities)
         self.names = tuple(q.name for q in quantities)
@@ -49,6 +51,7 @@ class ParameterSet:
         lengths = [i for i, q in enumerate(quantities) if q.kind is Kind.LENGTH]
         self.length_places = np.array(lengths, dtype=np.intp)
         self.missing: tuple[str, ...] = ()
+        self._needed = [i for i, name in enumerate(self.names) if name not in optional]
         self._preset = {self.index[name]: value for name, value in (preset or {}).items()}
         nothing = np.zeros(len(self.names), np.uint8)
         self.defaults = self.fill_defaults(np.zeros(len(self.names)), nothing)
@@ -139,6 +142,9 @@ class ParameterSet:
         return array
 
     def _from_array(self, values: Array) -> Array:
+        if values.ndim and values.shape[-1] == len(self._needed) < len(self.names):
+            given = np.moveaxis(values, -1, 0)
+            return self._from_names({self.names[i]: given[k] for k, i in enumerate(self._needed)})
         if values.ndim == 0 or values.shape[-1] != len(self.names):
             raise ValueOutOfBoundsError(
                 f"an array of parameters needs all {len(self.names)} of them along its last "

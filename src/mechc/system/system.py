@@ -64,6 +64,8 @@ class System(Description):
         What it was compiled from, where that is known.
     given_defaults
         The default values given, some with units, also of parameters of further outputs alone.
+    law_numbers
+        Parameters that are the numbers of inputs given as texts.
     drawn
         Makes the picture of this system from its description, where that is known.
     angular, dimensionless : (nq + nu,)
@@ -139,6 +141,7 @@ class System(Description):
     cache: dict[Any, Any]
     origin: Origin | None = None
     given_defaults: Mapping[str, Any] = MappingProxyType({})
+    law_numbers: frozenset[str] = frozenset()
     drawn: Callable[..., Picture] | None = None
     draws_more = False  # than the compiled points
 
@@ -155,7 +158,7 @@ class System(Description):
 
     def _parameter_set(self) -> ParameterSet:
         quantities = [self.quantities[name] for name in self.parameters]
-        return ParameterSet(quantities, self.scene, self.reference.defaults)
+        return ParameterSet(quantities, self.scene, self.reference.defaults, self.law_numbers)
 
     def with_defaults(self, defaults: Mapping[str, Any]) -> System:
         """A copy of the system with other defaults, some with units; those of parameters that it
@@ -172,6 +175,12 @@ class System(Description):
         other.reference, other.given_defaults = replace(self.reference, defaults=own), defaults
         other.parameter_set = other._parameter_set()
         return other
+
+    def with_law_numbers(self, numbers: Mapping[str, float]) -> System:
+        """A copy of the system with these values of the numbers of its inputs' texts."""
+        other = self.replaced_scene(self.scene)
+        other.law_numbers = self.law_numbers | {*numbers}
+        return other.with_defaults({**self.given_defaults, **numbers})
 
     def with_start(self, start: Mapping[str, float]) -> System:
         """A copy of the system with these coordinates and speeds as its start."""
@@ -354,7 +363,8 @@ class System(Description):
         given = {name: value for name, value in every.items() if name in found.inputs}
         scene = found.scene.with_inputs(given) if given else found.scene
         other = found.replaced_scene(scene).with_start(self.start)
-        other = other.with_defaults(self.given_defaults)
+        other.law_numbers = self.law_numbers | found.law_numbers
+        other = other.with_defaults({**found.given_defaults, **self.given_defaults})
         other.title, other.drawn, other.draws_more = self.title, self.drawn, self.draws_more
         return other
 

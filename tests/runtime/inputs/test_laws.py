@@ -118,3 +118,49 @@ def test_numbers_as_texts_are_no_laws() -> None:
     numbers = {"F": "3", "G": "-2.5e-3", "H": "3 N", "I": 4.0}
     assert laws_apart(numbers) == ({}, numbers)
     assert laws_apart({F: "3*t", "G": "3"}) == ({"F": "3*t"}, {"G": "3"})
+
+
+@pytest.mark.parametrize("describe", [_cart, _joined])
+def test_another_number_compiles_nothing(describe) -> None:
+    model = mechc.compile(describe(), defaults=VALUES, parameters=[C])
+    laws = ("3*sin(4*t) - c*v", "5*sin(2.5*t) - c*v")
+    slow, fast = (model.simulate(2.0, START, inputs={"F": law, "G": 1.0}) for law in laws)
+    assert slow.model.system.reference.key == fast.model.system.reference.key
+    numbers = [fast.model.defaults[f"F.{i}"] for i in (1, 2)]
+    assert sorted(numbers) == [2.5, 5.0]
+    function = {"F": lambda t, q, u: 5 * np.sin(2.5 * t) - 0.5 * u[0], "G": 1.0}
+    np.testing.assert_allclose(
+        fast.y[-1], model.simulate(2.0, START, inputs=function).y[-1], atol=1e-10
+    )
+
+
+def test_an_array_of_parameters_needs_no_numbers_of_laws() -> None:
+    model = mechc.compile(_joined(), defaults=VALUES, parameters=[C])
+    given, law = np.array([4.0, 0.25]), {"F": LAW, "G": 1.0}
+    assert model.parameters == ("M", "c")
+    by_name = model.simulate(2.0, START, {"M": 4.0, "c": 0.25}, inputs=law)
+    assert (model.simulate(2.0, START, given, inputs=law).y[-1] == by_name.y[-1]).all()
+    batch = model.simulate_batch(2.0, START, np.stack([given, given]), inputs=law, progress=False)
+    np.testing.assert_allclose(batch.y[1], by_name.y[-1], atol=1e-10)
+    with pytest.raises(MechcError, match=r"all 4 of them"):
+        model.simulate(2.0, START, [1.0, 2.0, 3.0], inputs=law)
+
+
+def test_a_narrow_pulse_of_a_law_is_seen() -> None:
+    """A bump of 1 ms: its impulse is sqrt(pi) milliseconds times 400 N."""
+    model = mechc.compile(particle([X], [V], [F], M), defaults={"M": 2.0})
+    sol = model.simulate(20.0, np.zeros(2), inputs={"F": "400*exp(-((t - 7.3)/0.001)^2)"})
+    assert sol.y[-1, 1] == pytest.approx(0.4 * np.sqrt(np.pi) / 2.0, rel=1e-6)
+
+
+def test_derivatives_by_the_numbers_of_a_law() -> None:
+    model = mechc.compile(_joined(), defaults=VALUES, parameters=[C])
+    inputs = {"F": "3*sin(4*t) - c*v", "G": 1.0}
+    driven = model.with_inputs(inputs)
+    name = next(n for n in ("F.1", "F.2") if driven.defaults[n] == 3.0)
+    sol = model.simulate(2.0, START, inputs=inputs, sensitivities=[name], rtol=1e-11)
+    up, down = (
+        model.simulate(2.0, START, {name: 3.0 + h}, inputs=inputs, rtol=1e-11).y[-1]
+        for h in (1e-3, -1e-3)
+    )
+    np.testing.assert_allclose(sol.sensitivity[name][-1], (up - down) / 2e-3, rtol=1e-6)

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from math import inf
 
+from sympy import Symbol
+
 from mechc_codegen.errors import MechanismError
 
 
@@ -61,6 +63,20 @@ class Quantity:
             raise MechanismError(f"a unit is a text, such as 'm/s', not {str(self.unit)[:60]}")
         kind = _KINDS.get(self.unit, Kind.OTHER) if self.kind is None else Kind(self.kind)
         object.__setattr__(self, "kind", kind)
+
+    def of_sign(self, symbol: Symbol) -> Quantity:
+        """A copy with the bounds that the symbol's assumptions have; zero is within them.
+
+        SymPy writes Abs(k*x) as k*Abs(x) where k is positive, which is wrong of another value.
+        """
+        lower = max(self.lower, 0.0) if symbol.is_nonnegative else self.lower
+        upper = min(self.upper, 0.0) if symbol.is_nonpositive else self.upper
+        if (lower, upper) == (self.lower, self.upper):
+            return self
+        sign = "non-negative" if symbol.is_nonnegative else "non-positive"
+        told = self.description or f"declared {sign}"
+        closed = self.closed or (self.lower, self.upper) == (-inf, inf)
+        return Quantity(self.unit, told, lower, upper, closed, self.kind)
 
     def with_unit(self, unit: str) -> Quantity:
         """A copy with another unit, and with the kind that follows from that unit."""

@@ -62,8 +62,9 @@ class NamedQuantity:
             inside &= (value > self.lower) & (value < self.upper)
         if not np.all(inside):
             bad = float(np.ravel(value)[np.argmin(np.ravel(inside))])
-            unit = f" {self.unit}" if self.kind is not Kind.PURE else ""
+            unit = f" {self.unit}" if self.unit and self.kind is not Kind.PURE else ""
+            told = f" ({self.description})" if self.description else ""
             raise ValueOutOfBoundsError(
-                f"{self.name} = {bad:g}{unit} ({self.description}) must be finite"
+                f"{self.name} = {bad:g}{unit}{told} must be finite"
                 + (f" and {self.bounds_in_words}" if self.bounds_in_words != "any" else "")
             )

@@ -144,6 +144,8 @@ def test_an_array_of_parameters_needs_no_numbers_of_laws() -> None:
     np.testing.assert_allclose(batch.y[1], by_name.y[-1], atol=1e-10)
     with pytest.raises(MechcError, match=r"all 4 of them"):
         model.simulate(2.0, START, [1.0, 2.0, 3.0], inputs=law)
+    with pytest.raises(MechcError, match=r"F.1 = -3 \(declared non-negative\) must be .* >= 0"):
+        model.simulate(2.0, START, {"F.1": -3.0}, inputs=law)
 
 
 def test_a_narrow_pulse_of_a_law_is_seen() -> None:

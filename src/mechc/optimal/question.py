@@ -279,6 +279,11 @@ def _first_signal(name: str, given: Any, shares: Array) -> Any:
 def _refuse_open(problem: OptimalProblem) -> None:
     """Raise :class:`MechcError` where states could not follow what is found."""
     system, unknowns = problem.system, problem.unknowns
+    if system.attitudes.of_length_one:
+        raise MechcError(
+            f"{system.name} has a quaternion of length one, which the states of a search have not: "
+            "describe its attitude by angles, or by a mechc.BallJoint or mechc.FreeJoint"
+        )
     if not system.scene.rows:
         return
     if unknowns.parameters and not isinstance(problem.y0, Mapping):

@@ -21,7 +21,7 @@ SAMPLES = 800
 def in_words(result: Any) -> str:
     """Cost, duration, values, what lies at its bound, and what the search took."""
     problem = result.problem
-    ended = "found" if result.converged else "NOT found"
+    ended = "found" if result.converged else "not found"
     lines = [
         f"motion of {problem.model.name} with the least {_cost(problem)}: {ended}",
         f"  cost         {result.cost:14.9g}",

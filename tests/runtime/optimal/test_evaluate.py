@@ -2,7 +2,10 @@
 
 import numpy as np
 import pytest
+import sympy as sm
+from sympy.physics.mechanics import dynamicsymbols
 
+import mechc
 from benchmarks.problems import optimal as problems
 from mechc.optimal.evaluate import Evaluation
 from mechc.optimal.find import _with_nodes
@@ -54,6 +57,20 @@ def test_inputs_that_stretch_with_the_duration(kind):
     bead = problems.brachistochrone()
     inputs = {"slope": 0.5}
     _check(_evaluation(bead.model, bead.arguments, {**BEAD, "kind": kind, "inputs": inputs}))
+
+
+def test_time_in_the_equations_and_an_input_that_is_given():
+    x, v, push, pull = dynamicsymbols("x v push pull")
+    k, t = sm.Symbol("k"), dynamicsymbols._t
+    rates = push + pull - k * x**3 + v * sm.cos(2 * t)
+    spring = mechc.from_equations([x], [v], None, [rates], defaults={k: 2.0})
+    model = mechc.compile(spring, outputs=("sensitivities",))
+    given = mechc.Signal(np.linspace(0.0, 5.0, 11), np.sin(np.arange(11.0)), "cubic")
+    asked = {
+        "integral": "push**2*x + pull*t", "final": "x*v*k", "end": {"x": 1.0}, "t0": 1.0,
+        "inputs": {"pull": given}, "free": {"k": (1.0, 3.0), "v": (0.0, 1.0)},
+    }  # fmt: skip
+    _check(_evaluation(model, (1.5, {"x": 0.1, "v": 0.2}, {"push": (-3.0, 3.0)}), asked))
 
 
 def test_an_impact_moves_the_jump_of_the_running_cost():

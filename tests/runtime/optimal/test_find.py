@@ -79,5 +79,5 @@ def test_what_is_not_found_is_said_with_what_was_nearest():
     )  # fmt: skip
     assert not found.converged
     assert found.violation > 0.1
-    assert "NOT found" in str(found)
+    assert ": not found" in str(found)
     assert "nearest" in str(found)

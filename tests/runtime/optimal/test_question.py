@@ -61,6 +61,12 @@ def test_parameters_that_a_whole_state_of_loops_does_not_follow():
         bar.optimise(1.0, y0, params={"l_3": 3.5}, free={"l_1": (1.5, 2.5)}, final="theta_1")
 
 
+def test_quaternions_of_length_one():
+    body = mechc.load("rigid_body", outputs=("energy", "sensitivities"))
+    with pytest.raises(mechc.MechcError, match="FreeJoint"):
+        body.optimise(1.0, body.assemble(), final=body.speeds[0])
+
+
 def test_conditions_take_units_and_expressions():
     system = mechc.load("pendulum").system
     angle, speed = system.coordinates[0], system.speeds[0]

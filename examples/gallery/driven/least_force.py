@@ -45,7 +45,6 @@ print(found)
 
 assert found.converged
 assert abs(found.cost / 309.765777 - 1) < 1e-5
-found.plot("x", "angle")
 
 # %%
 found.solution.animate()

@@ -47,4 +47,5 @@ assert found.converged
 assert abs(found.cost / 309.765777 - 1) < 1e-5
 
 # %%
-found.solution.animate()
+sol = found.solution
+sol.animate()

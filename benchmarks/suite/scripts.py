@@ -65,6 +65,8 @@ COMMANDS = {  # not part of the suite: by their names only
     "fuzz": Script("short motions of random linkages: is any wrong without a word?",
                     "fuzz.command"),
     "closing": Script("microseconds that it takes to close loops", "costs.closing"),
+    "optimal": Script("optimal motions with known costs: errors, iterations, seconds",
+                       "formulations.optimal"),
     "report": Script("the report of figures measured before", "report.command"),
     "references": Script("exact motions of data/, computed again", "references.command"),
     "check": Script("error estimates of sol.check() over the true errors", "suite.checks"),

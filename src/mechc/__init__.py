@@ -45,6 +45,7 @@ from mechc.simulation.status import ChangePoint, Status
 if TYPE_CHECKING:
     from mechc.batch.spec import Assembly
     from mechc.compilation.table import Table
+    from mechc.differentiable.casadi_model import casadi
     from mechc.differentiable.jax_function import jax
     from mechc.differentiable.torch_function import torch
     from mechc.export import export_c, export_fmu, export_wasm
@@ -113,6 +114,7 @@ __all__ = [
     "UnknownNameError",
     "UnusedValueWarning",
     "ValueOutOfBoundsError",
+    "casadi",
     "export_c",
     "export_fmu",
     "export_wasm",
@@ -138,6 +140,7 @@ _LATER = {
     "Signal": "mechc.inputs.signals",
     "Stepper": "mechc.simulation.stepper",
     "Table": "mechc.compilation.table",
+    "casadi": "mechc.differentiable.casadi_model",
     "export_c": "mechc.export",
     "export_fmu": "mechc.export",
     "export_wasm": "mechc.export",

@@ -24,6 +24,7 @@ PAGES = (
     "library.md",
     "mechanism.md",
     "mjcf.md",
+    "optimal.md",
     "outputs.md",
     "periodic.md",
     "positions.md",

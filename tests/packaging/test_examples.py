@@ -22,7 +22,6 @@ SHOWN = {
     r"(?s:.)*at 1\.236102 s, (0e\+00|\de-1[2-6]) s from",
     "newtons_cradle": r"apart: .*leave with \[0\.01 0\.01 0\.01 0\.01 0\.96\]"
     r"(?s:.)*touching: .*leave with \[-0\.58  0\.4   0\.4   0\.4   0\.4 \]",
-    "optimised_trajectory": r"terminated successfully\n.*13\.16(?s:.)*ends \d\.\de-1\d",
     "slider_clearance": r"finished: \d+ impacts of corners, 9\.9\d ms on a wall\n"
     r"energy grows by at most \de-1\d J\n.* are 0\.01\d\d and 0\.003\d rad off"
     r"\n.* are 0\.00\d, 0\.04\d and 0\.04\d rad off",

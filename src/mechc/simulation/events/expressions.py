@@ -131,15 +131,15 @@ class EventReader:
         if isinstance(given, str):
             relation = next((sign for sign in _DIRECTIONS if sign in given), None)
             if relation is None:
-                return self._plain(given), 0.0
+                return self.plain(given), 0.0
             left, right = given.split(relation, 1)
             relation = relation + "=" if right.startswith("=") else relation
-            value = self._plain(left)
+            value = self.plain(left)
             return value - self._level(value, right.removeprefix("=")), _DIRECTIONS[relation]
         direction = _DIRECTIONS.get(getattr(given, "rel_op", ""))
         if direction is None:
-            return self._plain(given), 0.0
-        return self._plain(given.lhs - given.rhs), direction
+            return self.plain(given), 0.0
+        return self.plain(given.lhs - given.rhs), direction
 
     def _level(self, value: Any, text: str) -> Any:
         """The level of a comparison: an expression, or a number with a unit of the value.
@@ -149,15 +149,15 @@ class EventReader:
         from sympy import Abs
 
         if not is_with_unit(text):
-            return self._plain(text)
+            return self.plain(text)
         inside = value.args[0] if isinstance(value, Abs) else value
         found = [name for name, symbol in self.names.items() if inside.has(symbol)]
         known = getattr(self.system, "quantities", {})
         quantities = [known[name] for name in found if name in known]
         linear = all(inside.diff(self.names[name]).is_number for name in found)
         if not (linear and found) or len({(q.kind, q.unit) for q in quantities}) != 1:
-            return self._plain(text)
-        return self._plain(read_value(text, quantities[0]))
+            return self.plain(text)
+        return self.plain(read_value(text, quantities[0]))
 
     def _stop(self, given: Stop) -> Event:
         system = self.system
@@ -166,9 +166,9 @@ class EventReader:
                 "a gap is an expression of coordinates, of SymPy or as text, not "
                 f"{brief(given.gap)}"
             )
-        gap = ValueExpression(self._plain(given.gap), self.p, self.width)
+        gap = ValueExpression(self.plain(given.gap), self.p, self.width)
         gap.title = as_written(given.gap)
-        kept = ValueExpression(self._plain(given.restitution), self.p, self.width)
+        kept = ValueExpression(self.plain(given.restitution), self.p, self.width)
         for name in (*system.speeds, *system.states):
             symbol = self.names[name]
             if gap.expression.has(symbol) or kept.expression.has(symbol):
@@ -186,7 +186,7 @@ class EventReader:
         return Event(gap, -1.0, given.terminal, reset)
 
     def _friction_of_stop(self, given: Stop) -> FrictionLaw:
-        none = bool(self._plain(given.friction).is_zero) and given.static is None
+        none = bool(self.plain(given.friction).is_zero) and given.static is None
         if given.slip is None and not none:
             raise ValueOutOfBoundsError(
                 "friction at a stop needs the speed of sliding there: slip='u_x + r*omega'"
@@ -206,7 +206,7 @@ class EventReader:
 
         speeds = [self.names[name] for name in self.system.speeds]
         one = is_expression(slip) and not getattr(slip, "is_Matrix", False)
-        speed = self._plain(slip) if one else S.Zero
+        speed = self.plain(slip) if one else S.Zero
         rows = [diff(speed, u) for u in speeds]
         if not any(rows) or any(row.has(u) for row in rows for u in speeds):
             raise ValueOutOfBoundsError(
@@ -215,8 +215,8 @@ class EventReader:
                 "loads by a smooth law instead: -mu*N*v_x/sqrt(v_x**2 + v_y**2 + v_s**2) along x "
                 "and likewise along y, with a small speed v_s"
             )
-        press, slides = self._plain(normal), self._plain(friction)
-        sticks = slides if static is None else self._plain(static)
+        press, slides = self.plain(normal), self.plain(friction)
+        sticks = slides if static is None else self.plain(static)
         for coefficient, told in ((slides, friction), (sticks, static), (press, normal)):
             if coefficient.is_number and not coefficient >= 0:
                 raise ValueOutOfBoundsError(
@@ -236,9 +236,9 @@ class EventReader:
             if name in known_kinds and (not isinstance(value, str) or is_with_unit(value)):
                 value = in_si(value, known_kinds[name])
             if name in parameters:
-                values[parameters.index(name)] = self._plain(value)
+                values[parameters.index(name)] = self.plain(value)
             elif name in state:
-                changes[state.index(name)] = self._plain(value)
+                changes[state.index(name)] = self.plain(value)
             else:
                 known = (*state, *parameters)
                 raise UnknownNameError("coordinate, speed or parameter", name, known)
@@ -249,7 +249,7 @@ class EventReader:
     def state(self) -> tuple[str, ...]:
         return (*self.system.coordinates, *self.system.speeds)
 
-    def _plain(self, given: Any) -> Any:
+    def plain(self, given: Any) -> Any:
         """A number, a text of the grammar or an expression of SymPy, over plain symbols."""
         from sympy import (
             Derivative,

@@ -1,0 +1,104 @@
+"""States moved onto the closed loops along directions that stay, and the derivative of that.
+
+A search moves all components of a state.  The state that a motion begins with is q + G a, u + H b
+with the a and b that close the loops; G and H are the rows of the constraints where the search
+began.  So it is a smooth function of the components and the parameters, and the identity on states
+that are closed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from mechc.errors import AssemblyError
+from mechc.system.parameters import Array
+from mechc.system.system import System
+
+MOST = 30  # Newton's steps, quadratic near the loops
+CLOSED = 1e-13  # of the mechanism's size
+SINGULAR = 1e-9  # of the largest singular value: below, a row that depends on the others
+
+
+class Closed(NamedTuple):
+    """A closed state (nx,), its derivatives by the state that was moved (nx, nx) and by the
+    parameters (nx, np)."""
+
+    y: Array
+    by_state: Array
+    by_parameters: Array
+
+
+@dataclass(frozen=True)
+class Retraction:
+    """Directions (nq, nh) of coordinates and (nu, nc) of speeds, along which a state is moved."""
+
+    of_coordinates: Array
+    of_speeds: Array
+
+    @classmethod
+    def at(cls, system: System, y: Array, p: Array, t: float) -> Retraction:
+        """The directions normal to the constraints at a state, over the sizes of components."""
+        if not system.scene.rows:
+            return cls(np.zeros((0, 0)), np.zeros((0, 0)))
+        size, nq = system.scale(p) ** 2, len(system.coordinates)
+        return cls(
+            size[:nq, None] * _gradient(system, y, p, t).T,
+            size[nq:, None] * system.constraint_jacobian(y, p, t).T,
+        )
+
+    def close(self, system: System, y: Array, p: Array, t: float) -> Closed:
+        """The closed state near y (nx,).
+
+        Raises :class:`AssemblyError` if there is none along the directions.
+        """
+        nq, nx = len(system.coordinates), len(y)
+        if not system.scene.rows:
+            return Closed(y, np.eye(nx), np.zeros((nx, len(p))))
+        y = y.copy()
+        self._close_coordinates(system, y, p, t)
+        rows, turn = system.constraint_jacobian(y, p, t), _gradient(system, y, p, t)
+        back = self.of_speeds @ np.linalg.pinv(rows @ self.of_speeds, rcond=SINGULAR)
+        y[nq:] -= back @ system.velocity_constraints(y, p, t)
+        lift = self.of_coordinates @ np.linalg.pinv(turn @ self.of_coordinates, rcond=SINGULAR)
+        by_state, by_parameters = np.eye(nx), np.zeros((nx, len(p)))
+        by_state[:nq, :nq] -= lift @ turn
+        by_parameters[:nq] = -lift @ _by_parameters(system, "constraints", y, p, t)
+        bent = system.evaluate("velocity_gradient", y, p, t)
+        by_state[nq:, nq:] -= back @ rows
+        by_state[nq:, :nq] = -back @ bent @ by_state[:nq, :nq]
+        faster = _by_parameters(system, "velocity_constraints", y, p, t)
+        by_parameters[nq:] = -back @ (faster + bent @ by_parameters[:nq])
+        return Closed(y, by_state, by_parameters)
+
+    def _close_coordinates(self, system: System, y: Array, p: Array, t: float) -> None:
+        nq, size = len(system.coordinates), system.length(p)
+        before = np.inf
+        for _ in range(MOST):
+            gap = system.constraints(y, p, t)
+            left = float(np.abs(gap).max(initial=0.0))
+            if left <= CLOSED * size or (left >= 0.5 * before and left < 1e3 * CLOSED * size):
+                return
+            if not np.isfinite(left):
+                break
+            before = left
+            turn = _gradient(system, y, p, t)
+            way = np.linalg.pinv(turn @ self.of_coordinates, rcond=SINGULAR)
+            y[:nq] -= self.of_coordinates @ (way @ gap)
+        raise AssemblyError("the loops do not close near a state that the search came to")
+
+
+def _by_parameters(system: System, rows: str, y: Array, p: Array, t: float) -> Array:
+    """The derivative of the constraints' rows by parameters; of a scene without, none."""
+    name = f"{rows}_by_parameters"
+    if name in system.scene.outputs:
+        return np.asarray(system.evaluate(name, y, p, t))
+    count = len(system.evaluate(rows, y, p, t))
+    return np.zeros((count, len(p)))
+
+
+def _gradient(system: System, y: Array, p: Array, t: float) -> Array:
+    """The derivative of the configuration constraints by the coordinates (nh, nq)."""
+    return system.constraint_gradient(y, p, t)[: system.scene.holonomic]

@@ -1,0 +1,1 @@
+"""Motions for a cost: inputs, parameters and starts by multiple shooting."""

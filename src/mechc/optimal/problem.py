@@ -1,0 +1,252 @@
+"""The problem by multiple shooting: what is unknown, cost and conditions, and their derivatives.
+
+The horizon has equal intervals.  Unknown are the samples of the inputs, parameters, numbers of the
+start, the duration, and the state at the end of every interval.  The motion of an interval begins
+with the state before it, moved onto the closed loops, and has to end at the state after it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechc.assembly.retraction import Retraction
+from mechc.inputs.signals import Signal
+from mechc.optimal.segments import Segment, follow
+from mechc.optimal.terms import Points, Terms
+from mechc.system.parameters import Array
+
+LINEAR = "linear"
+Indices = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """The vector x of all unknowns: its blocks, bounds and sizes.
+
+    Attributes
+    ----------
+    controls, parameters, start
+        Names of inputs, parameters, coordinates and speeds of the start that are found.
+    free
+        Whether the duration is.
+    samples, nodes, width
+        Samples of each input, intervals, components of a state.
+    lower, upper, size : (nx,)
+        Bounds, and units of changes.
+    """
+
+    controls: tuple[str, ...]
+    parameters: tuple[str, ...]
+    start: tuple[str, ...]
+    free: bool
+    samples: int
+    nodes: int
+    width: int
+    lower: Array = field(default_factory=lambda: np.zeros(0))
+    upper: Array = field(default_factory=lambda: np.zeros(0))
+    size: Array = field(default_factory=lambda: np.zeros(0))
+
+    @cached_property
+    def blocks(self) -> dict[str, Any]:
+        """Places in x: controls (samples, n), parameters, start, duration, nodes (nodes, nx)."""
+        shapes = {
+            "controls": (self.samples, len(self.controls)),
+            "parameters": (len(self.parameters),),
+            "start": (len(self.start),),
+            "duration": (int(self.free),),
+            "nodes": (self.nodes, self.width),
+        }
+        found, first = {}, 0
+        for name, shape in shapes.items():
+            count = int(np.prod(shape))
+            found[name] = first + np.arange(count).reshape(shape)
+            first += count
+        return found
+
+    @property
+    def sizes_of_state(self) -> Array:
+        """Units of changes of the components of a state (nx,)."""
+        return np.asarray(self.size[self.blocks["nodes"][0]])
+
+    @property
+    def count(self) -> int:
+        return int(self.blocks["nodes"][-1, -1]) + 1
+
+
+@dataclass(frozen=True)
+class OptimalProblem:
+    """All arguments are checked.
+
+    Attributes
+    ----------
+    model, system
+        The :class:`mechc.Model`, with the derivatives that are needed.
+    unknowns
+        See :class:`Unknowns`.
+    params, inputs, y0, guess
+        What is not found: parameters and inputs by name; the start, a mapping or a state; and
+        coordinates near its assembly.
+    t0, duration
+        The begin, and the duration where it is given, s.
+    kind
+        Of the signals: ``"linear"`` or ``"previous"``.
+    run
+        Keywords of ``simulate``: events, rtol, method.
+    integral, final, along, end
+        Expressions: the cost over time and at the end (one or none each), bounds at the ends of all
+        intervals, and conditions at the end.
+    lower, upper : (rows,)
+        Bounds of ``along``, and then those of ``end``.
+    """
+
+    model: Any
+    unknowns: Unknowns
+    params: Mapping[str, Any]
+    inputs: Mapping[str, Any]
+    y0: Any
+    guess: Mapping[str, float]
+    t0: float
+    duration: float
+    kind: str
+    run: Mapping[str, Any]
+    integral: Terms
+    final: Terms
+    along: Terms
+    end: Terms
+    lower: Array
+    upper: Array
+    retractions: list[Retraction] = field(default_factory=list)
+    counts: dict[str, int] = field(default_factory=lambda: {"motions": 0, "derivatives": 0})
+
+    @property
+    def system(self) -> Any:
+        return self.model.system
+
+    def read(self, x: Array) -> Choice:
+        """What the unknowns mean."""
+        blocks = self.unknowns.blocks
+        duration = float(x[blocks["duration"]][0]) if self.unknowns.free else self.duration
+        params = dict(zip(self.unknowns.parameters, x[blocks["parameters"]].tolist(), strict=True))
+        start = dict(zip(self.unknowns.start, x[blocks["start"]].tolist(), strict=True))
+        return Choice(
+            self, x[blocks["controls"]], {**self.params, **params}, start, duration,
+            x[blocks["nodes"]],
+        )  # fmt: skip
+
+    def row_bounds(self) -> tuple[Array, Array]:
+        """Bounds of the conditions (rows,): no gaps between intervals, ``along``, ``end``."""
+        count, m = self.unknowns.nodes, self.along.count
+        gaps: Array = np.zeros(count * self.unknowns.width)
+        lower, upper = (
+            np.concatenate([gaps, np.tile(each[:m], count), each[m:]])
+            for each in (self.lower, self.upper)
+        )
+        return lower, upper
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One choice of the unknowns, and the motions that it makes.
+
+    Attributes
+    ----------
+    samples : (n, controls)
+        Of the inputs that are found.
+    params, start, duration, nodes
+        Parameters by name, numbers of the start by name, s, and states (intervals, nx).
+    """
+
+    problem: OptimalProblem
+    samples: Array
+    params: dict[str, Any]
+    start: dict[str, float]
+    duration: float
+    nodes: Array
+
+    @cached_property
+    def times(self) -> Array:
+        """The ends of the intervals (intervals + 1,), s."""
+        count = self.problem.unknowns.nodes
+        share = np.arange(count + 1, dtype=np.float64) / count
+        return np.asarray(self.problem.t0 + self.duration * share)
+
+    @cached_property
+    def signals(self) -> dict[str, Signal]:
+        """The inputs that are found."""
+        rows = self.samples
+        if self.problem.kind != LINEAR:
+            rows = np.vstack([rows, rows[-1:]])
+        return {
+            name: Signal(self.times, rows[:, k], self.problem.kind, outside="hold",
+                         breaks="samples")
+            for k, name in enumerate(self.problem.unknowns.controls)
+        }  # fmt: skip
+
+    @cached_property
+    def model(self) -> Any:
+        """The model driven by all inputs."""
+        given = {**self.problem.inputs, **self.signals}
+        return self.problem.model.with_inputs(given) if given else self.problem.model
+
+    @cached_property
+    def p(self) -> Array:
+        """All parameters (np,)."""
+        found: Array = self.model.system.parameter_set.resolve(self.params)
+        return found
+
+    @cached_property
+    def first(self) -> tuple[Any, Array]:
+        """The start as ``simulate`` takes it, and its state.
+
+        Raises :class:`AssemblyError` if it cannot be assembled.
+        """
+        given = self.problem.y0
+        if not isinstance(given, Mapping):
+            return given, np.asarray(given)
+        given = {**given, **self.start}
+        rest, speeds = self.model.coordinates_and_speeds(given)
+        near = {**self.problem.guess}
+        return given, self.model.assemble(rest, speeds, near or None, self.params, self.problem.t0)
+
+    @cached_property
+    def segments(self) -> list[Segment]:
+        """The motions of the intervals.
+
+        Raises :class:`AssemblyError`, :class:`MechcError` where one does not reach its end.
+        """
+        return [follow(self, k) for k in range(len(self.nodes))]
+
+    @property
+    def ends(self) -> Array:
+        """The states at which the motions end (intervals, nx)."""
+        return np.array([one.states[-1] for one in self.segments], dtype=np.float64)
+
+    def input_values(self, k: Any, share: Any) -> tuple[Array, Array]:
+        """Weights (n, 2) of the samples k and k + 1 at shares of intervals k (n,), and the values
+        (n, controls) of the inputs that are found."""
+        late = share if self.problem.kind == LINEAR else np.zeros_like(share)
+        weights = np.stack([1.0 - late, late], axis=-1)
+        after = np.minimum(k + 1, len(self.samples) - 1)
+        values = weights[:, :1] * self.samples[k] + weights[:, 1:] * self.samples[after]
+        return weights, values
+
+    def points(self, k: Indices, share: Array, y: Array) -> Points:
+        """States y (n, nx) at shares of intervals k (n,) as points of expressions."""
+        system, duration = self.model.system, self.duration
+        t = self.times[k] + share * (duration / len(self.nodes))
+        if self.problem.kind != LINEAR:  # at the end of an interval its own value, not the next
+            t = np.where(share == 1.0, np.nextafter(t, -np.inf), t)
+        r, found = np.zeros((len(t), len(system.inputs))), self.input_values(k, share)[1].T
+        values = dict(zip(self.problem.unknowns.controls, found, strict=True))
+        others = [name for name in system.inputs if name not in values]
+        if others:
+            values |= zip(others, system.driven.values(others, t, y), strict=True)
+        for place, name in enumerate(system.inputs):
+            r[:, place] = values[name]
+        return Points(system, t, y, r, self.p, self.first[1], duration)

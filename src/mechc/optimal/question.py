@@ -1,0 +1,318 @@
+"""Arguments of a search for a motion, checked: the problem, and where the search begins."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, brief
+from mechc.fitting.unknowns import checked_bounds
+from mechc.inputs.accept import laws_apart
+from mechc.inputs.signals import Signal
+from mechc.optimal.problem import LINEAR, Choice, OptimalProblem, Unknowns
+from mechc.optimal.terms import Terms, read_terms, refuse_rates
+from mechc.simulation.settings import checked_positive
+from mechc.system.names import by_name, name_of
+from mechc.system.parameters import Array, doubles, one_double
+from mechc.system.system import System
+from mechc.system.units import in_si, read_seconds
+
+LATER = 0.3718  # s; no time after which a drive is likely to repeat
+SAME = 1e-9  # rates that differ by less do not depend on time
+
+
+@dataclass(frozen=True)
+class Question:
+    """Arguments of :meth:`mechc.Model.optimise`, as they were given."""
+
+    duration: Any
+    y0: Any
+    controls: Any
+    params: Any
+    inputs: Any
+    guess: Any
+    integral: Any
+    final: Any
+    end: Any
+    bounds: Any
+    free: Any
+    t0: float
+    intervals: int
+    kind: str
+    run: Mapping[str, Any]
+
+
+class Condition(NamedTuple):
+    """An expression with its bounds."""
+
+    text: Any
+    lower: float
+    upper: float
+
+
+class StateConditions(NamedTuple):
+    """Bounds of components of the state, by their places, and of other expressions."""
+
+    components: dict[int, tuple[float, float]]
+    others: list[Condition]
+
+    @property
+    def texts(self) -> list[Any]:
+        return [one.text for one in self.others]
+
+
+@dataclass
+class Box:
+    """Bounds, sizes and first values of all unknowns (n,), as they are gathered."""
+
+    lower: Array
+    upper: Array
+    size: Array
+    first: Array
+
+    @classmethod
+    def open(cls, count: int) -> Box:
+        """Unknowns without bounds."""
+        whole = np.ones(count)
+        return cls(-np.inf * whole, np.inf * whole, whole.copy(), np.zeros(count))
+
+    def bound(self, places: Any, ends: tuple[float, float]) -> None:
+        """Set bounds, and sizes where both are finite."""
+        self.lower[places], self.upper[places] = ends
+        if np.isfinite(ends[1] - ends[0]):
+            self.size[places] = 0.5 * (ends[1] - ends[0])
+
+    def within(self, unknowns: Unknowns) -> tuple[Unknowns, Array]:
+        """The unknowns with these bounds, and first values within them."""
+        found = replace(unknowns, lower=self.lower, upper=self.upper, size=self.size)
+        return found, np.clip(self.first, self.lower, self.upper)
+
+
+def read_problem(model: Any, asked: Question) -> tuple[OptimalProblem, Array]:
+    """The problem, and the first values of its unknowns, the states of its nodes still 0.
+
+    Raises what :meth:`mechc.Model.optimise` says.
+    """
+    laws, inputs = laws_apart({} if asked.inputs is None else by_name(asked.inputs, "inputs"))
+    system = model.system.with_laws(laws) if laws else model.system
+    controls = by_name(asked.controls or {}, "controls", "{'F': (-10, 10)}")
+    for name in controls:
+        if name not in system.inputs:
+            raise UnknownNameError("input", name, system.inputs)
+        refuse_rates(system, name)
+    along, end = (_conditions(system, *one) for one in
+                  ((asked.bounds, "bounds"), (asked.end, "end")))  # fmt: skip
+    system, terms = _terms(system, asked, along, end)
+    params, y0 = _named(system, asked.params), _checked_start(asked.y0)
+    unknowns, first = _unknowns(system, asked, controls, params, inputs, along, end)
+    limits = np.array([one[1:] for one in (*along.others, *end.others)]).reshape(-1, 2)
+    problem = OptimalProblem(
+        type(model).of_system(system), unknowns, params,
+        {name: value for name, value in inputs.items() if name not in controls}, y0,
+        by_name(asked.guess or {}, "guess"), one_double(asked.t0, "t0"),
+        0.0 if unknowns.free else _seconds(asked.duration), asked.kind, asked.run, *terms,
+        limits[:, 0], limits[:, 1],
+    )  # fmt: skip
+    _refuse_open(problem)
+    if unknowns.free:
+        _refuse_driven(problem.read(first))
+    return problem, first
+
+
+def _terms(
+    system: System, asked: Question, along: StateConditions, end: StateConditions
+) -> tuple[System, tuple[Terms, Terms, Terms, Terms]]:
+    """Cost over time and at the end, bounds along the motion, conditions at the end; and the system
+    with the derivatives of what is in them."""
+    if asked.integral is None and asked.final is None:
+        raise ValueOutOfBoundsError(
+            "nothing is to be least: give integral='F**2', final='duration', or both"
+        )
+    cost = [[one for one in (each,) if one is not None] for each in (asked.integral, asked.final)]
+    every = [*cost, along.texts, end.texts]
+    system, _ = read_terms(system, [text for texts in every for text in texts])
+    one, two, three, four = (read_terms(system, texts)[1] for texts in every)
+    return system, (one, two, three, four)
+
+
+def _checked_start(y0: Any) -> Any:
+    return by_name(y0, "y0") if isinstance(y0, Mapping) else doubles(y0, "y0")
+
+
+def _seconds(duration: Any) -> float:
+    if isinstance(duration, str):
+        return read_seconds(duration)
+    return checked_positive("the duration", duration)
+
+
+def _named(system: System, params: Any) -> dict[str, Any]:
+    """Parameters by name."""
+    if params is None or isinstance(params, Mapping):
+        return by_name(params or {}, "params")
+    return dict(zip(system.parameters, system.parameter_set.resolve(params).tolist(), strict=True))
+
+
+# -- conditions -----------------------------------------------------------------------------------
+
+
+def _conditions(system: System, given: Any, what: str) -> StateConditions:
+    names = (*system.coordinates, *system.speeds)
+    found = StateConditions({}, [])
+    for key, value in ({} if given is None else dict(given)).items():
+        name = _name_or_none(key)
+        if name not in names:
+            found.others.append(Condition(key, *_numbers(what, key, value)))
+        elif np.ndim(value) == 0:
+            one = float(in_si(value, system.quantities[name]))
+            found.components[names.index(name)] = one, one
+        else:
+            found.components[names.index(name)] = checked_bounds(system, name, value)
+    return found
+
+
+def _name_or_none(key: Any) -> Any:
+    """The name of a text or a symbol; None of an expression."""
+    symbol = getattr(key, "is_Symbol", False) or getattr(key, "is_Function", False)
+    return name_of(key) if isinstance(key, str) or symbol else None
+
+
+def _numbers(what: str, key: Any, value: Any) -> tuple[float, float]:
+    """The bounds of an expression, twice the same of a value."""
+    try:
+        low, high = (value, value) if np.ndim(value) == 0 else value
+        ends = float("-inf" if low is None else low), float("inf" if high is None else high)
+    except (TypeError, ValueError):
+        raise ValueOutOfBoundsError(
+            f"{what}: {key} has a value or (lower, upper), not {brief(value)}"
+        ) from None
+    if not ends[0] <= ends[1]:
+        raise ValueOutOfBoundsError(f"{what}: the bounds of {key} do not rise: {brief(value)}")
+    return ends
+
+
+# -- unknowns -------------------------------------------------------------------------------------
+
+
+def _unknowns(
+    system: System, asked: Question, controls: Mapping[str, Any], params: Mapping[str, Any],
+    inputs: Mapping[str, Any], along: StateConditions, end: StateConditions,
+) -> tuple[Unknowns, Array]:  # fmt: skip
+    """What is found, with bounds and first values; the nodes are not known yet."""
+    states = (*system.coordinates, *system.speeds)
+    free = by_name(asked.free or {}, "free", "{'m_1': (0.1, 5.0)}")
+    for name in free:
+        if name not in (*states, *system.parameters):
+            known = (*states, *system.parameters)
+            raise UnknownNameError("parameter, coordinate or speed", name, known)
+    begun = tuple(name for name in free if name in states)
+    if begun and not isinstance(asked.y0, Mapping):
+        raise ValueOutOfBoundsError(f"{begun[0]} is free: give y0 as a mapping, which is assembled")
+    unknowns = Unknowns(
+        tuple(controls), tuple(name for name in free if name not in states), begun,
+        np.ndim(asked.duration) > 0, asked.intervals + (asked.kind == LINEAR), asked.intervals,
+        len(states),
+    )  # fmt: skip
+    box, blocks = Box.open(unknowns.count), unknowns.blocks
+    shares = np.arange(unknowns.samples) / asked.intervals
+    for place, (name, ends) in zip(blocks["controls"].T, controls.items(), strict=True):
+        box.bound(place, checked_bounds(system, name, ends))
+        box.first[place] = _first_signal(name, inputs.get(name, 0.0), shares)
+    _bound_numbers(system, box, blocks["parameters"], unknowns.parameters, free, params)
+    start = asked.y0 if isinstance(asked.y0, Mapping) else {}
+    _bound_numbers(system, box, blocks["start"], begun, free, by_name(start, "y0"))
+    if unknowns.free:
+        low, high = _ends_of_duration(asked.duration)
+        box.bound(blocks["duration"], (low, high))
+        box.first[blocks["duration"]], box.size[blocks["duration"]] = 0.5 * (low + high), high
+    nodes = blocks["nodes"]
+    for i, ends in along.components.items():
+        box.bound(nodes[:, i], ends)
+    for i, ends in end.components.items():
+        box.bound(nodes[-1, i], ends)
+    some = dict(zip(unknowns.parameters, box.first[blocks["parameters"]].tolist(), strict=True))
+    box.size[nodes] = system.scale(system.parameter_set.resolve({**params, **some}))
+    return box.within(unknowns)
+
+
+def _bound_numbers(
+    system: System, box: Box, places: Any, names: Sequence[str], free: Mapping[str, Any],
+    known: Mapping[str, Any],
+) -> None:  # fmt: skip
+    """Bounds and first values of parameters, or of numbers of the start."""
+    for place, name in zip(places, names, strict=True):
+        low, high = checked_bounds(system, name, free[name])
+        value = known.get(name, system.defaults.get(name))
+        if value is None:
+            inside = [one for one in (low, high) if np.isfinite(one)]
+            value = float(np.mean(inside)) if inside else 0.0
+        box.first[place] = in_si(value, system.quantities[name])
+        box.size[place] = abs(box.first[place]) or 1.0
+        box.bound(place, (low, high))
+
+
+def _ends_of_duration(given: Any) -> tuple[float, float]:
+    try:
+        low, high = (_seconds(one) for one in given)
+    except (TypeError, ValueError):
+        raise ValueOutOfBoundsError(
+            f"duration is a time in s, or two bounds of it, (0.5, 5.0), not {brief(given)}"
+        ) from None
+    if not low < high < np.inf:
+        raise ValueOutOfBoundsError(f"the bounds of the duration do not rise: {brief(given)}")
+    return low, high
+
+
+def _first_signal(name: str, given: Any, shares: Array) -> Any:
+    """The samples that the search begins with: a number, or a signal over shares of its span."""
+    if isinstance(given, Signal):
+        low, high = given.times[0], given.times[-1]
+        return given(low + shares * (high - low))
+    return one_double(given, f"the first value of {name}")
+
+
+# -- what cannot be found -------------------------------------------------------------------------
+
+
+def _refuse_open(problem: OptimalProblem) -> None:
+    """Raise :class:`MechcError` where states could not follow what is found."""
+    system, unknowns = problem.system, problem.unknowns
+    if system.attitudes.of_length_one:
+        raise MechcError(
+            f"{system.name} has a quaternion of length one, which the states of a search have not: "
+            "describe its attitude by angles, or by a mechc.BallJoint or mechc.FreeJoint"
+        )
+    if not system.scene.rows:
+        return
+    if unknowns.parameters and not isinstance(problem.y0, Mapping):
+        raise MechcError(
+            f"{unknowns.parameters[0]} is free, and a whole state y0 does not close the loops with "
+            "another value of it: give y0 as a mapping, which is assembled"
+        )
+    for slot in system.data.get("inputs", ()):
+        if slot["of_time"] and slot["name"] in unknowns.controls:
+            raise MechcError(
+                f"constraints or the mass matrix contain {slot['name']}, so it cannot be found: "
+                "describe it as a coordinate, moved by a force that is found"
+            )
+
+
+def _refuse_driven(choice: Choice) -> None:
+    """Raise :class:`MechcError` if time drives the motion, while the duration is free."""
+    controls, model = choice.problem.unknowns.controls, choice.problem.model
+    given = {**choice.problem.inputs, **dict.fromkeys(controls, 0.0)}
+    system = (model.with_inputs(given) if given else model).system
+    y, t0 = choice.first[1], choice.problem.t0
+    try:
+        one, two = (system.rates(y, choice.p, t) for t in (t0, t0 + LATER))
+        same = np.allclose(one, two, rtol=SAME, atol=SAME)
+    except ValueOutOfBoundsError:  # beyond the samples of a signal
+        same = False
+    if not same:
+        others = [name for name in system.inputs if name not in controls]
+        raise MechcError(
+            f"the duration is free, and {' or '.join(others) or 'time in the equations'} drives "
+            "the motion: give the duration, or loads that do not depend on time"
+        )

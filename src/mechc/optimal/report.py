@@ -1,0 +1,103 @@
+"""An optimal motion in words and in pictures."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mechc.results.figures import new_figure
+from mechc.results.mathtext import plain, typeset
+from mechc.results.panels import COLOURS, QUIET
+from mechc.simulation.events.expressions import as_written
+from mechc.system.kinds import shown_in
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SAMPLES = 800
+
+
+def in_words(result: Any) -> str:
+    """Cost, duration, values, what lies at its bound, and what the search took."""
+    problem = result.problem
+    ended = "found" if result.converged else "not found"
+    lines = [
+        f"motion of {problem.model.name} with the least {_cost(problem)}: {ended}",
+        f"  cost         {result.cost:14.9g}",
+        f"  duration     {result.duration:14.9g} s",
+        *(_value(result, name, value) for name, value in result.values.items()),
+        *(f"  {name} is {told}" for name, told in result.active.items()),
+        f"{result.solver}: {result.message}, {result.iterations} iterations, "
+        f"{result.seconds:.3g} s, {result.motions} motions of an interval, "
+        f"{result.derivatives} with derivatives",
+        f"conditions are met to {result.violation:.1g}, the whole motion is within "
+        f"{result.deviation:.1g} of its parts",
+    ]
+    if len(result.ends) > 1:
+        costs = ", ".join(f"{cost:.6g}" + "" if good else "none" for cost, good in result.ends)
+        lines.append(f"the starts led to: {costs}")
+    if not result.converged:
+        lines.append(
+            "what is told here was nearest. Give other first values (inputs, params, y0), several "
+            "starts, more iterations, or wider bounds"
+        )
+    return "\n".join(lines)
+
+
+def _cost(problem: Any) -> str:
+    parts = [f"integral of {title}" for title in problem.integral.titles]
+    return " plus ".join([*parts, *problem.final.titles])
+
+
+def _value(result: Any, name: str, value: float) -> str:
+    unit, factor = _shown(result.problem.model, name)
+    return f"  {name:12} {value * factor:14.9g} {unit}".rstrip()
+
+
+def _shown(model: Any, name: str) -> tuple[str, float]:
+    quantity = model.quantities.get(name)
+    return ("", 1.0) if quantity is None else shown_in(quantity.kind, quantity.unit)
+
+
+def draw_optimum(result: Any, names: Any) -> Figure:
+    """Rows of a figure: the inputs that were found with their bounds, then what is named."""
+    problem, model, sol = result.problem, result.problem.model, result.solution
+    controls = problem.unknowns.controls
+    asked = list(names) or list(model.coordinates)
+    rows = len(controls) + len(asked)
+    t = np.linspace(sol.span[0], sol.span[1], SAMPLES)
+    with new_figure((6.8, 0.6 + 1.5 * rows)) as figure:
+        panels = figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0]
+        for axes, name in zip(panels, controls, strict=False):
+            _draw_control(axes, result, name)
+        for axes, one, line in zip(
+            panels[len(controls) :], asked, result.along(*asked, t=t).T, strict=True
+        ):
+            unit, factor = _shown(model, one if isinstance(one, str) else as_written(one))
+            axes.plot(t, factor * line, color=COLOURS[0])
+            axes.set_ylabel(_label(model, one, unit))
+        panels[-1].set_xlabel("time (s)")
+    return figure
+
+
+def _draw_control(axes: Any, result: Any, name: str) -> None:
+    """The samples of an input as they are joined, and its bounds."""
+    problem, signal = result.problem, result.signals[name]
+    unit, factor = _shown(problem.model, name)
+    places = problem.unknowns.blocks["controls"][:, problem.unknowns.controls.index(name)]
+    for bound in (problem.unknowns.lower[places[0]], problem.unknowns.upper[places[0]]):
+        if np.isfinite(bound):
+            axes.axhline(factor * bound, color=QUIET, linewidth=0.8, linestyle=":")
+    joined = "steps-post" if signal.kind == "previous" else "default"
+    axes.plot(signal.times, factor * signal.values, color=COLOURS[1], drawstyle=joined)
+    axes.set_ylabel(_label(problem.model, name, unit))
+
+
+def _label(model: Any, one: Any, unit: str) -> str:
+    """A name, or an expression as it was written, with its unit."""
+    written = as_written(one)
+    known = (*model.coordinates, *model.speeds, *model.inputs)
+    return (typeset(written) if written in known else plain(written)) + plain(
+        f" ({unit})" if unit else ""
+    )

@@ -1,0 +1,163 @@
+"""What a search for a motion found, with its report and its figure."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from mechc.inputs.signals import Signal
+from mechc.optimal.evaluate import Evaluation
+from mechc.optimal.problem import OptimalProblem
+from mechc.optimal.report import draw_optimum, in_words
+from mechc.optimal.solvers import Ended
+from mechc.optimal.terms import read_terms
+from mechc.system.parameters import Array
+
+AT_BOUND = 1e-4  # of the sizes: nearer to a bound a value lies at it
+
+
+class Optimum:
+    """The motion with the least cost that was found.
+
+    Attributes
+    ----------
+    cost
+        As the search has it, of the motions of the intervals.
+    converged, message, violation
+        Whether a minimum was found, how the search ended, and by how much the worst condition is
+        missed, over the sizes.
+    solver, iterations, seconds, motions, derivatives
+        What searched, and what it took: motions of one interval, and those with derivatives.
+    ends
+        The cost that each of the ``starts`` led to, and whether it converged; the best first.
+    """
+
+    def __init__(
+        self, problem: OptimalProblem, ended: Ended, solver: str, ends: tuple[Ended, ...]
+    ) -> None:
+        self.problem, self.solver, self.x = problem, solver, ended.x
+        self.cost, self.violation, self.converged = ended.cost, ended.violation, ended.converged
+        self.message, self.iterations, self.seconds = ended[4:]
+        self.motions, self.derivatives = problem.counts["motions"], problem.counts["derivatives"]
+        self.ends = tuple((one.cost, one.converged) for one in ends)
+
+    @cached_property
+    def _evaluation(self) -> Evaluation:
+        return Evaluation(self.problem, self.x)
+
+    @property
+    def duration(self) -> float:
+        """Of the motion, s."""
+        return self._evaluation.choice.duration
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The parameters, and coordinates and speeds of the start, that were found."""
+        choice, names = self._evaluation.choice, self.problem.unknowns.parameters
+        return {**{name: choice.params[name] for name in names}, **choice.start}
+
+    @property
+    def signals(self) -> Mapping[str, Signal]:
+        """The inputs that were found."""
+        return self._evaluation.choice.signals
+
+    @property
+    def inputs(self) -> dict[str, Any]:
+        """All inputs, as ``simulate`` takes them."""
+        return {**self.problem.inputs, **self.signals}
+
+    @property
+    def params(self) -> dict[str, Any]:
+        """The parameters, as ``simulate`` takes them."""
+        return self._evaluation.choice.params
+
+    @property
+    def y0(self) -> Array:
+        """The start (nq + nu,)."""
+        return self._evaluation.choice.first[1]
+
+    @property
+    def nodes(self) -> tuple[Array, Array]:
+        """Times (n + 1,) and states (n + 1, nq + nu) at the ends of the intervals."""
+        choice = self._evaluation.choice
+        return choice.times, np.vstack([self.y0, choice.ends])
+
+    @cached_property
+    def solution(self) -> Any:
+        """The whole motion with what was found, as ``simulate`` gives it."""
+        choice = self._evaluation.choice
+        span = float(choice.times[0]), float(choice.times[-1])
+        return choice.model.simulate(span, self.y0, choice.params, **self.problem.run)
+
+    def along(self, *expressions: Any, t: Any = None) -> Array:
+        """Expressions as of a cost along ``solution``, at times (nt,) in s: (nt, n).
+
+        ``found.along("F", "F*v", t=np.linspace(0, found.duration))``; by default at the steps.
+
+        Raises as :meth:`mechc.Model.optimise` for expressions that there cannot be.
+        """
+        terms = read_terms(self.problem.system, expressions)[1]
+        choice, sol = self._evaluation.choice, self.solution
+        times = sol.t if t is None else np.atleast_1d(np.asarray(t, dtype=np.float64))
+        passed = (times - choice.times[0]) * (len(choice.nodes) / choice.duration)
+        k = np.clip(passed.astype(np.intp), 0, len(choice.nodes) - 1)
+        return terms.at(choice.points(k, np.clip(passed - k, 0.0, 1.0), sol(times)))
+
+    @property
+    def deviation(self) -> float:
+        """The largest difference of ``solution`` from the motions of the intervals, over the
+        sizes: what the gaps between them grow to over the whole motion."""
+        sol, (times, states) = self.solution, self.nodes
+        if sol.span[1] < times[-1]:
+            return np.inf
+        whole = np.vstack([sol(times[1:-1]), sol.record.ends()[1][1]])
+        return float(np.abs((whole - states[1:]) / self.problem.unknowns.sizes_of_state).max())
+
+    @property
+    def active(self) -> dict[str, str]:
+        """The conditions that hold a value at its bound: name -> which bound, and how often."""
+        unknowns, blocks = self.problem.unknowns, self.problem.unknowns.blocks
+        model, m = self.problem.model, self.problem.along.count
+        rows, (lower, upper) = self._evaluation.rows, self.problem.row_bounds()
+        first = blocks["nodes"].size
+        groups = [(n, blocks["controls"][:, k]) for k, n in enumerate(unknowns.controls)]
+        for block in ("parameters", "start"):
+            groups += [(n, p[None]) for n, p in zip(getattr(unknowns, block), blocks[block],
+                                                     strict=True)]  # fmt: skip
+        groups += [("duration", blocks["duration"])] * unknowns.free
+        names = (*model.coordinates, *model.speeds)
+        groups += [(n, blocks["nodes"][:-1, i]) for i, n in enumerate(names)]
+        found = {}
+        for name, places in groups:
+            each = self.x[places], unknowns.lower[places], unknowns.upper[places]
+            found[name] = _at_bounds(*each, unknowns.size[places])
+        for j, title in enumerate(self.problem.along.titles):
+            here = slice(first + j, first + m * unknowns.nodes, m)
+            each = rows[here], lower[here], upper[here]
+            found[title] = _at_bounds(*each, np.ones(unknowns.nodes))
+        return {name: told for name, told in found.items() if told}
+
+    def plot(self, *names: Any) -> Any:
+        """Inputs that were found over the time, with their bounds, and coordinates or other
+        expressions, in one matplotlib figure."""
+        return draw_optimum(self, names)
+
+    def __str__(self) -> str:
+        return in_words(self)
+
+    def __repr__(self) -> str:
+        return f"<mechc.Optimum of {self.problem.model.name}: cost {self.cost:.6g}>"
+
+
+def _at_bounds(values: Array, lower: Array, upper: Array, size: Array) -> str:
+    """Which bounds values lie at, and how many; empty where there is none."""
+    told = []
+    for which, bound in (("lower", lower), ("upper", upper)):
+        at = np.isfinite(bound) & (np.abs(values - bound) < AT_BOUND * size)
+        if at.any():
+            often = "" if len(values) == 1 else f", {at.sum()} of {len(values)}"
+            told.append(f"at its {which} bound {bound[at][0]:.6g}{often}")
+    return "; ".join(told)

@@ -1,0 +1,208 @@
+"""Minima under conditions: IPOPT, where CasADi is installed, else SciPy's SLSQP.
+
+Unknowns are counted in units of their sizes.  First derivatives are exact, second ones are gathered
+from them on the way (quasi-Newton).
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from mechc.errors import AssemblyError
+from mechc.optimal.evaluate import Evaluation
+from mechc.optimal.problem import OptimalProblem
+from mechc.simulation.settings import checked_count, checked_positive
+from mechc.system.names import checked_word
+from mechc.system.parameters import Array
+
+IPOPT, SLSQP = "ipopt", "slsqp"
+FAR = 1e3  # of conditions where a motion does not exist
+MEETS = 1e-6  # of the sizes: conditions that are missed by less are met
+_ENDED = {"Solve_Succeeded": "converged", "Solved_To_Acceptable_Level": "converged roughly"}
+
+
+@dataclass(frozen=True)
+class SearchSettings:
+    """The solver, its tolerance, its most iterations, and how many first values are tried."""
+
+    solver: str
+    tol: float
+    most: int
+    starts: int
+    seed: int
+
+    @classmethod
+    def checked(cls, solver: Any, tol: Any, most: Any, starts: Any, seed: Any) -> SearchSettings:
+        """Settings as a user gives them: IPOPT where CasADi is installed, if none is named."""
+        word = checked_word("solver", solver, ("auto", IPOPT, SLSQP))
+        if word == "auto":
+            word = IPOPT if find_spec("casadi") else SLSQP
+        return cls(
+            word, checked_positive("tol", tol), checked_count("max_iterations", most),
+            checked_count("starts", starts), int(seed),
+        )  # fmt: skip
+
+
+class Ended(NamedTuple):
+    """The end of a search: unknowns, cost, the largest violation of a condition, whether it
+    converged, how it ended in words, iterations, seconds."""
+
+    x: Array
+    cost: float
+    violation: float
+    converged: bool
+    message: str
+    iterations: int
+    seconds: float
+
+    @property
+    def rank(self) -> tuple[bool, float]:
+        """Where it stands among others: the least cost first, else what misses least."""
+        return not self.converged, self.cost if self.converged else self.violation
+
+
+class Scaled:
+    """A problem in units of the sizes; the last evaluation is kept."""
+
+    def __init__(self, problem: OptimalProblem) -> None:
+        self.problem, self.size = problem, problem.unknowns.size
+        self.lower, self.upper = problem.row_bounds()
+        self._last: Evaluation | None = None
+        self.error: BaseException | None = None
+
+    def at(self, z: Array) -> Evaluation:
+        """The evaluation at unknowns over their sizes."""
+        x = z * self.size
+        if self._last is None or not np.array_equal(self._last.x, x):
+            self._last = Evaluation(self.problem, x)
+        return self._last
+
+    def value(self, z: Array) -> tuple[float, Array]:
+        """Cost and rows; NaN where a motion does not exist."""
+        try:
+            one = self.at(z)
+            return one.cost, one.rows
+        except AssemblyError:
+            return np.nan, np.full(len(self.lower), np.nan)
+
+    def slopes(self, z: Array) -> tuple[Array, csr_matrix]:
+        """Their derivatives."""
+        one = self.at(z)
+        rows = one.jacobian.copy()  # a product would leave out places where it is zero
+        rows.data *= self.size[rows.indices]
+        return one.gradient * self.size, rows
+
+    def violation(self, rows: Array) -> float:
+        """By how much the worst condition is missed; infinite where a motion does not exist."""
+        missed = np.maximum(self.lower - rows, rows - self.upper).max(initial=0.0)
+        return float(missed) if np.isfinite(rows).all() else np.inf
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Of the unknowns."""
+        return self.problem.unknowns.lower / self.size, self.problem.unknowns.upper / self.size
+
+    def end_at(
+        self, z: Array, converged: bool, message: str, iterations: int, began: float
+    ) -> Ended:
+        cost, rows = self.value(z)
+        seconds, missed = time.perf_counter() - began, self.violation(rows)
+        return Ended(
+            z * self.size, cost, missed, converged and missed < MEETS, message, iterations, seconds
+        )
+
+
+def minimise(problem: OptimalProblem, x: Array, search: SearchSettings) -> Ended:
+    """The minimum near x.
+
+    Raises :class:`AssemblyError` where a motion does not exist at x, :class:`MechcError` where a
+    derivative does not.
+    """
+    scaled = Scaled(problem)
+    z = np.clip(x / scaled.size, *scaled.bounds)
+    scaled.slopes(z)  # compiles what is not yet, before the clock is read
+    method = _by_ipopt if search.solver == IPOPT else _by_slsqp
+    return method(scaled, z, search.tol, search.most)
+
+
+def _by_ipopt(scaled: Scaled, z: Array, tol: float, most: int) -> Ended:
+    from mechc.differentiable.casadi_function import library, numeric_function
+
+    casadi, began = library(), time.perf_counter()
+    pattern = scaled.slopes(z)[1]
+
+    def value(x: Array) -> Any:
+        nothing = np.nan, np.full(len(scaled.lower), np.nan)
+        return _without_errors(scaled, lambda: scaled.value(x), nothing)
+
+    def slopes(x: Array) -> Any:
+        nothing = np.full((1, len(x)), np.nan), csr_matrix(pattern * np.nan)
+        found = _without_errors(scaled, lambda: scaled.slopes(x), nothing)
+        return [[found[0].reshape(1, -1)], [found[1]]]
+
+    every = csr_matrix(np.ones((1, len(z))))
+    sizes = [len(z)], [1, len(scaled.lower)]
+    function = numeric_function("problem", *sizes, value, slopes, [[every], [pattern]])
+    x = casadi.MX.sym("x", len(z))
+    cost, rows = function(x)
+    quiet = {"print_level": 0, "sb": "yes", "hessian_approximation": "limited-memory",
+             "tol": tol, "max_iter": most, "limited_memory_max_history": 30,
+             "constr_viol_tol": 0.1 * MEETS, "bound_relax_factor": 0.0}  # fmt: skip
+    solver = casadi.nlpsol("search", "ipopt", {"x": x, "f": cost, "g": rows}, {
+        "ipopt": quiet, "print_time": False, "show_eval_warnings": False, "calc_lam_x": False,
+        "error_on_fail": False,
+    })  # fmt: skip
+    lower, upper = scaled.bounds
+    found = solver(x0=z, lbx=lower, ubx=upper, lbg=scaled.lower, ubg=scaled.upper)
+    if scaled.error is not None:
+        raise scaled.error
+    status, stats = solver.stats()["return_status"], solver.stats()
+    told = _ENDED.get(status, status.replace("_", " ").lower())
+    at = np.array(found["x"]).ravel()
+    return scaled.end_at(at, status in _ENDED, told, int(stats["iter_count"]), began)
+
+
+def _without_errors(scaled: Scaled, call: Any, nothing: Any) -> Any:
+    """The result of a call from within IPOPT, which no error may leave: it is kept, and the search
+    finds numbers nowhere then."""
+    if scaled.error is not None:
+        return nothing
+    try:
+        return call()
+    except BaseException as error:
+        scaled.error = error
+        return nothing
+
+
+def _by_slsqp(scaled: Scaled, z: Array, tol: float, most: int) -> Ended:
+    from scipy.optimize import minimize
+
+    began = time.perf_counter()
+    equal = scaled.lower == scaled.upper
+    below, above = (np.isfinite(each) & ~equal for each in (scaled.lower, scaled.upper))
+
+    def rows(x: Array) -> Array:
+        return np.nan_to_num(scaled.value(x)[1], nan=FAR)
+
+    def conditions(sign: float, which: Array, bound: Array) -> dict[str, Any]:
+        return {
+            "type": "eq" if which is equal else "ineq",
+            "fun": lambda x: sign * (rows(x) - bound)[which],
+            "jac": lambda x: sign * scaled.slopes(x)[1].toarray()[which],
+        }
+
+    asked = (1.0, equal, scaled.lower), (1.0, below, scaled.lower), (-1.0, above, scaled.upper)
+    done = minimize(
+        lambda x: np.nan_to_num(scaled.value(x)[0], nan=FAR), z,
+        jac=lambda x: scaled.slopes(x)[0], method="SLSQP",
+        bounds=np.column_stack(scaled.bounds),
+        constraints=[conditions(*each) for each in asked if each[1].any()],
+        options={"ftol": tol, "maxiter": most},
+    )  # fmt: skip
+    return scaled.end_at(done.x, bool(done.success), done.message, int(done.nit), began)

@@ -24,6 +24,7 @@ from .draw import Law
 MOST = 400  # pieces
 BEYOND = 1e-9  # s: how far the motion is looked at beyond a mark
 SLOW = 1e-5  # of a mark's argument, 1/s
+ROUNDING = 1e-14  # 1/cosh of 40 is no step's argument: in doubles it is zero somewhere
 LARGEST = 60.0
 LONGEST = 200_000  # evaluations: it takes ever shorter steps towards a pole
 OF_MATH = {"arctan": "atan", "arctan2": "atan2", "arcsin": "asin", "arccos": "acos"}
@@ -65,7 +66,7 @@ def _margin(
 
     def margin(t: float, y: Array) -> float:
         x = argument(t, y, a, b)
-        return float(min(x - low, high - x))
+        return float(min(x - low, high - x)) - ROUNDING * max(1.0, abs(x))
 
     margin.terminal, margin.direction = True, -1.0  # type: ignore[attr-defined]
     return margin
@@ -112,6 +113,8 @@ class Reference:
             leaves = [
                 _margin(argument, *self._limits(n, b), a, b) for n, argument in enumerate(arguments)
             ]
+            if time == 0.0 and min((leave(time, y) for leave in leaves), default=0.0) < 0:
+                return Followed(np.array(found), 0, "grazes")
             piece = solve_ivp(
                 lambda t, y, b=b: rates(t, y, a, b), (time, times[-1]), y, method="DOP853",
                 rtol=rtol, atol=rtol, max_step=self.max_step, t_eval=wanted,
@@ -166,6 +169,9 @@ class Reference:
             if abs(there - here) < SLOW * BEYOND:
                 return before, "grazes"
             known[n] = before[n] + (1 if there > here else -1)
+            marks = self.law.cells[n].marks
+            if marks and not 0 <= known[n] <= len(marks):  # it turns within rounding
+                return before, "grazes"
         after = self._cells(*ahead, a, known)
         onward = t + BEYOND, y + BEYOND * np.array(rates(t, y, a, after))
         for n in hit:

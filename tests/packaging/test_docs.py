@@ -28,6 +28,7 @@ PAGES = (
     "periodic.md",
     "positions.md",
     "reference/examples.md",
+    "sdf.md",
     "synthesis.md",
     "theory/batches.md",
     "theory/change_points.md",

@@ -91,12 +91,13 @@ def from_urdf(
         Of what the file has and the mechanism does not; its ``skipped`` has all.
     """
     robot = read_robot(Path(path))
-    robot = replace(robot, name=name or robot.name, motors=_motors(robot, driven))
+    robot = replace(robot, name=name or robot.name, motors=driven_motors(robot, driven))
     robot = take_meshes(take_bounds(robot, limits, friction, effort), Path(path), meshes)
     return mechanism_of(robot, symbolic, cut=cut, floating=floating)
 
 
-def _motors(robot: Robot, driven: Iterable[str] | str) -> tuple[Motor, ...]:
+def driven_motors(robot: Robot, driven: Iterable[str] | str) -> tuple[Motor, ...]:
+    """The motors of joints that are to be driven; raises :class:`MechanismError` for others."""
     own = {j.name: j for j in robot.joints if j.kind in SINGLE and j.mimic is None}
     if driven == "all":
         names = [name for name, joint in own.items() if joint.leads_on]

@@ -27,7 +27,7 @@ from mechc_codegen.robots.robot import (
 )
 
 LARGEST = 2**25  # bytes: the largest public robots have less than a hundredth of it
-_INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
 def read_robot(path: Path) -> Robot:
@@ -107,7 +107,7 @@ def _link(part: Part) -> RobotLink:
     if mass < 0:
         part.refuse(f"has the mass {mass}, which is negative")
     entries = given.find("inertia")
-    inertia = tuple(part.number(entries, entry, 0) for entry in _INERTIA)
+    inertia = tuple(part.number(entries, entry, 0) for entry in INERTIA)
     return RobotLink(part.name, mass, part.pose(given), inertia, visuals)
 
 

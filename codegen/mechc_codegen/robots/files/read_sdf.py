@@ -30,12 +30,10 @@ from mechc_codegen.robots.robot import V3, Robot, RobotJoint, RobotLink, Visual,
 DEEPEST = 40  # models within each other
 GRAVITY: V3 = (0, 0, -9.8)  # of a world that says none
 _ACTING = ("actor", "gripper", "plugin", "wind")
-_SIZES = {
-    "box": ("box", (("size", 3),)),
-    "cylinder": ("cylinder", (("radius", 1), ("length", 1))),
-    "sphere": ("ball", (("radius", 1),)),
-    "mesh": ("mesh", (("scale", 3),)),
-}
+_SHAPES = {
+    "box": ("box", ("size",)), "cylinder": ("cylinder", ("radius", "length")),
+    "sphere": ("ball", ("radius",)), "mesh": ("mesh", ("scale",)),
+}  # fmt: skip
 
 
 def read_sdf(path: Path, floating: bool = True) -> Robot:
@@ -157,24 +155,20 @@ class _Reader:
     def _visuals(self, link: Part, scope: str) -> Iterator[Visual]:
         name = scope + link.name
         for number, element in enumerate(link.element.findall("visual")):
-            part = Part(self.path, "visual", element, f"{name} {number}")
             shape = element.find("geometry/*")
-            if shape is None or shape.tag not in _SIZES:
+            if shape is None or shape.tag not in _SHAPES:
                 continue
-            kind, wanted = _SIZES[shape.tag]
-            sizes = [
-                x
-                for tag, count in wanted
-                for x in part.numbers_of(f"geometry/{shape.tag}/{tag}", count)
-            ]
-            sizes = [1, 1, 1] if kind == "mesh" and shape.find("scale") is None else sizes
-            base = base_in(part.child("pose"), scope, name)
-            if not self.frames.has(base):
-                part.refuse(f"refers to the frame {base!r}, which is no link or frame of the file")
-            place = self.frames.place(name).inverse().then(self.frames.place(base))
+            label, (kind, tags) = f"{name} {number}" if number else name, _SHAPES[shape.tag]
+            part = Part(self.path, "visual", element, label)
+            sizes = [x for tag in tags for x in part.numbers_of(f"geometry/{shape.tag}/{tag}",
+                     3 if tag in ("size", "scale") else 1)]  # fmt: skip
+            if kind == "mesh" and shape.find("scale") is None:
+                sizes = [1, 1, 1]
+            base = self.frames.place_of(part, base_in(part.child("pose"), scope, name))
+            pose = pose_of(self.frames.place(name).inverse().then(base).then(pose_in(part)))
             if all(x > 0 or (kind == "mesh" and x) for x in sizes):
-                pose, uri = pose_of(place.then(pose_in(part))), shape.findtext("uri") or ""
-                yield Visual(kind, part.name, tuple(sizes), pose, uri.strip())
+                uri = (shape.findtext("uri") or "").strip()
+                yield Visual(kind, label, tuple(sizes), pose, uri)
 
     # -- the world ---------------------------------------------------------------------------
 

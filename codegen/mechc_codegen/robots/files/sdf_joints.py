@@ -54,9 +54,6 @@ class Frames:
             self.links.add(name)
         self._given[name] = (part, base, carrier)
 
-    def has(self, name: str) -> bool:
-        return self._key(name) in self._known or self._key(name) in self._given
-
     def place(self, name: str) -> Place:
         """The place in the world; an error names what refers to nothing or back to itself."""
         way, key = dict[str, Part](), self._key(name)
@@ -69,9 +66,15 @@ class Frames:
             key = each
         return self._known[key]
 
-    def link(self, name: str) -> str:
-        """The link that a frame goes with."""
+    def place_of(self, part: Part, name: str) -> Place:
+        """The place of a frame to which a part refers, which is refused where there is none."""
+        self._follow(part, name, {})
+        return self.place(name)
+
+    def link(self, part: Part, name: str) -> str:
+        """The link that a frame goes with, to which a part refers."""
         way, key = dict[str, Part](), self._key(name)
+        self._follow(part, name, way)
         while key not in self.links:
             part, _, carrier = self._given[key]
             self._follow(part, carrier, way)
@@ -79,9 +82,11 @@ class Frames:
         return key
 
     def _follow(self, part: Part, name: str, way: Mapping[str, Part]) -> None:
-        if self._key(name) in way or not self.has(name):
-            lost = "leads back to itself" if self.has(name) else "is no link or frame of the file"
-            part.refuse(f"refers to the frame {name!r}, which {lost}")
+        key = self._key(name)
+        if key in way:
+            part.refuse(f"refers to the frame {name!r}, which leads back to itself")
+        if key not in self._known and key not in self._given:
+            part.refuse(f"refers to {name!r}, which is no link or frame of the file")
 
     def _key(self, name: str) -> str:
         """The name; of a model that of its frame."""
@@ -132,8 +137,9 @@ def sdf_joint(
     if kind not in KINDS:
         part.refuse(f"has the type {kind!r}; known are {', '.join(KINDS)}")
     kind, place = KINDS[kind], frames.place(name)
-    parent, child = (_link(part, frames, scoped(scope, part.words_of(tag)))
-                     for tag in ("parent", "child"))  # fmt: skip
+    parent, child = (
+        frames.link(part, scoped(scope, part.words_of(tag))) for tag in ("parent", "child")
+    )
     axis: V3 = (1, 0, 0)
     if kind == "universal":
         first, second = (_axis(part, tag, frames, scope, in_model) for tag in ("axis", "axis2"))
@@ -147,12 +153,6 @@ def sdf_joint(
     return _with_values(part, joint, scope) if kind in SINGLE else (joint, _untaken(part, joint))
 
 
-def _link(part: Part, frames: Frames, name: str) -> str:
-    if not frames.has(name):
-        part.refuse(f"joins {name!r}, which is no link of the file")
-    return frames.link(name)
-
-
 def _axis(part: Part, tag: str, frames: Frames, scope: str, in_model: bool) -> V3:
     """The direction of an axis, in the joint's frame."""
     given = part.child(f"{tag}/xyz")
@@ -161,10 +161,8 @@ def _axis(part: Part, tag: str, frames: Frames, scope: str, in_model: bool) -> V
     of_model = in_model or _text(part, f"{tag}/use_parent_model_frame") in TRUE
     if not frame and not of_model:
         return part.direction((x, y, z))
-    frame = scoped(scope, frame or MODEL)
-    if not frames.has(frame):
-        part.refuse(f"has an axis expressed in {frame!r}, which is no link or frame of the file")
-    in_world = apply(frames.place(frame).rotation, (x, y, z))
+    base = frames.place_of(part, scoped(scope, frame or MODEL))
+    in_world = apply(base.rotation, (x, y, z))
     a, b, c = apply(transpose(frames.place(scope + part.name).rotation), in_world)
     return part.direction((a, b, c))
 

@@ -94,7 +94,7 @@ WRONG = {
     "text": ("gazebo", "0 0 0</pose>", "0 0</pose>", "'C' has text='2 0 0.5 0 0' in <pose>, not 6"),
     "name": ("constraint", ' name="C"', "", "a constraint has no name"),
     "repeat": ("constraint", 'name="C"', 'name="A"', "more than one joint is called 'A'"),
-    "unknown": ("gazebo", "<parent>c", "<parent>world", "'C' joins 'world', which is no link"),
+    "unknown": ("gazebo", "<parent>c", "<parent>world", "'C' refers to 'world', which is no link"),
     "slide": ("constraint", "revolute", "prismatic", "'C' slides along axes that differ"),
 }
 

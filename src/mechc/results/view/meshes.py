@@ -12,7 +12,7 @@ from functools import lru_cache
 from io import BytesIO
 from pathlib import Path
 from typing import Any, Final, NoReturn
-from xml.etree.ElementTree import TreeBuilder, tostring
+from xml.etree.ElementTree import Element, TreeBuilder, tostring
 from xml.parsers import expat
 
 import numpy as np
@@ -24,6 +24,7 @@ from mechc.system.parameters import Array
 from mechc.system.picture import Solid
 
 MOST_DRAWN: Final = 80_000  # triangles of a page: 4 MB
+MOST_PARTS: Final = 5000  # of a file in COLLADA: lists of polygons, and of numbers for them
 KEPT: Final = 300  # triangles that a small mesh keeps
 # Elements of COLLADA about colours, which are not drawn, and often refer to what is not there.
 COLOURS: Final = ("bind_material", "library_effects", "library_images", "library_materials")
@@ -108,8 +109,7 @@ def _read_mesh(path: str) -> Array:
         content = read_regular(Path(path), LARGEST)
     except FileNotFoundError:
         raise MechcError(f"there is no file {printable(path)}") from None
-    if kind == "dae":
-        content = _without_colours(path, content)
+    content = _without_colours(path, content) if kind == "dae" else _without_materials(content)
     try:
         scene = trimesh.load_scene(BytesIO(content), file_type=kind, skip_materials=True)
         count = sum(len(scene.geometry[scene.graph[each][1]].faces)
@@ -122,6 +122,13 @@ def _read_mesh(path: str) -> Array:
         raise _damaged(path, f"{type(error).__name__} {error}") from None
 
 
+def _without_materials(content: bytes) -> bytes:
+    """An OBJ without its materials: trimesh takes time with the square of their number."""
+    whole = content.replace(b"\r\n", b"\n").replace(b"\\\n", b"")  # lines that go on are joined
+    lines = whole.replace(b"usemtl", b"#").replace(b"mtllib", b"#").splitlines()
+    return b"\n".join(line for line in lines if not line.lstrip().startswith(b"#"))
+
+
 def _without_colours(path: str, content: bytes) -> bytes:
     """The document without COLOURS; refused if it declares a document type."""
 
@@ -130,18 +137,29 @@ def _without_colours(path: str, content: bytes) -> bytes:
 
     builder, parser = TreeBuilder(), expat.ParserCreate()
     parser.StartDoctypeDeclHandler = refuse
-    parser.StartElementHandler = builder.start
-    parser.EndElementHandler = builder.end
+    parser.StartElementHandler = lambda tag, given: builder.start(tag.rpartition(":")[2], given)
+    parser.EndElementHandler = lambda tag: builder.end(tag.rpartition(":")[2])
     parser.CharacterDataHandler = builder.data
     try:
         parser.Parse(content, True)
         root = builder.close()
-    except (expat.ExpatError, LookupError) as error:
-        raise _damaged(path, f"it is not XML: {error}") from None
-    for parent in list(root.iter()):
-        for child in [each for each in parent if each.tag in COLOURS]:
-            parent.remove(child)
-    return tostring(root)
+        for parent in list(root.iter()):
+            for child in [each for each in parent if each.tag in COLOURS]:
+                parent.remove(child)
+        if (count := _parts(root)) > MOST_PARTS:
+            raise _damaged(path, f"it draws {count} parts, {MOST_PARTS} at most are read")
+        return tostring(root)
+    except (expat.ExpatError, LookupError, RecursionError) as error:
+        raise _damaged(path, f"it is not XML, or nested too deeply: {error}") from None
+
+
+def _parts(root: Element) -> int:
+    """How many lists a scene draws, each of which takes trimesh some milliseconds."""
+    of = {
+        f"#{each.get('id')}": sum(element.get("count") is not None for element in each.iter())
+        for each in root.iter("geometry")
+    }
+    return sum(of.get(each.get("url", ""), 0) for each in root.iter("instance_geometry"))
 
 
 def _trimesh(words: str) -> Any:

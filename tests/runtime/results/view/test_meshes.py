@@ -33,6 +33,10 @@ DAE = """<?xml version="1.0"?>{doctype}
   </bind_material></instance_geometry></node></node></visual_scene></library_visual_scenes>
 <scene><instance_visual_scene url="#s"/></scene></COLLADA>"""
 NUMBERS = "0 0 0 1 0 0 0 2 0"
+INNER = '<node id="inner">'
+WHOLE = DAE.format(doctype="", numbers=NUMBERS)
+MANY = WHOLE.replace(INNER, INNER + 2000 * '<instance_geometry url="#g"/>')
+DEEP = WHOLE.replace(INNER, INNER + 9000 * "<node>" + 9000 * "</node>")
 BOMB = '<!DOCTYPE x [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]>'
 
 
@@ -72,6 +76,13 @@ def test_an_obj_is_read_without_the_files_that_it_names(tmp_path: Path, trimesh:
     assert 2.0 < areas.sum() < 2.3
 
 
+def test_materials_cost_no_time(tmp_path: Path, trimesh: Any) -> None:
+    """As materials 20,000 would take minutes; with one each trimesh makes as many meshes."""
+    faces = "".join(f"usemtl m{k}\nf 1 2 3\nus\\\nemtl n{k}\nf 1 3 2\n" for k in range(10_000))
+    (corners,) = meshes.surfaces([solid(written(tmp_path, "part.obj", QUAD[:34] + faces))])
+    assert len(corners) == 20_000
+
+
 def test_collada_is_placed_by_its_nodes_in_metres(tmp_path: Path, trimesh: Any) -> None:
     """Although its material is missing; up is not turned, as in ROS."""
     text = DAE.format(doctype="", numbers=NUMBERS)
@@ -88,6 +99,8 @@ def test_collada_is_placed_by_its_nodes_in_metres(tmp_path: Path, trimesh: Any) 
         ("c.dae", DAE.format(doctype="", numbers=NUMBERS).replace(">0 1 2<", ">0 1 9<"), "damaged"),
         ("d.dae", "PK", "not XML"),
         ("e.dae", "<COLLADA/>", "damaged"),
+        ("m.dae", MANY, "it draws 6003 parts"),
+        ("n.dae", DEEP, "nested too deeply"),
         ("f.obj", "f 1 2 3\n", "damaged"),
         ("g.obj", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "not finite"),
         ("h.glb", "", "none of STL, OBJ and COLLADA"),

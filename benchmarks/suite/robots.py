@@ -118,7 +118,8 @@ def measured(path: Path, floating: bool) -> dict[str, Any]:
 
     start, before = time.perf_counter(), processor_seconds()
     try:
-        mechanism = mechc.from_urdf(path, floating=floating, limits="ignore", friction="ignore")
+        mechanism = mechc.from_urdf(path, floating=floating, limits="ignore", friction="ignore",
+                                    meshes="ignore")  # fmt: skip
         system = compile_any(mechanism, fix=None, outputs=("points",), ahead=False)
     except mechc.MechcError as error:
         return {"refused": f"mechc: {error}"}

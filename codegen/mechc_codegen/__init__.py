@@ -37,6 +37,7 @@ _PLACES = {
     "from_equations": "frontend.from_equations",
     "from_joints": "frontend.sympy_joints",
     "from_mjcf": "mjcf.from_mjcf",
+    "from_sdf": "robots.files.from_sdf",
     "from_urdf": "robots.files.from_urdf",
     "multiplier": "description.terms",
     "shipped_mechanism": "library.catalogue",

@@ -121,6 +121,7 @@ __all__ = [
     "from_equations",
     "from_joints",
     "from_mjcf",
+    "from_sdf",
     "from_urdf",
     "get_include",
     "jax",

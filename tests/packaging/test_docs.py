@@ -29,6 +29,7 @@ PAGES = (
     "periodic.md",
     "positions.md",
     "reference/examples.md",
+    "sdf.md",
     "synthesis.md",
     "theory/batches.md",
     "theory/change_points.md",

@@ -287,6 +287,7 @@ def good_calls(bar, pushed, folder):
         (mechc.Table, {"x": times, "kind": "cubic", "outside": "extend"}),
         (opened, {"path": folder / "none"}),
         (mechc.from_urdf, {"path": folder / "none", "symbolic": (), "driven": (), "name": None}),
+        (mechc.from_sdf, {"path": folder / "none", "symbolic": (), "driven": (), "name": None}),
         (mechc.from_mjcf, {"path": folder / "none", "symbolic": (), "driven": (), "name": None}),
         (mechc.Quantity, {"unit": "m", "description": "x", "lower": 0.0, "upper": 1.0}),
     ]  # fmt: skip

@@ -36,7 +36,7 @@ def test_forward_and_inverse_dynamics(case):
     path = robots_folder() / file
     if not path.exists():
         pytest.skip("pip install 'mechc[robots]'")
-    unbounded = dict.fromkeys(("limits", "friction", "effort"), "ignore")
+    unbounded = dict.fromkeys(("limits", "friction", "effort", "meshes"), "ignore")
     mechanism = mechc.from_urdf(path, driven="all", floating=floating, **unbounded)
     model = mechc.compile(mechanism, outputs=("points",))
     engine = PinocchioRobot(path, model.coordinates, model.speeds)

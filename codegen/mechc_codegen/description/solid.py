@@ -1,8 +1,8 @@
-"""A solid in a picture in space: a simple shape or the surface in an STL file."""
+"""A solid in a picture in space: a simple shape or the surface of a mesh."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ AXES = ("x", "y", "z")
 class Solid:
     """A shape that goes with a point and turns with a frame; it has no mass.
 
-    Made by :meth:`ball`, :meth:`box`, :meth:`cylinder`, :meth:`wheel` and :meth:`from_stl`.
+    Made by :meth:`ball`, :meth:`box`, :meth:`cylinder`, :meth:`wheel` and :meth:`from_mesh`.
 
     Attributes
     ----------
@@ -31,11 +31,14 @@ class Solid:
     frame
         The frame that it turns with; None for a ball.
     sizes
-        In m: numbers, or expressions of parameters.
+        In m: numbers, or expressions of parameters; of a mesh m per unit of the file, along its
+        axes, negative where it is mirrored.
     axis
         ``"x"``, ``"y"`` or ``"z"`` of ``frame``: that of a cylinder or a wheel.
     path
-        The STL file, which is read when the solid is drawn.
+        The file of a mesh, which is read when the solid is drawn.
+    triangles
+        Of a mesh without a file: the corners, nine numbers in single precision for each triangle.
 
     Raises
     ------
@@ -50,6 +53,7 @@ class Solid:
     sizes: tuple[Expr, ...]
     axis: str = "z"
     path: str = ""
+    triangles: bytes = field(default=b"", repr=False)
 
     def __post_init__(self) -> None:
         if not isinstance(self.at, Point):
@@ -62,7 +66,9 @@ class Solid:
 
     def _size(self, given: Any) -> Expr:
         size = None if isinstance(given, str) else sympify(given)
-        if not isinstance(size, Expr) or size.is_positive is False or size.has(float("nan")):
+        wrong = isinstance(size, Expr) and (size.is_zero if self.kind == "mesh" else
+                                            size.is_positive is False)  # fmt: skip
+        if not isinstance(size, Expr) or wrong or size.has(float("nan")):
             raise MechanismError(f"solid {self.label}: {given!r} is not a length")
         return size
 
@@ -94,11 +100,11 @@ class Solid:
         return cls("wheel", label, at, frame, (radius,), axis)
 
     @classmethod
-    def from_stl(
+    def from_mesh(
         cls, label: str, at: Point, frame: ReferenceFrame, path: str | Path, scale: Any = 1.0
     ) -> Solid:
-        """The surface in an STL file, in ``frame`` with its origin in ``at``.
+        """The surface in an STL, OBJ or COLLADA (.dae) file, in ``frame``, its origin in ``at``.
 
-        ``scale``: m per unit of the file, 0.001 if it is in mm.
+        ``scale``: m per unit of the file, 0.001 if it is in mm; COLLADA has its unit in the file.
         """
         return cls("mesh", label, at, frame, (scale,), path=str(path))

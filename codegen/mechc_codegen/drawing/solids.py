@@ -1,8 +1,8 @@
 """The solids of a picture in space: given solids, and solids inferred from the bodies' inertia.
 
 Input: the places of a mechanism and its drawing.  Output: shapes at points and frames, with the
-expressions of their sizes.  A body of which no solid is given has the one with its inertia: for it
-the entries are those of the central inertia, divided by the mass.
+expressions of their sizes.  A body to which no given solid is fixed has the one with its inertia:
+for it the entries are those of the central inertia, divided by the mass.
 """
 
 from __future__ import annotations
@@ -33,6 +33,7 @@ class Shape:
     entries: tuple[Expr, ...] = ()
     axis: str = "z"
     path: str = ""
+    triangles: bytes = b""
 
 
 def shapes(places: Places, solids: Iterable[Solid]) -> list[Shape]:
@@ -43,10 +44,22 @@ def shapes(places: Places, solids: Iterable[Solid]) -> list[Shape]:
     MechanismError
         If a given solid has a point or frame that is not placed, or sizes that are not known.
     """
+    solids = list(solids)
     given = [_shape_of_solid(places, solid) for solid in solids]
-    taken = {places.same.get(shape.at, shape.at) for shape in given}
-    bodies = [b for b in places.bodies if places.same.get(b.masscenter) not in (None, *taken)]
+    bodies = [body for body in places.bodies if body.masscenter in places.same]
+    bodies = [body for body in bodies if not _has_solid(places, body, solids)]
     return [*given, *filter(None, (_of_body(places, body) for body in bodies))]
+
+
+def _has_solid(places: Places, body: RigidBody | Particle, solids: Iterable[Solid]) -> bool:
+    """Whether one is at the mass centre of a body, or at another point and turns with it."""
+    at = {places.same.get(solid.at, solid.at) for solid in solids}
+    if places.same[body.masscenter] in at or not is_rigid(body):
+        return places.same[body.masscenter] in at
+    group = places.group_of(body.frame)
+    turning = [solid for solid in solids if solid.frame and places.group_of(solid.frame) is group]
+    fixed = places.connected_points(body.masscenter, places.near(group)) if turning else []
+    return any(places.same.get(solid.at, solid.at) in fixed for solid in turning)
 
 
 def _shape_of_solid(places: Places, solid: Solid) -> Shape:
@@ -60,7 +73,8 @@ def _shape_of_solid(places: Places, solid: Solid) -> Shape:
     if not all(places.is_constant(size) for size in solid.sizes):
         raise MechanismError(f"solid {solid.label}: its sizes may contain parameters only")
     return Shape(
-        solid.kind, solid.label, solid.at, frame, solid.sizes, solid.axis, solid.path
+        solid.kind, solid.label, solid.at, frame, solid.sizes, solid.axis, solid.path,
+        solid.triangles,
     )  # fmt: skip
 
 

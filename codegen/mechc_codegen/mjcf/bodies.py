@@ -22,7 +22,8 @@ from mechc_codegen.robots.robot import (
 )
 
 _KINDS = {"HINGE": "continuous", "SLIDE": "prismatic", "BALL": "ball", "FREE": "floating"}
-_SHAPES = {"SPHERE": "ball", "CAPSULE": "cylinder", "CYLINDER": "cylinder", "BOX": "box"}
+_SHAPES = {"SPHERE": "ball", "CAPSULE": "cylinder", "CYLINDER": "cylinder", "BOX": "box",
+           "MESH": "mesh"}  # fmt: skip
 _SHOWN = 3  # groups of geoms that MuJoCo's viewer shows, 0 to 2; the others are for collisions
 
 
@@ -130,4 +131,15 @@ def _shapes(file: CompiledFile, geom: int, default: str) -> Iterator[Visual]:
         for end in (-half, half):
             at = place.then(Place(IDENTITY, (0, 0, end)))
             yield Visual("ball", f"{label} end", (radius,), pose_of(at))
-    yield Visual(_SHAPES[kind], label, sizes, pose_of(place))
+    elif kind == "MESH":
+        sizes = (1, 1, 1)
+    triangles = _triangles(file, geom) if kind == "MESH" else b""
+    yield Visual(_SHAPES[kind], label, sizes, pose_of(place), triangles=triangles)
+
+
+def _triangles(file: CompiledFile, geom: int) -> bytes:
+    """The corners of the triangles of a geom's mesh, in the frame of the geom."""
+    model, mesh = file.model, int(file.model.geom_dataid[geom])
+    first, face = int(model.mesh_vertadr[mesh]), int(model.mesh_faceadr[mesh])
+    faces = model.mesh_face[face : face + int(model.mesh_facenum[mesh])]
+    return bytes(model.mesh_vert[first + faces].astype("<f4").tobytes())

@@ -20,6 +20,7 @@ from mechc_codegen.mjcf.read import CompiledFile, read_model
 from mechc_codegen.mjcf.skipped import refuse_no_mechanism, skipped_parts
 from mechc_codegen.robots.bounds import WARN, take_bounds
 from mechc_codegen.robots.mechanism import mechanism_of
+from mechc_codegen.robots.meshes import take_meshes
 from mechc_codegen.robots.robot import SINGLE, Motor, Robot
 
 _UNNAMED = "MuJoCo Model"  # what MuJoCo calls a file that names no model
@@ -35,6 +36,7 @@ def from_mjcf(
     limits: str = WARN,
     friction: str = WARN,
     effort: str = WARN,
+    meshes: str | None = None,
     name: str | None = None,
 ) -> Mechanism:
     """The model in an MJCF file, the XML format of MuJoCo, as a mechanism to compile.
@@ -61,6 +63,8 @@ def from_mjcf(
     limits, friction, effort
         Ranges of joints, ``frictionloss``, and bounds of controls and forces of the actuators that
         ``driven`` names, as for :func:`mechc.from_urdf`.
+    meshes
+        ``"ignore"`` draws no meshes; by default those of the geoms that MuJoCo shows are drawn.
     name
         Name of the mechanism; by default that of the model, or of the file.
 
@@ -97,7 +101,7 @@ def from_mjcf(
         skipped=(*skipped_parts(file, names), *actuators.skipped),
         gravity=(0, 0, 0) if file.disables("GRAVITY") else triple(file.model.opt.gravity),
     )
-    robot = take_bounds(robot, limits, friction, effort)
+    robot = take_meshes(take_bounds(robot, limits, friction, effort), Path(path), meshes)
     mechanism = mechanism_of(robot, symbolic, cut=cut)
     known = {printed_name(coordinate) for coordinate in mechanism.q}
     start = {each: x for each, x in _start(file, names).items() if each in known}

@@ -22,6 +22,7 @@ Vec = Sequence[Entry]
 Mat = Sequence[Vec]
 IDENTITY: Mat = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
 _QUARTER = math.pi / 2
+_ROUNDING = 4 * math.ulp(1.0)  # of products of a quaternion of length one
 
 
 def cos_sin(angle: Entry) -> tuple[Entry, Entry]:
@@ -52,6 +53,23 @@ def of_angles(rpy: Vec) -> Mat:
     roll, pitch, yaw = rpy
     turned = product(about((0, 1, 0), pitch), about((1, 0, 0), roll))
     return product(about((0, 0, 1), yaw), turned)
+
+
+def of_quaternion(w: float, x: float, y: float, z: float) -> Mat:
+    """The rotation of a quaternion of length one, exact where it turns by right angles."""
+    entries = (
+        (w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        (2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)),
+        (2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z),
+    )
+    rounded = tuple(tuple(_round(entry) for entry in row) for row in entries)
+    return IDENTITY if rounded == IDENTITY else rounded
+
+
+def _round(entry: float) -> int | float:
+    """-1, 0 or 1 where rounding alone parts the entry from it."""
+    nearest = round(entry)
+    return nearest if abs(entry - nearest) <= _ROUNDING else entry
 
 
 def transpose(matrix: Mat) -> Mat:

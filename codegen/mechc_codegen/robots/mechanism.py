@@ -96,8 +96,8 @@ def _warn_of_skipped(mechanism: Mechanism) -> None:
     listed = (shorten(each, WIDEST, placeholder=" ...") for each in mechanism.skipped[:LISTED])
     told = "; ".join(listed) + (f"; and {more} more" if more > 0 else "")
     warnings.warn(
-        f"{mechanism.name}: not taken from the file, though it may matter to the motion: {told}. "
-        "All of it is in the mechanism's field skipped",
+        f"{mechanism.name}: not taken from the file, though it may matter to the motion or its "
+        f"picture: {told}. All of it is in the mechanism's field skipped",
         SkippedPartWarning,
         stacklevel=4,
     )
@@ -207,10 +207,9 @@ class _MechanismBuilder:
         part.inertias.append(own.share(link.share).transform(place))
         for visual in link.visuals:
             shape = _side(f"{visual.label} shape", part, place.then(place_of(visual.pose)))
-            frame = None if visual.kind == "ball" else shape.frame
-            self.solids.append(
-                Solid(visual.kind, visual.label, shape.point, frame, tuple(visual.sizes))
-            )
+            mesh: Any = {"path": visual.path, "triangles": visual.triangles}
+            given = (visual.kind, visual.label, shape.point, shape.frame, tuple(visual.sizes))
+            self.solids.append(Solid(*given, **mesh))
 
     def _add_point(self, name: str, part: _RigidGroup, place: Place) -> None:
         """Add a named point of a part, to which the part's line leads."""

@@ -28,12 +28,18 @@ class Pose:
 
 @dataclass(frozen=True)
 class Visual:
-    """A simple shape: ``"box"`` by its sides, ``"cylinder"`` by radius and length, ``"ball"``."""
+    """A shape: ``"box"`` by its sides, ``"cylinder"`` by radius and length, ``"ball"``, ``"mesh"``.
+
+    The sizes of a mesh are m per unit along its axes, negative where it is mirrored; ``path``: its
+    file, as the robot's file has it; ``triangles``: without a file, corners in single precision.
+    """
 
     kind: str
     label: str
     sizes: tuple[Number, ...]
     pose: Pose
+    path: str = ""
+    triangles: bytes = field(default=b"", repr=False)
 
 
 @dataclass(frozen=True)

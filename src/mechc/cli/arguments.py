@@ -17,7 +17,7 @@ from mechc.errors import MechcError, MissingInputError, UnknownNameError
 from mechc.progress import Notice
 from mechc.system.units import read_seconds, read_value, split_assignment
 
-OF_ROBOTS = "limits", "friction", "effort"  # arguments of the readers of robots
+OF_ROBOTS = "limits", "friction", "effort", "meshes"  # arguments of the readers of robots
 
 STATE = "coordinate or speed"
 OWN_SECONDS = 10.0  # of a run of a user's own model

@@ -79,7 +79,7 @@ def variant_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "name", metavar="NAME",
         help="a mechanism of `mechc list`, FILE.py:MODEL, a user-defined one in a Python file, a "
-        "robot in FILE.urdf, or a model of MuJoCo in FILE.xml",
+        "robot in FILE.urdf or FILE.sdf, or a model of MuJoCo in FILE.xml",
     )  # fmt: skip
     several(
         parser, "--with", "OPTION[=VALUE]", "options",

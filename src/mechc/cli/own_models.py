@@ -1,4 +1,4 @@
-"""Models in files of the user: FILE.py:NAME, robots in FILE.urdf, MuJoCo models in FILE.xml."""
+"""Models in files of users: FILE.py:NAME, robots in FILE.urdf and FILE.sdf, MuJoCo's FILE.xml."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from mechc.errors import MechcError
 
 # Functions and classes that make what can be simulated.
 MAKERS = ("compile", "load", "Mechanism", "from_equations", "from_joints", "from_mjcf",
-          "from_urdf", "KanesMethod", "LagrangesMethod", "System")  # fmt: skip
-READERS = {".urdf": "from_urdf", ".xml": "from_mjcf"}
+          "from_sdf", "from_urdf", "KanesMethod", "LagrangesMethod", "System")  # fmt: skip
+READERS = {".urdf": "from_urdf", ".sdf": "from_sdf", ".xml": "from_mjcf"}
 
 
 def is_own(name: str) -> bool:

@@ -48,7 +48,7 @@ def described_picture(
     struts = [("spring", *strut) for strut in drawing.springs]
     struts += [("damper", *strut) for strut in drawing.dampers]
     solids = [
-        Solid(s.kind, s.label, s.axis, s.path, places.of_parameters(s.entries))
+        Solid(s.kind, s.label, s.axis, s.path, s.triangles, places.of_parameters(s.entries))
         for s, _, _ in plan.solids
     ]
     weight = None if plan.weight is None else places.of_parameters(plan.weight)

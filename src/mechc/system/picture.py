@@ -20,13 +20,17 @@ class Solid:
         ``"ball"``, ``"box"``, ``"cylinder"``, ``"wheel"``, ``"mesh"``; ``"inertia"``: the uniform
         body with the same inertia; ``"mass"``: a particle.
     sizes
-        Of parameters: in m; of ``"inertia"`` xx, yy, zz, xy, xz, yz per mass in m^2.
+        Of parameters: in m; of ``"inertia"`` xx, yy, zz, xy, xz, yz per mass in m^2; of a
+        ``"mesh"`` m per unit, one or along each axis.
+    path, triangles
+        Of a ``"mesh"``: its file, or the corners of its triangles in single precision.
     """
 
     kind: str
     label: str
     axis: str
     path: str
+    triangles: bytes
     sizes: Callable[[Array], Array]
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from mechc_codegen.robots import meshes
 
 import mechc
 from tests.compiler.mjcf.reference import Reference, differences, write_model
@@ -122,3 +123,25 @@ def test_symbols(tmp_path):
     m.jnt_stiffness[1], m.dof_armature[1], m.opt.gravity[2] = 4.0, 0.1, -3.0
     joints = ("lift", "push", "wrist", "float")
     assert differences(model, reference, joints, params=changed) < CLOSE
+
+
+def test_meshes_are_where_mujoco_has_them(tmp_path, monkeypatch):
+    """MuJoCo moves the corners of a mesh to its middle, and the geom the other way."""
+    monkeypatch.setattr(meshes, "PACKAGES", ())
+    corners = np.array([[5, 6, 7], [6, 6, 7], [5, 8, 7], [5, 6, 10]])
+    vertices = " ".join(map(str, corners.ravel()))
+    text = f"""<mujoco><asset><mesh name="t" vertex="{vertices}"/></asset>
+      <worldbody><body name="b"><joint/><geom type="mesh" mesh="t" pos="0.1 0.2 0.3"/>
+      <geom type="mesh" mesh="t" group="3"/></body></worldbody></mujoco>"""
+    path = write_model(tmp_path, text)
+    mechanism = mechc.from_mjcf(path)
+    (solid,) = mechanism.drawing.solids
+    at = [solid.at.pos_from(mechanism.points[-1]).dot(axis) for axis in mechanism.bodies[0].frame]
+    rotation = np.array(mechanism.bodies[0].frame.dcm(solid.frame), float)
+    drawn = np.frombuffer(solid.triangles, "<f4").reshape(-1, 3) @ rotation.T + np.array(at, float)
+    assert len(drawn) == 12
+    expected = corners + np.array([0.1, 0.2, 0.3])
+    np.testing.assert_allclose(
+        np.unique(drawn.round(4), axis=0), np.unique(expected, axis=0), atol=1e-4
+    )
+    assert mechc.from_mjcf(path, meshes="ignore").drawing.solids == ()

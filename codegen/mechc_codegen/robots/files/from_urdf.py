@@ -12,6 +12,7 @@ from mechc_codegen.errors import MechanismError
 from mechc_codegen.robots.bounds import WARN, take_bounds
 from mechc_codegen.robots.files.read_urdf import read_robot
 from mechc_codegen.robots.mechanism import mechanism_of
+from mechc_codegen.robots.meshes import take_meshes
 from mechc_codegen.robots.robot import SINGLE, Motor, Robot
 
 
@@ -25,6 +26,7 @@ def from_urdf(
     limits: str = WARN,
     friction: str = WARN,
     effort: str = WARN,
+    meshes: str | Path | None = None,
     name: str | None = None,
 ) -> Mechanism:
     """The robot in a URDF file, as a mechanism to compile.
@@ -42,7 +44,8 @@ def from_urdf(
     Parameters
     ----------
     path
-        A URDF file.  It is untrusted: no entity is expanded and no other file is opened.
+        A URDF file.  It is untrusted: no entity is expanded and no other file is opened but meshes
+        when they are drawn.
     symbolic
         What becomes parameters with the file's numbers for defaults; everything else is compiled
         in.  Kinds of values, for all links and joints: ``"mass"`` (``m_LINK``), ``"centre"``
@@ -64,6 +67,9 @@ def from_urdf(
         ``effort="saturate"``: motors of ``driven`` have at most the effort, and what their inputs
         are beyond that has no effect.  By default, ``"warn"``, a warning says what the file has of
         each; ``"ignore"`` leaves it.
+    meshes
+        The folder of the meshes of ``<visual>``, by default that of the file: those in it or below
+        are drawn, ``package://NAME/...`` among them.  ``"ignore"`` draws none.
     name
         Name of the mechanism; by default the robot's.
 
@@ -85,12 +91,13 @@ def from_urdf(
         Of what the file has and the mechanism does not; its ``skipped`` has all.
     """
     robot = read_robot(Path(path))
-    robot = replace(robot, name=name or robot.name, motors=_motors(robot, driven))
-    robot = take_bounds(robot, limits, friction, effort)
+    robot = replace(robot, name=name or robot.name, motors=driven_motors(robot, driven))
+    robot = take_meshes(take_bounds(robot, limits, friction, effort), Path(path), meshes)
     return mechanism_of(robot, symbolic, cut=cut, floating=floating)
 
 
-def _motors(robot: Robot, driven: Iterable[str] | str) -> tuple[Motor, ...]:
+def driven_motors(robot: Robot, driven: Iterable[str] | str) -> tuple[Motor, ...]:
+    """The motors of joints that are to be driven; raises :class:`MechanismError` for others."""
     own = {j.name: j for j in robot.joints if j.kind in SINGLE and j.mimic is None}
     if driven == "all":
         names = [name for name, joint in own.items() if joint.leads_on]

@@ -13,13 +13,14 @@ loop and is not read is named in ``skipped``.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TypeAlias
 from xml.etree.ElementTree import Element
 
 from mechc_codegen.robots.files.elements import Part
+from mechc_codegen.robots.files.sdf_joints import KINDS as SDF_KINDS
+from mechc_codegen.robots.files.sdf_joints import Frames, base_in, sdf_joint
 from mechc_codegen.robots.geometry import Place, across, place_of, pose_of, transpose
 from mechc_codegen.robots.graph import resolve_graph
 from mechc_codegen.robots.robot import V3, Pose, Robot, RobotJoint
@@ -32,7 +33,6 @@ KINDS = {
 }  # fmt: skip
 ABOUT_AXIS = ("continuous", "cylindrical")
 NOT_READ = ("drake:linear_bushing_rpy", "drake:distance_constraint", "drake:weld_constraint")
-Places: TypeAlias = "Mapping[str, Place]"
 
 
 def with_loops(robot: Robot, path: Path, root: Element) -> Robot:
@@ -50,12 +50,17 @@ def with_loops(robot: Robot, path: Path, root: Element) -> Robot:
     for number, each in enumerate(root.findall("drake:ball_constraint")):
         name = f"ball_constraint_{number}"
         joints.append(_ball(Part(path, "drake:ball_constraint", each, name)))
-    sdf = root.findall("gazebo/joint")
-    places = spanning_tree(resolve_graph(robot)).places if sdf else {}
-    found = [_sdf_joint(Part(path, "gazebo joint", each), places) for each in sdf]
-    skipped = [each for each in found if isinstance(each, str)]
-    skipped += [f"the element <{each.tag}>" for each in root if each.tag in NOT_READ]
-    joints += [each for each in found if isinstance(each, RobotJoint)]
+    skipped = [f"the element <{each.tag}>" for each in root if each.tag in NOT_READ]
+    sdf = [Part(path, "gazebo joint", each) for each in root.findall("gazebo/joint")]
+    taken = [part for part in sdf if part.element.get("type") in SDF_KINDS]
+    skipped += [
+        f"the joint {part.name} of <gazebo> ({part.element.get('type')})"
+        for part in sdf
+        if part not in taken
+    ]
+    for joint, untaken in _sdf_joints(robot, taken) if taken else ():
+        joints.append(joint)
+        skipped += untaken
     return replace(robot, joints=(*robot.joints, *joints), skipped=(*robot.skipped, *skipped))
 
 
@@ -98,30 +103,17 @@ def _ball(part: Part) -> RobotJoint:
     return _closing_joint(part, "ball", parent, child)
 
 
-def _sdf_joint(part: Part, places: Places) -> RobotJoint | str:
-    """A joint whose pose is given on the child: its place on the parent is that at the start."""
-    kind = part.element.get("type", "")
-    pose, axis = part.child("pose"), part.child("axis/xyz")
-    elsewhere = any(
-        element is not None and element.attrib.keys() & {"relative_to", "frame", "expressed_in"}
-        for element in (pose, axis)
-    )
-    known = KINDS.get(kind, "universal") != "universal"  # that of SDFormat has axes of its own
-    if not known or elsewhere or part.child("axis/use_parent_model_frame") is not None:
-        return f"the joint {part.name} of the element <gazebo> ({kind})"
-    parent, child = part.words_of("parent"), part.words_of("child")
-    for link in (parent, child):
-        if link not in places:
-            part.refuse(f"joins {link!r}, which is no link of the file")
-    x, y, z, *rpy = part.numbers_of("pose", 6)
-    on_child = Pose((x, y, z), (rpy[0], rpy[1], rpy[2]))
-    on_parent = places[parent].inverse().then(places[child]).then(place_of(on_child))
-    direction = part.numbers_of("axis/xyz", 3) if axis is not None else [0, 0, 1]
-    along = part.direction((direction[0], direction[1], direction[2]))
-    joint = _closing_joint(
-        part, KINDS[kind], (parent, pose_of(on_parent)), (child, on_child), along
-    )
-    return replace(joint, damping=part.numbers_of("axis/dynamics/damping", 1)[0])
+def _sdf_joints(robot: Robot, parts: Sequence[Part]) -> Iterator[tuple[RobotJoint, list[str]]]:
+    """Joints whose poses are given on the child: their places on the parent are at the start."""
+    frames = Frames()
+    for link, place in spanning_tree(resolve_graph(robot)).places.items():
+        frames.add_link(link, place)
+    for part in parts:
+        child = part.words_of("child")
+        frames.add(part, part.name, base_in(part.child("pose"), "", child), child)
+    for part in parts:
+        joint, skipped = sdf_joint(part, frames)
+        yield replace(joint, closes=True), skipped
 
 
 def _closing_joint(

@@ -27,7 +27,7 @@ from mechc_codegen.robots.robot import (
 )
 
 LARGEST = 2**25  # bytes: the largest public robots have less than a hundredth of it
-_INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
 def read_robot(path: Path) -> Robot:
@@ -107,19 +107,19 @@ def _link(part: Part) -> RobotLink:
     if mass < 0:
         part.refuse(f"has the mass {mass}, which is negative")
     entries = given.find("inertia")
-    inertia = tuple(part.number(entries, entry, 0) for entry in _INERTIA)
+    inertia = tuple(part.number(entries, entry, 0) for entry in INERTIA)
     return RobotLink(part.name, mass, part.pose(given), inertia, visuals)
 
 
 def _visuals(part: Part) -> Iterable[Visual]:
-    """The boxes, cylinders and spheres; meshes are files, which are not opened."""
+    """The boxes, cylinders, spheres and meshes; the files of these are not opened."""
     for number, visual in enumerate(part.element.findall("visual")):
         shape = visual.find("geometry/*")
         label = visual.get("name") or (f"{part.name} {number}" if number else part.name)
         sizes = () if shape is None else _sizes(part, shape)
         if sizes and shape is not None:
             kind = "ball" if shape.tag == "sphere" else str(shape.tag)
-            yield Visual(kind, label, sizes, part.pose(visual))
+            yield Visual(kind, label, sizes, part.pose(visual), shape.get("filename", ""))
 
 
 def _sizes(part: Part, shape: Element) -> tuple[Number, ...]:
@@ -129,7 +129,9 @@ def _sizes(part: Part, shape: Element) -> tuple[Number, ...]:
     elif shape.tag in ("cylinder", "sphere"):
         wanted = ("radius", "length") if shape.tag == "cylinder" else ("radius",)
         sizes = tuple(part.number(shape, each, None) for each in wanted)
-    if any(size < 0 for size in sizes):
+    elif shape.tag == "mesh":
+        sizes = part.vector(shape, "scale", (1, 1, 1))
+    if shape.tag != "mesh" and any(size < 0 for size in sizes):
         part.refuse(f"has a <{shape.tag}> of negative size")
     return sizes if all(sizes) else ()
 

@@ -7,13 +7,14 @@ body with the same inertia: a disc or cylinder, a ball, or a box.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, Final
 
 import numpy as np
 
 from mechc.results.player.page import base64_floats
 from mechc.results.sampling import Run, clean_text, pretty_name
-from mechc.results.view.stl import read_stl
+from mechc.results.view.meshes import surfaces
 from mechc.system.parameters import Array
 from mechc.system.picture import Solid
 
@@ -34,7 +35,8 @@ def solids_data(run: Run, middle: Array) -> dict[str, Any]:
         {"kind": kind, "label": clean_text(label), "points": [names.index(a), names.index(b)]}
         for kind, label, (a, b) in shown.struts
     ]
-    made = [_shape(solid, run.solution.params) for solid in shown.solids]
+    meshes = iter(surfaces([solid for solid in shown.solids if solid.kind == "mesh"]))
+    made = [_shape(solid, run.solution.params, meshes) for solid in shown.solids]
     kept = [k for k, shape in enumerate(made) if shape is not None]
     if not kept or shown.placed is None:
         return {"solids": [], "placed": "", "struts": struts}
@@ -46,8 +48,11 @@ def solids_data(run: Run, middle: Array) -> dict[str, Any]:
     return {"solids": solids, "placed": base64_floats(np.nan_to_num(rows)), "struts": struts}
 
 
-def _shape(solid: Solid, p: Array) -> tuple[dict[str, Any], Array] | None:
-    """Kind and sizes on the page, and how the page's shape is turned in the solid's frame."""
+def _shape(solid: Solid, p: Array, meshes: Iterator[Array]) -> tuple[dict[str, Any], Array] | None:
+    """Kind and sizes on the page, and how the page's shape is turned in the solid's frame.
+
+    ``meshes``: the triangles of the meshes, in their order.
+    """
     sizes, turn = solid.sizes(p), np.eye(3)
     more: dict[str, Any] = {"label": pretty_name(solid.label), "name": clean_text(solid.label)}
     kind = solid.kind
@@ -60,7 +65,7 @@ def _shape(solid: Solid, p: Array) -> tuple[dict[str, Any], Array] | None:
     elif kind in ("cylinder", "wheel"):
         kind, turn = ("disc" if kind == "cylinder" else "wheel"), np.array(TURNED[solid.axis])
     elif kind == "mesh":
-        more["triangles"] = base64_floats(float(sizes[0]) * read_stl(solid.path))
+        more["triangles"] = base64_floats(sizes * next(meshes))
     if not np.isfinite(sizes).all():
         return None
     return {"kind": kind, "sizes": [float(x) for x in np.atleast_1d(sizes)], **more}, turn

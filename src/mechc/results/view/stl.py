@@ -14,10 +14,10 @@ from mechc.errors import MechcError
 from mechc.results.untrusted import printable, read_regular
 from mechc.system.parameters import Array
 
-MOST_TRIANGLES: Final = 200_000
+MOST_TRIANGLES: Final = 500_000
 HEADER: Final = 84  # bytes of a binary file before its triangles
 RECORD: Final = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("colour", "<u2")])
-LARGEST: Final = 300 * MOST_TRIANGLES  # bytes of a text
+LARGEST: Final = 2**26  # bytes
 
 
 def read_stl(path: str) -> Array:

@@ -74,12 +74,16 @@ def test_a_damper_of_gazebo_keeps_its_joint_in_the_tree(tmp_path):
 
 def test_what_is_not_read_is_named(tmp_path):
     other = '<drake:linear_bushing_rpy/><gazebo><joint name="G" type="gearbox"/></gazebo>'
-    frame = LOOPS["gazebo"].replace("<pose>", '<pose relative_to="a">')
-    assert read(tmp_path, LOOPS["drake"] + other + frame).skipped == (
-        "the joint G of the element <gazebo> (gearbox)",
-        "the joint C of the element <gazebo> (revolute)",
-        "the element <drake:linear_bushing_rpy>",
-    )
+    assert read(tmp_path, LOOPS["drake"] + other).skipped == (
+        "the element <drake:linear_bushing_rpy>", "the joint G of <gazebo> (gearbox)"
+    )  # fmt: skip
+
+
+def test_a_pose_of_gazebo_may_be_relative_to_another_link(tmp_path):
+    frame = LOOPS["gazebo"].replace(f"<pose>{ON_COUPLER}", f'<pose relative_to="c">{ON_ROCKER}')
+    (cut,) = spanning_tree(resolve_graph(read(tmp_path, frame))).cuts
+    assert cut.origin.xyz == pytest.approx([float(x) for x in ON_ROCKER.split()])
+    assert cut.child_origin.xyz == pytest.approx([float(x) for x in ON_COUPLER.split()])
 
 
 WRONG = {
@@ -90,7 +94,7 @@ WRONG = {
     "text": ("gazebo", "0 0 0</pose>", "0 0</pose>", "'C' has text='2 0 0.5 0 0' in <pose>, not 6"),
     "name": ("constraint", ' name="C"', "", "a constraint has no name"),
     "repeat": ("constraint", 'name="C"', 'name="A"', "more than one joint is called 'A'"),
-    "unknown": ("gazebo", "<parent>c", "<parent>world", "'C' joins 'world', which is no link"),
+    "unknown": ("gazebo", "<parent>c", "<parent>world", "'C' refers to 'world', which is no link"),
     "slide": ("constraint", "revolute", "prismatic", "'C' slides along axes that differ"),
 }
 

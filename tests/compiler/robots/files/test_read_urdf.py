@@ -93,7 +93,8 @@ def test_entities_are_never_expanded(tmp_path):
 
 def test_meshes_are_not_opened(tmp_path):
     shape = '<visual><geometry><mesh filename="/etc/passwd"/></geometry></visual>'
-    described = read(tmp_path, GOOD.replace("<inertial>", shape + "<inertial>"))
+    with pytest.warns(mechc.SkippedPartWarning, match="meshes"):
+        described = read(tmp_path, GOOD.replace("<inertial>", shape + "<inertial>"))
     assert described.drawing.solids == ()
 
 

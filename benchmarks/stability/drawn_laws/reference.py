@@ -66,7 +66,8 @@ def _margin(
 
     def margin(t: float, y: Array) -> float:
         x = argument(t, y, a, b)
-        return float(min(x - low, high - x)) - ROUNDING * max(1.0, abs(x))
+        left = float(min(x - low, high - x))
+        return 0.0 if abs(left) < ROUNDING * max(1.0, abs(x)) else left
 
     margin.terminal, margin.direction = True, -1.0  # type: ignore[attr-defined]
     return margin
@@ -113,8 +114,6 @@ class Reference:
             leaves = [
                 _margin(argument, *self._limits(n, b), a, b) for n, argument in enumerate(arguments)
             ]
-            if time == 0.0 and min((leave(time, y) for leave in leaves), default=0.0) < 0:
-                return Followed(np.array(found), 0, "grazes")
             piece = solve_ivp(
                 lambda t, y, b=b: rates(t, y, a, b), (time, times[-1]), y, method="DOP853",
                 rtol=rtol, atol=rtol, max_step=self.max_step, t_eval=wanted,

@@ -20,7 +20,7 @@ from xml.etree.ElementTree import Element
 
 from mechc_codegen.robots.files.elements import Part
 from mechc_codegen.robots.files.sdf_joints import KINDS as SDF_KINDS
-from mechc_codegen.robots.files.sdf_joints import Frames, base_in, sdf_joint
+from mechc_codegen.robots.files.sdf_joints import FrameGraph, base_in, sdf_joint
 from mechc_codegen.robots.geometry import Place, across, place_of, pose_of, transpose
 from mechc_codegen.robots.graph import resolve_graph
 from mechc_codegen.robots.robot import V3, Pose, Robot, RobotJoint
@@ -105,7 +105,7 @@ def _ball(part: Part) -> RobotJoint:
 
 def _sdf_joints(robot: Robot, parts: Sequence[Part]) -> Iterator[tuple[RobotJoint, list[str]]]:
     """Joints whose poses are given on the child: their places on the parent are at the start."""
-    frames = Frames()
+    frames = FrameGraph()
     for link, place in spanning_tree(resolve_graph(robot)).places.items():
         frames.add_link(link, place)
     for part in parts:

@@ -17,11 +17,11 @@ from mechc_codegen.robots.files.sdf_joints import (
     MODEL,
     TRUE,
     WORLD,
-    Frames,
+    FrameGraph,
     base_in,
+    name_within,
     number_in,
     pose_in,
-    scoped,
     sdf_joint,
 )
 from mechc_codegen.robots.geometry import Place, pose_of
@@ -65,7 +65,7 @@ class _Reader:
 
     def __init__(self, path: Path, in_model: bool) -> None:
         self.path, self.in_model = path, in_model
-        self.frames = Frames()
+        self.frames = FrameGraph()
         self.frames.add_link(WORLD, Place())
         self.links: list[tuple[Part, str, bool]] = []  # whether it is static
         self.joints: list[tuple[Part, str]] = []
@@ -127,12 +127,12 @@ class _Reader:
             self.links.append((part, scope, static))
         elif part.element.tag == "frame":
             given = part.element.get("attached_to")
-            carrier = scoped(scope, given) if given else own
+            carrier = name_within(scope, given) if given else own
             self.frames.add(part, name, base_in(pose, scope, carrier), carrier)
         elif part.element.get("type") == "gearbox":
             self.skipped.append(f"the gearbox {name}")
         elif not static:
-            child = scoped(scope, part.words_of("child"))
+            child = name_within(scope, part.words_of("child"))
             self.frames.add(part, name, base_in(pose, scope, child), child)
             self.joints.append((part, scope))
 
@@ -182,17 +182,17 @@ class _Reader:
             around.setdefault(joint.parent, []).append(joint.child)
             around.setdefault(joint.child, []).append(joint.parent)
         still = [scope + part.name for part, scope, static in self.links if static]
-        reached = _reached({WORLD, *still}, around)
+        reached = _connected_links({WORLD, *still}, around)
         for name in (scope + part.name for part, scope, _ in self.links):
             if name in still or name not in reached:
                 kind = "floating" if floating and name not in still else "fixed"
                 names.append(unused_name(name, names))
                 place = pose_of(self.frames.place(name))
                 yield RobotJoint(names[-1], kind, WORLD, name, place)
-                reached |= _reached({name}, around)
+                reached |= _connected_links({name}, around)
 
 
-def _reached(links: Collection[str], around: Mapping[str, Iterable[str]]) -> set[str]:
+def _connected_links(links: Collection[str], around: Mapping[str, Iterable[str]]) -> set[str]:
     """The links that joints connect with these, and these."""
     reached, waiting = {*links}, [*links]
     while waiting:

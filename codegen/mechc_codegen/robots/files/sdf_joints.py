@@ -1,4 +1,4 @@
-"""Frames and joints of SDFormat: places in the world at the start, and joints between two links.
+"""The graph of frames and the joints of SDFormat: places in the world, and joints of two links.
 
 Input: poses, each relative to another frame, and an element <joint>.  Output: places, and a joint
 with its frame on both links.  Source: SDFormat's specification, "Pose frame semantics" (1.7).
@@ -28,7 +28,7 @@ _FELT = ("dynamics/damping", "dynamics/friction", "dynamics/spring_stiffness")
 
 
 @dataclass
-class Frames:
+class FrameGraph:
     """Places by the names of links, joints, frames and models, and the links that they go with.
 
     Names are those in the outermost model or world: ``inner::link``.
@@ -114,15 +114,15 @@ def pose_in(part: Part, tag: str = "pose") -> Place:
 def base_in(element: Element | None, scope: str, default: str) -> str:
     """The frame that a pose is relative to."""
     names = [] if element is None else [element.get("relative_to"), element.get("frame")]
-    return next((scoped(scope, each) for each in names if each), default)
+    return next((name_within(scope, each) for each in names if each), default)
 
 
-def scoped(scope: str, name: str) -> str:
+def name_within(scope: str, name: str) -> str:
     return name if name == WORLD else scope + name
 
 
 def sdf_joint(
-    part: Part, frames: Frames, scope: str = "", in_model: bool = False
+    part: Part, frames: FrameGraph, scope: str = "", in_model: bool = False
 ) -> tuple[RobotJoint, list[str]]:
     """A joint, whose frame ``frames`` have, and what of it is not taken.
 
@@ -138,7 +138,7 @@ def sdf_joint(
         part.refuse(f"has the type {kind!r}; known are {', '.join(KINDS)}")
     kind, place = KINDS[kind], frames.place(name)
     parent, child = (
-        frames.link(part, scoped(scope, part.words_of(tag))) for tag in ("parent", "child")
+        frames.link(part, name_within(scope, part.words_of(tag))) for tag in ("parent", "child")
     )
     axis: V3 = (1, 0, 0)
     if kind == "universal":
@@ -153,7 +153,7 @@ def sdf_joint(
     return _with_values(part, joint, scope) if kind in SINGLE else (joint, _untaken(part, joint))
 
 
-def _axis(part: Part, tag: str, frames: Frames, scope: str, in_model: bool) -> V3:
+def _axis(part: Part, tag: str, frames: FrameGraph, scope: str, in_model: bool) -> V3:
     """The direction of an axis, in the joint's frame."""
     given = part.child(f"{tag}/xyz")
     x, y, z = part.numbers_of(f"{tag}/xyz", 3) if given is not None else (0, 0, 1)
@@ -161,7 +161,7 @@ def _axis(part: Part, tag: str, frames: Frames, scope: str, in_model: bool) -> V
     of_model = in_model or _text(part, f"{tag}/use_parent_model_frame") in TRUE
     if not frame and not of_model:
         return part.direction((x, y, z))
-    base = frames.place_of(part, scoped(scope, frame or MODEL))
+    base = frames.place_of(part, name_within(scope, frame or MODEL))
     in_world = apply(base.rotation, (x, y, z))
     a, b, c = apply(transpose(frames.place(scope + part.name).rotation), in_world)
     return part.direction((a, b, c))
@@ -206,7 +206,7 @@ def _mimic(part: Part, scope: str) -> Mimic | None:
 
 
 def _untaken(part: Part, joint: RobotJoint) -> list[str]:
-    """What axes of a joint say that has several coordinates, or none."""
+    """Values on the axes of a joint that has several coordinates, or none."""
     return [
         f"{what.rpartition('/')[2]} of the {joint.kind} joint {joint.name}"
         for axis in ("axis", "axis2")

@@ -41,10 +41,10 @@ def surfaces(solids: Sequence[Solid]) -> Sequence[Array]:
     MissingPackageError
         If a package is needed that is not installed.
     """
-    return _within_bound(tuple((s.path, _written(s.path), s.triangles) for s in solids))
+    return _within_bound(tuple((s.path, _write_time(s.path), s.triangles) for s in solids))
 
 
-def _written(path: str) -> int:
+def _write_time(path: str) -> int:
     return Path(path).stat().st_mtime_ns if path and Path(path).exists() else 0
 
 
@@ -81,7 +81,7 @@ def _simplify(corners: Array, most: int) -> Array:
 def _finite_corners(source: _Source) -> Array:
     corners, path = _corners(source), source[0] or "a mesh of the mechanism"
     if not len(corners) or not np.isfinite(corners).all():
-        raise _damaged(path, "it has no triangles, or corners that are not finite")
+        raise _damage_error(path, "it has no triangles, or corners that are not finite")
     if len(corners) > MOST_TRIANGLES:
         raise MechcError(
             f"{printable(path)} has {len(corners)} triangles, {MOST_TRIANGLES} at most are read"
@@ -119,7 +119,7 @@ def _read_mesh(path: str) -> Array:
         whole = scene.convert_units("meters") if kind == "dae" and scene.units else scene
         return np.asarray(whole.to_mesh().triangles) if count else np.empty((0, 3, 3))
     except Exception as error:  # of any kind, as the packages do not bound what a file may hold
-        raise _damaged(path, f"{type(error).__name__} {error}") from None
+        raise _damage_error(path, f"{type(error).__name__} {error}") from None
 
 
 def _without_materials(content: bytes) -> bytes:
@@ -133,7 +133,7 @@ def _without_colours(path: str, content: bytes) -> bytes:
     """The document without COLOURS; refused if it declares a document type."""
 
     def refuse(*_: Any) -> NoReturn:
-        raise _damaged(path, "it declares a document type (<!DOCTYPE>)")
+        raise _damage_error(path, "it declares a document type (<!DOCTYPE>)")
 
     builder, parser = TreeBuilder(), expat.ParserCreate()
     parser.StartDoctypeDeclHandler = refuse
@@ -147,10 +147,10 @@ def _without_colours(path: str, content: bytes) -> bytes:
             for child in [each for each in parent if each.tag in COLOURS]:
                 parent.remove(child)
         if (count := _parts(root)) > MOST_PARTS:
-            raise _damaged(path, f"it draws {count} parts, {MOST_PARTS} at most are read")
+            raise _damage_error(path, f"it draws {count} parts, {MOST_PARTS} at most are read")
         return tostring(root)
     except (expat.ExpatError, LookupError, RecursionError) as error:
-        raise _damaged(path, f"it is not XML, or nested too deeply: {error}") from None
+        raise _damage_error(path, f"it is not XML, or nested too deeply: {error}") from None
 
 
 def _parts(root: Element) -> int:
@@ -169,5 +169,5 @@ def _trimesh(words: str) -> Any:
     return found
 
 
-def _damaged(path: str, why: str) -> MechcError:
+def _damage_error(path: str, why: str) -> MechcError:
     return MechcError(f"{printable(path)} is damaged: {printable(why[:200])}")

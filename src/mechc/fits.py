@@ -305,7 +305,8 @@ class Fits(Syntheses):
         end
             Conditions at the end: coordinate, speed or expression -> a value, or bounds.
         bounds
-            Conditions along the motion, likewise, at the ends of all intervals.
+            Conditions along the motion, likewise, at the ends of all intervals; the report tells by
+            how much they are exceeded between these.
         free
             Parameters, coordinates and speeds of the start that are found, with bounds or None for
             those of the model.  Parameters not given whose defaults follow them follow them.

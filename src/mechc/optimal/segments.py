@@ -55,9 +55,11 @@ class Segment:
 
     @cached_property
     def _breaks(self) -> Array:
-        """Shares at which the state jumps, with the ends of the interval."""
-        parts = [(part.t0 - self.sol.span[0]) / self._length for part in self.sol.segments]
-        return np.array([*parts, 1.0])
+        """Shares at which the state jumps or given inputs have kinks, with the ends."""
+        (t0, t1), driven = self.sol.span, self.sol.system.driven
+        times = [t0] + ([part.t0 for part in self.sol.segments] if self._dense else [])
+        kinks = driven.breaks(t0, t1, self.choice.problem.run["rtol"]) if driven else []
+        return np.append((np.unique([*times, *kinks]) - t0) / self._length, 1.0)
 
     @property
     def _dense(self) -> bool:
@@ -67,10 +69,9 @@ class Segment:
     @cached_property
     def quadrature(self) -> tuple[Array, Array]:
         """Shares (m,) and weights (m,) of the integral over the interval: eight points between two
-        jumps, by Gauss."""
-        breaks = self._breaks if self._dense else self._breaks[[0, -1]]
-        wide = np.diff(breaks)[:, None]
-        shares = breaks[:-1, None] + wide * 0.5 * (POINTS + 1.0)
+        breaks, by Gauss."""
+        wide = np.diff(self._breaks)[:, None]
+        shares = self._breaks[:-1, None] + wide * 0.5 * (POINTS + 1.0)
         return shares.ravel(), (wide * 0.5 * WEIGHTS).ravel()
 
     @cached_property

@@ -382,7 +382,7 @@ class System(Description):
         own, shapes = list(self.data["own"]), self.data["shapes"]
         found: dict[str, tuple[list[int], tuple[int, ...]]]
         found, first = {name: ([k], ()) for k, name in enumerate(own)}, len(own)
-        for name, size in self.data["differentiated"]:
+        for name, size in self.data.get("differentiated", ()):
             found[name] = list(range(first, first + size)), tuple(shapes.get(name, ()))
             first += size
         for name, shape in self.array_outputs.items():

@@ -54,6 +54,25 @@ def test_a_drive_in_time_keeps_the_duration(cart):
         cart.optimise((1.0, 2.0), [0.0, 0.0], final="x", inputs={"F": pushed})
 
 
+def test_events_in_time_keep_the_duration(cart):
+    moving = mechc.Stop("5 - x + t", restitution=0.5)
+    kick = mechc.Event("x - 1", reset={"v": "v + t"})
+    late = mechc.Event(lambda t, y: t - 0.8, reset=lambda t, q, u: (q, u))
+    for event in (mechc.Event("t - 0.8", reset={"v": "v + 1"}), moving, kick, late):
+        with pytest.raises(mechc.MechcError, match="time in event 0 drives"):
+            cart.optimise((1.0, 2.0), [0.0, 0.0], {"F": (-1, 1)}, final="x", events=[event])
+
+
+def test_a_pulse_that_begins_late_keeps_the_duration(cart):
+    pulse = mechc.Signal([0.0, 1.5, 1.51, 9.0], [0.0, 1.0, 0.0, 0.0], "previous")
+    with pytest.raises(mechc.MechcError, match="F drives the motion"):
+        cart.optimise((1.0, 2.0), [0.0, 0.0], final="x", inputs={"F": pulse})
+
+
+def test_models_without_derivatives_have_no_rows_of_them():
+    assert mechc.load("pendulum").system.derivative_rows == {}
+
+
 def test_parameters_that_a_whole_state_of_loops_does_not_follow():
     bar = mechc.load("four_bar", outputs=("sensitivities",))
     y0 = bar.assemble({"theta_0": 1.2}, params={"l_3": 3.5})

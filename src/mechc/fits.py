@@ -362,7 +362,7 @@ class Fits(Syntheses):
             checked_word("kind of signal", kind, ("linear", "previous")),
             {"events": events, "rtol": rtol, "method": method},
         )  # fmt: skip
-        search = SearchSettings.checked(solver, tol, max_iterations, starts, seed)
+        search = SearchSettings.of(solver, tol, max_iterations, starts, seed)
         return optimise(
             self, asked, checked_word("begin", begin, ("auto", "line", "motion")), search
         )

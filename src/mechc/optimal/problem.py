@@ -129,7 +129,7 @@ class OptimalProblem:
         return self.model.system
 
     def read(self, x: Array) -> Choice:
-        """What the unknowns mean."""
+        """The choice that the unknowns x (n,) stand for."""
         blocks = self.unknowns.blocks
         duration = float(x[blocks["duration"]][0]) if self.unknowns.free else self.duration
         params = dict(zip(self.unknowns.parameters, x[blocks["parameters"]].tolist(), strict=True))

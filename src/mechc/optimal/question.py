@@ -109,7 +109,7 @@ def read_problem(model: Any, asked: Question) -> tuple[OptimalProblem, Array]:
     along, end = (_conditions(system, *one) for one in
                   ((asked.bounds, "bounds"), (asked.end, "end")))  # fmt: skip
     system, terms = _terms(system, asked, along, end)
-    params, y0 = _named(system, asked.params), _checked_start(asked.y0)
+    params, y0 = _params_by_name(system, asked.params), _checked_start(asked.y0)
     unknowns, first = _unknowns(system, asked, controls, params, inputs, along, end)
     limits = np.array([one[1:] for one in (*along.others, *end.others)]).reshape(-1, 2)
     problem = OptimalProblem(
@@ -151,7 +151,7 @@ def _seconds(duration: Any) -> float:
     return checked_positive("the duration", duration)
 
 
-def _named(system: System, params: Any) -> dict[str, Any]:
+def _params_by_name(system: System, params: Any) -> dict[str, Any]:
     """Parameters by name."""
     if params is None or isinstance(params, Mapping):
         return by_name(params or {}, "params")
@@ -203,7 +203,7 @@ def _unknowns(
     system: System, asked: Question, controls: Mapping[str, Any], params: Mapping[str, Any],
     inputs: Mapping[str, Any], along: StateConditions, end: StateConditions,
 ) -> tuple[Unknowns, Array]:  # fmt: skip
-    """What is found, with bounds and first values; the nodes are not known yet."""
+    """The unknowns with bounds and first values; the nodes are not known yet."""
     states = (*system.coordinates, *system.speeds)
     free = by_name(asked.free or {}, "free", "{'m_1': (0.1, 5.0)}")
     for name in free:

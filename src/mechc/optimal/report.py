@@ -34,7 +34,7 @@ def in_words(result: Any) -> str:
         f"{result.derivatives} with derivatives",
         f"conditions are met to {result.violation:.1g}, the whole motion is within "
         f"{result.deviation:.1g} of its parts",
-        *_judged(result),
+        *_judgement(result),
     ]
     if len(result.ends) > 1:
         costs = ", ".join(f"{cost:.6g}" if good else "none" for cost, good in result.ends)
@@ -47,7 +47,7 @@ def in_words(result: Any) -> str:
     return "\n".join(lines)
 
 
-def _judged(result: Any) -> list[str]:
+def _judgement(result: Any) -> list[str]:
     """The cost along the whole motion, if it is another, and bounds that it exceeds."""
     if result.solution.span[1] < result.nodes[0][-1]:
         return []

@@ -13,7 +13,7 @@ from mechc.optimal.evaluate import Evaluation
 from mechc.optimal.judge import cost_along, exceeded_bounds, missed_most
 from mechc.optimal.problem import OptimalProblem
 from mechc.optimal.report import draw_optimum, in_words
-from mechc.optimal.solvers import Ended
+from mechc.optimal.solvers import SearchEnd
 from mechc.optimal.terms import Points, read_terms
 from mechc.system.parameters import Array
 
@@ -37,7 +37,7 @@ class Optimum:
     """
 
     def __init__(
-        self, problem: OptimalProblem, ended: Ended, solver: str, ends: tuple[Ended, ...]
+        self, problem: OptimalProblem, ended: SearchEnd, solver: str, ends: tuple[SearchEnd, ...]
     ) -> None:
         self.problem, self.solver, self.x = problem, solver, ended.x
         self.cost, self.violation, self.converged = ended.cost, ended.violation, ended.converged
@@ -51,7 +51,7 @@ class Optimum:
 
     @property
     def duration(self) -> float:
-        """Of the motion, s."""
+        """Duration of the motion, s."""
         return self._evaluation.choice.duration
 
     @property

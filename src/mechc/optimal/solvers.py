@@ -40,7 +40,7 @@ class SearchSettings:
     seed: int
 
     @classmethod
-    def checked(cls, solver: Any, tol: Any, most: Any, starts: Any, seed: Any) -> SearchSettings:
+    def of(cls, solver: Any, tol: Any, most: Any, starts: Any, seed: Any) -> SearchSettings:
         """Settings as a user gives them: IPOPT where CasADi is installed, if none is named."""
         word = checked_word("solver", solver, ("auto", IPOPT, SLSQP))
         if word == "auto":
@@ -51,7 +51,7 @@ class SearchSettings:
         )  # fmt: skip
 
 
-class Ended(NamedTuple):
+class SearchEnd(NamedTuple):
     """The end of a search: unknowns, cost, the largest violation of a condition, whether it
     converged, how it ended in words, iterations, seconds."""
 
@@ -69,7 +69,7 @@ class Ended(NamedTuple):
         return not self.converged, self.cost if self.converged else self.violation
 
 
-class Scaled:
+class ScaledProblem:
     """A problem in units of the sizes, its cost in a unit; the last evaluation is kept."""
 
     def __init__(self, problem: OptimalProblem, unit: float) -> None:
@@ -113,25 +113,25 @@ class Scaled:
 
     @property
     def bounds(self) -> tuple[Array, Array]:
-        """Of the unknowns."""
+        """Bounds of the unknowns over their sizes."""
         return self.problem.unknowns.lower / self.size, self.problem.unknowns.upper / self.size
 
     def end_at(
         self, z: Array, converged: bool, message: str, iterations: int, began: float
-    ) -> Ended:
+    ) -> SearchEnd:
         """The end of a search at z; where no motion exists there, at what missed least before."""
         cost, rows = self.value(z)
         if not np.isfinite(cost) and self._nearest[1] is not None:
             z, converged = self._nearest[1], False
             cost, rows = self.value(z)
         seconds, missed = time.perf_counter() - began, self.violation(rows)
-        return Ended(
+        return SearchEnd(
             z * self.size, cost * self.unit, missed, converged and missed < MEETS, message,
             iterations, seconds,
         )  # fmt: skip
 
 
-def minimise(problem: OptimalProblem, x: Array, search: SearchSettings) -> Ended:
+def minimise(problem: OptimalProblem, x: Array, search: SearchSettings) -> SearchEnd:
     """The minimum near x.
 
     Raises :class:`AssemblyError` where a motion does not exist at x, :class:`MechcError` where a
@@ -140,7 +140,7 @@ def minimise(problem: OptimalProblem, x: Array, search: SearchSettings) -> Ended
     first = Evaluation(problem, x)
     first.jacobian, first.gradient  # noqa: B018  compiles what is not yet, before the clock is read
     unit = max(1.0, abs(first.cost))
-    ended = _search(Scaled(problem, unit), x, search, search.most)
+    ended = _search(ScaledProblem(problem, unit), x, search, search.most)
     unknowns = problem.unknowns
     size = np.where(
         np.isfinite(unknowns.upper - unknowns.lower), unknowns.size, _levels(ended.x, unknowns)
@@ -151,7 +151,7 @@ def minimise(problem: OptimalProblem, x: Array, search: SearchSettings) -> Ended
         return ended
     problem = replace(problem, unknowns=replace(unknowns, size=size))
     unit, most = abs(ended.cost) or 1.0, min(search.most, ended.iterations + MORE)
-    again = _search(Scaled(problem, unit), ended.x, search, most)
+    again = _search(ScaledProblem(problem, unit), ended.x, search, most)
     total = ended.iterations + again.iterations, ended.seconds + again.seconds
     return min(again, ended, key=lambda one: not one.converged)._replace(
         iterations=total[0], seconds=total[1]
@@ -166,7 +166,7 @@ def _levels(x: Array, unknowns: Unknowns) -> Array:
     return size
 
 
-def _search(scaled: Scaled, x: Array, search: SearchSettings, most: int) -> Ended:
+def _search(scaled: ScaledProblem, x: Array, search: SearchSettings, most: int) -> SearchEnd:
     method, began = _by_ipopt if search.solver == IPOPT else _by_slsqp, time.perf_counter()
     z = np.clip(x / scaled.size, *scaled.bounds)
     try:
@@ -175,7 +175,7 @@ def _search(scaled: Scaled, x: Array, search: SearchSettings, most: int) -> Ende
         return scaled.end_at(z, False, f"it came to where no motion exists: {error}", 0, began)
 
 
-def _by_ipopt(scaled: Scaled, z: Array, tol: float, most: int) -> Ended:
+def _by_ipopt(scaled: ScaledProblem, z: Array, tol: float, most: int) -> SearchEnd:
     from mechc.differentiable.casadi_function import library, numeric_function
 
     casadi, began = library(), time.perf_counter()
@@ -212,7 +212,7 @@ def _by_ipopt(scaled: Scaled, z: Array, tol: float, most: int) -> Ended:
     return scaled.end_at(at, status in _ENDED, told, int(stats["iter_count"]), began)
 
 
-def _without_errors(scaled: Scaled, call: Any, nothing: Any) -> Any:
+def _without_errors(scaled: ScaledProblem, call: Any, nothing: Any) -> Any:
     """The result of a call from within IPOPT, which no error may leave: it is kept, and the search
     finds numbers nowhere then."""
     if scaled.error is not None:
@@ -224,7 +224,7 @@ def _without_errors(scaled: Scaled, call: Any, nothing: Any) -> Any:
         return nothing
 
 
-def _by_slsqp(scaled: Scaled, z: Array, tol: float, most: int) -> Ended:
+def _by_slsqp(scaled: ScaledProblem, z: Array, tol: float, most: int) -> SearchEnd:
     from scipy.optimize import minimize
 
     began = time.perf_counter()

@@ -89,7 +89,7 @@ class Terms:
         extra = (*system.inputs, *entries, *starts, last)
         names = StateNames((*system.coordinates,), (*system.speeds, *extra), system.parameters)
         self._reader = EventReader(names, np.zeros(self.np), typed_expression)
-        self.expressions = [self._reader.plain(_substituted(text)) for text in texts]
+        self.expressions = [self._reader.plain(_with_stand_ins(text)) for text in texts]
         self.titles = [as_written(text) for text in texts]
 
     @property
@@ -98,11 +98,11 @@ class Terms:
 
     def at(self, points: Points) -> Array:
         """Values (n, m)."""
-        return self._evaluate(self._values, points, self._extended(points))
+        return self._evaluate(self._values, points, self._extended_states(points))
 
     def linear(self, points: Points) -> Slopes:
         """Values and derivatives."""
-        extended = self._extended(points)
+        extended = self._extended_states(points)
         whole = np.zeros((len(points.t), self.count, 1 + extended.shape[1] + self.np))
         places, function = self._slopes
         whole[:, *places] = self._evaluate(function, points, extended)
@@ -156,7 +156,7 @@ class Terms:
         rows = [np.broadcast_to(one, points.t.shape) for one in found]
         return np.stack(rows, axis=-1) if rows else np.zeros((len(points.t), 0))
 
-    def _extended(self, points: Points) -> Array:
+    def _extended_states(self, points: Points) -> Array:
         """States with inputs, numbers of outputs, the start and the duration (n, ...)."""
         same = np.append(points.start[self.starts], points.duration)
         last = np.tile(same, (len(points.t), 1))
@@ -210,8 +210,8 @@ def read_terms(system: System, texts: Sequence[Any]) -> tuple[System, Terms]:
     single = sorted(used & offered)
     numbers = [one for one in asked if one[0] not in states]
     system = system.differentiable(*single, *(name for name, _ in numbers))
-    entries = {name: _checked(system, OutputNumber(name, ())) for name in single}
-    entries |= {_stand_in(*one): _checked(system, OutputNumber(*one)) for one in numbers}
+    entries = {name: _checked_entry(system, OutputNumber(name, ())) for name in single}
+    entries |= {_stand_in(*one): _checked_entry(system, OutputNumber(*one)) for one in numbers}
     return system, Terms(system, texts, entries, starts)
 
 
@@ -229,14 +229,14 @@ def _stand_in(name: str, index: Sequence[int]) -> str:
     return "_".join(["number", name, *map(str, index)])
 
 
-def _substituted(text: Any) -> Any:
+def _with_stand_ins(text: Any) -> Any:
     """A text with names in place of numbers of outputs and of the start."""
     if not isinstance(text, str):
         return text
     return ENTRY.sub(lambda m: _stand_in(m[1], _index(m[2])), text)
 
 
-def _checked(system: System, one: OutputNumber) -> OutputNumber:
+def _checked_entry(system: System, one: OutputNumber) -> OutputNumber:
     for part in SUMS.get(one.output, (one.output,)):
         if part not in system.derivative_rows:
             known = (*SUMS, *system.derivative_rows)

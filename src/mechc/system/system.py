@@ -290,7 +290,7 @@ class System(Description):
         return found
 
     def with_laws(self, laws: Mapping[str, str]) -> System:
-        """The same with inputs by expressions, as texts by name; compiled at the first request.
+        """This system with inputs by expressions, as texts by name; compiled at the first request.
 
         Raises
         ------

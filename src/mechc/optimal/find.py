@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mechc.assembly.retraction import Retraction
-from mechc.errors import AssemblyError
+from mechc.errors import AssemblyError, MechcError
 from mechc.optimal.problem import Choice, OptimalProblem
 from mechc.optimal.question import Question, read_problem
 from mechc.optimal.result import Optimum
@@ -29,6 +29,9 @@ def optimise(model: Any, asked: Question, begin: str, search: SearchSettings) ->
             ends.append((begun, minimise(begun, x, search)))
         except AssemblyError as error:
             failure = failure or error
+        except MechcError:  # no derivative where it begins: other starts may have them
+            if not number:
+                raise
     if not ends:
         raise AssemblyError(
             f"there is no motion to begin with: {failure}. Give other first values (y0, params, "

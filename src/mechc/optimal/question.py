@@ -167,12 +167,17 @@ def _conditions(system: System, given: Any, what: str) -> StateConditions:
     for key, value in ({} if given is None else dict(given)).items():
         name = _name_or_none(key)
         if name not in names:
-            found.others.append(Condition(key, *_numbers(what, key, value)))
+            ends = _numbers(what, key, value)
+            found.others.append(Condition(key, *ends))
         elif np.ndim(value) == 0:
             one = float(in_si(value, system.quantities[name]))
-            found.components[names.index(name)] = one, one
+            ends = found.components[names.index(name)] = one, one
         else:
-            found.components[names.index(name)] = checked_bounds(system, name, value)
+            ends = found.components[names.index(name)] = checked_bounds(system, name, value)
+        if not ends[0] <= ends[1] or (ends[0] == ends[1] and np.isinf(ends[0])):
+            raise ValueOutOfBoundsError(
+                f"{what}: {key} is a finite number, or has bounds that rise, not {brief(value)}"
+            )
     return found
 
 
@@ -191,8 +196,6 @@ def _numbers(what: str, key: Any, value: Any) -> tuple[float, float]:
         raise ValueOutOfBoundsError(
             f"{what}: {key} has a value or (lower, upper), not {brief(value)}"
         ) from None
-    if not ends[0] <= ends[1]:
-        raise ValueOutOfBoundsError(f"{what}: the bounds of {key} do not rise: {brief(value)}")
     return ends
 
 

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from mechc.errors import AssemblyError
+from mechc.errors import AssemblyError, MechcError
 from mechc.optimal.evaluate import Evaluation
 from mechc.optimal.problem import OptimalProblem, Unknowns
 from mechc.simulation.settings import checked_count, checked_positive
@@ -111,6 +111,10 @@ class ScaledProblem:
         missed = np.maximum(self.lower - rows, rows - self.upper).max(initial=0.0)
         return float(missed) if np.isfinite(rows).all() else np.inf
 
+    def nearest(self, z: Array) -> Array:
+        """The unknowns that missed least so far; z where there are none."""
+        return z if self._nearest[1] is None else self._nearest[1]
+
     @property
     def bounds(self) -> tuple[Array, Array]:
         """Bounds of the unknowns over their sizes."""
@@ -121,8 +125,8 @@ class ScaledProblem:
     ) -> SearchEnd:
         """The end of a search at z; where no motion exists there, at what missed least before."""
         cost, rows = self.value(z)
-        if not np.isfinite(cost) and self._nearest[1] is not None:
-            z, converged = self._nearest[1], False
+        if not np.isfinite(cost):
+            z, converged = self.nearest(z), False
             cost, rows = self.value(z)
         seconds, missed = time.perf_counter() - began, self.violation(rows)
         return SearchEnd(
@@ -171,8 +175,8 @@ def _search(scaled: ScaledProblem, x: Array, search: SearchSettings, most: int) 
     z = np.clip(x / scaled.size, *scaled.bounds)
     try:
         return method(scaled, z, search.tol, most)
-    except AssemblyError as error:
-        return scaled.end_at(z, False, f"it came to where no motion exists: {error}", 0, began)
+    except MechcError as error:  # of a derivative that does not exist there, or of a motion
+        return scaled.end_at(scaled.nearest(z), False, f"it came to where {error}", 0, began)
 
 
 def _by_ipopt(scaled: ScaledProblem, z: Array, tol: float, most: int) -> SearchEnd:

@@ -196,16 +196,21 @@ def read_terms(system: System, texts: Sequence[Any]) -> tuple[System, Terms]:
     names that the model does not have, indices that there are not, and texts that are not of the
     grammar; :class:`UnavailableOutputError` for outputs that cannot be compiled.
     """
-    plain = {"t", DURATION, *system.coordinates, *system.speeds, *system.inputs,
-             *system.parameters}  # fmt: skip
+    states = (*system.coordinates, *system.speeds)
     asked = dict.fromkeys((m[1], _index(m[2])) for text in texts if isinstance(text, str)
                           for m in ENTRY.finditer(text))  # fmt: skip
-    states = (*system.coordinates, *system.speeds)
     starts = {_stand_in(*one): states.index(one[0]) for one in asked if one[0] in states}
     for name, index in asked:
         if name in states and index != (0,):
             raise ValueOutOfBoundsError(f"{name}[0] is the value at the start, the only one known")
-    used = {name for text in texts for name in _names_in(text)} - plain
+    names = {name for text in texts for name in _names_in(text)}
+    known = (*states, *system.inputs, *system.parameters)
+    if DURATION in names.intersection(known):
+        raise ValueOutOfBoundsError(
+            f"{DURATION} is that of the motion, and what {system.name} calls so: give the latter "
+            "another name where the model is made"
+        )
+    used = names - {"t", DURATION, *known}
     offered = {*SUMS, *system.derivative_rows, *system.data["left_out"]}
     single = sorted(used & offered)
     numbers = [one for one in asked if one[0] not in states]

@@ -5,6 +5,7 @@ import pytest
 
 import mechc
 from benchmarks.problems import optimal as problems
+from mechc.optimal.solvers import ScaledProblem
 
 
 @pytest.fixture(scope="module")
@@ -150,3 +151,48 @@ def test_a_cost_that_the_quadrature_misses_is_told():
     assert abs(found.cost / exact - 1.0) > 0.01
     assert found.cost_of_solution == pytest.approx(exact, rel=1e-6)
     assert "along the whole motion the cost is" in str(found)
+
+
+@pytest.mark.parametrize("solver", ["ipopt", "slsqp"])
+def test_a_search_that_comes_to_no_derivative_keeps_what_was_nearest(monkeypatch, solver):
+    if solver == "ipopt":
+        pytest.importorskip("casadi")
+    calls, slopes = [], ScaledProblem.slopes
+
+    def lost(self, z):
+        calls.append(z)
+        if len(calls) > 3:
+            raise mechc.MechcError("the motion has no derivatives: it grazes")
+        return slopes(self, z)
+
+    monkeypatch.setattr(ScaledProblem, "slopes", lost)
+    found = problems.double_integrator().optimise(intervals=4, solver=solver)
+    assert not found.converged
+    assert np.isfinite(found.cost)
+    assert "it came to where the motion has no derivatives" in str(found)
+
+
+def test_a_search_that_ends_where_no_motion_exists_keeps_what_was_nearest(cart, monkeypatch):
+    scaled = ScaledProblem(cart.problem, 1.0)
+    z, at = cart.x / scaled.size, scaled.at
+
+    def only_there(other):
+        if not np.array_equal(other, z):
+            raise mechc.AssemblyError("the loops do not close")
+        return at(z)
+
+    monkeypatch.setattr(scaled, "at", only_there)
+    scaled.value(z)
+    end = scaled.end_at(z + 1.0, True, "", 1, 0.0)
+    assert not end.converged
+    assert end.cost == pytest.approx(cart.cost)
+
+
+@pytest.mark.parametrize("solver", ["ipopt", "slsqp"])
+def test_the_same_seed_finds_the_same(solver):
+    if solver == "ipopt":
+        pytest.importorskip("casadi")
+    asked = {"intervals": 2, "starts": 2, "seed": 7, "solver": solver}
+    one, two = (problems.double_integrator().optimise(**asked) for _ in range(2))
+    assert one.ends == two.ends
+    assert one.x.tolist() == two.x.tolist()

@@ -292,7 +292,8 @@ class Fits(Syntheses):
         Parameters
         ----------
         duration
-            Of the motion, s, or its bounds ``(lower, upper)``, where it is found.
+            Of the motion, s, or its bounds ``(lower, upper)``, where it is found; the search begins
+            with their mean.
         y0
             The start, as in :meth:`simulate`; a mapping is assembled.
         controls

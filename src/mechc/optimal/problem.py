@@ -153,11 +153,9 @@ class OptimalProblem:
         """Units of the conditions (rows,): of expressions half the width of their bounds, else
         what they are, 1 if that is 0; gaps have that of the state."""
         lower, upper = self.row_bounds()
-        finite = np.isfinite(lower), np.isfinite(upper)
-        ends = (np.where(*each, 0.0) for each in zip(finite, (lower, upper), strict=True))
-        low, high = ends
-        found = np.where(finite[0] & finite[1] & (high > low), 0.5 * (high - low),
-                         np.maximum(np.abs(low), np.abs(high)))  # fmt: skip
+        low, high = (np.where(np.isfinite(each), np.abs(each), 0.0) for each in (lower, upper))
+        half = 0.5 * (upper - lower)
+        found = np.where(np.isfinite(half) & (half > 0.0), half, np.maximum(low, high))
         return np.where(found > 0.0, found, 1.0)
 
 

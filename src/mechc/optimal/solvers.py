@@ -142,7 +142,7 @@ def minimise(problem: OptimalProblem, x: Array, search: SearchSettings) -> Searc
     derivative does not.
     """
     first = Evaluation(problem, x)
-    first.jacobian, first.gradient  # noqa: B018  compiles what is not yet, before the clock is read
+    _ = first.jacobian, first.gradient  # compiles what is not yet, before the clock is read
     unit = max(1.0, abs(first.cost))
     ended = _search(ScaledProblem(problem, unit), x, search, search.most)
     unknowns = problem.unknowns
@@ -151,15 +151,16 @@ def minimise(problem: OptimalProblem, x: Array, search: SearchSettings) -> Searc
     )
     small = ended.converged and 0.0 < abs(ended.cost) < SMALL * unit
     off = np.maximum(size / unknowns.size, unknowns.size / size).max() > 1.0 / SMALL
-    if not (small or off):
+    rest = search.most - ended.iterations
+    if not (small or off) or rest <= 0:
         return ended
     problem = replace(problem, unknowns=replace(unknowns, size=size))
-    unit, most = abs(ended.cost) or 1.0, min(search.most, ended.iterations + MORE)
+    unit, most = abs(ended.cost) or 1.0, min(rest, ended.iterations + MORE)
     again = _search(ScaledProblem(problem, unit), ended.x, search, most)
     total = ended.iterations + again.iterations, ended.seconds + again.seconds
-    return min(again, ended, key=lambda one: not one.converged)._replace(
-        iterations=total[0], seconds=total[1]
-    )
+    return min(
+        again, ended, key=lambda one: 0.0 if one.converged else 1.0 + one.violation
+    )._replace(iterations=total[0], seconds=total[1])
 
 
 def _levels(x: Array, unknowns: Unknowns) -> Array:

@@ -292,7 +292,8 @@ class Fits(Syntheses):
         Parameters
         ----------
         duration
-            Of the motion, s, or its bounds ``(lower, upper)``, where it is found.
+            Of the motion, s, or its bounds ``(lower, upper)``, where it is found; the search begins
+            with their mean.
         y0
             The start, as in :meth:`simulate`; a mapping is assembled.
         controls
@@ -305,7 +306,8 @@ class Fits(Syntheses):
         end
             Conditions at the end: coordinate, speed or expression -> a value, or bounds.
         bounds
-            Conditions along the motion, likewise, at the ends of all intervals.
+            Conditions along the motion, likewise, at the ends of all intervals; the report tells by
+            how much they are exceeded between these.
         free
             Parameters, coordinates and speeds of the start that are found, with bounds or None for
             those of the model.  Parameters not given whose defaults follow them follow them.
@@ -361,7 +363,7 @@ class Fits(Syntheses):
             checked_word("kind of signal", kind, ("linear", "previous")),
             {"events": events, "rtol": rtol, "method": method},
         )  # fmt: skip
-        search = SearchSettings.checked(solver, tol, max_iterations, starts, seed)
+        search = SearchSettings.of(solver, tol, max_iterations, starts, seed)
         return optimise(
             self, asked, checked_word("begin", begin, ("auto", "line", "motion")), search
         )

@@ -22,7 +22,7 @@ CLOSED = 1e-13  # of the mechanism's size
 SINGULAR = 1e-9  # of the largest singular value: below, a row that depends on the others
 
 
-class Closed(NamedTuple):
+class ClosedState(NamedTuple):
     """A closed state (nx,), its derivatives by the state that was moved (nx, nx) and by the
     parameters (nx, np)."""
 
@@ -49,14 +49,14 @@ class Retraction:
             size[nq:, None] * system.constraint_jacobian(y, p, t).T,
         )
 
-    def close(self, system: System, y: Array, p: Array, t: float) -> Closed:
+    def close(self, system: System, y: Array, p: Array, t: float) -> ClosedState:
         """The closed state near y (nx,).
 
         Raises :class:`AssemblyError` if there is none along the directions.
         """
         nq, nx = len(system.coordinates), len(y)
         if not system.scene.rows:
-            return Closed(y, np.eye(nx), np.zeros((nx, len(p))))
+            return ClosedState(y, np.eye(nx), np.zeros((nx, len(p))))
         y = y.copy()
         self._close_coordinates(system, y, p, t)
         rows, turn = system.constraint_jacobian(y, p, t), _gradient(system, y, p, t)
@@ -71,7 +71,7 @@ class Retraction:
         by_state[nq:, :nq] = -back @ bent @ by_state[:nq, :nq]
         faster = _by_parameters(system, "velocity_constraints", y, p, t)
         by_parameters[nq:] = -back @ (faster + bent @ by_parameters[:nq])
-        return Closed(y, by_state, by_parameters)
+        return ClosedState(y, by_state, by_parameters)
 
     def _close_coordinates(self, system: System, y: Array, p: Array, t: float) -> None:
         nq, size = len(system.coordinates), system.length(p)

@@ -68,10 +68,10 @@ def _callback() -> Any:
 
         def eval(self, given: Any) -> list[Any]:
             found = zip(self._called(given), self._shapes[1], strict=True)
-            return [self._filled(*one) for one in found]
+            return [self._as_matrix(*one) for one in found]
 
         @staticmethod
-        def _filled(found: Any, sparsity: Any) -> Any:
+        def _as_matrix(found: Any, sparsity: Any) -> Any:
             if hasattr(found, "tocsc"):
                 columns = found.tocsc()
                 columns.sort_indices()
@@ -85,7 +85,7 @@ def _callback() -> Any:
             self._jacobian = self._slope(name)  # CasADi holds no reference
             return self._jacobian
 
-    def made(name: str, sizes: Any, results: Any, value: Any, jacobian: Any, patterns: Any) -> Any:
+    def wrap(name: str, sizes: Any, results: Any, value: Any, jacobian: Any, patterns: Any) -> Any:
         takes, gives = ([casadi.Sparsity.dense(n, 1) for n in each] for each in (sizes, results))
         if patterns is None:
             slopes = [casadi.Sparsity.dense(m, n) for m in results for n in sizes]
@@ -101,7 +101,7 @@ def _callback() -> Any:
 
         return NumericFunction(name, (takes, gives), lambda given: value(*_vectors(given)), slope)
 
-    return made
+    return wrap
 
 
 def _vectors(given: Any) -> list[Any]:

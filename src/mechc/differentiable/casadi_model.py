@@ -150,7 +150,7 @@ class CasadiModel:
 
     # -- how they are evaluated -------------------------------------------------------------------
 
-    def _driven(self, r: Array, model: Any = None) -> Any:
+    def _with_numbers(self, r: Array, model: Any = None) -> Any:
         model = model or self.model
         numbers = dict(zip(self.model.inputs, r.tolist(), strict=True))
         return model.with_inputs(numbers) if numbers else model
@@ -168,7 +168,7 @@ class CasadiModel:
         given, places = [k for k, _ in each], [place for _, place in each]
 
         def at(t: Array, y: Array, r: Array, p: Array) -> tuple[Any, ...]:
-            return self._driven(r, model).system, y, p, float(t[0])
+            return self._with_numbers(r, model).system, y, p, float(t[0])
 
         def evaluate(*x: Array) -> list[Array]:
             return [value(*at(*x))]
@@ -203,7 +203,7 @@ class CasadiModel:
         ]
 
     def _run(self, h: Array, y: Array, r: Array, p: Array) -> tuple[Any, Any]:
-        model, span = self._driven(r), (self._t0, self._t0 + float(h[0]))
+        model, span = self._with_numbers(r), (self._t0, self._t0 + float(h[0]))
         if self._retraction is None:
             near = y if self._near is None else self._near
             some = self._some(model.system)

@@ -92,7 +92,7 @@ def checked_unknowns(
             guess = _given_value(name, kind, known, place, low, high)
             if guess is None:
                 default = _default_value(system, name, kind, measured, recordings[place])
-                guess = default if low <= default <= high else _between(low, high)
+                guess = default if low <= default <= high else middle_of(low, high)
             found.append(Unknown(name, kind, recording, low, high, guess))
     return tuple(found)
 
@@ -132,7 +132,7 @@ def _default_value(
     return float(own.get(name, np.nan))
 
 
-def _between(lower: float, upper: float) -> float:
+def middle_of(lower: float, upper: float) -> float:
     """A value between bounds of which some may be infinite."""
     if np.isfinite(lower) and np.isfinite(upper):
         return 0.5 * (lower + upper)

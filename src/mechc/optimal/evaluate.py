@@ -176,7 +176,7 @@ class Evaluation:
             first = here.stop
 
     def _of_leaps(self, one: Any) -> Array:
-        """What the integral gains as jumps of the state move."""
+        """The change of the integral as jumps of the state move."""
         total = np.zeros(len(one.places))
         for leap in one.leaps:
             both = np.array([leap.before, leap.after])

@@ -9,20 +9,18 @@ from typing import Any
 import numpy as np
 
 from mechc.assembly.retraction import Retraction
-from mechc.errors import AssemblyError
+from mechc.errors import AssemblyError, MechcError
 from mechc.optimal.problem import Choice, OptimalProblem
 from mechc.optimal.question import Question, read_problem
 from mechc.optimal.result import Optimum
-from mechc.optimal.solvers import Ended, SearchSettings, minimise
+from mechc.optimal.solvers import SearchEnd, SearchSettings, minimise
 from mechc.system.parameters import Array
-
-FIXED = 1e-9  # of the size: bounds that are nearer are one value
 
 
 def optimise(model: Any, asked: Question, begin: str, search: SearchSettings) -> Optimum:
     """See :meth:`mechc.Model.optimise`."""
     problem, first = read_problem(model, asked)
-    ends: list[tuple[OptimalProblem, Ended]] = []
+    ends: list[tuple[OptimalProblem, SearchEnd]] = []
     failure: AssemblyError | None = None
     for number in range(search.starts):
         x = _drawn(problem, first, search.seed + number) if number else first
@@ -31,6 +29,9 @@ def optimise(model: Any, asked: Question, begin: str, search: SearchSettings) ->
             ends.append((begun, minimise(begun, x, search)))
         except AssemblyError as error:
             failure = failure or error
+        except MechcError:  # no derivative where it begins: other starts may have them
+            if not number:
+                raise
     if not ends:
         raise AssemblyError(
             f"there is no motion to begin with: {failure}. Give other first values (y0, params, "
@@ -58,7 +59,7 @@ def _with_nodes(problem: OptimalProblem, x: Array, begin: str) -> tuple[OptimalP
     """
     choice, nodes, unknowns = problem.read(x), problem.unknowns.blocks["nodes"], problem.unknowns
     known = {i: float(x[place]) for i, place in enumerate(nodes[-1])
-             if unknowns.upper[place] - unknowns.lower[place] <= FIXED}  # fmt: skip
+             if unknowns.upper[place] == unknowns.lower[place]}  # fmt: skip
     straight = begin == "line" or (begin == "auto" and known and not problem.run["events"])
     states = _line(choice, known) if straight else _motion(choice)
     x = x.copy()

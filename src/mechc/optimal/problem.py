@@ -129,7 +129,7 @@ class OptimalProblem:
         return self.model.system
 
     def read(self, x: Array) -> Choice:
-        """What the unknowns mean."""
+        """The choice that the unknowns x (n,) stand for."""
         blocks = self.unknowns.blocks
         duration = float(x[blocks["duration"]][0]) if self.unknowns.free else self.duration
         params = dict(zip(self.unknowns.parameters, x[blocks["parameters"]].tolist(), strict=True))
@@ -148,6 +148,15 @@ class OptimalProblem:
             for each in (self.lower, self.upper)
         )
         return lower, upper
+
+    def row_sizes(self) -> Array:
+        """Units of the conditions (rows,): of expressions half the width of their bounds, else
+        what they are, 1 if that is 0; gaps have that of the state."""
+        lower, upper = self.row_bounds()
+        low, high = (np.where(np.isfinite(each), np.abs(each), 0.0) for each in (lower, upper))
+        half = 0.5 * (upper - lower)
+        found = np.where(np.isfinite(half) & (half > 0.0), half, np.maximum(low, high))
+        return np.where(found > 0.0, found, 1.0)
 
 
 @dataclass(frozen=True)

@@ -8,20 +8,23 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from mechc.compilation.event_unit import typed_expression
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, brief
-from mechc.fitting.unknowns import checked_bounds
+from mechc.fitting.unknowns import Bounds, checked_bounds, middle_of
 from mechc.inputs.accept import laws_apart
 from mechc.inputs.signals import Signal
 from mechc.optimal.problem import LINEAR, Choice, OptimalProblem, Unknowns
 from mechc.optimal.terms import Terms, read_terms, refuse_rates
+from mechc.simulation.events.event import Event, value_of
+from mechc.simulation.events.expressions import read_events
 from mechc.simulation.settings import checked_positive
 from mechc.system.names import by_name, name_of
 from mechc.system.parameters import Array, doubles, one_double
 from mechc.system.system import System
 from mechc.system.units import in_si, read_seconds
 
-LATER = 0.3718  # s; no time after which a drive is likely to repeat
-SAME = 1e-9  # rates that differ by less do not depend on time
+TIMES, UNEVEN = 33, 0.61803398875  # where it is asked whether time drives; golden, not periodic
+SAME = 1e-9  # values that differ by less do not depend on time
 
 
 @dataclass(frozen=True)
@@ -106,7 +109,7 @@ def read_problem(model: Any, asked: Question) -> tuple[OptimalProblem, Array]:
     along, end = (_conditions(system, *one) for one in
                   ((asked.bounds, "bounds"), (asked.end, "end")))  # fmt: skip
     system, terms = _terms(system, asked, along, end)
-    params, y0 = _named(system, asked.params), _checked_start(asked.y0)
+    params, y0 = _params_by_name(system, asked.params), _checked_start(asked.y0)
     unknowns, first = _unknowns(system, asked, controls, params, inputs, along, end)
     limits = np.array([one[1:] for one in (*along.others, *end.others)]).reshape(-1, 2)
     problem = OptimalProblem(
@@ -148,7 +151,7 @@ def _seconds(duration: Any) -> float:
     return checked_positive("the duration", duration)
 
 
-def _named(system: System, params: Any) -> dict[str, Any]:
+def _params_by_name(system: System, params: Any) -> dict[str, Any]:
     """Parameters by name."""
     if params is None or isinstance(params, Mapping):
         return by_name(params or {}, "params")
@@ -164,12 +167,17 @@ def _conditions(system: System, given: Any, what: str) -> StateConditions:
     for key, value in ({} if given is None else dict(given)).items():
         name = _name_or_none(key)
         if name not in names:
-            found.others.append(Condition(key, *_numbers(what, key, value)))
+            ends = _numbers(what, key, value)
+            found.others.append(Condition(key, *ends))
         elif np.ndim(value) == 0:
             one = float(in_si(value, system.quantities[name]))
-            found.components[names.index(name)] = one, one
+            ends = found.components[names.index(name)] = one, one
         else:
-            found.components[names.index(name)] = checked_bounds(system, name, value)
+            ends = found.components[names.index(name)] = checked_bounds(system, name, value)
+        if not ends[0] <= ends[1] or (ends[0] == ends[1] and np.isinf(ends[0])):
+            raise ValueOutOfBoundsError(
+                f"{what}: {key} is a finite number, or has bounds that rise, not {brief(value)}"
+            )
     return found
 
 
@@ -188,8 +196,6 @@ def _numbers(what: str, key: Any, value: Any) -> tuple[float, float]:
         raise ValueOutOfBoundsError(
             f"{what}: {key} has a value or (lower, upper), not {brief(value)}"
         ) from None
-    if not ends[0] <= ends[1]:
-        raise ValueOutOfBoundsError(f"{what}: the bounds of {key} do not rise: {brief(value)}")
     return ends
 
 
@@ -200,7 +206,7 @@ def _unknowns(
     system: System, asked: Question, controls: Mapping[str, Any], params: Mapping[str, Any],
     inputs: Mapping[str, Any], along: StateConditions, end: StateConditions,
 ) -> tuple[Unknowns, Array]:  # fmt: skip
-    """What is found, with bounds and first values; the nodes are not known yet."""
+    """The unknowns with bounds and first values; the nodes are not known yet."""
     states = (*system.coordinates, *system.speeds)
     free = by_name(asked.free or {}, "free", "{'m_1': (0.1, 5.0)}")
     for name in free:
@@ -231,7 +237,7 @@ def _unknowns(
     for i, ends in along.components.items():
         box.bound(nodes[:, i], ends)
     for i, ends in end.components.items():
-        box.bound(nodes[-1, i], ends)
+        box.bound(nodes[-1, i], _in_both(states[i], ends, along.components.get(i)))
     some = dict(zip(unknowns.parameters, box.first[blocks["parameters"]].tolist(), strict=True))
     box.size[nodes] = system.scale(system.parameter_set.resolve({**params, **some}))
     return box.within(unknowns)
@@ -244,13 +250,26 @@ def _bound_numbers(
     """Bounds and first values of parameters, or of numbers of the start."""
     for place, name in zip(places, names, strict=True):
         low, high = checked_bounds(system, name, free[name])
-        value = known.get(name, system.defaults.get(name))
-        if value is None:
-            inside = [one for one in (low, high) if np.isfinite(one)]
-            value = float(np.mean(inside)) if inside else 0.0
+        value = known.get(name, {**system.start, **system.defaults}.get(name))
+        if value is None and name in system.parameters and not np.isfinite([low, high]).any():
+            raise ValueOutOfBoundsError(
+                f"the search has no value of {name} to begin with: give params={{{name!r}: ...}}"
+            )
+        value = middle_of(low, high) if value is None else value
         box.first[place] = in_si(value, system.quantities[name])
         box.size[place] = abs(box.first[place]) or 1.0
         box.bound(place, (low, high))
+
+
+def _in_both(name: str, ends: Bounds, along: Bounds | None) -> Bounds:
+    """Bounds of a component at the end, where those along the motion hold as well."""
+    low, high = (max(ends[0], along[0]), min(ends[1], along[1])) if along else ends
+    if not low <= high:
+        raise ValueOutOfBoundsError(
+            f"{name} cannot be {brief(ends)} at the end, as its bounds along the motion are "
+            f"{brief(along)}"
+        )
+    return low, high
 
 
 def _ends_of_duration(given: Any) -> tuple[float, float]:
@@ -300,19 +319,52 @@ def _refuse_open(problem: OptimalProblem) -> None:
 
 
 def _refuse_driven(choice: Choice) -> None:
-    """Raise :class:`MechcError` if time drives the motion, while the duration is free."""
-    controls, model = choice.problem.unknowns.controls, choice.problem.model
-    given = {**choice.problem.inputs, **dict.fromkeys(controls, 0.0)}
-    system = (model.with_inputs(given) if given else model).system
-    y, t0 = choice.first[1], choice.problem.t0
-    try:
-        one, two = (system.rates(y, choice.p, t) for t in (t0, t0 + LATER))
-        same = np.allclose(one, two, rtol=SAME, atol=SAME)
-    except ValueOutOfBoundsError:  # beyond the samples of a signal
-        same = False
-    if not same:
-        others = [name for name in system.inputs if name not in controls]
+    """Raise :class:`MechcError` if the motion, cost or conditions would change with the time of the
+    begin, while the duration is free."""
+    if told := _drives(choice):
         raise MechcError(
-            f"the duration is free, and {' or '.join(others) or 'time in the equations'} drives "
-            "the motion: give the duration, or loads that do not depend on time"
+            f"the duration is free, and {' and '.join(told)} drives the motion or what is asked of "
+            "it: give the duration, or what does not depend on time (expressions may contain t)"
         )
+
+
+def _drives(choice: Choice) -> list[str]:
+    """Names of what depends on time: inputs, rates, outputs of the expressions, events."""
+    problem, unknowns = choice.problem, choice.problem.unknowns
+    given = {**problem.inputs, **dict.fromkeys(unknowns.controls, 0.0)}
+    system = (problem.model.with_inputs(given) if given else problem.model).system
+    t0, longest = problem.t0, float(unknowns.upper[unknowns.blocks["duration"]][0])
+    times = t0 + longest * np.sort(np.arange(TIMES) * UNEVEN % 1.0)
+    if system.driven:
+        kinks = system.driven.breaks(t0, t0 + longest, problem.run["rtol"])
+        times = np.union1d(times, kinks)
+    y = np.tile(choice.first[1], (len(times), 1))
+    terms = problem.integral, problem.final, problem.along, problem.end
+    outputs = {one.output for each in terms for one in each.entries}
+
+    def differs(values: Any) -> bool:
+        return not np.allclose(values, values[0], rtol=SAME, atol=SAME)
+
+    try:
+        found = [name for name in problem.inputs if name in system.inputs
+                 and differs(system.driven.values([name], times, y)[0])]  # fmt: skip
+        rates = not found and differs(system.rates(y, choice.p, times))
+        found += ["time in the equations"] * rates
+        found += [f"time in {name}" for name in sorted(outputs)
+                  if differs(system.evaluate(name, y, choice.p, times))]  # fmt: skip
+    except ValueOutOfBoundsError:  # beyond the samples of a signal
+        found = list(problem.inputs)
+    events = read_events(problem.run["events"], system, choice.p, typed_expression)
+    found += [f"time in event {k}" for k, one in enumerate(events) if _of_time(one, times, y[0])]
+    return found
+
+
+def _of_time(event: Event, times: Array, y: Array) -> bool:
+    """Whether an event, or what its reset gives, depends on time."""
+    expression, changes = (getattr(one, name, None) for one, name in
+                           ((event.function, "expression"), (event.reset, "changes")))  # fmt: skip
+    if expression is not None:
+        each = [expression, *(changes or {}).values()]
+        return any(symbol.name == "t" for one in each for symbol in one.free_symbols)
+    values = [value_of(event, t, y) for t in times.tolist() if callable(event.function)]
+    return bool(values) and np.ptp(values) > SAME

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SAMPLES = 800
+SAME_COST = 1e-5  # of it: by how much it may differ along the whole motion without a word
 
 
 def in_words(result: Any) -> str:
@@ -33,16 +34,34 @@ def in_words(result: Any) -> str:
         f"{result.derivatives} with derivatives",
         f"conditions are met to {result.violation:.1g}, the whole motion is within "
         f"{result.deviation:.1g} of its parts",
+        *_judgement(result),
     ]
     if len(result.ends) > 1:
-        costs = ", ".join(f"{cost:.6g}" + "" if good else "none" for cost, good in result.ends)
+        costs = ", ".join(f"{cost:.6g}" if good else "none" for cost, good in result.ends)
         lines.append(f"the starts led to: {costs}")
     if not result.converged:
         lines.append(
-            "what is told here was nearest. Give other first values (inputs, params, y0), several "
-            "starts, more iterations, or wider bounds"
+            f"what is told here was nearest; missed most is {result.worst}. Give other first "
+            "values (inputs, params, y0), several starts, more iterations, or wider bounds"
         )
     return "\n".join(lines)
+
+
+def _judgement(result: Any) -> list[str]:
+    """The cost along the whole motion, if it is another, and bounds that it exceeds."""
+    if result.solution.span[1] < result.nodes[0][-1]:
+        return []
+    model, cost = result.problem.model, result.cost_of_solution
+    told = []
+    if abs(cost - result.cost) > SAME_COST * abs(cost):
+        told.append(f"along the whole motion the cost is {cost:.9g}: take more intervals")
+    for name, (excess, t) in result.excess.items():
+        unit, factor = _shown(model, name)
+        told.append(
+            f"{name} is beyond its bound by {excess * factor:.2g} {unit}".rstrip()
+            + f" at t = {t:.4g} s: bounds are held at the ends of intervals, take more"
+        )
+    return told
 
 
 def _cost(problem: Any) -> str:

@@ -10,10 +10,11 @@ import numpy as np
 
 from mechc.inputs.signals import Signal
 from mechc.optimal.evaluate import Evaluation
+from mechc.optimal.judge import cost_along, exceeded_bounds, missed_most
 from mechc.optimal.problem import OptimalProblem
 from mechc.optimal.report import draw_optimum, in_words
-from mechc.optimal.solvers import Ended
-from mechc.optimal.terms import read_terms
+from mechc.optimal.solvers import SearchEnd
+from mechc.optimal.terms import Points, read_terms
 from mechc.system.parameters import Array
 
 AT_BOUND = 1e-4  # of the sizes: nearer to a bound a value lies at it
@@ -36,7 +37,7 @@ class Optimum:
     """
 
     def __init__(
-        self, problem: OptimalProblem, ended: Ended, solver: str, ends: tuple[Ended, ...]
+        self, problem: OptimalProblem, ended: SearchEnd, solver: str, ends: tuple[SearchEnd, ...]
     ) -> None:
         self.problem, self.solver, self.x = problem, solver, ended.x
         self.cost, self.violation, self.converged = ended.cost, ended.violation, ended.converged
@@ -50,7 +51,7 @@ class Optimum:
 
     @property
     def duration(self) -> float:
-        """Of the motion, s."""
+        """Duration of the motion, s."""
         return self._evaluation.choice.duration
 
     @property
@@ -100,11 +101,31 @@ class Optimum:
         Raises as :meth:`mechc.Model.optimise` for expressions that there cannot be.
         """
         terms = read_terms(self.problem.system, expressions)[1]
-        choice, sol = self._evaluation.choice, self.solution
-        times = sol.t if t is None else np.atleast_1d(np.asarray(t, dtype=np.float64))
+        times = self.solution.t if t is None else np.atleast_1d(np.asarray(t, dtype=np.float64))
+        return terms.at(self.points(times))
+
+    def points(self, times: Array) -> Points:
+        """Points (nt,) of ``solution`` where expressions are evaluated, at times (nt,) in s."""
+        choice = self._evaluation.choice
         passed = (times - choice.times[0]) * (len(choice.nodes) / choice.duration)
         k = np.clip(passed.astype(np.intp), 0, len(choice.nodes) - 1)
-        return terms.at(choice.points(k, np.clip(passed - k, 0.0, 1.0), sol(times)))
+        return choice.points(k, np.clip(passed - k, 0.0, 1.0), self.solution(times))
+
+    @cached_property
+    def cost_of_solution(self) -> float:
+        """The cost along ``solution``, by quadrature at eight times as many points."""
+        return cost_along(self)
+
+    @cached_property
+    def excess(self) -> dict[str, tuple[float, float]]:
+        """The bounds along the motion that ``solution`` exceeds, which are held at the ends of
+        intervals alone: name or expression -> by how much, and when, s."""
+        return exceeded_bounds(self)
+
+    @property
+    def worst(self) -> str:
+        """The condition that is missed most, in words."""
+        return missed_most(self.problem, self._evaluation)
 
     @property
     def deviation(self) -> float:
@@ -137,7 +158,7 @@ class Optimum:
         for j, title in enumerate(self.problem.along.titles):
             here = slice(first + j, first + m * unknowns.nodes, m)
             each = rows[here], lower[here], upper[here]
-            found[title] = _at_bounds(*each, np.ones(unknowns.nodes))
+            found[title] = _at_bounds(*each, self.problem.row_sizes()[here])
         return {name: told for name, told in found.items() if told}
 
     def plot(self, *names: Any) -> Any:

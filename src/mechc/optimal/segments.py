@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mechc.assembly.retraction import Closed
+from mechc.assembly.retraction import ClosedState
 from mechc.errors import AssemblyError, MechcError, ValueOutOfBoundsError
 from mechc.sensitivities.columns import columns_of, held_by
 from mechc.sensitivities.events import jump_of, moved_time
@@ -47,7 +47,7 @@ class Segment:
     choice: Any
     k: int
     sol: Any
-    start: Closed | None
+    start: ClosedState | None
 
     @property
     def _length(self) -> float:
@@ -55,9 +55,11 @@ class Segment:
 
     @cached_property
     def _breaks(self) -> Array:
-        """Shares at which the state jumps, with the ends of the interval."""
-        parts = [(part.t0 - self.sol.span[0]) / self._length for part in self.sol.segments]
-        return np.array([*parts, 1.0])
+        """Shares at which the state jumps or given inputs have kinks, with the ends."""
+        (t0, t1), driven = self.sol.span, self.sol.system.driven
+        times = [t0] + ([part.t0 for part in self.sol.segments] if self._dense else [])
+        kinks = driven.breaks(t0, t1, self.choice.problem.run["rtol"]) if driven else []
+        return np.append((np.unique([*times, *kinks]) - t0) / self._length, 1.0)
 
     @property
     def _dense(self) -> bool:
@@ -67,10 +69,9 @@ class Segment:
     @cached_property
     def quadrature(self) -> tuple[Array, Array]:
         """Shares (m,) and weights (m,) of the integral over the interval: eight points between two
-        jumps, by Gauss."""
-        breaks = self._breaks if self._dense else self._breaks[[0, -1]]
-        wide = np.diff(breaks)[:, None]
-        shares = breaks[:-1, None] + wide * 0.5 * (POINTS + 1.0)
+        breaks, by Gauss."""
+        wide = np.diff(self._breaks)[:, None]
+        shares = self._breaks[:-1, None] + wide * 0.5 * (POINTS + 1.0)
         return shares.ravel(), (wide * 0.5 * WEIGHTS).ravel()
 
     @cached_property
@@ -105,7 +106,7 @@ class Segment:
     def columns(self) -> Array:
         """Derivatives of the states by the local unknowns (m + 1, nx, k)."""
         times, problem = self._times, self.choice.problem
-        found = self._raw.at(times, self.states) @ self._combined
+        found = self._raw.at(times, self.states) @ self._local_directions
         if not np.isfinite(found).all():
             notes = "; ".join(self._raw.notes) or "they are not finite"
             raise MechcError(f"the motion has no derivatives: {notes}")
@@ -117,7 +118,7 @@ class Segment:
 
     @cached_property
     def start_columns(self) -> Array:
-        """Of the first interval: derivatives of its start by the numbers of the start and the
+        """Derivatives of the start of the first interval by the numbers of the start and the
         parameters that are found (nx, k)."""
         unknowns, raw = self.choice.problem.unknowns, self._raw
         found = raw.at(*(each[:1] for each in self.sol.record.ends()))[0]
@@ -140,7 +141,7 @@ class Segment:
                 sol.system, event, jump.t, jump.before, sol.params, raw.columns, before
             )
             share = (jump.t - sol.span[0]) / self._length
-            along = moved @ self._combined / self._length
+            along = moved @ self._local_directions / self._length
             if self.choice.problem.unknowns.free:
                 along[-1] -= share / self.choice.duration
             found.append(Leap(share, along, jump.before, jump.after))
@@ -161,7 +162,7 @@ class Segment:
         return self.sol.differentiate(names, given, choice.params)
 
     @cached_property
-    def _combined(self) -> Array:
+    def _local_directions(self) -> Array:
         """How the raw columns change with the local unknowns, at fixed times."""
         unknowns, raw = self.choice.problem.unknowns, self._raw.columns
         nx, m = unknowns.width if self.start else len(unknowns.start), len(unknowns.parameters)

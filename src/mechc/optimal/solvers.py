@@ -7,22 +7,24 @@ from them on the way (quasi-Newton).
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from mechc.errors import AssemblyError
+from mechc.errors import AssemblyError, MechcError
 from mechc.optimal.evaluate import Evaluation
-from mechc.optimal.problem import OptimalProblem
+from mechc.optimal.problem import OptimalProblem, Unknowns
 from mechc.simulation.settings import checked_count, checked_positive
 from mechc.system.names import checked_word
 from mechc.system.parameters import Array
 
 IPOPT, SLSQP = "ipopt", "slsqp"
 FAR = 1e3  # of conditions where a motion does not exist
+SMALL = 1e-2  # of their units: with a cost or inputs that are less, the units are taken anew
+MORE = 50  # iterations of the search with these
 MEETS = 1e-6  # of the sizes: conditions that are missed by less are met
 _ENDED = {"Solve_Succeeded": "converged", "Solved_To_Acceptable_Level": "converged roughly"}
 
@@ -38,7 +40,7 @@ class SearchSettings:
     seed: int
 
     @classmethod
-    def checked(cls, solver: Any, tol: Any, most: Any, starts: Any, seed: Any) -> SearchSettings:
+    def of(cls, solver: Any, tol: Any, most: Any, starts: Any, seed: Any) -> SearchSettings:
         """Settings as a user gives them: IPOPT where CasADi is installed, if none is named."""
         word = checked_word("solver", solver, ("auto", IPOPT, SLSQP))
         if word == "auto":
@@ -49,7 +51,7 @@ class SearchSettings:
         )  # fmt: skip
 
 
-class Ended(NamedTuple):
+class SearchEnd(NamedTuple):
     """The end of a search: unknowns, cost, the largest violation of a condition, whether it
     converged, how it ended in words, iterations, seconds."""
 
@@ -67,13 +69,15 @@ class Ended(NamedTuple):
         return not self.converged, self.cost if self.converged else self.violation
 
 
-class Scaled:
-    """A problem in units of the sizes; the last evaluation is kept."""
+class ScaledProblem:
+    """A problem in units of the sizes, its cost in a unit; the last evaluation is kept."""
 
-    def __init__(self, problem: OptimalProblem) -> None:
+    def __init__(self, problem: OptimalProblem, unit: float) -> None:
         self.problem, self.size = problem, problem.unknowns.size
-        self.lower, self.upper = problem.row_bounds()
+        self.row_size, self.unit = problem.row_sizes(), unit
+        self.lower, self.upper = (each / self.row_size for each in problem.row_bounds())
         self._last: Evaluation | None = None
+        self._nearest: tuple[float, Array | None] = (np.inf, None)
         self.error: BaseException | None = None
 
     def at(self, z: Array) -> Evaluation:
@@ -87,51 +91,96 @@ class Scaled:
         """Cost and rows; NaN where a motion does not exist."""
         try:
             one = self.at(z)
-            return one.cost, one.rows
+            cost, rows = one.cost / self.unit, one.rows / self.row_size
         except AssemblyError:
             return np.nan, np.full(len(self.lower), np.nan)
+        missed = self.violation(rows)
+        if missed < self._nearest[0]:
+            self._nearest = missed, z.copy()
+        return cost, rows
 
     def slopes(self, z: Array) -> tuple[Array, csr_matrix]:
         """Their derivatives."""
         one = self.at(z)
         rows = one.jacobian.copy()  # a product would leave out places where it is zero
-        rows.data *= self.size[rows.indices]
-        return one.gradient * self.size, rows
+        rows.data *= self.size[rows.indices] / np.repeat(self.row_size, np.diff(rows.indptr))
+        return one.gradient * self.size / self.unit, rows
 
     def violation(self, rows: Array) -> float:
         """By how much the worst condition is missed; infinite where a motion does not exist."""
         missed = np.maximum(self.lower - rows, rows - self.upper).max(initial=0.0)
         return float(missed) if np.isfinite(rows).all() else np.inf
 
+    def nearest(self, z: Array) -> Array:
+        """The unknowns that missed least so far; z where there are none."""
+        return z if self._nearest[1] is None else self._nearest[1]
+
     @property
     def bounds(self) -> tuple[Array, Array]:
-        """Of the unknowns."""
+        """Bounds of the unknowns over their sizes."""
         return self.problem.unknowns.lower / self.size, self.problem.unknowns.upper / self.size
 
     def end_at(
         self, z: Array, converged: bool, message: str, iterations: int, began: float
-    ) -> Ended:
+    ) -> SearchEnd:
+        """The end of a search at z; where no motion exists there, at what missed least before."""
         cost, rows = self.value(z)
+        if not np.isfinite(cost):
+            z, converged = self.nearest(z), False
+            cost, rows = self.value(z)
         seconds, missed = time.perf_counter() - began, self.violation(rows)
-        return Ended(
-            z * self.size, cost, missed, converged and missed < MEETS, message, iterations, seconds
-        )
+        return SearchEnd(
+            z * self.size, cost * self.unit, missed, converged and missed < MEETS, message,
+            iterations, seconds,
+        )  # fmt: skip
 
 
-def minimise(problem: OptimalProblem, x: Array, search: SearchSettings) -> Ended:
+def minimise(problem: OptimalProblem, x: Array, search: SearchSettings) -> SearchEnd:
     """The minimum near x.
 
     Raises :class:`AssemblyError` where a motion does not exist at x, :class:`MechcError` where a
     derivative does not.
     """
-    scaled = Scaled(problem)
+    first = Evaluation(problem, x)
+    _ = first.jacobian, first.gradient  # compiles what is not yet, before the clock is read
+    unit = max(1.0, abs(first.cost))
+    ended = _search(ScaledProblem(problem, unit), x, search, search.most)
+    unknowns = problem.unknowns
+    size = np.where(
+        np.isfinite(unknowns.upper - unknowns.lower), unknowns.size, _levels(ended.x, unknowns)
+    )
+    small = ended.converged and 0.0 < abs(ended.cost) < SMALL * unit
+    off = np.maximum(size / unknowns.size, unknowns.size / size).max() > 1.0 / SMALL
+    rest = search.most - ended.iterations
+    if not (small or off) or rest <= 0:
+        return ended
+    problem = replace(problem, unknowns=replace(unknowns, size=size))
+    unit, most = abs(ended.cost) or 1.0, min(rest, ended.iterations + MORE)
+    again = _search(ScaledProblem(problem, unit), ended.x, search, most)
+    total = ended.iterations + again.iterations, ended.seconds + again.seconds
+    return min(
+        again, ended, key=lambda one: 0.0 if one.converged else 1.0 + one.violation
+    )._replace(iterations=total[0], seconds=total[1])
+
+
+def _levels(x: Array, unknowns: Unknowns) -> Array:
+    """Sizes of the unknowns, those of inputs their largest samples in x (n,)."""
+    size = unknowns.size.copy()
+    for places in unknowns.blocks["controls"].T:
+        size[places] = np.abs(x[places]).max() or 1.0
+    return size
+
+
+def _search(scaled: ScaledProblem, x: Array, search: SearchSettings, most: int) -> SearchEnd:
+    method, began = _by_ipopt if search.solver == IPOPT else _by_slsqp, time.perf_counter()
     z = np.clip(x / scaled.size, *scaled.bounds)
-    scaled.slopes(z)  # compiles what is not yet, before the clock is read
-    method = _by_ipopt if search.solver == IPOPT else _by_slsqp
-    return method(scaled, z, search.tol, search.most)
+    try:
+        return method(scaled, z, search.tol, most)
+    except MechcError as error:  # of a derivative that does not exist there, or of a motion
+        return scaled.end_at(scaled.nearest(z), False, f"it came to where {error}", 0, began)
 
 
-def _by_ipopt(scaled: Scaled, z: Array, tol: float, most: int) -> Ended:
+def _by_ipopt(scaled: ScaledProblem, z: Array, tol: float, most: int) -> SearchEnd:
     from mechc.differentiable.casadi_function import library, numeric_function
 
     casadi, began = library(), time.perf_counter()
@@ -168,7 +217,7 @@ def _by_ipopt(scaled: Scaled, z: Array, tol: float, most: int) -> Ended:
     return scaled.end_at(at, status in _ENDED, told, int(stats["iter_count"]), began)
 
 
-def _without_errors(scaled: Scaled, call: Any, nothing: Any) -> Any:
+def _without_errors(scaled: ScaledProblem, call: Any, nothing: Any) -> Any:
     """The result of a call from within IPOPT, which no error may leave: it is kept, and the search
     finds numbers nowhere then."""
     if scaled.error is not None:
@@ -180,7 +229,7 @@ def _without_errors(scaled: Scaled, call: Any, nothing: Any) -> Any:
         return nothing
 
 
-def _by_slsqp(scaled: Scaled, z: Array, tol: float, most: int) -> Ended:
+def _by_slsqp(scaled: ScaledProblem, z: Array, tol: float, most: int) -> SearchEnd:
     from scipy.optimize import minimize
 
     began = time.perf_counter()

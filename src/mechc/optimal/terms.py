@@ -89,7 +89,7 @@ class Terms:
         extra = (*system.inputs, *entries, *starts, last)
         names = StateNames((*system.coordinates,), (*system.speeds, *extra), system.parameters)
         self._reader = EventReader(names, np.zeros(self.np), typed_expression)
-        self.expressions = [self._reader.plain(_substituted(text)) for text in texts]
+        self.expressions = [self._reader.plain(_with_stand_ins(text)) for text in texts]
         self.titles = [as_written(text) for text in texts]
 
     @property
@@ -98,11 +98,11 @@ class Terms:
 
     def at(self, points: Points) -> Array:
         """Values (n, m)."""
-        return self._evaluate(self._values, points, self._extended(points))
+        return self._evaluate(self._values, points, self._extended_states(points))
 
     def linear(self, points: Points) -> Slopes:
         """Values and derivatives."""
-        extended = self._extended(points)
+        extended = self._extended_states(points)
         whole = np.zeros((len(points.t), self.count, 1 + extended.shape[1] + self.np))
         places, function = self._slopes
         whole[:, *places] = self._evaluate(function, points, extended)
@@ -156,7 +156,7 @@ class Terms:
         rows = [np.broadcast_to(one, points.t.shape) for one in found]
         return np.stack(rows, axis=-1) if rows else np.zeros((len(points.t), 0))
 
-    def _extended(self, points: Points) -> Array:
+    def _extended_states(self, points: Points) -> Array:
         """States with inputs, numbers of outputs, the start and the duration (n, ...)."""
         same = np.append(points.start[self.starts], points.duration)
         last = np.tile(same, (len(points.t), 1))
@@ -196,22 +196,27 @@ def read_terms(system: System, texts: Sequence[Any]) -> tuple[System, Terms]:
     names that the model does not have, indices that there are not, and texts that are not of the
     grammar; :class:`UnavailableOutputError` for outputs that cannot be compiled.
     """
-    plain = {"t", DURATION, *system.coordinates, *system.speeds, *system.inputs,
-             *system.parameters}  # fmt: skip
+    states = (*system.coordinates, *system.speeds)
     asked = dict.fromkeys((m[1], _index(m[2])) for text in texts if isinstance(text, str)
                           for m in ENTRY.finditer(text))  # fmt: skip
-    states = (*system.coordinates, *system.speeds)
     starts = {_stand_in(*one): states.index(one[0]) for one in asked if one[0] in states}
     for name, index in asked:
         if name in states and index != (0,):
             raise ValueOutOfBoundsError(f"{name}[0] is the value at the start, the only one known")
-    used = {name for text in texts for name in _names_in(text)} - plain
+    names = {name for text in texts for name in _names_in(text)}
+    known = (*states, *system.inputs, *system.parameters)
+    if DURATION in names.intersection(known):
+        raise ValueOutOfBoundsError(
+            f"{DURATION} is that of the motion, and what {system.name} calls so: give the latter "
+            "another name where the model is made"
+        )
+    used = names - {"t", DURATION, *known}
     offered = {*SUMS, *system.derivative_rows, *system.data["left_out"]}
     single = sorted(used & offered)
     numbers = [one for one in asked if one[0] not in states]
     system = system.differentiable(*single, *(name for name, _ in numbers))
-    entries = {name: _checked(system, OutputNumber(name, ())) for name in single}
-    entries |= {_stand_in(*one): _checked(system, OutputNumber(*one)) for one in numbers}
+    entries = {name: _checked_entry(system, OutputNumber(name, ())) for name in single}
+    entries |= {_stand_in(*one): _checked_entry(system, OutputNumber(*one)) for one in numbers}
     return system, Terms(system, texts, entries, starts)
 
 
@@ -229,14 +234,14 @@ def _stand_in(name: str, index: Sequence[int]) -> str:
     return "_".join(["number", name, *map(str, index)])
 
 
-def _substituted(text: Any) -> Any:
+def _with_stand_ins(text: Any) -> Any:
     """A text with names in place of numbers of outputs and of the start."""
     if not isinstance(text, str):
         return text
     return ENTRY.sub(lambda m: _stand_in(m[1], _index(m[2])), text)
 
 
-def _checked(system: System, one: OutputNumber) -> OutputNumber:
+def _checked_entry(system: System, one: OutputNumber) -> OutputNumber:
     for part in SUMS.get(one.output, (one.output,)):
         if part not in system.derivative_rows:
             known = (*SUMS, *system.derivative_rows)

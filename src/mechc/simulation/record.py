@@ -163,7 +163,7 @@ class Record:
         self.stats = {} if stats is None else stats
 
     def read_by(self, system: System) -> Record:
-        """The same motion, read by the functions of another system of the same mechanism."""
+        """This motion, read by the functions of another system of the same mechanism."""
         inputs = None if system.driven is None else system.driven.native_inputs()
         pieces = [
             Piece(

@@ -290,7 +290,7 @@ class System(Description):
         return found
 
     def with_laws(self, laws: Mapping[str, str]) -> System:
-        """The same with inputs by expressions, as texts by name; compiled at the first request.
+        """This system with inputs by expressions, as texts by name; compiled at the first request.
 
         Raises
         ------
@@ -382,7 +382,7 @@ class System(Description):
         own, shapes = list(self.data["own"]), self.data["shapes"]
         found: dict[str, tuple[list[int], tuple[int, ...]]]
         found, first = {name: ([k], ()) for k, name in enumerate(own)}, len(own)
-        for name, size in self.data["differentiated"]:
+        for name, size in self.data.get("differentiated", ()):
             found[name] = list(range(first, first + size)), tuple(shapes.get(name, ()))
             first += size
         for name, shape in self.array_outputs.items():

@@ -59,18 +59,35 @@ def test_inputs_that_stretch_with_the_duration(kind):
     _check(_evaluation(bead.model, bead.arguments, {**BEAD, "kind": kind, "inputs": inputs}))
 
 
-def test_time_in_the_equations_and_an_input_that_is_given():
+@pytest.fixture(scope="module")
+def spring():
     x, v, push, pull = dynamicsymbols("x v push pull")
     k, t = sm.Symbol("k"), dynamicsymbols._t
     rates = push + pull - k * x**3 + v * sm.cos(2 * t)
-    spring = mechc.from_equations([x], [v], None, [rates], defaults={k: 2.0})
-    model = mechc.compile(spring, outputs=("sensitivities",))
+    return mechc.compile(
+        mechc.from_equations([x], [v], None, [rates]), outputs=("sensitivities", {"gap": x - t**2})
+    )
+
+
+def test_time_in_the_equations_and_an_input_that_is_given(spring):
     given = mechc.Signal(np.linspace(0.0, 5.0, 11), np.sin(np.arange(11.0)), "cubic")
     asked = {
         "integral": "push**2*x + pull*t", "final": "x*v*k", "end": {"x": 1.0}, "t0": 1.0,
-        "inputs": {"pull": given}, "free": {"k": (1.0, 3.0), "v": (0.0, 1.0)},
+        "inputs": {"pull": given}, "free": {"k": (1.0, 3.0), "v": (0.0, 1.0)}, "params": {"k": 2.0},
     }  # fmt: skip
-    _check(_evaluation(model, (1.5, {"x": 0.1, "v": 0.2}, {"push": (-3.0, 3.0)}), asked))
+    _check(_evaluation(spring, (1.5, {"x": 0.1, "v": 0.2}, {"push": (-3.0, 3.0)}), asked))
+
+
+def test_outputs_in_time_keep_the_duration(spring):
+    asked = {"final": "gap", "params": {"k": 0.0}, "inputs": {"pull": 0.0}}
+    with pytest.raises(mechc.MechcError, match="time in gap"):
+        _evaluation(spring, ((1.0, 2.0), [0.0, 0.0], {"push": None}), asked)
+
+
+def test_a_parameter_without_any_value_is_asked_for(spring):
+    asked = {"final": "x", "free": {"k": None}, "inputs": {"pull": 0.0}}
+    with pytest.raises(mechc.ValueOutOfBoundsError, match="no value of k to begin with"):
+        _evaluation(spring, (1.0, {"x": 0.0, "v": 0.0}, {"push": None}), asked)
 
 
 def test_an_impact_moves_the_jump_of_the_running_cost():

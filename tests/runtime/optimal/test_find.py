@@ -5,6 +5,7 @@ import pytest
 
 import mechc
 from benchmarks.problems import optimal as problems
+from mechc.optimal.solvers import ScaledProblem
 
 
 @pytest.fixture(scope="module")
@@ -81,3 +82,117 @@ def test_what_is_not_found_is_said_with_what_was_nearest():
     assert found.violation > 0.1
     assert ": not found" in str(found)
     assert "nearest" in str(found)
+    assert "missed most is" in str(found)
+
+
+def test_bounds_along_the_motion_hold_at_its_end_too():
+    model = problems.double_integrator().model
+    asked = {"integral": "F**2", "final": "-100*x", "intervals": 4, "solver": "slsqp"}
+    found = model.optimise(
+        2.0,
+        [0.0, 0.0],
+        {"F": (-20, 20)},
+        bounds={"x": (None, 1.0)},
+        end={"x": (0.1, None)},
+        **asked,
+    )
+    assert found.nodes[1][-1, 0] <= 1.0 + 1e-8
+    with pytest.raises(mechc.ValueOutOfBoundsError, match="x cannot be"):
+        model.optimise(2.0, [0, 0], {"F": None}, bounds={"x": (None, 1)}, end={"x": 2}, **asked)
+
+
+@pytest.mark.parametrize("solver", ["ipopt", "slsqp"])
+@pytest.mark.parametrize(("mass", "way", "seconds"), [(1e-9, 1e-6, 1e-3), (1e5, 1.0, 1.0)])
+def test_small_and_large_costs_are_as_exact_as_others(mass, way, seconds, solver):
+    """The least effort from rest to rest is 12 m^2 d^2 / T^3, by a force that falls evenly."""
+    if solver == "ipopt":
+        pytest.importorskip("casadi")
+    found = problems.double_integrator().model.optimise(
+        seconds, [0.0, 0.0], {"F": None}, {"m": mass}, integral="F**2",
+        end={"2*x": 2.0 * way, "v": 0.0}, intervals=3, solver=solver,
+    )  # fmt: skip
+    assert found.converged
+    assert found.cost == pytest.approx(12.0 * mass**2 * way**2 / seconds**3, rel=1e-6)
+
+
+def test_kinks_of_given_inputs_are_ends_of_the_quadrature():
+    """The work of a pulse on a mass from rest is its square over twice the mass."""
+    pulse = mechc.Signal([0.0, 0.4, 0.55, 2.0], [0.0, 5.0, 0.0, 0.0], "previous")
+    found = problems.double_integrator().model.optimise(
+        2.0, {"x": 0.0, "v": 0.0}, free={"m": (1.0, 3.0)}, inputs={"F": pulse}, integral="F*v",
+        intervals=3, solver="slsqp",
+    )  # fmt: skip
+    assert found.values["m"] == pytest.approx(3.0)
+    assert found.cost == pytest.approx((5.0 * 0.15) ** 2 / 6.0, rel=1e-9)
+    assert found.cost_of_solution == pytest.approx(found.cost, rel=1e-9)
+
+
+def test_what_bounds_are_exceeded_by_between_the_intervals_is_told():
+    found = problems.double_integrator().model.optimise(
+        3.0, [0.0, 0.0], {"F": None}, integral="F**2", end={"x": 3.0, "v": 0.0},
+        bounds={"v": (None, 1.2), "2*x": (None, 6.0)}, intervals=3, solver="slsqp",
+    )  # fmt: skip
+    t = np.linspace(0.0, 3.0, 30001)
+    highest = found.solution(t)[:, 1]
+    excess, when = found.excess["v"]
+    assert excess == pytest.approx(highest.max() - 1.2, rel=1e-2)
+    assert excess > 0.01
+    assert when == pytest.approx(t[highest.argmax()], abs=0.1)
+    assert "2*x" not in found.excess
+    assert "v is beyond its bound by" in str(found)
+
+
+def test_a_cost_that_the_quadrature_misses_is_told():
+    """Seven turns within the one interval: eight points do not see the square of its sine."""
+    found = problems.double_integrator().model.optimise(
+        1.0, [0.0, 0.0], {"F": (-1.0, 1.0)}, integral="sin(45*t)**2", intervals=1, solver="slsqp"
+    )
+    exact = 0.5 - np.sin(90.0) / 180.0
+    assert abs(found.cost / exact - 1.0) > 0.01
+    assert found.cost_of_solution == pytest.approx(exact, rel=1e-6)
+    assert "along the whole motion the cost is" in str(found)
+
+
+@pytest.mark.parametrize("solver", ["ipopt", "slsqp"])
+def test_a_search_that_comes_to_no_derivative_keeps_what_was_nearest(monkeypatch, solver):
+    if solver == "ipopt":
+        pytest.importorskip("casadi")
+    calls, slopes = [], ScaledProblem.slopes
+
+    def lost(self, z):
+        calls.append(z)
+        if len(calls) > 3:
+            raise mechc.MechcError("the motion has no derivatives: it grazes")
+        return slopes(self, z)
+
+    monkeypatch.setattr(ScaledProblem, "slopes", lost)
+    found = problems.double_integrator().optimise(intervals=4, solver=solver)
+    assert not found.converged
+    assert np.isfinite(found.cost)
+    assert "it came to where the motion has no derivatives" in str(found)
+
+
+def test_a_search_that_ends_where_no_motion_exists_keeps_what_was_nearest(cart, monkeypatch):
+    scaled = ScaledProblem(cart.problem, 1.0)
+    z, at = cart.x / scaled.size, scaled.at
+
+    def only_there(other):
+        if not np.array_equal(other, z):
+            raise mechc.AssemblyError("the loops do not close")
+        return at(z)
+
+    monkeypatch.setattr(scaled, "at", only_there)
+    scaled.value(z)
+    end = scaled.end_at(z + 1.0, True, "", 1, 0.0)
+    assert not end.converged
+    assert end.cost == pytest.approx(cart.cost)
+
+
+@pytest.mark.parametrize("solver", ["ipopt", "slsqp"])
+def test_the_same_seed_finds_the_same(solver):
+    if solver == "ipopt":
+        pytest.importorskip("casadi")
+    asked = {"intervals": 2, "starts": 2, "seed": 7, "solver": solver}
+    one, two = (problems.double_integrator().optimise(**asked) for _ in range(2))
+    assert one.ends == two.ends
+    assert one.x.tolist() == two.x.tolist()

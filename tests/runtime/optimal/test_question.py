@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
 from benchmarks.problems import optimal as problems
@@ -36,6 +37,10 @@ def cart():
          {"final": "x", "solver": "snopt"}),
         ("ValueOutOfBoundsError", "intervals", (1.0, [0, 0], {"F": None}),
          {"final": "x", "intervals": 0}),
+        ("ValueOutOfBoundsError", "x is a finite number", (1.0, [0, 0], {"F": None}),
+         {"final": "x", "end": {"x": float("inf")}}),
+        ("ValueOutOfBoundsError", "2*x is a finite number", (1.0, [0, 0], {"F": None}),
+         {"final": "x", "end": {"2*x": float("inf")}}),
         ("MissingInputError", "F", (1.0, [0, 0]), {"final": "x", "solver": "slsqp"}),
     ],
 )  # fmt: skip
@@ -52,6 +57,33 @@ def test_a_drive_in_time_keeps_the_duration(cart):
     pushed = mechc.Signal([0.0, 1.5], [0.0, 1.0], "linear")
     with pytest.raises(mechc.MechcError, match="F drives the motion"):
         cart.optimise((1.0, 2.0), [0.0, 0.0], final="x", inputs={"F": pushed})
+
+
+def test_events_in_time_keep_the_duration(cart):
+    moving = mechc.Stop("5 - x + t", restitution=0.5)
+    kick = mechc.Event("x - 1", reset={"v": "v + t"})
+    late = mechc.Event(lambda t, y: t - 0.8, reset=lambda t, q, u: (q, u))
+    for event in (mechc.Event("t - 0.8", reset={"v": "v + 1"}), moving, kick, late):
+        with pytest.raises(mechc.MechcError, match="time in event 0 drives"):
+            cart.optimise((1.0, 2.0), [0.0, 0.0], {"F": (-1, 1)}, final="x", events=[event])
+
+
+def test_a_pulse_that_begins_late_keeps_the_duration(cart):
+    pulse = mechc.Signal([0.0, 1.5, 1.51, 9.0], [0.0, 1.0, 0.0, 0.0], "previous")
+    with pytest.raises(mechc.MechcError, match="F drives the motion"):
+        cart.optimise((1.0, 2.0), [0.0, 0.0], final="x", inputs={"F": pulse})
+
+
+def test_a_model_with_its_own_duration():
+    duration, speed = dynamicsymbols("duration speed")
+    system = mechc.from_equations([duration], [speed], None, [0])
+    model = mechc.compile(system, outputs=("sensitivities",))
+    with pytest.raises(mechc.ValueOutOfBoundsError, match="duration is that of the motion"):
+        model.optimise((0.5, 3.0), [0.0, 1.0], final="duration")
+
+
+def test_models_without_derivatives_have_no_rows_of_them():
+    assert mechc.load("pendulum").system.derivative_rows == {}
 
 
 def test_parameters_that_a_whole_state_of_loops_does_not_follow():

@@ -25,6 +25,7 @@ MOST = 400  # pieces
 BEYOND = 1e-9  # s: how far the motion is looked at beyond a mark
 SLOW = 1e-5  # of a mark's argument, 1/s
 ROUNDING = 1e-14  # 1/cosh of 40 is no step's argument: in doubles it is zero somewhere
+BESIDE = 1e-9  # of a mark's argument: which of two marks comes first is rounding
 LARGEST = 60.0
 LONGEST = 200_000  # evaluations: it takes ever shorter steps towards a pole
 OF_MATH = {"arctan": "atan", "arctan2": "atan2", "arcsin": "asin", "arccos": "acos"}
@@ -126,6 +127,9 @@ class Reference:
                 return Followed(np.array(found), len(left), "", tuple(left))
             hit = [n for n, at in enumerate(piece.t_events) if at.size]
             time, y = float(piece.t_events[hit[0]][-1]), piece.y_events[hit[0]][-1]
+            beside = (leave(time, y) for n, leave in enumerate(leaves) if n not in hit)
+            if min(beside, default=1.0) < BESIDE:
+                return Followed(np.array(found), len(left), "grazes", tuple(left))
             if hit[-1] == len(cells):
                 return Followed(np.array(found), len(left), "grows", tuple(left))
             if ends := [cells[n].end for n in hit if cells[n].end]:

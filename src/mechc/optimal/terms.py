@@ -24,7 +24,7 @@ from mechc.system.parameters import Array
 from mechc.system.system import SUMS, System
 
 DURATION = "duration"
-ENTRY = re.compile(r"([^\W\d]\w*)\s*\[\s*(\d+(?:\s*,\s*\d+)*)\s*\]")
+_ELEMENT = re.compile(r"(?<!\w)([^\W\d]\w*+)\s*+\[\s*+(\d++(?:\s*+,\s*+\d++)*+)\s*+\]")
 NAME = re.compile(r"[^\W\d]\w*")
 
 
@@ -198,7 +198,7 @@ def read_terms(system: System, texts: Sequence[Any]) -> tuple[System, Terms]:
     """
     states = (*system.coordinates, *system.speeds)
     asked = dict.fromkeys((m[1], _index(m[2])) for text in texts if isinstance(text, str)
-                          for m in ENTRY.finditer(text))  # fmt: skip
+                          for m in _ELEMENT.finditer(text))  # fmt: skip
     starts = {_stand_in(*one): states.index(one[0]) for one in asked if one[0] in states}
     for name, index in asked:
         if name in states and index != (0,):
@@ -226,7 +226,7 @@ def _index(text: str) -> tuple[int, ...]:
 
 def _names_in(text: Any) -> set[str]:
     if isinstance(text, str):
-        return set(NAME.findall(ENTRY.sub("", text)))
+        return set(NAME.findall(_ELEMENT.sub("", text)))
     return {name_of(one) for one in getattr(text, "free_symbols", ())}
 
 
@@ -238,7 +238,7 @@ def _with_stand_ins(text: Any) -> Any:
     """A text with names in place of numbers of outputs and of the start."""
     if not isinstance(text, str):
         return text
-    return ENTRY.sub(lambda m: _stand_in(m[1], _index(m[2])), text)
+    return _ELEMENT.sub(lambda m: _stand_in(m[1], _index(m[2])), text)
 
 
 def _checked_entry(system: System, one: OutputNumber) -> OutputNumber:

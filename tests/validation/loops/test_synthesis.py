@@ -55,6 +55,7 @@ def nine():
 
 
 @pytest.mark.slow
+@pytest.mark.thorough
 def test_several_four_bars_pass_through_nine_points(nine):
     exact = [one for one in nine if one.errors["C"] < 1e-12]
     assert 4 <= len(exact) <= 384
@@ -67,6 +68,7 @@ def test_several_four_bars_pass_through_nine_points(nine):
 
 
 @pytest.mark.slow
+@pytest.mark.thorough
 def test_the_best_passes_the_nine_points_in_order_when_it_is_driven(nine):
     best = nine[0]
     assert not best.warnings

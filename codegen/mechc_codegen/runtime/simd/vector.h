@@ -6,6 +6,9 @@
 #include <string.h>
 #include "simd/lanes.h"
 
+/* Operands of instructions of AVX-512. */
+enum { MECHC_ALL_LANES = 0xff, MECHC_NOT_BELOW_NOR_ALIKE = 0x16, MECHC_ROUNDING_AS_SET = 4 };
+
 MECHC_INLINE mechc_vector mechc_spread(double x) { return (mechc_vector){0} + x; }
 
 /* One instruction where there is one: gcc moves the lanes one by one otherwise. */
@@ -29,15 +32,14 @@ MECHC_INLINE int mechc_any_beyond(mechc_vector x, double limit)
 {
     const mechc_vector size = (mechc_vector)((mechc_mask)x & INT64_MAX);
 #if MECHC_LANES == 8 && defined __AVX512DQ__
-    enum { NOT_BELOW_NOR_ALIKE = 0x16, ALL = 0xff, ROUNDING_AS_SET = 4 };
-    return __builtin_ia32_cmppd512_mask(size, mechc_spread(limit), NOT_BELOW_NOR_ALIKE, ALL,
-                                        ROUNDING_AS_SET) != 0;
+    return __builtin_ia32_cmppd512_mask(size, mechc_spread(limit), MECHC_NOT_BELOW_NOR_ALIKE,
+                                        MECHC_ALL_LANES, MECHC_ROUNDING_AS_SET) != 0;
 #else
     return mechc_any(~(size <= limit));
 #endif
 }
 
-/* Roots and fused products have other names in each compiler. */
+/* Roots and fused products have other names in each compiler; older ones of clang have none. */
 #if !defined __clang__
 #define MECHC_HAS_OF_ALL 0
 #elif __has_builtin(__builtin_elementwise_sqrt) && __has_builtin(__builtin_elementwise_fma)
@@ -51,7 +53,7 @@ MECHC_INLINE mechc_vector mechc_sqrt(mechc_vector x)
 #if MECHC_HAS_OF_ALL
     return __builtin_elementwise_sqrt(x);
 #elif MECHC_LANES == 8 && defined __AVX512F__ && !defined __clang__
-    return __builtin_ia32_sqrtpd512_mask(x, x, -1, 4);
+    return __builtin_ia32_sqrtpd512_mask(x, x, MECHC_ALL_LANES, MECHC_ROUNDING_AS_SET);
 #elif MECHC_LANES == 4 && defined __AVX__ && !defined __clang__
     return __builtin_ia32_sqrtpd256(x);
 #elif MECHC_LANES == 2 && defined __SSE2__ && !defined __clang__
@@ -69,7 +71,7 @@ MECHC_INLINE mechc_vector mechc_fused(mechc_vector a, mechc_vector b, mechc_vect
 #if MECHC_HAS_OF_ALL && defined __FMA__
     return __builtin_elementwise_fma(a, b, c);
 #elif MECHC_LANES == 8 && defined __AVX512F__ && !defined __clang__
-    return __builtin_ia32_vfmaddpd512_mask(a, b, c, -1, 4);
+    return __builtin_ia32_vfmaddpd512_mask(a, b, c, MECHC_ALL_LANES, MECHC_ROUNDING_AS_SET);
 #elif MECHC_LANES == 4 && defined __FMA__ && !defined __clang__
     return __builtin_ia32_vfmaddpd256(a, b, c);
 #elif MECHC_LANES == 2 && defined __FMA__ && !defined __clang__

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from sympy import Abs, Heaviside, Max, sign, sin
+from sympy import Abs, Heaviside, Max, Symbol, exp, sign, sin
 from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
@@ -197,3 +197,22 @@ def test_a_short_run_of_a_motion_without_fast_parts_is_not_told_as_rounding():
     told = str(batch.member(0).status)
     assert "accuracy limits the steps" in told
     assert "rounding" not in told
+
+
+@pytest.fixture(scope="module")
+def pushed():
+    """A unit mass at rest, under a force that grows from what is rounding."""
+    x, v = dynamicsymbols("x v")
+    t, left = dynamicsymbols._t, Symbol("left")
+    force = left + 1e5 * sin(3 * t) * exp(-2 * t)
+    return mechc.compile(mechc.from_equations([x], [v], [[1]], [force]))
+
+
+@pytest.mark.parametrize("method", ["auto", "dopri5"])
+@pytest.mark.parametrize("left", [1e-25, 1e-15, 4e-13])
+def test_a_force_that_grows_from_rounding_sets_no_scale(pushed, left, method):
+    sol = pushed.simulate(2.0, [0.0, 0.0], {"left": left}, rtol=1e-9, method=method)
+    assert sol.status.ok
+    fading = np.exp(-4.0) * (3.0 * np.cos(6.0) + 2.0 * np.sin(6.0))
+    assert sol.y[-1, 1] == pytest.approx(1e5 * (3.0 - fading) / 13.0, rel=1e-8)
+    assert sol.stats["rejected"] <= 2

@@ -26,9 +26,9 @@ MECHC_STATIC void mechc_first_scale(mechc_integration *run, const double *scale,
     const double span = fabs(run->t1 - run->head.t);
     for (int i = MECHC_NQ; i < MECHC_NX; i++) {
         run->scale[i] = mechc_max(run->scale[i], scale[i] * (largest > 0.0 ? MECHC_LEAST_SPEED * largest : 1.0));
-        /* a motion may rest until an input sets in, so speeds that within the span would not move anything
-         * by a thousandth of its unit say nothing about later speeds */
-        if (MECHC_NI > 0) run->scale[i] = mechc_max(run->scale[i], MECHC_LEAST_SPEED * scale[i] / span);
+        /* a motion may rest until something sets in, with accelerations of rounding, so speeds that within
+         * the span would not move anything by a thousandth of its unit say nothing about later speeds */
+        run->scale[i] = mechc_max(run->scale[i], MECHC_LEAST_SPEED * scale[i] / span);
     }
 }
 

@@ -19,7 +19,6 @@ from mechc.simulation.settings import (
     checked_policy,
     checked_span,
     checked_times,
-    refuse_without_derivatives,
 )
 from mechc.system.names import by_name, names_of
 from mechc.system.parameters import Array, Parameters
@@ -211,7 +210,6 @@ class Batches(Fits):
                 "process only: omit out= and client=, or give expressions and signals"
             )
         if recipe.sensitivities:
-            refuse_without_derivatives(recipe.policy.method)
             check_names(system, recipe)
         batch = compute_batch(
             system, recipe, threads=checked_threads(threads), out=out,

@@ -32,7 +32,6 @@ from mechc.simulation.settings import (
     checked_span,
     checked_span_and_times,
     refuse_beside_checkpoints,
-    refuse_without_derivatives,
 )
 from mechc.simulation.simulate import run
 from mechc.system.names import by_name, names_of
@@ -392,8 +391,6 @@ class Model(Batches):
             on_change_point=on_change_point, max_bytes=max_bytes, checkpoints=checkpoints,
             lockstep=lockstep,
         )  # fmt: skip
-        if keeps or by:
-            refuse_without_derivatives(policy.method)
         if by:
             system.differentiable()  # else an error would come after the run
         given = y0

@@ -247,12 +247,31 @@ def test_scenes_without_a_series_are_refused():
         mechc.load("four_bar").simulate(1.0, np.zeros(6), method="taylor")
 
 
-def test_derivatives_are_refused(pendulum):
-    """Those of columns need the sensitivities compiled, which a check before them does not."""
-    with pytest.raises(ValueOutOfBoundsError, match="no derivatives over steps of method='taylor'"):
-        pendulum.simulate(1.0, LEVEL, method="taylor", sensitivities=["m_0"])
-    with pytest.raises(ValueOutOfBoundsError, match="no derivatives over steps"):
-        pendulum.simulate(1.0, LEVEL, method="taylor", dense=True).gradient(end="theta_0")
+@pytest.mark.parametrize("name", ["pendulum", "heavy_top", "rigid_body"])
+def test_derivatives_follow_the_tolerance(name):
+    """Forwards, backwards, between checkpoints, within their own tolerance; beside collocation."""
+    model = mechc.load(name)
+    start, by = model.assemble(), list(model.parameters)[:2]
+    if name == "heavy_top":
+        start[:] = [0.0, 0.6, 0.0, 1.0, 50.0, -2.0]
+    weights = np.ones(len(start))
+    exact = model.simulate(1.5, start, rtol=1e-14, method="gauss8", sensitivities=["y0", *by])
+    for rtol in (1e-4, 1e-8, 1e-11):
+        given = {"rtol": rtol, "method": "taylor"}
+        sol = model.simulate(1.5, start, sensitivities=["y0", *by], **given)
+        held = model.simulate(1.5, start, sensitivities=by, sensitivity_error_control=True, **given)
+        kept = model.simulate(1.5, start, checkpoints=20_000.0, **given)
+        gradients = [each.gradient(end=weights, by=by) for each in (sol, kept)]
+        for parameter in ("y0", *by):
+            wanted = exact.sensitivity[parameter][-1]
+            bound = 30.0 * rtol * np.abs(wanted).max() + 1e-11
+            assert np.abs(sol.sensitivity[parameter][-1] - wanted).max() < bound
+            between = sol.sensitivity(1.1)[parameter] - exact.sensitivity(1.1)[parameter]
+            assert np.abs(between).max() < bound + 1e-9 * np.abs(wanted).max()
+            if parameter != "y0":
+                assert np.abs(held.sensitivity[parameter][-1] - wanted).max() < bound
+                for each in gradients:
+                    assert each[parameter] == pytest.approx(weights @ wanted, abs=5.0 * bound)
 
 
 def test_sines_of_parameters_are_constants():

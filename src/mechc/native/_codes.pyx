@@ -20,14 +20,14 @@ cdef extern from "abi/codes.h":
         RESETS_ACCUMULATE "MECHC_RESETS_ACCUMULATE"
         CONTACT_INCONSISTENT "MECHC_CONTACT_INCONSISTENT"
         CONTACT_UNDECIDED "MECHC_CONTACT_UNDECIDED", CONTACTS_TOO_MANY "MECHC_CONTACTS_TOO_MANY"
-        # How derivatives follow the steps of a method; one without a rule has none.
+        # How derivatives follow the steps of a method.
         RULE_GAUSS "MECHC_RULE_GAUSS", RULE_RADAU "MECHC_RULE_RADAU", RULE_PAIR "MECHC_RULE_PAIR"
         # Reductions of a trajectory, and the functions of an output in them.
         MINIMUM "MECHC_MINIMUM", MAXIMUM "MECHC_MAXIMUM", MEAN "MECHC_MEAN"
         FIRST_CROSSING "MECHC_FIRST_CROSSING", LAST "MECHC_LAST"
         COMPONENT "MECHC_COMPONENT", ABSOLUTE "MECHC_ABSOLUTE", NORM "MECHC_NORM"
 
-    int MECHC_RULE_NONE, MECHC_CONTINUE_STRAIGHT, MECHC_STOP_BEFORE
+    int MECHC_CONTINUE_STRAIGHT, MECHC_STOP_BEFORE
     int MECHC_COUNT_STEPS, MECHC_COUNT_REJECTED, MECHC_COUNT_RHS, MECHC_COUNT_CLOSURE
     int MECHC_COUNT_CHANGE_POINTS
     int MECHC_LEAST_SINGULAR, MECHC_LEAST_GAP
@@ -56,7 +56,7 @@ DEGREES = {row["name"].decode(): row["degree"] for row in rows}
 LOCKSTEP = {
     row["name"].decode(): row["lockstep"].decode() for row in rows if row["lockstep"] != b"none"
 }
-RULES = {row["name"].decode(): row["rule"] for row in rows if row["rule"] != MECHC_RULE_NONE}
+RULES = {row["name"].decode(): row["rule"] for row in rows}
 
 # What a run does at a change point; for an error it stops, and Python raises it.
 CHANGE_POINT_POLICIES = {

@@ -25,7 +25,6 @@ cdef extern from *:
     #define MECHC_PAIR_ROW_PAIR(name) {#name, &mechc_##name##_tableau},
     #define MECHC_PAIR_ROW_GAUSS(name)
     #define MECHC_PAIR_ROW_RADAU(name)
-    #define MECHC_PAIR_ROW_NONE(name)
     #define MECHC_PAIR_ROW(name, NUMBER, number, PART, degree, RULE, ...) MECHC_PAIR_ROW_##RULE(name)
     static const mechc_pair_row mechc_pairs[] = {MECHC_METHOD_TABLE(MECHC_PAIR_ROW)};
     enum { mechc_pair_count = sizeof mechc_pairs / sizeof *mechc_pairs };

@@ -12,7 +12,6 @@ import numpy as np
 
 from mechc.errors import MechcError
 from mechc.simulation.record import Piece, Record
-from mechc.simulation.settings import refuse_without_derivatives
 from mechc.simulation.simulate import continue_run
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.names import name_of, names_of
@@ -266,7 +265,6 @@ class Solution(Trajectory):
 
         if not self.policy.dense:
             raise MechcError("this run kept no dense output: simulate with dense=True")
-        refuse_without_derivatives(self.policy.method)
         names = None if by is None else names_of(by)
         return gradient_of_run(self, end, integral, names, *self._run_start)
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.native._arrays import NOT_IN_ORDER, OUTSIDE, times_along
-from mechc.native._codes import CHANGE_POINT_POLICIES, LOCKSTEP, METHODS, RULES
+from mechc.native._codes import CHANGE_POINT_POLICIES, LOCKSTEP, METHODS
 from mechc.system.names import checked_word
 from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
@@ -157,21 +157,6 @@ def refuse_derivatives_in_contact(outputs: Iterable[str]) -> None:
         raise MechcError(
             f"{name} is that of the motion without contacts: derivatives of a motion in which "
             "contacts last are not known"
-        )
-
-
-def refuse_without_derivatives(method: str) -> None:
-    """
-    Raises
-    ------
-    ValueOutOfBoundsError
-        For a method over whose steps no derivatives are computed.
-    """
-    if method not in RULES:
-        others = ", ".join(repr(name) for name in METHODS_OF_USERS if name in RULES)
-        raise ValueOutOfBoundsError(
-            f"there are no derivatives over steps of method={method!r}: take 'auto' or one of "
-            f"{others}"
         )
 
 

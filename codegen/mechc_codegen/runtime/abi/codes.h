@@ -42,12 +42,11 @@ typedef enum {
     MECHC_CONTACTS_TOO_MANY = 119 /* more modes than are tried */
 } mechc_driver_status;
 
-/* How derivatives follow the steps of a method: by collocation at its nodes, by its stages, or not. */
+/* How derivatives follow the steps of a method: by collocation along its dense output, or by its stages. */
 typedef enum {
     MECHC_RULE_GAUSS = 0,
     MECHC_RULE_RADAU = 1,
-    MECHC_RULE_PAIR = 2,
-    MECHC_RULE_NONE = 3
+    MECHC_RULE_PAIR = 2
 } mechc_derivative_rule;
 
 /* Integration methods, mechc_options.method: name, number, part of a unit that has their code
@@ -59,7 +58,7 @@ typedef enum {
     X(dop853, DOP853, 1, EXPLICIT, 7, PAIR, 0, dop853) /* Dormand & Prince, order 8(5,3) */ \
     X(radau5, RADAU5, 2, IMPLICIT, 3, RADAU, 1, none) /* Radau IIA, order 5 */ \
     X(gauss8, GAUSS8, 3, COLLOCATION, 8, GAUSS, 0, gauss8_lockstep) /* Gauss-Legendre, 8 stages */ \
-    X(taylor, TAYLOR, 4, TAYLOR, 6, NONE, 0, taylor) /* Taylor series, order by the tolerance */ \
+    X(taylor, TAYLOR, 4, TAYLOR, 6, GAUSS, 0, taylor) /* Taylor series, order by the tolerance */ \
     /* stages of gauss8 one after another, for lanes */ \
     X(gauss8_lockstep, GAUSS8_LOCKSTEP, 5, SWEEPS, 8, GAUSS, 0, gauss8_lockstep)
 #define MECHC_METHOD_NUMBER(name, NUMBER, number, ...) MECHC_##NUMBER = number,

@@ -36,7 +36,6 @@ static const mechc_method mechc_taylor = {MECHC_TAYLOR_TRAITS};
 
 #define MECHC_DEFINE_GAUSS(...) /* in its file */
 #define MECHC_DEFINE_RADAU(...)
-#define MECHC_DEFINE_NONE(...)
 #define MECHC_DEFINE_METHOD(name, NUMBER, number, PART, degree, RULE, kept, lockstep) \
     MECHC_DEFINE_##RULE(name, NUMBER, lockstep)
 MECHC_METHOD_TABLE(MECHC_DEFINE_METHOD)

@@ -7,28 +7,44 @@
 /* Of the fastest, or of what moves a coordinate by its unit within the run: slower speeds say nothing. */
 #define MECHC_LEAST_SPEED 1e-3
 
+/* Raise the scales of the speeds to what forces that grow with the time alone reach within an Euler step. */
+MECHC_RARE void mechc_scale_by_time(mechc_integration *run, double euler)
+{
+    double y[MECHC_NX], rates[MECHC_NX];
+    memcpy(y, run->y, sizeof y);
+    if (mechc_rates_at(run, run->head.t + run->direction * euler, y, rates) != MECHC_RUNNING) return;
+    for (int i = MECHC_NQ; i < MECHC_NX; i++)
+        run->scale[i] = mechc_max(run->scale[i], 0.5 * euler * fabs(rates[i] - MECHC_RATE(run, 0)[i]));
+}
+
 /* Scales of the speeds before any is known: what the first accelerations reach within one unit of the
  * coordinate, or before they change by themselves, as an Euler step of the given length tells; never
  * nothing. */
 MECHC_STATIC void mechc_first_scale(mechc_integration *run, const double *scale, double euler)
 {
     double largest = 0.0;
+    int changes = 0; /* whether that limits the largest */
     for (int i = 0; i < MECHC_NX; i++) run->scale[i] = scale[i];
     for (int i = MECHC_NQ; i < MECHC_NX; i++) {
         const double first = fabs(MECHC_RATE(run, 0)[i]);
         const double change = euler > 0.0 ? fabs(MECHC_RATE(run, 1)[i] - MECHC_RATE(run, 0)[i]) : 0.0;
-        double reached = sqrt(first * scale[i]);
-        if (euler * first * first < reached * change) reached = euler * first * first / change;
-        run->scale[i] = mechc_max(fabs(run->y[i]), reached);
+        const double unit = sqrt(first * scale[i]);
+        const int limited = euler * first * first < unit * change;
+        run->scale[i] = mechc_max(fabs(run->y[i]), limited ? euler * first * first / change : unit);
         if (run->outer) run->scale[i] = mechc_max(run->scale[i], run->outer->sizes[i]);
-        largest = mechc_max(largest, run->scale[i] / scale[i]);
+        if (run->scale[i] > largest * scale[i]) {
+            largest = run->scale[i] / scale[i];
+            changes = limited;
+        }
     }
     const double span = fabs(run->t1 - run->head.t);
+    if (changes) mechc_scale_by_time(run, euler);
+    for (int i = MECHC_NQ; i < MECHC_NX; i++) largest = mechc_max(largest, run->scale[i] / scale[i]);
     for (int i = MECHC_NQ; i < MECHC_NX; i++) {
         run->scale[i] = mechc_max(run->scale[i], scale[i] * (largest > 0.0 ? MECHC_LEAST_SPEED * largest : 1.0));
-        /* a motion may rest until something sets in, with accelerations of rounding, so speeds that within
-         * the span would not move anything by a thousandth of its unit say nothing about later speeds */
-        run->scale[i] = mechc_max(run->scale[i], MECHC_LEAST_SPEED * scale[i] / span);
+        /* a motion may rest until an input sets in, so speeds that within the span would not move anything
+         * by a thousandth of its unit say nothing about later speeds */
+        if (MECHC_NI > 0) run->scale[i] = mechc_max(run->scale[i], MECHC_LEAST_SPEED * scale[i] / span);
     }
 }
 

@@ -20,7 +20,6 @@ typedef struct {
 #define MECHC_TABLEAU_PAIR(name) &mechc_##name##_tableau
 #define MECHC_TABLEAU_GAUSS(name) 0
 #define MECHC_TABLEAU_RADAU(name) 0
-#define MECHC_TABLEAU_NONE(name) 0
 #define MECHC_TABLEAU_OF(name, NUMBER, number, PART, degree, RULE, ...) MECHC_TABLEAU_##RULE(name),
 
 /* The tableau of an explicit pair; of another method NULL. */

@@ -2,6 +2,7 @@
 
 import os
 import runpy
+import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -14,6 +15,8 @@ from setuptools.modified import newer_group
 CODEGEN = Path(__file__).resolve().parent / "codegen"
 RUNTIME = CODEGEN / "mechc_codegen" / "runtime"
 SCENES = "mechc._scenes."
+# What Cython writes into every module that takes arrays, once for all: half of what they compile.
+OF_ALL_MODULES = "mechc.native._shared"
 SHIPPED = ("four_bar",)
 COMPILER = SimpleNamespace(**runpy.run_path("packaging/mechc_compiler.py"))
 SHARED = sorted(map(str, Path("src/mechc/native").glob("*.pxd")))  # by the extensions
@@ -47,13 +50,29 @@ class BuildScenes(build_ext):
             extension.extra_compile_args.append(NO_DEBUG_INFORMATION)
             if extension.name.startswith(SCENES):
                 self.generate(extension)
+            if extension.name == OF_ALL_MODULES:
+                extension.sources = [self.shared_by_modules()]
         folder = str(Path(self.build_temp).resolve() / "cython")
         self.parallel = self.parallel or os.cpu_count()
-        made = cythonize(self.extensions, build_dir=folder, quiet=True, nthreads=self.parallel)
+        made = cythonize(
+            self.extensions, build_dir=folder, quiet=True, nthreads=self.parallel,
+            shared_utility_qualified_name=OF_ALL_MODULES,
+        )  # fmt: skip
         sources = {each.name: each.sources for each in made}
         for extension in self.extensions:  # in place: setuptools has set attributes on them
             extension.sources = sources[extension.name]
         super().build_extensions()
+
+    def shared_by_modules(self):
+        from Cython import __version__
+
+        folder = Path(self.build_temp).resolve() / f"cython-{__version__}"
+        target = folder / f"{OF_ALL_MODULES.rpartition('.')[2]}.c"
+        folder.mkdir(parents=True, exist_ok=True)
+        if not target.exists():
+            command = [sys.executable, "-m", "cython", f"--generate-shared={target}"]
+            subprocess.run(command, check=True)
+        return str(target)
 
     def generate(self, extension):
         from mechc_codegen import build_scene, shipped_mechanism
@@ -114,6 +133,7 @@ setup(
     packages=packages(),
     cmdclass={"build_ext": BuildScenes},
     ext_modules=[
+        Extension(OF_ALL_MODULES, [], extra_compile_args=GLUE[:]),
         Extension(
             "mechc.native._arrays", ["src/mechc/native/_arrays.pyx"], extra_compile_args=GLUE[:]
         ),

@@ -186,7 +186,7 @@ MECHC_STATIC int mechc_taylor_limited(const mechc_integration *run, double h, co
     mechc_taylor_work *w = mechc_taylor_of(run);
     double moved[MECHC_NX], rates[MECHC_NX];
     (void)end, (void)error;
-    if (!w->bound) return 0;
+    if (!w->bound || (!run->stiff && run->head.stats.steps % MECHC_TAYLOR_LOOK)) return 0;
     mechc_scalar_taylor_moved(run->y, w->rows, w->order, w->sizes, moved);
     mechc_scalar_rates(run->head.t, moved, &run->given, rates);
     return mechc_scalar_taylor_stiffness(rates, w->rows, w->scale, w->weights, h) > w->unstable;

@@ -122,7 +122,8 @@ MECHC_INLINE mechc_mask mechc_taylor_lanes_limited(const mechc_lockstep *a)
 {
     mechc_taylor_lanes *own = (mechc_taylor_lanes *)a;
     mechc_vector moved[MECHC_NX], rates[MECHC_NX];
-    const mechc_mask asked = own->bound & own->may_leave;
+    const mechc_mask looks = (a->steps % MECHC_TAYLOR_LOOK == 0) | (a->stiff > 0);
+    const mechc_mask asked = own->bound & own->may_leave & looks;
     if (!mechc_any(asked)) return asked;
     mechc_vector_taylor_moved(a->y, own->rows, own->order, own->sizes, moved);
     mechc_lockstep_rates((mechc_lockstep *)a, a->t, moved, rates);

@@ -11,6 +11,7 @@ from xml.etree.ElementTree import Element
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.robots.robot import ORIGIN, V3, Number, Pose
 
+TRUE, FALSE = ("true", "1"), ("false", "0")
 _NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?", re.ASCII)
 
 
@@ -65,6 +66,13 @@ class Part:
         if sorted((abs(x), abs(y), abs(z)))[1] == 0:  # along x, y or z: exactly
             return _sign(x), _sign(y), _sign(z)
         return x / length, y / length, z / length
+
+    def truth(self, text: str | None, what: str, default: bool = False) -> bool:
+        """A boolean of SDFormat, in letters of either case; the default where there is no text."""
+        word = (text or "").strip().lower()
+        if word not in ("", *TRUE, *FALSE):
+            self.refuse(f"has {what}={word[:60]!r}, neither true nor false")
+        return word in TRUE if word else default
 
     def words_of(self, tag: str) -> str:
         """The text within an element."""

@@ -36,6 +36,14 @@ NUMBERS = "0 0 0 1 0 0 0 2 0"
 INNER = '<node id="inner">'
 WHOLE = DAE.format(doctype="", numbers=NUMBERS)
 MANY = WHOLE.replace(INNER, INNER + 2000 * '<instance_geometry url="#g"/>')
+REFERENCE = '<instance_node url="#n{}"/>'
+DOUBLED = WHOLE.replace(INNER, INNER + REFERENCE.format(0)).replace(
+    "<library_visual_scenes>",
+    "<library_nodes>"
+    + "".join(f'<node id="n{k}">{2 * REFERENCE.format(k + 1)}</node>' for k in range(60))
+    + '<node id="n60"/></library_nodes><library_visual_scenes>',
+)
+RING = WHOLE.replace(INNER, INNER + '<instance_node url="#inner"/>')
 DEEP = WHOLE.replace(INNER, INNER + 9000 * "<node>" + 9000 * "</node>")
 BOMB = '<!DOCTYPE x [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]>'
 
@@ -99,7 +107,9 @@ def test_collada_is_placed_by_its_nodes_in_metres(tmp_path: Path, trimesh: Any) 
         ("c.dae", DAE.format(doctype="", numbers=NUMBERS).replace(">0 1 2<", ">0 1 9<"), "damaged"),
         ("d.dae", "PK", "not XML"),
         ("e.dae", "<COLLADA/>", "damaged"),
-        ("m.dae", MANY, "it draws 6003 parts"),
+        ("m.dae", MANY, "it draws more than 5000 parts"),
+        ("p.dae", DOUBLED, "it draws more than 5000 parts"),
+        ("q.dae", RING, "it draws more than 5000 parts"),
         ("n.dae", DEEP, "nested too deeply"),
         ("f.obj", "f 1 2 3\n", "damaged"),
         ("g.obj", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "not finite"),

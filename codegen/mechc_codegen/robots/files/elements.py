@@ -11,6 +11,7 @@ from xml.etree.ElementTree import Element
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.robots.robot import ORIGIN, V3, Number, Pose
 
+LONGEST = 1000  # letters of a name, of which each symbol and its code has copies
 TRUE, FALSE = ("true", "1"), ("false", "0")
 _NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?", re.ASCII)
 
@@ -24,6 +25,10 @@ class Part:
         self._words = f"{path.name!r}: the {kind} {self.name!r}"
         if not self.name:
             raise MechanismError(f"{path.name!r}: a {kind} has no name")
+        if len(self.name) > LONGEST:
+            raise MechanismError(
+                f"{path.name!r}: a {kind} has a name of {len(self.name)} letters, {LONGEST} at most"
+            )
 
     def refuse(self, why: str) -> NoReturn:
         raise MechanismError(f"{self._words} {why}")

@@ -159,6 +159,7 @@ WRONG = {
     "repeat": ('link name="a"', 'link name="b"', "'b' has the name of another link"),
     "limits": ("<upper>2", "<upper>-2", "'j' has the lower limit -1 above"),
     "name": ('<link name="a"/>', "<link/>", "a link has no name"),
+    "long": ('link name="a"', f'link name="{1001 * "a"}"', "a link has a name of 1001 letters"),
     "reserved": ('link name="a"', 'link name="world"', "'world' has a name that SDFormat reserves"),
     "twin": ("<link ", '<model name="b"/><link ', "'b' has the name of another link, joint, frame"),
     "version": ('"1.11"', '"1.4.0"', "the version of SDFormat is '1.4.0'"),

@@ -7,9 +7,11 @@ nothing beside them is opened.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from functools import lru_cache
 from io import BytesIO
+from itertools import islice
 from pathlib import Path
 from typing import Any, Final, NoReturn
 from xml.etree.ElementTree import Element, TreeBuilder, tostring
@@ -28,6 +30,8 @@ MOST_PARTS: Final = 5000  # of a file in COLLADA: lists of polygons, and of numb
 KEPT: Final = 300  # triangles that a small mesh keeps
 # Elements of COLLADA about colours, which are not drawn, and often refer to what is not there.
 COLOURS: Final = ("bind_material", "library_effects", "library_images", "library_materials")
+WORD: Final = re.compile(rb"\S++")
+ROW: Final = re.compile(rb"^[ \t]*+(f|v[nt]?+)(?=\s)([^\n]*+)", re.MULTILINE)  # of an OBJ
 _Source = tuple[str, int, bytes]  # path, when it was written, triangles
 
 
@@ -109,8 +113,8 @@ def _read_mesh(path: str) -> Array:
         content = read_regular(Path(path), LARGEST)
     except FileNotFoundError:
         raise MechcError(f"there is no file {printable(path)}") from None
-    content = _without_colours(path, content) if kind == "dae" else _without_materials(content)
     try:
+        content = _without_colours(path, content) if kind == "dae" else _without_materials(content)
         scene = trimesh.load_scene(BytesIO(content), file_type=kind, skip_materials=True)
         count = sum(len(scene.geometry[scene.graph[each][1]].faces)
                     for each in scene.graph.nodes_geometry)  # fmt: skip
@@ -118,15 +122,32 @@ def _read_mesh(path: str) -> Array:
             raise ValueError(f"{count} triangles, {MOST_TRIANGLES} at most are read")
         whole = scene.convert_units("meters") if kind == "dae" and scene.units else scene
         return np.asarray(whole.to_mesh().triangles) if count else np.empty((0, 3, 3))
+    except MechcError:
+        raise
     except Exception as error:  # of any kind, as the packages do not bound what a file may hold
         raise _damage_error(path, f"{type(error).__name__} {error}") from None
 
 
 def _without_materials(content: bytes) -> bytes:
-    """An OBJ without its materials: trimesh takes time with the square of their number."""
+    """An OBJ without its materials: trimesh takes time with the square of their number.
+
+    Raises :class:`ValueError` where triangles, or corners for them, are more than are read: before
+    trimesh does, which takes thirty times the file.
+    """
     whole = content.replace(b"\r\n", b"\n").replace(b"\\\n", b"")  # lines that go on are joined
+    counts = {b"f": 0, b"v": 0, b"vn": 0, b"vt": 0}
+    for line in ROW.finditer(whole):
+        kind = line[1]
+        counts[kind] += 1 if kind != b"f" else max(1, _count_words(whole, *line.span(2)) - 2)
+        if counts[kind] > MOST_TRIANGLES * (1 if kind == b"f" else 3):
+            raise ValueError(f"many triangles or corners, {MOST_TRIANGLES} at most are read")
     lines = whole.replace(b"usemtl", b"#").replace(b"mtllib", b"#").splitlines()
     return b"\n".join(line for line in lines if not line.lstrip().startswith(b"#"))
+
+
+def _count_words(content: bytes, start: int, end: int) -> int:
+    """How many words there are, of those that can matter: three more than triangles are read."""
+    return sum(1 for _ in islice(WORD.finditer(content, start, end), MOST_TRIANGLES + 3))
 
 
 def _without_colours(path: str, content: bytes) -> bytes:

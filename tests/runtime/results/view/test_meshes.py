@@ -137,6 +137,20 @@ def test_a_missing_file_a_link_and_too_many_triangles_are_refused(
             meshes.surfaces([large])
 
 
+@pytest.mark.parametrize(
+    "many", [4 * "f 1 2 3\n", "f 1 2 3 1 2 3\n", 7 * " v 1 1 1\n", 10 * "vn\t1 1 1\n"]
+)
+def test_an_obj_with_too_many_parts_is_not_given_to_trimesh(
+    tmp_path: Path, trimesh: Any, monkeypatch: pytest.MonkeyPatch, many: str
+) -> None:
+    """64 MiB of faces, of corners of one face, or of points took it two gigabytes."""
+    monkeypatch.setattr(meshes, "MOST_TRIANGLES", 3)
+    monkeypatch.setattr(trimesh, "load_scene", lambda *_, **__: pytest.fail("was read"))
+    text = "v 0 0 0\nv 1 0 0\nv 0 1 0\n" + many
+    with pytest.raises(MechcError, match="many triangles or corners, 3 at most are read"):
+        meshes.surfaces([solid(written(tmp_path, "part.obj", text))])
+
+
 def test_large_meshes_share_what_a_page_may_have(
     trimesh: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -27,6 +27,7 @@ from mechc.system.picture import Solid
 
 MOST_DRAWN: Final = 80_000  # triangles of a page: 4 MB
 MOST_PARTS: Final = 5000  # of a file in COLLADA: lists of polygons, and of numbers for them
+MOST_INDICES: Final = 12 * MOST_TRIANGLES  # of COLLADA, 170 bytes each: corners with four inputs
 KEPT: Final = 300  # triangles that a small mesh keeps
 # Elements of COLLADA about colours, which are not drawn, and often refer to what is not there.
 COLOURS: Final = ("bind_material", "library_effects", "library_images", "library_materials")
@@ -84,7 +85,8 @@ def _simplify(corners: Array, most: int) -> Array:
 
 def _finite_corners(source: _Source) -> Array:
     corners, path = _corners(source), source[0] or "a mesh of the mechanism"
-    if not len(corners) or not np.isfinite(corners).all():
+    # A page has single precision; what is not a number is not below its largest number either.
+    if not len(corners) or not (np.abs(corners) <= np.finfo(np.float32).max).all():
         raise _damage_error(path, "it has no triangles, or corners that are not finite")
     if len(corners) > MOST_TRIANGLES:
         raise MechcError(
@@ -169,9 +171,16 @@ def _without_colours(path: str, content: bytes) -> bytes:
                 parent.remove(child)
         if _parts(root) > MOST_PARTS:
             raise _damage_error(path, f"it draws more than {MOST_PARTS} parts")
+        given = sum(_count_text_words(each.text or "") for each in root.iter("p"))
+        if given > MOST_INDICES:
+            raise _damage_error(path, f"its triangles have more than {MOST_INDICES} indices")
         return tostring(root)
     except (expat.ExpatError, LookupError, RecursionError) as error:
         raise _damage_error(path, f"it is not XML, or nested too deeply: {error}") from None
+
+
+def _count_text_words(text: str) -> int:
+    return sum(1 for _ in islice(re.finditer(r"\S++", text), MOST_INDICES + 1))
 
 
 def _parts(root: Element) -> int:

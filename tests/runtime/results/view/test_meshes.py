@@ -104,6 +104,7 @@ def test_collada_is_placed_by_its_nodes_in_metres(tmp_path: Path, trimesh: Any) 
     [
         ("a.dae", DAE.format(doctype=BOMB, numbers=NUMBERS), "declares a document type"),
         ("b.dae", DAE.format(doctype="", numbers=NUMBERS.replace("1", "inf")), "not finite"),
+        ("r.dae", DAE.format(doctype="", numbers=NUMBERS.replace("1", "1e39")), "not finite"),
         ("c.dae", DAE.format(doctype="", numbers=NUMBERS).replace(">0 1 2<", ">0 1 9<"), "damaged"),
         ("d.dae", "PK", "not XML"),
         ("e.dae", "<COLLADA/>", "damaged"),
@@ -135,6 +136,15 @@ def test_a_missing_file_a_link_and_too_many_triangles_are_refused(
     for large in (solid(tmp_path / "part.obj"), solid("", wave(2))):
         with pytest.raises(MechcError, match=r"1 at most are read"):
             meshes.surfaces([large])
+
+
+def test_a_collada_with_too_many_indices_is_not_given_to_trimesh(
+    tmp_path: Path, trimesh: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """64 MiB of them took it six gigabytes."""
+    monkeypatch.setattr(meshes, "MOST_INDICES", 2)
+    with pytest.raises(MechcError, match="its triangles have more than 2 indices"):
+        meshes.surfaces([solid(written(tmp_path, "part.dae", WHOLE))])
 
 
 @pytest.mark.parametrize(

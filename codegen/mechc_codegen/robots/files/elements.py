@@ -11,6 +11,8 @@ from xml.etree.ElementTree import Element
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.robots.robot import ORIGIN, V3, Number, Pose
 
+LONGEST = 1000  # letters of a name, of which each symbol and its code has copies
+TRUE, FALSE = ("true", "1"), ("false", "0")
 _NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?", re.ASCII)
 
 
@@ -23,6 +25,10 @@ class Part:
         self._words = f"{path.name!r}: the {kind} {self.name!r}"
         if not self.name:
             raise MechanismError(f"{path.name!r}: a {kind} has no name")
+        if len(self.name) > LONGEST:
+            raise MechanismError(
+                f"{path.name!r}: a {kind} has a name of {len(self.name)} letters, {LONGEST} at most"
+            )
 
     def refuse(self, why: str) -> NoReturn:
         raise MechanismError(f"{self._words} {why}")
@@ -65,6 +71,13 @@ class Part:
         if sorted((abs(x), abs(y), abs(z)))[1] == 0:  # along x, y or z: exactly
             return _sign(x), _sign(y), _sign(z)
         return x / length, y / length, z / length
+
+    def truth(self, text: str | None, what: str, default: bool = False) -> bool:
+        """A boolean of SDFormat, in letters of either case; the default where there is no text."""
+        word = (text or "").strip().lower()
+        if word not in ("", *TRUE, *FALSE):
+            self.refuse(f"has {what}={word[:60]!r}, neither true nor false")
+        return word in TRUE if word else default
 
     def words_of(self, tag: str) -> str:
         """The text within an element."""

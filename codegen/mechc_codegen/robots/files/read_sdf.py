@@ -6,6 +6,7 @@ joints, frames, inertials and visuals; what else moves or acts is named in ``ski
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 from xml.etree.ElementTree import Element
@@ -15,7 +16,6 @@ from mechc_codegen.robots.files.elements import Part
 from mechc_codegen.robots.files.read_urdf import INERTIA, parse
 from mechc_codegen.robots.files.sdf_joints import (
     MODEL,
-    TRUE,
     WORLD,
     FrameGraph,
     base_in,
@@ -29,7 +29,9 @@ from mechc_codegen.robots.robot import V3, Robot, RobotJoint, RobotLink, Visual,
 
 DEEPEST = 40  # models within each other
 GRAVITY: V3 = (0, 0, -9.8)  # of a world that says none
-_ACTING = ("actor", "gripper", "plugin", "wind")
+NEWEST = 12  # what is read is as of SDFormat 1.12
+_ACTING = ("actor", "gripper", "model_state", "plugin", "population", "state", "wind")
+_NO_SHAPE = "empty"
 _SHAPES = {
     "box": ("box", ("size",)), "cylinder": ("cylinder", ("radius", "length")),
     "sphere": ("ball", ("radius",)), "mesh": ("mesh", ("scale",)),
@@ -53,45 +55,60 @@ def read_sdf(path: Path, floating: bool = True) -> Robot:
             f"{path.name!r}: the outermost element is <{root.tag}> with {len(outermost)} worlds or "
             "models, not <sdf> with one of them"
         )
-    return _Reader(path, _is_before_1_5(root.get("version", ""))).robot(outermost[0], floating)
+    return _Reader(path, _version(path, root)).robot(outermost[0], floating)
 
 
-def _is_before_1_5(version: str) -> bool:
-    return version.strip() in ("1.0", "1.2", "1.3", "1.4")
+def _version(path: Path, root: Element) -> int:
+    """The n of SDFormat 1.n, on which it depends where weight is and in what axes are given."""
+    given = root.get("version", "").strip()
+    if not re.fullmatch(r"1\.\d{1,3}", given, re.ASCII):
+        raise MechanismError(
+            f"{path.name!r}: the version of SDFormat is {given[:60]!r}, not one like '1.{NEWEST}'"
+        )
+    return int(given[2:])
 
 
 class _Reader:
     """The parts of a file with the scope of their names, and their frames."""
 
-    def __init__(self, path: Path, in_model: bool) -> None:
-        self.path, self.in_model = path, in_model
+    def __init__(self, path: Path, version: int) -> None:
+        self.path, self.version = path, version
         self.frames = FrameGraph()
         self.frames.add_link(WORLD, Place())
         self.links: list[tuple[Part, str, bool]] = []  # whether it is static
         self.joints: list[tuple[Part, str]] = []
         self.skipped: list[str] = []
+        self.undrawn = dict[str, list[str]]()
+        if version > NEWEST:
+            self.skipped.append(f"what is new since SDFormat 1.{NEWEST}: the file is 1.{version}")
 
     def robot(self, outermost: Element, floating: bool) -> Robot:
         gravity = GRAVITY
         if outermost.tag == "world":
             self._collect(outermost, "", WORLD, False, 0)
-            if outermost.find("gravity") is not None:
-                x, y, z = Part(self.path, "world", outermost, WORLD).numbers_of("gravity", 3)
-                gravity = (x, y, z)
+            gravity = self._gravity(Part(self.path, "world", outermost, WORLD))
         else:
             self._add_model(Part(self.path, "model", outermost), "", WORLD, False, 0)
         links = {scope + part.name: self._link(part, scope) for part, scope, _ in self.links}
         joints = []
         for part, scope in self.joints:
-            joint, skipped = sdf_joint(part, self.frames, scope, self.in_model)
+            joint, skipped = sdf_joint(part, self.frames, scope, self.version < 5)
             joints.append(joint)
             self.skipped += skipped
         joints += self._joints_of_world(joints, floating)
+        self.skipped += [f"{what}: {', '.join(names)}" for what, names in self.undrawn.items()]
         name = outermost.get("name") or self.path.stem
         return Robot(
             name, {WORLD: RobotLink(WORLD), **links}, tuple(joints), WORLD,
             skipped=tuple(self.skipped), gravity=gravity,
         )  # fmt: skip
+
+    def _gravity(self, world: Part) -> V3:
+        tags = ("physics/gravity", "gravity") if self.version < 6 else ("gravity",)
+        for tag in (each for each in tags if world.child(each) is not None):
+            x, y, z = world.numbers_of(tag, 3)
+            return x, y, z
+        return GRAVITY
 
     # -- what there is -----------------------------------------------------------------------
 
@@ -104,7 +121,7 @@ class _Reader:
         first = element.get("canonical_link") or (inner[0].get("name", "") if inner else "")
         base = base_in(pose, outer.removesuffix(MODEL).removesuffix(WORLD), outer)
         self.frames.add(part, own, base, scope + first if first else WORLD)
-        static = static or (element.findtext("static") or "").strip() in TRUE
+        static = static or part.truth(element.findtext("static"), "static")
         self._collect(element, scope, own, static, depth)
 
     def _collect(self, element: Element, scope: str, own: str, static: bool, depth: int) -> None:
@@ -117,11 +134,14 @@ class _Reader:
                 self._add_model(part, f"{scope}{part.name}::", own, static, depth + 1)
             elif each.tag == "include":
                 self.skipped.append(f"the model of another file, {each.findtext('uri')}")
+                self.frames.hint = "; models of other files are not read: gz sdf -p adds them to it"
             elif each.tag in _ACTING:
                 self.skipped.append(f"the element <{each.tag}> {each.get('name', '')}".rstrip())
 
     def _add(self, part: Part, scope: str, own: str, static: bool) -> None:
-        name, pose = scope + part.name, part.child("pose")
+        name, pose, kind = scope + part.name, part.child("pose"), part.element.get("type")
+        if part.name == WORLD or (part.name.startswith("__") and part.name.endswith("__")):
+            part.refuse("has a name that SDFormat reserves")
         if part.element.tag == "link":
             self.frames.add(part, name, base_in(pose, scope, own))
             self.links.append((part, scope, static))
@@ -129,21 +149,23 @@ class _Reader:
             given = part.element.get("attached_to")
             carrier = name_within(scope, given) if given else own
             self.frames.add(part, name, base_in(pose, scope, carrier), carrier)
-        elif part.element.get("type") == "gearbox":
-            self.skipped.append(f"the gearbox {name}")
-        elif not static:
+        else:  # others may refer to the frame of a joint that does not move
             child = name_within(scope, part.words_of("child"))
             self.frames.add(part, name, base_in(pose, scope, child), child)
-            self.joints.append((part, scope))
+            if kind == "gearbox":
+                self.skipped.append(f"the gearbox {name}")
+            elif not static:
+                self.joints.append((part, scope))
 
     # -- links -------------------------------------------------------------------------------
 
     def _link(self, part: Part, scope: str) -> RobotLink:
         given, name = part.child("inertial"), scope + part.name
-        if given is not None and given.get("auto") in TRUE:
+        if given is not None and part.truth(given.get("auto"), "auto"):
             part.refuse("has the inertia of its shapes (auto): write it out")
-        if (part.element.findtext("gravity") or "").strip() in ("false", "0"):
-            self.skipped.append(f"that the link {name} has no weight")
+        if base_in(part.child("inertial/pose"), "", ""):
+            part.refuse("has a <pose> in <inertial> that is relative to another frame")
+        self.skipped += [f"{what} the link {name}{ends}" for what, ends in _untaken_of(part)]
         mass = number_in(part, "inertial/mass", 1)
         if mass < 0:
             part.refuse(f"has the mass {mass}, which is negative")
@@ -157,6 +179,8 @@ class _Reader:
         for number, element in enumerate(link.element.findall("visual")):
             shape = element.find("geometry/*")
             if shape is None or shape.tag not in _SHAPES:
+                if shape is not None and shape.tag != _NO_SHAPE:
+                    self._leave(f"the drawing of shapes (<{shape.tag}>)", name)
                 continue
             label, (kind, tags) = f"{name} {number}" if number else name, _SHAPES[shape.tag]
             part = Part(self.path, "visual", element, label)
@@ -164,11 +188,18 @@ class _Reader:
                      3 if tag in ("size", "scale") else 1)]  # fmt: skip
             if kind == "mesh" and shape.find("scale") is None:
                 sizes = [1, 1, 1]
+            if kind != "mesh" and any(size < 0 for size in sizes):
+                link.refuse(f"has a <{shape.tag}> of negative size")
+            if shape.find("submesh") is not None:
+                self._leave("that of a mesh one part is drawn (<submesh>)", name)
             base = self.frames.place_of(part, base_in(part.child("pose"), scope, name))
             pose = pose_of(self.frames.place(name).inverse().then(base).then(pose_in(part)))
-            if all(x > 0 or (kind == "mesh" and x) for x in sizes):
+            if all(sizes):
                 uri = (shape.findtext("uri") or "").strip()
                 yield Visual(kind, label, tuple(sizes), pose, uri)
+
+    def _leave(self, what: str, link: str) -> None:
+        self.undrawn.setdefault(what, []).append(link)
 
     # -- the world ---------------------------------------------------------------------------
 
@@ -181,7 +212,7 @@ class _Reader:
         for joint in joints:
             around.setdefault(joint.parent, []).append(joint.child)
             around.setdefault(joint.child, []).append(joint.parent)
-        still = [scope + part.name for part, scope, static in self.links if static]
+        still = {scope + part.name for part, scope, static in self.links if static}
         reached = _connected_links({WORLD, *still}, around)
         for name in (scope + part.name for part, scope, _ in self.links):
             if name in still or name not in reached:
@@ -190,6 +221,20 @@ class _Reader:
                 place = pose_of(self.frames.place(name))
                 yield RobotJoint(names[-1], kind, WORLD, name, place)
                 reached |= _connected_links({name}, around)
+
+
+def _untaken_of(link: Part) -> Iterator[tuple[str, str]]:
+    """What of a link acts on its motion and is not taken: the words before its name and after."""
+    for tag, default, words in (
+        ("gravity", True, ("that", " has no weight")),
+        ("kinematic", False, ("that", " is kinematic")),
+    ):
+        if link.truth(link.element.findtext(tag), tag, default) is not default:
+            yield words
+    if any(number_in(link, f"velocity_decay/{which}", 0) for which in ("linear", "angular")):
+        yield "velocity_decay of", ""
+    if link.child("inertial/fluid_added_mass") is not None:
+        yield "fluid_added_mass of", ""
 
 
 def _connected_links(links: Collection[str], around: Mapping[str, Iterable[str]]) -> set[str]:

@@ -6,6 +6,7 @@ opened, and every number is finite.  Errors name the link or joint.
 
 from __future__ import annotations
 
+import stat
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NoReturn
@@ -27,6 +28,7 @@ from mechc_codegen.robots.robot import (
 )
 
 LARGEST = 2**25  # bytes: the largest public robots have less than a hundredth of it
+MOST_PARTS = 200_000  # elements and attributes, each of which takes some hundred bytes
 INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
@@ -63,13 +65,26 @@ def parse(path: Path) -> Element:
     Raises
     ------
     MechanismError
-        If it cannot be read, is larger than ``LARGEST``, declares a document type or is no XML.
+        If it cannot be read, is no file, is larger than ``LARGEST``, has more than ``MOST_PARTS``,
+        declares a document type or is no XML.
     """
+    count = 0
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        nonlocal count
+        count += 1 + len(attributes)
+        if count > MOST_PARTS:
+            raise MechanismError(f"{path.name!r} has more than {MOST_PARTS} elements, attributes")
+        builder.start(tag, attributes)
+
     try:
-        if path.stat().st_size > LARGEST:
+        status = path.stat()
+        if stat.S_ISFIFO(status.st_mode) or stat.S_ISCHR(status.st_mode):  # they may have no end
+            raise MechanismError(f"{path.name!r} is a pipe or a device, not a file")
+        if status.st_size > LARGEST:
             raise MechanismError(f"{path.name!r} is larger than {LARGEST >> 20} MiB")
         builder, parser = TreeBuilder(), expat.ParserCreate()
-        parser.StartElementHandler = builder.start
+        parser.StartElementHandler = start
         parser.EndElementHandler = builder.end
         parser.CharacterDataHandler = builder.data
         parser.StartDoctypeDeclHandler = _refuse_doctype

@@ -23,18 +23,20 @@ KINDS = {
 WORLD, MODEL = "world", "__model__"
 UNBOUNDED = 1e16  # what SDFormat writes for a limit that is none
 SQUARE = 1e-9  # the cosine of a right angle
-TRUE = ("true", "1")
 _FELT = ("dynamics/damping", "dynamics/friction", "dynamics/spring_stiffness")
+_OF_PHYSICS = ("physics/ode/max_force", "physics/ode/bounce")  # a motor, and rebounds at limits
 
 
 @dataclass
 class FrameGraph:
     """Places by the names of links, joints, frames and models, and the links that they go with.
 
-    Names are those in the outermost model or world: ``inner::link``.
+    Names are those in the outermost model or world: ``inner::link``.  ``hint`` ends the words on a
+    name that no frame has.
     """
 
     links: set[str] = field(default_factory=set)
+    hint: str = ""
     _known: dict[str, Place] = field(default_factory=dict)
     _given: dict[str, tuple[Part, str, str]] = field(default_factory=dict)
 
@@ -48,8 +50,10 @@ class FrameGraph:
 
         ``carrier``: the frame with whose link it goes; without one it is a link.
         """
-        if name in self._known or name in self._given:
-            part.refuse("has the name of another link, joint or frame")
+        of_model = f"::{MODEL}"  # whose frame a reference to its bare name means
+        names = (name, f"{name}{of_model}", name.removesuffix(of_model))
+        if any(each in self._known or each in self._given for each in names):
+            part.refuse("has the name of another link, joint, frame or model")
         if not carrier:
             self.links.add(name)
         self._given[name] = (part, base, carrier)
@@ -86,7 +90,7 @@ class FrameGraph:
         if key in way:
             part.refuse(f"refers to the frame {name!r}, which leads back to itself")
         if key not in self._known and key not in self._given:
-            part.refuse(f"refers to {name!r}, which is no link or frame of the file")
+            part.refuse(f"refers to {name!r}, which is no link or frame of the file{self.hint}")
 
     def _key(self, name: str) -> str:
         """The name; of a model that of its frame."""
@@ -99,14 +103,16 @@ def pose_in(part: Part, tag: str = "pose") -> Place:
     element = part.child(tag)
     if element is None:
         return Place()
-    quaternion = element.get("rotation_format") == "quat_xyzw"
-    words = (element.text or "").split()
+    form, words = element.get("rotation_format") or "euler_rpy", (element.text or "").split()
+    if form not in ("euler_rpy", "quat_xyzw"):
+        part.refuse(f"has the rotation_format {form[:60]!r}, neither euler_rpy nor quat_xyzw")
+    quaternion = form == "quat_xyzw" and words
     x, y, z, *turn = part.numbers_of(tag, 7 if quaternion else 6) if words else [0] * 6
     if quaternion:
         size = hypot(*turn) or part.refuse("has a quaternion of length zero")
         qx, qy, qz, qw = (each / size for each in turn)
         return Place(of_quaternion(qw, qx, qy, qz), (x, y, z))
-    if element.get("degrees") in TRUE:
+    if part.truth(element.get("degrees"), "degrees"):
         turn = [radians(angle) for angle in turn]
     return Place(of_angles(turn), (x, y, z))
 
@@ -150,7 +156,15 @@ def sdf_joint(
         axis = _axis(part, "axis", frames, scope, in_model)
     sides = [pose_of(frames.place(link).inverse().then(place)) for link in (parent, child)]
     joint = RobotJoint(name, kind, parent, child, sides[0], axis, child_origin=sides[1])
-    return _with_values(part, joint, scope) if kind in SINGLE else (joint, _untaken(part, joint))
+    physics = [
+        f"{tag.rpartition('/')[2]} of the joint {name}"
+        for tag in _OF_PHYSICS
+        if number_in(part, tag, 0)
+    ]
+    if kind not in SINGLE:
+        return joint, [*_untaken(part, joint), *physics]
+    joint, skipped = _with_values(part, joint, scope)
+    return joint, [*skipped, *physics]
 
 
 def _axis(part: Part, tag: str, frames: FrameGraph, scope: str, in_model: bool) -> V3:
@@ -158,7 +172,9 @@ def _axis(part: Part, tag: str, frames: FrameGraph, scope: str, in_model: bool) 
     given = part.child(f"{tag}/xyz")
     x, y, z = part.numbers_of(f"{tag}/xyz", 3) if given is not None else (0, 0, 1)
     frame = "" if given is None else given.get("expressed_in", "")
-    of_model = in_model or _text(part, f"{tag}/use_parent_model_frame") in TRUE
+    of_model = in_model or part.truth(
+        _text(part, f"{tag}/use_parent_model_frame"), "use_parent_model_frame"
+    )
     if not frame and not of_model:
         return part.direction((x, y, z))
     base = frames.place_of(part, name_within(scope, frame or MODEL))
@@ -207,12 +223,15 @@ def _mimic(part: Part, scope: str) -> Mimic | None:
 
 def _untaken(part: Part, joint: RobotJoint) -> list[str]:
     """Values on the axes of a joint that has several coordinates, or none."""
-    return [
-        f"{what.rpartition('/')[2]} of the {joint.kind} joint {joint.name}"
-        for axis in ("axis", "axis2")
+    axes = ("axis", "axis2")
+    found = [
+        what.rpartition("/")[2]
+        for axis in axes
         for what in (*_FELT, "limit/lower", "limit/upper")
-        if 0 != _bound(part, f"{axis}/{what}") < UNBOUNDED
+        if 0 != abs(_bound(part, f"{axis}/{what}")) < UNBOUNDED
     ]
+    found += ["mimic" for axis in axes if part.child(f"{axis}/mimic") is not None]
+    return [f"{what} of the {joint.kind} joint {joint.name}" for what in found]
 
 
 def number_in(part: Part, tag: str, default: Number) -> Number:

@@ -7,9 +7,11 @@ nothing beside them is opened.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from functools import lru_cache
 from io import BytesIO
+from itertools import islice
 from pathlib import Path
 from typing import Any, Final, NoReturn
 from xml.etree.ElementTree import Element, TreeBuilder, tostring
@@ -25,9 +27,12 @@ from mechc.system.picture import Solid
 
 MOST_DRAWN: Final = 80_000  # triangles of a page: 4 MB
 MOST_PARTS: Final = 5000  # of a file in COLLADA: lists of polygons, and of numbers for them
+MOST_INDICES: Final = 12 * MOST_TRIANGLES  # of COLLADA, 170 bytes each: corners with four inputs
 KEPT: Final = 300  # triangles that a small mesh keeps
 # Elements of COLLADA about colours, which are not drawn, and often refer to what is not there.
 COLOURS: Final = ("bind_material", "library_effects", "library_images", "library_materials")
+WORD: Final = re.compile(rb"\S++")
+ROW: Final = re.compile(rb"^[ \t]*+(f|v[nt]?+)(?=\s)([^\n]*+)", re.MULTILINE)  # of an OBJ
 _Source = tuple[str, int, bytes]  # path, when it was written, triangles
 
 
@@ -80,7 +85,8 @@ def _simplify(corners: Array, most: int) -> Array:
 
 def _finite_corners(source: _Source) -> Array:
     corners, path = _corners(source), source[0] or "a mesh of the mechanism"
-    if not len(corners) or not np.isfinite(corners).all():
+    # A page has single precision; what is not a number is not below its largest number either.
+    if not len(corners) or not (np.abs(corners) <= np.finfo(np.float32).max).all():
         raise _damage_error(path, "it has no triangles, or corners that are not finite")
     if len(corners) > MOST_TRIANGLES:
         raise MechcError(
@@ -109,8 +115,8 @@ def _read_mesh(path: str) -> Array:
         content = read_regular(Path(path), LARGEST)
     except FileNotFoundError:
         raise MechcError(f"there is no file {printable(path)}") from None
-    content = _without_colours(path, content) if kind == "dae" else _without_materials(content)
     try:
+        content = _without_colours(path, content) if kind == "dae" else _without_materials(content)
         scene = trimesh.load_scene(BytesIO(content), file_type=kind, skip_materials=True)
         count = sum(len(scene.geometry[scene.graph[each][1]].faces)
                     for each in scene.graph.nodes_geometry)  # fmt: skip
@@ -118,15 +124,32 @@ def _read_mesh(path: str) -> Array:
             raise ValueError(f"{count} triangles, {MOST_TRIANGLES} at most are read")
         whole = scene.convert_units("meters") if kind == "dae" and scene.units else scene
         return np.asarray(whole.to_mesh().triangles) if count else np.empty((0, 3, 3))
+    except MechcError:
+        raise
     except Exception as error:  # of any kind, as the packages do not bound what a file may hold
         raise _damage_error(path, f"{type(error).__name__} {error}") from None
 
 
 def _without_materials(content: bytes) -> bytes:
-    """An OBJ without its materials: trimesh takes time with the square of their number."""
+    """An OBJ without its materials: trimesh takes time with the square of their number.
+
+    Raises :class:`ValueError` where triangles, or corners for them, are more than are read: before
+    trimesh does, which takes thirty times the file.
+    """
     whole = content.replace(b"\r\n", b"\n").replace(b"\\\n", b"")  # lines that go on are joined
+    counts = {b"f": 0, b"v": 0, b"vn": 0, b"vt": 0}
+    for line in ROW.finditer(whole):
+        kind = line[1]
+        counts[kind] += 1 if kind != b"f" else max(1, _count_words(whole, *line.span(2)) - 2)
+        if counts[kind] > MOST_TRIANGLES * (1 if kind == b"f" else 3):
+            raise ValueError(f"many triangles or corners, {MOST_TRIANGLES} at most are read")
     lines = whole.replace(b"usemtl", b"#").replace(b"mtllib", b"#").splitlines()
     return b"\n".join(line for line in lines if not line.lstrip().startswith(b"#"))
+
+
+def _count_words(content: bytes, start: int, end: int) -> int:
+    """How many words there are, of those that can matter: three more than triangles are read."""
+    return sum(1 for _ in islice(WORD.finditer(content, start, end), MOST_TRIANGLES + 3))
 
 
 def _without_colours(path: str, content: bytes) -> bytes:
@@ -146,20 +169,45 @@ def _without_colours(path: str, content: bytes) -> bytes:
         for parent in list(root.iter()):
             for child in [each for each in parent if each.tag in COLOURS]:
                 parent.remove(child)
-        if (count := _parts(root)) > MOST_PARTS:
-            raise _damage_error(path, f"it draws {count} parts, {MOST_PARTS} at most are read")
+        if _parts(root) > MOST_PARTS:
+            raise _damage_error(path, f"it draws more than {MOST_PARTS} parts")
+        given = sum(_count_text_words(each.text or "") for each in root.iter("p"))
+        if given > MOST_INDICES:
+            raise _damage_error(path, f"its triangles have more than {MOST_INDICES} indices")
         return tostring(root)
     except (expat.ExpatError, LookupError, RecursionError) as error:
         raise _damage_error(path, f"it is not XML, or nested too deeply: {error}") from None
 
 
+def _count_text_words(text: str) -> int:
+    return sum(1 for _ in islice(re.finditer(r"\S++", text), MOST_INDICES + 1))
+
+
 def _parts(root: Element) -> int:
-    """How many lists a scene draws, each of which takes trimesh some milliseconds."""
+    """How many lists and nodes of others a scene draws, each some milliseconds of trimesh.
+
+    A node that twice refers to another, which does so too, draws as many as 2 to the power of such
+    nodes; one that refers to itself draws more than any bound.
+    """
     of = {
         f"#{each.get('id')}": sum(element.get("count") is not None for element in each.iter())
         for each in root.iter("geometry")
     }
-    return sum(of.get(each.get("url", ""), 0) for each in root.iter("instance_geometry"))
+    nodes = {f"#{each.get('id')}": each for each in root.iter("node")}
+    known = dict[str, int]()
+
+    def drawn(element: Element) -> int:
+        url = element.get("url", "")
+        if element.tag == "instance_geometry":
+            return of.get(url, 0)
+        if element.tag == "instance_node" and url in nodes:
+            if url not in known:
+                known[url] = MOST_PARTS
+                known[url] = drawn(nodes[url])
+            return 1 + known[url]
+        return sum(map(drawn, element))
+
+    return drawn(root)
 
 
 def _trimesh(words: str) -> Any:

@@ -5,6 +5,8 @@ Source of the format: 3D Systems, StereoLithography Interface Specification (198
 
 from __future__ import annotations
 
+import re
+from array import array
 from pathlib import Path
 from typing import Final
 
@@ -18,6 +20,7 @@ MOST_TRIANGLES: Final = 500_000
 HEADER: Final = 84  # bytes of a binary file before its triangles
 RECORD: Final = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("colour", "<u2")])
 LARGEST: Final = 2**26  # bytes
+VERTEX: Final = re.compile(rb"(?<!\S)vertex(?!\S)(?:\s++(\S++)\s++(\S++)\s++(\S++)(?=\s))?")
 
 
 def read_stl(path: str) -> Array:
@@ -45,12 +48,12 @@ def read_stl(path: str) -> Array:
 
 
 def _text(content: bytes) -> Array | None:
-    words = content.split()
-    at = [k for k, word in enumerate(words) if word == b"vertex"]
-    if words[:1] != [b"solid"] or len(at) % 3 or not at or at[-1] + 3 >= len(words):
+    if content.split(maxsplit=1)[:1] != [b"solid"]:
         return None
+    numbers = array("d")  # vertex by vertex: all words at once take many times the file
     try:
-        numbers = [float(word) for k in at for word in words[k + 1 : k + 4]]
-    except ValueError:
+        for vertex in VERTEX.finditer(content):
+            numbers.extend(map(float, vertex.groups()))
+    except (TypeError, ValueError):  # fewer than three words follow, or they are no numbers
         return None
-    return np.array(numbers).reshape(-1, 3, 3)
+    return np.array(numbers).reshape(-1, 3, 3) if len(numbers) % 9 == 0 else None

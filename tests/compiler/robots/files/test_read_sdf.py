@@ -1,7 +1,10 @@
 """SDFormat: frames as its specification has them, the world, and files that are refused by name."""
 
+import os
+
 import numpy as np
 import pytest
+from mechc_codegen.robots.files import read_urdf
 from mechc_codegen.robots.files.read_sdf import read_sdf
 from mechc_codegen.robots.geometry import place_of
 from mechc_codegen.robots.graph import resolve_graph
@@ -111,12 +114,13 @@ def test_what_the_world_holds(tmp_path):
       {ARM[ARM.index("<model") : ARM.index("</sdf>")]}
       <model name="pair"><link name="x"/><link name="y"/><plugin name="p"/>
       <joint name="z" type="prismatic"><parent>x</parent><child>y</child></joint>
-      <joint name="x" type="gearbox"/></model></world></sdf>"""
+      <joint name="g" type="gearbox"><parent>x</parent><child>y</child></joint></model></world>
+      </sdf>"""
     robot = resolve_graph(read(tmp_path, text))
     held = {joint.child: joint.kind for joint in robot.joints if joint.parent == "world"}
     assert held == {"table::t": "fixed", "arm::a": "fixed", "pair::x": "floating"}
     assert robot.skipped == (
-        "the model of another file, model://sun", "the element <plugin> p", "the gearbox pair::x"
+        "the model of another file, model://sun", "the element <plugin> p", "the gearbox pair::g"
     )  # fmt: skip
     still = {j.child: j.kind for j in read(tmp_path, text, floating=False).joints}
     assert still["pair::x"] == "fixed"
@@ -155,7 +159,14 @@ WRONG = {
     "repeat": ('link name="a"', 'link name="b"', "'b' has the name of another link"),
     "limits": ("<upper>2", "<upper>-2", "'j' has the lower limit -1 above"),
     "name": ('<link name="a"/>', "<link/>", "a link has no name"),
-    "reserved": ('link name="a"', 'link name="world"', "'world' has the name of another link"),
+    "long": ('link name="a"', f'link name="{1001 * "a"}"', "a link has a name of 1001 letters"),
+    "reserved": ('link name="a"', 'link name="world"', "'world' has a name that SDFormat reserves"),
+    "twin": ("<link ", '<model name="b"/><link ', "'b' has the name of another link, joint, frame"),
+    "version": ('"1.11"', '"1.4.0"', "the version of SDFormat is '1.4.0'"),
+    "truth": ("<link ", "<static>yes</static><link ", "the model 'arm' has static='yes', neither"),
+    "rotation": ("<pose>", '<pose rotation_format="wxyz">', "'b' has the rotation_format 'wxyz'"),
+    "inertial": ("<mass>", '<pose relative_to="a"/><mass>', "'b' has a <pose> in <inertial> that"),
+    "size": ("<mesh>", "<box><size>1 1 -1</size></box><mesh>", "'b' has a <box> of negative size"),
     "entity": ("<sdf ", '<!DOCTYPE x [<!ENTITY e "e">]><sdf ', "declares a document type"),
     "two": ("</model>", '</model><model name="n"/>', "with 2 worlds or models"),
     "deep": ("<link ", '<model name="m">' * 50 + "</model>" * 50 + "<link ", "within more than 40"),
@@ -175,6 +186,102 @@ def test_what_is_wrong_is_refused_by_name(tmp_path, what):
     with pytest.raises(mechc.MechanismError) as caught:
         resolve_graph(read(tmp_path, text))
     assert words in str(caught.value)
+
+
+@pytest.mark.parametrize(("version", "z"), [("1.5", -1.62), ("1.6", -9.8)])
+def test_weight_is_in_physics_before_1_6(tmp_path, version, z):
+    physics = f'<sdf version="{version}"><world name="w"><physics type="ode">'
+    text = (
+        physics + '<gravity>0 0 -1.62</gravity></physics><model name="m"><link name="a"/></model>'
+    )
+    assert read(tmp_path, text + "</world></sdf>").gravity == (0, 0, z)
+
+
+def test_truth_is_told_in_letters_of_either_case(tmp_path):
+    static = ARM.replace("<link ", "<static> True </static><link ", 1)
+    assert {joint.kind for joint in read(tmp_path, static).joints} == {"fixed"}
+    turned = ARM.replace("<pose>0 0 1 0 0 0", '<pose degrees="TRUE">0 0 1 0 0 90')
+    at = matrix_of(read(tmp_path, turned).joints[1].origin)
+    np.testing.assert_allclose(at, place(0, 0, 1, 0, 0, np.pi / 2), atol=1e-15)
+
+
+def test_frames_of_joints_that_do_not_move_are_known(tmp_path):
+    """A link may be placed by the joint of a static model, or by a gearbox."""
+    text = """<sdf version="1.9"><world name="w"><model name="still"><static>1</static>
+      <link name="x"/><link name="y"><pose relative_to="z">0 0 2 0 0 0</pose></link>
+      <joint name="z" type="revolute"><parent>y</parent><child>x</child><pose>0 1 0 0 0 0</pose>
+      </joint></model><model name="m"><link name="a"/><link name="b"><pose relative_to="g"/></link>
+      <joint name="g" type="gearbox"><parent>b</parent><child>a</child><pose>3 0 0 0 0 0</pose>
+      </joint></model></world></sdf>"""
+    at = {joint.child: joint.origin.xyz for joint in read(tmp_path, text).joints}
+    assert at["still::y"] == (0, 1, 2)
+    assert at["m::b"] == (3, 0, 0)
+    empty = ARM.replace("<pose>0 0 1 0 0 0", '<pose rotation_format="quat_xyzw">')
+    assert read(tmp_path, empty).joints[1].origin.xyz == (0, 0, 0)
+
+
+UNTAKEN = {
+    "velocity_decay of the link a": ("<link name='a'><velocity_decay><linear>1</linear>"
+                                     "<angular>0</angular></velocity_decay></link>"),
+    "fluid_added_mass of the link a": ("<link name='a'><inertial><fluid_added_mass><xx>1</xx>"
+                                       "</fluid_added_mass></inertial></link>"),
+    "that the link a is kinematic": "<link name='a'><kinematic>TRUE</kinematic></link>",
+    "that the link a has no weight": "<link name='a'><gravity>False</gravity></link>",
+    "mimic of the ball joint k": ("<link name='a'/><joint name='k' type='ball'><parent>a</parent>"
+                                  "<child>b</child><axis><mimic joint='j'/></axis></joint>"),
+    "max_force of the joint k": ("<link name='a'/><joint name='k' type='revolute'><parent>a"
+                                 "</parent><child>b</child><physics><ode><max_force>1</max_force>"
+                                 "</ode></physics></joint>"),
+    "the element <model_state> s": "<link name='a'/><model_state name='s'/>",
+    "the drawing of shapes (<capsule>): a": ("<link name='a'><visual><geometry><capsule/>"
+                                             "</geometry></visual></link>"),
+    "that of a mesh one part is drawn (<submesh>): a": (
+        "<link name='a'><visual><geometry><mesh><submesh/></mesh></geometry></visual></link>"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("words", UNTAKEN)
+def test_what_is_not_taken_is_named(tmp_path, words):
+    text = ARM.replace('<link name="a"/>', UNTAKEN[words])
+    assert read(tmp_path, text).skipped == (words,)
+
+
+def test_newer_versions_and_the_state_of_a_world_are_named(tmp_path):
+    text = """<sdf version="1.13"><world name="w"><model name="m"><link name="a"/></model>
+      <state world_name="w"/><population name="p"/><include><uri>u</uri></include></world></sdf>"""
+    assert read(tmp_path, text).skipped == (
+        "what is new since SDFormat 1.12: the file is 1.13", "the element <state>",
+        "the element <population> p", "the model of another file, u",
+    )  # fmt: skip
+    joint = "</model><joint name='j' type='fixed'><parent>u::x</parent><child>m::a</child></joint>"
+    with pytest.raises(mechc.MechanismError, match=r"'u::x'.*models of other files are not read"):
+        read(tmp_path, text.replace("</model>", joint))
+
+
+def test_a_joint_without_bounds_has_none_to_name(tmp_path):
+    bounds = "<limit><lower>-1e16</lower><upper>1e16</upper></limit>"
+    ball = f"<joint name='k' type='ball'><parent>a</parent><child>b</child><axis>{bounds}</axis>"
+    text = ARM.replace("<joint", ball + "</joint><joint", 1)
+    assert read(tmp_path, text).skipped == ()
+
+
+@pytest.mark.parametrize(("floating", "words"), [(True, "the world$"), (False, "floating=True")])
+def test_a_file_in_which_nothing_moves_is_refused(tmp_path, floating, words):
+    path = tmp_path / "still.sdf"
+    path.write_text(
+        '<sdf version="1.9"><model name="m"><static>1</static><link name="a"/></model></sdf>'
+    )
+    with pytest.raises(mechc.MechanismError, match=f"nothing moves, all links are .*{words}"):
+        mechc.from_sdf(path, floating=floating)
+
+
+def test_pipes_and_more_parts_than_memory_has_room_for_are_refused(tmp_path, monkeypatch):
+    os.mkfifo(tmp_path / "pipe.sdf")
+    with pytest.raises(mechc.MechanismError, match=r"'pipe\.sdf' is a pipe or a device"):
+        read_sdf(tmp_path / "pipe.sdf")
+    monkeypatch.setattr(read_urdf, "MOST_PARTS", 30)
+    with pytest.raises(mechc.MechanismError, match=r"'model\.sdf' has more than 30 elements"):
+        read(tmp_path, ARM)
 
 
 def test_long_chains_of_frames_are_followed(tmp_path):

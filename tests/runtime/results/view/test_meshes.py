@@ -36,6 +36,14 @@ NUMBERS = "0 0 0 1 0 0 0 2 0"
 INNER = '<node id="inner">'
 WHOLE = DAE.format(doctype="", numbers=NUMBERS)
 MANY = WHOLE.replace(INNER, INNER + 2000 * '<instance_geometry url="#g"/>')
+REFERENCE = '<instance_node url="#n{}"/>'
+DOUBLED = WHOLE.replace(INNER, INNER + REFERENCE.format(0)).replace(
+    "<library_visual_scenes>",
+    "<library_nodes>"
+    + "".join(f'<node id="n{k}">{2 * REFERENCE.format(k + 1)}</node>' for k in range(60))
+    + '<node id="n60"/></library_nodes><library_visual_scenes>',
+)
+RING = WHOLE.replace(INNER, INNER + '<instance_node url="#inner"/>')
 DEEP = WHOLE.replace(INNER, INNER + 9000 * "<node>" + 9000 * "</node>")
 BOMB = '<!DOCTYPE x [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]>'
 
@@ -96,10 +104,13 @@ def test_collada_is_placed_by_its_nodes_in_metres(tmp_path: Path, trimesh: Any) 
     [
         ("a.dae", DAE.format(doctype=BOMB, numbers=NUMBERS), "declares a document type"),
         ("b.dae", DAE.format(doctype="", numbers=NUMBERS.replace("1", "inf")), "not finite"),
+        ("r.dae", DAE.format(doctype="", numbers=NUMBERS.replace("1", "1e39")), "not finite"),
         ("c.dae", DAE.format(doctype="", numbers=NUMBERS).replace(">0 1 2<", ">0 1 9<"), "damaged"),
         ("d.dae", "PK", "not XML"),
         ("e.dae", "<COLLADA/>", "damaged"),
-        ("m.dae", MANY, "it draws 6003 parts"),
+        ("m.dae", MANY, "it draws more than 5000 parts"),
+        ("p.dae", DOUBLED, "it draws more than 5000 parts"),
+        ("q.dae", RING, "it draws more than 5000 parts"),
         ("n.dae", DEEP, "nested too deeply"),
         ("f.obj", "f 1 2 3\n", "damaged"),
         ("g.obj", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "not finite"),
@@ -125,6 +136,29 @@ def test_a_missing_file_a_link_and_too_many_triangles_are_refused(
     for large in (solid(tmp_path / "part.obj"), solid("", wave(2))):
         with pytest.raises(MechcError, match=r"1 at most are read"):
             meshes.surfaces([large])
+
+
+def test_a_collada_with_too_many_indices_is_not_given_to_trimesh(
+    tmp_path: Path, trimesh: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """64 MiB of them took it six gigabytes."""
+    monkeypatch.setattr(meshes, "MOST_INDICES", 2)
+    with pytest.raises(MechcError, match="its triangles have more than 2 indices"):
+        meshes.surfaces([solid(written(tmp_path, "part.dae", WHOLE))])
+
+
+@pytest.mark.parametrize(
+    "many", [4 * "f 1 2 3\n", "f 1 2 3 1 2 3\n", 7 * " v 1 1 1\n", 10 * "vn\t1 1 1\n"]
+)
+def test_an_obj_with_too_many_parts_is_not_given_to_trimesh(
+    tmp_path: Path, trimesh: Any, monkeypatch: pytest.MonkeyPatch, many: str
+) -> None:
+    """64 MiB of faces, of corners of one face, or of points took it two gigabytes."""
+    monkeypatch.setattr(meshes, "MOST_TRIANGLES", 3)
+    monkeypatch.setattr(trimesh, "load_scene", lambda *_, **__: pytest.fail("was read"))
+    text = "v 0 0 0\nv 1 0 0\nv 0 1 0\n" + many
+    with pytest.raises(MechcError, match="many triangles or corners, 3 at most are read"):
+        meshes.surfaces([solid(written(tmp_path, "part.obj", text))])
 
 
 def test_large_meshes_share_what_a_page_may_have(

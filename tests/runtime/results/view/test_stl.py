@@ -46,6 +46,7 @@ def test_both_forms_are_read(tmp_path: Path, written: bytes) -> None:
         binary(CORNERS * np.nan),
         text(CORNERS).replace(b"3.5", b"x"),
         text(CORNERS)[:-60],
+        text(CORNERS)[:-33],
         b"solid vertex vertex vertex",
     ],
 )

@@ -224,7 +224,7 @@ class _Reader:
 
 
 def _untaken_of(link: Part) -> Iterator[tuple[str, str]]:
-    """What of a link acts on its motion and is not taken: the words before its name and after."""
+    """Parts of a link that are not taken and act on its motion: words before and after its name."""
     for tag, default, words in (
         ("gravity", True, ("that", " has no weight")),
         ("kinematic", False, ("that", " is kinematic")),

@@ -14,6 +14,7 @@ from xml.etree.ElementTree import Element
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.robots.files.elements import Part
 from mechc_codegen.robots.files.read_urdf import INERTIA, parse
+from mechc_codegen.robots.files.sdf_elements import unknown_elements
 from mechc_codegen.robots.files.sdf_joints import (
     MODEL,
     WORLD,
@@ -25,13 +26,22 @@ from mechc_codegen.robots.files.sdf_joints import (
     sdf_joint,
 )
 from mechc_codegen.robots.geometry import Place, pose_of
-from mechc_codegen.robots.robot import V3, Robot, RobotJoint, RobotLink, Visual, unused_name
+from mechc_codegen.robots.robot import (
+    V3,
+    Number,
+    Robot,
+    RobotJoint,
+    RobotLink,
+    Visual,
+    unused_name,
+)
 
 DEEPEST = 40  # models within each other
 GRAVITY: V3 = (0, 0, -9.8)  # of a world that says none
 NEWEST = 12  # what is read is as of SDFormat 1.12
 _ACTING = ("actor", "gripper", "model_state", "plugin", "population", "state", "wind")
 _NO_SHAPE = "empty"
+_DIGITS = 1e-5  # by which rounding of an inertia in a file changes its moments, of the largest
 _SHAPES = {
     "box": ("box", ("size",)), "cylinder": ("cylinder", ("radius", "length")),
     "sphere": ("ball", ("radius",)), "mesh": ("mesh", ("scale",)),
@@ -97,6 +107,7 @@ class _Reader:
             self.skipped += skipped
         joints += self._joints_of_world(joints, floating)
         self.skipped += [f"{what}: {', '.join(names)}" for what, names in self.undrawn.items()]
+        self.skipped += sorted({*unknown_elements(outermost)})
         name = outermost.get("name") or self.path.stem
         return Robot(
             name, {WORLD: RobotLink(WORLD), **links}, tuple(joints), WORLD,
@@ -169,10 +180,12 @@ class _Reader:
         mass = number_in(part, "inertial/mass", 1)
         if mass < 0:
             part.refuse(f"has the mass {mass}, which is negative")
-        inertia = (number_in(part, f"inertial/inertia/{entry}", int(entry[1] == entry[2]))
-                   for entry in INERTIA)  # fmt: skip
+        inertia = tuple(number_in(part, f"inertial/inertia/{entry}", int(entry[1] == entry[2]))
+                        for entry in INERTIA)  # fmt: skip
+        if not _is_of_a_body(*inertia):
+            part.refuse(f"has an inertia that no body has, with a negative moment: {inertia}")
         centre = pose_of(pose_in(part, "inertial/pose"))
-        return RobotLink(name, mass, centre, tuple(inertia), tuple(self._visuals(part, scope)))
+        return RobotLink(name, mass, centre, inertia, tuple(self._visuals(part, scope)))
 
     def _visuals(self, link: Part, scope: str) -> Iterator[Visual]:
         name = scope + link.name
@@ -235,6 +248,15 @@ def _untaken_of(link: Part) -> Iterator[tuple[str, str]]:
         yield "velocity_decay of", ""
     if link.child("inertial/fluid_added_mass") is not None:
         yield "fluid_added_mass of", ""
+
+
+def _is_of_a_body(xx: Number, xy: Number, xz: Number, yy: Number, yz: Number, zz: Number) -> bool:
+    """Whether no principal moment is negative, but for the digits of a file."""
+    size = max(map(abs, (xx, yy, zz, xy, xz, yz)))
+    minors = xx * yy - xy * xy, xx * zz - xz * xz, yy * zz - yz * yz
+    whole = xx * minors[2] - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz)
+    least = -_DIGITS * size
+    return min(xx, yy, zz) >= least and min(minors) >= least * size and whole >= least * size**2
 
 
 def _connected_links(links: Collection[str], around: Mapping[str, Iterable[str]]) -> set[str]:

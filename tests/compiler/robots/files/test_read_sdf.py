@@ -4,6 +4,7 @@ import os
 
 import numpy as np
 import pytest
+from mechc_codegen.errors import MechanismError
 from mechc_codegen.robots.files import read_urdf
 from mechc_codegen.robots.files.read_sdf import read_sdf
 from mechc_codegen.robots.geometry import place_of
@@ -293,3 +294,29 @@ def test_long_chains_of_frames_are_followed(tmp_path):
     text = ARM.replace("<joint", frames + "<joint", 1).replace("<child>b", "<child>f0")
     joint = read(tmp_path, text).joints[1]
     assert (joint.child, joint.child_origin.xyz) == ("b", (2500, 0, 0))
+
+
+def test_elements_that_no_version_has_are_named(tmp_path):
+    text = ARM.replace("<mass>2</mass>", "<masss>2</masss>").replace("damping>", "dampening>")
+    text = text.replace("</model>", "<jiont name='k'/><g:own xmlns:g='http://g'/></model>")
+    assert read(tmp_path, text).skipped == (
+        "<dampening> in <dynamics> of j, which SDFormat has not",
+        "<jiont> in <model> of arm, which SDFormat has not",
+        "<masss> in <inertial> of b, which SDFormat has not",
+    )
+
+
+@pytest.mark.parametrize(
+    ("moments", "is_read"),
+    [("1 0 0 1 0 -0.1", False), ("1 2 0 1 0 1", False), ("1 0.8 0.8 1 -0.8 1", False),
+     ("1 1 0 1 0 2", True), ("0 0 0 0 0 0", True), ("0.01 0 0 0.3 0.3 0.299999", True)],
+)  # fmt: skip
+def test_an_inertia_with_a_negative_moment_is_refused(tmp_path, moments, is_read):
+    tags = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+    entries = "".join(f"<{t}>{x}</{t}>" for t, x in zip(tags, moments.split(), strict=True))
+    text = ARM.replace("</mass>", f"</mass><inertia>{entries}</inertia>")
+    if is_read:
+        assert read(tmp_path, text).links["b"].inertia == tuple(map(float, moments.split()))
+    else:
+        with pytest.raises(MechanismError, match="an inertia that no body has"):
+            read(tmp_path, text)

@@ -8,8 +8,8 @@ from xml.etree.ElementTree import Element
 _ANY_VERSION = {
     "world": "actor atmosphere audio frame gravity gui include joint light magnetic_field model "
     "model_state physics plugin population road scene spherical_coordinates state wind",
-    "model": "allow_auto_disable enable_wind frame gripper include joint link model plugin pose "
-    "self_collide static",
+    "model": "allow_auto_disable enable_wind frame gripper include joint link model model_state "
+    "plugin pose self_collide static",
     "link": "audio_sink audio_source battery collision enable_wind frame gravity inertial "
     "kinematic light must_be_base_link particle_emitter pose projector self_collide sensor "
     "velocity_decay visual",

@@ -8,7 +8,7 @@ nothing beside them is opened.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from io import BytesIO
 from itertools import islice
@@ -139,17 +139,17 @@ def _without_materials(content: bytes) -> bytes:
     whole = content.replace(b"\r\n", b"\n").replace(b"\\\n", b"")  # lines that go on are joined
     counts = {b"f": 0, b"v": 0, b"vn": 0, b"vt": 0}
     for line in ROW.finditer(whole):
-        kind = line[1]
-        counts[kind] += 1 if kind != b"f" else max(1, _count_words(whole, *line.span(2)) - 2)
+        kind, given = line[1], WORD.finditer(whole, *line.span(2))
+        counts[kind] += 1 if kind != b"f" else max(1, _count(given, MOST_TRIANGLES + 3) - 2)
         if counts[kind] > MOST_TRIANGLES * (1 if kind == b"f" else 3):
             raise ValueError(f"many triangles or corners, {MOST_TRIANGLES} at most are read")
     lines = whole.replace(b"usemtl", b"#").replace(b"mtllib", b"#").splitlines()
     return b"\n".join(line for line in lines if not line.lstrip().startswith(b"#"))
 
 
-def _count_words(content: bytes, start: int, end: int) -> int:
-    """How many words there are, of those that can matter: three more than triangles are read."""
-    return sum(1 for _ in islice(WORD.finditer(content, start, end), MOST_TRIANGLES + 3))
+def _count(words: Iterator[Any], most: int) -> int:
+    """How many there are, ``most`` if there are more."""
+    return sum(1 for _ in islice(words, most))
 
 
 def _without_colours(path: str, content: bytes) -> bytes:
@@ -171,16 +171,13 @@ def _without_colours(path: str, content: bytes) -> bytes:
                 parent.remove(child)
         if _parts(root) > MOST_PARTS:
             raise _damage_error(path, f"it draws more than {MOST_PARTS} parts")
-        given = sum(_count_text_words(each.text or "") for each in root.iter("p"))
+        given = sum(_count(re.finditer(r"\S++", each.text or ""), MOST_INDICES + 1)
+                    for each in root.iter("p"))  # fmt: skip
         if given > MOST_INDICES:
             raise _damage_error(path, f"its triangles have more than {MOST_INDICES} indices")
         return tostring(root)
     except (expat.ExpatError, LookupError, RecursionError) as error:
         raise _damage_error(path, f"it is not XML, or nested too deeply: {error}") from None
-
-
-def _count_text_words(text: str) -> int:
-    return sum(1 for _ in islice(re.finditer(r"\S++", text), MOST_INDICES + 1))
 
 
 def _parts(root: Element) -> int:

@@ -45,8 +45,10 @@ def compiler_script(folder, body):
     """
     script = folder / "cc"
     ask = f'case "$1" in --version | -E) exec {COMPILER} "$@";; esac'
-    script.write_text(f"#!/bin/sh\n{ask}\n{body}\n")
-    script.chmod(script.stat().st_mode | stat.S_IXUSR)
+    whole = script.with_suffix(".new")  # put in place at once: compilations may be starting the last
+    whole.write_text(f"#!/bin/sh\n{ask}\n{body}\n")
+    whole.chmod(whole.stat().st_mode | stat.S_IXUSR)
+    whole.replace(script)
     return str(script)
 
 

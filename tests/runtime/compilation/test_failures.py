@@ -45,7 +45,7 @@ def compiler_script(folder, body):
     """
     script = folder / "cc"
     ask = f'case "$1" in --version | -E) exec {COMPILER} "$@";; esac'
-    whole = script.with_suffix(".new")  # put in place at once: compilations may be starting the last
+    whole = script.with_suffix(".new")  # in place at once: the last may be being started
     whole.write_text(f"#!/bin/sh\n{ask}\n{body}\n")
     whole.chmod(whole.stat().st_mode | stat.S_IXUSR)
     whole.replace(script)

@@ -313,9 +313,10 @@ class Model(Batches):
         lockstep
             Take the steps that a batch in lockstep takes: those of ``"gauss8"`` solve their stages
             one after another, so that a lane holds a member; by itself the slower.  By default only
-            with the name ``"gauss8 in lockstep"``, as of ``batch.method``.  Scenes that the lanes
-            do not take, of over 32 components or with corners or jumps in their equations, run
-            alone in any case: ``sol.method`` says how it ran.
+            with the name ``"gauss8 in lockstep"``, as of ``batch.method``; ``"dop853 in lockstep"``
+            and ``"taylor in lockstep"`` go over to collocation as members do.  Scenes that the
+            lanes do not take, of over 32 components or with corners or jumps in their equations,
+            run alone in any case: ``sol.method`` says how it ran.
         first_step, max_step, max_steps
             First and largest step in s, and the largest number of attempted steps.
         max_bytes

@@ -8,6 +8,5 @@ DATA = ROOT / "benchmarks" / "data"
 
 
 def by(method):
-    """The arguments of a run, or of a batch of such, by a method, or by ``LOCKSTEP``."""
-    together = method == LOCKSTEP
-    return {"method": "gauss8" if together else method, "lockstep": together}
+    """The arguments of a run, or of a batch of such, by a method, alone or in lockstep."""
+    return {"method": method} | ({} if method.endswith("lockstep") else {"lockstep": False})

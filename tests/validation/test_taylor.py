@@ -287,5 +287,5 @@ def test_sines_of_parameters_are_constants():
     sol = model.simulate(5.0, start, method="taylor", rtol=1e-11)
     np.testing.assert_allclose(sol.y[-1], exact, rtol=0, atol=1e-11)
     batch = model.simulate_batch(5.0, [start] * 9, rtol=1e-11, progress=False)
-    assert batch.method == "taylor"
+    assert batch.method == "taylor in lockstep"
     np.testing.assert_array_equal(batch.y[4], sol.y[-1])

@@ -143,9 +143,10 @@ class Batch:
     def method(self) -> str:
         """The method of the members: what ``"auto"`` took, ``"gauss8 in lockstep"`` for example.
 
-        ``model.simulate(..., method=batch.method)`` repeats a member to the last bit.  Where
-        stability limits its steps, ``"auto"`` has gone over to another method: ``batch[i]`` is the
-        member in any case.
+        ``model.simulate(..., method=batch.method)`` repeats a member to the last bit, also one that
+        has gone over from ``"dop853 in lockstep"`` or ``"taylor in lockstep"`` to collocation,
+        where stability limits its steps or beside a critical configuration.  Of stiff members by
+        ``"gauss8 in lockstep"`` only ``batch[i]`` does.
         """
         return self.recipe.policy.method_of_users
 

@@ -56,13 +56,17 @@ class Policy(NamedTuple):
     def arguments(self) -> dict[str, Any]:
         """The arguments of :func:`checked_policy` that give the same policy."""
         told = self.as_dict()
-        told["method"] = "auto" if told.pop("stiff_switch") else self.method_of_users
+        auto = told.pop("stiff_switch") and not self._is_as_member
+        told["method"] = "auto" if auto else self.method_of_users
         told["first_step"] = self.first_step or None
         return told
 
     @property
     def when_stiff(self) -> str:
-        """The method that takes over where stability limits the steps; empty: none."""
+        """The method that takes over where stability limits the steps; empty: none.
+
+        From the explicit pair in lockstep it does so beside critical configurations too.
+        """
         if not self.stiff_switch:
             return ""
         return "gauss8" if self.lockstep else "radau5"
@@ -71,7 +75,13 @@ class Policy(NamedTuple):
     def method_of_users(self) -> str:
         """The name by which a user gets the same steps."""
         name = IN_LOCKSTEP.get(self.method, self.method)
-        return name if name == self.method else name + TOGETHER
+        return name + TOGETHER if name != self.method or self._is_as_member else name
+
+    @property
+    def _is_as_member(self) -> bool:
+        """Whether its code is the same alone, where it does not go over to another method."""
+        same = IN_LOCKSTEP.get(self.method) == self.method
+        return self.lockstep and self.stiff_switch and same
 
 
 def checked_policy(
@@ -101,6 +111,7 @@ def checked_policy(
     tolerance = _checked_rtol(rtol)
     name, together = _alone_or_together(method, lockstep, several)
     code, together = _in_lockstep(system, name, together, tolerance, calls_python)
+    as_member = together and name == code and name != method  # as a member whose method is "auto"
     policy = Policy(
         tolerance,
         None if atol is None else _checked_atol(system, atol),
@@ -110,7 +121,7 @@ def checked_policy(
         checked_count("max_steps", max_steps),
         dense,
         checked_change_point(on_change_point),
-        name == "auto",
+        name == "auto" or as_member,
         checked_positive("max_bytes", max_bytes, infinite=True),
         checkpoints=None if checkpoints is None else checked_positive("checkpoints", checkpoints),
         lockstep=together,

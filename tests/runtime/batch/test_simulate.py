@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import mechc
+from mechc.native._codes import METHODS
 from tests.support import LOCKSTEP, by, scenes
 
 TIMES = np.linspace(0, 2, 9)
@@ -77,7 +78,7 @@ def test_every_method_is_the_same_in_a_batch(model, regular, method):
     assert np.array_equal(sol.y[-1], batch.y[0])
 
 
-@pytest.mark.parametrize("method", ["dop853", LOCKSTEP])
+@pytest.mark.parametrize("method", ["dop853", "dop853 in lockstep", LOCKSTEP])
 def test_members_abreast_are_single_runs_whether_they_meet_change_points_or_not(model, method):
     """l_3 = 4 m passes one; beside it runs leave the lanes, each when it must, and come back."""
     length = np.concatenate([np.linspace(3.5, 4.5, 11), 4 + np.logspace(-3, -7, 5), [4.0, 4.0]])
@@ -402,10 +403,10 @@ def pendulum():
 @pytest.mark.parametrize(
     ("name", "rtol", "taken"),
     [
-        ("four_bar", 1e-6, "dop853"),
+        ("four_bar", 1e-6, "dop853 in lockstep"),
         ("four_bar", 1e-9, "gauss8 in lockstep"),
-        ("pendulum", 1e-6, "taylor"),
-        ("pendulum", 1e-9, "taylor"),
+        ("pendulum", 1e-6, "taylor in lockstep"),
+        ("pendulum", 1e-9, "taylor in lockstep"),
     ],
 )
 def test_a_member_is_repeated_by_the_method_that_the_batch_took(name, rtol, taken):
@@ -420,6 +421,23 @@ def test_a_member_is_repeated_by_the_method_that_the_batch_took(name, rtol, take
         np.testing.assert_array_equal(batch[member].y[-1], batch.y[member])
         exact = model.simulate(2.0, starts[member], rtol=1e-12).y[-1]
         np.testing.assert_allclose(batch.y[member], exact, rtol=0, atol=100 * rtol)
+
+
+def test_beside_a_change_point_collocation_takes_over_from_the_pair():
+    model = mechc.load("four_bar")
+    start = model.assemble({"theta_0": "85deg"})
+    names = {number: name for name, number in METHODS.items()}
+
+    def taken(method):
+        sol = model.simulate(3.0, start, rtol=1e-6, method=method)
+        return [names[number] for number in sol.record.last.steps.methods()]
+
+    methods = taken("dop853 in lockstep")
+    first = methods.index("gauss8")
+    assert set(methods[:first]) == {"dop853"}
+    assert set(methods[first:]) <= {"gauss8", "dop853"}  # the pair bridges crossings
+    assert methods[-1] == "gauss8"
+    assert taken("dop853")[-1] == "dop853"
 
 
 def test_members_with_sensitivities_are_runs_of_their_own(pendulum):

@@ -65,13 +65,21 @@ MECHC_STATIC const mechc_method *mechc_for_stiff(const mechc_integration *run)
     return run->method == method ? run->methods[MECHC_RADAU5] : method;
 }
 
+/* Whether a run that meets critical configurations continues by another method: each step beside one is
+ * examined, and collocation takes the fewest. */
+MECHC_STATIC int mechc_leaves_pair(const mechc_integration *run)
+{
+    return run->when_stiff == MECHC_GAUSS8 && run->method->number == MECHC_DOP853
+        && run->head.stats.critical_gap < HUGE_VAL;
+}
+
 /* Begin a trial of the implicit method, or end one that it has lost; 0 without memory. */
 MECHC_STATIC int mechc_change_method(mechc_integration *run)
 {
     const int back = run->goes_back;
     run->goes_back = 0;
     if (back) return mechc_use_method(run, run->methods[run->left->number]);
-    if (run->stiff < MECHC_STIFF << run->trials) return 1;
+    if (run->stiff < MECHC_STIFF << run->trials && !mechc_leaves_pair(run)) return 1;
     const mechc_method *next = mechc_for_stiff(run);
     if (next->number == MECHC_RADAU5) {
         run->pace = mechc_pace(run, 0.0);

@@ -124,7 +124,8 @@ def save_figure(
     It is laid out once and rounded, since the last bits of the layout's solver differ between runs.
     """
     with _matplotlib().rc_context(STYLE):
-        figure.draw_without_rendering()
+        if engine := figure.get_layout_engine():
+            engine.execute(figure)
         figure.set_layout_engine(None)  # a placeholder engine would draw twice on every save
     for axes in figure.axes:
         left, bottom, width, height = np.round(axes.get_position(original=True).bounds, 4)

@@ -78,7 +78,7 @@ def state_as_given(system: System, y0: Array, values: Array, t0: float) -> Array
 def _flat_state(system: System, y0: Array) -> Array:
     state = doubles(y0, "y0")
     width = system.scene.width
-    if state.size == width:
+    if system.attitudes.quaternions and state.size == width:
         system.attitudes.check(state.ravel())
     if state.shape == (width,):
         return state

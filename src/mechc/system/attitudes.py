@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -35,7 +36,7 @@ class Attitudes:
         kinds = (data.get(kind, ()) for kind in ("quaternions", "unit_quaternions"))
         return cls(names, *(tuple(tuple(places) for places in kind) for kind in kinds))
 
-    @property
+    @cached_property
     def quaternions(self) -> Places:
         """The places of the components of every quaternion."""
         return self.multiples + self.of_length_one

@@ -177,7 +177,7 @@ def _status(
 ) -> Status:  # fmt: skip
     """The status of a run that ended, with its warnings."""
     bad, driven = record.stats["coordinate"], system.driven
-    crossed = any([piece.steps.crossings for piece in record.pieces])  # a list is the faster
+    crossed = any(piece.steps.crossings for piece in record.pieces)
     status = status_of(
         code,
         record.pieces[-1].span[1],

@@ -8,7 +8,10 @@
 #endif
 #include "dynamics/sizes.h"
 #if MECHC_TAYLOR_SERIES
+#include <string.h>
 #include "series/coefficients.h"
+#include "series/dense_terms.h"
+#include "simd/vector.h"
 #include "simd/rough.h"
 
 #define MECHC_ROUGH_EXCESS 0.2288 /* of f (1 - f), in 1 + f over 2^f */
@@ -116,6 +119,37 @@ MECHC_INLINE void FN(taylor_end)(real (*rows)[MECHC_SERIES], int order, real s,
     }
 }
 
+/* Rows of the dense output of one component from the terms of its series, small terms first. */
+MECHC_INLINE void FN(dense_rows)(const real *terms, int order, int count, real *dense)
+{
+#if R_VECTOR
+    real pairs[MECHC_DENSE_PAIRS][2];
+    memset(pairs, 0, sizeof pairs);
+    for (int k = order - 1; k >= 0; k--)
+        for (int m = 0; m <= k / 2; m++) {
+            const real number = R(mechc_dense_of_terms[k][m]);
+            pairs[m][0] = R_FMA(terms[k], number, pairs[m][0]);
+            pairs[m][1] = R_FMA(-terms[k + 1], number, pairs[m][1]);
+        }
+    for (int n = 0; n < count; n++) dense[n * MECHC_NX] = pairs[n / 2][n % 2];
+#else
+    union {
+        mechc_vector vector[MECHC_DENSE_PAIRS / MECHC_LANES];
+        double number[MECHC_DENSE_PAIRS];
+    } even = {{{0}}}, odd = {{{0}}};
+    for (int k = order - 1; k >= 0; k--) {
+        const mechc_vector *numbers = (const mechc_vector *)mechc_dense_of_terms[k];
+        const mechc_vector here = mechc_spread(terms[k]), next = mechc_spread(-terms[k + 1]);
+        for (int m = 0; m <= k / 2 / MECHC_LANES; m++) {
+            even.vector[m] = mechc_fused(here, numbers[m], even.vector[m]);
+            odd.vector[m] = mechc_fused(next, numbers[m], odd.vector[m]);
+        }
+    }
+    for (int n = 0; n < count; n++)
+        dense[n * MECHC_NX] = (n % 2 ? odd.number : even.number)[n / 2];
+#endif
+}
+
 /* Rates that the equations give are those of the speeds, where q' is u. */
 #define MECHC_TAYLOR_FIRST_RATE (MECHC_IDENTITY_KINEMATICS ? MECHC_NQ : 0)
 
@@ -146,22 +180,15 @@ MECHC_INLINE real FN(taylor_defect)(real (*rows)[MECHC_SERIES], int order, real 
     return sum * (1.0 / (count * most * most));
 }
 
-/* The polynomial in the form of the dense output (run/dense_output.h) over a step of s: p = s r0 +
- * s (1 - s) (r1 + s (...)), by divisions by s and by s - 1 in turn. */
+/* The polynomial in the form of the dense output over a step of s. */
 MECHC_INLINE void FN(taylor_dense)(real (*rows)[MECHC_SERIES], int order, real s,
                                    const real *end, int count, real *dense)
 {
     for (int i = 0; i < MECHC_NX; i++) {
-        real terms[MECHC_TAYLOR_MOST], power = s;
+        real terms[MECHC_TAYLOR_MOST + 1], power = s;
         for (int k = 0; k < order; k++, power *= s) terms[k] = rows[k + 1][i] * power;
-        for (int n = 0; n < count; n++) {
-            const int left = order - n; /* of the terms n .. order - 1 */
-            if (left > 0 && n % 2 == 0)
-                for (int k = order - 2; k >= n; k--) terms[k] = terms[k] + terms[k + 1];
-            dense[n * MECHC_NX + i] = left > 0 ? terms[n] : R(0.0);
-            if (n % 2 == 0)
-                for (int k = n + 1; k < order; k++) terms[k] = -terms[k];
-        }
+        terms[order] = R(0.0);
+        FN(dense_rows)(terms, order, count, dense + i);
         dense[i] = end[i] - rows[0][i]; /* to the last digit */
     }
 }

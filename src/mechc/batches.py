@@ -191,7 +191,7 @@ class Batches(Fits):
             system, rtol=rtol, atol=atol, method=method, first_step=first_step, max_step=max_step,
             max_steps=max_steps, dense=True, on_change_point=on_change_point, lockstep=lockstep,
             several=not (given.controllers or by_names),  # else members run one after another
-            calls_python=bool(given.functions),
+            calls_python=bool(given.functions), by_series=not by_names,
         )  # fmt: skip
         recipe = checked_recipe(
             system, span, y0, params, times, states, asked, reductions,

@@ -307,8 +307,9 @@ class Model(Batches):
             ``"radau5"`` (Radau IIA of order 5, for stiff scenes), ``"taylor"`` (Taylor series of
             the motion, of an order that follows from rtol, for small scenes without constraints,
             tables and inputs, whose equations are analytic), or ``"auto"``: ``"gauss8"``, or
-            ``"dop853"`` where the equations have kinks (``Abs``), and ``"radau5"`` where stability
-            limits the steps.  SciPy's names of the same methods are taken too: ``"RK45"``,
+            ``"dop853"`` where the equations have kinks (``Abs``), or ``"taylor"`` for short runs of
+            small scenes with a diagonal mass matrix, and ``"radau5"`` where stability limits the
+            steps.  SciPy's names of the same methods are taken too: ``"RK45"``,
             ``"DOP853"``, ``"Radau"``.
         lockstep
             Take the steps that a batch in lockstep takes: those of ``"gauss8"`` solve their stages
@@ -390,7 +391,7 @@ class Model(Batches):
             max_steps=max_steps,
             dense=bool(dense or keeps or times is not None or chosen or len(sensitivities)),
             on_change_point=on_change_point, max_bytes=max_bytes, checkpoints=checkpoints,
-            lockstep=lockstep,
+            lockstep=lockstep, by_series=not (by or keeps),
         )  # fmt: skip
         if by:
             system.differentiable()  # else an error would come after the run
@@ -493,6 +494,7 @@ class Model(Batches):
         policy = checked_policy(
             system, rtol=rtol, atol=atol, method=method, first_step=None, max_step=max_step,
             max_steps=max_steps, dense=system.scene.holonomic > 0, on_change_point=on_change_point,
+            by_series=False,  # its runs may be long, and are not known before
         )  # fmt: skip
         if isinstance(y0, Mapping):
             y0 = model._start(y0, p, start)

@@ -35,11 +35,14 @@ from mechc_codegen.emit.units.block_elimination import BlockElimination
 from mechc_codegen.ir.program import (
     SWITCHING,
     Program,
+    Series,
     equation_values,
     operations,
     slice_statements,
     symbols_of,
 )
+
+MOST_SUMS_ALONE = 16  # of Taylor series that lead where one run has the lanes for itself
 
 
 def scene_metadata(
@@ -102,7 +105,7 @@ def scene_metadata(
         ),
         # Number of switching functions; none if they do not show every corner and jump.
         **({"switches": len(functions.outputs[SWITCHING].elements)} if switched else {}),
-        **({"taylor": {"sums": program.series.sums}} if program.series else {}),
+        **({"taylor": _series(program.series)} if program.series else {}),
         "lockstep": functions.fits_lanes,
         "identity_kinematics": equations.identity_kinematics,
         "closing": _closing(parameters, lowered, equations),
@@ -363,6 +366,13 @@ def _row_blocks(functions: SceneFunctions) -> dict[str, Any]:
             "together": orthogonal_operations(len(form.jacobian), len(form.mass)),
         }
     }
+
+
+def _series(series: Series) -> dict[str, Any]:
+    """How much work an order is, and whether that is so little that a run by itself is the faster
+    by its Taylor series (``mechc bench default``): in lanes linear equations cost less."""
+    few = series.sums <= MOST_SUMS_ALONE
+    return {"sums": series.sums, "leads_alone": few and not series.couples_speeds}
 
 
 def _loads(mechanism: Mechanism, request: OutputRequest) -> dict[str, int]:

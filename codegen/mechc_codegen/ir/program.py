@@ -127,6 +127,13 @@ class Series:
         left = set(self.needed_operations) - dict(self.integrals).keys()
         return sum(self.operations[n].kind not in LINEAR for n in left)
 
+    @property
+    def couples_speeds(self) -> bool:
+        """Whether M is not diagonal, so that each order takes the solution of linear equations."""
+        size = len(self.forcing)
+        places = (i * size + j for i in range(size) for j in range(size) if i != j)
+        return not all(self.is_number(self.mass[place], 0) for place in places)
+
     def is_constant(self, number: int) -> bool:
         return self.operations[number].kind == "constant"
 

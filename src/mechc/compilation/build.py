@@ -50,7 +50,10 @@ def compile_described(
         if FIRST_UNIT not in seconds:
             seconds["load"] = time.perf_counter() - started
         origin = replace(origin, description=described)
-        _compiled[key] = system_with(scene, replace(reference, key=key), seconds, origin)
+        system = system_with(scene, replace(reference, key=key), seconds, origin)
+        if ahead and FIRST_UNIT in seconds:
+            parts.begin("taylor" if system.prefers_series else "collocation")
+        _compiled[key] = system
     found = _compiled[key]
     found.origin = found.origin or origin  # one that was found by its key has none
     return found
@@ -125,7 +128,4 @@ def _first(parts: Parts, built: Callable[[], Any], *, ahead: bool) -> Any:
             time_stage(seconds, FIRST_UNIT, lambda: entries.make_outputs_only(scene, folder))
 
     with Notice("looking for the compiled model ..."):  # another process may be making it
-        first = entries.load_or_make(cache.part_key(parts.key, FIRST), make)
-    if ahead and FIRST_UNIT in seconds:
-        parts.begin("collocation")
-    return first
+        return entries.load_or_make(cache.part_key(parts.key, FIRST), make)

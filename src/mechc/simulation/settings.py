@@ -27,6 +27,7 @@ METHODS_OF_USERS = tuple(name for name in METHODS if IN_LOCKSTEP.get(name, name)
 # In lanes: sums of a Taylor series that leads, and the least rtol at which the explicit pair does.
 MOST_SUMS, LEAST_OF_PAIR, LEAST_OF_PAIR_FIRST_ORDER = 32, 1e-8, 1e-12
 TOGETHER = " in lockstep"  # after the name of a method whose steps are others there
+BEGINNING = "auto from "  # before the name of the method that "auto" took, in files
 SCIPYS = {"RK45": "dopri5", "DOP853": "dop853", "Radau": "radau5"}  # its names of the same methods
 
 
@@ -57,7 +58,8 @@ class Policy(NamedTuple):
         """The arguments of :func:`checked_policy` that give the same policy."""
         told = self.as_dict()
         auto = told.pop("stiff_switch") and not self._is_as_member
-        told["method"] = "auto" if auto else self.method_of_users
+        begun = "auto" if self.lockstep else BEGINNING + self.method
+        told["method"] = begun if auto else self.method_of_users
         told["first_step"] = self.first_step or None
         return told
 
@@ -89,10 +91,12 @@ def checked_policy(
     max_step: float, max_steps: int, dense: bool, on_change_point: str,
     max_bytes: float = LARGEST_TRAJECTORY, checkpoints: float | None = None,
     lockstep: bool | None = None, several: bool = False, calls_python: bool = False,
+    by_series: bool = True,
 ) -> Policy:  # fmt: skip
     """The policy of a run or a batch; the last one of a system is kept.
 
     ``calls_python``: whether inputs besides those of the system are functions of Python.
+    ``by_series``: whether ``"auto"`` may take Taylor series.
     ``lockstep=None``: as the method's name says, and with ``several`` runs where the method has
     it, and the scene.
 
@@ -103,15 +107,19 @@ def checked_policy(
         say another than ``lockstep``.
     """
     asked = (rtol, method, first_step, max_step, max_steps, dense, on_change_point, max_bytes,
-             checkpoints, lockstep, several, calls_python)  # fmt: skip
+             checkpoints, lockstep, several, calls_python, by_series)  # fmt: skip
     known = system.cache.get("policy")
     if known is not None and atol is None and _are_equal(known[0], asked):
         kept: Policy = known[1]
         return kept
     tolerance = _checked_rtol(rtol)
-    name, together = _alone_or_together(method, lockstep, several)
+    begun = isinstance(method, str) and method.startswith(BEGINNING)
+    given = method.removeprefix(BEGINNING) if begun else method
+    name, together = _alone_or_together(given, lockstep, several and not begun)
     code, together = _in_lockstep(system, name, together, tolerance, calls_python)
-    as_member = together and name == code and name != method  # as a member whose method is "auto"
+    if name == "auto" and code == "gauss8" and system.prefers_series and by_series:
+        code = "taylor"
+    as_member = together and name == code and name != given  # as a member whose method is "auto"
     policy = Policy(
         tolerance,
         None if atol is None else _checked_atol(system, atol),
@@ -121,7 +129,7 @@ def checked_policy(
         checked_count("max_steps", max_steps),
         dense,
         checked_change_point(on_change_point),
-        name == "auto" or as_member,
+        name == "auto" or as_member or begun,
         checked_positive("max_bytes", max_bytes, infinite=True),
         checkpoints=None if checkpoints is None else checked_positive("checkpoints", checkpoints),
         lockstep=together,

@@ -188,6 +188,12 @@ class System(Description):
         other.data = {**self.data, "start": dict(start)}
         return other
 
+    @property
+    def prefers_series(self) -> bool:
+        """Whether ``method="auto"`` takes Taylor series for a run by itself."""
+        series = self.data.get("taylor") or {}
+        return bool(series.get("leads_alone")) and not self.data.get("switches")
+
     def wait(self, *, batches: bool = True) -> None:
         """Return when what runs, or also batches, need is in the cache for other processes."""
         self.scene.wait(batches)

@@ -129,6 +129,17 @@ MECHC_STATIC int mechc_taylor_stays_alone(const mechc_integration *run)
     return mechc_taylor_of(run)->past_zero == run->head.t;
 }
 
+/* Leave a run by itself that will be long to collocation, if the method may change: that is symmetric, and its
+ * errors do not add up to a drift. */
+MECHC_STATIC int mechc_taylor_leaves_long(mechc_integration *run, double reach)
+{
+    const int alone = run->when_stiff == MECHC_RADAU5 && run->method->number == MECHC_TAYLOR;
+    const double left = fabs(run->t1 - run->head.t);
+    if (!alone || run->head.stats.steps || !(left > MECHC_TAYLOR_LONG * reach)) return 0;
+    if (mechc_use_method(run, run->methods[MECHC_GAUSS8])) return 1;
+    return !mechc_use_method(run, run->methods[MECHC_TAYLOR]); /* without memory */
+}
+
 /* Lengthen or shorten the step to what the series allows. */
 MECHC_STATIC void mechc_taylor_plan(mechc_integration *run)
 {
@@ -141,6 +152,7 @@ MECHC_STATIC void mechc_taylor_plan(mechc_integration *run)
     const int grows = !run->refused && run->head.stats.steps > 0;
     const double most = grows ? run->current->growth * run->step : run->step;
     const double reach = fabs(w->scale) * mechc_scalar_taylor_reach(w->sizes, w->order);
+    if (mechc_taylor_leaves_long(run, reach)) return;
     w->bound = reach < most;
     run->step = w->bound ? reach : most;
     mechc_taylor_keep_branches(run, w);

@@ -81,6 +81,7 @@
 
 #define MECHC_TAYLOR_GROWTH 8.0 /* where the last terms vanish */
 #define MECHC_TAYLOR_OVERFLOWS 1e-3 /* of a step whose terms overflow, the next one */
+#define MECHC_TAYLOR_LONG 256 /* steps: over more of them the phase drifts by more than is tolerated */
 #define MECHC_TAYLOR_LOOK 4 /* a look at stability costs up to a third of a step: one of so many, until it limits one */
 
 MECHC_STATIC int mechc_taylor_rows(const mechc_integration *run)

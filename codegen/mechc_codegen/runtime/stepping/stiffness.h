@@ -65,7 +65,7 @@ MECHC_STATIC const mechc_method *mechc_for_stiff(const mechc_integration *run)
     return run->method == method ? run->methods[MECHC_RADAU5] : method;
 }
 
-/* Whether a run that meets critical configurations continues by another method: each step beside one is
+/* Whether a run of members that meets critical configurations continues by collocation: each step beside one is
  * examined, and collocation takes the fewest. */
 MECHC_STATIC int mechc_leaves_pair(const mechc_integration *run)
 {

@@ -7,7 +7,7 @@ cdef extern from "abi/model.h":
     int MECHC_ABI, MECHC_COUNTS, MECHC_LEASTS
     const char *MECHC_CAPSULE
     int MECHC_PART_DRIVER, MECHC_PART_COLLOCATION, MECHC_PART_EXPLICIT, MECHC_PART_IMPLICIT
-    int MECHC_PART_OUTPUTS, MECHC_PART_TAYLOR, MECHC_PART_SWEEPS, MECHC_PART_DERIVATIVES
+    int MECHC_PART_OUTPUTS, MECHC_PART_TAYLOR, MECHC_PART_TAYLOR_LANES, MECHC_PART_SWEEPS, MECHC_PART_DERIVATIVES
     int MECHC_ALL_PARTS
     int MECHC_DOP853
     int MECHC_RUNNING, MECHC_FINISHED, MECHC_INTERRUPTED, MECHC_MEMORY_LIMIT
@@ -166,6 +166,7 @@ cdef extern from "abi/join_parts.h":
 
     void mechc_join(mechc_joined *, const mechc_unit *, int) noexcept nogil
     int mechc_part_of_method(int) noexcept nogil
+    int mechc_part_of_members(int) noexcept nogil
 
 cdef extern from "abi/large_stack.h":
     ctypedef struct mechc_on_stack:

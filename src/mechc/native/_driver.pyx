@@ -19,7 +19,7 @@ from libc.stdlib cimport calloc, free
 from libc.string cimport memcpy
 from mechc.native._abi cimport (
     MECHC_ABI, MECHC_ALL_PARTS, MECHC_CAPSULE, MECHC_PART_COLLOCATION, MECHC_PART_DERIVATIVES,
-    MECHC_PART_DRIVER, MECHC_PART_EXPLICIT, MECHC_PART_IMPLICIT, MECHC_PART_OUTPUTS, MECHC_PART_TAYLOR, MECHC_PART_SWEEPS, mechc_given, mechc_join, mechc_joined, mechc_model, mechc_output, mechc_part, mechc_part_of_method, mechc_rows, mechc_stack_left,
+    MECHC_PART_DRIVER, MECHC_PART_EXPLICIT, MECHC_PART_IMPLICIT, MECHC_PART_OUTPUTS, MECHC_PART_SWEEPS, MECHC_PART_TAYLOR, MECHC_PART_TAYLOR_LANES, mechc_given, mechc_join, mechc_joined, mechc_model, mechc_output, mechc_part, mechc_part_of_method, mechc_rows, mechc_stack_left,
     mechc_stack_of, mechc_stack_of_output, mechc_unit
 )
 from mechc.native._inputs cimport Inputs, address_of, mechc_inputs
@@ -67,7 +67,9 @@ cdef extern from *:
 PARTS = {
     mechc_part_rows[i].name.decode().lower(): mechc_part_rows[i].bit for i in range(mechc_part_count)
 }
-FOR_BATCHES = MECHC_ALL_PARTS & ~MECHC_PART_DERIVATIVES & ~(MECHC_PART_TAYLOR | MECHC_PART_SWEEPS)
+FOR_BATCHES = MECHC_ALL_PARTS & ~(
+    MECHC_PART_DERIVATIVES | MECHC_PART_TAYLOR | MECHC_PART_TAYLOR_LANES | MECHC_PART_SWEEPS
+)
 FOR_RUNS = MECHC_PART_DRIVER | MECHC_PART_COLLOCATION  # as most are
 
 

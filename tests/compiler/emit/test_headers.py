@@ -77,7 +77,7 @@ def test_parts_compile_together(tmp_path: Path) -> None:
     request = OutputRequest(frozenset({"energy", "multipliers", "sensitivities"}))
     build_scene(window_row(3), (BASELINE,), request).write(tmp_path)
     parts = re.findall(r"X\((\w+)\)", (RUNTIME / "abi" / "parts.h").read_text("utf-8"))
-    assert len(parts) == 8
+    assert len(parts) == 9
     for pair in combinations(parts, 2):
         chosen = "|".join(part_flags(part)[0].partition("=")[2] for part in pair)
         flags = (f"-DMECHC_UNIT_PARTS=({chosen})", "-DMECHC_UNIT=baseline")

@@ -38,7 +38,7 @@ static inline void mechc_join(mechc_joined *joined, const mechc_unit *part, int 
     MECHC_TAKE(covary);
     MECHC_TAKE(project_columns);
 #undef MECHC_TAKE
-    joined->parts |= parts;
+    joined->parts |= parts & MECHC_PART_TAYLOR_LANES ? parts | MECHC_PART_TAYLOR : parts;
 }
 
 /* The part that contains the code of a method. */
@@ -47,4 +47,10 @@ static inline int mechc_part_of_method(int method)
 #define MECHC_METHOD_PART(name, NUMBER, number, PART, ...) MECHC_PART_##PART,
     static const int parts[] = {MECHC_METHOD_TABLE(MECHC_METHOD_PART)};
     return parts[method];
+}
+
+/* The part that contains the code for several runs of a method in the lanes. */
+static inline int mechc_part_of_members(int method)
+{
+    return method == MECHC_TAYLOR ? MECHC_PART_TAYLOR_LANES : mechc_part_of_method(method);
 }

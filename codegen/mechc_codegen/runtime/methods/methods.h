@@ -28,7 +28,7 @@ static const mechc_method mechc_gauss8_lockstep = {MECHC_GAUSS8_LOCKSTEP_TRAITS}
 #else
 static const mechc_method mechc_radau5 = {MECHC_RADAU5_TRAITS};
 #endif
-#if MECHC_TAYLOR_SERIES && MECHC_HAS(TAYLOR)
+#if MECHC_TAYLOR_SERIES && (MECHC_HAS(TAYLOR) || MECHC_HAS(TAYLOR_LANES))
 #include "methods/taylor.h"
 #else
 static const mechc_method mechc_taylor = {MECHC_TAYLOR_TRAITS};
@@ -42,7 +42,8 @@ MECHC_METHOD_TABLE(MECHC_DEFINE_METHOD)
 
 /* The table entry of a method: traits alone if its code is not in this part but the driver is. */
 #define MECHC_METHOD_HERE(name, NUMBER, number, PART, ...)                                        \
-    [number] = (MECHC_HAS(DRIVER) || MECHC_HAS(PART))                                             \
+    [number] = (MECHC_HAS(DRIVER) || MECHC_HAS(PART)                                              \
+                || (number == MECHC_TAYLOR && MECHC_HAS(TAYLOR_LANES)))                           \
                    && (number != MECHC_TAYLOR || MECHC_TAYLOR_SERIES) ? &mechc_##name : 0,
 static const mechc_method *const mechc_methods[MECHC_METHODS] = {
     MECHC_METHOD_TABLE(MECHC_METHOD_HERE)

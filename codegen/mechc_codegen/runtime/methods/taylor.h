@@ -8,16 +8,23 @@
 #include "dynamics/sizes.h"
 #if MECHC_TAYLOR_SERIES
 
+#if MECHC_HAS(TAYLOR_LANES)
 #include "methods/taylor_lanes.h"
+#else
+#define mechc_taylor_together 0
+#endif
 #include "methods/traits.h"
 #include "run/integration.h"
 #include "run/method.h"
 #include "run/rates.h"
+#include "dynamics/scalar_stage.h"
 #include "simd/bind_scalar.h"
+#include "dynamics/alone.h"
 #include "series/step.h"
 #include "simd/unbind.h"
 #include "series/first_zero.h"
 #include "stepping/control.h"
+#include "stepping/stiffness.h"
 
 typedef struct {
     double rows[MECHC_TAYLOR_MOST + 1][MECHC_SERIES];

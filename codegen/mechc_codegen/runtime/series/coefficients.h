@@ -15,10 +15,10 @@
 #include "dynamics/sizes.h"
 #if MECHC_TAYLOR_SERIES
 #include "dynamics/given.h"
+#include "series/spread.h"
 #include "series/few_sums.h"
 #include "series/many_sums.h"
 #include "series/order.h"
-#include "series/spread.h"
 #include "scene_series.h"
 
 /* Compute the rows up to the order `last`.  With few series the current row stays in registers, since the

@@ -63,9 +63,9 @@ def test_one_that_was_compiled_moves_as_it_should(fresh):
         *("read", "describe", "derive", "differentiate", "optimize", "sensitivity", "series"),
         "emit",
     }
-    assert set(model.build["seconds"]) == stages | {"first unit", "driver", "collocation"}
+    assert set(model.build["seconds"]) == stages | {"first unit", "driver", "taylor"}
     assert min(model.build["seconds"].values()) >= 0.0
-    assert "collocation: " in model.report()
+    assert "taylor: " in model.report()
 
 
 def test_it_can_be_used_before_all_of_it_is_compiled(fresh, monkeypatch):
@@ -81,7 +81,7 @@ def test_it_can_be_used_before_all_of_it_is_compiled(fresh, monkeypatch):
         model._evaluate("nothing", [0.3, 0.1], None, 0.0)
     begin.set()
     assert model.simulate(1.0, [0.3, 0.1]).status.ok
-    assert compiled_parts() == {"first", "driver", "collocation"}
+    assert compiled_parts() == {"first", "driver", "taylor"}
     np.testing.assert_allclose(model.rhs(0.0, [0.3, 0.1]), first[0], rtol=1e-15)
 
 

@@ -123,4 +123,4 @@ def test_compiling_says_what_it_does(fresh, monkeypatch, capsys):
     compiled = [line for line in capsys.readouterr().err.splitlines() if line]
     assert "compiling rates and outputs of pendulum ..." in compiled
     model.simulate(0.1, [0.3, 0.1])
-    assert "compiling the integrator (driver, collocation) ..." in capsys.readouterr().err
+    assert "compiling the integrator (driver, taylor) ..." in capsys.readouterr().err

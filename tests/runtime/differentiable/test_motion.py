@@ -49,7 +49,7 @@ def test_the_end_is_pulled_back_by_the_adjoint(pendulum):
     y0, names = np.array([0.8, 0.3]), ["l_0", "y0", "g"]
     end, pull = pendulum.vjp(2.0, y0, by=names)
     every, forwards = pendulum.vjp(TIMES, y0, by=names)
-    np.testing.assert_array_equal(end, every[-1])
+    np.testing.assert_allclose(end, every[-1], rtol=1e-10)  # by a series, by collocation
     weights = np.array([0.4, -1.3])
     wanted = forwards(np.array([[0.0, 0.0], [0.0, 0.0], weights]))
     for name, found in pull(weights).items():
@@ -61,7 +61,7 @@ def test_the_end_is_pulled_back_by_the_adjoint(pendulum):
 def test_one_time_is_the_end(pendulum):
     y, moved = pendulum.jvp(2.0, START, along={"l_0": 1.0})
     assert y.shape == moved.shape == (2,)
-    np.testing.assert_array_equal(y, pendulum.simulate(2.0, START).y[-1])
+    np.testing.assert_array_equal(y, pendulum.simulate(2.0, START, method="gauss8").y[-1])
 
 
 @pytest.mark.parametrize("times", [0.0, [0.0], [0.0, 0.5]])

@@ -10,8 +10,6 @@
 
 #if MECHC_HAS(TAYLOR_LANES)
 #include "methods/taylor_lanes.h"
-#else
-#define mechc_taylor_together 0
 #endif
 #include "methods/traits.h"
 #include "run/integration.h"
@@ -245,7 +243,9 @@ static const mechc_method mechc_taylor = {
     .work_size = sizeof(mechc_taylor_work),
     .make = mechc_taylor_make,
     .enter = mechc_taylor_enter,
+#if MECHC_HAS(TAYLOR_LANES)
     .together = mechc_taylor_together,
+#endif
     .plan = mechc_taylor_plan,
     .accept = mechc_taylor_accept,
     .stays_alone = mechc_taylor_stays_alone,

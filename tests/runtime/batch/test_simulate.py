@@ -90,6 +90,7 @@ def test_members_abreast_are_single_runs_whether_they_meet_change_points_or_not(
         10.0, start, {"l_3": length}, t_eval=[5.0], reduce="max(theta_2)", threads=2, **asked
     )
     assert batch["change_points"][-1] >= 4
+    assert batch.ok.all()
     for name in ("y", "t", "status", "steps", "rejected", "rhs_evaluations", "least_singular"):
         assert np.array_equal(batch[name], dense[name]), name
     for member in range(len(batch)):

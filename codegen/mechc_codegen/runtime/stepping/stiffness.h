@@ -66,10 +66,10 @@ MECHC_STATIC const mechc_method *mechc_for_stiff(const mechc_integration *run)
 }
 
 /* Whether a run of members that meets critical configurations continues by collocation: each step beside one is
- * examined, and collocation takes the fewest. */
+ * examined, and collocation takes the fewest.  Bends are left to the pair. */
 MECHC_STATIC int mechc_leaves_pair(const mechc_integration *run)
 {
-    return run->when_stiff == MECHC_GAUSS8 && run->method->number == MECHC_DOP853
+    return run->when_stiff == MECHC_GAUSS8 && run->method->number == MECHC_DOP853 && !run->resumed
         && run->head.stats.critical_gap < HUGE_VAL;
 }
 

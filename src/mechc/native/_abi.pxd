@@ -61,6 +61,7 @@ cdef extern from "abi/model.h":
         int coordinate
         long examined
         double critical_gap, critical_time, rounding
+        int left_series
 
     ctypedef struct mechc_trajectory:
         ptrdiff_t count, capacity

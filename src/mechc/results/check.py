@@ -214,7 +214,7 @@ def check(sol: Trajectory, judge: Judge) -> Check:
 
 def _methods(sol: Trajectory) -> tuple[str, ...]:
     """Of the other motions: the most exact one, and, where it is that of this one, another."""
-    own = sol.policy.method_of_users.split()[0]
+    own = sol.method.split()[0]
     smooth = sol.system.data.get("smooth", True) and not _functions(sol)
     best, other = ("gauss8", "dop853") if own == "radau5" or smooth else ("dop853", "dopri5")
     if own != best:

@@ -154,7 +154,7 @@ def json_summary(sol: Trajectory) -> dict[str, Any]:
         "mechanism": sol.system.name,
         "t_end": float(sol.status.t),
         "rtol": sol.policy.rtol,
-        "method": sol.policy.method_of_users,
+        "method": sol.method,
         "coordinates": list(sol.system.coordinates),
         "speeds": list(sol.system.speeds),
         "q_end": sol.y[-1, :width].tolist(),

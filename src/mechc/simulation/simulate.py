@@ -122,6 +122,8 @@ def _run_to_end(
     wall = time.perf_counter() - started + (0.0 if before is None else before.stats["wall_s"])
     stats = {**record.stats, "wall_s": wall, "method": policy.method_of_users}
     del stats["coordinate"]
+    if stats.pop("left_series"):
+        stats["method"] = "gauss8"
     if events is not None:
         stats["lowered_impacts"] = motion.notes()[1][0]
     found = () if events is None else event_records(events, motion, system.scene.width)

@@ -49,7 +49,7 @@ class Trajectory:
     @property
     def method(self) -> str:
         """The method of the run: what ``"auto"`` took."""
-        return self.policy.method_of_users
+        return str(self.stats["method"])
 
     @cached_property
     def _history(self) -> tuple[Array, Array]:

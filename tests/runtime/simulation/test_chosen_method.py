@@ -43,6 +43,7 @@ def test_long_runs_are_left_to_collocation_before_the_first_step(pendulum):
     """It is symmetric: the phase of a series drifts with the square of the time."""
     sol = pendulum.simulate(200.0, [1.0, 0.0], rtol=1e-9)
     assert taken(sol) == {"gauss8"}
+    assert sol.method == "gauss8"
     assert taken(pendulum.simulate(200.0, [1.0, 0.0], rtol=1e-9, method="taylor")) == {"taylor"}
     exact = pendulum.simulate(200.0, [1.0, 0.0], rtol=1e-13, method="gauss8")
     np.testing.assert_allclose(sol.y[-1], exact.y[-1], rtol=0, atol=1e-9)

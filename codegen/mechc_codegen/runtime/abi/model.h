@@ -7,7 +7,7 @@
 #include "run.h"
 #include "variation.h"
 
-#define MECHC_ABI 18
+#define MECHC_ABI 19
 #define MECHC_CAPSULE "mechc.model.10"
 
 /* Arrays of states are walked with a stride in doubles; stride 0 repeats one row. */

@@ -59,6 +59,7 @@ typedef struct {
     double critical_gap; /* least closure gap at a critical configuration near the motion */
     double critical_time;
     double rounding; /* largest relative error of a step that rounding near a crossing left */
+    int left_series; /* a run that began by its series was left to collocation before the first step */
 } mechc_stats;
 
 /* Accepted states; dense holds count-1 blocks of dense_rows * width doubles, and methods the number

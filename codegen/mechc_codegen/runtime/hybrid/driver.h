@@ -124,6 +124,7 @@ MECHC_STATIC void mechc_add_stats(mechc_stats *all, const mechc_stats *more)
     all->closure_iterations += more->closure_iterations;
     all->examined += more->examined;
     all->coordinate = more->coordinate;
+    all->left_series |= more->left_series;
     all->rounding = fmax(all->rounding, more->rounding);
     if (more->least_singular < all->least_singular) {
         all->least_singular = more->least_singular;

@@ -141,8 +141,9 @@ MECHC_STATIC int mechc_taylor_leaves_long(mechc_integration *run, double reach)
     const int alone = run->when_stiff == MECHC_RADAU5 && run->method->number == MECHC_TAYLOR;
     const double left = fabs(run->t1 - run->head.t);
     if (!alone || run->head.stats.steps || !(left > MECHC_TAYLOR_LONG * reach)) return 0;
-    if (mechc_use_method(run, run->methods[MECHC_GAUSS8])) return 1;
-    return !mechc_use_method(run, run->methods[MECHC_TAYLOR]); /* without memory */
+    run->head.stats.left_series = mechc_use_method(run, run->methods[MECHC_GAUSS8]);
+    if (!run->head.stats.left_series) mechc_use_method(run, run->methods[MECHC_TAYLOR]); /* no memory */
+    return run->head.stats.left_series;
 }
 
 /* Lengthen or shorten the step to what the series allows. */

@@ -32,7 +32,7 @@ from mechc.native._codes import (
 from mechc.simulation.events.outcome import function_failed
 from mechc.simulation.events.run_events import RunEvents
 from mechc.simulation.initialise import checked_state, request_of
-from mechc.simulation.settings import IN_LOCKSTEP, refuse_derivatives_in_contact
+from mechc.simulation.settings import refuse_derivatives_in_contact
 from mechc.simulation.simulate import run
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -143,7 +143,7 @@ def _runs(
         system, recipe.span, _first(system, values), policy._replace(dense=dense), events, scene
     )
     return Runs(
-        request, policy.method in IN_LOCKSTEP, *recipe.span, y0, values, assembled, recipe.t_eval,
+        request, policy.takes_lanes, *recipe.span, y0, values, assembled, recipe.t_eval,
         quantities, until, allowed_gaps(system, values, recipe.span[0]), numbers, places,
         keeps_params, in_contact and bool(recipe.outputs),
     )  # fmt: skip

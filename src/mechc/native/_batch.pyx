@@ -78,7 +78,7 @@ cdef int parts_of_batch(Scene scene, const mechc_options *options, bint lockstep
     parts |= (mechc_part_of_members if lockstep else mechc_part_of_method)(options.method)
     if scene.holonomic or lockstep:
         parts |= MECHC_PART_EXPLICIT
-    if lockstep: # members that continue alone
+    if lockstep or options.when_stiff: # members that continue alone, and that a series leaves to it
         parts |= MECHC_PART_COLLOCATION
     if options.when_stiff:
         parts |= MECHC_PART_IMPLICIT

@@ -252,9 +252,15 @@ cdef class Scene:
         cdef const mechc_part *part = <const mechc_part *>PyCapsule_GetPointer(capsule, PART)
         mechc_join(self.joined, part.unit, part.parts)
 
-    def wait(self, batches=True):
-        """Return when all that runs, or also batches, need is loaded, and in the cache for others."""
-        self.need(FOR_BATCHES if batches else FOR_RUNS)
+    def wait(self, batches=True, series=False):
+        """Return when all that runs, or also batches, need is loaded, and in the cache for others.
+
+        ``series``: runs by themselves begin by their Taylor series.
+        """
+        cdef int parts = FOR_BATCHES if batches else FOR_RUNS
+        if series:
+            parts = parts | MECHC_PART_TAYLOR if batches else MECHC_PART_DRIVER | MECHC_PART_TAYLOR
+        self.need(parts)
 
     @property
     def capsule(self):

@@ -74,6 +74,13 @@ class Policy(NamedTuple):
         return "gauss8" if self.lockstep else "radau5"
 
     @property
+    def takes_lanes(self) -> bool:
+        """Whether members run side by side, also where their numbers are those of runs alone: a
+        series of "auto" alone is left to collocation in long runs, and in the lanes it is not."""
+        leaves = self.method == "taylor" and self.stiff_switch and not self.lockstep
+        return self.method in IN_LOCKSTEP and not leaves
+
+    @property
     def method_of_users(self) -> str:
         """The name by which a user gets the same steps."""
         name = IN_LOCKSTEP.get(self.method, self.method)

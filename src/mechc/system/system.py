@@ -196,7 +196,7 @@ class System(Description):
 
     def wait(self, *, batches: bool = True) -> None:
         """Return when what runs, or also batches, need is in the cache for other processes."""
-        self.scene.wait(batches)
+        self.scene.wait(batches, self.prefers_series)
 
     @property
     def picture(self) -> Picture:

@@ -177,7 +177,7 @@ def outcome(running):
 def test_processes_at_once_compile_once_and_later_ones_load(fresh):
     with process(3.0) as first, process(3.0) as second:
         cold = outcome(first), outcome(second)
-    assert sum(made for made, _ in cold) == 2, "the driver and gauss8, once each"
+    assert sum(made for made, _ in cold) == 2, "the driver and the series, once each"
     with process(3.0) as third:
         made, rate = outcome(third)
     assert made == 0

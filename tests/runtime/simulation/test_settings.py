@@ -177,6 +177,14 @@ def test_long_runs_are_left_to_collocation_before_the_first_step(pendulum):
     np.testing.assert_allclose(sol.y[-1], exact.y[-1], rtol=0, atol=1e-9)
 
 
+@pytest.mark.parametrize("duration", [2.0, 50.0])
+def test_members_alone_are_left_to_collocation_too(pendulum, duration):
+    starts = np.array([[0.5 + 0.1 * k, 0.0] for k in range(5)])
+    batch = pendulum.simulate_batch(duration, starts, lockstep=False, progress=False)
+    for k, start in enumerate(starts):
+        assert np.array_equal(batch.y[k], pendulum.simulate(duration, start).y[-1])
+
+
 def test_derivatives_and_steppers_have_collocation(pendulum):
     assert pendulum.simulate(1.0, [1.0, 0.0], sensitivities=["l_0"]).method == "gauss8"
     assert pendulum.simulate(1.0, [1.0, 0.0], checkpoints=1e6).method == "gauss8"

@@ -5,13 +5,14 @@
 Times along each method's lower envelope of time over error, in one process and in turns; batches
 of equal members on one thread.  Exits with 1 where the default takes more than 1.15 times as long
 as the best method.  Scenes of the library that are no problem of the suite start as they do by
-default, and are judged by their motion at the tightest tolerance.
+default; these, and small open scenes, are judged by their motion at the tightest tolerance.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from time import process_time
 from typing import Any
@@ -20,8 +21,9 @@ from mechc_codegen.library.catalogue import shipped_mechanism
 
 import mechc
 
+from ..formulations import open_scenes
 from ..problems import NAMES, problem
-from ..problems.problem import Problem
+from ..problems.problem import Array, Problem
 from ..timing import results
 from ..timing.cases import Effort, measure
 from ..timing.envelope import TARGETS, of_methods, printed
@@ -39,6 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = results.command_parser("default", __doc__)
     scenes: dict[str, Callable[[], Problem]] = {name: partial(problem, name) for name in NAMES}
     scenes |= {name: partial(by_default, name) for name in OTHERS}
+    scenes |= {name: partial(written_down, name) for name in open_scenes.STARTS}
     parser.add_argument("--scene", nargs="+", choices=scenes, default=[*scenes], metavar="NAME")
     parser.add_argument("--quick", action="store_true", help="every second tolerance, fewer runs")
     chosen = parser.parse_args(arguments)
@@ -57,13 +60,27 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def by_default(name: str) -> Problem:
     """A scene of the library from its default start."""
-    model = mechc.load(name)
-    start = model.assemble()
-    end = model.simulate(SECONDS, start, rtol=TIGHTEST).y[-1]
-    return Problem(
-        name=name, title=name, mechanism=partial(shipped_mechanism, name), start=start,
-        t_end=SECONDS, quantities=(*model.coordinates, *model.speeds), exact=end, shipped=name,
+    start = mechc.load(name).assemble()
+    return _judged_by_itself(name, partial(shipped_mechanism, name), start, SECONDS, shipped=name)
+
+
+def written_down(name: str) -> Problem:
+    """A small open scene, by its equations of motion."""
+    made, t_end = partial(open_scenes.mechanism, name), open_scenes.STARTS[name][1]
+    return _judged_by_itself(name, made, open_scenes.start(name), t_end)
+
+
+def _judged_by_itself(
+    name: str, mechanism: Callable[[], Any], start: Array, t_end: float, shipped: str = ""
+) -> Problem:
+    """A problem whose end is that of its motion by collocation at the tightest tolerance."""
+    found = Problem(
+        name=name, title=name, mechanism=mechanism, start=start, t_end=t_end, quantities=(),
+        exact=start, shipped=shipped,
     )  # fmt: skip
+    model = found.model
+    end = model.simulate(t_end, start, rtol=TIGHTEST, method="gauss8").y[-1]
+    return replace(found, quantities=(*model.coordinates, *model.speeds), exact=end)
 
 
 def measured(target: Problem, *, quick: bool) -> list[dict[str, Any]]:

@@ -8,6 +8,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from mechc.native._driver import PARTS
 
 from mechc.simulation.settings import METHODS_OF_USERS
 
@@ -20,7 +21,7 @@ BATCH_METHODS = ("auto", "dop853", "gauss8", "gauss8 lockstep", "taylor")
 FEWEST, MOST = 16, 1024  # members: twice as many as there are lanes, and as many as tell
 BATCH_SECONDS = 0.03  # about what a batch shall take, beside which its start hardly counts
 DERIVE = ("read", "describe", "derive", "differentiate", "optimize", "sensitivity")
-COMPILE = ("emit", "first unit", "driver", "gauss8", "dop853", "radau5", "taylor", "outputs")
+COMPILE = ("emit", "first unit", *PARTS)
 
 
 def build(problem: Problem, tolerances: Sequence[float]) -> tuple[list[Case], dict[str, Any]]:

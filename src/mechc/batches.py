@@ -19,6 +19,7 @@ from mechc.simulation.settings import (
     checked_policy,
     checked_span,
     checked_times,
+    without_series,
 )
 from mechc.system.names import by_name, names_of
 from mechc.system.parameters import Array, Parameters
@@ -188,10 +189,11 @@ class Batches(Fits):
         system = system_for_results(model.system, asked, reductions, until, by_names)
         given = checked_inputs(system, inputs)
         policy = checked_policy(
-            system, rtol=rtol, atol=atol, method=method, first_step=first_step, max_step=max_step,
+            system, rtol=rtol, atol=atol, first_step=first_step, max_step=max_step,
+            method=without_series(system, method) if by_names and not lockstep else method,
             max_steps=max_steps, dense=True, on_change_point=on_change_point, lockstep=lockstep,
             several=not (given.controllers or by_names),  # else members run one after another
-            calls_python=bool(given.functions), by_series=not by_names,
+            calls_python=bool(given.functions),
         )  # fmt: skip
         recipe = checked_recipe(
             system, span, y0, params, times, states, asked, reductions,

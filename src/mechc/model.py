@@ -32,6 +32,7 @@ from mechc.simulation.settings import (
     checked_span,
     checked_span_and_times,
     refuse_beside_checkpoints,
+    without_series,
 )
 from mechc.simulation.simulate import run
 from mechc.system.names import by_name, names_of
@@ -387,11 +388,12 @@ class Model(Batches):
         if keeps:
             refuse_beside_checkpoints(chosen or (), by)
         policy = checked_policy(
-            system, rtol=rtol, atol=atol, method=method, first_step=first_step, max_step=max_step,
+            system, rtol=rtol, atol=atol, first_step=first_step, max_step=max_step,
+            method=without_series(system, method) if (by or keeps) and not lockstep else method,
             max_steps=max_steps,
             dense=bool(dense or keeps or times is not None or chosen or len(sensitivities)),
             on_change_point=on_change_point, max_bytes=max_bytes, checkpoints=checkpoints,
-            lockstep=lockstep, by_series=not (by or keeps),
+            lockstep=lockstep,
         )  # fmt: skip
         if by:
             system.differentiable()  # else an error would come after the run
@@ -492,9 +494,9 @@ class Model(Batches):
         )
         system, p = model.system, model._one_set(params, f"a stepper {ONE_SET}")
         policy = checked_policy(
-            system, rtol=rtol, atol=atol, method=method, first_step=None, max_step=max_step,
+            system, rtol=rtol, atol=atol, method=without_series(system, method), first_step=None,
+            max_step=max_step,
             max_steps=max_steps, dense=system.scene.holonomic > 0, on_change_point=on_change_point,
-            by_series=False,  # its runs may be long, and are not known before
         )  # fmt: skip
         if isinstance(y0, Mapping):
             y0 = model._start(y0, p, start)

@@ -10,6 +10,7 @@ import numpy as np
 
 from mechc.assembly.retraction import Retraction
 from mechc.differentiable.casadi_function import library, numeric_function
+from mechc.differentiable.motion import policy_of
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError
 from mechc.inputs.samples import places_of_values
 from mechc.sensitivities.events import difference
@@ -209,7 +210,7 @@ class CasadiModel:
             some = self._some(model.system)
             self._retraction = Retraction.at(model.system, near, some, self._t0)
         closed = self._retraction.close(model.system, y, p, self._t0)
-        return model.simulate(span, closed.y, p, **self._policy), closed
+        return model.simulate(span, closed.y, p, **policy_of(model, self._policy)), closed
 
     def _end(self, *x: Array) -> list[Array]:
         try:

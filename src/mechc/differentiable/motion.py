@@ -11,7 +11,7 @@ import numpy as np
 
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError
 from mechc.sensitivities.columns import columns_of, held_by
-from mechc.simulation.settings import TOGETHER
+from mechc.simulation.settings import TOGETHER, without_series
 from mechc.system.names import by_name, name_of, names_of
 from mechc.system.parameters import Array, doubles, one_double
 
@@ -83,6 +83,11 @@ def _as_asked(t: Any, rows: Array) -> Array:
     return rows if np.ndim(t) else np.asarray(rows[0])
 
 
+def policy_of(model: Any, policy: Mapping[str, Any]) -> dict[str, Any]:
+    """Settings by which a motion is the same with its derivatives and without."""
+    return {**policy, "method": without_series(model.system, policy.get("method", "auto"))}
+
+
 def _simulate(
     model: Any, times: Array, y0: Any, params: Any, names: Sequence[str], t0: float,
     policy: Mapping[str, Any],
@@ -93,8 +98,9 @@ def _simulate(
     the reason.
     """
     sol = model.simulate(
-        (t0, float(times[-1])), y0, params, t_eval=times, sensitivities=names, **policy
-    )
+        (t0, float(times[-1])), y0, params, t_eval=times, sensitivities=names,
+        **policy_of(model, policy),
+    )  # fmt: skip
     if not sol.status.ok:
         raise MechcError(f"the motion does not reach its end: {sol.status}")
     if names and sol.sensitivity.notes:
@@ -221,7 +227,8 @@ class Motion:
         together = str(self.policy.get("method")).endswith(TOGETHER)
         batch = self.model.simulate_batch(
             (self.t0, float(times[-1])), start, parameters, t_eval=times, sensitivities=names,
-            progress=False, lockstep=together, **self.policy,  # each is the motion of simulate
+            progress=False, lockstep=together,  # each is the motion of simulate
+            **policy_of(self.model, self.policy),
         )  # fmt: skip
         found = np.array(batch["sensitivity" if names else "y_eval"])
         found = found[np.arange(len(t))[:, None], np.searchsorted(times, t)]

@@ -54,8 +54,9 @@ class Cycle:
     def advances(self) -> dict[str, float]:
         """Growth of coordinates in a period: name -> rad, m; without those that return."""
         grown = self.solution.record.ends()[1][1] - self.y0
-        moves = enumerate(self.model.coordinates)
-        return {name: float(grown[i]) for i, name in moves if self.shot.problem.gain[i] != 0.0}
+        gain = self.shot.problem.gain  # NaN: by what it closes is free
+        grown = np.where(np.isnan(gain), grown, gain)
+        return {name: float(grown[i]) for i, name in enumerate(self.model.coordinates) if gain[i]}
 
     @cached_property
     def _return(self) -> tuple[Array, Array]:

@@ -26,7 +26,8 @@ def added_stats(before: Mapping[str, Any], after: dict[str, Any]) -> dict[str, A
     for name, when in LEAST.items():
         least = min((before, after), key=lambda stats: stats[name])
         both |= {name: least[name], when: least[when]}
-    return {**both, "rounding": max(before["rounding"], after["rounding"])}
+    left = before["left_series"] | after["left_series"]
+    return {**both, "rounding": max(before["rounding"], after["rounding"]), "left_series": left}
 
 
 class Steps(Protocol):

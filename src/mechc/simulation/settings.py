@@ -27,7 +27,7 @@ METHODS_OF_USERS = tuple(name for name in METHODS if IN_LOCKSTEP.get(name, name)
 # In lanes: sums of a Taylor series that leads, and the least rtol at which the explicit pair does.
 MOST_SUMS, LEAST_OF_PAIR, LEAST_OF_PAIR_FIRST_ORDER = 32, 1e-7, 1e-12
 TOGETHER = " in lockstep"  # after the name of a method whose steps are others there
-BEGINNING = "auto from "  # before the name of the method that "auto" took, in files
+BEGINNING = "auto from "  # before the name of the method that "auto" is to begin with
 SCIPYS = {"RK45": "dopri5", "DOP853": "dop853", "Radau": "radau5"}  # its names of the same methods
 
 
@@ -75,8 +75,11 @@ class Policy(NamedTuple):
 
     @property
     def takes_lanes(self) -> bool:
-        """Whether members run side by side, also where their numbers are those of runs alone: a
-        series of "auto" alone is left to collocation in long runs, and in the lanes it is not."""
+        """Whether members run side by side.
+
+        Without lockstep those do whose numbers are the same in the lanes.  A series that "auto"
+        begins alone is left to collocation in long runs, which it is not there.
+        """
         leaves = self.method == "taylor" and self.stiff_switch and not self.lockstep
         return self.method in IN_LOCKSTEP and not leaves
 
@@ -98,12 +101,10 @@ def checked_policy(
     max_step: float, max_steps: int, dense: bool, on_change_point: str,
     max_bytes: float = LARGEST_TRAJECTORY, checkpoints: float | None = None,
     lockstep: bool | None = None, several: bool = False, calls_python: bool = False,
-    by_series: bool = True,
 ) -> Policy:  # fmt: skip
     """The policy of a run or a batch; the last one of a system is kept.
 
     ``calls_python``: whether inputs besides those of the system are functions of Python.
-    ``by_series``: whether ``"auto"`` may take Taylor series.
     ``lockstep=None``: as the method's name says, and with ``several`` runs where the method has
     it, and the scene.
 
@@ -114,7 +115,7 @@ def checked_policy(
         say another than ``lockstep``.
     """
     asked = (rtol, method, first_step, max_step, max_steps, dense, on_change_point, max_bytes,
-             checkpoints, lockstep, several, calls_python, by_series)  # fmt: skip
+             checkpoints, lockstep, several, calls_python)  # fmt: skip
     known = system.cache.get("policy")
     if known is not None and atol is None and _are_equal(known[0], asked):
         kept: Policy = known[1]
@@ -124,7 +125,7 @@ def checked_policy(
     given = method.removeprefix(BEGINNING) if begun else method
     name, together = _alone_or_together(given, lockstep, several and not begun)
     code, together = _in_lockstep(system, name, together, tolerance, calls_python)
-    if name == "auto" and code == "gauss8" and system.prefers_series and by_series:
+    if name == "auto" and code == "gauss8" and system.prefers_series:
         code = "taylor"
     as_member = together and name == code and name != given  # as a member whose method is "auto"
     policy = Policy(
@@ -144,6 +145,13 @@ def checked_policy(
     if atol is None:
         system.cache["policy"] = asked, policy
     return policy
+
+
+def without_series(system: System, method: Any) -> Any:
+    """The method of runs that have derivatives, or whose length is not known: ``"auto"`` begins
+    them by collocation where it would take a series for one by itself."""
+    series = isinstance(method, str) and method == "auto" and system.prefers_series
+    return f"{BEGINNING}gauss8" if series else method
 
 
 def _are_equal(kept: tuple[Any, ...], asked: tuple[Any, ...]) -> bool:

@@ -117,7 +117,9 @@ class Stepper:
     @property
     def stats(self) -> dict[str, Any]:
         """Counters of the last step, with steps of the integrator, rejected ones, evaluations."""
-        return dict(self._motion.stats())
+        stats = dict(self._motion.stats())
+        stats.pop("left_series", None)  # it takes none
+        return stats
 
     @property
     def change_points(self) -> tuple[ChangePoint, ...]:

@@ -289,3 +289,19 @@ def test_sines_of_parameters_are_constants():
     batch = model.simulate_batch(5.0, [start] * 9, rtol=1e-11, progress=False)
     assert batch.method == "taylor in lockstep"
     np.testing.assert_array_equal(batch.y[4], sol.y[-1])
+
+
+@pytest.mark.parametrize("method", ["auto", "taylor", "gauss8"])
+@pytest.mark.parametrize("explicit", [True, False])
+def test_a_sum_of_parameters_that_multiplies_a_series(method, explicit):
+    """I(x) x'' = -I'(x) x'^2 / 2 keeps I x'^2, for I = A + (B - 1) sin x."""
+    x, v = dynamicsymbols("x v")
+    a, b = Symbol("A"), Symbol("B")
+    inertia_at = a + (b - 1) * sin(x)
+    force = -inertia_at.diff(x) * v**2 / 2
+    given = (None, [force / inertia_at]) if explicit else ([[inertia_at]], [force])
+    model = mechc.compile(mechc.from_equations([x], [v], *given))
+    sol = model.simulate(5.0, [0.3, 1.5], {"A": 3.0, "B": 2.5}, method=method)
+    assert sol.status.ok
+    kept = (3.0 + 1.5 * np.sin(sol.y[:, 0])) * sol.y[:, 1] ** 2
+    np.testing.assert_allclose(kept, kept[0], rtol=1e-8)

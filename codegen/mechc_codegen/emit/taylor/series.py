@@ -137,10 +137,11 @@ class SeriesWriter:
         return f"s{self.sums.setdefault(pair, len(self.sums))}"
 
     def constant(self, value: Expr | None) -> str:
-        """The C text of a constant or an exponent."""
+        """The C text of a constant or an exponent, as a factor."""
         assert value is not None
         self.used |= value.free_symbols
-        return self.printer.real(value)
+        text = self.printer.real(value)
+        return f"({text})" if value.is_Add else text
 
     def varies(self, number: int) -> bool:
         return number in self.varying

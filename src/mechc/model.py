@@ -225,6 +225,9 @@ class Model(Batches):
         others follow (Peterson, Gede and Hubbard 2014, Multibody System Dynamics 33,
         with the dependent ones found by pivoting).  Derivatives are those of compiled code, exact.
 
+        With an input or parameter that stands in a constraint the dependent coordinates and speeds
+        move, so that the constraints hold, and the independent ones stay: B and D contain that.
+
         Parameters
         ----------
         y : (nq + nu,)
@@ -235,7 +238,8 @@ class Model(Batches):
             Time, if the equations contain it.
         inputs
             The inputs r: names of ``model.input_values`` (inputs given with a run, each derivative
-            separately), or parameters: a torque, a force.
+            separately), or parameters: a torque, a force, a length.  Parameters whose defaults
+            follow one of them move with it, unless ``params`` gives them.
         outputs
             Coordinates, speeds and user-defined outputs; by default all coordinates and speeds.
         independent
@@ -249,15 +253,19 @@ class Model(Batches):
             At a change point, where branches cross and no unique linear model exists.
         UnknownNameError, AssemblyError, ValueError
             For unknown names, a state off the constraints, and ``independent`` that are not so.
+        MechcError
+            If the constraints are redundant and do not hold with another value of an input.
         """
         from mechc.analysis.linearize import linearize
+        from mechc.sensitivities.columns import held_by
 
         p = self._one_set(params, ONE_SET)
         t = one_double(t, "the time")
         state = state_as_given(self.system, y, p, t)
         chosen = None if outputs is None else tuple(names_of(outputs))
         kept = None if independent is None else names_of(independent)
-        return linearize(self.system, state, p, t, tuple(names_of(inputs)), chosen, kept)
+        held = held_by(self.system, params)
+        return linearize(self.system, state, p, t, tuple(names_of(inputs)), chosen, kept, held)
 
     # -- simulation ---------------------------------------------------------------------------
 

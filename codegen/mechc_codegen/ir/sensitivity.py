@@ -40,25 +40,23 @@ def add_sensitivities(
     """
     if not request.includes_jacobian:
         return program
-    whole = request.includes("sensitivities")
     own = [*request.expressions, *request.differentiated_outputs(program.named_values())]
     if request.includes("state_jacobian"):
         state = (*program.symbols.q, *program.symbols.u)
-        program = _by(program, own, ("state", "q and u"), state, "d", constraints=False)
+        program = _by(program, own, ("state", "q and u"), state, "d")
     if request.includes("parameter_jacobian") and program.symbols.parameters:
         values = program.symbols.parameters
-        by = ("parameters", "parameters")
-        program = _by(program, own, by, values, "e", constraints=whole)
-        program = _with_slopes(program, defaults) if whole else program
+        program = _by(program, own, ("parameters", "parameters"), values, "e")
+        program = _with_slopes(program, defaults)
     if request.includes("state_jacobian") and program.input_values():
         inputs = [value.symbol for value in program.input_values()]
-        program = _by(program, own, ("inputs", "inputs"), inputs, "f", constraints=whole)
+        program = _by(program, own, ("inputs", "inputs"), inputs, "f")
     return program.verify()
 
 
 def _by(
     program: Program, own: Sequence[str], titles: tuple[str, str], others: Sequence[Symbol],
-    prefix: str, *, constraints: bool,
+    prefix: str,
 ) -> Program:  # fmt: skip
     """Add derivatives by the state, by parameters, or by all values of inputs at run time and their
     rates; ``titles``: of these in names and in words."""
@@ -70,7 +68,7 @@ def _by(
         equation = "derivative of J u + b by q"
         gradient = forward.of("velocity_gradient", equation, "velocity_constraints")
         added += [_first_columns(output, len(program.symbols.q)) for output in gradient]
-    for name in ("constraints", "velocity_constraints") if constraints else ():
+    for name in ("constraints", "velocity_constraints") if by != "state" else ():
         added += forward.of(f"{name}_by_{by}", f"derivative of the {name} by {by}", name)
     added += _of_own(f"own_by_{by}", program, forward, own)
     kept, named = with_common_named(forward.statements, added, f"{prefix}{{}}x", "none")

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mechc.analysis.constraint_rank import redundant_constraints
-from mechc.errors import ChangePointError, UnknownNameError
+from mechc.errors import ChangePointError, MechcError, UnknownNameError
+from mechc.sensitivities.columns import Columns, default_slopes, with_defaults
+from mechc.sensitivities.start import fill_in, without_closure
 from mechc.system.names import name_of
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -35,7 +36,9 @@ class Linearization:
         Time, state (nq + nu,) and its rates there; these vanish at an equilibrium, elsewhere the
         model describes the deviation from the motion, at this instant.
     to_state : (nq + nu, n)
-        Maps the independent states to all, ``dy = to_state dx``.
+    by_input : (nq + nu, m)
+        Map independent states and inputs to all coordinates and speeds, ``dy = to_state dx +
+        by_input dr``: where an input stands in a constraint, the dependent ones move with it.
     """
 
     A: Array
@@ -49,16 +52,10 @@ class Linearization:
     y: Array
     rates: Array
     to_state: Array
+    by_input: Array
 
     def __iter__(self) -> Iterator[Array]:
         return iter((self.A, self.B, self.C, self.D))
-
-
-class _Tangent(NamedTuple):
-    """Directions (nq + nu, n) along the constraints, and the components where they are unit."""
-
-    directions: Array
-    independent: Places
 
 
 def linearize(
@@ -69,81 +66,114 @@ def linearize(
     inputs: tuple[str, ...],
     outputs: tuple[str, ...] | None,
     independent: Sequence[str] | None,
+    held: Collection[str],
 ) -> Linearization:
     """The linear model about a state on the constraints: see :meth:`mechc.Model.linearize`."""
-    by = {"state", *(_input(system, name)[0] for name in inputs)} - {"input"}
-    system = system.including(*(f"{one}_jacobian" for one in by))
-    by_state = system.jacobian("state", state, values, t)
-    tangent = _tangent(system, state, values, t, independent)
+    by_parameters = any(_is_parameter(system, name) for name in inputs)
+    wider = system.including("state_jacobian", *["parameter_jacobian"] * by_parameters)
+    system, values = wider, wider.values_of(system, values)
     names = (*system.coordinates, *system.speeds)
+    free = _independent(system, state, values, t, independent)
+    columns = _columns(system, [names[i] for i in free], inputs, values, held)
+    moved = _moved(system, columns, free, state, values, t)
+    at, size = (state, values, t), len(free)
+    rates = _along(columns, moved, system.jacobian("state", *at), system, "", *at)[free]
     chosen = names if outputs is None else outputs
-    by_input = _by_inputs(system, state, values, t, inputs)
-    told = [_output_rows(system, name, state, values, t, inputs) for name in chosen]
-    of_state = np.array([row for row, _ in told]).reshape(-1, len(names))
-    feedthrough = np.array([row for _, row in told]).reshape(len(chosen), len(inputs))
+    told = np.array([_output_row(system, columns, moved, name, *at) for name in chosen])
+    told = told.reshape(len(chosen), columns.count)
     return Linearization(
-        A=by_state[tangent.independent] @ tangent.directions,
-        B=by_input[tangent.independent],
-        C=of_state @ tangent.directions,
-        D=feedthrough,
-        states=tuple(names[i] for i in tangent.independent),
+        A=rates[:, :size],
+        B=rates[:, size:],
+        C=told[:, :size],
+        D=told[:, size:],
+        states=tuple(names[i] for i in free),
         inputs=inputs,
         outputs=chosen,
         t=float(t),
         y=state,
         rates=system.rates(state, values, t),
-        to_state=tangent.directions,
+        to_state=moved[:, :size],
+        by_input=moved[:, size:],
     )
 
 
-def _by_inputs(
-    system: System,
-    y: Array,
-    values: Array,
-    t: float,
-    inputs: tuple[str, ...],
-    of: str | None = None,
-) -> Array:
-    """Derivatives by the inputs, (nq + nu, m); of a user-defined output (m,)."""
-    columns = [np.zeros((len(y), 0) if of is None else 0)]
-    for name in inputs:
-        by, place = _input(system, name)
-        columns.append(system.jacobian(by, y, values, t, of)[..., place, None])
-    return np.concatenate(columns, axis=-1)
-
-
-def _input(system: System, name: str) -> tuple[str, int]:
-    """The array of derivatives that has those by an input, and its column there."""
-    given, name = system.input_values, name_of(name)
-    if name in given:
-        return "input", given.index(name)
+def _is_parameter(system: System, name: str) -> bool:
+    """Whether an input of the linear model is a parameter, not a value of an input of the model."""
+    if name in system.input_values:
+        return False
     if name not in system.parameters:
-        raise UnknownNameError("input or parameter", name, (*given, *system.parameters))
-    return "parameter", system.parameters.index(name)
+        raise UnknownNameError(
+            "input or parameter", name, (*system.input_values, *system.parameters)
+        )
+    return True
 
 
-def _output_rows(
-    system: System, name: str, y: Array, values: Array, t: float, inputs: tuple[str, ...]
-) -> tuple[Array, Array]:
-    """Derivatives of one output by the state and by the inputs."""
+def _columns(
+    system: System, states: Sequence[str], inputs: Sequence[str], values: Array,
+    held: Collection[str],
+) -> Columns:  # fmt: skip
+    """The directions of the states, along which no parameter changes, and then of the inputs."""
+    count = len(states) + len(inputs)
+    along = np.zeros((len(system.parameters), count))
+    pushed = np.zeros((len(system.input_values), count))
+    for k, name in enumerate(inputs, len(states)):
+        if _is_parameter(system, name):
+            along[system.parameters.index(name), k] = 1.0
+        else:
+            pushed[system.input_values.index(name), k] = 1.0
+    along = with_defaults(along, default_slopes(system, values, held))
+    names = (*states, *inputs)
+    return Columns(names, {name: k for k, name in enumerate(names)}, along, pushed)
+
+
+def _moved(
+    system: System, columns: Columns, free: Places, y: Array, values: Array, t: float
+) -> Array:
+    """How all coordinates and speeds move along the columns (nq + nu, n + m): the independent ones
+    with those that are theirs, the others so that constraints hold."""
+    found = np.zeros((len(y), columns.count))
+    found[free, np.arange(len(free))] = 1.0
+    notes = fill_in(system, columns, [*free], found, y, values, t, DEPENDENT)
+    notes += without_closure(system, columns, found, y, values, t)
+    if notes:
+        raise MechcError(f"there is no linear model {notes[0].replace(': none, for', ', for')}")
+    return found
+
+
+def _along(
+    columns: Columns, moved: Array, by_state: Array, system: System, of: str, y: Array,
+    values: Array, t: float,
+) -> Array:  # fmt: skip
+    """The change of rates, or of outputs of one's own, along the columns."""
+    names = f"{of}parameter_jacobian", f"{of}input_jacobian"
+    directly = columns.at_state(system, *names, y, values, t)
+    through_state = by_state @ moved
+    return np.asarray(through_state if directly is None else through_state + directly)
+
+
+def _output_row(
+    system: System, columns: Columns, moved: Array, name: str, y: Array, values: Array, t: float
+) -> Array:
+    """The change of one output along the columns."""
     names, name = (*system.coordinates, *system.speeds), name_of(name)
     if name in names:
-        return np.eye(len(names))[names.index(name)], np.zeros(len(inputs))
+        return np.asarray(moved[names.index(name)])
     own = system.data["own"]
     if name not in own:
         raise UnknownNameError("coordinate, speed or user-defined output", name, [*names, *own])
-    return system.jacobian("state", y, values, t, name), _by_inputs(
-        system, y, values, t, inputs, name
+    by_state = system.evaluate("own_state_jacobian", y, values, t)
+    return np.asarray(
+        _along(columns, moved, by_state, system, "own_", y, values, t)[own.index(name)]
     )
 
 
 # -- directions along the constraints -----------------------------------------------------------
 
 
-def _tangent(
+def _independent(
     system: System, y: Array, values: Array, t: float, independent: Sequence[str] | None
-) -> _Tangent:
-    """G dq = 0 and J du + d(J u + b)/dq dq = 0, with independent ones as parameters."""
+) -> Places:
+    """The places of independent coordinates and speeds, which determine the others."""
     nq, nu = len(system.coordinates), len(system.speeds)
     rows = system.constraint_jacobian(y, values, t)
     if not len(rows):
@@ -153,44 +183,31 @@ def _tangent(
             raise ValueError(
                 f"without constraints all {size} coordinates and speeds are independent"
             )
-        return _Tangent(np.eye(size)[:, chosen], np.array(chosen))
+        return np.array(chosen, dtype=np.intp)
     wanted = None if independent is None else _places(system, independent)
     of_q = None if wanted is None else [i for i in wanted if i < nq]
     of_u = None if wanted is None else [i - nq for i in wanted if i >= nq]
     _refuse_change_point(system, rows, values, t)
-    q, free_q = _kernel(system.constraint_gradient(y, values, t), of_q, system.coordinates)
-    u, free_u = _kernel(rows, of_u, system.speeds)
-    pushed = system.evaluate("velocity_gradient", y, values, t) @ q
-    follow = -np.linalg.lstsq(_without(rows, free_u), pushed, rcond=DEPENDENT)[0]
-    directions = np.zeros((nq + nu, len(free_q) + len(free_u)))
-    directions[:nq, : len(free_q)] = q
-    directions[nq + _others(nu, free_u), : len(free_q)] = follow
-    directions[nq:, len(free_q) :] = u
-    return _Tangent(directions, np.concatenate([free_q, nq + free_u]))
+    free_q = _free(system.constraint_gradient(y, values, t), of_q, system.coordinates)
+    return np.concatenate([free_q, nq + _free(rows, of_u, system.speeds)])
 
 
 def _places(system: System, independent: Sequence[str]) -> list[int]:
     return [system.state_index(name) for name in independent]
 
 
-def _kernel(rows: Array, wanted: list[int] | None, names: tuple[str, ...]) -> tuple[Array, Places]:
-    """A basis of the rows' null space, unit in independent columns, and these columns."""
-    width = rows.shape[1]
+def _free(rows: Array, wanted: list[int] | None, names: tuple[str, ...]) -> Places:
+    """The columns that are free to choose: those wanted, which must determine the others."""
     offered = least_tied(scaled_rows(rows))
     free = offered if wanted is None else np.array(wanted, dtype=np.intp)
-    rank = width - len(offered)
+    rank = rows.shape[1] - len(offered)
     if len(free) != len(offered) or _rank(_without(rows, free)) < rank:
         raise ValueError(
             f"{len(offered)} of {', '.join(names)} are independent here, for instance "
             f"{', '.join(names[i] for i in offered) or 'none'}; not "
             f"{', '.join(names[i] for i in free) or 'none'}"
         )
-    basis = np.zeros((width, len(free)))
-    basis[free, np.arange(len(free))] = 1.0
-    dependent = _others(width, free)
-    follow = np.linalg.lstsq(rows[:, dependent], rows[:, free], rcond=DEPENDENT)[0]
-    basis[dependent] = -follow
-    return basis, free
+    return free
 
 
 def least_tied(rows: Array) -> Places:
@@ -217,11 +234,7 @@ def _rank(rows: Array) -> int:
 
 
 def _without(rows: Array, columns: Places) -> Array:
-    return rows[:, _others(rows.shape[1], columns)]
-
-
-def _others(width: int, columns: Places) -> Places:
-    return np.setdiff1d(np.arange(width), columns)
+    return np.delete(rows, columns, axis=1)
 
 
 def _refuse_change_point(system: System, rows: Array, values: Array, t: float) -> None:

@@ -25,9 +25,9 @@ from mechc.sensitivities.events import (
 )
 from mechc.sensitivities.outputs import linear_output
 from mechc.sensitivities.rules import rule_of
-from mechc.sensitivities.run import NO_DERIVATIVE, ended_columns, without_closure
+from mechc.sensitivities.run import NO_DERIVATIVE, ended_columns
 from mechc.sensitivities.samples import check_steps
-from mechc.sensitivities.start import start_columns
+from mechc.sensitivities.start import start_columns, without_closure
 from mechc.sensitivities.steps import NAMES, checked_run, differentiable, refuse_contact
 from mechc.simulation.record import Piece
 from mechc.simulation.trajectory import Trajectory
@@ -134,7 +134,7 @@ def gradient_of_run(
     columns = every.for_system(system, wider)
     t, y = sol.record.ends()
     start, notes = start_columns(system, columns, y0, sol.record, sol.params)
-    notes += without_closure(sol, columns, start, float(t[0]), y[0])
+    notes += without_closure(system, columns, start, y[0], sol.params, float(t[0]))
     raw = _raw(columns)
     way = Backwards(
         sol, system, objective, np.zeros(system.scene.width), np.zeros(raw.count),

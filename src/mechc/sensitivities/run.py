@@ -10,7 +10,7 @@ import numpy as np
 from mechc.sensitivities.columns import Columns, columns_of, held_by
 from mechc.sensitivities.events import AT_ONE_INSTANT, Jump, jump_of, through_reset
 from mechc.sensitivities.history import Sensitivity
-from mechc.sensitivities.start import start_columns
+from mechc.sensitivities.start import OPENS, opening, start_columns, without_closure
 from mechc.sensitivities.steps import Piece, differentiable, follow, refuse_contact
 from mechc.simulation.record import Record
 from mechc.simulation.trajectory import Trajectory
@@ -20,7 +20,6 @@ WEAK = 1e-5  # of the largest singular value: at a crossing the weakest row is w
 NO_DERIVATIVE = (
     "there a law jumps at a zero that is only touched (grazing), or two laws jump at one instant"
 )
-OPENS = 1e-7  # of a row's derivative: the part of it that opens the loop
 
 
 def sensitivity_of_run(sol: Trajectory, names: Sequence[str], y0: Any, params: Any) -> Sensitivity:
@@ -35,7 +34,7 @@ def sensitivity_of_run(sol: Trajectory, names: Sequence[str], y0: Any, params: A
     columns = columns_of(system, names, sol.params, held_by(system, params))
     t, y = sol.record.ends()
     start, notes = start_columns(system, columns, y0, sol.record, sol.params)
-    notes += without_closure(sol, columns, start, float(t[0]), y[0])
+    notes += without_closure(system, columns, start, y[0], sol.params, float(t[0]))
     ended: list[str] = []
     pieces = _pieces(sol, columns, start, ended)
     notes += tuple(ended)
@@ -88,25 +87,6 @@ def _end(record: Record, number: int, piece: Piece) -> Array:
 # -- where there is no derivative -----------------------------------------------------------------
 
 
-def without_closure(
-    sol: Trajectory, columns: Columns, start: Array, t: float, y: Array
-) -> tuple[str, ...]:
-    """Set columns to NaN along which redundant rows keep the loops from staying closed."""
-    opened = _opening(sol, columns, t, y)
-    if opened is None:
-        return ()
-    slopes = sol.system.constraint_gradient(y, sol.params, t)
-    left = np.abs(slopes @ start[: slopes.shape[1]] + opened).max(axis=0)
-    size = np.abs(opened).max(axis=0)
-    bad = (size > 0) & (left > OPENS * size)
-    start[:, bad] = np.nan
-    return tuple(
-        f"by {name}: none, for the constraints are redundant and with another {name} the loops do "
-        "not close at all"
-        for name in columns.names_among(bad)
-    )
-
-
 def _past_crossings(sol: Trajectory, columns: Columns, pieces: Sequence[Piece]) -> tuple[str, ...]:
     """Set columns to NaN from a change point on that exists for exactly these lengths only."""
     notes: list[str] = []
@@ -127,7 +107,7 @@ def ended_columns(
     for point in sol.change_points:
         y = np.array(sol(point.t))
         y[: len(point.q)] = point.q
-        opened = _opening(sol, columns, point.t, y)
+        opened = opening(sol.system, columns, y, sol.params, point.t)
         if opened is None:
             continue
         gaps = np.abs(_weak_rows(sol, y, point.t) @ opened).max(axis=0, initial=0.0)
@@ -141,14 +121,6 @@ def ended_columns(
             for name in columns.names_among(bad)
         )
         yield point.t, bad, tuple(notes)
-
-
-def _opening(sol: Trajectory, columns: Columns, t: float, y: Array) -> Array | None:
-    """The change of the configuration constraints along the columns, (nh, k)."""
-    if not sol.system.scene.holonomic:
-        return None
-    names = ("constraints_by_parameters", "constraints_by_inputs")
-    return columns.at_state(sol.system, *names, y, sol.params, t)
 
 
 def _weak_rows(sol: Trajectory, y: Array, t: float) -> Array:

@@ -17,6 +17,7 @@ from mechc.system.parameters import Array
 from mechc.system.system import System
 
 SINGULAR = 1e-7  # of the largest singular value: below, no derivative
+OPENS = 1e-7  # of a row's derivative: the part of it that opens the loop
 
 
 def start_columns(
@@ -70,34 +71,45 @@ def _assembled_columns(
                 f"{name} is not given: it follows from the others. Put it into y0, or ask for "
                 f"sensitivities by {', '.join(held) or 'parameters'}"
             )
-    nq, width = len(system.coordinates), system.scene.width
-    found = np.zeros((width, columns.count))
+    found = np.zeros((system.scene.width, columns.count))
     for name in _of_state(system, columns):
         found[system.state_index(name), columns.places[name]] = 1.0
-    if not system.scene.rows:
-        return found, ()
     kept = [system.state_index(name) for name in held]
+    return found, fill_in(system, columns, kept, found, y, values, t)
+
+
+def fill_in(
+    system: System, columns: Columns, kept: Sequence[int], found: Array, y: Array, values: Array,
+    t: float, singular: float = SINGULAR,
+) -> tuple[str, ...]:  # fmt: skip
+    """Fill in the rows of columns (nx, k) besides those kept, so that loops stay closed along them;
+    notes on columns that there are none of.
+
+    ``singular``: of the largest singular value; constraints below it do not determine what follows.
+    """
+    if not system.scene.rows:
+        return ()
+    nq = len(system.coordinates)
     rows = system.constraint_jacobian(y, values, t)
     free = system.unknowns([i for i in kept if i < nq])
-    notes = _close(system, columns, free, found, y, values, t)
+    notes = _close(system, columns, free, found, y, values, t, singular)
     free = [i for i in range(len(system.speeds)) if nq + i not in kept]
-    _steady(system, columns, free, found, rows, y, values, t)
-    return found, notes
+    _steady(system, columns, free, found, rows, y, values, t, singular)
+    return notes
 
 
 def _close(
     system: System, columns: Columns, free: list[int], found: Array, y: Array, values: Array,
-    t: float,
+    t: float, singular: float,
 ) -> tuple[str, ...]:  # fmt: skip
     """Fill in the free coordinates: Phi_q dq = -Phi_p dp."""
     nq = len(system.coordinates)
     slopes = system.constraint_gradient(y, values, t)
     if not free or not len(slopes):
         return ()
-    names = ("constraints_by_parameters", "constraints_by_inputs")
-    opened = columns.at_state(system, *names, y, values, t)
+    opened = opening(system, columns, y, values, t)
     gap = slopes @ found[:nq] + (0.0 if opened is None else opened)
-    if _rank(slopes[:, free]) < len(free):
+    if _rank(slopes[:, free], singular) < len(free):
         moved = np.abs(gap).max(axis=0) > 0
         found[:, moved] = np.nan
         return tuple(
@@ -105,13 +117,13 @@ def _close(
             "follow change infinitely fast, or the start is a change point"
             for name in columns.names_among(moved)
         )
-    found[free] = -np.linalg.lstsq(slopes[:, free], gap, rcond=SINGULAR)[0]
+    found[free] = -np.linalg.lstsq(slopes[:, free], gap, rcond=singular)[0]
     return ()
 
 
 def _steady(
     system: System, columns: Columns, free: list[int], found: Array, rows: Array, y: Array,
-    values: Array, t: float,
+    values: Array, t: float, singular: float,
 ) -> None:  # fmt: skip
     """Fill in the free speeds: those of least size for which J u + b = 0."""
     nq = len(system.coordinates)
@@ -120,10 +132,10 @@ def _steady(
     faster = _velocity_change(system, columns, found, y, values, t)
     opened = faster + rows @ found[nq:]
     own, u = rows[:, free], y[nq:][free]
-    back = np.linalg.pinv(own, rcond=SINGULAR)
+    back = np.linalg.pinv(own, rcond=singular)
     turned = -back @ opened
     multiples = back.T @ u  # of the rows, that make up the least speeds
-    if _rank(own) < len(free) and multiples.any():
+    if _rank(own, singular) < len(free) and multiples.any():
         still = _velocity_change(system, columns, found, _moving(y, nq, None), values, t)
         for place, i in enumerate(free):
             one = _velocity_change(system, columns, found, _moving(y, nq, i), values, t)
@@ -132,8 +144,8 @@ def _steady(
     found[nq + np.array(free)] = turned
 
 
-def _rank(rows: Array) -> int:
-    return int(np.linalg.matrix_rank(rows, rtol=SINGULAR)) if rows.size else 0
+def _rank(rows: Array, singular: float) -> int:
+    return int(np.linalg.matrix_rank(rows, rtol=singular)) if rows.size else 0
 
 
 def _moving(y: Array, nq: int, speed: int | None) -> Array:
@@ -154,3 +166,37 @@ def _velocity_change(
     faster = columns.at_state(system, *names, y, values, t)
     pushed = system.evaluate("velocity_gradient", y, values, t) @ found[:nq]
     return np.asarray(pushed if faster is None else pushed + faster)
+
+
+def without_closure(
+    system: System, columns: Columns, found: Array, y: Array, values: Array, t: float
+) -> tuple[str, ...]:
+    """Set columns (nx, k) to NaN along which redundant rows keep the constraints from holding, and
+    say so."""
+    if not system.scene.rows:
+        return ()
+    nq, bad = len(system.coordinates), np.zeros(columns.count, bool)
+    opened = opening(system, columns, y, values, t)
+    if opened is not None:
+        left = np.abs(system.constraint_gradient(y, values, t) @ found[:nq] + opened).max(axis=0)
+        size = np.abs(opened).max(axis=0)
+        bad = (size > 0) & (left > OPENS * size)
+    faster = _velocity_change(system, columns, found, y, values, t)
+    rows = system.constraint_jacobian(y, values, t)
+    left = np.abs(faster + rows @ found[nq:]).max(axis=0)
+    size = (np.abs(faster) + np.abs(rows) @ np.abs(found[nq:])).max(axis=0)
+    bad |= left > OPENS * size
+    found[:, bad] = np.nan
+    return tuple(
+        f"by {name}: none, for the constraints are redundant and with another {name} they do not "
+        "hold at all"
+        for name in columns.names_among(bad)
+    )
+
+
+def opening(system: System, columns: Columns, y: Array, values: Array, t: float) -> Array | None:
+    """The change of the configuration constraints along the columns, (nh, k)."""
+    if not system.scene.holonomic:
+        return None
+    names = ("constraints_by_parameters", "constraints_by_inputs")
+    return columns.at_state(system, *names, y, values, t)

@@ -9,6 +9,8 @@ from sympy import Symbol, cos, sin
 from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
 
 import mechc
+from tests.support.differences import extrapolated
+from tests.support.pendulums import pendulum
 
 t = dynamicsymbols._t
 REGULAR = {"l_3": 3.5}
@@ -187,3 +189,160 @@ def test_inputs_that_a_run_is_given_are_inputs_of_linear_models():
     assert found.inputs == pytest.approx(0.7, rel=1e-13)
     with pytest.raises(mechc.UnknownNameError, match="no input or parameter is called 'r'"):
         driven.linearize([0.4, 0.3], inputs=("r",))
+
+
+# -- inputs and parameters in constraints: against closed motions of the nonlinear mechanism -------
+
+
+def driven_at(model, given):
+    """The model with inputs and rates of theirs that have constant values."""
+    rates = {name: [given.get(name + "'" * k, 0.0) for k in range(3)] for name in model.inputs}
+    return model.with_inputs({
+        name: tuple(lambda t, x=x: x for x in values) for name, values in rates.items()
+    })  # fmt: skip
+
+
+def agrees_with_differences(model, y, params, inputs, outputs=(), *, given=None, independent=None):
+    """The linear model, compared with differences of the mechanism whose loops stay closed."""
+    given, names = given or {}, (*model.coordinates, *model.speeds)
+    usual = dict(zip(model.parameters, model.system.parameter_set.resolve(params), strict=True))
+    at, outputs = dict(zip(names, y, strict=True)), (*names, *outputs)
+    lin = driven_at(model, given).linearize(
+        y, params, inputs=inputs, outputs=outputs, independent=independent
+    )
+
+    def told(name, change):
+        moved = {n: x + change * (n == name) for n, x in (at | given).items()}
+        every = params | ({name: usual[name] + change} if name in usual else {})
+        here, kept = driven_at(model, moved), {n: moved[n] for n in lin.states}
+        there = here.assemble(
+            {n: x for n, x in kept.items() if n in model.coordinates},
+            {n: x for n, x in kept.items() if n in model.speeds},
+            guess={n: at[n] for n in model.coordinates if n not in kept}, params=every,
+        )  # fmt: skip
+        rates, known = here.rhs(0.0, there, every), dict(zip(names, there, strict=True))
+        return np.array(
+            [rates[names.index(n)] for n in lin.states]
+            + [known[n] if n in known else here.output(n, there, every) for n in outputs]
+        )
+
+    expected = np.transpose([
+        extrapolated(lambda change, name=name: told(name, change), 1e-2)
+        for name in (*lin.states, *inputs)
+    ])  # fmt: skip
+    found = np.block([[lin.A, lin.B], [lin.C, lin.D]])
+    np.testing.assert_allclose(found, expected, atol=1e-8 * np.abs(expected).max())
+    np.testing.assert_allclose(lin.by_input, lin.D[: len(y)], atol=0)
+    return lin
+
+
+def test_a_driven_crank_turns_with_the_parameter_that_drives_it():
+    """And the other links with the lengths; the state is the crank's angle alone."""
+    model = mechc.load(
+        "four_bar", crank_speed=True, outputs=("state_jacobian", "parameter_jacobian")
+    )
+    params = {"l_3": 3.5, "Omega_0": 2.0}
+    y = model.assemble({"theta_0": 1.1}, params=params)
+    inputs = ("Omega_0", "l_0", "l_3", "m_1", "g")
+    lin = agrees_with_differences(model, y, params, inputs, independent=("theta_0",))
+    np.testing.assert_allclose(lin.B, [[1, 0, 0, 0, 0]], atol=1e-14)
+    np.testing.assert_allclose(lin.D[:, 0], np.append(np.zeros(3), y[3:] / 2.0), atol=1e-14)
+
+
+def test_a_linear_model_by_every_parameter_of_a_loop(four_bar):
+    """Lengths stand in the constraints, and inertias follow lengths and masses."""
+    y = four_bar.assemble({"theta_0": 1.1}, {"omega_0": 2.0}, params=REGULAR)
+    every = four_bar.parameters
+    for independent in (CRANK, ("theta_1", "omega_2")):
+        lin = agrees_with_differences(
+            four_bar, y, REGULAR, every, ("alpha", "pull"), independent=independent
+        )
+    lin = four_bar.linearize(y, REGULAR, inputs=["l_3"], independent=CRANK)
+    (by_length,) = lin.by_input.T
+    assert by_length[0] == by_length[3] == 0.0
+    assert abs(by_length[1:3]).min() > 0.1
+
+
+def test_parameters_that_are_given_follow_no_others(four_bar):
+    """The inertia of a rod follows its mass, unless it is given."""
+    y = four_bar.assemble({"theta_0": 1.1}, {"omega_0": 2.0}, params=REGULAR)
+    usual = four_bar.system.parameter_set.resolve(REGULAR)
+    usual = dict(zip(four_bar.parameters, usual, strict=True))
+    follows = agrees_with_differences(four_bar, y, REGULAR, ("m_0",), independent=CRANK)
+    given = REGULAR | {"I_0": usual["I_0"]}
+    stays = agrees_with_differences(four_bar, y, given, ("m_0", "I_0"), independent=CRANK)
+    slope = usual["I_0"] / usual["m_0"]
+    expected = stays.B[:, 0] + slope * stays.B[:, 1]
+    np.testing.assert_allclose(follows.B[:, 0], expected, rtol=1e-12)
+    assert abs(follows.B - stays.B[:, :1]).max() > 1e-3
+
+
+def bob_of_a_moved_pivot():
+    """A bob in Cartesian coordinates at a distance l from a pivot that moves as r."""
+    x, y, u, v, r = dynamicsymbols("x y u v r")
+    m, l = Symbol("m"), Symbol("l")
+    frame, origin = ReferenceFrame("N"), Point("O")
+    origin.set_vel(frame, 0)
+    bob = origin.locatenew("P", x * frame.x + y * frame.y)
+    bob.set_vel(frame, u * frame.x + v * frame.y)
+    gap = (x - r) ** 2 + y**2 - l**2
+    rates = {x.diff(t): u, y.diff(t): v}
+    method = KanesMethod(
+        frame, [x], [u], kd_eqs=[x.diff(t) - u, y.diff(t) - v], q_dependent=[y], u_dependent=[v],
+        configuration_constraints=[gap], velocity_constraints=[gap.diff(t).subs(rates)],
+    )  # fmt: skip
+    method.kanes_equations([Particle("bob", bob, m)], [(bob, -9.81 * m * frame.y)])
+    return method, {"lean": (x - r) / l}
+
+
+def test_a_moved_pivot_moves_what_hangs_on_it():
+    method, own = bob_of_a_moved_pivot()
+    defaults = {"m": 2.0, "l": 1.3}
+    model = mechc.compile(method, outputs=("state_jacobian", own), defaults=defaults)
+    given = {"r": 0.2, "r'": -0.4, "r''": 0.7}
+    driven, guess = driven_at(model, given), {"y": -1.0}
+    y = driven.assemble({"x": 0.7}, {"u": 0.5}, guess=guess)
+    inputs = (*driven.input_values, "l", "m")
+    lin = agrees_with_differences(model, y, {}, inputs, ("lean",), given=given)
+    assert lin.inputs[:3] == ("r", "r'", "r''")
+    # at rest below the pivot, to which the bob's place is tied: all of it follows the pivot
+    below = driven_at(model, {}).assemble({"x": 0.0}, {"u": 0.0}, guess={"y": -1.0})
+    still = driven_at(model, {}).linearize(
+        below, inputs=("r",), outputs=("lean",), independent=("x", "u")
+    )
+    A, B, C, D = still
+    assert -C @ np.linalg.solve(A, B) + D == pytest.approx(0.0, abs=1e-14)
+    assert -np.linalg.solve(A, B)[0] == pytest.approx(1.0, rel=1e-14)
+
+
+@pytest.mark.slow
+def test_a_linear_model_by_every_parameter_of_a_slider_crank():
+    model = mechc.load("slider_crank", outputs=("state_jacobian", "parameter_jacobian"))
+    y = model.assemble({"theta": 0.8}, {"omega": 3.0})
+    lin = agrees_with_differences(model, y, {}, model.parameters)
+    assert lin.B.any(axis=0).sum() > 4
+
+
+def test_a_linear_model_by_every_parameter_of_an_open_pendulum():
+    model = mechc.compile(pendulum(), outputs=("state_jacobian", "parameter_jacobian"))
+    agrees_with_differences(model, np.array([0.3, 1.2]), {"l": 0.8}, ("l", "m"))
+
+
+@pytest.mark.parametrize("rows", ["constraints", "velocity_constraints"])
+def test_redundant_constraints_that_an_input_keeps_from_holding(rows):
+    """A block held, or pulled, at a and at b: there is no linear model by one of them."""
+    x, y, u, v = dynamicsymbols("x y u v")
+    a, b = Symbol("a"), Symbol("b")
+    held = {"constraints": x, "velocity_constraints": u}[rows]
+    block = mechc.from_equations(
+        [x, y], [u, v], [[1, 0], [0, 2]], [b - x, a - y], name="held twice",
+        kinematics=[x.diff(t) - u, y.diff(t) - v], **{rows: [held - a, 2 * held - 2 * b]},
+    )  # fmt: skip
+    model = mechc.compile(block, outputs=("state_jacobian",), defaults={"a": 1, "b": 1})
+    at = model.assemble({"y": 0.0}, guess={"x": 1.0})
+    assert model.linearize(at).A.shape[0] >= 2
+    with pytest.raises(mechc.MechcError, match="by b, for the constraints are redundant and with"):
+        model.linearize(at, inputs=("b",))
+    sol = model.simulate(1.0, at, sensitivities=("a",))
+    assert np.isnan(sol.sensitivity["a"]).all()
+    assert "with another a they do not hold at all" in sol.sensitivity.notes[0]

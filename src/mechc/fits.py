@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from mechc.simulation.settings import checked_count, checked_policy, checked_positive
 from mechc.syntheses import Syntheses
-from mechc.system.names import checked_word
+from mechc.system.names import checked_word, owned
 from mechc.system.parameters import Array, Parameters
 
 if TYPE_CHECKING:
@@ -247,7 +247,7 @@ class Fits(Syntheses):
         """
         from mechc.periodic.find import periodic
 
-        run = {"inputs": inputs, "events": events, "rtol": rtol, "method": method}
+        run = {"inputs": owned(inputs), "events": owned(events), "rtol": rtol, "method": method}
         return periodic(
             self, y0, period, params, t0=t0, hold=hold, advance=advance, run=run,
             tol=checked_positive("tol", tol), most=checked_count("max_iterations", max_iterations),

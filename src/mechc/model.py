@@ -35,7 +35,7 @@ from mechc.simulation.settings import (
     without_series,
 )
 from mechc.simulation.simulate import run
-from mechc.system.names import by_name, names_of
+from mechc.system.names import by_name, names_of, owned
 from mechc.system.parameters import Array, Parameters, doubles, one_double
 from mechc.system.picture import Picture
 from mechc.system.reference import ModelReference
@@ -411,7 +411,7 @@ class Model(Batches):
         state = checked_state(system, y0, p, span[0])
         make = partial(Solution, model)
         sol = run(make, system, span, state, p, policy, times, chosen, progress)
-        sol._arguments = (given, params)
+        sol._arguments = owned(given), owned(params)
         try:
             if by and sensitivity_error_control:
                 again = partial(_run_again, sol, make, span, state, times, chosen, progress)

@@ -87,7 +87,7 @@ class Outputs(Description):
 
     def _checked_states(self, y: Array) -> Array:
         """States (..., nq + nu) as doubles, row after row in memory."""
-        states = doubles(y, "a state")
+        states = doubles(y, "a state", copied=False)
         width = len(self.coordinates) + len(self.speeds)
         if states.ndim == 0 or states.shape[-1] != width:
             raise ValueError(

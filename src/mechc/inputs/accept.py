@@ -15,7 +15,7 @@ import numpy as np
 
 from mechc.errors import ValueOutOfBoundsError, brief
 from mechc.inputs.signals import Signal
-from mechc.system.names import name_of
+from mechc.system.names import name_of, owned
 from mechc.system.parameters import Array
 from mechc.system.units import in_si, is_number, of_unknown_unit
 
@@ -72,7 +72,7 @@ def _one(name: str, value: Any, order: int) -> Any:
     signal = samples_or_signal(value, order)
     if signal is not None:
         return signal
-    return with_state_apart(f"the input {name}", value) if callable(value) else value
+    return with_state_apart(f"the input {name}", value) if callable(value) else owned(value)
 
 
 def with_state_apart(what: str, function: Callable[..., Any]) -> Callable[..., Any]:

@@ -287,8 +287,8 @@ def _pieces_of(interpolant: Any) -> tuple[Array, Array] | None:
 
 def _pieces_of_samples(interpolant: Any) -> tuple[Array, Array] | None:
     """Lines or steps of ``interp1d``."""
-    kind, times = interpolant._kind, np.asarray(interpolant.x, dtype=np.float64)
-    values = np.asarray(interpolant.y, dtype=np.float64)
+    kind, times = interpolant._kind, np.array(interpolant.x, dtype=np.float64)
+    values = np.array(interpolant.y, dtype=np.float64)
     if values.ndim != 1 or kind not in ("linear", "previous"):
         return None
     knots = np.append(times, times[-1]) if kind == "previous" else times

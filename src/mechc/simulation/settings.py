@@ -305,7 +305,7 @@ def _with_length(t0: float, t1: float) -> tuple[float, float]:
 
 def checked_times(t_eval: Array, span: tuple[float, float]) -> Array:
     """Times within the span, in its direction; ends that are off by rounding become the ends."""
-    given = doubles(t_eval, "t_eval")
+    given = doubles(t_eval, "t_eval", copied=False)  # times_along copies
     slack = 8 * math.ulp(max(abs(span[0]), abs(span[1])))
     found, times = times_along(given, *span, slack) if given.ndim == 1 else (OUTSIDE, given)
     if found == OUTSIDE:

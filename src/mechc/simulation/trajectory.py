@@ -110,7 +110,7 @@ class Trajectory:
         return rows.reshape(*times.shape, rows.shape[1])
 
     def _times_of_run(self, t: float | Array) -> Array:
-        times = doubles(t, "the times")
+        times = doubles(t, "the times", copied=False)
         low, high = sorted(self.span)
         if not all_within(times.reshape(-1), low, high):
             raise ValueOutOfBoundsError(f"the run covers {low:g} ... {high:g} s only")

@@ -9,6 +9,8 @@ import warnings
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+import numpy as np
+
 from mechc.errors import UnknownNameError, UnusedValueWarning, ValueOutOfBoundsError, brief
 
 
@@ -60,7 +62,7 @@ def names_of(keys: Any) -> list[Any]:
 
 
 def by_name(values: Any, what: str, example: str = "{name or symbol: value}") -> dict[Any, Any]:
-    """A mapping, with names for symbols.
+    """A mapping, with names for symbols and copies of arrays.
 
     Raises ``TypeError`` for anything but a mapping; the message has ``what`` and the ``example``;
     :class:`ValueOutOfBoundsError` if two keys have one name.
@@ -72,8 +74,22 @@ def by_name(values: Any, what: str, example: str = "{name or symbol: value}") ->
         name = name_of(key)
         if name in found:
             raise ValueOutOfBoundsError(f"{what}: two keys are called {name!r}")
-        found[name] = value
+        found[name] = owned(value)
     return found
+
+
+def owned(given: Any) -> Any:
+    """What a caller gave, with copies of the arrays, mappings and sequences that it consists of."""
+    kind = type(given)
+    if kind is float or kind is str or given is None:
+        return given  # nearly always, and fast
+    if kind is tuple or kind is list:
+        return kind(map(owned, given))
+    if isinstance(given, np.ndarray):
+        return given.copy()
+    if kind is dict or isinstance(given, Mapping):
+        return {key: owned(value) for key, value in given.items()}
+    return given
 
 
 def without_unused(values: Mapping[Any, Any], known: Iterable[str], what: str) -> dict[Any, Any]:

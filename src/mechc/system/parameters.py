@@ -71,7 +71,7 @@ class ParameterSet:
             return self.defaults
         if isinstance(params, (dict, Mapping)):
             return self._from_names(params)
-        return self._from_array(_all_values(params).copy())
+        return self._from_array(_all_values(params))
 
     def resolve_partly(self, params: Parameters, needed: Collection[str]) -> Array:
         """All values, where only those ``needed`` matter: missing others get arbitrary values."""
@@ -135,7 +135,7 @@ class ParameterSet:
         quantity = self.quantities[self.index[name]]
         value = in_si(value, quantity)
         try:
-            array = np.asarray(value, dtype=np.float64)
+            array = np.array(value, dtype=np.float64)
         except (TypeError, ValueError, OverflowError):
             raise ValueOutOfBoundsError(f"{name} must be a number, not {brief(value)}") from None
         quantity.check(array)
@@ -190,14 +190,17 @@ def _all_values(params: Any) -> Array:
         ) from None
 
 
-def doubles(value: Any, what: str) -> Array:
+def doubles(value: Any, what: str, *, copied: bool = True) -> Array:
     """An array of doubles, row after row in memory.
+
+    It is a copy, since the caller may write to what was given; ``copied=False`` is for what is only
+    read before the call returns.
 
     Raises :class:`ValueOutOfBoundsError` for an integer beyond all doubles, texts that are no
     numbers and rows of different lengths; ``TypeError`` for anything else but an array of numbers.
     """
     try:
-        return np.asarray(value, dtype=np.float64, order="C")
+        return np.array(value, dtype=np.float64, order="C", copy=True if copied else None)
     except OverflowError:
         raise ValueOutOfBoundsError(f"{what} contains an integer beyond all doubles") from None
     except ValueError:

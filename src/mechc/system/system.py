@@ -488,7 +488,7 @@ class System(Description):
             row = None if forces is None else forces.reshape(1, -1)
             one: Array = self._rows(name, times, y[None], p[None], row)[0]
             return one
-        return self._evaluate_many(name, y, p, doubles(t, "the time"), forces)
+        return self._evaluate_many(name, y, p, doubles(t, "the time", copied=False), forces)
 
     def _evaluate_many(
         self, name: str, y: Array, p: Array, t: Array, forces: Array | None

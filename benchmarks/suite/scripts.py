@@ -64,6 +64,8 @@ COMMANDS = {  # not part of the suite: by their names only
                    "costs.fitting"),
     "fuzz": Script("short motions of random linkages: is any wrong without a word?",
                     "fuzz.command"),
+    "drawn": Script("scenes drawn from a grammar: do all methods and doors agree?",
+                     "drawn.command"),
     "closing": Script("microseconds that it takes to close loops", "costs.closing"),
     "optimal": Script("optimal motions with known costs: errors, iterations, seconds",
                        "formulations.optimal"),

@@ -1,0 +1,139 @@
+"""One case from its seed to its differences."""
+
+from __future__ import annotations
+
+import time
+import traceback
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import sympy as sm
+
+import mechc
+
+from . import doors
+from .judge import POINTS, Case, Difference, Run
+from .reference import Reference
+from .scene import Scene, drawn, equations, numbers, state_of
+
+LONGEST_TEXT = 6000  # characters of a message
+
+
+@dataclass
+class Outcome:
+    """What became of a case, to be told by another process."""
+
+    case: int
+    kind: str = ""
+    used: frozenset[str] = frozenset()
+    faults: list[str] = field(default_factory=list)
+    compared: Counter[str] = field(default_factory=Counter)  # by door
+    largest: dict[str, float] = field(default_factory=dict)  # share of what is allowed, by door
+    ended: Counter[str] = field(default_factory=Counter)  # runs without a motion, by why
+    scenes: int = 0
+    seconds: Counter[str] = field(default_factory=Counter)
+    text: str = ""
+
+
+def judge_case(seed: int, case: int, count: int, only: Sequence[str]) -> Outcome:
+    """The outcome of a case with so many sets of numbers."""
+    scene = drawn(seed, case)
+    found = Outcome(case, scene.kind, scene.used, text=scene.text)
+    try:
+        _judge(scene, seed, case, count, only, found)
+    except Exception:
+        found.faults.append("error: " + traceback.format_exc()[-LONGEST_TEXT:])
+    return found
+
+
+def _judge(
+    scene: Scene, seed: int, case: int, count: int, only: Sequence[str], found: Outcome
+) -> None:
+    begun = time.process_time()
+    names = scene.built()
+    reference = Reference(equations(names), names.get("in_sympy", {}))
+    begun = _spent(found, "SymPy", begun)
+    model = scene.compiled(names)
+    begun = _spent(found, "compile", begun)
+    made = Case(
+        scene, names, model, reference, np.random.default_rng([seed, case, 2]),
+        np.linspace(0.0, scene.span, POINTS),
+    )  # fmt: skip
+    for draw in range(count):
+        values = numbers(scene, seed, case, draw)
+        values = replace(values, params=_of_the_model(values.params, model, reference))
+        run = Run(values, state_of(model, values.start))
+        made.runs.append(run)
+        doors.begin(made, run)
+        if run.ended:
+            found.ended[run.ended] += 1
+    found.scenes = len(made.runs)
+    begun = _spent(found, "base", begun)
+    chosen = np.random.default_rng([seed, case, 3])
+    for name, (share, door) in doors.DOORS.items():
+        taken = chosen.random() < share
+        if not (any(word in name for word in only) if only else taken):
+            continue
+        try:
+            _note(found, list(door(made)))
+        except Exception as error:
+            if not _stated(name, error):
+                found.faults.append(f"{name}: {_words(error)}")
+            else:
+                found.ended[f"{name} refuses"] += 1
+        begun = _spent(found, name, begun)
+
+
+def _of_the_model(
+    params: dict[str, float], model: mechc.Model, reference: Reference
+) -> dict[str, float]:
+    """Without those that have no effect: SymPy's matrices do not have them either."""
+    known = set(model.parameters)
+    missing = [n for n in params if n not in known and n in reference.parameters]
+    if missing:
+        raise AssertionError(f"the model has no {missing}, which SymPy's matrices have")
+    return {n: v for n, v in params.items() if n in known}
+
+
+def _note(found: Outcome, told: Sequence[doors.Told]) -> None:
+    """Counts all, and tells the worst of each door with the number that fail."""
+    failing: dict[str, list[tuple[float, str]]] = {}
+    for each in told:
+        if isinstance(each, Difference):
+            found.compared[each.door] += 1
+            share = each.size / each.allowed
+            found.largest[each.door] = max(found.largest.get(each.door, 0.0), share)
+            if each.fails:
+                words = f"{each.size:.3g}, allowed {each.allowed:.2g}: {each.told}"
+                failing.setdefault(each.door, []).append((share, words))
+        else:
+            failing.setdefault(each.door, []).append((float("inf"), each.told))
+    for door, words in failing.items():
+        worst = max(words)[1]
+        found.faults.append(f"{door} ({len(words)} scenes): {worst}")
+
+
+def _stated(name: str, error: Exception) -> bool:
+    """Whether a door may refuse a scene by what its pages say."""
+    series = "taylor" in name and "taylor" in str(error)
+    return series and isinstance(error, mechc.MechcError | ValueError)
+
+
+def _words(error: Exception) -> str:
+    if doors.refused(error):
+        return f"{type(error).__name__}: {error}"
+    return traceback.format_exc()[-LONGEST_TEXT:]
+
+
+def _spent(found: Outcome, what: str, begun: float) -> float:
+    now = time.process_time()
+    found.seconds[what] += now - begun
+    return now
+
+
+def warm() -> Any:
+    """Imports and caches that all cases share."""
+    return sm.sin(sm.Symbol("x")).diff()

@@ -1,0 +1,102 @@
+"""Scenes drawn from a grammar of what users write: do all methods and doors give one motion?
+
+    mechc bench drawn [--count N] [--seed S] [--only-case K] [--only WORD ...] [--minutes M]
+
+A case is the text of a mechanism, compiled once and run with several sets of numbers and starts.
+Each of these scenes is computed by SymPy's own matrices, by SciPy, by every method, in batches and
+through the other doors; what differs by more than the tolerances, times the growth of the motion,
+is printed with the command that repeats it.  Exits with 1 if anything does.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from ..timing.results import command_parser
+from .processes import each
+from .tally import Tally
+
+HASHES = "PYTHONHASHSEED"  # the order of SymPy's sets is that of a seed
+NUMBERS = 10  # of each case
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    chosen = _parse(given)
+    hashes = str(chosen.seed % 2**32)
+    if os.environ.get(HASHES) != hashes:
+        command = [sys.executable, "-m", __spec__.name, *given]
+        return subprocess.run(command, env={**os.environ, HASHES: hashes}).returncode
+    with tempfile.TemporaryDirectory(prefix="mechc-drawn-") as folder:
+        _compile_there(Path(folder), chosen.optimised)
+        return _run(chosen, Path(folder))
+
+
+def _parse(arguments: Sequence[str]) -> argparse.Namespace:
+    parser = command_parser("drawn", __doc__)
+    parser.add_argument("--count", type=int, default=100, metavar="N", help="cases [100]")
+    parser.add_argument("--seed", type=int, default=0, metavar="S", help="of the cases [0]")
+    parser.add_argument("--first", type=int, default=0, metavar="K", help="the first case [0]")
+    parser.add_argument("--only-case", type=int, metavar="K", help="this case alone, with its text")
+    parser.add_argument("--only", nargs="+", default=(), metavar="WORD",
+                        help="doors whose names have one of these words")  # fmt: skip
+    parser.add_argument("--numbers", type=int, default=NUMBERS, metavar="N",
+                        help=f"sets of numbers of each case [{NUMBERS}]")  # fmt: skip
+    parser.add_argument("--minutes", type=float, default=float("inf"), metavar="M",
+                        help="begin no case after so long")  # fmt: skip
+    parser.add_argument("--jobs", type=int, default=2, metavar="N", help="processes [2]")
+    parser.add_argument("--optimised", action="store_true",
+                        help="compile as for users, in twice the time")  # fmt: skip
+    return parser.parse_args(arguments)
+
+
+def _compile_there(folder: Path, optimised: bool) -> None:
+    """A cache of its own, and a compiler that does not optimise."""
+    os.environ["MECHC_CACHE_DIR"] = str(folder / "cache")
+    found = os.environ.get("CC") or shutil.which("gcc") or shutil.which("cc")
+    if optimised or not found:
+        return
+    fast = folder / "cc-O0"
+    fast.write_text(f'#!/bin/sh\nexec {found} "$@" -O0\n', encoding="utf-8")
+    fast.chmod(0o755)
+    os.environ["CC"] = fast.name
+    os.environ["PATH"] = os.pathsep.join((str(folder), os.environ["PATH"]))
+
+
+def _run(chosen: argparse.Namespace, folder: Path) -> int:
+    from .case import judge_case, warm
+
+    warm()
+    begun, tally = time.monotonic(), Tally(chosen.seed)
+    print(f"seed {chosen.seed}", flush=True)
+    alone = chosen.only_case is not None
+
+    def cases() -> Iterator[int]:
+        first = chosen.only_case if alone else chosen.first
+        for case in range(first, first + (1 if alone else chosen.count)):
+            if time.monotonic() - begun > 60 * chosen.minutes:
+                return
+            yield case
+
+    def judge(case: int) -> object:
+        own = folder / f"case-{case}"
+        os.environ["MECHC_CACHE_DIR"] = str(own)
+        return judge_case(chosen.seed, case, chosen.numbers, chosen.only)
+
+    for case, outcome, seconds in each(cases(), judge, 1 if alone else chosen.jobs, folder):
+        tally.add(case, outcome, seconds, show=alone)
+        shutil.rmtree(folder / f"case-{case}", ignore_errors=True)
+    tally.print(time.monotonic() - begun)
+    return 1 if tally.failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""What users write, by subject: each module adds lines to a scene's text."""

@@ -1,0 +1,98 @@
+"""Equations derived by hand: mass matrices and forcings of functions, kinematics of all kinds."""
+
+from __future__ import annotations
+
+from . import expressions
+from .writer import Writer
+
+
+def write(w: Writer) -> None:
+    """``described``, and the equations as a reference has them."""
+    n = int(w.rng.choice([1, 2, 3, 4], p=[0.4, 0.35, 0.15, 0.1]))
+    w.note(f"freedoms: {n}")
+    q = [w.state(w.one_of(["x", "q", "phi"]) + f"_{k}", -1.0, 1.0) for k in range(n)]
+    own = w.chance(0.7)  # speeds of their own, not q.diff()
+    u = [w.state(f"{w.one_of(['v', 'u', 'omega'])}_{k}", -1.2, 1.2) for k in range(n)]
+    speeds = u if own else [f"{x}.diff(t)" for x in q]
+    if not own:
+        w.note("speeds are the rates")
+        for old, x in zip(u, q, strict=True):
+            w.starts[f"{x}_dot"] = w.starts.pop(old)
+    explicit = w.chance(0.2)
+    force = [_force(w, k, q, speeds) for k in range(n)]
+    mass = None if explicit else _mass(w, q)
+    w.note("by hand: explicit" if explicit else "by hand: implicit")
+    w.line(f"q, u = [{', '.join(q)}], [{', '.join(speeds)}]")
+    w.line(f"F = [{', '.join(force)}]")
+    w.line("M = " + ("None" if mass is None else f"[{', '.join(mass)}]"))
+    kinematics = ""
+    if own and w.chance(0.35):
+        w.note("by hand: kinematics")
+        w.line(f"rates = [{', '.join(_rate(w, k, q, u) for k in range(n))}]")
+        if w.chance(0.5):
+            kinematics = ", kinematics=dict(zip(q, rates))"
+        else:
+            kinematics = ", kinematics=[x.diff(t) - r for x, r in zip(q, rates)]"
+    else:
+        w.line("rates = u")
+    taken = "q, u" if own else "q, None"
+    w.line(f"described = mechc.from_equations({taken}, M, F{kinematics})")
+
+
+def _mass(w: Writer, q: list[str]) -> list[str]:
+    """Rows of a matrix that is positive definite by its diagonal."""
+    n = len(q)
+    entries = [["0"] * n for _ in q]
+    for k, x in enumerate(q):
+        other = w.one_of(q)
+        entries[k][k] = w.one_of(_DIAGONAL)(w, x, other)
+        for j in range(k):
+            if w.chance(0.6):
+                c = w.signed("c", 0.3)
+                text = w.one_of(BESIDE)
+                entries[k][j] = entries[j][k] = text.format(c=c, x=x, y=q[j])
+    return [f"[{', '.join(row)}]" for row in entries]
+
+
+_DIAGONAL = (
+    lambda w, x, y: w.value("m", 1.2, 3.0),
+    lambda w, x, y: f"{w.value('A', 2.5, 4.0)} + {w.value('B', 0.2, 1.2)} * sm.sin({x})",
+    lambda w, x, y: f"{w.value('A', 2.5, 4.0)} + {w.signed('B', 1.2)} * sm.cos({y})",
+    lambda w, x, y: f"{w.value('m', 1.2, 2.0)} * {w.value('l', 1.0, 1.5)}**2 + {x}**2 / 4",
+    lambda w, x, y: (
+        f"{w.value('m', 1.2, 2.0)} + {w.value('J', 0.5, 2.0)} * sm.sin({x})**2"
+        f" + {w.value('J', 0.5, 2.0)} * sm.cos({y})**2"
+    ),
+)
+
+
+BESIDE = ("{c}", "{c} * sm.cos({x} - {y})", "{c} * sm.sin({x}) * sm.cos({y})", "{c} * sm.cos({x})")
+
+
+def _force(w: Writer, k: int, q: list[str], u: list[str]) -> str:
+    terms = [expressions.restoring(w, q[k])]
+    if w.chance(0.6):
+        terms.append(expressions.damping(w, u[k]))
+    for _ in range(w.whole(0, 2)):
+        x, y = w.one_of(q), w.one_of(q + u)
+        terms.append(expressions.coupling(w, x, y))
+    if w.chance(0.4):
+        terms.append(f"{w.signed('B', 0.8)} * sm.cos({q[k]}) * {w.one_of(u)}**2")
+        w.note("products of speeds")
+    if w.chance(0.3):
+        terms.append(expressions.drive(w))
+    return " + ".join(terms)
+
+
+def _rate(w: Writer, k: int, q: list[str], u: list[str]) -> str:
+    x, v = q[k], u[k]
+    return str(
+        w.one_of([
+            f"{w.value('s', 0.5, 1.5)} * {v}",
+            f"{v} + {w.signed('e', 0.4)} * {w.one_of(u)}",
+            f"{v} * (1 + {x}**2 / 4)",
+            f"{v} / (2 + sm.cos({w.one_of(q)}))",
+            f"{v} + {w.signed('d', 0.3)} * sm.sin(t)",
+            f"{v} - {w.signed('d', 0.3)} * {x}",
+        ])
+    )  # fmt: skip

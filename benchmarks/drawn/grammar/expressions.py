@@ -1,0 +1,101 @@
+"""Laws: scalar functions of coordinates, speeds and time, as users write them."""
+
+from __future__ import annotations
+
+from .writer import Writer
+
+
+def restoring(w: Writer, x: str, most: float = 6.0) -> str:
+    """A force or torque back to somewhere near x = 0."""
+    k = w.value("k", 0.2, most)
+    kind = w.one_of(SPRINGS)
+    w.note(f"spring: {kind}")
+    if kind == "linear":
+        return f"-{k} * {x}"
+    if kind == "offset":
+        return f"-{k} * ({x} - {w.signed('h', 0.5)})"
+    if kind == "cubic":
+        return f"-{k} * {x} - {w.value('k', 0.1, 1.5)} * {x}**3"
+    if kind == "sine":
+        return f"-{k} * sm.sin({x})"
+    if kind == "tanh":
+        return f"-{k} * sm.tanh({w.value('s', 0.5, 2.0)} * {x})"
+    if kind == "one-sided":
+        w.kinks = True
+        return f"-{k} * {x} - {w.value('k', 0.5, 5.0)} * sm.Max({x} - {w.signed('h', 0.4)}, 0)"
+    if kind == "pieces":
+        w.kinks = True
+        edge = w.signed("h", 0.5)
+        return f"sm.Piecewise((-{k} * {x}, {x} < {edge}), (-{k} * {edge}, True)) - {k} * {x} / 4"
+    if kind == "root":
+        return f"-{k} * {x} / sm.sqrt({w.value('b', 0.2, 2.0)} + {x}**2)"
+    if kind == "exponential":
+        return f"-{k} * (sm.exp({x} / 2) - 1)"
+    if kind == "power of Abs":
+        w.kinks = True
+        return f"-{k} * sm.sign({x}) * sm.Abs({x})**{w.one_of(['sm.Rational(3, 2)', '1.5', '2'])}"
+    return f"-{k} * sm.sinh({x})"
+
+
+SPRINGS = (
+    "linear", "linear", "offset", "cubic", "sine", "tanh", "one-sided", "pieces", "root",
+    "exponential", "power of Abs", "sinh",
+)  # fmt: skip
+
+
+def damping(w: Writer, v: str) -> str:
+    """A force or torque against a speed."""
+    c = w.value("c", 0.02, 0.6)
+    kind = w.one_of(DAMPERS)
+    w.note(f"damper: {kind}")
+    if kind == "linear":
+        return f"-{c} * {v}"
+    if kind == "quadratic":
+        w.kinks = True
+        return f"-{c} * {v} * sm.Abs({v})"
+    if kind == "cubic":
+        return f"-{c} * {v}**3 / 4"
+    if kind == "tanh":
+        return f"-{c} * sm.tanh({w.value('s', 0.5, 4.0)} * {v})"
+    return f"-{c} * {v} / sm.sqrt(1 + {v}**2)"
+
+
+DAMPERS = ("linear", "linear", "quadratic", "cubic", "tanh", "saturated")
+
+
+def drive(w: Writer) -> str:
+    """A force or torque of time."""
+    a, omega = w.signed("F", 1.5), w.value("w", 0.5, 3.0)
+    kind = w.one_of(DRIVES)
+    w.note(f"of time: {kind}")
+    if kind == "sine":
+        return f"{a} * sm.{w.one_of(['sin', 'cos'])}({omega} * t)"
+    if kind == "decay":
+        return f"{a} * sm.exp(-{omega} * t / 2)"
+    if kind == "polynomial":
+        return f"({a} + {w.signed('F', 0.5)} * t - t**2 / 10)"
+    if kind == "switched":
+        w.jumps = True
+        at = w.value("T", 0.4, 1.5)
+        return f"sm.Piecewise(({a}, t < {at}), ({w.signed('F', 1.0)}, True))"
+    return f"{a} * sm.tanh(t - {omega})"
+
+
+DRIVES = ("sine", "sine", "decay", "polynomial", "switched", "smooth step")
+
+
+def coupling(w: Writer, x: str, y: str) -> str:
+    """Products of sines, powers and the like of two coordinates or speeds: bounded."""
+    a = w.signed("a", 1.0)
+    kind = w.one_of(COUPLINGS)
+    w.note(f"coupling: {kind}")
+    return f"{a} * {kind.replace('X', x).replace('Y', y)}"
+
+
+COUPLINGS = (
+    "sm.sin(X) * sm.cos(Y)", "sm.sin(X) * sm.sin(Y)", "sm.cos(X - Y)", "sm.sin(X)**2 * sm.cos(Y)",
+    "sm.cos(X)**3", "sm.sin(X) / (2 + sm.cos(Y))", "sm.exp(-X**2) * sm.sin(Y)",
+    "sm.atan(X + Y)", "1 / (1 + X**2)", "sm.sqrt(1 + X**2) * sm.cos(Y)", "sm.log(2 + sm.sin(X))",
+    "sm.cosh(sm.sin(X))", "sm.sin(2 * X + Y / 2)", "sm.tanh(X * Y)", "(1 + sm.sin(X)) ** 1.5",
+    "sm.atan2(sm.sin(X), 2 + sm.cos(Y))", "X * sm.cos(Y) / (1 + X**2)",
+)  # fmt: skip

@@ -1,0 +1,116 @@
+"""The text of a scene while it is written: its lines, names, numbers and constructs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+Interval = tuple[float, float]
+STYLES = ("symbols", "symbols", "symbols", "numbers", "mixed", "mixed")
+ASSUMPTIONS = ("", "", ", positive=True", ", real=True")
+
+
+class Writer:
+    """Collects lines; draws names and values, each a symbol, a number or a small expression."""
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self.rng = rng
+        self.lines: list[str] = []
+        self.ranges: dict[str, Interval] = {}  # of parameters
+        self.starts: dict[str, Interval] = {}  # of coordinates and speeds
+        self.inputs: list[str] = []
+        self.given: dict[str, str] = {}  # keywords of mechc.compile, as text
+        self.used: set[str] = set()
+        self.kinks = self.jumps = False
+        self.style = self.one_of(STYLES)
+        self.assumed = self.one_of(ASSUMPTIONS)
+        self.rate = 1.0  # the largest frequency of forces of time, rad/s
+        self.note(f"values as {self.style}")
+
+    # -- draws ----------------------------------------------------------------------------------
+
+    def chance(self, probability: float) -> bool:
+        return bool(self.rng.random() < probability)
+
+    def one_of(self, choices: Sequence[Any]) -> Any:
+        return choices[int(self.rng.integers(len(choices)))]
+
+    def between(self, low: float, high: float) -> float:
+        return float(self.rng.uniform(low, high))
+
+    def whole(self, low: int, high: int) -> int:
+        """From low to high, both included."""
+        return int(self.rng.integers(low, high + 1))
+
+    # -- text -----------------------------------------------------------------------------------
+
+    def note(self, construct: str) -> None:
+        """Counts a construct of this scene."""
+        self.used.add(construct)
+
+    def line(self, text: str) -> None:
+        self.lines.append(text)
+
+    def number(self, low: float, high: float) -> str:
+        """A number as users write them: a decimal, a fraction or a whole number."""
+        kind = self.rng.random()
+        if kind < 0.15 and np.floor(high) >= np.ceil(low):
+            return str(self.whole(int(np.ceil(low)), int(np.floor(high))))
+        if kind < 0.3:
+            n = self.whole(2, 8)
+            return f"sm.Rational({round(self.between(low, high) * n) or 1}, {n})"
+        return repr(round(self.between(low, high), 3) or 0.5)
+
+    def symbol(self, stem: str, low: float, high: float) -> str:
+        """A new parameter."""
+        name = f"{stem}_{len(self.ranges)}" if self.chance(0.8) else f"{stem}{len(self.ranges)}"
+        self.line(f'{name} = sm.Symbol("{name}"{self.assumed if low >= 0 else ""})')
+        self.ranges[name] = (low, high)
+        return name
+
+    def value(self, stem: str, low: float, high: float) -> str:
+        """A positive quantity within an interval, as a factor: safe beside any operator."""
+        plain = self.style == "numbers" or (self.style == "mixed" and self.chance(0.5))
+        if plain:
+            return self.number(low, high)
+        again = [n for n in self.ranges if n.startswith(stem) and self.ranges[n] == (low, high)]
+        if again and self.chance(0.3):
+            return str(self.one_of(again))
+        kind = self.rng.random()
+        if kind < 0.6:
+            return self.symbol(stem, low, high)
+        self.note("sums and products of parameters")
+        if kind < 0.7:
+            return f"({self.symbol(stem, 1 + low, 1 + high)} - 1)"
+        if kind < 0.77:
+            shift = round(high + self.between(0.1, 1.0), 2)
+            return f"({shift!r} - {self.symbol(stem, shift - high, shift - low)})"
+        if kind < 0.83:
+            half = (low / 2, high / 2)
+            return f"({self.symbol(stem, *half)} + {self.symbol(stem, *half)})"
+        if kind < 0.89:
+            root = (low**0.5, high**0.5)
+            return f"({self.symbol(stem, *root)} * {self.symbol(stem, *root)})"
+        if kind < 0.93:
+            return f"({self.symbol(stem, low**0.5, high**0.5)}**2)"
+        if kind < 0.96:
+            return f"({self.symbol(stem, 2 * low, 2 * high)} / 2)"
+        return f"(1 / {self.symbol(stem, 1 / high, 1 / low)})"
+
+    def signed(self, stem: str, most: float) -> str:
+        """A quantity of either sign, as a factor."""
+        if self.style == "numbers" or (self.style == "mixed" and self.chance(0.5)):
+            return f"({'-' * self.whole(0, 1)}{self.number(most / 10, most)})"
+        if self.chance(0.7):
+            return self.symbol(stem, -most, most)
+        self.note("sums and products of parameters")
+        a, b = self.symbol(stem, 0.0, most), self.symbol(stem, 0.0, most)
+        return self.one_of([f"({a} - {b})", f"({a} - {b}) / 2", f"(-({a} - {b}))"])
+
+    def state(self, name: str, low: float, high: float) -> str:
+        """A function of time whose start is drawn."""
+        self.line(f'{name} = dynamicsymbols("{name}")')
+        self.starts[name] = (low, high)
+        return name

@@ -87,7 +87,7 @@ def standalone(
         "states": q + u,
         "parameters": p,
         "room": max(p, 1),
-        "constants": len(functions.constants) + 1,
+        "constants": len(functions.constants) + of_rows(),
         "inputs": inputs,
         "inputs_room": max(inputs, 1),
         "not_closed": code("MECHC_NOT_CLOSED"),
@@ -153,7 +153,16 @@ def fill_template(template: str, *values: Mapping[str, Any]) -> str:
 
 def code(name: str) -> str:
     """The value of an enumerator of the runtime's ``abi/codes.h``."""
-    found = re.search(rf"{name} = (\d+)", (RUNTIME / "abi" / "codes.h").read_text("utf-8"))
+    return _in_runtime("abi/codes.h", rf"{name} = (\d+)")
+
+
+def of_rows() -> int:
+    """How many constants the runtime makes of the rows, after those made of parameters."""
+    return int(_in_runtime("dynamics/sizes.h", r"MECHC_CONSTANTS \(MECHC_NK \+ (\d+)\)"))
+
+
+def _in_runtime(header: str, pattern: str) -> str:
+    found = re.search(pattern, (RUNTIME / header).read_text("utf-8"))
     assert found is not None
     return found[1]
 

@@ -208,6 +208,17 @@ def _without_numbers(mechanism: Mechanism) -> tuple[dict[Any, float], Mechanism]
     return numbers, left
 
 
+def with_numbers(mechanism: Mechanism, numbers: Mapping[str, float]) -> Mechanism:
+    """The mechanism with default values that are numbers, by the names of parameters."""
+    parameters = tuple(
+        replace(p, default=numbers[name]) if (name := printed_name(p.symbol)) in numbers else p
+        for p in mechanism.parameters
+    )
+    more = copy(mechanism)  # it is valid: nothing else has to be checked again
+    object.__setattr__(more, "parameters", parameters)
+    return more
+
+
 def _with_expressions(
     options: CompileOptions, frame: ReferenceFrame, names: Mapping[str, Expr]
 ) -> tuple[CompileOptions, dict[str, Shape]]:

@@ -226,6 +226,19 @@ def test_the_example_moves_with_what_follows_the_values_that_were_given(tmp_path
     assert last_state(said) == pytest.approx(end, abs=1e-6 if real == "double" else 0.01)
 
 
+@pytest.mark.parametrize("array", ["k", "inputs"])
+def test_a_header_with_other_sizes_does_not_compile(tmp_path, array):
+    """The code wrote to k[NK + 3] of a k[NK + 1], over inputs, drive and data."""
+    mechc.export_c(cart()[0], tmp_path, name="cart")
+    header = tmp_path / "cart.h"
+    text = header.read_text("utf-8")
+    header.write_text(re.sub(rf" {array}\[\d+\];", f" {array}[9];", text), "utf-8")
+    command = [*NATIVE, *STRICT, "-fsyntax-only", "cart.c"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode != 0
+    assert "mechc_sizes_of_standalone" in done.stderr
+
+
 def test_a_step_that_fails_says_so_and_leaves_the_state(tmp_path):
     mechc.export_c("four_bar", tmp_path)
     model = mechc.load("four_bar")

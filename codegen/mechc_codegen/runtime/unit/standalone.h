@@ -27,6 +27,14 @@ double MECHC_PUBLIC(conditioning)(const mechc_standalone *model, double t, const
 int MECHC_PUBLIC(step)(const mechc_standalone *model, double t, double h, double *y);
 #endif
 
+/* A model has the sizes that are written to it: it does not compile otherwise. */
+typedef char mechc_sizes_of_standalone
+    [sizeof(((mechc_standalone *)0)->p) == MECHC_AT_LEAST_ONE(MECHC_NP) * sizeof(double)
+             && sizeof(((mechc_standalone *)0)->k) == MECHC_CONSTANTS * sizeof(double)
+             && sizeof(((mechc_standalone *)0)->inputs)
+                    == MECHC_AT_LEAST_ONE(MECHC_NI) * sizeof(double)
+         ? 1 : -1];
+
 /* Inputs with constant values, or values by a function of the program. */
 typedef struct {
     mechc_inputs head; /* first: it is what the scene is given */
@@ -86,9 +94,9 @@ int MECHC_PUBLIC(set)(mechc_standalone *model, const double *p, double t, const 
     model->drive = 0;
     model->data = 0;
     mechc_give_at(t, y, complete, &held.head, 0, &given);
-    memcpy(model->p, given.p, sizeof given.p);
+    memcpy(model->p, complete, sizeof complete);
     memcpy(model->k, given.k, sizeof given.k);
-    return mechc_all_finite(given.p, MECHC_NP) ? MECHC_RUNNING : MECHC_NOT_FINITE;
+    return mechc_all_finite(complete, MECHC_NP) ? MECHC_RUNNING : MECHC_NOT_FINITE;
 }
 
 int MECHC_PUBLIC(project)(const mechc_standalone *model, double t, double *y)

@@ -7,6 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from mechc.compilation.compiler import errors_of_compiler
 from mechc.compilation.library.library import described_as_asked
 from mechc.compilation.request import read_compilable
@@ -60,6 +62,8 @@ def read_export(
 ) -> ExportRequest:
     """A checked request for an export; arguments as those of :func:`mechc.export_c`."""
     errors_of_compiler()
+    from mechc_codegen.frontend.compile_request import with_numbers
+
     if "events" in options:
         raise ValueOutOfBoundsError(
             "exported C and pages have no events, stops or dry friction: a unit of "
@@ -96,12 +100,19 @@ def read_export(
     for given in params:
         if given not in known:
             raise UnknownNameError("parameter", given, sorted(known))
-    values = {
-        name: one_double(in_si(value, known[name]), name)
-        for name, value in {**by_name(numbers, "defaults"), **params}.items()
-        if name in known
-    }
+    defaults, values = (
+        {n: _number(value, known[n]) for n, value in each.items() if n in known}
+        for each in (by_name(numbers, "defaults"), params)
+    )
+    found = with_numbers(found, defaults)
     return ExportRequest(found, request, start, values)
+
+
+def _number(value: Any, of: NamedQuantity) -> float:
+    """The value of a parameter, in SI units and within its bounds."""
+    number = one_double(in_si(value, of), of.name)
+    of.check(np.asarray(number))
+    return number
 
 
 def _open_parameters(described: Any, request: Any) -> dict[str, NamedQuantity]:

@@ -140,7 +140,8 @@ class Configurations(Outputs):
 
         Found by Newton's method for the balance of forces, from points spread over the
         configurations that close the loops; angles in (-pi, pi].  Searches go on until less than
-        half an equilibrium more is to be expected from how often each was found.
+        half an equilibrium more is to be expected from how often each was found.  Whether one is
+        stable is decided by the eigenvalues of the linear model about it.
 
         Parameters
         ----------
@@ -158,7 +159,10 @@ class Configurations(Outputs):
         AssemblyError
             If no closed configuration was found.
         MechcError
-            If no equilibrium was found, or the model has states besides coordinates and speeds.
+            If no equilibrium was found, the model has states besides coordinates and speeds, or how
+            an input depends on the state is not known (a function of Python).
+        UnavailableOutputError
+            If the derivatives were not compiled and cannot be: the description is not at hand.
         """
         from mechc.analysis.equilibria import equilibria
 

@@ -6,11 +6,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
+from mechc.analysis.linearize import linearize
 from mechc.assembly.closer import SAME, even_points, search_of, wrap
 from mechc.assembly.positions import closed_states, gaps
 from mechc.assembly.sizes import is_open, refuse_uneven, sizes, steps_of
-from mechc.errors import MechcError, UnknownNameError
+from mechc.errors import ChangePointError, MechcError, UnknownNameError
 from mechc.native._codes import RUNNING
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -34,16 +36,26 @@ class Equilibrium:
     ----------
     y : (nq + nu,)
         The state, speeds zero.
-    stable
-        Whether the mechanism returns after a small displacement in every direction.
+    kind
+        ``"unstable"`` where a small deviation grows, else ``"neutral"`` where there are directions
+        in which it stays, else ``"stable"``; ``"undecided"`` at a change point.
     neutral
         In how many directions it stays where it is put: a bar between two balls may spin, and
         every angle of it is an equilibrium.
+    eigenvalues : (2 freedoms,)
+        Of the linear model about it, 1/s, complex, those that grow fastest first.  No real part is
+        positive where it is stable: without damping all are zero, and small oscillations last.
     """
 
     y: Array
-    stable: bool
-    neutral: int = 0
+    kind: str
+    neutral: int
+    eigenvalues: NDArray[np.complex128]
+
+    @property
+    def stable(self) -> bool:
+        """Whether small deviations do not grow, nor stay."""
+        return self.kind == "stable"
 
 
 class Equilibria(tuple[Equilibrium, ...]):
@@ -105,7 +117,7 @@ def equilibria(
         for y in _settled(system, starts, values, t):
             known = _same(system, y, found, values)
             if known is None:
-                known = Equilibrium(y, *_kind(system, y, values, t))
+                known = _judged(system, y, values, t)
                 found.append(known)
             searches += not known.neutral
         result = Equilibria(sorted(found, key=lambda e: (not e.stable, e.y.tolist())))
@@ -278,62 +290,51 @@ def _closed(system: System, y: Array, values: Array, t: float) -> Array | None:
     return np.asarray(moved)
 
 
-def _tangent(system: System, y: Array, values: Array, t: float) -> Array:
-    """Directions that keep the constraints: (nu, freedoms), orthonormal in units of the steps."""
-    jacobian = system.constraint_jacobian(y, values, t) * _speed_steps(system, values)
-    if not len(jacobian):
-        return np.eye(len(system.speeds))
-    _, singular, rows = np.linalg.svd(jacobian)
-    rank = int((singular > 1e-10 * singular[0]).sum())
-    return np.asarray(rows[rank:].T)
-
-
-def _along(system: System, y: Array, basis: Array, values: Array, t: float) -> Array:
-    """Accelerations along the directions; those at rest lie in their span."""
-    accelerations = system.rates(y, values, t)[len(system.coordinates) :]
-    return np.asarray(basis.T @ (accelerations / _speed_steps(system, values)))
-
-
 def _speed_steps(system: System, values: Array) -> Array:
     return steps_of(system, values)[len(system.coordinates) :]
 
 
-def _slope(system: System, y: Array, basis: Array, values: Array, t: float) -> Array:
-    """Derivative of the accelerations along the manifold, by central differences."""
-    if not basis.shape[1]:
-        return np.zeros((0, 0))
-    columns = []
-    for direction in basis.T:
-        ends = [_neighbour(system, y, s * DIFFERENCE * direction, values, t) for s in (1.0, -1.0)]
-        if ends[0] is None or ends[1] is None:
-            columns.append(np.zeros(basis.shape[1]))
-            continue
-        forward, backward = (
-            _along(system, end, basis, values, t) for end in ends if end is not None
-        )
-        columns.append((forward - backward) / (2 * DIFFERENCE))
-    return np.column_stack(columns)
-
-
-def _neighbour(system: System, y: Array, change: Array, values: Array, t: float) -> Array | None:
-    """A state moved by `change` along the speeds, then put back onto the manifold, at rest."""
-    width = len(system.coordinates)
-    with_speeds = np.concatenate([y[:width], change * _speed_steps(system, values)])
-    trial = y.copy()
-    trial[:width] += system.rates(with_speeds, values, t)[:width]
-    status, moved, _, _ = system.scene.project(t, trial, values)
-    moved[width:] = 0.0
-    return np.asarray(moved) if status == RUNNING else None
-
-
-def _kind(system: System, y: Array, values: Array, t: float) -> tuple[bool, int]:
-    """Whether an equilibrium is stable, and the number of its neutral directions."""
-    slope = _slope(system, y, _tangent(system, y, values, t), values, t)
+def _judged(system: System, y: Array, values: Array, t: float) -> Equilibrium:
+    """An equilibrium with its kind, by the eigenvalues of the linear model about it."""
+    try:
+        lin = linearize(system, y, values, t, (), (), None, ())
+    except ChangePointError:
+        return Equilibrium(y, "undecided", 0, np.zeros(0, np.complex128))
+    width = sum(name in system.coordinates for name in lin.states)
+    steps = steps_of(system, values)[[system.state_index(name) for name in lin.states[width:]]]
+    slope = lin.A[width:, :width] @ lin.A[:width, width:] * steps / steps[:, None]
+    damping = lin.A[width:, width:] * steps / steps[:, None]
     if not len(slope):
-        return True, 0
+        return Equilibrium(y, "stable", 0, np.zeros(0, np.complex128))
     singular = np.linalg.svd(slope, compute_uv=False)
-    neutral = int((singular <= NEUTRAL * singular[0]).sum())
-    return not neutral and bool(np.linalg.eigvals(slope).real.max() < 0), neutral
+    neutral = int((singular <= BALANCED * max(singular[0], _pull(system, y, values, t))).sum())
+    roots, unsure = _eigenvalues(np.block([[np.zeros_like(slope), np.eye(len(slope))],
+                                           [slope, damping]]))  # fmt: skip
+    grows = bool((roots.real > unsure).any())
+    kind = "unstable" if grows else "neutral" if neutral else "stable"
+    return Equilibrium(y, kind, neutral, roots[np.argsort(-roots.real, kind="stable")])
+
+
+def _pull(system: System, y: Array, values: Array, t: float) -> float:
+    """The largest acceleration, in steps, that the loads would give without the constraints."""
+    loads = system.evaluate("forcing", y, values, t)
+    free = np.linalg.lstsq(system.mass_matrix(y, values, t), loads, rcond=None)[0]
+    return float(np.abs(free / _speed_steps(system, values)).max(initial=0.0))
+
+
+def _eigenvalues(matrix: Array) -> tuple[NDArray[np.complex128], Array]:
+    """Eigenvalues, and by how much each may be off for a matrix that is right but for rounding.
+
+    By the angles between left and right eigenvectors, which are at right angles where two
+    eigenvalues meet: these are off by the root.
+    """
+    from scipy.linalg import eig, matrix_balance  # slow to import
+
+    balanced = matrix_balance(matrix)[0]
+    roots, left, right = eig(balanced, left=True, right=True)
+    cosine = np.abs((left.conj() * right).sum(axis=0))
+    size = np.linalg.norm(balanced, 2)
+    return roots, size * np.minimum(BALANCED / np.maximum(cosine, BALANCED), np.sqrt(BALANCED))
 
 
 def _same(

@@ -2,13 +2,22 @@
 
 import numpy as np
 import pytest
-from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
+from sympy import symbols
+from sympy.physics.mechanics import (
+    KanesMethod,
+    LagrangesMethod,
+    Particle,
+    Point,
+    ReferenceFrame,
+    dynamicsymbols,
+)
 
 import mechc
 from benchmarks.problems.particle import particle
 from mechc.errors import MechcError, UnknownNameError
 from tests.support.linkages import dyads
 from tests.support.linkages.loops import spatial_four_bar
+from tests.support.pendulums import pendulum, pushed_mass
 
 PARAMS = {"l_3": 3.5}
 
@@ -163,3 +172,112 @@ def test_a_crank_that_rocks_on_two_sides_has_two_ranges(model):
 def test_an_unknown_coordinate_is_refused(model):
     with pytest.raises(UnknownNameError, match="theta_0"):
         model.limits("theta0")
+
+
+# -- kinds ----------------------------------------------------------------------------------------
+
+
+def zieglers_column():
+    """Two rods with masses 2 m and m at their ends, springs k and dampers c in their joints, and
+    P along the outer rod (Ziegler 1952, Ingenieur-Archiv 20)."""
+    q, u = dynamicsymbols("q1 q2"), dynamicsymbols("u1 u2")
+    m, l, k, c, P = symbols("m l k c P")
+    frame, origin = ReferenceFrame("N"), Point("O")
+    origin.set_vel(frame, 0)
+    start, ends, rods = origin, [], []
+    for name, angle, speed in zip("AB", q, u, strict=True):
+        rods.append(frame.orientnew(name, "Axis", (angle, frame.z)))
+        rods[-1].set_ang_vel(frame, speed * frame.z)
+        ends.append(start.locatenew(f"end {name}", l * rods[-1].x))
+        ends[-1].v2pt_theory(start, frame, rods[-1])
+        start = ends[-1]
+    inner, outer = k * q[0] + c * u[0], k * (q[1] - q[0]) + c * (u[1] - u[0])
+    method = KanesMethod(frame, q, u, [a.diff() - b for a, b in zip(q, u, strict=True)])
+    method.kanes_equations(
+        [Particle("B", ends[0], 2 * m), Particle("C", ends[1], m)],
+        [(rods[0], (outer - inner) * frame.z), (rods[1], -outer * frame.z),
+         (start, -P * rods[1].x)],
+    )  # fmt: skip
+    return mechc.compile(method, name="column", defaults={"m": 1.5, "l": 0.8, "k": 20.0, "c": 0.0})
+
+
+def straight(found):
+    """The equilibrium in which everything is zero."""
+    (only,) = (e for e in found if np.abs(e.y).max() < 1e-6)
+    return only
+
+
+def test_a_column_under_a_follower_load_flutters_from_its_published_load_on():
+    """P l / k = 7/2 - sqrt 2 without damping; with equal dampers 41/28 + c^2 / (2 k m l^2)."""
+    column, unit = zieglers_column(), 20.0 / 0.8
+    flutter = 3.5 - np.sqrt(2.0)
+    for load, kind in (
+        (0.5, "stable"),
+        (0.9999, "stable"),
+        (1.0001, "unstable"),
+        (1.2, "unstable"),
+    ):
+        upright = straight(column.equilibria({"P": load * flutter * unit}))
+        assert (upright.kind, upright.stable) == (kind, kind == "stable")
+        assert upright.neutral == 0
+        assert (upright.eigenvalues[0].real > 1e-3) == (kind == "unstable")
+        assert abs(upright.eigenvalues[0].imag) > 1.0
+    damped = 41.0 / 28.0 + 0.3**2 / (2 * 20.0 * 1.5 * 0.8**2)
+    for load, kind in ((0.9999, "stable"), (1.0001, "unstable")):
+        given = {"P": load * damped * unit, "c": 0.3}
+        assert straight(column.equilibria(given)).kind == kind
+
+
+def test_a_pendulum_hangs_and_stands():
+    hanging, standing = mechc.compile(pendulum()).equilibria()
+    assert (hanging.kind, standing.kind) == ("stable", "unstable")
+    np.testing.assert_allclose(hanging.eigenvalues.real, 0.0, atol=1e-14)
+    np.testing.assert_allclose(np.abs(hanging.eigenvalues.imag), np.sqrt(9.81), rtol=1e-12)
+    np.testing.assert_allclose(standing.eigenvalues, [np.sqrt(9.81), -np.sqrt(9.81)], rtol=1e-12)
+
+
+@pytest.mark.parametrize(("damper", "kind"), [(0.2, "stable"), (0.0, "stable"), (-0.2, "unstable")])
+def test_a_negative_damper_makes_an_equilibrium_unstable(damper, kind):
+    q, u = dynamicsymbols("q u")
+    c, k = symbols("c k")
+    model = mechc.compile(particle([q], [u], [-k * q - c * u]), defaults={"m": 2.0, "k": 3.0})
+    (found,) = model.equilibria({"c": damper})
+    assert (found.kind, found.neutral) == (kind, 0)
+    np.testing.assert_allclose(found.eigenvalues.real, -damper / 4.0, atol=1e-14)
+    (free,) = model.equilibria({"c": damper, "k": 0.0})[:1]
+    assert (free.kind, free.neutral) == ("unstable" if damper < 0 else "neutral", 1)
+
+
+def test_a_loop_with_a_negative_damper_in_its_joint():
+    """A bob on a rod in Cartesian coordinates: the lower equilibrium, with a damper and without."""
+    x, y, u, v = dynamicsymbols("x y u v")
+    c = symbols("c")
+    bob = mechc.from_equations(
+        [x, y], [u, v], [[2, 0], [0, 2]], [-c * u, -19.62 - c * v], name="bob",
+        kinematics=[x.diff() - u, y.diff() - v], constraints=[x**2 + y**2 - 1],
+    )  # fmt: skip
+    model = mechc.compile(bob, defaults={"c": 0.0})
+    for damper, kinds in ((0.0, ("stable", "unstable")), (-0.2, ("unstable", "unstable"))):
+        found = sorted(model.equilibria({"c": damper}), key=lambda e: e.y[1])
+        assert tuple(e.kind for e in found) == kinds
+        roots = np.roots([2.0, damper, 19.62])
+        np.testing.assert_allclose(np.sort_complex(found[0].eigenvalues), np.sort_complex(roots))
+
+
+def test_an_equilibrium_where_branches_cross_is_undecided():
+    """A bead that may leave the crossing of two rails along each, drawn back by springs."""
+    x, y, u, v = dynamicsymbols("x y u v")
+    bead = mechc.from_equations(
+        [x, y], [u, v], [[1, 0], [0, 1]], [-x, -2 * y], name="bead",
+        kinematics=[x.diff() - u, y.diff() - v], constraints=[x * y],
+    )  # fmt: skip
+    (found,) = mechc.compile(bead).equilibria()
+    assert (found.kind, found.stable, len(found.eigenvalues)) == ("undecided", False, 0)
+
+
+def test_loads_that_are_unknown_functions_of_the_state_are_refused():
+    model = mechc.compile(pushed_mass(), name="slider", defaults={"m": 2.0, "k": 3.0})
+    assert model.with_inputs({"F": 1.0}).equilibria()[0].stable
+    pushed = model.with_inputs({"F": lambda t, q, u: 0.2 * u[0]})
+    with pytest.raises(MechcError, match="how F depend on the state is not known"):
+        pushed.equilibria()

@@ -73,6 +73,7 @@ def derive(mechanism: Mechanism, request: OutputRequest = DEFAULT_REQUEST) -> Eq
         *(_momenta(mechanism, motions) if request.includes("momenta") else ()),
         *(_points(mechanism) if request.includes("points") else ()),
         *([] if mechanism.preference is None else [outputs.preference(mechanism.preference)]),
+        outputs.cut_directions(mechanism),
     ]
     solved = [
         *(_accelerations(mechanism) if request.includes("accelerations") else ()),

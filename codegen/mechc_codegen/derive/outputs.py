@@ -113,6 +113,14 @@ def preference(value: Expr) -> Output:
     return Output("preference", equation, (value,), (), ("preference",))
 
 
+def cut_directions(mechanism: Mechanism) -> Output:
+    """What tells configurations of cut joints from those with axes turned by half."""
+    pairs = [(closure.name, pair) for closure in mechanism.closures for pair in closure.aligned]
+    equation = "1 where an axis that a cut joint holds points the right way, 0 or -1 elsewhere"
+    labels = (f"{name}: {one} along {other}" for name, (one, other) in pairs)
+    return array("cut_directions", equation, (one.dot(other) for _, (one, other) in pairs), labels)
+
+
 def user_outputs(request: OutputRequest, reactions: Mapping[Expr, Expr]) -> list[Output]:
     """The user-defined outputs, with the values of the reactions in them."""
     return [

@@ -44,6 +44,9 @@ class Closure:
     perpendicular
         One constraint each: the first axis, fixed on the side of ``point``, stays perpendicular
         to the second one, fixed on the side of ``target``.
+    aligned
+        Pairs of axes, as long as that their product is 1 where they point the same way.  Axes held
+        perpendicular to others may also point against them; such a configuration is none.
     labels
         Names of the constraints; by default the closure's name with their axes.
     """
@@ -54,6 +57,7 @@ class Closure:
     axes: tuple[Vector, ...]
     unit: str = "m"
     perpendicular: tuple[tuple[Vector, Vector], ...] = ()
+    aligned: tuple[tuple[Vector, Vector], ...] = ()
     labels: tuple[str, ...] = ()
 
     def constraints(self) -> tuple[Constraint, ...]:

@@ -68,6 +68,7 @@ def scene_metadata(
         "bodies": list(distinct(b.name for b in mechanism.bodies)),
         "joints": [j.name for j in mechanism.joints],
         "constraints": [{"name": name, "unit": unit} for name, unit in rows],
+        **_cut_directions(mechanism),
         "links": [[label, list(points)] for label, points in mechanism.drawing.links],
         "ground": list(mechanism.drawing.ground),
         "traced": list(mechanism.drawing.traced),
@@ -115,6 +116,13 @@ def scene_metadata(
         "walked": len(equations.tree.parents) if equations.tree else 0,
         "planar": equations.tree.planar if equations.tree else None,
     }
+
+
+def _cut_directions(mechanism: Mechanism) -> dict[str, Any]:
+    """The joint and the axes of every row of the output of this name."""
+    pairs = [(closure.name, pair) for closure in mechanism.closures for pair in closure.aligned]
+    found = [[name, str(one), str(other)] for name, (one, other) in pairs]
+    return {"cut_directions": found} if found else {}
 
 
 def _contacts(mechanism: Mechanism, request: OutputRequest) -> dict[str, Any]:
@@ -165,7 +173,7 @@ def _differentiated_outputs(program: Program, request: OutputRequest) -> dict[st
 
 TIME_ALONE = (  # computed without the speeds, or at other speeds than the state's
     *("constraints", "constraint_jacobian", "constraint_gradient", "velocity_bias"),
-    *("mass_matrix", "augmented_mass_matrix", "kinematic_matrix", "preference"),
+    *("mass_matrix", "augmented_mass_matrix", "kinematic_matrix", "preference", "cut_directions"),
     *("tree_offset", "tree_subspace", "tree_inertia", "tree_reference", "tree_cut"),
 )
 
@@ -173,7 +181,7 @@ TIME_ALONE = (  # computed without the speeds, or at other speeds than the state
 CLOSING = (  # what is needed to close the loops, and to find speeds on the constraints
     *("constraints", "constraint_gradient", "constraint_jacobian", "velocity_constraints"),
     *("velocity_bias", "preference", "kinematic_matrix", "coordinate_rates"),
-    *("tree_offset", "tree_subspace", "tree_reference", "tree_cut"),
+    *("tree_offset", "tree_subspace", "tree_reference", "tree_cut", "cut_directions"),
 )
 
 

@@ -27,7 +27,7 @@ RESERVED = frozenset(
         *("kinematic_matrix", "input_jacobian", "own_input_jacobian", "reaction_forces"),
         *("reaction_torques", "default_slopes", "constraints_by_parameters"),
         *("velocity_constraints_by_parameters", "constraints_by_inputs"),
-        "velocity_constraints_by_inputs",
+        *("velocity_constraints_by_inputs", "cut_directions"),
     )
 )
 

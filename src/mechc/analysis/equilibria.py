@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from mechc.analysis.linearize import linearize
 from mechc.assembly.closer import SAME, even_points, search_of, wrap
-from mechc.assembly.positions import closed_states, gaps
-from mechc.assembly.sizes import is_open, refuse_uneven, sizes, steps_of
+from mechc.assembly.directions import are_turned
+from mechc.assembly.positions import are_closed, closed_states
+from mechc.assembly.sizes import refuse_uneven, sizes, steps_of
 from mechc.errors import ChangePointError, MechcError, UnknownNameError
 from mechc.native._codes import RUNNING
 from mechc.system.parameters import Array
@@ -165,11 +166,8 @@ def _closed_at(system: System, driven: int, grid: Array, values: Array) -> list[
     fixed[:, driven] = grid
     free = system.unknowns([driven])
     if not free or not system.scene.holonomic:
-        opened = gaps(system, fixed, values, 0.0)
-        return [
-            None if is_open(system, gap, values, 0.0) else q
-            for q, gap in zip(fixed, opened, strict=True)
-        ]
+        closed = are_closed(system, fixed, values, 0.0)
+        return [q if closes else None for q, closes in zip(fixed, closed, strict=True)]
     p = np.tile(values, (len(grid), 1))
     any_start = search_of(system, free, starts=even_points(FIRST, len(free)))
     search = any_start.solve(0.0, fixed, p, 1, enough=1, tells_miss=False)
@@ -282,7 +280,7 @@ def _times(matrices: Array, vectors: Array) -> Array:
 def _closed(system: System, y: Array, values: Array, t: float) -> Array | None:
     """The nearest state on the manifold, at rest, angles within (-pi, pi]."""
     status, moved, _, _ = system.scene.project(t, y, values)
-    if status != RUNNING:
+    if status != RUNNING or are_turned(system, moved, values, t):
         return None
     width = len(system.coordinates)
     moved[width:] = 0.0

@@ -17,7 +17,7 @@ SAME = 1e-6  # two solutions closer than this (rad, or of the mechanism's length
 MOST_NUMBERS = 1 << 22  # of all starts together
 USED = (
     "constraints", "constraint_gradient", "velocity_constraints", "constraint_jacobian",
-    "preference",
+    "preference", "cut_directions",
 )  # fmt: skip
 
 

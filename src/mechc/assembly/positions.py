@@ -9,6 +9,7 @@ import numpy as np
 
 from mechc.assembly import sheets
 from mechc.assembly.closer import Search, even_points, search_of
+from mechc.assembly.directions import TURN, are_turned, at_rest, turned_in_words
 from mechc.assembly.sizes import gap_in_words, is_open, sizes
 from mechc.assembly.speeds import in_words, only_branch, with_speeds
 from mechc.errors import AssemblyError
@@ -76,15 +77,14 @@ def _configurations(
         for name, value in values.items():
             fixed[0, system.state_index(name)] = value
     search = search_for(system, tuple(given), tuple(near))
-    if search is None or {*near, *given} >= {*system.coordinates}:  # it may be closed already
-        gap = gaps(system, fixed, p, t)[0]
-        if not is_open(system, gap, p, t):
-            system.attitudes.check(fixed)
-            return fixed
+    whole = search is None or {*near, *given} >= {*system.coordinates}
+    if whole and are_closed(system, fixed, p, t)[0]:  # already
+        system.attitudes.check(fixed)
+        return fixed
     if search is None:
         raise AssemblyError(
-            f"the coordinates given leave {gap_in_words(system, gap, p, t)}; give fewer of "
-            "them and let the others be solved for"
+            f"the coordinates given {_fault(system, fixed[0], p, t)}; give fewer of them and let "
+            "the others be solved for"
         )
     done = search.solve(t, fixed, p[None], MOST, **options)
     many = int(done.many[0])
@@ -140,7 +140,7 @@ def closed_states(system: System, starts: Array, p: Array, t: float) -> Array:
         if not found.many[0]:
             raise AssemblyError(miss_message(system, {}, {}, found.open[0], p, t))
         closed = found.found[0, : found.many[0]]
-    return np.hstack([closed, np.zeros((len(closed), len(system.speeds)))])
+    return at_rest(system, closed)
 
 
 def rank_elsewhere(system: System, p: Array, t: float) -> int:
@@ -160,8 +160,22 @@ def rank_elsewhere(system: System, p: Array, t: float) -> int:
 
 def gaps(system: System, q: Array, p: Array, t: float) -> Array:
     """The configuration constraints (n, nh) at configurations (n, nq)."""
-    still = np.zeros((len(q), len(system.speeds)))
-    return system.constraints(np.hstack([q, still]), p, t)
+    return system.constraints(at_rest(system, q), p, t)
+
+
+def are_closed(system: System, q: Array, p: Array, t: float) -> Array:
+    """Whether the loops close at configurations (n, nq), with parameters (np,) or (n, np)."""
+    rows = np.broadcast_to(p, (len(q), p.shape[-1]))
+    opened = [is_open(system, *each, t) for each in zip(gaps(system, q, p, t), rows, strict=True)]
+    return np.asarray(~(np.array(opened, bool) | are_turned(system, at_rest(system, q), p, t)))
+
+
+def _fault(system: System, q: Array, p: Array, t: float) -> str:
+    y = at_rest(system, q[None])[0]
+    gap = system.constraints(y, p, t)
+    if is_open(system, gap, p, t):
+        return f"leave {gap_in_words(system, gap, p, t)}"
+    return f"leave {turned_in_words(system, y, p, t)}"
 
 
 def miss_message(system: System, given: Values, near: Values, q: Array, p: Array, t: float) -> str:
@@ -170,7 +184,11 @@ def miss_message(system: System, given: Values, near: Values, q: Array, p: Array
     where = f" at {at}" if at else ""
     if not np.isfinite(q).all():
         return f"no configuration closes the loops{where}: the constraints there are no numbers"
-    gap = gaps(system, q[None], p, t)[0]
+    y = at_rest(system, q[None])[0]
+    gap = system.constraints(y, p, t)
+    if are_turned(system, y, p, t) and not is_open(system, gap, p, t):
+        met = turned_in_words(system, y, p, t)
+        return f"no configuration was found{where}, but for {met}; {TURN}"
     least = f"is {np.linalg.norm(gap):.6g} m"
     if system.gap_unit != "m":
         least = f"leaves {gap_in_words(system, gap, p, t)} instead of 0"

@@ -11,6 +11,7 @@ import warnings
 
 import numpy as np
 
+from mechc.assembly.directions import at_rest
 from mechc.assembly.tangent_branches import GENERIC, generic_rank
 from mechc.errors import CollapsedSheetWarning
 from mechc.system.parameters import Array
@@ -68,17 +69,13 @@ def ranks_at(system: System, q: Array, p: Array, t: float, least: float = GENERI
 
     ``least``: of the largest singular value; smaller ones count as 0.
     """
-    jacobian = system.constraint_jacobian(_at_rest(system, q), p, t)
+    jacobian = system.constraint_jacobian(at_rest(system, q), p, t)
     singular = np.linalg.svd(jacobian, compute_uv=False)
     return np.asarray((singular > least * singular[:, :1]).sum(axis=1))
 
 
 def _rank_around(system: System, q: Array, p: Array, t: float) -> int:
-    return generic_rank(system, _at_rest(system, q[None])[0], p, t)
-
-
-def _at_rest(system: System, q: Array) -> Array:
-    return np.hstack([q, np.zeros((len(q), len(system.speeds)))])
+    return generic_rank(system, at_rest(system, q[None])[0], p, t)
 
 
 def _warn(words: str) -> None:

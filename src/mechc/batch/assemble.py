@@ -8,8 +8,14 @@ from typing import Any
 import numpy as np
 
 from mechc.assembly import sheets, tangent_branches
-from mechc.assembly.positions import assemble, gaps, rank_elsewhere, search_for, with_attitudes
-from mechc.assembly.sizes import is_open
+from mechc.assembly.positions import (
+    are_closed,
+    assemble,
+    gaps,
+    rank_elsewhere,
+    search_for,
+    with_attitudes,
+)
 from mechc.assembly.speeds import consistent
 from mechc.batch.driven import Columns
 from mechc.batch.spec import Recipe
@@ -63,9 +69,8 @@ def _configurations(
     t = recipe.span[0]
     search = search_for(system, tuple(recipe.coordinates), tuple(guess))
     if search is None or not recipe.count:
-        opened = gaps(system, fixed, values, t)
-        closed = [not is_open(system, gap, p, t) for gap, p in zip(opened, values, strict=True)]
-        return fixed, np.array(closed, int), np.linalg.norm(opened, axis=1), True
+        opened, closed = gaps(system, fixed, values, t), are_closed(system, fixed, values, t)
+        return fixed, closed.astype(int), np.linalg.norm(opened, axis=1), True
     job = search.closings(t, fixed, values, MOST, block=BLOCK)
     complete = drive(job)
     return job.found[:, 0], job.many, job.miss, complete

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mechc.assembly.directions import are_turned
 from mechc.assembly.sizes import allowed_gaps
 from mechc.batch import assemble
 from mechc.batch.driven import driven_by, evaluate_output, own_numbers
@@ -27,7 +28,9 @@ from mechc.native._codes import (
     INPUT_FAILED,
     LAST,
     LEAST,
+    NOT_ASSEMBLED,
     NOT_RUN,
+    OPEN_AT_START,
 )
 from mechc.simulation.events.outcome import function_failed
 from mechc.simulation.events.run_events import RunEvents
@@ -80,6 +83,8 @@ def run_members(
     except KeyboardInterrupt:
         complete = False
         job.status[np.isin(job.status, (INPUT_FAILED, EVENT_FAILED))] = NOT_RUN
+    if recipe.states is not None:  # given, and turned
+        job.status[job.status == NOT_ASSEMBLED] = OPEN_AT_START
     results = {"y0": y0, "y": job.y, "t": job.t, "status": job.status.astype(np.int16)}
     results |= {name: job.counts[:, i].astype(np.int64) for name, i in COUNTERS.items()}
     results |= {name: job.least[:, i] for name, i in LEAST.items()}
@@ -167,10 +172,13 @@ def parameter_rows(system: System, recipe: Recipe) -> Array:
 def starts(
     system: System, recipe: Recipe, values: Array, threads: int
 ) -> tuple[Array, Array | None, Array | None, bool]:
-    """Start states (n, nq + nu), which members have one, and the gap of the others."""
+    """Start states (n, nq + nu), which members have one (None: all), the gap of the others, and
+    whether they are complete."""
     if recipe.states is not None:
         shape = (recipe.count, recipe.states.shape[-1])
-        return np.ascontiguousarray(np.broadcast_to(recipe.states, shape)), None, None, True
+        y0 = np.ascontiguousarray(np.broadcast_to(recipe.states, shape))
+        turned = are_turned(system, y0, values, recipe.span[0])
+        return y0, (~turned).astype(np.uint8) if turned.any() else None, None, True
     y0, kept, miss, complete = assemble.states(
         system, recipe, values, lambda job: drive(job, threads)
     )

@@ -17,6 +17,7 @@ from mechc.native._pieces cimport LOOK, stack_for, with_stack
 
 
 cdef extern from "closing/closure.h":
+    const double MECHC_ALIGNED
     enum: MECHC_GAPS, MECHC_GRADIENT, MECHC_CLOSURE_OUTPUTS
 
     ctypedef struct mechc_closure:
@@ -117,6 +118,9 @@ cdef extern from "closing/follow.h":
     int mechc_follow_work(mechc_following *) noexcept nogil
 
 
+ALIGNED = MECHC_ALIGNED  # the least product of axes that point the same way
+
+
 ctypedef struct searching:
     mechc_closing *job
     mechc_closer *closer
@@ -193,7 +197,7 @@ cdef class Closure:
         closure.kind, closure.alike = &self.kind[0], &self.alike[0]
         names = (
             "constraints", "constraint_gradient" if whole else "constraint_jacobian",
-            "velocity_constraints", "constraint_jacobian", "preference",
+            "velocity_constraints", "constraint_jacobian", "preference", "cut_directions",
         )
         for what, name in enumerate(names):
             closure.output[what] = scene.indices.get(name, -1)

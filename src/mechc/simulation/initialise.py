@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from mechc.assembly.directions import TURN, are_turned, turned_in_words
 from mechc.assembly.sizes import checked_gap, excess_of_rates, gap_in_words, is_open
 from mechc.errors import AssemblyError, ValueOutOfBoundsError
 from mechc.native._arrays import all_within
@@ -62,6 +63,7 @@ def checked_state(system: System, y0: Array, values: Array, t0: float) -> Array:
     code, projected, gap, drift = system.scene.project(t0, state, values)
     if not (code == RUNNING and gap <= allowed and drift <= allowed):
         _refuse_open(system, state, values, t0)
+    _refuse_turned(system, state, values, t0)
     return projected
 
 
@@ -72,6 +74,7 @@ def state_as_given(system: System, y0: Array, values: Array, t0: float) -> Array
     """
     state = _flat_state(system, y0)
     _refuse_open(system, state, values, t0)
+    _refuse_turned(system, state, values, t0)
     return state
 
 
@@ -88,6 +91,15 @@ def _flat_state(system: System, y0: Array) -> Array:
         f"y0 must have the shape ({width},): "
         f"{', '.join((*system.coordinates, *system.speeds))}; it has {state.shape}"
     )
+
+
+def _refuse_turned(system: System, state: Array, values: Array, t: float) -> None:
+    """Raise for a state in which axes that cut joints hold point another way."""
+    if are_turned(system, state, values, t):
+        raise AssemblyError(
+            f"y0 leaves {turned_in_words(system, state, values, t)}; take y0 = "
+            f"model.assemble(...), which finds another, or {TURN}"
+        )
 
 
 def _refuse_open(system: System, state: Array, values: Array, t: float) -> None:

@@ -241,8 +241,8 @@ CODES = {
     ),
     codes.OPEN_AT_START: (
         "open at the start",
-        "the start is not finite, its loops are open, its speeds open one, or parts that touch "
-        "at a stop overlap",
+        "the start is not finite, its loops are open or closed with a joint turned by half, its "
+        "speeds open one, or parts that touch at a stop overlap",
         "Use mechc.Assembly(...), which closes the loops of each member",
     ),
     codes.INTERRUPTED: (

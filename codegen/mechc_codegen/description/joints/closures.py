@@ -1,16 +1,17 @@
 """The joints of a mechanism in one form, and the closures of its cut joints.
 
 Constraints of a cut joint that always hold in this mechanism, such as those across the plane of a
-planar one, are omitted.
+planar one, are omitted; so are pairs of aligned axes that always point the same way.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
 from sympy.physics.mechanics import Point, ReferenceFrame
+from sympy.physics.vector import Vector
 
 from mechc_codegen.description.constraints import Closure
 from mechc_codegen.description.joints.cuts import Cut
@@ -19,6 +20,7 @@ from mechc_codegen.description.placement import Placement, dot
 from mechc_codegen.errors import MechanismError
 
 SAMPLES = 3
+Axes = tuple[Vector, Vector]
 ROUNDING = 1e-12  # of values of the order of one
 
 
@@ -66,8 +68,26 @@ def _without_idle(closure: Closure, placements: Sequence[Placement]) -> Closure:
         closure,
         axes=tuple(closure.axes[k] for k in moved if k < axes),
         perpendicular=tuple(closure.perpendicular[k - axes] for k in moved if k >= axes),
+        aligned=tuple(_turning(closure, placements)),
         labels=tuple(closure.labels[k] for k in moved) if closure.labels else (),
     )
+
+
+def _turning(closure: Closure, placements: Sequence[Placement]) -> Iterator[Axes]:
+    """The pairs of aligned axes that do not point the same way in every configuration."""
+    for one, other in closure.aligned:
+        cosines = [_cosine(one, other, placement) for placement in placements]
+        if max(cosines) < ROUNDING - 1.0:
+            raise MechanismError(
+                f"the joint {closure.name}: {one} of the child points against {other} of the "
+                "parent in every configuration; turn child_interframe by half a turn"
+            )
+        if min(cosines) < 1.0 - ROUNDING:
+            yield one, other
+
+
+def _cosine(one: Vector, other: Vector, placement: Placement) -> float:
+    return float(dot(placement.vector(one), placement.vector(other)))
 
 
 def _moving(closure: Closure, placements: Sequence[Placement]) -> list[bool]:
@@ -79,10 +99,7 @@ def _values(closure: Closure, placement: Placement) -> list[float]:
     ends = [_position(closure.name, p, placement) for p in (closure.point, closure.target)]
     gap = [a - b for a, b in zip(*ends, strict=True)]
     along = [dot(gap, placement.vector(axis)) for axis in closure.axes]
-    across = [
-        dot(placement.vector(one), placement.vector(other)) for one, other in closure.perpendicular
-    ]
-    return along + across
+    return along + [_cosine(*pair, placement) for pair in closure.perpendicular]
 
 
 def _position(name: str, point: Point, placement: Placement) -> Sequence[float]:

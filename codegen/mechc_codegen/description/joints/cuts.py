@@ -47,12 +47,16 @@ class Cut(Joint):
         The directions along which the points coincide; None: all axes of the inertial frame.
     perpendicular
         Pairs of axes, of child and parent, that stay perpendicular.
+    aligned
+        Pairs of axes, of child and parent, that point the same way where the joint is closed.
+        These hold no motion: they tell its configurations from those turned by half.
     labels
         Names of the constraints; by default the joint's name and their axes.
     """
 
     axes: tuple[Vector, ...] | None = None
     perpendicular: tuple[tuple[Vector, Vector], ...] = ()
+    aligned: tuple[tuple[Vector, Vector], ...] = ()
     labels: tuple[str, ...] = ()
 
     @property
@@ -68,6 +72,7 @@ class Cut(Joint):
             self.parent_point,
             axes,
             perpendicular=self.perpendicular,
+            aligned=self.aligned,
             labels=self.labels,
         )
 
@@ -97,7 +102,7 @@ class Cut(Joint):
             If a point or frame is missing or not fixed to its body.
         """
         sides = _Sides(name, parent, child, *args, **places)
-        return cls(*sides.described, perpendicular=sides.parallel(sides.axis(joint_axis)))
+        return cls(*sides.described, **sides.parallel(sides.axis(joint_axis)))
 
     @classmethod
     def spherical(
@@ -125,7 +130,7 @@ class Cut(Joint):
     ) -> Self:
         """A cut weld: three positions and three directions held; parameters as in :meth:`pin`."""
         sides = _Sides(name, parent, child, *args, **places)
-        return cls(*sides.described, perpendicular=sides.all_parallel())
+        return cls(*sides.described, **sides.all_parallel())
 
     @classmethod
     def prismatic(
@@ -135,7 +140,7 @@ class Cut(Joint):
         """A cut slide along an axis: two positions and three directions held; see :meth:`pin`."""
         sides = _Sides(name, parent, child, *args, **places)
         across = sides.across(sides.axis(joint_axis))
-        return cls(*sides.described, axes=across, perpendicular=sides.all_parallel())
+        return cls(*sides.described, axes=across, **sides.all_parallel())
 
     @classmethod
     def cylindrical(
@@ -145,7 +150,7 @@ class Cut(Joint):
         """A cut slide that turns: two positions and two directions held; see :meth:`pin`."""
         sides = _Sides(name, parent, child, *args, **places)
         axis = sides.axis(joint_axis)
-        return cls(*sides.described, axes=sides.across(axis), perpendicular=sides.parallel(axis))
+        return cls(*sides.described, axes=sides.across(axis), **sides.parallel(axis))
 
     @classmethod
     def planar(
@@ -157,9 +162,7 @@ class Cut(Joint):
         """
         sides = _Sides(name, parent, child, *args, **places)
         normal = UNITS[0]
-        return cls(
-            *sides.described, axes=(sides.on_parent(normal),), perpendicular=sides.parallel(normal)
-        )
+        return cls(*sides.described, axes=(sides.on_parent(normal),), **sides.parallel(normal))
 
 
 class _Sides:
@@ -214,15 +217,26 @@ class _Sides:
         """Two directions of the parent that are perpendicular to the axis."""
         return tuple(self.on_parent(other) for other in across(axis))
 
-    def parallel(self, axis: Components) -> tuple[tuple[Vector, Vector], ...]:
-        """Pairs that keep the axis of the child along that of the parent."""
-        return tuple((self.on_child(axis), other) for other in self.across(axis))
+    def parallel(self, axis: Components) -> dict[str, Any]:
+        """What keeps the axis of the child along that of the parent."""
+        square = sum(c**2 for c in axis)
+        x, y, z = (c / square for c in axis)
+        return {
+            "perpendicular": tuple((self.on_child(axis), other) for other in self.across(axis)),
+            "aligned": ((self.on_child(axis), self.on_parent((x, y, z))),),
+        }
 
-    def all_parallel(self) -> tuple[tuple[Vector, Vector], ...]:
-        """Pairs that keep all axes of the child along those of the parent."""
-        return tuple(
-            (self.on_child(UNITS[k]), self.on_parent(UNITS[(k + 1) % 3])) for k in range(3)
-        )
+    def all_parallel(self) -> dict[str, Any]:
+        """What keeps all axes of the child along those of the parent.
+
+        Perpendicular axes also have three half turns, and two thirds of a turn that exchange all
+        axes; of all these only the right one has two axes along those of the parent.
+        """
+        child, parent = ([on(unit) for unit in UNITS] for on in (self.on_child, self.on_parent))
+        return {
+            "perpendicular": tuple((child[k], parent[(k + 1) % 3]) for k in range(3)),
+            "aligned": tuple((child[k], parent[k]) for k in range(2)),
+        }
 
     def _frame_of(self, side: int) -> ReferenceFrame:
         frame = self.frames[side]

@@ -5,12 +5,15 @@
 #include <stddef.h>
 #include "abi/model.h"
 
+#define MECHC_ALIGNED 0.5 /* between axes that point the right way, 1, and others, 0 or -1 */
+
 typedef enum {
     MECHC_GAPS,       /* of the configuration constraints */
     MECHC_GRADIENT,   /* of these over the coordinates */
     MECHC_RESIDUALS,  /* J u + b of all constraints */
     MECHC_JACOBIAN,   /* J, over the speeds */
     MECHC_PREFERENCE, /* the larger the better */
+    MECHC_DIRECTIONS, /* of axes that cut joints hold: 1 where they point the right way */
     MECHC_CLOSURE_OUTPUTS
 } mechc_closure_output;
 
@@ -33,6 +36,18 @@ static void mechc_ask(const mechc_closure *closure, mechc_closure_output what, p
     const mechc_rows t = {&closure->t, 0}, states = {y, closure->width}, parameters = {p, 0};
     closure->unit->outputs[closure->output[what]].evaluate(count, t, states, parameters,
                                                            closure->inputs, MECHC_NO_FORCES, out);
+}
+
+/* Whether axes that cut joints hold point against the right way, or across it: rows that keep axes
+ * perpendicular are zero there too.  `cosine` has room for this output. */
+static int mechc_is_turned(const mechc_closure *closure, const double *y, const double *p,
+                           double *cosine)
+{
+    if (closure->output[MECHC_DIRECTIONS] < 0) return 0;
+    mechc_ask(closure, MECHC_DIRECTIONS, 1, y, p, cosine);
+    for (int i = 0; i < closure->breadth[MECHC_DIRECTIONS]; i++)
+        if (!(cosine[i] > MECHC_ALIGNED)) return 1;
+    return 0;
 }
 
 static void mechc_close_swap(double *a, double *b, int count)

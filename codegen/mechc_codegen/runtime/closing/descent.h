@@ -63,7 +63,7 @@ typedef enum { MECHC_PHASE_NONE, MECHC_PHASE_GUESS, MECHC_PHASE_SPREAD, MECHC_PH
 /* The search of one thread; the first `active` rows of its arrays are at work. */
 typedef struct {
     double *y, *gaps, *gradients; /* states tried, and the outputs there */
-    double *x, *step, *square, *best, *unit, *rank;
+    double *x, *step, *square, *best, *unit, *rank, *cosine;
     mechc_seeker seeker[MECHC_CLOSE_TEAM];
     int team, active;
     ptrdiff_t member, last; /* of the block; none left where they are equal */
@@ -80,7 +80,7 @@ static void mechc_closer_free(mechc_closer *closer)
 {
     double *arrays[] = {closer->y,    closer->gaps,   closer->gradients, closer->x,
                         closer->step, closer->square, closer->best,      closer->unit,
-                        closer->rank};
+                        closer->rank, closer->cosine};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) free(arrays[i]);
     mechc_measure_free(&closer->measure);
     free(closer);
@@ -103,8 +103,10 @@ static mechc_closer *mechc_closer_make(const mechc_closing *job)
     closer->best = malloc(n * one);
     closer->unit = malloc(n * one);
     closer->rank = malloc((size_t)job->most * one);
+    closer->cosine = malloc(((size_t)breadth[MECHC_DIRECTIONS] + 1) * one);
     if (closer->y && closer->gaps && closer->gradients && closer->x && closer->step
         && closer->square && closer->best && closer->unit && closer->rank
+        && closer->cosine
         && mechc_measure_make(&closer->measure, &job->closure, job->unknowns, job->unknown))
         return closer;
     mechc_closer_free(closer);
@@ -267,8 +269,9 @@ static int mechc_close_arrived(const mechc_closer *closer, int k)
         || (!near && !(seeker->size <= stalls * seeker->before));
 }
 
-/* Store the configuration that start k has reached, unless it is known. */
-static void mechc_close_keep(mechc_closing *job, mechc_closer *closer, int k)
+/* Store the configuration that start k has reached, unless it is known; 0: it is none, as axes are
+ * turned by half in it. */
+static int mechc_close_keep(mechc_closing *job, mechc_closer *closer, int k)
 {
     const int n = job->unknowns, coordinates = job->closure.coordinates;
     double *y = closer->y + k * job->closure.width;
@@ -278,6 +281,7 @@ static void mechc_close_keep(mechc_closing *job, mechc_closer *closer, int k)
         const double x = closer->x[k * n + i];
         y[job->unknown[i]] = mechc_close_turns(job, i) ? mechc_close_wrap(x) : x;
     }
+    if (mechc_is_turned(&job->closure, y, closer->p, closer->cosine)) return 0;
     for (int other = 0; other < *many && other < job->most; other++) {
         double furthest = 0.0;
         for (int i = 0; i < n && furthest <= MECHC_CLOSE_SAME; i++) {
@@ -285,11 +289,12 @@ static void mechc_close_keep(mechc_closing *job, mechc_closer *closer, int k)
             furthest = fmax(furthest, fabs(mechc_close_away(
                 job, closer, i, y[at] - found[other * coordinates + at])));
         }
-        if (furthest <= MECHC_CLOSE_SAME) return;
+        if (furthest <= MECHC_CLOSE_SAME) return 1;
     }
     if (*many < job->most)
         memcpy(found + *many * coordinates, y, (size_t)coordinates * sizeof(double));
     ++*many;
+    return 1;
 }
 
 /* Count another start that reached a closed configuration.  With w of them found by n starts, a share of
@@ -312,8 +317,7 @@ static void mechc_close_end(mechc_closing *job, mechc_closer *closer, int k)
                (size_t)job->unknowns * sizeof(double));
     }
     if (size > MECHC_CLOSED * DBL_EPSILON * closer->measure.size) return;
-    mechc_close_keep(job, closer, k);
-    mechc_close_hit(job, closer);
+    if (mechc_close_keep(job, closer, k)) mechc_close_hit(job, closer);
 }
 
 /* Judge the outputs at the trial of start k, and choose the next trial; 0 if its search is over. */

@@ -36,6 +36,10 @@ class Part:
     def child(self, tag: str) -> Element | None:
         return self.element.find(tag)
 
+    def required(self, tag: str) -> Element:
+        found = self.child(tag)
+        return self.refuse(f"lacks <{tag.rpartition('/')[2]}>") if found is None else found
+
     def name_in(self, tag: str, attribute: str) -> str:
         element = self.child(tag)
         found = None if element is None else element.get(attribute)
@@ -60,7 +64,9 @@ class Part:
         return x, y, z
 
     def axis(self, element: Element | None, default: V3 = (1, 0, 0), attribute: str = "xyz") -> V3:
-        """A direction, of length one."""
+        """A direction, of length one; the default where there is no element."""
+        if element is not None and attribute not in element.attrib:
+            self.refuse(f"lacks {attribute}=... in <{element.tag}>")
         return self.direction(self.vector(element, attribute, default))
 
     def direction(self, vector: V3) -> V3:

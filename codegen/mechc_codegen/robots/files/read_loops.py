@@ -7,8 +7,7 @@ URDF itself has none.  Read are
 - ``<drake:ball_constraint>``, of Drake;
 - ``<joint>`` of SDFormat in ``<gazebo>``, as in Gazebo's tutorial of a four-bar linkage.
 
-A joint whose child is that of another too needs no element of its own.  What is known to close a
-loop and is not read is named in ``skipped``.
+A joint whose child is that of another too needs no element of its own.
 """
 
 from __future__ import annotations
@@ -19,6 +18,7 @@ from pathlib import Path
 from xml.etree.ElementTree import Element
 
 from mechc_codegen.robots.files.elements import Part
+from mechc_codegen.robots.files.known_parts import SDF, unknown_parts
 from mechc_codegen.robots.files.sdf_joints import KINDS as SDF_KINDS
 from mechc_codegen.robots.files.sdf_joints import FrameGraph, base_in, sdf_joint
 from mechc_codegen.robots.geometry import Place, across, place_of, pose_of, transpose
@@ -32,11 +32,10 @@ KINDS = {
     "universal": "universal",
 }  # fmt: skip
 ABOUT_AXIS = ("continuous", "cylindrical")
-NOT_READ = ("drake:linear_bushing_rpy", "drake:distance_constraint", "drake:weld_constraint")
 
 
 def with_loops(robot: Robot, path: Path, root: Element) -> Robot:
-    """The robot with the joints of such elements, and what of them is not read.
+    """The robot with the joints of such elements, and words on those that are not read.
 
     Raises
     ------
@@ -50,14 +49,14 @@ def with_loops(robot: Robot, path: Path, root: Element) -> Robot:
     for number, each in enumerate(root.findall("drake:ball_constraint")):
         name = f"ball_constraint_{number}"
         joints.append(_ball(Part(path, "drake:ball_constraint", each, name)))
-    skipped = [f"the element <{each.tag}>" for each in root if each.tag in NOT_READ]
     sdf = [Part(path, "gazebo joint", each) for each in root.findall("gazebo/joint")]
     taken = [part for part in sdf if part.element.get("type") in SDF_KINDS]
-    skipped += [
+    skipped = [
         f"the joint {part.name} of <gazebo> ({part.element.get('type')})"
         for part in sdf
         if part not in taken
     ]
+    skipped += unknown_parts(*(part.element for part in taken), table=SDF)
     for joint, untaken in _sdf_joints(robot, taken) if taken else ():
         joints.append(joint)
         skipped += untaken

@@ -13,8 +13,8 @@ from xml.etree.ElementTree import Element
 
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.robots.files.elements import Part
+from mechc_codegen.robots.files.known_parts import SDF, unknown_parts
 from mechc_codegen.robots.files.read_urdf import INERTIA, parse
-from mechc_codegen.robots.files.sdf_elements import unknown_elements
 from mechc_codegen.robots.files.sdf_joints import (
     MODEL,
     WORLD,
@@ -65,7 +65,9 @@ def read_sdf(path: Path, floating: bool = True) -> Robot:
             f"{path.name!r}: the outermost element is <{root.tag}> with {len(outermost)} worlds or "
             "models, not <sdf> with one of them"
         )
-    return _Reader(path, _version(path, root)).robot(outermost[0], floating)
+    reader = _Reader(path, _version(path, root))
+    reader.skipped += unknown_parts(root, table=SDF)
+    return reader.robot(outermost[0], floating)
 
 
 def _version(path: Path, root: Element) -> int:
@@ -87,6 +89,7 @@ class _Reader:
         self.frames.add_link(WORLD, Place())
         self.links: list[tuple[Part, str, bool]] = []  # whether it is static
         self.joints: list[tuple[Part, str]] = []
+        self.models: list[tuple[Part, str]] = []
         self.skipped: list[str] = []
         self.undrawn = dict[str, list[str]]()
         if version > NEWEST:
@@ -99,6 +102,8 @@ class _Reader:
             gravity = self._gravity(Part(self.path, "world", outermost, WORLD))
         else:
             self._add_model(Part(self.path, "model", outermost), "", WORLD, False, 0)
+        for part, own in self.models:
+            self.frames.link(part, own)  # by its canonical link, which there has to be
         links = {scope + part.name: self._link(part, scope) for part, scope, _ in self.links}
         joints = []
         for part, scope in self.joints:
@@ -107,7 +112,6 @@ class _Reader:
             self.skipped += skipped
         joints += self._joints_of_world(joints, floating)
         self.skipped += [f"{what}: {', '.join(names)}" for what, names in self.undrawn.items()]
-        self.skipped += sorted({*unknown_elements(outermost)})
         name = outermost.get("name") or self.path.stem
         return Robot(
             name, {WORLD: RobotLink(WORLD), **links}, tuple(joints), WORLD,
@@ -115,7 +119,12 @@ class _Reader:
         )  # fmt: skip
 
     def _gravity(self, world: Part) -> V3:
-        tags = ("physics/gravity", "gravity") if self.version < 6 else ("gravity",)
+        older = "physics/gravity"
+        tags = ["gravity"]
+        if self.version < 6:
+            tags = [older, *tags]
+        elif world.child(older) is not None:
+            self.skipped.append("<gravity> in <physics>, where it is until SDFormat 1.5")
         for tag in (each for each in tags if world.child(each) is not None):
             x, y, z = world.numbers_of(tag, 3)
             return x, y, z
@@ -132,6 +141,7 @@ class _Reader:
         first = element.get("canonical_link") or (inner[0].get("name", "") if inner else "")
         base = base_in(pose, outer.removesuffix(MODEL).removesuffix(WORLD), outer)
         self.frames.add(part, own, base, scope + first if first else WORLD)
+        self.models.append((part, own))
         static = static or part.truth(element.findtext("static"), "static")
         self._collect(element, scope, own, static, depth)
 

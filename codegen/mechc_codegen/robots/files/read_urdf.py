@@ -15,6 +15,7 @@ from xml.parsers import expat
 
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.robots.files.elements import Part
+from mechc_codegen.robots.files.known_parts import URDF, unknown_parts
 from mechc_codegen.robots.files.read_loops import with_loops
 from mechc_codegen.robots.robot import (
     URDF_KINDS,
@@ -50,7 +51,10 @@ def read_robot(path: Path) -> Robot:
     links = [_link(Part(path, "link", each)) for each in root.findall("link")]
     joints = [_joint(Part(path, "joint", each)) for each in root.findall("joint")]
     _refuse_repeats(path, "link", [link.name for link in links])
-    robot = Robot(root.get("name") or path.stem, {link.name: link for link in links}, tuple(joints))
+    robot = Robot(
+        root.get("name") or path.stem, {link.name: link for link in links}, tuple(joints),
+        skipped=tuple(unknown_parts(root, table=URDF)),
+    )  # fmt: skip
     robot = with_loops(robot, path, root)
     _refuse_repeats(path, "joint", [joint.name for joint in robot.joints])
     return robot
@@ -118,11 +122,14 @@ def _link(part: Part) -> RobotLink:
     given = part.child("inertial")
     if given is None:
         return RobotLink(part.name, visuals=visuals)
-    mass = part.number(given.find("mass"), "value", 0)
+    mass = part.number(part.required("inertial/mass"), "value", None)
     if mass < 0:
         part.refuse(f"has the mass {mass}, which is negative")
     entries = given.find("inertia")
-    inertia = tuple(part.number(entries, entry, 0) for entry in INERTIA)
+    products = 0 if entries is None else None  # of inertia, a missing moment is none of zero
+    inertia = tuple(
+        part.number(entries, entry, 0 if entry[1] != entry[2] else products) for entry in INERTIA
+    )
     return RobotLink(part.name, mass, part.pose(given), inertia, visuals)
 
 

@@ -218,6 +218,8 @@ def _mimic(part: Part, scope: str) -> Mimic | None:
         for each, default in (("multiplier", 1), ("offset", 0), ("reference", 0))
     )
     followed = scope + (given.get("joint") or part.refuse("mimics no joint"))
+    if (of := given.get("axis", "axis")) != "axis":
+        part.refuse(f"mimics the {of[:60]!r} of {followed!r}; a joint with one axis has none")
     return Mimic(followed, multiplier, offset - multiplier * reference)
 
 

@@ -75,7 +75,8 @@ def test_a_damper_of_gazebo_keeps_its_joint_in_the_tree(tmp_path):
 def test_what_is_not_read_is_named(tmp_path):
     other = '<drake:linear_bushing_rpy/><gazebo><joint name="G" type="gearbox"/></gazebo>'
     assert read(tmp_path, LOOPS["drake"] + other).skipped == (
-        "the element <drake:linear_bushing_rpy>", "the joint G of <gazebo> (gearbox)"
+        "<drake:linear_bushing_rpy> in <robot> of bars, which is not read",
+        "the joint G of <gazebo> (gearbox)"
     )  # fmt: skip
 
 

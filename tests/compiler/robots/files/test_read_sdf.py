@@ -173,6 +173,7 @@ WRONG = {
     "deep": ("<link ", '<model name="m">' * 50 + "</model>" * 50 + "<link ", "within more than 40"),
     "placement": ('name="arm"', 'name="arm" placement_frame="b"', "has a placement_frame"),
     "canonical": ('name="arm"', 'name="arm" canonical_link="c"', "refers to 'c'"),
+    "mimicked": ("<axis>", '<axis><mimic joint="g" axis="axis2"/>', "mimics the 'axis2' of 'g'"),
     "damper": ("<damping>", "<damping>-", "'j' has damping, friction or stiffness that is"),
 }  # fmt: skip
 
@@ -300,9 +301,18 @@ def test_elements_that_no_version_has_are_named(tmp_path):
     text = ARM.replace("<mass>2</mass>", "<masss>2</masss>").replace("damping>", "dampening>")
     text = text.replace("</model>", "<jiont name='k'/><g:own xmlns:g='http://g'/></model>")
     assert read(tmp_path, text).skipped == (
-        "<dampening> in <dynamics> of j, which SDFormat has not",
-        "<jiont> in <model> of arm, which SDFormat has not",
-        "<masss> in <inertial> of b, which SDFormat has not",
+        "<dampening> in <dynamics> of j, which is not read",
+        "<g:own> in <model> of arm, which is not read",
+        "<jiont> in <model> of arm, which is not read",
+        "<masss> in <inertial> of b, which is not read",
+    )
+
+
+def test_weight_where_a_later_version_has_none_is_named(tmp_path):
+    world = '<sdf version="1.6"><world name="w"><physics type="ode"><gravity>0 0 0</gravity>'
+    text = f'{world}</physics><model name="m"><link name="a"/></model></world></sdf>'
+    assert read(tmp_path, text).skipped == (
+        "<gravity> in <physics>, where it is until SDFormat 1.5",
     )
 
 

@@ -23,6 +23,10 @@ CHANGES = {
     'xyz="0 0 1"': ('xyz="0 0 0"', "the joint 'j' has an axis without direction"),
     'upper="1"': ('upper="-2"', "the joint 'j' has the lower limit"),
     'mass value="1"': ('mass value="1e999"', "the link 'b' has a number without bounds"),
+    '<mass value="1"/': ("<masss/", "the link 'b' lacks <mass>"),
+    'value="1"/': ('Value="1"/', "the link 'b' lacks value=... in <mass>"),
+    'izz="1"': ('lzz="1"', "the link 'b' lacks izz=... in <inertia>"),
+    "axis xyz": ("axis axes", "the joint 'j' lacks xyz=... in <axis>"),
     'mass value="1"/': ('mass value="-1"/', "the link 'b' has the mass -1"),
     'ixx="1"': ('ixx="1_0"', "the link 'b' has ixx='1_0' in <inertia>, not a number"),
     'ixy="0"': ('ixy="nan"', "the link 'b' has ixy='nan'"),
@@ -31,7 +35,10 @@ CHANGES = {
     '<link name="a"/><': ('<link name="a"/><link name="c"/><', "these are 'a', 'c'"),
     "<limit": ('<mimic joint="j"/><limit', "mimics 'j', which leads back to itself"),
     "<axis": ('<mimic joint="k"/><axis', "mimics 'k', which is no joint"),
-    '<mass value="1"/>': ("", "so no acceleration is defined: 'j'; write type=\"fixed\""),
+    '<mass value="1"/>': (
+        '<mass value="0"/>',
+        "so no acceleration is defined: 'j'; write type=\"fixed\"",
+    ),
     'type="revolute"><parent': ('type="fixed"><parent', "no joint of the file moves; floating="),
 }
 
@@ -59,6 +66,27 @@ def test_errors_name_the_link_or_joint(part, tmp_path):
     with pytest.raises(mechc.MechanismError) as caught:
         read(tmp_path, text)
     assert words in str(caught.value)
+
+
+UNKNOWN = {
+    "<loop> in <robot> of arm": ("</robot>", '<loop name="l" type="revolute"/></robot>'),
+    "<coupling> in <robot> of arm": ("</robot>", '<coupling joint1="j"/></robot>'),
+    "<drake:joint> in <robot> of arm": ("</robot>", '<drake:joint name="w"/></robot>'),
+    "<orgin> in <joint> of j": ("<axis", '<orgin xyz="0 0 1"/><axis'),
+    "armature=... in <limit> of j": ("upper", 'armature="2" upper'),
+    "axes=... in <axis> of j": ("axis xyz", 'axis axes="1 0 0" xyz'),
+    "<spring> in <joint> of j": ("<axis", '<spring stiffness="1"/><axis'),
+    "the text '1' in <mass> of b": ('<mass value="1"/>', '<mass value="1">1</mass>'),
+}
+
+
+@pytest.mark.parametrize("words", UNKNOWN)
+def test_what_is_not_read_is_warned_of(words, tmp_path):
+    text = GOOD.replace("<robot ", '<robot xmlns:drake="d" ').replace(*UNKNOWN[words], 1)
+    with pytest.warns(mechc.SkippedPartWarning) as told:
+        described = read(tmp_path, text)
+    assert described.skipped == (f"{words}, which is not read",)
+    assert words in str(told[0].message)
 
 
 def test_a_ring_is_refused(tmp_path):

@@ -145,8 +145,8 @@ cdef extern from "hybrid/reach.h":
 
     void mechc_reach_from(mechc_reacher *, double, const double *) nogil
     int mechc_reach_time(mechc_reacher *, double, int) nogil
-    size_t mechc_reach_saved_size(const mechc_reacher *) nogil
-    void mechc_reach_save(const mechc_reacher *, void *) nogil
+    size_t mechc_reach_saved_size(mechc_reacher *, int) nogil
+    void mechc_reach_save(mechc_reacher *, void *, int) nogil
     int mechc_reach_restore(mechc_reacher *, double, const double *, const void *) nogil
 
 cdef extern from "hybrid/contact/read.h":

@@ -433,27 +433,24 @@ cdef class Stepping(Advanced):
         cdef mechc_hybrid *hybrid = &self.reacher.hybrid
         if not hybrid.live:
             return None
-        return steps_of(self.request.scene, hybrid.piece[hybrid.pieces - 1], self.request.p,
+        return steps_of(self.request.scene, hybrid.piece[hybrid.pieces - 1], self.params(),
                         self.request.inputs, self.request.events, self.request.sizes)
 
-    def save(self):
-        """The run as bytes, which contain addresses; None where there is none, or events are looked
-        for."""
-        cdef size_t size = mechc_reach_saved_size(&self.reacher)
-        cdef unsigned char[::1] to
-        if not size:
-            return None
+    def params(self):
+        """The parameters there (np,), as resets have left them, a copy."""
+        return array_of(self.reacher.hybrid.motion.p, self.request.scene.parameters)
+
+    def save(self, bint with_run=True):
+        """The moment as bytes, which contain addresses where they have a run; with events they have
+        none, and the motion begins anew, here as where they are restored."""
+        cdef size_t size = mechc_reach_saved_size(&self.reacher, with_run)
         saved = np.empty(size, dtype=np.uint8)
-        to = saved
-        mechc_reach_save(&self.reacher, &to[0])
+        cdef unsigned char[::1] to = saved
+        mechc_reach_save(&self.reacher, &to[0], with_run)
         return saved
 
-    def restore(self, double t, const double[::1] y, saved):
-        """Go back to what :meth:`save` returned at this time and state."""
-        cdef const unsigned char[::1] kept
-        cdef const void *run = NULL
-        if saved is not None:
-            kept = saved
-            run = &kept[0]
-        if not mechc_reach_restore(&self.reacher, t, &y[0], run):
+    def restore(self, double t, const double[::1] y, const unsigned char[::1] saved):
+        """Go back to what :meth:`save` returned at this time and state, without its run in another
+        motion of the scene."""
+        if not mechc_reach_restore(&self.reacher, t, &y[0], &saved[0]):
             raise MemoryError()

@@ -107,10 +107,8 @@ class Solution(Trajectory):
 
     def followed_by(self, after: Solution) -> Solution:
         """This motion and one that begins where it ends, with a jump between them, as one."""
-        same = np.array_equal(after.params, self.params)
-        params = self.params if same else after.params
         added = [
-            Piece(piece.steps, params, jumps=not k, contacts=piece.contacts, cut=piece.cut)
+            Piece(piece.steps, piece.params, not k or piece.jumps, (), piece.contacts, piece.cut)
             for k, piece in enumerate(after.record.pieces)
         ]
         whole = copy(after)
@@ -119,6 +117,7 @@ class Solution(Trajectory):
         for name in (*cached, "closure", "velocity_closure"):
             whole.__dict__.pop(name, None)
         whole.record = Record([*self.record.pieces, *added])
+        whole.record.share_params()
         return whole
 
     def output(self, name: Any, t: float | Array | None = None) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -37,11 +37,10 @@ class SavedStep:
 
     t: float
     y: Array
-    _of: Stepper
-    _numbers: Mapping[str, float]
-    _params: Array
-    _motion: Stepping
-    _run: Array | None
+    _of: Stepper = field(repr=False)
+    _numbers: Mapping[str, float] = field(repr=False)
+    _motion: Stepping = field(repr=False)
+    _saved: Array = field(repr=False)
 
 
 class Stepper:
@@ -52,11 +51,6 @@ class Stepper:
     near which no step of the integrator should end: it is integrated in steps of their own length,
     beyond the end of the step, where its dense output is read; from there it begins again when an
     input changes.  Nothing is recorded, so that memory does not grow.
-
-    Attributes
-    ----------
-    params : (np,)
-        The parameters at the start.
     """
 
     def __init__(
@@ -90,7 +84,6 @@ class Stepper:
             driven.numbers[name][0, 0] = value
 
     def _go_from(self, t: float, state: Array, params: Array) -> None:
-        self.params = params
         system = self._system
         request = request_of(system, (t, FOR_EVER), params, self._policy, self._events)
         ahead = system.scene.holonomic > 0 or self._events is not None
@@ -108,6 +101,12 @@ class Stepper:
         """The state (nq + nu,) at :attr:`t`, a copy."""
         state: Array = self._motion.state()
         return state
+
+    @property
+    def params(self) -> Array:
+        """The parameters (np,) at :attr:`t`, as resets have left them, a copy."""
+        params: Array = self._motion.params()
+        return params
 
     @property
     def status(self) -> Status:
@@ -202,8 +201,10 @@ class Stepper:
         """Make room for the values of controllers until a time."""
         driven = self._driven.controlled_until(self._start, t)
         if driven is not self._driven:
+            before = self._motion
             self._drive(driven)
             self._go_from(self.t, self.y, self.params)
+            self._motion.restore(before.t, before.state(), before.save(with_run=False))
 
     def _give(self, inputs: Mapping[str, float]) -> bool:
         """Take over numbers for inputs; whether one differs from before."""
@@ -286,8 +287,9 @@ class Stepper:
         self._begin_at(time, checked_state(self._system, given, values, time), values)
 
     def save(self) -> SavedStep:
-        """The present moment, to the last bit, with what the integrator has learnt; with events the
-        integration begins anew from its state.
+        """The present moment, to the last bit, with what the integrator has learnt and with what is
+        known of events; where there are some, the integration begins anew here and where it is
+        restored.
 
         Raises
         ------
@@ -298,8 +300,9 @@ class Stepper:
             raise MechcError(
                 "a stepper with a mechc.Sampled cannot be saved: its controller may have a memory"
             )
-        run, numbers = self._motion.save(), dict(self._numbers)
-        return SavedStep(self.t, self.y, self, numbers, self.params, self._motion, run)
+        y, numbers = self.y, dict(self._numbers)
+        y.flags.writeable = False
+        return SavedStep(self.t, y, self, numbers, self._motion, self._motion.save())
 
     def restore(self, saved: SavedStep) -> None:
         """Back to a moment saved by this stepper; what follows is the same to the last bit.
@@ -315,8 +318,8 @@ class Stepper:
                 "from its state"
             )
         self._give(saved._numbers)
-        self.params, self._motion = saved._params, saved._motion
-        self._motion.restore(saved.t, saved.y, saved._run)
+        self._motion = saved._motion
+        self._motion.restore(saved.t, saved.y, saved._saved)
         self._code = FINISHED
         if self._driven is not None:
             self._driven.reset()

@@ -8,7 +8,6 @@ from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
 from mechc.inputs import sampled
-from mechc.simulation.stepper import SavedStep
 from tests.support.pendulums import pushed_mass
 
 MASS, STIFFNESS, DT = 2.0, 30.0, 1e-3
@@ -227,11 +226,12 @@ def test_a_moment_before_kinks_comes_back_to_the_last_bit(pushed, kind):
 def test_a_run_that_is_ahead_goes_on_beyond_its_end_after_it_was_restored(model):
     """The run that was saved ends at another time than the one that took its place."""
     stepper = model.stepper(model.assemble({"theta_0": 1.4}))
+    start = stepper.save()
     stepper.step(0.5)
     first = stepper.save()
     stepper.restore(first)
     once = [stepper.step(100.0) for _ in range(6)]
-    stepper.restore(SavedStep(first.t, first.y, stepper, {}, first._params, first._motion, None))
+    stepper.restore(start)
     stepper.step(0.5)
     stepper.restore(first)
     again = [stepper.step(100.0) for _ in range(6)]
@@ -267,3 +267,96 @@ def test_steps_reach_the_last_sample_of_a_signal(pushed, dt):
     assert np.array_equal([stepper.step(dt) for _ in states], states)
     with pytest.raises(mechc.ValueOutOfBoundsError, match="is sampled from 0 to 2 s"):
         stepper.step(dt)
+
+
+# -- after a reset that changes a parameter, and what is known of events --------------------------
+
+HARDER = mechc.Event("q < 0", reset={"k": "4*k"})
+RATE = math.sqrt(STIFFNESS / MASS)
+TURNED = 0.5 * math.pi / RATE  # s: the cart passes 0, and its spring becomes four times as hard
+
+
+def with_a_harder_spring(t):
+    """The cart from 0.1 m at rest, before it passes 0 again."""
+    if t < TURNED:
+        return 0.1 * math.cos(RATE * t), -0.1 * RATE * math.sin(RATE * t)
+    angle = 2.0 * RATE * (t - TURNED)
+    return -0.05 * math.sin(angle), -0.1 * RATE * math.cos(angle)
+
+
+def test_outputs_and_parameters_are_those_that_a_reset_left(pushed):
+    stepper = pushed.stepper([0.1, 0.0], inputs={"F": 0.0}, events=HARDER)
+    for _ in range(3):
+        stepper.step(0.15)
+    q, u = with_a_harder_spring(0.45)
+    np.testing.assert_allclose(stepper.y, [q, u], atol=1e-9)
+    assert dict(zip(pushed.parameters, stepper.params, strict=True)) == {"k": 120.0, "m": 2.0}
+    found = stepper.outputs("rates", "energy")
+    np.testing.assert_allclose(found["rates"], [u, -60.0 * q], atol=1e-7)
+    np.testing.assert_allclose(found["energy"], u**2 + 60.0 * q**2, atol=1e-8)
+    stepper.set([0.1, 0.0])  # the parameters stay
+    np.testing.assert_allclose(stepper.outputs("rates")["rates"], [0.0, -6.0], atol=1e-12)
+
+
+@pytest.mark.parametrize("moment", [0.3, 0.45])
+def test_a_moment_comes_back_with_its_parameters(pushed, moment):
+    """To the last bit, before the reset and after it, also from a motion that began meanwhile."""
+    stepper = pushed.stepper([0.1, 0.0], inputs={"F": 0.0}, events=HARDER)
+    stepper.step(moment)
+    saved = stepper.save()
+    once = [(*stepper.step(0.08), *stepper.params) for _ in range(4)]
+    np.testing.assert_allclose(once[-1][:2], with_a_harder_spring(moment + 0.32), atol=1e-9)
+    for away in (lambda: None, lambda: stepper.set([0.3, 0.0], params={"k": 1.0})):
+        away()
+        stepper.restore(saved)
+        assert np.array_equal(once, [(*stepper.step(0.08), *stepper.params) for _ in range(4)])
+
+
+def test_a_controller_goes_on_with_the_parameters_that_a_reset_left(pushed, monkeypatch):
+    """Beyond the instants that are made room for at once, where another motion takes over."""
+    monkeypatch.setattr(sampled, "AT_ONCE", 16)
+    given = mechc.Sampled(lambda t: 0.0, 0.01)
+    third = mechc.Event("u", terminal=3)
+    stepper = pushed.stepper([0.1, 0.0], inputs={"F": given}, events=[HARDER, third])
+    for k in range(1, 11):
+        np.testing.assert_allclose(stepper.step(0.07), with_a_harder_spring(0.07 * k), atol=1e-9)
+    assert stepper.params[pushed.parameters.index("k")] == 120.0
+    alone = pushed.simulate(9.0, [0.1, 0.0], inputs={"F": 0.0}, events=[HARDER, third])
+    while stepper.t + 0.07 < alone.t[-1]:
+        stepper.step(0.07)
+    with pytest.raises(mechc.StepError, match="stopped by an event"):
+        stepper.step(0.07)
+    assert stepper.t == pytest.approx(alone.t[-1], abs=1e-9)
+
+
+@pytest.mark.parametrize("way", ["plain", "inputs change", "saved", "restored"])
+def test_a_terminal_event_counts_each_zero_once(pushed, way):
+    """Those ahead of the time reached are found again where the run begins anew."""
+    third = mechc.Event("q", terminal=3)
+    stepper = pushed.stepper([0.1, 0.0], inputs={"F": 0.0}, events=third)
+    k = 0
+    while stepper.t + 0.01 < 5.0 * TURNED:
+        k += 1
+        stepper.step(0.01, {"F": 1e-12 * (k % 2)} if way == "inputs change" else None)
+        saved = stepper.save() if way in ("saved", "restored") else None
+        if way == "restored" and k % 7 == 3 and stepper.t + 0.3 < 5.0 * TURNED:
+            stepper.step(0.3)
+            stepper.restore(saved)
+    with pytest.raises(mechc.StepError, match="stopped by an event"):
+        stepper.step(0.01)
+    assert stepper.t == pytest.approx(5.0 * TURNED, abs=1e-9)
+
+
+def test_a_contact_that_lasts_comes_back(pushed):
+    """The cart leans on a stop at 0: reactions of the contact too."""
+    stop = mechc.Stop("q", restitution=0.0)
+    stepper = pushed.stepper([0.1, 0.0], inputs={"F": -9.0}, events=stop)
+    stepper.step(0.5)
+    np.testing.assert_allclose(stepper.outputs("rates")["rates"], [0.0, 0.0], atol=1e-14)
+    saved = stepper.save()
+    np.testing.assert_allclose(stepper.outputs("rates")["rates"], [0.0, 0.0], atol=1e-14)
+    once = [stepper.step(0.1), stepper.step(0.1, {"F": 5.0})]
+    stepper.restore(saved)
+    again = [stepper.step(0.1, {"F": -9.0}), stepper.step(0.1, {"F": 5.0})]
+    assert np.array_equal(once, again)
+    assert once[1][0] > 0.0

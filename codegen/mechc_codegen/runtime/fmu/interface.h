@@ -153,7 +153,6 @@ typedef struct {
     mechc_moment moment;
     int moved, driven;
     const mechc_fmu *of; /* whose run it is; NULL: bytes */
-    size_t size;         /* of the run; 0: none */
     double run[];
 } mechc_fmu_saved;
 
@@ -167,16 +166,14 @@ MECHC_STATIC mechc_fmu_saved *mechc_fmu_new_saved(size_t size)
 /* Save the state, replacing `state`, which may be NULL. */
 MECHC_FMI(GetFMUState)(mechc_fmu *fmu, mechc_fmu_saved **state)
 {
-    const size_t size = mechc_reach_saved_size(&fmu->reacher);
-    mechc_fmu_saved *saved = mechc_fmu_new_saved(size);
+    mechc_fmu_saved *saved = mechc_fmu_new_saved(mechc_reach_saved_size(&fmu->reacher, 1));
     if (!saved) return (int)mechc_fmu_fails(fmu, "no memory");
     mechc_fmu_current(fmu);
     saved->moment = fmu->now;
     saved->moved = fmu->moved;
     saved->driven = fmu->driven;
     saved->of = fmu;
-    saved->size = size;
-    if (size) mechc_reach_save(&fmu->reacher, saved->run);
+    mechc_reach_save(&fmu->reacher, saved->run, 1);
     free(*state);
     *state = saved;
     return MECHC_FMU_OK;
@@ -184,7 +181,7 @@ MECHC_FMI(GetFMUState)(mechc_fmu *fmu, mechc_fmu_saved **state)
 
 MECHC_FMI(SetFMUState)(mechc_fmu *fmu, const mechc_fmu_saved *saved)
 {
-    const int goes_on = saved->of == fmu && saved->size > 0;
+    const int goes_on = saved->of == fmu;
     fmu->now = saved->moment;
     fmu->given_parameters = 1;
     fmu->moved = saved->moved;

@@ -17,17 +17,19 @@ typedef struct {
     mechc_hybrid hybrid;
     mechc_options options; /* as they are asked for */
     int ahead;             /* whether runs go beyond the times that are asked for */
+    int anew;              /* a run begins again before the next time */
     double t, *y;          /* reached; the state there */
 } mechc_reacher;
 
-/* Begin the motion at the time and state of the options. */
+/* Begin the motion at a time and a state, with the parameters of the options. */
 MECHC_STATIC void mechc_reach_from(mechc_reacher *reacher, double t, const double *y)
 {
     mechc_hybrid *hybrid = &reacher->hybrid;
     mechc_hybrid_drop(hybrid);
     mechc_forget_counters(hybrid);
     reacher->t = t;
-    memcpy(reacher->y, y, (size_t)hybrid->motion.width * sizeof *y);
+    reacher->anew = 0;
+    memmove(reacher->y, y, (size_t)hybrid->motion.width * sizeof *y);
     memcpy(hybrid->motion.p, reacher->options.p, (size_t)hybrid->motion.parameters * sizeof *y);
     hybrid->inputs.segment = 0;
     if (mechc_has_events(hybrid)) mechc_watch_begin(&hybrid->watch);
@@ -41,12 +43,23 @@ MECHC_STATIC void mechc_forget_steps(mechc_hybrid *hybrid)
     hybrid->run->trajectory.crossing_count = 0;
     hybrid->run->stats.steps = hybrid->run->stats.rejected = 0;
     hybrid->ended.steps = hybrid->ended.rejected = 0;
-    hybrid->searched = 0;
+    hybrid->searched = hybrid->watch.zeros = 0;
+}
+
+/* Forget the zeros that were found in steps beyond the time reached: they are found again. */
+MECHC_STATIC void mechc_reach_forget_ahead(mechc_reacher *reacher)
+{
+    mechc_watch *watch = &reacher->hybrid.watch;
+    for (ptrdiff_t i = 0; i < watch->zeros; i++)
+        if (watch->zero[i].t > reacher->t) watch->event[watch->zero[i].event].count--;
+    watch->zeros = 0;
 }
 
 /* Give up the run; what it has met counts. */
-MECHC_STATIC void mechc_reach_drop(mechc_hybrid *hybrid)
+MECHC_STATIC void mechc_reach_drop(mechc_reacher *reacher)
 {
+    mechc_hybrid *hybrid = &reacher->hybrid;
+    mechc_reach_forget_ahead(reacher);
     if (hybrid->live) mechc_add_stats(&hybrid->ended, &hybrid->run->stats);
     hybrid->ended.steps = hybrid->ended.rejected = 0;
     mechc_hybrid_drop(hybrid);
@@ -119,7 +132,7 @@ MECHC_STATIC int mechc_reach_beyond(mechc_reacher *reacher, double t1, int chang
 {
     mechc_hybrid *hybrid = &reacher->hybrid;
     int method = reacher->options.method;
-    if (changed) mechc_reach_drop(hybrid);
+    if (changed) mechc_reach_drop(reacher);
     for (;;) {
         const double ahead = fmax(MECHC_REACH_AHEAD, MECHC_STEPS_AHEAD * (t1 - reacher->t));
         if (!hybrid->live) mechc_reach_begin(reacher, reacher->t + ahead, method);
@@ -131,43 +144,93 @@ MECHC_STATIC int mechc_reach_beyond(mechc_reacher *reacher, double t1, int chang
         mechc_reach_end(reacher);
         if (status != MECHC_FINISHED && !beside) return status;
         method = beside ? MECHC_DOP853 : reacher->options.method;
-        mechc_reach_drop(hybrid);
+        mechc_reach_drop(reacher);
     }
 }
 
-/* What the driver knows of a saved run, which follows it. */
+/* What becomes of the memory of a motion. */
+enum { MECHC_MEASURE, MECHC_SAVE, MECHC_RESTORE };
+
+/* Measure, save or restore a part of it at a place; returns the place of the next. */
+MECHC_STATIC size_t mechc_remember(int what, char *bytes, size_t at, void *part, size_t size)
+{
+    if (what == MECHC_SAVE) memcpy(bytes + at, part, size);
+    if (what == MECHC_RESTORE) memcpy(part, bytes + at, size);
+    return at + (size + sizeof(double) - 1) / sizeof(double) * sizeof(double);
+}
+
+/* The memory of a motion beside its run: parameters, which resets change, events and contacts.  Returns its
+ * bytes. */
+MECHC_STATIC size_t mechc_reach_memory(mechc_hybrid *hybrid, int what, char *bytes)
+{
+    mechc_motion *motion = &hybrid->motion;
+    mechc_watch *watch = &hybrid->watch;
+    mechc_contacts *contacts = &hybrid->contacts;
+    const size_t n = (size_t)contacts->laws.count, number = sizeof(double);
+    size_t at = mechc_remember(what, bytes, 0, motion->p, (size_t)motion->parameters * number);
+    if (mechc_has_events(hybrid)) {
+        at = mechc_remember(what, bytes, at, watch->event, (size_t)watch->own * sizeof *watch->event);
+        at = mechc_remember(what, bytes, at, &watch->step, number);
+    }
+    if (!mechc_has_contacts(hybrid)) return at;
+    at = mechc_remember(what, bytes, at, contacts->mode, 6 * n);
+    at = mechc_remember(what, bytes, at, contacts->fastest_gap, n * number);
+    at = mechc_remember(what, bytes, at, contacts->fastest_slip, n * number);
+    at = mechc_remember(what, bytes, at, contacts->speeds_met, (size_t)motion->speeds * number);
+    at = mechc_remember(what, bytes, at, &contacts->changed_at, number);
+    return mechc_remember(what, bytes, at, &contacts->changes, sizeof contacts->changes);
+}
+
+/* What the driver knows of a moment; its memory and, where there is one, the run follow. */
 typedef struct {
     double t1;
-    ptrdiff_t segment;
+    ptrdiff_t segment, has_run;
 } mechc_saved_driver;
 
-/* The bytes that saving the run takes; 0 if there is no run or it has events, which are not saved. */
-MECHC_STATIC size_t mechc_reach_saved_size(const mechc_reacher *reacher)
+/* Whether a run is saved: one with events is not, but begins again, whether or not it is restored. */
+MECHC_STATIC int mechc_reach_saves_run(const mechc_reacher *reacher, int with_run)
 {
-    const mechc_hybrid *hybrid = &reacher->hybrid;
-    if (!hybrid->live || mechc_has_events(hybrid)) return 0;
-    return sizeof(mechc_saved_driver) + hybrid->motion.unit->saved_size(hybrid->run);
+    return with_run && reacher->hybrid.live && !mechc_has_events(&reacher->hybrid);
 }
 
-MECHC_STATIC void mechc_reach_save(const mechc_reacher *reacher, void *to)
+/* The bytes that saving the moment takes, with its run or without. */
+MECHC_STATIC size_t mechc_reach_saved_size(mechc_reacher *reacher, int with_run)
 {
-    const mechc_hybrid *hybrid = &reacher->hybrid;
-    const mechc_saved_driver at = {hybrid->options.t1, hybrid->inputs.segment};
+    mechc_hybrid *hybrid = &reacher->hybrid;
+    const size_t size = sizeof(mechc_saved_driver) + mechc_reach_memory(hybrid, MECHC_MEASURE, 0);
+    if (!mechc_reach_saves_run(reacher, with_run)) return size;
+    return size + hybrid->motion.unit->saved_size(hybrid->run);
+}
+
+MECHC_STATIC void mechc_reach_save(mechc_reacher *reacher, void *to, int with_run)
+{
+    mechc_hybrid *hybrid = &reacher->hybrid;
+    const int has_run = mechc_reach_saves_run(reacher, with_run);
+    const mechc_saved_driver at = {hybrid->options.t1, hybrid->inputs.segment, has_run};
+    char *bytes = (char *)to + sizeof at;
+    if (mechc_has_events(hybrid)) {
+        mechc_reach_forget_ahead(reacher);
+        reacher->anew = 1;
+    }
     memcpy(to, &at, sizeof at);
-    hybrid->motion.unit->save(hybrid->run, (char *)to + sizeof at);
+    bytes += mechc_reach_memory(hybrid, MECHC_SAVE, bytes);
+    if (has_run) hybrid->motion.unit->save(hybrid->run, bytes);
 }
 
-/* Restore a state and the run saved there; NULL: begin a new run.  0 without memory. */
+/* Restore a state and what was saved there; NULL: begin with the parameters of the options.  0 without
+ * memory. */
 MECHC_STATIC int mechc_reach_restore(mechc_reacher *reacher, double t, const double *y, const void *saved)
 {
     mechc_hybrid *hybrid = &reacher->hybrid;
-    mechc_saved_driver at;
-    if (!saved || !hybrid->live) mechc_reach_from(reacher, t, y);
-    if (saved && !hybrid->live) mechc_reach_begin(reacher, t + 1.0, reacher->options.method);
-    if (saved && !hybrid->live) return 0;
-    if (saved) {
-        memcpy(&at, saved, sizeof at);
-        hybrid->motion.unit->restore(hybrid->run, (const char *)saved + sizeof at);
+    mechc_saved_driver at = {0};
+    char *bytes = (char *)saved + sizeof at;
+    if (saved) memcpy(&at, saved, sizeof at);
+    if (!at.has_run || !hybrid->live) mechc_reach_from(reacher, t, y);
+    if (saved) bytes += mechc_reach_memory(hybrid, MECHC_RESTORE, bytes);
+    if (at.has_run && !hybrid->live) mechc_reach_begin(reacher, t + 1.0, reacher->options.method);
+    if (at.has_run && !hybrid->live) return 0;
+    if (at.has_run) {
+        hybrid->motion.unit->restore(hybrid->run, bytes);
         hybrid->options.t1 = hybrid->motion.last = at.t1;
         mechc_hybrid_back(hybrid, at.segment);
     }
@@ -181,6 +244,8 @@ MECHC_STATIC int mechc_reach_restore(mechc_reacher *reacher, double t, const dou
 MECHC_STATIC int mechc_reach_time(mechc_reacher *reacher, double t1, int changed)
 {
     mechc_hybrid *hybrid = &reacher->hybrid;
+    changed |= reacher->anew;
+    reacher->anew = 0;
     if (hybrid->live) hybrid->options.max_steps = reacher->options.max_steps;
     const int status = (reacher->ahead ? mechc_reach_beyond : mechc_reach_exactly)(reacher, t1, changed);
     const int reached = status == MECHC_RUNNING || status == MECHC_FINISHED;

@@ -340,3 +340,94 @@ def test_what_is_wrong_is_told(ball):
         ball.simulate(
             1.0, [1.0, 0.0], events=mechc.Event("q_0 - 0.5", reset={"u_0": "log(q_0 - 1)"})
         )
+
+
+# -- all that goes on after a reset that changes a parameter --------------------------------------
+
+
+@pytest.fixture(scope="module")
+def cart():
+    defaults = {"m": 2.0, "k": 30.0}
+    model = mechc.compile(pushed_mass(), name="cart", defaults=defaults, outputs=("energy",))
+    return model.with_inputs({"F": 0.0})
+
+
+HARDER = mechc.Event("q < 0", reset={"k": "4*k"})
+RATE = np.sqrt(15.0)
+TURNED = 0.5 * np.pi / RATE
+START, LATER = [0.1, 0.0], 0.7  # s, before the cart passes 0 the second time
+
+
+def harder(t, k=30.0):
+    """The cart after it has passed 0, from where its spring is four times as hard."""
+    rate = np.sqrt(k / 2.0)
+    angle = 2.0 * rate * (t - 0.5 * np.pi / rate)
+    return np.array([-0.05 * np.sin(angle), -0.1 * rate * np.cos(angle)])
+
+
+def motion(cart, _):
+    return cart.simulate(LATER, START, events=HARDER)
+
+
+def continued(cart, _):
+    return cart.simulate(0.45, START, events=HARDER).continue_to(LATER)
+
+
+def opened(cart, folder):
+    return mechc.open(motion(cart, folder).save(folder / "cart.nc"))
+
+
+def pickled(cart, folder):
+    return pickle.loads(pickle.dumps(motion(cart, folder)))
+
+
+def member(cart, _):
+    return cart.simulate_batch(LATER, START, {"k": [20.0, 30.0]}, events=HARDER)[1]
+
+
+def member_continued(cart, _):
+    found = cart.simulate_batch(0.45, START, {"k": [20.0, 30.0]}, events=HARDER)
+    return found[1].continue_to(LATER)
+
+
+def joined(cart, _):
+    """Of a motion before it and this one."""
+    before = cart.simulate((-0.1, 0.0), START, {"k": 7.0})
+    return before.followed_by(cart.simulate(LATER, START, events=HARDER))
+
+
+@pytest.mark.parametrize(
+    "door", [motion, continued, opened, pickled, member, member_continued, joined],
+    ids=lambda door: door.__name__,
+)  # fmt: skip
+def test_what_goes_on_has_the_parameters_that_a_reset_left(cart, door, tmp_path):
+    sol = door(cart, tmp_path)
+    k = cart.parameters.index("k")
+    assert sol.params_at(0.1)[k] == 30.0
+    assert sol.params_at(LATER)[k] == sol.segments[-1].params[k] == 120.0
+    q, u = harder(LATER)
+    np.testing.assert_allclose(sol(LATER), [q, u], atol=1e-9)
+    np.testing.assert_allclose(sol.output("rates", LATER), [u, -60.0 * q], atol=1e-7)
+    np.testing.assert_allclose(sol.output("energy", LATER), u**2 + 60.0 * q**2, atol=1e-8)
+
+
+def test_derivatives_through_a_reset_that_changes_parameters_are_refused(cart):
+    sol = cart.simulate(LATER, START, events=HARDER)
+    for ask in (
+        lambda: cart.simulate(LATER, START, events=HARDER, sensitivities=["k"]),
+        lambda: sol.gradient("q", by=["k"]),
+    ):
+        with pytest.raises(mechc.MechcError, match="whose resets change parameters"):
+            ask()
+
+
+def test_a_run_with_checkpoints_has_no_resets(cart):
+    with pytest.raises(ValueOutOfBoundsError, match="takes neither events="):
+        cart.simulate(LATER, START, events=HARDER, checkpoints=1e6)
+
+
+def test_a_unit_for_other_programs_has_no_resets_of_parameters(cart, tmp_path):
+    with pytest.raises(mechc.MechcError, match="k"):
+        mechc.export_fmu(
+            pushed_mass(), tmp_path / "cart.fmu", params={"k": 30.0, "m": 2.0}, events=HARDER
+        )

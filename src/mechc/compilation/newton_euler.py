@@ -56,8 +56,11 @@ def judge(
     if _Bodies not in system.cache:
         system.cache[_Bodies] = _bodies_of(system)
     bodies, given = system.cache[_Bodies]
-    driven, names = system.driven, [f.func.__name__ for f in bodies.mechanism.open_inputs]
-    bodies.values = [] if driven is None else driven.values(names, t, y)
+    names = [f.func.__name__ for f in bodies.mechanism.open_inputs]
+    told = [name for name in names if name in system.inputs]
+    given_now = [] if system.driven is None else system.driven.values(told, t, y)
+    of_inputs = dict(zip(told, given_now, strict=True))
+    bodies.values = [of_inputs.get(name, 1.0) for name in names]
     ours = {**given, **{name: p[:, k] for k, name in enumerate(system.parameters)}}
     # what is not in the equations, as the inertia of what only slides, has any value
     bodies.values += [ours.get(q.symbol.name, 1.0) for q in bodies.mechanism.parameters]
@@ -78,7 +81,8 @@ def _bodies_of(system: System) -> tuple[_Bodies, dict[str, float]]:
     if mechanism.equations is not None:
         raise MechcError("they were given as matrices")
     fixed = {symbol.name: float(value) for symbol, value in requested.fixed.items()}
-    return _Bodies(mechanism), fixed
+    absent = [f for f in mechanism.open_inputs if f.func.__name__ not in system.inputs]
+    return _Bodies(mechanism, absent), fixed
 
 
 class _Velocities(NamedTuple):
@@ -101,11 +105,16 @@ class _Located:
 
 
 class _Bodies:
-    """The bodies, loads and constraints of a mechanism as functions of arrays."""
+    """The bodies, loads and constraints of a mechanism as functions of arrays.
+
+    ``absent``: functions of time that the equations do not contain, such as the angle of a wheel
+    whose speed has no coordinate.  They have any value, and what is placed by them has the velocity
+    that the description gives it.
+    """
 
     values: list[Any]  # of inputs and parameters, at the states at hand
 
-    def __init__(self, mechanism: Any) -> None:
+    def __init__(self, mechanism: Any, absent: Sequence[Any]) -> None:
         from mechc_codegen.description.placement import steps_from, way_to
         from mechc_codegen.description.terms import is_rigid
         from sympy.physics.mechanics import dynamicsymbols
@@ -116,6 +125,7 @@ class _Bodies:
         self._frames_before = steps_from(mechanism.frame, lambda f: f._dcm_dict)
         self._points_before = steps_from(mechanism.origin, lambda p: p._pos_dict)
         self._frames, self._points = {mechanism.frame: 0}, {mechanism.origin: 0}
+        self._absent, self._loose = tuple(absent), set[Any]()  # frames and points placed by them
         self._turns: list[tuple[int, int]] = []  # frame before, place of the nine entries
         self._ways: list[tuple[int, Vectors]] = []
         self._entries: list[Any] = []  # of time and coordinates
@@ -172,9 +182,16 @@ class _Bodies:
         for step in self._way_to(frame, self._frames_before, self._frames):
             before = self._frames_before[step]
             places = [self._of_places(e) for e in before.dcm(step)]
+            self._note(step, before, before.dcm(step))
             self._turns.append((self._frames[before], places[0]))
             self._frames[step] = len(self._turns)
         return self._frames[frame]
+
+    def _note(self, step: Any, before: Any, placed_by: Any, frames: Sequence[Any] = ()) -> None:
+        """Note a frame or a point that is placed by what is absent."""
+        apart = bool(self._absent) and placed_by.has(*self._absent)
+        if apart or self._loose.intersection((before, *frames)):
+            self._loose.add(step)
 
     def _vector(self, vector: Any, kept: Callable[[Any], int]) -> Vectors:
         return [
@@ -185,7 +202,10 @@ class _Bodies:
     def _point(self, point: Any) -> int:
         for step in self._way_to(point, self._points_before, self._points):
             before = self._points_before[step]
-            way = self._vector(step._pos_dict[before], self._of_places)
+            vector = step._pos_dict[before]
+            way = self._vector(vector, self._of_places)
+            for entries, frame in vector.args:
+                self._note(step, before, entries, (frame,))
             self._ways.append((self._points[before], way))
             self._points[step] = len(self._ways)
         return self._points[point]
@@ -196,14 +216,17 @@ class _Bodies:
 
         frame = self.mechanism.frame
         placed = point in self._points or point in self._points_before
-        if frame in point._vel_dict or not placed:
-            return _Located(-1, self._vector(velocity_of(point, frame), self._of_speeds))
-        return _Located(self._point(point), None)
+        number = self._point(point) if placed and frame not in point._vel_dict else -1
+        if number >= 0 and point not in self._loose:
+            return _Located(number, None)
+        return _Located(-1, self._vector(velocity_of(point, frame), self._of_speeds))
 
     def _spin(self, frame: Any) -> _Located:
-        """A frame, with the angular velocity that is given where its axes are not."""
-        if frame in self._frames or frame in self._frames_before:
-            return _Located(self._frame(frame), None)
+        """A frame, with the angular velocity that is given where its axes are not known."""
+        placed = frame in self._frames or frame in self._frames_before
+        number = self._frame(frame) if placed else -1
+        if placed and frame not in self._loose:
+            return _Located(number, None)
         return _Located(-1, self._vector(frame.ang_vel_in(self.mechanism.frame), self._of_speeds))
 
     def _dyadic(self, inertia: Any) -> list[tuple[int, Vectors, Vectors]]:

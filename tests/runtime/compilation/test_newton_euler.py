@@ -175,3 +175,33 @@ def test_why_equations_are_not_compared():
     assert found.rates is None
     assert "the equations of motion: they were given as matrices" in found.notes
     assert max(found.error) < 1e-8
+
+
+@pytest.mark.parametrize("inertia_about_the_axis", [0.1, 0.7])
+def test_a_wheel_whose_angle_is_no_coordinate(inertia_about_the_axis):
+    """The frame of the wheel, and a point of it, are turned by a function that the equations do not
+    contain: they have the velocities that are given."""
+    x, b, v, w, alpha = dynamicsymbols("x b v w alpha")
+    m, g, r, h, I = sm.symbols("m g r h I")
+    N, O = ReferenceFrame("N"), Point("O")
+    O.set_vel(N, 0)
+    wheel, rod = N.orientnew("A", "Axis", (alpha, N.z)), N.orientnew("B", "Axis", (b, N.z))
+    wheel.set_ang_vel(N, v / r * N.z)
+    rod.set_ang_vel(N, w * N.z)
+    hub = O.locatenew("P", x * N.x)
+    hub.set_vel(N, v * N.x)
+    bob = hub.locatenew("G", h * rod.x)
+    bob.v2pt_theory(hub, N, rod)
+    bodies = [
+        RigidBody("wheel", hub, wheel, m, (inertia(wheel, 0, 0, I), hub)),
+        Particle("bob", bob, m),
+    ]
+    method = KanesMethod(N, [x, b], [v, w], kd_eqs=[x.diff(t) - v, b.diff(t) - w])
+    brake = (w - v / r) * N.z
+    method.kanes_equations(bodies, [(bob, -m * g * N.y), (wheel, brake), (rod, -brake)])
+    values = {m: 1.0, g: 9.81, r: 0.5, h: 0.3, I: inertia_about_the_axis}
+    model = mechc.compile(method, defaults=dict.fromkeys(values, 1.0))
+    assert model.inputs == ()
+    found = model.simulate(1.0, [0.1, 0.3, 0.2, 0.0], values).check()
+    assert found.ok
+    assert found.rates < 1e-11

@@ -7,12 +7,12 @@ information that the object does not contain.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from typing import Any
 
-from sympy import Expr, Float, Integer, S, Symbol, expand, sympify
+from sympy import Derivative, Expr, Float, Integer, S, Symbol, expand, sympify
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, RigidBody, dynamicsymbols
 
@@ -54,6 +54,7 @@ from mechc_codegen.description.mechanism import (
 from mechc_codegen.description.placement import reachable
 from mechc_codegen.description.quantity import refuse_scaled
 from mechc_codegen.description.source import ConversionSettings, Key, Source
+from mechc_codegen.description.terms import is_rigid
 from mechc_codegen.errors import MechanismError
 
 
@@ -61,6 +62,7 @@ def convert(
     source: Source, settings: ConversionSettings, read: Fingerprint | None = None
 ) -> Mechanism:
     """The mechanism that a Source describes."""
+    _refuse_masses_of_speeds(source)
     if any(isinstance(key, Symbol) for key in settings.inputs):
         source, read = _with_bound_parameters(source, settings), None
     read = read or fingerprint(source)
@@ -167,6 +169,35 @@ def _refuse_nonlinear(motion: Sequence[Expr], source: Source) -> None:
                 f"velocity constraint {i} of this {source.kind} is not linear in the speeds, as "
                 "the equations of motion need it: write what it means as constraints that are"
             )
+
+
+def _refuse_masses_of_speeds(source: Source) -> None:
+    """Refuse a mass matrix that contains speeds: that of a Lagrangian which is not quadratic in
+    them, or of a body whose mass or inertia depends on them."""
+    rates = {q.diff(dynamicsymbols._t): f"{printed_name(q)}'" for q in source.q}
+    speeds = {**rates, **{u: printed_name(u) for u in source.u}}
+    for what, entry in _mass_terms(source, tuple(rates)):
+        held = sympify(entry).atoms(Derivative, AppliedUndef) & {*speeds}
+        found = [speeds[each] for each in held if expand(entry).has(each)]
+        if found:
+            raise MechanismError(
+                f"{what} contains the speed {min(found)}, and a mass matrix depends on "
+                "coordinates, parameters and time alone. Solve the equations of motion for the "
+                "accelerations, and give them to mechc.from_equations with the unit matrix as "
+                "mass matrix"
+            )
+
+
+def _mass_terms(source: Source, rates: Sequence[Expr]) -> Iterator[tuple[str, Expr]]:
+    """The terms of the mass matrix, and what they are."""
+    if source.lagrangian is not None:
+        words = f"the Lagrangian of this {source.kind} is not quadratic in the speeds: a second "
+        for momentum in (source.lagrangian.diff(rate) for rate in rates):
+            yield from ((f"{words}derivative", momentum.diff(rate)) for rate in rates)
+    for body in source.bodies:
+        yield f"the mass of {body.name}", body.mass
+        for measure, _, _ in body.inertia[0].args if is_rigid(body) else ():
+            yield f"the inertia of {body.name}", measure
 
 
 def _refuse_not_implied(

@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from sympy import Expr, S, sympify
+from sympy import Expr, S, expand, sympify
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
 from sympy.physics.vector import Dyadic, Vector
 
@@ -148,7 +148,8 @@ def _add_lagranges_equations(
     for row, (q, u) in enumerate(zip(mechanism.q, mechanism.u, strict=True)):
         momentum = lagrangian.diff(u)
         for column in range(row, len(mechanism.u)):
-            mass[row][column] += momentum.diff(mechanism.u[column])
+            entry = momentum.diff(mechanism.u[column])
+            mass[row][column] += expand(entry) if entry.has(*mechanism.u) else entry
         rate = momentum.diff(time).xreplace(no_accelerations).xreplace(mechanism.rates)
         forcing[row] += lagrangian.diff(q) - rate
 

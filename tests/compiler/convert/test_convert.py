@@ -19,15 +19,17 @@ from mechc_codegen.description.terms import multiplier
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.frontend.compile_request import CompileOptions, CompileRequest
 from mechc_codegen.frontend.read import read, readable
-from sympy import Function, Symbol, cos, sin, symbols
+from sympy import Abs, Expr, Function, Symbol, cos, sin, sqrt, symbols
 from sympy.physics.mechanics import (
     KanesMethod,
     LagrangesMethod,
     Particle,
     Point,
     ReferenceFrame,
+    RigidBody,
     System,
     dynamicsymbols,
+    inertia,
 )
 
 from tests.support import scenes
@@ -236,6 +238,49 @@ def test_a_velocity_constraint_that_is_not_linear_is_refused(power: int) -> None
         return
     with pytest.raises(MechanismError, match="constraint 1 of this LagrangesMethod is not linear"):
         mechanism(method)
+
+
+RATE = x.diff(t)
+
+
+@pytest.mark.parametrize(
+    ("energy", "quadratic"),
+    [
+        (-sqrt(1 - RATE**2), False),
+        (RATE**2 + RATE**4, False),
+        (RATE**2 + Abs(RATE), False),
+        ((1 + x**2) * RATE**2 + sin(t) * RATE, True),
+        ((RATE + 1) ** 3 - (RATE - 1) ** 3, True),  # 6 RATE**2 + 2
+    ],
+)
+def test_a_lagrangian_that_is_not_quadratic_in_the_speeds_is_refused(
+    energy: Expr, quadratic: bool
+) -> None:
+    method = LagrangesMethod(energy - x**2, [x])
+    method.form_lagranges_equations()
+    if not quadratic:
+        with pytest.raises(MechanismError, match=r"not quadratic in the speeds: .* the speed x'"):
+            mechanism(method)
+        return
+    equations = derive(mechanism(method))
+    (entry,) = equations.outputs["mass_matrix"].elements
+    assert not entry.has(*equations.symbols.u)
+
+
+@pytest.mark.parametrize("inertial", [False, True])
+def test_a_body_whose_mass_depends_on_speeds_is_refused(inertial: bool) -> None:
+    N, O = ReferenceFrame("N"), Point("O")
+    O.set_vel(N, 0)
+    P = O.locatenew("P", x * N.x)
+    P.set_vel(N, v * N.x)
+    body: Any = Particle("pearl", P, 1 + v**2)
+    if inertial:
+        body = RigidBody("pearl", P, N, 1, (inertia(N, 0, 0, 1 + v**2), P))
+    kane = KanesMethod(N, [x], [v], kd_eqs=[x.diff(t) - v])
+    kane.kanes_equations([body], [])
+    words = "inertia" if inertial else "mass"
+    with pytest.raises(MechanismError, match=f"the {words} of pearl contains the speed v"):
+        mechanism(kane)
 
 
 def test_configuration_constraints_that_velocity_constraints_do_not_imply_are_refused() -> None:

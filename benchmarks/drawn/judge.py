@@ -41,6 +41,9 @@ class Fault(NamedTuple):
     told: str
 
 
+Told = Difference | Fault
+
+
 @dataclass
 class Run:
     """One set of numbers: its start, its motion by ``dop853`` and the growth of a disturbance."""
@@ -86,6 +89,13 @@ class Case:
         found[..., self.order] = y
         return found
 
+    def moved(self, run: Run, y: Array, t: float, direction: Array) -> Array:
+        """A state beside another, on the constraints."""
+        there = self.to_reference(y)
+        along = self.reference.along(t, there, run.params, self.to_reference(direction))
+        found: Array = self.reference.closed(t, there + along, run.params)[self.order]
+        return found
+
 
 def apart(found: Array, expected: Array) -> float:
     """The largest difference, of a component of the size 1 or of its largest value."""
@@ -100,13 +110,15 @@ def allowed(run: Run, *tolerances: float) -> float:
     return SHARE * sum(tolerances) * run.growth
 
 
-def growth(model: mechc.Model, run: Run, times: Array, rng: np.random.Generator) -> float:
+def growth(case: Case, run: Run) -> float:
     """The largest growth of small disturbances of the motion, from its start and from within."""
     assert run.states is not None
+    times, rng = case.times, case.rng
     most, scale = 1.0, np.maximum(1.0, np.abs(run.states).max(axis=0))
     for k in PLACES:
-        moved = run.states[k] + SHIFT * rng.choice([-1.0, 1.0], len(scale)) * scale
-        found = model.simulate(
+        direction = SHIFT * rng.choice([-1.0, 1.0], len(scale)) * scale
+        moved = case.moved(run, run.states[k], float(times[k]), direction)
+        found = case.model.simulate(
             (times[k], times[-1]), moved, run.params, rtol=1e-11, method="dop853",
             t_eval=times[k:], dense=False,
         )  # fmt: skip

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import faulthandler
 import os
 import pickle
+import resource
 import select
 import signal
 import time
@@ -12,7 +14,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-LONGEST = 120.0  # s of one case
+LONGEST = 120  # processor seconds of one case
+LATEST = 600.0  # s of one case, on a machine that does other things too
+LATE = 75  # the status of a process that has used them up
 TAIL = 2000  # characters of stderr
 
 
@@ -45,7 +49,7 @@ def each(
                 return
             ready, _, _ = select.select([c.pipe for c in running], [], [], 0.5)
             for child in list(running):
-                late = time.monotonic() - child.begun > LONGEST
+                late = time.monotonic() - child.begun > LATEST
                 if child.pipe in ready and (block := os.read(child.pipe, 1 << 16)):
                     child.got.append(block)
                 elif child.pipe in ready or late:
@@ -70,13 +74,21 @@ def _started(case: int, judge: Callable[[int], Any], errors: Path) -> Child:
     status = 1
     try:
         os.setsid()  # with the compilers that it starts
+        resource.setrlimit(resource.RLIMIT_CPU, (LONGEST, LONGEST + 5))
         os.close(reading)
         os.dup2(os.open(errors / f"{case}.err", os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), 2)
+        signal.signal(signal.SIGXCPU, _where)
         with os.fdopen(writing, "wb") as stream:
             pickle.dump(judge(case), stream)
         status = 0
     finally:
         os._exit(status)
+
+
+def _where(*_: object) -> None:
+    """Tells where a case was when its time was over, and ends it."""
+    faulthandler.dump_traceback(all_threads=True)
+    os._exit(LATE)
 
 
 def _ended(child: Child, late: bool) -> Any:
@@ -86,8 +98,10 @@ def _ended(child: Child, late: bool) -> Any:
         os.killpg(child.process, signal.SIGKILL)
     _, status = os.waitpid(child.process, 0)
     if late:
-        return f"took longer than {LONGEST:.0f} s"
+        return f"took longer than {LATEST:.0f} s"
     with suppress(Exception):
         return pickle.loads(b"".join(child.got))
     code = os.waitstatus_to_exitcode(status)
+    if code == LATE:
+        return f"took more than {LONGEST} processor seconds"
     return f"the process ended with {signal.Signals(-code).name if code < 0 else code}"

@@ -13,7 +13,7 @@ from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import dynamicsymbols
 
 from ..timing.cases import Array
-from .scene import Equations
+from .equations import Equations
 
 DIGITS = 30
 FINE = 1e-12  # rtol of the motion
@@ -35,12 +35,18 @@ class Reference:
         unknown = matrix.atoms(AppliedUndef) | forcing.atoms(AppliedUndef)
         if unknown:
             raise UnknownFunctionError(str(unknown))
-        free = (matrix.free_symbols | forcing.free_symbols) - {t, *plain.values()}
+        closing = _replaced(given.closing, inputs, plain) if given.closing else sm.Matrix([])
+        free = set().union(*(m.free_symbols for m in (matrix, forcing, closing)))
+        free -= {t, *plain.values()}
         self.parameters = sorted(map(str, free))
         by_name = {str(s): s for s in free}
         self.size = len(given.states)
+        self.closes = bool(given.closing)
+        self.closing_parameters = set(map(str, closing.free_symbols))
+        rows = [list(closing), list(closing.jacobian(list(plain.values()))) if self.closes else []]
         arguments = [t, *plain.values(), *(by_name[n] for n in self.parameters)]
         made = [list(matrix), list(forcing)]
+        self._closing = sm.lambdify(arguments, rows, "math", cse=True)
         self._exact = sm.lambdify(arguments, made, "mpmath", cse=True)
         self._double = sm.lambdify(arguments, made, "math", cse=True)
 
@@ -56,6 +62,26 @@ class Reference:
 
     def _arguments(self, t: float, y: Sequence[float], params: dict[str, float]) -> list[float]:
         return [t, *map(float, y), *(params[n] for n in self.parameters)]
+
+    def closing(self, t: float, y: Array, params: dict[str, float]) -> tuple[Array, Array]:
+        """What closes the loops, zero on the constraints, and its derivatives by the states."""
+        gaps, slopes = self._closing(*self._arguments(t, y, params))
+        return np.array(gaps, float), np.reshape(np.array(slopes, float), (len(gaps), self.size))
+
+    def closed(self, t: float, y: Array, params: dict[str, float]) -> Array:
+        """The nearest state on the constraints, by Newton's steps."""
+        for _ in range(8 if self.closes else 0):
+            gaps, slopes = self.closing(t, y, params)
+            y = y - np.linalg.lstsq(slopes, gaps, rcond=1e-9)[0]
+        return y
+
+    def along(self, t: float, y: Array, params: dict[str, float], direction: Array) -> Array:
+        """A direction's part that the constraints allow."""
+        if not self.closes:
+            return direction
+        _, slopes = self.closing(t, y, params)
+        allowed: Array = direction - np.linalg.pinv(slopes, rcond=1e-9) @ (slopes @ direction)
+        return allowed
 
     def rates(self, params: dict[str, float]) -> Callable[[float, Array], Array]:
         """y' in doubles, of t and y."""

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import re
+import signal
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import sympy as sm
-import sympy.physics.mechanics as me
 
 import mechc
 
-from ..timing.cases import Array
-from .grammar import by_hand, open_mechanisms
+from .grammar import by_hand, closures, joints, open_mechanisms, rolling
 from .grammar.writer import Interval, Writer
 
 HEAD = """\
@@ -26,10 +25,30 @@ from sympy.physics.mechanics import Point, ReferenceFrame, dynamicsymbols
 t = dynamicsymbols._t
 """
 KINDS: dict[str, tuple[float, Callable[[Writer], None]]] = {
-    "KanesMethod": (0.45, open_mechanisms.write_kane),
-    "LagrangesMethod": (0.15, open_mechanisms.write_lagrange),
-    "equations by hand": (0.4, by_hand.write),
+    "KanesMethod": (0.3, open_mechanisms.write_kane),
+    "LagrangesMethod": (0.08, open_mechanisms.write_lagrange),
+    "equations by hand": (0.3, by_hand.write),
+    "equations by hand with constraints": (0.08, by_hand.write_closed),
+    "KanesMethod with constraints": (0.15, closures.write_kane),
+    "LagrangesMethod with constraints": (0.08, closures.write_lagrange),
+    "rolling and blades": (0.06, rolling.write),
+    "joints": (0.12, joints.write),
 }
+
+
+FORMING = 15.0  # processor seconds that SymPy may take to form equations
+
+
+class TooLongError(Exception):
+    """SymPy takes too long."""
+
+
+class UnbuiltError(Exception):
+    """SymPy does not form the equations of a scene: of dependent speeds that do not depend."""
+
+
+def _too_long(*_: object) -> None:
+    raise TooLongError
 
 
 @dataclass(frozen=True)
@@ -49,21 +68,29 @@ class Scene:
     def built(self) -> dict[str, Any]:
         """The names of the text after it has run."""
         names: dict[str, Any] = {}
-        exec(compile(HEAD + self.text, "<scene>", "exec"), names)
+        signal.signal(signal.SIGVTALRM, _too_long)
+        signal.setitimer(signal.ITIMER_VIRTUAL, FORMING)
+        try:
+            exec(compile(HEAD + self.text, "<scene>", "exec"), names)
+        except (sm.matrices.exceptions.NonInvertibleMatrixError, TooLongError) as error:
+            raise UnbuiltError(type(error).__name__) from None
+        finally:
+            signal.setitimer(signal.ITIMER_VIRTUAL, 0)
         return names
 
     def compiled(self, names: dict[str, Any]) -> mechc.Model:
         """The model of its description."""
         given = eval(f"dict({self.given})", names)
         model: mechc.Model = mechc.compile(names["described"], **given)
-        return model
+        return model.with_inputs(names["inputs"]) if "inputs" in names else model
 
     def program(self, numbers: Numbers) -> str:
         """A program that runs it by itself."""
         return (
             f"{HEAD}{self.text}\nmodel = mechc.compile(described{', ' * bool(self.given)}"
             f"{self.given})\nparams = {numbers.params}\n"
-            f"sol = model.simulate({numbers.span}, {numbers.start}, params)\n"
+            f"sol = model.simulate({numbers.span}, {numbers.start}, params"
+            f"{', inputs=inputs' * ('inputs = ' in self.text)})\n"
         )
 
 
@@ -109,33 +136,3 @@ def numbers(scene: Scene, seed: int, case: int, draw: int) -> Numbers:
         return {n: round(float(rng.uniform(*ends)), 4) for n, ends in ranges.items()}
 
     return Numbers(of(scene.ranges), of(scene.starts), scene.span)
-
-
-@dataclass(frozen=True)
-class Equations:
-    """``matrix`` y' = ``forcing``: what SymPy has formed, or what is given by hand."""
-
-    states: list[Any]
-    matrix: sm.Matrix
-    forcing: sm.Matrix
-
-
-def equations(names: dict[str, Any]) -> Equations:
-    """Those of SymPy's own matrices, of the states [q, u]."""
-    formed = names.get("formed")
-    if isinstance(formed, me.KanesMethod):
-        states = [*formed.q, *formed.u]
-        return Equations(states, formed.mass_matrix_full, formed.forcing_full)
-    if isinstance(formed, me.LagrangesMethod):
-        states = [*formed.q, *formed.u]
-        return Equations(states, formed.mass_matrix_full, formed.forcing_full)
-    q, u = names["q"], names["u"]
-    n, M = len(q), names["M"]
-    mass = sm.eye(n) if M is None else sm.Matrix(M)
-    matrix = sm.diag(sm.eye(n), mass)
-    return Equations([*q, *u], matrix, sm.Matrix([*names["rates"], *names["F"]]))
-
-
-def state_of(model: mechc.Model, start: dict[str, float]) -> Array:
-    """The start in the model's order."""
-    return np.array([start[name] for name in (*model.coordinates, *model.speeds)])

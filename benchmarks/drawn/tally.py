@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from typing import Any
 
+SLOW = 60.0  # s
+
 
 class Tally:
     """Adds outcomes up and prints them."""
@@ -17,10 +19,13 @@ class Tally:
         self.seconds: Counter[str] = Counter()
         self.ended: Counter[str] = Counter()
         self.largest: dict[str, float] = {}
+        self.slow: list[tuple[int, int]] = []
 
     def add(self, case: int, outcome: Any, seconds: float, *, show: bool = False) -> None:
         """An outcome, or the text that says how its process ended."""
         self.cases += 1
+        if seconds > SLOW:
+            self.slow.append((round(seconds), case))
         if isinstance(outcome, str):
             self._tell(case, [outcome])
             return
@@ -53,6 +58,8 @@ class Tally:
             print(f"  {why:58s}{n:8d}")
         spent = ", ".join(f"{what} {s:.1f}" for what, s in self.seconds.most_common())
         print(f"\nprocessor seconds: {spent}")
+        if self.slow:
+            print(f"slowest, s and case: {sorted(self.slow, reverse=True)[:5]}")
         rate = self.scenes / max(seconds, 1e-9)
         print(f"{self.cases} cases, {self.scenes} scenes from seed {self.seed} in {seconds:.0f} s "
               f"({seconds / max(self.cases, 1):.2f} s a case, {rate:.1f} scenes a second); "

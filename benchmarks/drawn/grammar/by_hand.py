@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from . import expressions
+from . import expressions, inputs
 from .writer import Writer
 
 
 def write(w: Writer) -> None:
     """``described``, and the equations as a reference has them."""
     n = int(w.rng.choice([1, 2, 3, 4], p=[0.4, 0.35, 0.15, 0.1]))
-    w.note(f"freedoms: {n}")
+    w.note(f"coordinates: {n}")
     q = [w.state(w.one_of(["x", "q", "phi"]) + f"_{k}", -1.0, 1.0) for k in range(n)]
     own = w.chance(0.7)  # speeds of their own, not q.diff()
     u = [w.state(f"{w.one_of(['v', 'u', 'omega'])}_{k}", -1.2, 1.2) for k in range(n)]
@@ -81,6 +81,8 @@ def _force(w: Writer, k: int, q: list[str], u: list[str]) -> str:
         w.note("products of speeds")
     if w.chance(0.3):
         terms.append(expressions.drive(w))
+    if w.chance(0.12):
+        terms.append(inputs.written(w, q))
     return " + ".join(terms)
 
 
@@ -96,3 +98,55 @@ def _rate(w: Writer, k: int, q: list[str], u: list[str]) -> str:
             f"{v} - {w.signed('d', 0.3)} * {x}",
         ])
     )  # fmt: skip
+
+
+def write_closed(w: Writer) -> None:
+    """Masses in a plane on rods, in Cartesian coordinates; or a blade, which does not slip."""
+    if w.chance(0.3):
+        _blade(w)
+        return
+    count, position, follows, force, mass = w.whole(1, 2), [], [], [], []
+    names = [(w.state(f"x_{k}", -0.9, 0.9), w.state(f"y_{k}", -1.8 - k, -0.8 - k))
+             for k in range(count)]  # fmt: skip
+    q = [x for pair in names for x in pair]
+    u = [w.state(f"v_{k}", -1.0, 1.0) for k in range(2 * count)]
+    for k, (x, y) in enumerate(names):
+        w.note("by hand: rod")
+        m, g = w.value("m", 0.5, 2.0), w.value("g", 8.0, 11.0)
+        mass += [m, m]
+        force += [expressions.restoring(w, x), f"-{m} * {g}"]
+        before = names[k - 1] if k and w.chance(0.7) else ("0", "0")
+        squares = f"({x} - {before[0]})**2 + ({y} - {before[1]})**2"
+        name = _follower(w, "L", f"sm.sqrt({squares})", follows)
+        position.append(w.one_of([f"{squares} - {name}**2", f"({squares}) / {name} - {name}"]))
+    w.line(f"q, u = [{', '.join(q)}], [{', '.join(u)}]")
+    w.line("rates = u")
+    w.line(f"M = sm.diag({', '.join(mass)})")
+    w.line(f"F = [{', '.join(force)}]")
+    w.line(f"position = [{', '.join(position)}]")
+    w.line(f"follows = {{{', '.join(follows)}}}")
+    w.line("described = mechc.from_equations(q, u, M, F, constraints=position)")
+
+
+def _follower(w: Writer, stem: str, value: str, follows: list[str]) -> str:
+    """A parameter whose value follows from the start."""
+    name = f"{stem}_f{len(follows)}"
+    w.line(f'{name} = sm.Symbol("{name}")')
+    follows.append(f"{name}: {value}")
+    return name
+
+
+def _blade(w: Writer) -> None:
+    w.note("by hand: blade")
+    q = [w.state(name, -0.5, 0.5) for name in ("x", "y", "phi")]
+    u = [w.state(name, -1.0, 1.0) for name in ("v_x", "v_y", "omega")]
+    m, J = w.value("m", 0.5, 2.0), w.value("J", 0.2, 1.0)
+    force = [expressions.damping(w, v) for v in u]
+    force[2] += " + " + w.one_of([expressions.restoring(w, "phi"), expressions.drive(w)])
+    force[0] += " + " + expressions.coupling(w, "phi", "y")
+    w.line(f"q, u = [{', '.join(q)}], [{', '.join(u)}]")
+    w.line("rates = u")
+    w.line(f"M = sm.diag({m}, {m}, {J})")
+    w.line(f"F = [{', '.join(force)}]")
+    w.line("velocity = [v_x * sm.sin(phi) - v_y * sm.cos(phi)]")
+    w.line("described = mechc.from_equations(q, u, M, F, velocity_constraints=velocity)")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from . import expressions
+from . import expressions, inputs
 from .writer import Writer
 
 AXES = ("x", "y", "z")
@@ -22,18 +22,23 @@ class Tree:
     turns: list[tuple[str, str, str, str]] = field(default_factory=list)  # q, frame, parent, axis
     slides: list[tuple[str, str, str]] = field(default_factory=list)  # q, point, direction
     planar: bool = True
+    ways: dict[str, tuple[str, ...]] = field(default_factory=dict)  # point or frame: coordinates
+
+    def way(self, *places: str) -> tuple[str, ...]:
+        """The coordinates on the way from the ground to points and frames."""
+        return tuple(dict.fromkeys(q for place in places for q in self.ways.get(place, ())))
 
 
-def write_tree(w: Writer, most: int = 4, own_axes: bool = True) -> Tree:
-    """Frames, points and bodies of one to four freedoms; velocities are derived by SymPy."""
-    tree = Tree(planar=w.chance(0.5))
+def write_tree(w: Writer, least: int = 1, most: int = 4, planar: float = 0.5) -> Tree:
+    """Frames, points and bodies of some freedoms; velocities are derived by SymPy."""
+    tree = Tree(planar=w.chance(planar))
     w.note("planar" if tree.planar else "spatial")
     w.line('N, O = ReferenceFrame("N"), Point("O")')
     w.line("O.set_vel(N, 0)")
-    freedoms = min(most, int(w.rng.choice([1, 2, 3, 4], p=[0.3, 0.4, 0.2, 0.1])))
+    freedoms = min(most, max(least, int(w.rng.choice([1, 2, 3, 4], p=[0.3, 0.4, 0.2, 0.1]))))
     while len(tree.q) < freedoms:
         left = freedoms - len(tree.q)
-        if not tree.planar and left >= 3 and own_axes and w.chance(0.4):
+        if not tree.planar and left >= 3 and w.chance(0.4):
             _in_space(w, tree)
         elif w.chance(0.72):
             _pin(w, tree)
@@ -41,7 +46,7 @@ def write_tree(w: Writer, most: int = 4, own_axes: bool = True) -> Tree:
             _slider(w, tree)
         if w.chance(0.12):
             _moved(w, tree)
-    w.note(f"freedoms: {len(tree.q)}")
+    w.note(f"coordinates: {len(tree.q)}")
     return tree
 
 
@@ -80,6 +85,7 @@ def _pin(w: Writer, tree: Tree) -> None:
         w.note("angle with an offset or a factor")
         angle = w.one_of([f"{q} + {w.signed('d', 0.5)}", f"2 * {q}", f"-{q}"])
     w.line(f'{new} = {frame}.orientnew("{new}", "Axis", [{angle}, {axis}])')
+    tree.ways[new] = (*tree.way(point, frame), q)
     tree.q.append(q)
     tree.frames.append(new)
     tree.turns.append((q, new, frame, axis))
@@ -93,6 +99,7 @@ def _slider(w: Writer, tree: Tree) -> None:
     along, new = f"{frame}.{w.one_of(AXES[: 2 if tree.planar else 3])}", f"P{len(tree.points)}"
     w.line(f'{new} = {point}.locatenew("{new}", {q} * {along})')
     w.line(f"{new}.set_vel(N, {new}.pos_from(O).dt(N))")
+    tree.ways[new] = (*tree.way(point, frame), q)
     tree.q.append(q)
     tree.points.append((new, frame))
     tree.slides.append((q, new, along))
@@ -109,6 +116,7 @@ def _moved(w: Writer, tree: Tree) -> None:
         w.line(f'P{k} = {point}.locatenew("P{k}", {moved} * {frame}.{w.one_of(AXES[:2])})')
         w.line(f"P{k}.set_vel(N, P{k}.pos_from(O).dt(N))")
         tree.points.append((f"P{k}", frame))
+        tree.ways[f"P{k}"] = tree.way(point, frame)
         return
     new = f"R{len(tree.frames)}"
     turned = w.one_of([f"{omega} * t", f"{w.value('r', 0.1, 0.8)} * sm.sin({omega} * t)"])
@@ -117,6 +125,7 @@ def _moved(w: Writer, tree: Tree) -> None:
     w.line(f"P{k}.set_vel(N, P{k}.pos_from(O).dt(N))")
     tree.frames.append(new)
     tree.points.append((f"P{k}", new))
+    tree.ways[new] = tree.ways[f"P{k}"] = tree.way(point, frame)
 
 
 def _in_space(w: Writer, tree: Tree) -> None:
@@ -126,6 +135,7 @@ def _in_space(w: Writer, tree: Tree) -> None:
     names = [w.state(f"{w.one_of(['phi', 'psi', 'q'])}{k + j}", -0.7, 0.7) for j in range(3)]
     order, new = w.one_of(["XYZ", "ZYX", "ZXY", "YXZ"]), f"R{len(tree.frames)}"
     w.line(f'{new} = {frame}.orientnew("{new}", "Body", [{", ".join(names)}], "{order}")')
+    tree.ways[new] = (*tree.way(point, frame), *names)
     tree.q += names
     tree.frames.append(new)
     _rigid(w, tree, point, new, symmetric=w.chance(0.3))
@@ -137,6 +147,7 @@ def _body(w: Writer, tree: Tree, point: str, frame: str, axis: str) -> None:
         w.line(f'P{k} = {point}.locatenew("P{k}", {_arm(w, tree, frame, axis)})')
         w.line(_velocity(w, f"P{k}", point, frame))
         tree.points.append((f"P{k}", frame))
+        tree.ways[f"P{k}"] = tree.way(point, frame)
         _particle(w, tree, f"P{k}")
     else:
         _rigid(w, tree, point, frame, symmetric=False)
@@ -168,6 +179,7 @@ def _rigid(w: Writer, tree: Tree, point: str, frame: str, symmetric: bool) -> No
         f"(me.inertia({frame}{about}), P{k}))"
     )
     tree.points.append((f"P{k}", frame))
+    tree.ways[f"P{k}"] = tree.way(point, frame)
     tree.bodies.append(f"body{j}")
     tree.centres.append((f"body{j}", f"P{k}", mass))
 
@@ -217,6 +229,9 @@ def write_loads(w: Writer, tree: Tree, u: list[str]) -> None:
     if w.chance(0.3):
         _, point, _ = w.one_of(tree.centres)
         loads.append(f"({point}, ({expressions.drive(w)}) * N.{w.one_of(AXES[:2])})")
+    if w.chance(0.25):
+        _, point, _ = w.one_of(tree.centres)
+        loads.append(f"({point}, {inputs.written(w, tree.q)} * N.{w.one_of(AXES[:2])})")
     w.line(f"loads = [{', '.join(loads)}]")
 
 
@@ -274,12 +289,17 @@ def write_kane(w: Writer) -> None:
 def write_lagrange(w: Writer) -> None:
     """An open mechanism as a LagrangesMethod."""
     tree = write_tree(w, most=3)
+    write_lagrangian(w, tree, "")
+
+
+def write_lagrangian(w: Writer, tree: Tree, constraints: str) -> None:
+    """The object of a tree, with the keywords of its constraints."""
     w.starts |= {f"{name}_dot": (-1.2, 1.2) for name in tree.q}
     write_loads(w, tree, [f"{q}.diff(t)" for q in tree.q])
     w.line(f"q = [{', '.join(tree.q)}]")
     w.line("u = [x.diff(t) for x in q]")
     w.line(f"L = me.Lagrangian(N, {', '.join(tree.bodies)})")
     w.line(f"formed = me.LagrangesMethod(L, q, forcelist=loads, "
-           f"bodies=[{', '.join(tree.bodies)}], frame=N)")  # fmt: skip
+           f"bodies=[{', '.join(tree.bodies)}], frame=N{constraints})")  # fmt: skip
     w.line("formed.form_lagranges_equations()")
     w.line("described = formed")

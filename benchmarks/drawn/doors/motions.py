@@ -1,39 +1,22 @@
-"""The doors: ways that lead to a scene's numbers, each beside another."""
+"""Motions: by SciPy, by every method, in batches, in steps, saved and opened."""
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import mechc
-from mechc.native import _codes
 
-from .judge import RTOL, TOLD, Case, Difference, Fault, Run, allowed, apart
-from .reference import FINE
+from ..judge import RTOL, TOLD, Case, Difference, Fault, Run, Told, allowed, apart, growth
+from ..reference import FINE
 
-Told = Difference | Fault
-BACKWARD = 500 * np.finfo(float).eps  # relative change of all numbers that rounding may be
 METHODS = ("dopri5", "dop853", "gauss8", "radau5", "taylor")
 IN_PYTHON = 3  # runs that SciPy follows too
 FINER = 1e-11  # rtol of the run beside which others are seen
-
-
-def rates(case: Case) -> Iterator[Told]:
-    """``model.rhs`` at the starts, beside SymPy's matrices in 30 digits."""
-    for run in case.runs:
-        t = float(case.rng.uniform(0.0, 2.0))
-        y = case.to_reference(run.y0)
-        expected = case.reference.exact(t, y, run.params)
-        spread = case.reference.spread(t, y, run.params, case.rng)
-        found = case.to_reference(case.model.rhs(t, run.y0, run.params))
-        limit = BACKWARD * (spread + np.abs(expected).max() + 1.0)
-        off = np.abs(found - expected)
-        worst = int(np.argmax(off / limit))
-        told = f"{case.reference.names[worst]}' = {found[worst]!r}, exactly {expected[worst]!r}"
-        size = float("inf") if np.isnan(off).any() else float(off[worst])
-        yield Difference("rhs", size, float(limit[worst]), f"{told} at t = {t}, {run.numbers}")
 
 
 def in_python(case: Case) -> Iterator[Told]:
@@ -100,22 +83,8 @@ def batch(method: str) -> Callable[[Case], Iterator[Told]]:
     return found
 
 
-DOORS: dict[str, tuple[float, Callable[[Case], Iterator[Told]]]] = {
-    "rhs": (1.0, rates),
-    "SciPy": (1.0, in_python),
-    "ends": (1.0, ends),
-    "auto": (1.0, single("auto")),
-    "batch auto": (1.0, batch("auto")),
-    **{method: (0.6, single(method)) for method in METHODS},
-    **{f"batch {method}": (0.4, batch(method)) for method in METHODS},
-}
-assert set(METHODS) <= set(_codes.METHODS)
-
-
 def begin(case: Case, run: Run) -> None:
     """The motion beside which the others are seen, and its growth."""
-    from .judge import growth
-
     sol = case.model.simulate(
         (0.0, case.times[-1]), run.y0, run.params, method="dop853", rtol=FINER,
         t_eval=case.times, dense=False,
@@ -124,11 +93,41 @@ def begin(case: Case, run: Run) -> None:
         run.ended, run.status = sol.status.code, str(sol.status)
         return
     run.states = sol.y
-    run.growth = growth(case.model, run, case.times, case.rng)
+    run.growth = growth(case, run)
     if not allowed(run, RTOL, FINER) < TOLD:
         run.states, run.ended = None, "grows"
 
 
-def refused(error: BaseException) -> bool:
-    """Whether it is an error in words of mechc."""
-    return isinstance(error, (mechc.MechcError, ValueError))
+def between_steps(case: Case) -> Iterator[Told]:
+    """The dense output of a run, by the method that ``auto`` takes."""
+    for run in case.whole[:IN_PYTHON]:
+        sol = case.model.simulate((0.0, case.times[-1]), run.y0, run.params, rtol=RTOL)
+        if sol.status.ok:
+            yield _beside("dense output", run, sol(case.times), RTOL)
+        else:
+            yield Fault("dense output", f"{sol.status}; {run.numbers}")
+
+
+def stepped(case: Case) -> Iterator[Told]:
+    """A stepper that goes to the times, then is set to another run's numbers."""
+    stepper: Any = None
+    for run in case.whole[:IN_PYTHON]:
+        if stepper is None:
+            stepper = case.model.stepper(run.y0, run.params, rtol=RTOL)
+        else:
+            stepper.set(run.y0, t=0.0, params=run.params)
+        states = [run.y0]
+        for step in np.diff(case.times):
+            states.append(np.array(stepper.step(float(step))))
+        yield _beside("stepper", run, states, RTOL)
+
+
+def saved(case: Case) -> Iterator[Told]:
+    """A run that is saved and opened, to the last bit; and with a file of its states."""
+    for run in case.whole[:1]:
+        sol = case.model.simulate((0.0, case.times[-1]), run.y0, run.params, t_eval=case.times)
+        with tempfile.TemporaryDirectory() as folder:
+            opened = mechc.open(sol.save(Path(folder) / "run.nc"))
+        size = float(np.abs(opened.y - sol.y).max())
+        yield Difference("saved and opened", size, 1e-300, str(run.numbers))
+        yield _beside("saved and opened", run, opened(case.times), RTOL)

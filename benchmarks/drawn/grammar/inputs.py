@@ -1,0 +1,56 @@
+"""Inputs: functions of time that are compiled in, or given with a run as all kinds of values."""
+
+from __future__ import annotations
+
+from .writer import Writer
+
+
+def written(w: Writer, q: list[str]) -> str:
+    """A specified function of time, and what it is; one a scene."""
+    if "F_in" in w.inputs:
+        return "F_in"
+    w.inputs.append("F_in")
+    w.line('F_in = dynamicsymbols("F_in")')
+    if w.chance(0.35):
+        w.note("input compiled in")
+        x, law = w.one_of(q), f"{w.signed('F', 1.0)} * sm.cos({w.value('w', 0.5, 2.0)} * t)"
+        law += f" - {w.value('k', 0.1, 1.0)} * {x}"
+        w.line(f"in_sympy = {{F_in: {law}}}")
+        w.given["inputs"] = "in_sympy" if w.chance(0.5) else "{'F_in': str(in_sympy[F_in])}"
+        return "F_in"
+    kind = w.one_of(["number", "text", "function", "lines", "spline"])
+    w.note(f"input: {kind}")
+    a, b = round(w.between(-1, 1), 2), round(w.between(0.5, 2.5), 2)
+    if kind == "number":
+        w.line(f"in_sympy, inputs = {{F_in: sm.Float({a})}}, {{F_in: {a}}}")
+    elif kind == "text":
+        w.line(f"in_sympy = {{F_in: {a} * sm.sin({b} * t) - {b} * {q[0]}}}")
+        w.line(f'inputs = {{"F_in": "{a}*sin({b}*t) - {b}*{q[0]}"}}')
+    elif kind == "function":
+        w.line(f"in_sympy = {{F_in: {a} * sm.sin({b} * t)}}")
+        w.line("import math")
+        w.line(f"inputs = {{F_in: lambda t: {a} * math.sin({b} * t)}}")
+    else:
+        _sampled(w, kind)
+    return "F_in"
+
+
+def _sampled(w: Writer, kind: str) -> None:
+    """Samples that reach beyond every run, as lines or a spline."""
+    w.kinks = w.kinks or kind == "lines"
+    times = [0.0, 0.7, 1.3, 2.1, 3.5]
+    values = [round(w.between(-1, 1), 2) for _ in times]
+    w.line(f"times, values = {times}, {values}")
+    if kind == "lines":
+        w.line("inputs = {F_in: (times, values)}")
+        w.line("pieces = [(values[k] + (values[k + 1] - values[k]) * (t - times[k])"
+               " / (times[k + 1] - times[k]), t < times[k + 1]) for k in range(4)]")  # fmt: skip
+        w.line("in_sympy = {F_in: sm.Piecewise(*pieces[:-1], (pieces[-1][0], True))}")
+    else:
+        w.line("from scipy.interpolate import CubicSpline")
+        w.line("spline = CubicSpline(times, values)")
+        w.line("inputs = {F_in: spline}" if w.chance(0.5) else
+               'inputs = {F_in: mechc.Signal(times, values, "cubic")}')  # fmt: skip
+        w.line("pieces = [(sum(float(c) * (t - times[k])**(3 - j) for j, c in "
+               "enumerate(spline.c[:, k])), t < times[k + 1]) for k in range(4)]")  # fmt: skip
+        w.line("in_sympy = {F_in: sm.Piecewise(*pieces[:-1], (pieces[-1][0], True))}")

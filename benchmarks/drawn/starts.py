@@ -1,0 +1,29 @@
+"""Starts on the constraints: lengths that follow from the configuration, speeds that fit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from sympy.physics.mechanics import dynamicsymbols
+
+from .judge import Case
+from .scene import Numbers
+
+
+def started(values: Numbers, case: Case) -> Numbers:
+    """With parameters that follow from the start, and a start that the constraints allow."""
+    params, start = dict(values.params), dict(values.start)
+    follows: dict[Any, Any] = case.names.get("follows", {})
+    known: dict[Any, Any] = {dynamicsymbols._t: 0}
+    if follows:
+        known |= {x: start[str(x.func.__name__)] for x in case.names["q"]}
+    for symbol, expression in follows.items():
+        numbers = {s: params[str(s)] for s in expression.free_symbols if str(s) in params}
+        params[str(symbol)] = float(expression.xreplace(known).xreplace(numbers).evalf())
+    if case.reference.closes:
+        y = np.array([start[n] for n in case.reference.names])
+        y = case.reference.closed(0.0, y, params)
+        start = dict(zip(case.reference.names, y.tolist(), strict=True))
+    return replace(values, params=params, start=start)

@@ -17,9 +17,11 @@ UNITS: dict[Kind, dict[str, float]] = {
     Kind.ANGLE: {"rad": 1.0, "deg": TURN, "°": TURN},
     Kind.ANGULAR_SPEED: {"rad/s": 1.0, "deg/s": TURN, "°/s": TURN, "rpm": 2 * math.pi / 60},
     Kind.LENGTH: {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
+    Kind.SPEED: {"m/s": 1.0, "cm/s": 1e-2, "mm/s": 1e-3, "km/h": 1 / 3.6},
     Kind.MASS: {"kg": 1.0, "g": 1e-3},
     Kind.TIME: {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0},
 }
+SECONDS = NamedQuantity("time", "s", "time", -math.inf, math.inf, False, Kind.TIME)
 _TYPED = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?inf|nan)\s*(.*)", re.DOTALL)
 
 
@@ -103,9 +105,7 @@ def of_unknown_unit(name: str) -> NamedQuantity:
 
 def read_seconds(text: str) -> float:
     """A typed duration: ``20``, ``20s``, ``1500ms``, ``2min``."""
-    return read_value(
-        text, NamedQuantity("time", "s", "time", -math.inf, math.inf, False, Kind.TIME)
-    )
+    return read_value(text, SECONDS)
 
 
 def _choices(units: Iterable[str]) -> str:

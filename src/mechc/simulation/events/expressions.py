@@ -16,7 +16,7 @@ from mechc.simulation.events.stops import NEWTON, POISSON, Stop, StopReset
 from mechc.system.names import by_name, name_of
 from mechc.system.parameters import Array, one_double
 from mechc.system.system import System
-from mechc.system.units import in_si, is_with_unit, read_value
+from mechc.system.units import SECONDS, in_si, is_with_unit, read_value
 
 MOST_KEPT = 256  # functions of expressions, from one run to the next
 _DIRECTIONS = {">": 1.0, ">=": 1.0, "<": -1.0, "<=": -1.0, "==": 0.0}  # SymPy's names
@@ -134,8 +134,12 @@ class EventReader:
                 return self.plain(given), 0.0
             left, right = given.split(relation, 1)
             relation = relation + "=" if right.startswith("=") else relation
+            right = right.removeprefix("=")
+            if is_with_unit(left):
+                value = self.plain(right)
+                return self._level(value, left) - value, _DIRECTIONS[relation]
             value = self.plain(left)
-            return value - self._level(value, right.removeprefix("=")), _DIRECTIONS[relation]
+            return value - self._level(value, right), _DIRECTIONS[relation]
         direction = _DIRECTIONS.get(getattr(given, "rel_op", ""))
         if direction is None:
             return self.plain(given), 0.0
@@ -152,7 +156,8 @@ class EventReader:
             return self.plain(text)
         inside = value.args[0] if isinstance(value, Abs) else value
         found = [name for name, symbol in self.names.items() if inside.has(symbol)]
-        known = getattr(self.system, "quantities", {})
+        known = dict(getattr(self.system, "quantities", {}))
+        known.setdefault("t", SECONDS)
         quantities = [known[name] for name in found if name in known]
         linear = all(inside.diff(self.names[name]).is_number for name in found)
         if not (linear and found) or len({(q.kind, q.unit) for q in quantities}) != 1:

@@ -13,9 +13,9 @@ from mechc.simulation.events.run_events import Compiler, run_events
 from tests.support.impacts import points_on_a_line
 
 
-def read(ball, *events):
-    p = ball.system.parameter_set.resolve({"m": 2.0})
-    return run_events(list(events), ball.system, p, Compiler(*COMPILER))
+def read(model, *events):
+    p = model.system.parameter_set.resolve({"m": 2.0} if "m" in model.parameters else None)
+    return run_events(list(events), model.system, p, Compiler(*COMPILER))
 
 
 def test_texts_and_expressions_mean_the_same(ball):
@@ -41,6 +41,32 @@ def test_texts_and_expressions_mean_the_same(ball):
 def test_units_are_those_of_what_is_compared(ball, text):
     with pytest.raises(MechcError, match=r"not one of its units|operator was expected"):
         read(ball, text)
+
+
+@pytest.mark.parametrize(
+    ("text", "value", "direction"),
+    [
+        ("v > 200mm/s", 0.05, 1.0),
+        ("2*v <= 20 cm/s + 0", None, 0.0),
+        ("0.2m/s > v", -0.05, 1.0),
+        ("v < 3.6km/h", -0.75, -1.0),
+        ("t > 500ms", -0.1, 1.0),
+        ("t >= 0.01 min", -0.2, 1.0),
+        ("500 ms < t", 0.1, -1.0),
+        ("x > 100mm", 0.2, 1.0),
+    ],
+)
+def test_units_of_speeds_and_times_are_those_of_other_values(text, value, direction):
+    model = mechc.load("slider_crank")
+    state = np.zeros(6)
+    state[model.coordinates.index("x")], state[3 + model.speeds.index("v")] = 0.3, 0.25
+    if value is None:
+        with pytest.raises(ValueOutOfBoundsError, match=r"use m/s or cm/s or mm/s or km/h"):
+            read(model, text)
+        return
+    (event,) = read(model, text)
+    assert event.function(0.4, state) == pytest.approx(value)
+    assert event.direction == direction
 
 
 def test_an_end_of_batches_is_an_event_of_runs():

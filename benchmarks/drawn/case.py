@@ -17,6 +17,7 @@ from .doors import DOORS
 from .doors.motions import begin
 from .equations import equations
 from .judge import POINTS, Case, Difference, Run, Told
+from .of_mujoco import OfMujoco
 from .reference import Reference
 from .scene import Scene, UnbuiltError, drawn, numbers
 from .starts import started
@@ -58,7 +59,7 @@ def _judge(
 ) -> None:
     begun = time.process_time()
     names = scene.built()
-    reference = Reference(equations(names), names.get("in_sympy", {}))
+    reference = OfMujoco(names["mjcf"]) if "mjcf" in names else Reference(equations(names), names)
     begun = _spent(found, "SymPy", begun)
     model = scene.compiled(names)
     begun = _spent(found, "compile", begun)

@@ -88,7 +88,9 @@ def _run(chosen: argparse.Namespace, folder: Path) -> int:
 
     def judge(case: int) -> object:
         own = folder / f"case-{case}"
-        os.environ["MECHC_CACHE_DIR"] = str(own)
+        own.mkdir()
+        os.chdir(own)  # for files that a scene writes
+        os.environ["MECHC_CACHE_DIR"] = str(own / "cache")
         return judge_case(chosen.seed, case, chosen.numbers, chosen.only)
 
     for case, outcome, seconds in each(cases(), judge, 1 if alone else chosen.jobs, folder):

@@ -57,6 +57,7 @@ class Run:
 
     @property
     def params(self) -> dict[str, float]:
+        """Values of all parameters that the model has."""
         return self.numbers.params
 
 
@@ -71,6 +72,16 @@ class Case:
     rng: np.random.Generator
     times: Array
     runs: list[Run] = field(default_factory=list)
+
+    @property
+    def more(self) -> dict[str, Any]:
+        """Keywords of all runs."""
+        return {"events": self.names["events"]} if "events" in self.names else {}
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """The begin and the end of all runs, in s."""
+        return 0.0, float(self.times[-1])
 
     @property
     def whole(self) -> list[Run]:
@@ -120,7 +131,7 @@ def growth(case: Case, run: Run) -> float:
         moved = case.moved(run, run.states[k], float(times[k]), direction)
         found = case.model.simulate(
             (times[k], times[-1]), moved, run.params, rtol=1e-11, method="dop853",
-            t_eval=times[k:], dense=False,
+            t_eval=times[k:], dense=False, **case.more,
         )  # fmt: skip
         if not found.status.ok:
             return float("inf")

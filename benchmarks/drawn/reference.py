@@ -17,6 +17,7 @@ from .equations import Equations
 
 DIGITS = 30
 FINE = 1e-12  # rtol of the motion
+IMPACTS = 25  # of a motion, at most
 EVALUATIONS = 60_000  # of a motion, at most
 
 
@@ -27,18 +28,20 @@ class UnknownFunctionError(Exception):
 class Reference:
     """Rates and motions of the states by name, from ``matrix`` y' = ``forcing``."""
 
-    def __init__(self, given: Equations, inputs: dict[Any, sm.Expr]) -> None:
-        t = dynamicsymbols._t
+    def __init__(self, given: Equations, names: dict[str, Any]) -> None:
+        t, inputs = dynamicsymbols._t, names.get("in_sympy", {})
+        curves = _curves(names)
         self.names = [_name(x) for x in given.states]
         plain = {x: sm.Dummy(f"y{k}") for k, x in enumerate(given.states)}
         matrix, forcing = (_replaced(m, inputs, plain) for m in (given.matrix, given.forcing))
-        unknown = matrix.atoms(AppliedUndef) | forcing.atoms(AppliedUndef)
-        if unknown:
+        applied = matrix.atoms(AppliedUndef) | forcing.atoms(AppliedUndef)
+        if unknown := {x for x in applied if str(x.func) not in curves}:
             raise UnknownFunctionError(str(unknown))
         closing = _replaced(given.closing, inputs, plain) if given.closing else sm.Matrix([])
         free = set().union(*(m.free_symbols for m in (matrix, forcing, closing)))
         free -= {t, *plain.values()}
         self.parameters = sorted(map(str, free))
+        self.fixed = {str(s): float(x) for s, x in names.get("fixed", {}).items()}
         by_name = {str(s): s for s in free}
         self.size = len(given.states)
         self.closes = bool(given.closing)
@@ -46,9 +49,10 @@ class Reference:
         rows = [list(closing), list(closing.jacobian(list(plain.values()))) if self.closes else []]
         arguments = [t, *plain.values(), *(by_name[n] for n in self.parameters)]
         made = [list(matrix), list(forcing)]
-        self._closing = sm.lambdify(arguments, rows, "math", cse=True)
-        self._exact = sm.lambdify(arguments, made, "mpmath", cse=True)
-        self._double = sm.lambdify(arguments, made, "math", cse=True)
+        self.stop = _Stop.of(names, plain)
+        self._closing = sm.lambdify(arguments, rows, [curves, "math"], cse=True)
+        self._exact = sm.lambdify(arguments, made, [_of_numbers(curves), "mpmath"], cse=True)
+        self._double = sm.lambdify(arguments, made, [curves, "math"], cse=True)
 
     def exact(self, t: float, y: Sequence[float], params: dict[str, float]) -> Array:
         """y' in 30 digits, rounded."""
@@ -61,7 +65,8 @@ class Reference:
             return np.array([float(x) for x in found])[: self.size]
 
     def _arguments(self, t: float, y: Sequence[float], params: dict[str, float]) -> list[float]:
-        return [t, *map(float, y), *(params[n] for n in self.parameters)]
+        known = self.fixed | params
+        return [t, *map(float, y), *(known[n] for n in self.parameters)]
 
     def closing(self, t: float, y: Array, params: dict[str, float]) -> tuple[Array, Array]:
         """What closes the loops, zero on the constraints, and its derivatives by the states."""
@@ -85,7 +90,7 @@ class Reference:
 
     def rates(self, params: dict[str, float]) -> Callable[[float, Array], Array]:
         """y' in doubles, of t and y."""
-        values, count = [params[n] for n in self.parameters], 0
+        values, count = self._arguments(0.0, np.empty(0), params)[1:], 0
 
         def of(t: float, y: Array) -> Array:
             nonlocal count
@@ -100,16 +105,31 @@ class Reference:
 
     def motion(self, times: Array, y0: Array, params: dict[str, float]) -> Array | str:
         """The states at times, from the first on, by SciPy's DOP853; or why there are none."""
-        span = (float(times[0]), float(times[-1]))
-        given = {"method": "DOP853", "rtol": FINE, "atol": FINE, "t_eval": times}
-        try:
-            found = solve_ivp(self.rates(params), span, y0, **given)
-        except (ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
-            return f"{type(error).__name__}: {error}"
-        if found.status or not np.isfinite(found.y).all():
-            return str(found.message)
-        states: Array = found.y.T
-        return states
+        t, end, of = float(times[0]), float(times[-1]), self.rates(params)
+        given: dict[str, Any] = {"method": "DOP853", "rtol": FINE, "atol": FINE}
+        if self.stop is not None:
+            given["events"] = self.stop.gap
+        states, y = np.full((len(times), self.size), np.nan), np.asarray(y0, float)
+        for _ in range(IMPACTS):
+            later = times >= t
+            try:
+                found = solve_ivp(of, (t, end), y, t_eval=times[later], **given)
+            except (ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
+                return f"{type(error).__name__}: {error}"
+            if found.status < 0 or not np.isfinite(found.y).all():
+                return str(found.message)
+            where = np.flatnonzero(later)[: found.y.shape[1]]
+            states[where] = found.y.T
+            if found.status == 0:
+                return states
+            t, y = float(found.t_events[0][-1]), found.y_events[0][-1]
+            y = self.stop.after(y, self._matrix(t, y, params))
+        return "too many impacts"
+
+    def _matrix(self, t: float, y: Array, params: dict[str, float]) -> Array:
+        matrix, forcing = self._double(*self._arguments(t, y, params))
+        found: Array = np.reshape(np.array(matrix, float), (len(forcing), -1))
+        return found
 
     def spread(
         self, t: float, y: Array, params: dict[str, float], rng: np.random.Generator
@@ -122,6 +142,54 @@ class Reference:
             aside = y + step * rng.choice([-1, 1], len(y)) * np.maximum(np.abs(y), 0.1)
             most = np.maximum(most, np.abs(self.rates(moved)(t, aside) - here) / step)
         return most
+
+
+class _Stop:
+    """A gap of the coordinates and its restitution, of an open scene with rates q' = G u."""
+
+    def __init__(self, gap: Any, restitution: float, states: dict[Any, Any]) -> None:
+        plain = sm.sympify(gap).xreplace(states)
+        symbols = list(states.values())
+        self._gap = sm.lambdify(symbols, plain, "math")
+        self._slopes = sm.lambdify(symbols, [plain.diff(s) for s in symbols], "math")
+        self.restitution = restitution
+
+    @classmethod
+    def of(cls, names: dict[str, Any], states: dict[Any, Any]) -> _Stop | None:
+        return cls(*names["stop"], states) if "stop" in names else None
+
+    @property
+    def gap(self) -> Any:
+        def of(t: float, y: Array) -> float:
+            return float(self._gap(*y))
+
+        of.terminal, of.direction = True, -1  # type: ignore[attr-defined]
+        return of
+
+    def after(self, y: Array, matrix: Array) -> Array:
+        """The state after an impact: W M^-1 W^T p = -(1 + e) W u, where the matrix is
+        [A q' + B u, M u']; of speeds that are the rates."""
+        n = len(y) // 2
+        slopes, M = np.array(self._slopes(*y), float)[:n], matrix[n : 2 * n, n : 2 * n]
+        moved = np.linalg.solve(M, slopes)
+        found = y.copy()
+        found[n:] -= (1 + self.restitution) * (slopes @ y[n:]) / (slopes @ moved) * moved
+        return found
+
+
+def _curves(names: dict[str, Any]) -> dict[str, Any]:
+    """The functions that tables are printed as -> SciPy's curves through their samples."""
+    z, found = sm.Symbol("z"), {}
+    for name, curve in names.items():
+        if name.endswith("_of_scipy"):
+            table = names[name.removesuffix("_of_scipy")]
+            found[type(table(z)).__name__] = lambda x, curve=curve: float(curve(x))
+    return found
+
+
+def _of_numbers(curves: dict[str, Any]) -> dict[str, Any]:
+    """The same for numbers of mpmath."""
+    return {name: lambda x, f=f: mpmath.mpf(f(float(x))) for name, f in curves.items()}
 
 
 def _name(x: Any) -> str:

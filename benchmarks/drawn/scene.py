@@ -13,7 +13,7 @@ import sympy as sm
 
 import mechc
 
-from .grammar import by_hand, closures, joints, open_mechanisms, rolling
+from .grammar import by_hand, closures, joints, mjcf, open_mechanisms, rolling
 from .grammar.writer import Interval, Writer
 
 HEAD = """\
@@ -33,6 +33,7 @@ KINDS: dict[str, tuple[float, Callable[[Writer], None]]] = {
     "LagrangesMethod with constraints": (0.08, closures.write_lagrange),
     "rolling and blades": (0.06, rolling.write),
     "joints": (0.12, joints.write),
+    "MJCF": (0.06, mjcf.write),
 }
 
 
@@ -90,7 +91,8 @@ class Scene:
             f"{HEAD}{self.text}\nmodel = mechc.compile(described{', ' * bool(self.given)}"
             f"{self.given})\nparams = {numbers.params}\n"
             f"sol = model.simulate({numbers.span}, {numbers.start}, params"
-            f"{', inputs=inputs' * ('inputs = ' in self.text)})\n"
+            f"{', inputs=inputs' * ('inputs = ' in self.text)}"
+            f"{', events=events' * ('events = ' in self.text)})\n"
         )
 
 
@@ -111,6 +113,8 @@ def drawn(seed: int, case: int) -> Scene:
     w = Writer(rng)
     w.note(f"as {kind}")
     KINDS[kind][1](w)
+    if kind != "MJCF":
+        w.finished()
     given = ", ".join(f"{key}={text}" for key, text in w.given.items())
     text = _without_unused("\n".join(w.lines) + "\n", given, w.ranges)
     return Scene(

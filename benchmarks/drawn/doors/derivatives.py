@@ -28,8 +28,9 @@ def _end(case: Case, run: Run, name: str, value: float) -> Array | None:
         params[name] = value
     else:
         y0[(*case.model.coordinates, *case.model.speeds).index(name)] = value
-    sol = case.model.simulate((0.0, case.times[-1]), y0, params, rtol=FINER, method="dop853",
-                              dense=False)  # fmt: skip
+    sol = case.model.simulate(
+        case.span, y0, params, rtol=FINER, method="dop853", dense=False, **case.more
+    )
     return sol.y[-1] if sol.status.ok else None
 
 
@@ -42,7 +43,7 @@ def of_motions(case: Case) -> Iterator[Told]:
         if not by:
             continue
         start = dict(run.numbers.start) if not case.reference.closes else run.y0
-        sol = case.model.simulate(case.times[-1], start, run.params, sensitivities=by)
+        sol = case.model.simulate(case.span, start, run.params, sensitivities=by, **case.more)
         if not sol.status.ok:
             yield Fault("sensitivities", f"{sol.status}; {run.numbers}")
             continue

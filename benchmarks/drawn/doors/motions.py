@@ -50,8 +50,8 @@ def single(method: str) -> Callable[[Case], Iterator[Told]]:
     def found(case: Case) -> Iterator[Told]:
         for run in case.whole:
             sol = case.model.simulate(
-                (0.0, case.times[-1]), run.y0, run.params, method=method, rtol=RTOL,
-                t_eval=case.times, dense=False,
+                case.span, run.y0, run.params, method=method, rtol=RTOL,
+                t_eval=case.times, dense=False, **case.more,
             )  # fmt: skip
             if not sol.status.ok:
                 yield Fault(method, f"{sol.status}, where dop853 finishes; {run.numbers}")
@@ -70,8 +70,8 @@ def batch(method: str) -> Callable[[Case], Iterator[Told]]:
             return
         params = {n: np.array([run.params[n] for run in runs]) for n in runs[0].params}
         many = case.model.simulate_batch(
-            (0.0, case.times[-1]), np.array([run.y0 for run in runs]), params, method=method,
-            rtol=RTOL, t_eval=case.times, progress=False, threads=1,
+            case.span, np.array([run.y0 for run in runs]), params, method=method,
+            rtol=RTOL, t_eval=case.times, progress=False, threads=1, **case.more,
         )  # fmt: skip
         door = f"batch {method}: {many.method}"
         for k, run in enumerate(runs):
@@ -86,8 +86,8 @@ def batch(method: str) -> Callable[[Case], Iterator[Told]]:
 def begin(case: Case, run: Run) -> None:
     """The motion beside which the others are seen, and its growth."""
     sol = case.model.simulate(
-        (0.0, case.times[-1]), run.y0, run.params, method="dop853", rtol=FINER,
-        t_eval=case.times, dense=False,
+        case.span, run.y0, run.params, method="dop853", rtol=FINER,
+        t_eval=case.times, dense=False, **case.more,
     )  # fmt: skip
     if not sol.status.ok:
         run.ended, run.status = sol.status.code, str(sol.status)
@@ -101,7 +101,7 @@ def begin(case: Case, run: Run) -> None:
 def between_steps(case: Case) -> Iterator[Told]:
     """The dense output of a run, by the method that ``auto`` takes."""
     for run in case.whole[:IN_PYTHON]:
-        sol = case.model.simulate((0.0, case.times[-1]), run.y0, run.params, rtol=RTOL)
+        sol = case.model.simulate(case.span, run.y0, run.params, rtol=RTOL, **case.more)
         if sol.status.ok:
             yield _beside("dense output", run, sol(case.times), RTOL)
         else:
@@ -113,7 +113,7 @@ def stepped(case: Case) -> Iterator[Told]:
     stepper: Any = None
     for run in case.whole[:IN_PYTHON]:
         if stepper is None:
-            stepper = case.model.stepper(run.y0, run.params, rtol=RTOL)
+            stepper = case.model.stepper(run.y0, run.params, rtol=RTOL, **case.more)
         else:
             stepper.set(run.y0, t=0.0, params=run.params)
         states = [run.y0]
@@ -125,7 +125,7 @@ def stepped(case: Case) -> Iterator[Told]:
 def saved(case: Case) -> Iterator[Told]:
     """A run that is saved and opened, to the last bit; and with a file of its states."""
     for run in case.whole[:1]:
-        sol = case.model.simulate((0.0, case.times[-1]), run.y0, run.params, t_eval=case.times)
+        sol = case.model.simulate(case.span, run.y0, run.params, t_eval=case.times, **case.more)
         with tempfile.TemporaryDirectory() as folder:
             opened = mechc.open(sol.save(Path(folder) / "run.nc"))
         size = float(np.abs(opened.y - sol.y).max())

@@ -51,9 +51,9 @@ def _position(w: Writer, tree: Tree) -> list[str]:
     point, way = max(ends, key=lambda end: len(end[1])) if kind == "pin" else w.one_of(ends)
     if kind == "rod":
         x, y = round(w.between(1.0, 2.5), 2), round(w.between(-2.0, 2.0), 2)
-        w.line(f'fixed = O.locatenew("fixed", {x} * N.x + {y} * N.y)')
-        w.line("fixed.set_vel(N, 0)")
-        w.line(f"across = {point}.pos_from(fixed)")
+        w.line(f'pivot = O.locatenew("pivot", {x} * N.x + {y} * N.y)')
+        w.line("pivot.set_vel(N, 0)")
+        w.line(f"across = {point}.pos_from(pivot)")
         w.line('L_f = sm.Symbol("L_f")')
         w.line("follows = {L_f: sm.sqrt(across.dot(across))}")
         w.line("position = [(across.dot(across) - L_f**2) / (2 * L_f)]")

@@ -31,6 +31,8 @@ def restoring(w: Writer, x: str, most: float = 6.0) -> str:
         return f"-{k} * {x} / sm.sqrt({w.value('b', 0.2, 2.0)} + {x}**2)"
     if kind == "exponential":
         return f"-{k} * (sm.exp({x} / 2) - 1)"
+    if kind == "table":
+        return f"{k} * {_table(w)}({x})"
     if kind == "power of Abs":
         w.kinks = True
         return f"-{k} * sm.sign({x}) * sm.Abs({x})**{w.one_of(['sm.Rational(3, 2)', '1.5', '2'])}"
@@ -39,8 +41,26 @@ def restoring(w: Writer, x: str, most: float = 6.0) -> str:
 
 SPRINGS = (
     "linear", "linear", "offset", "cubic", "sine", "tanh", "one-sided", "pieces", "root",
-    "exponential", "power of Abs", "sinh",
+    "exponential", "power of Abs", "sinh", "table",
 )  # fmt: skip
+
+
+def _table(w: Writer) -> str:
+    """A curve by its samples, and what SciPy makes of them."""
+    name, kind = f"curve_{len(w.lines)}", w.one_of(["cubic", "cubic", "linear"])
+    w.note(f"table: {kind}")
+    w.kinks = True
+    x = [-2.0, -0.8, 0.1, 0.9, 2.0]
+    y = [round(-0.8 * a + w.between(-0.3, 0.3), 2) for a in x]
+    w.line(f'{name} = mechc.Table({x}, {y}, kind="{kind}")')
+    w.line("from scipy.interpolate import make_interp_spline")
+    if kind == "linear":
+        inside = f"make_interp_spline({x}, {y}, k=1)"
+    else:
+        w.line("from scipy.interpolate import CubicSpline")
+        inside = f"CubicSpline({x}, {y})"
+    w.line(f"{name}_of_scipy = {inside}")
+    return name
 
 
 def damping(w: Writer, v: str) -> str:

@@ -13,10 +13,15 @@ def written(w: Writer, q: list[str]) -> str:
     w.line('F_in = dynamicsymbols("F_in")')
     if w.chance(0.35):
         w.note("input compiled in")
-        x, law = w.one_of(q), f"{w.signed('F', 1.0)} * sm.cos({w.value('w', 0.5, 2.0)} * t)"
-        law += f" - {w.value('k', 0.1, 1.0)} * {x}"
-        w.line(f"in_sympy = {{F_in: {law}}}")
-        w.given["inputs"] = "in_sympy" if w.chance(0.5) else "{'F_in': str(in_sympy[F_in])}"
+        x = w.one_of(q)
+        if w.chance(0.4):
+            a, b, k = (round(w.between(0.2, 1.5), 2) for _ in range(3))
+            w.line(f"in_sympy = {{F_in: {a} * sm.cos({b} * t) - {k} * {x}}}")
+            w.given["inputs"] = f'{{"F_in": "{a}*cos({b}*t) - {k}*{x}"}}'
+            return "F_in"
+        law = f"{w.signed('F', 1.0)} * sm.cos({w.value('w', 0.5, 2.0)} * t)"
+        w.line(f"in_sympy = {{F_in: {law} - {w.value('k', 0.1, 1.0)} * {x}}}")
+        w.given["inputs"] = "in_sympy"
         return "F_in"
     kind = w.one_of(["number", "text", "function", "lines", "spline"])
     w.note(f"input: {kind}")

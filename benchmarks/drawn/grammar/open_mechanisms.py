@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from . import expressions, inputs
+from . import expressions, inputs, stops
 from .writer import Writer
 
 AXES = ("x", "y", "z")
@@ -284,6 +284,8 @@ def write_kane(w: Writer) -> None:
     w.line(f"formed = me.KanesMethod(N, q, u, kd_eqs=[{', '.join(rates)}])")
     w.line(f"formed.kanes_equations([{', '.join(tree.bodies)}], loads)")
     w.line("described = formed")
+    if "speeds that are no rates" not in w.used and w.chance(0.15):
+        stops.write(w, tree.q)
 
 
 def write_lagrange(w: Writer) -> None:

@@ -109,6 +109,23 @@ class Writer:
         a, b = self.symbol(stem, 0.0, most), self.symbol(stem, 0.0, most)
         return self.one_of([f"({a} - {b})", f"({a} - {b}) / 2", f"(-({a} - {b}))"])
 
+    def finished(self) -> None:
+        """Adds what is the same of every kind: parameters that are fixed, and defaults."""
+        names = list(self.ranges)
+        if len(names) > 2 and self.chance(0.15):
+            self.note("fix=")
+            name = str(self.one_of(names))
+            value = round(self.between(*self.ranges.pop(name)), 3)
+            self.line(f"fixed = {{{name}: {value}}}")
+            self.given["fix"] = "fixed"
+        if self.ranges and self.chance(0.3):
+            self.note("defaults=")
+            some = [n for n in self.ranges if self.chance(0.5)]
+            values = {n: round(self.between(*self.ranges[n]), 3) for n in some}
+            inside = ", ".join(f"{n}: {x}" for n, x in values.items())
+            self.line(f"defaulted = {{{inside}}}")
+            self.given["defaults"] = "defaulted"
+
     def state(self, name: str, low: float, high: float) -> str:
         """A function of time whose start is drawn."""
         self.line(f'{name} = dynamicsymbols("{name}")')

@@ -68,10 +68,10 @@ def export_c(
     Raises
     ------
     MechcError
-        If ``name`` cannot begin a name in C, ``real`` is another type, or the mechanism cannot be
-        compiled.
+        If ``name`` cannot begin a name in C, ``real`` is another type or has no such numbers, the
+        model has values of inputs, or the mechanism cannot be compiled.
     ValueOutOfBoundsError
-        If y0 has another length.
+        If y0 has another length; for numbers that are not finite or out of their bounds.
 
     Notes
     -----
@@ -86,6 +86,8 @@ def export_c(
         warn_of_contacts,
     )
 
+    if not 0.0 <= t_end < float("inf"):
+        raise ValueOutOfBoundsError("t_end is a number of seconds from 0 on")
     asked = read_export(mechanism, y0, dict(params or {}), fix=fix, outputs=outputs, **options)
     warn_of_contacts(asked.mechanism)
     texts = standalone_texts(asked, name or asked.mechanism.name, t_end, real)
@@ -245,6 +247,8 @@ def export_fmu(
 
     if not 0.0 < rtol <= 0.1 or not 0.0 <= drift < float("inf"):
         raise ValueOutOfBoundsError("rtol lies above 0 and up to 0.1, drift is a number from 0 on")
+    if not 0.0 <= t_end < float("inf"):
+        raise ValueOutOfBoundsError("t_end is a number of seconds from 0 on")
     asked = read_export(mechanism, y0, dict(params or {}), fix=fix, outputs=outputs, **options)
     target = Path(file)
     with replacing(target) as part:

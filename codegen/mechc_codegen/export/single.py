@@ -12,6 +12,8 @@ from collections.abc import Mapping
 from importlib.resources import files
 from typing import Final
 
+from mechc_codegen.errors import CodegenError
+
 _TOKEN = re.compile(
     r"/\*.*?(?:\*/|\Z)|//[^\n]*|\"(?:\\.|[^\"\\\n])*+\"?|'(?:\\.|[^'\\\n])*+'?|#[ \t]*include[^\n]*"
     r"|[A-Za-z_]\w*|(?:\d+\.?\d*|\.\d+)(?:[eEpP][+-]?\d+|\w)*",
@@ -30,7 +32,8 @@ _WORDS: Final[Mapping[str, str]] = {
     "DBL_EPSILON": "FLT_EPSILON",
     **{name: f"{name}f" for name in _FUNCTIONS},
 }
-_LEAST, _MOST = 1.1754943508222875e-38, 3.4028234663852886e38
+FAR = 1e300  # where the first piece of a table begins, which nothing is compared with
+LEAST, MOST = 1.1754943508222875e-38, 3.4028234663852886e38
 _REPLACED: Final[Mapping[str, str]] = {
     "dynamics/thresholds.h": "thresholds.h.in",
     "simd/rough.h": "rough.h.in",
@@ -45,8 +48,21 @@ def headers() -> dict[str, str]:
 
 
 def single(text: str) -> str:
-    """The text over floats."""
+    """The text over floats; limits of doubles become those of floats."""
     return _TOKEN.sub(lambda found: _translate(found[0]), text)
+
+
+def refuse_beyond(text: str) -> None:
+    """Raise :class:`CodegenError` for a number of the text that no float is near to."""
+    for token in _TOKEN.findall(text):
+        if _FLOATING.fullmatch(token) and not _near_a_float(float(token)):
+            raise CodegenError(
+                f"{token} has no float near it: export with real='double', or in other units"
+            )
+
+
+def _near_a_float(value: float) -> bool:
+    return value in (0.0, FAR) or LEAST <= value <= MOST
 
 
 def _translate(token: str) -> str:
@@ -55,6 +71,6 @@ def _translate(token: str) -> str:
     if not _FLOATING.fullmatch(token):
         return token
     value = float(token)
-    if value > _MOST:
+    if value > MOST:
         return "FLT_MAX"
-    return "FLT_MIN" if 0.0 < value < _LEAST else f"{token}f"
+    return "FLT_MIN" if 0.0 < value < LEAST else f"{token}f"

@@ -19,8 +19,8 @@ from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.units.scene_files import default_lines, listed_outputs
 from mechc_codegen.errors import CodegenError
 from mechc_codegen.export.amalgamate import amalgamate
+from mechc_codegen.export.single import LEAST, refuse_beyond, single
 from mechc_codegen.export.single import headers as single_headers
-from mechc_codegen.export.single import single
 from mechc_codegen.extension.flags import RUNTIME
 
 # Not a header of C's library, the example's file, or a beginning of names that the file keeps.
@@ -34,16 +34,21 @@ _NAME = re.compile(
 
 @dataclass(frozen=True)
 class Precision:
-    """The conversion of C over doubles to C over another type."""
+    """The conversion of C over doubles to C over another type.
+
+    ``least``: the numbers below are none of it.
+    """
 
     digits: int
+    least: float
     text: Callable[[str], str]
     headers: Callable[[], Mapping[str, str]]
+    check: Callable[[str], None]
 
 
 PRECISIONS = {
-    "double": Precision(17, str, dict),
-    "float": Precision(9, single, single_headers),
+    "double": Precision(17, 0.0, str, dict, lambda text: None),
+    "float": Precision(9, LEAST, single, single_headers, refuse_beyond),
 }
 
 
@@ -99,14 +104,17 @@ def standalone(
     }
 
     def number(value: float) -> str:
+        precision.check(repr(value))
         return precision.text(repr(value))
 
+    defaults = "\n".join(default_lines(functions))
+    precision.check(generated["scene_program.h"] + defaults)
     run = {
         "real": real,
         "digits": precision.digits,
         "zero": number(0.0),
         "step": number(0.001),
-        "start": ", ".join(map(number, map(float, start))),
+        "start": ", ".join(number(x if abs(x) >= precision.least else 0.0) for x in start),
         "end": number(float(end)),
         "columns": "".join(f",{csv_cell(state)}" for state in states),
         "values": "\n".join(
@@ -116,7 +124,7 @@ def standalone(
     }
     source = {
         "code": amalgamate("unit/standalone.h", {**generated, **precision.headers()}, RUNTIME),
-        "defaults": "\n".join(default_lines(functions)),
+        "defaults": defaults,
         "followers": "\n".join(f"    p[{i}] = NAN;" for i, _, held in functions.defaults() if held),
     }
     return {

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from mechc_codegen.errors import CodegenError
 from mechc_codegen.export.single import single
+from sympy import Symbol
+from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
 from tests.compiler.export.test_standalone import (
@@ -79,6 +81,26 @@ def test_it_compiles_without_a_warning_and_has_no_double(tmp_path, compiler):
     own = own[own.index("mechc_") :]
     assert "float" in own
     assert "four_bar_step(const four_bar_model *model, float t, float h, float *y)" in own
+
+
+@pytest.mark.parametrize("factor", [1e40, 1e-40])
+def test_numbers_that_no_float_is_near_to_are_refused(tmp_path, factor):
+    """They became the largest and the least float."""
+    q, u = dynamicsymbols("q u")
+    given = mechc.from_equations([q], [u], None, [factor * q])
+    mechc.export_c(given, tmp_path)
+    with pytest.raises(CodegenError, match="has no float near it"):
+        mechc.export_c(given, tmp_path, real="float")
+
+
+def test_values_that_no_float_is_near_to_are_refused_and_tiny_starts_are_zero(tmp_path):
+    q, u = dynamicsymbols("q u")
+    given = mechc.from_equations([q], [u], None, [Symbol("k") * q])
+    for value in (1e-40, 1e40):
+        with pytest.raises(CodegenError, match="has no float near it"):
+            mechc.export_c(given, tmp_path, params={"k": value}, real="float")
+    mechc.export_c(given, tmp_path, params={"k": 1.0}, y0=[1e-50, 1.0], real="float")
+    assert "{0.0f, 1.0f}" in (tmp_path / "main.c").read_text("utf-8")
 
 
 CASES = {

@@ -350,6 +350,28 @@ def test_a_start_by_names_is_of_a_model(tmp_path):
         mechc.export_c("pendulum", tmp_path / "none", y0={"theta_0": 1.0})
 
 
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"y0": [np.nan, 0.0]}, {"y0": [np.inf, 0.0]}, {"params": {"l_0": np.nan}},
+        {"params": {"m_0": -1.0}}, {"t_end": np.inf}, {"t_end": -1.0},
+    ],
+)  # fmt: skip
+def test_numbers_that_are_none_are_refused(tmp_path, given):
+    """The example had the words nan and inf, which are not of C."""
+    with pytest.raises(mechc.ValueOutOfBoundsError):
+        mechc.export_c("pendulum", tmp_path / "none", **given)
+    assert not (tmp_path / "none").exists()
+
+
+def test_values_of_inputs_are_refused(tmp_path):
+    """They were left out without a word: the force was 0."""
+    kane, _, names, _ = cart()
+    model = mechc.compile(kane, outputs=(), defaults=dict.fromkeys(names, 1.0))
+    with pytest.raises(mechc.MechcError, match="inputs, and the model has of F"):
+        mechc.export_c(model.with_inputs({"F": 3.0}), tmp_path)
+
+
 def test_what_users_name_is_no_code(tmp_path):
     """Names with signs of C are comments without them."""
     kane, (_, theta, *_), *_ = cart()

@@ -73,6 +73,7 @@ def read_export(
     numbers: Mapping[Any, Any] = {}  # default values that are not part of the request
     if isinstance(system := getattr(mechanism, "system", None), System):
         _refuse_options(options)
+        _refuse_inputs(system)
         found, request = _described_again(system, fix, tuple(outputs or ()))
         numbers = system.given_defaults
         if isinstance(y0, Mapping):
@@ -96,6 +97,8 @@ def read_export(
     start = [0.0] * states if y0 is None else [float(value) for value in y0]
     if len(start) != states:
         raise ValueOutOfBoundsError(f"y0 has {len(start)} values; a state has {states}")
+    if not np.isfinite(start).all():
+        raise ValueOutOfBoundsError("the values of y0 must be finite")
     known = _open_parameters(found, request)
     for given in params:
         if given not in known:
@@ -130,6 +133,15 @@ def _refuse_options(options: Mapping[str, Any]) -> None:
         raise MechcError(
             f"a model is exported as it was compiled: {', '.join(given)} cannot be changed; give "
             "the description in place of the model, or fix= and outputs="
+        )
+
+
+def _refuse_inputs(system: System) -> None:
+    given = {} if system.driven is None else system.driven.given
+    if given:
+        raise MechcError(
+            f"exported code has no values of inputs, and the model has of {', '.join(given)}: "
+            "export the model without them, and give them there"
         )
 
 

@@ -74,6 +74,13 @@ def loop_that_an_input_moves():
     return Case(kane, [0.48, -0.64, 0.8, 0.6], defaults=numbers("m", "g"), inputs={"s": 0.8})
 
 
+def loop_whose_row_an_input_scales():
+    """Without the input a row is none, and was not counted: y stood free."""
+    kane = particle([x, y, z], [u, v, w], [0, -m * g, 0], closed=[s * (y - 1), x**2 + z**2 - 1])
+    start = [0.6, 1.0, 0.8, 0.8, 0.0, -0.6]
+    return Case(kane, start, defaults=numbers("m", "g"), inputs={"s": 2.0})
+
+
 def states():
     """A controller's integral, and a load that is left open."""
     kane = particle([x], [u], [F - k * z - m * u])
@@ -132,8 +139,8 @@ def nonholonomic():
 CASES = {
     each.__name__: each
     for each in (
-        loop_with_inputs, plain, without_parameters, loop, loop_that_an_input_moves, states,
-        tables, pieces, stops, nonholonomic,
+        loop_with_inputs, plain, without_parameters, loop, loop_that_an_input_moves,
+        loop_whose_row_an_input_scales, states, tables, pieces, stops, nonholonomic,
     )
 }  # fmt: skip
 

@@ -132,6 +132,13 @@ class SceneFunctions:
         return len(self.configuration) + len(self.motion) + stored > LONG
 
     @property
+    def rows_hold_inputs(self) -> bool:
+        """Whether the constraints, or another part of the configuration, contain inputs."""
+        used = symbols_of(s.value for s in self.configuration)
+        used |= self._used_by(self.layout.configuration)
+        return self.rows > 0 and any(v.symbol in used for v in self.program.input_values())
+
+    @property
     def storage(self) -> str:
         """The storage class of the two functions of a stage."""
         called = self.long and self.layout.storage == "MECHC_INLINE"

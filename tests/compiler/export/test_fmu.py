@@ -117,6 +117,19 @@ def test_descriptions_are_valid(four_bar, cart):
     assert units["points[p_1,x]"] == "m"
 
 
+def test_rows_that_an_input_scales_count(tmp_path):
+    """Rows were counted while it was 0, and one of them was none."""
+    x, y, z, u, v, w, s = me.dynamicsymbols("x y z u v w s")
+    loops = [s * (y - 1), x**2 + z**2 - 1]
+    kane = particle([x, y, z], [u, v, w], [0, -9.81, 0], 1.0, closed=loops)
+    start = [0.6, 1.0, 0.8, 0.8, 0.0, -0.6]
+    file = mechc.export_fmu(kane, tmp_path / "scaled.fmu", name="scaled", y0=start)
+    with Instance(file, "ModelExchange") as unit:
+        unit.initialise({"s": 2.0})
+        rates = unit.get(*(f"der({name})" for name in "xyzuvw"))
+    assert rates == pytest.approx([0.8, 0.0, -0.6, -0.6, 0.0, -0.8], abs=1e-12)
+
+
 def test_names_of_users_are_text_in_the_description_and_nothing_in_the_code(cart):
     with zipfile.ZipFile(cart[1]) as archive:
         root = ElementTree.fromstring(archive.read("modelDescription.xml"))

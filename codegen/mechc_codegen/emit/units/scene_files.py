@@ -92,7 +92,8 @@ def _sizes_of_few(functions: SceneFunctions) -> str:
     if functions.request.includes("sensitivities"):  # macros for the variational equations
         present = [macro for name, macro in VARIATIONAL.items() if name in functions.outputs]
         text += "".join(f"#define {macro} 1\n" for macro in ("MECHC_VARIATIONAL", *present))
-    return text + (f"#define MECHC_NI {values} /* values of inputs */\n" if values else "")
+    text += f"#define MECHC_NI {values} /* values of inputs */\n" if values else ""
+    return text + ("#define MECHC_ROWS_HOLD_INPUTS 1\n" if functions.rows_hold_inputs else "")
 
 
 def _slides(functions: SceneFunctions, metadata: Mapping[str, Any]) -> str:

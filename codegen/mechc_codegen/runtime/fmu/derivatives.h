@@ -4,6 +4,7 @@
 #include "fmu/instance.h"
 
 #define MECHC_FMU_UNKNOWNS (MECHC_NX + MECHC_FMU_VALUES)
+typedef char mechc_rows_of_unit[!MECHC_STATE_JACOBIAN || MECHC_OWN == MECHC_FMU_VALUES ? 1 : -1];
 
 /* Jacobians of rates, then outputs, by states, parameters and values of inputs: each row by row. */
 typedef struct {

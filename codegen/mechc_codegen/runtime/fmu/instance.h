@@ -144,12 +144,14 @@ MECHC_STATIC mechc_fmu *mechc_fmu_make(const char *name, const char *token)
 /* The model with the present parameters and inputs. */
 MECHC_STATIC mechc_standalone *mechc_fmu_current(mechc_fmu *fmu)
 {
-    if (fmu->given_parameters) {
+    const int anew = fmu->given_parameters;
+    if (anew) {
         mechc_fmu_scene.complete(fmu->now.p);
         mechc_standalone_set(&fmu->model, fmu->now.p, fmu->now.t, fmu->now.y);
         fmu->given_parameters = 0;
     }
     if (MECHC_NI > 0) memcpy(fmu->model.inputs, fmu->now.inputs, sizeof fmu->model.inputs);
+    if (MECHC_ROWS_HOLD_INPUTS && anew) mechc_standalone_begin(&fmu->model, fmu->now.t, fmu->now.y);
     return &fmu->model;
 }
 

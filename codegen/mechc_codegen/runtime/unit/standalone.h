@@ -10,6 +10,10 @@
 #include "unit/assemble.h"
 #include "unit/scalar_outputs.h"
 
+#ifndef MECHC_ROWS_HOLD_INPUTS
+#define MECHC_ROWS_HOLD_INPUTS 0 /* do values of inputs stand in the constraints? */
+#endif
+
 #ifndef MECHC_PUBLIC
 #define MECHC_PUBLIC(name) mechc_standalone_##name
 #define MECHC_COMPLETE(p) ((void)(p)) /* they are given complete */
@@ -20,6 +24,7 @@ typedef struct {
     void *data;
 } mechc_standalone;
 int MECHC_PUBLIC(set)(mechc_standalone *model, const double *p, double t, const double *y);
+void MECHC_PUBLIC(begin)(mechc_standalone *model, double t, const double *y);
 int MECHC_PUBLIC(project)(const mechc_standalone *model, double t, double *y);
 int MECHC_PUBLIC(assemble)(const mechc_standalone *model, double t, double *y,
                            const unsigned char *held);
@@ -60,14 +65,17 @@ MECHC_STATIC void mechc_values_at(const mechc_inputs *inputs, int first, int las
     for (int i = first; i < last; i++) values[i - first] = all[i];
 }
 
+MECHC_STATIC mechc_held mechc_inputs_of(const mechc_standalone *model)
+{
+    return (mechc_held){
+        {model->drive ? mechc_values_at : mechc_held_values, model->drive != 0}, model->inputs, model};
+}
+
 /* Set the arguments of the scene's functions; `held` has the lifetime of the result. */
 MECHC_STATIC void mechc_give_standalone(const mechc_standalone *model, mechc_held *held,
                                         mechc_scalar_given *given)
 {
-    held->head.evaluate = model->drive ? mechc_values_at : mechc_held_values;
-    held->head.needs_state = model->drive != 0;
-    held->values = model->inputs;
-    held->model = model;
+    *held = mechc_inputs_of(model);
     memcpy(given->p, model->p, sizeof given->p);
     memcpy(given->k, model->k, sizeof given->k);
     given->inputs[0] = &held->head;
@@ -83,20 +91,29 @@ MECHC_STATIC int mechc_all_finite(const double *values, int count)
     return finite;
 }
 
+/* Set the constants: those made of parameters, and where rows `count` those that a state on them tells. */
+MECHC_STATIC void mechc_make_standalone(mechc_standalone *model, double t, const double *y, int count)
+{
+    const mechc_held held = mechc_inputs_of(model);
+    mechc_scalar_given given;
+    mechc_give(model->p, &held.head, &given);
+    if (count) mechc_know_rows(t, y, &given);
+    memcpy(model->k, given.k, sizeof given.k);
+}
+
+/* Without inputs that stand in the constraints all rows count until a state on them can be known. */
 int MECHC_PUBLIC(set)(mechc_standalone *model, const double *p, double t, const double *y)
 {
-    mechc_held held = {{mechc_held_values, 0}, model->inputs, model};
-    mechc_scalar_given given;
-    double complete[MECHC_AT_LEAST_ONE(MECHC_NP)] = {0.0};
-    for (int i = 0; i < MECHC_NP; i++) complete[i] = p[i];
-    MECHC_COMPLETE(complete);
-    for (int i = 0; i < MECHC_NI; i++) model->inputs[i] = 0.0;
-    model->drive = 0;
-    model->data = 0;
-    mechc_give_at(t, y, complete, &held.head, 0, &given);
-    memcpy(model->p, complete, sizeof complete);
-    memcpy(model->k, given.k, sizeof given.k);
-    return mechc_all_finite(complete, MECHC_NP) ? MECHC_RUNNING : MECHC_NOT_FINITE;
+    memset(model, 0, sizeof *model);
+    for (int i = 0; i < MECHC_NP; i++) model->p[i] = p[i];
+    MECHC_COMPLETE(model->p);
+    mechc_make_standalone(model, t, y, !MECHC_ROWS_HOLD_INPUTS);
+    return mechc_all_finite(model->p, MECHC_NP) ? MECHC_RUNNING : MECHC_NOT_FINITE;
+}
+
+void MECHC_PUBLIC(begin)(mechc_standalone *model, double t, const double *y)
+{
+    mechc_make_standalone(model, t, y, 1);
 }
 
 int MECHC_PUBLIC(project)(const mechc_standalone *model, double t, double *y)

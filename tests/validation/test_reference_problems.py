@@ -361,3 +361,19 @@ def test_windows_at_tight_tolerance_are_right_or_flagged(model_of):
         known = place_and_velocity("B_0", turn)(model, sol)
         assert np.abs(known - rows[: len(sol), 1:]).max() < 1e-7
         assert sol.status.ok == (len(sol) == len(rows))
+
+
+@pytest.mark.parametrize("method", ["dop853", "dopri5"])
+def test_steps_know_the_rounding_of_their_errors(model_of, method):
+    """The top passes gimbal lock at 5e-7 rad, where rates round by 4e-10 of themselves: no step is as
+    short as would lower that."""
+    model = model_of("heavy_top")
+    start, tight = model.assemble(), {"dop853": 1e-13, "dopri5": 1e-12}[method]
+    order = {"dop853": 8, "dopri5": 5}[method]
+    exact = model.points(model.simulate(10.0, start, method="gauss8", rtol=1e-14).y)[-1]
+    runs = [model.simulate(10.0, start, method=method, rtol=r) for r in (1e-9, tight)]
+    decades = np.log10(1e-9 / tight)
+    assert all(run.t[-1] == 10.0 for run in runs)
+    assert abs(model.points(runs[1].y)[-1] - exact).max() < 2e-10
+    grows = (runs[1].stats["steps"] / runs[0].stats["steps"]) ** (1 / decades)
+    assert grows < 1.2 * 10 ** (1 / order)

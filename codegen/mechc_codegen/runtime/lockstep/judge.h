@@ -48,8 +48,7 @@ MECHC_INLINE mechc_mask mechc_lockstep_judge(const mechc_lockstep_method *method
     const mechc_vector *rates = a->rates[method->last_rate];
     mechc_vector sum = mechc_size_of(rates[0]);
     for (int i = 1; i < MECHC_NX; i++) sum += mechc_size_of(rates[i]);
-    const mechc_vector t = mechc_size_of(a->t), left = mechc_size_of(a->t1 - a->t);
-    const mechc_vector smallest = MECHC_SMALLEST_STEP * mechc_choose(t > left, t, left);
+    const mechc_vector smallest = MECHC_SMALLEST_STEP * mechc_size_of(a->t) + DBL_MIN;
     a->error = method->error(a);
     const mechc_mask good = a->error <= 1.0, finite = a->error < HUGE_VAL;
     const double least = MECHC_NC > MECHC_NH ? MECHC_LOCKSTEP_LOW : MECHC_NARROW;

@@ -75,6 +75,7 @@ MECHC_STATIC double mechc_pair_error(mechc_integration *run, double h, const dou
     if (!tableau->second_error) return sqrt(first);
     const double second = mechc_pair_square(run, tableau->second_error, h, end, place);
     if (first <= 0.0) return 0.0;
+    run->alike = second <= MECHC_DOP853_ALIKE * first;
     const double both = first / sqrt(first + MECHC_DOP853_SECOND * second);
     const double change = mechc_pair_norm(run, MECHC_RATE(run, 0), h, end, place)
                         + mechc_pair_norm(run, MECHC_RATE(run, tableau->stages), h, end, place);
@@ -100,6 +101,12 @@ MECHC_STATIC int mechc_pair_limited(const mechc_integration *run, double h, cons
     return state > 0.0 && fabs(h) * sqrt(rate / state) > mechc_stiff_bound(run, tableau);
 }
 
+/* Lanes do not know the rounding of an error. */
+MECHC_STATIC int mechc_pair_stays_alone(const mechc_integration *run)
+{
+    return run->alike;
+}
+
 MECHC_STATIC int mechc_pair_dense_stages(mechc_integration *run, double h)
 {
     const mechc_tableau *tableau = run->current->tableau;
@@ -119,5 +126,6 @@ MECHC_STATIC void mechc_pair_dense(mechc_integration *run, double h, const doubl
 #define MECHC_PAIR_CODE /* what all pairs share */ \
     .step = mechc_pair_step, .error = mechc_pair_error, .factor = mechc_elementary_factor, \
     .shows_end = mechc_error_is_small, .limited = mechc_pair_limited, \
+    .stays_alone = mechc_pair_stays_alone, \
     .dense_stages = mechc_pair_dense_stages, .dense = mechc_pair_dense
 

@@ -56,6 +56,22 @@ MECHC_ONCE void mechc_pair_lanes_step(mechc_lockstep *a)
     mechc_vector_explicit_step(&mechc_dop853_tableau, &step, mechc_pair_lanes_stage, a, a->end);
 }
 
+/* Whether stability limits the step: see mechc_pair_limited. */
+MECHC_INLINE mechc_mask mechc_pair_lanes_limited(const mechc_lockstep *a)
+{
+    const int stages = mechc_dop853_tableau.stages;
+    const mechc_vector *last_stage = ((const mechc_pair_lanes *)a)->last_stage;
+    mechc_vector rate = mechc_spread(0.0), state = rate;
+    for (int i = 0; i < MECHC_NX; i++) {
+        const mechc_vector weight = mechc_vector_rough_inverse(a->scale[i]);
+        const mechc_vector change = weight * (a->rates[stages][i] - a->rates[stages - 1][i]);
+        const mechc_vector apart = weight * (a->end[i] - last_stage[i]);
+        rate += change * change;
+        state += apart * apart;
+    }
+    return (state > 0.0) & (a->h * a->h * rate > ((const mechc_pair_lanes *)a)->bound * state);
+}
+
 /* Square of the step's error over what is tolerated: see mechc_pair_error. */
 MECHC_INLINE mechc_vector mechc_pair_lanes_error(mechc_lockstep *a)
 {
@@ -74,23 +90,13 @@ MECHC_INLINE mechc_vector mechc_pair_lanes_error(mechc_lockstep *a)
     const mechc_vector both = squares * squares / (squares + MECHC_DOP853_SECOND * second_squares);
     const mechc_vector least = mechc_greater(change, second_squares);
     const mechc_vector third = second_squares * (second_squares / least) * (second_squares / least);
-    return mechc_choose(squares > 0.0, mechc_choose(third > both, third, both) / MECHC_NX, squares);
-}
-
-/* Whether stability limits the step: see mechc_pair_limited. */
-MECHC_INLINE mechc_mask mechc_pair_lanes_limited(const mechc_lockstep *a)
-{
-    const int stages = mechc_dop853_tableau.stages;
-    const mechc_vector *last_stage = ((const mechc_pair_lanes *)a)->last_stage;
-    mechc_vector rate = mechc_spread(0.0), state = rate;
-    for (int i = 0; i < MECHC_NX; i++) {
-        const mechc_vector weight = mechc_vector_rough_inverse(a->scale[i]);
-        const mechc_vector change = weight * (a->rates[stages][i] - a->rates[stages - 1][i]);
-        const mechc_vector apart = weight * (a->end[i] - last_stage[i]);
-        rate += change * change;
-        state += apart * apart;
-    }
-    return (state > 0.0) & (a->h * a->h * rate > ((const mechc_pair_lanes *)a)->bound * state);
+    const mechc_vector error = mechc_choose(third > both, third, both) / MECHC_NX;
+    /* where stability limits steps both are of the fast component; else a lane whose error may be rounding
+     * continues alone */
+    mechc_mask rounds = (second_squares <= MECHC_DOP853_ALIKE * squares)
+                      & (error > MECHC_ALIKE_SHORTENS * MECHC_ALIKE_SHORTENS);
+    if (mechc_any(rounds)) rounds &= ~mechc_pair_lanes_limited(a);
+    return mechc_choose(squares > 0.0, mechc_choose(rounds, mechc_spread(HUGE_VAL), error), squares);
 }
 
 /* Compute the extra stages of the dense output, and its rows. */

@@ -49,6 +49,7 @@ typedef struct {
     double low, best, high;    /* where in a step a crossing is placed best */
     double horizon;            /* steps ahead that crossings are looked for */
     double allowed; /* error of a step over its tolerance; above 1 where rounding is larger */
+    int alike;      /* the estimates of this step's error, of different orders, are alike: rounding */
     double refused_t, refused_step, refused_error; /* the last step that its error refused */
     mechc_scalar_given given;
     double compensation[MECHC_NX], next_compensation[MECHC_NX]; /* of y: Kahan (1965) */

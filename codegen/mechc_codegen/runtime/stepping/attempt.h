@@ -178,6 +178,15 @@ MECHC_STATIC double mechc_with_ends(const mechc_integration *run, double h, doub
     return beside > run->allowed ? beside : error;
 }
 
+/* The rounding in an error that would shorten steps, over what is tolerated; at least 1. */
+MECHC_STATIC double mechc_known_rounding(mechc_integration *run, double h, const double *end, double error)
+{
+    const int shortens = run->alike ? error > MECHC_ALIKE_SHORTENS : !(error <= run->allowed);
+    const double rounding = shortens && error < HUGE_VAL ? mechc_rounding_of_error(run, h, end) : 0.0;
+    run->alike &= rounding > 1.0;
+    return mechc_max(1.0, rounding);
+}
+
 /* Make one attempt; returns the run's status after it. */
 MECHC_STATIC int mechc_attempt(mechc_integration *run)
 {
@@ -194,14 +203,16 @@ MECHC_STATIC int mechc_attempt(mechc_integration *run)
     if (!last && fabs(h) < mechc_smallest_step(run)) return mechc_too_small(run);
     run->monitor.least = run->monitor.most = run->monitor.first;
     memcpy(run->monitor.q, run->y, sizeof run->monitor.q);
+    run->alike = 0;
     const int status = run->current->step(run, h, end);
     const double inner = status == MECHC_RUNNING ? run->current->error(run, h, end) : HUGE_VAL;
     if (mechc_cut_at_switch(run, h, end, status, inner)) return run->head.status;
     if (status != MECHC_RUNNING) return mechc_fail(run, h, status);
     const double error = mechc_with_ends(run, h, inner);
     run->step = fabs(h);
-    const double factor = mechc_limited_factor(run, error);
-    if (!(error <= run->allowed)) return mechc_shorten(run, h, end, error, factor);
+    const double part = error / mechc_known_rounding(run, h, end, error);
+    const double factor = mechc_limited_factor(run, part);
+    if (!(part <= run->allowed)) return mechc_shorten(run, h, end, error, factor);
     const int examined = mechc_examine_step(run, h, end);
     if (examined != MECHC_RUNNING || run->decision.action == MECHC_RETRY) return examined;
     const double t_end = last ? run->t1 : t + (h + run->time_compensation);

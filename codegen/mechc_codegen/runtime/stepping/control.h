@@ -77,11 +77,11 @@ MECHC_STATIC double mechc_limited_factor(mechc_integration *run, double error)
     return error > 0.0 ? mechc_min(most, mechc_max(MECHC_SHRINKS, factor)) : most;
 }
 
-/* The shortest step: a few times the spacing of doubles at this time. */
+/* The shortest step: a few times the spacing of doubles at this time.  At t = 0 they are as near as one
+ * likes, so a start may be as steep. */
 MECHC_STATIC double mechc_smallest_step(const mechc_integration *run)
 {
-    const double t = run->head.t;
-    return MECHC_SMALLEST_STEP * mechc_max(fabs(t), fabs(run->t1 - t));
+    return mechc_max(MECHC_SMALLEST_STEP * fabs(run->head.t), DBL_MIN);
 }
 
 /* The part of the limits that holds t or begins after it; count if there is none. */
@@ -132,6 +132,37 @@ MECHC_STATIC int mechc_fit_to_end(const mechc_integration *run, double step, dou
     return 0;
 }
 
+/* What a rounding of the state to one side changes its rates by over a step, over what is tolerated:
+ * root mean square; HUGE_VAL where it has none. */
+MECHC_RARE double mechc_rounding_beside(mechc_integration *run, double side, double h, const double *end)
+{
+    double y[MECHC_NX], rates[MECHC_NX], square = 0.0;
+    const double t = run->head.t, by = side * DBL_EPSILON;
+    for (int i = 0; i < MECHC_NX; i++) y[i] = run->y[i] + by * fabs(run->y[i]);
+    if (mechc_rates_at(run, t + by * fabs(t), y, rates) != MECHC_RUNNING) return HUGE_VAL;
+    for (int i = 0; i < MECHC_NX; i++)
+        square += pow(h * (rates[i] - MECHC_RATE(run, 0)[i]) / mechc_tolerance(run, i, end), 2);
+    return sqrt(square / MECHC_NX);
+}
+
+/* The rounding in an explicit step's error, over what is tolerated: shorter steps do not lower it as an
+ * error, and an estimate below it says nothing.  It is large beside gimbal lock, for instance.  The
+ * estimate is a sum of rates, which round as the state's do and count by their weights.  At a jump one
+ * side has no rounding, so the lesser one counts.  Near change points see mechc_learn_rounding. */
+MECHC_RARE double mechc_rounding_of_error(mechc_integration *run, double h, const double *end)
+{
+    const mechc_tableau *tableau = run->current->tableau;
+    const double conditioning = run->conditioning;
+    double weights = 0.0, least = HUGE_VAL;
+    if (!tableau || tableau->stability == 0.0 || run->outer) return 0.0;
+    if (MECHC_NH > 0 && mechc_nears_critical(&run->monitor, run->horizon)) return 0.0;
+    for (int i = 0; i <= tableau->stages; i++) weights += fabs(tableau->error[i]);
+    for (double side = -1.0; side <= 1.0; side += 2.0)
+        least = mechc_min(least, mechc_rounding_beside(run, side, h, end));
+    run->conditioning = conditioning;
+    return least < HUGE_VAL ? mechc_max(weights, 1.0) * least : 0.0;
+}
+
 /* Near a crossing an error that a shorter step hardly lowers is rounding, which grows the nearer
  * the nodes come: let it pass, for shrinking on would only creep onto the crossing.  In a bend it
  * passes as far as the projection of the step's end removes it. */
@@ -156,15 +187,17 @@ MECHC_STATIC void mechc_learn_rounding(mechc_integration *run, double h, double 
  * the longest.  Returns its length, negative where there are no rates. */
 MECHC_STATIC double mechc_euler_step(mechc_integration *run, double longest)
 {
-    double state = 0.0, first = 0.0, end[MECHC_NX];
+    double state = 0.0, first = 0.0, largest = 0.0, end[MECHC_NX];
     for (int i = 0; i < MECHC_NX; i++) {
         const double tolerance = mechc_tolerance(run, i, run->y);
         state += pow(run->y[i] / tolerance, 2);
         first += pow(MECHC_RATE(run, 0)[i] / tolerance, 2);
+        largest = mechc_max(largest, fabs(MECHC_RATE(run, 0)[i]) / tolerance);
     }
     const double span = fabs(run->t1 - run->head.t);
     double guess = state < MECHC_FIRST_NOTHING || first < MECHC_FIRST_NOTHING
                      ? MECHC_FIRST_OF_SPAN * span : MECHC_FIRST_ERROR * sqrt(state / first);
+    if (!(first < HUGE_VAL)) guess = MECHC_FIRST_ERROR * (sqrt(state) / largest); /* squares overflow */
     guess = mechc_min(mechc_min(guess, longest), span);
     for (int i = 0; i < MECHC_NX; i++)
         end[i] = run->y[i] + run->direction * guess * MECHC_RATE(run, 0)[i];
@@ -184,6 +217,7 @@ MECHC_STATIC double mechc_first_step(const mechc_integration *run, double guess)
         second += pow(change / (guess * tolerance), 2);
     }
     const double largest = sqrt(mechc_max(first, second) / MECHC_NX);
+    if (!(largest < HUGE_VAL)) return guess;
     const double span = fabs(run->t1 - run->head.t);
     const double step = largest > MECHC_FIRST_CONSTANT
                         ? pow(MECHC_FIRST_ERROR / largest, 1.0 / run->method->order)

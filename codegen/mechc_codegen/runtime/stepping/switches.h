@@ -184,7 +184,7 @@ MECHC_STATIC double mechc_switch_zero(const mechc_switch_curve *curve)
 MECHC_STATIC void mechc_switch_curve_of(const mechc_integration *run, double h, int which,
                                         const double *values, mechc_switch_curve *curve)
 {
-    curve->least = 2.0 * mechc_smallest_step(run) / fabs(h);
+    curve->least = 2.0 * MECHC_SMALLEST_STEP * mechc_max(fabs(run->head.t), fabs(run->t1 - run->head.t)) / fabs(h);
     curve->at = mechc_switch_nodes(run)->at;
     curve->last = mechc_switch_nodes(run)->count;
     curve->noise = MECHC_SWITCH_NOISE * DBL_EPSILON * run->switches.size[which];

@@ -365,8 +365,8 @@ def test_windows_at_tight_tolerance_are_right_or_flagged(model_of):
 
 @pytest.mark.parametrize("method", ["dop853", "dopri5"])
 def test_steps_know_the_rounding_of_their_errors(model_of, method):
-    """The top passes gimbal lock at 5e-7 rad, where rates round by 4e-10 of themselves: no step is as
-    short as would lower that."""
+    """The top passes gimbal lock at 5e-7 rad, where rates round by 4e-10 of themselves: no shorter
+    step lowers that."""
     model = model_of("heavy_top")
     start, tight = model.assemble(), {"dop853": 1e-13, "dopri5": 1e-12}[method]
     order = {"dop853": 8, "dopri5": 5}[method]

@@ -299,7 +299,9 @@ def test_descriptions_of_states_that_cannot_be_are_refused(asked, told):
 def test_a_start_may_be_steeper_than_the_doubles_of_the_span(method):
     """z' = -exp(40 z) falls from z = 1 within 1e-19 s: exp(-40 z) = exp(-40) + 40 t."""
     m, z = sm.Symbol("m"), sm.Function("z")(t)
-    model = mechc.compile(particle([q], [u], [-q], m), defaults={m: 1.0}, states={z: -sm.exp(40 * z)})
+    model = mechc.compile(
+        particle([q], [u], [-q], m), defaults={m: 1.0}, states={z: -sm.exp(40 * z)}
+    )
     sol = model.simulate(1.0, model.assemble({z: 1.0, q: 0.1}), method=method)
     assert sol.t[-1] == 1.0
     assert sol["z"][-1] == pytest.approx(-np.log(np.exp(-40) + 40.0) / 40, rel=1e-8)
@@ -309,7 +311,9 @@ def test_a_start_may_be_steeper_than_the_doubles_of_the_span(method):
 def test_squares_of_a_steep_starts_rates_may_overflow():
     """z' = -exp(400 z): the rate is 1e173, and steps begin at 1e-176 s."""
     m, z = sm.Symbol("m"), sm.Function("z")(t)
-    model = mechc.compile(particle([q], [u], [-q], m), defaults={m: 1.0}, states={z: -sm.exp(400 * z)})
+    model = mechc.compile(
+        particle([q], [u], [-q], m), defaults={m: 1.0}, states={z: -sm.exp(400 * z)}
+    )
     sol = model.simulate(1.0, model.assemble({z: 1.0, q: 0.1}), method="dop853")
     assert sol.t[-1] == 1.0
     assert sol["z"][-1] == pytest.approx(-np.log(400.0) / 400, rel=1e-7)

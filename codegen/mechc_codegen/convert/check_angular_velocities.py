@@ -25,6 +25,7 @@ from mechc_codegen.description.placement import (
     Number3,
     Placement,
     apply,
+    cross,
     dot,
     plus,
     steps_from,
@@ -33,7 +34,7 @@ from mechc_codegen.description.placement import (
 from mechc_codegen.description.source import Source
 from mechc_codegen.errors import MechanismError
 
-_SAME = 1e-7  # of the larger angular velocity, or of 1 rad/s
+SAME = 1e-7  # of the larger angular velocity, or of 1 rad/s
 _UNIT = 1e-9
 
 
@@ -51,15 +52,15 @@ def refuse_other_angular_velocities(
     MechanismError
         With the frame's name, both angular velocities and what to do.
     """
-    anywhere, turns = _Rotations(source, rates, {}), dict[ReferenceFrame, ImmutableDenseMatrix]()
+    anywhere, turns = Rotations(source, rates, {}), dict[ReferenceFrame, ImmutableDenseMatrix]()
     claims = list[_Claim]()
     for claim in _claims(source.frame, _frames(source, bodies)):
         found = None if anywhere.holds(claim) else _turns(claim, source)
         if found is not None:
             claims.append(claim)
             turns |= found
-    for values in _motions(source, rates, motion, turns.values()) if claims else ():
-        at = _Rotations(source, rates, values)
+    for values in motions(source, rates, motion, turns.values()) if claims else ():
+        at = Rotations(source, rates, values)
         for claim in claims:
             at.refuse_other(claim)
 
@@ -97,20 +98,28 @@ def _claims(inertial: ReferenceFrame, frames: Iterable[ReferenceFrame]) -> Itera
 def _turns(claim: _Claim, source: Source) -> dict[ReferenceFrame, ImmutableDenseMatrix] | None:
     """The direction cosines of each step to the frames of a claim, by the frame that it leads to;
     None where the claim cannot be checked."""
+    return turns_in(source, [claim.frame, claim.other], [claim.rate])
+
+
+def turns_in(
+    source: Source, frames: Iterable[ReferenceFrame], vectors: Iterable[Vector]
+) -> dict[ReferenceFrame, ImmutableDenseMatrix] | None:
+    """The direction cosines of each step to these frames and to those of vectors, by the frame that
+    it leads to; None where a frame is not oriented, or where specified functions of time enter."""
     before = steps_from(source.frame, lambda f: f._dcm_dict)
-    frames = [claim.frame, claim.other, *(frame for _, frame in claim.rate.args)]
+    entries = [(matrix, frame) for vector in vectors for matrix, frame in vector.args]
+    every = [*frames, *(frame for _, frame in entries)]
     try:
-        steps = [step for frame in frames for step in way_to(frame, before, {source.frame: None})]
+        steps = [step for frame in every for step in way_to(frame, before, {source.frame: None})]
     except KeyError:  # not oriented step by step
         return None
     turns = {step: step._dcm_dict[before[step]].T for step in steps}
-    vectors = [matrix for matrix, _ in claim.rate.args]
-    matrices = (*turns.values(), *vectors)
+    matrices = (*turns.values(), *(matrix for matrix, _ in entries))
     held = {f for matrix in matrices for e in matrix for f in e.atoms(AppliedUndef)}
     return turns if held <= {*source.q, *source.u, *source.auxiliary} else None
 
 
-def _motions(
+def motions(
     source: Source, rates: Rates, motion: Sequence[Expr], turns: Iterable[ImmutableDenseMatrix]
 ) -> Iterator[Mapping[Expr, float]]:
     """Random motions on the constraints, with quaternions of length one: values of everything."""
@@ -130,7 +139,7 @@ def _motions(
             continue  # outside the domain of a root or logarithm
 
 
-class _Rotations:
+class Rotations:
     """One motion, of which every step from frame to frame is evaluated once, so that long chains
     are fast.
 
@@ -139,11 +148,11 @@ class _Rotations:
     """
 
     def __init__(self, source: Source, rates: Rates, values: Mapping[Expr, float]) -> None:
-        self._placement = Placement(source.frame, Point("O"), seed=4)
+        self.placement = Placement(source.frame, Point("O"), seed=4)
         for symbol, value in values.items():
-            self._placement.assume(symbol, value)
+            self.placement.assume(symbol, value)
         for symbol, rate in rates.moving.items():
-            self._placement.assume(symbol, self._placement.value(rate))
+            self.placement.assume(symbol, self.placement.value(rate))
         self._before = steps_from(source.frame, lambda f: f._dcm_dict)
         self._spins: dict[ReferenceFrame, Number3] = {source.frame: ZERO}
 
@@ -153,7 +162,7 @@ class _Rotations:
             said, _, gap = self._sizes(claim)
         except KeyError:  # not oriented step by step
             return False
-        return gap <= _SAME * max(1.0, said)
+        return gap <= SAME * max(1.0, said)
 
     def refuse_other(self, claim: _Claim) -> None:
         """Refuse a claim that does not hold; not where a root or logarithm has no real value."""
@@ -161,7 +170,7 @@ class _Rotations:
             said, derived, gap = self._sizes(claim)
         except (ValueError, ZeroDivisionError, OverflowError, TypeError):
             return
-        if self._placement.is_real and gap > _SAME * max(1.0, said, derived):
+        if self.placement.is_real and gap > SAME * max(1.0, said, derived):
             raise MechanismError(
                 f"the angular velocity that was set for frame {claim.frame.name} in "
                 f"{claim.other.name} is not the rate of its orientation: {said:.3g} and "
@@ -174,24 +183,34 @@ class _Rotations:
 
     def _sizes(self, claim: _Claim) -> tuple[float, float, float]:
         """Sizes of the angular velocity that was set, of the derived one, of their difference."""
-        said = self._placement.vector(claim.rate)
-        spins = self._spin(claim.frame), self._spin(claim.other)
+        said = self.placement.vector(claim.rate)
+        spins = self.spin(claim.frame), self.spin(claim.other)
         derived = [a - b for a, b in zip(*spins, strict=True)]
         apart = (a - b for a, b in zip(said, derived, strict=True))
         return hypot(*said), hypot(*derived), hypot(*apart)
 
-    def _spin(self, frame: ReferenceFrame) -> Number3:
+    def spin(self, frame: ReferenceFrame) -> Number3:
         """The angular velocity by the rates of the direction cosines: that of R' R^T."""
         for step in way_to(frame, self._before, self._spins):
             before = self._before[step]
             rows = step._dcm_dict[before].T.tolist()
-            turn = [[self._placement.value(e) for e in row] for row in rows]
+            turn = [[self.placement.value(e) for e in row] for row in rows]
             rate = [[self._rate(e) for e in row] for row in rows]
             axis = [dot(rate[i - 1], turn[i - 2]) for i in range(3)]
-            local = apply(self._placement.rotation(before), axis)
+            local = apply(self.placement.rotation(before), axis)
             self._spins[step] = plus(self._spins[before], local)
         return self._spins[frame]
 
+    def rate(self, vector: Vector) -> Number3:
+        """The rate of a vector in the inertial frame."""
+        total = ZERO
+        for matrix, frame in vector.args:
+            turn = self.placement.rotation(frame)
+            own = apply(turn, [self._rate(entry) for entry in matrix])
+            carried = apply(turn, [self.placement.value(entry) for entry in matrix])
+            total = plus(total, own, cross(self.spin(frame), carried))
+        return total
+
     def _rate(self, entry: Expr) -> float:
         moves = not entry.is_Number
-        return self._placement.value(entry.diff(dynamicsymbols._t)) if moves else 0.0
+        return self.placement.value(entry.diff(dynamicsymbols._t)) if moves else 0.0

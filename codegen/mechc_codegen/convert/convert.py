@@ -24,6 +24,7 @@ from mechc_codegen.convert.check_accelerations import (
 )
 from mechc_codegen.convert.check_angular_velocities import refuse_other_angular_velocities
 from mechc_codegen.convert.check_gradients import refuse_without_gradient
+from mechc_codegen.convert.check_velocities import refuse_other_velocities
 from mechc_codegen.convert.classify_constraints import (
     Rates,
     degrees_of_freedom,
@@ -81,6 +82,7 @@ def convert(
     gravity, source = gravity_apart(source, bodies)
     speeds_held = _all_rates(source, rates, motion)
     refuse_other_angular_velocities(source, bodies, rates, speeds_held)
+    refuse_other_velocities(source, bodies, rates, speeds_held)
     refuse_other_accelerations(source, bodies, rates, speeds_held)
     refuse_contributing(source, reactions, rates, speeds_held)
     origin = source.origin or origin_of(source, rates, speeds_held)

@@ -43,10 +43,16 @@ class Outcome:
 
 def judge_case(seed: int, case: int, count: int, only: Sequence[str]) -> Outcome:
     """The outcome of a case with so many sets of numbers."""
-    scene = drawn(seed, case)
-    found = Outcome(case, scene.kind, scene.used, text=scene.text)
+    return judge_scene(drawn(seed, case), (seed, case), count, only)
+
+
+def judge_scene(
+    scene: Scene, key: tuple[int, int], count: int, only: Sequence[str] = ()
+) -> Outcome:
+    """The outcome of a scene; ``key`` draws its numbers, and doors where ``only`` names none."""
+    found = Outcome(key[1], scene.kind, scene.used, text=scene.text)
     try:
-        _judge(scene, seed, case, count, only, found)
+        _judge(scene, key, count, only, found)
     except UnbuiltError as error:
         found.ended[f"SymPy does not form it: {error}"] += 1
     except Exception:
@@ -55,7 +61,7 @@ def judge_case(seed: int, case: int, count: int, only: Sequence[str]) -> Outcome
 
 
 def _judge(
-    scene: Scene, seed: int, case: int, count: int, only: Sequence[str], found: Outcome
+    scene: Scene, key: tuple[int, int], count: int, only: Sequence[str], found: Outcome
 ) -> None:
     begun = time.process_time()
     names = scene.built()
@@ -64,12 +70,12 @@ def _judge(
     model = scene.compiled(names)
     begun = _spent(found, "compile", begun)
     made = Case(
-        scene, names, model, reference, np.random.default_rng([seed, case, 2]),
+        scene, names, model, reference, np.random.default_rng([*key, 2]),
         np.linspace(0.0, scene.span, POINTS),
     )  # fmt: skip
     states = (*model.coordinates, *model.speeds)
     for draw in range(count):
-        values = numbers(scene, seed, case, draw)
+        values = numbers(scene, key, draw)
         values = started(values, made)
         values = replace(values, params=_of_the_model(values.params, model, reference))
         run = Run(values, np.array([values.start[n] for n in states]))
@@ -79,7 +85,7 @@ def _judge(
             found.ended[run.ended] += 1
     found.scenes = len(made.runs)
     begun = _spent(found, "base", begun)
-    chosen = np.random.default_rng([seed, case, 3])
+    chosen = np.random.default_rng([*key, 3])
     for name, (share, door) in DOORS.items():
         taken = chosen.random() < share
         if not (any(word in name for word in only) if only else taken):

@@ -1,6 +1,6 @@
 """Scenes drawn from a grammar of what users write: do all methods and doors give one motion?
 
-    mechc bench drawn [--count N] [--seed S] [--only-case K] [--only WORD ...] [--minutes M]
+    mechc bench drawn [--count N] [--seed S] [--only-case K] [--only DOOR ...] [--minutes M]
 
 A case is the text of a mechanism, compiled once and run with several sets of numbers and starts.
 Each of these scenes is computed by SymPy's own matrices, by SciPy, by every method, in batches and
@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -26,18 +27,33 @@ from .tally import Tally
 
 HASHES = "PYTHONHASHSEED"  # the order of SymPy's sets is that of a seed
 NUMBERS = 10  # of each case
+BAD_SYSTEM = 2
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     given = list(sys.argv[1:] if arguments is None else arguments)
     chosen = _parse(given)
     hashes = str(chosen.seed % 2**32)
+    if not hasattr(os, "fork"):
+        print("mechc bench drawn: needs fork, which this system has not", file=sys.stderr)
+        return BAD_SYSTEM
     if os.environ.get(HASHES) != hashes:
-        command = [sys.executable, "-m", __spec__.name, *given]
-        return subprocess.run(command, env={**os.environ, HASHES: hashes}).returncode
+        alone = ["-P"] * sys.flags.safe_path
+        return _in_place_of_this([*alone, "-m", __spec__.name, *given], hashes)
     with tempfile.TemporaryDirectory(prefix="mechc-drawn-") as folder:
         _compile_there(Path(folder), chosen.optimised)
         return _run(chosen, Path(folder))
+
+
+def _in_place_of_this(arguments: Sequence[str], hashes: str) -> int:
+    """Python again with these hashes: a process of its own, which gets the same signals."""
+    command = [sys.executable, *arguments]
+    with subprocess.Popen(command, env={**os.environ, HASHES: hashes}) as again:
+        try:
+            return again.wait()
+        except BaseException:
+            again.terminate()
+            return again.wait()
 
 
 def _parse(arguments: Sequence[str]) -> argparse.Namespace:
@@ -101,4 +117,5 @@ def _run(chosen: argparse.Namespace, folder: Path) -> int:
 
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends the cases too
     sys.exit(main())

@@ -5,7 +5,6 @@ from __future__ import annotations
 import faulthandler
 import os
 import pickle
-import resource
 import select
 import signal
 import time
@@ -74,6 +73,8 @@ def _started(case: int, judge: Callable[[int], Any], errors: Path) -> Child:
     status = 1
     try:
         os.setsid()  # with the compilers that it starts
+        import resource
+
         resource.setrlimit(resource.RLIMIT_CPU, (LONGEST, LONGEST + 5))
         os.close(reading)
         os.dup2(os.open(errors / f"{case}.err", os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), 2)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import signal
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -61,10 +60,8 @@ class Scene:
     given: str  # keywords of mechc.compile
     ranges: dict[str, Interval]
     starts: dict[str, Interval]
-    used: frozenset[str]
-    kinks: bool
-    jumps: bool
-    span: float  # s
+    used: frozenset[str] = frozenset()
+    span: float = 2.0  # s
 
     def built(self) -> dict[str, Any]:
         """The names of the text after it has run."""
@@ -113,28 +110,19 @@ def drawn(seed: int, case: int) -> Scene:
     w = Writer(rng)
     w.note(f"as {kind}")
     KINDS[kind][1](w)
+    w.drop_unused()
     if kind != "MJCF":
         w.finished()
     given = ", ".join(f"{key}={text}" for key, text in w.given.items())
-    text = _without_unused("\n".join(w.lines) + "\n", given, w.ranges)
     return Scene(
-        kind, text, given, w.ranges, w.starts, frozenset(w.used),
-        w.kinks or w.jumps, w.jumps, round(float(rng.uniform(1.0, 3.0)), 2),
+        kind, "\n".join(w.lines) + "\n", given, w.ranges, w.starts, frozenset(w.used),
+        round(float(rng.uniform(1.0, 3.0)), 2),
     )  # fmt: skip
 
 
-def _without_unused(text: str, given: str, ranges: dict[str, Interval]) -> str:
-    """The text without symbols that were drawn for nothing."""
-    for name in list(ranges):
-        if len(re.findall(rf"\b{name}\b", text + given)) == 2:  # its own line has two
-            text = re.sub(rf"^{name} = .*\n", "", text, flags=re.M)
-            del ranges[name]
-    return text
-
-
-def numbers(scene: Scene, seed: int, case: int, draw: int) -> Numbers:
+def numbers(scene: Scene, key: tuple[int, int], draw: int) -> Numbers:
     """Values and a start; they do not depend on how many others are drawn."""
-    rng = np.random.default_rng([seed, case, draw, 1])
+    rng = np.random.default_rng([*key, draw, 1])
 
     def of(ranges: dict[str, Interval]) -> dict[str, float]:
         return {n: round(float(rng.uniform(*ends)), 4) for n, ends in ranges.items()}

@@ -6,6 +6,7 @@ from collections import Counter
 from typing import Any
 
 SLOW = 60.0  # s
+OFTEN = 50  # cases between two lines that tell how far a run is
 
 
 class Tally:
@@ -24,6 +25,8 @@ class Tally:
     def add(self, case: int, outcome: Any, seconds: float, *, show: bool = False) -> None:
         """An outcome, or the text that says how its process ended."""
         self.cases += 1
+        if self.cases % OFTEN == 0:
+            print(f"... {self.cases} cases, {self.failed} with a difference", flush=True)
         if seconds > SLOW:
             self.slow.append((round(seconds), case))
         if isinstance(outcome, str):

@@ -21,10 +21,8 @@ def restoring(w: Writer, x: str, most: float = 6.0) -> str:
     if kind == "tanh":
         return f"-{k} * sm.tanh({w.value('s', 0.5, 2.0)} * {x})"
     if kind == "one-sided":
-        w.kinks = True
         return f"-{k} * {x} - {w.value('k', 0.5, 5.0)} * sm.Max({x} - {w.signed('h', 0.4)}, 0)"
     if kind == "pieces":
-        w.kinks = True
         edge = w.signed("h", 0.5)
         return f"sm.Piecewise((-{k} * {x}, {x} < {edge}), (-{k} * {edge}, True)) - {k} * {x} / 4"
     if kind == "root":
@@ -34,7 +32,6 @@ def restoring(w: Writer, x: str, most: float = 6.0) -> str:
     if kind == "table":
         return f"{k} * {_table(w)}({x})"
     if kind == "power of Abs":
-        w.kinks = True
         return f"-{k} * sm.sign({x}) * sm.Abs({x})**{w.one_of(['sm.Rational(3, 2)', '1.5', '2'])}"
     return f"-{k} * sm.sinh({x})"
 
@@ -49,7 +46,6 @@ def _table(w: Writer) -> str:
     """A curve by its samples, and what SciPy makes of them."""
     name, kind = f"curve_{len(w.lines)}", w.one_of(["cubic", "cubic", "linear"])
     w.note(f"table: {kind}")
-    w.kinks = True
     x = [-2.0, -0.8, 0.1, 0.9, 2.0]
     y = [round(-0.8 * a + w.between(-0.3, 0.3), 2) for a in x]
     w.line(f'{name} = mechc.Table({x}, {y}, kind="{kind}")')
@@ -71,7 +67,6 @@ def damping(w: Writer, v: str) -> str:
     if kind == "linear":
         return f"-{c} * {v}"
     if kind == "quadratic":
-        w.kinks = True
         return f"-{c} * {v} * sm.Abs({v})"
     if kind == "cubic":
         return f"-{c} * {v}**3 / 4"
@@ -95,7 +90,6 @@ def drive(w: Writer) -> str:
     if kind == "polynomial":
         return f"({a} + {w.signed('F', 0.5)} * t - t**2 / 10)"
     if kind == "switched":
-        w.jumps = True
         at = w.value("T", 0.4, 1.5)
         return f"sm.Piecewise(({a}, t < {at}), ({w.signed('F', 1.0)}, True))"
     return f"{a} * sm.tanh(t - {omega})"

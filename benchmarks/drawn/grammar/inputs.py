@@ -42,7 +42,6 @@ def written(w: Writer, q: list[str]) -> str:
 
 def _sampled(w: Writer, kind: str) -> None:
     """Samples that reach beyond every run, as lines or a spline."""
-    w.kinks = w.kinks or kind == "lines"
     times = [0.0, 0.7, 1.3, 2.1, 3.5]
     values = [round(w.between(-1, 1), 2) for _ in times]
     w.line(f"times, values = {times}, {values}")

@@ -8,7 +8,6 @@ from .writer import Writer
 def write(w: Writer, q: list[str]) -> None:
     """A stop below or above a coordinate, which no start touches; ``stop`` tells SciPy of it."""
     w.note("stop")
-    w.jumps = True
     k = w.whole(0, len(q) - 1)
     low, high = w.starts[q[k]]
     e = round(w.between(0.3, 0.9), 2)

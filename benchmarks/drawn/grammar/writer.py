@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -23,10 +24,8 @@ class Writer:
         self.inputs: list[str] = []
         self.given: dict[str, str] = {}  # keywords of mechc.compile, as text
         self.used: set[str] = set()
-        self.kinks = self.jumps = False
         self.style = self.one_of(STYLES)
         self.assumed = self.one_of(ASSUMPTIONS)
-        self.rate = 1.0  # the largest frequency of forces of time, rad/s
         self.note(f"values as {self.style}")
 
     # -- draws ----------------------------------------------------------------------------------
@@ -108,6 +107,14 @@ class Writer:
         self.note("sums and products of parameters")
         a, b = self.symbol(stem, 0.0, most), self.symbol(stem, 0.0, most)
         return self.one_of([f"({a} - {b})", f"({a} - {b}) / 2", f"(-({a} - {b}))"])
+
+    def drop_unused(self) -> None:
+        """Drops parameters that were drawn for nothing: their names stand in their lines alone."""
+        text = "\n".join([*self.lines, *self.given.values()])
+        for name in list(self.ranges):
+            if len(re.findall(rf"\b{name}\b", text)) == 2:
+                self.lines = [line for line in self.lines if not line.startswith(f"{name} = ")]
+                del self.ranges[name]
 
     def finished(self) -> None:
         """Adds what is the same of every kind: parameters that are fixed, and defaults."""

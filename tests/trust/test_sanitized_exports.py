@@ -99,6 +99,7 @@ def tables():
     surface = mechc.Table(at, at, np.outer(np.cos(at), at))
     kane = particle([x, y], [u, v], [curve(x) - k * again(5 * x), surface(x, y) + lines(t)])
     given = {"curve": curve(3 * x), "again": again(-7 * x), "lines": lines(5 * y)}
+    given["slope"] = given["lines"].diff(y)
     return Case(kane, [0.3, 0.4, 0.5, -0.2], defaults=numbers("m", "k"), outputs=(given,))
 
 

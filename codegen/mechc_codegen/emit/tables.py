@@ -60,22 +60,25 @@ def _array(name: str, values: Sequence[float]) -> str:
 def _function(function: type[Lookup]) -> str:
     table, name = function.table, f"table_{function.table.digest}"
     axes = "xy"[: len(table.starts)]
-    lines = [line for k, axis in enumerate(axes) for line in _piece_lines(table, k, axis)]
+    value = _polynomial(table, function.orders, axes)
+    lines = [line for k, axis in enumerate(axes) for line in _piece_lines(table, k, axis, value)]
     place = " + ".join(_strides(table, axes))
     lines.append(f"const double *const c = {name}_c + {place};")
-    lines.append(f"return {_polynomial(table, function.orders, axes)};")
+    lines.append(f"return {value};")
     arguments = ", ".join(f"double {axis}" for axis in axes)
     body = "\n".join(f"    {line}" for line in lines)
     return f"MECHC_ONCE double {function.__name__}({arguments})\n{{\n{body}\n}}\n"
 
 
-def _piece_lines(table: TableData, k: int, axis: str) -> Iterator[str]:
+def _piece_lines(table: TableData, k: int, axis: str, value: str) -> Iterator[str]:
+    """Statements that find the piece, and the way from its start where the value contains it."""
     name, starts, period = f"table_{table.digest}_{axis}", table.starts[k], table.periods[k]
     if period is not None:
         first = repr(starts[0])
         yield f"{axis} -= {period!r} * floor(({axis} - {first}) / {period!r});"
     yield f"const int piece_{axis} = mechc_piece({name}, {len(starts)}, {axis});"
-    yield f"const double h_{axis} = {axis} - {name}[piece_{axis}];"
+    if f"h_{axis}" in value:
+        yield f"const double h_{axis} = {axis} - {name}[piece_{axis}];"
 
 
 def _strides(table: TableData, axes: str) -> Iterator[str]:

@@ -10,7 +10,7 @@ import numpy as np
 from mechc.errors import ValueOutOfBoundsError, brief
 from mechc.inputs.signals import Signal
 from mechc.system.parameters import Array
-from mechc.system.tables import Pieces
+from mechc.system.tables import Pieces, within_doubles
 
 DEGREES = {"linear": 1, "cubic": 3}
 OUTSIDE = ("extend", "hold", "repeat")
@@ -65,11 +65,14 @@ class Table:
         if len(words) != len(axes) or not set(words) <= set(OUTSIDE):
             raise ValueOutOfBoundsError(f"outside is one of {OUTSIDE}, not {brief(outside)}")
         self.kind, self.arguments = kind, len(axes)
-        starts, coefficients = _fit(axes, values, kind, words)
-        periods = [
-            float(np.ptp(axis)) if word == "repeat" else None
-            for axis, word in zip(axes, words, strict=True)
-        ]
+        spans: list[float] = []
+
+        def fit() -> tuple[list[Array], Array]:
+            spans.extend(float(np.ptp(axis)) for axis in axes)
+            return _fit(axes, values, kind, words)
+
+        starts, coefficients = within_doubles("table", fit)
+        periods = [x if word == "repeat" else None for x, word in zip(spans, words, strict=True)]
         self._pieces = Pieces(starts, DEGREES[kind], coefficients, periods)
 
     @classmethod
@@ -118,7 +121,7 @@ def _check(axes: Sequence[Any], values: Any, least: int) -> tuple[list[Array], A
         raise ValueOutOfBoundsError(f"a table needs {least} samples an argument, not {min(shape)}")
     if not all(np.isfinite(part).all() for part in (*grids, samples)):
         raise ValueOutOfBoundsError("the samples of a table must be finite")
-    if not all((np.diff(axis) > 0).all() for axis in grids):
+    if not all((axis[1:] > axis[:-1]).all() for axis in grids):
         raise ValueOutOfBoundsError("the places of a table must strictly increase")
     return grids, samples
 
@@ -137,7 +140,7 @@ def _fit(
             ends = np.zeros((len(found), 2, *samples.shape[1:]))
             ends[0] = samples[[0, -1]]
             found = np.concatenate([ends[:, :1], found, ends[:, 1:]], axis=1)
-            axis_starts = np.concatenate([[-FAR], axis])
+            axis_starts = np.concatenate([[min(-FAR, 2.0 * axis[0])], axis])
         starts.append(axis_starts)
         coefficients = np.moveaxis(np.moveaxis(found, 0, -1), 0, k)
     return starts, np.ascontiguousarray(coefficients)

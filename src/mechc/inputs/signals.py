@@ -13,6 +13,7 @@ import numpy as np
 from mechc.errors import ValueOutOfBoundsError
 from mechc.system.names import checked_word
 from mechc.system.parameters import Array
+from mechc.system.tables import within_doubles
 
 DEGREES = {"previous": 0, "linear": 1, "cubic": 3, "quintic": 5}
 SMOOTHNESS = {"previous": -1, "linear": 0, "cubic": 2, "quintic": 4}  # continuous derivatives
@@ -63,7 +64,9 @@ class Signal:
         self.kind, self.outside, self._at_samples = kind, outside, breaks == "samples"
         self.times, self.values = _checked_samples(times, values, kind)
         self._smoothness = SMOOTHNESS[kind]
-        self._knots, self._coefficients = _pieces(self.times, self.values, kind)
+        self._knots, self._coefficients = within_doubles(
+            "signal", lambda: _pieces(self.times, self.values, kind)
+        )
         if outside == "hold":
             self._hold()
 
@@ -81,7 +84,7 @@ class Signal:
         pieces = _pieces_of(interpolant)
         if pieces is None:
             return None
-        knots, coefficients = pieces
+        knots, coefficients = within_doubles("signal", lambda: pieces)
         signal = object.__new__(cls)
         signal.kind, signal.outside = f"degree {coefficients.shape[1] - 1}", "refuse"
         signal._knots, signal._coefficients = knots[:-1].copy(), coefficients
@@ -209,7 +212,7 @@ class Signal:
         ends[:, 0] = self.values[[0, -1]]
         last = slice(None, -1) if self.kind == "previous" else slice(None)
         inner, knots = self._coefficients[last], self._knots[last]
-        self._knots = np.concatenate([[-FAR], knots, [self.times[-1]]])
+        self._knots = np.concatenate([[min(-FAR, 2.0 * knots[0])], knots, [self.times[-1]]])
         self._coefficients = np.vstack([ends[:1], inner, ends[1:]])
 
     def __repr__(self) -> str:
@@ -248,7 +251,7 @@ def _checked_samples(times: Any, values: Any, kind: str) -> tuple[Array, Array]:
         raise ValueOutOfBoundsError(f"a {kind} signal needs {least} samples, not {len(t)}")
     if not (np.isfinite(t).all() and np.isfinite(x).all()):
         raise ValueOutOfBoundsError("the samples of a signal must be finite")
-    if not (np.diff(t) > 0).all():
+    if not (t[1:] > t[:-1]).all():
         raise ValueOutOfBoundsError("the times of a signal must strictly increase")
     return t, x
 

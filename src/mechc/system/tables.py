@@ -2,13 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import perm
 from typing import Any
 
 import numpy as np
 
+from mechc.errors import ValueOutOfBoundsError
 from mechc.system.parameters import Array
+
+
+def within_doubles(what: str, fit: Callable[[], tuple[Any, Array]]) -> tuple[Any, Array]:
+    """What ``fit`` finds through samples: starts of polynomials, and their coefficients.
+
+    Raises :class:`ValueOutOfBoundsError` where doubles do not hold them.
+    """
+    try:
+        with np.errstate(over="raise", divide="raise", invalid="raise"):
+            starts, coefficients = fit()
+    except FloatingPointError:
+        coefficients = np.array(np.nan)
+    if not np.isfinite(coefficients).all():
+        raise ValueOutOfBoundsError(
+            f"the samples of a {what} are too large, or too far from each other or too near: "
+            "differences between them, and slopes, must be within the range of doubles"
+        )
+    return starts, coefficients
 
 
 class Pieces:

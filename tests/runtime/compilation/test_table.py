@@ -15,6 +15,7 @@ from sympy.physics.mechanics import (
 import mechc
 from benchmarks.problems.particle import particle
 from mechc.errors import ValueOutOfBoundsError
+from tests.compiler.export.test_standalone import Exported
 
 X, Y = np.linspace(0.0, 3.0, 8) ** 1.2, np.linspace(-1.0, 1.0, 6)
 CURVE = np.sin(2 * X)
@@ -64,6 +65,31 @@ def test_samples_that_are_none_are_refused(given):
         mechc.Table(*given)
 
 
+LARGE = [1e308, -1e308, 1e308, -1e308]
+
+
+@pytest.mark.parametrize("kind", ["linear", "cubic"])
+@pytest.mark.parametrize(
+    "given",
+    [
+        ([0, 1, 2, 3], LARGE), ([0, 5e-324, 1e-323, 2e-323], [0, 1, 0, 1]),
+        ([-1.7e308, -1e308, 1e308, 1.7e308], [0, 1, 0, 1]),
+        ([0, 1, 2, 3], [0, 1, 2, 3], np.outer([1, -1, 1, -1], LARGE)),
+    ],
+)  # fmt: skip
+def test_samples_beyond_doubles_are_refused_in_words(kind, given):
+    """Their slopes were NaN, or 0 where a distance was infinite."""
+    with pytest.raises(ValueOutOfBoundsError, match="within the range of doubles"):
+        mechc.Table(*given, kind=kind)
+
+
+def test_a_period_beyond_doubles_is_refused_and_far_ends_are_held():
+    with pytest.raises(ValueOutOfBoundsError, match="within the range of doubles"):
+        mechc.Table([-1e308, 0, 1e308], [0, 1, 0], kind="linear", outside="repeat")
+    far = mechc.Table([-1e301, 1e300, 1e301], [5, 4, 3], kind="linear", outside="hold")
+    assert [far(x) for x in (-1e308, -1e301, 1e301, 1e308)] == [5, 5, 3, 3]
+
+
 def test_one_period_ends_where_it_begins():
     with pytest.raises(ValueOutOfBoundsError, match="last value equal to its first"):
         mechc.Table(X, CURVE, outside="repeat")
@@ -87,6 +113,31 @@ def described():
 def model(described):
     outputs = ("sensitivities", described[1])
     return mechc.compile(described[0], defaults={k: 3.0}, outputs=outputs)
+
+
+@pytest.mark.slow
+def test_exported_c_has_the_models_bits_at_samples_at_ends_and_beyond(tmp_path):
+    """Of every kind, with slopes; C that no warning is given for."""
+    at = np.array([0.0, 0.1, 0.25, 0.7, 1.0, 1.3])
+    values = [0.0, 0.3, 0.2, -0.4, 0.1, 0.0]
+    tables = [
+        mechc.Table(at, values, kind=kind, outside=outside)(q)
+        for kind in ("linear", "cubic")
+        for outside in ("extend", "hold", "repeat")
+    ]
+    surface = mechc.Table(at, at[:4], np.outer(np.cos(at), at[:4]), outside=("hold", "extend"))
+    found = [*tables, *(table.diff(q) for table in tables), surface(q, u)]
+    outputs = {f"table {i}": each for i, each in enumerate(found)}
+    kane = particle([q], [u], [0], 1)
+    model = mechc.compile(kane, outputs=(outputs,))
+    mechc.export_c(kane, tmp_path, name="tables", outputs=(outputs,))
+    exported = Exported(tmp_path, "tables", 2, [], np.zeros(2))
+    near = [*at, *np.nextafter(at, -9), *np.nextafter(at, 9)]
+    for x in (*near, -1e-3, -5.2, -2.6, 0.55, 2.6, 7.0, 1e6, -1e6, 1e18, -1e200, 1e-300):
+        y = [x, 0.33]
+        for i, name in enumerate(outputs):
+            known = np.ravel(model.output(name, y))
+            np.testing.assert_array_equal(exported.output(f"own_{i}", 1, y), known)
 
 
 def test_derivatives_are_exact_in_compiled_code(model):

@@ -22,6 +22,20 @@ def test_samples_that_make_no_signal_are_refused(arguments, told):
         mechc.Signal(*arguments)
 
 
+@pytest.mark.parametrize(
+    ("times", "values", "kind"),
+    [
+        ([0, 1, 2, 3], [1e308, -1e308, 1e308, -1e308], "linear"),
+        ([0, 1, 2, 3], [1e308, -1e308, 1e308, -1e308], "cubic"),
+        ([0, 5e-324, 1e-323], [0, 1, 2], "linear"),
+        ([-1e308, 1e308], [0, 1], "linear"),
+    ],
+)
+def test_samples_beyond_doubles_are_refused_in_words(times, values, kind):
+    with pytest.raises(mechc.ValueOutOfBoundsError, match="within the range of doubles"):
+        mechc.Signal(times, values, kind)
+
+
 def test_a_signal_is_its_own_function_and_derivatives():
     times = np.linspace(0.0, 3.0, 40)
     signal = mechc.Signal(times, np.exp(times), "quintic")

@@ -174,8 +174,9 @@ class Model(Batches):
         params
             As in all outputs; the values of the inputs are ignored.
         inputs
-            Names of the inputs, by default ``model.inputs``, or of parameters that are inputs:
-            torques, forces; F must be linear in them.
+            Names of the inputs, by default those of ``model.inputs`` that have no value, all if
+            every one has, or of parameters that are inputs: torques, forces; F must be linear in
+            them.  Their own values are ignored, and need not be given.
         t
             Time or times (...).
 
@@ -201,7 +202,10 @@ class Model(Batches):
             )
         if not (np.isfinite(rates).all() and np.isfinite(states).all()):
             raise ValueOutOfBoundsError("states and accelerations must be finite")
-        named_inputs = tuple(self.inputs if inputs is None else names_of(inputs))
+        driven = self.system.driven
+        open_inputs = [] if driven is None else [n for n in self.inputs if n not in driven.given]
+        wanted_inputs = open_inputs or self.inputs if inputs is None else inputs
+        named_inputs = tuple(names_of(wanted_inputs))
         if not named_inputs:
             raise ValueOutOfBoundsError(
                 "which forces or torques make the motion? This model has no inputs: name "

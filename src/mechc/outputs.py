@@ -119,12 +119,12 @@ class Outputs(Description):
             ``(times, values)``, an interpolant of SciPy, a function ``f(t)`` or ``f(t, q, u)`` of
             floats and arrays (nq,), (nu,), one ``f(x, t)`` of the state, or a tuple of functions of
             t: value, rate, second rate.  A tuple of inputs -> a function that gives all values.
-            :attr:`inputs` names those that need a value.
+            :attr:`inputs` names those that need a value; what contains one without is not computed.
 
         Raises
         ------
-        UnknownNameError, ValueOutOfBoundsError, MissingInputError
-            For inputs that do not exist, have a wrong value, or have none.
+        UnknownNameError, ValueOutOfBoundsError
+            For inputs that do not exist or have a wrong value.
         ExpressionError, UnavailableOutputError, CompilerError
             For a text that is not of the grammar, or cannot be compiled here.
 

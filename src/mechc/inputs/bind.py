@@ -37,10 +37,10 @@ class InputSlot:
 
 
 class GivenInputs:
-    """Values for all inputs of a scene.
+    """Values for the inputs of a scene; ``complete``: whether every input has one.
 
-    Raises :class:`MissingInputError` if one is missing; all that are missing are named;
-    :class:`UnknownNameError`, :class:`ValueOutOfBoundsError` for unknown names and wrong values.
+    Raises :class:`UnknownNameError`, :class:`ValueOutOfBoundsError` for unknown names and wrong
+    values.
     """
 
     def __init__(
@@ -50,8 +50,7 @@ class GivenInputs:
         for name in given:
             if name not in known:
                 raise UnknownNameError("input", name, known)
-        if len(given) < len(known):
-            raise missing(slots, given)
+        self.complete = len(given) == len(known)
         self.signals = {n: x for n, x in given.items() if isinstance(x, Signal)}
         self._order = {slot.name: max(slot.orders) for slot in slots}
         self._values = {n: x[0] for n, value in given.items() if (x := functions_of(value))}
@@ -61,7 +60,7 @@ class GivenInputs:
         self._pieces: list[tuple[Array, Array]] = []
         self._sources: list[tuple[int, int]] = []
         functions: list[tuple[str, Function, bool] | None] = []
-        for slot in slots:
+        for slot in (slot for slot in slots if slot.name in given):
             value = given[slot.name]
             if functions_of(value):
                 functions += _checked_functions(slot, functions_of(value))

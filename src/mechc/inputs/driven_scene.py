@@ -14,6 +14,8 @@ from mechc.inputs.stored import inputs_as_json, inputs_from_json
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
+PROJECTION = "constraints", "velocity_constraints", "constraint_jacobian", "mass_matrix"
+
 
 class DrivenScene:
     """A scene that has inputs: calls that need their values get them, or an error names them.
@@ -32,7 +34,8 @@ class DrivenScene:
         self.outputs = scene.outputs
         self.given = dict(given or {})
         sizes = scene.coordinates, scene.speeds
-        self._values = GivenInputs(slots, self.given, sizes) if self.given else None
+        values = GivenInputs(slots, self.given, sizes)
+        self._values = values if values.complete else None
         self._whole: Any = self._values.native_inputs() if self._values else None
 
     def __getattr__(self, name: str) -> Any:
@@ -87,8 +90,9 @@ class DrivenScene:
 
     def project(self, t: float, y: Array, p: Array) -> tuple[int, Array, float, float]:
         """Project a state as :class:`mechc.native._driver.Scene` does."""
-        self._given_inputs().check_times((t,))
-        found: tuple[int, Array, float, float] = self._scene.project(t, y, p, self._whole)
+        found: tuple[int, Array, float, float] = self._scene.project(
+            t, y, p, self.given_to(PROJECTION, t)
+        )
         self.raise_failure()
         return found
 

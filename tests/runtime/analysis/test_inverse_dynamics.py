@@ -57,3 +57,22 @@ def test_the_inputs_are_those_of_the_model_by_default(four_bar):
     y = four_bar.assemble({"theta_0": 1.1}, params=REGULAR)
     with pytest.raises(mechc.MechcError, match="which forces or torques"):
         four_bar.inverse_dynamics(y, np.zeros(3), REGULAR)
+
+
+def test_the_value_of_an_input_that_is_solved_for_is_not_asked_for():
+    """A mass that two forces push: one is known, the other is found."""
+    (q, u), (known, sought) = (dynamicsymbols(names) for names in ("q u", "F G"))
+    model = mechc.compile(
+        on_a_line([q], [u], [known + 2 * sought], [Symbol("m")]), defaults={"m": 2.0}
+    )
+    partly = model.with_inputs({"F": 1.0})
+    for asked in ({}, {"inputs": ("G",)}):
+        assert partly.inverse_dynamics([0.0, 0.0], [1.5], **asked).inputs == pytest.approx([1.0])
+    with pytest.raises(mechc.MissingInputError, match="no value: F. Give"):
+        model.inverse_dynamics([0.0, 0.0], [1.5], inputs=("G",))
+    with pytest.raises(mechc.MissingInputError, match="no value: G. Give"):
+        partly.rhs(0.0, [0.0, 0.0])
+    with pytest.raises(mechc.UnknownNameError, match="no input is called 'f'; known are F, G"):
+        model.with_inputs({"f": 1.0})
+    with pytest.raises(mechc.ValueOutOfBoundsError, match="F"):
+        model.with_inputs({"F": np.nan})

@@ -76,11 +76,12 @@ def _configurations(
     for values in (near, given):
         for name, value in values.items():
             fixed[0, system.state_index(name)] = value
+    kept = [system.state_index(name) for name in given]
     search = search_for(system, tuple(given), tuple(near))
     whole = search is None or {*near, *given} >= {*system.coordinates}
     if whole and are_closed(system, fixed, p, t)[0]:  # already
         system.attitudes.check(fixed)
-        return fixed
+        return system.attitudes.scale(fixed, kept)
     if search is None:
         raise AssemblyError(
             f"the coordinates given {_fault(system, fixed[0], p, t)}; give fewer of them and let "
@@ -94,7 +95,7 @@ def _configurations(
         raise AssemblyError(f"there are over {MOST} assemblies: give more coordinates, or a guess")
     found = np.asarray(done.found[0, :many])
     system.attitudes.check(found)
-    return found
+    return system.attitudes.scale(found, kept)
 
 
 def search_for(system: System, given: tuple[str, ...], near: tuple[str, ...]) -> Search | None:
@@ -139,7 +140,7 @@ def closed_states(system: System, starts: Array, p: Array, t: float) -> Array:
         found = every.solve(t, system.default_coordinates[None], p[None], len(starts), all=True)
         if not found.many[0]:
             raise AssemblyError(miss_message(system, {}, {}, found.open[0], p, t))
-        closed = found.found[0, : found.many[0]]
+        closed = system.attitudes.scale(found.found[0, : found.many[0]])
     return at_rest(system, closed)
 
 

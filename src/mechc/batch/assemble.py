@@ -73,7 +73,8 @@ def _configurations(
         return fixed, closed.astype(int), np.linalg.norm(opened, axis=1), True
     job = search.closings(t, fixed, values, MOST, block=BLOCK)
     complete = drive(job)
-    return job.found[:, 0], job.many, job.miss, complete
+    kept = [system.state_index(name) for name in recipe.coordinates]
+    return system.attitudes.scale(job.found[:, 0], kept), job.many, job.miss, complete
 
 
 def _with_speeds(

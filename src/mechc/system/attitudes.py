@@ -48,6 +48,15 @@ class Attitudes:
                 q[:, places[0]] = 1.0
         return q
 
+    def scale(self, states: Array, given: Collection[int] = ()) -> Array:
+        """Bring joints' quaternions without a given component to length one, in states (..., nq),
+        in place: multiples are the same attitude, and a search for closed loops changes lengths."""
+        for places in self.multiples:
+            if not set(places) & set(given):
+                length = np.linalg.norm(states[..., places], axis=-1, keepdims=True)
+                states[..., places] /= np.where(length > 0.0, length, 1.0)
+        return states
+
     def check(self, states: Array) -> None:
         """Check states (..., nq + nu).
 

@@ -6,8 +6,17 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from sympy.physics.mechanics import Torque, dynamicsymbols
 
-from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError
+import mechc
+from mechc.errors import (
+    AssemblyError,
+    MissingInputError,
+    UnknownNameError,
+    ValueOutOfBoundsError,
+)
+from tests.support.linkages.loops import spatial_four_bar
+from tests.support.sympy_objects import four_bar_system
 
 REFERENCE = (1.0, 2.0, 3.0, 4.0)
 REGULAR = (1.0, 2.0, 3.0, 3.5)
@@ -223,3 +232,61 @@ def test_names_in_the_wrong_argument_are_told_the_right_one(model, part, name, h
 def test_one_set_of_parameters_at_a_time(model):
     with pytest.raises(ValueOutOfBoundsError, match="one set of parameters"):
         model.assemble({"theta_0": 1.0}, params={"l_3": np.array([3.5, 3.6])})
+
+
+# -- poses in which all links lie in line ----------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def driven():
+    """A four-bar in relative angles, its crank driven by the torque T, which is an input."""
+    system = four_bar_system()
+    crank, axis = system.bodies[1].frame, system.frame.z
+    system.add_loads(Torque(crank, dynamicsymbols("T") * axis))
+    return mechc.compile(system, defaults=named(REGULAR) | {"rho": 1.0, "g": 9.81})
+
+
+@pytest.mark.parametrize(
+    "lengths", [REGULAR, REFERENCE, (1.0, 2.0, 2.0, 3.0), (1.0, 1.0, 1.0, 1.0)]
+)
+def test_a_flat_pose_is_a_guess_though_no_step_from_it_closes_the_loop(driven, lengths):
+    """There the gap is along all links, which nothing that turns changes at first."""
+    flat = dict.fromkeys(driven.coordinates, 0.0)
+    y = driven.assemble(guess=flat, params=named(lengths))
+    assert np.abs(driven.constraints(y, named(lengths))).max() < 1e-14
+    assert np.abs(y[:3]).max() < 2.2
+    with pytest.raises(AssemblyError, match="no configuration was found that closes the loops"):
+        driven.assemble(guess=flat, params=named((1.0, 2.0, 2.0, 5.5)))
+
+
+def test_inputs_in_loads_are_not_asked_for(driven):
+    """At a change point, where the rank of the constraints around it is looked for."""
+    flat = named((1.0, 2.0, 1.0, 4.0))
+    np.testing.assert_array_equal(driven.assemble({"q_0": 0.0}, params=flat), np.zeros(6))
+    crossing = named((1.0, 2.0, 3.0, 4.0))
+    y = driven.assemble({"q_0": np.pi}, params=crossing)
+    np.testing.assert_allclose(np.cos(y[:3]), [-1.0, -1.0, 1.0], atol=1e-12)
+    with pytest.raises(AssemblyError, match="is a change point, where u_0 = 1 is possible on 2"):
+        driven.assemble({"q_0": np.pi}, {"u_0": 1.0}, params=crossing)
+    assert len(driven.redundant_constraints()) == 0
+    with pytest.raises(MissingInputError, match="no value: T"):
+        driven.simulate(1.0, y, crossing)
+
+
+# -- quaternions -----------------------------------------------------------------------------------
+
+
+def test_quaternions_that_follow_have_length_one():
+    model = mechc.compile(spatial_four_bar(by_quaternion=True), outputs=())
+    turns = [0.9, 1.0, 1.3, -1.5]
+    states = [model.assemble({"a": a}) for a in turns]
+    states += [model.assemble(guess={"a": a, "q0_ball": 2.0, "q3_ball": 1.0}) for a in turns]
+    batch = model.simulate_batch(1e-3, {"a": np.array(turns)})
+    states += [batch[k].y[0] for k in range(len(turns))]
+    states += [e.y for e in model.equilibria(most_starts=48)]
+    places = [model.coordinates.index(f"q{k}_ball") for k in range(4)]
+    for y in states:
+        assert np.linalg.norm(y[places]) == pytest.approx(1.0, abs=4e-16)
+        assert np.abs(model.constraints(y)).max() < 1e-13
+    typed = model.assemble({"q0_ball": 2.0}, guess={"a": 1.0})
+    assert typed[places[0]] == 2.0, "what is given stays"

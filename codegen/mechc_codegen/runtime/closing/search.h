@@ -1,7 +1,8 @@
 /* Configurations that close the loops, member by member, from starts spread over all of them.
  *
  * With a guess, starts are at it first; what closes nearest to it sets the distance up to which
- * others are searched for.  Where nothing closes, the least gap met is made as small as it gets.
+ * others are searched for.  Where constraints leave a choice, others are searched for only if nothing
+ * closes: at first about the guess.  Where nothing closes, the least gap met is made as small as it gets.
  */
 #pragma once
 
@@ -73,18 +74,28 @@ static ptrdiff_t mechc_close_about(const mechc_closing *job, double radius)
     return some < (double)job->starts ? (ptrdiff_t)some : job->starts;
 }
 
+/* The distance from the guess within which others are searched for; 0: none are.  Where constraints leave
+ * a choice, others count only if the guess leads nowhere: a flat pose may be a saddle of the gap. */
+static double mechc_close_further(const mechc_closing *job, const mechc_closer *closer)
+{
+    const int many = job->many[closer->member];
+    if (job->only_near) {
+        if (many || job->starts <= job->near || closer->radius == HUGE_VAL) return 0.0;
+        return closer->phase == MECHC_PHASE_GUESS ? MECHC_CLOSE_STEP : HUGE_VAL;
+    }
+    if (closer->phase != MECHC_PHASE_GUESS || (job->enough && many >= job->enough)) return 0.0;
+    return mechc_close_nearest(job, closer);
+}
+
 /* Begin the next phase after one has ended; 0: the member is done. */
 static int mechc_close_next_phase(mechc_closing *job, mechc_closer *closer)
 {
-    const int many = job->many[closer->member];
-    const int enough = job->enough && many >= job->enough;
-    if (closer->phase == MECHC_PHASE_GUESS && !job->only_near && !enough) {
-        const double radius = mechc_close_nearest(job, closer);
-        if (radius <= MECHC_CLOSE_SAME) return 0;
+    const double radius = mechc_close_further(job, closer);
+    if (radius > MECHC_CLOSE_SAME) {
         mechc_close_phase_of(job, closer, MECHC_PHASE_SPREAD, mechc_close_about(job, radius), radius);
         return 1;
     }
-    if (!job->tells_miss || closer->phase == MECHC_PHASE_LEAST || many
+    if (!job->tells_miss || closer->phase == MECHC_PHASE_LEAST || job->many[closer->member]
         || !(closer->least < HUGE_VAL))
         return 0;
     mechc_close_phase_of(job, closer, MECHC_PHASE_LEAST, 1, HUGE_VAL);

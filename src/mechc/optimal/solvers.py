@@ -254,4 +254,35 @@ def _by_slsqp(scaled: ScaledProblem, z: Array, tol: float, most: int) -> SearchE
         constraints=[conditions(*each) for each in asked if each[1].any()],
         options={"ftol": tol, "maxiter": most},
     )  # fmt: skip
-    return scaled.end_at(done.x, bool(done.success), done.message, int(done.nit), began)
+    found, told = bool(done.success), done.message
+    if not found and int(done.nit) < most and _is_stationary(scaled, done.x):
+        found, told = True, "converged as far as rounding allows"
+    return scaled.end_at(done.x, found, told, int(done.nit), began)
+
+
+def _is_stationary(scaled: ScaledProblem, z: Array) -> bool:
+    """Whether the cost's gradient is made of those of conditions and bounds that hold it, each by a
+    force of the sign that it can have (Karush, Kuhn, Tucker): no step near z lowers the cost.
+
+    Judges where the solver ended by a step that lowers nothing: beside a minimum rounding decides.
+    """
+    from scipy.optimize import lsq_linear
+
+    cost, rows = scaled.value(z)
+    if not scaled.violation(rows) < MEETS:
+        return False
+    gradient, slopes = scaled.slopes(z)
+    values = np.concatenate([rows, z])
+    lower, upper = (np.concatenate(pair) for pair in zip(
+        (scaled.lower, scaled.upper), scaled.bounds, strict=True
+    ))  # fmt: skip
+    below, above = values - lower <= MEETS, upper - values <= MEETS
+    holds = below | above
+    normals = np.vstack([slopes.toarray(), np.eye(len(z))])[holds].T
+    forces = np.zeros(0)
+    if holds.any():
+        least, most = np.where(above[holds], -np.inf, 0.0), np.where(below[holds], np.inf, 0.0)
+        forces = lsq_linear(normals, gradient, (least, most)).x
+    left = np.abs(gradient - normals @ forces).max()
+    size = max(np.abs(gradient).max(), (np.abs(normals) @ np.abs(forces)).max(), abs(cost))
+    return bool(left <= MEETS * size)

@@ -5,7 +5,7 @@ import pytest
 
 import mechc
 from benchmarks.problems import optimal as problems
-from mechc.optimal.solvers import ScaledProblem
+from mechc.optimal.solvers import ScaledProblem, _is_stationary
 
 
 @pytest.fixture(scope="module")
@@ -196,3 +196,24 @@ def test_the_same_seed_finds_the_same(solver):
     one, two = (problems.double_integrator().optimise(**asked) for _ in range(2))
     assert one.ends == two.ends
     assert one.x.tolist() == two.x.tolist()
+
+
+@pytest.mark.parametrize(
+    ("seconds", "force", "intervals", "cost"), [(1.0, None, 3, 432.0), (2.0, (-8, 8), 6, None)]
+)
+def test_a_minimum_beside_which_rounding_decides_is_found(seconds, force, intervals, cost):
+    """SLSQP ends by a step that lowers nothing; elsewhere it ends without a minimum as before."""
+    asked = {"integral": "F**2", "end": {"x": 3.0, "v": 0.0}, "intervals": intervals,
+             "solver": "slsqp", "tol": 1e-14}  # fmt: skip
+    model, given = problems.double_integrator().model, (seconds, [0.0, 0.0], {"F": force})
+    found = model.optimise(*given, **asked)
+    assert found.converged
+    assert found.cost == pytest.approx(cost or found.cost, rel=1e-12)
+    assert ": found" in str(found)
+    cut = model.optimise(*given, **asked, max_iterations=2)
+    assert not cut.converged
+    scaled = ScaledProblem(found.problem, found.cost)
+    at, before = (x / scaled.size for x in (found.x, cut.x))
+    assert _is_stationary(scaled, at)
+    assert not _is_stationary(scaled, before)
+    assert not _is_stationary(scaled, at + 1e-3 * (before - at))

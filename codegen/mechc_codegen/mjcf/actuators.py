@@ -15,6 +15,7 @@ from mechc_codegen.mjcf.poses import exact
 from mechc_codegen.mjcf.read import CompiledFile
 from mechc_codegen.robots.robot import SINGLE, Motor, Number, RobotJoint
 
+_GROUPS = 31  # that a file may disable
 _KINDS = (
     ("mjtTrn", "trntype", ("JOINT", "JOINTINPARENT")),
     ("mjtDyn", "dyntype", ("NONE",)),
@@ -46,7 +47,7 @@ class Actuators:
             return
         for number, name in enumerate(names.actuators):
             group = int(file.model.actuator_group[number])
-            if int(file.model.opt.disableactuator) & (1 << group):
+            if 0 <= group < _GROUPS and int(file.model.opt.disableactuator) & (1 << group):
                 self.skipped.append(f"the actuator {name}, whose group {group} is disabled")
                 continue
             refused = next(self._reasons(number), "")

@@ -119,7 +119,7 @@ def _shapes(file: CompiledFile, geom: int, default: str) -> Iterator[Visual]:
     kind = file.code("mjtGeom", model.geom_type[geom])
     if kind not in _SHAPES or model.geom_group[geom] >= _SHOWN:
         return
-    label = model.geom(geom).name or default
+    label = file.names["geom"][geom] or default
     place = place_at(model.geom_pos[geom], model.geom_quat[geom])
     radius, half, third = model.geom_size[geom].tolist()
     sizes: tuple[Number, ...] = (radius, 2 * half)

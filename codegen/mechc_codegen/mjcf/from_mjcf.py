@@ -78,8 +78,8 @@ def from_mjcf(
     Raises
     ------
     MechanismError
-        If ``mujoco`` is not installed or refuses the file, or the file has parts that no rigid
-        mechanism has; the message names them.
+        If ``mujoco`` is not installed, refuses the file or fails on it, or the file has parts that
+        no rigid mechanism has; the message names them.
 
     Warns
     -----
@@ -87,20 +87,9 @@ def from_mjcf(
         Of what the file has and the mechanism does not; its ``skipped`` has all.
     """
     file = read_model(Path(path))
-    refuse_no_mechanism(file)
     names = names_of(file)
-    joints = with_equalities(file, names, joints_of(file, names))
-    actuators = Actuators(file, names, joints)
-    links = links_of(file, names, joints)
-    robot = Robot(
-        name or _name(file, Path(path)),
-        {link.name: link for link in links},
-        tuple(actuators.joints.values()),
-        root=names.bodies[0],
-        motors=tuple(_motors_of(file, actuators, driven)),
-        skipped=(*skipped_parts(file, names), *actuators.skipped),
-        gravity=(0, 0, 0) if file.disables("GRAVITY") else triple(file.model.opt.gravity),
-    )
+    robot = robot_of(file, names, driven)
+    robot = replace(robot, name=name or (Path(path).stem if file.title == _UNNAMED else file.title))
     robot = take_meshes(take_bounds(robot, limits, friction, effort), Path(path), meshes)
     mechanism = mechanism_of(robot, symbolic, cut=cut)
     known = {printed_name(coordinate) for coordinate in mechanism.q}
@@ -108,9 +97,27 @@ def from_mjcf(
     return replace(mechanism, start={**mechanism.start, **start})
 
 
-def _name(file: CompiledFile, path: Path) -> str:
-    own = bytes(file.model.names).split(b"\0", 1)[0].decode()
-    return path.stem if own == _UNNAMED else own
+def robot_of(file: CompiledFile, names: PartNames, driven: Iterable[str] | str = ()) -> Robot:
+    """The links, joints and motors in a compiled file.
+
+    Raises
+    ------
+    MechanismError
+        If it has parts that no rigid mechanism has, or ``driven`` names no actuator and no joint.
+    """
+    refuse_no_mechanism(file)
+    joints = with_equalities(file, names, joints_of(file, names))
+    actuators = Actuators(file, names, joints)
+    links = links_of(file, names, joints)
+    return Robot(
+        file.title,
+        {link.name: link for link in links},
+        tuple(actuators.joints.values()),
+        root=names.bodies[0],
+        motors=tuple(_motors_of(file, actuators, driven)),
+        skipped=(*skipped_parts(file, names), *actuators.skipped),
+        gravity=(0, 0, 0) if file.disables("GRAVITY") else triple(file.model.opt.gravity),
+    )
 
 
 def _motors_of(

@@ -25,19 +25,18 @@ def names_of(file: CompiledFile) -> PartNames:
     A joint without one is called after its body, another part by its kind and number.
     """
     model = file.model
-    bodies = _with_numbers("body", [model.body(k).name for k in range(model.nbody)])
-    joints = [model.joint(k).name for k in range(model.njnt)]
+    bodies = _with_numbers("body", [*file.names["body"]])
+    joints = [*file.names["joint"]]
     for k, name in enumerate(joints):
         body = int(model.jnt_bodyid[k])
         number = k - int(model.body_jntadr[body])
         default = bodies[body] if model.body_jntnum[body] == 1 else f"{bodies[body]}_{number}"
         joints[k] = name or unused_name(default, joints)
-    equalities = [model.equality(k).name for k in range(model.neq)]
+    equalities = file.names["equality"]
     others = [*joints, *equalities]
     own = [unused_name(name, others) if name in joints else name for name in equalities]
-    actuators = [model.actuator(k).name for k in range(model.nactuator)]
     own = _with_numbers("equality", own, joints)
-    return PartNames(bodies, joints, own, _with_numbers("actuator", actuators))
+    return PartNames(bodies, joints, own, _with_numbers("actuator", [*file.names["actuator"]]))
 
 
 def _with_numbers(kind: str, names: list[str], taken: Collection[str] = ()) -> list[str]:

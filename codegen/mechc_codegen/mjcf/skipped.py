@@ -37,6 +37,7 @@ def refuse_no_mechanism(file: CompiledFile) -> None:
 def skipped_parts(file: CompiledFile, names: PartNames) -> Iterator[str]:
     """What is not taken, besides actuators."""
     model = file.model
+    yield from (f"the text {text!r}, which is not read" for text in file.texts)
     yield from _of_world(file)
     for number, name in enumerate(names.bodies):
         if model.body_gravcomp[number]:
@@ -48,7 +49,7 @@ def skipped_parts(file: CompiledFile, names: PartNames) -> Iterator[str]:
     for number in range(model.ntendon):
         felt = [what for what in _OF_TENDONS if getattr(model, f"tendon_{what}")[number]]
         if felt:
-            own = model.tendon(number).name or f"tendon{number}"
+            own = file.names["tendon"][number] or f"tendon{number}"
             yield f"the tendon {own} ({', '.join(felt)})"
     for number, name in enumerate(names.equalities):
         if not model.eq_active0[number]:

@@ -162,7 +162,7 @@ def unknown_parts(*roots: Element, table: Mapping[str, Known]) -> list[str]:
 
 
 def texts_in(element: Element) -> Iterator[str]:
-    """The texts in an element that are between its children, or where it has none."""
+    """The texts directly in an element, before and after its children."""
     for text in (element.text, *(child.tail for child in element)):
         if text and text.strip():
             yield " ".join(text[: 2 * _SHOWN].split())[:_SHOWN]

@@ -124,7 +124,7 @@ class StepError(MechcError):
 
 
 class MissingPackageError(MechcError, ImportError):
-    """An optional package is needed and not installed."""
+    """An optional package is needed, and is not installed or cannot be imported."""
 
 
 class CompilerError(MechcError):
@@ -148,11 +148,20 @@ class CacheWarning(UserWarning):
 
 
 def package(name: str, advice: str) -> Any:
-    """An optional package; raises :class:`MissingPackageError` with the advice if it is absent."""
+    """An optional package.
+
+    Raises :class:`MissingPackageError`, with the advice if it is absent, or else with the reason
+    why it cannot be imported.
+    """
     try:
         return import_module(name)
-    except ImportError as error:
-        raise MissingPackageError(advice) from error
+    except Exception as error:  # a damaged package may raise any
+        absent = error.name if isinstance(error, ModuleNotFoundError) else None
+        if absent and f"{name}.".startswith(f"{absent}."):
+            raise MissingPackageError(advice) from error
+        raise MissingPackageError(
+            f"{name} is installed but cannot be imported: {type(error).__name__}: {error}"
+        ) from error
 
 
 def install_command(extra: str) -> str:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import argparse
 import csv
+import io
 import json
 import math
 import time
+from array import array
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -39,7 +41,8 @@ from mechc.system.units import UNITS, read_value
 
 OUTPUTS = ("energy", "points", "sensitivities")
 FAILED = 1
-Table = dict[str, tuple[str, list[float]]]  # column -> its unit and its numbers
+LARGEST, MOST_NUMBERS = 2**28, 2**26  # bytes of a file that is read, and cells
+Table = dict[str, tuple[str, "array[float]"]]  # column -> its unit and its numbers
 
 
 def fit_command(chosen: argparse.Namespace) -> int:
@@ -91,18 +94,39 @@ def fit_command(chosen: argparse.Namespace) -> int:
 
 def read_columns(path: Path) -> Table:
     """The columns of a CSV file with a header; an empty cell is a missing sample."""
-    with path.open(newline="", encoding="utf-8-sig") as file:
-        try:
-            rows = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
-        except (csv.Error, UnicodeDecodeError) as error:
-            raise MechcError(f"{path} is no CSV file: {error}") from None
-    if not rows:
+    text = io.TextIOWrapper(io.BytesIO(_content(path)), encoding="utf-8-sig", newline="")
+    try:
+        rows = (row for row in csv.reader(text) if any(cell.strip() for cell in row))
+        header = [_column(cell) for cell in next(rows, ())]
+        columns = [array("d") for _ in header]
+        for k, row in enumerate(rows):
+            if k * len(header) >= MOST_NUMBERS:
+                raise MechcError(f"{path} has more than {MOST_NUMBERS} numbers")
+            for column, value in zip(
+                columns, _numbers(row, len(header), path, k + 2), strict=False
+            ):
+                column.append(value)
+    except (csv.Error, UnicodeDecodeError) as error:
+        raise MechcError(f"{path} is no CSV file: {error}") from None
+    if not header:
         raise MechcError(f"{path} is empty")
-    header = [_column(cell) for cell in rows[0]]
-    numbers = [_numbers(row, len(header), path, k + 2) for k, row in enumerate(rows[1:])]
     return {
-        name: (unit, [row[k] for row in numbers]) for k, (name, unit) in enumerate(header) if name
+        name: (unit, column) for (name, unit), column in zip(header, columns, strict=True) if name
     }
+
+
+def _content(path: Path) -> bytes:
+    """The content of a file or a pipe, as much as is taken."""
+    blocks, size = [], 0
+    with path.open("rb") as file:
+        while block := file.read(2**20):
+            blocks.append(block)
+            size += len(block)
+            if size > LARGEST:
+                raise MechcError(
+                    f"{path} is larger than {LARGEST >> 20} MiB; leave out rows or columns"
+                )
+    return b"".join(blocks)
 
 
 def _column(cell: str) -> tuple[str, str]:

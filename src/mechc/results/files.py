@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import hashlib
-import io
 import json
 import re
 from collections.abc import Mapping
@@ -18,6 +17,7 @@ from mechc.errors import MechcError, MissingPackageError, ValueOutOfBoundsError,
 from mechc.results.durable import replacing
 from mechc.results.untrusted import (
     LARGEST_JSON,
+    ReadOnce,
     checked_options,
     json_object,
     names_of,
@@ -199,7 +199,7 @@ def _load(content: bytes) -> Any:
     if content[:3] != b"CDF":
         raise MechcError("it is no file of NetCDF 3")
     try:
-        with xarray.open_dataset(io.BytesIO(content), engine="scipy", decode_cf=False) as data:
+        with xarray.open_dataset(ReadOnce(content), engine="scipy", decode_cf=False) as data:
             return data.load()
     except Exception as error:  # the reader may raise any
         raise MechcError(f"it is damaged: {error or type(error).__name__}") from None

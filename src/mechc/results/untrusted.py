@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
 import os
@@ -47,11 +48,31 @@ def read_regular(path: Path, most: int) -> bytes:
         if status.st_size > most:
             raise MechcError(f"{path} is damaged: {status.st_size} bytes, {most} at most")
         with open(descriptor, "rb", closefd=False) as file:
-            return file.read(most)
+            return file.read(status.st_size)  # room is made for as many bytes as are asked for
     except OSError as error:
         raise MechcError(f"{path} cannot be read: {error.strerror}") from None
     finally:
         os.close(descriptor)
+
+
+class ReadOnce(io.BytesIO):
+    """A content for a reader, which gets each of its bytes once.
+
+    What a reader keeps is then no larger than the content, whatever sizes and places are in it.
+    ``again``: bytes that it may look at besides.
+    """
+
+    def __init__(self, content: bytes, again: int = 1024) -> None:
+        super().__init__(content)
+        self._left = len(content) + again
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        """As of a file; raises :class:`MechcError` for more in all than there is."""
+        found = super().read(size)
+        self._left -= len(found)
+        if self._left < 0:
+            raise MechcError("its parts overlap: they are larger than the file")
+        return found
 
 
 def refuse_links(folder: Path) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import mechc
+from mechc.cli import fit
 from mechc.cli.commands import main
 from mechc.fitting.problem import Problem
 from tests.support.command_line import complaint, run_json
@@ -98,3 +99,14 @@ def test_what_is_wrong_is_said_in_a_line(recording, typed, words, capsys):
 def test_files_that_are_wrong(here, text, words, capsys):
     (here / "bad.csv").write_text(text, "utf-8", "surrogateescape")
     assert words in complaint(capsys, "fit", "pendulum", "bad.csv", "--free", "l_0")
+
+
+def test_files_without_bounds_are_refused(here, monkeypatch, capsys):
+    """A device without an end; a header with more columns than its rows have cells."""
+    monkeypatch.setattr(fit, "LARGEST", 2**20)
+    (here / "wide.csv").write_text("t" + ",x" * 5000 + "\n" + "1\n" * 5000)
+    monkeypatch.setattr(fit, "MOST_NUMBERS", 10_000)
+    for path, words in (("/dev/zero", "is larger than 1 MiB"), ("wide.csv", "more than 10000")):
+        assert words in complaint(capsys, "fit", "pendulum", path, "--free", "l_0")
+        design = ("--free", "l_0=0.1:2")
+        assert words in complaint(capsys, "synthesize", "four_bar", path, *design)

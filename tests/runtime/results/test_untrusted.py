@@ -2,6 +2,7 @@
 
 import json
 import resource
+import struct
 import subprocess
 import sys
 import time
@@ -94,6 +95,44 @@ def test_what_a_file_may_have_derived_is_bounded(sol, tmp_path):
         with pytest.raises(mechc.MechcError, match=r"deep\.nc"):
             mechc.open(path)
         assert time.perf_counter() - started < 5
+
+
+def overlapping(variables, length):
+    """A file of NetCDF 3 whose variables of doubles are all in one place."""
+
+    def words(*numbers):
+        return struct.pack(f">{len(numbers)}i", *numbers)
+
+    names = [f"v{k:07d}".encode() for k in range(variables)]
+    head = b"CDF\x01" + words(0, 10, 1, 1) + b"t\0\0\0" + words(length, 0, 0, 11, variables)
+    begin = len(head) + variables * 40
+    each = (words(8) + name + words(1, 0, 0, 0, 6, 8 * length, begin) for name in names)
+    return head + b"".join(each) + bytes(8 * length)
+
+
+def test_parts_that_overlap_take_no_more_memory_than_the_file(tmp_path):
+    """A file of 0.6 MB took 4 GB: each of its variables was all of the file."""
+    path = tmp_path / "overlap.nc"
+    for variables, words in ((1, "'mechc'"), (2_000, "its parts overlap")):
+        path.write_bytes(overlapping(variables, 50_000))
+        before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        with pytest.raises(mechc.MechcError, match=rf"overlap\.nc.*{words}"):
+            mechc.open(path)
+        grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
+        assert grown < 100 * 1024  # kB
+
+
+def test_a_sound_file_opens_where_address_space_is_limited(saved):
+    """Room of 8 GB was asked for, whatever the size of the file."""
+    program = (
+        "import resource, sys, mechc; mechc.load('four_bar'); import xarray, scipy.io; "
+        "used = int(open('/proc/self/statm').read().split()[0]) * resource.getpagesize(); "
+        "resource.setrlimit(resource.RLIMIT_AS, (used + 2**30, -1)); "
+        "print(mechc.open(sys.argv[1]).status.code)"
+    )
+    command = [sys.executable, "-c", program, str(saved)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.stdout.strip() == "finished", done.stderr
 
 
 ESCAPES = "\x1b]0;title\x07\x1b[2J\r\u202e\u0085"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import resources
 from typing import Final
 
-from mechc.errors import MissingPackageError, install_command
+from mechc.errors import MissingPackageError, install_command, package
 
 PACKAGE: Final = "jupyter_threejs_sage"
 BUILD: Final = "static/r130/three.min.js"
@@ -16,9 +16,8 @@ def three_js() -> str:
 
     Raises :class:`MissingPackageError` if the package is not installed.
     """
+    advice = f"a view in space is drawn by three.js: {install_command('view')}"
     try:
-        return resources.files(PACKAGE).joinpath(BUILD).read_text("utf-8")
-    except (ModuleNotFoundError, FileNotFoundError):
-        raise MissingPackageError(
-            f"a view in space is drawn by three.js: {install_command('view')}"
-        ) from None
+        return resources.files(package(PACKAGE, advice)).joinpath(BUILD).read_text("utf-8")
+    except FileNotFoundError:
+        raise MissingPackageError(advice) from None

@@ -11,19 +11,17 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from mechc.errors import MechcError, MissingPackageError, UnknownNameError, install_command
+from mechc.errors import MechcError, UnknownNameError, install_command, package
 from mechc.results.player.page import template
 from mechc.results.sampling import clean_text
 from mechc.results.view.page import space_page, view_data
 from mechc.results.view.variation import Variation
 
-try:
-    import anywidget
-    import traitlets
-except ModuleNotFoundError:
-    raise MissingPackageError(
-        f"sliders in a notebook are those of anywidget: {install_command('notebook')}"
-    ) from None
+for _each in ("anywidget", "traitlets"):
+    package(_each, f"sliders in a notebook are those of anywidget: {install_command('notebook')}")
+
+import anywidget  # noqa: E402  after words on it where it cannot be imported
+import traitlets  # noqa: E402
 
 
 class MotionWidget(anywidget.AnyWidget):  # type: ignore[misc]  # it has no types here

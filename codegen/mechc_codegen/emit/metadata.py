@@ -15,6 +15,7 @@ from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import dynamicsymbols
 
 from mechc_codegen.derive.equations import Equations, Output
+from mechc_codegen.description.gimbals import gimbals
 from mechc_codegen.description.mechanism import (
     Coordinate,
     Mechanism,
@@ -99,6 +100,7 @@ def scene_metadata(
         **({"states": [float(s.start) for s in mechanism.states]} if mechanism.states else {}),
         **_contacts(mechanism, request),
         **_quaternions(mechanism),
+        **_gimbals(mechanism),
         # Whether no equation has a corner or a jump; user-defined outputs are not considered.
         "smooth": not any(
             value.has(Abs, Step, Floor, Lookup)
@@ -162,6 +164,20 @@ def _quaternions(mechanism: Mechanism) -> dict[str, Any]:
         "unit_quaternions": unit_quaternions(mechanism.frame, mechanism.q),
     }
     return {kind: found for kind, found in kinds.items() if found}
+
+
+def _gimbals(mechanism: Mechanism) -> dict[str, Any]:
+    """Places of three angles that turn a body, of the middle one, and their determinant."""
+    found = [
+        {
+            "frame": each.frame,
+            "angles": [mechanism.q.index(angle) for angle in each.angles],
+            "middle": mechanism.q.index(each.middle),
+            "determinant": list(each.determinant),
+        }
+        for each in gimbals(mechanism)
+    ]
+    return {"gimbals": found} if found else {}
 
 
 def _differentiated_outputs(program: Program, request: OutputRequest) -> dict[str, Any]:

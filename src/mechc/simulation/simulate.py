@@ -34,6 +34,7 @@ from mechc.simulation.checkpoints import CheckpointedRun
 from mechc.simulation.events.event import EventRecord
 from mechc.simulation.events.outcome import event_notes, event_records, failure_of, overlap_of
 from mechc.simulation.events.run_events import RunEvents
+from mechc.simulation.gimbal_lock import gimbal_note, with_gimbal_lock
 from mechc.simulation.initialise import begin
 from mechc.simulation.limits import LIMITED, with_limit
 from mechc.simulation.record import Piece, Record, added_stats
@@ -189,11 +190,15 @@ def _status(
             *(_warnings(record, code) if crossed else ()),
             *_coarse_angles(system, record, policy.rtol),
             *(energy_note(system, record, policy) if code in ENDED else ()),
+            *(gimbal_note(system, record, policy) if code in ENDED else ()),
             *(driven.notes(policy.method) if driven else ()),
             *(event_notes(motion) if events is not None else ()),
         ),
     )
-    if code in LIMITED:
+    locked = status if code in ENDED else with_gimbal_lock(status, system, record, policy)
+    if locked is not status:
+        status = locked
+    elif code in LIMITED:
         status = with_limit(status, code, system, record, policy, span)
     if code == INPUT_FAILED and driven is not None:
         status = replace(status, cause=driven.failure_in_words())

@@ -14,6 +14,7 @@ from sympy import Symbol
 
 from mechc_codegen.derive.equations import Output
 from mechc_codegen.emit.definition import argument_names, definition, plain_words
+from mechc_codegen.emit.expressions import Line, Value, let, loop, named, put, real, sine_cosine
 from mechc_codegen.emit.functions import SceneFunction, SceneFunctions
 from mechc_codegen.emit.printer import RealPrinter
 from mechc_codegen.emit.tables import lookups, table_text
@@ -21,7 +22,7 @@ from mechc_codegen.emit.taylor.series import series_text
 from mechc_codegen.emit.units.block_elimination import BlockElimination
 from mechc_codegen.emit.units.instruction_sets import InstructionSet
 from mechc_codegen.emit.units.scene_files import model_source, sizes_header, template
-from mechc_codegen.emit.units.split_functions import Line, cut
+from mechc_codegen.emit.units.split_functions import cut
 from mechc_codegen.ir.program import Assign, SineCosine, Statement
 
 MOST_LINES = 600  # longer functions are cut
@@ -69,34 +70,35 @@ def program_texts(functions: SceneFunctions, metadata: Mapping[str, Any]) -> dic
 class CWriter:
     """The functions of one scene in C over ``real``, which is a double or a vector of them."""
 
-    def __init__(self, functions: SceneFunctions, meanings: Mapping[Symbol, str]) -> None:
+    def __init__(self, functions: SceneFunctions, meanings: Mapping[str, str]) -> None:
         self.functions, self.layout, self.meanings = functions, functions.layout, meanings
         self.printer = RealPrinter(tables=True)
-        self.inputs = [value.symbol for value in functions.program.input_values()]
+        self.inputs = [value.symbol.name for value in functions.program.input_values()]
         self._printed: dict[tuple[Symbol, ...], Line] = {}
 
     def text(self, function: SceneFunction) -> str:
         """The function's text, in pieces where it is long."""
         (name, signature), comment = self._head(function), function.comment
         lines = self._lines(function)
+        loads = {symbol.name: place for symbol, place in function.loads.items()}
         if len(lines) <= MOST_LINES:
             storages = {"hoist": "MECHC_ONCE", "output": "MECHC_INLINE"}
             storage = storages.get(function.kind, self.functions.storage)
-            return definition(comment, name, signature, self._body(lines, function.loads), storage)
+            return definition(comment, name, signature, self._body(lines, loads), storage)
         pieces, size = cut(lines)
-        texts, body = list[str](), [f"real shared[{max(size, 1)}];"]
+        texts, body = list[str](), [Line((f"real shared[{max(size, 1)}];",))]
         arguments = ", ".join((*argument_names(signature), "shared"))
         for number, piece in enumerate(pieces):
-            received = {s: f"shared[{i}]" for s, i in piece.received.items()}
-            own = self._body(piece.lines, {**function.loads, **received})
-            own += [f"shared[{i}] = {s.name};" for s, i in piece.handed_on.items()]
+            received = {own: named("shared")[i] for own, i in piece.received.items()}
+            handed_on = [put(named("shared")[i], named(own)) for own, i in piece.handed_on.items()]
+            own = self._body([*piece.lines, *handed_on], loads | received)
             texts.append(
                 definition(
                     f"{comment} Piece {number}.", f"{name}_{number}", f"{signature}, real *shared",
                     own, "MECHC_ONCE",
                 )
             )  # fmt: skip
-            body.append(f"FN({name}_{number})({arguments});")
+            body.append(Line((f"FN({name}_{number})({arguments});",)))
         return "\n".join([*texts, definition(comment, name, signature, body, "MECHC_ONCE")])
 
     def _lines(self, function: SceneFunction) -> list[Line]:
@@ -105,36 +107,36 @@ class CWriter:
         for output, target in function.stores:
             lines += self._store(output, target)
         for i, symbol in enumerate(function.kept):
-            lines.append(Line((f"{function.array}[{i}] = {symbol.name};",), uses=(symbol,)))
+            lines.append(put(named(function.array)[i], named(symbol.name)))
         if function.kind == "configuration":
             return self._with_inputs([*lines, *self._zero_bias()], "0")
         return self._with_inputs(lines, "u")
 
-    def _body(self, lines: Sequence[Line], loads: Mapping[Symbol, str]) -> list[str]:
-        used = {symbol for line in lines for symbol in line.uses}
-        body = [self._load(symbol, place) for symbol, place in loads.items() if symbol in used]
-        return body + [text for line in lines for text in line.text]
+    def _body(self, lines: Sequence[Line], loads: Mapping[str, Value]) -> list[Line]:
+        used = {name for line in lines for name in line.uses}
+        loaded = (self._load(name, place) for name, place in loads.items() if name in used)
+        return [*loaded, *lines]
 
     def _zero_bias(self) -> list[Line]:
         functions = self.functions
         written = "velocity_bias" in functions.outputs
         if written or "velocity_bias" not in self.layout.configuration:
             return []
-        return [Line((f"bias[{i}] = R(0.0);",)) for i in range(functions.rows)]
+        return [put(named("bias")[i], real(0.0)) for i in range(functions.rows)]
 
     def _with_inputs(self, body: list[Line], speeds: str) -> list[Line]:
         """The lines, preceded by one that reads the inputs that they use."""
-        used = {symbol for line in body for symbol in line.uses}
-        places = [i for i, symbol in enumerate(self.inputs) if symbol in used]
+        used = {name for line in body for name in line.uses}
+        places = [i for i, name in enumerate(self.inputs) if name in used]
         if not places:
             return body
         first, last = places[0], places[-1] + 1
         read = [f"real inputs[{last - first}];"]
         read.append(f"FN(read_inputs)(t, q, {speeds}, given, {first}, {last}, inputs);")
-        symbols = [self.inputs[i] for i in places]
-        for i, symbol in zip(places, symbols, strict=True):
-            read.append(self._load(symbol, f"inputs[{i - first}]"))
-        return [Line(tuple(read), tuple(symbols)), *body]
+        names = [self.inputs[i] for i in places]
+        for i, name in zip(places, names, strict=True):
+            read += self._load(name, named("inputs")[i - first]).text
+        return [Line(tuple(read), tuple(names)), *body]
 
     # -- statements -------------------------------------------------------------------------
 
@@ -145,8 +147,9 @@ class CWriter:
         lines, turns = list[Line](), 0
         for statement in function.statements:
             if isinstance(statement, SineCosine):
-                memory, turns = f", turns ? turns + {3 * turns} : 0, near", turns + 1
-                lines.append(self._sine_cosine(statement, "turn", memory))
+                saved = named("turns").choose(named("turns") + 3 * turns, 0)
+                lines.append(self._sine_cosine(statement, saved, named("near"), by="turn"))
+                turns += 1
             else:
                 lines.append(self._once(statement))
         return lines
@@ -159,33 +162,30 @@ class CWriter:
 
     def _print(self, statement: Statement) -> Line:
         if isinstance(statement, SineCosine):
-            return self._sine_cosine(statement, "sincos", "")
+            return self._sine_cosine(statement)
         assert isinstance(statement, Assign)
-        text = f"const real {statement.target.name} = {self.printer.real(statement.value)};"
-        return Line((text,), statement.targets, statement.value.free_symbols)
+        return let(statement.target.name, self.printer.real(statement.value))
 
-    def _sine_cosine(self, statement: SineCosine, function: str, more: str) -> Line:
-        sine, cosine = statement.sine.name, statement.cosine.name
-        value = self.printer.real(statement.value)
-        call = f"FN({function})({value}{more}, &{sine}, &{cosine});"
-        text = (f"real {sine}, {cosine};", call)
-        return Line(text, statement.targets, statement.value.free_symbols)
+    def _sine_cosine(self, statement: SineCosine, *more: Value, by: str = "sincos") -> Line:
+        targets = statement.sine.name, statement.cosine.name
+        return sine_cosine(self.printer.real(statement.value), targets, *more, by=by)
 
     def _store(self, output: Output, target: str) -> list[Line]:
         """Assignments to an output array; a large array that is mostly zero is cleared first."""
         elements, comment = output.elements, f"/* {plain_words(output.equation)} */"
         cleared = len(elements) > _SPARSE and 2 * sum(e == 0 for e in elements) > len(elements)
-        loop = f"for (int i = 0; i < {len(elements)}; i++) {target}[i] = R(0.0);"
-        lines = [Line((comment, loop) if cleared else (comment,))]
+        lines = [Line((comment,))]
+        if cleared:
+            lines.append(loop(len(elements), [put(named(target)[named("i")], real(0.0))]))
         for i, (element, label) in enumerate(zip(elements, output.labels, strict=True)):
             if not (cleared and element == 0):
-                text = f"{target}[{i}] = {self.printer.real(element)}; /* {plain_words(label)} */"
-                lines.append(Line((text,), uses=element.free_symbols))
+                comment = f" /* {plain_words(label)} */"
+                lines.append(put(named(target)[i], self.printer.real(element), comment=comment))
         return lines
 
-    def _load(self, symbol: Symbol, place: str) -> str:
-        comment = f" /* {self.meanings[symbol]} */" if symbol in self.meanings else ""
-        return f"const real {symbol.name} = {place};{comment}"
+    def _load(self, name: str, place: Value) -> Line:
+        comment = f" /* {self.meanings[name]} */" if name in self.meanings else ""
+        return let(name, place, comment=comment)
 
     def _head(self, function: SceneFunction) -> tuple[str, str]:
         """Name and parameters of a function."""
@@ -204,13 +204,13 @@ class CWriter:
         return f"output_{function.name}", f"{_STATE}, real *out"
 
 
-def _meanings(functions: SceneFunctions, metadata: Mapping[str, Any]) -> dict[Symbol, str]:
+def _meanings(functions: SceneFunctions, metadata: Mapping[str, Any]) -> dict[str, str]:
     """Name and unit of each coordinate, speed and parameter, for comments."""
     symbols, names = functions.program.symbols, ("coordinates", "speeds", "parameters")
     quantities = [quantity for name in names for quantity in metadata[name]]
-    texts = [", ".join(filter(None, (q["name"], q["unit"]))) for q in quantities]
+    described = [", ".join(filter(None, (q["name"], q["unit"]))) for q in quantities]
     state = (*symbols.q, *symbols.u, *symbols.parameters)
-    return {s: plain_words(text) for s, text in zip(state, texts, strict=True)}
+    return {s.name: plain_words(text) for s, text in zip(state, described, strict=True)}
 
 
 def _pointers(targets: Mapping[str, str]) -> str:

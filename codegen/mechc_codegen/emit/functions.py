@@ -15,6 +15,7 @@ from sympy import Expr, Symbol
 
 from mechc_codegen.derive.equations import Equations, Output
 from mechc_codegen.description.request import OutputRequest
+from mechc_codegen.emit.expressions import Value, named
 from mechc_codegen.emit.layout import (
     ADJOINT,
     INTERNAL,
@@ -49,7 +50,7 @@ class SceneFunction:
     name: str
     comment: str
     statements: Sequence[Statement]
-    loads: Mapping[Symbol, str]
+    loads: Mapping[Symbol, Value]
     stores: Sequence[tuple[Output, str]] = ()
     kept: Sequence[Symbol] = ()
     array: str = ""
@@ -85,7 +86,7 @@ class SceneFunctions:
     def __iter__(self) -> Iterator[SceneFunction]:
         """Every function, in the order of the generated text."""
         loads = self._array_places()
-        given = {s: f"p[{i}]" for i, s in enumerate(self.program.symbols.parameters)}
+        given = {s: named("p")[i] for i, s in enumerate(self.program.symbols.parameters)}
         yield SceneFunction(
             "hoist", "hoist", "Constants: everything that depends on parameters alone.",
             self.program.hoisted, given, (), self.constants, "k",
@@ -99,7 +100,7 @@ class SceneFunctions:
         yield SceneFunction(
             "motion", self.layout.prefix + "motion",
             "What depends on the speeds too: right-hand sides of the equations of motion.",
-            self.motion, loads | {s: f"saved[{i}]" for i, s in enumerate(self.saved)},
+            self.motion, loads | {s: named("saved")[i] for i, s in enumerate(self.saved)},
             self._stores(self.layout.motion),
         )  # fmt: skip
         for output in self.own_functions():
@@ -208,7 +209,7 @@ class SceneFunctions:
         for first in range(len(symbols)):
             yield from ((i, values[i], held[i]) for i in place(first))
 
-    def _array_places(self) -> dict[Symbol, str]:
+    def _array_places(self) -> dict[Symbol, Value]:
         symbols = self.program.symbols
         arrays: list[tuple[str, Sequence[Symbol]]] = [
             ("q", symbols.q),
@@ -219,7 +220,7 @@ class SceneFunctions:
             ("l", symbols.multipliers),
             ("c", symbols.covector),
         ]
-        return {s: f"{array}[{i}]" for array, members in arrays for i, s in enumerate(members)}
+        return {s: named(array)[i] for array, members in arrays for i, s in enumerate(members)}
 
     def _used_by(self, names: Iterable[str]) -> set[Symbol]:
         outputs = [self.outputs[n] for n in names if n in self.outputs]

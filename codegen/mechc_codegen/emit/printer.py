@@ -1,7 +1,7 @@
-"""Expressions -> C over ``real``, through SymPy's C printer.
+"""SymPy's expressions -> C over ``real``, through its C printer.
 
-Input: one expression.  Output: its C text.  Invariant: only functions with a vector form are
-printed; all others are refused by name, and never reach the C compiler.
+Input: one expression.  Output: its C, as a part of others.  Invariant: only functions with a vector
+form are printed; all others are refused by name, and never reach the C compiler.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from sympy.core.function import AppliedUndef
 from sympy.printing.c import C99CodePrinter
 
 from mechc_codegen.description.tables import Lookup
+from mechc_codegen.emit.expressions import ATOM, PRODUCT, SUM, Value, call, named, real, select
 from mechc_codegen.errors import MechanismError
 
 _MOST_FACTORS = 8  # integer powers up to here are printed as products
@@ -53,6 +54,11 @@ class RealPrinter(C99CodePrinter):  # type: ignore[misc]
                 "Max, Min, Piecewise, floor, ceiling, frac, Mod"
             )
 
+    def parenthesize(self, item: Expr, level: int, strict: bool = False) -> str:
+        """A part of an expression; a number such as cos(2) may begin with a sign."""
+        text = str(super().parenthesize(item, level, strict))
+        return f"({text})" if text.startswith("-") else text
+
     def _print_Symbol(self, expr: Symbol) -> str:
         return str(expr.name)
 
@@ -83,7 +89,7 @@ class RealPrinter(C99CodePrinter):  # type: ignore[misc]
     def _print_Function(self, expr: Expr) -> str:
         name = {"Abs": "fabs", "Floor": "floor"}.get(type(expr).__name__, type(expr).__name__)
         macro = "R_CALL2" if len(expr.args) == 2 else "R_CALL"
-        return f"{macro}({name}, {', '.join(map(self.real, expr.args))})"
+        return str(call(macro, named(name), *map(self.real, expr.args)))
 
     _print_tan = _print_asin = _print_acos = _print_atan = _print_atan2 = _print_Function
     _print_sinh = _print_cosh = _print_tanh = _print_exp = _print_log = _print_Function
@@ -91,16 +97,19 @@ class RealPrinter(C99CodePrinter):  # type: ignore[misc]
     _print_Abs = _print_Floor = _print_Lookup = _print_Function
 
     def _print_Step(self, expr: Expr) -> str:
-        return f"R_SELECT(R_MASK({self.real(expr.args[0])} > 0.0), R(1.0), R(0.0))"
+        return str(select(self.real(expr.args[0]).compared(">", 0.0), real(1.0), real(0.0)))
 
     def _print_Where(self, expr: Expr) -> str:
         chosen, one, other = map(self.real, expr.args)
-        return f"R_SELECT(R_MASK({chosen} != 0.0), {one}, {other})"
+        return str(select(chosen.compared("!=", 0.0), one, other))
 
-    def real(self, expression: Expr) -> str:
+    def real(self, expression: Expr) -> Value:
         """An expression whose C type is ``real`` even if it is a number."""
-        text = self._print(expression)
-        return text if expression.free_symbols else f"R({text})"
+        text, symbols = self._print(expression), expression.free_symbols
+        if not symbols:
+            return Value(f"R({text})")
+        binds = SUM if expression.is_Add else PRODUCT if expression.is_Mul else ATOM
+        return Value(text, binds, frozenset(symbol.name for symbol in symbols))
 
 
 def _number(expression: Expr) -> str:

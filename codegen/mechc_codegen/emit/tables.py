@@ -7,12 +7,25 @@ so both have the same bits.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from functools import reduce
 from math import perm
 from textwrap import fill
 
 from sympy import Expr
 
 from mechc_codegen.description.tables import Lookup, TableData
+from mechc_codegen.emit.expressions import (
+    Line,
+    Value,
+    call,
+    let,
+    named,
+    number,
+    put,
+    texts,
+    total,
+    without_unused,
+)
 
 _PIECE = """\
 /* The last piece that begins at x or below; the first one for all that is below. */
@@ -60,45 +73,43 @@ def _array(name: str, values: Sequence[float]) -> str:
 def _function(function: type[Lookup]) -> str:
     table, name = function.table, f"table_{function.table.digest}"
     axes = "xy"[: len(table.starts)]
-    value = _polynomial(table, function.orders, axes)
-    lines = [line for k, axis in enumerate(axes) for line in _piece_lines(table, k, axis, value)]
-    place = " + ".join(_strides(table, axes))
-    lines.append(f"const double *const c = {name}_c + {place};")
-    lines.append(f"return {value};")
+    lines = [line for k, axis in enumerate(axes) for line in _piece_lines(table, k, axis)]
+    place = total([named(f"{name}_c"), *_strides(table, axes)])
+    lines.append(let("c", place, "const double *const"))
     arguments = ", ".join(f"double {axis}" for axis in axes)
-    body = "\n".join(f"    {line}" for line in lines)
+    value = _polynomial(table, function.orders, axes)
+    lines = without_unused([*lines, Line((f"return {value};",), (), value.reads)])
+    body = "\n".join(f"    {line}" for line in texts(lines))
     return f"MECHC_ONCE double {function.__name__}({arguments})\n{{\n{body}\n}}\n"
 
 
-def _piece_lines(table: TableData, k: int, axis: str, value: str) -> Iterator[str]:
-    """Statements that find the piece, and the way from its start where the value contains it."""
-    name, starts, period = f"table_{table.digest}_{axis}", table.starts[k], table.periods[k]
+def _piece_lines(table: TableData, k: int, axis: str) -> Iterator[Line]:
+    array, starts, period = named(f"table_{table.digest}_{axis}"), table.starts[k], table.periods[k]
+    x, piece = named(axis), f"piece_{axis}"
     if period is not None:
-        first = repr(starts[0])
-        yield f"{axis} -= {period!r} * floor(({axis} - {first}) / {period!r});"
-    yield f"const int piece_{axis} = mechc_piece({name}, {len(starts)}, {axis});"
-    if f"h_{axis}" in value:
-        yield f"const double h_{axis} = {axis} - {name}[piece_{axis}];"
+        yield put(x, period * call("floor", (x - starts[0]) / period), "-=")
+    found = call("mechc_piece", array, number(len(starts)), x)
+    yield let(piece, found, "const int")
+    yield let(f"h_{axis}", x - array[named(piece)], "const double")
 
 
-def _strides(table: TableData, axes: str) -> Iterator[str]:
+def _strides(table: TableData, axes: str) -> Iterator[Value]:
     width = (table.degree + 1) ** len(axes)
     for k, axis in enumerate(axes):
         inner = 1
         for starts in table.starts[k + 1 :]:
             inner *= len(starts)
-        yield f"piece_{axis} * {width * inner}"
+        yield named(f"piece_{axis}") * (width * inner)
 
 
-def _polynomial(table: TableData, orders: Sequence[int], axes: str, first: int = 0) -> str:
-    """C text of a polynomial, by Horner's rule in each argument."""
+def _polynomial(table: TableData, orders: Sequence[int], axes: str, first: int = 0) -> Value:
+    """A polynomial, by Horner's rule in each argument."""
     if not axes:
-        return f"c[{first}]"
+        return named("c")[first]
     inner = (table.degree + 1) ** (len(axes) - 1)
-    text = ""
+    terms = list[Value]()
     for n in range(table.degree, orders[0] - 1, -1):
         factor = _polynomial(table, orders[1:], axes[1:], first + n * inner)
         weight = perm(n, orders[0])
-        term = factor if weight == 1 else f"{weight}.0 * {factor}"
-        text = f"({text} * h_{axes[0]} + {term})" if text else f"({term})"
-    return text
+        terms.append(factor if weight == 1 else float(weight) * factor)
+    return reduce(lambda sum_, term: sum_ * named(f"h_{axes[0]}") + term, terms)

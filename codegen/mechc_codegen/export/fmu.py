@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
+from uuid import UUID
 
 from sympy import diff
 
@@ -18,6 +19,7 @@ from mechc_codegen.description.quantity import PURE, Kind
 from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.emit.c import program_texts
 from mechc_codegen.emit.definition import plain_words
+from mechc_codegen.emit.expressions import Line, let, named, put, texts, total
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.printer import RealPrinter
 from mechc_codegen.emit.tables import lookups
@@ -91,8 +93,7 @@ def _token(sources: Mapping[str, str], metadata: Mapping[str, Any]) -> str:
     """A hash of all that the unit does, in the form that FMI asks for."""
     told = [*(f"{path}\n{text}" for path, text in sorted(sources.items())), repr(metadata)]
     digest = hashlib.sha256("\n".join(told).encode("utf-8", "surrogatepass")).hexdigest()
-    parts = digest[:8], digest[8:12], digest[12:16], digest[16:20], digest[20:32]
-    return "{" + "-".join(parts) + "}"
+    return f"{{{UUID(hex=digest[:32])}}}"
 
 
 def start_values(
@@ -212,12 +213,12 @@ def _c_number(value: float) -> str:
 def _dependent_parameters(functions: SceneFunctions, values: StartValues) -> dict[str, str]:
     """Statements that compute dependent parameters, and statements for their changes."""
     symbols, real = functions.program.symbols.parameters, RealPrinter().real
-    complete, follow = list[str](), list[str]()
+    complete, follow, p, along = list[str](), list[str](), named("p"), named("along")
     for i, default, held in functions.defaults():
         if values.calculated[i]:
-            loads = "".join(f"const double {symbols[j].name} = p[{j}]; " for j in held)
-            loads += "".join(f"(void){symbols[j].name}; " for j in held)
-            change = " + ".join(f"{real(diff(default, symbols[j]))} * along[{j}]" for j in held)
-            complete.append(f"    {{ {loads}p[{i}] = {real(default)}; }}")
-            follow.append(f"    {{ {loads}along[{i}] = {change}; }}")
+            loads = [let(symbols[j].name, p[j], "const double") for j in held]
+            loads += [Line((f"(void){symbols[j].name};",)) for j in held]
+            change = total(real(diff(default, symbols[j])) * along[j] for j in held)
+            for lines, own in (complete, put(p[i], real(default))), (follow, put(along[i], change)):
+                lines.append(f"    {{ {' '.join(texts([*loads, own]))} }}")
     return {"complete": "\n".join(complete), "follow": "\n".join(follow)}

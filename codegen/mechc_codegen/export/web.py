@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from sympy import Expr, Float, Symbol
 
+from mechc_codegen.emit.expressions import let, named
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.printer import RealPrinter
 from mechc_codegen.emit.units.scene_files import default_lines, listed_outputs
@@ -117,18 +118,19 @@ def _lines(
     printer = RealPrinter(tables=True)
 
     def array(entries: Sequence[Expr], size: int) -> str:
-        printed = (printer.real(entry.xreplace(names)) for entry in entries)
+        printed = (str(printer.real(entry.xreplace(names))) for entry in entries)
         return f"(const double[{size}]){{{', '.join(printed)}}}"
 
     for i, symbol in enumerate(state):
         names[symbol] = Symbol(f"x{i}")
-        yield f"const double x{i} = y[{i}];"
+        yield from let(f"x{i}", named("y")[i], "const double").text
     for i, symbol in enumerate(values):
         if symbol.name in fixed:
             names[symbol] = Float(fixed[symbol.name])
         else:
             names[symbol] = Symbol(f"v{i}")
-            yield f"const double v{i} = p[{parameters.index(symbol.name)}];"
+            given = named("p")[parameters.index(symbol.name)]
+            yield from let(f"v{i}", given, "const double").text
     used = [str(name) for name in names.values() if isinstance(name, Symbol)]
     yield f"{', '.join(f'(void){name}' for name in used)};"
     yield f"double turn[{len(plan.frames) + 1}][9] = {{{_IDENTITY}}};"
@@ -140,4 +142,4 @@ def _lines(
         for frame, arm in arms:
             yield f"add_arm(turn[{frame}], {array(arm, 3)}, point[{i}]);"
     for i, place in enumerate(plan.places):
-        yield f"memcpy(places + {3 * i}, point[{place}], sizeof point[{place}]);"
+        yield f"memcpy(&places[{3 * i}], point[{place}], sizeof point[{place}]);"

@@ -8,13 +8,24 @@ lower orders alone, so that they are independent of each other; everything else 
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
-from sympy import Expr, Symbol
+from sympy import Expr
 
 from mechc_codegen.emit.definition import definition
+from mechc_codegen.emit.expressions import (
+    Line,
+    Value,
+    call,
+    fma,
+    let,
+    named,
+    put,
+    real,
+    sine_cosine,
+    without_unused,
+)
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.printer import RealPrinter
 from mechc_codegen.emit.taylor.sums import Pair, are_few, arrange, sums_text
@@ -29,9 +40,7 @@ _ONCE = """#if R_VECTOR ? !defined MECHC_SCENE_SERIES_VECTOR : !defined MECHC_SC
 #else
 #define MECHC_SCENE_SERIES_SCALAR
 #endif"""
-_DEFINITION = re.compile(r"const real (\w+) =")
-_SUM = re.compile(r"\bs(\d+)\b")
-_NAME = re.compile(r"[A-Za-z_]\w*")
+_ROW, _ORDER, _INVERSE = named("row"), named("order"), named("inverse")
 
 
 def series_text(functions: SceneFunctions) -> str:
@@ -51,8 +60,8 @@ class SeriesWriter:
         self.series = series
         self.printer = RealPrinter()
         symbols = functions.program.symbols
-        self.places = {s: f"p[{i}]" for i, s in enumerate(symbols.parameters)}
-        self.places |= {s: f"k[{i}]" for i, s in enumerate(functions.constants)}
+        arrays = ("p", symbols.parameters), ("k", functions.constants)
+        self.loads = [let(s.name, named(a)[i]) for a, of in arrays for i, s in enumerate(of)]
         self.nq, self.nu = len(symbols.q), len(symbols.u)
         self.needed = series.needed_operations
         self.integrals = [each for each in series.integrals if each[0] in self.needed]
@@ -62,7 +71,6 @@ class SeriesWriter:
         self.kept = dict[str, int]()
         self.sums = dict[Pair, int]()
         self.solving = set[int]()  # the sums that the speeds follow from
-        self.used = set[Symbol]()
         self.depths = dict[int, int]()
         self.varying = self._varying()
 
@@ -122,133 +130,123 @@ class SeriesWriter:
 
     # -- pieces -----------------------------------------------------------------------------
 
-    def keep(self, name: str) -> str:
-        """Store a number of order 0 for higher orders, and return its name."""
+    def keep(self, name: str) -> Value:
+        """A number of order 0, stored for higher orders."""
         self.kept.setdefault(name, len(self.kept))
-        return name
+        return named(name)
 
     def row(self, number: int, weight: str = "") -> int:
         """The place of a series within a row of coefficients."""
         return self.rows.setdefault((number, weight), len(self.rows))
 
-    def sum(self, left: int, right: int) -> str:
-        """The name of the sum of products of two series' lower coefficients."""
+    def sum(self, left: int, right: int) -> Value:
+        """The sum of products of two series' lower coefficients."""
         pair = (min(left, right), max(left, right))
-        return f"s{self.sums.setdefault(pair, len(self.sums))}"
+        return named(f"s{self.sums.setdefault(pair, len(self.sums))}")
 
-    def constant(self, value: Expr | None) -> str:
-        """The C text of a constant or an exponent, as a factor."""
+    def constant(self, value: Expr | None) -> Value:
+        """A constant or an exponent."""
         assert value is not None
-        self.used |= value.free_symbols
-        text = self.printer.real(value)
-        return f"({text})" if value.is_Add else text
+        return self.printer.real(value)
 
     def varies(self, number: int) -> bool:
         return number in self.varying
 
-    def value(self, number: int) -> str:
-        """The name of a value of order 0 that higher orders use."""
-        name = self.start(number)
-        return name if self.series.is_constant(number) else self.keep(name)
+    def value(self, number: int) -> Value:
+        """A value of order 0 that higher orders use."""
+        return self.start(number) if self.series.is_constant(number) else self.keep(f"v{number}")
 
-    def start(self, number: int) -> str:
-        """The name or number of a value of order 0."""
+    def start(self, number: int) -> Value:
+        """A value of order 0."""
         operation = self.series.operations[number]
-        return self.constant(operation.value) if operation.kind == "constant" else f"v{number}"
+        if operation.kind == "constant":
+            return self.constant(operation.value)
+        return named(f"v{number}")
 
     # -- order 0 ----------------------------------------------------------------------------
 
     def _starting(self) -> str:
-        self.used = set()
-        body = [line for number in self.needed for line in self._value(number)]
-        body += self._factors()
+        lines = [line for number in self.needed for line in self._value(number)]
+        lines += self._factors()
         if not self.series.momenta:
-            body += self._solution("v", [self.start(n) for n in self.series.forcing])
-        body += [f"kept[{place}] = {name};" for name, place in self.kept.items()]
-        own = self._rows_after(self.nq + self.nu)
-        for (number, weight), place in own:
-            value = f"a{-1 - number}" if number < 0 else f"v{number}"
-            body.append(f"row[{place}] = {'R(0.0)' if weight else value};")
-        body += self._rates("v")
+            lines += self._solution("v", [self.start(n) for n in self.series.forcing])
+        lines += [put(named("kept")[place], named(name)) for name, place in self.kept.items()]
+        for (number, weight), place in self._rows_after(self.nq + self.nu):
+            value = named(f"a{-1 - number}" if number < 0 else f"v{number}")
+            lines.append(put(_ROW[place], real(0.0) if weight else value))
+        lines += self._rates("v")
         signature = (
             "real t, const real *q, const real *u, const FN(given) *given, real *kept, real *row, "
             "real *rates"
         )
-        return self._function("series_start", signature, "Order 0 of a motion.", body)
+        return self._function("series_start", signature, "Order 0 of a motion.", lines)
 
     def _rows_after(self, first: int) -> list[tuple[Row, int]]:
         return [(of, place) for of, place in self.rows.items() if place >= first]
 
-    def _value(self, n: int) -> Iterator[str]:
+    def _value(self, n: int) -> Iterator[Line]:
         operation = self.series.operations[n]
         if operation.kind in ("constant", "cosine"):
             return
         if operation.kind == "sine":
-            yield f"real v{n}, v{n + 1};"
-            yield f"FN(sincos)({self.start(operation.args[0])}, &v{n}, &v{n + 1});"
+            yield sine_cosine(self.start(operation.args[0]), (f"v{n}", f"v{n + 1}"))
         else:
-            yield f"const real v{n} = {self._formula(n, operation)};"
-        yield from self._inverses(n, operation)
+            yield let(f"v{n}", self._formula(n, operation))
+        if f"r{n}" in self.kept:
+            last = self.start(operation.args[-1])
+            yield let(f"r{n}", 0.5 / named(f"v{n}") if operation.kind == "root" else 1.0 / last)
 
-    def _formula(self, n: int, operation: Operation) -> str:
+    def _formula(self, n: int, operation: Operation) -> Value:
         v = [self.start(a) for a in operation.args]
         match operation.kind:
             case "time":
-                return "t"
+                return named("t")
             case "state":
-                return f"q[{n}]" if n < self.nq else f"u[{n - self.nq}]"
+                return named("q")[n] if n < self.nq else named("u")[n - self.nq]
             case "sum":
                 return self._linear_combination(operation.factors, v)
             case "product":
-                return f"{v[0]} * {v[1]}"
+                return v[0] * v[1]
             case "quotient":
-                return f"{v[0]} / {v[1]}"
+                return v[0] / v[1]
             case "root":
-                return f"R_SQRT({v[0]})"
+                return call("R_SQRT", v[0])
             case "power":
-                return f"R_CALL2(pow, {v[0]}, {self.constant(operation.value)})"
-        return f"R_CALL({operation.kind}, {v[0]})"
+                return call("R_CALL2", named("pow"), v[0], self.constant(operation.value))
+        return call("R_CALL", named(operation.kind), v[0])
 
-    def _inverses(self, n: int, operation: Operation) -> Iterator[str]:
-        if f"r{n}" not in self.kept:
-            return
-        if operation.kind == "root":
-            yield f"const real r{n} = 0.5 / v{n};"
-        else:
-            yield f"const real r{n} = 1.0 / {self.start(operation.args[-1])};"
-
-    def _linear_combination(self, factors: Iterable[Expr], names: Iterable[str]) -> str:
+    def _linear_combination(self, factors: Iterable[Expr], values: Sequence[Value]) -> Value:
         """A sum of multiples; every product and its addition are one operation."""
-        text = ""
-        for factor, name in zip(factors, names, strict=True):
-            number = self.constant(factor)
-            if not text:
-                text = {1: name, -1: f"-{name}"}.get(factor, f"{number} * {name}")
-            else:
-                text = f"R_FMA({number}, {name}, {text})"
-        return text
+        (first, *others), found = factors, values[0]
+        if first != 1:
+            found = -found if first == -1 else self.constant(first) * found
+        for factor, value in zip(others, values[1:], strict=True):
+            found = fma(self.constant(factor), value, found)
+        return found
 
     # -- higher orders ----------------------------------------------------------------------
 
     def _following(self) -> str:
-        self.used = set()
-        body = self._coefficients()
-        own = self._rows_after(self.integrated)
-        for (number, weight), place in own:
-            value = f"b{-1 - number}" if number < 0 else f"d{number}"
-            body.append(f"row[{place}] = {'order * ' if weight else ''}{value};")
-        body += self._rates("d")
+        lines = self._coefficients()
+        for (number, weight), place in self._rows_after(self.integrated):
+            value = named(f"b{-1 - number}" if number < 0 else f"d{number}")
+            lines.append(put(_ROW[place], _ORDER * value if weight else value))
+        lines += self._rates("d")
         self.sums = arrange(self.sums)
-        loads = [f"const real {name} = kept[{place}];" for name, place in self.kept.items()]
-        loads += [f"const real s{place} = sums[{place}];" for place in self.sums.values()]
         signature = (
             "real order, real inverse, real time, const FN(given) *given, const real *kept, "
             "const real *sums, real *row, real *rates"
         )
         comment = "The row of an order from its states and the sums; rates of that order."
-        return self._function("series_next", signature, comment, loads + body)
+        lines = [*self._known(self.sums.values()), *lines]
+        return self._function("series_next", signature, comment, lines)
 
-    def _coefficients(self) -> list[str]:
+    def _known(self, sums: Iterable[int]) -> list[Line]:
+        """Lines that load what is kept of order 0, and these sums."""
+        lines = [let(name, named("kept")[place]) for name, place in self.kept.items()]
+        return lines + [let(f"s{n}", named("sums")[n]) for n in sums]
+
+    def _coefficients(self) -> list[Line]:
         """Lines for the coefficients; terms of M u come first where it determines the speeds."""
         if self.series.momenta:
             lines = self._speeds()
@@ -257,12 +255,13 @@ class SeriesWriter:
         lines = [line for number in self.needed for line in self._coefficient(number)]
         return lines + self._solution("d", list(map(self._forcing_coefficient, range(self.nu))))
 
-    def _speeds(self) -> list[str]:
+    def _speeds(self) -> list[Line]:
         """Lines that solve the speeds from M u, which is integrated and stands in their places."""
         lines = [line for number in self._first() for line in self._coefficient(number)]
         lines += self._solution("d", list(map(self._momentum, range(self.nu))))
-        self.solving = {int(n) for line in lines for n in _SUM.findall(line)}
-        return lines + [f"row[{self.nq + i}] = b{i};" for i in range(self.nu)]
+        used = frozenset[str]().union(*(line.uses for line in lines))
+        self.solving = {n for n in self.sums.values() if f"s{n}" in used}
+        return lines + [put(_ROW[self.nq + i], named(f"b{i}")) for i in range(self.nu)]
 
     def _first(self) -> list[int]:
         """The operations that M is made of, without the rates of integrals."""
@@ -271,59 +270,56 @@ class SeriesWriter:
     def _solving(self) -> str:
         """The last lines of the highest order, from which only the states are needed."""
         lines = self._speeds()
-        loads = [f"const real {name} = kept[{place}];" for name, place in self.kept.items()]
-        loads += [f"const real s{place} = sums[{place}];" for place in sorted(self.solving)]
         signature = "const FN(given) *given, const real *kept, const real *sums, real *row"
-        return self._function("series_solve", signature, "Speeds from M u.", loads + lines)
+        lines = [*self._known(sorted(self.solving)), *lines]
+        return self._function("series_solve", signature, "Speeds from M u.", lines)
 
-    def _coefficient(self, n: int) -> Iterator[str]:
+    def _coefficient(self, n: int) -> Iterator[Line]:
+        if self.varies(n):
+            known = self.rows.get((n, ""), self.integrated)
+            value = _ROW[known] if known < self.integrated else self._recurrence(n)
+            yield let(f"d{n}", value)
+
+    def _recurrence(self, n: int) -> Value:
         operation = self.series.operations[n]
-        if not self.varies(n):
-            return
-        if (n, "") in self.rows and self.rows[n, ""] < self.integrated:
-            yield f"const real d{n} = row[{self.rows[n, '']}];"
-            return
-        yield f"const real d{n} = {self._recurrence(n, operation)};"
-
-    def _recurrence(self, n: int, operation: Operation) -> str:
         args = operation.args
+        of = named(f"d{args[0]}") if args else named("time")
         match operation.kind:
             case "time":
-                return "time"
+                return of
             case "sum":
                 pairs = zip(operation.factors, args, strict=True)
-                varying = [(factor, f"d{a}") for factor, a in pairs if self.varies(a)]
+                varying = [(factor, named(f"d{a}")) for factor, a in pairs if self.varies(a)]
                 return self._linear_combination(*zip(*varying, strict=True))
             case "product":
                 return self._product(*args)
             case "quotient":
                 return self._quotient(n, *args)
             case "root":
-                inner = f"d{args[0]} - {self.sum(self.row(n), self.row(n))}"
-                return f"({inner}) * {self.keep(f'r{n}')}"
+                return (of - self.sum(self.row(n), self.row(n))) * self.keep(f"r{n}")
             case "sine":
                 total = self.sum(self.row(args[0], "j"), self.row(n + 1))
-                return f"R_FMA(d{args[0]}, {self.value(n + 1)}, inverse * {total})"
+                return fma(of, self.value(n + 1), _INVERSE * total)
             case "cosine":
                 total = self.sum(self.row(args[0], "j"), self.row(n - 1))
-                return f"R_FMA(-d{args[0]}, {self.value(n - 1)}, -(inverse * {total}))"
+                return fma(-of, self.value(n - 1), -(_INVERSE * total))
             case "exp":
                 total = self.sum(self.row(args[0], "j"), self.row(n))
-                return f"R_FMA(d{args[0]}, {self.value(n)}, inverse * {total})"
+                return fma(of, self.value(n), _INVERSE * total)
             case "log":
                 total = self.sum(self.row(n, "j"), self.row(args[0]))
-                return f"R_FMA(-inverse, {total}, d{args[0]}) * {self.keep(f'r{n}')}"
+                return fma(-_INVERSE, total, of) * self.keep(f"r{n}")
         return self._power(n, operation)
 
-    def _product(self, a: int, b: int) -> str:
+    def _product(self, a: int, b: int) -> Value:
         for one, other in ((a, b), (b, a)):
             if not self.varies(one):
-                return f"{self.value(one)} * d{other}"
+                return self.value(one) * named(f"d{other}")
         total = self.sum(self.row(a), self.row(b))
         if a == b:
-            return f"R_FMA({self.value(a)} + {self.value(a)}, d{a}, {total})"
+            return fma(self.value(a) + self.value(a), named(f"d{a}"), total)
         a, b = sorted((a, b), key=self.depth)  # what is known last is multiplied last
-        return f"R_FMA({self.value(a)}, d{b}, R_FMA({self.value(b)}, d{a}, {total}))"
+        return fma(self.value(a), named(f"d{b}"), fma(self.value(b), named(f"d{a}"), total))
 
     def depth(self, number: int) -> int:
         """The number of values on which an operation's coefficient depends one after the other."""
@@ -335,20 +331,20 @@ class SeriesWriter:
             self.depths[number] = found + self.nu * solved
         return self.depths[number]
 
-    def _quotient(self, n: int, a: int, b: int) -> str:
+    def _quotient(self, n: int, a: int, b: int) -> Value:
+        above = named(f"d{a}")
         if not self.varies(b):
-            return f"d{a} * {self.keep(f'r{n}')}"
+            return above * self.keep(f"r{n}")
         total = self.sum(self.row(b), self.row(n))
-        above = f"d{a} - {total}" if self.varies(a) else f"-{total}"
-        return f"R_FMA(-{self.value(n)}, d{b}, {above}) * {self.keep(f'r{n}')}"
+        above = above - total if self.varies(a) else -total
+        return fma(-self.value(n), named(f"d{b}"), above) * self.keep(f"r{n}")
 
-    def _power(self, n: int, operation: Operation) -> str:
-        (a,), exponent = operation.args, operation.value
-        number = self.constant(exponent)
+    def _power(self, n: int, operation: Operation) -> Value:
+        (a,), exponent = operation.args, self.constant(operation.value)
         one = self.sum(self.row(a, "j"), self.row(n))
         other = self.sum(self.row(n, "j"), self.row(a))
-        lower = f"R_FMA({number}, {one}, -{other}) * inverse"
-        return f"R_FMA({number} * d{a}, {self.value(n)}, {lower}) * {self.keep(f'r{n}')}"
+        lower = fma(exponent, one, -other) * _INVERSE
+        return fma(exponent * named(f"d{a}"), self.value(n), lower) * self.keep(f"r{n}")
 
     # -- the solution of M u' = F -----------------------------------------------------------
 
@@ -357,31 +353,30 @@ class SeriesWriter:
         number = self.series.mass[i * self.nu + j]
         return None if self.series.is_number(number, 0) else number
 
-    def _forcing_coefficient(self, i: int) -> str:
+    def _varying_entries(self, i: int) -> list[tuple[int, int]]:
+        """The columns and numbers of entries of a row of M that change with time."""
+        entries = [(j, self._entry(i, j)) for j in range(self.nu)]
+        return [(j, entry) for j, entry in entries if entry is not None and self.varies(entry)]
+
+    def _forcing_coefficient(self, i: int) -> Value:
         """The coefficient of F_i minus the products with coefficients of M."""
-        text = f"d{self.series.forcing[i]}" if self.varies(self.series.forcing[i]) else "R(0.0)"
-        for j in range(self.nu):
-            entry = self._entry(i, j)
-            if entry is not None and self.varies(entry):
-                total = self.sum(self.row(entry), self.row(-1 - j))
-                text = f"R_FMA(-d{entry}, {self.keep(f'a{j}')}, {text} - {total})"
-        return text
+        value = self._of_order("d", self.series.forcing[i])
+        for j, entry in self._varying_entries(i):
+            total = self.sum(self.row(entry), self.row(-1 - j))
+            value = fma(-named(f"d{entry}"), self.keep(f"a{j}"), value - total)
+        return value
 
-    def _momentum(self, i: int) -> str:
+    def _momentum(self, i: int) -> Value:
         """The coefficient of (M u)_i, which is in the row, minus the products with those of M."""
-        text = f"row[{self.nq + i}]"
-        for j in range(self.nu):
-            entry = self._entry(i, j)
-            if entry is not None and self.varies(entry):
-                text = f"R_FMA(-d{entry}, {self.value(self.nq + j)}, {text})"
-        for j in range(self.nu):
-            entry = self._entry(i, j)
-            if entry is not None and self.varies(entry):
-                factor, total = self._sum_with(entry, self.nq + j)
-                text = f"R_FMA(-{factor}, {total}, {text})"
-        return text
+        value = _ROW[self.nq + i]
+        for j, entry in self._varying_entries(i):
+            value = fma(-named(f"d{entry}"), self.value(self.nq + j), value)
+        for j, entry in self._varying_entries(i):
+            factor, total = self._sum_with(entry, self.nq + j)
+            value = fma(-factor, total, value)
+        return value
 
-    def _sum_with(self, number: int, place: int) -> tuple[str, str]:
+    def _sum_with(self, number: int, place: int) -> tuple[Value, Value]:
         """A factor and a sum of products; a multiple of one series uses the sum of that series."""
         operation = self.series.operations[number]
         if operation.kind == "sum":
@@ -389,8 +384,8 @@ class SeriesWriter:
             varying = [(factor, a) for factor, a in pairs if self.varies(a)]
             if len(varying) == 1:
                 ((factor, a),) = varying
-                return f"({self.constant(factor)})", self.sum(self.row(a), place)
-        return "R(1.0)", self.sum(self.row(number), place)
+                return self.constant(factor), self.sum(self.row(a), place)
+        return real(1.0), self.sum(self.row(number), place)
 
     def _pattern(self) -> list[list[int]]:
         """The columns in which each row of L is not zero: M = L D L^T."""
@@ -402,73 +397,58 @@ class SeriesWriter:
             row.sort()
         return rows
 
-    def _factors(self) -> list[str]:
-        pattern, lines = self._pattern(), list[str]()
+    def _factors(self) -> list[Line]:
+        pattern, lines = self._pattern(), list[Line]()
         for i, row in enumerate(pattern):
             for j in row:
                 entry = self._entry(i, j)
-                text = "R(0.0)" if entry is None else self.start(entry)
+                value = real(0.0) if entry is None else self.start(entry)
                 for k in (k for k in row if k < j and k in pattern[j]):
-                    text = f"R_FMA(-w{i}_{k}, l{j}_{k}, {text})"
-                lines.append(f"const real w{i}_{j} = {text};")
-                lines.append(f"const real l{i}_{j} = w{i}_{j} * m{j};")
-            text = self.start(self.series.mass[i * self.nu + i])
+                    value = fma(-named(f"w{i}_{k}"), named(f"l{j}_{k}"), value)
+                lines.append(let(f"w{i}_{j}", value))
+                lines.append(let(f"l{i}_{j}", named(f"w{i}_{j}") * named(f"m{j}")))
+            value = self.start(self.series.mass[i * self.nu + i])
             for k in row:
-                text = f"R_FMA(-w{i}_{k}, l{i}_{k}, {text})"
-            lines.append(f"const real m{i} = 1.0 / ({text});")
+                value = fma(-named(f"w{i}_{k}"), named(f"l{i}_{k}"), value)
+            lines.append(let(f"m{i}", 1.0 / value))
         return lines
 
-    def _solution(self, kind: str, forcing: list[str]) -> list[str]:
+    def _solution(self, kind: str, forcing: list[Value]) -> list[Line]:
         """Lines that solve L D L^T a = F."""
-        keep, result = (self.keep, "b") if kind == "d" else (str, "a")
-        pattern, lines = self._pattern(), list[str]()
+        keep, result = (self.keep, "b") if kind == "d" else (named, "a")
+        pattern, lines = self._pattern(), list[Line]()
         for i, row in enumerate(pattern):
-            text = forcing[i]
+            value = forcing[i]
             for k in row:
-                text = f"R_FMA(-{keep(f'l{i}_{k}')}, f{k}, {text})"
-            lines.append(f"const real f{i} = {text};")
+                value = fma(-keep(f"l{i}_{k}"), named(f"f{k}"), value)
+            lines.append(let(f"f{i}", value))
         for i in reversed(range(self.nu)):
-            text = f"f{i} * {keep(f'm{i}')}"
+            value = named(f"f{i}") * keep(f"m{i}")
             for k in (k for k in range(i + 1, self.nu) if i in pattern[k]):
-                text = f"R_FMA(-{keep(f'l{k}_{i}')}, {result}{k}, {text})"
-            lines.append(f"const real {result}{i} = {text};")
+                value = fma(-keep(f"l{k}_{i}"), named(f"{result}{k}"), value)
+            lines.append(let(f"{result}{i}", value))
         return lines
 
-    def _rates(self, kind: str) -> list[str]:
+    def _rates(self, kind: str) -> list[Line]:
         """Lines that store q' and u'."""
         rates = [self._rate(kind, i) for i in range(self.nq)]
         if self.series.momenta:
             rates += [self._of_order(kind, number) for number in self.series.forcing]
         else:
-            rates += [f"{'b' if kind == 'd' else 'a'}{i}" for i in range(self.nu)]
+            rates += [named(f"{'b' if kind == 'd' else 'a'}{i}") for i in range(self.nu)]
         rates += [self._of_order(kind, rate) for _, rate in self.integrals]
-        return [f"rates[{i}] = {rate};" for i, rate in enumerate(rates)]
+        return [put(named("rates")[i], rate) for i, rate in enumerate(rates)]
 
-    def _rate(self, kind: str, i: int) -> str:
+    def _rate(self, kind: str, i: int) -> Value:
         if not self.series.rates:
-            return f"u[{i}]" if kind == "v" else f"row[{self.nq + i}]"
+            return named("u")[i] if kind == "v" else _ROW[self.nq + i]
         return self._of_order(kind, self.series.rates[i])
 
-    def _of_order(self, kind: str, number: int) -> str:
+    def _of_order(self, kind: str, number: int) -> Value:
         """The value of order 0 (``kind`` "v"), or the coefficient of the current order."""
         if kind == "v":
             return self.start(number)
-        return f"d{number}" if self.varies(number) else "R(0.0)"
+        return named(f"d{number}") if self.varies(number) else real(0.0)
 
-    def _function(self, name: str, signature: str, comment: str, body: list[str]) -> str:
-        loads = list[str]()
-        if "given" in signature:
-            used = [(s, place) for s, place in self.places.items() if s in self.used]
-            loads = [f"const real {s.name} = {place};" for s, place in used]
-        return definition(comment, name, signature, _used([*loads, *body]), "MECHC_INLINE")
-
-
-def _used(body: list[str]) -> list[str]:
-    """The lines without values that no later line reads, such as unused cosines."""
-    kept, read = list[str](), set[str]()
-    for line in reversed(body):
-        name = _DEFINITION.match(line)
-        if name is None or name[1] in read:
-            kept.append(line)
-            read.update(_NAME.findall(line[name.end() if name else 0 :]))
-    return kept[::-1]
+    def _function(self, name: str, signature: str, comment: str, lines: Sequence[Line]) -> str:
+        return definition(comment, name, signature, without_unused([*self.loads, *lines]))

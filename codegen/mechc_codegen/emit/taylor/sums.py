@@ -10,21 +10,19 @@ from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
 
 from mechc_codegen.emit.definition import definition
+from mechc_codegen.emit.expressions import Line, Value, block, call, do, fma, let, named, put, real
 
 Pair = tuple[int, int]
 _BLOCK = 16  # sums that run side by side
 _FEW = 4  # sums that are added up one by one: see runtime/series/few_sums.h
-_CORE_TERMS = (
-    "for (int j = 3; j < order - 2; j++) {",
-    "    const real *one = rows + j * MECHC_SERIES;",
-    "    const real *other = rows + (order - j) * MECHC_SERIES;",
+_CORE_TERMS = "for (int j = 3; j < order - 2; j++)"
+_TERMS = "for (int n = 2; n <= order; n++)"
+_PLACE = "const int j = n < order - 1 ? n : n < order ? 1 : order - 1;"
+_ROWS = (
+    "const real *one = rows + j * MECHC_SERIES;",
+    "const real *other = rows + (order - j) * MECHC_SERIES;",
 )
-_TERMS = (
-    "for (int n = 2; n <= order; n++) {",
-    "    const int j = n < order - 1 ? n : n < order ? 1 : order - 1;",
-    "    const real *one = rows + j * MECHC_SERIES;",
-    "    const real *other = rows + (order - j) * MECHC_SERIES;",
-)
+_ONE, _OTHER, _LAST, _SUMS = map(named, ("one", "other", "last", "sums"))
 
 
 def are_few(sums: Mapping[Pair, int]) -> bool:
@@ -59,76 +57,73 @@ def arrange(sums: Mapping[Pair, int]) -> dict[Pair, int]:
 
 def _sum_function(name: str, comment: str, ordered: list[tuple[Pair, int]]) -> str:
     """The C function that computes all sums of one order, block by block."""
-    lines = list[str]()
-    for first in range(0, len(ordered), _BLOCK):
-        lines += _block(ordered[first : first + _BLOCK])
-    return _function(name, "int order, const real *rows, real *sums", comment, lines)
+    firsts = range(0, len(ordered), _BLOCK)
+    lines = [block("", _block(ordered[first : first + _BLOCK])) for first in firsts]
+    return definition(comment, name, "int order, const real *rows, real *sums", lines)
 
 
-def _block(block: list[tuple[Pair, int]]) -> list[str]:
-    """C lines for several sums at once; a right factor used more than once is loaded once."""
-    uses = Counter(b for (_, b), _ in block)
+def _block(sums: list[tuple[Pair, int]]) -> Iterator[Line]:
+    """Several sums at once; a right factor used more than once is loaded once."""
+    uses = Counter(b for (_, b), _ in sums)
     held = [b for b, count in uses.items() if count > 1]
-    names = {b: f"b{b}" if b in held else f"other[{b}]" for b in uses}
-    lines = [f"    real s{place} = R(0.0);" for _, place in block]
-    lines += [f"    {line}" for line in _TERMS]
+    right = {b: named(f"b{b}") if b in held else _OTHER[b] for b in uses}
+    terms = [Line((_PLACE, *_ROWS))]
     for b in held:
-        lines += [f"        real b{b} = other[{b}];", f"        MECHC_HOLD(b{b});"]
-    lines += [f"        s{n} = R_FMA(one[{a}], {names[b]}, s{n});" for (a, b), n in block]
-    lines.append("    }")
-    lines += [f"    sums[{place}] = s{place};" for _, place in block]
-    return ["{", *lines, "}"]
+        terms += [let(f"b{b}", _OTHER[b], "real"), do(call("MECHC_HOLD", right[b]))]
+    yield from (let(f"s{n}", real(0.0), "real") for _, n in sums)
+    yield block(_TERMS, [*terms, *(_add(f"s{n}", _ONE[a], right[b]) for (a, b), n in sums)])
+    yield from (put(_SUMS[n], named(f"s{n}")) for _, n in sums)
+
+
+def _add(target: str, one: Value, other: Value) -> Line:
+    return put(named(target), fma(one, other, named(target)))
 
 
 def _cores(sums: Mapping[Pair, int]) -> str:
     """The C function for two consecutive orders, which share all factors but those of one row."""
-    return _function(
-        "series_cores", "int order, const real *rows, real *cores, real *next",
-        "Sums over lower orders without the first two and the last two.",
-        list(_core_lines(sums)) if sums else [],
+    return definition(
+        "Sums over lower orders without the first two and the last two.", "series_cores",
+        "int order, const real *rows, real *cores, real *next", _core_lines(sums) if sums else (),
     )  # fmt: skip
 
 
-def _core_lines(sums: Mapping[Pair, int]) -> Iterator[str]:
+def _core_lines(sums: Mapping[Pair, int]) -> Iterator[Line]:
     """Lines of that function; each right factor is used for two orders while it is loaded."""
-    right = sorted({b for _, b in sums})
-    yield "const real *last = rows + (order - 2) * MECHC_SERIES;"
-    yield from (f"real s{n} = R(0.0), t{n} = R(0.0);" for n in sums.values())
-    yield from (f"real b{b} = last[{b}];" for b in right)
-    yield from _CORE_TERMS
-    yield from (f"    t{n} = R_FMA(one[{a}], b{b}, t{n});" for (a, b), n in sums.items())
-    yield from (f"    b{b} = other[{b}];" for b in right)
-    yield from (f"    s{n} = R_FMA(one[{a}], b{b}, s{n});" for (a, b), n in sums.items())
-    yield "}"
-    yield from (f"cores[{n}] = s{n};" for n in sums.values())
-    yield from (f"next[{n}] = R_FMA(last[{a}], b{b}, t{n});" for (a, b), n in sums.items())
+    right = {b: named(f"b{b}") for b in sorted({b for _, b in sums})}
+    yield Line(("const real *last = rows + (order - 2) * MECHC_SERIES;",))
+    yield from (let(f"{each}{n}", real(0.0), "real") for n in sums.values() for each in "st")
+    yield from (let(f"b{b}", _LAST[b], "real") for b in right)
+    terms = [Line(_ROWS), *(_add(f"t{n}", _ONE[a], right[b]) for (a, b), n in sums.items())]
+    terms += [put(value, _OTHER[b]) for b, value in right.items()]
+    terms += [_add(f"s{n}", _ONE[a], right[b]) for (a, b), n in sums.items()]
+    yield block(_CORE_TERMS, terms)
+    yield from (put(named("cores")[n], named(f"s{n}")) for n in sums.values())
+    for (a, b), n in sums.items():
+        yield put(named("next")[n], fma(_LAST[a], right[b], named(f"t{n}")))
 
 
 def _ending(sums: Mapping[Pair, int]) -> str:
-    lines = []
+    first, early, middle = map(named, ("first", "early", "middle"))
+    lines = list[Line]()
     for (a, b), n in sums.items():
-        inner = f"R_FMA(early[{a}], last[{b}], middle[{n}])"
-        lines.append(f"sums[{n}] = R_FMA(last[{a}], first[{b}], {inner});")
-    return _function(
-        "series_ends", "const real *middle, const real *early, const real *first, "
-        "const real *last, real *sums", "Products of two rows added to the sums.", lines,
+        lines.append(put(_SUMS[n], fma(_LAST[a], first[b], fma(early[a], _LAST[b], middle[n]))))
+    return definition(
+        "Products of two rows added to the sums.", "series_ends",
+        "const real *middle, const real *early, const real *first, const real *last, real *sums",
+        lines,
     )  # fmt: skip
 
 
 def _packing(sums: Mapping[Pair, int]) -> str:
-    pairs = sorted(sums, key=sums.__getitem__)
-    lines = list[str]()
+    pairs, row = sorted(sums, key=sums.__getitem__), named("row")
+    lines = list[Line]()
     for side, name in enumerate(("left", "right")):
         for first in range(0, len(pairs), 8):
             places = [pair[side] for pair in pairs[first : first + 8]]
-            values = ", ".join(f"row[{n}]" for n in places + places[-1:] * (8 - len(places)))
-            lines.append(f"MECHC_SPREAD({values}, {name} + {first});")
-    text = _function(
-        "series_spread", "const real *row, real *left, real *right",
-        "What each sum multiplies, side by side.", lines,
+            values = [row[n] for n in places + places[-1:] * (8 - len(places))]
+            lines.append(do(call("MECHC_SPREAD", *values, named(name) + first)))
+    text = definition(
+        "What each sum multiplies, side by side.", "series_spread",
+        "const real *row, real *left, real *right", lines,
     )  # fmt: skip
     return f"#if !R_VECTOR\n{text}#endif\n"
-
-
-def _function(name: str, signature: str, comment: str, body: list[str]) -> str:
-    return definition(comment, name, signature, body, "MECHC_INLINE")

@@ -17,6 +17,7 @@ from sympy import Expr, Symbol, cse, diff, numbered_symbols
 
 from mechc_codegen.description.piecewise import without_corners
 from mechc_codegen.description.terms import bottom_up
+from mechc_codegen.emit.expressions import Line, Value, let, named, put, texts
 from mechc_codegen.emit.printer import RealPrinter
 from mechc_codegen.emit.tables import lookups, table_text
 from mechc_codegen.errors import InternalError
@@ -78,7 +79,7 @@ def event_functions(
             names[:2] = f"mechc_value_{number}", f"mechc_slopes_{number}"
             (value,), lines = _statements([event.value])
             head = f"static double {names[0]}({_ARGUMENTS})"
-            functions.append(_function(head, [*lines, f"return {value};"]))
+            functions.append(_function(head, [*texts(lines), f"return {value};"]))
             slopes = _slopes_of(event.value, width)
             functions.append(_assigning("void", names[1], "slopes", dict(enumerate(slopes))))
             every += [event.value, *slopes]
@@ -104,8 +105,8 @@ def _slopes_of(value: Expr, width: int) -> list[Expr]:
 def _assigning(kind: str, name: str, array: str, values: Mapping[int, Expr], *end: str) -> str:
     """A function of this type that assigns the values to places of an array."""
     results, lines = _statements(list(values.values()))
-    lines += [f"{array}[{k}] = {result};" for k, result in zip(values, results, strict=True)]
-    return _function(f"static {kind} {name}({_ARGUMENTS}, double *{array})", [*lines, *end])
+    lines += [put(named(array)[k], result) for k, result in zip(values, results, strict=True)]
+    return _function(f"static {kind} {name}({_ARGUMENTS}, double *{array})", [*texts(lines), *end])
 
 
 def _function(head: str, lines: Sequence[str]) -> str:
@@ -114,21 +115,21 @@ def _function(head: str, lines: Sequence[str]) -> str:
     return f"{head}\n{{\n{body}\n}}"
 
 
-def _statements(values: Sequence[Expr]) -> tuple[list[str], list[str]]:
-    """The C text of each value, and the statements before them."""
+def _statements(values: Sequence[Expr]) -> tuple[list[Value], list[Line]]:
+    """The C of each value, and the statements before them."""
     plain = [bottom_up(value, without_corners, {}) for value in values]
     shared, results = cse(plain, numbered_symbols("x", real=True))
     printer = RealPrinter(tables=True)
     symbols = sorted({s for value in plain for s in value.free_symbols}, key=str)
     lines = list(_loads(symbols))
-    lines += [f"const double {name} = {printer.real(value)};" for name, value in shared]
+    lines += [let(symbol.name, printer.real(value), "const double") for symbol, value in shared]
     return [printer.real(value) for value in results], lines
 
 
-def _loads(symbols: Sequence[Symbol]) -> Iterator[str]:
+def _loads(symbols: Sequence[Symbol]) -> Iterator[Line]:
     for symbol in symbols:
         name = str(symbol)
         if not _OURS.fullmatch(name):
             raise InternalError(f"{name!r} is no name of ours")
         if name != "t":
-            yield f"const double {name} = {name[0]}[{name[1:]}];"
+            yield let(name, named(name[0])[int(name[1:])], "const double")

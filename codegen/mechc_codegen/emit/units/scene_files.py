@@ -13,6 +13,7 @@ from string import Template
 from typing import Any
 
 from mechc_codegen.description.quantity import PURE
+from mechc_codegen.emit.expressions import let, named, put, texts
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.periodic import angles
 from mechc_codegen.emit.printer import RealPrinter
@@ -151,18 +152,16 @@ def default_lines(functions: SceneFunctions) -> Iterable[str]:
         if value is None:
             yield f"    if (!given[{i}]) p[{i}] = NAN;"
             continue
-        loads = "".join(f"const double {symbols[j].name} = p[{j}]; " for j in held)
-        yield f"    if (!given[{i}]) {{ {loads}p[{i}] = {printer.real(value)}; }}"
+        loads = [let(symbols[j].name, named("p")[j], "const double") for j in held]
+        lines = texts([*loads, put(named("p")[i], printer.real(value))])
+        yield f"    if (!given[{i}]) {{ {' '.join(lines)} }}"
 
 
 def _choice(each: InstructionSet) -> str:
-    wanted = f'!strcmp(instruction_set, "{each.name}")'
     features = [f[2:] for f in each.flags if f.startswith("-m") and "=" not in f]
-    supported = " && ".join(f'mechc_processor_has("{f}")' for f in features) or "1"
-    return (
-        f"    if ((!instruction_set || {wanted})\n        && {supported})\n"
-        f"        return &mechc_unit_{each.name};"
-    )
+    asked = [f'wanted(instruction_set, "{each.name}")']
+    asked += [f'mechc_processor_has("{feature}")' for feature in features]
+    return f"    {' '.join(f'if ({test})' for test in asked)} return &mechc_unit_{each.name};"
 
 
 def texts_source(first: str, texts: str) -> str:

@@ -7,21 +7,12 @@ value.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from sympy import Symbol
+from mechc_codegen.emit.expressions import Line
 
 PIECE = 200  # lines
-
-
-@dataclass(frozen=True)
-class Line:
-    """A statement as text, with the symbols that it defines and uses."""
-
-    text: tuple[str, ...]
-    defines: tuple[Symbol, ...] = ()
-    uses: Collection[Symbol] = ()
 
 
 @dataclass(frozen=True)
@@ -29,8 +20,8 @@ class FunctionPiece:
     """Lines, and the places in the shared array of the values that they read and write."""
 
     lines: Sequence[Line]
-    received: Mapping[Symbol, int]
-    handed_on: Mapping[Symbol, int]
+    received: Mapping[str, int]
+    handed_on: Mapping[str, int]
 
 
 def cut(lines: Sequence[Line]) -> tuple[list[FunctionPiece], int]:
@@ -39,25 +30,25 @@ def cut(lines: Sequence[Line]) -> tuple[list[FunctionPiece], int]:
     places, size = _places(parts)
     pieces = list[FunctionPiece]()
     for part in parts:
-        used = {symbol for line in part for symbol in line.uses}
-        defined = {symbol for line in part for symbol in line.defines}
+        used = {name for line in part for name in line.uses}
+        defined = {name for line in part for name in line.defines}
         received = {s: i for s, i in places.items() if s in used and s not in defined}
         handed_on = {s: i for s, i in places.items() if s in defined}
         pieces.append(FunctionPiece(part, received, handed_on))
     return pieces, size
 
 
-def _places(parts: Sequence[Sequence[Line]]) -> tuple[dict[Symbol, int], int]:
+def _places(parts: Sequence[Sequence[Line]]) -> tuple[dict[str, int], int]:
     """Places for the values that one part passes to later parts, and their number."""
     last = {s: n for n, part in enumerate(parts) for line in part for s in line.uses}
-    places, size = dict[Symbol, int](), 0
+    places, size = dict[str, int](), 0
     free, ends = list[int](), dict[int, list[int]]()
     for number, part in enumerate(parts):
-        for symbol in (s for line in part for s in line.defines if last.get(s, -1) > number):
+        for name in (s for line in part for s in line.defines if last.get(s, -1) > number):
             if not free:
                 free, size = [size], size + 1
-            places[symbol] = free.pop()
-            ends.setdefault(last[symbol], []).append(places[symbol])
+            places[name] = free.pop()
+            ends.setdefault(last[name], []).append(places[name])
         free += ends.pop(number, [])
     return places, size
 

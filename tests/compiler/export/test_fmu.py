@@ -254,6 +254,21 @@ def test_derivatives_by_inputs_and_of_own_outputs(cart):
         assert unit.along([own], ["m"], [1.0])[0] == pytest.approx(np.sin(0.5))
 
 
+def test_a_parameter_that_follows_by_a_sum_has_its_derivative(tmp_path):
+    """Of J = m (a^2 + b^2), whose derivative by m is a sum."""
+    x, v = me.dynamicsymbols("x v")
+    m, a, b, J = sm.symbols("m a b J")
+    defaults = {m: 2.0, a: 0.5, b: 1.5, J: m * (a**2 + b**2)}
+    target = tmp_path / "drag.fmu"
+    kane = particle([x], [v], [-J * v])
+    file = mechc.export_fmu(kane, target, name="drag", y0=[0.5, 1.0], defaults=defaults)
+    with Instance(file, "ModelExchange") as unit:
+        unit.initialise()
+        assert unit.along(["J"], ["m", "a"], [3.0, -0.5]) == pytest.approx([3 * 2.5 - 1.0])
+        assert unit.along(["J"], ["b"], [1.0]) == pytest.approx([6.0])
+        assert unit.along(["der(v)"], ["m"], [2.0]) == pytest.approx([0.0], abs=1e-12)
+
+
 def test_a_saved_state_goes_on_to_the_last_bit_and_as_bytes_elsewhere(four_bar, start):
     values, _, _ = start
     with Instance(four_bar[0]) as unit, Instance(four_bar[0]) as other:

@@ -80,7 +80,7 @@ class Scene:
         """The model of its description."""
         given = eval(f"dict({self.given})", names)
         model: mechc.Model = mechc.compile(names["described"], **given)
-        return model.with_inputs(names["inputs"]) if "inputs" in names else model
+        return model.with_inputs(names["inputs"]) if "inputs" in names and model.inputs else model
 
     def program(self, numbers: Numbers) -> str:
         """A program that runs it by itself."""

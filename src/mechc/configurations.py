@@ -16,6 +16,7 @@ from mechc.errors import AssemblyError, UnknownNameError
 from mechc.outputs import Outputs
 from mechc.system.names import by_name, name_of
 from mechc.system.parameters import Array, Parameters, one_double
+from mechc.system.units import SECONDS
 
 if TYPE_CHECKING:
     from mechc.analysis.constraint_rank import Redundancy
@@ -82,7 +83,9 @@ class Configurations(Outputs):
         if both := sorted(set(near) & set(given)):
             raise AssemblyError(f"{both[0]} is both given and guessed; omit it in one of them")
         p = self._one_set_for_closing(params, f"assembly {ONE_SET}")
-        return positions.assemble(self.system, given, pace, near, p, one_double(t, "the time"))
+        return positions.assemble(
+            self.system, given, pace, near, p, one_double(t, "the time", SECONDS)
+        )
 
     def assemblies(
         self,
@@ -101,7 +104,7 @@ class Configurations(Outputs):
         given, pace, _ = self._by_name(coordinates, speeds, None)
         given, pace = self._checked_start(given, pace)
         p = self._one_set_for_closing(params, f"assembly {ONE_SET}")
-        return positions.assemblies(self.system, given, pace, p, one_double(t, "the time"))
+        return positions.assemblies(self.system, given, pace, p, one_double(t, "the time", SECONDS))
 
     def _by_name(self, *given: Mapping[str, float] | None) -> list[Mapping[str, float]]:
         """Coordinates, speeds and guesses by name, each empty where there are none."""
@@ -166,7 +169,7 @@ class Configurations(Outputs):
         """
         from mechc.analysis.equilibria import equilibria
 
-        time = one_double(t, "the time")
+        time = one_double(t, "the time", SECONDS)
         return equilibria(self.system, self._one_set(params, ONE_SET), time, most_starts)
 
     def sweep_positions(
@@ -228,7 +231,7 @@ class Configurations(Outputs):
             raise AssemblyError(f"{both[0]} is given twice: drive it, give it or guess it")
         p = self._for_closing(params)
         return sweep_positions(
-            self.system, name, values, kept, close_by, p, one_double(t, "the time")
+            self.system, name, values, kept, close_by, p, one_double(t, "the time", SECONDS)
         )
 
     def limits(self, coordinate: str, params: Parameters = None) -> tuple[tuple[float, float], ...]:
@@ -263,4 +266,4 @@ class Configurations(Outputs):
         from mechc.analysis.constraint_rank import redundant_constraints
 
         p = self._one_set_for_closing(params, ONE_SET)
-        return redundant_constraints(self.system, p, one_double(t, "the time"))
+        return redundant_constraints(self.system, p, one_double(t, "the time", SECONDS))

@@ -40,6 +40,7 @@ from mechc.system.parameters import Array, Parameters, doubles, one_double
 from mechc.system.picture import Picture
 from mechc.system.reference import ModelReference
 from mechc.system.system import System
+from mechc.system.units import SECONDS
 
 if TYPE_CHECKING:
     from mechc.analysis.inverse_dynamics import InverseDynamics
@@ -264,7 +265,7 @@ class Model(Batches):
         from mechc.sensitivities.columns import held_by
 
         p = self._one_set(params, ONE_SET)
-        t = one_double(t, "the time")
+        t = one_double(t, "the time", SECONDS)
         state = state_as_given(self.system, y, p, t)
         chosen = None if outputs is None else tuple(names_of(outputs))
         kept = None if independent is None else names_of(independent)

@@ -12,6 +12,7 @@ from mechc.system.description import Description
 from mechc.system.names import name_of, names_of
 from mechc.system.parameters import Array, Parameters, doubles, is_table, one_double
 from mechc.system.system import System, Time
+from mechc.system.units import SECONDS
 
 if TYPE_CHECKING:
     from mechc.system.c_interface import CFunction
@@ -426,4 +427,6 @@ class Outputs(Description):
         state = self._checked_states(doubles(y, "a state"))
         if state.ndim != 1 or not names:
             raise ValueError(f"one state of {self.name} and at least one name are needed")
-        return integrand(system, name, names, state, p, one_double(t, "the time"), component)
+        return integrand(
+            system, name, names, state, p, one_double(t, "the time", SECONDS), component
+        )

@@ -16,7 +16,7 @@ from mechc.system.kinds import ANGULAR, Kind
 from mechc.system.names import by_name, name_of
 from mechc.system.parameters import Parameters, doubles, one_double
 from mechc.system.quantity import NamedQuantity
-from mechc.system.units import in_si
+from mechc.system.units import SECONDS, in_si
 
 if TYPE_CHECKING:
     from mechc.synthesis.conditions import Conditions
@@ -144,7 +144,7 @@ class Syntheses(Configurations):
         problem = SynthesisProblem(
             system, name, tuple(bounds), low, high, fixed, kept, checked,
             _conditions(system, checked, turns, one_assembly, ordered, transmission_angle, box),
-            one_double(t, "the time"),
+            one_double(t, "the time", SECONDS),
         )  # fmt: skip
         settings = Effort(
             checked_count("samples", samples), checked_count("refined", refined),

@@ -117,14 +117,14 @@ def test_the_contact_forces_of_a_rolling_disc_are_sympys():
 )
 def test_reactions_that_cannot_be_found_are_refused(change, match):
     kane, T = pendulum()
-    kane._forcelist = [(p, v.xreplace({T: change(T, kane.q[0])})) for p, v in kane.forcelist]
+    kane._forcelist = [(p, v.xreplace({T: change(T, kane.q[0])})) for p, v in kane.loads]
     with pytest.raises(mechc.MechanismError, match=match):
         mechc.compile(kane, reactions=[T])
 
 
 def test_a_force_that_moves_the_mechanism_is_no_reaction():
     kane, T = pendulum()
-    bob, vector = kane.forcelist[0]
+    bob, vector = kane.loads[0]
     kane._forcelist = [(bob, vector + T * kane._inertial.x)]
     with pytest.raises(mechc.MechanismError, match="acts on the motion"):
         mechc.compile(kane, reactions=["T"])

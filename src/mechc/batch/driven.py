@@ -128,7 +128,7 @@ def _controllers(given: Any) -> tuple[Sampled, ...]:
 
 def _numbers(name: str, value: Any) -> Array:
     try:
-        column = np.array(value, dtype=np.float64)
+        column = np.array(np.asarray(value, dtype=np.float64))
     except (TypeError, ValueError, OverflowError):
         column = np.full(1, np.nan)
     if column.ndim > 1 or not np.isfinite(column).all():

@@ -238,7 +238,7 @@ def _checked_columns(
             raise UnknownNameError(kind, name, known)
         given = in_si(values, system.quantities[name])
         try:
-            checked[name] = _column(np.array(given, dtype=np.float64), name)
+            checked[name] = _column(np.array(np.asarray(given, dtype=np.float64)), name)
         except (TypeError, ValueError, OverflowError):
             raise ValueOutOfBoundsError(f"{name} must be numbers, not {brief(values)}") from None
         if not np.isfinite(checked[name]).all():

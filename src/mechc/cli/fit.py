@@ -31,13 +31,13 @@ from mechc.cli.arguments import (
 from mechc.cli.options import INTERRUPTED
 from mechc.errors import MechcError, RunInterrupt, UnknownNameError
 from mechc.fitting.quantities import Measured, checked_measured, known_columns
-from mechc.fitting.recordings import SECONDS, TIMES
+from mechc.fitting.recordings import TIMES
 from mechc.progress import Notice, ProgressBar
 from mechc.results.durable import write_text, written_into
 from mechc.results.figures import save_figure
 from mechc.system.kinds import Kind
 from mechc.system.quantity import NamedQuantity
-from mechc.system.units import UNITS, read_value
+from mechc.system.units import SECOND_WORDS, UNITS, read_value
 
 OUTPUTS = ("energy", "points", "sensitivities")
 FAILED = 1
@@ -155,7 +155,7 @@ def _recording(table: Table, measured: Iterable[Measured], path: str) -> dict[st
     if key is None:
         raise MechcError(f"{path} has no column 't' or 'time'")
     unit = table[key][0]
-    scale = 1.0 if unit in SECONDS else factor(unit, Kind.TIME, key)
+    scale = 1.0 if unit in ("", *SECOND_WORDS) else factor(unit, Kind.TIME, key)
     found = {"t": scale * np.array(table[key][1])}
     for one in measured:
         if one.name not in table:

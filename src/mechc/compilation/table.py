@@ -9,7 +9,7 @@ import numpy as np
 
 from mechc.errors import ValueOutOfBoundsError, brief
 from mechc.inputs.signals import Signal
-from mechc.system.parameters import Array
+from mechc.system.parameters import Array, doubles
 from mechc.system.tables import Pieces, within_doubles
 
 DEGREES = {"linear": 1, "cubic": 3}
@@ -27,6 +27,7 @@ class Table:
     y : (m,), optional
         Of a second argument: then values are (n, m).
     values : (n,) or (n, m)
+        These and the places in SI units, as quantities of pint are taken.
     kind : ``"cubic"`` or ``"linear"``
         A spline with two continuous derivatives, in both arguments (not-a-knot ends; it takes at
         least four samples), or lines, whose slope jumps at the samples.
@@ -108,9 +109,9 @@ class Table:
 
 def _check(axes: Sequence[Any], values: Any, least: int) -> tuple[list[Array], Array]:
     try:
-        grids = [np.array(axis, dtype=np.float64) for axis in axes]
-        samples = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError):
+        grids = [doubles(axis, "the places of a table") for axis in axes]
+        samples = doubles(values, "the values of a table")
+    except TypeError:
         raise ValueOutOfBoundsError("the samples of a table must be numbers") from None
     shape = tuple(axis.size for axis in grids)
     if any(axis.ndim != 1 for axis in grids) or samples.shape != shape:

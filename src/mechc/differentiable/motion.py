@@ -14,6 +14,7 @@ from mechc.sensitivities.columns import columns_of, held_by
 from mechc.simulation.settings import TOGETHER, without_series
 from mechc.system.names import by_name, name_of, names_of
 from mechc.system.parameters import Array, doubles, one_double
+from mechc.system.units import SECONDS
 
 START = "y0"
 
@@ -67,7 +68,7 @@ def vjp(
 
 
 def _checked_times(t: Any, t0: float) -> Array:
-    times = np.atleast_1d(doubles(t, "the times"))
+    times = np.atleast_1d(doubles(t, "the times", of=SECONDS))
     if times.ndim != 1 or not len(times) or not np.isfinite(times).all():
         raise ValueOutOfBoundsError("the times are a number, or finite numbers in a row, in s")
     start = one_double(t0, "t0")

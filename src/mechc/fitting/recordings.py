@@ -10,11 +10,13 @@ import numpy as np
 
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.fitting.quantities import Measured
+from mechc.system.kinds import Kind
 from mechc.system.parameters import Array
+from mechc.system.quantity import NamedQuantity
+from mechc.system.units import SECONDS, plain_numbers
 
 TIMES = ("time", "t")
 TURN = 2.0 * np.pi
-SECONDS = ("", "s", "sec", "second", "seconds")
 
 
 @dataclass(frozen=True)
@@ -72,8 +74,7 @@ def _recording(given: Any, words: str, measured: Sequence[Measured]) -> Recordin
     if isinstance(given, tuple):
         if len(given) != 2:
             raise ValueOutOfBoundsError(f"{words} is a tuple (times, values), not of {len(given)}")
-        times, values = _times(given[0], words), _numbers(given[1], f"the values of {words}")
-        values = values[:, None] if values.ndim == 1 else values
+        times, values = _times(given[0], words), _values(given[1], measured, words)
     elif hasattr(given, "keys"):
         times, values = _from_columns(given, measured, words)
     else:
@@ -103,10 +104,7 @@ def _from_columns(given: Any, measured: Sequence[Measured], words: str) -> tuple
         if one.name not in names:
             raise UnknownNameError(f"column of {words}", one.name, sorted({*names} - {key}))
         column = given[one.name]
-        unit = str(_attributes(column).get("units", one.unit))
-        if one.unit and unit not in (one.unit, ""):
-            raise MechcError(f"{one.name} of {words} is in {unit!r}: give it in {one.unit}")
-        columns.append(_numbers(column, f"{one.name} of {words}"))
+        columns.append(_numbers(column, f"{one.name} of {words}", one.unit, one.kind))
     times = _times(given[key], words)
     for one, column in zip(measured, columns, strict=True):
         if column.shape != times.shape:
@@ -117,22 +115,22 @@ def _from_columns(given: Any, measured: Sequence[Measured], words: str) -> tuple
 
 
 def _times(given: Any, words: str) -> Array:
-    unit = str(_attributes(given).get("units", "s"))
-    if unit not in SECONDS or np.asarray(given).dtype.kind in "mM":
-        kind = unit if unit not in SECONDS else np.asarray(given).dtype
-        raise MechcError(
-            f"the times of {words} are in {str(kind)!r}: give seconds, as numbers; of "
-            "datetime64 values (t - t[0]) / np.timedelta64(1, 's')"
-        )
-    return _numbers(given, f"the times of {words}")
+    return _numbers(given, f"the times of {words}", SECONDS.unit, SECONDS.kind)
 
 
-def _attributes(column: Any) -> Any:
-    found = getattr(column, "attrs", None)
-    return found if hasattr(found, "get") else {}
+def _values(given: Any, measured: Sequence[Measured], words: str) -> Array:
+    """Values (nt, k); a quantity of pint has one unit for all of them."""
+    if not hasattr(given, "magnitude"):
+        values = _numbers(given, f"the values of {words}")
+        return values[:, None] if values.ndim == 1 else values
+    columns = [given] if np.ndim(given.magnitude) == 1 else list(given.T)
+    pairs = zip(columns, measured, strict=False)
+    numbers = [_numbers(x, f"{one.name} of {words}", one.unit, one.kind) for x, one in pairs]
+    return np.stack(numbers, axis=-1)
 
 
-def _numbers(given: Any, words: str) -> Array:
+def _numbers(given: Any, words: str, unit: str = "", kind: Kind = Kind.OTHER) -> Array:
+    given = plain_numbers(given, NamedQuantity(words, unit, "", -np.inf, np.inf, False, kind))
     try:
         plain = np.asarray(given)
         if plain.dtype.kind not in "biufO":

@@ -12,6 +12,7 @@ from mechc.inputs.accept import takes_state, with_state_apart
 from mechc.inputs.signals import FAR, Signal
 from mechc.system.names import name_of
 from mechc.system.parameters import Array, doubles, one_double
+from mechc.system.units import SECONDS
 
 TICKS = 8  # ulps: an instant that is no nearer to a break of the run is another time
 MOST = 10_000_000  # instants of a run
@@ -100,7 +101,7 @@ def _checked_seed(seed: int) -> int:
 
 
 def _checked_time(name: str, given: float) -> float:
-    value = one_double(given, name)
+    value = one_double(given, name, SECONDS)
     if not 0.0 <= value < np.inf:
         raise ValueOutOfBoundsError(f"{name} = {value} must be a time in s, not below 0")
     return value

@@ -12,8 +12,9 @@ import numpy as np
 
 from mechc.errors import ValueOutOfBoundsError
 from mechc.system.names import checked_word
-from mechc.system.parameters import Array
+from mechc.system.parameters import Array, doubles
 from mechc.system.tables import within_doubles
+from mechc.system.units import SECONDS
 
 DEGREES = {"previous": 0, "linear": 1, "cubic": 3, "quintic": 5}
 SMOOTHNESS = {"previous": -1, "linear": 0, "cubic": 2, "quintic": 4}  # continuous derivatives
@@ -31,9 +32,9 @@ class Signal:
     Parameters
     ----------
     times : (n,)
-        In s, strictly increasing.
+        In s, strictly increasing; texts with a unit and quantities of pint are converted.
     values : (n,)
-        In the unit of the input.
+        In the unit of the input; quantities of pint in SI units.
     kind
         Between the samples: ``"previous"`` keeps each value until the next sample, ``"linear"``
         joins them by lines, ``"cubic"`` and ``"quintic"`` by the spline of that degree with 2 and
@@ -239,8 +240,9 @@ def _shift(coefficients: Array, by: Array, order: int) -> Array:
 
 def _checked_samples(times: Any, values: Any, kind: str) -> tuple[Array, Array]:
     try:
-        t, x = np.array(times, dtype=np.float64), np.array(values, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
+        t = doubles(times, "the times of a signal", of=SECONDS)
+        x = doubles(values, "the values of a signal")
+    except TypeError:
         raise ValueOutOfBoundsError("the samples of a signal must be numbers") from None
     if t.ndim != 1 or x.shape != t.shape:
         raise ValueOutOfBoundsError(

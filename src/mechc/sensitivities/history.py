@@ -14,6 +14,7 @@ from mechc.sensitivities.events import EventSensitivity, event_sensitivities
 from mechc.sensitivities.steps import Piece
 from mechc.system.names import name_of
 from mechc.system.parameters import Array, doubles
+from mechc.system.units import SECONDS
 
 if TYPE_CHECKING:
     from mechc.simulation.trajectory import Trajectory
@@ -58,7 +59,7 @@ class Sensitivity(Mapping[str, Array]):
         ValueOutOfBoundsError
             For times the run did not reach.
         """
-        times = doubles(t, "the times")
+        times = doubles(t, "the times", of=SECONDS)
         states = self._sol(times)
         found = self.at(times.reshape(-1), states.reshape(-1, states.shape[-1]))
         parts = {name: self._of(name, found) for name in self.names}

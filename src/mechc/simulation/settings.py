@@ -15,6 +15,7 @@ from mechc.native._codes import CHANGE_POINT_POLICIES, LOCKSTEP, METHODS
 from mechc.system.names import checked_word
 from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
+from mechc.system.units import SECONDS
 
 SEQUENCES = (tuple, list, np.ndarray)
 TIGHTEST = sys.float_info.epsilon  # a smaller rtol is refused
@@ -305,7 +306,7 @@ def _with_length(t0: float, t1: float) -> tuple[float, float]:
 
 def checked_times(t_eval: Array, span: tuple[float, float]) -> Array:
     """Times within the span, in its direction; ends that are off by rounding become the ends."""
-    given = doubles(t_eval, "t_eval", copied=False)  # times_along copies
+    given = doubles(t_eval, "t_eval", of=SECONDS, copied=False)  # times_along copies
     slack = 8 * math.ulp(max(abs(span[0]), abs(span[1])))
     found, times = times_along(given, *span, slack) if given.ndim == 1 else (OUTSIDE, given)
     if found == OUTSIDE:

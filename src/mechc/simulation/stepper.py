@@ -20,7 +20,7 @@ from mechc.simulation.status import ChangePoint, Status, status_of
 from mechc.system.names import name_of
 from mechc.system.parameters import Array, Parameters, one_double
 from mechc.system.system import System
-from mechc.system.units import in_si, of_unknown_unit
+from mechc.system.units import SECONDS, in_si, of_unknown_unit
 
 FOR_EVER, INFINITY = 1e300, math.inf  # s
 
@@ -183,7 +183,7 @@ class Stepper:
         UnknownNameError, ValueOutOfBoundsError
             For an input that does not exist or is not a number, and a wrong dt.
         """
-        dt = one_double(dt, "dt")
+        dt = one_double(dt, "dt", SECONDS)
         if not 0.0 < dt < INFINITY:
             raise ValueOutOfBoundsError(f"dt = {brief(dt)} must be positive and finite, in s")
         changed = inputs is not None and self._give(inputs)
@@ -280,7 +280,7 @@ class Stepper:
         values = self.params if params is None else self._system.parameter_set.resolve(params)
         if values.ndim != 1:
             raise ValueOutOfBoundsError("a stepper takes one set of parameters")
-        time = self.t if t is None else one_double(t, "t")
+        time = self.t if t is None else one_double(t, "t", SECONDS)
         if not math.isfinite(time):
             raise ValueOutOfBoundsError(f"t = {time} must be finite")
         given = self.y if y is None else y

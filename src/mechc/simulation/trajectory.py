@@ -19,6 +19,7 @@ from mechc.simulation.settings import Policy, refuse_derivatives_in_contact
 from mechc.simulation.status import ChangePoint, Status
 from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
+from mechc.system.units import SECONDS
 
 
 class Trajectory:
@@ -110,7 +111,7 @@ class Trajectory:
         return rows.reshape(*times.shape, rows.shape[1])
 
     def _times_of_run(self, t: float | Array) -> Array:
-        times = doubles(t, "the times", copied=False)
+        times = doubles(t, "the times", of=SECONDS, copied=False)
         low, high = sorted(self.span)
         if not all_within(times.reshape(-1), low, high):
             raise ValueOutOfBoundsError(f"the run covers {low:g} ... {high:g} s only")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -18,13 +19,16 @@ from mechc.native._arrays import largest_of, strictly_within
 from mechc.system.kinds import Kind
 from mechc.system.names import without_unused
 from mechc.system.quantity import NamedQuantity
-from mechc.system.units import in_si
+from mechc.system.units import DATES, in_si, of_unknown_unit, plain_numbers
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray  # takes a tenth of the time of `import mechc`
 
 Array: TypeAlias = "NDArray[np.float64]"
 Parameters: TypeAlias = "Mapping[str, Any] | Array | None"
+
+
+OWN = (float, int, list, tuple)  # of these an array is made anew
 
 
 class ParameterSet:
@@ -135,7 +139,8 @@ class ParameterSet:
         quantity = self.quantities[self.index[name]]
         value = in_si(value, quantity)
         try:
-            array = np.array(value, dtype=np.float64)
+            array = np.asarray(value, dtype=np.float64)
+            array = array if isinstance(value, OWN) else array.copy()
         except (TypeError, ValueError, OverflowError):
             raise ValueOutOfBoundsError(f"{name} must be a number, not {brief(value)}") from None
         quantity.check(array)
@@ -190,17 +195,25 @@ def _all_values(params: Any) -> Array:
         ) from None
 
 
-def doubles(value: Any, what: str, *, copied: bool = True) -> Array:
-    """An array of doubles, row after row in memory.
+def doubles(
+    value: Any, what: str, *, of: NamedQuantity | None = None, copied: bool = True
+) -> Array:
+    """An array of doubles in SI units, row after row in memory.
 
+    ``of``: the quantity that they are values of, where one is known.
     It is a copy, since the caller may write to what was given; ``copied=False`` is for what is only
     read before the call returns.
 
     Raises :class:`ValueOutOfBoundsError` for an integer beyond all doubles, texts that are no
-    numbers and rows of different lengths; ``TypeError`` for anything else but an array of numbers.
+    numbers, rows of different lengths and units of another kind; ``TypeError`` for anything else
+    but an array of numbers.
     """
+    if type(value) is not np.ndarray or value.dtype.kind in DATES:
+        quantity = of_unknown_unit(what) if of is None else replace(of, name=what)
+        value = plain_numbers(value, quantity)
     try:
-        return np.array(value, dtype=np.float64, order="C", copy=True if copied else None)
+        found = np.asarray(value, dtype=np.float64, order="C")
+        return found.copy() if copied and not isinstance(value, OWN) else found
     except OverflowError:
         raise ValueOutOfBoundsError(f"{what} contains an integer beyond all doubles") from None
     except ValueError:
@@ -209,11 +222,11 @@ def doubles(value: Any, what: str, *, copied: bool = True) -> Array:
         raise TypeError(f"{what} must be numbers, not {brief(value)}") from None
 
 
-def one_double(value: Any, what: str) -> float:
+def one_double(value: Any, what: str, of: NamedQuantity | None = None) -> float:
     """A number as a double; raises as :func:`doubles`."""
     if type(value) is float:
         return value
-    found = doubles(value, what)
+    found = doubles(value, what, of=of)
     if found.ndim:
         raise ValueOutOfBoundsError(f"{what} must be one number, not {brief(value)}")
     return float(found)

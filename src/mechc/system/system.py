@@ -29,7 +29,7 @@ from mechc.system.names import name_of
 from mechc.system.parameters import Array, ParameterSet, doubles, one_double
 from mechc.system.picture import Picture
 from mechc.system.reference import ModelReference, Origin
-from mechc.system.units import in_si
+from mechc.system.units import SECONDS, in_si
 
 Time: TypeAlias = "float | Array"
 ENERGIES = ("kinetic_energy", "potential_energy")
@@ -484,11 +484,13 @@ class System(Description):
             shape = (*parts[0].shape, *self.array_outputs[name])
             return np.stack(parts, axis=-1).reshape(shape)
         if y.ndim == 1 and p.ndim == 1 and np.ndim(t) == 0:
-            times = doubles([t], "the time")
+            times = np.array([one_double(t, "the time", SECONDS)])
             row = None if forces is None else forces.reshape(1, -1)
             one: Array = self._rows(name, times, y[None], p[None], row)[0]
             return one
-        return self._evaluate_many(name, y, p, doubles(t, "the time", copied=False), forces)
+        return self._evaluate_many(
+            name, y, p, doubles(t, "the time", of=SECONDS, copied=False), forces
+        )
 
     def _evaluate_many(
         self, name: str, y: Array, p: Array, t: Array, forces: Array | None

@@ -22,6 +22,8 @@ UNITS: dict[Kind, dict[str, float]] = {
     Kind.TIME: {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0},
 }
 SECONDS = NamedQuantity("time", "s", "time", -math.inf, math.inf, False, Kind.TIME)
+SECOND_WORDS = ("s", "sec", "second", "seconds")  # as columns of files tell them
+DATES = ("m", "M")  # the kinds of arrays of dates and durations
 _TYPED = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?inf|nan)\s*(.*)", re.DOTALL)
 
 
@@ -74,6 +76,30 @@ def in_si(value: Any, quantity: NamedQuantity) -> Any:
 def has_unit(value: Any) -> bool:
     """Whether a value may have a unit: a text, or a quantity of pint."""
     return isinstance(value, str) or (hasattr(value, "magnitude") and hasattr(value, "to"))
+
+
+def plain_numbers(value: Any, quantity: NamedQuantity) -> Any:
+    """Numbers in SI units of what may have a unit: a text, quantities of pint, alone or in a list.
+
+    Raises :class:`ValueOutOfBoundsError` as :func:`in_si`; for dates and durations of NumPy, whose
+    numbers are in a unit of their own; for columns whose ``attrs`` tell another unit.
+    """
+    first = value[0] if isinstance(value, (list, tuple)) and value else value
+    dtype = getattr(first, "dtype", None)
+    if getattr(dtype, "kind", None) in DATES:
+        raise ValueOutOfBoundsError(
+            f"{quantity.name} are in {str(dtype)!r}: give numbers in SI units; of datetime64 "
+            "values (t - t[0]) / np.timedelta64(1, 's')"
+        )
+    told: Any = getattr(value, "attrs", None)
+    unit = str(told.get("units", "")) if hasattr(told, "get") else ""
+    own = SECOND_WORDS if quantity.kind is Kind.TIME else (quantity.unit,)
+    if unit and quantity.unit and unit not in own:
+        verb = "are" if quantity.kind is Kind.TIME else "is"
+        raise ValueOutOfBoundsError(
+            f"{quantity.name} {verb} in {unit!r}: give numbers in {quantity.unit}"
+        )
+    return in_si(value, quantity)
 
 
 def _magnitude(value: Any, quantity: NamedQuantity) -> Any:

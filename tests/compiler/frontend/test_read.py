@@ -1,14 +1,21 @@
 """Objects of SymPy's, compiled: what is asked for, what is refused, what is kept."""
 
+from inspect import signature
+
 import numpy as np
 import pytest
+from mechc_codegen.convert.convert import convert
+from mechc_codegen.description.source import ConversionSettings
+from mechc_codegen.frontend.read import read
 from sympy import Symbol, sin, symbols
 from sympy.physics.mechanics import (
     KanesMethod,
     LagrangesMethod,
     Lagrangian,
     Particle,
+    Point,
     PrismaticJoint,
+    ReferenceFrame,
     RigidBody,
     System,
     dynamicsymbols,
@@ -253,3 +260,53 @@ def test_a_gravity_without_a_direction_is_refused():
     joint = PrismaticJoint("slide", wall, bob, *dynamicsymbols("q u"))
     with pytest.raises(mechc.MechanismError, match=r"gravity is a vector, such as .*not 9\.81"):
         mechc.from_joints("slider", [joint], gravity=9.81)
+
+
+# -- SymPy 1.15, of which names of attributes and one argument are new ----------------------------
+
+
+def test_names_that_sympy_deprecates_are_not_read(monkeypatch):
+    """``forcelist`` and ``bodylist`` of its methods warn; ``loads`` and ``bodies`` are as old."""
+    x = dynamicsymbols("x")
+    frame = four_bar_kane()._inertial
+    lagrange = LagrangesMethod(x.diff(t) ** 2 - x**2, [x], forcelist=[], frame=frame)
+    lagrange.form_lagranges_equations()
+    kane, methods = four_bar_kane(), (KanesMethod, LagrangesMethod)
+
+    def deprecated(method):
+        raise AssertionError("a name that warns")
+
+    for kind in methods:
+        for name in ("forcelist", "bodylist"):
+            monkeypatch.setattr(kind, name, property(deprecated), raising=False)
+    assert len(read(kane).loads) == len(kane.loads)
+    assert read(lagrange).loads == ()
+
+
+@pytest.mark.skipif(
+    "nonholonomic_constraints" not in signature(KanesMethod).parameters, reason="SymPy before 1.15"
+)
+def test_nonholonomic_constraints_are_the_velocity_constraints_besides_rates():
+    x, y, z, p, v, w, s, r = dynamicsymbols("x y z p v w s r")
+    N, O = ReferenceFrame("N"), Point("O")
+    O.set_vel(N, 0)
+    rates = {x: v, y: w, z: s, p: r}
+    circle, row = x**2 + y**2 - 1, s - p * v
+
+    def made(**constraints):
+        P = O.locatenew("P", x * N.x + y * N.y + z * N.z)
+        P.set_vel(N, v * N.x + w * N.y + s * N.z)
+        kane = KanesMethod(
+            N, [x, z, p], [v, r], [a.diff(t) - b for a, b in rates.items()],
+            q_dependent=[y], u_dependent=[w, s], configuration_constraints=[circle], **constraints
+        )  # fmt: skip
+        kane.kanes_equations([Particle("pearl", P, Symbol("m"))], [(P, -N.z)])
+        return convert(read(kane), ConversionSettings())
+
+    one = made(nonholonomic_constraints=[row])
+    other = made(velocity_constraints=[2 * x * v + 2 * y * w, row])
+    for each in ("configuration_constraints", "motion_constraints"):
+        assert [c.expression for c in getattr(one, each)] == [
+            c.expression for c in getattr(other, each)
+        ]
+    assert (len(one.configuration_constraints), len(one.motion_constraints)) == (1, 1)

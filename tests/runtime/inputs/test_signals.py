@@ -13,7 +13,7 @@ import mechc
         (([0, 0], [1.0, 1.0], "linear"), "strictly increase"),
         (([0, 1], [1.0, np.nan], "linear"), "must be finite"),
         (([0, 1, 2], [1.0, 1.0, 0.0]), "needs 4 samples, not 3"),
-        ((["a", "b"], [1.0, 1.0]), "must be numbers"),
+        ((["a", "b"], [1.0, 1.0]), "'a' is not a number"),
         (([0, 1], [1.0, 1.0], "spline"), "no kind of signal is called 'spline'"),
     ],
 )

@@ -4,10 +4,13 @@ import math
 
 import numpy as np
 import pytest
+import xarray
 
 import mechc
 from benchmarks.problems.particle import on_a_line
 from mechc.errors import MechcError
+from mechc.fitting.quantities import Measured
+from mechc.fitting.recordings import read_recordings
 from mechc.system.kinds import Kind
 from mechc.system.quantity import NamedQuantity
 from mechc.system.units import in_si, of_unknown_unit, read_seconds, read_value, split_assignment
@@ -126,13 +129,18 @@ class Measure:
         self.magnitude, self._unit = magnitude, unit
 
     def to(self, unit):
-        factors = {("deg", "rad"): math.pi / 180, ("mm", "m"): 1e-3, ("N/m", "N/m"): 1.0}
+        factors = {("deg", "rad"): math.pi / 180, ("mm", "m"): 1e-3, ("N/m", "N/m"): 1.0,
+                   ("ms", "s"): 1e-3}  # fmt: skip
         if (self._unit, unit) not in factors:
             raise TypeError(f"Cannot convert from {self._unit} to {unit}")
         return Measure(self.magnitude * factors[self._unit, unit], unit)
 
     def to_base_units(self):
-        return self.to({"deg": "rad", "mm": "m"}[self._unit])
+        return self.to({"deg": "rad", "mm": "m", "ms": "s"}[self._unit])
+
+    def __array__(self, dtype=None, copy=None):
+        """Without the unit, as pint gives it with a warning."""
+        return np.array(self.magnitude, dtype)
 
 
 def test_what_has_no_unit_is_kept():
@@ -224,3 +232,67 @@ def test_defaults_have_units():
     assert model.defaults == pytest.approx({"m": 0.25, "k": 3.0, "c": 0.3})
     with pytest.raises(MechcError, match="m: 'mm' in '3mm' is not one of its units; use kg or g"):
         mechc.compile(kane, defaults={**defaults, m: "3mm"}, units=units)
+
+
+MS, MM, DEG = (Measure(np.arange(4.0) * 500.0, unit) for unit in ("ms", "mm", "deg"))
+SECONDS, METRES = np.arange(4.0) * 0.5, np.arange(4.0) * 0.5
+
+
+def signal(times=SECONDS, values=METRES):
+    made = mechc.Signal(times, values)
+    return np.concatenate([made.times, made.values])
+
+
+def table(places=SECONDS, values=METRES):
+    made = mechc.Table(places, values)
+    return made(np.linspace(0.0, 1.5, 7))
+
+
+def recording(times=SECONDS, values=METRES, unit="m"):
+    one = Measured("x", "x", (), 1.0, unit, Kind.LENGTH if unit == "m" else Kind.ANGLE)
+    found = [
+        read_recordings(given, [one])[0] for given in ((times, values), {"t": times, "x": values})
+    ]
+    return np.concatenate([[*each.t, *each.values[:, 0]] for each in found])
+
+
+@pytest.mark.parametrize("door", [signal, table, recording], ids=lambda door: door.__name__)
+def test_samples_that_are_quantities_are_converted(door):
+    """Their units were dropped: 500 ms were 500 s."""
+    wanted = door()
+    times = MM if door is table else MS
+    for given in ((times, METRES), (SECONDS, MM), (times, MM)):
+        np.testing.assert_allclose(door(*given), wanted, rtol=1e-15)
+
+
+@pytest.mark.parametrize("door", [signal, recording], ids=lambda door: door.__name__)
+def test_times_have_the_units_of_times(door):
+    texts = ["0ms", "500 ms", "1s", "1500ms"]
+    np.testing.assert_allclose(door(texts), door(), rtol=1e-15)
+    told = xarray.DataArray(SECONDS, attrs={"units": "s"})
+    np.testing.assert_array_equal(door(told), door())
+    for wrong, words in (
+        (MM, "Cannot convert from mm to s"),
+        (["0mm", "1mm", "2mm", "3mm"], "'mm' in '0mm' is not one of its units; use s or ms"),
+        (np.arange(4).astype("m8[ms]"), r"are in 'timedelta64\[ms\]'"),
+        ([np.timedelta64(k, "ms") for k in range(4)], r"are in 'timedelta64\[ms\]'"),
+        (np.arange(4).astype("M8[s]"), r"are in 'datetime64\[s\]'"),
+        (xarray.DataArray(SECONDS, attrs={"units": "ms"}), "are in 'ms'"),
+    ):
+        with pytest.raises(MechcError, match=words):
+            door(wrong)
+
+
+def test_arrays_that_are_quantities_are_converted_at_all_doors():
+    model = mechc.load("four_bar")
+    y = model.assemble({"theta_0": 1.4})
+    whole = Measure(1e3 * y, "mm")  # of one unit, as its numbers are in SI
+    sol = model.simulate(
+        1.0, whole, t_eval=Measure(np.array([0.0, 500.0]), "ms"), atol=Measure(1.0, "mm")
+    )
+    np.testing.assert_array_equal(sol.t, [0.0, 0.5])
+    np.testing.assert_allclose(sol.policy.atol, 1e-3, rtol=1e-15)
+    np.testing.assert_allclose(sol(Measure(np.array([500.0]), "ms")), sol.y[1:], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(model.energy(whole), model.energy(y), rtol=1e-14)
+    np.testing.assert_allclose(recording(SECONDS, DEG, "rad")[4:8], np.radians(DEG.magnitude))
+    assert mechc.Sampled(print, Measure(500.0, "ms")).period == 0.5

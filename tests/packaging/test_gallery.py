@@ -1,0 +1,25 @@
+"""The scripts of the gallery run as they stand, and what they assert of their motions holds."""
+
+import runpy
+
+import pytest
+
+from mechc.results.solution import Solution
+from tests.support import ROOT
+
+GALLERY = ROOT / "examples" / "gallery"
+SCRIPTS = sorted(path.relative_to(GALLERY).as_posix() for path in GALLERY.rglob("*.py"))
+
+
+@pytest.mark.slow(cases=len(SCRIPTS))
+@pytest.mark.parametrize("script", SCRIPTS)
+def test_what_it_asserts_holds(script, monkeypatch):
+    """Of the picture at its end only that it is asked for: the site draws it."""
+    drawn = []
+    for picture in ("animate", "view"):
+        monkeypatch.setattr(Solution, picture, lambda sol, **_: drawn.append(sol))
+    path = GALLERY / script
+    assert "\nassert " in path.read_text("utf-8")
+    monkeypatch.chdir(path.parent)
+    runpy.run_path(str(path), run_name="__main__")
+    assert drawn

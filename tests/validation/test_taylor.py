@@ -305,3 +305,30 @@ def test_a_sum_of_parameters_that_multiplies_a_series(method, explicit):
     assert sol.status.ok
     kept = (3.0 + 1.5 * np.sin(sol.y[:, 0])) * sol.y[:, 1] ** 2
     np.testing.assert_allclose(kept, kept[0], rtol=1e-8)
+
+
+def test_sums_that_the_last_order_shares_with_others():
+    """A rider that turns on a slider, held by a spring to a place: speeds follow from M u."""
+    N, origin = ReferenceFrame("N"), Point("O")
+    s, angle, v, omega = dynamicsymbols("s angle v omega")
+    slider, centre, rider = Point("S"), Point("C"), ReferenceFrame("R")
+    origin.set_vel(N, 0)
+    slider.set_pos(origin, s * N.z)
+    slider.set_vel(N, v * N.z)
+    rider.orient_axis(N, angle, N.x)
+    centre.set_pos(slider, 0.5 * rider.x - 0.05 * rider.y)
+    centre.v2pt_theory(slider, N, rider)
+    bodies = [
+        Particle("slider", slider, 1),
+        RigidBody("rider", centre, rider, 1, (inertia(rider, 0.3, 0.3, 0.5), centre)),
+    ]
+    apart = centre.pos_from(origin) - 2.5 * N.x - 2.2 * N.y
+    length = sqrt(apart.dot(apart))
+    pull = (centre, -Symbol("k") * (length - 0.5) * apart / length)
+    equations = KanesMethod(N, [s, angle], [v, omega], [s.diff() - v, angle.diff() - omega])
+    equations.kanes_equations(bodies, [pull])
+    model, start = mechc.compile(equations), [-0.4, 0.7, 0.6, 0.6]
+    expected = model.simulate(2.0, start, {"k": 2.0}, method="gauss8", rtol=1e-12)
+    sol = model.simulate(2.0, start, {"k": 2.0}, method="taylor", rtol=1e-10)
+    assert sol.status.ok
+    np.testing.assert_allclose(sol.y[-1], expected.y[-1], atol=1e-8)

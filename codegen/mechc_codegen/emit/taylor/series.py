@@ -96,14 +96,15 @@ class SeriesWriter:
         """Sizes and functions."""
         following = self._following()
         starting = self._starting()
+        solving = [self._solving()] if self.series.momenta else []
         sizes = {"": len(self.rows), "_SUMS": len(self.sums), "_KEPT": len(self.kept)}
         sizes |= {"_INTEGRATED": self.integrated, "_MOMENTA": int(self.series.momenta)}
         lines = [f"#define MECHC_SERIES{name} {size}" for name, size in sizes.items()]
         lines.append(f"#define MECHC_SERIES_FEW {int(are_few(self.sums))}")
         lines.append(f"#define MECHC_SERIES_HIDES {int(self.hides)} /* changes beyond a step? */")
         lines += self._roots()
-        summing = sums_text(self.sums, self.solving if self.series.momenta else None)
-        summing += [self._solving()] if self.series.momenta else []
+        last = self.solving if self.series.momenta else None
+        summing = [*sums_text(arrange(self.sums), last), *solving]
         return "\n".join([_ONCE, *lines, "", starting, *summing, following, "#endif"])
 
     @property
@@ -232,13 +233,12 @@ class SeriesWriter:
             value = named(f"b{-1 - number}" if number < 0 else f"d{number}")
             lines.append(put(_ROW[place], _ORDER * value if weight else value))
         lines += self._rates("d")
-        self.sums = arrange(self.sums)
         signature = (
             "real order, real inverse, real time, const FN(given) *given, const real *kept, "
             "const real *sums, real *row, real *rates"
         )
         comment = "The row of an order from its states and the sums; rates of that order."
-        lines = [*self._known(self.sums.values()), *lines]
+        lines = [*self._known(arrange(self.sums).values()), *lines]
         return self._function("series_next", signature, comment, lines)
 
     def _known(self, sums: Iterable[int]) -> list[Line]:

@@ -23,6 +23,7 @@ from pathlib import Path
 
 from ..timing.results import command_parser
 from .processes import each
+from .scene import drawn
 from .tally import Tally
 
 HASHES = "PYTHONHASHSEED"  # the order of SymPy's sets is that of a seed
@@ -40,6 +41,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if os.environ.get(HASHES) != hashes:
         alone = ["-P"] * sys.flags.safe_path
         return _in_place_of_this([*alone, "-m", __spec__.name, *given], hashes)
+    if chosen.constructs:
+        tally = Tally(chosen.seed)
+        for case in range(chosen.first, chosen.first + chosen.count):
+            tally.constructs.update(drawn(chosen.seed, case).used)
+        tally.print_constructs()
+        return 0
     with tempfile.TemporaryDirectory(prefix="mechc-drawn-") as folder:
         _compile_there(Path(folder), chosen.optimised)
         return _run(chosen, Path(folder))
@@ -69,6 +76,8 @@ def _parse(arguments: Sequence[str]) -> argparse.Namespace:
     parser.add_argument("--minutes", type=float, default=float("inf"), metavar="M",
                         help="begin no case after so long")  # fmt: skip
     parser.add_argument("--jobs", type=int, default=2, metavar="N", help="processes [2]")
+    parser.add_argument("--constructs", action="store_true",
+                        help="count what the cases are made of, and run none")  # fmt: skip
     parser.add_argument("--optimised", action="store_true",
                         help="compile as for users, in twice the time")  # fmt: skip
     return parser.parse_args(arguments)

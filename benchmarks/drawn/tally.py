@@ -48,11 +48,15 @@ class Tally:
         for fault in faults:
             print(f"--seed {self.seed} --only-case {case}: {fault}", flush=True)
 
-    def print(self, seconds: float) -> None:
-        """All counts."""
+    def print_constructs(self) -> None:
+        """How many cases have each construct."""
         print("\nconstructs, in cases:")
         for name, n in sorted(self.constructs.items()):
             print(f"  {name:48s}{n:8d}")
+
+    def print(self, seconds: float) -> None:
+        """All counts."""
+        self.print_constructs()
         print(f"\n{'door':40s}{'compared':>10s}{'largest share of what is allowed':>36s}")
         for door, n in sorted(self.compared.items()):
             print(f"  {door:38s}{n:10d}{self.largest[door]:36.2g}")

@@ -55,7 +55,8 @@ def as_c(case: Case) -> Iterator[Told]:
             yield Fault("exported C", error.stderr[:1500])
             return
         for run in case.whole[:3]:
-            values = np.array([run.params[n] for n in case.model.parameters] or [0.0])
+            known = {**case.model.defaults, **run.params}
+            values = np.array([known[n] for n in case.model.parameters] or [0.0])
             if made.call("set", made.model, values, 0.0, run.y0.copy()):
                 yield Fault("exported C", f"does not take the start; {run.numbers}")
                 continue

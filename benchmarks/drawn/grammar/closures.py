@@ -13,11 +13,11 @@ from .writer import Writer
 
 def write_kane(w: Writer) -> None:
     """A KanesMethod with dependent coordinates and speeds."""
-    tree = open_mechanisms.write_tree(w, least=2, most=3, planar=0.7)
+    tree, linkage = _tree(w, 3)
     u = [w.state(f"u{k}", -1.0, 1.0) for k in range(len(tree.q))]
     open_mechanisms.write_loads(w, tree, u)
     w.line(f"rates = {{{', '.join(f'{q}.diff(t): {v}' for q, v in zip(tree.q, u, strict=True))}}}")
-    dependent = _position(w, tree)
+    dependent = _position(w, tree, linkage)
     free = [q for q in tree.q if q not in dependent]
     v = dict(zip(tree.q, u, strict=True))
     w.line(f"q, u = [{', '.join(free + dependent)}], [{', '.join(v[q] for q in free + dependent)}]")
@@ -33,22 +33,34 @@ def write_kane(w: Writer) -> None:
 
 def write_lagrange(w: Writer) -> None:
     """A LagrangesMethod with holonomic constraints."""
-    tree = open_mechanisms.write_tree(w, least=2, most=3, planar=0.8)
-    _position(w, tree)
+    tree, linkage = _tree(w, 4)
+    _position(w, tree, linkage)
     open_mechanisms.write_lagrangian(w, tree, ", hol_coneqs=position")
 
 
-def _position(w: Writer, tree: Tree) -> list[str]:
+LINKAGES = {2: "slider-crank", 3: "four-bar", 4: "five-bar"}  # by the pins before the loop closes
+
+
+def _tree(w: Writer, most: int) -> tuple[Tree, str]:
+    """A linkage's chain of pins; or any tree, which is none."""
+    if w.chance(0.5):
+        count = w.one_of([2, 3, 3, 4][: most + most - 4])
+        w.note(f"loop: {LINKAGES[count]}")
+        return open_mechanisms.write_chain(w, count), LINKAGES[count]
+    return open_mechanisms.write_tree(w, least=2, most=3, planar=0.7), ""
+
+
+def _position(w: Writer, tree: Tree, linkage: str) -> list[str]:
     """``position`` and ``follows``; coordinates that may depend on the others."""
+    if linkage:
+        point, axes = tree.points[-1][0], ["x", "y"] if linkage != "slider-crank" else ["y"]
+        return _at_a_place(w, point, axes, tree.way(point))
     ends = [(p, tree.way(p)) for p, _ in tree.points if p != "O" and len(tree.way(p)) > 1]
-    kinds = ["gear", "driven coordinate"] + ["rod", "rod", "pin", "guide", "guide"] * bool(ends)
-    kind = w.one_of(kinds)
-    if kind == "pin" and not (tree.planar and max(len(way) for _, way in ends) > 2):
-        kind = "rod"
+    kind = w.one_of(["gear", "driven coordinate"] + ["rod", "rod", "guide"] * bool(ends))
     w.note(f"loop: {kind}")
     if kind in ("gear", "driven coordinate"):
         return _between_coordinates(w, tree, kind)
-    point, way = max(ends, key=lambda end: len(end[1])) if kind == "pin" else w.one_of(ends)
+    point, way = w.one_of(ends)
     if kind == "rod":
         x, y = round(w.between(1.0, 2.5), 2), round(w.between(-2.0, 2.0), 2)
         w.line(f'pivot = O.locatenew("pivot", {x} * N.x + {y} * N.y)')
@@ -58,7 +70,11 @@ def _position(w: Writer, tree: Tree) -> list[str]:
         w.line("follows = {L_f: sm.sqrt(across.dot(across))}")
         w.line("position = [(across.dot(across) - L_f**2) / (2 * L_f)]")
         return [way[-1]]
-    axes = ["x", "y"] if kind == "pin" else [w.one_of(["x", "y"])]
+    return _at_a_place(w, point, [w.one_of(["x", "y"])], way)
+
+
+def _at_a_place(w: Writer, point: str, axes: list[str], way: tuple[str, ...]) -> list[str]:
+    """A point that keeps some of its components."""
     for a in axes:
         w.line(f'{a}_f = sm.Symbol("{a}_f")')
     w.line(f"place = {point}.pos_from(O)")

@@ -50,6 +50,18 @@ def write_tree(w: Writer, least: int = 1, most: int = 4, planar: float = 0.5) ->
     return tree
 
 
+def write_chain(w: Writer, count: int) -> Tree:
+    """Bodies one after the other on pins in a plane."""
+    tree = Tree(planar=True)
+    w.note("planar")
+    w.line('N, O = ReferenceFrame("N"), Point("O")')
+    w.line("O.set_vel(N, 0)")
+    for _ in range(count):
+        _pin(w, tree, tree.points[-1])
+    w.note(f"coordinates: {count}")
+    return tree
+
+
 def _parent(w: Writer, tree: Tree) -> tuple[str, str]:
     return tree.points[-1] if w.chance(0.7) else w.one_of(tree.points)  # type: ignore[no-any-return]
 
@@ -75,9 +87,9 @@ def _arm(w: Writer, tree: Tree, frame: str, axis: str = "") -> str:
     return f"{l} * {frame}.x + {w.signed('h', 0.6)} * {frame}.y"
 
 
-def _pin(w: Writer, tree: Tree) -> None:
+def _pin(w: Writer, tree: Tree, on: tuple[str, str] | None = None) -> None:
     w.note("pin")
-    k, (point, frame) = len(tree.q), _parent(w, tree)
+    k, (point, frame) = len(tree.q), on or _parent(w, tree)
     q = w.state(f"{w.one_of(['q', 'theta', 'alpha'])}{k}", -1.2, 1.2)
     axis, new = _axis(w, tree, frame), f"R{len(tree.frames)}"
     angle = q

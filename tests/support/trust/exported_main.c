@@ -64,6 +64,7 @@ int main(void)
     const int driven = (int)number();
 
     printf("set %d\n", OF(set)(&kept.model, p, 0, y));
+    printf("again %d\n", OF(set)(&kept.model, kept.model.p, 0, y));
     line("parameters", kept.model.p, PARAMETERS);
     line("inputs", kept.model.inputs, INPUTS);
     printf("drive %d\n", kept.model.drive != 0 || kept.model.data != 0);

@@ -104,9 +104,11 @@ MECHC_STATIC void mechc_make_standalone(mechc_standalone *model, double t, const
 /* Without inputs that stand in the constraints all rows count until a state on them can be known. */
 int MECHC_PUBLIC(set)(mechc_standalone *model, const double *p, double t, const double *y)
 {
+    double complete[MECHC_AT_LEAST_ONE(MECHC_NP)] = {0.0};
+    for (int i = 0; i < MECHC_NP; i++) complete[i] = p[i]; /* which may be those of the model */
+    MECHC_COMPLETE(complete);
     memset(model, 0, sizeof *model);
-    for (int i = 0; i < MECHC_NP; i++) model->p[i] = p[i];
-    MECHC_COMPLETE(model->p);
+    memcpy(model->p, complete, sizeof complete);
     mechc_make_standalone(model, t, y, !MECHC_ROWS_HOLD_INPUTS);
     return mechc_all_finite(model->p, MECHC_NP) ? MECHC_RUNNING : MECHC_NOT_FINITE;
 }

@@ -72,7 +72,7 @@ def test_the_value_of_an_input_that_is_solved_for_is_not_asked_for():
         model.inverse_dynamics([0.0, 0.0], [1.5], inputs=("G",))
     with pytest.raises(mechc.MissingInputError, match=r"no value: G\. Give"):
         partly.rhs(0.0, [0.0, 0.0])
-    with pytest.raises(mechc.UnknownNameError, match="no input is called 'f'; known are F, G"):
+    with pytest.raises(mechc.UnknownNameError, match=r"no input is called 'f'; known are F, G"):
         model.with_inputs({"f": 1.0})
     with pytest.raises(mechc.ValueOutOfBoundsError, match="F"):
         model.with_inputs({"F": np.nan})

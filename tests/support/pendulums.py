@@ -5,7 +5,7 @@ from math import pi
 
 from mechc_codegen.description.mechanism import Coordinate, Mechanism, Parameter, Quantity, Speed
 from sympy import Function, Symbol, cos, sin, symbols
-from sympy.physics.mechanics import Particle, Point, ReferenceFrame, dynamicsymbols
+from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
 
 import mechc
 from benchmarks.problems.particle import particle
@@ -48,6 +48,24 @@ def pendulum(gravity=9.81, name="pendulum", angle="q", speed="u", mass="m", leng
         loads=((bob.point, -m * gravity * r.y),),
         points=(origin, bob.point),
     )
+
+
+def bob_of_a_moved_pivot():
+    """A bob in Cartesian coordinates at a distance l from a pivot that moves as r."""
+    x, y, u, v, r = dynamicsymbols("x y u v r")
+    m, l = Symbol("m"), Symbol("l")
+    frame, origin = ReferenceFrame("N"), Point("O")
+    origin.set_vel(frame, 0)
+    bob = origin.locatenew("P", x * frame.x + y * frame.y)
+    bob.set_vel(frame, u * frame.x + v * frame.y)
+    gap = (x - r) ** 2 + y**2 - l**2
+    rates = {x.diff(t): u, y.diff(t): v}
+    method = KanesMethod(
+        frame, [x], [u], kd_eqs=[x.diff(t) - u, y.diff(t) - v], q_dependent=[y], u_dependent=[v],
+        configuration_constraints=[gap], velocity_constraints=[gap.diff(t).subs(rates)],
+    )  # fmt: skip
+    method.kanes_equations([Particle("bob", bob, m)], [(bob, -9.81 * m * frame.y)])
+    return method, {"lean": (x - r) / l}
 
 
 def pushed_mass(force=None):

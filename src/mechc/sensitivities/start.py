@@ -181,11 +181,13 @@ def without_closure(
         left = np.abs(system.constraint_gradient(y, values, t) @ found[:nq] + opened).max(axis=0)
         size = np.abs(opened).max(axis=0)
         bad = (size > 0) & (left > OPENS * size)
-    faster = _velocity_change(system, columns, found, y, values, t)
     rows = system.constraint_jacobian(y, values, t)
-    left = np.abs(faster + rows @ found[nq:]).max(axis=0)
-    size = (np.abs(faster) + np.abs(rows) @ np.abs(found[nq:])).max(axis=0)
-    bad |= left > OPENS * size
+    if _rank(rows, SINGULAR) < len(rows):  # else some speeds always follow
+        faster = _velocity_change(system, columns, found, y, values, t)
+        left = np.abs(faster + rows @ found[nq:]).max(axis=0)
+        size = (np.abs(faster) + np.abs(rows) @ np.abs(found[nq:])).max(axis=0)
+        size += (np.abs(rows) @ np.abs(y[nq:])).max() * np.abs(found[:nq]).max(axis=0)
+        bad |= left > OPENS * size
     found[:, bad] = np.nan
     return tuple(
         f"by {name}: none, for the constraints are redundant and with another {name} they do not "

@@ -10,6 +10,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+import mechc.interrupts  # noqa: F401  # first: it imports NumPy whole
 from mechc.errors import (
     AssemblyError,
     CacheError,

@@ -11,8 +11,8 @@ from collections.abc import Callable
 from functools import wraps
 from typing import ParamSpec, TypeVar
 
-from mechc.compilation.toolchain.interrupts import import_as_a_whole
 from mechc.files import in_forked_child
+from mechc.interrupts import import_as_a_whole
 
 P = ParamSpec("P")
 R = TypeVar("R")

@@ -23,9 +23,9 @@ from typing import IO, Any
 from mechc.compilation.toolchain import zig_cache
 from mechc.compilation.toolchain.found import installed_compiler
 from mechc.compilation.toolchain.found import packaged_compiler as packaged_compiler
-from mechc.compilation.toolchain.interrupts import interrupts_deferred
 from mechc.errors import CompilerError, install_command
 from mechc.files import ON_WINDOWS, in_forked_child
+from mechc.interrupts import interrupts_deferred
 
 _OWN_PROGRAM = re.compile(r"(.+-)?(gcc|clang)(-[\d.]+)?|zig")  # not ccache, not a script
 _STEERING = ("COMPILER_PATH", "GCC_EXEC_PREFIX", "CPATH", "C_INCLUDE_PATH", "LIBRARY_PATH")

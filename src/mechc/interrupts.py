@@ -1,4 +1,7 @@
-"""Ctrl-C where what is half done is broken: processes being started, packages being imported."""
+"""Ctrl-C where what is half done is broken: processes being started, packages being imported.
+
+Importing this module imports NumPy to its end: a process can load its compiled modules once.
+"""
 
 from __future__ import annotations
 
@@ -67,3 +70,7 @@ class _WholeImports(MetaPathFinder):
 def import_as_a_whole() -> None:
     """From now on, an interrupted import of SymPy leaves nothing of it, and may be repeated."""
     sys.meta_path.insert(0, _WholeImports())
+
+
+with interrupts_deferred():
+    import numpy as numpy  # and only then what Ctrl-C does

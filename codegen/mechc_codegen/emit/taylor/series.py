@@ -29,7 +29,7 @@ from mechc_codegen.emit.expressions import (
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.printer import RealPrinter
 from mechc_codegen.emit.taylor.sums import Pair, are_few, arrange, sums_text
-from mechc_codegen.ir.program import Operation, Series
+from mechc_codegen.ir.program import Operation, Series, symbols_of
 
 Row = tuple[int, str]  # an operation's number, and "" or "j" where coefficient j is times j
 _HIDING = ("exp", "log", "quotient", "root", "power")
@@ -60,10 +60,13 @@ class SeriesWriter:
         self.series = series
         self.printer = RealPrinter()
         symbols = functions.program.symbols
-        arrays = ("p", symbols.parameters), ("k", functions.constants)
-        self.loads = [let(s.name, named(a)[i]) for a, of in arrays for i, s in enumerate(of)]
         self.nq, self.nu = len(symbols.q), len(symbols.u)
         self.needed = series.needed_operations
+        held = [series.operations[n] for n in self.needed]
+        used = symbols_of(e for o in held for e in (o.value, *o.factors) if e is not None)
+        arrays = ("p", symbols.parameters), ("k", functions.constants)
+        places = [(s, named(a)[i]) for a, of in arrays for i, s in enumerate(of) if s in used]
+        self.loads = [let(s.name, place) for s, place in places]
         self.integrals = [each for each in series.integrals if each[0] in self.needed]
         integrated = [*range(self.nq + self.nu), *(n for n, _ in self.integrals)]
         self.rows: dict[Row, int] = {(n, ""): place for place, n in enumerate(integrated)}

@@ -1,6 +1,7 @@
 """Scenes drawn from a grammar of what users write: do all methods and doors give one motion?
 
-    mechc bench drawn [--count N] [--seed S] [--only-case K] [--only DOOR ...] [--minutes M]
+    mechc bench drawn [--count N] [--seed S] [--minutes M] [--only DOOR ...] [--having WORD]
+    mechc bench drawn --seed S --only-case K
 
 A case is the text of a mechanism, compiled once and run with several sets of numbers and starts.
 Each of these scenes is computed by SymPy's own matrices, by SciPy, by every method, in batches and
@@ -29,6 +30,7 @@ from .tally import Tally
 HASHES = "PYTHONHASHSEED"  # the order of SymPy's sets is that of a seed
 NUMBERS = 10  # of each case
 BAD_SYSTEM = 2
+MOST = 1_000_000  # cases that are looked at
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -71,6 +73,8 @@ def _parse(arguments: Sequence[str]) -> argparse.Namespace:
     parser.add_argument("--only-case", type=int, metavar="K", help="this case alone, with its text")
     parser.add_argument("--only", nargs="+", default=(), metavar="WORD",
                         help="doors whose names have one of these words")  # fmt: skip
+    parser.add_argument("--having", metavar="WORD",
+                        help="cases with a construct of this word")  # fmt: skip
     parser.add_argument("--numbers", type=int, default=NUMBERS, metavar="N",
                         help=f"sets of numbers of each case [{NUMBERS}]")  # fmt: skip
     parser.add_argument("--minutes", type=float, default=float("inf"), metavar="M",
@@ -104,13 +108,6 @@ def _run(chosen: argparse.Namespace, folder: Path) -> int:
     print(f"seed {chosen.seed}", flush=True)
     alone = chosen.only_case is not None
 
-    def cases() -> Iterator[int]:
-        first = chosen.only_case if alone else chosen.first
-        for case in range(first, first + (1 if alone else chosen.count)):
-            if time.monotonic() - begun > 60 * chosen.minutes:
-                return
-            yield case
-
     def judge(case: int) -> object:
         own = folder / f"case-{case}"
         own.mkdir()
@@ -118,11 +115,23 @@ def _run(chosen: argparse.Namespace, folder: Path) -> int:
         os.environ["MECHC_CACHE_DIR"] = str(own / "cache")
         return judge_case(chosen.seed, case, chosen.numbers, chosen.only)
 
-    for case, outcome, seconds in each(cases(), judge, 1 if alone else chosen.jobs, folder):
+    cases = iter([chosen.only_case]) if alone else _cases(chosen, begun)
+    for case, outcome, seconds in each(cases, judge, 1 if alone else chosen.jobs, folder):
         tally.add(case, outcome, seconds, show=alone)
         shutil.rmtree(folder / f"case-{case}", ignore_errors=True)
     tally.print(time.monotonic() - begun)
     return 1 if tally.failed else 0
+
+
+def _cases(chosen: argparse.Namespace, begun: float) -> Iterator[int]:
+    """The cases that were asked for, until the time is over."""
+    found = 0
+    for case in range(chosen.first, chosen.first + MOST):
+        if found == chosen.count or time.monotonic() - begun > 60 * chosen.minutes:
+            return
+        if not chosen.having or any(chosen.having in x for x in drawn(chosen.seed, case).used):
+            found += 1
+            yield case
 
 
 if __name__ == "__main__":

@@ -24,6 +24,8 @@ def write(w: Writer) -> None:
         made.append(f"joint{k}")
         bodies.append(name)
         before = name if w.chance(0.8) else before
+    if w.chance(0.35):
+        loads.append(_actuator(w, bodies))
     w.line(f"joints = [{', '.join(made)}]")
     w.line(f"loads = [{', '.join(loads)}]")
     down = w.one_of(["-{g} * ground.y", "{g} * ground.x"]).format(g=w.value("g", 8.0, 11.0))
@@ -31,7 +33,8 @@ def write(w: Writer) -> None:
     w.line("formed = me.System.from_newtonian(ground)")
     w.line("formed.add_joints(*joints)")
     w.line("formed.apply_uniform_gravity(gravity)")
-    w.line("formed.add_loads(*loads)")
+    w.line("formed.add_loads(*(x for load in loads for x in (load.to_loads() if isinstance(load, "
+           "me.ActuatorBase) else [load])))")  # fmt: skip
     w.line("formed.form_eoms()")
     if w.chance(0.5):
         w.note("as a System")
@@ -63,3 +66,20 @@ def _joint(w: Writer, k: int, parent: str, child: str, planar: bool) -> list[str
         return [f"({child}.frame, ({law}) * {parent}.{axis})",
                 f"({parent}.frame, -({law}) * {parent}.{axis})"]  # fmt: skip
     return [f"({child}.masscenter, ({law}) * {parent}.{axis})"]
+
+
+def _actuator(w: Writer, bodies: list[str]) -> str:
+    """A spring or damper of SymPy between a point of the ground and a body's mass centre."""
+    kind = w.one_of(["LinearSpring", "LinearDamper"])
+    w.note(f"actuator: {kind}")
+    x, y = round(w.between(1.0, 2.0), 2), round(w.between(1.0, 2.0), 2)
+    w.line(f'hook = ground.masscenter.locatenew("hook", {x} * ground.x + {y} * ground.y)')
+    w.line("hook.set_vel(ground.frame, 0)")
+    w.line(f"path = me.LinearPathway(hook, {bodies[-1]}.masscenter)")
+    if kind == "LinearSpring":
+        w.line(
+            f"actuator = me.LinearSpring({w.value('k', 0.5, 3.0)}, path, {w.value('l', 0.3, 1.0)})"
+        )
+    else:
+        w.line(f"actuator = me.LinearDamper({w.value('c', 0.05, 0.5)}, path)")
+    return "actuator"

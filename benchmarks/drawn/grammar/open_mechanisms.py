@@ -297,7 +297,10 @@ def write_kane(w: Writer) -> None:
     w.line(f"formed.kanes_equations([{', '.join(tree.bodies)}], loads)")
     w.line("described = formed")
     if "speeds that are no rates" not in w.used and w.chance(0.15):
-        stops.write(w, tree.q)
+        if w.chance(0.7):
+            stops.write(w, tree.q)
+        else:
+            stops.write_friction(w, tree.q, u)
 
 
 def write_lagrange(w: Writer) -> None:

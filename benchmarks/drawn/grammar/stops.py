@@ -1,4 +1,4 @@
-"""Stops at coordinates: impacts by Newton's law."""
+"""Stops at coordinates, and dry friction: what runs are given as events."""
 
 from __future__ import annotations
 
@@ -18,3 +18,13 @@ def write(w: Writer, q: list[str]) -> None:
     w.line(f"stop = ({gap}, {e})")
     given = w.one_of(["stop[0]", "str(stop[0]).replace('(t)', '')"])
     w.line(f"events = [mechc.Stop({given}, {e})]")
+
+
+def write_friction(w: Writer, q: list[str], u: list[str]) -> None:
+    """Dry friction in a joint, as a force that does not depend on the motion."""
+    w.note("dry friction")
+    k = w.whole(0, len(q) - 1)
+    mu = round(w.between(0.05, 0.4), 2)
+    static = f", static={round(mu * 1.3, 3)}" if w.chance(0.4) else ""
+    slip = w.one_of([u[k], f'"{u[k]}"'])
+    w.line(f"events = [mechc.DryFriction({slip}, mu={mu}, normal=1{static})]")

@@ -23,12 +23,13 @@ SINGULAR = 1e-9  # of the largest singular value: below, a row that depends on t
 
 
 class ClosedState(NamedTuple):
-    """A closed state (nx,), its derivatives by the state that was moved (nx, nx) and by the
-    parameters (nx, np)."""
+    """A closed state (nx,), its derivatives by the state that was moved (nx, nx), by the parameters
+    (nx, np) and by the values of inputs (nx, ni)."""
 
     y: Array
     by_state: Array
     by_parameters: Array
+    by_inputs: Array
 
 
 @dataclass(frozen=True)
@@ -55,23 +56,26 @@ class Retraction:
         Raises :class:`AssemblyError` if there is none along the directions.
         """
         nq, nx = len(system.coordinates), len(y)
+        by_others = {"parameters": np.zeros((nx, len(p))),
+                     "inputs": np.zeros((nx, len(system.input_values)))}  # fmt: skip
         if not system.scene.rows:
-            return ClosedState(y, np.eye(nx), np.zeros((nx, len(p))))
+            return ClosedState(y, np.eye(nx), *by_others.values())
         y = y.copy()
         self._close_coordinates(system, y, p, t)
         rows, turn = system.constraint_jacobian(y, p, t), _gradient(system, y, p, t)
         back = self.of_speeds @ np.linalg.pinv(rows @ self.of_speeds, rcond=SINGULAR)
         y[nq:] -= back @ system.velocity_constraints(y, p, t)
         lift = self.of_coordinates @ np.linalg.pinv(turn @ self.of_coordinates, rcond=SINGULAR)
-        by_state, by_parameters = np.eye(nx), np.zeros((nx, len(p)))
+        by_state = np.eye(nx)
         by_state[:nq, :nq] -= lift @ turn
-        by_parameters[:nq] = -lift @ _by_parameters(system, "constraints", y, p, t)
         bent = system.evaluate("velocity_gradient", y, p, t)
         by_state[nq:, nq:] -= back @ rows
         by_state[nq:, :nq] = -back @ bent @ by_state[:nq, :nq]
-        faster = _by_parameters(system, "velocity_constraints", y, p, t)
-        by_parameters[nq:] = -back @ (faster + bent @ by_parameters[:nq])
-        return ClosedState(y, by_state, by_parameters)
+        for name, found in by_others.items():
+            found[:nq] = -lift @ _slopes(system, f"constraints_by_{name}", len(turn), y, p, t)
+            faster = _slopes(system, f"velocity_constraints_by_{name}", len(rows), y, p, t)
+            found[nq:] = -back @ (faster + bent @ found[:nq])
+        return ClosedState(y, by_state, *by_others.values())
 
     def _close_coordinates(self, system: System, y: Array, p: Array, t: float) -> None:
         nq, size = len(system.coordinates), system.length(p)
@@ -90,13 +94,11 @@ class Retraction:
         raise AssemblyError("the loops do not close near a state that the search came to")
 
 
-def _by_parameters(system: System, rows: str, y: Array, p: Array, t: float) -> Array:
-    """The derivative of the constraints' rows by parameters; of a scene without, none."""
-    name = f"{rows}_by_parameters"
+def _slopes(system: System, name: str, count: int, y: Array, p: Array, t: float) -> Array:
+    """A derivative of the constraints' rows; zero (count, 1) in a scene without it."""
     if name in system.scene.outputs:
         return np.asarray(system.evaluate(name, y, p, t))
-    count = len(system.evaluate(rows, y, p, t))
-    return np.zeros((count, len(p)))
+    return np.zeros((count, 1))
 
 
 def _gradient(system: System, y: Array, p: Array, t: float) -> Array:

@@ -228,7 +228,8 @@ class CasadiModel:
         start, end = found.at(np.array([t0, t1]), np.array([y0, y1]))
         nx, last = len(y1), len(y1) + len(system.inputs)
         by_state = end[:, :nx] @ closed.by_state
-        moved = closed.by_parameters - start[:, last:]
-        by_parameters = end[:, last:] + end[:, :nx] @ moved
+        values = [system.input_values.index(name) for name in system.inputs]
+        closing = np.hstack([closed.by_inputs[:, values], closed.by_parameters])
+        by_others = end[:, nx:] + end[:, :nx] @ (closing - start[:, nx:])
         rates = system.rates(y1, sol.params, t1)
-        return [[rates[:, None], by_state, end[:, nx:last], by_parameters]]
+        return [[rates[:, None], by_state, by_others[:, : last - nx], by_others[:, last - nx :]]]

@@ -6,6 +6,7 @@ import pytest
 import mechc
 from mechc.assembly.retraction import Retraction
 from mechc.errors import AssemblyError
+from tests.support.pendulums import bob_of_a_moved_pivot
 
 
 @pytest.fixture(scope="module")
@@ -50,3 +51,23 @@ def test_a_scene_without_loops_is_left_as_it_is():
     p, y = system.parameter_set.resolve(None), np.array([0.3, 0.2])
     one = Retraction.at(system, y, p, 0.0).close(system, y, p, 0.0)
     np.testing.assert_array_equal(one.by_state, np.eye(2))
+
+
+def test_an_input_in_a_constraint_moves_the_closed_state():
+    """The pivot of a bob: nearer to it a state is moved farther."""
+    defaults = {"m": 2.0, "l": 1.3}
+    model = mechc.compile(bob_of_a_moved_pivot()[0], outputs=("sensitivities",), defaults=defaults)
+
+    def system(r):
+        at = [lambda t, value=value: value for value in r]
+        return model.with_inputs({"r": tuple(at)}).system
+
+    p, r = model.system.parameter_set.resolve(None), np.array([0.2, -0.4, 0.7])
+    y = np.array([0.7, -1.1, 0.5, 0.4])
+    retraction = Retraction.at(system(r), y, p, 0.0)
+    found = retraction.close(system(r), y, p, 0.0).by_inputs
+    assert model.input_values == ("r", "r'", "r''")
+    for k, side in enumerate(1e-6 * np.eye(3)):
+        one, two = (retraction.close(system(r + s), y, p, 0.0).y for s in (side, -side))
+        np.testing.assert_allclose(found[:, k], (one - two) / 2e-6, atol=1e-8)
+    assert np.abs(found[:, :2]).max() > 0.1

@@ -5,6 +5,7 @@ import pytest
 
 import mechc
 from benchmarks.problems import optimal as problems
+from tests.support.pendulums import bob_of_a_moved_pivot
 
 casadi = pytest.importorskip("casadi")
 
@@ -50,6 +51,17 @@ def test_derivatives_of_a_motion_from_a_state_off_the_loops(bar):
     model, p, y = bar
     f = mechc.casadi(model, near=y, rtol=1e-12)
     _check(f.motion, (0.3, y + 0.01 * np.arange(6), [], p), atol=1e-5)
+
+
+def test_derivatives_of_a_motion_by_an_input_in_a_constraint():
+    """The start is moved onto the constraints, which the input moves too."""
+    defaults = {"m": 2.0, "l": 1.3}
+    model = mechc.compile(bob_of_a_moved_pivot()[0], outputs=("sensitivities",), defaults=defaults)
+    guess = {"y": -1.0}
+    near = model.with_inputs({"r": 0.2}).assemble({"x": 0.7}, {"u": 0.5}, guess)
+    f = mechc.casadi(model, near=near, rtol=1e-12)
+    y = near + 0.2 * np.array([1.0, 0.5, -1.0, 2.0])
+    _check(f.motion, (0.3, y, [0.2], model.system.parameter_set.resolve(None)), atol=1e-5)
 
 
 def test_loops_need_a_state_near():

@@ -142,6 +142,15 @@ class Series:
 
 
 @dataclass(frozen=True)
+class Knots:
+    """Values of an argument at which steps end; those of one period where there is one."""
+
+    argument: Expr
+    values: tuple[float, ...]
+    period: float | None
+
+
+@dataclass(frozen=True)
 class Program:
     """A straight-line program; see the module's description."""
 
@@ -150,6 +159,7 @@ class Program:
     hoisted: tuple[Statement, ...] = ()
     body: tuple[Statement, ...] = ()
     series: Series | None = None  # of the motion
+    knots: tuple[Knots, ...] = ()  # of the switching functions that are arguments of tables
 
     def __str__(self) -> str:
         lines = [f"hoisted {s}" for s in self.hoisted] + [str(s) for s in self.body]

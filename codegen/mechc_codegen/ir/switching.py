@@ -3,10 +3,9 @@
 Input: an optimised program.  Output: the same with one more output.  The functions at whose
 zeros an equation has a corner or a jump: the arguments of Abs and Step, sin(pi x) for Floor(x), y
 for the cut of atan2(y, x), poles in atan and tanh, and what changes its sign where a root or the
-argument of asin and acos touches the end of its range.  After these the edges of narrow features
-(features.py).
-Invariant: the program is as before where there is none, and where an equation has a table, which
-has corners that no function of these shows.
+argument of asin and acos touches the end of its range.  After these the arguments of tables
+(knots.py), with their knots instead of zero, and the edges of narrow features (features.py).
+Invariant: the program is as before where there is none.
 """
 
 from __future__ import annotations
@@ -39,10 +38,10 @@ from sympy import (
 from mechc_codegen.derive.equations import Output
 from mechc_codegen.description.piecewise import Floor, Step
 from mechc_codegen.description.request import OutputRequest
-from mechc_codegen.description.tables import Lookup
 from mechc_codegen.ir.definitions import Definitions
 from mechc_codegen.ir.factors import as_product
 from mechc_codegen.ir.features import edges
+from mechc_codegen.ir.knots import table_knots
 from mechc_codegen.ir.operations import count_operations
 from mechc_codegen.ir.program import FEATURE, SWITCHING, Program, equation_values
 
@@ -52,16 +51,17 @@ _TO_FACTOR = 30  # operations: of longer sums factors are not looked for, which 
 def add_switching(program: Program, request: OutputRequest) -> Program:
     """Add the output of the switching functions; user-defined outputs are not looked at."""
     values = list(equation_values(program, request.expressions))
-    if any(value.has(Lookup) for value in values):
-        return program
     jumps, features = switching_functions(program, values), feature_edges(program, values)
-    if not jumps and not features:
+    knots = tuple(table_knots(values, Definitions.of(program)))
+    elements = (*jumps, *(each.argument for each in knots), *features)
+    if not elements:
         return program
     labels = [f"switch {i}" for i in range(len(jumps))]
+    labels += [f"argument of a table {i}" for i in range(len(knots))]
     labels += [f"{FEATURE} {i}" for i in range(len(features))]
     equation = "functions at whose zeros the equations change their form"
-    output = Output(SWITCHING, equation, jumps + features, (len(labels),), tuple(labels))
-    return replace(program, outputs=(*program.outputs, output)).verify()
+    output = Output(SWITCHING, equation, elements, (len(labels),), tuple(labels))
+    return replace(program, outputs=(*program.outputs, output), knots=knots).verify()
 
 
 def switching_functions(program: Program, values: Iterable[Expr]) -> tuple[Expr, ...]:

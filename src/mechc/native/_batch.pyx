@@ -7,7 +7,8 @@ from libc.stdlib cimport calloc, free
 
 from mechc.native._abi cimport (
     MECHC_COUNTS, MECHC_LEASTS, MECHC_PART_COLLOCATION, MECHC_PART_DRIVER, MECHC_PART_EXPLICIT,
-    MECHC_PART_IMPLICIT, MECHC_PART_OUTPUTS, mechc_options, mechc_part_of_members, mechc_part_of_method, mechc_stack_of,
+    MECHC_PART_IMPLICIT, MECHC_PART_OUTPUTS, MECHC_PART_TAYLOR, mechc_options, mechc_part_of_members,
+    mechc_part_of_method, mechc_stack_of,
     mechc_unit, mechc_with_stack
 )
 from mechc.native._driver cimport Scene
@@ -76,7 +77,8 @@ cdef int parts_of_batch(Scene scene, const mechc_options *options, bint lockstep
     """The parts of a unit that such runs may need, so that none waits for one under way."""
     cdef int parts = MECHC_PART_DRIVER
     parts |= (mechc_part_of_members if lockstep else mechc_part_of_method)(options.method)
-    if scene.holonomic or lockstep:
+    # over change points, and where steps do not settle what a switching function shows
+    if scene.holonomic or scene.switches or parts & MECHC_PART_TAYLOR or lockstep:
         parts |= MECHC_PART_EXPLICIT
     if lockstep or options.when_stiff: # members that continue alone, and that a series leaves to it
         parts |= MECHC_PART_COLLOCATION

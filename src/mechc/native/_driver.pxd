@@ -14,6 +14,7 @@ cdef class Scene:
     cdef dict indices
     cdef readonly dict outputs  # name -> width
     cdef readonly int width, coordinates, speeds, rows, holonomic, parameters, inputs
+    cdef readonly bint switches # has it switching functions?
     cdef int widest  # output
     cdef size_t stack  # bytes of stack that it needs beyond those of any thread
 

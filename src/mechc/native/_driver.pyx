@@ -220,6 +220,7 @@ cdef class Scene:
         self.stack = mechc_stack_of(self.width)
         self.rows = self.model.rows
         self.holonomic = self.model.holonomic
+        self.switches = b'"switches": ' in <bytes>self.model.metadata
         self.parameters = self.model.parameters
         self.inputs = self.model.inputs
         self.indices = {

@@ -153,7 +153,8 @@ def test_smooth_equations_and_what_parameters_decide_have_none(load: Expr) -> No
     assert made(load)[1]["smooth"]
 
 
-def test_a_table_has_corners_that_none_shows() -> None:
-    table = mechc.Table([0.0, 0.5, 1.0, 2.0], [0.0, 0.1, 0.5, 0.0])
-    assert found(table(q) - sign(u)) == []
+def test_the_arguments_of_tables_follow_the_jumps() -> None:
+    """Their knots end steps: see test_knots.py."""
+    table = mechc.Table([0.0, 0.5, 1.0, 2.0], [0.0, 0.1, 0.5, 0.0], outside="hold")
+    assert found(table(q) - sign(u)) == [-STATE[u], STATE[q]]
     assert not made(table(q))[1]["smooth"]

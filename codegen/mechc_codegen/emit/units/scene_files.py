@@ -19,7 +19,7 @@ from mechc_codegen.emit.periodic import angles
 from mechc_codegen.emit.printer import RealPrinter
 from mechc_codegen.emit.units.block_elimination import BlockElimination
 from mechc_codegen.emit.units.instruction_sets import InstructionSet
-from mechc_codegen.ir.program import FEATURE, SWITCHING, SineCosine
+from mechc_codegen.ir.program import FEATURE, SWITCHING, Knots, SineCosine
 
 VARIATIONAL = {
     "constraint_gradient": "MECHC_GRADIENT",
@@ -83,6 +83,7 @@ def _sizes_of_few(functions: SceneFunctions) -> str:
         labels = functions.outputs[SWITCHING].labels
         features = sum(label.startswith(FEATURE) for label in labels)
         text += f"#define MECHC_FEATURES {features} /* the last of them */\n" if features else ""
+        text += _knots(functions.program.knots)
     if functions.program.series:
         text += "#define MECHC_TAYLOR_SERIES 1 /* the motion's recurrences */\n"
     if functions.blocks:
@@ -95,6 +96,20 @@ def _sizes_of_few(functions: SceneFunctions) -> str:
         text += "".join(f"#define {macro} 1\n" for macro in ("MECHC_VARIATIONAL", *present))
     text += f"#define MECHC_NI {values} /* values of inputs */\n" if values else ""
     return text + ("#define MECHC_ROWS_HOLD_INPUTS 1\n" if functions.rows_hold_inputs else "")
+
+
+def _knots(knots: Sequence[Knots]) -> str:
+    """Knots of the arguments of tables: all values in a row, where each argument's begin."""
+    if not knots:
+        return ""
+    begins = [sum(len(each.values) for each in knots[:n]) for n in range(len(knots) + 1)]
+    values = ", ".join(repr(value) for each in knots for value in each.values)
+    periods = ", ".join(repr(each.period or 0.0) for each in knots)
+    return (
+        f"#define MECHC_KNOTTED {len(knots)} /* before these: arguments of tables */\n"
+        f"#define MECHC_KNOTS {values}\n#define MECHC_KNOTS_BEGIN {_comma_list(begins)}\n"
+        f"#define MECHC_KNOTS_PERIOD {periods}\n"
+    )
 
 
 def _slides(functions: SceneFunctions, metadata: Mapping[str, Any]) -> str:

@@ -19,6 +19,10 @@
 #define MECHC_FEATURES 0 /* the last of these: edges of narrow features */
 #endif
 
+#ifndef MECHC_KNOTTED
+#define MECHC_KNOTTED 0 /* those before: arguments of tables, which have knots instead of zeros */
+#endif
+
 /* Squared sine or share, and squared length over that of the longest row, below which rows are not
  * eliminated block by block: see loops/blocks.h. */
 #define MECHC_SAFE_SINE 0.1

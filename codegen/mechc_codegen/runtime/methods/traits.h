@@ -38,7 +38,7 @@
     .growth = 6.0, \
     .holds_crossing = 1, \
     .horizon = 2.0, \
-    .in_lockstep = MECHC_FEATURES == 0, \
+    .in_lockstep = MECHC_FEATURES + MECHC_KNOTTED == 0, \
     .farthest = HUGE_VAL, \
     .ignored = 1.0, \
     .after_failure = 0.3

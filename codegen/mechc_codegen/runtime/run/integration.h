@@ -13,6 +13,7 @@ typedef struct mechc_driver mechc_driver;
 typedef struct {
     double cut;     /* the step to try, which is to end at a zero; 0: as step control says */
     double planned; /* the step before it was cut; 0: it was not */
+    double next;    /* after a step that ends at a table's knot, about: to the next one */
     int refused;    /* attempts in a row */
     int unwatched;  /* until a step is accepted */
     int rest, rests; /* steps that are left to the pair, and were left to it the last time */

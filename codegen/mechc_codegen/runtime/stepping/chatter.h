@@ -2,6 +2,7 @@
 #pragma once
 
 #include "run/rates.h"
+#include "stepping/knots.h"
 #include "stepping/lockstep_fit.h"
 
 #define MECHC_CHATTER_TURNS 8       /* ends of steps no nearer to the jump, among those watched */
@@ -82,6 +83,7 @@ MECHC_RARE void mechc_watch_chatter(mechc_integration *run)
         const double before = switches->side[k], value = here.value[k];
         const int at_zero = mechc_is_at_zero(run, &here, k), returns = mechc_switch_returns(&here, k);
         const int nearer = before * value > 0.0 && fabs(value) < fabs(before);
+        if (mechc_has_knots(k)) continue;
         switches->side[k] = at_zero ? 0.0 : value;
         if (at_zero) continue;
         switches->turns[k] = returns ? switches->turns[k] + !nearer : 0;

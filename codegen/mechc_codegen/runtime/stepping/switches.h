@@ -13,9 +13,9 @@
 
 #include "stepping/chatter.h"
 #include "stepping/control.h"
+#include "stepping/knots.h"
 
 #define MECHC_SWITCH_NODES (MECHC_MOST_NODES + 1)
-#define MECHC_FIRST_FEATURE (MECHC_SWITCHES - MECHC_FEATURES)
 #define MECHC_SWITCH_PIECES 4        /* between two nodes, in which a sign is looked for */
 #define MECHC_SWITCH_NEAR 1e-3       /* of the step: the end is corrected by one step of Newton's method */
 #define MECHC_SWITCH_EXACT 3e-3      /* of rtol: of the step, off a zero */
@@ -219,7 +219,36 @@ MECHC_STATIC double mechc_switch_of(mechc_integration *run, double h, int which,
     return switches->at_end[which] ? HUGE_VAL : 1.0 + beyond;
 }
 
-#if MECHC_FEATURES
+#if MECHC_KNOTTED
+/* The first knot that an argument of a table comes to, as mechc_switch_of. */
+MECHC_RARE double mechc_first_knot(mechc_integration *run, double h, int which, const double *values)
+{
+    mechc_switches *switches = &run->switches;
+    const int last = mechc_switch_nodes(run)->count, was = switches->at_start[which];
+    const double nearest = mechc_nearest_knot(which, values[0]);
+    double beside[MECHC_SWITCH_NODES], first = HUGE_VAL;
+    int start = 0, end = 0;
+    for (double number = nearest - 1.0; number <= nearest + 1.0; number += 1.0) {
+        const double knot = mechc_knot(which, number);
+        if (!(fabs(knot) < HUGE_VAL)) continue;
+        for (int i = 0; i <= last; i++) beside[i] = values[i] - knot;
+        switches->at_start[which] = was && number == nearest;
+        switches->at_end[which] = 0;
+        first = mechc_min(first, mechc_switch_of(run, h, which, beside));
+        start |= switches->at_start[which];
+        if (!switches->at_end[which]) continue;
+        const double slope = (values[last] - values[last - 1]) / (1.0 - mechc_switch_nodes(run)->at[last - 1]);
+        const double next = mechc_knot(which, number + (slope > 0.0 ? 1.0 : -1.0));
+        switches->next = mechc_min(switches->next, fabs(h * (next - values[last]) / slope));
+        end = 1;
+    }
+    switches->at_start[which] = start;
+    switches->at_end[which] = end;
+    return first;
+}
+#endif
+
+#if MECHC_WATCHED_BY_ALL
 /* Switching functions at the nodes of a step of a method that does not keep its path: along the cubic
  * through states and rates of both ends. */
 MECHC_RARE void mechc_switches_of_cubic(const mechc_integration *run, double h, const double *end,
@@ -257,18 +286,26 @@ MECHC_STATIC int mechc_sees_feature(int which, const double *values, int count)
 MECHC_RARE double mechc_first_switch(mechc_integration *run, double h, const double *end)
 {
     const int nodes = mechc_switch_nodes(run)->count + 1;
+    mechc_switches *switches = &run->switches;
     double values[MECHC_AT_LEAST_ONE(MECHC_SWITCHES) * MECHC_SWITCH_NODES], first = HUGE_VAL;
-#if MECHC_FEATURES
+#if MECHC_WATCHED_BY_ALL
     if (!run->current->switching) mechc_switches_of_cubic(run, h, end, values);
 #else
     (void)end;
 #endif
     if (run->current->switching) run->current->switching(run, h, values);
-    for (int k = run->current->switching ? 0 : MECHC_FIRST_FEATURE; k < MECHC_SWITCHES; k++) {
+    switches->next = HUGE_VAL;
+    for (int k = run->current->switching ? 0 : MECHC_FIRST_KNOTTED; k < MECHC_SWITCHES; k++) {
         const double *own = values + k * nodes;
-        double *size = &run->switches.size[k];
+        double *size = &switches->size[k];
         if (mechc_sees_feature(k, own, nodes)) continue;
         for (int i = 0; i < nodes; i++) *size = fmax(*size, fabs(own[i]));
+#if MECHC_KNOTTED
+        if (mechc_has_knots(k)) {
+            first = mechc_min(first, mechc_first_knot(run, h, k, own));
+            continue;
+        }
+#endif
         first = mechc_min(first, mechc_switch_of(run, h, k, own));
     }
     return first;
@@ -302,7 +339,7 @@ MECHC_STATIC void mechc_leave_zero(mechc_integration *run)
 {
     mechc_switches *switches = &run->switches;
     if (run->current->renew) run->current->renew(run);
-    run->step = mechc_max(run->step, switches->planned);
+    run->step = mechc_min(mechc_max(run->step, switches->planned), mechc_max(switches->next, mechc_smallest_step(run)));
     if (switches->row++ > 0) return;
     switches->row_t = run->head.t;
     switches->row_step = run->step;
@@ -312,7 +349,9 @@ MECHC_RARE int mechc_cut_step(mechc_integration *run, double h, const double *en
 {
     mechc_switches *switches = &run->switches;
     const mechc_nodes *nodes = mechc_switch_nodes(run);
-    const double last = nodes->at[nodes->count - 1], length = fabs(h);
+    /* stages at the end of a step are of the form before a knot if it ends there at the latest */
+    const int stages_at_end = MECHC_KNOTTED && !run->current->switching;
+    const double last = stages_at_end ? 1.0 : nodes->at[nodes->count - 1], length = fabs(h);
     const double zero = mechc_first_switch(run, h, end);
     const int clean = zero > last; /* all rates are of one form */
     if (good && zero == HUGE_VAL) return 0;
@@ -332,7 +371,7 @@ MECHC_STATIC int mechc_cut_at_switch(mechc_integration *run, double h, const dou
     if (!MECHC_SWITCHES) return 0;
     memset(switches->at_end, 0, sizeof switches->at_end);
     switches->cut = 0.0;
-    if (switches->unwatched || (!run->current->switching && !MECHC_FEATURES)) return 0;
+    if (switches->unwatched || (!run->current->switching && !MECHC_WATCHED_BY_ALL)) return 0;
     if (status != MECHC_RUNNING && (status != MECHC_NOT_CLOSED || !run->current->switching)) return 0;
     return mechc_cut_step(run, h, end, error <= run->allowed);
 }
@@ -341,12 +380,15 @@ MECHC_STATIC int mechc_cut_at_switch(mechc_integration *run, double h, const dou
 MECHC_STATIC int mechc_pass_switches(mechc_integration *run)
 {
     mechc_switches *switches = &run->switches;
-    int ended = 0;
+    int ended = 0, chatters = 0; /* steps from one knot to the next do not */
     if (!MECHC_SWITCHES) return MECHC_RUNNING;
-    for (int k = 0; k < MECHC_SWITCHES; k++) ended |= switches->at_end[k];
+    for (int k = 0; k < MECHC_SWITCHES; k++) {
+        ended |= switches->at_end[k];
+        chatters |= switches->at_end[k] && !mechc_has_knots(k);
+    }
     memcpy(switches->at_start, switches->at_end, sizeof switches->at_start);
     if (ended) mechc_leave_zero(run);
-    else switches->row = 0;
+    if (!chatters) switches->row = 0;
     mechc_watch_some_steps(run);
     switches->refused = switches->unwatched = 0;
     mechc_return_to_switches(run);

@@ -9,6 +9,7 @@
 
 #include "abi/variation.h"
 #include "run/dense_output.h"
+#include "stepping/knots.h"
 #include "variational/states.h"
 
 #if MECHC_VARIATIONAL && MECHC_SWITCHES
@@ -25,6 +26,7 @@ typedef struct {
     const mechc_given_twice *given;
     ptrdiff_t step;
     double t, h; /* its start and length */
+    double zero[MECHC_SWITCHES]; /* of its functions: 0, or the knot at which it ends */
 } mechc_jump_place;
 
 /* A zero of a switching function in a step; t: NaN where there is none. */
@@ -60,7 +62,7 @@ MECHC_STATIC double mechc_jump_value_at(const mechc_jump_place *at, int which, d
 {
     double y[MECHC_NX];
     mechc_jump_state(at, t, y);
-    return mechc_jump_value(&at->given->scalar, which, t, y);
+    return mechc_jump_value(&at->given->scalar, which, t, y) - at->zero[which];
 }
 
 /* The time, a little after the start of a step, from which its zeros count. */
@@ -81,11 +83,11 @@ MECHC_STATIC mechc_jump_zero mechc_jump_first(const mechc_jump_place *at, double
     mechc_jump_state(at, last, y);
     mechc_scalar_output_switching(last, y, y + MECHC_NQ, &at->given->scalar, after);
     for (int k = 0; k < MECHC_SWITCHES; k++) {
-        if ((before[k] > 0.0) == (after[k] > 0.0)) continue;
+        if ((before[k] > at->zero[k]) == (after[k] > at->zero[k])) continue;
         double low = from, high = last;
         for (int i = 0; i < 60; i++) {
             const double middle = 0.5 * (low + high);
-            if ((mechc_jump_value_at(at, k, middle) > 0.0) == (after[k] > 0.0)) high = middle;
+            if ((mechc_jump_value_at(at, k, middle) > 0.0) == (after[k] > at->zero[k])) high = middle;
             else low = middle;
         }
         if (isnan(first.t) || fabs(high - from) < fabs(first.t - from))
@@ -196,7 +198,7 @@ MECHC_STATIC int mechc_jump_at(const mechc_jump_place *at, const mechc_jump_zero
     }
     if (!jumps) return 0;
     mechc_jump_state(at, zero->t, y);
-    const double value = mechc_jump_value(&at->given->scalar, zero->which, zero->t, y);
+    const double value = mechc_jump_value_at(at, zero->which, zero->t);
     const double near = mechc_jump_value_at(at, zero->which, t[1]);
     const double far = mechc_jump_value_at(at, zero->which, t[0]);
     const double rate = (3.0 * value - 4.0 * near + far) / (2.0 * apart);
@@ -250,8 +252,11 @@ MECHC_STATIC int mechc_next_jump(const mechc_jump_place *at, double *from, doubl
 MECHC_RARE int mechc_jumps_of_step(const mechc_given_twice *given, const mechc_trajectory *record,
                                    ptrdiff_t step, double *map)
 {
-    const mechc_jump_place at = {
-        record, given, step, record->t[step], record->t[step + 1] - record->t[step]};
+    const double *end = record->y + (step + 1) * MECHC_NX;
+    mechc_jump_place at = {
+        record, given, step, record->t[step], record->t[step + 1] - record->t[step], {0.0}};
+    mechc_scalar_output_switching(record->t[step + 1], end, end + MECHC_NQ, &given->scalar, at.zero);
+    for (int k = 0; k < MECHC_SWITCHES; k++) at.zero[k] = mechc_zero_near(k, at.zero[k]);
     double from = mechc_jump_from(record, step);
     const double last = mechc_jump_from(record, step + 1);
     mechc_jump jump;

@@ -19,6 +19,7 @@ from mechc.simulation.settings import (
     checked_policy,
     checked_span,
     checked_times,
+    checked_truth,
     without_series,
 )
 from mechc.system.names import by_name, names_of
@@ -184,6 +185,9 @@ class Batches(Fits):
             raise ValueOutOfBoundsError(
                 "a batch raises no error for one member: use on_change_point='stop' or 'continue'"
             )
+        states = checked_truth("states", states)
+        if lockstep is not None:
+            lockstep = checked_truth("lockstep", lockstep)
         asked, reductions = names_of(outputs), reduction_texts(reduce)
         by_names = names_of(sensitivities)
         system = system_for_results(model.system, asked, reductions, until, by_names)

@@ -11,6 +11,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+from mechc.errors import brief
+
 ON_WINDOWS = sys.platform == "win32"
 _PRIVATE = getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)  # not for child processes
 # A file itself, not a link, and without waiting for the other end of a pipe.  Windows has no such
@@ -18,6 +20,14 @@ _PRIVATE = getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)  # not for c
 _PLAIN = _PRIVATE | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
 READ = os.O_RDONLY | _PLAIN
 _NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL}
+
+
+def path_of(given: Any) -> Path:
+    """The path that a caller gives; raises ``TypeError`` for anything but a text or a path."""
+    try:
+        return Path(given)
+    except TypeError:
+        raise TypeError(f"a path is a text or a pathlib.Path, not {brief(given)}") from None
 
 
 @contextmanager

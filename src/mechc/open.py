@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechc.errors import CompilerError, MechcError, MissingInputError, MissingPackageError
+from mechc.files import path_of
 from mechc.model import Model
 from mechc.results.solution import Solution
 from mechc.results.untrusted import mapping_of, printable, short, text_of
@@ -54,7 +55,7 @@ def open_saved(
         If the file is not a saved solution or damaged, its mechanism is not found, or the motion
         differs or is too large.
     """
-    path = Path(path)
+    path = path_of(path)
     try:
         return _batch(path, model) if _is_folder(path) else _solution(path, model, max_bytes)
     except MechcError as error:
@@ -115,7 +116,7 @@ def open_view(path: str | Path) -> View:
     from mechc.results.view.page import saved_view
 
     try:
-        data = read(Path(path))[0]["view"]
+        data = read(path_of(path))[0]["view"]
     except (FileNotFoundError, MissingPackageError):
         raise
     except DAMAGE as error:

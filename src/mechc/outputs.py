@@ -206,7 +206,11 @@ class Outputs(Description):
         if apart and same and len(y) == len(out):
             scene.evaluate_into("rates", doubles([t], "the time"), y, values[None], out)
         else:
-            out[...] = self.system.rates(self._checked_states(y), values, t)
+            rates = self.system.rates(self._checked_states(y), values, t)
+            try:
+                out[...] = rates
+            except ValueError as error:  # of another shape, or read-only
+                raise ValueOutOfBoundsError(f"out cannot hold the rates: {error}") from None
         return out
 
     def ode(self, params: Parameters = None) -> Callable[[float, Array], Array]:

@@ -19,6 +19,7 @@ from mechc_codegen.mjcf.poses import triple
 from mechc_codegen.mjcf.read import CompiledFile, read_model
 from mechc_codegen.mjcf.skipped import refuse_no_mechanism, skipped_parts
 from mechc_codegen.robots.bounds import WARN, take_bounds
+from mechc_codegen.robots.files.read_urdf import path_of
 from mechc_codegen.robots.mechanism import mechanism_of
 from mechc_codegen.robots.meshes import take_meshes
 from mechc_codegen.robots.robot import SINGLE, Motor, Robot
@@ -86,11 +87,12 @@ def from_mjcf(
     SkippedPartWarning
         Of what the file has and the mechanism does not; its ``skipped`` has all.
     """
-    file = read_model(Path(path))
+    path = path_of(path)
+    file = read_model(path)
     names = names_of(file)
     robot = robot_of(file, names, driven)
-    robot = replace(robot, name=name or (Path(path).stem if file.title == _UNNAMED else file.title))
-    robot = take_meshes(take_bounds(robot, limits, friction, effort), Path(path), meshes)
+    robot = replace(robot, name=name or (path.stem if file.title == _UNNAMED else file.title))
+    robot = take_meshes(take_bounds(robot, limits, friction, effort), path, meshes)
     mechanism = mechanism_of(robot, symbolic, cut=cut)
     known = {printed_name(coordinate) for coordinate in mechanism.q}
     start = {each: x for each, x in _start(file, names).items() if each in known}

@@ -110,7 +110,8 @@ def _as_names_and_numbers(
         given = by_name(fix, "parameters to fix", "{'g': 9.81}")
         asked["fix"] = {str(k): _number(k, given[k]) for k in sorted(given, key=str)}
     if outputs is not None:
-        names = [outputs] if isinstance(outputs, str) else list(outputs)
+        several = isinstance(outputs, Iterable) and not isinstance(outputs, str)
+        names = list(outputs) if several else [outputs]
         if not all(isinstance(each, str) for each in names):
             raise TypeError(
                 "outputs of a shipped mechanism are requested by name; user-defined expressions "

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from mechc.errors import ValueOutOfBoundsError
+from mechc.files import path_of
 from mechc.results.player.motion import frames, motion_data
 from mechc.results.player.page import Page, player_page, template
 from mechc.results.sampling import plane_view
@@ -24,7 +25,7 @@ class Animation(Page):
 
     def save(self, path: str | Path) -> Path:
         """Write the page to a file, its folder made if missing; returns the path."""
-        target = Path(path)
+        target = path_of(path)
         if target.suffix.lower() not in (".html", ".htm"):
             raise ValueOutOfBoundsError(
                 f"the animation is a page: save it as .html, not as {target.name!r}; "

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechc.errors import MechcError
+from mechc.files import path_of
 from mechc.simulation.record import Piece, Record
 from mechc.simulation.simulate import continue_run
 from mechc.simulation.trajectory import Trajectory
@@ -316,7 +317,7 @@ class Solution(Trajectory):
         """Write to ``.nc`` (NetCDF, opened again by :func:`mechc.open`) or ``.csv``."""
         from mechc.results.files import save
 
-        return save(self, Path(path))
+        return save(self, path_of(path))
 
     def plot(self, *names: Any, degrees: bool = True) -> Any:
         """One matplotlib figure.

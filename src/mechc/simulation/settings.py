@@ -204,8 +204,8 @@ def _alone_or_together(
     method: str, lockstep: bool | None, several: bool
 ) -> tuple[str, bool | None]:
     """The name of a method by itself, and whether in lockstep; None: where there is such code."""
-    if lockstep is not None and not isinstance(lockstep, (bool, np.bool_)):
-        raise TypeError(f"lockstep is True or False, not {brief(lockstep)}")
+    if lockstep is not None:
+        checked_truth("lockstep", lockstep)
     if not isinstance(method, str) or not method.endswith(TOGETHER):
         return method, lockstep if lockstep is not None or several else False
     name = method.removesuffix(TOGETHER)
@@ -344,6 +344,13 @@ def checked_positive(name: str, value: float, *, infinite: bool = False) -> floa
     if not number > 0 or (not infinite and not math.isfinite(number)):
         raise ValueOutOfBoundsError(f"{name} = {value} must be positive and finite")
     return number
+
+
+def checked_truth(name: str, value: Any) -> bool:
+    """True or False; raises ``TypeError`` for anything else."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise TypeError(f"{name} is True or False, not {brief(value)}")
+    return bool(value)
 
 
 def _checked_rtol(rtol: float) -> float:

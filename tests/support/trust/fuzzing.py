@@ -50,7 +50,7 @@ def run_cases(
             ended["a value"] += 1
         except Exception as error:
             ended[type(error).__name__] += 1
-            if not isinstance(error, MEANT) or isinstance(error, RAW):
+            if not isinstance(error, MEANT) or isinstance(error, RAW) or _is_raw(error):
                 bad.setdefault(_where(error), f"case {number}:\n{_told(error)}")
         spent = time.process_time() - started
         if spent > LONGEST:
@@ -68,6 +68,17 @@ def _counted(ended: Counter[str]) -> str:
 
 def _told(error: BaseException) -> str:
     return "".join(traceback.format_exception(error))
+
+
+def _is_raw(error: BaseException) -> bool:
+    """Whether Python or NumPy says it of a line of mechc, which does not say what was wrong.
+
+    Other libraries' errors, and those of calls with too few or many arguments, are theirs.
+    """
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    within = any(f"/{package}/" in last.filename for package in ("src/mechc", "mechc_codegen"))
+    told = "positional argument" in str(error) or "keyword argument" in str(error)
+    return within and last.filename.endswith(".py") and "raise" not in str(last.line) and not told
 
 
 def _where(error: BaseException) -> str:

@@ -12,6 +12,7 @@ from mechc_codegen.errors import MechanismError
 from mechc_codegen.robots.bounds import WARN, take_bounds
 from mechc_codegen.robots.files.from_urdf import driven_motors
 from mechc_codegen.robots.files.read_sdf import read_sdf
+from mechc_codegen.robots.files.read_urdf import path_of
 from mechc_codegen.robots.mechanism import mechanism_of
 from mechc_codegen.robots.meshes import take_meshes
 
@@ -63,12 +64,13 @@ def from_sdf(
     SkippedPartWarning
         Of what the file has and the mechanism does not; its ``skipped`` has all.
     """
-    robot = read_sdf(Path(path), floating)
+    path = path_of(path)
+    robot = read_sdf(path, floating)
     if all(joint.kind == "fixed" for joint in robot.joints):
         advice = "" if floating else "; floating=True frees those that no joint joins with it"
         raise MechanismError(
             f"{robot.name}: nothing moves, all links are static or fixed to the world{advice}"
         )
     robot = replace(robot, name=name or robot.name, motors=driven_motors(robot, driven))
-    robot = take_meshes(take_bounds(robot, limits, friction, effort), Path(path), meshes)
+    robot = take_meshes(take_bounds(robot, limits, friction, effort), path, meshes)
     return mechanism_of(robot, symbolic, cut=cut)

@@ -10,7 +10,7 @@ from typing import Any
 from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.robots.bounds import WARN, take_bounds
-from mechc_codegen.robots.files.read_urdf import read_robot
+from mechc_codegen.robots.files.read_urdf import path_of, read_robot
 from mechc_codegen.robots.mechanism import mechanism_of
 from mechc_codegen.robots.meshes import take_meshes
 from mechc_codegen.robots.robot import SINGLE, Motor, Robot
@@ -90,9 +90,10 @@ def from_urdf(
     SkippedPartWarning
         Of what the file has and the mechanism does not; its ``skipped`` has all.
     """
-    robot = read_robot(Path(path))
+    path = path_of(path)
+    robot = read_robot(path)
     robot = replace(robot, name=name or robot.name, motors=driven_motors(robot, driven))
-    robot = take_meshes(take_bounds(robot, limits, friction, effort), Path(path), meshes)
+    robot = take_meshes(take_bounds(robot, limits, friction, effort), path, meshes)
     return mechanism_of(robot, symbolic, cut=cut, floating=floating)
 
 

@@ -63,6 +63,15 @@ def read_robot(path: Path) -> Robot:
 # -- the document -----------------------------------------------------------------------------
 
 
+def path_of(given: Any) -> Path:
+    """The path that a caller gives; raises ``TypeError`` for anything but a text or a path."""
+    try:
+        return Path(given)
+    except TypeError:
+        kind = type(given).__name__
+        raise TypeError(f"a path is a text or a pathlib.Path, not of type {kind}") from None
+
+
 def parse(path: Path) -> Element:
     """The outermost element of a file in XML.
 

@@ -108,7 +108,7 @@ def motion_data(
     span = float(run.t[-1] - run.t[0])
     step = span / (len(run.t) - 1) if len(run.t) > 1 else 0.0
     told = [*notes]
-    if step * fps > 1.001:  # the limit of frames made the step longer than requested
+    if step * one_double(fps, "fps") > 1.001:  # the limit of frames made it longer than requested
         told.append(f"one frame every {1e3 * step:.3g} ms")
     if not getattr(run.solution.status, "ok", True):
         told.append(clean_text(str(run.solution.status), 240))

@@ -9,6 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from mechc.errors import ValueOutOfBoundsError
+from mechc.files import path_of
 from mechc.results.player.motion import frames, motion_data
 from mechc.results.player.page import Page, player_page, template
 from mechc.results.view.arrows import arrows, load_arrows
@@ -17,6 +18,7 @@ from mechc.results.view.pictures import WRITERS, picture_order, pictures_of
 from mechc.results.view.solids import solids_data
 from mechc.results.view.three_js import three_js
 from mechc.simulation.trajectory import Trajectory
+from mechc.system.parameters import one_double
 
 SCRIPTS: Final = (
     *("solids", "camera", "stage", "body", "arrows", "trails", "views", "export", "renew"),
@@ -67,7 +69,7 @@ class View(Page):
         MissingPackageError
             If there is no browser, or no encoder for an MP4.
         """
-        target = Path(path)
+        target = path_of(path)
         kind = target.suffix.lower().lstrip(".")
         if kind not in ("html", "htm", *WRITERS):
             raise ValueOutOfBoundsError(
@@ -75,6 +77,7 @@ class View(Page):
             )
         if kind not in WRITERS:
             return self._write(target)
+        fps, speed = one_double(fps, "fps"), one_double(speed, "speed")
         order = picture_order(
             self.data, kind, t=t, fps=fps, speed=speed, size=size, camera=camera, theme=theme
         )

@@ -45,8 +45,11 @@ def test_truth_is_true_or_false(given, sol):
             sol.model.simulate_batch(0.1, {"theta_0": [1.4, 1.5]}, **{option: given})
 
 
-def test_outputs_of_the_library_are_names():
-    for given in (NotImplemented, 3, len):
+def test_mechanisms_and_outputs_of_the_library_are_names():
+    for given in (np.ma.masked, [], np.zeros(2)):
+        with pytest.raises(mechc.UnknownNameError, match="no mechanism is called"):
+            mechc.load(given)
+    for given in (NotImplemented, 3, len, np.array(None)):
         with pytest.raises(TypeError, match="requested by name"):
             mechc.load("four_bar", outputs=given)
 

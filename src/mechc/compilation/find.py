@@ -10,9 +10,9 @@ from typing import Any
 from mechc.compilation.from_scene import drawn_by, system_with
 from mechc.compilation.library.catalogue import COMPILED_AT_INSTALL, LIBRARY
 from mechc.compilation.one_at_a_time import one_at_a_time
-from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, brief
+from mechc.errors import MechcError, ValueOutOfBoundsError, brief
 from mechc.native._driver import Scene
-from mechc.system.names import by_name
+from mechc.system.names import by_name, checked_word
 from mechc.system.reference import ModelReference
 from mechc.system.system import System
 
@@ -26,8 +26,7 @@ def library_system(
     **options: Any,
 ) -> System:
     """A mechanism of the library or a variant of one; see :func:`mechc.load`."""
-    if name not in LIBRARY:
-        raise UnknownNameError("mechanism", name, LIBRARY)
+    checked_word("mechanism", name, LIBRARY)
     given = instruction_set
     if given is not None and not (isinstance(given, str) and given.isascii() and given.isalnum()):
         raise ValueError(f"no instruction set is called {brief(instruction_set)}")
@@ -110,8 +109,8 @@ def _as_names_and_numbers(
         given = by_name(fix, "parameters to fix", "{'g': 9.81}")
         asked["fix"] = {str(k): _number(k, given[k]) for k in sorted(given, key=str)}
     if outputs is not None:
-        several = isinstance(outputs, Iterable) and not isinstance(outputs, str)
-        names = list(outputs) if several else [outputs]
+        one = isinstance(outputs, str) or not isinstance(outputs, Iterable)
+        names = [outputs] if one or getattr(outputs, "ndim", 1) == 0 else list(outputs)
         if not all(isinstance(each, str) for each in names):
             raise TypeError(
                 "outputs of a shipped mechanism are requested by name; user-defined expressions "

@@ -91,7 +91,10 @@ path = model.points(sol(np.linspace(1.0, 1.0 + 2 * np.pi / 6, 500)))[
     :, model.point_names.index("G")
 ]
 on_ground = path[:, 1] < path[:, 1].min() + 0.004
-print(f"{on_ground.mean():.0%} of the time, over {np.ptp(path[on_ground, 0]) * 100:.1f} cm")
+stride = np.ptp(path[on_ground, 0])
+print(f"{on_ground.mean():.0%} of the time, over {stride * 100:.1f} cm")
+assert on_ground.mean() > 1 / 3
+assert 0.065 < stride < 0.075
 
 # %%
 sol.animate()

@@ -73,9 +73,8 @@ static const double mechc_dop853_matrix[][MECHC_MOST_RATES] = {
 /* Of the second error in the norm of both: Hairer, Norsett & Wanner (1993), section II.10. */
 #define MECHC_DOP853_SECOND 0.01
 /* E3 squared over E5 squared.  Of rounding, by their weights, it is 12; of an error that is tolerated far
- * more, since E3 is of a lower order.  Such an error shortens the next step from that size on. */
+ * more, since E3 is of a lower order. */
 #define MECHC_DOP853_ALIKE 30.0
-#define MECHC_ALIKE_SHORTENS 0.4
 static const double mechc_dop853_error[MECHC_MOST_RATES] = {
     0.01312004499419488, 0, 0, 0, 0, -1.2251564463762044, -0.4957589496572502, 1.6643771824549864,
     -0.35032884874997366, 0.3341791187130175, 0.08192320648511571, -0.022355307863886294,

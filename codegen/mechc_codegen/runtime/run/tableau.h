@@ -22,6 +22,9 @@
  * which shifts the phase by the square of the time; of shares that fall so the sum is a logarithm. */
 #define MECHC_STEPS_OF_SHARE 1000
 
+/* An error, over what is tolerated, that shortens the next step of a pair of high order. */
+#define MECHC_ALIKE_SHORTENS 0.4
+
 typedef struct {
     int stages, rates, dense_rows, order;
     const double *nodes, *matrix;       /* matrix: rows of MECHC_MOST_RATES */

@@ -249,6 +249,14 @@ class Configurations(Outputs):
 
         return limits(self.system, name_of(coordinate), self._one_set_for_closing(params, ONE_SET))
 
+    def _judge_reactions(
+        self, system: Any, values: Mapping[str, Array], p: Array, t: Any, stacklevel: int
+    ) -> None:
+        if "cut_rows" in system.data:
+            from mechc.analysis.shared_reactions import warn_of_undetermined
+
+            warn_of_undetermined(system, values, p, t, stacklevel)
+
     def redundant_constraints(
         self, params: Parameters = None, t: float = 0.0
     ) -> tuple[Redundancy, ...]:
@@ -256,7 +264,8 @@ class Configurations(Outputs):
 
         Found by the rank of J at closed configurations spread over the whole range of the
         coordinates, each row against those before it.  Rows that depend on each other at a change
-        point only are not among them.
+        point only are not among them.  Constraints of cut joints that always hold, which are no
+        rows of the model, come last.
 
         Raises
         ------

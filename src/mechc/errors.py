@@ -143,6 +143,10 @@ class CollapsedSheetWarning(UserWarning):
     """A configuration at which the mechanism is folded onto itself was taken, or left out."""
 
 
+class UndeterminedReactionWarning(UserWarning):
+    """Redundant constraints share reactions in any proportion, whatever the motion."""
+
+
 class CacheWarning(UserWarning):
     """Compiled scenes cannot be stored for later processes."""
 

@@ -40,6 +40,7 @@ class Reactions(NamedTuple):
 
 
 ONE_SET = "a C function has one set of parameters"
+REACTIONS = ("reaction_forces", "reaction_torques")
 
 
 def _single(p: Array, what: str) -> Array:
@@ -74,7 +75,15 @@ class Outputs(Description):
 
     def _evaluate(self, name: str, y: Array, params: Parameters, t: Time) -> Array:
         system, states, p = self._for_outputs((name,), y, params)
-        return system.evaluate(name, states, p, t)
+        found = system.evaluate(name, states, p, t)
+        if name in REACTIONS:
+            self._judge_reactions(system, {name: found}, p, t, stacklevel=5)
+        return found
+
+    def _judge_reactions(
+        self, system: System, values: Mapping[str, Array], p: Array, t: Time, stacklevel: int
+    ) -> None:
+        """Warn of reactions that are not determined; a model does."""
 
     def _for_outputs(
         self, names: Sequence[str], y: Array, params: Parameters
@@ -282,13 +291,15 @@ class Outputs(Description):
 
         By the Newton-Euler equations from the outermost bodies inwards, with the accelerations and
         multipliers of M u' + J^T lambda = F.  Where constraints are redundant many reactions
-        balance the same motion: these are those of the multipliers of least norm.  Near a
-        crossing they grow like 1/distance.  A state knows of no contacts:
+        balance the same motion: these are those of the multipliers of least norm, and an
+        :class:`UndeterminedReactionWarning` names those of their components that are not zero.
+        Near a crossing they grow like 1/distance.  A state knows of no contacts:
         ``sol.output("reaction_forces")`` and ``sol.output("reaction_torques")`` do.
         """
-        names = ("reaction_forces", "reaction_torques")
-        system, states, p = self._for_outputs(names, y, params)
-        return Reactions(*(system.evaluate(name, states, p, t) for name in names))
+        system, states, p = self._for_outputs(REACTIONS, y, params)
+        found = {name: system.evaluate(name, states, p, t) for name in REACTIONS}
+        self._judge_reactions(system, found, p, t, stacklevel=4)
+        return Reactions(*found.values())
 
     def points(self, y: Array, params: Parameters = None, t: Time = 0.0) -> Array:
         """Positions of the named points in m, shape (..., points, 3)."""

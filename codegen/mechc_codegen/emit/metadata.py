@@ -16,6 +16,7 @@ from sympy.physics.mechanics import dynamicsymbols
 
 from mechc_codegen.derive.equations import Equations, Output
 from mechc_codegen.description.gimbals import gimbals
+from mechc_codegen.description.joints.loops import cut_rows
 from mechc_codegen.description.mechanism import (
     Coordinate,
     Mechanism,
@@ -70,6 +71,7 @@ def scene_metadata(
         "joints": [j.name for j in mechanism.joints],
         "constraints": [{"name": name, "unit": unit} for name, unit in rows],
         **_cut_directions(mechanism),
+        **_cut_rows(mechanism),
         "links": [[label, list(points)] for label, points in mechanism.drawing.links],
         "ground": list(mechanism.drawing.ground),
         "traced": list(mechanism.drawing.traced),
@@ -125,6 +127,16 @@ def _cut_directions(mechanism: Mechanism) -> dict[str, Any]:
     pairs = [(closure.name, pair) for closure in mechanism.closures for pair in closure.aligned]
     found = [[name, str(one), str(other)] for name, (one, other) in pairs]
     return {"cut_directions": found} if found else {}
+
+
+def _cut_rows(mechanism: Mechanism) -> dict[str, Any]:
+    """Name of every constraint of a cut joint, whether it is omitted, and by the place of a joint
+    the components of force and torque that it can add to."""
+    found = [
+        [row.name, row.omitted, [[joint, list(which)] for joint, which in row.components.items()]]
+        for row in cut_rows(mechanism)
+    ]
+    return {"cut_rows": found} if found else {}
 
 
 def _contacts(mechanism: Mechanism, request: OutputRequest) -> dict[str, Any]:

@@ -46,7 +46,14 @@ class Redundancy:
 
 
 def redundant_constraints(system: System, values: Array, t: float = 0.0) -> tuple[Redundancy, ...]:
-    """Rows redundant in all configurations: see :meth:`mechc.Model.redundant_constraints`."""
+    """See :meth:`mechc.Model.redundant_constraints`."""
+    omitted = [name for name, always_holds, _ in system.data.get("cut_rows", ()) if always_holds]
+    rows = redundant_rows(system, values, t)
+    return (*rows, *(Redundancy(name, (), ()) for name in omitted))
+
+
+def redundant_rows(system: System, values: Array, t: float = 0.0) -> tuple[Redundancy, ...]:
+    """Rows of J that are redundant in all configurations."""
     y = closed_states(system, even_points(STARTS, len(system.coordinates)), values, t)
     every = np.asarray(system.constraint_jacobian(y, values, t))
     singular = np.linalg.svd(every, compute_uv=False)

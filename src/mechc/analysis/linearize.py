@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mechc.analysis.constraint_rank import redundant_constraints
+from mechc.analysis.constraint_rank import redundant_rows
 from mechc.errors import ChangePointError, MechcError, UnknownNameError
 from mechc.sensitivities.columns import Columns, default_slopes, with_defaults
 from mechc.sensitivities.start import fill_in, without_closure
@@ -240,7 +240,7 @@ def _without(rows: Array, columns: Places) -> Array:
 def _refuse_change_point(system: System, rows: Array, values: Array, t: float) -> None:
     """Refuse a state where rows are dependent that are independent elsewhere."""
     lost = len(rows) - _rank(rows)
-    if lost and lost > len(redundant_constraints(system, values, t)):
+    if lost and lost > len(redundant_rows(system, values, t)):
         raise ChangePointError(
             "the constraints lose rank at this state: it is a change point, where branches of the "
             "configuration cross and no unique linear model exists, or the mechanism is folded "

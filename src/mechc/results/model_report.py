@@ -203,7 +203,9 @@ def _redundant(system: System) -> ReportSection:
     except MissingParameterError:
         facts = [(what, "ask model.redundant_constraints(params)")]
     else:
-        facts = [(what, "multipliers are those of least norm" if found else "none")]
+        rows = any(each.name in system.constraint_names for each in found)
+        others = "omitted, as they always hold" if found else "none"
+        facts = [(what, "multipliers are those of least norm" if rows else others)]
         facts += [("", str(each)) for each in found]
     return ReportSection("constraints", tuple(facts))
 

@@ -12,7 +12,7 @@ from sympy.physics.mechanics import KanesMethod, dynamicsymbols
 
 import mechc
 from tests.support.pendulums import bob_on_a_rod
-from tests.support.trust.fuzzing import run_cases
+from tests.support.trust.fuzzing import of_a_line_of_mechc, run_cases
 
 pytestmark = [pytest.mark.slow, pytest.mark.thorough]
 
@@ -197,7 +197,14 @@ def test_calls_with_anything(model, kinds, seed, thorough, tmp_path, monkeypatch
     monkeypatch.chdir(tmp_path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # NumPy's, of numbers that overflow
-        ended = run_cases(seed, thorough, 4_000, 100_000, lambda draw: draw.choice(kinds)(draw))
+        ended = run_cases(
+            seed,
+            thorough,
+            4_000,
+            100_000,
+            lambda draw: draw.choice(kinds)(draw),
+            of_a_line_of_mechc,
+        )
     assert ended["a value"] > 100
 
 
@@ -347,5 +354,5 @@ def test_one_argument_is_anything(model, pushed, seed, thorough, tmp_path, monke
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        ended = run_cases(seed, thorough, 4_000, 100_000, case)
+        ended = run_cases(seed, thorough, 4_000, 100_000, case, of_a_line_of_mechc)
     assert ended["a value"] > 100

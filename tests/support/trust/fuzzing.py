@@ -25,13 +25,15 @@ def run_cases(
     usual: int,
     every: int,
     case: Callable[[random.Random], Callable[[], Any]],
+    raw: Callable[[BaseException], bool] = lambda error: False,
 ) -> Counter[str]:
     """Draw and run cases, the usual number or, thorough, every one; how many ended how.
 
     The usual ones end after 40 s of processor time.
 
-    Any other error than those meant, and any case that takes too long, fails the test in the end;
-    the message holds the seed and the number of the case, which draw it again.
+    Any other error than those meant, one that ``raw`` says is none of them, and any case that takes
+    too long, fails the test in the end; the message holds the seed and the number of the case,
+    which draw it again.
     """
     count, seconds = (every, math.inf) if thorough else (usual, USUAL)
     print(f"seed {seed}, {count} cases")
@@ -50,7 +52,7 @@ def run_cases(
             ended["a value"] += 1
         except Exception as error:
             ended[type(error).__name__] += 1
-            if not isinstance(error, MEANT) or isinstance(error, RAW) or _is_raw(error):
+            if not isinstance(error, MEANT) or isinstance(error, RAW) or raw(error):
                 bad.setdefault(_where(error), f"case {number}:\n{_told(error)}")
         spent = time.process_time() - started
         if spent > LONGEST:
@@ -70,7 +72,7 @@ def _told(error: BaseException) -> str:
     return "".join(traceback.format_exception(error))
 
 
-def _is_raw(error: BaseException) -> bool:
+def of_a_line_of_mechc(error: BaseException) -> bool:
     """Whether Python or NumPy says it of a line of mechc, which does not say what was wrong.
 
     Other libraries' errors, and those of calls with too few or many arguments, are theirs.

@@ -29,7 +29,7 @@ from mechc_codegen.emit.expressions import (
 
 _PIECE = """\
 /* The last piece that begins at x or below; the first one for all that is below. */
-MECHC_ONCE int mechc_piece(const double *starts, int count, double x)
+MECHC_ONCE int mechc_piece_at(const double *starts, int count, double x)
 {
     int low = 0, high = count;
     while (high - low > 1) {
@@ -88,7 +88,7 @@ def _piece_lines(table: TableData, k: int, axis: str) -> Iterator[Line]:
     x, piece = named(axis), f"piece_{axis}"
     if period is not None:
         yield put(x, period * call("floor", (x - starts[0]) / period), "-=")
-    found = call("mechc_piece", array, number(len(starts)), x)
+    found = call("mechc_piece_at", array, number(len(starts)), x)
     yield let(piece, found, "const int")
     yield let(f"h_{axis}", x - array[named(piece)], "const double")
 

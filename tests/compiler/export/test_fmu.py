@@ -130,6 +130,17 @@ def test_rows_that_an_input_scales_count(tmp_path):
     assert rates == pytest.approx([0.8, 0.0, -0.6, -0.6, 0.0, -0.8], abs=1e-12)
 
 
+def test_a_unit_has_tables(tmp_path):
+    """A function of the tables had the name of a type of the runtime."""
+    x, v = me.dynamicsymbols("x v")
+    load = mechc.Table([0.0, 0.5, 1.0], [0.0, 2.0, 1.0], kind="linear", outside="hold")
+    kane = particle([x], [v], [load(x)], 1.0)
+    file = mechc.export_fmu(kane, tmp_path / "load.fmu", name="load", y0=[0.25, 0.0])
+    with Instance(file, "ModelExchange") as unit:
+        unit.initialise()
+        assert unit.get("der(v)") == pytest.approx([1.0], rel=1e-14)
+
+
 def test_names_of_users_are_text_in_the_description_and_nothing_in_the_code(cart):
     with zipfile.ZipFile(cart[1]) as archive:
         root = ElementTree.fromstring(archive.read("modelDescription.xml"))

@@ -95,8 +95,9 @@ def _where(*_: object) -> None:
 def _ended(child: Child, late: bool) -> Any:
     """The outcome; or a text, where there is none."""
     os.close(child.pipe)
-    with suppress(ProcessLookupError, PermissionError):
-        os.killpg(child.process, signal.SIGKILL)
+    for end in (os.killpg, os.kill):  # its compilers, and a child that has no group yet
+        with suppress(ProcessLookupError, PermissionError):
+            end(child.process, signal.SIGKILL)
     _, status = os.waitpid(child.process, 0)
     if late:
         return f"took longer than {LATEST:.0f} s"

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from .writer import Writer
 
+CORNERED = ("one-sided", "pieces", "power of Abs", "table", "quadratic", "switched")
+
 
 def restoring(w: Writer, x: str, most: float = 6.0) -> str:
     """A force or torque back to somewhere near x = 0."""
     k = w.value("k", 0.2, most)
-    kind = w.one_of(SPRINGS)
+    kind = w.law(SPRINGS, CORNERED)
     w.note(f"spring: {kind}")
     if kind == "linear":
         return f"-{k} * {x}"
@@ -62,7 +64,7 @@ def _table(w: Writer) -> str:
 def damping(w: Writer, v: str) -> str:
     """A force or torque against a speed."""
     c = w.value("c", 0.02, 0.6)
-    kind = w.one_of(DAMPERS)
+    kind = w.law(DAMPERS, CORNERED)
     w.note(f"damper: {kind}")
     if kind == "linear":
         return f"-{c} * {v}"
@@ -81,7 +83,7 @@ DAMPERS = ("linear", "linear", "quadratic", "cubic", "tanh", "saturated")
 def drive(w: Writer) -> str:
     """A force or torque of time."""
     a, omega = w.signed("F", 1.5), w.value("w", 0.5, 3.0)
-    kind = w.one_of(DRIVES)
+    kind = w.law(DRIVES, CORNERED)
     w.note(f"of time: {kind}")
     if kind == "sine":
         return f"{a} * sm.{w.one_of(['sin', 'cos'])}({omega} * t)"

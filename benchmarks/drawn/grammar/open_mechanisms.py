@@ -241,7 +241,7 @@ def write_loads(w: Writer, tree: Tree, u: list[str]) -> None:
     if w.chance(0.3):
         _, point, _ = w.one_of(tree.centres)
         loads.append(f"({point}, ({expressions.drive(w)}) * N.{w.one_of(AXES[:2])})")
-    if w.chance(0.25):
+    if w.chance(0.15):
         _, point, _ = w.one_of(tree.centres)
         loads.append(f"({point}, {inputs.written(w, tree.q)} * N.{w.one_of(AXES[:2])})")
     w.line(f"loads = [{', '.join(loads)}]")

@@ -26,7 +26,9 @@ class Writer:
         self.used: set[str] = set()
         self.style = self.one_of(STYLES)
         self.assumed = self.one_of(ASSUMPTIONS)
+        self.smooth = self.chance(0.65)  # all functions are analytic, as series need them
         self.note(f"values as {self.style}")
+        self.note("analytic functions alone" if self.smooth else "corners and jumps too")
 
     # -- draws ----------------------------------------------------------------------------------
 
@@ -35,6 +37,10 @@ class Writer:
 
     def one_of(self, choices: Sequence[Any]) -> Any:
         return choices[int(self.rng.integers(len(choices)))]
+
+    def law(self, kinds: Sequence[str], cornered: Sequence[str]) -> str:
+        """One of the kinds; in a smooth scene none of those that have corners or jumps."""
+        return str(self.one_of([k for k in kinds if not self.smooth or k not in cornered]))
 
     def between(self, low: float, high: float) -> float:
         return float(self.rng.uniform(low, high))

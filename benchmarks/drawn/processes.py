@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 
 LONGEST = 120  # processor seconds of one case
 LATEST = 600.0  # s of one case, on a machine that does other things too
-LATE = 75  # the status of a process that has used them up
 TAIL = 2000  # characters of stderr
 
 
@@ -75,21 +74,17 @@ def _started(case: int, judge: Callable[[int], Any], errors: Path) -> Child:
         os.setsid()  # with the compilers that it starts
         import resource
 
-        resource.setrlimit(resource.RLIMIT_CPU, (LONGEST, LONGEST + 5))
+        resource.setrlimit(resource.RLIMIT_CPU, (LONGEST, LONGEST + 1))
         os.close(reading)
         os.dup2(os.open(errors / f"{case}.err", os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), 2)
-        signal.signal(signal.SIGXCPU, _where)
+        faulthandler.register(
+            signal.SIGXCPU, all_threads=True
+        )  # tells where; a second later it ends
         with os.fdopen(writing, "wb") as stream:
             pickle.dump(judge(case), stream)
         status = 0
     finally:
         os._exit(status)
-
-
-def _where(*_: object) -> None:
-    """Tells where a case was when its time was over, and ends it."""
-    faulthandler.dump_traceback(all_threads=True)
-    os._exit(LATE)
 
 
 def _ended(child: Child, late: bool) -> Any:
@@ -104,6 +99,6 @@ def _ended(child: Child, late: bool) -> Any:
     with suppress(Exception):
         return pickle.loads(b"".join(child.got))
     code = os.waitstatus_to_exitcode(status)
-    if code == LATE:
-        return f"took more than {LONGEST} processor seconds"
+    if code == -signal.SIGKILL:
+        return f"took more than {LONGEST} processor seconds, or too much memory"
     return f"the process ended with {signal.Signals(-code).name if code < 0 else code}"

@@ -17,14 +17,14 @@ from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, RigidBody, dynamicsymbols
 
 from mechc_codegen.convert.added_inertia import split_accelerations
-from mechc_codegen.convert.check_accelerations import (
+from mechc_codegen.convert.checks.accelerations import (
     origin_of,
     point_at_rest,
     refuse_other_accelerations,
 )
-from mechc_codegen.convert.check_angular_velocities import refuse_other_angular_velocities
-from mechc_codegen.convert.check_gradients import refuse_without_gradient
-from mechc_codegen.convert.check_velocities import refuse_other_velocities
+from mechc_codegen.convert.checks.angular_velocities import refuse_other_angular_velocities
+from mechc_codegen.convert.checks.gradients import refuse_without_gradient
+from mechc_codegen.convert.checks.velocities import refuse_other_velocities
 from mechc_codegen.convert.classify_constraints import (
     Rates,
     degrees_of_freedom,

@@ -15,7 +15,7 @@ from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import dynamicsymbols
 
 from mechc_codegen.derive.equations import Equations, Output
-from mechc_codegen.description.gimbals import gimbals
+from mechc_codegen.description.joints.gimbals import gimbals
 from mechc_codegen.description.joints.loops import cut_rows
 from mechc_codegen.description.mechanism import (
     Coordinate,

@@ -145,7 +145,7 @@ class CompileRequest:
 
     def description(self) -> tuple[Mechanism, OutputRequest]:
         """The mechanism, and the outputs and fixed parameters requested of it."""
-        from mechc_codegen.convert.check_gradients import check_gradients
+        from mechc_codegen.convert.checks.gradients import check_gradients
         from mechc_codegen.convert.convert import convert
         from mechc_codegen.frontend.read_request import read_request
 

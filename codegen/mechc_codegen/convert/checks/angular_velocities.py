@@ -17,7 +17,7 @@ from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, 
 from sympy.physics.vector import Vector
 
 from mechc_codegen.convert.algebra import evaluator, random_point
-from mechc_codegen.convert.check_accelerations import Flow
+from mechc_codegen.convert.checks.accelerations import Flow
 from mechc_codegen.convert.classify_constraints import RateRows, Rates
 from mechc_codegen.description.mechanism import is_rigid
 from mechc_codegen.description.placement import (

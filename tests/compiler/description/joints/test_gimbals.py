@@ -6,7 +6,7 @@ from itertools import pairwise
 from typing import Any
 
 import pytest
-from mechc_codegen.description.gimbals import gimbals
+from mechc_codegen.description.joints.gimbals import gimbals
 from mechc_codegen.frontend.sympy_joints import from_joints
 from sympy.physics.mechanics import (
     PinJoint,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from mechc_codegen.convert.check_gradients import without_gradient
+from mechc_codegen.convert.checks.gradients import without_gradient
 from mechc_codegen.convert.classify_constraints import Rates
 from mechc_codegen.convert.convert import convert
 from mechc_codegen.description.mechanism import Constraint

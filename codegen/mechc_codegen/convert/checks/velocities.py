@@ -21,7 +21,7 @@ from sympy import Expr
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody
 from sympy.physics.vector import Vector
 
-from mechc_codegen.convert.check_angular_velocities import SAME, Rotations, motions, turns_in
+from mechc_codegen.convert.checks.angular_velocities import SAME, Rotations, motions, turns_in
 from mechc_codegen.convert.classify_constraints import Rates
 from mechc_codegen.description.mechanism import is_rigid
 from mechc_codegen.description.placement import (

@@ -29,7 +29,7 @@ from .tally import Tally
 
 HASHES = "PYTHONHASHSEED"  # the order of SymPy's sets is that of a seed
 NUMBERS = 10  # of each case
-BAD_SYSTEM = 2
+BAD_SYSTEM, INTERRUPTED = 2, 130
 MOST = 1_000_000  # cases that are looked at
 
 
@@ -116,11 +116,15 @@ def _run(chosen: argparse.Namespace, folder: Path) -> int:
         return judge_case(chosen.seed, case, chosen.numbers, chosen.only)
 
     cases = iter([chosen.only_case]) if alone else _cases(chosen, begun)
-    for case, outcome, seconds in each(cases, judge, 1 if alone else chosen.jobs, folder):
-        tally.add(case, outcome, seconds, show=alone)
-        shutil.rmtree(folder / f"case-{case}", ignore_errors=True)
+    interrupted = False
+    try:
+        for case, outcome, seconds in each(cases, judge, 1 if alone else chosen.jobs, folder):
+            tally.add(case, outcome, seconds, show=alone)
+            shutil.rmtree(folder / f"case-{case}", ignore_errors=True)
+    except KeyboardInterrupt:
+        interrupted = True
     tally.print(time.monotonic() - begun)
-    return 1 if tally.failed else 0
+    return INTERRUPTED if interrupted else int(tally.failed > 0)
 
 
 def _cases(chosen: argparse.Namespace, begun: float) -> Iterator[int]:

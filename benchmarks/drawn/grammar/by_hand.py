@@ -58,7 +58,12 @@ _DIAGONAL = (
     lambda w, x, y: w.value("m", 1.2, 3.0),
     lambda w, x, y: f"{w.value('A', 2.5, 4.0)} + {w.value('B', 0.2, 1.2)} * sm.sin({x})",
     lambda w, x, y: f"{w.value('A', 2.5, 4.0)} + {w.signed('B', 1.2)} * sm.cos({y})",
+    lambda w, x, y: f"{w.value('A', 2.5, 4.0)} + ({w.value('B', 1.0, 2.0)} - 1) * sm.sin({x})",
     lambda w, x, y: f"{w.value('m', 1.2, 2.0)} * {w.value('l', 1.0, 1.5)}**2 + {x}**2 / 4",
+    lambda w, x, y: (
+        f"{w.value('m', 1.2, 2.0)} + {w.value('J', 0.5, 2.0)} * sm.sin({x})**2"
+        f" + {w.value('J', 0.5, 2.0)} * sm.cos({x})**2"
+    ),
     lambda w, x, y: (
         f"{w.value('m', 1.2, 2.0)} + {w.value('J', 0.5, 2.0)} * sm.sin({x})**2"
         f" + {w.value('J', 0.5, 2.0)} * sm.cos({y})**2"

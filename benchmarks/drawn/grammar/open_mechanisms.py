@@ -40,6 +40,8 @@ def write_tree(w: Writer, least: int = 1, most: int = 4, planar: float = 0.5) ->
         left = freedoms - len(tree.q)
         if not tree.planar and left >= 3 and w.chance(0.4):
             _in_space(w, tree)
+        elif not tree.planar and left >= 2 and w.chance(0.35):
+            _spinning(w, tree)
         elif w.chance(0.72):
             _pin(w, tree)
         else:
@@ -151,6 +153,33 @@ def _in_space(w: Writer, tree: Tree) -> None:
     tree.q += names
     tree.frames.append(new)
     _rigid(w, tree, point, new, symmetric=w.chance(0.3))
+
+
+def _spinning(w: Writer, tree: Tree) -> None:
+    """A body that swings about one axis and spins about one of its own."""
+    w.note("swings and spins")
+    k, j, (point, frame) = len(tree.q), len(tree.frames), _parent(w, tree)
+    swing, spin = (w.state(f"{w.one_of(['theta', 'phi'])}{k + i}", -1.0, 1.0) for i in range(2))
+    about, own = w.one_of(["xz", "xy", "yx", "zx", "zy"])
+    w.line(f'R{j} = {frame}.orientnew("R{j}", "Axis", [{swing}, {frame}.{about}])')
+    w.line(f'R{j + 1} = R{j}.orientnew("R{j + 1}", "Axis", [{spin}, R{j}.{own}])')
+    tree.q += [swing, spin]
+    tree.frames += [f"R{j}", f"R{j + 1}"]
+    tree.ways[f"R{j}"] = (*tree.way(point, frame), swing)
+    tree.ways[f"R{j + 1}"] = (*tree.ways[f"R{j}"], spin)
+    centre = f"{w.value('l', 0.4, 1.2)} * R{j}.{own}" if w.chance(0.7) else "0 * N.x"
+    mass, name, end = w.value("m", 0.5, 2.0), f"body{len(tree.bodies)}", f"P{len(tree.points)}"
+    w.line(f'{end} = {point}.locatenew("{end}", {centre})')
+    w.line(f"{end}.set_vel(N, {end}.pos_from(O).dt(N))")
+    about = "".join(f", {entry}" for entry in _moments(w, False, w.chance(0.2)))
+    w.line(
+        f'{name} = me.RigidBody("{name}", {end}, R{j + 1}, {mass}, '
+        f"(me.inertia(R{j + 1}{about}), {end}))"
+    )
+    tree.points.append((end, f"R{j + 1}"))
+    tree.ways[end] = tree.ways[f"R{j + 1}"]
+    tree.bodies.append(name)
+    tree.centres.append((name, end, mass))
 
 
 def _body(w: Writer, tree: Tree, point: str, frame: str, axis: str) -> None:

@@ -84,15 +84,15 @@ class Writer:
         if again and self.chance(0.3):
             return str(self.one_of(again))
         kind = self.rng.random()
-        if kind < 0.6:
+        if kind < 0.4:
             return self.symbol(stem, low, high)
         self.note("sums and products of parameters")
-        if kind < 0.7:
+        if kind < 0.62:
             return f"({self.symbol(stem, 1 + low, 1 + high)} - 1)"
-        if kind < 0.77:
+        if kind < 0.72:
             shift = round(high + self.between(0.1, 1.0), 2)
             return f"({shift!r} - {self.symbol(stem, shift - high, shift - low)})"
-        if kind < 0.83:
+        if kind < 0.82:
             half = (low / 2, high / 2)
             return f"({self.symbol(stem, *half)} + {self.symbol(stem, *half)})"
         if kind < 0.89:
@@ -108,7 +108,7 @@ class Writer:
         """A quantity of either sign, as a factor."""
         if self.style == "numbers" or (self.style == "mixed" and self.chance(0.5)):
             return f"({'-' * self.whole(0, 1)}{self.number(most / 10, most)})"
-        if self.chance(0.7):
+        if self.chance(0.5):
             return self.symbol(stem, -most, most)
         self.note("sums and products of parameters")
         a, b = self.symbol(stem, 0.0, most), self.symbol(stem, 0.0, most)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import sympy as sm
+from scipy.integrate import solve_ivp
 from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
@@ -68,6 +69,20 @@ def test_a_bump_of_a_spline_is_seen(method):
     fine = np.linspace(4.5, 5.5, 10001)
     work = np.trapezoid(bump(fine), fine)
     assert sol["u"][-1] == pytest.approx(np.sqrt(1 + 2 * work), rel=1e-8)
+
+
+@pytest.mark.parametrize("method", ["dopri5", "auto"])
+def test_an_argument_may_be_no_number_where_the_table_is_not_used(method):
+    law = mechc.Table([0.0, 0.3, 0.7, 1.0], [0.0, 1.0, -1.0, 0.0], kind="linear", outside="repeat")
+    model = compiled(-q + sm.Piecewise((law(sm.sqrt(q)), q > 0), (0, True)))
+    sol = model.simulate(5.0, [0.5, 0.3], method=method, rtol=1e-8)
+
+    def rates(_, y):
+        return [y[1], -y[0] + (float(law(np.sqrt(y[0]))) if y[0] > 0 else 0.0)]
+
+    known = solve_ivp(rates, (0.0, 5.0), [0.5, 0.3], rtol=1e-10, atol=1e-12, max_step=0.01)
+    assert sol.y[:, 0].min() < -0.1
+    np.testing.assert_allclose(sol.y[-1], known.y[:, -1], atol=1e-6)
 
 
 def test_derivatives_follow_over_knots():

@@ -19,7 +19,8 @@ static const double mechc_knots[] = {MECHC_KNOTS};
 static const int mechc_knots_begin[] = {MECHC_KNOTS_BEGIN};
 static const double mechc_knots_period[] = {MECHC_KNOTS_PERIOD};
 
-/* The knot of this number, counted on over the periods; infinite beyond the first and the last one. */
+/* The knot of this number, counted on over the periods; infinite beyond the first and the last one, and
+ * where there is no number. */
 MECHC_STATIC double mechc_knot(int which, double number)
 {
     const int own = which - MECHC_FIRST_KNOTTED, first = mechc_knots_begin[own];
@@ -27,7 +28,7 @@ MECHC_STATIC double mechc_knot(int which, double number)
     const double turns = mechc_knots_period[own] > 0.0 ? floor(number / count) : 0.0;
     const double rest = number - turns * count;
     if (rest < 0.0) return -HUGE_VAL;
-    if (rest >= count) return HUGE_VAL;
+    if (!(rest < count)) return HUGE_VAL;
     return mechc_knots[first + (int)rest] + turns * mechc_knots_period[own];
 }
 

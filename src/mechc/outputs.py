@@ -213,7 +213,8 @@ class Outputs(Description):
         same = values.ndim == 1 and np.ndim(t) == 0
         apart = tables and not np.may_share_memory(y, out)
         if apart and same and len(y) == len(out):
-            scene.evaluate_into("rates", doubles([t], "the time"), y, values[None], out)
+            time = np.array([one_double(t, "the time", SECONDS)])
+            scene.evaluate_into("rates", time, y, values[None], out)
         else:
             rates = self.system.rates(self._checked_states(y), values, t)
             try:

@@ -224,8 +224,8 @@ def doubles(
 
 def one_double(value: Any, what: str, of: NamedQuantity | None = None) -> float:
     """A number as a double; raises as :func:`doubles`."""
-    if type(value) is float:
-        return value
+    if isinstance(value, float):  # also of NumPy
+        return float(value)
     found = doubles(value, what, of=of)
     if found.ndim:
         raise ValueOutOfBoundsError(f"{what} must be one number, not {brief(value)}")

@@ -18,12 +18,13 @@ PARTS = {"reaction_forces": ("force", slice(3)), "reaction_torques": ("torque", 
 
 
 def undetermined_reactions(system: System, p: Array, t: float) -> Any:
-    """Which components of force and torque of the joints (joints, 6) redundant constraints add to.
+    """The components of the joints' forces and torques (joints, 6) that redundant rows add to.
 
     A redundant constraint may carry any force, which the joints of its loop pass on: which of
-    their components, the compiler has found (``description/joints/loops.py``).
+    their components, the compiler has found (``description/joints/loops.py``).  Rows that are
+    redundant in all configurations are so at all times: the first time that is asked for counts.
     """
-    key = p.tobytes(), t
+    key = p.tobytes()
     known = system.cache.get("undetermined reactions")
     if known is None or known[0] != key:
         known = system.cache["undetermined reactions"] = key, _undetermined(system, p, t)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mechc.analysis.shared_reactions import warn_of_undetermined
+from mechc.analysis.shared_reactions import PARTS, warn_of_undetermined
 from mechc.errors import MechcError
 from mechc.files import path_of
 from mechc.simulation.record import Piece, Record
@@ -157,10 +157,11 @@ class Solution(Trajectory):
         """
         y = self.y if t is None else self(t)
         times = self.t if t is None else np.asarray(t, dtype=np.float64)
-        found = self.output_along(name_of(name), times.reshape(-1), y.reshape(-1, y.shape[-1]))
-        if len(found):
-            asked, p = {name_of(name): found}, self.values_along(times.reshape(-1))
-            warn_of_undetermined(self.system, asked, p, times, stacklevel=3)
+        name, every = name_of(name), times.reshape(-1)
+        found = self.output_along(name, every, y.reshape(-1, y.shape[-1]))
+        if name in PARTS and len(found):
+            p = self.values_along(every)
+            warn_of_undetermined(self.system, {name: found}, p, times, stacklevel=3)
         return found.reshape((*times.shape, *found.shape[1:]))
 
     def check(self) -> Check:

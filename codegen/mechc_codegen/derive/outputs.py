@@ -114,7 +114,7 @@ def preference(value: Expr) -> Output:
 
 
 def cut_directions(mechanism: Mechanism) -> Output:
-    """What tells configurations of cut joints from those with axes turned by half."""
+    """The output that tells configurations of cut joints from those with axes turned by half."""
     pairs = [(closure.name, pair) for closure in mechanism.closures for pair in closure.aligned]
     equation = "1 where an axis that a cut joint holds points the right way, 0 or -1 elsewhere"
     labels = (f"{name}: {one} along {other}" for name, (one, other) in pairs)

@@ -33,7 +33,7 @@ class _Nearest(NamedTuple):
 
     @property
     def rounding(self) -> float:
-        """What rounding makes of accelerations, of their size."""
+        """The error of accelerations by rounding, of their size."""
         return min(1.0, EPS / max(self.determinant, EPS) ** 2)
 
 

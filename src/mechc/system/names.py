@@ -79,7 +79,7 @@ def by_name(values: Any, what: str, example: str = "{name or symbol: value}") ->
 
 
 def owned(given: Any) -> Any:
-    """What a caller gave, with copies of the arrays, mappings and sequences that it consists of."""
+    """A value that a caller gave, with copies of the arrays, mappings and sequences in it."""
     kind = type(given)
     if kind is float or kind is str or given is None:
         return given  # nearly always, and fast

@@ -13,7 +13,7 @@ from mechc.system.parameters import Array
 
 
 def within_doubles(what: str, fit: Callable[[], tuple[Any, Array]]) -> tuple[Any, Array]:
-    """What ``fit`` finds through samples: starts of polynomials, and their coefficients.
+    """The starts and coefficients of the polynomials that ``fit`` finds through samples.
 
     Raises :class:`ValueOutOfBoundsError` where doubles do not hold them.
     """

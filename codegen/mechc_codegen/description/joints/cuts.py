@@ -218,7 +218,7 @@ class _Sides:
         return tuple(self.on_parent(other) for other in across(axis))
 
     def parallel(self, axis: Components) -> dict[str, Any]:
-        """What keeps the axis of the child along that of the parent."""
+        """The pairs of axes that keep the axis of the child along that of the parent."""
         square = sum(c**2 for c in axis)
         x, y, z = (c / square for c in axis)
         return {
@@ -227,7 +227,7 @@ class _Sides:
         }
 
     def all_parallel(self) -> dict[str, Any]:
-        """What keeps all axes of the child along those of the parent.
+        """The pairs of axes that keep all axes of the child along those of the parent.
 
         Perpendicular axes also have three half turns, and two thirds of a turn that exchange all
         axes; of all these only the right one has two axes along those of the parent.

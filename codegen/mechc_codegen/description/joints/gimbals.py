@@ -36,7 +36,7 @@ class Gimbal:
 
 
 def gimbals(mechanism: Mechanism) -> Iterator[Gimbal]:
-    """Those of bodies, each turned relative to another body or to the inertial frame.
+    """The gimbals of bodies, each turned relative to another body or to the inertial frame.
 
     Angles count whose rates, over the speeds, contain no coordinate: with others, such as angular
     velocities, the mass matrix is not singular there.

@@ -1,4 +1,4 @@
-"""What each constraint of a cut joint can add to the reactions of its loop, without any motion.
+"""The forces that each constraint of a cut joint can add to the reactions of its loop.
 
 A constraint that follows from others, or always holds, may carry a force of any size: the joints of
 its loop pass it on, and nothing moves.  These components of their reactions are not determined.
@@ -76,7 +76,7 @@ def _between(
 def _added(
     cut: Cut, closure: Closure, loop: Sequence[Joint], place: Placement
 ) -> list[list[tuple[float, ...]]]:
-    """Of each constraint and joint: force and torque, about the joint's point, of a unit force."""
+    """Force and torque about the point of each joint, for a unit force of each constraint."""
     at = place.position(cut.child_point)
     arms = [_minus(at, place.position(joint.child_point)) for joint in loop]
     found = list[list[tuple[float, ...]]]()

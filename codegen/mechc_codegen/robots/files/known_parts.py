@@ -1,4 +1,4 @@
-"""What the files of robots may contain, and words on all else, by one rule for all readers.
+"""The parts that files of robots may contain, and words on all others, by one rule.
 
 A table per format lists elements with their attributes and children.  Named are an element, an
 attribute and a text that are not listed, and a second element where there is one.
@@ -16,7 +16,7 @@ FALSE, TRUE, ZERO = ("", "false", "0"), ("", "true", "1"), ("", "0", "0.0")
 
 
 class Known(NamedTuple):
-    """What an element may have; the tags of children that may repeat end in ``*``.
+    """The parts that an element may have; tags of children that may repeat end in ``*``.
 
     ``read``: children that are looked into, by their own entries; one without an entry has a text
     alone.  ``closed``: children that are not looked into, and attributes without effect, as ``@x``.

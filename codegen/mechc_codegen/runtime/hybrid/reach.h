@@ -148,7 +148,7 @@ MECHC_STATIC int mechc_reach_beyond(mechc_reacher *reacher, double t1, int chang
     }
 }
 
-/* What becomes of the memory of a motion. */
+/* The ways to treat the memory of a motion. */
 enum { MECHC_MEASURE, MECHC_SAVE, MECHC_RESTORE };
 
 /* Measure, save or restore a part of it at a place; returns the place of the next. */

@@ -132,8 +132,8 @@ MECHC_STATIC int mechc_fit_to_end(const mechc_integration *run, double step, dou
     return 0;
 }
 
-/* What a rounding of the state to one side changes its rates by over a step, over what is tolerated:
- * root mean square; HUGE_VAL where it has none. */
+/* The change of the rates over a step by a rounding of the state to one side, over what is tolerated:
+ * root mean square; HUGE_VAL where there are no rates. */
 MECHC_RARE double mechc_rounding_beside(mechc_integration *run, double side, double h, const double *end)
 {
     double y[MECHC_NX], rates[MECHC_NX], square = 0.0;

@@ -134,6 +134,12 @@ def plus(*vectors: Sequence[Any]) -> tuple[Any, Any, Any]:
     return x, y, z
 
 
+def minus(a: Sequence[Any], b: Sequence[Any]) -> tuple[Any, Any, Any]:
+    """The difference of two vectors given by components."""
+    x, y, z = (one - other for one, other in zip(a, b, strict=True))
+    return x, y, z
+
+
 def apply(rows: Sequence[Sequence[Any]], vector: Sequence[Any]) -> list[Any]:
     """Matrix times vector."""
     return [dot(row, vector) for row in rows]

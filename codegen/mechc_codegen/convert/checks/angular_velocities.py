@@ -27,6 +27,7 @@ from mechc_codegen.description.placement import (
     apply,
     cross,
     dot,
+    minus,
     plus,
     steps_from,
     way_to,
@@ -185,9 +186,8 @@ class Rotations:
         """Sizes of the angular velocity that was set, of the derived one, of their difference."""
         said = self.placement.vector(claim.rate)
         spins = self.spin(claim.frame), self.spin(claim.other)
-        derived = [a - b for a, b in zip(*spins, strict=True)]
-        apart = (a - b for a, b in zip(said, derived, strict=True))
-        return hypot(*said), hypot(*derived), hypot(*apart)
+        derived = minus(*spins)
+        return hypot(*said), hypot(*derived), hypot(*minus(said, derived))
 
     def spin(self, frame: ReferenceFrame) -> Number3:
         """The angular velocity by the rates of the direction cosines: that of R' R^T."""

@@ -28,6 +28,7 @@ from mechc_codegen.description.placement import (
     ZERO,
     Number3,
     cross,
+    minus,
     plus,
     reachable,
     steps_from,
@@ -101,7 +102,7 @@ class _Fault:
         raise MechanismError(
             f"the velocity that was set for point {name} is not the rate of its position: relative "
             f"to {other} they are {hypot(*self.said):.3g} and {hypot(*self.derived):.3g}, "
-            f"{hypot(*_minus(self.said, self.derived)):.3g} apart, in a random motion. The energy "
+            f"{hypot(*minus(self.said, self.derived)):.3g} apart, in a random motion. The energy "
             f"would depend on which of the two is right: omit the velocity of {name}, which then "
             "follows from its position, or set that rate. v2pt_theory holds from a point that is "
             "fixed in the same frame, v1pt_theory from others"
@@ -194,33 +195,28 @@ def _hold(every: Sequence[_Moving], pair: Callable[..., Pair], *of: Any) -> bool
     """Whether two velocities are one in all motions."""
     pairs = [pair(moving, *of) for moving in every]
     return all(
-        hypot(*_minus(said, derived)) <= SAME * max(1.0, hypot(*said), hypot(*derived))
+        hypot(*minus(said, derived)) <= SAME * max(1.0, hypot(*said), hypot(*derived))
         for said, derived in pairs
     )
 
 
 def _from(moving: _Moving, point: Point, still: Point) -> Pair:
     """The velocity of a point, and the rate of its position from a place at rest."""
-    return moving.said[point], _minus(moving.rate[point], moving.rate[still])
+    return moving.said[point], minus(moving.rate[point], moving.rate[still])
 
 
 def _relative(moving: _Moving, point: Point, base: Point) -> Pair:
     """The velocity of a point relative to another, and the rate of the position between them."""
-    said = _minus(moving.said[point], moving.said[base])
-    return said, _minus(moving.rate[point], moving.rate[base])
+    said = minus(moving.said[point], moving.said[base])
+    return said, minus(moving.rate[point], moving.rate[base])
 
 
 def _carried(moving: _Moving, point: Point, centre: Point, frame: ReferenceFrame) -> Pair:
     """The velocity of a point relative to a mass centre, and that of turning with its body."""
-    arm = _minus(moving.position[point], moving.position[centre])
+    arm = minus(moving.position[point], moving.position[centre])
     said = moving.said.get(point, ZERO)
-    return _minus(said, moving.said[centre]), cross(moving.spin[frame], arm)
+    return minus(said, moving.said[centre]), cross(moving.spin[frame], arm)
 
 
 def _at_rest(moving: _Moving, point: Point) -> Pair:
     return moving.said[point], ZERO
-
-
-def _minus(a: Number3, b: Number3) -> Number3:
-    x, y, z = (one - other for one, other in zip(a, b, strict=True))
-    return x, y, z

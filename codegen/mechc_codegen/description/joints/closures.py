@@ -16,7 +16,7 @@ from sympy.physics.vector import Vector
 from mechc_codegen.description.constraints import Closure
 from mechc_codegen.description.joints.cuts import Cut
 from mechc_codegen.description.joints.tree import Body, Joint, check_joints, joint_of
-from mechc_codegen.description.placement import Placement, dot
+from mechc_codegen.description.placement import Placement, dot, minus
 from mechc_codegen.errors import MechanismError
 
 SAMPLES = 3
@@ -97,7 +97,7 @@ def _moving(closure: Closure, placements: Sequence[Placement]) -> list[bool]:
 
 def _values(closure: Closure, placement: Placement) -> list[float]:
     ends = [_position(closure.name, p, placement) for p in (closure.point, closure.target)]
-    gap = [a - b for a, b in zip(*ends, strict=True)]
+    gap = minus(*ends)
     along = [dot(gap, placement.vector(axis)) for axis in closure.axes]
     return along + [_cosine(*pair, placement) for pair in closure.perpendicular]
 

@@ -13,7 +13,7 @@ from mechc_codegen.description.constraints import Closure
 from mechc_codegen.description.joints.cuts import Cut
 from mechc_codegen.description.joints.tree import Body, Branch, Joint, joint_tree
 from mechc_codegen.description.mechanism import Mechanism
-from mechc_codegen.description.placement import ZERO, Number3, Placement, cross
+from mechc_codegen.description.placement import ZERO, Placement, cross, minus
 
 SAMPLES = 3
 ROUNDING = 1e-9  # of values of the order of one
@@ -78,7 +78,7 @@ def _added(
 ) -> list[list[tuple[float, ...]]]:
     """Force and torque about the point of each joint, for a unit force of each constraint."""
     at = place.position(cut.child_point)
-    arms = [_minus(at, place.position(joint.child_point)) for joint in loop]
+    arms = [minus(at, place.position(joint.child_point)) for joint in loop]
     found = list[list[tuple[float, ...]]]()
     for axis in closure.axes:
         force = place.vector(axis)
@@ -87,8 +87,3 @@ def _added(
         torque = cross(place.vector(one), place.vector(other))
         found.append([(*ZERO, *torque)] * len(loop))
     return found
-
-
-def _minus(a: Number3, b: Number3) -> Number3:
-    x, y, z = (one - other for one, other in zip(a, b, strict=True))
-    return x, y, z

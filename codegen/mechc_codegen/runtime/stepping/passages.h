@@ -33,8 +33,48 @@ MECHC_STATIC double mechc_past_crossing(const mechc_integration *run, const doub
     return sum;
 }
 
-/* Record the crossing, its time refined on the dense output; stop there on request. */
-MECHC_STATIC int mechc_record_crossing(mechc_integration *run, double h, const double *rows)
+#if MECHC_NH > 0
+/* Fractions of a step between which a time where a direction is weakest is interpolated at last, and a
+ * move that is the last. */
+#define MECHC_LAST_APART 1e-7
+#define MECHC_LAST_MOVE 1e-13
+
+/* The square of the weakest singular value on the dense output, there at a fraction of the step. */
+MECHC_STATIC double mechc_weakness(const mechc_integration *run, double h, const double *rows, double s)
+{
+    double y[MECHC_NX];
+    mechc_weakest weakest;
+    mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s, y);
+    mechc_weakest_at(run->head.t + s * h, y, &run->given, run->monitor.rank, &weakest);
+    return weakest.ratio * weakest.ratio;
+}
+
+/* The fraction of the step at which a direction is weakest, near s.  With several freedoms q* is one of
+ * many critical configurations, and the motion passes another of them; there the square of the
+ * singular value, which is close to a parabola, has its zero. */
+MECHC_RARE double mechc_weakest_fraction(const mechc_integration *run, double h, const double *rows,
+                                         double s)
+{
+    double apart = MECHC_PASSED_NEAR;
+    const double given = s, least = mechc_weakness(run, h, rows, s);
+    for (int iteration = 0; iteration < 16; iteration++) {
+        const double before = mechc_weakness(run, h, rows, s - apart);
+        const double after = mechc_weakness(run, h, rows, s + apart);
+        const double bend = before - 2.0 * mechc_weakness(run, h, rows, s) + after;
+        if (!(bend > 0.0)) break;
+        const double move = 0.5 * apart * (before - after) / bend;
+        s += move;
+        if (fabs(move) <= MECHC_LAST_MOVE) break;
+        apart = mechc_max(MECHC_LAST_APART, mechc_min(fabs(move), MECHC_PASSED_NEAR));
+    }
+    return mechc_weakness(run, h, rows, s) <= least ? s : given;
+}
+#endif
+
+/* The fraction of the step at which it passes the crossing, from the dense output, and in q the
+ * configuration there. */
+MECHC_STATIC double mechc_fraction_of_crossing(const mechc_integration *run, double h,
+                                               const double *rows, double *q)
 {
     double s = run->decision.fraction, before[MECHC_NX], along[MECHC_NX];
     mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s - MECHC_PASSED_NEAR, before);
@@ -48,9 +88,31 @@ MECHC_STATIC int mechc_record_crossing(mechc_integration *run, double h, const d
         if (slope == 0.0) break;
         s -= here / slope;
     }
-    const double t = run->head.t + s * h;
+    memcpy(q, run->decision.q, sizeof run->decision.q);
+#if MECHC_NH > 0
+    if (MECHC_NU - run->monitor.rank < 2) return s;
+    s = mechc_weakest_fraction(run, h, rows, s);
+    mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s, along);
+    memcpy(q, along, sizeof run->decision.q);
+#else
+    (void)h;
+#endif
+    return s;
+}
+
+/* Whether a crossing at the fraction s is the change point at which the run begins: it is not passed. */
+MECHC_STATIC int mechc_begins_at(const mechc_integration *run, double s)
+{
+    return run->head.stats.steps == 0 && run->monitor.at_critical && fabs(s) < MECHC_PASSED_NEAR;
+}
+
+/* Record the crossing, its time refined on the dense output; stop there on request. */
+MECHC_STATIC int mechc_record_crossing(mechc_integration *run, double h, const double *rows)
+{
     double q[MECHC_NQ];
-    memcpy(q, run->decision.q, sizeof q);
+    const double s = mechc_fraction_of_crossing(run, h, rows, q);
+    if (mechc_begins_at(run, s)) return MECHC_RUNNING;
+    const double t = s > 1.0 && mechc_is_last(run, h) ? run->t1 : run->head.t + s * h;
     mechc_give_turns(run->turns, q);
     if (!mechc_append_crossing(&run->head.trajectory, t, run->decision.gap, q,
                                MECHC_NQ))

@@ -12,6 +12,7 @@ from importlib import import_module
 import numpy as np
 
 import mechc
+from mechc.errors import MissingPackageError
 
 from .doors import DOORS
 from .doors.motions import begin
@@ -55,6 +56,8 @@ def judge_scene(
         _judge(scene, key, count, only, found)
     except UnbuiltError as error:
         found.ended[f"SymPy does not form it: {error}"] += 1
+    except MissingPackageError as error:  # MuJoCo, which reads MJCF
+        found.ended[f"not installed: {error}"] += 1
     except Exception:
         found.faults.append("error: " + traceback.format_exc()[-LONGEST_TEXT:])
     return found

@@ -71,6 +71,7 @@ q, u, rates, M, F = [z], [v], [v], [[1]], [curve(z)]
 
 
 def test_mujoco_gives_the_rates_of_a_pendulum():
+    pytest.importorskip("mujoco", reason="MJCF is read by mechc[mjcf]")
     text = (
         '<mujoco><worldbody><body><joint name="j" axis="0 1 0"/>'
         '<inertial pos="0 0 -0.5" mass="2" diaginertia="0.1 0.1 0.1"/></body></worldbody></mujoco>'

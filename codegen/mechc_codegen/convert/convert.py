@@ -7,9 +7,10 @@ information that the object does not contain.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from copy import copy
 from dataclasses import replace
+from math import inf
 from typing import Any
 
 from sympy import Derivative, Expr, Float, Integer, S, Symbol, expand, sympify
@@ -192,7 +193,7 @@ def _refuse_masses_of_speeds(source: Source) -> None:
 
 def _mass_terms(source: Source, rates: Sequence[Expr]) -> Iterator[tuple[str, Expr]]:
     """The terms of the mass matrix, and what they are."""
-    if source.lagrangian is not None:
+    if source.lagrangian is not None and _degree(source.lagrangian, {*rates}) > 2:
         words = f"the Lagrangian of this {source.kind} is not quadratic in the speeds: a second "
         for momentum in (source.lagrangian.diff(rate) for rate in rates):
             yield from ((f"{words}derivative", momentum.diff(rate)) for rate in rates)
@@ -200,6 +201,17 @@ def _mass_terms(source: Source, rates: Sequence[Expr]) -> Iterator[tuple[str, Ex
         yield f"the mass of {body.name}", body.mass
         for measure, _, _ in body.inertia[0].args if is_rigid(body) else ():
             yield f"the inertia of {body.name}", measure
+
+
+def _degree(term: Expr, rates: Set[Expr]) -> float:
+    """The degree of a polynomial of rates as it is written; infinite for other functions."""
+    degrees = [_degree(each, rates) for each in term.args]
+    if term in rates or not any(degrees):
+        return float(term in rates)
+    if term.is_Add or term.is_Mul:
+        return max(degrees) if term.is_Add else sum(degrees)
+    is_power = term.is_Pow and term.exp.is_Integer and term.exp > 0
+    return degrees[0] * int(term.exp) if is_power else inf
 
 
 def _refuse_not_implied(

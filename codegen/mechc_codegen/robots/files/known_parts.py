@@ -12,7 +12,7 @@ from typing import NamedTuple
 from xml.etree.ElementTree import Element
 
 _SHOWN = 60  # letters of a tag or a text
-FALSE, TRUE, ZERO = ("", "false", "0"), ("", "true", "1"), ("", "0", "0.0")
+FALSE, TRUE, ZERO = ("", "false", "0"), ("", "true", "1"), ("", "0")
 
 
 class Known(NamedTuple):
@@ -20,7 +20,7 @@ class Known(NamedTuple):
 
     ``read``: children that are looked into, by their own entries; one without an entry has a text
     alone.  ``closed``: children that are not looked into, and attributes without effect, as ``@x``.
-    ``neutral``: children that are named where their text is none of these.
+    ``neutral``: children that are named where their text, or number, is none of these.
     """
 
     attributes: str = ""
@@ -165,7 +165,7 @@ def texts_in(element: Element) -> Iterator[str]:
     """The texts directly in an element, before and after its children."""
     for text in (element.text, *(child.tail for child in element)):
         if text and text.strip():
-            yield " ".join(text[: 2 * _SHOWN].split())[:_SHOWN]
+            yield " ".join(text.strip()[: 2 * _SHOWN].split())[:_SHOWN]
 
 
 def _unknown_in(element: Element, known: Known) -> Iterator[str]:
@@ -178,8 +178,7 @@ def _unknown_in(element: Element, known: Known) -> Iterator[str]:
             yield f"{_short(attribute)}=... {within}"
     for child in element:
         if child.tag in known.neutral:
-            value = child.get("value") or child.text or ""
-            if value.strip().lower() not in known.neutral[child.tag]:
+            if _plain(child.get("value") or child.text or "") not in known.neutral[child.tag]:
                 yield f"<{child.tag}> {within}"
         elif child.tag not in listed:
             yield f"<{_short(child.tag)}> {within}"
@@ -188,6 +187,14 @@ def _unknown_in(element: Element, known: Known) -> Iterator[str]:
         seen.add(child.tag)
     if not known.text:
         yield from (f"the text {text!r} {within}" for text in texts_in(element))
+
+
+def _plain(text: str) -> str:
+    """A text in one form: a zero is 0 however many digits it has."""
+    try:
+        return f"{float(text) + 0.0:g}"
+    except ValueError:
+        return text.strip().lower()
 
 
 @cache

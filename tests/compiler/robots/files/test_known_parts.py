@@ -178,13 +178,20 @@ def test_what_the_table_lists_as_read_changes_the_robot(kind, tmp_path):
 def test_what_acts_in_gazebo_is_named_unless_it_is_neutral():
     text = "<gazebo reference='a'><{0}>{1}</{0}></gazebo>"
     for tag, neutral in URDF["gazebo"].neutral.items():
-        for value in neutral:
+        for value in (*neutral, *(["-0.000"] if "0" in neutral else [])):
             element = ElementTree.fromstring(text.format(tag, value.upper()))
             assert unknown_parts(element, table=URDF) == []
         element = ElementTree.fromstring(text.format(tag, "0.3"))
         assert unknown_parts(element, table=URDF) == [
             f"<{tag}> in <gazebo> of a, which is not read"
         ]
+
+
+def test_a_text_is_shown_without_the_blanks_before_it():
+    element = ElementTree.fromstring(f"<robot>{' ' * 200}one  two</robot>")
+    assert unknown_parts(element, table=URDF) == [
+        "the text 'one two' in <robot> of the file, which is not read"
+    ]
 
 
 @pytest.mark.parametrize("kind", FORMATS)

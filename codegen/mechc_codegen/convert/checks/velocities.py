@@ -37,6 +37,8 @@ from mechc_codegen.description.placement import (
 from mechc_codegen.description.source import Source
 from mechc_codegen.errors import MechanismError
 
+_ROUNDING = 1e-13  # of the largest velocity or position, in their differences
+
 
 def refuse_other_velocities(
     source: Source, bodies: Sequence[RigidBody | Particle], rates: Rates, motion: Sequence[Expr]
@@ -86,6 +88,12 @@ class _Moving:
     position: Mapping[Point, Number3]
     rate: Mapping[Point, Number3]
     spin: Mapping[ReferenceFrame, Number3]
+
+    @property
+    def largest(self) -> float:
+        """The largest number in velocities and positions, whose differences have its rounding."""
+        every = (self.said, self.position, self.rate)
+        return max(abs(x) for of in every for vector in of.values() for x in vector)
 
 
 @dataclass(frozen=True)
@@ -193,11 +201,12 @@ Pair = tuple[Number3, Number3]  # a velocity as set, and as derived
 
 def _hold(every: Sequence[_Moving], pair: Callable[..., Pair], *of: Any) -> bool:
     """Whether two velocities are one in all motions."""
-    pairs = [pair(moving, *of) for moving in every]
-    return all(
-        hypot(*minus(said, derived)) <= SAME * max(1.0, hypot(*said), hypot(*derived))
-        for said, derived in pairs
-    )
+    for moving in every:
+        said, derived = pair(moving, *of)
+        allowed = SAME * max(1.0, hypot(*said), hypot(*derived)) + _ROUNDING * moving.largest
+        if not hypot(*minus(said, derived)) <= allowed:
+            return False
+    return True
 
 
 def _from(moving: _Moving, point: Point, still: Point) -> Pair:

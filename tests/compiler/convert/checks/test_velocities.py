@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
+
 import pytest
 from mechc_codegen.convert.convert import convert
 from mechc_codegen.description.source import ConversionSettings
@@ -163,3 +165,19 @@ def test_points_that_no_position_joins_are_not_judged() -> None:
     G = Point("G")
     G.set_vel(N, u1 * N.x + u2 * N.y)
     judge([Particle("free", G, 1)])
+
+
+@pytest.mark.parametrize("wrong", [0, 1])
+def test_far_from_the_origin_rounding_is_no_contradiction(wrong) -> None:
+    """Two parts of a satellite, as far from it as the earth from the sun."""
+    far, O = 1.5e11, rest()
+    A, B = N.orientnew("A", "Axis", (q1, N.z)), N.orientnew("B", "Axis", (q2, N.z))
+    A.set_ang_vel(N, u1 * N.z)
+    B.set_ang_vel(N, u2 * N.z)
+    G = O.locatenew("G", far * A.x)
+    G.v2pt_theory(O, N, A)
+    H = G.locatenew("H", 2 * B.x)
+    H.set_vel(N, (far * u1 * A.y + (2 + wrong) * u2 * B.y).express(N))
+    bodies = [disc(G, A), Particle("part", H, 1)]
+    with pytest.raises(MechanismError, match="set for point H") if wrong else nullcontext():
+        judge(bodies)

@@ -284,5 +284,6 @@ def _is_stationary(scaled: ScaledProblem, z: Array) -> bool:
         least, most = np.where(above[holds], -np.inf, 0.0), np.where(below[holds], np.inf, 0.0)
         forces = lsq_linear(normals, gradient, (least, most)).x
     left = np.abs(gradient - normals @ forces).max()
-    size = max(np.abs(gradient).max(), (np.abs(normals) @ np.abs(forces)).max(), abs(cost))
-    return bool(left <= MEETS * size)
+    size = max(np.abs(gradient).max(), (np.abs(normals) @ np.abs(forces)).max())
+    unseen = np.sqrt(np.finfo(float).eps) * abs(cost)  # a slope that rounding of the cost hides
+    return bool(left <= max(MEETS * size, unseen))

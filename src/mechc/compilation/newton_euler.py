@@ -114,7 +114,7 @@ class _Bodies:
 
     values: list[Any]  # of inputs and parameters, at the states at hand
 
-    def __init__(self, mechanism: Any, absent: Sequence[Any]) -> None:
+    def __init__(self, mechanism: Any, absent: Sequence[Any] = ()) -> None:
         from mechc_codegen.description.placement import steps_from, way_to
         from mechc_codegen.description.terms import is_rigid
         from sympy.physics.mechanics import dynamicsymbols

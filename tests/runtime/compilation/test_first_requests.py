@@ -305,8 +305,8 @@ def test_values_of_an_export_have_units(tmp_path, model):
     for folder, mass in {"own": "2500 g", "plain": 2.5}.items():
         mechc.export_c(slider(), tmp_path / folder, units={"m": "kg"}, defaults={"m": mass})
     for first, second in (("typed", "number"), ("own", "plain")):
-        one, other = ("".join(path.read_text("utf-8") for path in sorted((tmp_path / each).glob("*.c")))
-                      for each in (first, second))  # fmt: skip
+        folders = (sorted((tmp_path / each).glob("*.c")) for each in (first, second))
+        one, other = ("".join(path.read_text("utf-8") for path in paths) for paths in folders)
         assert one == other
     with pytest.raises(ValueOutOfBoundsError, match="'kg' in '3 kg' is not one of its units"):
         mechc.export_c(model, tmp_path / "wrong", params={"l_3": "3 kg"})

@@ -308,7 +308,9 @@ MECHC_RARE double mechc_first_switch(mechc_integration *run, double h, const dou
 #endif
         first = mechc_min(first, mechc_switch_of(run, h, k, own));
     }
-    return first;
+    int ends = 0; /* at a zero: then one just beyond is for the next step, or it would lead past this one */
+    for (int k = 0; k < MECHC_SWITCHES; k++) ends |= switches->at_end[k];
+    return ends && first > 1.0 ? HUGE_VAL : first;
 }
 
 /* Leave zeros to the pair for a while if the method may change; else the step's error alone decides. */

@@ -8,11 +8,11 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from importlib import import_module
+from importlib.util import find_spec
 
 import numpy as np
 
 import mechc
-from mechc.errors import MissingPackageError
 
 from .doors import DOORS
 from .doors.motions import begin
@@ -52,12 +52,13 @@ def judge_scene(
 ) -> Outcome:
     """The outcome of a scene; ``key`` draws its numbers, and doors where ``only`` names none."""
     found = Outcome(key[1], scene.kind, scene.used, text=scene.text)
+    if scene.kind == "MJCF" and find_spec("mujoco") is None:
+        found.ended["not installed: MuJoCo"] += 1
+        return found
     try:
         _judge(scene, key, count, only, found)
     except UnbuiltError as error:
         found.ended[f"SymPy does not form it: {error}"] += 1
-    except MissingPackageError as error:  # MuJoCo, which reads MJCF
-        found.ended[f"not installed: {error}"] += 1
     except Exception:
         found.faults.append("error: " + traceback.format_exc()[-LONGEST_TEXT:])
     return found

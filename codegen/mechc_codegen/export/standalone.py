@@ -161,16 +161,20 @@ def fill_template(template: str, *values: Mapping[str, Any]) -> str:
 
 def code(name: str) -> str:
     """The value of an enumerator of the runtime's ``abi/codes.h``."""
-    return _in_runtime("abi/codes.h", rf"{name} = (\d+)")
+    return _number(re.search(rf"{name} = (\d+)", _header("abi/codes.h")))
 
 
 def of_rows() -> int:
     """How many constants the runtime makes of the rows, after those made of parameters."""
-    return int(_in_runtime("dynamics/sizes.h", r"MECHC_CONSTANTS \(MECHC_NK \+ (\d+)\)"))
+    sizes = _header("dynamics/sizes.h")
+    return int(_number(re.search(r"MECHC_CONSTANTS \(MECHC_NK \+ (\d+)\)", sizes)))
 
 
-def _in_runtime(header: str, pattern: str) -> str:
-    found = re.search(pattern, (RUNTIME / header).read_text("utf-8"))
+def _header(name: str) -> str:
+    return (RUNTIME / name).read_text("utf-8")
+
+
+def _number(found: re.Match[str] | None) -> str:
     assert found is not None
     return found[1]
 

@@ -120,7 +120,7 @@ def test_a_ball_joint_moves_as_sympys_by_angles_and_holds_what_newton_says(top):
 
 
 def test_the_heavy_top_takes_ordinary_steps_at_the_tightest_tolerance(top):
-    """By angles, which pass near their pole, dop853 takes twenty times as many."""
+    """By angles, which pass near their pole, dop853 takes twice as many."""
     by_angles = mechc.load("heavy_top")
     start = top.assemble({}, {"wy_ball": 150.0, "wz_ball": -4.61538})
     runs = [
@@ -132,7 +132,7 @@ def test_the_heavy_top_takes_ordinary_steps_at_the_tightest_tolerance(top):
     steps = [sol.stats["steps"] for sol in runs]
     loose = top.simulate(2.0, start, rtol=1e-9, method="dop853").stats["steps"]
     assert steps[0] < 10 ** (3 / 8) * 1.2 * loose  # as order 8 says
-    assert 10 * steps[0] < steps[1]
+    assert steps[0] < steps[1] < 3 * steps[0]  # rounding beside the pole shortens no step
 
 
 def test_a_loop_with_a_ball_joint_closes_and_stays_closed():

@@ -139,9 +139,9 @@ static int breadth_of(const mechc_unit *unit, int output)
 static mechc_closure closure_of(const mechc_unit *unit, const unsigned char *kind,
                                 const int *alike)
 {
-    const char *names[MECHC_CLOSURE_OUTPUTS] = {"constraints", "constraint_gradient",
-                                                "velocity_constraints", "constraint_jacobian",
-                                                "preference"};
+    const char *names[] = {"constraints", "constraint_gradient", "velocity_constraints",
+                           "constraint_jacobian", "preference", "cut_directions"};
+    _Static_assert(sizeof names == MECHC_CLOSURE_OUTPUTS * sizeof *names, "a name for each");
     mechc_closure closure;
     memset(&closure, 0, sizeof closure);
     for (int what = 0; what < MECHC_CLOSURE_OUTPUTS; what++) {

@@ -36,13 +36,13 @@ def derive_equations(mechanism: Mechanism, request: OutputRequest = DEFAULT_REQU
 def drop_parameters(
     mechanism: Mechanism, equations: Equations, request: OutputRequest
 ) -> tuple[tuple[Parameter, ...], Equations]:
-    """Remove fixed parameters, and unused parameters that have no default."""
+    """Remove fixed parameters, and unused parameters that have no default of their own."""
     symbols, (statements, used) = equations.symbols.parameters, _live_values(equations)
     kept = [
         i
         for i, parameter in enumerate(mechanism.parameters)
         if parameter.symbol not in request.fixed
-        and (parameter.default is not None or parameter.preset or symbols[i] in used)
+        and (_has_own_default(parameter) or symbols[i] in used)
     ]
     left = replace(
         equations,
@@ -51,6 +51,10 @@ def drop_parameters(
         parameter_defaults=tuple(equations.parameter_defaults[i] for i in kept),
     )
     return tuple(mechanism.parameters[i] for i in kept), left
+
+
+def _has_own_default(parameter: Parameter) -> bool:
+    return parameter.preset or (parameter.default is not None and not parameter.given)
 
 
 def _live_values(equations: Equations) -> tuple[tuple[tuple[Symbol, Expr], ...], set[Symbol]]:

@@ -40,13 +40,16 @@ class Parameter:
     """A constant of the mechanism with its default, which may follow other parameters.
 
     Without a default (None) its value has to be given with every use, or, where it is ``preset``,
-    when the compiled scene is loaded.  Its bounds are within what its symbol is declared to be.
+    when the compiled scene is loaded.  A parameter without effect is kept for its default, unless
+    this is a number ``given`` with ``defaults=``, as in models.  Its bounds are within what its
+    symbol is declared to be.
     """
 
     symbol: Symbol
     default: Expr | float | None
     quantity: Quantity
     preset: bool = False
+    given: bool = False
 
     def __post_init__(self) -> None:
         if isinstance(self.symbol, Symbol) and isinstance(self.quantity, Quantity):

@@ -211,7 +211,9 @@ def _without_numbers(mechanism: Mechanism) -> tuple[dict[Any, float], Mechanism]
 def with_numbers(mechanism: Mechanism, numbers: Mapping[str, float]) -> Mechanism:
     """The mechanism with default values that are numbers, by the names of parameters."""
     parameters = tuple(
-        replace(p, default=numbers[name]) if (name := printed_name(p.symbol)) in numbers else p
+        replace(p, default=numbers[name], given=p.default is None)
+        if (name := printed_name(p.symbol)) in numbers
+        else p
         for p in mechanism.parameters
     )
     more = copy(mechanism)  # it is valid: nothing else has to be checked again

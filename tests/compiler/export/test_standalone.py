@@ -213,6 +213,20 @@ def test_parameters_that_follow_others_follow_them_until_they_are_set(tmp_path, 
     assert "p[0] I, follows l, m" in (tmp_path / "rod.h").read_text("utf-8")
 
 
+def test_a_default_of_a_parameter_without_effect_makes_no_place_among_the_parameters(tmp_path):
+    """They stand as in the model; I_x of a planar rod made a place between others."""
+    kane, _ = compound_pendulum()
+    rod = kane.bodies[0]
+    x = sm.Symbol("I_x")
+    rod.central_inertia = rod.central_inertia + me.inertia(rod.frame, x, 0, 0)
+    kane.kanes_equations(kane.bodies, kane.forcelist)
+    model = mechc.compile(kane, defaults={x: 1.0, "g": 9.81})
+    for described, options in ((model, {}), (kane, {"defaults": {x: 1.0, "g": 9.81}})):
+        mechc.export_c(described, tmp_path, name="rod", **options)
+        header = (tmp_path / "rod.h").read_text("utf-8")
+        assert tuple(re.findall(r"p\[\d\] (\w+)", header)) == model.parameters
+
+
 @pytest.mark.parametrize("real", ["double", "float"])
 def test_the_example_moves_with_what_follows_the_values_that_were_given(tmp_path, real):
     """A uniform coupler of another mass, whose inertia is given to the model by number."""

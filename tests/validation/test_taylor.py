@@ -204,6 +204,19 @@ def test_roots_that_touch_zero_and_steps_far_beyond_the_series():
     np.testing.assert_array_equal(together.y, one.y[[-1] * 3])
 
 
+@pytest.mark.parametrize("at", [0.0, 1e-9, 0.3])
+def test_a_power_whose_series_ends_where_the_motion_goes_on(at):
+    """(1 + sin x)^(3/2), of order |x + pi/2|^3, has no series where sin x is -1 to the last digit."""
+    (x,), (u,) = dynamicsymbols("x:1"), dynamicsymbols("u:1")
+    model = mechc.compile(mechc.from_equations([x], [u], None, [2 * (1 + sin(x)) ** 1.5]))
+    start = [-np.pi / 2 + at, -1.0]
+    ends = [model.simulate(1.0, start, rtol=1e-9, method=m) for m in ("taylor", "dop853")]
+    together = model.simulate_batch(1.0, [start] * 5, rtol=1e-9, method="taylor", progress=False)
+    np.testing.assert_allclose(ends[0].y[-1], ends[1].y[-1], atol=1e-8)
+    np.testing.assert_array_equal(together.y[3], ends[0].y[-1])
+    assert ends[0].stats["steps"] < 30
+
+
 def bead_on_a_turning_rod():
     """A coordinate in M, and forces along and across the rod that follow the time."""
     r, a, v, w = dynamicsymbols("r a v w")

@@ -76,17 +76,20 @@ MECHC_STATIC int mechc_taylor_expand_by(mechc_integration *run, mechc_taylor_wor
     return finite;
 }
 
-/* Expand the series at the state, if it is not known yet.  Far beyond its radius of convergence
- * terms overflow, and say nothing about the step. */
-MECHC_STATIC void mechc_taylor_expand(mechc_integration *run, mechc_taylor_work *w)
+/* Expand the series at the state, if it is not known yet; 0: it has none, for instance at the zero of
+ * a root.  Far beyond its radius of convergence terms overflow, and say nothing about the step. */
+MECHC_STATIC int mechc_taylor_expand(mechc_integration *run, mechc_taylor_work *w)
 {
     const double t = run->head.t, least = mechc_smallest_step(run);
     double step = run->step;
-    if (w->made && w->t == t && !memcmp(w->rows[0], run->y, sizeof run->y)) return;
-    while (!mechc_taylor_expand_by(run, w, step) && step > least) step *= MECHC_TAYLOR_OVERFLOWS;
+    int finite;
+    if (w->made && w->t == t && !memcmp(w->rows[0], run->y, sizeof run->y)) return 1;
+    while (!(finite = mechc_taylor_expand_by(run, w, step)) && step > least) step *= MECHC_TAYLOR_OVERFLOWS;
+    if (!finite) return 0;
     for (int i = 0; i < MECHC_NX; i++) MECHC_RATE(run, 0)[i] = w->rows[1][i] / w->scale;
     w->t = t;
     w->made = 1;
+    return 1;
 }
 
 /* End the step just past the first zero of a root, if there is one in it: see series/step.h. */
@@ -109,8 +112,8 @@ MECHC_STATIC void mechc_taylor_keep_branches(mechc_integration *run, mechc_taylo
 #endif
 }
 
-/* From just past a zero, where the recurrences divide by next to nothing, the explicit pair takes a
- * step: its rates are those of the new branch. */
+/* From a zero or just past it, where the recurrences divide by next to nothing, the explicit pair takes
+ * a step: its rates are those of the new branch. */
 MECHC_STATIC void mechc_taylor_leave_zero(mechc_integration *run, mechc_taylor_work *w)
 {
     mechc_rates_at(run, run->head.t, run->y, MECHC_RATE(run, 0));
@@ -150,13 +153,14 @@ MECHC_STATIC int mechc_taylor_leaves_long(mechc_integration *run, double reach)
 MECHC_STATIC void mechc_taylor_plan(mechc_integration *run)
 {
     mechc_taylor_work *w = mechc_taylor_of(run);
+    const int grows = !run->refused && run->head.stats.steps > 0;
+    const double most = grows ? run->current->growth * run->step : run->step;
+    if (w->past_zero != run->head.t && !mechc_taylor_expand(run, w))
+        w->past_zero = run->head.t, w->over_zero = most;
     if (w->past_zero == run->head.t) {
         mechc_taylor_leave_zero(run, w);
         return;
     }
-    mechc_taylor_expand(run, w);
-    const int grows = !run->refused && run->head.stats.steps > 0;
-    const double most = grows ? run->current->growth * run->step : run->step;
     const double reach = fabs(w->scale) * mechc_scalar_taylor_reach(w->sizes, w->order);
     if (mechc_taylor_leaves_long(run, reach)) return;
     w->bound = reach < most;

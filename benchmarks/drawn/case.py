@@ -136,6 +136,7 @@ def _note(found: Outcome, told: Sequence[Told]) -> None:
 STATED = {  # words by which a door may refuse a scene, as its page says
     "taylor": "taylor",  # scenes whose equations are not analytic, large ones
     "saved and opened": "does not hold the inputs",  # functions of Python and texts
+    "sensitivities": "of a motion with friction",
 }
 
 

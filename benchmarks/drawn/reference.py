@@ -17,6 +17,7 @@ from .equations import Equations
 
 DIGITS = 30
 FINE = 1e-12  # rtol of the motion
+NEWTON, CLOSED = 40, 1e-13  # steps at most, and gaps after which there is only one more
 IMPACTS = 25  # of a motion, at most
 EVALUATIONS = 60_000  # of a motion, at most
 
@@ -75,9 +76,11 @@ class Reference:
 
     def closed(self, t: float, y: Array, params: dict[str, float]) -> Array:
         """The nearest state on the constraints, by Newton's steps."""
-        for _ in range(8 if self.closes else 0):
+        for _ in range(NEWTON if self.closes else 0):
             gaps, slopes = self.closing(t, y, params)
             y = y - np.linalg.lstsq(slopes, gaps, rcond=1e-9)[0]
+            if np.abs(gaps).max() < CLOSED:  # before this step
+                break
         return y
 
     def along(self, t: float, y: Array, params: dict[str, float], direction: Array) -> Array:

@@ -206,7 +206,7 @@ def test_roots_that_touch_zero_and_steps_far_beyond_the_series():
 
 @pytest.mark.parametrize("at", [0.0, 1e-9, 0.3])
 def test_a_power_whose_series_ends_where_the_motion_goes_on(at):
-    """(1 + sin x)^(3/2), of order |x + pi/2|^3, has no series where sin x is -1 to the last digit."""
+    """(1 + sin x)^(3/2), near |x + pi/2|^3, has no series where sin x is -1 to the last digit."""
     (x,), (u,) = dynamicsymbols("x:1"), dynamicsymbols("u:1")
     model = mechc.compile(mechc.from_equations([x], [u], None, [2 * (1 + sin(x)) ** 1.5]))
     start = [-np.pi / 2 + at, -1.0]

@@ -77,7 +77,7 @@ class BlockElimination:
             ("Speeds for these values of the rows.", "solve_blocks",
              known + "const real *values, real *x", self._solution(), "void"),
             ("The largest squared length among the least solutions for a unit value of one row.",
-             "longest_answer", known + "const real *mass, const real *axes, const real *inverse",
+             "longest_answer", known + "const real *moved, const real *axes, const real *inverse",
              self._longest_answer(), "real"),
             ("The multipliers, by the blocks in reverse order.", "block_multipliers",
              known + "const real *reaction, real *lambda", self._back(), "void"),
@@ -274,7 +274,7 @@ class BlockElimination:
         return [*body.lines, Line(("return most;",))]
 
     def _length(self, body: _Body, name: str, found: Terms) -> None:
-        square = total(a * a * _MASS[k * self.size + k] for k, a in found.items())
+        square = total(a * a * named("moved")[k] for k, a in found.items())
         for free in range(self.form.free):
             axis = ((a, named("axes")[free * self.size + k]) for k, a in found.items())
             part = body.let(f"{name}_{free}", _dot(axis))

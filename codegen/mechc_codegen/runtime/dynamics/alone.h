@@ -63,7 +63,7 @@ MECHC_RARE_ONCE void FN(count_rows)(real t, const real *q, const FN(given) *give
 {
     FN(factors) rows;
     real rank = R(1.0), scale = R(1.0), shortest = R(1.0);
-    FN(factor_rows)(place->jacobian, place->mass, MECHC_NC, place->rank, &rows);
+    FN(factor_rows)(place->jacobian, place->mass, place->length, MECHC_NC, place->rank, &rows);
     for (int i = 1; i < MECHC_NC; i++) {
         scale *= rows.scale[i - 1] * rows.scale[i - 1];
         const real share = rows.norm[i] / (rows.norm[0] * scale);

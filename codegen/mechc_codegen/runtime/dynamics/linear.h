@@ -173,10 +173,34 @@ MECHC_INLINE void FN(orthogonalise)(FN(factors) *f, int rows, real rank)
     }
 }
 
-/* About 1 / M_kk, within an eighth. */
-MECHC_INLINE void FN(speed_weights)(const real *mass, real *weight)
+/* Of the largest M_kk: in a metric where a speed has less, rows look dependent that are not. */
+#define MECHC_LIGHT 1e-3
+
+/* The mass M_kk that each speed moves, or a share of the largest: as a link's mass goes to zero, the rows'
+ * lengths go to limits, as the motion does.  Lengths compare masses with moments of inertia. */
+MECHC_INLINE void FN(moved_masses)(const real *mass, real length, real *moved)
 {
-    for (int k = 0; k < MECHC_NU; k++) weight[k] = FN(rough_inverse)(mass[k * MECHC_NU + k]);
+    for (int k = 0; k < MECHC_NU; k++) moved[k] = mass[k * MECHC_NU + k];
+#if MECHC_NH > 0 && MECHC_LINKS == 0
+    real most = R(0.0);
+    const real square = length * length;
+    for (int k = 0; k < MECHC_NU; k++)
+        most = FN(larger)(MECHC_SLIDES_AT(MECHC_NQ + k) ? moved[k] * square : moved[k], most);
+    const real least = MECHC_LIGHT * most, sliding = least / square;
+    for (int k = 0; k < MECHC_NU; k++) {
+        const real light = MECHC_SLIDES_AT(MECHC_NQ + k) ? sliding : least;
+        moved[k] = R_SELECT(R_MASK(moved[k] < light), light, moved[k]);
+    }
+#else
+    (void)length;
+#endif
+}
+
+/* About the inverses of these, within an eighth. */
+MECHC_INLINE void FN(speed_weights)(const real *mass, real length, real *weight)
+{
+    FN(moved_masses)(mass, length, weight);
+    for (int k = 0; k < MECHC_NU; k++) weight[k] = FN(rough_inverse)(weight[k]);
 }
 
 /* Factor the mass matrix, and the rows in the metric of it, as L^-1 J^T with D^-1 for weights. */
@@ -193,9 +217,10 @@ MECHC_INLINE void FN(factor_in_mass_metric)(const real *jacobian, const real *ma
 #if MECHC_LINKS > 0
 /* Factor the rows of a tree in the metric of the mass matrix itself: along a chain its diagonal says
  * little about how the speeds act together. */
-MECHC_ONCE void FN(factor_rows)(const real *jacobian, const real *mass, int rows, real rank,
+MECHC_ONCE void FN(factor_rows)(const real *jacobian, const real *mass, real length, int rows, real rank,
                                 FN(factors) *f)
 {
+    (void)length;
     FN(factor_in_mass_metric)(jacobian, mass, rows, rank, &f->metric, f);
 }
 
@@ -206,10 +231,10 @@ MECHC_INLINE void FN(to_speeds)(const FN(factors) *f, real *x)
 }
 #else
 /* Factor the first `rows` rows of the Jacobian in the metric of the mass matrix's diagonal. */
-MECHC_INLINE void FN(factor_rows)(const real *jacobian, const real *mass, int rows, real rank,
-                                  FN(factors) *f)
+MECHC_INLINE void FN(factor_rows)(const real *jacobian, const real *mass, real length, int rows,
+                                  real rank, FN(factors) *f)
 {
-    FN(speed_weights)(mass, f->weight);
+    FN(speed_weights)(mass, length, f->weight);
     for (int i = 0; i < rows * MECHC_NU; i++) f->rows[i] = jacobian[i];
     FN(orthogonalise)(f, rows, rank);
 }

@@ -24,7 +24,8 @@
 
 typedef struct {
     const real *mass, *jacobian, *forcing, *gamma;
-    real rank; /* rows that count */
+    real rank;   /* rows that count */
+    real length; /* see ordinary_rows.h */
 } FN(motion_terms);
 
 /* y <- y - M x */
@@ -55,7 +56,7 @@ MECHC_ONCE __attribute__((cold)) void FN(least_work)(const real *mass, const rea
 {
     real none[MECHC_NU];
     for (int i = 0; i < MECHC_NU; i++) none[i] = R(0.0);
-    const FN(motion_terms) terms = {mass, jacobian, none, values, rank};
+    const FN(motion_terms) terms = {mass, jacobian, none, values, rank, R(1.0)};
     FN(solve_in_mass_metric)(&terms, step, 0);
 }
 #endif
@@ -65,7 +66,7 @@ MECHC_ONCE __attribute__((cold)) void FN(solve_redundant)(const real *terms, rea
 {
     const real *jacobian = terms + MECHC_NU * MECHC_NU, *forcing = jacobian + MECHC_NC * MECHC_NU;
     const real *gamma = forcing + MECHC_NU;
-    const FN(motion_terms) split = {terms, jacobian, forcing, gamma, gamma[MECHC_NC]};
+    const FN(motion_terms) split = {terms, jacobian, forcing, gamma, gamma[MECHC_NC], R(1.0)};
     FN(solve_in_mass_metric)(&split, solution, MECHC_MULTIPLIERS ? solution + MECHC_NU : 0);
 }
 
@@ -204,20 +205,20 @@ typedef FN(freedom) FN(solver);
 
 /* The factors with which the rows of a configuration are solved, of which `rank` count; those
  * below the squared share `least` of the longest are redundant, 0: none are. */
-MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, real rank,
-                                   real ordinary, double least, FN(solver) *f)
+MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, real length,
+                                   real rank, real ordinary, double least, FN(solver) *f)
 {
     (void)ordinary;
-    FN(find_freedom)(jacobian, mass, rank, least, f);
+    FN(find_freedom)(jacobian, mass, length, rank, least, f);
 }
 
 /* Squared length of the shortest orthogonal row over that of the longest: 0 where rows are
  * dependent. */
-MECHC_INLINE real FN(conditioning_squared)(const real *jacobian, const real *mass, real ordinary,
-                                           const FN(solver) *f)
+MECHC_INLINE real FN(conditioning_squared)(const real *jacobian, const real *mass, real length,
+                                           real ordinary, const FN(solver) *f)
 {
     (void)jacobian;
-    return FN(freedom_conditioning_squared)(f, mass, ordinary);
+    return FN(freedom_conditioning_squared)(f, mass, length, ordinary);
 }
 
 MECHC_INLINE void FN(solve_motion)(const FN(motion_terms) *terms, const FN(solver) *f, real *x,
@@ -226,7 +227,7 @@ MECHC_INLINE void FN(solve_motion)(const FN(motion_terms) *terms, const FN(solve
     FN(along_freedom)(f, terms->gamma, FN(dot)(f->direction, terms->forcing), x);
     if (lambda) {
         FN(factors) rows;
-        FN(factor_rows)(terms->jacobian, terms->mass, MECHC_NC, terms->rank, &rows);
+        FN(factor_rows)(terms->jacobian, terms->mass, terms->length, MECHC_NC, terms->rank, &rows);
         FN(reactions)(terms, &rows, x, lambda);
     }
     if (__builtin_expect(R_ANY(f->redundant), 0))
@@ -234,11 +235,12 @@ MECHC_INLINE void FN(solve_motion)(const FN(motion_terms) *terms, const FN(solve
 }
 
 MECHC_ONCE __attribute__((cold)) void FN(least_redundant_step)(const real *jacobian,
-                                                               const real *mass, real rank,
-                                                               const real *values, real *step)
+                                                               const real *mass, real length,
+                                                               real rank, const real *values,
+                                                               real *step)
 {
     FN(factors) rows;
-    FN(factor_rows)(jacobian, mass, MECHC_NC, rank, &rows);
+    FN(factor_rows)(jacobian, mass, length, MECHC_NC, rank, &rows);
     FN(least_change)(&rows, MECHC_NC, values, step);
 }
 
@@ -252,7 +254,7 @@ MECHC_INLINE void FN(least_step)(const real *jacobian, const real *mass, const F
         memcpy(copy, jacobian, MECHC_NC * MECHC_NU * sizeof *copy);
         memcpy(copy + MECHC_NC * MECHC_NU, mass, MECHC_NU * MECHC_NU * sizeof *copy);
         memcpy(copy + (MECHC_NC + MECHC_NU) * MECHC_NU, values, MECHC_NC * sizeof *copy);
-        FN(least_redundant_step)(copy, copy + MECHC_NC * MECHC_NU, f->rank,
+        FN(least_redundant_step)(copy, copy + MECHC_NC * MECHC_NU, f->length, f->rank,
                                  copy + (MECHC_NC + MECHC_NU) * MECHC_NU, other);
         for (int i = 0; i < MECHC_NU; i++) step[i] = R_SELECT(f->redundant, other[i], step[i]);
     }
@@ -290,17 +292,17 @@ MECHC_INLINE void FN(least_orthogonal_step)(const real *jacobian, const real *ma
 #if MECHC_ROW_BLOCKS == 0
 typedef FN(factors) FN(solver);
 
-MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, real rank,
-                                   real ordinary, double least, FN(solver) *f)
+MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, real length,
+                                   real rank, real ordinary, double least, FN(solver) *f)
 {
     (void)ordinary, (void)least;
-    FN(factor_rows)(jacobian, mass, MECHC_NC, rank, f);
+    FN(factor_rows)(jacobian, mass, length, MECHC_NC, rank, f);
 }
 
-MECHC_INLINE real FN(conditioning_squared)(const real *jacobian, const real *mass, real ordinary,
-                                           const FN(solver) *f)
+MECHC_INLINE real FN(conditioning_squared)(const real *jacobian, const real *mass, real length,
+                                           real ordinary, const FN(solver) *f)
 {
-    (void)jacobian, (void)mass;
+    (void)jacobian, (void)mass, (void)length;
     return FN(least_singular_squared)(f, ordinary);
 }
 

@@ -14,7 +14,8 @@ MECHC_ONCE int mechc_strong_rows(double t, const double *q, const mechc_scalar_g
     int weak = 0;
     const int rank = (int)given->k[MECHC_ROWS_THAT_COUNT];
     mechc_scalar_locate_all(t, q, given, place);
-    mechc_scalar_factor_rows(place->jacobian, place->mass, MECHC_NC, given->k[MECHC_ROWS_THAT_COUNT], rows);
+    mechc_scalar_factor_rows(place->jacobian, place->mass, place->length, MECHC_NC,
+                             given->k[MECHC_ROWS_THAT_COUNT], rows);
     const double longest = mechc_max(rows->norm[0], place->ordinary_length);
     for (int i = 0; i < rank; i++)
         if (rows->norm[i] < MECHC_WEAK * longest) rows->inverse_norm[i] = 0.0, weak++;

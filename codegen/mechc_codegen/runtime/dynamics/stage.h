@@ -77,8 +77,8 @@ MECHC_INLINE void FN(prepare)(FN(place) *place, double least)
     (void)least;
     FN(prepare_rows)(place->saved, place->jacobian, place->mass, place->rank, &place->rows);
 #else
-    FN(prepare_rows)(place->jacobian, place->mass, place->rank, place->ordinary_length, least,
-                     &place->rows);
+    FN(prepare_rows)(place->jacobian, place->mass, place->length, place->rank, place->ordinary_length,
+                     least, &place->rows);
 #endif
 }
 #endif
@@ -125,7 +125,8 @@ MECHC_ONCE void FN(locate_all)(real t, const real *q, const FN(given) *given, FN
 }
 #endif
 
-/* The first speed that moves no mass by itself, or -1; the metric of the rows needs its mass. */
+/* The first speed that moves no mass by itself, or -1.  Where the motion is solved in its free directions it
+ * may: what these move is divided by. */
 MECHC_INLINE int FN(find_massless)(FN(place) *place)
 {
 #if MECHC_NC > 0 && MECHC_LINKS > 0
@@ -133,7 +134,11 @@ MECHC_INLINE int FN(find_massless)(FN(place) *place)
 #endif
 #if !MECHC_ARTICULATED
     for (int i = 0; place->bad < 0 && i < MECHC_NU; i++)
+#if MECHC_ONE_FREEDOM
+        if (R_ANY(~R_MASK(place->mass[i * MECHC_NU + i] >= 0.0))) place->bad = i;
+#else
         if (R_ANY(~R_MASK(place->mass[i * MECHC_NU + i] > 0.0))) place->bad = i;
+#endif
 #endif
     return place->bad;
 }
@@ -170,8 +175,8 @@ MECHC_INLINE real FN(conditioning_at)(const FN(place) *place)
 #if MECHC_LINKS > 0
     return MECHC_TOGETHER * MECHC_TOGETHER * FN(conditioning_squared)(&place->rows);
 #else
-    return FN(conditioning_squared)(place->jacobian, place->mass, place->ordinary_length,
-                                    &place->rows);
+    return FN(conditioning_squared)(place->jacobian, place->mass, place->length,
+                                    place->ordinary_length, &place->rows);
 #endif
 }
 
@@ -198,10 +203,11 @@ MECHC_INLINE real FN(regularity_at)(const FN(place) *place)
 /* The conditioning of the only configuration row, beside which there are velocity constraints. */
 MECHC_INLINE real FN(conditioning_of_row)(const FN(place) *place)
 {
-    real square = R(0.0);
+    real square = R(0.0), moved[MECHC_NU];
+    FN(moved_masses)(place->mass, place->length, moved);
     for (int k = 0; k < MECHC_NU; k++) {
         const real entry = place->jacobian[k];
-        square += entry * entry / place->mass[k * MECHC_NU + k];
+        square += entry * entry / moved[k];
     }
     return R_SQRT(square / FN(larger)(square, place->ordinary_length));
 }
@@ -383,7 +389,8 @@ MECHC_OF_STAGE void FN(accelerate)(real t, const real *q, const real *u, const F
     FN(solve_motion)(place->saved, &place->rows, wrench, gamma, accelerations, lambda);
 #elif MECHC_NC > 0
     real forcing[MECHC_NU], gamma[MECHC_NC];
-    const FN(motion_terms) terms = {place->mass, place->jacobian, forcing, gamma, place->rank};
+    const FN(motion_terms) terms = {place->mass, place->jacobian, forcing, gamma, place->rank,
+                                     place->length};
     FN(motion)(t, q, u, given, place->saved, forcing, gamma);
     FN(solve_motion)(&terms, &place->rows, accelerations, lambda);
 #elif MECHC_ARTICULATED

@@ -224,8 +224,9 @@ MECHC_ONCE int mechc_find_critical_of(double t, const double *q, const mechc_sca
         if (iteration == 0) {
             memcpy(c->normal, normal, sizeof c->normal);
             c->gap = 0.0;
+            mechc_scalar_moved_masses(place.mass, place.length, c->speeds);
             for (int j = 0; j < MECHC_NU; j++)
-                c->speeds[j] = sqrt(place.mass[j * MECHC_NU + j]) * mechc_given_unit(given, MECHC_NQ + j);
+                c->speeds[j] = sqrt(c->speeds[j]) * mechc_given_unit(given, MECHC_NQ + j);
         }
         const double length = mechc_critical_equations(t, given, &place, at, c, a, b);
         if (mechc_scalar_stopped(given)) return 0;

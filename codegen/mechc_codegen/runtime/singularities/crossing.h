@@ -116,13 +116,14 @@ MECHC_STATIC int mechc_lies_between(const mechc_span *span, const mechc_critical
 }
 
 /* An upper bound of the step's length in mass-weighted coordinates. */
-MECHC_STATIC double mechc_reach(const mechc_span *span, const double *mass)
+MECHC_STATIC double mechc_reach(const mechc_span *span, const mechc_scalar_place *place)
 {
-    double square = 0.0;
+    double square = 0.0, moved[MECHC_NU];
+    mechc_scalar_moved_masses(place->mass, place->length, moved);
     for (int j = 0; j < MECHC_NU; j++) {
         const double start = fabs(span->start[MECHC_NQ + j]), end = fabs(span->end[MECHC_NQ + j]);
         const double gained = fabs(span->h * span->start_rates[MECHC_NQ + j]);
-        square += mass[j * MECHC_NU + j] * pow(mechc_max(mechc_max(start, end), gained), 2);
+        square += moved[j] * pow(mechc_max(mechc_max(start, end), gained), 2);
     }
     return fabs(span->h) * sqrt(square);
 }
@@ -288,14 +289,14 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
     mechc_scalar_place place;
     out->action = MECHC_STANDS;
     mechc_scalar_locate_all(span->t, span->start, span->given, &place);
-    mechc_find_weakest(place.jacobian, place.mass, place.ordinary_length, 0, &before);
+    mechc_find_weakest(place.jacobian, place.mass, place.length, place.ordinary_length, 0, &before);
     if (before.rank > monitor->rank) monitor->rank = before.rank;
     if (before.rank < monitor->rank)
         mechc_weakest_at(span->t, span->start, span->given, monitor->rank, &before);
     mechc_weakest_at(span->t + span->h, span->end, span->given, monitor->rank, &after);
     int turned = mechc_turned_over(&before, &after);
     const double reach =
-        mechc_max(span->horizon * mechc_reach(span, place.mass), mechc_beside(&after, &place));
+        mechc_max(span->horizon * mechc_reach(span, &place), mechc_beside(&after, &place));
     if (mechc_follow_nodes(span, monitor, reach, out)) return;
     if (mechc_scalar_stopped(span->given)) return;
     const int knew = mechc_knows_crossing(monitor);

@@ -24,7 +24,7 @@ MECHC_ONCE void mechc_factor_all(double t, const double *q, const mechc_scalar_g
                                  mechc_scalar_place *place, mechc_scalar_factors *rows)
 {
     mechc_scalar_locate_all(t, q, given, place);
-    mechc_scalar_factor_rows(place->jacobian, place->mass, MECHC_NC, rank, rows);
+    mechc_scalar_factor_rows(place->jacobian, place->mass, place->length, MECHC_NC, rank, rows);
 }
 
 MECHC_ONCE int mechc_rank_at(double t, const double *q, const mechc_scalar_given *given)

@@ -24,9 +24,10 @@ MECHC_STATIC double mechc_look_ahead(const mechc_span *span, mechc_monitor *moni
     if (monitor->first > MECHC_CLEAR || (monitor->first > MECHC_NARROW && !falls)) return HUGE_VAL;
     mechc_scalar_locate_all(span->t, span->start, span->given, &place);
     mechc_weakest weakest;
-    mechc_find_weakest(place.jacobian, place.mass, place.ordinary_length, monitor->rank, &weakest);
+    mechc_find_weakest(place.jacobian, place.mass, place.length, place.ordinary_length, monitor->rank,
+                       &weakest);
     const double reach =
-        mechc_max(2.0 * mechc_reach(span, place.mass), mechc_beside(&weakest, &place));
+        mechc_max(2.0 * mechc_reach(span, &place), mechc_beside(&weakest, &place));
     if (!mechc_find_near(span, span->start, &weakest, monitor, reach, &critical))
         return HUGE_VAL;
     if (!critical.curves) return HUGE_VAL;

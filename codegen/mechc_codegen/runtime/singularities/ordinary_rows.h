@@ -34,10 +34,11 @@ MECHC_STATIC void mechc_meet_change(const mechc_scalar_place *here, const mechc_
 MECHC_ONCE void mechc_find_ordinary_rows(double t, const double *q, mechc_scalar_given *given)
 {
     static const int angles[] = {MECHC_ANGLES};
-    double moved[MECHC_NQ], weight[MECHC_NU], length = 0.0, sum = 0.0;
+    double moved[MECHC_NQ], masses[MECHC_NU], weight[MECHC_NU], length = 0.0, sum = 0.0;
     mechc_scalar_place here, there;
     mechc_scalar_locate_all(t, q, given, &here);
-    for (int j = 0; j < MECHC_NU; j++) weight[j] = 1.0 / here.mass[j * MECHC_NU + j];
+    mechc_scalar_moved_masses(here.mass, here.length, masses);
+    for (int j = 0; j < MECHC_NU; j++) weight[j] = 1.0 / masses[j];
     memcpy(moved, q, sizeof moved);
     for (size_t i = 0; i < sizeof angles / sizeof *angles && !mechc_scalar_stopped(given); i++) {
         moved[angles[i]] += MECHC_TURNED_BY;

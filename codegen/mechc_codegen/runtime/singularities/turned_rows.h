@@ -41,7 +41,7 @@ MECHC_STATIC void mechc_see(const mechc_span *span, mechc_seen *out)
 {
     mechc_scalar_place place;
     mechc_scalar_locate_all(span->t + out->fraction * span->h, out->q, span->given, &place);
-    mechc_weigh_rows(place.jacobian, place.mass, out->rows);
+    mechc_weigh_rows(place.jacobian, place.mass, place.length, out->rows);
     out->ordinary = place.ordinary_length;
     out->decomposed = 0;
 #if MECHC_NH > 2

@@ -127,9 +127,10 @@ MECHC_STATIC void mechc_sort_rows(double *a, mechc_weakest *out)
 }
 
 /* Rows by speeds that are weighted by the mass each moves; in trees, by the mass matrix. */
-MECHC_STATIC void mechc_weigh_rows(const double *jacobian, const double *mass, double *a)
+MECHC_STATIC void mechc_weigh_rows(const double *jacobian, const double *mass, double length, double *a)
 {
 #if MECHC_LINKS > 0
+    (void)length;
     mechc_scalar_mass_factors metric;
     mechc_scalar_factor_mass(mass, MECHC_NU, &metric);
     memcpy(a, jacobian, MECHC_NH * MECHC_NU * sizeof *a);
@@ -138,9 +139,11 @@ MECHC_STATIC void mechc_weigh_rows(const double *jacobian, const double *mass, d
         for (int j = 0; j < MECHC_NU; j++) a[i * MECHC_NU + j] *= sqrt(metric.inverse[j]);
     }
 #else
+    double moved[MECHC_NU];
+    mechc_scalar_moved_masses(mass, length, moved);
     for (int i = 0; i < MECHC_NH; i++)
         for (int j = 0; j < MECHC_NU; j++)
-            a[i * MECHC_NU + j] = jacobian[i * MECHC_NU + j] / sqrt(mass[j * MECHC_NU + j]);
+            a[i * MECHC_NU + j] = jacobian[i * MECHC_NU + j] / sqrt(moved[j]);
 #endif
 }
 
@@ -175,11 +178,11 @@ MECHC_ONCE void mechc_decompose(double *a, double ordinary, int rank, mechc_weak
 }
 
 /* The weakest direction of rows by speeds. */
-MECHC_STATIC void mechc_find_weakest(const double *jacobian, const double *mass, double ordinary,
-                                     int rank, mechc_weakest *out)
+MECHC_STATIC void mechc_find_weakest(const double *jacobian, const double *mass, double length,
+                                     double ordinary, int rank, mechc_weakest *out)
 {
     double a[MECHC_NH * MECHC_NU];
-    mechc_weigh_rows(jacobian, mass, a);
+    mechc_weigh_rows(jacobian, mass, length, a);
     mechc_decompose(a, ordinary, rank, out);
 }
 
@@ -188,7 +191,7 @@ MECHC_STATIC void mechc_weakest_at(double t, const double *q, const mechc_scalar
 {
     mechc_scalar_place place;
     mechc_scalar_locate_all(t, q, given, &place);
-    mechc_find_weakest(place.jacobian, place.mass, place.ordinary_length, rank, out);
+    mechc_find_weakest(place.jacobian, place.mass, place.length, place.ordinary_length, rank, out);
 }
 
 /* The weakest direction at a configuration whose rows may not have been computed explicitly. */
@@ -198,9 +201,9 @@ MECHC_ONCE void mechc_weakest_of(const mechc_scalar_place *place, int rank, mech
     double jacobian[MECHC_NC * MECHC_NU], mass[MECHC_NU * MECHC_NU];
     mechc_scalar_cut_rows(place->saved, jacobian);
     mechc_scalar_composite_mass(place->saved, mass);
-    mechc_find_weakest(jacobian, mass, place->ordinary_length, rank, out);
+    mechc_find_weakest(jacobian, mass, place->length, place->ordinary_length, rank, out);
 #else
-    mechc_find_weakest(place->jacobian, place->mass, place->ordinary_length, rank, out);
+    mechc_find_weakest(place->jacobian, place->mass, place->length, place->ordinary_length, rank, out);
 #endif
 }
 

@@ -197,7 +197,7 @@ MECHC_STATIC int mechc_record_passages(mechc_integration *run, double h, const d
     mechc_critical found;
     int status = MECHC_RUNNING;
     mechc_scalar_locate_all(span.t, span.start, span.given, &place);
-    const double reach = 4.0 * mechc_reach(&span, place.mass) / pieces;
+    const double reach = 4.0 * mechc_reach(&span, &place) / pieces;
     mechc_see_dense(run, &span, rows, 0.0, &seen[0]);
     for (int i = 1; i <= pieces && status == MECHC_RUNNING; i++) {
         mechc_seen *before = &seen[(i - 1) % 2], *after = &seen[i % 2];

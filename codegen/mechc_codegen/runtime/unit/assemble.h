@@ -31,7 +31,7 @@ MECHC_STATIC void mechc_change_beside(mechc_scalar_place *place, const mechc_sca
 {
     mechc_scalar_factors rows;
     mechc_hold(place, held);
-    mechc_scalar_factor_rows(place->jacobian, place->mass, MECHC_NC,
+    mechc_scalar_factor_rows(place->jacobian, place->mass, place->length, MECHC_NC,
                              given->k[MECHC_ROWS_THAT_COUNT], &rows);
     mechc_scalar_least_change(&rows, MECHC_NC, values, step);
 }

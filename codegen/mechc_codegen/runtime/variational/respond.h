@@ -41,7 +41,7 @@ MECHC_INLINE void FN(respond_with)(const FN(place) *place, const real *residual,
         FN(solve_together)(&factors, jacobian, right, right + MECHC_NU, x, x + MECHC_NU);
 #elif MECHC_NC > 0
         const FN(motion_terms) terms = {place->mass, place->jacobian, right, right + MECHC_NU,
-                                        place->rank};
+                                        place->rank, place->length};
         FN(solve_motion)(&terms, &place->rows, x, multipliers ? x + MECHC_NU : 0);
         for (int i = MECHC_NU; !multipliers && i < MECHC_MOTION; i++) x[i] = R(0.0);
 #else

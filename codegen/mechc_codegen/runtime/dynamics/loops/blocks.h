@@ -41,10 +41,10 @@ typedef struct {
     FN(factors) factors;
 } FN(solver);
 
-MECHC_ONCE void FN(factor_together)(const real *jacobian, const real *mass, real rank,
+MECHC_ONCE void FN(factor_together)(const real *jacobian, const real *mass, real length, real rank,
                                     FN(factors) *f)
 {
-    FN(factor_rows)(jacobian, mass, MECHC_NC, rank, f);
+    FN(factor_rows)(jacobian, mass, length, MECHC_NC, rank, f);
 }
 
 /* The lanes in which no row is short; sets f->longest. */
@@ -71,12 +71,12 @@ MECHC_INLINE rmask FN(reduce_mass)(const real *own, FN(solver) *f)
     return safe;
 }
 
-MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, real rank,
-                                   real ordinary, double least, FN(solver) *f)
+MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, real length,
+                                   real rank, real ordinary, double least, FN(solver) *f)
 {
     real weight[MECHC_NU], lengths[MECHC_NC], own[MECHC_AT_LEAST_ONE(MECHC_FREE)];
     (void)least;
-    FN(speed_weights)(mass, weight);
+    FN(speed_weights)(mass, length, weight);
     f->apart = FN(factor_blocks)(jacobian, mass, weight, f->kept, f->directions, f->momenta, own,
                                  lengths, &f->clear)
              & R_MASK(rank >= (double)MECHC_NC);
@@ -84,7 +84,7 @@ MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, real 
     f->apart &= FN(reduce_mass)(own, f);
     f->clear &= f->apart;
     f->together = R_ANY(~f->apart);
-    if (__builtin_expect(f->together, 0)) FN(factor_together)(jacobian, mass, rank, &f->factors);
+    if (__builtin_expect(f->together, 0)) FN(factor_together)(jacobian, mass, length, rank, &f->factors);
 }
 
 /* a <- a + n z */
@@ -100,13 +100,13 @@ MECHC_INLINE void FN(add_free_part)(const FN(solver) *f, const real *forcing, re
         for (int k = 0; k < MECHC_NU; k++) x[k] += part[i] * f->directions[i * MECHC_NU + k];
 }
 
-/* Make the free directions orthogonal in the metric of M's diagonal D, as D n, with 1 / (n.D n). */
-MECHC_INLINE void FN(free_axes)(const FN(solver) *f, const real *mass, real *axes, real *inverse)
+/* Make the free directions orthogonal in the metric of the masses D moved, as D n, with 1 / (n.D n). */
+MECHC_INLINE void FN(free_axes)(const FN(solver) *f, const real *moved, real *axes, real *inverse)
 {
     for (int i = 0; i < MECHC_FREE; i++) {
         const real *direction = f->directions + i * MECHC_NU;
         real *axis = axes + i * MECHC_NU;
-        for (int k = 0; k < MECHC_NU; k++) axis[k] = direction[k] * mass[k * MECHC_NU + k];
+        for (int k = 0; k < MECHC_NU; k++) axis[k] = direction[k] * moved[k];
         for (int j = 0; j < i; j++) {
             const real share = FN(dot)(direction, axes + j * MECHC_NU) * inverse[j];
             for (int k = 0; k < MECHC_NU; k++) axis[k] -= share * axes[j * MECHC_NU + k];
@@ -117,12 +117,13 @@ MECHC_INLINE void FN(free_axes)(const FN(solver) *f, const real *mass, real *axe
 
 /* Squared distance of the row nearest to the others' span over the longest row's length: a row's
  * distance is the inverse of the least change by which it alone takes the value 1. */
-MECHC_INLINE real FN(conditioning_squared)(const real *jacobian, const real *mass, real ordinary,
-                                           const FN(solver) *f)
+MECHC_INLINE real FN(conditioning_squared)(const real *jacobian, const real *mass, real length,
+                                           real ordinary, const FN(solver) *f)
 {
-    real axes[MECHC_DIRECTIONS], inverse[MECHC_AT_LEAST_ONE(MECHC_FREE)];
-    FN(free_axes)(f, mass, axes, inverse);
-    const real answer = FN(longest_answer)(jacobian, f->kept, mass, axes, inverse);
+    real moved[MECHC_NU], axes[MECHC_DIRECTIONS], inverse[MECHC_AT_LEAST_ONE(MECHC_FREE)];
+    FN(moved_masses)(mass, length, moved);
+    FN(free_axes)(f, moved, axes, inverse);
+    const real answer = FN(longest_answer)(jacobian, f->kept, moved, axes, inverse);
     const real square = 1.0 / (answer * FN(larger)(f->longest, ordinary));
     if (!__builtin_expect(f->together, 0)) return square;
     return R_SELECT(f->apart, square, FN(least_singular_squared)(&f->factors, ordinary));

@@ -33,7 +33,7 @@ MECHC_ONCE void FN(factor_together)(const real *tree, real *jacobian, real *mass
 {
     FN(cut_rows)(tree, jacobian);
     FN(composite_mass)(tree, mass);
-    FN(factor_rows)(jacobian, mass, MECHC_NC, rank, f);
+    FN(factor_rows)(jacobian, mass, R(1.0), MECHC_NC, rank, f);
 }
 
 /* Factor the rows of which `rank` count; jacobian and mass are filled where some lane needs them. */

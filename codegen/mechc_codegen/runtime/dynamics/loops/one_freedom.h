@@ -27,6 +27,7 @@ typedef struct {
     real inverse;   /* 1 / (m . n) */
     real longest;   /* squared length of the longest row, speeds weighted by the mass each moves */
     real rank;      /* rows that count */
+    real length;    /* see ordinary_rows.h */
     rmask redundant;
 } FN(freedom);
 
@@ -49,10 +50,11 @@ MECHC_INLINE real FN(other_weights)(const real *weight, int k)
 }
 
 /* Squared length of the longest row, and whether the rows are dependent. */
-MECHC_INLINE void FN(weigh_rows)(const real *mass, real size, double least, FN(freedom) *f)
+MECHC_INLINE void FN(weigh_rows)(const real *mass, real length, real size, double least,
+                                 FN(freedom) *f)
 {
     real weight[MECHC_NU];
-    FN(speed_weights)(mass, weight);
+    FN(speed_weights)(mass, length, weight);
     for (int row = 0; row < MECHC_NC; row++) {
         const real *entry = f->jacobian + row * MECHC_NU;
         real square = entry[0] * entry[0] * weight[0];
@@ -67,10 +69,11 @@ MECHC_INLINE void FN(weigh_rows)(const real *mass, real size, double least, FN(f
 }
 
 /* Factor the rows, which are dependent below the squared share `least` of the longest; 0: none are. */
-MECHC_INLINE void FN(find_freedom)(const real *jacobian, const real *mass, real rank, double least,
-                                   FN(freedom) *f)
+MECHC_INLINE void FN(find_freedom)(const real *jacobian, const real *mass, real length, real rank,
+                                   double least, FN(freedom) *f)
 {
     f->rank = rank;
+    f->length = length;
     for (int i = 0; i < MECHC_NC * MECHC_NU; i++) f->jacobian[i] = jacobian[i];
 #if MECHC_NU == 3
     FN(cross)(jacobian, jacobian + MECHC_NU, f->direction);
@@ -81,7 +84,7 @@ MECHC_INLINE void FN(find_freedom)(const real *jacobian, const real *mass, real 
     for (int i = 0; i < MECHC_NU; i++) f->momentum[i] = FN(dot)(mass + i * MECHC_NU, f->direction);
     const real size = FN(dot)(f->momentum, f->direction);
     if (least == 0.0) f->redundant = R_MASK(R(0.0) > R(0.0));
-    else FN(weigh_rows)(mass, size, least, f);
+    else FN(weigh_rows)(mass, length, size, least, f);
     f->inverse = 1.0 / size;
 }
 
@@ -103,10 +106,10 @@ MECHC_INLINE void FN(along_freedom)(const FN(freedom) *f, const real *values, re
 /* Length of the shortest of the rows made orthogonal over that of the longest, or over what the
  * longest has at ordinary configurations. */
 MECHC_INLINE real FN(freedom_conditioning_squared)(const FN(freedom) *f, const real *mass,
-                                                   real ordinary)
+                                                   real length, real ordinary)
 {
     real weight[MECHC_NU], square = R(0.0), most = R(1.0);
-    FN(speed_weights)(mass, weight);
+    FN(speed_weights)(mass, length, weight);
     for (int k = 0; k < MECHC_NU; k++)
         square += f->direction[k] * f->direction[k] * FN(other_weights)(weight, k);
     for (int row = 0; row < MECHC_NC; row++) most *= FN(larger)(f->longest, ordinary);

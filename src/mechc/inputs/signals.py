@@ -213,7 +213,7 @@ class Signal:
         ends[:, 0] = self.values[[0, -1]]
         last = slice(None, -1) if self.kind == "previous" else slice(None)
         inner, knots = self._coefficients[last], self._knots[last]
-        self._knots = np.concatenate([[min(-FAR, 2.0 * knots[0])], knots, [self.times[-1]]])
+        self._knots = np.concatenate([[-FAR], knots, [self.times[-1]]])
         self._coefficients = np.vstack([ends[:1], inner, ends[1:]])
 
     def __repr__(self) -> str:
@@ -251,8 +251,10 @@ def _checked_samples(times: Any, values: Any, kind: str) -> tuple[Array, Array]:
     least = max(DEGREES[kind] + 1, 2)
     if len(t) < least:
         raise ValueOutOfBoundsError(f"a {kind} signal needs {least} samples, not {len(t)}")
-    if not (np.isfinite(t).all() and np.isfinite(x).all()):
+    if not np.isfinite(x).all():
         raise ValueOutOfBoundsError("the samples of a signal must be finite")
+    if not (np.abs(t) < FAR).all():
+        raise ValueOutOfBoundsError(f"the times of a signal must be within {FAR:g} s of 0")
     if not (t[1:] > t[:-1]).all():
         raise ValueOutOfBoundsError("the times of a signal must strictly increase")
     return t, x

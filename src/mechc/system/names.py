@@ -79,16 +79,24 @@ def by_name(values: Any, what: str, example: str = "{name or symbol: value}") ->
 
 
 def owned(given: Any) -> Any:
-    """A value that a caller gave, with copies of the arrays, mappings and sequences in it."""
+    """A value that a caller gave, with copies of the arrays, mappings and sequences in it.
+
+    Raises :class:`ValueOutOfBoundsError` for what contains itself.
+    """
     kind = type(given)
     if kind is float or kind is str or given is None:
         return given  # nearly always, and fast
-    if kind is tuple or kind is list:
-        return kind(map(owned, given))
-    if isinstance(given, np.ndarray):
-        return given.copy()
-    if kind is dict or isinstance(given, Mapping):
-        return {key: owned(value) for key, value in given.items()}
+    try:
+        if kind is tuple or kind is list:
+            return kind(map(owned, given))
+        if isinstance(given, np.ndarray):
+            return given.copy()
+        if kind is dict or isinstance(given, Mapping):
+            return {key: owned(value) for key, value in given.items()}
+    except RecursionError:
+        raise ValueOutOfBoundsError(
+            "a value contains itself, or is nested too deeply: give numbers, texts or arrays"
+        ) from None
     return given
 
 

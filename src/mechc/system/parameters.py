@@ -208,7 +208,8 @@ def doubles(
     numbers, rows of different lengths and units of another kind; ``TypeError`` for anything else
     but an array of numbers.
     """
-    if type(value) is not np.ndarray or value.dtype.kind in DATES:
+    bare = type(value) in (list, tuple) and {float, int}.issuperset(map(type, value))  # no units
+    if not bare and (type(value) is not np.ndarray or value.dtype.kind in DATES):
         quantity = of_unknown_unit(what) if of is None else replace(of, name=what)
         value = plain_numbers(value, quantity)
     try:

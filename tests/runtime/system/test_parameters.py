@@ -86,6 +86,13 @@ def test_what_is_no_number_is_refused_by_name(model):
         model.energy(np.zeros(6), np.ones(10))
 
 
+def test_what_contains_itself_is_no_value(model):
+    endless = [1.0]
+    endless.append(endless)
+    with pytest.raises(ValueOutOfBoundsError, match="contains itself"):
+        model.assemble({"theta_0": endless})
+
+
 def test_options_that_a_mechanism_does_not_have_are_met_with_the_nearest():
     for value in (True, False):
         with pytest.raises(UnknownNameError, match=r"'frction'.*'friction'"):

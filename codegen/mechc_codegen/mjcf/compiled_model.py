@@ -61,7 +61,8 @@ def _limit(memory: int, time: int) -> None:
     """Limit what this process takes, where the operating system can."""
     with suppress(ImportError, OSError, ValueError):
         resource: Any = import_module("resource")
-        for kind, most in ((resource.RLIMIT_AS, memory), (resource.RLIMIT_CPU, time)):
+        sizes = ((kind, memory) for kind in (resource.RLIMIT_AS, resource.RLIMIT_FSIZE))
+        for kind, most in (*sizes, (resource.RLIMIT_CPU, time)):
             hard = resource.getrlimit(kind)[1]
             most = most if hard == resource.RLIM_INFINITY else min(most, hard)
             resource.setrlimit(kind, (most, hard))

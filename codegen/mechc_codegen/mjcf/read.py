@@ -152,12 +152,13 @@ def _run(path: Path, asked: bytes, folder: Path) -> Path:
     places = os.pathsep.join(filter(None, sys.path))
     # No window is opened, and a linear algebra of many threads would take its part of the memory.
     own = {"PYTHONPATH": places, "MUJOCO_GL": "disable", "OPENBLAS_NUM_THREADS": "1"}
-    with subprocess.Popen(
+    log = folder / "stderr"  # not a pipe: it may be long, and only its end is told
+    with log.open("wb") as errors, subprocess.Popen(
         [sys.executable, "-P", str(program)], stdin=subprocess.PIPE, stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE, cwd=folder, env={**os.environ, **own}, process_group=0,
+        stderr=errors, cwd=folder, env={**os.environ, **own}, process_group=0,
     ) as process:  # fmt: skip
         try:
-            _, err = process.communicate(asked, timeout=TIME)
+            process.communicate(asked, timeout=TIME)
         except subprocess.TimeoutExpired:
             raise MechanismError(
                 f"{path.name!r}: MuJoCo does not compile the file within {TIME} s"
@@ -166,7 +167,9 @@ def _run(path: Path, asked: bytes, folder: Path) -> Path:
             process.kill()
     answer = folder / ANSWER
     if process.returncode or not answer.is_file():
-        last = " ".join(err[-300:].decode(errors="replace").split())
+        with log.open("rb") as told:
+            told.seek(max(0, log.stat().st_size - 300))
+            last = " ".join(told.read().decode(errors="replace").split())
         raise MechanismError(
             f"{path.name!r}: MuJoCo fails on the file: its process {_ending(process.returncode)}, "
             f"with {MEMORY >> 30} GiB of memory and {TIME} s at most. {last}".rstrip()

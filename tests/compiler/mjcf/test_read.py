@@ -4,6 +4,7 @@ import signal
 import subprocess
 import sys
 import time
+import tracemalloc
 from pathlib import Path
 
 import pytest
@@ -53,6 +54,19 @@ def test_what_mujoco_prints_is_not_taken_for_its_answer(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(noisy)
     found = mechc.from_mjcf(write_model(tmp_path, f"<mujoco>{WORLD}</mujoco>"))
     assert [joint.name for joint in found.joints] == ["j"]
+
+
+def test_of_what_a_failing_mujoco_prints_only_the_end_is_read(tmp_path, monkeypatch):
+    endless = "import os\nfor _ in range(64): os.write(2, b'x' * 2**20)\nos.write(2, b'  why')"
+    (tmp_path / "mujoco.py").write_text(f"{endless}\nos._exit(3)")
+    monkeypatch.syspath_prepend(tmp_path)
+    path = write_model(tmp_path, "<mujoco/>")
+    tracemalloc.start()
+    with pytest.raises(mechc.MechanismError, match=r"code 3, .* x{290,300} why"):
+        mechc.from_mjcf(path)
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most < 2**24
 
 
 @pytest.mark.parametrize("group", [-3, 40, 2_000_000_000])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from sympy import Expr, S, Symbol
+from sympy.physics.vector import Vector
 
 from mechc_codegen.derive.equations import Output
 from mechc_codegen.description.mechanism import Mechanism, printed_name
@@ -113,12 +114,18 @@ def preference(value: Expr) -> Output:
     return Output("preference", equation, (value,), (), ("preference",))
 
 
+def aligned_axes(mechanism: Mechanism) -> list[tuple[str, Vector, Vector]]:
+    """The cut joint, and the two axes that point the same way, of every row of
+    :func:`cut_directions`."""
+    return [(cut.name, *axes) for cut in mechanism.closures for axes in cut.aligned]
+
+
 def cut_directions(mechanism: Mechanism) -> Output:
     """The output that tells configurations of cut joints from those with axes turned by half."""
-    pairs = [(closure.name, pair) for closure in mechanism.closures for pair in closure.aligned]
+    axes = aligned_axes(mechanism)
     equation = "1 where an axis that a cut joint holds points the right way, 0 or -1 elsewhere"
-    labels = (f"{name}: {one} along {other}" for name, (one, other) in pairs)
-    return array("cut_directions", equation, (one.dot(other) for _, (one, other) in pairs), labels)
+    labels = (f"{name}: {one} along {other}" for name, one, other in axes)
+    return array("cut_directions", equation, (one.dot(other) for _, one, other in axes), labels)
 
 
 def user_outputs(request: OutputRequest, reactions: Mapping[Expr, Expr]) -> list[Output]:

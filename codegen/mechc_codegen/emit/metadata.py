@@ -15,6 +15,7 @@ from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import dynamicsymbols
 
 from mechc_codegen.derive.equations import Equations, Output
+from mechc_codegen.derive.outputs import aligned_axes
 from mechc_codegen.description.joints.gimbals import gimbals
 from mechc_codegen.description.joints.loops import cut_rows
 from mechc_codegen.description.mechanism import (
@@ -124,8 +125,7 @@ def scene_metadata(
 
 def _cut_directions(mechanism: Mechanism) -> dict[str, Any]:
     """The joint and the axes of every row of the output of this name."""
-    pairs = [(closure.name, pair) for closure in mechanism.closures for pair in closure.aligned]
-    found = [[name, str(one), str(other)] for name, (one, other) in pairs]
+    found = [[name, str(one), str(other)] for name, one, other in aligned_axes(mechanism)]
     return {"cut_directions": found} if found else {}
 
 

@@ -14,6 +14,7 @@ from mechc.batch.spec import Recipe
 from mechc.errors import MechcError, UnknownNameError
 from mechc.inputs.bind import missed_jumps
 from mechc.native._codes import FINISHED, NOT_ASSEMBLED, NOT_RUN, STOPPED_BY_EVENT
+from mechc.simulation.gimbal_lock import gimbal_note_of_batch, with_gimbal_lock
 from mechc.simulation.status import CODES, Status, status_of
 from mechc.system.names import name_of
 from mechc.system.parameters import Array
@@ -163,7 +164,9 @@ class Batch:
     def status(self, member: int) -> Status:
         """The status of one member, in words by ``str``."""
         code, t = int(self["status"][member]), float(self["t"][member])
-        return status_of(code, t, "some speed", float(self["critical_gap"][member]))
+        status = status_of(code, t, "some speed", float(self["critical_gap"][member]))
+        end = self["y"][member][None]
+        return with_gimbal_lock(status, code, self.system, end, self.recipe.policy.rtol)
 
     @cached_property
     def counts(self) -> dict[str, int]:
@@ -196,6 +199,9 @@ class Batch:
         if failed:
             words = ", ".join(f"{n} {what}" for what, n in failed.items())
             told.append(f"not all members reached the end: {words}")
+        if "gimbals" in self.system.data:
+            ends = self["y"][self._has_run]
+            told += gimbal_note_of_batch(self.system, ends, self.recipe.policy.rtol)
         lowered = np.count_nonzero(self["lowered_impacts"]) if self.recipe.events else 0
         if lowered:
             told.append(

@@ -195,7 +195,9 @@ def _status(
             *(event_notes(motion) if events is not None else ()),
         ),
     )
-    locked = status if code in ENDED else with_gimbal_lock(status, system, record, policy)
+    last, locked = record.last.steps, status
+    if code not in ENDED and last.count:
+        locked = with_gimbal_lock(status, code, system, last.tail(1)[1], policy.rtol)
     if locked is not status:
         status = locked
     elif code in LIMITED:

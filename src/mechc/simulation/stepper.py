@@ -14,6 +14,7 @@ from mechc.native._codes import EVENT_FAILED, FINISHED, INTERRUPTED, RUNNING
 from mechc.native._motion import Stepping
 from mechc.simulation.events.outcome import failure_of
 from mechc.simulation.events.run_events import RunEvents
+from mechc.simulation.gimbal_lock import with_gimbal_lock
 from mechc.simulation.initialise import checked_state, request_of
 from mechc.simulation.settings import Policy, refuse_derivatives_in_contact
 from mechc.simulation.status import ChangePoint, Status, status_of
@@ -259,6 +260,7 @@ class Stepper:
         status = status_of(
             code, self.t, speeds[bad] if bad >= 0 else "", stats.get("critical_gap", 0.0)
         )
+        status = with_gimbal_lock(status, code, self._system, self.y[None], self._policy.rtol)
         failed = code == EVENT_FAILED and failure_of(self._events, self._motion)
         return replace(status, cause=str(failed)) if failed else status
 

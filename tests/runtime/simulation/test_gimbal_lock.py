@@ -94,6 +94,29 @@ def test_at_the_lock_the_status_names_it(by_rates):
     assert sol.status.t == pytest.approx(0.5, abs=1e-3)
 
 
+def test_what_ends_a_run_beside_the_lock_for_another_reason_stays_its_cause(by_rates):
+    def interrupt(_):
+        raise KeyboardInterrupt
+
+    with pytest.raises(mechc.RunInterrupt) as caught:
+        by_rates.simulate(T_END, [0, np.pi / 2 - 1e-6, 0, 0, 0, 0], progress=interrupt)
+    status = caught.value.solution.status
+    assert status.code == "interrupted"
+    assert "gimbal" not in str(status)
+
+
+def test_batches_and_steppers_name_the_lock_too(by_rates):
+    starts = [start(by_rates, beside) for beside in (1e-2, 1e-9, 1e-10)]
+    batch = by_rates.simulate_batch(T_END, starts)
+    assert batch.ok.tolist() == [True, False, False]
+    assert "where a and c turn B about the same axis" in batch.status(1).cause
+    (note,) = [told for told in batch.warnings if "gimbal lock" in told]
+    assert note.startswith("2 members ended beside gimbal lock: at the nearest b comes within")
+    stepper = by_rates.stepper(starts[1])
+    with pytest.raises(mechc.StepError, match="of gimbal lock, where a and c turn B"):
+        stepper.step(T_END)
+
+
 def test_angular_velocities_as_speeds_pass_it():
     model = ball("by_spins", speeds_are_rates=False)
     for beside in (1e-3, 1e-6):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Mapping
 from typing import Any
@@ -14,6 +15,7 @@ from mechc.system.parameters import Array
 from mechc.system.system import System
 
 ROUNDING = 1e-9  # of the largest reaction
+MOST_SETS = 16  # of parameters that are judged: each takes some milliseconds
 PARTS = {"reaction_forces": ("force", slice(3)), "reaction_torques": ("torque", slice(3, 6))}
 
 
@@ -23,12 +25,24 @@ def undetermined_reactions(system: System, p: Array, t: float) -> Any:
     A redundant constraint may carry any force, which the joints of its loop pass on: which of
     their components, the compiler has found (``description/joints/loops.py``).  Rows that are
     redundant in all configurations are so at all times: the first time that is asked for counts.
+    Of many parameter sets (..., np) a component is one that any of them does not determine.
     """
-    key = p.tobytes()
+    sets = _that_close_differently(system, p)
+    key = sets.tobytes()
     known = system.cache.get("undetermined reactions")
     if known is None or known[0] != key:
-        known = system.cache["undetermined reactions"] = key, _undetermined(system, p, t)
+        found = np.any([_undetermined(system, each, t) for each in sets], axis=0)
+        known = system.cache["undetermined reactions"] = key, found
     return known[1]
+
+
+def _that_close_differently(system: System, p: Array) -> Array:
+    """Of parameter sets (..., np) those (k, np) that differ in what the loops' closing depends on,
+    at most ``MOST_SETS`` of them: redundancy is mostly the same for all."""
+    rows = p.reshape(math.prod(p.shape[:-1]), p.shape[-1])
+    closing = [system.parameters.index(name) for name in system.data["closing"]]
+    _, places = np.unique(rows[:, closing], axis=0, return_index=True)
+    return np.array(rows[places[:: math.ceil(len(places) / MOST_SETS)]])
 
 
 def _undetermined(system: System, p: Array, t: float) -> Any:
@@ -55,8 +69,7 @@ def warn_of_undetermined(
     asked = {name: found for name, found in values.items() if name in PARTS and found.size}
     if not asked or "cut_rows" not in system.data:
         return
-    first = np.ascontiguousarray(p[(0,) * (p.ndim - 1)])
-    marked = undetermined_reactions(system, first, float(np.ravel(t)[0]))
+    marked = undetermined_reactions(system, p, float(np.ravel(t)[0]))
     joints = dict[str, list[str]]()
     for name, found in asked.items():
         what, places = PARTS[name]

@@ -4,7 +4,7 @@ import warnings
 
 import numpy as np
 import pytest
-from sympy import Rational
+from sympy import Rational, Symbol
 from sympy.physics.mechanics import PinJoint, RigidBody, dynamicsymbols, inertia
 
 import mechc
@@ -16,19 +16,20 @@ Y = np.array([0.3, 0.0])
 HEIGHTS = {"lower": -Rational(4, 5), "upper": Rational(4, 5)}  # of the hinges, m
 
 
-def door(cut):
-    """A leaf on two hinges about the same axis, of which one is cut."""
+def door(cut, apart=0, down="z"):
+    """A leaf on two hinges about the same axis, of which one is cut, and the upper one ``apart``
+    from the axis."""
     ground, leaf = RigidBody("ground"), RigidBody("leaf")
     leaf.mass, leaf.central_inertia = 20, inertia(leaf.frame, 1, 2, 3)
 
     def places(name):
-        height = HEIGHTS[name]
-        return height * ground.z, height * leaf.z - Rational(2, 5) * leaf.x
+        height, width = HEIGHTS[name], Rational(2, 5) + (apart if name == "upper" else 0)
+        return height * ground.z, height * leaf.z - width * leaf.x
 
     other = next(name for name in HEIGHTS if name != cut)
     pin = PinJoint(other, ground, leaf, *dynamicsymbols("q u"), *places(other), joint_axis=ground.z)
     closing = mechc.Cut.pin(cut, ground, leaf, *places(cut), joint_axis=ground.z)
-    gravity = -9.81 * ground.z
+    gravity = -9.81 * getattr(ground, down)
     mechanism = mechc.from_joints("door", [pin, closing], ground=ground, gravity=gravity)
     return mechc.compile(mechanism, outputs=("reactions",))
 
@@ -54,6 +55,13 @@ def test_how_two_hinges_share_a_door_is_not_determined(cut):
     marked = undetermined_reactions(model.system, np.zeros(0), 0.0)
     assert marked[:, :5].all()  # not the torque about the hinges, which is none
     assert not marked[:, 5].any()
+
+
+@pytest.mark.parametrize("apart", [[0.1, 0.0], [0.0, 0.1], np.append(np.linspace(0.1, 0, 9), 0.1)])
+def test_of_many_parameter_sets_each_may_be_redundant(apart):
+    model = door("upper", Symbol("e"), down="x")
+    with pytest.warns(mechc.UndeterminedReactionWarning, match="force x y"):
+        model.reactions(Y, {"e": apart})
 
 
 def test_in_a_plane_forces_along_it_do_not_depend_on_the_cut():

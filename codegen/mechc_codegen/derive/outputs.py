@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from sympy import Expr, S, Symbol
-from sympy.physics.vector import Vector
 
 from mechc_codegen.derive.equations import Output
 from mechc_codegen.description.mechanism import Mechanism, printed_name
@@ -114,15 +113,9 @@ def preference(value: Expr) -> Output:
     return Output("preference", equation, (value,), (), ("preference",))
 
 
-def aligned_axes(mechanism: Mechanism) -> list[tuple[str, Vector, Vector]]:
-    """The cut joint, and the two axes that point the same way, of every row of
-    :func:`cut_directions`."""
-    return [(cut.name, *axes) for cut in mechanism.closures for axes in cut.aligned]
-
-
 def cut_directions(mechanism: Mechanism) -> Output:
     """The output that tells configurations of cut joints from those with axes turned by half."""
-    axes = aligned_axes(mechanism)
+    axes = mechanism.aligned_axes
     equation = "1 where an axis that a cut joint holds points the right way, 0 or -1 elsewhere"
     labels = (f"{name}: {one} along {other}" for name, one, other in axes)
     return array("cut_directions", equation, (one.dot(other) for _, one, other in axes), labels)

@@ -301,6 +301,11 @@ class Mechanism:
         return (*written, *(row for closure in self.closures for row in closure.rows))
 
     @property
+    def aligned_axes(self) -> tuple[tuple[str, Vector, Vector], ...]:
+        """Name of every cut joint, and two axes that have to point the same way there."""
+        return tuple((cut.name, *axes) for cut in self.closures for axes in cut.aligned)
+
+    @property
     def cuts(self) -> tuple[str, ...]:
         """Names of the joints that close loops: constraints hold them, they have no coordinates."""
         return tuple(joint.name for joint in self.joints if joint.is_cut)

@@ -15,7 +15,6 @@ from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import dynamicsymbols
 
 from mechc_codegen.derive.equations import Equations, Output
-from mechc_codegen.derive.outputs import aligned_axes
 from mechc_codegen.description.joints.gimbals import gimbals
 from mechc_codegen.description.joints.loops import cut_rows
 from mechc_codegen.description.mechanism import (
@@ -125,7 +124,7 @@ def scene_metadata(
 
 def _cut_directions(mechanism: Mechanism) -> dict[str, Any]:
     """The joint and the axes of every row of the output of this name."""
-    found = [[name, str(one), str(other)] for name, one, other in aligned_axes(mechanism)]
+    found = [[name, str(one), str(other)] for name, one, other in mechanism.aligned_axes]
     return {"cut_directions": found} if found else {}
 
 

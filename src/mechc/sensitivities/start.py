@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from mechc.analysis.constraint_rank import redundant_rows
 from mechc.errors import MechcError
 from mechc.sensitivities.columns import START, Columns
 from mechc.sensitivities.steps import on_tangent_space
@@ -173,7 +172,7 @@ def without_closure(
     system: System, columns: Columns, found: Array, y: Array, values: Array, t: float
 ) -> tuple[str, ...]:
     """Set columns (nx, k) to NaN along which dependent rows keep the constraints from holding, and
-    say whether these are redundant or depend on each other at this state only."""
+    say so: they are redundant, or depend on each other at this state only."""
     if not system.scene.rows:
         return ()
     nq, bad = len(system.coordinates), np.zeros(columns.count, bool)
@@ -183,21 +182,18 @@ def without_closure(
         size = np.abs(opened).max(axis=0)
         bad = (size > 0) & (left > OPENS * size)
     rows = system.constraint_jacobian(y, values, t)
-    lost = len(rows) - _rank(rows, SINGULAR)
-    if lost:  # else some speeds always follow
+    if _rank(rows, SINGULAR) < len(rows):  # else some speeds always follow
         faster = _velocity_change(system, columns, found, y, values, t)
         left = np.abs(faster + rows @ found[nq:]).max(axis=0)
         size = (np.abs(faster) + np.abs(rows) @ np.abs(found[nq:])).max(axis=0)
         size += (np.abs(rows) @ np.abs(y[nq:])).max() * np.abs(found[:nq]).max(axis=0)
         bad |= left > OPENS * size
-    if not bad.any():
-        return ()
     found[:, bad] = np.nan
-    why = "the start is at a change point, where branches cross: with another {name} they part"
-    if len(redundant_rows(system, values, t)) >= max(lost, 1):
-        why = "the constraints are redundant and with another {name} they do not hold at all"
-    names = columns.names_among(bad)
-    return tuple(f"by {name}: none, for {why.format(name=name)}" for name in names)
+    return tuple(
+        f"by {name}: none, for the constraints are redundant and with another {name} they do not "
+        "hold at all, or this is a change point, where derivatives do not exist"
+        for name in columns.names_among(bad)
+    )
 
 
 def opening(system: System, columns: Columns, y: Array, values: Array, t: float) -> Array | None:

@@ -47,6 +47,7 @@ from mechc.cli.options import (
     synthesis_options,
     variant_options,
 )
+from mechc.cli.own_models import is_own
 from mechc.cli.show import show_command
 from mechc.cli.synthesize import synthesize_command
 from mechc.cli.verify import verify_command
@@ -274,10 +275,15 @@ def _write(sol: mechc.Solution, folder: Path, *, in_space: bool, quiet: bool) ->
 
 
 def _emit(chosen: argparse.Namespace) -> int:
-    from mechc.compilation.library.library import generated_texts
+    from mechc.compilation.exports.standalone import described
+    from mechc.compilation.library.library import described_as_asked, generated_texts
 
-    name = library_name(chosen.name)
-    texts = generated_texts(name, checked_options(name, options_of(chosen.options)))
+    if is_own(chosen.name):
+        asked = described(model_of(chosen).system)
+    else:
+        options = checked_options(library_name(chosen.name), options_of(chosen.options))
+        asked = described_as_asked(chosen.name, options, {})
+    texts = generated_texts(*asked)
     if not chosen.out:
         print(texts["scene_program.h"])
         return 0

@@ -20,7 +20,7 @@ from mechc.results.durable import write_text
 
 def show_command(chosen: argparse.Namespace) -> int:
     """Prints quantities, what follows from their values, and options; writes the page."""
-    from mechc.compilation.exports.standalone import described_mechanism
+    from mechc.compilation.exports.standalone import described
     from mechc.compilation.library.library import (
         derivation_notes,
         derivation_page,
@@ -42,7 +42,7 @@ def show_command(chosen: argparse.Namespace) -> int:
     if own and page is None:
         return 0
     mechanism = (
-        described_mechanism(model.system) if own
+        described(model.system)[0] if own
         else mechanism_of(chosen.name, options)
     )  # fmt: skip
     for label, sentence in derivation_notes(mechanism, values):

@@ -97,6 +97,12 @@ def test_a_compiled_model_is_exported_from_its_description(here):
     assert (here / "c" / "compiled.h").is_file()
 
 
+@pytest.mark.parametrize(("name", "own"), [("own.py:swing", "/* l"), ("own.py:compiled", "/* l_3")])
+def test_the_c_of_an_own_model_is_printed(capsys, name, own):
+    assert main(["emit", name]) == 0
+    assert own in capsys.readouterr().out
+
+
 def test_inputs_are_numbers_and_expressions(capsys):
     run = ("run", "own.py:pushed", "--t-end", "4", "--json")
     assert main([*run, "--input", "F=3"]) == 0

@@ -160,7 +160,7 @@ def _described_again(
     return found, request.joined(read_request(found, fix, outputs, of_object=True))
 
 
-def described_mechanism(system: System) -> Any:
-    """The mechanism of a system as the compiler describes it."""
+def described(system: System) -> tuple[Any, Any]:
+    """The mechanism of a system as the compiler describes it, and the request for its outputs."""
     errors_of_compiler()
-    return _described_again(system, {}, ())[0]
+    return _described_again(system, {}, ())

@@ -148,11 +148,11 @@ def derivation_notes(mechanism: Any, values: Mapping[str, float]) -> list[tuple[
     return list(mechanism.notes(values)) if mechanism.notes else []
 
 
-def generated_texts(name: str, options: Mapping[str, Any]) -> Mapping[str, str]:
-    """File name -> text of everything generated for a shipped mechanism."""
+def generated_texts(mechanism: Any, request: Any) -> Mapping[str, str]:
+    """File name -> text of everything generated for a mechanism and a request for outputs."""
     from mechc_codegen import build_scene
 
-    texts: Mapping[str, str] = build_scene(mechanism_of(name, options)).texts
+    texts: Mapping[str, str] = build_scene(mechanism, request=request).texts
     return texts
 
 

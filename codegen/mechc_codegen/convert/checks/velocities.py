@@ -109,11 +109,13 @@ class _Fault:
         name, other = self.point.name, self.other.name
         raise MechanismError(
             f"the velocity that was set for point {name} is not the rate of its position: relative "
-            f"to {other} they are {hypot(*self.said):.3g} and {hypot(*self.derived):.3g}, "
-            f"{hypot(*minus(self.said, self.derived)):.3g} apart, in a random motion. The energy "
-            f"would depend on which of the two is right: omit the velocity of {name}, which then "
-            "follows from its position, or set that rate. v2pt_theory holds from a point that is "
-            "fixed in the same frame, v1pt_theory from others"
+            f"to {other}, in a random motion, the velocity set is {hypot(*self.said):.3g} and the "
+            f"position changes at {hypot(*self.derived):.3g}, vectors that are "
+            f"{hypot(*minus(self.said, self.derived)):.3g} apart. Where the position is right, "
+            f"omit the velocity of {name}, which then follows from it: v2pt_theory holds from a "
+            "point that is fixed in the same frame, v1pt_theory from others. Where the velocity is "
+            "right, as of a point of a belt, give a position that moves with it: along a "
+            "coordinate whose rate is the belt's speed"
         )
 
 

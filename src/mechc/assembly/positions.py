@@ -13,10 +13,12 @@ from mechc.assembly.directions import TURN, are_turned, at_rest, turned_in_words
 from mechc.assembly.sizes import gap_in_words, is_open, sizes
 from mechc.assembly.speeds import in_words, only_branch, with_speeds
 from mechc.errors import AssemblyError
+from mechc.system.attitudes import DECIMALS
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
 MOST = 4096  # configurations kept of one search
+NEWTON, ROUNDING, DEPENDENT = 12, 1e-15, 1e-9  # steps to length one, what is left, singular values
 STARTS = 64  # of the search for the rank that the constraints have elsewhere
 Values = Mapping[str, float]  # name -> number
 
@@ -93,9 +95,43 @@ def _configurations(
         raise AssemblyError(miss_message(system, given, near, done.open[0], p, t))
     if many > MOST and not near:
         raise AssemblyError(f"there are over {MOST} assemblies: give more coordinates, or a guess")
-    found = np.asarray(done.found[0, :many])
+    found = with_lengths_one(system, np.asarray(done.found[0, :many]), kept, p, t)
     system.attitudes.check(found)
     return system.attitudes.scale(found, kept)
+
+
+def with_lengths_one(system: System, q: Array, kept: Collection[int], p: Array, t: float) -> Array:
+    """Closed configurations (n, nq) with the quaternions whose length has to be one brought to it,
+    by Newton's method with a row for each: the search for closed loops changes lengths.
+
+    Kept coordinates stay, but for components that were rounded; so does what does not converge.
+    """
+    places = np.array(system.attitudes.of_length_one, dtype=np.intp)
+    if not len(places):
+        return q
+    q, rows = q.copy(), np.broadcast_to(p, (len(q), p.shape[-1]))
+    rounded = np.abs(np.linalg.norm(q[:, places], axis=2) - 1.0).max(axis=1) <= DECIMALS
+    movable = np.zeros(q.shape)
+    movable[:, system.unknowns([*kept])] = 1.0
+    movable[np.ix_(rounded, places.ravel())] = 1.0
+    every = np.arange(len(places))[:, None]
+    before, left = q.copy(), np.arange(len(q))
+    for _ in range(NEWTON):
+        parts = q[left][:, places]
+        far = (np.square(parts).sum(axis=2) - 1.0) / 2.0
+        open_ones = (np.abs(far) > ROUNDING).any(axis=1)
+        left, parts, far = left[open_ones], parts[open_ones], far[open_ones]
+        if not len(left):
+            break
+        slopes = np.zeros((*far.shape, q.shape[1]))
+        slopes[:, every, places] = parts
+        at = at_rest(system, q[left]), rows[left], t
+        slopes = np.concatenate([system.constraint_gradient(*at), slopes], axis=1)
+        gap = np.concatenate([system.constraints(*at)[:, : system.scene.holonomic], far], axis=1)
+        back = np.linalg.pinv(slopes * movable[left, None], rcond=DEPENDENT)
+        q[left] -= movable[left] * (back @ gap[..., None])[..., 0]
+    q[left] = before[left]
+    return q
 
 
 def search_for(system: System, given: tuple[str, ...], near: tuple[str, ...]) -> Search | None:

@@ -15,6 +15,7 @@ from mechc.assembly.positions import (
     rank_elsewhere,
     search_for,
     with_attitudes,
+    with_lengths_one,
 )
 from mechc.assembly.speeds import consistent
 from mechc.batch.driven import Columns
@@ -46,6 +47,8 @@ def states(
         return y, kept, miss, False
     closes = many > 0
     if closes.any():
+        given = [system.state_index(name) for name in recipe.coordinates]
+        q[closes] = with_lengths_one(system, q[closes], given, values[closes], recipe.span[0])
         system.attitudes.check(q[closes])
     try:
         found, closed, dependent = _with_speeds(system, recipe, values, q, closes)

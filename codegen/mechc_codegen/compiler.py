@@ -31,7 +31,7 @@ from mechc_codegen.export.web import web_scene
 from mechc_codegen.extension.build import Build, extension
 from mechc_codegen.ir.adjoint import add_adjoint
 from mechc_codegen.ir.lower import lower
-from mechc_codegen.ir.optimize import optimize
+from mechc_codegen.ir.passes.optimize import optimize
 from mechc_codegen.ir.sensitivity import add_sensitivities
 from mechc_codegen.ir.series import add_series
 from mechc_codegen.ir.switching import add_switching

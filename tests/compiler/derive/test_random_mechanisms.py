@@ -18,7 +18,7 @@ from mechc_codegen.derive.tree.recursion import derive_tree
 from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.ir.lower import lower
-from mechc_codegen.ir.optimize import PASSES
+from mechc_codegen.ir.passes.optimize import PASSES
 from mechc_codegen.ir.program import Program
 from mpmath import mpf
 from sympy import Symbol

@@ -17,9 +17,9 @@ from hypothesis import strategies as st
 from mechc_codegen import build_scene
 from mechc_codegen.derive.equations import Output, Symbols
 from mechc_codegen.errors import InternalError
-from mechc_codegen.ir.optimize import PASSES, optimize
 from mechc_codegen.ir.passes import collect, drop, eliminate_common, hoist, pair
 from mechc_codegen.ir.passes.collect import cost
+from mechc_codegen.ir.passes.optimize import PASSES, optimize
 from mechc_codegen.ir.program import (
     Assign,
     Program,

@@ -15,7 +15,7 @@ from mechc_codegen.compiler import build_scene
 from mechc_codegen.derive import derive_equations
 from mechc_codegen.description.request import USUAL, OutputRequest
 from mechc_codegen.description.terms import multiplier
-from mechc_codegen.ir.optimize import optimize
+from mechc_codegen.ir.passes.optimize import optimize
 from mechc_codegen.ir.sensitivity import add_sensitivities
 from mechc_codegen.library.chains.pendulum import pendulum
 from mechc_codegen.library.chains.windows import windows

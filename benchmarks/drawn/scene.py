@@ -24,9 +24,10 @@ from sympy.physics.mechanics import Point, ReferenceFrame, dynamicsymbols
 t = dynamicsymbols._t
 """
 KINDS: dict[str, tuple[float, Callable[[Writer], None]]] = {
-    "KanesMethod": (0.3, open_mechanisms.write_kane),
+    "KanesMethod": (0.28, open_mechanisms.write_kane),
+    "KanesMethod of a rotor": (0.14, open_mechanisms.write_rotor),
     "LagrangesMethod": (0.08, open_mechanisms.write_lagrange),
-    "equations by hand": (0.3, by_hand.write),
+    "equations by hand": (0.26, by_hand.write),
     "equations by hand with constraints": (0.08, by_hand.write_closed),
     "KanesMethod with constraints": (0.15, closures.write_kane),
     "LagrangesMethod with constraints": (0.08, closures.write_lagrange),

@@ -8,7 +8,7 @@ from .writer import Writer
 
 def write(w: Writer) -> None:
     """``described``, and the equations as a reference has them."""
-    n = int(w.rng.choice([1, 2, 3, 4], p=[0.4, 0.35, 0.15, 0.1]))
+    n = int(w.rng.choice([1, 2, 3, 4], p=[0.5, 0.3, 0.12, 0.08]))
     w.note(f"coordinates: {n}")
     q = [w.state(w.one_of(["x", "q", "phi"]) + f"_{k}", -1.0, 1.0) for k in range(n)]
     own = w.chance(0.7)  # speeds of their own, not q.diff()
@@ -26,7 +26,7 @@ def write(w: Writer) -> None:
     w.line(f"F = [{', '.join(force)}]")
     w.line("M = " + ("None" if mass is None else f"[{', '.join(mass)}]"))
     kinematics = ""
-    if own and w.chance(0.35):
+    if own and w.chance(0.25):
         w.note("by hand: kinematics")
         w.line(f"rates = [{', '.join(_rate(w, k, q, u) for k in range(n))}]")
         if w.chance(0.5):
@@ -56,9 +56,12 @@ def _mass(w: Writer, q: list[str]) -> list[str]:
 
 _DIAGONAL = (
     lambda w, x, y: w.value("m", 1.2, 3.0),
-    lambda w, x, y: f"{w.value('A', 2.5, 4.0)} + {w.value('B', 0.2, 1.2)} * sm.sin({x})",
-    lambda w, x, y: f"{w.value('A', 2.5, 4.0)} + {w.signed('B', 1.2)} * sm.cos({y})",
-    lambda w, x, y: f"{w.value('A', 2.5, 4.0)} + ({w.value('B', 1.0, 2.0)} - 1) * sm.sin({x})",
+    *(
+        lambda w, x, y: f"{w.value('A', 2.5, 4.0)} + {w.value('B', 0.2, 1.2)} * sm.sin({x})",
+        lambda w, x, y: f"{w.value('A', 2.5, 4.0)} + {w.signed('B', 1.2)} * sm.cos({y})",
+        lambda w, x, y: f"{w.value('A', 2.5, 4.0)} + ({w.value('B', 1.0, 2.0)} - 1) * sm.sin({x})",
+    )
+    * 2,
     lambda w, x, y: f"{w.value('m', 1.2, 2.0)} * {w.value('l', 1.0, 1.5)}**2 + {x}**2 / 4",
     lambda w, x, y: (
         f"{w.value('m', 1.2, 2.0)} + {w.value('J', 0.5, 2.0)} * sm.sin({x})**2"
@@ -75,16 +78,17 @@ BESIDE = ("{c}", "{c} * sm.cos({x} - {y})", "{c} * sm.sin({x}) * sm.cos({y})", "
 
 
 def _force(w: Writer, k: int, q: list[str], u: list[str]) -> str:
-    terms = [expressions.restoring(w, q[k])]
-    if w.chance(0.6):
+    terms = [expressions.restoring(w, q[k])] if w.chance(0.5) else []
+    if w.chance(0.4):
         terms.append(expressions.damping(w, u[k]))
-    for _ in range(w.whole(0, 2)):
+    for _ in range(w.one_of([0, 0, 0, 1, 2])):
         x, y = w.one_of(q), w.one_of(q + u)
         terms.append(expressions.coupling(w, x, y))
-    if w.chance(0.4):
-        terms.append(f"{w.signed('B', 0.8)} * sm.cos({q[k]}) * {w.one_of(u)}**2")
+    if w.chance(0.7) or not terms:
+        speed = u[k] if w.chance(0.6) else w.one_of(u)
+        terms.append(f"{w.signed('B', 0.8)} * sm.{w.one_of(['cos', 'sin'])}({q[k]}) * {speed}**2")
         w.note("products of speeds")
-    if w.chance(0.3):
+    if w.chance(0.2):
         terms.append(expressions.drive(w))
     if w.chance(0.12):
         terms.append(inputs.written(w, q))

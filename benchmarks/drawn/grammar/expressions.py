@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from .writer import Writer
 
-CORNERED = ("one-sided", "pieces", "power of Abs", "table", "quadratic", "switched")
+CORNERED = ("one-sided", "pieces", "Abs", "table", "quadratic", "switched")
+WITHOUT_SERIES = ("tanh", "sinh", "cosh", "atan", "smooth step", *CORNERED)
+NONE_OF = {"with series": WITHOUT_SERIES, "analytic": CORNERED, "cornered": ()}
+
+
+def _law(w: Writer, what: str, kinds: Sequence[str]) -> str:
+    """One of the kinds whose functions the scene may have."""
+    none_of = NONE_OF[w.functions]
+    kind = str(w.one_of([k for k in kinds if not any(word in k for word in none_of)]))
+    w.note(f"{what}: {kind}")
+    return kind
 
 
 def restoring(w: Writer, x: str, most: float = 6.0) -> str:
     """A force or torque back to somewhere near x = 0."""
     k = w.value("k", 0.2, most)
-    kind = w.law(SPRINGS, CORNERED)
-    w.note(f"spring: {kind}")
+    kind = _law(w, "spring", SPRINGS)
     if kind == "linear":
         return f"-{k} * {x}"
     if kind == "offset":
@@ -64,8 +75,7 @@ def _table(w: Writer) -> str:
 def damping(w: Writer, v: str) -> str:
     """A force or torque against a speed."""
     c = w.value("c", 0.02, 0.6)
-    kind = w.law(DAMPERS, CORNERED)
-    w.note(f"damper: {kind}")
+    kind = _law(w, "damper", DAMPERS)
     if kind == "linear":
         return f"-{c} * {v}"
     if kind == "quadratic":
@@ -83,8 +93,7 @@ DAMPERS = ("linear", "linear", "quadratic", "cubic", "tanh", "saturated")
 def drive(w: Writer) -> str:
     """A force or torque of time."""
     a, omega = w.signed("F", 1.5), w.value("w", 0.5, 3.0)
-    kind = w.law(DRIVES, CORNERED)
-    w.note(f"of time: {kind}")
+    kind = _law(w, "of time", DRIVES)
     if kind == "sine":
         return f"{a} * sm.{w.one_of(['sin', 'cos'])}({omega} * t)"
     if kind == "decay":
@@ -102,9 +111,7 @@ DRIVES = ("sine", "sine", "decay", "polynomial", "switched", "smooth step")
 
 def coupling(w: Writer, x: str, y: str) -> str:
     """Products of sines, powers and the like of two coordinates or speeds: bounded."""
-    a = w.signed("a", 1.0)
-    kind = w.one_of(COUPLINGS)
-    w.note(f"coupling: {kind}")
+    a, kind = w.signed("a", 1.0), _law(w, "coupling", COUPLINGS)
     return f"{a} * {kind.replace('X', x).replace('Y', y)}"
 
 

@@ -29,19 +29,16 @@ class Tree:
         return tuple(dict.fromkeys(q for place in places for q in self.ways.get(place, ())))
 
 
-def write_tree(w: Writer, least: int = 1, most: int = 4, planar: float = 0.5) -> Tree:
+def write_tree(w: Writer, least: int = 1, most: int = 4, planar: float = 0.4) -> Tree:
     """Frames, points and bodies of some freedoms; velocities are derived by SymPy."""
-    tree = Tree(planar=w.chance(planar))
-    w.note("planar" if tree.planar else "spatial")
-    w.line('N, O = ReferenceFrame("N"), Point("O")')
-    w.line("O.set_vel(N, 0)")
-    freedoms = min(most, max(least, int(w.rng.choice([1, 2, 3, 4], p=[0.3, 0.4, 0.2, 0.1]))))
+    tree = _ground(w, w.chance(planar))
+    freedoms = min(most, max(least, int(w.rng.choice([1, 2, 3, 4], p=[0.25, 0.45, 0.2, 0.1]))))
     while len(tree.q) < freedoms:
         left = freedoms - len(tree.q)
-        if not tree.planar and left >= 3 and w.chance(0.4):
-            _in_space(w, tree)
-        elif not tree.planar and left >= 2 and w.chance(0.35):
+        if not tree.planar and left >= 2 and w.chance(0.7):
             _spinning(w, tree)
+        elif not tree.planar and left >= 3 and w.chance(0.7):
+            _in_space(w, tree)
         elif w.chance(0.72):
             _pin(w, tree)
         else:
@@ -52,12 +49,16 @@ def write_tree(w: Writer, least: int = 1, most: int = 4, planar: float = 0.5) ->
     return tree
 
 
-def write_chain(w: Writer, count: int) -> Tree:
-    """Bodies one after the other on pins in a plane."""
-    tree = Tree(planar=True)
-    w.note("planar")
+def _ground(w: Writer, planar: bool) -> Tree:
+    w.note("planar" if planar else "spatial")
     w.line('N, O = ReferenceFrame("N"), Point("O")')
     w.line("O.set_vel(N, 0)")
+    return Tree(planar=planar)
+
+
+def write_chain(w: Writer, count: int) -> Tree:
+    """Bodies one after the other on pins in a plane."""
+    tree = _ground(w, planar=True)
     for _ in range(count):
         _pin(w, tree, tree.points[-1])
     w.note(f"coordinates: {count}")
@@ -244,7 +245,11 @@ def _moments(w: Writer, planar: bool, symmetric: bool) -> list[str]:
 
 def write_loads(w: Writer, tree: Tree, u: list[str]) -> None:
     """``loads``: gravity, springs, dampers, forces of time and others, on points and frames."""
-    loads = []
+    loads: list[str] = []
+    if w.chance(0.2):
+        w.note("no loads")
+        w.line("loads = []")
+        return
     if w.chance(0.85):
         w.note("gravity")
         g, down = w.value("g", 8.0, 11.0), w.one_of(["-N.y", "-N.y", "N.x", "-N.z"])
@@ -305,7 +310,18 @@ def _between_points(w: Writer, tree: Tree) -> str:
 
 def write_kane(w: Writer) -> None:
     """An open mechanism as a KanesMethod."""
-    tree = write_tree(w)
+    _write_kane(w, write_tree(w))
+
+
+def write_rotor(w: Writer) -> None:
+    """One body that swings and spins, as a KanesMethod."""
+    tree = _ground(w, planar=False)
+    _spinning(w, tree)
+    w.note("coordinates: 2")
+    _write_kane(w, tree)
+
+
+def _write_kane(w: Writer, tree: Tree) -> None:
     u = [w.state(f"{w.one_of(['u', 'omega'])}{k}", -1.2, 1.2) for k in range(len(tree.q))]
     write_loads(w, tree, u)
     rates = [f"{q}.diff(t) - {v}" for q, v in zip(tree.q, u, strict=True)]

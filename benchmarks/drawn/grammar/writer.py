@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 Interval = tuple[float, float]
-STYLES = ("symbols", "symbols", "symbols", "numbers", "mixed", "mixed")
+STYLES = ("symbols",) * 4 + ("numbers", "mixed", "mixed")
+FUNCTIONS = ("with series", "with series", "with series", "analytic", "cornered")
 ASSUMPTIONS = ("", "", ", positive=True", ", real=True")
 
 
@@ -26,9 +27,9 @@ class Writer:
         self.used: set[str] = set()
         self.style = self.one_of(STYLES)
         self.assumed = self.one_of(ASSUMPTIONS)
-        self.smooth = self.chance(0.65)  # all functions are analytic, as series need them
+        self.functions = self.one_of(FUNCTIONS)
         self.note(f"values as {self.style}")
-        self.note("analytic functions alone" if self.smooth else "corners and jumps too")
+        self.note(f"functions: {self.functions}")
 
     # -- draws ----------------------------------------------------------------------------------
 
@@ -37,10 +38,6 @@ class Writer:
 
     def one_of(self, choices: Sequence[Any]) -> Any:
         return choices[int(self.rng.integers(len(choices)))]
-
-    def law(self, kinds: Sequence[str], cornered: Sequence[str]) -> str:
-        """One of the kinds; in a smooth scene none of those that have corners or jumps."""
-        return str(self.one_of([k for k in kinds if not self.smooth or k not in cornered]))
 
     def between(self, low: float, high: float) -> float:
         return float(self.rng.uniform(low, high))

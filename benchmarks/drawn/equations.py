@@ -30,7 +30,7 @@ def equations(names: dict[str, Any]) -> Equations:
     """Those of the names of a scene's text."""
     formed = names.get("formed")
     if isinstance(formed, me.System):
-        return of_kane(formed.eom_method, (), ())
+        return of_kane(formed.eom_method, names.get("position", ()), ())
     if isinstance(formed, me.LagrangesMethod):
         states = [*formed.q, *formed.u]
         closing = [*getattr(formed, "_hol_coneqs", []), *formed.coneqs]
@@ -52,12 +52,18 @@ def of_kane(formed: me.KanesMethod, position: Any, velocity: Any) -> Equations:
     q, u = [*formed.q], [*formed.u]
     if not position and not velocity:
         return Equations([*q, *u], formed.mass_matrix_full, formed.forcing_full)
-    kinematics = formed._k_kqdot_implicit * formed.q.diff(t) + formed._k_ku_implicit * formed.u
-    kinematics += formed._f_k_implicit
-    tree = me.KanesMethod(formed._inertial, q, u, list(kinematics))
-    tree.kanes_equations(formed.bodies, formed.loads)
+    tree = formed if not len(formed._udep) else _without_constraints(formed)
     open_ones = Equations([*q, *u], tree.mass_matrix_full, tree.forcing_full)
     return closed(open_ones, len(q), tree.kindiffdict(), position, velocity)
+
+
+def _without_constraints(formed: me.KanesMethod) -> me.KanesMethod:
+    """The open tree."""
+    kinematics = formed._k_kqdot_implicit * formed.q.diff(t) + formed._k_ku_implicit * formed.u
+    kinematics += formed._f_k_implicit
+    tree = me.KanesMethod(formed._inertial, [*formed.q], [*formed.u], list(kinematics))
+    tree.kanes_equations(formed.bodies, formed.loads)
+    return tree
 
 
 def closed(
@@ -70,7 +76,7 @@ def closed(
     rows = sm.Matrix([*(sm.sympify(g).diff(t) for g in position), *velocity]).xreplace(rates)
     J = rows.jacobian(u)
     accelerations = {x.diff(t): 0 for x in u}
-    gamma = -rows.diff(t).subs(accelerations).subs(rates)
+    gamma = -rows.diff(t).xreplace(accelerations).xreplace(rates)
     m, n = len(rows), len(of.states)
     above = of.matrix.row_join(sm.zeros(count, m).col_join(J.T))
     below = sm.zeros(m, count).row_join(J).row_join(sm.zeros(m, m))

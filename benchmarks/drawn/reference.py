@@ -47,18 +47,23 @@ class Reference:
         self.size = len(given.states)
         self.closes = bool(given.closing)
         self.closing_parameters = set(map(str, closing.free_symbols))
-        rows = [list(closing), list(closing.jacobian(list(plain.values()))) if self.closes else []]
+        rows = [*(closing.jacobian(list(plain.values())) if self.closes else []), *closing]
         arguments = [t, *plain.values(), *(by_name[n] for n in self.parameters)]
-        made = [list(matrix), list(forcing)]
+        self._rows, self._gaps = len(forcing), len(closing)
+        made = [*matrix, *forcing]  # flat: SymPy shares nothing within lists of lists
+        shared = sm.cse(made)
         self.stop = _Stop.of(names, plain)
         self._closing = sm.lambdify(arguments, rows, [curves, "math"], cse=True)
-        self._exact = sm.lambdify(arguments, made, [_of_numbers(curves), "mpmath"], cse=True)
-        self._double = sm.lambdify(arguments, made, [curves, "math"], cse=True)
+        self._exact = sm.lambdify(
+            arguments, made, [_of_numbers(curves), "mpmath"], cse=lambda _: shared
+        )
+        self._double = sm.lambdify(arguments, made, [curves, "math"], cse=lambda _: shared)
 
     def exact(self, t: float, y: Sequence[float], params: dict[str, float]) -> Array:
         """y' in 30 digits, rounded."""
         with mpmath.workdps(DIGITS):
-            matrix, forcing = self._exact(*map(mpmath.mpf, self._arguments(t, y, params)))
+            found = self._exact(*map(mpmath.mpf, self._arguments(t, y, params)))
+            matrix, forcing = found[: -self._rows], found[-self._rows :]
             rows = mpmath.matrix(len(forcing), len(matrix) // len(forcing))
             for k, x in enumerate(matrix):
                 rows[k // rows.cols, k % rows.cols] = x
@@ -71,14 +76,18 @@ class Reference:
 
     def closing(self, t: float, y: Array, params: dict[str, float]) -> tuple[Array, Array]:
         """What closes the loops, zero on the constraints, and its derivatives by the states."""
-        gaps, slopes = self._closing(*self._arguments(t, y, params))
-        return np.array(gaps, float), np.reshape(np.array(slopes, float), (len(gaps), self.size))
+        found = np.array(self._closing(*self._arguments(t, y, params)), float)
+        slopes, gaps = found[: -self._gaps], found[-self._gaps :]
+        return gaps, np.reshape(slopes, (len(gaps), self.size))
 
-    def closed(self, t: float, y: Array, params: dict[str, float]) -> Array:
-        """The nearest state on the constraints, by Newton's steps."""
+    def closed(
+        self, t: float, y: Array, params: dict[str, float], moving: Sequence[int] | None = None
+    ) -> Array:
+        """The nearest state on the constraints, by Newton's steps of all states or some."""
+        y, some = y.copy(), list(range(self.size) if moving is None else moving)
         for _ in range(NEWTON if self.closes else 0):
             gaps, slopes = self.closing(t, y, params)
-            y = y - np.linalg.lstsq(slopes, gaps, rcond=1e-9)[0]
+            y[some] -= np.linalg.lstsq(slopes[:, some], gaps, rcond=1e-9)[0]
             if np.abs(gaps).max() < CLOSED:  # before this step
                 break
         return y
@@ -100,9 +109,9 @@ class Reference:
             count += 1
             if count > EVALUATIONS:
                 raise OverflowError("too many evaluations")
-            matrix, forcing = self._double(t, *y.tolist(), *values)
-            rows = np.reshape(np.array(matrix, float), (len(forcing), -1))
-            return np.linalg.solve(rows, np.array(forcing, float))[: self.size]
+            found = np.array(self._double(t, *y.tolist(), *values), float)
+            matrix, forcing = found[: -self._rows], found[-self._rows :]
+            return np.linalg.solve(np.reshape(matrix, (len(forcing), -1)), forcing)[: self.size]
 
         return of
 
@@ -130,9 +139,8 @@ class Reference:
         return "too many impacts"
 
     def _matrix(self, t: float, y: Array, params: dict[str, float]) -> Array:
-        matrix, forcing = self._double(*self._arguments(t, y, params))
-        found: Array = np.reshape(np.array(matrix, float), (len(forcing), -1))
-        return found
+        found = np.array(self._double(*self._arguments(t, y, params)), float)
+        return np.reshape(found[: -self._rows], (self._rows, -1))
 
     def spread(
         self, t: float, y: Array, params: dict[str, float], rng: np.random.Generator

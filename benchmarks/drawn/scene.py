@@ -33,6 +33,7 @@ KINDS: dict[str, tuple[float, Callable[[Writer], None]]] = {
     "LagrangesMethod with constraints": (0.08, closures.write_lagrange),
     "rolling and blades": (0.06, rolling.write),
     "joints": (0.12, joints.write),
+    "joints and a cut": (0.06, joints.write_closed),
     "MJCF": (0.06, mjcf.write),
 }
 

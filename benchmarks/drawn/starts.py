@@ -20,6 +20,7 @@ def started(values: Numbers, case: Case) -> Numbers:
     if follows:
         known |= {x: start[str(x.func.__name__)] for x in case.names["q"]}
     for symbol, expression in follows.items():
+        expression = expression.xreplace(case.names.get("in_sympy", {}))
         given = case.reference.fixed | params
         numbers = {s: given[str(s)] for s in expression.free_symbols if str(s) in given}
         params[str(symbol)] = float(expression.xreplace(known).xreplace(numbers).evalf())

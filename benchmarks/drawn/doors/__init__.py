@@ -21,6 +21,7 @@ DOORS: dict[str, tuple[float, Door]] = {  # with the share of cases that each is
     **{method: (0.6, motions.single(method)) for method in motions.METHODS},
     **{f"batch {method}": (0.4, motions.batch(method)) for method in motions.METHODS},
     "dense output": (0.5, motions.between_steps),
+    "back in time": (0.4, motions.back),
     "stepper": (0.5, motions.stepped),
     "saved and opened": (0.2, motions.saved),
     "linearize": (0.25, derivatives.linear),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
@@ -17,9 +18,12 @@ FLAT = 1e-6  # step of differences of rates
 
 def _names(case: Case, run: Run) -> list[str]:
     """Some parameters that do not stand in the constraints."""
-    free = [n for n in case.model.parameters if n in run.params]
-    free = [n for n in free if n not in case.reference.closing_parameters and run.params[n]]
-    return [str(n) for n in case.rng.permutation(free)[:2]]
+    free = [n for n in case.model.parameters if run.params.get(n)]
+    return _some(case, [n for n in free if n not in case.reference.closing_parameters], 2)
+
+
+def _some(case: Case, names: list[str], most: int) -> list[str]:
+    return [str(n) for n in case.rng.permutation(names)[:most]]
 
 
 def _end(case: Case, run: Run, name: str, value: float) -> Array | None:
@@ -76,26 +80,32 @@ def linear(case: Case) -> Iterator[Told]:
     for run in case.whole[:2]:
         y, names = run.y0, (*case.model.coordinates, *case.model.speeds)
         by = _names(case, run)
+        by += _some(case, sorted(case.reference.closing_parameters.intersection(run.params)), 1)
         found = case.model.linearize(y, run.params, inputs=by)
         rows = [names.index(n) for n in found.states]
-
+        others = [case.order[k] for k in range(len(names)) if k not in rows]
+        rates = partial(_independent, case, rows, others)
         for k, direction in enumerate(found.to_state.T):
             slopes = []
             for h in (FLAT, 2 * FLAT):
-                ends = [_rates(case, y + s * h * direction, run.params)[rows] for s in (1, -1)]
+                ends = [rates(y + s * h * direction, run.params) for s in (1, -1)]
                 slopes.append((ends[0] - ends[1]) / (2 * h))
             told = f"by {found.states[k]}; {run.numbers}"
             yield _slope("linearize: A", found.A[:, k], slopes, told)
         for k, name in enumerate(by):
             value, slopes = run.params[name], []
             for h in (FLAT, 2 * FLAT):
-                ends = [_rates(case, y, run.params | {name: value + s * h})[rows] for s in (1, -1)]
+                ends = [rates(y, run.params | {name: value + s * h}) for s in (1, -1)]
                 slopes.append((ends[0] - ends[1]) / (2 * h))
             yield _slope("linearize: B", found.B[:, k], slopes, f"by {name}; {run.numbers}")
 
 
-def _rates(case: Case, y: Array, params: dict[str, float]) -> Array:
-    found: Array = case.reference.rates(params)(0.0, case.to_reference(y))[case.order]
+def _independent(
+    case: Case, rows: list[int], others: list[int], y: Array, params: dict[str, float]
+) -> Array:
+    """Rates of the independent states; the others follow from the constraints."""
+    there = case.reference.closed(0.0, case.to_reference(y), params, others)
+    found: Array = case.reference.rates(params)(0.0, there)[case.order][rows]
     return found
 
 

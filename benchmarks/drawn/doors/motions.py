@@ -11,7 +11,20 @@ import numpy as np
 
 import mechc
 
-from ..judge import RTOL, TOLD, Case, Difference, Fault, Run, Told, allowed, apart, growth
+from ..judge import (
+    RTOL,
+    SHARE,
+    SHIFT,
+    TOLD,
+    Case,
+    Difference,
+    Fault,
+    Run,
+    Told,
+    allowed,
+    apart,
+    growth,
+)
 from ..reference import FINE
 
 METHODS = ("dopri5", "dop853", "gauss8", "radau5", "taylor")
@@ -110,6 +123,30 @@ def between_steps(case: Case) -> Iterator[Told]:
             yield Fault("dense output", f"{sol.status}; {run.numbers}")
 
 
+def back(case: Case) -> Iterator[Told]:
+    """From the end of a motion back to its start, with the growth of that way."""
+    begin, end = case.span
+    for run in case.whole[: 0 if case.more else IN_PYTHON]:
+        assert run.states is not None
+        y, scale = run.states[-1], np.maximum(1.0, np.abs(run.states).max(axis=0))
+        aside = case.moved(run, y, end, SHIFT * case.rng.choice([-1.0, 1.0], len(y)) * scale)
+        sol, moved = (
+            case.model.simulate(
+                (end, begin), there, run.params, rtol=RTOL, t_eval=case.times[::-1], dense=False
+            )
+            for there in (y, aside)
+        )
+        if not moved.status.ok:
+            continue
+        grown = max(1.0, apart(moved.y[::-1], run.states) / SHIFT)
+        limit = SHARE * (RTOL + FINER * run.growth) * grown
+        if limit < TOLD and not sol.status.ok:
+            yield Fault("back in time", f"{sol.status}; {run.numbers}")
+        elif limit < TOLD:
+            size = apart(sol.y[::-1], run.states)
+            yield Difference("back in time", size, limit, f"growth {grown:.2g}, {run.numbers}")
+
+
 def stepped(case: Case) -> Iterator[Told]:
     """A stepper that goes to the times, then is set to another run's numbers."""
     stepper: Any = None
@@ -131,5 +168,6 @@ def saved(case: Case) -> Iterator[Told]:
         with tempfile.TemporaryDirectory() as folder:
             opened = mechc.open(sol.save(Path(folder) / "run.nc"))
         size = float(np.abs(opened.y - sol.y).max())
-        yield Difference("saved and opened", size, 1e-300, str(run.numbers))
+        again = 1e-12 * run.growth if case.reference.closes else 1e-300  # the start is closed again
+        yield Difference("saved and opened", size, again, str(run.numbers))
         yield _beside("saved and opened", run, opened(case.times), RTOL)

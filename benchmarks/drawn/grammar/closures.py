@@ -6,7 +6,7 @@ start is one that closes.
 
 from __future__ import annotations
 
-from . import open_mechanisms
+from . import inputs, open_mechanisms
 from .open_mechanisms import Tree
 from .writer import Writer
 
@@ -56,9 +56,11 @@ def _position(w: Writer, tree: Tree, linkage: str) -> list[str]:
         point, axes = tree.points[-1][0], ["x", "y"] if linkage != "slider-crank" else ["y"]
         return _at_a_place(w, point, axes, tree.way(point))
     ends = [(p, tree.way(p)) for p, _ in tree.points if p != "O" and len(tree.way(p)) > 1]
-    kind = w.one_of(["gear", "driven coordinate"] + ["rod", "rod", "guide"] * bool(ends))
+    kind = w.one_of(
+        ["gear", "driven coordinate", "driven by an input"] + ["rod", "rod", "guide"] * bool(ends)
+    )
     w.note(f"loop: {kind}")
-    if kind in ("gear", "driven coordinate"):
+    if kind not in ("rod", "guide"):
         return _between_coordinates(w, tree, kind)
     point, way = w.one_of(ends)
     if kind == "rod":
@@ -90,6 +92,8 @@ def _between_coordinates(w: Writer, tree: Tree, kind: str) -> list[str]:
         law = f"{w.value('n', 0.4, 2.0)} * {tree.q[0]}"
         if w.chance(0.3):
             law = f"{w.value('n', 0.2, 0.8)} * sm.sin({tree.q[0]})"
+    elif kind == "driven by an input" and not w.inputs:
+        law = f"{w.value('n', 0.4, 1.5)} * {inputs.prescribed(w)}"
     else:
         omega = w.value("w", 0.4, 1.5)
         law = w.one_of([f"{omega} * t", f"{w.value('r', 0.1, 0.8)} * sm.sin({omega} * t)"])

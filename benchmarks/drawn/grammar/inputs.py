@@ -40,6 +40,28 @@ def written(w: Writer, q: list[str]) -> str:
     return "F_in"
 
 
+def prescribed(w: Writer) -> str:
+    """A function of time alone that has two derivatives, for constraints."""
+    w.inputs.append("F_in")
+    w.line('F_in = dynamicsymbols("F_in")')
+    kind = w.one_of(["compiled in", "number", "text", "three functions", "spline"])
+    w.note(f"prescribed: {kind}")
+    if kind == "spline":
+        _sampled(w, kind)
+        return "F_in"
+    a, b = round(w.between(0.2, 1), 2), round(w.between(0.5, 2.5), 2)
+    law = str(a) if kind == "number" else f"{a} * sm.sin({b} * t)"
+    w.line(f"in_sympy = {{F_in: sm.sympify({law})}}")
+    if kind == "compiled in":
+        w.given["inputs"] = "in_sympy"
+    elif kind == "three functions":
+        w.line("laws = [sm.lambdify(t, in_sympy[F_in].diff(t, k)) for k in range(3)]")
+        w.line("inputs = {F_in: tuple(laws)}")
+    else:
+        w.line(f"inputs = {{F_in: {a if kind == 'number' else repr(law.replace('sm.', ''))}}}")
+    return "F_in"
+
+
 def _sampled(w: Writer, kind: str) -> None:
     """Samples that reach beyond every run, as lines or a spline."""
     times = [0.0, 0.7, 1.3, 2.1, 3.5]

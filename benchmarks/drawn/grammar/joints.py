@@ -33,7 +33,7 @@ def write(w: Writer) -> None:
         loads += _link(w, before, w.one_of(kinds), planar)
         bodies.append(f"link{k}")
         before = bodies[-1] if w.chance(0.8) else before
-    w.note(f"coordinates: {len(w.starts)}")
+    w.note(f"coordinates: {sum(name[0] in 'qxyz' for name in w.starts)}")
     if w.chance(0.35):
         loads.append(_actuator(w, bodies))
     _form(w, loads, count)
@@ -67,7 +67,7 @@ def write_closed(w: Writer) -> None:
     if other:
         loads += _link(w, "ground", other, planar)
     base = f"link{count}" if other else "ground"
-    w.note(f"coordinates: {len(w.starts)}")
+    w.note(f"coordinates: {sum(name[0] in 'qxyz' for name in w.starts)}")
     _form(w, loads, count + bool(other))
     axes = AXES[: 2 if planar else 3]
     w.line(f"tip = {w.value('l', 0.2, 0.6)} * {before}.x")

@@ -78,11 +78,12 @@ class Scene:
             signal.setitimer(signal.ITIMER_VIRTUAL, 0)
         return names
 
-    def compiled(self, names: dict[str, Any]) -> mechc.Model:
-        """The model of its description."""
+    def compiled(self, names: dict[str, Any], *, open_inputs: bool = False) -> mechc.Model:
+        """The model of its description, without values of inputs if they are to be open."""
         given = eval(f"dict({self.given})", names)
         model: mechc.Model = mechc.compile(names["described"], **given)
-        return model.with_inputs(names["inputs"]) if "inputs" in names and model.inputs else model
+        has = "inputs" in names and model.inputs and not open_inputs
+        return model.with_inputs(names["inputs"]) if has else model
 
     def program(self, numbers: Numbers) -> str:
         """A program that runs it by itself."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+import re
 import shutil
 import subprocess
 import tempfile
@@ -12,6 +13,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import sympy as sm
+from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
 
@@ -35,6 +38,27 @@ class Library:
         self._library, self._name = ctypes.CDLL(str(library)), name
         self.model = np.zeros(ROOM)
 
+    def drive(self, header: str, case: Case) -> None:
+        """Give inputs from now on: the case's law and the derivatives that constraints ask for."""
+        sizes = re.search(r"double p\[(\d+)\], k\[(\d+)\];\s*double inputs\[(\d+)\];", header)
+        assert sizes is not None
+        by_name = {str(x.func.__name__): x for x in case.names["q"]}
+        q = [by_name[name] for name in case.model.coordinates]
+        ((_, law),) = case.names["in_sympy"].items()
+        t, orders = dynamicsymbols._t, range(int(sizes[3]))
+        laws = [sm.lambdify([t, *q], law.diff(t, k), "math") for k in orders]
+
+        def given(_: int, t: float, q: Any, __: int, inputs: Any) -> None:
+            for k, law in enumerate(laws):
+                inputs[k] = law(t, *q[: len(by_name)])
+
+        doubles, pointer = ctypes.POINTER(ctypes.c_double), ctypes.c_void_p
+        self._driving = ctypes.CFUNCTYPE(
+            None, pointer, ctypes.c_double, doubles, pointer, doubles
+        )(given)  # fmt: skip
+        place = sum(map(int, sizes.groups()))
+        self.model.view(np.uintp)[place] = ctypes.cast(self._driving, pointer).value
+
     def call(self, name: str, *arguments: Any) -> int:
         passed = [
             ctypes.c_void_p(a.ctypes.data) if isinstance(a, np.ndarray) else ctypes.c_double(a)
@@ -45,21 +69,23 @@ class Library:
 
 def as_c(case: Case) -> Iterator[Told]:
     """Rates beside SymPy's, and steps of Kutta's method beside the same in Python."""
-    if "inputs" in case.names:
-        return
+    model = case.scene.compiled(case.names, open_inputs=True)
     with tempfile.TemporaryDirectory() as folder:
-        mechc.export_c(case.model, folder, name="drawn")
+        mechc.export_c(model, folder, name="drawn")
         try:
             made = Library(Path(folder), "drawn")
         except subprocess.CalledProcessError as error:
             yield Fault("exported C", error.stderr[:1500])
             return
         for run in case.whole[:3]:
-            known = {**case.model.defaults, **run.params}
-            values = np.array([known[n] for n in case.model.parameters] or [0.0])
+            known = {**model.defaults, **run.params}
+            values = np.array([known[n] for n in model.parameters] or [0.0])
             if made.call("set", made.model, values, 0.0, run.y0.copy()):
                 yield Fault("exported C", f"does not take the start; {run.numbers}")
                 continue
+            if model.inputs:
+                made.drive(Path(folder, "drawn.h").read_text("utf-8"), case)
+                made.call("begin", made.model, 0.0, run.y0.copy())
             _, expected, limit = rates.at(case, run)
             t, found = 0.0, np.zeros(len(run.y0))
             if not case.reference.closes:

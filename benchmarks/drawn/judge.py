@@ -17,6 +17,7 @@ RTOL = 1e-9
 SHARE = 300.0  # of a tolerance times the growth: the sum over all steps of a run
 SHIFT = 1e-7  # of a start, for the growth
 TOLD = 1e-2  # a limit above tells nothing
+MOST_STEPS = 10_000  # of a motion that is compared: a thousand are usual
 POINTS = 7  # times that are compared
 PLACES = (0, 2, 4)  # at which a motion is disturbed
 
@@ -131,7 +132,7 @@ def growth(case: Case, run: Run) -> float:
         moved = case.moved(run, run.states[k], float(times[k]), direction)
         found = case.model.simulate(
             (times[k], times[-1]), moved, run.params, rtol=1e-11, method="dop853",
-            t_eval=times[k:], dense=False, **case.more,
+            t_eval=times[k:], dense=False, max_steps=2 * MOST_STEPS, **case.more,
         )  # fmt: skip
         if not found.status.ok:
             return float("inf")

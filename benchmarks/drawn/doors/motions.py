@@ -12,6 +12,7 @@ import numpy as np
 import mechc
 
 from ..judge import (
+    MOST_STEPS,
     RTOL,
     SHARE,
     SHIFT,
@@ -102,7 +103,7 @@ def begin(case: Case, run: Run) -> None:
     """The motion beside which the others are seen, and its growth."""
     sol = case.model.simulate(
         case.span, run.y0, run.params, method="dop853", rtol=FINER,
-        t_eval=case.times, dense=False, **case.more,
+        t_eval=case.times, dense=False, max_steps=MOST_STEPS, **case.more,
     )  # fmt: skip
     if not sol.status.ok:
         run.ended, run.status = sol.status.code, str(sol.status)

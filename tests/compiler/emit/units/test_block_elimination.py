@@ -57,11 +57,13 @@ static void {name}_solve(const {real} *terms, {real} *out)
 {{
     static {prefix}_solver solver;
     const {real} *mass = terms + MECHC_NC * MECHC_NU, *forcing = mass + MECHC_NU * MECHC_NU;
-    const {prefix}_motion_terms motion = {{mass, terms, forcing, forcing + MECHC_NU, R(MECHC_NC)}};
-    {prefix}_prepare_rows(terms, mass, R(MECHC_NC), R(0.0), 0, &solver);
+    const {prefix}_motion_terms motion = {{mass, terms, forcing, forcing + MECHC_NU, R(MECHC_NC),
+                                           R(1.0)}};
+    {prefix}_prepare_rows(terms, mass, R(1.0), R(MECHC_NC), R(0.0), 0, &solver);
     {prefix}_solve_motion(&motion, &solver, out, out + MECHC_NU);
     {prefix}_least_step(terms, mass, &solver, motion.gamma, out + MECHC_NU + MECHC_NC);
-    out[2 * MECHC_NU + MECHC_NC] = {prefix}_conditioning_squared(terms, mass, R(0.0), &solver);
+    out[2 * MECHC_NU + MECHC_NC] =
+        {prefix}_conditioning_squared(terms, mass, R(1.0), R(0.0), &solver);
     out[2 * MECHC_NU + MECHC_NC + 1] = R_SELECT(solver.clear, R(1.0), R(0.0));
     out[2 * MECHC_NU + MECHC_NC + 2] = R_SELECT(solver.apart, R(1.0), R(0.0));
 }}

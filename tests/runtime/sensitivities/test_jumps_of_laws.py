@@ -97,3 +97,21 @@ def test_through_jumps_forwards_and_backwards(case, method):
         tolerance = 1e-7 if method == "auto" else 1e-5
         np.testing.assert_allclose(found, wanted, rtol=tolerance, atol=tolerance, err_msg=name)
         assert abs(back[name] - found @ [1.0, -2.0]) < 1e-12 * max(1.0, np.abs(found).max())
+
+
+def test_speeds_that_vanish_together_are_no_jump():
+    """Rates that vanish there too, or rest, differ by rounding; derivatives were no numbers."""
+    (x, y, z), (a, b, d) = dynamicsymbols("x y z"), dynamicsymbols("a b d")
+    law = [-k * x - a * sm.Abs(a), -k * y - b * sm.Abs(b), -z]
+    model = mechc.compile(mechc.from_equations([x, y, z], [a, b, d], None, law))
+
+    def end(change):
+        given = {"rtol": 1e-12, "method": "dop853"}
+        return model.simulate(5.0, [1, 1, 0, 0, 0, 0], {"k": VALUES["k"] + change}, **given).y[-1]
+
+    wanted = extrapolated(end, 1e-3)
+    for method in ("auto", "dop853", "radau5"):
+        sol = model.simulate(
+            5.0, [1, 1, 0, 0, 0, 0], {"k": 2.0}, rtol=1e-10, method=method, sensitivities=["k"]
+        )
+        np.testing.assert_allclose(sol.sensitivity["k"][-1], wanted, atol=1e-5)

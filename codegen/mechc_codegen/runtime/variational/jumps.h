@@ -17,6 +17,7 @@
 #define MECHC_JUMP_LEAST 1e-9  /* at least, of the time in which a component moves by its unit */
 #define MECHC_JUMP_MOVE 1e-4   /* of an argument, for differences of fourth order */
 #define MECHC_JUMP_NONE 1e-7   /* of the rates: a smaller jump is the rounding of these differences */
+#define MECHC_JUMP_REST 1e-12  /* of the largest rate: what rests moves by as much rounding */
 #define MECHC_JUMP_GRAZES 1e-6 /* of what a function changes by in a step: as slow a change is none */
 #define MECHC_JUMP_ALIKE 1e-6  /* of a derivative: zeros at one instant that differ by more are two */
 
@@ -183,20 +184,41 @@ MECHC_STATIC double mechc_jump_slope(const mechc_jump_place *at, int which, doub
     return (2.0 * near - 0.25 * far) / (3.0 * by);
 }
 
-/* The jump at a zero; 0 where the rates have none there. */
-MECHC_STATIC int mechc_jump_at(const mechc_jump_place *at, const mechc_jump_zero *zero, mechc_jump *out)
+/* Whether the rates jump from one side of a zero to the other, by more than their rounding: that of the
+ * rates in the step, since a speed vanishes at its own zero, and of the largest, since parts may rest. */
+MECHC_STATIC int mechc_jumps_beyond_rounding(const mechc_jump_place *at, const double *before,
+                                             const double *after)
 {
-    double y[MECHC_NX], rates[4][MECHC_NX];
-    const double apart = mechc_jump_apart(at);
-    const double t[] = {zero->t - 2.0 * apart, zero->t - apart, zero->t + apart, zero->t + 2.0 * apart};
+    const double end = at->t + at->h, t[] = {at->t, end, at->t, end};
+    double rates[4][MECHC_NX], size[MECHC_NX], largest[2] = {0.0, 0.0}; /* of coordinates, of speeds */
     int jumps = 0;
     mechc_jump_rates(at, t, rates);
     for (int i = 0; i < MECHC_NX; i++) {
-        const double before = 2.0 * rates[1][i] - rates[0][i], after = 2.0 * rates[2][i] - rates[3][i];
-        out->jump[i] = after - before;
-        jumps |= fabs(out->jump[i]) > MECHC_JUMP_NONE * mechc_max(fabs(before), fabs(after));
+        double *most = &largest[i >= MECHC_NQ];
+        size[i] = mechc_max(mechc_max(fabs(before[i]), fabs(after[i])),
+                            mechc_max(fabs(rates[0][i]), fabs(rates[1][i])));
+        *most = mechc_max(*most, size[i] / mechc_given_unit(&at->given->scalar, i));
     }
-    if (!jumps) return 0;
+    for (int i = 0; i < MECHC_NX; i++) {
+        const double rest = largest[i >= MECHC_NQ] * mechc_given_unit(&at->given->scalar, i);
+        const double rounding = mechc_max(MECHC_JUMP_NONE * size[i], MECHC_JUMP_REST * rest);
+        jumps |= fabs(after[i] - before[i]) > rounding;
+    }
+    return jumps;
+}
+
+/* The jump at a zero; 0 where the rates have none there. */
+MECHC_STATIC int mechc_jump_at(const mechc_jump_place *at, const mechc_jump_zero *zero, mechc_jump *out)
+{
+    double y[MECHC_NX], rates[4][MECHC_NX], before[MECHC_NX], after[MECHC_NX];
+    const double apart = mechc_jump_apart(at);
+    const double t[] = {zero->t - 2.0 * apart, zero->t - apart, zero->t + apart, zero->t + 2.0 * apart};
+    mechc_jump_rates(at, t, rates);
+    for (int i = 0; i < MECHC_NX; i++) {
+        before[i] = 2.0 * rates[1][i] - rates[0][i], after[i] = 2.0 * rates[2][i] - rates[3][i];
+        out->jump[i] = after[i] - before[i];
+    }
+    if (!mechc_jumps_beyond_rounding(at, before, after)) return 0;
     mechc_jump_state(at, zero->t, y);
     const double value = mechc_jump_value_at(at, zero->which, zero->t);
     const double near = mechc_jump_value_at(at, zero->which, t[1]);

@@ -20,7 +20,7 @@ TURN = "if the joint is meant so, turn its child_interframe"
 def are_turned(system: System, y: Array, p: Array, t: float) -> Any:
     """Whether states y (..., nq + nu) have an axis that points another way (...)."""
     if "cut_directions" not in system.scene.outputs:
-        return np.zeros(y.shape[:-1], bool)
+        return np.zeros(y.shape[:-1], bool) if y.ndim > 1 else False
     return ~(system.evaluate("cut_directions", y, p, t) > ALIGNED).all(axis=-1)
 
 

@@ -86,11 +86,11 @@ def owned(given: Any) -> Any:
     kind = type(given)
     if kind is float or kind is str or given is None:
         return given  # nearly always, and fast
+    if isinstance(given, np.ndarray):
+        return given.copy()
     try:
         if kind is tuple or kind is list:
             return kind(map(owned, given))
-        if isinstance(given, np.ndarray):
-            return given.copy()
         if kind is dict or isinstance(given, Mapping):
             return {key: owned(value) for key, value in given.items()}
     except RecursionError:

@@ -21,7 +21,7 @@ from .judge import POINTS, Case, Difference, Run, Told
 from .of_mujoco import OfMujoco
 from .reference import Reference
 from .scene import Scene, UnbuiltError, drawn, numbers
-from .starts import started
+from .starts import UnclosedError, started
 
 LONGEST_TEXT = 6000  # characters of a message
 
@@ -80,7 +80,11 @@ def _judge(
     states = (*model.coordinates, *model.speeds)
     for draw in range(count):
         values = numbers(scene, key, draw)
-        values = started(values, made)
+        try:
+            values = started(values, made)
+        except UnclosedError:
+            found.ended["a start that Newton's steps do not close"] += 1
+            continue
         values = replace(values, params=_of_the_model(values.params, model, reference))
         run = Run(values, np.array([values.start[n] for n in states]))
         made.runs.append(run)

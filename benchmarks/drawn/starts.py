@@ -11,6 +11,12 @@ from sympy.physics.mechanics import dynamicsymbols
 from .judge import Case
 from .scene import Numbers
 
+CLOSED = 1e-11  # what rounding leaves of a start's gaps
+
+
+class UnclosedError(Exception):
+    """Newton's steps find no state on the constraints near a start that was drawn."""
+
 
 def started(values: Numbers, case: Case) -> Numbers:
     """With parameters that follow from the start, and a start that the constraints allow."""
@@ -27,5 +33,7 @@ def started(values: Numbers, case: Case) -> Numbers:
     if case.reference.closes:
         y = np.array([start[n] for n in case.reference.names])
         y = case.reference.closed(0.0, y, params)
+        if not np.abs(case.reference.closing(0.0, y, params)[0]).max() < CLOSED:
+            raise UnclosedError
         start = dict(zip(case.reference.names, y.tolist(), strict=True))
     return replace(values, params=params, start=start)

@@ -15,7 +15,7 @@ from mechc.simulation.settings import checked_count, checked_positive
 from mechc.system.kinds import ANGULAR, Kind
 from mechc.system.names import by_name, name_of
 from mechc.system.parameters import Parameters, doubles, one_double
-from mechc.system.quantity import NamedQuantity
+from mechc.system.quantity import NamedQuantity, outputs_in
 from mechc.system.units import SECONDS, in_si
 
 if TYPE_CHECKING:
@@ -118,14 +118,14 @@ class Syntheses(Configurations):
         from mechc.synthesis.designs import Designs
         from mechc.synthesis.problem import SynthesisProblem
         from mechc.synthesis.search import Effort, search
-        from mechc.synthesis.targets import checked_targets, system_for_targets
+        from mechc.synthesis.targets import checked_targets
 
         began = time.perf_counter()
         asked = by_name(targets, "targets", "{'C': [(0.1, 0.2), (0.3, 0.1)]}")
         name = self.coordinates[0] if driven is None else name_of(driven)
         if name not in self.coordinates:
             raise UnknownNameError("coordinate", name, self.coordinates)
-        system = system_for_targets(self.system, list(asked))
+        system = self.system.differentiable("points", *outputs_in(asked))
         checked = checked_targets(
             system, asked, name, by_name(tolerances or {}, "tolerances", "{'C': 0.001}")
         )
@@ -167,7 +167,7 @@ def _bounds(
     """Finite bounds of all that is free: parameters, and zeros of coordinates with targets."""
     from mechc.fitting.unknowns import checked_bounds
 
-    zeros = [one.name for one in targets.each if one.output is None]
+    zeros = [one.name for one in targets.each if one.is_coordinate]
     zeros += [driven] if targets.driven is not None else []
     found = {}
     for name, ends in by_name(free, "free", "{'l_1': (0.1, 2.0)}").items():

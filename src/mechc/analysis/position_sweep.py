@@ -16,6 +16,7 @@ from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError
 from mechc.native._closing import trace_assemblies
 from mechc.system.names import name_of
 from mechc.system.parameters import Array, doubles
+from mechc.system.quantity import quantities_of, slopes_of
 from mechc.system.system import System
 from mechc.system.units import in_si
 
@@ -133,14 +134,11 @@ class PositionSweep:
         """
         system = self.system.including("points", "sensitivities")
         place = _place(system, parameter)
-        if "points" not in dict(system.data["differentiated"]):
-            system.refuse_output("points")
-        places = system.derivative_rows["points"][0]
-        rows = slice(places[0], places[-1] + 1)
-        given = (self._states, system.values_of(self.system, self._values), self.t)
-        by_state = system.evaluate("own_state_jacobian", *given)[..., rows, : self.q.shape[-1]]
+        _, points = quantities_of(system, "points", differentiable=True)
+        at = system, self._states, system.values_of(self.system, self._values), self.t
+        by_state = slopes_of(points, "state", *at)[..., : self.q.shape[-1]]
         found = (by_state @ self._sensitivity(system, parameter)[..., None])[..., 0]
-        found = found + system.evaluate("own_parameter_jacobian", *given)[..., rows, place]
+        found = found + slopes_of(points, "parameter", *at)[..., place]
         return np.asarray(found.reshape(*found.shape[:-1], -1, 3))
 
     @property

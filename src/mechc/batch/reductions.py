@@ -5,11 +5,10 @@ The grammar::
     reduction  = ("mean" | "final") "(" quantity ")"
                | ("min" | "max" | "range") "(" quantity ["," "away" "=" time] ")"
                | "first" "(" quantity (">" | "<" | "=") number [unit] ")"
-    quantity   = entry | "abs" "(" entry ")" | "norm" "(" name ")"
-    entry      = name [ "[" index { "," index } "]" ]
+    quantity   = one | "abs" "(" one ")" | "norm" "(" output ")"
 
-A name is a coordinate, a speed, ``energy``, or an output of the model; ``away`` leaves out that
-time before and after each change point, where constraint forces may be infinite.
+``one`` is a quantity as :mod:`mechc.system.quantity` reads it; ``away`` leaves out that time before
+and after each change point, where constraint forces may be infinite.
 """
 
 from __future__ import annotations
@@ -18,8 +17,6 @@ import math
 import re
 from dataclasses import dataclass
 from typing import NamedTuple
-
-import numpy as np
 
 from mechc.errors import MechcError, UnknownNameError
 from mechc.native._codes import (
@@ -34,7 +31,7 @@ from mechc.native._codes import (
 )
 from mechc.system.kinds import Kind
 from mechc.system.parameters import Array
-from mechc.system.quantity import NamedQuantity
+from mechc.system.quantity import NamedQuantity, read_quantity, shape_of
 from mechc.system.system import System
 from mechc.system.units import read_seconds, read_value
 
@@ -42,7 +39,6 @@ KINDS = {"min": MINIMUM, "max": MAXIMUM, "mean": MEAN, "final": LAST}
 DIRECTIONS = {">": 1, "<": -1, "=": 0}
 EXAMPLE = "for instance max(theta_2), mean(energy), range(abs(omega_0)) or first(theta_0 > 180deg)"
 _CALL = re.compile(r"\s*(\w+)\s*\((.*)\)\s*", re.DOTALL)
-ENTRY = re.compile(r"\s*([^\W\d]\w*)\s*+(?:\[\s*(\d+(?:\s*,\s*\d+)*)\s*\])?\s*")
 _AWAY = re.compile(r"([^=]*),\s*+away\s*+=([^=]*)")
 _LEVEL = re.compile(r"(.*)([<>=])([^<>=]*)", re.DOTALL)
 
@@ -85,24 +81,6 @@ class Reduction:
         return values[:, 0] if values.shape[1] == 1 else values[:, 1] - values[:, 0]
 
 
-@dataclass(frozen=True)
-class _ReducedQuantity:
-    form: int
-    output: int
-    second: int
-    component: int
-    meaning: NamedQuantity
-    of_motion: bool = False
-
-    def primitive(
-        self, kind: int, direction: int = 0, level: float = 0.0, away: float = 0.0
-    ) -> Primitive:
-        return Primitive(
-            kind, self.form, self.output, self.second, self.component, self.of_motion, direction,
-            level, away,
-        )  # fmt: skip
-
-
 def read_reduction(system: System, text: str) -> Reduction:
     """Parse one reduction.
 
@@ -123,7 +101,7 @@ def read_reduction(system: System, text: str) -> Reduction:
     if kind != "range" and kind not in KINDS:
         raise UnknownNameError("reduction", kind, (*KINDS, "range", "first"))
     inside, away = _split_away(short, kind, inside)
-    quantity = _quantity(system, inside)
+    quantity = _form(system, inside)
     kinds = (MINIMUM, MAXIMUM) if kind == "range" else (KINDS[kind],)
     unit, kind_of_it = quantity.meaning.unit, quantity.meaning.kind
     primitives = tuple(quantity.primitive(k, away=away) for k in kinds)
@@ -145,7 +123,7 @@ def _first(system: System, short: str, inside: str) -> Reduction:
     if match is None:
         raise MechcError(f"{short!r} needs a level to cross; {EXAMPLE}")
     typed, sign, level = match.groups()
-    quantity = _quantity(system, typed)
+    quantity = _form(system, typed)
     value = read_value(level, quantity.meaning)
     if not math.isfinite(value):
         raise MechcError(f"{short!r}: the level must be finite")
@@ -167,57 +145,48 @@ def _split_away(short: str, kind: str, inside: str) -> tuple[str, float]:
     return match[1], seconds
 
 
-def _quantity(system: System, text: str) -> _ReducedQuantity:
+class _Form(NamedTuple):
+    """A quantity, and what of it is reduced: its value, its size, or the norm of an output."""
+
+    form: int
+    meaning: NamedQuantity
+    outputs: tuple[int, int]
+    component: int
+    of_motion: bool
+
+    def primitive(
+        self, kind: int, direction: int = 0, level: float = 0.0, away: float = 0.0
+    ) -> Primitive:
+        return Primitive(
+            kind, self.form, *self.outputs, self.component, self.of_motion, direction, level, away
+        )
+
+
+def _form(system: System, text: str) -> _Form:
     call = _CALL.fullmatch(text)
-    if call is None:
-        return _entry(system, text, COMPONENT)
-    function, inside = call.groups()
-    if function not in ("abs", "norm"):
+    function, inside = call.groups() if call else ("", text)
+    if function not in ("", "abs", "norm"):
         raise UnknownNameError("function of a quantity", function, ("abs", "norm"))
-    return _entry(system, inside, ABSOLUTE if function == "abs" else NORM)
+    if function == "norm":
+        return _norm(system, inside.strip())
+    one, order = read_quantity(system, inside), list(system.scene.outputs)
+    if len(one.parts) > 1 and function:
+        raise MechcError(f"{one.output} is a sum of outputs: write {one.output}")
+    form = ABSOLUTE if function else COMPONENT
+    if one.of_state:
+        return _Form(form, one.meaning, (-1, -1), one.entry, False)
+    parts, entry = one.parts, one.entry
+    if one.output in system.array_outputs:
+        parts, entry = (system.array_elements(one.output)[entry],), 0
+    first, second = (*map(order.index, parts), -1)[:2]
+    of_motion = one.output in system.data["of_motion"]
+    return _Form(form, one.meaning, (first, second), entry, of_motion)
 
 
-def _entry(system: System, text: str, form: int) -> _ReducedQuantity:
-    match = ENTRY.fullmatch(text)
-    if match is None:
-        raise MechcError(f"{text.strip()!r} is not the name of a quantity; {EXAMPLE}")
-    name, indices = match.groups()
-    if name in (*system.coordinates, *system.speeds):
-        if indices is not None or form == NORM:
-            raise MechcError(f"{name} is one number: it has no entries and no norm")
-        told = system.quantities[name]
-        return _ReducedQuantity(form, -1, -1, system.state_index(name), told)
-    return _output(system, name, indices, form)
-
-
-def _output(system: System, name: str, indices: str | None, form: int) -> _ReducedQuantity:
+def _norm(system: System, name: str) -> _Form:
     order = list(system.scene.outputs)
-    known = (*system.coordinates, *system.speeds, "energy", *order)
-    told = NamedQuantity(name, "J" if "energy" in name else "", name, -math.inf, math.inf, False)
-    if name == "energy" and "kinetic_energy" in order:
-        if indices is not None or form != COMPONENT:
-            raise MechcError("energy is one number: write energy")
-        if "potential_energy" not in order:
-            system.refuse_output("potential_energy")
-        kinetic, potential = order.index("kinetic_energy"), order.index("potential_energy")
-        return _ReducedQuantity(COMPONENT, kinetic, potential, 0, told)
     if name not in order:
-        raise UnknownNameError("quantity", name, known)
-    shape = system.data["shapes"].get(name, [system.scene.outputs[name]])
-    place, of_motion = _flat(name, indices, shape, form), name in system.data["of_motion"]
-    return _ReducedQuantity(form, order.index(name), -1, place, told, of_motion)
-
-
-def _flat(name: str, indices: str | None, shape: list[int], form: int) -> int:
-    """The entry requested, counted in C order."""
-    if form == NORM:
-        if indices is not None:
-            raise MechcError(f"norm({name}) takes all its entries: omit the index")
-        return 0
-    given = [int(i) for i in indices.split(",")] if indices else []
-    inside = len(given) == len(shape) and all(i < n for i, n in zip(given, shape, strict=True))
-    if not inside:
-        words = f"{name} has the shape {tuple(shape)}" if shape else f"{name} is one number"
-        sample = f"{name}[{','.join('0' for _ in shape)}]" if shape else name
-        raise MechcError(f"{words}: request one entry of it, as in {sample}")
-    return int(np.ravel_multi_index(given, shape)) if shape else 0
+        shape_of(system, name)  # raises for what there is not
+        raise MechcError(f"norm takes all numbers of an output with several, not {name}")
+    meaning = NamedQuantity(name, "", name, -math.inf, math.inf, False)
+    return _Form(NORM, meaning, (order.index(name), -1), 0, name in system.data["of_motion"])

@@ -10,6 +10,7 @@ import math
 import time
 from array import array
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +31,7 @@ from mechc.cli.arguments import (
 )
 from mechc.cli.options import INTERRUPTED
 from mechc.errors import MechcError, RunInterrupt, UnknownNameError
-from mechc.fitting.quantities import Measured, checked_measured, known_columns
+from mechc.fitting.measured import Measured, checked_measured, known_columns
 from mechc.fitting.recordings import TIMES
 from mechc.progress import Notice, ProgressBar
 from mechc.results.durable import write_text, written_into
@@ -161,7 +162,8 @@ def _recording(table: Table, measured: Iterable[Measured], path: str) -> dict[st
         if one.name not in table:
             raise UnknownNameError(f"column of {path}", one.name, table)
         unit, values = table[one.name]
-        found[one.name] = factor(unit or one.unit, one.kind, one.name, one.unit) * np.array(values)
+        own, kind = one.quantity.unit, one.quantity.kind
+        found[one.name] = factor(unit or own, kind, one.name, own) * np.array(values)
     return found
 
 
@@ -181,15 +183,14 @@ def _measurements(model: mechc.Model, typed: Iterable[str], tables: list[Table])
     for text in typed:
         name, sign, value = text.partition("=")
         key = "".join(name.split())
-        one = checked_measured(model.system, [key])[0]
-        own = NamedQuantity(one.name, one.unit, one.name, 0.0, math.inf, False, one.kind)
-        pairs[key] = read_value(value, own) if sign else None
+        one = checked_measured(model.system, [key])[1][0].quantity
+        pairs[key] = read_value(value, replace(one.meaning, lower=0.0)) if sign else None
     if pairs:
         unknown = any(sigma is None for sigma in pairs.values())
-        return checked_measured(model.system, list(pairs) if unknown and not any(pairs.values())
-                                else pairs)  # fmt: skip
+        without = unknown and not any(pairs.values())
+        return checked_measured(model.system, list(pairs) if without else pairs)[1]
     columns = [name for name in tables[0] if name not in TIMES]
-    return checked_measured(model.system, known_columns(model.system, columns))
+    return checked_measured(model.system, known_columns(model.system, columns))[1]
 
 
 def free_name(

@@ -11,12 +11,13 @@ import numpy as np
 from mechc.assembly.retraction import Retraction
 from mechc.differentiable.casadi_function import library, numeric_function
 from mechc.differentiable.motion import policy_of
-from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError
+from mechc.errors import MechcError, ValueOutOfBoundsError
 from mechc.inputs.samples import places_of_values
 from mechc.sensitivities.events import difference
 from mechc.system.names import name_of
 from mechc.system.parameters import Array, doubles, one_double
-from mechc.system.system import SUMS, System
+from mechc.system.quantity import outputs_in, quantities_of, slopes_of, values_of
+from mechc.system.system import System
 
 SECOND = 1.0  # s; the size of times where differences by time are taken
 
@@ -112,26 +113,19 @@ class CasadiModel:
         )
 
     def output(self, name: Any) -> Any:
-        """``output("energy")(t, y, r, p)``: an output, flattened.
+        """``output("points[2,0]")(t, y, r, p)``: a quantity, or all numbers of an output.
 
         Raises :class:`UnknownNameError` for one that there is not, or that has no derivatives.
         """
-        label = name_of(name)
-        parts, wider = SUMS.get(label, (label,)), self.model.system.differentiable(label)
-        for part in parts:
-            if part not in wider.derivative_rows:
-                raise UnknownNameError("output with derivatives", label, wider.derivative_rows)
+        wider = self.model.system.differentiable(*outputs_in([name]))
+        numbers = quantities_of(wider, name, differentiable=True)[1]
 
         def slopes(system: System, *at: Any) -> list[Array]:
-            whole = [system.evaluate(f"own_{by}_jacobian", *at) for by in ("state", "input")
-                     if by == "state" or system.input_values]  # fmt: skip
-            whole += [np.zeros((len(whole[0]), 0))] * (not system.input_values)
-            whole.append(system.evaluate("own_parameter_jacobian", *at))
-            rows = [wider.derivative_rows[part][0] for part in parts]
-            return [np.sum([each[r] for r in rows], axis=0) for each in whole]
+            by = ("state", "input", "parameter")
+            return [slopes_of(numbers, each, system, *at) for each in by]
 
         return self._function(
-            label, lambda system, *at: np.ravel(system.evaluate(label, *at)), slopes, wider
+            str(name_of(name)), lambda system, *at: values_of(numbers, system, *at), slopes, wider
         )
 
     @cached_property

@@ -37,7 +37,7 @@ def draw_fit(result: Findings) -> Figure:
                 _draw_data(panels[2 * k, place], result, place, k)
                 _draw_residuals(panels[2 * k + 1, place], result, place, k)
                 if place == 0:
-                    unit, _ = shown_in(one.kind, one.unit)
+                    unit, _ = shown_in(one.quantity.kind, one.quantity.unit)
                     told = f" ({unit})" if unit else ""
                     panels[2 * k, 0].set_ylabel(typeset(one.name) + plain(told))
                     panels[2 * k + 1, 0].set_ylabel(plain("fit - data" + told), fontsize=8)
@@ -70,10 +70,10 @@ def _legend(figure: Figure, *panels: Any) -> None:
 
 def _draw_data(axes: Any, result: Findings, place: int, k: int) -> None:
     problem, one = result.problem, result.problem.measured[k]
-    _, factor = shown_in(one.kind, one.unit)
+    _, factor = shown_in(one.quantity.kind, one.quantity.unit)
     recording, sol = problem.recordings[place], result.solutions[place]
     t = np.linspace(sol.span[0], sol.span[1], SAMPLES)
-    line = one.on(sol.system, sol(t), sol.params, t)
+    line = one.quantity.values(sol.system, sol(t), sol.params, t)
     line = line + _turns(result, place, k)
     known = recording.valid[:, k]
     axes.plot(
@@ -87,7 +87,7 @@ def _turns(result: Findings, place: int, k: int) -> float:
     """Whole turns by which the data of an angle differ from the motion as it is assembled."""
     recording, sol = result.problem.recordings[place], result.solutions[place]
     one = result.problem.measured[k]
-    own = one.on(sol.system, sol.y, sol.params, sol.t)
+    own = one.quantity.values(sol.system, sol.y, sol.params, sol.t)
     left = result.residuals[place][:, k] + recording.values[:, k] - own
     return float(left[recording.valid[:, k]][0])
 
@@ -98,7 +98,7 @@ def _dot(known: Array) -> float:
 
 def _draw_residuals(axes: Any, result: Findings, place: int, k: int) -> None:
     one, recording = result.problem.measured[k], result.problem.recordings[place]
-    _, factor = shown_in(one.kind, one.unit)
+    _, factor = shown_in(one.quantity.kind, one.quantity.unit)
     known = recording.valid[:, k]
     left = factor * result.residuals[place][known, k]
     if np.isfinite(one.sigma):

@@ -11,8 +11,8 @@ import numpy as np
 from mechc.assembly.initial_values import checked_numbers
 from mechc.errors import MechcError, RunInterrupt, ValueOutOfBoundsError, brief
 from mechc.fitting.losses import loss_of
+from mechc.fitting.measured import checked_measured, known_columns
 from mechc.fitting.problem import Problem
-from mechc.fitting.quantities import checked_measured, known_columns, system_for_quantities
 from mechc.fitting.recordings import column_names, read_recordings
 from mechc.fitting.result import FitResult
 from mechc.fitting.search import Found, Settings, beginnings, refine
@@ -79,12 +79,10 @@ def _problem(
     guess: Any, inputs: Any, t0: float | None, shared: Any,
 ) -> Problem:  # fmt: skip
     """Checked arguments, before anything is computed."""
-    columns = None if measured is not None else column_names(measurements)
-    system = system_for_quantities(model.system, measured if columns is None else columns)
+    if measured is None:
+        measured = known_columns(model.system, column_names(measurements))
+    system, wanted = checked_measured(model.system, measured)
     model = type(model).of_system(system)
-    if columns is not None:
-        measured = known_columns(system, columns)
-    wanted = checked_measured(system, measured)
     recordings = read_recordings(measurements, wanted)
     count = len(recordings)
     known = Known(

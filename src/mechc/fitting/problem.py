@@ -10,7 +10,7 @@ import numpy as np
 
 from mechc.assembly.initial_values import filled_start
 from mechc.errors import AssemblyError, MechcError
-from mechc.fitting.quantities import Measured
+from mechc.fitting.measured import Measured
 from mechc.fitting.recordings import TURN, Recording
 from mechc.fitting.unknowns import INPUT, PARAMETER, START, Known, Unknown
 from mechc.system.kinds import Kind
@@ -131,9 +131,11 @@ class Problem:
         found, start = np.empty((*y.shape[:-1], len(self.measured))), self.fixed.starts[place]
         held = {u.name for u in self.unknowns} | {*(start if isinstance(start, Mapping) else ())}
         for k, one in enumerate(self.measured):
-            apart = one.on(system, y, values, recording.t) - recording.values[:, k]
-            follows = one.kind is Kind.ANGLE and one.output not in held  # from the loops' closing
-            if one.kind is Kind.ANGLE and recording.is_wrapped(k):
+            found_values = one.quantity.values(system, y, values, recording.t)
+            apart = found_values - recording.values[:, k]
+            angle = one.quantity.kind is Kind.ANGLE
+            follows = angle and one.name not in held  # from the loops' closing
+            if angle and recording.is_wrapped(k):
                 apart = apart - TURN * np.round(apart / TURN)
             elif follows and recording.valid[:, k].any():
                 first = int(np.argmax(recording.valid[:, k]))
@@ -159,7 +161,7 @@ class Problem:
         sol = self.simulate(x, place, names)
         slopes = np.zeros((len(recording.t), len(self.measured), len(self.unknowns)))
         for j, one in enumerate(self.measured):
-            slopes[:, j, mine] = one.slopes(sol, names) / one.weight
+            slopes[:, j, mine] = sol.sensitivity_of(one.name, names) / one.weight
         part: Array = slopes[recording.valid]
         if not np.isfinite(part).all():
             notes = "; ".join(sol.sensitivity.notes) or "they are not finite"

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, brief
-from mechc.fitting.quantities import Measured
+from mechc.fitting.measured import Measured
 from mechc.system.kinds import Kind
 from mechc.system.parameters import Array
 from mechc.system.quantity import NamedQuantity
@@ -104,7 +104,9 @@ def _from_columns(given: Any, measured: Sequence[Measured], words: str) -> tuple
         if one.name not in names:
             raise UnknownNameError(f"column of {words}", one.name, sorted({*names} - {key}))
         column = given[one.name]
-        columns.append(_numbers(column, f"{one.name} of {words}", one.unit, one.kind))
+        columns.append(
+            _numbers(column, f"{one.name} of {words}", one.quantity.unit, one.quantity.kind)
+        )
     times = _times(given[key], words)
     for one, column in zip(measured, columns, strict=True):
         if column.shape != times.shape:
@@ -125,7 +127,10 @@ def _values(given: Any, measured: Sequence[Measured], words: str) -> Array:
         return values[:, None] if values.ndim == 1 else values
     columns = [given] if np.ndim(given.magnitude) == 1 else list(given.T)
     pairs = zip(columns, measured, strict=False)
-    numbers = [_numbers(x, f"{one.name} of {words}", one.unit, one.kind) for x, one in pairs]
+    numbers = [
+        _numbers(x, f"{one.name} of {words}", one.quantity.unit, one.quantity.kind)
+        for x, one in pairs
+    ]
     return np.stack(numbers, axis=-1)
 
 

@@ -11,7 +11,7 @@ from mechc.system.kinds import shown_in
 
 if TYPE_CHECKING:
     from mechc.fitting.findings import Findings
-    from mechc.fitting.quantities import Measured
+    from mechc.fitting.measured import Measured
 
 RARE = 1e-6  # a probability of residuals that large, below which noise is not the cause
 STRONG = 0.95  # a correlation that is worth a line
@@ -54,7 +54,7 @@ def _values(result: Findings) -> list[str]:
 
 
 def _residuals(result: Findings, one: Measured) -> str:
-    unit, factor = shown_in(one.kind, one.unit)
+    unit, factor = shown_in(one.quantity.kind, one.quantity.unit)
     rms = result.rms[one.name] * factor
     known = "" if math.isnan(one.sigma) else f", {rms / factor / one.sigma:.2f} of its sigma"
     return f"residuals of {one.name}: {rms:.3g} {unit} rms{known}"

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
-from mechc.fitting.quantities import Measured
+from mechc.fitting.measured import Measured
 from mechc.fitting.recordings import Recording
 from mechc.system.names import by_name, names_of
 from mechc.system.parameters import Array
@@ -124,7 +124,7 @@ def _default_value(
     system: System, name: str, kind: str, measured: Sequence[Measured], recording: Recording
 ) -> float:
     """The first sample of a start, else the model's default; NaN without any."""
-    columns = [k for k, one in enumerate(measured) if one.output == name]
+    columns = [k for k, one in enumerate(measured) if one.name == name]
     for value in recording.values[:, columns[0]] if columns and kind == START else ():
         if np.isfinite(value):
             return float(value)

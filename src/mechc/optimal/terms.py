@@ -7,25 +7,30 @@ compiled derivatives.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from mechc.compilation.event_unit import typed_expression
-from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError
+from mechc.errors import MechcError, ValueOutOfBoundsError
 from mechc.inputs.samples import places_of_values
 from mechc.simulation.events.expressions import EventReader, StateNames, as_written, function_of
 from mechc.system.names import name_of
 from mechc.system.parameters import Array
-from mechc.system.system import SUMS, System
+from mechc.system.quantity import (
+    INDEXED,
+    NAME,
+    SUMS,
+    Quantity,
+    read_quantity,
+    slopes_of,
+    values_of,
+)
+from mechc.system.system import System
 
 DURATION = "duration"
-_ELEMENT = re.compile(r"(?<!\w)([^\W\d]\w*+)\s*+\[\s*+(\d++(?:\s*+,\s*+\d++)*+)\s*+\]")
-NAME = re.compile(r"[^\W\d]\w*")
 
 
 class Points(NamedTuple):
@@ -54,14 +59,6 @@ class Slopes(NamedTuple):
     by_duration: Array
 
 
-@dataclass(frozen=True)
-class OutputNumber:
-    """A number of an output: its name, and its place among the elements."""
-
-    output: str
-    index: tuple[int, ...]
-
-
 class Terms:
     """Expressions of one model.
 
@@ -77,7 +74,7 @@ class Terms:
     """
 
     def __init__(
-        self, system: System, texts: Sequence[Any], entries: Mapping[str, OutputNumber],
+        self, system: System, texts: Sequence[Any], entries: Mapping[str, Quantity],
         starts: Mapping[str, int],
     ) -> None:  # fmt: skip
         self.inputs, self.entries = system.inputs, tuple(entries.values())
@@ -160,33 +157,21 @@ class Terms:
         """States with inputs, numbers of outputs, the start and the duration (n, ...)."""
         same = np.append(points.start[self.starts], points.duration)
         last = np.tile(same, (len(points.t), 1))
-        parts = [self._entry(points, one)[:, None] for one in self.entries]
-        return np.hstack([points.y, points.r, *parts, last])
-
-    @staticmethod
-    def _entry(points: Points, one: OutputNumber) -> Array:
-        place: Any = (..., *one.index)
-        return np.asarray(points.system.evaluate(one.output, points.y, points.p, points.t)[place])
+        numbers = values_of(self.entries, points.system, points.y, points.p, points.t)
+        return np.hstack([points.y, points.r, numbers, last])
 
     def _of_entries(self, points: Points) -> tuple[Array, Array, Array]:
         """Derivatives of the numbers of outputs by states, inputs and parameters (n, ne, ...)."""
-        system, at = points.system, (points.y, points.p, points.t)
-        rows = [_rows(system, one) for one in self.entries]
-        by_state, by_parameters = (
-            system.evaluate(f"own_{by}_jacobian", *at) for by in ("state", "parameter")
+        system, at = points.system, (points.system, points.y, points.p, points.t)
+        by_state, by_values, by_parameters = (
+            slopes_of(self.entries, by, *at) for by in ("state", "input", "parameter")
         )
-        by_inputs = np.zeros((len(points.t), by_state.shape[1], len(self.inputs)))
-        if self.inputs:
-            own = system.evaluate("own_input_jacobian", *at)
-            for k, name in enumerate(self.inputs):
-                for place, order in places_of_values(system, name):
-                    if order == 0:
-                        by_inputs[..., k] = own[..., place]
-        of_state, of_inputs, of_parameters = (
-            np.stack([part[:, r].sum(axis=1) for r in rows], axis=1)
-            for part in (by_state, by_inputs, by_parameters)
-        )
-        return of_state, of_inputs, of_parameters
+        by_inputs = np.zeros((*by_state.shape[:2], len(self.inputs)))
+        for k, name in enumerate(self.inputs):
+            for place, order in places_of_values(system, name):
+                if order == 0:
+                    by_inputs[..., k] = by_values[..., place]
+        return by_state, by_inputs, by_parameters
 
 
 def read_terms(system: System, texts: Sequence[Any]) -> tuple[System, Terms]:
@@ -198,7 +183,7 @@ def read_terms(system: System, texts: Sequence[Any]) -> tuple[System, Terms]:
     """
     states = (*system.coordinates, *system.speeds)
     asked = dict.fromkeys((m[1], _index(m[2])) for text in texts if isinstance(text, str)
-                          for m in _ELEMENT.finditer(text))  # fmt: skip
+                          for m in INDEXED.finditer(text))  # fmt: skip
     starts = {_stand_in(*one): states.index(one[0]) for one in asked if one[0] in states}
     for name, index in asked:
         if name in states and index != (0,):
@@ -210,13 +195,16 @@ def read_terms(system: System, texts: Sequence[Any]) -> tuple[System, Terms]:
             f"{DURATION} is that of the motion, and what {system.name} calls so: give the latter "
             "another name where the model is made"
         )
-    used = names - {"t", DURATION, *known}
-    offered = {*SUMS, *system.derivative_rows, *system.data["left_out"]}
-    single = sorted(used & offered)
     numbers = [one for one in asked if one[0] not in states]
-    system = system.differentiable(*single, *(name for name, _ in numbers))
-    entries = {name: _checked_entry(system, OutputNumber(name, ())) for name in single}
-    entries |= {_stand_in(*one): _checked_entry(system, OutputNumber(*one)) for one in numbers}
+    used = names - {"t", DURATION, *known}
+    system = system.differentiable(*used, *(name for name, _ in numbers))
+    single = sorted(used & {*SUMS, *system.derivative_rows})
+    written = {name: name for name in single}
+    written |= {_stand_in(n, i): f"{n}[{','.join(map(str, i))}]" for n, i in numbers}
+    entries = {
+        stand_in: read_quantity(system, text, differentiable=True)
+        for stand_in, text in written.items()
+    }
     return system, Terms(system, texts, entries, starts)
 
 
@@ -226,7 +214,7 @@ def _index(text: str) -> tuple[int, ...]:
 
 def _names_in(text: Any) -> set[str]:
     if isinstance(text, str):
-        return set(NAME.findall(_ELEMENT.sub("", text)))
+        return set(NAME.findall(INDEXED.sub("", text)))
     return {name_of(one) for one in getattr(text, "free_symbols", ())}
 
 
@@ -238,32 +226,7 @@ def _with_stand_ins(text: Any) -> Any:
     """A text with names in place of numbers of outputs and of the start."""
     if not isinstance(text, str):
         return text
-    return _ELEMENT.sub(lambda m: _stand_in(m[1], _index(m[2])), text)
-
-
-def _checked_entry(system: System, one: OutputNumber) -> OutputNumber:
-    for part in SUMS.get(one.output, (one.output,)):
-        if part not in system.derivative_rows:
-            known = (*SUMS, *system.derivative_rows)
-            raise UnknownNameError("output with derivatives", one.output, known)
-        shape = system.derivative_rows[part][1]
-        if len(shape) != len(one.index) or any(
-            i >= n for i, n in zip(one.index, shape, strict=False)
-        ):
-            written = f"{one.output}[{','.join(map(str, one.index))}]" if one.index else one.output
-            raise ValueOutOfBoundsError(
-                f"{written} is no number: {one.output} has the shape {shape}, with indices from 0"
-            )
-    return one
-
-
-def _rows(system: System, one: OutputNumber) -> list[int]:
-    """The rows of the Jacobians of outputs whose sum an entry is."""
-    found = []
-    for part in SUMS.get(one.output, (one.output,)):
-        rows, shape = system.derivative_rows[part]
-        found.append(rows[int(np.ravel_multi_index(one.index, shape))] if shape else rows[0])
-    return found
+    return INDEXED.sub(lambda m: _stand_in(m[1], _index(m[2])), text)
 
 
 def refuse_rates(system: System, name: str) -> None:

@@ -10,18 +10,18 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from mechc.errors import UnknownNameError, ValueOutOfBoundsError
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.description import Description
 from mechc.system.kinds import Kind, shown_in
 from mechc.system.parameters import Array
 from mechc.system.picture import Picture
-from mechc.system.system import ENERGIES, SUMS, System
+from mechc.system.quantity import outputs_in, read_quantity
+from mechc.system.system import System
 
 StateFunction = Callable[[Array, Array, Any], Array]
 
@@ -247,30 +247,21 @@ def energies(run: Run) -> dict[str, Array]:
 
 
 def curve(run: Run, name: str, degrees: bool) -> tuple[ShownUnit, Array]:
-    """A coordinate, speed, input, energy or output of one number along a run: unit, values (n,).
+    """A quantity or an input along a run: unit, values (n,).
 
     Raises :class:`UnknownNameError`, :class:`UnavailableOutputError` if there is none,
     :class:`ValueOutOfBoundsError` for an output of several numbers.
     """
     system = run.system
-    states = (*system.coordinates, *system.speeds)
-    if name in states:
-        quantity = system.quantities[name]
-        unit = shown_as(quantity.kind, quantity.unit, degrees)
-        return unit, run.y[:, states.index(name)]
     if name in system.inputs:
         assert system.driven is not None
         return ShownUnit(1.0, "", clean_text(name)), system.driven.values([name], run.t, run.y)[0]
-    try:
-        values = run.evaluate(partial(system.evaluate, name))
-    except UnknownNameError:
-        known = dict.fromkeys((*states, *system.inputs, *SUMS, *ENERGIES, *system.scene.outputs))
-        raise UnknownNameError("quantity", name, known) from None
-    if values.size != len(run.t):
-        raise ValueOutOfBoundsError(f"{name} is {values[0].size} numbers: only one can be drawn")
-    energy = name in (*SUMS, *ENERGIES)
-    unit = ShownUnit(1.0, "J", "energy") if energy else ShownUnit(1.0, "", clean_text(name))
-    return unit, values.reshape(-1)
+    system = system.with_output(*outputs_in([name]))
+    one = read_quantity(system, name)
+    values = one.values(system, run.y, system.values_of(run.system, run.params), run.t)
+    if one.of_state:
+        return shown_as(one.kind, one.unit, degrees), values
+    return ShownUnit(1.0, one.unit, "energy" if one.unit == "J" else clean_text(name)), values
 
 
 SAMPLES_A_STEP, MOST_SAMPLES = 4, 20_000  # long runs need more, else chords are visible

@@ -23,7 +23,7 @@ from mechc.sensitivities.events import (
     moved_time,
     through_reset,
 )
-from mechc.sensitivities.outputs import linear_output
+from mechc.sensitivities.outputs import linear
 from mechc.sensitivities.rules import rule_of
 from mechc.sensitivities.run import NO_DERIVATIVE, ended_columns
 from mechc.sensitivities.samples import check_steps
@@ -31,8 +31,8 @@ from mechc.sensitivities.start import start_columns, without_closure
 from mechc.sensitivities.steps import NAMES, checked_run, differentiable, refuse_contact
 from mechc.simulation.record import Piece
 from mechc.simulation.trajectory import Trajectory
-from mechc.system.names import name_of
 from mechc.system.parameters import Array, doubles, one_double
+from mechc.system.quantity import Quantity, outputs_in, read_quantity, values_of
 from mechc.system.system import System
 
 POINTS, WEIGHTS = (0.5 * each for each in np.polynomial.legendre.leggauss(8))
@@ -55,6 +55,9 @@ class Gradient(dict[str, Any]):
         self.value, self.notes = value, notes
 
 
+Weights = Mapping[Quantity, float]
+
+
 @dataclass
 class Objective:
     """The objective: its outputs' system, which may have parameters that the motion does not depend
@@ -67,9 +70,16 @@ class Objective:
     along: Array
     value: float = 0.0
 
-    def output(self, name: str, y: Array, t: Array) -> tuple[Array, Array, Array]:
-        """See :func:`linear_output`."""
-        return linear_output(self.system, name, y, self.values, t, self.columns)
+    def at(self, weights: Weights, y: Array, t: Array) -> Array:
+        """The weighted sum (n,) of quantities at states."""
+        return values_of([*weights], self.system, y, self.values, t) @ [*weights.values()]
+
+    def slopes(self, weights: Weights, y: Array, t: Array) -> tuple[Array, Array]:
+        """Derivatives of that sum: by states (n, nx), along the columns at fixed ones (n, k)."""
+        factors = np.array([*weights.values()])
+        every = linear(self.system, [*weights], y, self.values, t, self.columns)
+        by_state, along = (np.einsum("m,nmi->ni", factors, each) for each in every)
+        return by_state, along
 
 
 @dataclass
@@ -116,7 +126,7 @@ def gradient_of_run(
     """The gradient of ``end`` plus ``integral``; ``y0`` and ``params`` as the user gave them.
 
     Raises :class:`UnavailableOutputError`, :class:`UnknownNameError`, :class:`MechcError` as
-    :func:`columns_of`, :func:`start_columns` and :func:`linear_output` say.
+    :func:`columns_of`, :func:`start_columns` and :func:`read_quantity` say.
     """
     refuse_contact(sol)
     if sol.system.driven is not None and sol.system.driven.feeds_back:
@@ -124,7 +134,7 @@ def gradient_of_run(
             "how a controller depends on the state is not known, so a run with mechc.Sampled has "
             "no gradient: give its law as an expression, mechc.compile(..., inputs=)"
         )
-    wider = sol.system.differentiable(*_outputs_of(end), *_outputs_of(integral))
+    wider = sol.system.differentiable(*outputs_in(_names(end)), *outputs_in(_names(integral)))
     sol = differentiable(sol)
     system, held = sol.system, held_by(sol.system, params)
     names = list(wider.parameters) if by is None else list(by)
@@ -141,10 +151,11 @@ def gradient_of_run(
         np.zeros(raw.count), raw, columns.names if columns.samples else (),
     )  # fmt: skip
     _begin(way, end)
+    weights = _weights(wider, integral)
     for number, piece in reversed([*enumerate(sol.record.pieces)]):
-        _back(way, piece, _weights(integral))
+        _back(way, piece, weights)
         if piece.jumps:
-            _back_over(way, jump_of(sol.record, number), _weights(integral))
+            _back_over(way, jump_of(sol.record, number), weights)
     if not np.isfinite(way.covector).all():
         notes += (f"none, for {NO_DERIVATIVE}: sensitivities= tells where",)
     total = start.T @ way.covector + _along(columns).T @ (way.gathered + way.integrated)
@@ -176,20 +187,20 @@ def _along(columns: Columns) -> Array:
     return np.vstack([columns.parameters, columns.inputs, own])
 
 
-def _weights(given: Any) -> dict[str, float]:
-    """Outputs of an objective with their weights."""
-    if given is None:
-        return {}
-    if isinstance(given, Mapping):
-        return {name_of(name): one_double(weight, "a weight") for name, weight in given.items()}
-    return {name_of(given): 1.0}
-
-
-def _outputs_of(given: Any) -> list[str]:
-    """The outputs of which an objective is made."""
-    if isinstance(given, (np.ndarray, list, tuple)):
+def _names(given: Any) -> list[Any]:
+    """The quantities of which an objective is made, as they are written."""
+    if given is None or isinstance(given, (np.ndarray, list, tuple)):
         return []
-    return list(_weights(given))
+    return [*given] if isinstance(given, Mapping) else [given]
+
+
+def _weights(system: System, given: Any) -> dict[Quantity, float]:
+    """Quantities of an objective with their weights."""
+    weights = given if isinstance(given, Mapping) else dict.fromkeys(_names(given), 1.0)
+    return {
+        read_quantity(system, name, differentiable=True): one_double(weight, "a weight")
+        for name, weight in weights.items()
+    }
 
 
 def _begin(way: Backwards, end: Any) -> None:
@@ -203,14 +214,14 @@ def _begin(way: Backwards, end: Any) -> None:
             raise MechcError(f"the end's derivative has the shape {given.shape}, not {y.shape}")
         way.covector, way.objective.value = given, float(given @ y)
         return
-    for name, weight in _weights(end).items():
-        one, by_state, along = way.objective.output(name, y[None], np.array([t]))
-        way.covector = way.covector + weight * by_state[0]
-        way.objective.along += weight * along[0]
-        way.objective.value += weight * float(one[0])
+    objective, at = way.objective, (_weights(way.objective.system, end), y[None], np.array([t]))
+    by_state, along = objective.slopes(*at)
+    way.covector = way.covector + by_state[0]
+    objective.along += along[0]
+    objective.value += float(objective.at(*at)[0])
 
 
-def _back(way: Backwards, piece: Piece, weights: Mapping[str, float]) -> None:
+def _back(way: Backwards, piece: Piece, weights: Weights) -> None:
     """Move the covector back over one piece of the motion."""
     run: Any = piece.steps
     stop = piece.cut
@@ -233,7 +244,7 @@ def _back(way: Backwards, piece: Piece, weights: Mapping[str, float]) -> None:
     )
 
 
-def _back_over(way: Backwards, jump: Jump, weights: Mapping[str, float]) -> None:
+def _back_over(way: Backwards, jump: Jump, weights: Weights) -> None:
     """Move the covector back from after the reset of an event to before it."""
     if len(jump.causes) != 1:
         raise MechcError(f"at t = {jump.t:.9g} s {AT_ONE_INSTANT}: there is no derivative")
@@ -247,11 +258,11 @@ def _back_over(way: Backwards, jump: Jump, weights: Mapping[str, float]) -> None
         _move_jump(way, jump, weights)
 
 
-def _move_jump(way: Backwards, jump: Jump, weights: Mapping[str, float]) -> None:
+def _move_jump(way: Backwards, jump: Jump, weights: Weights) -> None:
     """Add what integrals gain as the jump of their integrand moves with the event's time."""
     both, times = np.array([jump.before, jump.after]), np.full(2, jump.t)
-    values = {name: way.objective.output(name, both, times)[0] for name in weights}
-    fall = sum(weight * (values[name][0] - values[name][1]) for name, weight in weights.items())
+    before, after = way.objective.at(weights, both, times)
+    fall = before - after
     event = way.sol.asked_events[jump.causes[0]]
     later = moved_time(way.system, event, jump.t, jump.before, way.sol.params, way.every, way.start)
     width = way.system.scene.width
@@ -279,7 +290,7 @@ def _within(way: Backwards, run: Any, t: Array, step: int, points: Array) -> tup
 
 def _integral(
     way: Backwards, run: Any, t: Array, first: int, last: int, stop: float,
-    weights: Mapping[str, float],
+    weights: Weights,
 ) -> Array | None:  # fmt: skip
     """Integrate outputs over steps first ... last - 1, the last until ``stop``; return what this
     adds to the covector at the start of each step.  What is added by parameters and inputs, and
@@ -298,17 +309,15 @@ def _integral(
 
 
 def _integral_step(
-    way: Backwards, run: Any, t: Array, step: int, end: float, weights: Mapping[str, float]
+    way: Backwards, run: Any, t: Array, step: int, end: float, weights: Weights
 ) -> tuple[Array, Array]:
     width = way.system.scene.width
     part = end - t[step]
     points = t[step] + part * (POINTS + 0.5)
     y, columns = _within(way, run, t, step, points)
-    total = np.zeros(columns.shape[-1])
-    for name, weight in weights.items():
-        one, by_state, along = way.objective.output(name, y, points)
-        share = weight * part * WEIGHTS
-        total += np.einsum("m,mi,mik->k", share, by_state, columns)
-        way.objective.along += share @ along
-        way.objective.value += float(share @ one)
+    by_state, along = way.objective.slopes(weights, y, points)
+    share = part * WEIGHTS
+    total = np.einsum("m,mi,mik->k", share, by_state, columns)
+    way.objective.along += share @ along
+    way.objective.value += float(share @ way.objective.at(weights, y, points))
     return total[:width], total[width:]

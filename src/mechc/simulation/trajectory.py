@@ -17,7 +17,9 @@ from mechc.simulation.events.run_events import RunEvents
 from mechc.simulation.record import Record, SmoothPart
 from mechc.simulation.settings import Policy, refuse_derivatives_in_contact
 from mechc.simulation.status import ChangePoint, Status
+from mechc.system.names import name_of
 from mechc.system.parameters import Array, doubles
+from mechc.system.quantity import outputs_in, read_quantity
 from mechc.system.system import System
 from mechc.system.units import SECONDS
 
@@ -87,9 +89,19 @@ class Trajectory:
         """Speeds (nt, nu)."""
         return self.y[:, len(self.system.coordinates) :]
 
-    def __getitem__(self, name: str) -> Array:
-        """History (nt,) of one coordinate or speed."""
-        return self.y[:, self.system.state_index(name)]
+    def __getitem__(self, name: Any) -> Array:
+        """History (nt,) of a quantity: ``sol["theta_0"]``, ``sol["points[2,0]"]``.
+
+        Raises :class:`UnknownNameError`, :class:`ValueOutOfBoundsError` if it is none.
+        """
+        name, names = name_of(name), (*self.system.coordinates, *self.system.speeds)
+        if name in names:
+            return self.y[:, names.index(name)]
+        one = read_quantity(self.system.with_output(*outputs_in([name])), name)
+        if one.of_state:
+            return self.y[:, one.entry]
+        values = self.output_along(one.output, self.t, self.y)
+        return values.reshape(len(self.t), -1)[:, one.entry]
 
     def __len__(self) -> int:
         return len(self.t)

@@ -55,7 +55,7 @@ class Design:
         problem = self.problem
         x = np.array([{**self.params, **self.zeros}[name] for name in problem.names])
         apart = problem.deviations(x[None], self.q[None], problem.values(x[None]))[0]
-        ends = np.cumsum([len(one.entries) for one in problem.targets.each])[:-1]
+        ends = np.cumsum([len(one.quantities) for one in problem.targets.each])[:-1]
         parts = np.split(apart, ends, axis=1)
         return {one.name: part for one, part in zip(problem.targets.each, parts, strict=True)}
 

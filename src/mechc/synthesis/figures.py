@@ -10,6 +10,7 @@ from mechc.results.figures import new_figure
 from mechc.results.mathtext import plain, typeset
 from mechc.results.panels import COLOURS, QUIET
 from mechc.system.kinds import Kind, shown_in
+from mechc.system.quantity import values_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -41,7 +42,7 @@ def _draw_plane(axes: Any, design: Any, points: Any) -> None:
             x, y = at[[picture.point_names.index(name) for name in names], :2].T
             axes.plot(x, y, "o-", color=QUIET, alpha=0.9 if k == 0 else 0.3, markersize=3)
     for one, colour in zip(points, COLOURS, strict=False):
-        place = one.entries[0] // 3
+        place = one.quantities[0].entry // 3
         axes.plot(curve[:, place, 0], curve[:, place, 1], color=colour, label=f"path of {one.name}")
         axes.plot(one.values[:, 0], one.values[:, 1], "x", color="#222222", label="asked for")
     axes.set_aspect("equal", "datalim")
@@ -57,11 +58,8 @@ def _draw_values(axes: Any, design: Any, one: Any) -> None:
     across = system.quantities[problem.driven]
     driven_unit, driven_factor = shown_in(across.kind, across.unit)
     y = problem.states(sweep.q)
-    outputs = {}
-    if one.output is not None:
-        found = system.evaluate(one.output, y, sweep.p, problem.t)
-        outputs = {one.output: found.reshape(len(y), -1)}
-    lines = one.on(y, outputs) - design.zeros.get(one.name, 0.0)
+    lines = values_of(one.quantities, system, y, sweep.p, problem.t)
+    lines = lines - design.zeros.get(one.name, 0.0)
     for column in range(lines.shape[1]):
         asked = one.values[:, column]
         line = lines[:, column]

@@ -7,7 +7,7 @@ theorem: the loops Phi(q, p) = 0 stay closed, so Phi_q dq = -Phi_p dp.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -21,6 +21,7 @@ from mechc.sensitivities.columns import default_slopes, with_defaults
 from mechc.synthesis.conditions import Conditions
 from mechc.synthesis.targets import Targets
 from mechc.system.parameters import Array
+from mechc.system.quantity import Quantity, quantities_of, slopes_of, values_of
 from mechc.system.system import System
 
 Slopes = tuple[Array, Array, Array, Array]
@@ -87,6 +88,11 @@ class SynthesisProblem:
         return np.append(self.lower, -rest), np.append(self.upper, rest)
 
     @cached_property
+    def points(self) -> list[Quantity]:
+        """The numbers of all points."""
+        return quantities_of(self.system, "points", differentiable=True)[1]
+
+    @cached_property
     def search(self) -> Search:
         """The search over all assemblies."""
         found = search_for(self.system, tuple({**self.kept, self.driven: 0.0}), ())
@@ -144,7 +150,7 @@ class SynthesisProblem:
 
     def deviations(self, x: Array, q: Array, p: Array) -> Array:
         """The targets' errors (n, positions, columns) in SI units; angles within half a turn."""
-        found = self.targets.evaluate(self.system, self.states(q), p[:, None], self.t)
+        found = values_of(self.targets.quantities, self.system, self.states(q), p[:, None], self.t)
         found = found - self.targets.values
         for column, zero in enumerate(self.zeros):
             if zero is not None:
@@ -181,7 +187,7 @@ class SynthesisProblem:
     def jacobian(self, at: Residuals, weight: float) -> Array:
         """The derivatives (n, r, size) of residuals that are finite."""
         p, x = self.values(at.z), at.z[:, : len(self.names)]
-        by_x, by_s = self._through_loops(self.slopes(p, at.q, self.targets))
+        by_x, by_s = self._through_loops(self.slopes(p, at.q, self.targets.quantities))
         if self.driven_zero is not None and self.timed:
             by_x[..., self.driven_zero] += by_s
         found = np.zeros((*by_s.shape, self.size))
@@ -192,7 +198,7 @@ class SynthesisProblem:
         parts = [(found / self.targets.tolerances[:, None])[:, self.valid]]
         if at.swept.shape[1]:
             points = self.system.points(self.states(at.swept), p[:, None], self.t)
-            moved = self._through_loops(self.slopes(p, at.swept, self.targets.of_points))[0]
+            moved = self._through_loops(self.slopes(p, at.swept, self.points))[0]
             short = self.conditions.slopes(points, moved.reshape(*points.shape, x.shape[1]))
             free = np.zeros((*short.shape[:-1], self.size - x.shape[1]))
             short = weight * np.concatenate([short, free], axis=-1).reshape(len(p), -1, self.size)
@@ -206,18 +212,18 @@ class SynthesisProblem:
         across = by_q[..., free] @ np.linalg.pinv(gap_q[..., free])
         return by_x - across @ gap_x, by_q[..., place] - (across @ gap_q[..., [place]])[..., 0]
 
-    def slopes(self, p: Array, q: Array, targets: Targets) -> Slopes:
-        """Derivatives of targets (n, m, columns, ...) and gaps (n, m, rows, ...), by the parameters
-        and zeros (..., k) and by the coordinates (..., nq), each for itself."""
+    def slopes(self, p: Array, q: Array, quantities: Sequence[Quantity]) -> Slopes:
+        """Derivatives of quantities (n, m, columns, ...) and gaps (n, m, rows, ...), by parameters
+        and zeros (..., k) and by coordinates (..., nq), each for itself."""
         system, y, rows = self.system, self.states(q), p[:, None]
-        own, width = targets.slopes(system, y, rows, self.t), q.shape[-1]
+        at, width = (system, y, rows, self.t), q.shape[-1]
         moved = np.zeros((p.shape[1], len(self.names)))
         for name in self.parameters:
             moved[system.parameters.index(name), self.names.index(name)] = 1.0
         held = (*self.parameters, *self.fixed)
         moved = with_defaults(moved, default_slopes(system, rows, held))
-        by_x = own[1] @ moved
-        if targets is self.targets:
+        by_x = slopes_of(quantities, "parameter", *at) @ moved
+        if quantities is self.targets.quantities:
             for column, zero in enumerate(self.zeros):
                 if zero is not None:
                     by_x[:, :, column, zero] -= 1.0
@@ -225,4 +231,4 @@ class SynthesisProblem:
         gap_x = np.zeros((*gap_q.shape[:-1], len(self.names)))
         if "constraints_by_parameters" in system.scene.outputs:
             gap_x = system.evaluate("constraints_by_parameters", y, rows, self.t) @ moved
-        return by_x, own[0][..., :width], gap_x, gap_q
+        return by_x, slopes_of(quantities, "state", *at)[..., :width], gap_x, gap_q

@@ -157,7 +157,7 @@ def _damp(normal: Array, damping: Array) -> None:
 def _slopes(problem: SynthesisProblem, x: Array, q: Array) -> tuple[Array, Array]:
     """Derivatives of the residuals by the unknowns (n, positions, r, k) and the coordinates."""
     p = problem.values(x)
-    by_x, by_q, gap_x, gap_q = problem.slopes(p, q, problem.targets)
+    by_x, by_q, gap_x, gap_q = problem.slopes(p, q, problem.targets.quantities)
     scale = np.where(problem.valid, 1.0 / problem.targets.tolerances, 0.0)[..., None]
     rows = _sizes(problem, p)[:, None, :, None]
     whole_x = np.concatenate([scale * by_x, gap_x / rows], axis=2)

@@ -15,6 +15,7 @@ from mechc.assembly.closer import wrap
 from mechc.synthesis.conditions import WEIGHT
 from mechc.synthesis.problem import SWEEP, SynthesisProblem
 from mechc.system.parameters import Array
+from mechc.system.quantity import values_of
 
 BLOCK = 512  # members followed at a time
 KEPT = 8  # assemblies of one member among which one is taken
@@ -105,7 +106,8 @@ def _near_targets(
 def _nearest(problem: SynthesisProblem, x: Array, q: Array, p: Array) -> Iterator[Array]:
     """The places (n,) along its curve at which a member is nearest to each target."""
     targets = problem.targets
-    found = targets.evaluate(problem.system, problem.states(q), p[:, None], problem.t)
+    at = problem.system, problem.states(q), p[:, None], problem.t
+    found = values_of(targets.quantities, *at)
     for member, numbers in enumerate(found):
         apart = numbers[:, None, :] - targets.values
         for column, zero in enumerate(problem.zeros):

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
+from mechc.simulation.settings import checked_positive
 from mechc.system.kinds import Kind
 from mechc.system.parameters import Array, doubles
+from mechc.system.quantity import NamedQuantity, Quantity, quantities_of, read_quantity
 from mechc.system.system import System
 from mechc.system.units import in_si
+
+NO_TARGETS = {"points", "point_velocities"}  # a point has its own name
 
 
 @dataclass(frozen=True)
@@ -22,10 +26,10 @@ class Target:
 
     Attributes
     ----------
-    name, kind, unit
-        As the user gave it; angle, length or other.
-    output, entries
-        None of a coordinate, else the output; and which of its numbers, or of the state's.
+    name
+        As the user gave it.
+    quantities
+        Its numbers, one for each column.
     values : (n, k)
         NaN where nothing is asked for.
     tolerance
@@ -33,71 +37,44 @@ class Target:
     """
 
     name: str
-    kind: Kind
-    unit: str
-    output: str | None
-    entries: tuple[int, ...]
+    quantities: tuple[Quantity, ...]
     values: Array
     tolerance: float
 
-    def on(self, y: Array, outputs: Mapping[str, Array]) -> Array:
-        """The numbers (..., k) at states y (..., nq + nu), of evaluated outputs."""
-        whole = y if self.output is None else outputs[self.output]
-        return whole[..., list(self.entries)]
+    @property
+    def kind(self) -> Kind:
+        return self.quantities[0].kind
+
+    @property
+    def unit(self) -> str:
+        return self.quantities[0].unit
+
+    @property
+    def is_coordinate(self) -> bool:
+        return self.quantities[0].of_state
 
 
 @dataclass(frozen=True)
 class Targets:
-    """All targets but the driven coordinate, and the values of this: (n,), or None.
-
-    ``points``: how many numbers the points of the linkage have.
-    """
+    """All targets but the driven coordinate, and the values of this: (n,), or None."""
 
     each: tuple[Target, ...]
     driven: Array | None
-    points: int
 
     @property
     def count(self) -> int:
         """The number of positions."""
         return len(self.each[0].values)
 
-    def evaluate(self, system: System, y: Array, p: Array, t: float) -> Array:
-        """All numbers (..., columns) at states y (..., nq + nu)."""
-        leading = y.shape[:-1]
-        names = {one.output for one in self.each if one.output is not None}
-        outputs = {n: system.evaluate(n, y, p, t).reshape(*leading, -1) for n in names}
-        return np.concatenate([one.on(y, outputs) for one in self.each], axis=-1)
-
-    def slopes(self, system: System, y: Array, p: Array, t: float) -> tuple[Array, Array]:
-        """Derivatives (..., columns, nq + nu) by the state, (..., columns, np) by parameters."""
-        shape = (*y.shape[:-1], len(self.of_columns))
-        by_state, by_parameter = np.zeros((*shape, y.shape[-1])), np.zeros((*shape, p.shape[-1]))
-        if any(one.output is not None for one in self.each):
-            own = [system.evaluate(f"own_{by}_jacobian", y, p, t) for by in ("state", "parameter")]
-        first = 0
-        for one in self.each:
-            places = np.arange(first, first + len(one.entries))
-            first += len(one.entries)
-            if one.output is None:
-                by_state[..., places, one.entries] = 1.0
-                continue
-            rows = np.array(system.derivative_rows[one.output][0])[list(one.entries)]
-            by_state[..., places, :] = own[0][..., rows, :]
-            by_parameter[..., places, :] = own[1][..., rows, :]
-        return by_state, by_parameter
-
     @cached_property
-    def of_points(self) -> Targets:
-        """All points as a target without values."""
-        entries = tuple(range(self.points))
-        none = np.zeros((1, self.points))
-        return Targets((Target("", Kind.LENGTH, "m", "points", entries, none, 1.0),), None, 0)
+    def quantities(self) -> tuple[Quantity, ...]:
+        """The quantity of every column."""
+        return tuple(quantity for one in self.each for quantity in one.quantities)
 
     @cached_property
     def of_columns(self) -> list[Target]:
         """The target of every column."""
-        return [one for one in self.each for _ in one.entries]
+        return [one for one in self.each for _ in one.quantities]
 
     @cached_property
     def values(self) -> Array:
@@ -115,19 +92,10 @@ class Targets:
         return np.array([one.kind is Kind.ANGLE for one in self.of_columns])
 
 
-def system_for_targets(system: System, names: Sequence[Any]) -> System:
-    """The system with derivatives of the targets; names that are none change nothing.
-
-    Raises as :meth:`System.including`.
-    """
-    outputs = [name for name in names if name in system.data["own"] or name in system.array_outputs]
-    return system.differentiable("points", *outputs)
-
-
 def checked_targets(
     system: System, given: Mapping[str, Any], driven: str, tolerances: Mapping[str, Any]
 ) -> Targets:
-    """The targets of a system that :func:`system_for_targets` gave.
+    """The targets of a system that has their derivatives, and those of the points.
 
     Raises :class:`UnknownNameError`, :class:`ValueOutOfBoundsError` for names that are no
     coordinate, point or output, and values of wrong shapes.
@@ -156,40 +124,37 @@ def checked_targets(
         crank = doubles(in_si(given[driven], system.quantities[driven]), driven)
         if crank.ndim != 1 or not np.isfinite(crank).all():
             raise ValueOutOfBoundsError(f"the values of {driven} must be a row of finite numbers")
-    return Targets(tuple(found), crank, 3 * len(system.point_names))
+    return Targets(tuple(found), crank)
 
 
 def _target(system: System, name: str, table: Array, tolerance: Any) -> Target:
-    output: str | None = name
-    if name in system.coordinates:
-        kind, unit = system.quantities[name].kind, system.quantities[name].unit
-        output, entries = None, (system.state_index(name),)
-    elif name in system.point_names:
+    if name in system.point_names:
         width = table.shape[1] if table.ndim == 2 else 0
         if width not in (2, 3):
             raise ValueOutOfBoundsError(
                 f"the targets of point {name} are rows (x, y) or (x, y, z), not {table.shape}"
             )
-        first = 3 * system.point_names.index(name)
-        output, entries, kind, unit = "points", (*range(first, first + width),), Kind.LENGTH, "m"
-    elif name in system.derivative_rows and name not in ("points", "point_velocities"):
-        entries, kind, unit = (*range(len(system.derivative_rows[name][0])),), Kind.OTHER, ""
+        names = [f"points[{system.point_names.index(name)},{k}]" for k in range(width)]
+        numbers = [read_quantity(system, each, differentiable=True) for each in names]
+    elif name in system.coordinates or name in {*system.derivative_rows} - NO_TARGETS:
+        numbers = quantities_of(system, name, differentiable=True)[1]
     else:
         every = (*system.coordinates, *system.point_names, *system.data["own"])
         raise UnknownNameError("coordinate, point or output", name, every)
     values = table.reshape(len(table), -1) if table.ndim else table
-    if values.ndim != 2 or values.shape[1] != len(entries) or not len(values):
+    if values.ndim != 2 or values.shape[1] != len(numbers) or not len(values):
         raise ValueOutOfBoundsError(
-            f"the targets of {name} are {len(entries)} numbers a position, not {table.shape}"
+            f"the targets of {name} are {len(numbers)} numbers a position, not {table.shape}"
         )
     if np.isinf(values).any() or np.isnan(values).all():
         raise ValueOutOfBoundsError(f"the targets of {name} are no finite numbers")
+    meaning = numbers[0].meaning
     divisor = (
-        _extent(values, kind)
+        _extent(values, meaning.kind)
         if tolerance is None
-        else _checked_tolerance(name, tolerance, kind, unit)
+        else _checked_tolerance(name, tolerance, meaning)
     )
-    return Target(name, kind, unit, output, entries, values, divisor)
+    return Target(name, tuple(numbers), values, divisor)
 
 
 def _extent(values: Array, kind: Kind) -> float:
@@ -201,12 +166,9 @@ def _extent(values: Array, kind: Kind) -> float:
     return extent or float(np.nanmax(np.abs(values))) or 1.0
 
 
-def _checked_tolerance(name: str, tolerance: Any, kind: Kind, unit: str) -> float:
-    from mechc.simulation.settings import checked_positive
-    from mechc.system.quantity import NamedQuantity
-
-    quantity = NamedQuantity(name, unit, name, 0.0, np.inf, False, kind)
+def _checked_tolerance(name: str, tolerance: Any, meaning: NamedQuantity) -> float:
+    positive = replace(meaning, name=name, lower=0.0)
     try:
-        return checked_positive(f"the tolerance of {name}", in_si(tolerance, quantity))
+        return checked_positive(f"the tolerance of {name}", in_si(tolerance, positive))
     except TypeError:
         raise ValueOutOfBoundsError(f"the tolerance of {name} is {brief(tolerance)}") from None

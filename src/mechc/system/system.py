@@ -28,12 +28,11 @@ from mechc.system.kinds import ANGULAR, DIMENSIONLESS
 from mechc.system.names import name_of
 from mechc.system.parameters import Array, ParameterSet, doubles, one_double
 from mechc.system.picture import Picture
+from mechc.system.quantity import ENERGIES, SUMS
 from mechc.system.reference import ModelReference, Origin
 from mechc.system.units import SECONDS, in_si
 
 Time: TypeAlias = "float | Array"
-ENERGIES = ("kinetic_energy", "potential_energy")
-SUMS = {"energy": ENERGIES}  # outputs that are sums of others
 ABSENT = ("constraints", "velocity_constraints", "constraint_jacobian", "multipliers")
 
 

@@ -209,7 +209,7 @@ WRONG = {
     "exceed its own": {"free": {"l_0": (-1, 1)}},
     "l_0 begins at 4, outside": {"params": {"l_0": 4.0}},
     "nothing is free": {"free": {}},
-    "no measured quantity is called 'theta_7'": {"measured": {"theta_7": 1}},
+    "no quantity is called 'theta_7'": {"measured": {"theta_7": 1}},
     "write one of its numbers": {"measured": {"points": 1}},
     "must be a positive number": {"measured": {"theta_0": 0.0}},
     "no column of the recording is called 'omega_0'": {"measured": {"omega_0": 1}},

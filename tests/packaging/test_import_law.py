@@ -29,7 +29,7 @@ RUNTIME_LAW = {
     "compilation": {"_scenes", "native", "system", "inputs"},
     "simulation": {"native", "system", "assembly"},
     "analysis": {"native", "system", "inputs", "assembly", "simulation", "sensitivities"},
-    "sensitivities": {"native", "system", "inputs", "simulation"},
+    "sensitivities": {"native", "system", "inputs", "assembly", "simulation"},
     "fitting": {"system", "assembly", "simulation", "results", "batch"},
     "synthesis": {"system", "assembly", "simulation", "analysis", "sensitivities", "results"},
     "results": {"system", "simulation", "analysis", "sensitivities"},

@@ -133,7 +133,7 @@ def _moved(
     with those that are theirs, the others so that constraints hold."""
     found = np.zeros((len(y), columns.count))
     found[free, np.arange(len(free))] = 1.0
-    notes = fill_in(system, columns, [*free], found, y, values, t, DEPENDENT)
+    notes = fill_in(system, columns, [*free], found, y, values, t)
     notes += without_closure(system, columns, found, y, values, t)
     if notes:
         raise MechcError(f"there is no linear model {notes[0].replace(': none, for', ', for')}")

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from mechc.assembly.closed import following
 from mechc.assembly.closer import closure
 from mechc.assembly.positions import miss_message, search_for
 from mechc.assembly.speeds import in_words
@@ -22,7 +23,6 @@ from mechc.system.units import in_si
 
 KEPT = 16  # first assemblies of one member among which the preferred one is chosen
 MOST = 64  # change points told of one member
-SINGULAR = 1e-7  # of the largest singular value: below, no derivative
 
 
 @dataclass(frozen=True)
@@ -118,12 +118,9 @@ class PositionSweep:
         found = np.zeros_like(self.q)
         found[np.isnan(self.q).any(axis=-1)] = np.nan
         usable = np.isfinite(rows).all(axis=(-1, -2))
-        rows, opened = rows[usable], opened[usable]
-        regular = np.linalg.matrix_rank(rows, rtol=SINGULAR) == len(self.free)
-        moved = np.full((len(rows), len(self.free)), np.nan)  # Phi_q dq = -Phi_p dp
-        moved[regular] = -(np.linalg.pinv(rows[regular]) @ opened[regular, :, None])[..., 0]
+        moved, determined = following(rows[usable], opened[usable, :, None])
         part = found[usable]
-        part[:, list(self.free)] = moved
+        part[:, list(self.free)] = np.where(determined[:, None], moved[..., 0], np.nan)
         found[usable] = part
         return found
 

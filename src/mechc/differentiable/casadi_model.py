@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mechc.assembly.retraction import Retraction
+from mechc.assembly.closed import Retraction
 from mechc.differentiable.casadi_function import library, numeric_function
 from mechc.differentiable.motion import policy_of
 from mechc.errors import MechcError, ValueOutOfBoundsError

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mechc.assembly.retraction import Retraction
+from mechc.assembly.closed import Retraction
 from mechc.errors import AssemblyError, MechcError
 from mechc.optimal.problem import Choice, OptimalProblem
 from mechc.optimal.question import Question, read_problem

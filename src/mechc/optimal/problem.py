@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mechc.assembly.retraction import Retraction
+from mechc.assembly.closed import Retraction
 from mechc.inputs.signals import Signal
 from mechc.optimal.segments import Segment, follow
 from mechc.optimal.terms import Points, Terms

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mechc.assembly.retraction import ClosedState
+from mechc.assembly.closed import ClosedState
 from mechc.errors import AssemblyError, MechcError, ValueOutOfBoundsError
 from mechc.sensitivities.columns import columns_of, held_by
 from mechc.sensitivities.events import jump_of, moved_time

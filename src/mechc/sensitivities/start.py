@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from mechc.assembly.closed import following, inverse, rank
 from mechc.errors import MechcError
 from mechc.sensitivities.columns import START, Columns
 from mechc.sensitivities.steps import on_tangent_space
@@ -16,7 +17,6 @@ from mechc.system.names import by_name
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
-SINGULAR = 1e-7  # of the largest singular value: below, no derivative
 OPENS = 1e-7  # of a row's derivative: the part of it that opens the loop
 
 
@@ -80,27 +80,24 @@ def _assembled_columns(
 
 def fill_in(
     system: System, columns: Columns, kept: Sequence[int], found: Array, y: Array, values: Array,
-    t: float, singular: float = SINGULAR,
+    t: float,
 ) -> tuple[str, ...]:  # fmt: skip
     """Fill in the rows of columns (nx, k) besides those kept, so that loops stay closed along them;
-    notes on columns that there are none of.
-
-    ``singular``: of the largest singular value; constraints below it do not determine what follows.
-    """
+    notes on columns that there are none of."""
     if not system.scene.rows:
         return ()
     nq = len(system.coordinates)
     rows = system.constraint_jacobian(y, values, t)
     free = system.unknowns([i for i in kept if i < nq])
-    notes = _close(system, columns, free, found, y, values, t, singular)
+    notes = _close(system, columns, free, found, y, values, t)
     free = [i for i in range(len(system.speeds)) if nq + i not in kept]
-    _steady(system, columns, free, found, rows, y, values, t, singular)
+    _steady(system, columns, free, found, rows, y, values, t)
     return notes
 
 
 def _close(
     system: System, columns: Columns, free: list[int], found: Array, y: Array, values: Array,
-    t: float, singular: float,
+    t: float,
 ) -> tuple[str, ...]:  # fmt: skip
     """Fill in the free coordinates: Phi_q dq = -Phi_p dp."""
     nq = len(system.coordinates)
@@ -109,7 +106,8 @@ def _close(
         return ()
     opened = opening(system, columns, y, values, t)
     gap = slopes @ found[:nq] + (0.0 if opened is None else opened)
-    if _rank(slopes[:, free], singular) < len(free):
+    follows, determined = following(slopes[:, free], gap)
+    if not determined:
         moved = np.abs(gap).max(axis=0) > 0
         found[:, moved] = np.nan
         return tuple(
@@ -117,13 +115,13 @@ def _close(
             "follow change infinitely fast, or the start is a change point"
             for name in columns.names_among(moved)
         )
-    found[free] = -np.linalg.lstsq(slopes[:, free], gap, rcond=singular)[0]
+    found[free] = follows
     return ()
 
 
 def _steady(
     system: System, columns: Columns, free: list[int], found: Array, rows: Array, y: Array,
-    values: Array, t: float, singular: float,
+    values: Array, t: float,
 ) -> None:  # fmt: skip
     """Fill in the free speeds: those of least size for which J u + b = 0."""
     nq = len(system.coordinates)
@@ -132,20 +130,16 @@ def _steady(
     faster = _velocity_change(system, columns, found, y, values, t)
     opened = faster + rows @ found[nq:]
     own, u = rows[:, free], y[nq:][free]
-    back = np.linalg.pinv(own, rcond=singular)
+    back = inverse(own)
     turned = -back @ opened
     multiples = back.T @ u  # of the rows, that make up the least speeds
-    if _rank(own, singular) < len(free) and multiples.any():
+    if rank(own) < len(free) and multiples.any():
         still = _velocity_change(system, columns, found, _moving(y, nq, None), values, t)
         for place, i in enumerate(free):
             one = _velocity_change(system, columns, found, _moving(y, nq, i), values, t)
             slope = multiples @ (one - still)  # of J^T times the multiples
             turned += np.outer(np.eye(len(free))[:, place] - back @ own[:, place], slope)
     found[nq + np.array(free)] = turned
-
-
-def _rank(rows: Array, singular: float) -> int:
-    return int(np.linalg.matrix_rank(rows, rtol=singular)) if rows.size else 0
 
 
 def _moving(y: Array, nq: int, speed: int | None) -> Array:
@@ -182,7 +176,7 @@ def without_closure(
         size = np.abs(opened).max(axis=0)
         bad = (size > 0) & (left > OPENS * size)
     rows = system.constraint_jacobian(y, values, t)
-    if _rank(rows, SINGULAR) < len(rows):  # else some speeds always follow
+    if rank(rows) < len(rows):  # else some speeds always follow
         faster = _velocity_change(system, columns, found, y, values, t)
         left = np.abs(faster + rows @ found[nq:]).max(axis=0)
         size = (np.abs(faster) + np.abs(rows) @ np.abs(found[nq:])).max(axis=0)

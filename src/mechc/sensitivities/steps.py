@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from mechc.assembly.closed import rank
 from mechc.errors import MechcError
 from mechc.native._codes import METHODS
 from mechc.sensitivities.columns import Columns
@@ -27,7 +28,6 @@ from mechc.system.system import System
 
 TrajectoryT = TypeVar("TrajectoryT", bound=Trajectory)
 NAMES = {number: name for name, number in METHODS.items()}
-SINGULAR = 1e-9  # of the largest singular value: rounding of a state at a change point is less
 NUMBERS_AT_ONCE = 1 << 21  # of rates, in doubles
 
 
@@ -169,7 +169,7 @@ def checked_run(system: System, run: Any, values: Array) -> None:
     Raises :class:`MechcError` as :func:`follow` says.
     """
     first, last = (
-        np.linalg.matrix_rank(system.constraint_jacobian(state, values, float(time)), rtol=SINGULAR)
+        rank(system.constraint_jacobian(state, values, float(time)))
         for time, state in zip(*run.ends(), strict=True)
     )
     if first < last:

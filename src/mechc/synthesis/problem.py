@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from mechc.analysis.position_sweep import PositionSweep, follow
+from mechc.assembly.closed import inverse
 from mechc.assembly.closer import Search, wrap
 from mechc.assembly.positions import search_for
 from mechc.errors import AssemblyError
@@ -209,7 +210,7 @@ class SynthesisProblem:
         """Derivatives of targets by x and the driven values while the loops stay closed."""
         by_x, by_q, gap_x, gap_q = slopes
         free, place = self.search.free, self.place
-        across = by_q[..., free] @ np.linalg.pinv(gap_q[..., free])
+        across = by_q[..., free] @ inverse(gap_q[..., free])
         return by_x - across @ gap_x, by_q[..., place] - (across @ gap_q[..., [place]])[..., 0]
 
     def slopes(self, p: Array, q: Array, quantities: Sequence[Quantity]) -> Slopes:

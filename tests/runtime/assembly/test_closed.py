@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import mechc
-from mechc.assembly.retraction import Retraction
+from mechc.assembly.closed import Retraction
 from mechc.errors import AssemblyError
 from tests.support.pendulums import bob_of_a_moved_pivot
 

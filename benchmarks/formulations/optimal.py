@@ -13,7 +13,6 @@ with the exact Hessian and with one of limited memory.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
 from importlib.util import find_spec
 from typing import Any
 
@@ -22,7 +21,9 @@ from scipy.optimize._numdiff import approx_derivative, group_columns
 from scipy.sparse import csr_matrix, lil_matrix
 
 from mechc.optimal import solvers
-from mechc.optimal.evaluate import Evaluation
+from mechc.optimal.evaluate import Evaluation, evaluate, slopes_of_evaluation
+from mechc.optimal.problem import Choice
+from mechc.system.parameters import Array
 
 from ..problems.optimal import LOAD, PROBLEMS, ROPE, SECONDS, TROLLEY, WAY, G
 from ..timing.results import command_parser
@@ -33,18 +34,27 @@ ROW = "{:18} {:12} {:>10} {:>10} {:>9} {:>9} {:>9}"
 STEP = 1e-7  # of the sizes; the motions are good to some ten digits
 
 
-class DifferencedEvaluation(Evaluation):
-    """An evaluation with differences of motions in place of their derivatives."""
+def differenced(one: Evaluation) -> tuple[Array, csr_matrix]:
+    """The gradient of an evaluation, and differences of motions in place of its Jacobian."""
+    problem, x = one.choice.problem, _unknowns_of(one.choice)
+    pattern = _pattern(problem)
+    found = approx_derivative(
+        lambda x: evaluate(problem, x).rows, x, f0=one.rows,
+        abs_step=STEP * problem.unknowns.size, sparsity=pattern,
+    )  # fmt: skip
+    rows, columns = np.array(pattern[0].nonzero())
+    values = np.asarray(found[rows, columns]).ravel()
+    return slopes_of_evaluation(one)[0], csr_matrix((values, (rows, columns)), found.shape)
 
-    @cached_property
-    def jacobian(self) -> csr_matrix:
-        pattern = _pattern(self.problem)
-        found = approx_derivative(
-            lambda x: Evaluation(self.problem, x).rows, self.x, f0=self.rows,
-            abs_step=STEP * self.problem.unknowns.size, sparsity=pattern,
-        )  # fmt: skip
-        rows, columns = np.array(pattern[0].nonzero())
-        return csr_matrix((np.asarray(found[rows, columns]).ravel(), (rows, columns)), found.shape)
+
+def _unknowns_of(choice: Choice) -> Array:
+    """The vector of unknowns that a choice was read from."""
+    unknowns, x = choice.problem.unknowns, np.zeros(choice.problem.unknowns.count)
+    x[unknowns.blocks["controls"]], x[unknowns.blocks["nodes"]] = choice.samples, choice.nodes
+    x[unknowns.blocks["parameters"]] = [choice.params[name] for name in unknowns.parameters]
+    x[unknowns.blocks["start"]] = [choice.start[name] for name in unknowns.start]
+    x[unknowns.blocks["duration"]] = choice.duration
+    return x
 
 
 _patterns: dict[int, Any] = {}
@@ -88,10 +98,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         problem = PROBLEMS[name]()
         known = problem.known()
         problem.optimise(solver=chosen.solver, max_iterations=1)  # what is compiled at first use
-        for told, kind in (("exact", Evaluation), ("differences", DifferencedEvaluation)):
-            solvers.Evaluation = kind  # type: ignore[misc]
+        for told, slopes in (("exact", slopes_of_evaluation), ("differences", differenced)):
+            solvers.slopes_of_evaluation = slopes
             found = problem.optimise(solver=chosen.solver, max_iterations=chosen.most)
-            solvers.Evaluation = Evaluation  # type: ignore[misc]
+            solvers.slopes_of_evaluation = slopes_of_evaluation
             error = f"{found.cost / known - 1.0:.1e}" if found.converged else "none"
             print(ROW.format(
                 name, told, f"{found.cost:.6g}", error, found.solver, found.iterations,

@@ -35,7 +35,7 @@ def rank(rows: Array) -> Any:
 def inverse(rows: Array) -> Array:
     """The pseudo-inverse (..., n, m) of rows (..., m, n); of rows that depend on each other, that
     of the independent ones."""
-    return np.linalg.pinv(rows, rcond=SINGULAR)
+    return np.asarray(np.linalg.pinv(rows, rcond=SINGULAR), np.float64)
 
 
 def following(rows: Array, opened: Array) -> tuple[Array, Any]:

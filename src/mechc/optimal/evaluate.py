@@ -2,185 +2,189 @@
 
 from __future__ import annotations
 
-from functools import cached_property
-from typing import Any
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from mechc.optimal.problem import LINEAR, Indices, OptimalProblem
-from mechc.optimal.segments import parameter_directions
+from mechc.optimal.intervals import (
+    Interval,
+    IntervalSlopes,
+    differentiate,
+    follow,
+    parameter_directions,
+)
+from mechc.optimal.problem import LINEAR, Choice, Indices, OptimalProblem
 from mechc.optimal.terms import Points, Slopes, Terms
 from mechc.system.parameters import Array
 
 
+@dataclass(frozen=True)
 class Evaluation:
-    """Cost and rows of conditions at unknowns x (n,), and their derivatives."""
+    """The motions of the intervals, and what follows from them.
 
-    def __init__(self, problem: OptimalProblem, x: Array) -> None:
-        self.problem, self.x = problem, x.copy()
-        self.choice = problem.read(self.x)
+    Attributes
+    ----------
+    cost
+        The integral over the motions, and the cost at the end.
+    rows
+        Gaps between the intervals over the sizes, then the expressions bounded along the motion,
+        and those at its end.
+    """
 
-    @cached_property
-    def cost(self) -> float:
-        """The integral over the motions of the intervals, and the cost at the end."""
-        total, choice = 0.0, self.choice
-        if self.problem.integral.count:
-            values = self.problem.integral.at(self._inner)[:, 0]
-            total += float(self._weights @ values) * choice.duration / len(choice.nodes)
-        if self.problem.final.count:
-            total += float(self.problem.final.at(self._last)[0, 0])
-        return total
-
-    @cached_property
-    def rows(self) -> Array:
-        """Gaps between the intervals over the sizes, then the expressions bounded along the motion,
-        and those at its end."""
-        choice, problem = self.choice, self.problem
-        gaps = (choice.ends - choice.nodes) / self._sizes
-        parts = [gaps.ravel(), problem.along.at(self._nodes).ravel()]
-        return np.concatenate([*parts, problem.end.at(self._last).ravel()])
-
-    @cached_property
-    def gradient(self) -> Array:
-        """The derivative of the cost (n,)."""
-        found, choice, problem = np.zeros(len(self.x)), self.choice, self.problem
-        if problem.integral.count:
-            self._add_integral(found)
-        if problem.final.count:
-            last = len(choice.nodes) - 1
-            _, columns, values = self._entries(problem.final, self._last, last)
-            np.add.at(found, columns, values)
-        return found
-
-    @cached_property
-    def jacobian(self) -> csr_matrix:
-        """The derivative of the rows (rows, n)."""
-        problem, nodes = self.problem, self.problem.unknowns.blocks["nodes"]
-        count, nx = nodes.shape
-        parts = [(np.arange(count * nx), nodes.ravel(), np.tile(-1.0 / self._sizes, count))]
-        for k, one in enumerate(self.choice.segments):
-            local = one.columns[-1] / self._sizes[:, None]
-            rows = np.repeat(k * nx + np.arange(nx), local.shape[1])
-            parts.append((rows, np.tile(one.places, nx), local.ravel()))
-        first = count * nx
-        for k in range(count if problem.along.count else 0):
-            rows, columns, values = self._entries(problem.along, self._node(k), k)
-            parts.append((rows + first, columns, values))
-            first += problem.along.count
-        rows, columns, values = self._entries(problem.end, self._last, count - 1)
-        parts.append((rows + first, columns, values))
-        rows, columns, values = (np.concatenate(each) for each in zip(*parts, strict=True))
-        shape = first + problem.end.count, len(self.x)
-        return csr_matrix((values, (rows, columns)), shape=shape)
-
-    # -- points of expressions --------------------------------------------------------------------
+    choice: Choice
+    intervals: list[Interval]
+    cost: float
+    rows: Array
 
     @property
-    def _sizes(self) -> Array:
-        return self.problem.unknowns.sizes_of_state
+    def ends(self) -> Array:
+        """The states at which the motions end (intervals, nx)."""
+        return np.array([one.states[-1] for one in self.intervals], dtype=np.float64)
 
-    @cached_property
-    def _nodes(self) -> Points:
-        """The ends of all intervals."""
-        count = len(self.choice.nodes)
-        return self.choice.points(np.arange(count), np.ones(count), self.choice.nodes)
 
-    def _node(self, k: int) -> Points:
-        return self.choice.points(np.array([k]), np.ones(1), self.choice.nodes[k : k + 1])
+def evaluate(problem: OptimalProblem, x: Array) -> Evaluation:
+    """Cost and rows at unknowns x (n,).
 
-    @cached_property
-    def _last(self) -> Points:
-        return self._node(len(self.choice.nodes) - 1)
+    Raises :class:`AssemblyError` where a motion does not exist.
+    """
+    choice = problem.read(x)
+    intervals = follow(choice)
+    ends = np.array([one.states[-1] for one in intervals])
+    nodes, cost = choice.points_of_nodes(), 0.0
+    last = nodes.take(slice(-1, None))
+    if problem.integral.count:
+        values = problem.integral.at(_inner(choice, intervals))[:, 0]
+        weights = np.concatenate([one.weights for one in intervals])
+        cost += float(weights @ values) * choice.length
+    if problem.final.count:
+        cost += float(problem.final.at(last)[0, 0])
+    gaps = (ends - choice.nodes) / problem.unknowns.sizes_of_state
+    parts = [gaps, problem.along.at(nodes), problem.end.at(last)]
+    return Evaluation(choice, intervals, cost, np.concatenate([part.ravel() for part in parts]))
 
-    @cached_property
-    def _places(self) -> tuple[Indices, Array]:
-        """Interval and share of every point of the quadrature."""
-        each = self.choice.segments
-        which = [np.full(len(one.quadrature[0]), k) for k, one in enumerate(each)]
-        return np.concatenate(which), np.concatenate([one.quadrature[0] for one in each])
 
-    @cached_property
-    def _weights(self) -> Array:
-        return np.concatenate([one.quadrature[1] for one in self.choice.segments])
+def _inner(choice: Choice, intervals: list[Interval]) -> Points:
+    """The points of the quadrature."""
+    k = np.repeat([one.k for one in intervals], [len(one.shares) for one in intervals])
+    shares = np.concatenate([one.shares for one in intervals])
+    y = np.tile(choice.y0, (len(shares), 1))
+    if choice.problem.of_states:
+        y = np.concatenate([one.states[:-1] for one in intervals])
+    return choice.points(k, shares, y)
 
-    @cached_property
-    def _inner(self) -> Points:
-        """The points of the quadrature."""
-        if self.problem.integral.contains("state"):
-            y = np.concatenate([one.states[:-1] for one in self.choice.segments])
-        else:
-            y = np.tile(self.choice.first[1], (len(self._places[0]), 1))
-        return self.choice.points(*self._places, y)
 
-    # -- derivatives ------------------------------------------------------------------------------
+# -- derivatives ----------------------------------------------------------------------------------
 
-    @cached_property
-    def _directions(self) -> Array:
-        return parameter_directions(self.choice)
 
-    @cached_property
-    def _start(self) -> tuple[Indices, Array]:
-        """Places in x of what the start depends on, and its derivatives by these (nx, k)."""
-        unknowns, first = self.problem.unknowns, self.choice.segments[0]
-        places = np.concatenate([unknowns.blocks["start"], unknowns.blocks["parameters"]])
-        return places, first.start_columns
+class Entries(NamedTuple):
+    """Rows, columns and values of a sparse matrix."""
 
-    def _beside_state(self, slopes: Slopes, k: Indices, share: Array) -> Array:
+    rows: Indices
+    columns: Indices
+    values: Array
+
+    @classmethod
+    def of(cls, first: int, columns: Indices, values: Array) -> Entries:
+        """A full block (m, k) whose rows begin at ``first``."""
+        rows = np.repeat(first + np.arange(len(values)), len(columns))
+        return cls(rows, np.tile(columns, len(values)), values.ravel())
+
+
+def slopes_of_evaluation(one: Evaluation) -> tuple[Array, csr_matrix]:
+    """The derivatives of the cost (n,) and of the rows (rows, n).
+
+    Raises :class:`MechcError` where a derivative does not exist.
+    """
+    choice, problem = one.choice, one.choice.problem
+    each = [differentiate(choice, interval) for interval in one.intervals]
+    along = _Along(choice, each)
+    gradient = np.zeros(problem.unknowns.count)
+    if problem.integral.count:
+        _add_integral(gradient, one, along)
+    nodes, count, nx = choice.points_of_nodes(), *choice.nodes.shape
+    last = nodes.take(slice(-1, None))
+    if problem.final.count:
+        entries = along.entries(problem.final, last, count - 1, 0)
+        np.add.at(gradient, entries.columns, entries.values)
+    sizes, places = problem.unknowns.sizes_of_state, problem.unknowns.blocks["nodes"].ravel()
+    parts = [Entries(np.arange(count * nx), places, np.tile(-1.0 / sizes, count))]
+    for k, own in enumerate(each):
+        parts.append(Entries.of(k * nx, own.places, own.columns[-1] / sizes[:, None]))
+    first = count * nx
+    for k in range(count if problem.along.count else 0):
+        parts.append(along.entries(problem.along, nodes.take(slice(k, k + 1)), k, first))
+        first += problem.along.count
+    parts.append(along.entries(problem.end, last, count - 1, first))
+    rows, columns, values = (np.concatenate(every) for every in zip(*parts, strict=True))
+    shape = first + problem.end.count, len(gradient)
+    return gradient, csr_matrix((values, (rows, columns)), shape=shape)
+
+
+class _Along:
+    """The chain rule of expressions: through states, and beside them through inputs, parameters,
+    the start and the duration."""
+
+    def __init__(self, choice: Choice, each: list[IntervalSlopes]) -> None:
+        unknowns = choice.problem.unknowns
+        self.choice, self.each, self.of_start = choice, each, each[0].of_start
+        self.start = np.concatenate([unknowns.blocks["start"], unknowns.blocks["parameters"]])
+        self.directions = parameter_directions(choice)
+
+    def beside_state(self, slopes: Slopes, k: Indices, share: Array) -> Array:
         """Derivatives (points, m, samples + parameters + duration) at fixed states and shares."""
-        choice, problem = self.choice, self.problem
+        choice, problem = self.choice, self.choice.problem
         inputs = [choice.model.system.inputs.index(n) for n in problem.unknowns.controls]
         by_inputs, weights = slopes.by_inputs[..., inputs], choice.input_values(k, share)[0]
         late = 1 + (problem.kind == LINEAR)
         parts = [by_inputs * weights[:, None, j, None] for j in range(late)]
-        parts.append(slopes.by_parameters @ self._directions)
+        parts.append(slopes.by_parameters @ self.directions)
         if problem.unknowns.free:
             later = ((k + share) / len(choice.nodes))[:, None]
             parts.append((slopes.by_time * later + slopes.by_duration)[..., None])
         return np.concatenate(parts, axis=-1)
 
-    def _entries(self, terms: Terms, points: Points, k: int) -> tuple[Any, Any, Any]:
-        """Rows, columns and values of the derivatives of expressions at the end of interval k."""
-        slopes, blocks = terms.linear(points), self.problem.unknowns.blocks
-        beside = self._beside_state(slopes, np.array([k]), np.ones(1))
-        local = np.concatenate([slopes.by_state, beside], axis=-1)[0]
-        own = self.choice.segments[k].places
+    def entries(self, terms: Terms, points: Points, k: int, first: int) -> Entries:
+        """The derivatives of expressions at the end of interval k, in rows from ``first`` on."""
+        slopes, blocks = terms.linear(points), self.choice.problem.unknowns.blocks
+        beside = self.beside_state(slopes, np.array([k]), np.ones(1))
+        own = self.each[k].places
         rest = own[len(own) - beside.shape[-1] :]
-        places, of_start = self._start
-        places = np.concatenate([blocks["nodes"][k], rest, places])
-        local = np.hstack([local, slopes.by_start[0] @ of_start])
-        rows = np.repeat(np.arange(len(local)), local.shape[1])
-        return rows, np.tile(places, len(local)), local.ravel()
+        local = [slopes.by_state[0], beside[0], slopes.by_start[0] @ self.of_start]
+        places = np.concatenate([blocks["nodes"][k], rest, self.start])
+        return Entries.of(first, places, np.hstack(local))
 
-    def _add_integral(self, found: Array) -> None:
-        """Add the derivative of the integral of the running cost."""
-        choice, problem = self.choice, self.problem
-        slopes = problem.integral.linear(self._inner)
-        k, share = self._places
-        beside = self._beside_state(slopes, k, share)[:, 0]
-        length, first = choice.duration / len(choice.nodes), 0
-        for one in choice.segments:
-            here = slice(first, first + len(one.quadrature[0]))
-            weights = self._weights[here] * length
-            local = np.zeros(len(one.places))
-            local[len(local) - beside.shape[1] :] = weights @ beside[here]
-            if one.states.shape[0] > 1:
-                local += np.einsum("n,ni,nik->k", weights, slopes.by_state[here, 0],
-                                   one.columns[:-1])  # fmt: skip
-                local += length * self._of_leaps(one)
-            if problem.unknowns.free:
-                local[-1] += self._weights[here] @ slopes.values[here, 0] / len(choice.nodes)
-            np.add.at(found, one.places, local)
-            places, of_start = self._start
-            np.add.at(found, places, weights @ slopes.by_start[here, 0] @ of_start)
-            first = here.stop
 
-    def _of_leaps(self, one: Any) -> Array:
-        """The change of the integral as jumps of the state move."""
-        total = np.zeros(len(one.places))
-        for leap in one.leaps:
-            both = np.array([leap.before, leap.after])
-            at = self.choice.points(np.full(2, one.k), np.full(2, leap.share), both)
-            before, after = self.problem.integral.at(at)[:, 0]
-            total += (before - after) * leap.moved
-        return total
+def _add_integral(gradient: Array, one: Evaluation, along: _Along) -> None:
+    """Add the derivative of the integral of the running cost."""
+    choice, integral = one.choice, one.choice.problem.integral
+    slopes = integral.linear(_inner(choice, one.intervals))
+    first = 0
+    for interval, own in zip(one.intervals, along.each, strict=True):
+        here = slice(first, first + len(interval.shares))
+        k, weights = np.full(len(interval.shares), interval.k), interval.weights * choice.length
+        part = Slopes(*(values[here] for values in slopes))
+        beside = along.beside_state(part, k, interval.shares)[:, 0]
+        local = np.zeros(len(own.places))
+        local[len(local) - beside.shape[1] :] = weights @ beside
+        if choice.problem.of_states:
+            by_state = part.by_state[:, 0]
+            local += np.einsum("n,ni,nik->k", weights, by_state, own.columns[:-1])
+            local += choice.length * _of_jumps(choice, interval.k, own)
+        if choice.problem.unknowns.free:
+            local[-1] += interval.weights @ part.values[:, 0] / len(choice.nodes)
+        np.add.at(gradient, own.places, local)
+        np.add.at(gradient, along.start, weights @ part.by_start[:, 0] @ along.of_start)
+        first = here.stop
+
+
+def _of_jumps(choice: Choice, k: int, own: IntervalSlopes) -> Array:
+    """The change of the integral as jumps of the state move."""
+    total = np.zeros(len(own.places))
+    for jump in own.jumps:
+        both = np.array([jump.before, jump.after])
+        at = choice.points(np.full(2, k), np.full(2, jump.share), both)
+        before, after = choice.problem.integral.at(at)[:, 0]
+        total += (before - after) * jump.moved
+    return total

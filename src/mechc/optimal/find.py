@@ -20,13 +20,13 @@ from mechc.system.parameters import Array
 def optimise(model: Any, asked: Question, begin: str, search: SearchSettings) -> Optimum:
     """See :meth:`mechc.Model.optimise`."""
     problem, first = read_problem(model, asked)
-    ends: list[tuple[OptimalProblem, SearchEnd]] = []
+    ends: list[SearchEnd] = []
     failure: AssemblyError | None = None
     for number in range(search.starts):
         x = _drawn(problem, first, search.seed + number) if number else first
         try:
             begun, x = _with_nodes(problem, x, begin)
-            ends.append((begun, minimise(begun, x, search)))
+            ends.append(minimise(begun, x, search))
         except AssemblyError as error:
             failure = failure or error
         except MechcError:  # no derivative where it begins: other starts may have them
@@ -37,8 +37,8 @@ def optimise(model: Any, asked: Question, begin: str, search: SearchSettings) ->
             f"there is no motion to begin with: {failure}. Give other first values (y0, params, "
             "inputs), guess=, begin='line' or begin='motion', or several starts"
         )
-    ends.sort(key=lambda one: one[1].rank)
-    return Optimum(*ends[0], search.solver, tuple(one for _, one in ends))
+    ends.sort(key=lambda end: end.rank)
+    return Optimum(ends[0], search.solver, ends)
 
 
 def _drawn(problem: OptimalProblem, first: Array, seed: int) -> Array:
@@ -65,14 +65,16 @@ def _with_nodes(problem: OptimalProblem, x: Array, begin: str) -> tuple[OptimalP
     x = x.copy()
     x[nodes] = states
     counts = dict.fromkeys(problem.counts, 0)
-    problem = replace(problem, retractions=_retractions(choice, states), counts=counts)
+    at = choice.model.system, states[:-1], choice.p, choice.times[1:-1]
+    retraction = Retraction.at(*at) if len(states) > 1 else problem.retraction
+    problem = replace(problem, retraction=retraction, counts=counts)
     return problem, np.clip(x, unknowns.lower, unknowns.upper)
 
 
 def _motion(choice: Choice) -> Array:
     """States at the ends of the intervals, on the motion with the first values."""
     span = float(choice.times[0]), float(choice.times[-1])
-    sol = choice.model.simulate(span, choice.first[1], choice.params, **choice.problem.run)
+    sol = choice.model.simulate(span, choice.y0, choice.params, **choice.problem.run)
     if not sol.status.ok or sol.span[1] != span[1]:
         raise AssemblyError(f"it does not reach its end: {sol.status.headline}")
     return np.vstack([sol(choice.times[1:-1]), sol.record.ends()[1][1]])
@@ -81,7 +83,7 @@ def _motion(choice: Choice) -> Array:
 def _line(choice: Choice, last: Mapping[int, float]) -> Array:
     """States (intervals, nx) on a line from the first one to those components that are known at
     the end, with closed loops."""
-    first, places, count = choice.first[1], list(last), choice.problem.unknowns.nodes
+    first, places, count = choice.y0, list(last), choice.problem.unknowns.nodes
     share = np.arange(1, count + 1)[:, None] / count
     states = np.tile(first, (count, 1))
     states[:, places] += share * (np.array([*last.values()]) - first[places])
@@ -93,9 +95,3 @@ def _line(choice: Choice, last: Mapping[int, float]) -> Array:
         t = float(choice.times[k + 1])
         before = states[k] = model.assemble(rest, speeds, near, choice.params, t)
     return states
-
-
-def _retractions(choice: Choice, states: Array) -> list[Retraction]:
-    """The directions in which the states (n, nx) are moved onto the loops."""
-    system, times = choice.model.system, choice.times[1:].tolist()
-    return [Retraction.at(system, y, choice.p, t) for y, t in zip(states, times, strict=True)]

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from mechc.optimal.evaluate import Evaluation
-from mechc.optimal.problem import OptimalProblem
-from mechc.optimal.segments import POINTS, WEIGHTS
+from mechc.optimal.intervals import POINTS, WEIGHTS
 from mechc.system.parameters import Array
 
 EXCESS = 1e-6  # of the sizes: bounds that are exceeded by less hold
@@ -46,8 +45,9 @@ def exceeded_bounds(result: Any) -> dict[str, tuple[float, float]]:
             if most > EXCESS * unit}  # fmt: skip
 
 
-def missed_most(problem: OptimalProblem, at: Evaluation) -> str:
+def missed_most(at: Evaluation) -> str:
     """The condition that is missed most, in words."""
+    problem = at.choice.problem
     lower, upper = problem.row_bounds()
     missed = np.maximum(lower - at.rows, at.rows - upper) / problem.row_sizes()
     row, (count, width) = int(missed.argmax()), problem.unknowns.blocks["nodes"].shape

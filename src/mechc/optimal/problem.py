@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from mechc.assembly.closed import Retraction
 from mechc.inputs.signals import Signal
-from mechc.optimal.segments import Segment, follow
 from mechc.optimal.terms import Points, Terms
 from mechc.system.parameters import Array
 
@@ -103,6 +102,10 @@ class OptimalProblem:
         intervals, and conditions at the end.
     lower, upper : (rows,)
         Bounds of ``along``, and then those of ``end``.
+    retraction
+        Moves the states of all nodes but the last onto the loops.
+    counts
+        How many motions of an interval were computed, and how many with derivatives.
     """
 
     model: Any
@@ -121,23 +124,54 @@ class OptimalProblem:
     end: Terms
     lower: Array
     upper: Array
-    retractions: list[Retraction] = field(default_factory=list)
+    retraction: Retraction = field(default_factory=lambda: Retraction(np.zeros(0), np.zeros(0)))
     counts: dict[str, int] = field(default_factory=lambda: {"motions": 0, "derivatives": 0})
 
     @property
     def system(self) -> Any:
         return self.model.system
 
+    @property
+    def of_states(self) -> bool:
+        """Whether the integral depends on states between the ends of intervals."""
+        return self.integral.contains("state")
+
     def read(self, x: Array) -> Choice:
-        """The choice that the unknowns x (n,) stand for."""
-        blocks = self.unknowns.blocks
-        duration = float(x[blocks["duration"]][0]) if self.unknowns.free else self.duration
-        params = dict(zip(self.unknowns.parameters, x[blocks["parameters"]].tolist(), strict=True))
-        start = dict(zip(self.unknowns.start, x[blocks["start"]].tolist(), strict=True))
+        """The choice that the unknowns x (n,) stand for.
+
+        Raises :class:`AssemblyError` if its start cannot be assembled.
+        """
+        unknowns, blocks = self.unknowns, self.unknowns.blocks
+        duration = float(x[blocks["duration"]][0]) if unknowns.free else self.duration
+        found = dict(zip(unknowns.parameters, x[blocks["parameters"]].tolist(), strict=True))
+        start = dict(zip(unknowns.start, x[blocks["start"]].tolist(), strict=True))
+        params, samples = {**self.params, **found}, x[blocks["controls"]]
+        times = self.t0 + duration * (np.arange(unknowns.nodes + 1.0) / unknowns.nodes)
+        signals = self._signals(times, samples)
+        inputs = {**self.inputs, **signals}
+        model = self.model.with_inputs(inputs) if inputs else self.model
+        p = model.system.parameter_set.resolve(params)
+        given = {**self.y0, **start} if isinstance(self.y0, Mapping) else self.y0
         return Choice(
-            self, x[blocks["controls"]], {**self.params, **params}, start, duration,
-            x[blocks["nodes"]],
+            self, samples, params, start, duration, x[blocks["nodes"]], times, signals, model, p,
+            given, self._state(model, given, params),
         )  # fmt: skip
+
+    def _signals(self, times: Array, samples: Array) -> dict[str, Signal]:
+        """The inputs that are found, from their samples."""
+        rows = samples if self.kind == LINEAR else np.vstack([samples, samples[-1:]])
+        return {
+            name: Signal(times, rows[:, k], self.kind, outside="hold", breaks="samples")
+            for k, name in enumerate(self.unknowns.controls)
+        }
+
+    def _state(self, model: Any, given: Any, params: Mapping[str, Any]) -> Array:
+        """The state of the start."""
+        if not isinstance(given, Mapping):
+            return np.asarray(given)
+        rest, speeds = model.coordinates_and_speeds(given)
+        found: Array = model.assemble(rest, speeds, {**self.guess} or None, params, self.t0)
+        return found
 
     def row_bounds(self) -> tuple[Array, Array]:
         """Bounds of the conditions (rows,): no gaps between intervals, ``along``, ``end``."""
@@ -161,7 +195,7 @@ class OptimalProblem:
 
 @dataclass(frozen=True)
 class Choice:
-    """One choice of the unknowns, and the motions that it makes.
+    """What one choice of the unknowns stands for.
 
     Attributes
     ----------
@@ -169,6 +203,14 @@ class Choice:
         Of the inputs that are found.
     params, start, duration, nodes
         Parameters by name, numbers of the start by name, s, and states (intervals, nx).
+    times : (intervals + 1,)
+        The ends of the intervals, s.
+    signals, model
+        The inputs that are found, and the model driven by all inputs.
+    p : (np,)
+        All parameters.
+    given, y0
+        The start as ``simulate`` takes it, and its state (nx,).
     """
 
     problem: OptimalProblem
@@ -177,64 +219,17 @@ class Choice:
     start: dict[str, float]
     duration: float
     nodes: Array
-
-    @cached_property
-    def times(self) -> Array:
-        """The ends of the intervals (intervals + 1,), s."""
-        count = self.problem.unknowns.nodes
-        share = np.arange(count + 1, dtype=np.float64) / count
-        return np.asarray(self.problem.t0 + self.duration * share)
-
-    @cached_property
-    def signals(self) -> dict[str, Signal]:
-        """The inputs that are found."""
-        rows = self.samples
-        if self.problem.kind != LINEAR:
-            rows = np.vstack([rows, rows[-1:]])
-        return {
-            name: Signal(self.times, rows[:, k], self.problem.kind, outside="hold",
-                         breaks="samples")
-            for k, name in enumerate(self.problem.unknowns.controls)
-        }  # fmt: skip
-
-    @cached_property
-    def model(self) -> Any:
-        """The model driven by all inputs."""
-        given = {**self.problem.inputs, **self.signals}
-        return self.problem.model.with_inputs(given) if given else self.problem.model
-
-    @cached_property
-    def p(self) -> Array:
-        """All parameters (np,)."""
-        found: Array = self.model.system.parameter_set.resolve(self.params)
-        return found
-
-    @cached_property
-    def first(self) -> tuple[Any, Array]:
-        """The start as ``simulate`` takes it, and its state.
-
-        Raises :class:`AssemblyError` if it cannot be assembled.
-        """
-        given = self.problem.y0
-        if not isinstance(given, Mapping):
-            return given, np.asarray(given)
-        given = {**given, **self.start}
-        rest, speeds = self.model.coordinates_and_speeds(given)
-        near = {**self.problem.guess}
-        return given, self.model.assemble(rest, speeds, near or None, self.params, self.problem.t0)
-
-    @cached_property
-    def segments(self) -> list[Segment]:
-        """The motions of the intervals.
-
-        Raises :class:`AssemblyError`, :class:`MechcError` where one does not reach its end.
-        """
-        return [follow(self, k) for k in range(len(self.nodes))]
+    times: Array
+    signals: dict[str, Signal]
+    model: Any
+    p: Array
+    given: Any
+    y0: Array
 
     @property
-    def ends(self) -> Array:
-        """The states at which the motions end (intervals, nx)."""
-        return np.array([one.states[-1] for one in self.segments], dtype=np.float64)
+    def length(self) -> float:
+        """The length of an interval, s."""
+        return float(self.duration / len(self.nodes))
 
     def input_values(self, k: Any, share: Any) -> tuple[Array, Array]:
         """Weights (n, 2) of the samples k and k + 1 at shares of intervals k (n,), and the values
@@ -248,7 +243,7 @@ class Choice:
     def points(self, k: Indices, share: Array, y: Array) -> Points:
         """States y (n, nx) at shares of intervals k (n,) as points of expressions."""
         system, duration = self.model.system, self.duration
-        t = self.times[k] + share * (duration / len(self.nodes))
+        t = self.times[k] + share * self.length
         if self.problem.kind != LINEAR:  # at the end of an interval its own value, not the next
             t = np.where(share == 1.0, np.nextafter(t, -np.inf), t)
         r, found = np.zeros((len(t), len(system.inputs))), self.input_values(k, share)[1].T
@@ -258,4 +253,9 @@ class Choice:
             values |= zip(others, system.driven.values(others, t, y), strict=True)
         for place, name in enumerate(system.inputs):
             r[:, place] = values[name]
-        return Points(system, t, y, r, self.p, self.first[1], duration)
+        return Points(system, t, y, r, self.p, self.y0, duration)
+
+    def points_of_nodes(self) -> Points:
+        """The ends of all intervals as points of expressions."""
+        count = len(self.nodes)
+        return self.points(np.arange(count), np.ones(count), self.nodes)

@@ -338,7 +338,7 @@ def _drives(choice: Choice) -> list[str]:
     if system.driven:
         kinks = system.driven.breaks(t0, t0 + longest, problem.run["rtol"])
         times = np.union1d(times, kinks)
-    y = np.tile(choice.first[1], (len(times), 1))
+    y = np.tile(choice.y0, (len(times), 1))
     terms = problem.integral, problem.final, problem.along, problem.end
     outputs = {one.output for each in terms for one in each.entries}
 

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from mechc.inputs.signals import Signal
-from mechc.optimal.evaluate import Evaluation
 from mechc.optimal.judge import cost_along, exceeded_bounds, missed_most
-from mechc.optimal.problem import OptimalProblem
 from mechc.optimal.report import draw_optimum, in_words
 from mechc.optimal.solvers import SearchEnd
 from mechc.optimal.terms import Points, read_terms
@@ -36,34 +34,33 @@ class Optimum:
         The cost that each of the ``starts`` led to, and whether it converged; the best first.
     """
 
-    def __init__(
-        self, problem: OptimalProblem, ended: SearchEnd, solver: str, ends: tuple[SearchEnd, ...]
-    ) -> None:
-        self.problem, self.solver, self.x = problem, solver, ended.x
-        self.cost, self.violation, self.converged = ended.cost, ended.violation, ended.converged
-        self.message, self.iterations, self.seconds = ended[4:]
-        self.motions, self.derivatives = problem.counts["motions"], problem.counts["derivatives"]
+    def __init__(self, ended: SearchEnd, solver: str, ends: Sequence[SearchEnd]) -> None:
+        self.evaluation, self.choice, self.solver = (
+            ended.evaluation,
+            ended.evaluation.choice,
+            solver,
+        )
+        self.problem, self.x, self.cost = self.choice.problem, ended.x, ended.cost
+        self.violation, self.converged, self.message = ended[2:5]
+        self.iterations, self.seconds = ended[5:]
+        self.motions, self.derivatives = self.problem.counts.values()
         self.ends = tuple((one.cost, one.converged) for one in ends)
-
-    @cached_property
-    def _evaluation(self) -> Evaluation:
-        return Evaluation(self.problem, self.x)
 
     @property
     def duration(self) -> float:
         """Duration of the motion, s."""
-        return self._evaluation.choice.duration
+        return self.choice.duration
 
     @property
     def values(self) -> dict[str, float]:
         """The parameters, and coordinates and speeds of the start, that were found."""
-        choice, names = self._evaluation.choice, self.problem.unknowns.parameters
+        choice, names = self.choice, self.problem.unknowns.parameters
         return {**{name: choice.params[name] for name in names}, **choice.start}
 
     @property
     def signals(self) -> Mapping[str, Signal]:
         """The inputs that were found."""
-        return self._evaluation.choice.signals
+        return self.choice.signals
 
     @property
     def inputs(self) -> dict[str, Any]:
@@ -73,23 +70,22 @@ class Optimum:
     @property
     def params(self) -> dict[str, Any]:
         """The parameters, as ``simulate`` takes them."""
-        return self._evaluation.choice.params
+        return self.choice.params
 
     @property
     def y0(self) -> Array:
         """The start (nq + nu,)."""
-        return self._evaluation.choice.first[1]
+        return self.choice.y0
 
     @property
     def nodes(self) -> tuple[Array, Array]:
         """Times (n + 1,) and states (n + 1, nq + nu) at the ends of the intervals."""
-        choice = self._evaluation.choice
-        return choice.times, np.vstack([self.y0, choice.ends])
+        return self.choice.times, np.vstack([self.y0, self.evaluation.ends])
 
     @cached_property
     def solution(self) -> Any:
         """The whole motion with what was found, as ``simulate`` gives it."""
-        choice = self._evaluation.choice
+        choice = self.choice
         span = float(choice.times[0]), float(choice.times[-1])
         return choice.model.simulate(span, self.y0, choice.params, **self.problem.run)
 
@@ -106,7 +102,7 @@ class Optimum:
 
     def points(self, times: Array) -> Points:
         """Points (nt,) of ``solution`` where expressions are evaluated, at times (nt,) in s."""
-        choice = self._evaluation.choice
+        choice = self.choice
         passed = (times - choice.times[0]) * (len(choice.nodes) / choice.duration)
         k = np.clip(passed.astype(np.intp), 0, len(choice.nodes) - 1)
         return choice.points(k, np.clip(passed - k, 0.0, 1.0), self.solution(times))
@@ -125,7 +121,7 @@ class Optimum:
     @property
     def worst(self) -> str:
         """The condition that is missed most, in words."""
-        return missed_most(self.problem, self._evaluation)
+        return missed_most(self.evaluation)
 
     @property
     def deviation(self) -> float:
@@ -142,7 +138,7 @@ class Optimum:
         """The conditions that hold a value at its bound: name -> which bound, and how often."""
         unknowns, blocks = self.problem.unknowns, self.problem.unknowns.blocks
         model, m = self.problem.model, self.problem.along.count
-        rows, (lower, upper) = self._evaluation.rows, self.problem.row_bounds()
+        rows, (lower, upper) = self.evaluation.rows, self.problem.row_bounds()
         first = blocks["nodes"].size
         groups = [(n, blocks["controls"][:, k]) for k, n in enumerate(unknowns.controls)]
         for block in ("parameters", "start"):

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from mechc.errors import AssemblyError, MechcError
-from mechc.optimal.evaluate import Evaluation
+from mechc.optimal.evaluate import Evaluation, evaluate, slopes_of_evaluation
 from mechc.optimal.problem import OptimalProblem, Unknowns
 from mechc.simulation.settings import checked_count, checked_positive
 from mechc.system.names import checked_word
@@ -52,16 +52,20 @@ class SearchSettings:
 
 
 class SearchEnd(NamedTuple):
-    """The end of a search: unknowns, cost, the largest violation of a condition, whether it
-    converged, how it ended in words, iterations, seconds."""
+    """The end of a search: unknowns, the motions there, the largest violation of a condition,
+    whether it converged, how it ended in words, iterations, seconds."""
 
     x: Array
-    cost: float
+    evaluation: Evaluation
     violation: float
     converged: bool
     message: str
     iterations: int
     seconds: float
+
+    @property
+    def cost(self) -> float:
+        return self.evaluation.cost
 
     @property
     def rank(self) -> tuple[bool, float]:
@@ -70,22 +74,24 @@ class SearchEnd(NamedTuple):
 
 
 class ScaledProblem:
-    """A problem in units of the sizes, its cost in a unit; the last evaluation is kept."""
+    """A problem in units of the sizes, its cost in a unit; the last evaluation is kept, and its
+    derivatives."""
 
     def __init__(self, problem: OptimalProblem, unit: float) -> None:
         self.problem, self.size = problem, problem.unknowns.size
         self.row_size, self.unit = problem.row_sizes(), unit
         self.lower, self.upper = (each / self.row_size for each in problem.row_bounds())
-        self._last: Evaluation | None = None
+        self._last: tuple[Array, Evaluation] | None = None
+        self._slopes: tuple[Array, csr_matrix] | None = None
         self._nearest: tuple[float, Array | None] = (np.inf, None)
         self.error: BaseException | None = None
 
     def at(self, z: Array) -> Evaluation:
         """The evaluation at unknowns over their sizes."""
-        x = z * self.size
-        if self._last is None or not np.array_equal(self._last.x, x):
-            self._last = Evaluation(self.problem, x)
-        return self._last
+        if self._last is None or not np.array_equal(self._last[0], z):
+            self._last, self._slopes = None, None
+            self._last = z.copy(), evaluate(self.problem, z * self.size)
+        return self._last[1]
 
     def value(self, z: Array) -> tuple[float, Array]:
         """Cost and rows; NaN where a motion does not exist."""
@@ -102,9 +108,12 @@ class ScaledProblem:
     def slopes(self, z: Array) -> tuple[Array, csr_matrix]:
         """Their derivatives."""
         one = self.at(z)
-        rows = one.jacobian.copy()  # a product would leave out places where it is zero
-        rows.data *= self.size[rows.indices] / np.repeat(self.row_size, np.diff(rows.indptr))
-        return one.gradient * self.size / self.unit, rows
+        if self._slopes is None:
+            gradient, rows = slopes_of_evaluation(one)
+            # in place: a product would leave out places where it is zero
+            rows.data *= self.size[rows.indices] / np.repeat(self.row_size, np.diff(rows.indptr))
+            self._slopes = gradient * self.size / self.unit, rows
+        return self._slopes
 
     def violation(self, rows: Array) -> float:
         """By how much the worst condition is missed; infinite where a motion does not exist."""
@@ -130,7 +139,7 @@ class ScaledProblem:
             cost, rows = self.value(z)
         seconds, missed = time.perf_counter() - began, self.violation(rows)
         return SearchEnd(
-            z * self.size, cost * self.unit, missed, converged and missed < MEETS, message,
+            z * self.size, self.at(z), missed, converged and missed < MEETS, message,
             iterations, seconds,
         )  # fmt: skip
 
@@ -141,8 +150,8 @@ def minimise(problem: OptimalProblem, x: Array, search: SearchSettings) -> Searc
     Raises :class:`AssemblyError` where a motion does not exist at x, :class:`MechcError` where a
     derivative does not.
     """
-    first = Evaluation(problem, x)
-    _ = first.jacobian, first.gradient  # compiles what is not yet, before the clock is read
+    first = evaluate(problem, x)
+    slopes_of_evaluation(first)  # compiles what is not yet, before the clock is read
     unit = max(1.0, abs(first.cost))
     ended = _search(ScaledProblem(problem, unit), x, search, search.most)
     unknowns = problem.unknowns

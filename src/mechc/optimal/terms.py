@@ -45,6 +45,10 @@ class Points(NamedTuple):
     start: Array
     duration: float
 
+    def take(self, places: slice) -> Points:
+        """Some of the points."""
+        return self._replace(t=self.t[places], y=self.y[places], r=self.r[places])
+
 
 class Slopes(NamedTuple):
     """Values (n, m) of m expressions at n points, and derivatives: by time (n, m), state

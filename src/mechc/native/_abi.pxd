@@ -1,4 +1,7 @@
-"""The binary interface of compiled scenes, for the extensions that call them."""
+"""The binary interface of compiled scenes, for the extensions that call them.
+
+Structs list the fields that extensions use; their layout is that of the headers.
+"""
 
 from mechc.native._inputs cimport mechc_inputs, mechc_shapes
 
@@ -10,7 +13,7 @@ cdef extern from "abi/model.h":
     int MECHC_PART_OUTPUTS, MECHC_PART_TAYLOR, MECHC_PART_TAYLOR_LANES, MECHC_PART_SWEEPS, MECHC_PART_DERIVATIVES
     int MECHC_ALL_PARTS
     int MECHC_DOP853
-    int MECHC_RUNNING, MECHC_FINISHED, MECHC_INTERRUPTED, MECHC_MEMORY_LIMIT
+    int MECHC_RUNNING, MECHC_INTERRUPTED, MECHC_MEMORY_LIMIT
 
     ctypedef struct mechc_rows:
         const double *data
@@ -34,26 +37,16 @@ cdef extern from "abi/model.h":
         const double *times
         const double *longest
 
-    ctypedef struct mechc_outer:
-        pass
-
     ctypedef struct mechc_options:
-        double t0, t1
+        double t0, t1, rtol, first_step, max_step
         const double *y0
         const double *p
-        const mechc_inputs *inputs
-        double rtol
         const double *atol
-        const double *scale
-        double first_step, max_step
         long max_steps
-        int method, dense, on_change_point, when_stiff
+        int method, dense, on_change_point, when_stiff, last_only
         const mechc_method *const *methods
         const int *stop
         const mechc_step_limits *limits
-        const mechc_outer *outer
-        double allowed
-        int last_only
 
     ctypedef struct mechc_stats:
         long steps, rejected, rhs_evaluations, closure_iterations
@@ -64,21 +57,17 @@ cdef extern from "abi/model.h":
         int left_series
 
     ctypedef struct mechc_trajectory:
-        ptrdiff_t count, capacity
-        int width, dense_rows
+        ptrdiff_t count, crossing_count
+        int width, dense_rows, dropped_count
         double *t
         double *y
         double *dense
         unsigned char *methods
-        ptrdiff_t crossing_count
         double *crossings
         double dropped[2]
-        int dropped_count
 
     ctypedef struct mechc_run:
         int status, wanted
-        double t
-        mechc_stats stats
         mechc_trajectory trajectory
 
     ctypedef struct mechc_given:
@@ -112,16 +101,15 @@ cdef extern from "abi/model.h":
         const double *p
         const mechc_inputs *inputs
         ptrdiff_t first, last
+        int columns
         const double *sources
         double *covector
-        int columns
         const mechc_shapes *shapes
         double *gradient
 
     ctypedef struct mechc_unit:
         const char *instruction_set
-        int lanes
-        int output_count
+        int lanes, output_count
         const mechc_output *outputs
         size_t given_size
         void (*give)(const double *, const mechc_inputs *, mechc_given *) noexcept nogil
@@ -129,16 +117,11 @@ cdef extern from "abi/model.h":
         int (*project)(
             double, double *, const double *, const mechc_inputs *, double *
         ) noexcept nogil
-        size_t run_size
         const mechc_method *const *methods
-        void (*start)(mechc_run *, const mechc_options *) noexcept nogil
-        int (*advance)(mechc_run *, long) noexcept nogil
-        void (*release)(mechc_run *) noexcept nogil
         void (*interpolate)(
             int, const mechc_trajectory *, const double *, const mechc_inputs *, ptrdiff_t,
             const double *, double *
         ) noexcept nogil
-        void (*extend)(mechc_run *, double, const mechc_inputs *) noexcept nogil
         size_t (*saved_size)(const mechc_run *) noexcept nogil
         void (*save)(const mechc_run *, void *) noexcept nogil
         void (*restore)(mechc_run *, const void *) noexcept nogil
@@ -147,16 +130,14 @@ cdef extern from "abi/model.h":
         int (*project_columns)(const mechc_projected_columns *) noexcept nogil
 
     ctypedef struct mechc_model:
-        int abi
+        int abi, coordinates, speeds, holonomic, rows, parameters, inputs
         const char *metadata
-        int coordinates, speeds, holonomic, rows, parameters
         void (*complete)(const unsigned char *, double *) noexcept nogil
         const mechc_unit *(*select)(const char *) noexcept nogil
-        int inputs
         const char *texts
 
     ctypedef struct mechc_part:
-        int abi, parts
+        int parts
         const mechc_unit *unit
 
 cdef extern from "abi/join_parts.h":

@@ -16,6 +16,7 @@ from mechc.native._hybrid cimport (
     mechc_contact_laws, mechc_event_functions, mechc_event_policy, mechc_given_inputs, mechc_motion
 )
 from mechc.native._motion cimport Request
+from mechc.native._pieces cimport working
 
 
 cdef extern from "batch/members.h":
@@ -27,22 +28,18 @@ cdef extern from "batch/members.h":
         const mechc_unit *unit
         mechc_options options
         mechc_motion scene
-        int lockstep
-        ptrdiff_t count
+        int lockstep, quantities, own, events, stop
+        ptrdiff_t count, times, done
         const double *y0
         const double *p
         const double *allowed
         const unsigned char *assembled
-        ptrdiff_t times
         const double *t_eval
-        int quantities
         const mechc_quantity *quantity
         const mechc_quantity *until
         const mechc_given_inputs *given
-        int own
         const int *place
         const double *numbers
-        int events
         const mechc_event_functions *functions
         const mechc_event_policy *policy
         mechc_contact_laws laws
@@ -58,19 +55,13 @@ cdef extern from "batch/members.h":
         long *counts
         long *event_counts
         long *lowered
-        ptrdiff_t next, done
-        int stop
 
     int mechc_batch_work(mechc_batch *) noexcept nogil
 
 
-ctypedef struct sharing:
-    mechc_batch *batch
-    int made
-
 cdef void work_on_batch(void *given) noexcept nogil:
-    cdef sharing *job = <sharing *>given
-    job.made = mechc_batch_work(job.batch)
+    cdef working *work = <working *>given
+    work.made = mechc_batch_work(<mechc_batch *>work.job)
 
 
 cdef int parts_of_batch(Scene scene, const mechc_options *options, bint lockstep, bint quantities):
@@ -237,12 +228,12 @@ cdef class Runs:
 
     def work(self):
         """Take members until none is left; any number of threads may at once."""
-        cdef sharing job
+        cdef working work
         cdef int given
-        job.batch, job.made = &self.batch, 0
+        work.job, work.made = &self.batch, 0
         with nogil:
-            given = mechc_with_stack(mechc_stack_of(self.batch.scene.width), work_on_batch, &job)
-        if not given or not job.made:
+            given = mechc_with_stack(mechc_stack_of(self.batch.scene.width), work_on_batch, &work)
+        if not given or not work.made:
             raise MemoryError()
 
     def stop(self):

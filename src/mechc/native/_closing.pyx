@@ -13,45 +13,38 @@ from libc.string cimport memset
 from mechc.native._abi cimport mechc_inputs, mechc_unit
 from mechc.native._driver cimport Scene
 from mechc.native._inputs cimport Inputs, address_of
-from mechc.native._pieces cimport LOOK, stack_for, with_stack
+from mechc.native._pieces cimport LOOK, stack_for, with_stack, working
 
 
 cdef extern from "closing/closure.h":
     const double MECHC_ALIGNED
-    enum: MECHC_GAPS, MECHC_GRADIENT, MECHC_CLOSURE_OUTPUTS
 
     ctypedef struct mechc_closure:
         const mechc_unit *unit
         const mechc_inputs *inputs
-        int rows, columns
+        int rows, columns, coordinates, width, parameters
         const unsigned char *kind
         const int *alike
         int *output
         int *breadth
-        int coordinates, width, parameters
         double t
 
 
 cdef extern from "closing/search.h":
     ctypedef struct mechc_closing:
         mechc_closure closure
-        int unknowns
+        int unknowns, only_near, all, tells_miss, most, enough, stop
+        ptrdiff_t starts, near, count, block, done
         const int *unknown
         const unsigned char *guessed
-        ptrdiff_t starts, near
         const double *start
-        int only_near, all, tells_miss
-        ptrdiff_t count, block
         const double *fixed
         const double *p
         const double *length
-        int most, enough
         double *found
         int *many
         double *miss
         double *open
-        ptrdiff_t next, done
-        int stop
 
     ctypedef struct mechc_closer:
         pass
@@ -64,9 +57,8 @@ cdef extern from "closing/search.h":
 cdef extern from "closing/measure.h":
     ctypedef struct mechc_measure:
         const mechc_closure *closure
-        double length
+        double length, size
         double *weight
-        double size
 
     int mechc_measure_make(
         mechc_measure *, const mechc_closure *, int, const int *
@@ -80,7 +72,7 @@ cdef extern from "closing/measure.h":
 cdef extern from "closing/speeds.h":
     ctypedef struct mechc_speeds_job:
         mechc_closure closure
-        int rows, speeds, unknowns
+        int rows, speeds, unknowns, stop
         const int *unknown
         double dead
         ptrdiff_t count, p_stride
@@ -92,7 +84,6 @@ cdef extern from "closing/speeds.h":
         int *row
         double *residual
         double *conditioning
-        int stop
 
     int mechc_speeds_work(mechc_speeds_job *) noexcept nogil
 
@@ -100,7 +91,7 @@ cdef extern from "closing/speeds.h":
 cdef extern from "closing/follow.h":
     ctypedef struct mechc_following:
         mechc_closure closure
-        int driven, unknowns
+        int driven, unknowns, most, stop
         const int *unknown
         ptrdiff_t count, values
         const double *value
@@ -108,12 +99,9 @@ cdef extern from "closing/follow.h":
         const double *length
         double *q
         double *ratio
-        int most
         double *change_point
         int *passed
         double *end
-        ptrdiff_t next, done
-        int stop
 
     int mechc_follow_work(mechc_following *) noexcept nogil
 
@@ -125,10 +113,6 @@ ctypedef struct searching:
     mechc_closing *job
     mechc_closer *closer
     int more
-
-ctypedef struct working:
-    void *job
-    int made
 
 ctypedef struct measuring:
     mechc_measure *measure

@@ -14,13 +14,14 @@ from cpython.ref cimport PyObject, Py_INCREF, Py_XDECREF
 from cpython.pycapsule cimport (
     PyCapsule_GetContext, PyCapsule_GetPointer, PyCapsule_New, PyCapsule_SetContext
 )
-from libc.math cimport INFINITY, NAN, isfinite
+from libc.math cimport NAN, isfinite
 from libc.stdlib cimport calloc, free
 from libc.string cimport memcpy
 from mechc.native._abi cimport (
     MECHC_ABI, MECHC_ALL_PARTS, MECHC_CAPSULE, MECHC_PART_COLLOCATION, MECHC_PART_DERIVATIVES,
-    MECHC_PART_DRIVER, MECHC_PART_EXPLICIT, MECHC_PART_IMPLICIT, MECHC_PART_OUTPUTS, MECHC_PART_SWEEPS, MECHC_PART_TAYLOR, MECHC_PART_TAYLOR_LANES, mechc_given, mechc_join, mechc_joined, mechc_model, mechc_output, mechc_part, mechc_part_of_method, mechc_rows, mechc_stack_left,
-    mechc_stack_of, mechc_stack_of_output, mechc_unit
+    MECHC_PART_DRIVER, MECHC_PART_OUTPUTS, MECHC_PART_SWEEPS, MECHC_PART_TAYLOR,
+    MECHC_PART_TAYLOR_LANES, mechc_given, mechc_join, mechc_joined, mechc_model, mechc_output,
+    mechc_part, mechc_rows, mechc_stack_left, mechc_stack_of, mechc_stack_of_output, mechc_unit
 )
 from mechc.native._inputs cimport Inputs, address_of, mechc_inputs
 from mechc.native._pieces cimport LOOK, next_piece, seconds_now, with_stack
@@ -31,7 +32,7 @@ from mechc.native._shared_object cimport (
 
 cdef extern from "abi/call.h":
     ctypedef struct mechc_bound:
-        int states, width
+        int width
         void *owner
 
     ctypedef struct mechc_along:

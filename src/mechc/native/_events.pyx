@@ -10,7 +10,7 @@ from libc.stdlib cimport calloc, free
 from libc.string cimport memcpy
 from mechc.native._driver cimport Scene
 from mechc.native._hybrid cimport (
-    MECHC_EVENTS_ABI, MECHC_LAWS, mechc_event_functions, mechc_event_unit, mechc_impulses
+    MECHC_EVENTS_ABI, mechc_event_functions, mechc_event_unit, mechc_impulses
 )
 from mechc.native._inputs cimport array_of
 from mechc.native._shared_object cimport (

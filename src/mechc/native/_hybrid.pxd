@@ -1,13 +1,13 @@
 """The driver of motions in C, for the other extensions."""
 
 from mechc.native._abi cimport (
-    mechc_options, mechc_outer, mechc_run, mechc_stats, mechc_trajectory, mechc_unit
+    mechc_options, mechc_run, mechc_stats, mechc_trajectory, mechc_unit
 )
 from mechc.native._inputs cimport mechc_driven, mechc_inputs, mechc_signal
 
 
 cdef extern from "hybrid/reach.h":
-    int MECHC_EVENTS_ABI, MECHC_LAWS
+    int MECHC_EVENTS_ABI
 
     ctypedef struct mechc_event_functions:
         double (*value)(void *, double, const double *, const double *) noexcept nogil
@@ -30,12 +30,11 @@ cdef extern from "hybrid/reach.h":
         int contact
 
     ctypedef struct mechc_contact_laws:
-        int count
+        int count, poisson
         const unsigned char *has_gap
         const unsigned char *has_friction
         const unsigned char *is_linear
         const int *event
-        int poisson
         mechc_contact_table table
         void *context
 
@@ -57,26 +56,24 @@ cdef extern from "hybrid/reach.h":
         const mechc_driven *driven
         const mechc_signal *signals
         const ptrdiff_t *knots
-        int signal_count, source_count
         const double *kinks
+        int signal_count, source_count
         ptrdiff_t kink_count
         void (*due)(void *, double, const double *) noexcept nogil
         void *context
 
     ctypedef struct mechc_motion_inputs:
-        mechc_driven whole
         ptrdiff_t segment
 
     ctypedef struct mechc_event:
-        long count
-        double latest, grazing, too_fast
+        double grazing, too_fast
 
     ctypedef struct mechc_event_zero:
-        int event, piece
+        int event
         double t
 
     ctypedef struct mechc_watch:
-        int own, keeps_states, stopped_by
+        int own, keeps_states, stopped_by, causes
         mechc_event_functions *functions
         mechc_event_policy *policy
         mechc_event *event
@@ -84,7 +81,6 @@ cdef extern from "hybrid/reach.h":
         double *zero_state
         ptrdiff_t zeros
         int *cause
-        int causes
         const double *reset
 
     int MECHC_NO_LAW, MECHC_NO_MASS, MECHC_NO_RESTITUTION, MECHC_PUSHES
@@ -96,29 +92,25 @@ cdef extern from "hybrid/reach.h":
         mechc_contact_laws laws
         mechc_contact_place place
         int overlaps, why
-        double overlap
+        double overlap, lowered_at, lowered_to
         long lowered
-        double lowered_at, lowered_to
 
     ctypedef struct mechc_piece:
         const mechc_trajectory *steps
         mechc_trajectory own
         double cut
-        int jumps, causes
+        int jumps, causes, contacts
         int *cause
         double *p
-        int contacts
         unsigned char *contact
 
     ctypedef struct mechc_hybrid:
         mechc_motion motion
-        mechc_options options
         const mechc_given_inputs *given
         mechc_motion_inputs inputs
         mechc_watch watch
         mechc_contacts contacts
         int keeps, live, pieces, status
-        ptrdiff_t searched
         double max_bytes, stop
         mechc_run *run
         mechc_piece **piece

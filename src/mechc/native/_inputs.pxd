@@ -8,7 +8,7 @@ cdef extern from "abi/signals.h":
         int needs_state
 
     ctypedef struct mechc_signal:
-        ptrdiff_t first, last
+        ptrdiff_t last
         int degree
         const double *knots
         const double *coefficients

@@ -4,14 +4,12 @@
 import numpy as np
 
 from cpython.exc cimport PyErr_CheckSignals
-from libc.limits cimport LONG_MAX
 from libc.math cimport INFINITY, isnan
 from libc.string cimport memcmp, memcpy
 
 from mechc.native._abi cimport (
-    MECHC_FINISHED, MECHC_INTERRUPTED, MECHC_PART_DRIVER, MECHC_PART_EXPLICIT, MECHC_PART_OUTPUTS,
-    MECHC_RUNNING, mechc_options, mechc_part_of_method, mechc_stats,
-    mechc_trajectory
+    MECHC_INTERRUPTED, MECHC_PART_DRIVER, MECHC_PART_EXPLICIT, MECHC_PART_OUTPUTS, MECHC_RUNNING,
+    mechc_options, mechc_part_of_method, mechc_trajectory
 )
 from mechc.native._codes import CHANGE_POINT_POLICIES, METHODS
 from mechc.native._driver cimport Scene
@@ -24,7 +22,7 @@ from mechc.native._hybrid cimport (
 )
 from mechc.native._inputs cimport Inputs, array_of
 from mechc.native._pieces cimport LOOK, next_piece, seconds_now, with_stack
-from mechc.native._steps cimport Sizes, Steps, steps_of
+from mechc.native._steps cimport Sizes, steps_of
 
 
 ctypedef struct advancing:

@@ -25,6 +25,11 @@ cdef extern from *:
     const size_t LONG_STACK "MECHC_LONG_STACK"
 
 
+ctypedef struct working:  # work that fails without memory
+    void *job
+    int made
+
+
 cdef inline ptrdiff_t next_piece(ptrdiff_t piece, double seconds) noexcept nogil:
     """Twice as much work if it took less than a piece of time; proportionally less if longer."""
     if seconds > PIECE:

@@ -20,6 +20,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import reduce
+from itertools import accumulate
 from operator import mul
 
 from mechc_codegen.emit.definition import definition
@@ -60,12 +61,8 @@ class BlockElimination:
     def __init__(self, form: BlockForm) -> None:
         self.form = form
         self.size = len(form.mass)
-        self.first = list[int]()  # of each block its place among what is kept
-        kept = 0
-        for block in form.blocks:
-            self.first.append(kept)
-            kept += len(block.rows) * len(block.speeds)
-        self.kept = kept
+        sizes = (len(block.rows) * len(block.speeds) for block in form.blocks)
+        *self.first, self.kept = accumulate(sizes, initial=0)  # places among what is kept
 
     def text(self) -> str:
         """The text of all functions."""

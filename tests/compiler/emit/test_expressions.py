@@ -173,7 +173,7 @@ def test_a_negative_number_between_operators():
 
 # -- nothing else composes expressions --------------------------------------------------------
 
-EMITTERS = [Path(mechc_codegen.__path__[0]) / folder for folder in ("emit", "export")]
+COMPILER = Path(mechc_codegen.__path__[0])
 PRINTERS = ("expressions.py", "printer.py")
 OPERATOR = r"(?:[-+*/%<>&|~!?^]|[=!<>]=)"
 HOLE = "\x00"
@@ -212,17 +212,15 @@ def edge(node: ast.expr, which: int) -> str:
     return found.value if isinstance(found, ast.Constant) and isinstance(found.value, str) else ""
 
 
-def sources(pattern: str) -> list[Path]:
-    return [path for folder in EMITTERS for path in sorted(folder.rglob(pattern))]
-
-
-@pytest.mark.parametrize("path", sources("*.py"), ids=lambda path: path.stem)
-def test_no_emitter_pastes_an_expression(path):
+@pytest.mark.parametrize("path", sorted(COMPILER.rglob("*.py")), ids=lambda path: path.stem)
+def test_nothing_else_pastes_an_expression(path):
     if path.name not in PRINTERS:
-        assert not list(pasted(path.read_text("utf-8")))
+        emits = path.relative_to(COMPILER).parts[0] in ("emit", "export")
+        found = pasted(path.read_text("utf-8"))  # where no C is emitted, also texts for people
+        assert not [text for text in found if emits or re.search(r";(\\n|['\"])*$", text)]
 
 
-@pytest.mark.parametrize("path", sources("*.in"), ids=lambda path: path.name)
+@pytest.mark.parametrize("path", sorted(COMPILER.rglob("*.in")), ids=lambda path: path.name)
 def test_no_template_has_a_place_beside_an_operator(path):
     text = re.sub(r"/\*.*?\*/", "", path.read_text("utf-8"), flags=re.DOTALL)
     assert not TEMPLATE_HOLE.search(text)

@@ -15,7 +15,8 @@ from mechc.simulation.settings import checked_count, checked_positive
 from mechc.system.kinds import ANGULAR, Kind
 from mechc.system.names import by_name, name_of
 from mechc.system.parameters import Parameters, doubles, one_double
-from mechc.system.quantity import NamedQuantity, outputs_in
+from mechc.system.quantities import outputs_in
+from mechc.system.quantity import NamedQuantity
 from mechc.system.units import SECONDS, in_si
 
 if TYPE_CHECKING:
@@ -165,7 +166,7 @@ def _bounds(
     system: Any, targets: Targets, driven: str, free: Any
 ) -> dict[str, tuple[float, float]]:
     """Finite bounds of all that is free: parameters, and zeros of coordinates with targets."""
-    from mechc.fitting.unknowns import checked_bounds
+    from mechc.questions.unknowns import checked_bounds
 
     zeros = [one.name for one in targets.each if one.is_coordinate]
     zeros += [driven] if targets.driven is not None else []

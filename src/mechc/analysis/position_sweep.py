@@ -17,7 +17,7 @@ from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError
 from mechc.native._closing import trace_assemblies
 from mechc.system.names import name_of
 from mechc.system.parameters import Array, doubles
-from mechc.system.quantity import quantities_of, slopes_of
+from mechc.system.quantities import quantities_of, slopes_of
 from mechc.system.system import System
 from mechc.system.units import in_si
 

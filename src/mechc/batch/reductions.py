@@ -7,8 +7,8 @@ The grammar::
                | "first" "(" quantity (">" | "<" | "=") number [unit] ")"
     quantity   = one | "abs" "(" one ")" | "norm" "(" output ")"
 
-``one`` is a quantity as :mod:`mechc.system.quantity` reads it; ``away`` leaves out that time before
-and after each change point, where constraint forces may be infinite.
+``one`` is a quantity as :mod:`mechc.system.quantities` reads it; ``away`` leaves out that time
+before and after each change point, where constraint forces may be infinite.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ from mechc.native._codes import (
 )
 from mechc.system.kinds import Kind
 from mechc.system.parameters import Array
-from mechc.system.quantity import NamedQuantity, read_quantity, shape_of
+from mechc.system.quantities import read_quantity, shape_of
+from mechc.system.quantity import NamedQuantity
 from mechc.system.system import System
 from mechc.system.units import read_seconds, read_value
 

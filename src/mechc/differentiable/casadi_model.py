@@ -16,7 +16,7 @@ from mechc.inputs.samples import places_of_values
 from mechc.sensitivities.events import difference
 from mechc.system.names import name_of
 from mechc.system.parameters import Array, doubles, one_double
-from mechc.system.quantity import outputs_in, quantities_of, slopes_of, values_of
+from mechc.system.quantities import outputs_in, quantities_of, slopes_of, values_of
 from mechc.system.system import System
 
 SECOND = 1.0  # s; the size of times where differences by time are taken

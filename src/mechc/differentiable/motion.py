@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError
-from mechc.sensitivities.columns import columns_of, held_by
+from mechc.questions.motion import Arguments, MotionFunction
+from mechc.questions.unknowns import PARAMETER, Unknown, kinds_of
+from mechc.questions.unknowns import START as BEGIN
+from mechc.sensitivities.columns import START, columns_of, held_by
 from mechc.simulation.settings import TOGETHER, without_series
 from mechc.system.names import by_name, name_of, names_of
 from mechc.system.parameters import Array, doubles, one_double
 from mechc.system.units import SECONDS
-
-START = "y0"
 
 
 def jvp(
@@ -118,21 +119,27 @@ class Motion:
 
     Attributes
     ----------
-    model
-        The :class:`mechc.Model`, driven by its inputs where it has some.
-    start
-        Names of the start's coordinates and speeds; None where x begins with a whole state.
-    parameters
-        Names of the parameters in x; the others have their defaults.
-    t0, policy
-        When motions begin, s, and arguments of ``simulate``.
+    function
+        The motion as a function of x.
+    whole
+        Whether x begins with a whole state.
+    t0
+        When motions begin, s.
     """
 
-    model: Any
-    start: tuple[str, ...] | None
-    parameters: tuple[str, ...]
+    function: MotionFunction
+    whole: bool
     t0: float
-    policy: Mapping[str, Any]
+
+    @property
+    def model(self) -> Any:
+        """The :class:`mechc.Model`, driven by its inputs where it has some."""
+        return self.function.model
+
+    @property
+    def policy(self) -> Mapping[str, Any]:
+        """Keywords of ``simulate``."""
+        return self.function.policy
 
     @property
     def width(self) -> int:
@@ -142,16 +149,8 @@ class Motion:
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the elements of x, in their order; ``"y0"`` stands for a whole state."""
-        return (*((START,) if self.start is None else self.start), *self.parameters)
-
-    def arguments_of(self, x: Array) -> tuple[Any, dict[str, Any]]:
-        """Start and parameters from x (..., k)."""
-        count = self.width if self.start is None else len(self.start)
-        columns = np.moveaxis(x, -1, 0)
-        parameters = dict(zip(self.parameters, _numbers(columns[count:]), strict=True))
-        if self.start is None:
-            return x[..., :count], parameters
-        return dict(zip(self.start, _numbers(columns[:count]), strict=True)), parameters
+        names = tuple(one.name for one in self.function.unknowns)
+        return (START, *names[self.width :]) if self.whole else names
 
     def states(self, t: Array, x: Array) -> Array:
         """States (..., nt, nq + nu) at times (..., nt) for x (..., k); several are a batch.
@@ -185,8 +184,9 @@ class Motion:
         """Gradients (..., k) by x of the sum of cotangents (..., nt, nq + nu) times states; of one
         motion's end by the adjoint, several are a batch."""
         if x.ndim == 1 and t.ndim == 1:
-            start, parameters = self.arguments_of(x)
-            _, pull = vjp(self.model, t, start, parameters, self.names, self.t0, self.policy)
+            given = self.function.arguments(x)
+            at = self.model, t, given.start, given.params
+            _, pull = vjp(*at, self.names, self.t0, self.policy)
             found = pull(cotangent)
             parts = [np.atleast_1d(found[name]) for name in self.names]
             return np.concatenate(parts or [np.zeros(0)])
@@ -194,15 +194,13 @@ class Motion:
 
     def rates(self, t: Array, x: Array, y: Array) -> Array:
         """Derivatives (..., nt, nq + nu) of the states y by the times."""
-        _, parameters = self.arguments_of(x)
-        values = self.model.system.parameter_set.resolve(parameters)
+        values = self.model.system.parameter_set.resolve(self.function.arguments(x).params)
         values = values if values.ndim == 1 else values[..., None, :]
         return np.asarray(self.model.rhs(np.broadcast_to(t, y.shape[:-1]), y, values))
 
     def _one(self, t: Array, x: Array, names: Sequence[str] = ()) -> Any:
-        start, parameters = self.arguments_of(x)
-        times = _checked_times(t, self.t0)
-        return _simulate(self.model, times, start, parameters, names, self.t0, self.policy)
+        given, times = self.function.arguments(x), _checked_times(t, self.t0)
+        return _simulate(self.model, times, given.start, given.params, names, self.t0, self.policy)
 
     def _slope(self, t: Array, x: Array) -> Array:
         sol = self._one(t, x, self.names)
@@ -221,14 +219,13 @@ class Motion:
         One batch until the last time of all; a member that fails only after its own last time is
         run again until there.
         """
-        start, parameters = self.arguments_of(x)
         for each in np.unique(t, axis=0):
             _checked_times(each, self.t0)
         times = np.unique(t)
         together = str(self.policy.get("method")).endswith(TOGETHER)
-        batch = self.model.simulate_batch(
-            (self.t0, float(times[-1])), start, parameters, t_eval=times, sensitivities=names,
-            progress=False, lockstep=together,  # each is the motion of simulate
+        batch = self.function.batch(
+            x, (self.t0, float(times[-1])), t_eval=times, sensitivities=names,
+            lockstep=together,  # each is the motion of simulate
             **policy_of(self.model, self.policy),
         )  # fmt: skip
         found = np.array(batch["sensitivity" if names else "y_eval"])
@@ -250,11 +247,6 @@ def _members(t: Array, x: Array) -> tuple[tuple[int, ...], Array, Array]:
     leading = np.broadcast_shapes(t.shape[:-1], x.shape[:-1])
     times, rows = (np.broadcast_to(each, (*leading, each.shape[-1])) for each in (t, x))
     return leading, times.reshape(-1, t.shape[-1]), rows.reshape(-1, x.shape[-1])
-
-
-def _numbers(columns: Array) -> list[Any]:
-    """Columns as values: each a float, or an array with a number for each member."""
-    return [column if column.ndim else float(column) for column in columns]
 
 
 def function_of(
@@ -295,14 +287,21 @@ def motion_of(
     :class:`UnknownNameError` for a parameter, coordinate or speed that the model does not have.
     """
     model.system.differentiable()
+    kinds, states = kinds_of(model.system), (*model.coordinates, *model.speeds)
+    begun = states if start is None else tuple(name_of(key) for key in start)
     named = tuple(name_of(key) for key in parameters)
-    for name in named:
-        if name not in model.parameters:
-            raise UnknownNameError("parameter", name, model.parameters)
-    if start is None:
-        return Motion(model, None, named, t0, policy)
-    begun = tuple(name_of(key) for key in start)
-    for name in begun:
-        if name not in (*model.coordinates, *model.speeds):
-            raise UnknownNameError("coordinate or speed", name, (*model.coordinates, *model.speeds))
-    return Motion(model, begun, named, t0, policy)
+    for names, kind, told in (
+        (named, PARAMETER, "parameter"),
+        (begun, BEGIN, "coordinate or speed"),
+    ):
+        known = [name for name in kinds if kinds[name] == kind]
+        for name in names:
+            if name not in known:
+                raise UnknownNameError(told, name, known)
+    free = tuple(
+        Unknown(name, kind, -np.inf, np.inf, np.nan)
+        for names, kind in ((begun, BEGIN), (named, PARAMETER)) for name in names
+    )  # fmt: skip
+    still: Any = np.zeros(len(states)) if start is None else {}
+    function = MotionFunction(model, free, Arguments({}, still, {}, {}), policy)
+    return Motion(function, start is None, t0)

@@ -124,13 +124,12 @@ class Findings:
     @property
     def model_params(self) -> dict[str, Any]:
         """Parameters for ``simulate``: those found, and those that were given."""
-        return self.problem.setting(self.x, 0).params
+        return dict(self.problem.motions[0].arguments(self.x).params)
 
     @property
     def starts(self) -> list[Any]:
         """The start of each recording, for ``simulate``."""
-        count = len(self.problem.recordings)
-        return [self.problem.setting(self.x, place).start for place in range(count)]
+        return [function.arguments(self.x).start for function in self.problem.motions]
 
     @cached_property
     def solutions(self) -> tuple[Any, ...]:

@@ -9,20 +9,25 @@ from typing import Any
 import numpy as np
 
 from mechc.assembly.initial_values import checked_numbers
-from mechc.errors import MechcError, RunInterrupt, ValueOutOfBoundsError, brief
+from mechc.errors import (
+    MechcError,
+    RunInterrupt,
+    UnknownNameError,
+    ValueOutOfBoundsError,
+)
 from mechc.fitting.losses import loss_of
-from mechc.fitting.measured import checked_measured, known_columns
+from mechc.fitting.measured import Measured, checked_measured, known_columns
 from mechc.fitting.problem import Problem
-from mechc.fitting.recordings import column_names, read_recordings
+from mechc.fitting.recordings import Recording, column_names, read_recordings
 from mechc.fitting.result import FitResult
 from mechc.fitting.search import Found, Settings, beginnings, refine
 from mechc.fitting.statistics import statistics_of
-from mechc.fitting.unknowns import START, Known, checked_unknowns
+from mechc.questions.motion import Arguments, MotionFunction, params_by_name
+from mechc.questions.unknowns import START, Unknown, kinds_of, named_free, read_unknown
 from mechc.simulation.settings import checked_count, checked_positive
-from mechc.system.names import by_name
+from mechc.system.names import by_name, names_of
 from mechc.system.parameters import Array, doubles, one_double
 from mechc.system.system import System
-from mechc.system.units import in_si
 
 Report = Callable[[float, str], None]
 
@@ -36,8 +41,9 @@ def fit(
     if not checked_positive("confidence", confidence) < 1:
         raise ValueOutOfBoundsError(f"confidence = {confidence} must lie between 0 and 1")
     settings = _checked_settings(settings)
-    problem = _problem(model, measurements, free, measured, params, y0, guess, inputs, t0, shared)
-    problem.policy = policy
+    problem = _problem(
+        model, measurements, free, measured, params, y0, guess, inputs, t0, shared, policy
+    )
     report = progress or (lambda _, __: None)
     report(0.0, "choosing starts")
     points = beginnings(problem, settings)
@@ -76,7 +82,7 @@ def _checked_settings(settings: Settings) -> Settings:
 
 def _problem(
     model: Any, measurements: Any, free: Any, measured: Any, params: Any, y0: Any,
-    guess: Any, inputs: Any, t0: float | None, shared: Any,
+    guess: Any, inputs: Any, t0: float | None, shared: Any, policy: dict[str, Any],
 ) -> Problem:  # fmt: skip
     """Checked arguments, before anything is computed."""
     if measured is None:
@@ -85,17 +91,18 @@ def _problem(
     model = type(model).of_system(system)
     recordings = read_recordings(measurements, wanted)
     count = len(recordings)
-    known = Known(
-        _all_by_name(system, params),
-        [_checked_start(system, one) for one in _each(y0, count, "y0")],
-        [by_name({} if one is None else one, "inputs") for one in _each(inputs, count, "inputs")],
-    )
-    unknowns = checked_unknowns(system, free, shared, known, wanted, recordings)
-    near = checked_numbers(
-        system, by_name({} if guess is None else guess, "guess"), system.coordinates, "coordinate"
+    values, near = params_by_name(system, params), by_name({} if guess is None else guess, "guess")
+    near = checked_numbers(system, near, system.coordinates, "coordinate")
+    starts = [_checked_start(system, one) for one in _each(y0, count, "y0")]
+    driven = [by_name({} if one is None else one, "inputs")
+              for one in _each(inputs, count, "inputs")]  # fmt: skip
+    given = [Arguments(values, *each, near) for each in zip(starts, driven, strict=True)]
+    unknowns = _unknowns(system, free, shared, given, wanted, recordings)
+    motions = tuple(
+        MotionFunction(model, unknowns, each, policy, place) for place, each in enumerate(given)
     )
     begin = [float(one.t[0]) if t0 is None else one_double(t0, "t0") for one in recordings]
-    problem = Problem(model, unknowns, wanted, recordings, known, near, begin, {})
+    problem = Problem(model, unknowns, wanted, recordings, motions, begin)
     for k, one in enumerate(wanted):
         if not any(recording.valid[:, k].any() for recording in recordings):
             raise ValueOutOfBoundsError(f"{one.name} was measured nowhere: all samples are NaN")
@@ -104,10 +111,10 @@ def _problem(
             f"{problem.count} samples do not determine {len(unknowns)} free values: give more of "
             "the recording, or free fewer"
         )
-    starts = [one.name for one in problem.unknowns if one.kind == START]
-    if starts and any(isinstance(each, np.ndarray) for each in problem.fixed.starts):
+    begun = [one.name for one in unknowns if one.kind == START]
+    if begun and any(isinstance(each, np.ndarray) for each in starts):
         raise MechcError(
-            f"y0 is a whole state and {starts[0]} is free: give y0 as a mapping of coordinates and "
+            f"y0 is a whole state and {begun[0]} is free: give y0 as a mapping of coordinates and "
             "speeds, which is assembled"
         )
     for place, (recording, first) in enumerate(zip(recordings, begin, strict=True)):
@@ -119,19 +126,37 @@ def _problem(
     return problem
 
 
-def _all_by_name(system: System, params: Any) -> dict[str, Any]:
-    if params is None or isinstance(params, Mapping):
-        found = by_name(params or {}, "params")
-        for name, value in found.items():
-            if name in system.quantities:
-                found[name] = value = in_si(value, system.quantities[name])
-            if np.ndim(value):
-                raise ValueOutOfBoundsError(f"{name}: a fit takes one value, not {brief(value)}")
-        return found
-    values = system.parameter_set.resolve(params)
-    if values.ndim != 1:
-        raise ValueOutOfBoundsError("a fit takes one set of parameters")
-    return dict(zip(system.parameters, values.tolist(), strict=True))
+def _unknowns(
+    system: System, free: Any, shared: Any, given: Sequence[Arguments],
+    measured: Sequence[Measured], recordings: Sequence[Recording],
+) -> tuple[Unknown, ...]:  # fmt: skip
+    """The free numbers; a start is one for each recording by itself, if it is not shared."""
+    kinds, found = kinds_of(system, system.inputs), []
+    bounds, together = named_free(free, kinds), {*names_of(shared)}
+    if not bounds:
+        raise ValueOutOfBoundsError("nothing is free: give free={'m_1': (0.1, 5.0)}")
+    for name in together - {*bounds}:
+        raise UnknownNameError("free start", name, bounds)
+    for name, ends in bounds.items():
+        alone = kinds[name] != START or name in together or len(recordings) == 1
+        for member in (None,) if alone else range(len(recordings)):
+            place = member or 0
+            known = given[place].values_of(kinds[name])
+            seen = None
+            if kinds[name] == START:
+                seen = _first_sample(name, measured, recordings[place])
+            one = read_unknown(system, name, kinds[name], ends, known, default=seen, member=member)
+            found.append(one)
+    return tuple(found)
+
+
+def _first_sample(name: str, measured: Sequence[Measured], recording: Recording) -> float | None:
+    """The first sample of a coordinate or speed; None where it was not measured."""
+    for k, one in enumerate(measured):
+        samples = recording.values[:, k]
+        if one.name == name and np.isfinite(samples).any():
+            return float(samples[np.isfinite(samples)][0])
+    return None
 
 
 def _each(given: Any, count: int, what: str) -> Sequence[Any]:
@@ -163,7 +188,7 @@ def _result(
         problem.jacobian(best.x), problem.residuals(best.x),
         loss_of(settings.loss, settings.f_scale),
         absolute=noise_known, sizes=_sizes(problem, best.x), active=best.active, labels=names,
-        rounding=problem.policy["rtol"],
+        rounding=problem.motions[0].policy["rtol"],
     )  # fmt: skip
     return FitResult(
         problem, names, best.x, best.cost, best.converged, best.message, statistics, confidence,
@@ -174,7 +199,7 @@ def _result(
 def _sizes(problem: Problem, x: Array) -> Array:
     """Units of changes (k,): a value itself, 1 rad, the model's length."""
     system = problem.model.system
-    scale = system.scale(system.parameter_set.resolve(problem.setting(x, 0).params))
+    scale = system.scale(system.parameter_set.resolve(problem.motions[0].arguments(x).params))
     sizes = np.ones(len(x))
     for k, (one, value) in enumerate(zip(problem.unknowns, x.tolist(), strict=True)):
         if one.kind == START:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, brief
-from mechc.system.quantity import Quantity, outputs_in, read_quantity
+from mechc.system.quantities import Quantity, outputs_in, read_quantity
 from mechc.system.system import System
 from mechc.system.units import in_si
 

@@ -2,29 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from mechc.assembly.initial_values import filled_start
 from mechc.errors import AssemblyError, MechcError
 from mechc.fitting.measured import Measured
 from mechc.fitting.recordings import TURN, Recording
-from mechc.fitting.unknowns import INPUT, PARAMETER, START, Known, Unknown
+from mechc.questions.motion import MotionFunction
+from mechc.questions.unknowns import START, Unknown
 from mechc.system.kinds import Kind
 from mechc.system.parameters import Array
 from mechc.system.system import System
-
-
-@dataclass(frozen=True)
-class Setting:
-    """Settings of one run: parameters, start, inputs."""
-
-    params: dict[str, Any]
-    start: dict[str, float] | Array
-    inputs: dict[str, Any]
 
 
 @dataclass
@@ -37,12 +28,10 @@ class Problem:
         The :class:`mechc.Model`.
     unknowns, measured, recordings
         What is free, what was measured, and the data.
-    known, guess
-        What stays; coordinates near the assembly wanted.
-    begin : list of float
+    motions
+        The motion of each recording as a function of the unknowns.
+    begin
         When each recording's motion begins, s.
-    policy
-        Arguments of ``simulate``.
     runs
         How many motions were computed.
     """
@@ -51,10 +40,8 @@ class Problem:
     unknowns: tuple[Unknown, ...]
     measured: tuple[Measured, ...]
     recordings: tuple[Recording, ...]
-    fixed: Known
-    guess: Mapping[str, float]
+    motions: tuple[MotionFunction, ...]
     begin: list[float]
-    policy: dict[str, Any]
     runs: int = 0
     last_jacobian: tuple[bytes, Array] = (b"", np.zeros(0))  # where it was taken, and it
 
@@ -63,49 +50,18 @@ class Problem:
         """The number of samples."""
         return sum(int(np.count_nonzero(one.valid)) for one in self.recordings)
 
-    def setting(self, x: Sequence[float] | Array, place: int) -> Setting:
-        """The run of one recording with these values of the unknowns."""
-        free: dict[str, dict[str, Any]] = {PARAMETER: {}, START: {}, INPUT: {}}
-        for one, value in zip(self.unknowns, x, strict=True):
-            if one.holds_for(place):
-                free[one.kind][one.name] = value if np.ndim(value) else float(value)
-        given = self.fixed.starts[place]
-        start: Any = given
-        if given is None or isinstance(given, Mapping):
-            start = {**(given or {}), **free[START]}
-        return Setting(
-            {**self.fixed.params, **free[PARAMETER]}, start,
-            {**self.fixed.inputs[place], **free[INPUT]},
-        )  # fmt: skip
-
-    def named_start(
-        self, start: Mapping[str, Any], place: int
-    ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
-        """Coordinates, speeds and a guess to assemble from; the mechanism's where none is given."""
-        model = self.model
-        rest, speeds = model.coordinates_and_speeds(start)
-        if self.fixed.starts[place] is None:
-            return filled_start(model.system, rest, speeds, self.guess)
-        return rest, speeds, dict(self.guess)
-
-    def simulate(self, x: Sequence[float] | Array, place: int, names: Sequence[str] = ()) -> Any:
+    def simulate(self, x: Array, place: int, names: Sequence[str] = ()) -> Any:
         """The motion of one recording, with derivatives by the names.
 
         Raises :class:`AssemblyError` if its loops do not close.
         """
-        given, recording = self.setting(x, place), self.recordings[place]
         self.runs += 1
-        model = self.model.with_inputs(given.inputs) if given.inputs else self.model
-        begin, start, state = self.begin[place], given.start, given.start
-        if isinstance(start, dict):
-            near = self.named_start(start, place)
-            start = {**near[0], **near[1]}
-            state = model.assemble(*near, params=given.params, t=begin)
-        span = (begin, float(recording.t[-1]))
-        sol = model.simulate(span, state, given.params, t_eval=recording.t, **self.policy)
-        if names:
-            sol.differentiate(names, start, given.params)
-        return sol
+        t = self.recordings[place].t
+        return self.motions[place].simulate(x, self.span(place), names, t_eval=t)
+
+    def span(self, place: int) -> tuple[float, float]:
+        """The time of a recording's motion, s."""
+        return self.begin[place], float(self.recordings[place].t[-1])
 
     def residuals(self, x: Array) -> Array:
         """(n,); infinite where a motion cannot be assembled or does not reach its end."""
@@ -127,9 +83,9 @@ class Problem:
         Whole turns of an angle that assembly chooses, or that was recorded within one turn, are
         left out: nobody measured them.
         """
-        recording = self.recordings[place]
-        found, start = np.empty((*y.shape[:-1], len(self.measured))), self.fixed.starts[place]
-        held = {u.name for u in self.unknowns} | {*(start if isinstance(start, Mapping) else ())}
+        recording, given = self.recordings[place], self.motions[place].given
+        found = np.empty((*y.shape[:-1], len(self.measured)))
+        held = {one.name for one in self.unknowns} | {*given.values_of(START)}
         for k, one in enumerate(self.measured):
             found_values = one.quantity.values(system, y, values, recording.t)
             apart = found_values - recording.values[:, k]
@@ -156,7 +112,7 @@ class Problem:
     def _slopes(self, x: Array, place: int) -> Array:
         """The rows of the Jacobian of one recording."""
         recording = self.recordings[place]
-        mine = [k for k, one in enumerate(self.unknowns) if one.holds_for(place)]
+        mine = self.motions[place].mine
         names = [self.unknowns[k].name for k in mine]
         sol = self.simulate(x, place, names)
         slopes = np.zeros((len(recording.t), len(self.measured), len(self.unknowns)))

@@ -10,6 +10,7 @@ import numpy as np
 from mechc.errors import AssemblyError, MechcError
 from mechc.fitting.losses import loss_of
 from mechc.fitting.problem import Problem
+from mechc.questions.unknowns import bounds_of, spread, within
 from mechc.system.parameters import Array
 
 
@@ -31,7 +32,7 @@ def beginnings(problem: Problem, settings: Settings) -> Array:
 
     Raises :class:`MechcError` if no motion can be computed at any of them.
     """
-    first = np.array([one.guess for one in problem.unknowns])
+    first = np.array([one.first for one in problem.unknowns])
     if settings.starts == 1:
         _refuse_infeasible(problem, first)
         return first[None]
@@ -44,24 +45,14 @@ def beginnings(problem: Problem, settings: Settings) -> Array:
 
 
 def _spread(problem: Problem, count: int, seed: int, first: Array) -> Array:
-    """Points (count, k) spread evenly between the bounds; what has none stays at its guess."""
-    from scipy.stats import qmc
-
-    lower, upper = bounds_of(problem)
+    """Points (count, k) spread evenly between the bounds; what has none stays where it begins."""
+    lower, upper = bounds_of(problem.unknowns)
     bounded = np.isfinite(lower) & np.isfinite(upper)
     if not bounded.any():
         raise MechcError("several starts are spread between bounds: give a free value both bounds")
     points = np.tile(first, (count, 1))
-    drawn = qmc.Sobol(int(bounded.sum()), seed=seed).random_base2(max(0, (count - 1).bit_length()))
-    low, high = lower[bounded], upper[bounded]
-    points[:, bounded] = low + drawn[:count] * (high - low)
+    points[:, bounded] = spread(lower[bounded], upper[bounded], count, seed)
     return points
-
-
-def bounds_of(problem: Problem) -> tuple[Array, Array]:
-    """Lower and upper bounds (k,)."""
-    lower, upper = np.array([(one.lower, one.upper) for one in problem.unknowns]).T.copy()
-    return lower, upper
 
 
 def costs_at(problem: Problem, points: Array, settings: Settings) -> Array:
@@ -82,28 +73,17 @@ def _one_by_one(problem: Problem, x: Array) -> bool:
     model = problem.model
     if not model.inputs:
         return False
-    driven = model.with_inputs(problem.setting(x, 0).inputs).system.driven
+    driven = model.with_inputs(problem.motions[0].arguments(x).inputs).system.driven
     return bool(driven.calls_python) or not all(one.quantity.of_state for one in problem.measured)
 
 
 def _batch(problem: Problem, points: Array, place: int) -> Array:
     """The residuals (n, samples) of one recording at all points."""
-    from mechc.batch.spec import Assembly
-
-    model, recording = problem.model, problem.recordings[place]
-    given = problem.setting(list(points.T), place)
-    start: Any = given.start
-    if isinstance(start, dict):
-        start = Assembly(*problem.named_start(start, place))
-    elif isinstance(start, np.ndarray):
-        start = np.tile(start, (len(points), 1))
-    span = (problem.begin[place], float(recording.t[-1]))
-    batch = model.simulate_batch(
-        span, start, given.params, t_eval=recording.t, progress=False,
-        inputs=given.inputs or None, **problem.policy,
-    )  # fmt: skip
+    function = problem.motions[place]
+    recording, model = problem.recordings[place], function.model
+    batch = function.batch(points, problem.span(place), t_eval=recording.t)
     problem.runs += len(points)
-    values = model.system.parameter_set.resolve(given.params)
+    values = model.system.parameter_set.resolve(function.arguments(points).params)
     values = np.broadcast_to(values, (len(points), values.shape[-1]))
     apart = problem.deviations(model.system, batch["y_eval"], values[:, None, :], place)
     apart[~batch.ok] = np.inf
@@ -145,9 +125,8 @@ def refine(problem: Problem, first: Array, settings: Settings) -> Found:
     """Descend from one point; an interrupt before any motion is raised."""
     from scipy.optimize import least_squares
 
-    lower, upper = bounds_of(problem)
-    width = np.where(np.isfinite(upper - lower), upper - lower, 1.0)
-    inside = np.clip(first, lower + 1e-9 * width, upper - 1e-9 * width)  # where a search may begin
+    lower, upper = bounds_of(problem.unknowns)
+    inside = within(first, lower, upper)
     loss, best = loss_of(settings.loss, settings.f_scale), (np.inf, inside)
 
     def residuals(x: Array) -> Array:

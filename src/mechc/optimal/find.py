@@ -14,6 +14,7 @@ from mechc.optimal.problem import Choice, OptimalProblem
 from mechc.optimal.question import Question, read_problem
 from mechc.optimal.result import Optimum
 from mechc.optimal.solvers import SearchEnd, SearchSettings, minimise
+from mechc.questions.unknowns import spread
 from mechc.system.parameters import Array
 
 
@@ -22,8 +23,7 @@ def optimise(model: Any, asked: Question, begin: str, search: SearchSettings) ->
     problem, first = read_problem(model, asked)
     ends: list[SearchEnd] = []
     failure: AssemblyError | None = None
-    for number in range(search.starts):
-        x = _drawn(problem, first, search.seed + number) if number else first
+    for number, x in enumerate(_beginnings(problem, first, search)):
         try:
             begun, x = _with_nodes(problem, x, begin)
             ends.append(minimise(begun, x, search))
@@ -41,15 +41,21 @@ def optimise(model: Any, asked: Question, begin: str, search: SearchSettings) ->
     return Optimum(ends[0], search.solver, ends)
 
 
-def _drawn(problem: OptimalProblem, first: Array, seed: int) -> Array:
-    """Other first values, drawn between finite bounds; each input has one level."""
-    rng, x, unknowns = np.random.default_rng(seed), first.copy(), problem.unknowns
-    blocks, finite = unknowns.blocks, np.isfinite(unknowns.upper - unknowns.lower)
+def _beginnings(problem: OptimalProblem, first: Array, search: SearchSettings) -> list[Array]:
+    """First values, and others spread between finite bounds; each input has one level."""
+    unknowns, blocks = problem.unknowns, problem.unknowns.blocks
     single = [blocks[name][:, None] for name in ("parameters", "start", "duration")]
-    for group in (*blocks["controls"].T, *np.concatenate(single)):
-        if finite[group].all():
-            x[group] = rng.uniform(unknowns.lower[group[0]], unknowns.upper[group[0]])
-    return x
+    groups = [*blocks["controls"].T, *np.concatenate(single)]
+    finite = np.isfinite(unknowns.upper - unknowns.lower)
+    groups = [group for group in groups if finite[group].all()]
+    found, places = [first], [group[0] for group in groups]
+    if search.starts > 1 and groups:
+        ends = unknowns.lower[places], unknowns.upper[places]
+        for levels in spread(*ends, search.starts - 1, search.seed):
+            found.append(first.copy())
+            for group, level in zip(groups, levels, strict=True):
+                found[-1][group] = level
+    return found
 
 
 def _with_nodes(problem: OptimalProblem, x: Array, begin: str) -> tuple[OptimalProblem, Array]:

@@ -150,10 +150,11 @@ def _raw(choice: Choice, one: Interval) -> Any:
     choice.problem.counts["derivatives"] += 1
     given, names = one.sol.record.ends()[1][0], ["y0"]
     if one.start is None:
-        given, names = choice.given, list(unknowns.start)
+        given, names = choice.given.start, [one.name for one in unknowns.start]
     for k in range(one.k, one.k + late):
         names += [f"{name}[{k}]" for name in unknowns.controls]
-    return one.sol.differentiate([*names, *unknowns.parameters], given, choice.params)
+    names += [parameter.name for parameter in unknowns.parameters]
+    return one.sol.differentiate(names, given, choice.params)
 
 
 def _places(choice: Choice, one: Interval) -> Indices:
@@ -204,6 +205,7 @@ def _jumps(choice: Choice, one: Interval, raw: Any, directions: Array) -> list[M
 
 def parameter_directions(choice: Choice) -> Array:
     """How all parameters change with those that are found (np, k)."""
-    system, names = choice.model.system, choice.problem.unknowns.parameters
+    system = choice.model.system
+    names = [one.name for one in choice.problem.unknowns.parameters]
     held = held_by(system, choice.params)
     return columns_of(system, names, choice.p, held).parameters

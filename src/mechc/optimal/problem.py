@@ -8,7 +8,7 @@ with the state before it, moved onto the closed loops, and has to end at the sta
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 from mechc.assembly.closed import Retraction
 from mechc.inputs.signals import Signal
 from mechc.optimal.terms import Points, Terms
+from mechc.questions.motion import Arguments
+from mechc.questions.unknowns import Unknown
 from mechc.system.parameters import Array
 
 LINEAR = "linear"
@@ -30,8 +32,10 @@ class Unknowns:
 
     Attributes
     ----------
-    controls, parameters, start
-        Names of inputs, parameters, coordinates and speeds of the start that are found.
+    controls
+        Names of inputs that are found.
+    parameters, start
+        Parameters, and coordinates and speeds of the start, that are found.
     free
         Whether the duration is.
     samples, nodes, width
@@ -41,8 +45,8 @@ class Unknowns:
     """
 
     controls: tuple[str, ...]
-    parameters: tuple[str, ...]
-    start: tuple[str, ...]
+    parameters: tuple[Unknown, ...]
+    start: tuple[Unknown, ...]
     free: bool
     samples: int
     nodes: int
@@ -88,9 +92,8 @@ class OptimalProblem:
         The :class:`mechc.Model`, with the derivatives that are needed.
     unknowns
         See :class:`Unknowns`.
-    params, inputs, y0, guess
-        What is not found: parameters and inputs by name; the start, a mapping or a state; and
-        coordinates near its assembly.
+    given
+        What is not found.
     t0, duration
         The begin, and the duration where it is given, s.
     kind
@@ -110,10 +113,7 @@ class OptimalProblem:
 
     model: Any
     unknowns: Unknowns
-    params: Mapping[str, Any]
-    inputs: Mapping[str, Any]
-    y0: Any
-    guess: Mapping[str, float]
+    given: Arguments
     t0: float
     duration: float
     kind: str
@@ -143,18 +143,17 @@ class OptimalProblem:
         """
         unknowns, blocks = self.unknowns, self.unknowns.blocks
         duration = float(x[blocks["duration"]][0]) if unknowns.free else self.duration
-        found = dict(zip(unknowns.parameters, x[blocks["parameters"]].tolist(), strict=True))
-        start = dict(zip(unknowns.start, x[blocks["start"]].tolist(), strict=True))
-        params, samples = {**self.params, **found}, x[blocks["controls"]]
+        numbers = np.concatenate([x[blocks["parameters"]], x[blocks["start"]]])
+        found = self.given.with_values((*unknowns.parameters, *unknowns.start), numbers)
+        samples = x[blocks["controls"]]
         times = self.t0 + duration * (np.arange(unknowns.nodes + 1.0) / unknowns.nodes)
         signals = self._signals(times, samples)
-        inputs = {**self.inputs, **signals}
-        model = self.model.with_inputs(inputs) if inputs else self.model
-        p = model.system.parameter_set.resolve(params)
-        given = {**self.y0, **start} if isinstance(self.y0, Mapping) else self.y0
+        given = replace(found, inputs={**found.inputs, **signals})
+        model = given.driven(self.model)
+        p = model.system.parameter_set.resolve(given.params)
         return Choice(
-            self, samples, params, start, duration, x[blocks["nodes"]], times, signals, model, p,
-            given, self._state(model, given, params),
+            self, given, samples, duration, x[blocks["nodes"]], times, signals, model, p,
+            given.state(model, self.t0),
         )  # fmt: skip
 
     def _signals(self, times: Array, samples: Array) -> dict[str, Signal]:
@@ -164,14 +163,6 @@ class OptimalProblem:
             name: Signal(times, rows[:, k], self.kind, outside="hold", breaks="samples")
             for k, name in enumerate(self.unknowns.controls)
         }
-
-    def _state(self, model: Any, given: Any, params: Mapping[str, Any]) -> Array:
-        """The state of the start."""
-        if not isinstance(given, Mapping):
-            return np.asarray(given)
-        rest, speeds = model.coordinates_and_speeds(given)
-        found: Array = model.assemble(rest, speeds, {**self.guess} or None, params, self.t0)
-        return found
 
     def row_bounds(self) -> tuple[Array, Array]:
         """Bounds of the conditions (rows,): no gaps between intervals, ``along``, ``end``."""
@@ -201,30 +192,35 @@ class Choice:
     ----------
     samples : (n, controls)
         Of the inputs that are found.
-    params, start, duration, nodes
-        Parameters by name, numbers of the start by name, s, and states (intervals, nx).
+    given
+        The arguments of the motion, with what is found.
+    duration, nodes
+        In s, and states (intervals, nx).
     times : (intervals + 1,)
         The ends of the intervals, s.
     signals, model
         The inputs that are found, and the model driven by all inputs.
     p : (np,)
         All parameters.
-    given, y0
-        The start as ``simulate`` takes it, and its state (nx,).
+    y0 : (nx,)
+        The state of the start.
     """
 
     problem: OptimalProblem
+    given: Arguments
     samples: Array
-    params: dict[str, Any]
-    start: dict[str, float]
     duration: float
     nodes: Array
     times: Array
     signals: dict[str, Signal]
     model: Any
     p: Array
-    given: Any
     y0: Array
+
+    @property
+    def params(self) -> Mapping[str, Any]:
+        """The parameters by name."""
+        return self.given.params
 
     @property
     def length(self) -> float:

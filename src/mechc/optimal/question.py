@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -10,11 +10,20 @@ import numpy as np
 
 from mechc.compilation.event_unit import typed_expression
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, brief
-from mechc.fitting.unknowns import Bounds, checked_bounds, middle_of
 from mechc.inputs.accept import laws_apart
 from mechc.inputs.signals import Signal
 from mechc.optimal.problem import LINEAR, Choice, OptimalProblem, Unknowns
 from mechc.optimal.terms import Terms, read_terms, refuse_rates
+from mechc.questions.motion import Arguments, params_by_name
+from mechc.questions.unknowns import (
+    PARAMETER,
+    START,
+    Bounds,
+    checked_bounds,
+    kinds_of,
+    named_free,
+    read_unknown,
+)
 from mechc.simulation.events.event import Event, value_of
 from mechc.simulation.events.expressions import read_events
 from mechc.simulation.settings import checked_positive
@@ -109,15 +118,17 @@ def read_problem(model: Any, asked: Question) -> tuple[OptimalProblem, Array]:
     along, end = (_conditions(system, *one) for one in
                   ((asked.bounds, "bounds"), (asked.end, "end")))  # fmt: skip
     system, terms = _terms(system, asked, along, end)
-    params, y0 = _params_by_name(system, asked.params), _checked_start(asked.y0)
-    unknowns, first = _unknowns(system, asked, controls, params, inputs, along, end)
+    given = Arguments(
+        params_by_name(system, asked.params), _checked_start(asked.y0), inputs,
+        by_name(asked.guess or {}, "guess"),
+    )  # fmt: skip
+    unknowns, first = _unknowns(system, asked, controls, given, along, end)
+    kept = {name: value for name, value in inputs.items() if name not in controls}
     limits = np.array([one[1:] for one in (*along.others, *end.others)]).reshape(-1, 2)
     problem = OptimalProblem(
-        type(model).of_system(system), unknowns, params,
-        {name: value for name, value in inputs.items() if name not in controls}, y0,
-        by_name(asked.guess or {}, "guess"), one_double(asked.t0, "t0"),
-        0.0 if unknowns.free else _seconds(asked.duration), asked.kind, asked.run, *terms,
-        limits[:, 0], limits[:, 1],
+        type(model).of_system(system), unknowns, replace(given, inputs=kept),
+        one_double(asked.t0, "t0"), 0.0 if unknowns.free else _seconds(asked.duration),
+        asked.kind, asked.run, *terms, limits[:, 0], limits[:, 1],
     )  # fmt: skip
     _refuse_open(problem)
     if unknowns.free:
@@ -149,13 +160,6 @@ def _seconds(duration: Any) -> float:
     if isinstance(duration, str):
         return read_seconds(duration)
     return checked_positive("the duration", duration)
-
-
-def _params_by_name(system: System, params: Any) -> dict[str, Any]:
-    """Parameters by name."""
-    if params is None or isinstance(params, Mapping):
-        return by_name(params or {}, "params")
-    return dict(zip(system.parameters, system.parameter_set.resolve(params).tolist(), strict=True))
 
 
 # -- conditions -----------------------------------------------------------------------------------
@@ -203,21 +207,23 @@ def _numbers(what: str, key: Any, value: Any) -> tuple[float, float]:
 
 
 def _unknowns(
-    system: System, asked: Question, controls: Mapping[str, Any], params: Mapping[str, Any],
-    inputs: Mapping[str, Any], along: StateConditions, end: StateConditions,
+    system: System, asked: Question, controls: Mapping[str, Any], given: Arguments,
+    along: StateConditions, end: StateConditions,
 ) -> tuple[Unknowns, Array]:  # fmt: skip
     """The unknowns with bounds and first values; the nodes are not known yet."""
     states = (*system.coordinates, *system.speeds)
-    free = by_name(asked.free or {}, "free", "{'m_1': (0.1, 5.0)}")
-    for name in free:
-        if name not in (*states, *system.parameters):
-            known = (*states, *system.parameters)
-            raise UnknownNameError("parameter, coordinate or speed", name, known)
-    begun = tuple(name for name in free if name in states)
+    kinds = kinds_of(system)
+    free = named_free(asked.free or {}, kinds)
+    numbers = [read_unknown(system, name, kinds[name], ends, given.values_of(kinds[name]))
+               for name, ends in free.items()]  # fmt: skip
+    parameters, begun = (
+        tuple(one for one in numbers if one.kind == kind) for kind in (PARAMETER, START)
+    )
     if begun and not isinstance(asked.y0, Mapping):
-        raise ValueOutOfBoundsError(f"{begun[0]} is free: give y0 as a mapping, which is assembled")
+        told = f"{begun[0].name} is free: give y0 as a mapping, which is assembled"
+        raise ValueOutOfBoundsError(told)
     unknowns = Unknowns(
-        tuple(controls), tuple(name for name in free if name not in states), begun,
+        tuple(controls), parameters, begun,
         np.ndim(asked.duration) > 0, asked.intervals + (asked.kind == LINEAR), asked.intervals,
         len(states),
     )  # fmt: skip
@@ -225,10 +231,11 @@ def _unknowns(
     shares = np.arange(unknowns.samples) / asked.intervals
     for place, (name, ends) in zip(blocks["controls"].T, controls.items(), strict=True):
         box.bound(place, checked_bounds(system, name, ends))
-        box.first[place] = _first_signal(name, inputs.get(name, 0.0), shares)
-    _bound_numbers(system, box, blocks["parameters"], unknowns.parameters, free, params)
-    start = asked.y0 if isinstance(asked.y0, Mapping) else {}
-    _bound_numbers(system, box, blocks["start"], begun, free, by_name(start, "y0"))
+        box.first[place] = _first_signal(name, given.inputs.get(name, 0.0), shares)
+    for block, ones in (("parameters", parameters), ("start", begun)):
+        for place, one in zip(blocks[block], ones, strict=True):
+            box.lower[place], box.upper[place] = one.lower, one.upper
+            box.first[place], box.size[place] = one.first, one.size
     if unknowns.free:
         low, high = _ends_of_duration(asked.duration)
         box.bound(blocks["duration"], (low, high))
@@ -238,27 +245,11 @@ def _unknowns(
         box.bound(nodes[:, i], ends)
     for i, ends in end.components.items():
         box.bound(nodes[-1, i], _in_both(states[i], ends, along.components.get(i)))
-    some = dict(zip(unknowns.parameters, box.first[blocks["parameters"]].tolist(), strict=True))
-    box.size[nodes] = system.scale(system.parameter_set.resolve({**params, **some}))
+    p = system.parameter_set.resolve(
+        given.with_values(parameters, [one.first for one in parameters]).params
+    )
+    box.size[nodes] = system.scale(p)
     return box.within(unknowns)
-
-
-def _bound_numbers(
-    system: System, box: Box, places: Any, names: Sequence[str], free: Mapping[str, Any],
-    known: Mapping[str, Any],
-) -> None:  # fmt: skip
-    """Bounds and first values of parameters, or of numbers of the start."""
-    for place, name in zip(places, names, strict=True):
-        low, high = checked_bounds(system, name, free[name])
-        value = known.get(name, {**system.start, **system.defaults}.get(name))
-        if value is None and name in system.parameters and not np.isfinite([low, high]).any():
-            raise ValueOutOfBoundsError(
-                f"the search has no value of {name} to begin with: give params={{{name!r}: ...}}"
-            )
-        value = middle_of(low, high) if value is None else value
-        box.first[place] = in_si(value, system.quantities[name])
-        box.size[place] = abs(box.first[place]) or 1.0
-        box.bound(place, (low, high))
 
 
 def _in_both(name: str, ends: Bounds, along: Bounds | None) -> Bounds:
@@ -305,10 +296,10 @@ def _refuse_open(problem: OptimalProblem) -> None:
         )
     if not system.scene.rows:
         return
-    if unknowns.parameters and not isinstance(problem.y0, Mapping):
+    if unknowns.parameters and not isinstance(problem.given.start, Mapping):
         raise MechcError(
-            f"{unknowns.parameters[0]} is free, and a whole state y0 does not close the loops with "
-            "another value of it: give y0 as a mapping, which is assembled"
+            f"{unknowns.parameters[0].name} is free, and a whole state y0 does not close the loops "
+            "with another value of it: give y0 as a mapping, which is assembled"
         )
     for slot in system.data.get("inputs", ()):
         if slot["of_time"] and slot["name"] in unknowns.controls:
@@ -331,7 +322,7 @@ def _refuse_driven(choice: Choice) -> None:
 def _drives(choice: Choice) -> list[str]:
     """Names of what depends on time: inputs, rates, outputs of the expressions, events."""
     problem, unknowns = choice.problem, choice.problem.unknowns
-    given = {**problem.inputs, **dict.fromkeys(unknowns.controls, 0.0)}
+    given = {**problem.given.inputs, **dict.fromkeys(unknowns.controls, 0.0)}
     system = (problem.model.with_inputs(given) if given else problem.model).system
     t0, longest = problem.t0, float(unknowns.upper[unknowns.blocks["duration"]][0])
     times = t0 + longest * np.sort(np.arange(TIMES) * UNEVEN % 1.0)
@@ -346,14 +337,14 @@ def _drives(choice: Choice) -> list[str]:
         return not np.allclose(values, values[0], rtol=SAME, atol=SAME)
 
     try:
-        found = [name for name in problem.inputs if name in system.inputs
+        found = [name for name in problem.given.inputs if name in system.inputs
                  and differs(system.driven.values([name], times, y)[0])]  # fmt: skip
         rates = not found and differs(system.rates(y, choice.p, times))
         found += ["time in the equations"] * rates
         found += [f"time in {name}" for name in sorted(outputs)
                   if differs(system.evaluate(name, y, choice.p, times))]  # fmt: skip
     except ValueOutOfBoundsError:  # beyond the samples of a signal
-        found = list(problem.inputs)
+        found = list(problem.given.inputs)
     events = read_events(problem.run["events"], system, choice.p, typed_expression)
     found += [f"time in event {k}" for k, one in enumerate(events) if _of_time(one, times, y[0])]
     return found

@@ -54,8 +54,9 @@ class Optimum:
     @property
     def values(self) -> dict[str, float]:
         """The parameters, and coordinates and speeds of the start, that were found."""
-        choice, names = self.choice, self.problem.unknowns.parameters
-        return {**{name: choice.params[name] for name in names}, **choice.start}
+        unknowns, given = self.problem.unknowns, self.choice.given
+        found = (*unknowns.parameters, *unknowns.start)
+        return {one.name: given.values_of(one.kind)[one.name] for one in found}
 
     @property
     def signals(self) -> Mapping[str, Signal]:
@@ -65,12 +66,12 @@ class Optimum:
     @property
     def inputs(self) -> dict[str, Any]:
         """All inputs, as ``simulate`` takes them."""
-        return {**self.problem.inputs, **self.signals}
+        return dict(self.choice.given.inputs)
 
     @property
     def params(self) -> dict[str, Any]:
         """The parameters, as ``simulate`` takes them."""
-        return self.choice.params
+        return dict(self.choice.params)
 
     @property
     def y0(self) -> Array:
@@ -142,8 +143,8 @@ class Optimum:
         first = blocks["nodes"].size
         groups = [(n, blocks["controls"][:, k]) for k, n in enumerate(unknowns.controls)]
         for block in ("parameters", "start"):
-            groups += [(n, p[None]) for n, p in zip(getattr(unknowns, block), blocks[block],
-                                                     strict=True)]  # fmt: skip
+            ones = zip(getattr(unknowns, block), blocks[block], strict=True)
+            groups += [(one.name, place[None]) for one, place in ones]
         groups += [("duration", blocks["duration"])] * unknowns.free
         names = (*model.coordinates, *model.speeds)
         groups += [(n, blocks["nodes"][:-1, i]) for i, n in enumerate(names)]

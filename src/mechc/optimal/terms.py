@@ -19,15 +19,8 @@ from mechc.inputs.samples import places_of_values
 from mechc.simulation.events.expressions import EventReader, StateNames, as_written, function_of
 from mechc.system.names import name_of
 from mechc.system.parameters import Array
-from mechc.system.quantity import (
-    INDEXED,
-    NAME,
-    SUMS,
-    Quantity,
-    read_quantity,
-    slopes_of,
-    values_of,
-)
+from mechc.system.quantities import INDEXED, NAME, Quantity, read_quantity, slopes_of, values_of
+from mechc.system.quantity import SUMS
 from mechc.system.system import System
 
 DURATION = "duration"

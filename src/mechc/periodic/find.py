@@ -23,6 +23,7 @@ from mechc.periodic.repeats import (
     whole_turns,
 )
 from mechc.periodic.shooting import Shooting, Trial
+from mechc.questions.motion import params_by_name
 from mechc.simulation.events.expressions import is_expression, read_events
 from mechc.simulation.settings import checked_positive
 from mechc.system.names import by_name, checked_word, names_of
@@ -39,7 +40,7 @@ def periodic(
     run: dict[str, Any], tol: float, most: int,
 ) -> Cycle:  # fmt: skip
     """See :meth:`mechc.Model.periodic`."""
-    system, given = model.system, _by_name(model.system, params)
+    system, given = model.system, params_by_name(model.system, params)
     if system.attitudes.of_length_one:
         raise MechcError(
             f"{model.name} has a quaternion of length one, of which no cycles are searched for: "
@@ -85,13 +86,6 @@ def periodic(
         return Cycle(search(problem, trial, tol, most), tol)
     except NoCycleError as error:
         raise MechcError(str(error)) from None
-
-
-def _by_name(system: System, params: Any) -> dict[str, Any]:
-    if params is None or isinstance(params, Mapping):
-        return by_name(params or {}, "params")
-    values = system.parameter_set.resolve(params)
-    return dict(zip(system.parameters, values.tolist(), strict=True))
 
 
 def _seconds(period: Any) -> float:

@@ -20,7 +20,7 @@ from mechc.system.description import Description
 from mechc.system.kinds import Kind, shown_in
 from mechc.system.parameters import Array
 from mechc.system.picture import Picture
-from mechc.system.quantity import outputs_in, read_quantity
+from mechc.system.quantities import outputs_in, read_quantity
 from mechc.system.system import System
 
 StateFunction = Callable[[Array, Array, Any], Array]

@@ -32,7 +32,7 @@ from mechc.sensitivities.steps import NAMES, checked_run, differentiable, refuse
 from mechc.simulation.record import Piece
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import Array, doubles, one_double
-from mechc.system.quantity import Quantity, outputs_in, read_quantity, values_of
+from mechc.system.quantities import Quantity, outputs_in, read_quantity, values_of
 from mechc.system.system import System
 
 POINTS, WEIGHTS = (0.5 * each for each in np.polynomial.legendre.leggauss(8))

@@ -12,7 +12,7 @@ from mechc.sensitivities.columns import Columns, columns_of
 from mechc.sensitivities.history import Sensitivity
 from mechc.system.names import name_of
 from mechc.system.parameters import Array
-from mechc.system.quantity import Quantity, outputs_in, quantities_of, rows_of, slopes_of
+from mechc.system.quantities import Quantity, outputs_in, quantities_of, rows_of, slopes_of
 from mechc.system.system import System
 
 if TYPE_CHECKING:

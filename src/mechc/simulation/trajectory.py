@@ -19,7 +19,7 @@ from mechc.simulation.settings import Policy, refuse_derivatives_in_contact
 from mechc.simulation.status import ChangePoint, Status
 from mechc.system.names import name_of
 from mechc.system.parameters import Array, doubles
-from mechc.system.quantity import outputs_in, read_quantity
+from mechc.system.quantities import outputs_in, read_quantity
 from mechc.system.system import System
 from mechc.system.units import SECONDS
 

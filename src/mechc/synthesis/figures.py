@@ -10,7 +10,7 @@ from mechc.results.figures import new_figure
 from mechc.results.mathtext import plain, typeset
 from mechc.results.panels import COLOURS, QUIET
 from mechc.system.kinds import Kind, shown_in
-from mechc.system.quantity import values_of
+from mechc.system.quantities import values_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 def draw_design(design: Any) -> Figure:
     """A panel in the plane for the points, and one for every other target."""
     targets = design.problem.targets.each
-    points = [one for one in targets if one.output == "points"]
-    others = [one for one in targets if one.output != "points"]
+    points = [one for one in targets if one.quantities[0].output == "points"]
+    others = [one for one in targets if one.quantities[0].output != "points"]
     count = bool(points or not others) + len(others)
     with new_figure((5.2 * count, 4.6)) as figure:
         panels = list(figure.subplots(1, count, squeeze=False)[0])

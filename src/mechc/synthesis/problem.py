@@ -22,7 +22,7 @@ from mechc.sensitivities.columns import default_slopes, with_defaults
 from mechc.synthesis.conditions import Conditions
 from mechc.synthesis.targets import Targets
 from mechc.system.parameters import Array
-from mechc.system.quantity import Quantity, quantities_of, slopes_of, values_of
+from mechc.system.quantities import Quantity, quantities_of, slopes_of, values_of
 from mechc.system.system import System
 
 Slopes = tuple[Array, Array, Array, Array]

@@ -15,7 +15,7 @@ from mechc.assembly.closer import wrap
 from mechc.synthesis.conditions import WEIGHT
 from mechc.synthesis.problem import SWEEP, SynthesisProblem
 from mechc.system.parameters import Array
-from mechc.system.quantity import values_of
+from mechc.system.quantities import values_of
 
 BLOCK = 512  # members followed at a time
 KEPT = 8  # assemblies of one member among which one is taken

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from mechc.assembly.closer import wrap
+from mechc.questions.unknowns import within
 from mechc.synthesis.conditions import MET, WEIGHT, transmission_angle
 from mechc.synthesis.problem import SWEEP, SynthesisProblem
 from mechc.synthesis.relaxed import relax
@@ -120,10 +121,9 @@ def refine(problem: SynthesisProblem, z: Array, q: Array, tol: float) -> Candida
     from scipy.optimize import least_squares
 
     lower, upper = problem.bounds
-    inside = 1e-9 * np.where(np.isfinite(upper - lower), upper - lower, 0.0)
     weight, found = WEIGHT, Candidate(z, q, *judge(problem, z, q))
     for _ in range(ROUNDS):
-        z = np.clip(z, lower + inside, upper - inside)  # where a search may begin
+        z = within(z, lower, upper)
         descent = _Descent(problem, z, q, weight)
         if not np.isfinite(descent.at.values).all():
             break

@@ -1,36 +1,22 @@
-"""Quantities of a model: a name with its unit, kind and bounds; and one number that a text names.
-
-The grammar of such a text, wherever a quantity is named::
-
-    quantity  = name [ "[" index { "," index } "]" ]
-
-A name is a coordinate, a speed, ``energy``, or an output; the indices count from 0.
-"""
+"""A named number of a model: its unit, kind and bounds."""
 
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
+from mechc.errors import ValueOutOfBoundsError
 from mechc.system.kinds import Kind
-from mechc.system.names import name_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from mechc.system.system import System
-
 ENERGIES = ("kinetic_energy", "potential_energy")
 SUMS = {"energy": ENERGIES}  # outputs that are sums of others
-NAME = re.compile(r"[^\W\d]\w*")
-INDEXED = re.compile(r"(?<!\w)([^\W\d]\w*+)\s*+\[\s*+(\d++(?:\s*+,\s*+\d++)*+)\s*+\]")
-_UNITS = {"points": "m", **dict.fromkeys((*SUMS, *ENERGIES), "J")}
 
 
 @dataclass(frozen=True)
@@ -85,182 +71,3 @@ class NamedQuantity:
                 f"{self.name} = {bad:g}{unit}{told} must be finite"
                 + (f" and {self.bounds_in_words}" if self.bounds_in_words != "any" else "")
             )
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """One number of a model, which varies along a motion.
-
-    Attributes
-    ----------
-    name
-        As it is written: ``theta_0``, ``points[2,0]``.
-    output, index
-        A coordinate, a speed, the energy or an output, and which number of it.
-    entry
-        The place of that number in the output, in C order; of a coordinate or speed that in the
-        state.
-    of_state
-        Whether it is a coordinate or a speed.
-    meaning
-        Its unit and kind; no bounds.
-    """
-
-    name: str
-    output: str
-    index: tuple[int, ...]
-    entry: int
-    of_state: bool
-    meaning: NamedQuantity
-
-    @property
-    def unit(self) -> str:
-        return self.meaning.unit
-
-    @property
-    def kind(self) -> Kind:
-        return self.meaning.kind
-
-    @property
-    def parts(self) -> tuple[str, ...]:
-        """The outputs of which this number is the sum."""
-        return SUMS.get(self.output, (self.output,))
-
-    def rows(self, system: System) -> list[int]:
-        """The rows of the outputs' Jacobians whose sum is its derivative."""
-        return [system.derivative_rows[part][0][self.entry] for part in self.parts]
-
-    def values(
-        self, system: System, y: NDArray[np.float64], p: NDArray[np.float64], t: Any
-    ) -> NDArray[np.float64]:
-        """Values (...) on states (..., nq + nu)."""
-        return values_of([self], system, y, p, t)[..., 0]
-
-
-def read_quantity(system: System, given: Any, *, differentiable: bool = False) -> Quantity:
-    """The quantity that a text or symbol names; ``differentiable``: one that has derivatives.
-
-    The system has the outputs: see :func:`outputs_in`.
-
-    Raises :class:`UnknownNameError` for a name that the model does not have,
-    :class:`ValueOutOfBoundsError` for a text that is none, and for an index that there is not.
-    """
-    text = given if isinstance(given, str) else name_of(given)
-    match = INDEXED.fullmatch(text.strip()) if isinstance(text, str) else None
-    name = match[1] if match else text.strip() if isinstance(text, str) else ""
-    if not NAME.fullmatch(name):
-        raise ValueOutOfBoundsError(
-            f"{brief(text)} is not a quantity: write theta_0, energy or points[2,0]"
-        )
-    index = tuple(map(int, match[2].split(","))) if match else ()
-    shape = shape_of(system, name, differentiable=differentiable)
-    if len(index) != len(shape) or any(i >= n for i, n in zip(index, shape, strict=True)):
-        raise ValueOutOfBoundsError(_no_number(name, shape))
-    written = "".join(text.split())
-    of_state = name in (*system.coordinates, *system.speeds)
-    kind = Kind.LENGTH if name == "points" else Kind.OTHER
-    free = (-math.inf, math.inf, False)
-    meaning = NamedQuantity(written, _UNITS.get(name, ""), name, *free, kind)
-    if name in system.quantities:
-        known = system.quantities[name]
-        meaning = NamedQuantity(written, known.unit, name, *free, known.kind)
-    flat = int(np.ravel_multi_index(index, shape)) if shape else 0
-    entry = system.state_index(name) if of_state else flat
-    return Quantity(written, name, index, entry, of_state, meaning)
-
-
-def quantities_of(
-    system: System, output: Any, *, differentiable: bool = False
-) -> tuple[tuple[int, ...], list[Quantity]]:
-    """The shape of an output, and a quantity for each of its numbers, in C order; of a quantity ().
-
-    Raises as :func:`read_quantity`.
-    """
-    text = output if isinstance(output, str) else str(name_of(output))
-    single = "[" in text or not NAME.fullmatch(text.strip())
-    shape = () if single else shape_of(system, text.strip(), differentiable=differentiable)
-    names = [f"{text}[{','.join(map(str, index))}]" for index in np.ndindex(shape)]
-    names = names if shape else [text]
-    return shape, [read_quantity(system, each, differentiable=differentiable) for each in names]
-
-
-def shape_of(system: System, name: str, *, differentiable: bool = False) -> tuple[int, ...]:
-    """The shape of a coordinate, a speed, the energy or an output; () of a number.
-
-    Raises :class:`UnknownNameError`, :class:`UnavailableOutputError` if the system has none.
-    """
-    states, known = (*system.coordinates, *system.speeds), dict[str, tuple[int, ...]]()
-    known |= {name: tuple(shape) for name, shape in system.array_outputs.items()}
-    if differentiable:
-        known |= {name: shape for name, (_, shape) in system.derivative_rows.items()}
-    else:
-        shapes = system.data["shapes"]
-        known |= {n: tuple(shapes.get(n, [size])) for n, size in system.scene.outputs.items()}
-    known |= dict.fromkeys(states, ()) | {
-        whole: () for whole, parts in SUMS.items() if known.keys() >= {*parts}
-    }
-    if name not in known:
-        for part in SUMS.get(name, (name,)):
-            if part in system.data["unavailable"] and part not in known:
-                system.refuse_output(part)
-        raise UnknownNameError("quantity", name, (*states, *(n for n in known if n not in states)))
-    return known[name]
-
-
-def _no_number(name: str, shape: tuple[int, ...]) -> str:
-    if not shape:
-        return f"{name} is one number: write {name} without an index"
-    first, last = (",".join(map(str, ends)) for ends in ([0] * len(shape), [n - 1 for n in shape]))
-    return (
-        f"{name} has the shape {shape}: write one of its numbers, from {name}[{first}] to "
-        f"{name}[{last}]"
-    )
-
-
-def outputs_in(given: Iterable[Any]) -> list[str]:
-    """Every name in texts and symbols, for :meth:`System.with_output` and ``differentiable``."""
-    texts = (one if isinstance(one, str) else name_of(one) for one in given)
-    return [name for text in texts if isinstance(text, str) for name in NAME.findall(text)]
-
-
-def values_of(
-    quantities: Sequence[Quantity], system: System, y: NDArray[np.float64],
-    p: NDArray[np.float64], t: Any,
-) -> NDArray[np.float64]:  # fmt: skip
-    """Values (..., k) of quantities on states (..., nq + nu); every output is evaluated once."""
-    leading = np.broadcast_shapes(y.shape[:-1], p.shape[:-1], np.shape(t))
-    outputs = {}
-    for output in dict.fromkeys(one.output for one in quantities if not one.of_state):
-        outputs[output] = system.evaluate(output, y, p, t).reshape(*leading, -1)
-    columns = [(y if one.of_state else outputs[one.output])[..., one.entry] for one in quantities]
-    shown = [np.broadcast_to(column, leading) for column in columns]
-    return np.stack(shown, axis=-1) if shown else np.zeros((*leading, 0))
-
-
-def slopes_of(
-    quantities: Sequence[Quantity], by: str, system: System, y: NDArray[np.float64],
-    p: NDArray[np.float64], t: Any,
-) -> NDArray[np.float64]:  # fmt: skip
-    """Derivatives (..., k, n) of differentiable quantities at states (..., nq + nu), ``by`` the
-    ``"state"``, a ``"parameter"`` or the value of an ``"input"``."""
-    widths = {"state": y.shape[-1], "parameter": p.shape[-1], "input": len(system.input_values)}
-    leading = np.broadcast_shapes(y.shape[:-1], p.shape[:-1], np.shape(t))
-    if all(one.of_state for one in quantities) or not widths[by]:
-        found = np.zeros((*leading, len(quantities), widths[by]))
-    else:
-        found = rows_of(quantities, system, system.evaluate(f"own_{by}_jacobian", y, p, t))
-    for k, one in enumerate(quantities):
-        if one.of_state and by == "state":
-            found[..., k, one.entry] = 1.0
-    return found
-
-
-def rows_of(
-    quantities: Sequence[Quantity], system: System, own: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """The rows (..., k, n) of quantities among those of all outputs; 0 of a state's components."""
-    found = np.zeros((*own.shape[:-2], len(quantities), own.shape[-1]))
-    for k, one in enumerate(quantities):
-        if not one.of_state:
-            found[..., k, :] = own[..., one.rows(system), :].sum(axis=-2)
-    return found

@@ -70,7 +70,7 @@ def test_loops_need_a_state_near():
         _ = mechc.casadi(model).motion
     with pytest.raises(mechc.ValueOutOfBoundsError, match="6 numbers"):
         mechc.casadi(model, near=[0.0])
-    with pytest.raises(mechc.UnknownNameError, match="output"):
+    with pytest.raises(mechc.UnknownNameError, match="quantity"):
         mechc.casadi(model).output("enegry")
 
 

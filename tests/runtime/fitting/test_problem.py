@@ -46,7 +46,7 @@ def test_an_assembly_near_a_guess_and_whole_turns_that_nobody_measured(bar):
     assert np.abs(found.residuals[0]).max() < 1e-6
     found.plot()
     problem, x = found.problem, np.array([1.3, 3.52, 1.22])
-    problem.policy["rtol"] = 1e-12
+    problem.motions[0].policy["rtol"] = 1e-12
     for k, h in enumerate(np.eye(3)):
         wanted = extrapolated(lambda s, h=h: problem.residuals(x + s * h), 0.004)
         assert apart(problem.jacobian(x)[:, k], wanted) < 1e-7
@@ -88,7 +88,7 @@ def test_constant_inputs_and_starts_before_the_first_sample(pushed):
         found = pushed.fit(data, free, {"q": 0.01}, starts=count, **given)
         assert found.values == pytest.approx(wanted, abs=1e-6)
     assert found.starts[1] == {"q": found["q[1]"], "u": found["u"]}
-    again = found.problem.setting(found.x, 1)
+    again = found.problem.motions[1].arguments(found.x)
     sol = pushed.simulate((-1.0, 1.5), again.start, found.model_params, inputs=again.inputs)
     np.testing.assert_allclose(sol(T)[:, 0], data[1][1], atol=1e-6)
 

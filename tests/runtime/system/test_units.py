@@ -9,7 +9,7 @@ import xarray
 import mechc
 from benchmarks.problems.particle import on_a_line
 from mechc.errors import MechcError
-from mechc.fitting.quantities import Measured
+from mechc.fitting.measured import Measured
 from mechc.fitting.recordings import read_recordings
 from mechc.system.kinds import Kind
 from mechc.system.quantity import NamedQuantity

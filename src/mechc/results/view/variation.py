@@ -6,13 +6,15 @@ Input: the arguments of ``simulate`` and ranges by name.  Output: a Solution for
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Final
 
 import numpy as np
 
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError
+from mechc.questions.motion import Arguments, MotionFunction, params_by_name
+from mechc.questions.unknowns import Unknown, kinds_of
 from mechc.results.player.sliders import checked_range, slider_data
 from mechc.results.sampling import shown_unit
 from mechc.system.names import by_name
@@ -26,27 +28,20 @@ EXAMPLE: Final = "{name or symbol: (lowest, highest)}"
 class Variation:
     """``model.simulate(t_span, y0, params, inputs=..., **policy)`` and ranges of values in it."""
 
-    model: Any
+    function: MotionFunction
     t_span: Any
-    y0: Any
-    params: Any
-    inputs: Mapping[str, Any]
-    policy: Mapping[str, Any]
     ranges: Mapping[str, tuple[float, float]]
+
+    @property
+    def model(self) -> Any:
+        """The :class:`mechc.Model`."""
+        return self.function.model
 
     def simulate(self, values: Mapping[str, float]) -> Any:
         """The run with these values, whose names are among the ranges."""
-        y0, params, inputs = self.y0, self.params, dict(self.inputs)
-        for name, value in values.items():
-            if name in inputs:
-                inputs[name] = value
-            elif name in self.model.parameters:
-                params = _with_value(params, "params", self.model.parameters, name, value)
-            else:
-                y0 = _with_value(y0, "y0", self._states, name, value)
-        return self.model.simulate(
-            self.t_span, y0, params, inputs=inputs or None, **dict(self.policy)
-        )
+        some = [one for one in self.function.unknowns if one.name in values]
+        function = replace(self.function, unknowns=some)
+        return function.simulate([values[one.name] for one in some], self.t_span)
 
     @cached_property
     def first(self) -> Any:
@@ -72,7 +67,7 @@ class Variation:
         """The value in a run for each name of the ranges; of inputs as they were given."""
         parameters = dict(zip(self.model.parameters, solution.params, strict=True))
         start = dict(zip(self._states, solution.y[0], strict=True))
-        known = {**start, **parameters, **self.inputs}
+        known = {**start, **parameters, **self.function.given.inputs}
         return {name: float(known[name]) for name in self.ranges}
 
     @property
@@ -105,21 +100,11 @@ def variation(
     rest = dict(policy)
     inputs = by_name(rest.pop("inputs", None) or {}, "inputs")
     numbers = [name for name, value in inputs.items() if isinstance(value, (int, float))]
-    known = (*model.parameters, *model.coordinates, *model.speeds, *numbers)
+    kinds = kinds_of(model.system, numbers)
     for name in ranges:
-        if name not in known:
-            raise UnknownNameError("parameter, coordinate, speed or constant input", name, known)
-    if isinstance(y0, Mapping):
-        y0 = by_name(y0, "y0")
-    if isinstance(params, Mapping):
-        params = by_name(params, "params")
-    return Variation(model, t_span, y0, params, inputs, rest, ranges)
-
-
-def _with_value(given: Any, what: str, names: tuple[str, ...], name: str, value: float) -> Any:
-    """A mapping or an array with one value in place of another."""
-    if given is None or isinstance(given, Mapping):
-        return {**(given or {}), name: value}
-    changed = np.array(doubles(given, what))
-    changed[names.index(name)] = value
-    return changed
+        if name not in kinds:
+            raise UnknownNameError("parameter, coordinate, speed or constant input", name, kinds)
+    start = by_name(y0, "y0") if isinstance(y0, Mapping) else doubles(y0, "y0")
+    given = Arguments(params_by_name(model.system, params), start, inputs, {})
+    unknowns = [Unknown(name, kinds[name], *ends, np.nan) for name, ends in ranges.items()]
+    return Variation(MotionFunction(model, unknowns, given, rest), t_span, ranges)

@@ -45,7 +45,7 @@ from mechc.simulation.events.stops import Stop
 from mechc.simulation.status import ChangePoint, Status
 
 if TYPE_CHECKING:
-    from mechc.batch.spec import Assembly
+    from mechc.assembly.initial_values import Assembly
     from mechc.compilation.table import Table
     from mechc.differentiable.casadi_model import casadi
     from mechc.differentiable.jax_function import jax

@@ -27,7 +27,7 @@ from mechc.system.parameters import Array, Parameters
 
 if TYPE_CHECKING:
     from mechc.batch.results import Batch
-    from mechc.batch.spec import Assembly
+    from mechc.assembly.initial_values import Assembly
     from mechc.batch.sweeps.result import Sweep
 
 Method = TypeVar("Method", bound=Callable[..., Any])

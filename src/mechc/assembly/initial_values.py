@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,29 @@ from mechc.system.units import in_si
 
 LARGEST = math.sqrt(sys.float_info.max)
 Values = Mapping[str, Any]  # numbers; columns of them, in a batch
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """Starts that are assembled member by member, each with its own parameters.
+
+    Attributes
+    ----------
+    coordinates
+        Values to keep (rad, m), by name or symbol: numbers, or arrays (n,) with one a member; the
+        others are solved for, to the configuration that ``model.assemble`` prefers: elbow up for a
+        planar loop.
+    speeds
+        Values to keep (rad/s, m/s); the others are made consistent.
+    guess
+        Coordinates near the configuration wanted, instead of the preferred one.
+
+    Members that cannot be assembled get the status ``"not assembled"``.
+    """
+
+    coordinates: Values
+    speeds: Values = field(default_factory=dict)
+    guess: Mapping[str, float] = field(default_factory=dict)
 
 
 def filled_start(

@@ -6,11 +6,12 @@ import hashlib
 import json
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from mechc.assembly.initial_values import Assembly
 from mechc.batch.driven import NONE, BatchInputs, Columns, check_driven, cut
 from mechc.batch.events import BatchEvents
 from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError, brief
@@ -22,29 +23,6 @@ from mechc.system.units import in_si
 
 Chunk = tuple[int, dict[str, Array], bool]  # first member, arrays, whether complete
 Compute = Callable[[Sequence[tuple[int, int]], Callable[[int], None]], Iterator[Chunk]]
-
-
-@dataclass(frozen=True)
-class Assembly:
-    """Starts that are assembled member by member, each with its own parameters.
-
-    Attributes
-    ----------
-    coordinates
-        Values to keep (rad, m), by name or symbol: numbers, or arrays (n,) with one a member; the
-        others are solved for, to the configuration that ``model.assemble`` prefers: elbow up for a
-        planar loop.
-    speeds
-        Values to keep (rad/s, m/s); the others are made consistent.
-    guess
-        Coordinates near the configuration wanted, instead of the preferred one.
-
-    Members that cannot be assembled get the status ``"not assembled"``.
-    """
-
-    coordinates: Columns
-    speeds: Columns = field(default_factory=dict)
-    guess: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mechc.assembly.initial_values import filled_start
+from mechc.assembly.initial_values import Assembly, filled_start
 from mechc.errors import ValueOutOfBoundsError, brief
 from mechc.questions.unknowns import INPUT, PARAMETER, START, Unknown
 from mechc.system.names import by_name
@@ -145,8 +145,6 @@ class MotionFunction:
 
     def batch(self, points: Array, span: Any, **more: Any) -> Any:
         """The motions for values (n, k), in one batch."""
-        from mechc.batch.spec import Assembly
-
         given = self.arguments(points)
         start: Any = given.start
         if isinstance(start, np.ndarray):

@@ -13,7 +13,7 @@ from tests.support.pendulums import pendulum
 
 AGAIN = """
 import json, sys, numpy as np
-from mechc.batch.spec import Assembly
+from mechc.assembly.initial_values import Assembly
 from mechc.model import Model
 from mechc.system.reference import ModelReference
 reference = ModelReference("odd", custom=True, key=sys.argv[1], defaults=json.loads(sys.argv[2]))

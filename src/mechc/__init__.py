@@ -137,7 +137,7 @@ __all__ = [
 
 
 _LATER = {
-    "Assembly": "mechc.batch.spec",
+    "Assembly": "mechc.assembly.initial_values",
     "CFunction": "mechc.system.c_interface",
     "Check": "mechc.results.check",
     "Sampled": "mechc.inputs.sampled",

@@ -11,10 +11,16 @@ from weakref import WeakValueDictionary
 
 import numpy as np
 
-from mechc.batches import Batches, with_options_of
+from mechc.analysis import verb as analysis_verb
+from mechc.assembly import verb as assembly_verb
+from mechc.batch import verb as batch_verb
 from mechc.compilation.find import system_of
-from mechc.configurations import ONE_SET
-from mechc.errors import RunInterrupt, ValueOutOfBoundsError
+from mechc.differentiable import verb as differentiable_verb
+from mechc.errors import RunInterrupt
+from mechc.fitting import verb as fitting_verb
+from mechc.optimal import verb as optimal_verb
+from mechc.outputs import Outputs
+from mechc.periodic import verb as periodic_verb
 from mechc.results.solution import Solution
 from mechc.simulation.events.own_contacts import with_own_contacts
 from mechc.simulation.events.run_events import (
@@ -23,7 +29,7 @@ from mechc.simulation.events.run_events import (
     refuse_backwards,
     run_events,
 )
-from mechc.simulation.initialise import checked_state, state_as_given
+from mechc.simulation.initialise import checked_state
 from mechc.simulation.settings import (
     LARGEST_TRAJECTORY,
     MOST_STEPS,
@@ -35,26 +41,58 @@ from mechc.simulation.settings import (
     without_series,
 )
 from mechc.simulation.simulate import run
+from mechc.synthesis import verb as synthesis_verb
 from mechc.system.names import by_name, names_of, owned
-from mechc.system.parameters import Array, Parameters, doubles, one_double
+from mechc.system.parameters import Array, Parameters
 from mechc.system.picture import Picture
 from mechc.system.reference import ModelReference
-from mechc.system.system import System
-from mechc.system.units import SECONDS
+from mechc.system.system import System, Time
 
 if TYPE_CHECKING:
-    from mechc.analysis.inverse_dynamics import InverseDynamics
-    from mechc.analysis.linearize import Linearization
     from mechc.results.model_report import Report
     from mechc.simulation.stepper import Stepper
     from mechc.system.judged import Judged
 
-SIMULATE_ONE_SET = f"simulate {ONE_SET}"
+SIMULATE_ONE_SET = f"simulate {assembly_verb.ONE_SET}"
 _models: WeakValueDictionary[int, Model] = WeakValueDictionary()
 
 
-class Model(Batches):
+class Model(Outputs):
     """A compiled mechanism.
+
+    ====================== =========================================================================
+    what for               methods and attributes
+    ====================== =========================================================================
+    one motion             :meth:`simulate`, :meth:`stepper`, :meth:`widget`, :meth:`with_inputs`
+    many motions           :meth:`simulate_batch`, :meth:`sweep`
+    derivatives of motions :meth:`jvp`, :meth:`vjp`, ``simulate(..., sensitivities=...)``
+    values from recordings :meth:`fit`
+    motions of least cost  :meth:`optimise`
+    cycles                 :meth:`periodic`
+    linkages for a task    :meth:`synthesize`
+    closed configurations  :meth:`assemble`, :meth:`assemblies`, :meth:`sweep_positions`,
+                           :meth:`limits`, :meth:`equilibria`, :meth:`redundant_constraints`,
+                           :attr:`start`
+    linear models          :meth:`linearize`, :meth:`state_jacobian`, :meth:`parameter_jacobian`,
+                           :meth:`input_jacobian`, :attr:`input_values`
+    equations of motion    :meth:`rhs`, :meth:`ode`, :meth:`mass_matrix`, :meth:`forcing`,
+                           :meth:`constraints`, :meth:`velocity_constraints`,
+                           :meth:`constraint_jacobian`, :meth:`inverse_dynamics`
+    outputs at a state     :meth:`energy`, :meth:`kinetic_energy`, :meth:`potential_energy`,
+                           :meth:`momenta`, :meth:`points`, :meth:`point_velocities`,
+                           :meth:`point_accelerations`, :meth:`reactions`, :meth:`multipliers`,
+                           :meth:`output`, :meth:`integrand`, :meth:`c_function`
+    names and values       :attr:`quantities`, :attr:`units`, :attr:`descriptions`, :attr:`bounds`,
+                           :attr:`defaults`, :attr:`array_outputs`, :attr:`constraint_names`,
+                           :attr:`body_names`, :attr:`joint_names`, :attr:`point_names`,
+                           :meth:`state_index`, :meth:`coordinates_and_speeds`
+    what was compiled      :meth:`report`, :attr:`options`, :attr:`instruction_set`, :attr:`build`,
+                           :attr:`capsule`
+    pictures               :attr:`picture`, :attr:`picture_in_space`, :attr:`view`, :attr:`ground`,
+                           :attr:`skeleton`, :attr:`traced`
+    saving                 ``sol.save(path)`` and :func:`mechc.open` for motions; ``pickle`` takes
+                           models too
+    ====================== =========================================================================
 
     States are ``y = [q, u]``: coordinates, then speeds, in the order of ``coordinates`` and
     ``speeds``.  The last of the coordinates are those in ``states``: activations, controllers,
@@ -145,6 +183,25 @@ class Model(Batches):
 
         return model_report(self.system, compare=compare)
 
+    # -- verbs of the folders ----------------------------------------------------------------
+
+    assemble = assembly_verb.assemble
+    assemblies = assembly_verb.assemblies
+    sweep_positions = analysis_verb.sweep_positions
+    limits = analysis_verb.limits
+    equilibria = analysis_verb.equilibria
+    redundant_constraints = analysis_verb.redundant_constraints
+    linearize = analysis_verb.linearize
+    inverse_dynamics = analysis_verb.inverse_dynamics
+    simulate_batch = batch_verb.simulate_batch
+    sweep = batch_verb.sweep
+    jvp = differentiable_verb.jvp
+    vjp = differentiable_verb.vjp
+    fit = fitting_verb.fit
+    optimise = optimal_verb.optimise
+    periodic = periodic_verb.periodic
+    synthesize = synthesis_verb.synthesize
+
     # -- along a motion -----------------------------------------------------------------------
 
     def judge_rates(
@@ -155,122 +212,13 @@ class Model(Batches):
 
         return judge(self.system, t, y, p, steps, forces)
 
-    def inverse_dynamics(
-        self,
-        y: Array,
-        accelerations: Array,
-        params: Parameters = None,
-        *,
-        inputs: Sequence[str] | None = None,
-        t: float | Array = 0.0,
-    ) -> InverseDynamics:
-        """The inputs r with which M u' + J^T lambda = F(r), for given states and accelerations.
+    def _judge_reactions(
+        self, system: System, values: Mapping[str, Array], p: Array, t: Time, stacklevel: int
+    ) -> None:
+        if "cut_rows" in system.data:
+            from mechc.analysis.shared_reactions import warn_of_undetermined
 
-        Parameters
-        ----------
-        y : (..., nq + nu)
-            States on the constraints.
-        accelerations : (..., nu)
-            The speeds' rates u', which must keep the constraints.
-        params
-            As in all outputs; the values of the inputs are ignored.
-        inputs
-            Names of the inputs, by default those of ``model.inputs`` that have no value, all if
-            every one has, or of parameters that are inputs: torques, forces; F must be linear in
-            them.  Their own values are ignored, and need not be given.
-        t
-            Time or times (...).
-
-        Raises
-        ------
-        ValueError
-            If the shapes do not fit, or the accelerations do not keep the constraints.
-        MechcError
-            If the equations are not linear in an input, or it changes the inertia or has no effect;
-            if the inputs cannot produce this motion, with the largest force that remains.
-        UnknownNameError
-            If there is no such parameter.
-        """
-        from mechc.analysis.inverse_dynamics import inverse_dynamics
-
-        _, states, p = self._for_outputs((), y, params)
-        rates = doubles(accelerations, "accelerations")
-        wanted = (*states.shape[:-1], len(self.speeds))
-        if rates.shape != wanted:
-            raise ValueError(
-                f"accelerations must have the shape {wanted}: the rates of "
-                f"{', '.join(self.speeds)} at every state; they have {rates.shape}"
-            )
-        if not (np.isfinite(rates).all() and np.isfinite(states).all()):
-            raise ValueOutOfBoundsError("states and accelerations must be finite")
-        driven = self.system.driven
-        open_inputs = [] if driven is None else [n for n in self.inputs if n not in driven.given]
-        wanted_inputs = open_inputs or self.inputs if inputs is None else inputs
-        named_inputs = tuple(names_of(wanted_inputs))
-        if not named_inputs:
-            raise ValueOutOfBoundsError(
-                "which forces or torques make the motion? This model has no inputs: name "
-                "parameters that are loads, inputs=['T']"
-            )
-        return inverse_dynamics(self.system, states, rates, p, named_inputs, t)
-
-    def linearize(
-        self,
-        y: Array,
-        params: Parameters = None,
-        *,
-        t: float = 0.0,
-        inputs: Sequence[str] = (),
-        outputs: Sequence[str] | None = None,
-        independent: Sequence[str] | None = None,
-    ) -> Linearization:
-        """The linear model about a state on the constraints, an equilibrium or on a trajectory.
-
-        The directions along the constraints are spanned by independent coordinates and speeds; the
-        others follow (Peterson, Gede and Hubbard 2014, Multibody System Dynamics 33,
-        with the dependent ones found by pivoting).  Derivatives are those of compiled code, exact.
-
-        With an input or parameter that stands in a constraint the dependent coordinates and speeds
-        move, so that the constraints hold, and the independent ones stay: B and D contain that.
-
-        Parameters
-        ----------
-        y : (nq + nu,)
-            A state on the constraints (refused with the gap otherwise).
-        params
-            As in all outputs; missing ones have their defaults.
-        t
-            Time, if the equations contain it.
-        inputs
-            The inputs r: names of ``model.input_values`` (inputs given with a run, each derivative
-            separately), or parameters: a torque, a force, a length.  Parameters whose defaults
-            follow one of them move with it, unless ``params`` gives them.
-        outputs
-            Coordinates, speeds and user-defined outputs; by default all coordinates and speeds.
-        independent
-            Coordinates and speeds that become the states; by default chosen by pivoting.
-
-        Raises
-        ------
-        UnavailableOutputError
-            If the derivatives were not compiled and cannot be: the description is not at hand.
-        ChangePointError
-            At a change point, where branches cross and no unique linear model exists.
-        UnknownNameError, AssemblyError, ValueError
-            For unknown names, a state off the constraints, and ``independent`` that are not so.
-        MechcError
-            If the constraints are redundant and do not hold with another value of an input.
-        """
-        from mechc.analysis.linearize import linearize
-        from mechc.sensitivities.columns import held_by
-
-        p = self._one_set(params, ONE_SET)
-        t = one_double(t, "the time", SECONDS)
-        state = state_as_given(self.system, y, p, t)
-        chosen = None if outputs is None else tuple(names_of(outputs))
-        kept = None if independent is None else names_of(independent)
-        held = held_by(self.system, params)
-        return linearize(self.system, state, p, t, tuple(names_of(inputs)), chosen, kept, held)
+            warn_of_undetermined(system, values, p, t, stacklevel)
 
     # -- simulation ---------------------------------------------------------------------------
 
@@ -428,7 +376,7 @@ class Model(Batches):
             raise RunInterrupt(words, solution=sol) from None
         return sol
 
-    @with_options_of(simulate)
+    @batch_verb.with_options_of(simulate)
     def widget(
         self,
         t_span: Any,
@@ -505,10 +453,9 @@ class Model(Batches):
             if self.inputs
             else self
         )
-        system, p = model.system, model._one_set(params, f"a stepper {ONE_SET}")
+        system, p = model.system, model._one_set(params, f"a stepper {assembly_verb.ONE_SET}")
         policy = checked_policy(
-            system, rtol=rtol, atol=atol, method=without_series(system, method), first_step=None,
-            max_step=max_step,
+            system, rtol=rtol, atol=atol, method=without_series(system, method), max_step=max_step,
             max_steps=max_steps, dense=system.scene.holonomic > 0, on_change_point=on_change_point,
         )  # fmt: skip
         if isinstance(y0, Mapping):

@@ -108,6 +108,32 @@ def run_members(
     return results, complete
 
 
+def run_controlled(
+    system: System, recipe: Recipe, threads: int, report: Callable[[int], None]
+) -> tuple[dict[str, Array], bool]:
+    """Run members one after another, since controllers are called for each, as
+    :func:`run_members`; Ctrl-C keeps the finished ones.
+
+    Raises :class:`InputError` if a controller fails.
+    """
+    found: list[dict[str, Array]] = []
+    complete = True
+    try:
+        for member in range(recipe.count):
+            one = recipe.cut(member, member + 1)
+            one = replace(one, inputs=one.inputs.with_signals(one.span))
+            results, complete = run_members(system, one, threads)
+            if not complete:
+                break
+            found.append(results)
+            report(len(found))
+    except KeyboardInterrupt:
+        complete = False
+    if not found:
+        return {}, False
+    return {name: np.concatenate([part[name] for part in found]) for name in found[0]}, complete
+
+
 def run_alone(model: Any, recipe: Recipe, member: int, start: Array, until: float) -> Solution:
     """One member as a run of its own, from its start (nq + nu,) to a time."""
     from mechc.results.solution import Solution

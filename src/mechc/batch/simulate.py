@@ -10,9 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from mechc.batch.controlled import run_controlled
 from mechc.batch.results import Batch
-from mechc.batch.run import cores, run_members
+from mechc.batch.run import cores, run_controlled, run_members
 from mechc.batch.spec import Chunk, Compute, Recipe
 from mechc.errors import ValueOutOfBoundsError, brief
 from mechc.progress import CountBar

@@ -98,10 +98,11 @@ class Policy(NamedTuple):
 
 
 def checked_policy(
-    system: System, *, rtol: float, atol: Any, method: str, first_step: float | None,
-    max_step: float, max_steps: int, dense: bool, on_change_point: str,
-    max_bytes: float = LARGEST_TRAJECTORY, checkpoints: float | None = None,
-    lockstep: bool | None = None, several: bool = False, calls_python: bool = False,
+    system: System, *, rtol: float, method: str, atol: Any = None, first_step: float | None = None,
+    max_step: float = math.inf, max_steps: int = MOST_STEPS, dense: bool = True,
+    on_change_point: str = "continue", max_bytes: float = LARGEST_TRAJECTORY,
+    checkpoints: float | None = None, lockstep: bool | None = None, several: bool = False,
+    calls_python: bool = False,
 ) -> Policy:  # fmt: skip
     """The policy of a run or a batch; the last one of a system is kept.
 

@@ -25,8 +25,8 @@ from mechc.system.names import by_name, names_of
 from mechc.system.parameters import Array, Parameters
 
 if TYPE_CHECKING:
-    from mechc.batch.results import Batch
     from mechc.assembly.initial_values import Assembly
+    from mechc.batch.results import Batch
     from mechc.batch.sweeps.result import Sweep
     from mechc.outputs import Outputs
 

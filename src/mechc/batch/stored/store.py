@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from mechc.assembly.initial_values import Assembly
 from mechc.batch.dataset import attributes
 from mechc.batch.driven import NONE, BatchInputs, Columns, checked_inputs
 from mechc.batch.events import events_from_json
@@ -32,7 +33,6 @@ from mechc.batch.layout import (
 from mechc.batch.results import Batch
 from mechc.batch.sensitivities import check_names
 from mechc.batch.spec import (
-    Assembly,
     Compute,
     Recipe,
     checked_recipe,

@@ -13,10 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from mechc.assembly.initial_values import filled_start
+from mechc.assembly.initial_values import Assembly, filled_start
 from mechc.batch.reductions import Reduction, read_reduction
 from mechc.batch.results import Batch
-from mechc.assembly.initial_values import Assembly
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.system.description import Description
 from mechc.system.kinds import shown_in

@@ -206,3 +206,32 @@ def test_a_motion_is_one_record_that_one_class_reads(method: str) -> None:
             elif re.match(rf"    def {method}\(", line):
                 found.add(f"{path.relative_to(runtime).as_posix()}: {owner}")
     assert found == READERS[method]
+
+
+# What is written once: a pattern of the sources, and the only files that may hold it.
+ONCE = {
+    "a reader of an index in a text": (
+        r"re\.\w+\(.*\\\[.*\\d",
+        {"system/quantities.py", "sensitivities/columns.py", "inputs/samples.py"},  # y0[2], F[3]
+    ),
+    "a class of unknown numbers": (
+        r"class \w*(Unknown|Free)s?\b(?!\w*Error)",
+        {"questions/unknowns.py", "optimal/problem.py"},  # the last: the blocks of its vector
+    ),
+    "an inverse of constraints": (
+        r"np\.linalg\.(pinv|lstsq|matrix_rank)\(",
+        {"assembly/closed.py", "assembly/positions.py", "assembly/tangent_branches.py",
+         "analysis/constraint_rank.py", "analysis/equilibria.py", "analysis/inverse_dynamics.py",
+         "analysis/linearize.py", "compilation/newton_euler.py", "periodic/newton.py",
+         "simulation/limits.py", "simulation/events/resets.py", "simulation/events/stops.py"},
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", ONCE)
+def test_what_is_written_once_is_not_written_again(what: str) -> None:
+    pattern, holders = ONCE[what]
+    runtime = ROOT / "src" / "mechc"
+    found = {path.relative_to(runtime).as_posix() for path in RUNTIME
+             if re.search(pattern, path.read_text("utf-8"))}  # fmt: skip
+    assert found <= holders

@@ -85,7 +85,7 @@ assert np.degrees(best.errors["q_lever"]) < 0.1
 # It coasts, and the lever rests in each turn.
 
 sol = model.simulate(1.5, best.assemble({"u_crank": 12.0}), best.params)
-turned = (sol["q_crank"] - best.values[0]) % (2 * np.pi)
+turned = (sol["q_crank"] - best.driven[0]) % (2 * np.pi)
 resting = sol["q_lever"][turned < rests[-1]]
 print(f"at rest the lever moves by {np.degrees(np.ptp(resting)):.3f} degrees")
 assert np.degrees(np.ptp(resting)) < 0.2

@@ -16,13 +16,13 @@ from mechc.system.parameters import Array
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from mechc.fitting.findings import Findings
+    from mechc.fitting.result import FitResult
 
 MOST: Final = 4  # recordings in one picture
 SAMPLES: Final = 800
 
 
-def draw_fit(result: Findings) -> Figure:
+def draw_fit(result: FitResult) -> Figure:
     """A figure with a column for each recording, four at most, and rows for each quantity."""
     problem = result.problem
     shown = range(min(MOST, len(problem.recordings)))
@@ -49,13 +49,13 @@ def draw_fit(result: Findings) -> Figure:
     return figure
 
 
-def _title(result: Findings, shown: int) -> str:
+def _title(result: FitResult, shown: int) -> str:
     problem = result.problem
     left = len(problem.recordings) - shown
     more = f", {left} more recordings not shown" if left else ""
     names = ", ".join(clean_text(name) for name in result.names[:5])
     names += " ..." if len(result.names) > 5 else ""
-    return f"{clean_text(problem.model.title, 60)}: fit of {names}{more}"
+    return f"{clean_text(result.model.title, 60)}: fit of {names}{more}"
 
 
 def _legend(figure: Figure, *panels: Any) -> None:
@@ -68,7 +68,7 @@ def _legend(figure: Figure, *panels: Any) -> None:
     figure.legend(handles, names, loc="outside upper right", ncols=len(names), fontsize=8)
 
 
-def _draw_data(axes: Any, result: Findings, place: int, k: int) -> None:
+def _draw_data(axes: Any, result: FitResult, place: int, k: int) -> None:
     problem, one = result.problem, result.problem.measured[k]
     _, factor = shown_in(one.quantity.kind, one.quantity.unit)
     recording, sol = problem.recordings[place], result.solutions[place]
@@ -83,7 +83,7 @@ def _draw_data(axes: Any, result: Findings, place: int, k: int) -> None:
     axes.plot(t, factor * line, color=COLOURS[0], label="fit")
 
 
-def _turns(result: Findings, place: int, k: int) -> float:
+def _turns(result: FitResult, place: int, k: int) -> float:
     """Whole turns by which the data of an angle differ from the motion as it is assembled."""
     recording, sol = result.problem.recordings[place], result.solutions[place]
     one = result.problem.measured[k]
@@ -96,7 +96,7 @@ def _dot(known: Array) -> float:
     return 4.0 if np.count_nonzero(known) < 200 else 2.5
 
 
-def _draw_residuals(axes: Any, result: Findings, place: int, k: int) -> None:
+def _draw_residuals(axes: Any, result: FitResult, place: int, k: int) -> None:
     one, recording = result.problem.measured[k], result.problem.recordings[place]
     _, factor = shown_in(one.quantity.kind, one.quantity.unit)
     known = recording.valid[:, k]

@@ -3,27 +3,27 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
+from mechc.results.answer import finite, shown_quantity, value_lines
 from mechc.system.kinds import shown_in
 
 if TYPE_CHECKING:
-    from mechc.fitting.findings import Findings
     from mechc.fitting.measured import Measured
+    from mechc.fitting.result import FitResult
 
 RARE = 1e-6  # a probability of residuals that large, below which noise is not the cause
 STRONG = 0.95  # a correlation that is worth a line
 
 
-def in_words(result: Findings) -> str:
+def in_words(result: FitResult) -> str:
     """Values with their intervals, residuals, correlations, what the data leave open."""
     problem = result.problem
     recordings, correlation = len(problem.recordings), result.correlation
     how = "converged" if result.converged else "did not converge"
     lines = [
-        f"fit of {problem.model.name}: {len(result.names)} values from {problem.count} samples of "
+        f"fit of {result.model.name}: {len(result.names)} values from {problem.count} samples of "
         f"{recordings} recording{'s' * (recordings > 1)}, {how} ({result.motions} motions)",
         *_values(result),
         *(_residuals(result, one) for one in problem.measured),
@@ -39,28 +39,23 @@ def in_words(result: Findings) -> str:
     return "\n".join(lines)
 
 
-def _values(result: Findings) -> list[str]:
-    level = f"{100 * result.confidence:g} %"
-    width = max(map(len, result.names))
-    lines = []
+def _values(result: FitResult) -> list[str]:
+    level, notes = f"{100 * result.confidence:g} %", {}
     for name, (low, high) in result.intervals.items():
-        quantity = result.problem.model.quantities.get(name.partition("[")[0])
-        unit, factor = ("", 1.0) if quantity is None else shown_in(quantity.kind, quantity.unit)
-        value = f"  {name:{width}}  {result[name] * factor:12.6g} {unit}"
+        _, factor = shown_quantity(result.model, name.partition("[")[0])
         if math.isfinite(high - low):
-            value += f"  ({level}: {low * factor:.6g} ... {high * factor:.6g})"
-        lines.append(value)
-    return lines
+            notes[name] = f"  ({level}: {low * factor:.6g} ... {high * factor:.6g})"
+    return value_lines(result, notes)
 
 
-def _residuals(result: Findings, one: Measured) -> str:
+def _residuals(result: FitResult, one: Measured) -> str:
     unit, factor = shown_in(one.quantity.kind, one.quantity.unit)
     rms = result.rms[one.name] * factor
     known = "" if math.isnan(one.sigma) else f", {rms / factor / one.sigma:.2f} of its sigma"
     return f"residuals of {one.name}: {rms:.3g} {unit} rms{known}"
 
 
-def _notes(result: Findings) -> list[str]:
+def _notes(result: FitResult) -> list[str]:
     lines = []
     if result.noise_known and result.probability < RARE:
         lines.append(
@@ -77,29 +72,22 @@ def _notes(result: Findings) -> list[str]:
     return lines
 
 
-def json_of(result: Findings) -> dict[str, Any]:
+def json_of(result: FitResult) -> Mapping[str, Any]:
     """The result as JSON data; a number that is not finite is null."""
-    return {
-        "mechanism": result.problem.model.name,
+    found: Mapping[str, Any] = finite({
+        "mechanism": result.model.name,
         "values": result.values,
-        "standard_errors": _finite(result.standard_errors),
-        "intervals": {n: [_or_none(x) for x in ends] for n, ends in result.intervals.items()},
+        "standard_errors": result.standard_errors,
+        "intervals": result.intervals,
         "confidence": result.confidence,
-        "correlation": [[_or_none(x) for x in row] for row in result.correlation.tolist()],
+        "correlation": result.correlation.tolist(),
         "undetermined": [str(one) for one in result.undetermined],
         "cost": result.cost,
-        "probability": _or_none(result.probability),
+        "probability": result.probability,
         "samples": result.problem.count,
-        "residual_rms": _finite(result.rms),
+        "residual_rms": result.rms,
         "converged": result.converged,
         "message": result.message,
         "motions": result.motions,
-    }
-
-
-def _finite(values: dict[str, float]) -> dict[str, float | None]:
-    return {name: _or_none(value) for name, value in values.items()}
-
-
-def _or_none(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
+    })  # fmt: skip
+    return found

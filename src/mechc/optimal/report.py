@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mechc.results.answer import shown_quantity, value_lines
 from mechc.results.figures import new_figure
 from mechc.results.mathtext import plain, typeset
 from mechc.results.panels import COLOURS, QUIET
 from mechc.simulation.events.expressions import as_written
-from mechc.system.kinds import shown_in
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -27,7 +27,7 @@ def in_words(result: Any) -> str:
         f"motion of {problem.model.name} with the least {_cost(problem)}: {ended}",
         f"  cost         {result.cost:14.9g}",
         f"  duration     {result.duration:14.9g} s",
-        *(_value(result, name, value) for name, value in result.values.items()),
+        *value_lines(result, {}),
         *(f"  {name} is {told}" for name, told in result.active.items()),
         f"{result.solver}: {result.message}, {result.iterations} iterations, "
         f"{result.seconds:.3g} s, {result.motions} motions of an interval, "
@@ -56,7 +56,7 @@ def _judgement(result: Any) -> list[str]:
     if abs(cost - result.cost) > SAME_COST * abs(cost):
         told.append(f"along the whole motion the cost is {cost:.9g}: take more intervals")
     for name, (excess, t) in result.excess.items():
-        unit, factor = _shown(model, name)
+        unit, factor = shown_quantity(model, name)
         told.append(
             f"{name} is beyond its bound by {excess * factor:.2g} {unit}".rstrip()
             + f" at t = {t:.4g} s: bounds are held at the ends of intervals, take more"
@@ -67,16 +67,6 @@ def _judgement(result: Any) -> list[str]:
 def _cost(problem: Any) -> str:
     parts = [f"integral of {title}" for title in problem.integral.titles]
     return " plus ".join([*parts, *problem.final.titles])
-
-
-def _value(result: Any, name: str, value: float) -> str:
-    unit, factor = _shown(result.problem.model, name)
-    return f"  {name:12} {value * factor:14.9g} {unit}".rstrip()
-
-
-def _shown(model: Any, name: str) -> tuple[str, float]:
-    quantity = model.quantities.get(name)
-    return ("", 1.0) if quantity is None else shown_in(quantity.kind, quantity.unit)
 
 
 def draw_optimum(result: Any, names: Any) -> Figure:
@@ -93,7 +83,7 @@ def draw_optimum(result: Any, names: Any) -> Figure:
         for axes, one, line in zip(
             panels[len(controls) :], asked, result.along(*asked, t=t).T, strict=True
         ):
-            unit, factor = _shown(model, one if isinstance(one, str) else as_written(one))
+            unit, factor = shown_quantity(model, one if isinstance(one, str) else as_written(one))
             axes.plot(t, factor * line, color=COLOURS[0])
             axes.set_ylabel(_label(model, one, unit))
         panels[-1].set_xlabel("time (s)")
@@ -103,7 +93,7 @@ def draw_optimum(result: Any, names: Any) -> Figure:
 def _draw_control(axes: Any, result: Any, name: str) -> None:
     """The samples of an input as they are joined, and its bounds."""
     problem, signal = result.problem, result.signals[name]
-    unit, factor = _shown(problem.model, name)
+    unit, factor = shown_quantity(problem.model, name)
     places = problem.unknowns.blocks["controls"][:, problem.unknowns.controls.index(name)]
     for bound in (problem.unknowns.lower[places[0]], problem.unknowns.upper[places[0]]):
         if np.isfinite(bound):

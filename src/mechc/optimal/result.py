@@ -13,12 +13,13 @@ from mechc.optimal.judge import cost_along, exceeded_bounds, missed_most
 from mechc.optimal.report import draw_optimum, in_words
 from mechc.optimal.solvers import SearchEnd
 from mechc.optimal.terms import Points, read_terms
+from mechc.results.answer import Answer, finite
 from mechc.system.parameters import Array
 
 AT_BOUND = 1e-4  # of the sizes: nearer to a bound a value lies at it
 
 
-class Optimum:
+class Optimum(Answer):
     """The motion with the least cost that was found.
 
     Attributes
@@ -41,6 +42,7 @@ class Optimum:
             solver,
         )
         self.problem, self.x, self.cost = self.choice.problem, ended.x, ended.cost
+        self.model = self.problem.model
         self.violation, self.converged, self.message = ended[2:5]
         self.iterations, self.seconds = ended[5:]
         self.motions, self.derivatives = self.problem.counts.values()
@@ -86,9 +88,24 @@ class Optimum:
     @cached_property
     def solution(self) -> Any:
         """The whole motion with what was found, as ``simulate`` gives it."""
-        choice = self.choice
-        span = float(choice.times[0]), float(choice.times[-1])
-        return choice.model.simulate(span, self.y0, choice.params, **self.problem.run)
+        return self.simulate()
+
+    @property
+    def run(self) -> dict[str, Any]:
+        """See :attr:`Answer.run`."""
+        span = float(self.choice.times[0]), float(self.choice.times[-1])
+        return {"t_span": span, "inputs": self.inputs or None, **self.problem.run}
+
+    def to_json(self) -> Mapping[str, Any]:
+        """Numbers and words as JSON data."""
+        signals = {n: {"t": s.times.tolist(), "values": s.values.tolist()}
+                   for n, s in self.signals.items()}  # fmt: skip
+        found: Mapping[str, Any] = finite({
+            "cost": self.cost, "duration": self.duration, "values": self.values,
+            "signals": signals, "y0": self.y0.tolist(), "violation": self.violation,
+            "converged": self.converged, "message": self.message, "iterations": self.iterations,
+        })  # fmt: skip
+        return found
 
     def along(self, *expressions: Any, t: Any = None) -> Array:
         """Expressions as of a cost along ``solution``, at times (nt,) in s: (nt, n).

@@ -12,6 +12,7 @@ import numpy as np
 from mechc.periodic import branch, report
 from mechc.periodic.repeats import whole_turns
 from mechc.periodic.shooting import Shot
+from mechc.results.answer import Answer, finite
 from mechc.system.names import name_of
 from mechc.system.parameters import Array
 
@@ -20,18 +21,14 @@ PARTS = 2, 3, 5, 7
 SEEN, CURVE = 24, 1500  # states of a last period, and of a cycle that they are compared with
 
 
-class Cycle:
+class Cycle(Answer):
     """A motion that repeats; it prints as a table.
 
     Attributes
     ----------
-    model, params
-        The model, and parameters by name, for ``simulate``.
-    y0 : (nq + nu,)
-        The start, on the constraints.  Of a motion with resets that no time drives it lies amid
-        the longest smooth part.
     period
-        In s.
+        In s.  Of a motion with resets that no time drives the start ``y0`` lies amid the longest
+        smooth part.
     solution
         The motion over one period, a :class:`mechc.Solution`.
     closure
@@ -40,9 +37,43 @@ class Cycle:
 
     def __init__(self, shot: Shot, tol: float) -> None:
         self.shot, self.tol, self.solution = shot, tol, shot.sol
-        self.model, self.y0, self.period = shot.sol.model, shot.trial.y, shot.trial.period
-        self.params: Mapping[str, Any] = shot.problem.parameters_at(shot.trial.value)
+        self.model, self.period = shot.sol.model, shot.trial.period
         self.closure = float(np.abs(shot.residual).max(initial=0.0))
+        self.converged, self.message = True, "converged"
+
+    @property
+    def params(self) -> dict[str, Any]:
+        """Parameters by name, for ``simulate``."""
+        return self.shot.problem.parameters_at(self.shot.trial.value)
+
+    @property
+    def y0(self) -> Array:
+        """The start (nq + nu,), on the constraints."""
+        return self.shot.trial.y
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The period, and the start by name."""
+        names = (*self.model.coordinates, *self.model.speeds)
+        return {"period": self.period, **dict(zip(names, self.y0.tolist(), strict=True))}
+
+    @property
+    def run(self) -> dict[str, Any]:
+        """See :attr:`Answer.run`; over one period."""
+        return {"t_span": self.solution.span, **self.shot.problem.run}
+
+    def to_json(self) -> Mapping[str, Any]:
+        """Numbers and words as JSON data."""
+        found: Mapping[str, Any] = finite({
+            "values": self.values, "params": self.params, "advances": self.advances,
+            "multipliers": [[one.real, one.imag] for one in self.multipliers.tolist()],
+            "stable": self.stable, "closure": self.closure, "notes": list(self.notes),
+        })  # fmt: skip
+        return found
+
+    def plot(self, *names: Any) -> Any:
+        """The motion over one period, as of ``solution.plot``."""
+        return self.solution.plot(*names)
 
     def samples(self, count: int) -> Array:
         """States (count, nq + nu) at even distances in time, the first and the last a period

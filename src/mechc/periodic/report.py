@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mechc.results.answer import shown_quantity, value_lines
 from mechc.results.figures import new_figure
 from mechc.results.mathtext import plain, typeset
 from mechc.results.panels import COLOURS, QUIET
-from mechc.system.kinds import shown_in
 from mechc.system.names import name_of
 
 if TYPE_CHECKING:
@@ -26,10 +26,9 @@ def cycle_in_words(cycle: Any) -> str:
     kind = "stable" if cycle.stable else "unstable"
     closes = f"closed to {cycle.closure:.1g}"
     rows = [f"cycle of {cycle.model.name}: period {cycle.period:.12g} s, {kind}, {closes}"]
-    for name, value in zip((*cycle.model.coordinates, *cycle.model.speeds), cycle.y0, strict=True):
-        unit, factor = _shown(cycle, name)
-        grows = f", grows by {cycle.advances[name] * factor:.6g}" if name in cycle.advances else ""
-        rows.append(f"  {name:12} {value * factor:14.9g} {unit}{grows}".rstrip())
+    grown = {name: f", grows by {by * shown_quantity(cycle.model, name)[1]:.6g}"
+             for name, by in cycle.advances.items()}  # fmt: skip
+    rows += value_lines(cycle, grown)
     rows += [f"  multiplier   {_number(one)}" for one in cycle.multipliers]
     return "\n".join([*rows, *cycle.notes])
 
@@ -50,13 +49,8 @@ def branch_in_words(branch: Any) -> str:
     return "\n".join([*rows, *map(str, branch.special), f"ended: {branch.ended}"])
 
 
-def _shown(cycle: Any, name: str) -> tuple[str, float]:
-    quantity = cycle.model.quantities[name]
-    return shown_in(quantity.kind, quantity.unit)
-
-
 def _label(cycle: Any, name: str) -> str:
-    unit, _ = _shown(cycle, name)
+    unit, _ = shown_quantity(cycle.model, name)
     return typeset(name) + (plain(f" ({unit})") if unit else "")
 
 
@@ -85,5 +79,6 @@ def draw_branches(branches: Sequence[Any], quantity: Any) -> Figure:
 
 def _largest(cycle: Any, name: str) -> float:
     return float(
-        cycle.samples(SAMPLES)[:, cycle.model.state_index(name)].max() * _shown(cycle, name)[1]
+        cycle.samples(SAMPLES)[:, cycle.model.state_index(name)].max()
+        * shown_quantity(cycle.model, name)[1]
     )

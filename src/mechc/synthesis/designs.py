@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from mechc.results.answer import Answer, shown_values
 from mechc.synthesis.problem import SynthesisProblem
 from mechc.synthesis.search import Candidate
 from mechc.system.kinds import shown_in
@@ -16,18 +17,16 @@ from mechc.system.parameters import Array
 
 
 @dataclass(frozen=True)
-class Design:
+class Design(Answer):
     """One linkage.
 
     Attributes
     ----------
     model
         The model that it is one of.
-    params
-        Its parameters, those found and those given: for ``simulate`` and all outputs.
     zeros
         Coordinate -> the value from which its targets are counted, of those whose zero was free.
-    values : (n,)
+    driven : (n,)
         The driven coordinate at the positions as they are passed, rad or m.
     q : (n, nq)
         The configurations at the positions.
@@ -41,19 +40,50 @@ class Design:
 
     model: Any
     problem: SynthesisProblem = field(repr=False)
-    params: dict[str, float]
+    given: dict[str, float]
     zeros: dict[str, float]
-    values: Array
+    driven: Array
     q: Array = field(repr=False)
     cost: float
     warnings: tuple[str, ...]
     sweep: Any = field(repr=False)
 
+    @property
+    def params(self) -> dict[str, Any]:
+        """Its parameters, those found and those given: for ``simulate`` and all outputs."""
+        return dict(self.given)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """What was found: parameters, and zeros of coordinates."""
+        every = {**self.given, **self.zeros}
+        return {name: every[name] for name in self.problem.names}
+
+    @property
+    def y0(self) -> Array:
+        """The state (nq + nu,) at the first position, at rest."""
+        return self.assemble()
+
+    @property
+    def run(self) -> dict[str, Any]:
+        """See :attr:`Answer.run`; a design has no time of its own."""
+        return {"t_span": None}
+
+    @property
+    def converged(self) -> bool:  # type: ignore[override]
+        """Whether it meets all conditions."""
+        return not self.warnings
+
+    @property
+    def message(self) -> str:  # type: ignore[override]
+        """The conditions that it does not meet."""
+        return "; ".join(self.warnings)
+
     @cached_property
     def deviations(self) -> dict[str, Array]:
         """Target -> found minus asked for (n, k), in SI units; NaN where nothing was asked."""
         problem = self.problem
-        x = np.array([{**self.params, **self.zeros}[name] for name in problem.names])
+        x = np.array([*self.values.values()])
         apart = problem.deviations(x[None], self.q[None], problem.values(x[None]))[0]
         ends = np.cumsum([len(one.quantities) for one in problem.targets.each])[:-1]
         parts = np.split(apart, ends, axis=1)
@@ -77,9 +107,8 @@ class Design:
 
     def to_json(self) -> dict[str, Any]:
         """Numbers and words as JSON data."""
-        found = {name: self.params.get(name, self.zeros.get(name)) for name in self.problem.names}
         return {
-            "values": found, "driven": self.values.tolist(), "cost": self.cost,
+            "values": self.values, "driven": self.driven.tolist(), "cost": self.cost,
             "errors": self.errors, "warnings": list(self.warnings),
         }  # fmt: skip
 
@@ -90,12 +119,7 @@ class Design:
         return draw_design(self)
 
     def __str__(self) -> str:
-        names, quantities = self.problem.names, self.model.quantities
-        told = []
-        for name in names:
-            unit, factor = shown_in(quantities[name].kind, quantities[name].unit)
-            value = {**self.params, **self.zeros}[name]
-            told.append(f"{name} = {value * factor:.6g} {unit}".rstrip())
+        told = [f"{name} = {value:.6g} {unit}".rstrip() for name, value, unit in shown_values(self)]
         off = []
         for one in self.problem.targets.each:
             unit, factor = shown_in(one.kind, one.unit)

@@ -65,9 +65,9 @@ def _draw_values(axes: Any, design: Any, one: Any) -> None:
         line = lines[:, column]
         if one.kind is Kind.ANGLE:  # whole turns from what was asked for
             order = np.argsort(sweep.values)
-            apart = asked - np.interp(design.values, sweep.values[order], line[order])
+            apart = asked - np.interp(design.driven, sweep.values[order], line[order])
             line = line + 2 * np.pi * np.round(np.nanmedian(apart) / (2 * np.pi))
         axes.plot(driven_factor * sweep.values, factor * line, color=COLOURS[column])
-        axes.plot(driven_factor * design.values, factor * asked, "x", color="#222222")
+        axes.plot(driven_factor * design.driven, factor * asked, "x", color="#222222")
     axes.set_xlabel(typeset(problem.driven) + plain(f" ({driven_unit})"))
     axes.set_ylabel(typeset(one.name) + plain(f" ({unit})" if unit else ""))

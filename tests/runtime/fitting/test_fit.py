@@ -49,7 +49,7 @@ def test_several_recordings_each_with_its_own_start(pendulum):
     assert result.values == pytest.approx(wanted, abs=1e-7)
     assert result.problem.count == 2 * len(T) - 30
     for start, sol in zip(result.starts, result.solutions, strict=True):
-        again = pendulum.simulate(4.0, start, result.model_params)
+        again = pendulum.simulate(4.0, start, result.params)
         np.testing.assert_array_equal(again.y[-1], sol(4.0))
     left = result.residuals[0]
     assert np.isnan(left[30:60]).all()

@@ -89,7 +89,7 @@ def test_constant_inputs_and_starts_before_the_first_sample(pushed):
         assert found.values == pytest.approx(wanted, abs=1e-6)
     assert found.starts[1] == {"q": found["q[1]"], "u": found["u"]}
     again = found.problem.motions[1].arguments(found.x)
-    sol = pushed.simulate((-1.0, 1.5), again.start, found.model_params, inputs=again.inputs)
+    sol = pushed.simulate((-1.0, 1.5), again.start, found.params, inputs=again.inputs)
     np.testing.assert_allclose(sol(T)[:, 0], data[1][1], atol=1e-6)
 
 
@@ -114,7 +114,7 @@ def test_a_whole_state_and_all_parameters(pushed):
         params=np.array([pushed.defaults[name] for name in pushed.parameters]),
     )  # fmt: skip
     assert found["l"] == pytest.approx(0.9, abs=1e-7)
-    assert set(found.model_params) == set(pushed.parameters)
+    assert set(found.params) == set(pushed.parameters)
 
 
 @pytest.mark.slow

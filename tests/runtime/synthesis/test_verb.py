@@ -85,7 +85,7 @@ def test_conditions_hold_by_the_position_sweep():
     assert model.limits("theta_0", best.params) == ((-np.pi, np.pi),)
     names = model.coordinates
     guess = {name: best.q[0, names.index(name)] for name in ("theta_1", "theta_2")}
-    turn = best.values[0] + np.linspace(0, 2 * np.pi, 721)
+    turn = best.driven[0] + np.linspace(0, 2 * np.pi, 721)
     sweep = model.sweep_positions("theta_0", turn, guess=guess, params=best.params)
     least = np.degrees(sweep.transmission_angle("p_1", "p_2", "p_3").min())
     assert least > 39.9

@@ -73,8 +73,8 @@ def test_the_best_passes_the_nine_points_in_order_when_it_is_driven(nine):
     best = nine[0]
     assert not best.warnings
     assert best.errors["C"] < 1e-12
-    speed = np.sign(best.values[-1] - best.values[0])
-    times = np.abs(best.values - best.values[0])
+    speed = np.sign(best.driven[-1] - best.driven[0])
+    times = np.abs(best.driven - best.driven[0])
     drawn = simulated_path(best, times, {"Omega_0": speed}, "C")
     assert drawn[:, :2] == pytest.approx(NINE, abs=1e-8)
 
@@ -160,7 +160,7 @@ def test_a_six_bar_dwells_for_a_third_of_a_turn():
     """The scene of the gallery: its lever is where it was asked to rest, as its crank coasts."""
     scene = runpy.run_path(str(ROOT / "examples" / "gallery" / "linkages" / "dwell.py"))
     best, sol = scene["best"], scene["sol"]
-    resting = (sol["q_crank"] - best.values[0]) % (2 * np.pi) < np.radians(120.0)
+    resting = (sol["q_crank"] - best.driven[0]) % (2 * np.pi) < np.radians(120.0)
     assert resting.sum() > 3
     lever = np.degrees(sol["q_lever"][resting] - best.zeros["q_lever"])
     assert np.abs((lever + 180) % 360 - 180).max() < 0.1

@@ -16,7 +16,7 @@ TESTS = {  # where the modules below a root are tested, and tests of more than o
         "compilation/bad_compilers", "compilation/failures", "compilation/first_requests",
         "compilation/functions_of_coordinates",
         "compilation/on_demand", "compilation/threads", "inputs/laws", "names",
-        "native/other_systems", "package",
+        "native/other_systems", "options", "package",
         "results/pictures_of_models", "sensitivities/jumps_of_laws", "sensitivities/loops",
         "simulation/contact/drive", "simulation/contact/impacts", "simulation/contact/modes",
         "simulation/contact/outputs", "simulation/interrupts",

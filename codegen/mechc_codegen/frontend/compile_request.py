@@ -79,7 +79,7 @@ class CompileRequest:
             self.options = replace(self.options, settings=ConversionSettings())
 
     def including(self, outputs: Iterable[str]) -> CompileRequest:
-        """The same request with further outputs, by name."""
+        """This request with further outputs, by name."""
         own = self.options.outputs
         if own is None:
             bare = self._mechanism is None or not self._mechanism.bodies
@@ -89,7 +89,7 @@ class CompileRequest:
         return more
 
     def driven_by(self, laws: Mapping[str, str]) -> tuple[CompileRequest, dict[str, float]]:
-        """The same request with inputs that are these expressions, as texts, and their numbers,
+        """This request with inputs that are these expressions, as texts, and their numbers,
         which are parameters by these names."""
         settings = self.options.settings
         inputs: dict[Any, Expr] = {}
@@ -253,7 +253,7 @@ def _symbols_of(mechanism: Mechanism) -> tuple[Expr, ...]:
 
 
 def _by_printed_name(symbols: Iterable[Any]) -> dict[str, Expr]:
-    """What texts may contain: time, and the symbols of which no two are printed alike."""
+    """The names that texts may contain: time, and symbols of which no two are printed alike."""
     named = {Symbol(each) if isinstance(each, str) else each for each in symbols}
     counts = Counter(map(printed_name, named))
     own = {printed_name(each): each for each in named if counts[printed_name(each)] == 1}

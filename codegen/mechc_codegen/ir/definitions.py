@@ -1,4 +1,4 @@
-"""What the symbols of an optimised program stand for.
+"""The definitions of the symbols of an optimised program.
 
 Input: a program.  Output: the definition of a symbol, and the time derivative of an expression in
 terms of the state.  Invariant: the program is not changed.

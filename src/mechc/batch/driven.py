@@ -69,7 +69,7 @@ class BatchInputs(NamedTuple):
         return tuple(name for names in self.controllers for name in names)
 
     def without_functions(self, known: Mapping[str, Any]) -> BatchInputs:
-        """What another process can have of them, beside the inputs known to its model."""
+        """The inputs that another process can have, beside those known to its model."""
         lost = [name for name, value in self.functions.items() if value is not known.get(name)]
         names = (*self.left_behind, *lost, *self.controlled)
         return self._replace(functions={}, controllers={}, left_behind=names)

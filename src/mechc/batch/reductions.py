@@ -45,7 +45,7 @@ _LEVEL = re.compile(r"(.*)([<>=])([^<>=]*)", re.DOTALL)
 
 
 class Primitive(NamedTuple):
-    """What the compiled loop computes: the fields of ``mechc_quantity``, in order."""
+    """A number that the compiled loop computes: the fields of ``mechc_quantity``, in order."""
 
     reduction: int
     form: int
@@ -134,7 +134,7 @@ def _first(system: System, short: str, inside: str) -> Reduction:
 
 
 def _split_away(short: str, kind: str, inside: str) -> tuple[str, float]:
-    """What is reduced, and the time around change points that does not count, s."""
+    """The text of the quantity, and the time around change points that does not count, s."""
     match = _AWAY.fullmatch(inside)
     if match is None:
         return inside, 0.0

@@ -66,7 +66,7 @@ def own_name(name: str) -> str:
 
 @cache
 def own_object(name: str, options: tuple[tuple[str, Any], ...] = ()) -> Any:
-    """What a file describes; FILE.py is run, and NAME called if it is a function without arguments.
+    """The mechanism of a file; FILE.py is run, and NAME called if it is a function of nothing.
 
     ``options``: arguments of the reader of a robot.
 

@@ -86,7 +86,7 @@ def _bodies_of(system: System) -> tuple[_Bodies, dict[str, float]]:
 
 
 class _Velocities(NamedTuple):
-    """What is linear in the speeds, at n states, along the inertial axes."""
+    """Quantities linear in the speeds, at n states, along the inertial axes."""
 
     linear: Array  # velocities of the mass centres (n, bodies, 3)
     angular: Array  # of the rigid bodies (n, rigid bodies, 3)

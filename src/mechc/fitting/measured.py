@@ -66,7 +66,7 @@ def checked_measured(system: System, given: Any) -> tuple[System, tuple[Measured
 
 
 def known_columns(system: System, columns: Iterable[str]) -> list[str]:
-    """Those of the columns of a recording that are quantities of a model.
+    """The columns of a recording that are quantities of a model.
 
     Raises :class:`MechcError` if none is, or what some need cannot be compiled.
     """

@@ -159,7 +159,7 @@ class GivenInputs:
 
 
 def missed_jumps(method: str) -> tuple[str, ...]:
-    """What a method does not see of a Python function, as warnings."""
+    """Warnings of what a method does not see of a Python function."""
     if not method.startswith("gauss8"):
         return ()
     return (

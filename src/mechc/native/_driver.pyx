@@ -183,7 +183,7 @@ cdef class Scene:
     """One compiled scene, in the widest instruction set of this processor or in a named one.
 
     source
-        Of a first unit what makes its parts: ``parts(bits)`` are the capsules of these parts,
+        The maker of a first unit's parts: ``parts(bits)`` are the capsules of these parts,
         ``if_made(bit)`` that of one, or None until it is made, and ``whole()`` that of the model.
 
     Raises ValueError if the capsule was built for another ABI or the processor lacks the

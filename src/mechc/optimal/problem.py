@@ -134,7 +134,7 @@ class OptimalProblem:
     @property
     def of_states(self) -> bool:
         """Whether the integral depends on states between the ends of intervals."""
-        return self.integral.contains("state")
+        return self.integral.of_state
 
     def read(self, x: Array) -> Choice:
         """The choice that the unknowns x (n,) stand for.
@@ -186,7 +186,7 @@ class OptimalProblem:
 
 @dataclass(frozen=True)
 class Choice:
-    """What one choice of the unknowns stands for.
+    """The motion that one choice of the unknowns stands for.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What a search for a motion found, with its report and its figure."""
+"""The answer of a search for a motion, with its report and its figure."""
 
 from __future__ import annotations
 

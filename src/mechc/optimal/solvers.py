@@ -85,6 +85,7 @@ class ScaledProblem:
         self._slopes: tuple[Array, csr_matrix] | None = None
         self._nearest: tuple[float, Array | None] = (np.inf, None)
         self.error: BaseException | None = None
+        self.iterations = 0
 
     def at(self, z: Array) -> Evaluation:
         """The evaluation at unknowns over their sizes."""
@@ -186,7 +187,8 @@ def _search(scaled: ScaledProblem, x: Array, search: SearchSettings, most: int) 
     try:
         return method(scaled, z, search.tol, most)
     except MechcError as error:  # of a derivative that does not exist there, or of a motion
-        return scaled.end_at(scaled.nearest(z), False, f"it came to where {error}", 0, began)
+        told, count = f"it came to where {error}", scaled.iterations
+        return scaled.end_at(scaled.nearest(z), False, told, count, began)
 
 
 def _by_ipopt(scaled: ScaledProblem, z: Array, tol: float, most: int) -> SearchEnd:
@@ -218,12 +220,13 @@ def _by_ipopt(scaled: ScaledProblem, z: Array, tol: float, most: int) -> SearchE
     })  # fmt: skip
     lower, upper = scaled.bounds
     found = solver(x0=z, lbx=lower, ubx=upper, lbg=scaled.lower, ubg=scaled.upper)
+    status, stats = solver.stats()["return_status"], solver.stats()
+    scaled.iterations = int(stats["iter_count"])
     if scaled.error is not None:
         raise scaled.error
-    status, stats = solver.stats()["return_status"], solver.stats()
     told = _ENDED.get(status, status.replace("_", " ").lower())
     at = np.array(found["x"]).ravel()
-    return scaled.end_at(at, status in _ENDED, told, int(stats["iter_count"]), began)
+    return scaled.end_at(at, status in _ENDED, told, scaled.iterations, began)
 
 
 def _without_errors(scaled: ScaledProblem, call: Any, nothing: Any) -> Any:
@@ -255,13 +258,16 @@ def _by_slsqp(scaled: ScaledProblem, z: Array, tol: float, most: int) -> SearchE
             "jac": lambda x: sign * scaled.slopes(x)[1].toarray()[which],
         }
 
+    def count(_: Array) -> None:
+        scaled.iterations += 1
+
     asked = (1.0, equal, scaled.lower), (1.0, below, scaled.lower), (-1.0, above, scaled.upper)
     done = minimize(
         lambda x: np.nan_to_num(scaled.value(x)[0], nan=FAR), z,
         jac=lambda x: scaled.slopes(x)[0], method="SLSQP",
         bounds=np.column_stack(scaled.bounds),
         constraints=[conditions(*each) for each in asked if each[1].any()],
-        options={"ftol": tol, "maxiter": most},
+        options={"ftol": tol, "maxiter": most}, callback=count,
     )  # fmt: skip
     found, told = bool(done.success), done.message
     if not found and int(done.nit) < most and _is_stationary(scaled, done.x):

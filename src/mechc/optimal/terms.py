@@ -115,11 +115,10 @@ class Terms:
             by_parameters, by_start, by_duration[..., 0],
         )  # fmt: skip
 
-    def contains(self, kind: str) -> bool:
-        """Whether an expression depends on what is no input: ``"state"``; or on ``"time"``."""
+    @property
+    def of_state(self) -> bool:
+        """Whether an expression depends on coordinates, speeds or outputs."""
         free = {s.name for e in self.expressions for s in e.free_symbols}
-        if kind == "time":
-            return "t" in free
         width = self.nx + len(self.inputs)
         of_state = {f"y{k}" for k in (*range(self.nx), *range(width, width + len(self.entries)))}
         return bool(free & of_state)

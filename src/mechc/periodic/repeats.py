@@ -1,4 +1,4 @@
-"""What repeats by itself: motions that begin later, and angles by whole turns."""
+"""Tests of repetition: motions that begin later, and angles by whole turns."""
 
 from __future__ import annotations
 

@@ -209,7 +209,7 @@ class Shot:
     # -- derivatives of start and end by the unknown components and the parameter ----------------
 
     def _exact(self) -> tuple[Array, Array] | None:
-        """Those of the motion; None where it has none, from then on."""
+        """Exact derivatives of the motion; None where it has none, and from then on."""
         system, problem = self.sol.system, self.problem
         if problem.reasons:
             return None

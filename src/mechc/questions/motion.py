@@ -37,7 +37,7 @@ class Arguments:
     guess: Mapping[str, float]
 
     def values_of(self, kind: str) -> Mapping[str, Any]:
-        """What is given of a kind of unknowns, by name."""
+        """The given values of a kind of unknowns, by name."""
         start: Mapping[str, Any] = self.start if isinstance(self.start, Mapping) else {}
         return {PARAMETER: self.params, INPUT: self.inputs, START: start}[kind]
 

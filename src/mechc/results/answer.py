@@ -1,4 +1,4 @@
-"""What every answer of a question has: values by name, its motion, words, a table, a file."""
+"""The face of every answer: values by name, the motion, words, a table, a file."""
 
 from __future__ import annotations
 

@@ -213,7 +213,7 @@ def check(sol: Trajectory, judge: Judge) -> Check:
 
 
 def _methods(sol: Trajectory) -> tuple[str, ...]:
-    """Of the other motions: the most exact one, and, where it is that of this one, another."""
+    """The methods of the other motions: the most exact one; another where this motion has that."""
     own = sol.method.split()[0]
     smooth = sol.system.data.get("smooth", True) and not _functions(sol)
     best, other = ("gauss8", "dop853") if own == "radau5" or smooth else ("dop853", "dopri5")
@@ -229,7 +229,7 @@ def _functions(sol: Trajectory) -> tuple[str, ...]:
 
 
 def _again(sol: Trajectory, method: str) -> Trajectory:
-    """The same motion at stricter tolerances."""
+    """The motion at stricter tolerances."""
     policy, system = sol.policy, sol.system
     stricter = policy._replace(
         rtol=max(STRICTER * policy.rtol, min(TIGHT, policy.rtol)), method=method, first_step=0.0,

@@ -137,7 +137,7 @@ def on_tangent_space(
 
 
 def differentiable(sol: TrajectoryT) -> TrajectoryT:
-    """The same motion, of a system with derivatives of motions, which is compiled if need be."""
+    """A copy of a motion whose system has derivatives of motions; they are compiled if need be."""
     system = sol.system.differentiable()
     if system is sol.system:
         return sol

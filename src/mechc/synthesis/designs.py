@@ -55,7 +55,7 @@ class Design(Answer):
 
     @property
     def values(self) -> dict[str, float]:
-        """What was found: parameters, and zeros of coordinates."""
+        """The numbers that were found: parameters, and zeros of coordinates."""
         every = {**self.given, **self.zeros}
         return {name: every[name] for name in self.problem.names}
 

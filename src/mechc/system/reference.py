@@ -88,7 +88,7 @@ class ModelReference:
 
 @dataclass(frozen=True)
 class Origin:
-    """What a system was compiled from, while that is at hand.
+    """The origin of a system: the description that it was compiled from, while that is at hand.
 
     Attributes
     ----------

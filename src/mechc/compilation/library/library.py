@@ -63,7 +63,7 @@ def variant(
 
 
 def origin_of(name: str, options: Mapping[str, Any], asked: Mapping[str, Any]) -> Origin:
-    """What a variant of a mechanism of the library is compiled from."""
+    """The description of a variant of a mechanism of the library."""
 
     def with_outputs(outputs: frozenset[str]) -> System:
         from mechc_codegen.description.request import default_outputs

@@ -78,7 +78,7 @@ def _followed(run: Run, units: Sequence[str]) -> tuple[Array, Array]:
 
 
 def _ranges(values: Array, units: Sequence[str]) -> Array:
-    """Of each curve the range of its panel."""
+    """The range of the panel of each curve."""
     panel = np.array([*units, *["Energy"] * (values.shape[1] - len(units))], dtype=object)
     ranges = np.zeros(len(panel))
     for name in dict.fromkeys(panel):

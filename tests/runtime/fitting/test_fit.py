@@ -204,7 +204,7 @@ def test_a_dataset_of_xarray(pendulum):
 DAYS = np.arange("2020-01-01", "2020-01-09", dtype="M8[D]")
 DATA = {"t": T, "theta_0": np.zeros(len(T))}
 WRONG = {
-    "no parameter, coordinate, speed or input is called 'l_9'": {"free": {"l_9": None}},
+    "no parameter, coordinate or speed is called 'l_9'": {"free": {"l_9": None}},
     "the lower bound 3 must be below 1": {"free": {"l_0": (3, 1)}},
     "exceed its own": {"free": {"l_0": (-1, 1)}},
     "l_0 begins at 4, outside": {"params": {"l_0": 4.0}},

@@ -55,7 +55,7 @@ def test_a_name_that_is_near_nothing_is_met_with_all_of_them(model):
 def test_unknown_mechanisms_and_states_are_met_with_the_nearest_known(model, sol):
     with pytest.raises(UnknownNameError, match=r"no mechanism is called 'fuor_bar'.*'four_bar'"):
         mechc.load("fuor_bar")
-    with pytest.raises(UnknownNameError, match=r"no coordinate or speed .*'theta_0'"):
+    with pytest.raises(UnknownNameError, match=r"no quantity .*'theta_0'"):
         sol["thta_0"]
 
 

@@ -12,6 +12,7 @@ from mechc.errors import MechcError
 from mechc.fitting.measured import Measured
 from mechc.fitting.recordings import read_recordings
 from mechc.system.kinds import Kind
+from mechc.system.quantities import Quantity
 from mechc.system.quantity import NamedQuantity
 from mechc.system.units import in_si, of_unknown_unit, read_seconds, read_value, split_assignment
 
@@ -249,7 +250,9 @@ def table(places=SECONDS, values=METRES):
 
 
 def recording(times=SECONDS, values=METRES, unit="m"):
-    one = Measured("x", "x", (), 1.0, unit, Kind.LENGTH if unit == "m" else Kind.ANGLE)
+    kind = Kind.LENGTH if unit == "m" else Kind.ANGLE
+    meaning = NamedQuantity("x", unit, "x", -math.inf, math.inf, False, kind)
+    one = Measured(Quantity("x", "x", (), 0, True, meaning), 1.0)
     found = [
         read_recordings(given, [one])[0] for given in ((times, values), {"t": times, "x": values})
     ]

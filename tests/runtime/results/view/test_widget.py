@@ -92,12 +92,12 @@ def test_without_a_motion_the_last_one_stays_and_the_reason_is_told(
     widget: Any, sent: list[Any]
 ) -> None:
     before = widget.solution
-    widget._variation.policy["max_step"] = -1.0
+    widget._variation.function.policy["max_step"] = -1.0
     receive(widget, values={"l_3": 3.6})
     assert widget.solution is before
     assert "max_step" in widget.note
     assert not any("motion" in state for state in sent)
-    widget._variation.policy.clear()
+    widget._variation.function.policy.clear()
     receive(widget, values={"l_3": 3.7})
     assert widget.note == ""
     assert widget.solution is not before

@@ -81,7 +81,7 @@ def _still(source: Source, points: Sequence[Point]) -> list[Point]:
 
 
 @dataclass(frozen=True)
-class _Moving:
+class _MotionSample:
     """Numbers of one motion: velocities as set, positions and their rates, angular velocities."""
 
     said: Mapping[Point, Number3]
@@ -142,7 +142,7 @@ class _Points:
         vectors += [p._vel_dict[self.source.frame] for p in self.claimed]
         return [frame for _, frame in self.turning], vectors
 
-    def moving(self, rates: Rates, values: Mapping[Expr, float]) -> _Moving | None:
+    def moving(self, rates: Rates, values: Mapping[Expr, float]) -> _MotionSample | None:
         """The numbers of a motion; None where a frame is not oriented, or a root not real."""
         turning = Rotations(self.source, rates, values)
         vector, position, rate = turning.placement.vector, {}, {}
@@ -158,12 +158,12 @@ class _Points:
             spin = {frame: turning.spin(frame) for _, frame in self.turning}
         except (KeyError, ValueError, ZeroDivisionError, OverflowError, TypeError):
             return None
-        return _Moving(said, position, rate, spin) if turning.placement.is_real else None
+        return _MotionSample(said, position, rate, spin) if turning.placement.is_real else None
 
     def _way(self, point: Point, known: Mapping[Point, Number3]) -> list[Point]:
         return list(way_to(point, self.before, {self.claimed[0]: ZERO, **known}))
 
-    def fault(self, every: Sequence[_Moving]) -> _Fault | None:
+    def fault(self, every: Sequence[_MotionSample]) -> _Fault | None:
         """The first contradiction that all these motions show, None if there is none."""
         if not every or not self.centres:
             return None
@@ -179,7 +179,7 @@ class _Points:
                 return _Fault(point, base, *_relative(every[0], point, base))
         return None
 
-    def _explained(self, every: Sequence[_Moving]) -> Iterator[Point]:
+    def _explained(self, every: Sequence[_MotionSample]) -> Iterator[Point]:
         """Mass centres whose velocity is explained by a place at rest, then by a point of its body
         that is at rest now."""
         for centre, still in product(self.centres, self.still):
@@ -189,7 +189,7 @@ class _Points:
             if still is not centre and _hold(every, _carried, still, centre, frame):
                 yield centre
 
-    def _is_carried(self, every: Sequence[_Moving], point: Point) -> bool:
+    def _is_carried(self, every: Sequence[_MotionSample], point: Point) -> bool:
         """Whether a point that is no mass centre moves as one of a body, or of the ground, does."""
         if point in self.centres:
             return False
@@ -201,7 +201,7 @@ class _Points:
 Pair = tuple[Number3, Number3]  # a velocity as set, and as derived
 
 
-def _hold(every: Sequence[_Moving], pair: Callable[..., Pair], *of: Any) -> bool:
+def _hold(every: Sequence[_MotionSample], pair: Callable[..., Pair], *of: Any) -> bool:
     """Whether two velocities are one in all motions."""
     for moving in every:
         said, derived = pair(moving, *of)
@@ -211,23 +211,23 @@ def _hold(every: Sequence[_Moving], pair: Callable[..., Pair], *of: Any) -> bool
     return True
 
 
-def _from(moving: _Moving, point: Point, still: Point) -> Pair:
+def _from(moving: _MotionSample, point: Point, still: Point) -> Pair:
     """The velocity of a point, and the rate of its position from a place at rest."""
     return moving.said[point], minus(moving.rate[point], moving.rate[still])
 
 
-def _relative(moving: _Moving, point: Point, base: Point) -> Pair:
+def _relative(moving: _MotionSample, point: Point, base: Point) -> Pair:
     """The velocity of a point relative to another, and the rate of the position between them."""
     said = minus(moving.said[point], moving.said[base])
     return said, minus(moving.rate[point], moving.rate[base])
 
 
-def _carried(moving: _Moving, point: Point, centre: Point, frame: ReferenceFrame) -> Pair:
+def _carried(moving: _MotionSample, point: Point, centre: Point, frame: ReferenceFrame) -> Pair:
     """The velocity of a point relative to a mass centre, and that of turning with its body."""
     arm = minus(moving.position[point], moving.position[centre])
     said = moving.said.get(point, ZERO)
     return minus(said, moving.said[centre]), cross(moving.spin[frame], arm)
 
 
-def _at_rest(moving: _Moving, point: Point) -> Pair:
+def _at_rest(moving: _MotionSample, point: Point) -> Pair:
     return moving.said[point], ZERO

@@ -19,7 +19,7 @@ NOTHING: Symmetric3 = (ZERO, ZERO, ZERO)
 
 
 @dataclass(frozen=True)
-class Body:
+class LinkBody:
     """One body on its link: mass, motion of the mass centre, central inertia."""
 
     name: str
@@ -91,14 +91,14 @@ class LinkBodies:
         centripetal = tape.cross(omega, tape.cross(omega, moment))
         return tape.difference(torque, gyroscopic), tape.difference(force, centripetal)
 
-    def _body(self, body: RigidBody | Particle) -> Body:
+    def _body(self, body: RigidBody | Particle) -> LinkBody:
         frames, local = self.links.frames, self.links.local
         mass = local.to_symbols(S(body.mass))
         if not local.constant([mass]):
             raise NotATreeError(f"the mass of {body.name} changes")
         centre = self.links.motion(body.masscenter)
         if not is_rigid(body):
-            return Body(body.name, mass, centre, NOTHING)
+            return LinkBody(body.name, mass, centre, NOTHING)
         frame = frames.motion(body.frame)
         given = body.central_inertia.to_matrix(body.frame).tolist()
         rows = [local.entries(row) for row in given]
@@ -107,4 +107,4 @@ class LinkBodies:
         half = [self.tape.transform(rows, axis) for axis in frame.rotation]
         turned = [[dot(axis, h) for h in half] for axis in frame.rotation]
         kept = self.tape.symmetric(lambda i, j: turned[i][j])
-        return Body(body.name, mass, self.links.turning(centre, frame), kept)
+        return LinkBody(body.name, mass, self.links.turning(centre, frame), kept)

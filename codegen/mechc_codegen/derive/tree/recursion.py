@@ -24,7 +24,7 @@ from mechc_codegen.derive.tree.mass_matrix import composite_equations
 from mechc_codegen.derive.tree.residual import CutRow, Residual
 from mechc_codegen.derive.tree.tape import V3, Tape, vanishes
 from mechc_codegen.derive.tree.velocities import refuse_other_velocities
-from mechc_codegen.description.joints.tree import Body as JointedBody
+from mechc_codegen.description.joints.tree import Body
 from mechc_codegen.description.mechanism import Mechanism, is_rigid, printed_name
 from mechc_codegen.description.placement import dot
 from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
@@ -333,7 +333,7 @@ class TreeKinetics:
     def multiplier(self, row: int) -> Expr:
         return self.symbols.multipliers[row]
 
-    def momentum_rates(self, body: JointedBody) -> tuple[V3, V3]:
+    def momentum_rates(self, body: Body) -> tuple[V3, V3]:
         tape, on = self.links.tape, self.bodies[body]
         omega = self.links.frame_of(on.centre.link).omega
         momentum = tape.transform(on.inertia, omega)

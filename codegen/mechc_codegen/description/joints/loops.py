@@ -20,7 +20,7 @@ ROUNDING = 1e-9  # of values of the order of one
 
 
 @dataclass(frozen=True)
-class CutRow:
+class CutConstraint:
     """A constraint of a cut joint, and what it adds to.
 
     ``omitted``: whether it always holds, and is no row of the mechanism.  ``components``: by the
@@ -32,7 +32,7 @@ class CutRow:
     components: Mapping[int, tuple[bool, ...]]
 
 
-def cut_rows(mechanism: Mechanism) -> Iterator[CutRow]:
+def cut_rows(mechanism: Mechanism) -> Iterator[CutConstraint]:
     """The constraints of all cut joints."""
     places = [Placement(mechanism.frame, mechanism.origin, seed) for seed in range(SAMPLES)]
     tree = joint_tree(mechanism.joints, mechanism.bodies)
@@ -54,7 +54,7 @@ def cut_rows(mechanism: Mechanism) -> Iterator[CutRow]:
                     )
                     for k, joint in enumerate(loop)
                 }
-                yield CutRow(name, name not in held, components)
+                yield CutConstraint(name, name not in held, components)
 
 
 def _between(

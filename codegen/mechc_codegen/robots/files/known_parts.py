@@ -15,7 +15,7 @@ _SHOWN = 60  # letters of a tag or a text
 FALSE, TRUE, ZERO = ("", "false", "0"), ("", "true", "1"), ("", "0")
 
 
-class Known(NamedTuple):
+class Schema(NamedTuple):
     """The parts that an element may have; tags of children that may repeat end in ``*``.
 
     ``read``: children that are looked into, by their own entries; one without an entry has a text
@@ -30,21 +30,21 @@ class Known(NamedTuple):
     neutral: Mapping[str, tuple[str, ...]] = {}
 
 
-_POSE, _LINK, _AXIS, _VALUE = Known("xyz rpy"), Known("link"), Known("xyz"), Known("value")
-_TEXT = Known(text=True)
+_POSE, _LINK, _AXIS, _VALUE = Schema("xyz rpy"), Schema("link"), Schema("xyz"), Schema("value")
+_TEXT = Schema(text=True)
 
-URDF: Mapping[str, Known] = {
-    "robot": Known(
+URDF: Mapping[str, Schema] = {
+    "robot": Schema(
         "name",
         "link* joint* constraint* loop_joint* drake:ball_constraint* gazebo*",
         # pictures; sensors; controllers, with the gears that they reckon with
         "@version material* sensor* transmission* ros2_control*",
     ),
-    "link": Known("name", "inertial", "visual* collision* contact* @type"),  # pictures, contacts
-    "inertial": Known("", "origin mass inertia"),
+    "link": Schema("name", "inertial", "visual* collision* contact* @type"),  # pictures, contacts
+    "inertial": Schema("", "origin mass inertia"),
     "mass": _VALUE,
-    "inertia": Known("ixx ixy ixz iyy iyz izz"),
-    "joint": Known(
+    "inertia": Schema("ixx ixy ixz iyy iyz izz"),
+    "joint": Schema(
         "name type",
         "parent child origin axis dynamics limit mimic",
         # of sensors; of controllers; that links keep their names where the joint is fixed
@@ -54,29 +54,29 @@ URDF: Mapping[str, Known] = {
     "parent": _LINK,
     "child": _LINK,
     "axis": _AXIS,
-    "dynamics": Known("damping friction"),
-    "limit": Known("lower upper velocity effort", closed="@acceleration @deceleration @jerk"),
-    "mimic": Known("joint multiplier offset"),
-    "constraint": Known(
+    "dynamics": Schema("damping friction"),
+    "limit": Schema("lower upper velocity effort", closed="@acceleration @deceleration @jerk"),
+    "mimic": Schema("joint multiplier offset"),
+    "constraint": Schema(
         "name type", "parent child parent_origin child_origin parent_axis child_axis"
     ),
     "parent_origin": _POSE,
     "child_origin": _POSE,
     "parent_axis": _AXIS,
     "child_axis": _AXIS,
-    "loop_joint": Known("name type", "link1 link2 axis"),
-    "link1": Known("link xyz rpy"),
-    "link2": Known("link xyz rpy"),
-    "drake:ball_constraint": Known(
+    "loop_joint": Schema("name type", "link1 link2 axis"),
+    "link1": Schema("link xyz rpy"),
+    "link2": Schema("link xyz rpy"),
+    "drake:ball_constraint": Schema(
         "name",
         "drake:ball_constraint_body_A drake:ball_constraint_body_B "
         "drake:ball_constraint_p_AP drake:ball_constraint_p_BQ",
     ),
-    "drake:ball_constraint_body_A": Known("name"),
-    "drake:ball_constraint_body_B": Known("name"),
+    "drake:ball_constraint_body_A": Schema("name"),
+    "drake:ball_constraint_body_B": Schema("name"),
     "drake:ball_constraint_p_AP": _VALUE,
     "drake:ball_constraint_p_BQ": _VALUE,
-    "gazebo": Known(
+    "gazebo": Schema(
         closed="@reference joint* "  # its joints are those of SDFormat
         "plugin* "  # programs
         "material* visual* light* projector* sensor* laserRetro provideFeedback "
@@ -93,26 +93,26 @@ URDF: Mapping[str, Known] = {
     ),
 }  # fmt: skip
 
-_SDF_AXIS = Known(
+_SDF_AXIS = Schema(
     read="xyz dynamics limit mimic use_parent_model_frame", neutral={"initial_position": ZERO}
 )
-SDF: Mapping[str, Known] = {
-    "sdf": Known("version", "world* model*", "light*"),  # of several, the reader refuses the file
-    "world": Known(
+SDF: Mapping[str, Schema] = {
+    "sdf": Schema("version", "world* model*", "light*"),  # of several, the reader refuses the file
+    "world": Schema(
         "name",
         "frame* gravity joint* model*",
         # named by the reader; solvers; pictures, sounds and where on earth the world is
         "actor* include* plugin* population* state* wind physics* "
         "atmosphere audio gui light* magnetic_field road* scene spherical_coordinates",
     ),
-    "model": Known(
+    "model": Schema(
         "name canonical_link placement_frame",
         "frame* joint* link* model* pose static",
         # named by the reader; names for other programs; contacts; what the world's wind acts on
         "gripper* include* model_state* plugin* @namespace allow_auto_disable self_collide "
         "enable_wind",
     ),
-    "link": Known(
+    "link": Schema(
         "name",
         "gravity inertial kinematic pose velocity_decay",
         # pictures, sounds and sensors; contacts and wind; in 1.5 and 1.6, frames of poses, which
@@ -120,14 +120,14 @@ SDF: Mapping[str, Known] = {
         "visual* light* projector* particle_emitter* audio_sink* audio_source* battery* sensor* "
         "collision* self_collide enable_wind frame* must_be_base_link",
     ),
-    "inertial": Known(
+    "inertial": Schema(
         "auto",
         "inertia mass pose",
         "fluid_added_mass auto_inertia_params density frame*",  # named, or refused with auto
     ),
-    "inertia": Known(read="ixx ixy ixz iyy iyz izz"),
-    "velocity_decay": Known(read="linear angular"),
-    "joint": Known(
+    "inertia": Schema(read="ixx ixy ixz iyy iyz izz"),
+    "velocity_decay": Schema(read="linear angular"),
+    "joint": Schema(
         "name type",
         "axis axis2 child parent pose",
         # sensors; settings of solvers, others are named; of gearboxes, named, and screws, refused
@@ -136,17 +136,17 @@ SDF: Mapping[str, Known] = {
     ),
     "axis": _SDF_AXIS,
     "axis2": _SDF_AXIS,
-    "dynamics": Known(read="damping friction spring_reference spring_stiffness"),
+    "dynamics": Schema(read="damping friction spring_reference spring_stiffness"),
     # closed: how a solver softens the stops
-    "limit": Known(read="effort lower upper velocity", closed="cfm dissipation erp stiffness"),
-    "mimic": Known("joint axis", "multiplier offset reference"),
-    "frame": Known("name attached_to", "pose"),
-    "pose": Known("relative_to frame rotation_format degrees", text=True),
-    "xyz": Known("expressed_in", text=True),
+    "limit": Schema(read="effort lower upper velocity", closed="cfm dissipation erp stiffness"),
+    "mimic": Schema("joint axis", "multiplier offset reference"),
+    "frame": Schema("name attached_to", "pose"),
+    "pose": Schema("relative_to frame rotation_format degrees", text=True),
+    "xyz": Schema("expressed_in", text=True),
 }
 
 
-def unknown_parts(*roots: Element, table: Mapping[str, Known]) -> list[str]:
+def unknown_parts(*roots: Element, table: Mapping[str, Schema]) -> list[str]:
     """Words on what the table does not list in these elements; what is alike has one line."""
     found: dict[str, dict[str, None]] = {}
     waiting = [(root, "the file") for root in roots]
@@ -168,7 +168,7 @@ def texts_in(element: Element) -> Iterator[str]:
             yield " ".join(text.strip()[: 2 * _SHOWN].split())[:_SHOWN]
 
 
-def _unknown_in(element: Element, known: Known) -> Iterator[str]:
+def _unknown_in(element: Element, known: Schema) -> Iterator[str]:
     within, seen = f"in <{_short(element.tag)}>", set[str]()
     listed = _tags(known.read) | _tags(known.closed)
     attributes = known.attributes.split()

@@ -7,7 +7,7 @@ that the tables list as read is changed, which has to change the robot.
 from xml.etree import ElementTree
 
 import pytest
-from mechc_codegen.robots.files.known_parts import SDF, URDF, Known, unknown_parts
+from mechc_codegen.robots.files.known_parts import SDF, URDF, Schema, unknown_parts
 from mechc_codegen.robots.files.read_sdf import read_sdf
 from mechc_codegen.robots.files.read_urdf import read_robot
 from mechc_codegen.robots.graph import resolve_graph
@@ -154,7 +154,7 @@ def test_what_the_table_lists_as_read_changes_the_robot(kind, tmp_path):
     silent, before = [], seen(read(tmp_path, kind, tree_of(kind)))
     for number in places(kind):
         sound = list(tree_of(kind).iter())[number]
-        closed = FORMATS[kind][0].get(sound.tag, Known()).closed.split()
+        closed = FORMATS[kind][0].get(sound.tag, Schema()).closed.split()
         values = {name: text for name, text in sound.items() if f"@{name}" not in closed}
         for name, text in {**values, None: (sound.text or "").strip()}.items():
             for value in others(text) if text else ():

@@ -180,8 +180,8 @@ class _JointStates:
             u += speeds
             self.of_joint |= dict.fromkeys((*joint.coordinates, *speeds), joint.name)
             self.turning |= _turning(joint)
-            known = (*getattr(given, "coordinate_units", ()), *getattr(given, "speed_units", ()))
-            self.units |= dict(zip((*joint.coordinates, *speeds), known, strict=False))
+            units = getattr(given, "units", ())
+            self.units |= dict(zip((*joint.coordinates, *speeds), units, strict=False))
         self.q, self.u, self.kinematics = tuple(q), tuple(u), coordinate_rates(equations, q)
 
 

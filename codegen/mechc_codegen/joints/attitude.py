@@ -21,7 +21,7 @@ from sympy.physics.mechanics import SphericalJoint, dynamicsymbols
 from sympy.physics.mechanics.joint import Joint as SymPyJoint
 from sympy.physics.vector import ReferenceFrame, Vector
 
-AXES = ("x", "y", "z")
+from mechc_codegen.description.joints.kinds import KINDS
 
 
 def quaternion_rates(q: Sequence[Expr], w: Sequence[Expr]) -> list[Expr]:
@@ -59,12 +59,16 @@ class BallJoint(SymPyJoint):  # type: ignore[misc]
     not have length one: all its multiples, except zero, are one attitude.
     """
 
-    coordinate_units: tuple[str, ...] = ("1",) * 4
-    speed_units: tuple[str, ...] = ("rad/s",) * 3
+    _kind = KINDS["ball"]
 
     def __str__(self) -> str:
         name = type(self).__name__
         return f"{name}: {self.name}  parent: {self.parent}  child: {self.child}"
+
+    @property
+    def units(self) -> list[str]:
+        """The units of the coordinates, then of the speeds."""
+        return [unit for letters in self._kind.states() for _, unit in letters]
 
     @property
     def quaternion(self) -> tuple[Expr, ...]:
@@ -77,25 +81,21 @@ class BallJoint(SymPyJoint):  # type: ignore[misc]
         return Vector([(Matrix(self.speeds[-3:]), self.child_interframe)])
 
     def _generate_coordinates(self, given: Any) -> Matrix:
-        return self._symbol_list(given, [f"q{k}" for k in range(4)], "q")
+        return self._symbol_list(given, self._kind.states()[0], "q")
 
     def _generate_speeds(self, given: Any) -> Matrix:
-        return self._symbol_list(given, [f"w{axis}" for axis in AXES], "u")
+        return self._symbol_list(given, self._kind.states()[1], "u")
 
-    def _symbol_list(self, given: Any, names: Sequence[str], kind: str) -> Matrix:
-        """The given coordinates or speeds, or new ones by these names, checked as in SymPy."""
-        own = [dynamicsymbols(f"{name}_{self.name}") for name in names]
+    def _symbol_list(self, given: Any, letters: Sequence[tuple[str, str]], kind: str) -> Matrix:
+        """The given coordinates or speeds, or new ones by these letters, checked as in SymPy."""
+        own = [dynamicsymbols(f"{each}_{self.name}") for each, _ in letters]
         given = own if given is None else [x or y for x, y in zip(given, own, strict=False)]
         return self._fill_coordinate_list(given, len(own), kind)
 
     def _generate_kdes(self) -> Matrix:
-        rates = quaternion_rates(self.quaternion, tuple(self.speeds)[-3:])
-        return Matrix(
-            [
-                rate - q.diff(dynamicsymbols._t)
-                for q, rate in zip(self.quaternion, rates, strict=True)
-            ]
-        )
+        rates = [*self.speeds[:-3], *quaternion_rates(self.quaternion, self.speeds[-3:])]
+        pairs = zip(self.coordinates, rates, strict=True)
+        return Matrix([rate - q.diff(dynamicsymbols._t) for q, rate in pairs])
 
     def _orient_frames(self) -> None:
         matrix = attitude_matrix(self.quaternion)
@@ -116,18 +116,7 @@ class FreeJoint(BallJoint):
     the position (m/s), and the angular velocity as in :class:`BallJoint`.
     """
 
-    coordinate_units = ("m",) * 3 + BallJoint.coordinate_units
-    speed_units = ("m/s",) * 3 + BallJoint.speed_units
-
-    def _generate_coordinates(self, given: Any) -> Matrix:
-        return self._symbol_list(given, [*AXES, *(f"q{k}" for k in range(4))], "q")
-
-    def _generate_speeds(self, given: Any) -> Matrix:
-        return self._symbol_list(given, [f"{kind}{axis}" for kind in "vw" for axis in AXES], "u")
-
-    def _generate_kdes(self) -> Matrix:
-        time, moving = dynamicsymbols._t, zip(self.coordinates[:3], self.speeds[:3], strict=True)
-        return Matrix([*(u - q.diff(time) for q, u in moving), *super()._generate_kdes()])
+    _kind = KINDS["floating"]
 
     def _set_linear_velocity(self) -> None:
         place = Vector([(Matrix(self.coordinates[:3]), self.parent_interframe)])

@@ -13,7 +13,7 @@ from dataclasses import replace
 from mechc_codegen.mjcf.names import PartNames
 from mechc_codegen.mjcf.poses import exact
 from mechc_codegen.mjcf.read import CompiledFile
-from mechc_codegen.robots.robot import SINGLE, Motor, Number, RobotJoint
+from mechc_codegen.robots.robot import Motor, Number, RobotJoint
 
 _GROUPS = 31  # that a file may disable
 _KINDS = (
@@ -68,7 +68,7 @@ class Actuators:
         if model.actuator_delay[number] > 0:
             yield "its control is delayed"
         joint = self.joints[self._names.joints[int(model.actuator_trnid[number][0])]]
-        if joint.kind not in (*SINGLE, "fixed"):
+        if not joint.row.unit and joint.kind != "fixed":
             yield f"the joint {joint.name} has more than one coordinate"
         if model.actuator_dampingpoly[number].any():
             yield "its damping is a polynomial"

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
+from mechc_codegen.description.joints.kinds import kinds_by
 from mechc_codegen.mjcf.names import PartNames
 from mechc_codegen.mjcf.poses import exact, place_at, triple
 from mechc_codegen.mjcf.read import CompiledFile
@@ -21,7 +22,7 @@ from mechc_codegen.robots.robot import (
     unused_name,
 )
 
-_KINDS = {"HINGE": "continuous", "SLIDE": "prismatic", "BALL": "ball", "FREE": "floating"}
+_KINDS = kinds_by("mjcf")
 _SHAPES = {"SPHERE": "ball", "CAPSULE": "cylinder", "CYLINDER": "cylinder", "BOX": "box",
            "MESH": "mesh"}  # fmt: skip
 _SHOWN = 3  # groups of geoms that MuJoCo's viewer shows, 0 to 2; the others are for collisions
@@ -81,12 +82,12 @@ def _joint(
         place = place.then(anchor)
     else:  # the position of a free body is that in the world, whatever its place in the file
         place = Place()
-    single = kind in ("HINGE", "SLIDE")
+    single = bool(_KINDS[kind].unit)
     spring = single and not file.disables("SPRING")
     limits = _limits(file, number) if single else {}
     return RobotJoint(
         names.joints[number],
-        "revolute" if kind == "HINGE" and "lower" in limits else _KINDS[kind],
+        "revolute" if kind == "HINGE" and "lower" in limits else _KINDS[kind].name,
         *sides,
         pose_of(place),
         axis if single else (1, 0, 0),

@@ -10,8 +10,8 @@ from mechc_codegen.errors import MechanismError
 from mechc_codegen.mjcf.names import PartNames
 from mechc_codegen.mjcf.poses import exact, place_at
 from mechc_codegen.mjcf.read import CompiledFile
-from mechc_codegen.robots.geometry import IDENTITY, Place, about, place_of, pose_of
-from mechc_codegen.robots.robot import TURNING, Mimic, RobotJoint, substitute
+from mechc_codegen.robots.geometry import moved_to, place_of, pose_of
+from mechc_codegen.robots.robot import Mimic, RobotJoint, substitute
 
 _ANCHORS = {"CONNECT": (0, 3), "WELD": (3, 0)}  # where the data have the points on both bodies
 
@@ -95,11 +95,7 @@ def _reference(model: Any, joint: Any) -> Any:
 
 
 def _locked_joint(joint: RobotJoint, position: Any) -> RobotJoint:
-    turns = joint.kind in TURNING
-    way = [0 if turns else position * x for x in joint.axis]
-    moved = place_of(joint.origin).then(
-        Place(about(joint.axis, position) if turns else IDENTITY, way)
-    )
+    moved = place_of(joint.origin).then(moved_to(joint, position))
     return RobotJoint(
         joint.name, "fixed", joint.parent, joint.child, pose_of(moved),
         child_origin=joint.child_origin,

@@ -1,1 +1,1 @@
-"""Robots in URDF, the XML format of ROS, as mechanisms."""
+"""Robots as mechanisms: the links and joints that URDF, SDFormat and MJCF describe."""

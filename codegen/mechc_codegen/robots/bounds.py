@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from mechc_codegen.errors import MechanismError
-from mechc_codegen.robots.robot import SINGLE, Motor, Robot, RobotJoint
+from mechc_codegen.robots.robot import Motor, Robot, RobotJoint
 
 WARN, IGNORE = "warn", "ignore"
 TAKEN = {"limits": "stop", "friction": "dry", "effort": "saturate"}
@@ -51,7 +51,7 @@ def take_bounds(
         replace(
             joint,
             stops=taken["limits"] and _moves_within_limits(joint),
-            friction=joint.friction if taken["friction"] or joint.kind not in SINGLE else 0,
+            friction=joint.friction if taken["friction"] or not joint.row.unit else 0,
             saturates=taken["effort"] and _saturates(joint),
         )
         for joint in robot.joints
@@ -73,7 +73,7 @@ def _moves_within_limits(joint: RobotJoint) -> bool:
 
 
 def _has_limits(joint: RobotJoint) -> bool:
-    return joint.kind in SINGLE and "lower" in joint.limits
+    return bool(joint.row.unit) and "lower" in joint.limits
 
 
 def _saturates(joint: RobotJoint) -> bool:
@@ -82,7 +82,7 @@ def _saturates(joint: RobotJoint) -> bool:
 
 def _words_of(part: str, robot: Robot, driven: Iterable[str]) -> Iterable[str]:
     """Joints and motors with the values that the file has for a part."""
-    for joint in (each for each in robot.joints if each.kind in SINGLE):
+    for joint in (each for each in robot.joints if each.row.unit):
         if part == "limits" and _moves_within_limits(joint):
             yield f"{joint.name} {joint.limits['lower']} to {joint.limits['upper']}"
         elif part == "friction" and joint.friction:

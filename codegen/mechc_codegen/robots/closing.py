@@ -14,8 +14,8 @@ from mechc_codegen.description.joints.cuts import Cut
 from mechc_codegen.description.joints.tree import Joint
 from mechc_codegen.description.terms import vector_along
 from mechc_codegen.errors import MechanismError
-from mechc_codegen.robots.geometry import Place, across, transpose
-from mechc_codegen.robots.robot import TURNING, RobotJoint
+from mechc_codegen.robots.geometry import Place, axes_of, transpose
+from mechc_codegen.robots.robot import RobotJoint
 
 
 @dataclass(frozen=True)
@@ -41,21 +41,17 @@ def cut_joint(joint: RobotJoint, parent: Side, child: Side, length: float) -> Jo
         "parent_point": parent.point, "child_point": child.point,
         "parent_interframe": parent.frame, "child_interframe": child.frame,
     }  # fmt: skip
-    bodies = (joint.name, parent.body, child.body)
-    if joint.kind in (*TURNING, "prismatic", "cylindrical"):
-        make = {"prismatic": Cut.prismatic, "cylindrical": Cut.cylindrical}.get(joint.kind, Cut.pin)
-        return make(*bodies, **sides, joint_axis=vector_along(joint.axis, parent.frame))
-    make = {
-        "fixed": Cut.weld, "ball": Cut.spherical, "universal": Cut.universal, "planar": Cut.planar,
-    }[joint.kind]  # fmt: skip
-    return make(*bodies, **sides)
+    if joint.row.has_axis and joint.kind != "planar":  # which has it along x
+        sides["joint_axis"] = vector_along(joint.axis, parent.frame)
+    cut: Joint = getattr(Cut, joint.row.cut)(joint.name, parent.body, child.body, **sides)
+    return cut
 
 
 def cut_place(joint: RobotJoint, place: Place) -> Place:
     """The place of the frame that its cut refers to: of a plane, with its axis along x."""
     if joint.kind != "planar":
         return place
-    return place.then(Place(transpose([joint.axis, *across(joint.axis)])))
+    return place.then(Place(transpose(axes_of(joint))))
 
 
 def _distance(joint: RobotJoint, parent: Side, child: Side, length: float) -> CoupledPair:

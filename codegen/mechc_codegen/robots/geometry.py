@@ -15,7 +15,7 @@ import sympy
 from sympy import Expr
 
 from mechc_codegen.description.placement import apply, cross, dot, plus, product
-from mechc_codegen.robots.robot import Pose
+from mechc_codegen.robots.robot import Pose, RobotJoint
 
 Entry = Any  # int, float or Expr
 Vec = Sequence[Entry]
@@ -110,6 +110,18 @@ class Place:
 
 def place_of(pose: Pose) -> Place:
     return Place(of_angles(pose.rpy), pose.xyz)
+
+
+def axes_of(joint: RobotJoint) -> Mat:
+    """The axis of a joint and two across it, or x, y and z, in the joint's frame."""
+    return (joint.axis, *across(joint.axis)) if joint.row.has_axis else IDENTITY
+
+
+def moved_to(joint: RobotJoint, position: Entry) -> Place:
+    """The place of the child's side on the parent's, of a joint with one coordinate or none."""
+    if joint.row.unit == "rad":
+        return Place(about(joint.axis, position))
+    return Place(IDENTITY, [position * x for x in joint.axis])
 
 
 def pose_of(place: Place) -> Pose:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from mechc_codegen.errors import MechanismError
-from mechc_codegen.robots.robot import SINGLE, Robot, RobotJoint
+from mechc_codegen.robots.robot import Robot, RobotJoint
 
 
 def resolve_graph(robot: Robot) -> Robot:
@@ -88,7 +88,7 @@ def _resolve(robot: Robot, joints: dict[str, RobotJoint], joint: RobotJoint) -> 
         if mimic.joint in seen:
             raise MechanismError(f"{words}, which leads back to itself")
         followed = joints.get(mimic.joint)
-        if followed is None or followed.kind not in SINGLE:
+        if followed is None or not followed.row.unit:
             raise MechanismError(f"{words}, which is no joint with one coordinate")
         seen.add(followed.name)
         inner = followed.mimic

@@ -37,15 +37,7 @@ from mechc_codegen.robots.geometry import (
 )
 from mechc_codegen.robots.graph import resolve_graph
 from mechc_codegen.robots.moving import JointMotion, motion_of, of_time, orient
-from mechc_codegen.robots.robot import (
-    SINGLE,
-    TURNING,
-    V3,
-    Robot,
-    RobotJoint,
-    RobotLink,
-    unused_name,
-)
+from mechc_codegen.robots.robot import V3, Robot, RobotJoint, RobotLink, unused_name
 from mechc_codegen.robots.spanning import SpanningTree, TreeJoint, spanning_tree
 from mechc_codegen.robots.values import RobotValues
 
@@ -241,7 +233,7 @@ class _MechanismBuilder:
             self._add_point(point.name, outer, Place())
         self._attach(branch.outer, outer, link)
         self.moving.append(_Moving(joint, motion, inner, outer, place, branch.is_turned))
-        if joint.kind in SINGLE:
+        if joint.row.unit:
             self._act(self.moving[-1])
         else:
             self._act_on_several(self.moving[-1])
@@ -252,8 +244,7 @@ class _MechanismBuilder:
     def _act(self, moving: _Moving) -> None:
         """Add the motors, the damper and the spring of a joint, and its limits."""
         joint, motion = moving.joint, moving.motion
-        unit = "rad" if joint.kind in TURNING else "m"
-        effort = {"rad": "N m", "m": "N"}[unit]
+        unit, effort = joint.row.unit, "N m" if joint.row.unit == "rad" else "N"
         applied = -sympify(self.values.damping(joint, f"{effort} s/{unit}")) * motion.rate
         stiffness = sympify(self.values.stiffness(joint, f"{effort}/{unit}"))
         stretch = motion.position - sympify(joint.rest)
@@ -309,7 +300,7 @@ class _MechanismBuilder:
         """Add a torque about the axis or a force along it, on the child, and its reaction."""
         inner, outer = moving.inner, moving.outer
         along = (-size if moving.turned else size) * vector_along(moving.joint.axis, outer.frame)
-        if moving.joint.kind in TURNING:
+        if moving.joint.row.unit == "rad":
             self.loads += [(outer.frame, along), (inner.frame, -along)]
             return
         start = inner.point.locatenew(
@@ -386,9 +377,10 @@ class _MechanismBuilder:
         each of its ways.
         """
         joint, motion, root = moving.joint, moving.motion, self.root
-        if not (motion.quaternion or joint.kind in SINGLE):
+        if not (motion.quaternion or joint.row.unit):
             return
-        size = sympify(self.values.armature(joint, "kg" if joint.kind == "prismatic" else "kg m^2"))
+        unit = "kg" if joint.row.unit == "m" else "kg m^2"
+        size = sympify(self.values.armature(joint, unit))
         if size == 0:
             return
         turns, pairs = [], [(motion.position, motion.rate)]

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from sympy import Expr, Function, Matrix, S, Symbol, cos, sin, sympify
+from sympy import Expr, Function, Matrix, S, Symbol, sympify
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Point, ReferenceFrame, dynamicsymbols
 
@@ -17,8 +17,8 @@ from mechc_codegen.description.mechanism import Coordinate, Quantity, Speed
 from mechc_codegen.description.placement import apply, plus, product
 from mechc_codegen.description.terms import vector_along
 from mechc_codegen.joints.attitude import attitude_matrix, quaternion_rates
-from mechc_codegen.robots.geometry import Mat, Place, Vec, about, across, transpose
-from mechc_codegen.robots.robot import TURNING, RobotJoint
+from mechc_codegen.robots.geometry import Mat, Place, Vec, about, axes_of, transpose
+from mechc_codegen.robots.robot import Mimic, RobotJoint
 
 
 def orient(child: ReferenceFrame, parent: ReferenceFrame, rotation: Mat) -> None:
@@ -33,11 +33,13 @@ class JointMotion:
     Attributes
     ----------
     rotation, way
-        Of the child's frame in the joint's, and of its origin.
+        The place of the child's frame in the joint's.
     turning
-        Its angular velocity, in components of the child's frame.
+        The angular velocity of the child, in components of its frame.
     position, rate
-        Of a joint with one coordinate: the coordinate and the speed, or what mimics those.
+        The coordinate and the speed of a joint that has one of each, or what mimics those.
+    quaternion
+        The coordinates that turn the child in every way.
     """
 
     coordinates: list[Coordinate] = field(default_factory=list)
@@ -51,14 +53,13 @@ class JointMotion:
     quaternion: tuple[AppliedUndef, ...] = ()
     start: dict[str, float] = field(default_factory=dict)
 
-    def add(self, joint: RobotJoint, letters: tuple[str, str], unit: str) -> tuple[Any, Any]:
-        """Add a coordinate and the speed that is its rate."""
-        q, u = (of_time(f"{letter}_{joint.name}") for letter in letters)
-        described = f"of the joint {joint.name}"
-        self.coordinates.append(Coordinate(q, Quantity(unit, described)))
-        self.speeds.append(Speed(u, Quantity(f"{unit}/s", described)))
-        self.kinematics.append(u)
-        return q, u
+    def turn(self, axis: Vec, angle: Expr, rate: Expr) -> None:
+        """Turn the child further about an axis."""
+        step, spin = about(axis, angle), [rate * x for x in axis]
+        if self.rotation:
+            spin = [*plus(apply(transpose(step), self.turning), spin)]
+            step = product(self.rotation, step)
+        self.rotation, self.turning = step, spin
 
     def place(self, at: Place, child: tuple[Point, ReferenceFrame],
               carrier: tuple[Point, ReferenceFrame]) -> None:  # fmt: skip
@@ -87,85 +88,49 @@ def motion_of(
 
     ``turned``: that of the parent against the child, by the same coordinates.
     """
-    several = {
-        "floating": _floating, "planar": _planar, "ball": _ball,
-        "universal": _universal, "cylindrical": _cylindrical,
-    }  # fmt: skip
-    if joint.kind in several:
-        motion = several[joint.kind](joint)
-        return motion.inverse() if turned else motion
-    axis = [-x for x in joint.axis] if turned else joint.axis
-    motion = JointMotion()
-    if joint.mimic is None:
-        unit = "rad" if joint.kind in TURNING else "m"
-        q, u = motion.add(joint, ("q", "u"), unit)
-    else:
-        followed, x = positions[joint.mimic.joint], Symbol("x")
-        terms = (sympify(c) * x**k for k, c in enumerate(joint.mimic.coefficients))
-        polynomial = sum(terms, S.Zero)
-        q = polynomial.xreplace({x: followed.position})
-        u = polynomial.diff(x).xreplace({x: followed.position}) * followed.rate
-    motion.position, motion.rate = q, u
-    turns = joint.kind in TURNING
-    motion.rotation = about(axis, q if turns else 0)
-    motion.turning = [u * x if turns else 0 for x in axis]
-    motion.way = [0 if turns else q * x for x in axis]
+    motion = _with_coordinates(joint) if joint.mimic is None else JointMotion()
+    pairs = [(q.symbol, u.symbol) for q, u in zip(motion.coordinates, motion.speeds, strict=False)]
+    if joint.mimic:
+        pairs = [_followed(joint.mimic, positions[joint.mimic.joint])]
+    if joint.row.unit:
+        motion.position, motion.rate = pairs[0]
+        x, y, z = joint.axis
+        joint = replace(joint, axis=(-x, -y, -z)) if turned else joint
+    axes = axes_of(joint)
+    for freedom, (q, u) in zip(joint.row.freedoms, pairs, strict=False):
+        axis = axes[freedom.axis]
+        if freedom.unit == "rad":
+            motion.turn(axis, q, u)
+        else:
+            motion.way = plus(motion.way, [q * x for x in axis])
+    motion.rotation = motion.rotation or about(joint.axis, 0)
+    return motion.inverse() if turned and not joint.row.unit else motion
+
+
+def _with_coordinates(joint: RobotJoint) -> JointMotion:
+    """The coordinates and speeds of a joint, and the attitude of one that turns freely."""
+    row, described = joint.row, f"of the joint {joint.name}"
+    q, u = (
+        [(of_time(f"{letters}_{joint.name}"), Quantity(unit, described)) for letters, unit in given]
+        for given in row.states()
+    )
+    motion = JointMotion([Coordinate(*each) for each in q], [Speed(*each) for each in u])
+    motion.kinematics = [symbol for symbol, _ in u]
+    if row.turns_freely:
+        turned, spin = [symbol for symbol, _ in q[-4:]], motion.kinematics[-3:]
+        motion.kinematics[-3:] = quaternion_rates(turned, spin)
+        motion.rotation, motion.turning = attitude_matrix(turned).tolist(), spin
+        motion.quaternion, motion.start = tuple(turned), {f"q0_{joint.name}": 1.0}
     return motion
 
 
-def _cylindrical(joint: RobotJoint) -> JointMotion:
-    motion = JointMotion()
-    angle, rate = motion.add(joint, ("q", "u"), "rad")
-    way, _ = motion.add(joint, ("x", "vx"), "m")
-    motion.rotation = about(joint.axis, angle)
-    motion.turning = [rate * x for x in joint.axis]
-    motion.way = [way * x for x in joint.axis]
-    return motion
-
-
-def _universal(joint: RobotJoint) -> JointMotion:
-    motion = JointMotion()
-    first, first_rate = motion.add(joint, ("qx", "ux"), "rad")
-    second, second_rate = motion.add(joint, ("qy", "uy"), "rad")
-    motion.rotation = product(about((1, 0, 0), first), about((0, 1, 0), second))
-    motion.turning = [first_rate * cos(second), second_rate, first_rate * sin(second)]
-    return motion
-
-
-def _planar(joint: RobotJoint) -> JointMotion:
-    motion = JointMotion()
-    first, second = across(joint.axis)
-    x, _ = motion.add(joint, ("x", "vx"), "m")
-    y, _ = motion.add(joint, ("y", "vy"), "m")
-    angle, rate = motion.add(joint, ("q", "u"), "rad")
-    motion.way = [x * a + y * b for a, b in zip(first, second, strict=True)]
-    motion.rotation = about(joint.axis, angle)
-    motion.turning = [rate * c for c in joint.axis]
-    return motion
-
-
-def _floating(joint: RobotJoint) -> JointMotion:
-    motion = JointMotion()
-    motion.way = [motion.add(joint, (axis, f"v{axis}"), "m")[0] for axis in "xyz"]
-    return _with_attitude(motion, joint)
-
-
-def _ball(joint: RobotJoint) -> JointMotion:
-    return _with_attitude(JointMotion(), joint)
-
-
-def _with_attitude(motion: JointMotion, joint: RobotJoint) -> JointMotion:
-    """The motion, besides by a quaternion."""
-    q = [of_time(f"q{k}_{joint.name}") for k in range(4)]
-    w = [of_time(f"w{axis}_{joint.name}") for axis in "xyz"]
-    described = f"of the joint {joint.name}"
-    motion.coordinates += [Coordinate(x, Quantity("1", described)) for x in q]
-    motion.speeds += [Speed(x, Quantity("rad/s", described)) for x in w]
-    motion.kinematics += quaternion_rates(q, w)
-    motion.rotation = attitude_matrix(q).tolist()
-    motion.turning, motion.quaternion = w, tuple(q)
-    motion.start = {f"q0_{joint.name}": 1.0}
-    return motion
+def _followed(mimic: Mimic, followed: JointMotion) -> tuple[Expr, Expr]:
+    """The position and the rate of a joint that mimics another."""
+    x = Symbol("x")
+    terms = (sympify(c) * x**k for k, c in enumerate(mimic.coefficients))
+    polynomial = sum(terms, S.Zero)
+    rate = polynomial.diff(x).xreplace({x: followed.position}) * followed.rate
+    return polynomial.xreplace({x: followed.position}), rate
 
 
 def of_time(name: str) -> Any:

@@ -8,14 +8,11 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
+from mechc_codegen.description.joints.kinds import KINDS, JointKind
+
 Number = int | float
 V3 = tuple[Number, Number, Number]
 ORIGIN: V3 = (0, 0, 0)
-TURNING = ("revolute", "continuous")
-SINGLE = (*TURNING, "prismatic")
-URDF_KINDS = (*SINGLE, "fixed", "floating", "planar")
-KINDS = (*URDF_KINDS, "ball", "universal", "cylindrical", "distance")
-WITH_AXIS = (*SINGLE, "planar", "cylindrical")
 
 
 @dataclass(frozen=True)
@@ -72,7 +69,7 @@ class Mimic:
 
     @property
     def coefficients(self) -> tuple[Number, ...]:
-        """Of the polynomial, the constant first."""
+        """The coefficients of the polynomial, the constant first."""
         return (self.offset, self.multiplier, *self.powers)
 
     def of(self, inner: Mimic) -> Mimic:
@@ -102,8 +99,7 @@ class RobotJoint:
     Attributes
     ----------
     kind
-        One of ``KINDS``.  The cross of a ``"universal"`` has the axis x of the parent's frame and
-        y of the child's; a ``"distance"`` holds the origins of both frames apart.
+        One of ``KINDS``, the table of joint kinds.
     origin, child_origin
         The joint's frame on the parent and on the child; they coincide where its coordinates are
         zero.
@@ -146,6 +142,11 @@ class RobotJoint:
     closes: bool = False
     stops: bool = False
     saturates: bool = True
+
+    @property
+    def row(self) -> JointKind:
+        """The row of the kind."""
+        return KINDS[self.kind]
 
     @property
     def leads_on(self) -> bool:

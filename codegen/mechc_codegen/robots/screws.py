@@ -9,8 +9,8 @@ import math
 from collections.abc import Iterable, Sequence
 
 from mechc_codegen.description.placement import apply, cross, dot, plus
-from mechc_codegen.robots.geometry import IDENTITY, Place, about, across, place_of
-from mechc_codegen.robots.robot import TURNING, RobotJoint
+from mechc_codegen.robots.geometry import IDENTITY, Place, axes_of, moved_to, place_of
+from mechc_codegen.robots.robot import RobotJoint
 
 Screw = Sequence[float]
 NONE = (0, 0, 0)
@@ -20,19 +20,17 @@ DEPENDENT = 10.0**-DIGITS
 
 def child_place(joint: RobotJoint) -> Place:
     """The place of the child on the parent where all coordinates are zero."""
-    offset = joint.mimic.offset if joint.mimic else 0
-    way = [offset * x for x in joint.axis]
-    turned = joint.kind in TURNING
-    moved = Place(about(joint.axis, offset)) if turned else Place(IDENTITY, way)
+    moved = moved_to(joint, joint.mimic.offset if joint.mimic else 0)
     return place_of(joint.origin).then(moved).then(place_of(joint.child_origin).inverse())
 
 
 def freedoms(joint: RobotJoint, parent: Place, child: Place) -> list[Screw]:
     """The screws of the child against the parent, whose places are given."""
     frame = parent.then(place_of(joint.origin))
-    turning, sliding = _directions(joint)
+    row, axes = joint.row, axes_of(joint)
+    turning = axes if row.turns_freely else [axes[k] for k in row.axes("rad")]
     found = [_turn(apply(frame.rotation, axis), frame.origin) for axis in turning]
-    found += [(*NONE, *apply(frame.rotation, axis)) for axis in sliding]
+    found += [(*NONE, *apply(frame.rotation, axes[k])) for k in row.axes("m")]
     if joint.kind == "distance":
         end = child.then(place_of(joint.child_origin)).origin
         found += [_turn(axis, end) for axis in IDENTITY]
@@ -50,21 +48,6 @@ def conditioning(cut: Iterable[Screw], others: Iterable[Screw], at: Sequence[flo
     base: list[Screw] = []
     _extend(base, [_in_units_of(screw, size) for screw in free])
     return round(_extend(base, [_in_units_of(screw, size) for screw in held]), DIGITS)
-
-
-def _directions(joint: RobotJoint) -> tuple[Iterable[Sequence[float]], Iterable[Sequence[float]]]:
-    """The axes of turning and of sliding, in the joint's frame."""
-    axis = [joint.axis]
-    return {
-        "fixed": ((), ()),
-        "prismatic": ((), axis),
-        "cylindrical": (axis, axis),
-        "universal": (IDENTITY[:2], ()),
-        "ball": (IDENTITY, ()),
-        "distance": (IDENTITY, ()),
-        "planar": (axis, across(joint.axis)),
-        "floating": (IDENTITY, IDENTITY),
-    }.get(joint.kind, (axis, ()))
 
 
 def _turn(axis: Sequence[float], point: Sequence[float]) -> Screw:

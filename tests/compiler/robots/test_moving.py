@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from mechc_codegen.robots.mechanism import mechanism_of
-from mechc_codegen.robots.robot import SINGLE, Motor, Pose, Robot, RobotJoint, RobotLink
+from mechc_codegen.robots.robot import Motor, Pose, Robot, RobotJoint, RobotLink
 from sympy import Symbol
 
 import mechc
@@ -20,7 +20,7 @@ def one_joint(kind, turned=False, **more):
     sides = ("body", "ground") if turned else ("ground", "body")
     joint = RobotJoint("j", kind, *sides, axis=(1, 0, 0), **more)
     motors = (Motor("drive", "j", gear=5.0),)
-    return Robot("one", links, (joint,), "ground", motors if kind in SINGLE else ())
+    return Robot("one", links, (joint,), "ground", motors if joint.row.unit else ())
 
 
 def acceleration(robot, u=0.0):

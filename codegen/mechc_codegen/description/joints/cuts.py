@@ -17,6 +17,7 @@ from sympy.physics.mechanics.joint import Joint as SymPyJoint
 from sympy.physics.vector import Vector
 
 from mechc_codegen.description.constraints import Closure
+from mechc_codegen.description.joints.kinds import KINDS, JointKind
 from mechc_codegen.description.joints.tree import Body, Joint
 from mechc_codegen.description.placement import cross
 from mechc_codegen.description.terms import vector_along
@@ -77,6 +78,14 @@ class Cut(Joint):
         )
 
     @classmethod
+    def _of(cls, name: str, sides: _Sides, joint_axis: Vector | None = None) -> Self:
+        """The cut of this kind of joint, which holds what the freedoms leave."""
+        kind, axis = KINDS[name], sides.axis(joint_axis)
+        held = [x for k, x in enumerate((axis, *across(axis))) if k not in kind.axes("m")]
+        along = None if len(held) == 3 else tuple(map(sides.on_parent, held))
+        return cls(*sides.described, axes=along, **sides.directions(kind, axis))
+
+    @classmethod
     def pin(
         cls, name: str, parent: Body | None, child: Body | None, *args: Any,
         joint_axis: Vector | None = None, **places: Any,
@@ -101,15 +110,14 @@ class Cut(Joint):
         MechanismError
             If a point or frame is missing or not fixed to its body.
         """
-        sides = _Sides(name, parent, child, *args, **places)
-        return cls(*sides.described, **sides.parallel(sides.axis(joint_axis)))
+        return cls._of("revolute", _Sides(name, parent, child, *args, **places), joint_axis)
 
     @classmethod
     def spherical(
         cls, name: str, parent: Body | None, child: Body | None, *args: Any, **places: Any
     ) -> Self:
         """A cut ball joint: three positions held; parameters as in :meth:`pin`."""
-        return cls(*_Sides(name, parent, child, *args, **places).described)
+        return cls._of("ball", _Sides(name, parent, child, *args, **places))
 
     @classmethod
     def universal(
@@ -120,17 +128,14 @@ class Cut(Joint):
         One axis of its cross is the x axis of the parent's interframe, the other the y axis of the
         child's, as of :class:`mechc.UniversalJoint`; parameters as in :meth:`pin`.
         """
-        sides = _Sides(name, parent, child, *args, **places)
-        cross = (sides.on_child(UNITS[1]), sides.on_parent(UNITS[0]))
-        return cls(*sides.described, perpendicular=(cross,))
+        return cls._of("universal", _Sides(name, parent, child, *args, **places))
 
     @classmethod
     def weld(
         cls, name: str, parent: Body | None, child: Body | None, *args: Any, **places: Any
     ) -> Self:
         """A cut weld: three positions and three directions held; parameters as in :meth:`pin`."""
-        sides = _Sides(name, parent, child, *args, **places)
-        return cls(*sides.described, **sides.all_parallel())
+        return cls._of("fixed", _Sides(name, parent, child, *args, **places))
 
     @classmethod
     def prismatic(
@@ -138,9 +143,7 @@ class Cut(Joint):
         joint_axis: Vector | None = None, **places: Any,
     ) -> Self:  # fmt: skip
         """A cut slide along an axis: two positions and three directions held; see :meth:`pin`."""
-        sides = _Sides(name, parent, child, *args, **places)
-        across = sides.across(sides.axis(joint_axis))
-        return cls(*sides.described, axes=across, **sides.all_parallel())
+        return cls._of("prismatic", _Sides(name, parent, child, *args, **places), joint_axis)
 
     @classmethod
     def cylindrical(
@@ -148,9 +151,7 @@ class Cut(Joint):
         joint_axis: Vector | None = None, **places: Any,
     ) -> Self:  # fmt: skip
         """A cut slide that turns: two positions and two directions held; see :meth:`pin`."""
-        sides = _Sides(name, parent, child, *args, **places)
-        axis = sides.axis(joint_axis)
-        return cls(*sides.described, axes=sides.across(axis), **sides.parallel(axis))
+        return cls._of("cylindrical", _Sides(name, parent, child, *args, **places), joint_axis)
 
     @classmethod
     def planar(
@@ -160,9 +161,7 @@ class Cut(Joint):
 
         Parameters as in :meth:`pin`.
         """
-        sides = _Sides(name, parent, child, *args, **places)
-        normal = UNITS[0]
-        return cls(*sides.described, axes=(sides.on_parent(normal),), **sides.parallel(normal))
+        return cls._of("planar", _Sides(name, parent, child, *args, **places))
 
 
 class _Sides:
@@ -189,8 +188,18 @@ class _Sides:
         )
         self.described = (name, parent, child, *points, *self.frames)
 
+    def directions(self, kind: JointKind, axis: Components) -> dict[str, Any]:
+        """The pairs of axes that leave the turns of a kind of joint."""
+        turns = kind.axes("rad")
+        if len(turns) == 2:
+            second, first = self.on_child(UNITS[turns[1]]), self.on_parent(UNITS[turns[0]])
+            return {"perpendicular": ((second, first),)}
+        if kind.turns_freely:
+            return {}
+        return self._parallel(axis) if turns else self._all_parallel()
+
     def axis(self, given: Vector | None) -> Components:
-        """The joint's axis, in components along the parent's interframe."""
+        """The components of the joint's axis along the parent's interframe."""
         if given is None:
             return UNITS[0]
         frame = self._frame_of(0)
@@ -213,20 +222,17 @@ class _Sides:
     def on_child(self, components: Components) -> Vector:
         return vector_along(components, self._frame_of(1))
 
-    def across(self, axis: Components) -> tuple[Vector, ...]:
-        """Two directions of the parent that are perpendicular to the axis."""
-        return tuple(self.on_parent(other) for other in across(axis))
-
-    def parallel(self, axis: Components) -> dict[str, Any]:
+    def _parallel(self, axis: Components) -> dict[str, Any]:
         """The pairs of axes that keep the axis of the child along that of the parent."""
         square = sum(c**2 for c in axis)
         x, y, z = (c / square for c in axis)
+        others = [self.on_parent(other) for other in across(axis)]
         return {
-            "perpendicular": tuple((self.on_child(axis), other) for other in self.across(axis)),
+            "perpendicular": tuple((self.on_child(axis), other) for other in others),
             "aligned": ((self.on_child(axis), self.on_parent((x, y, z))),),
         }
 
-    def all_parallel(self) -> dict[str, Any]:
+    def _all_parallel(self) -> dict[str, Any]:
         """The pairs of axes that keep all axes of the child along those of the parent.
 
         Perpendicular axes also have three half turns, and two thirds of a turn that exchange all

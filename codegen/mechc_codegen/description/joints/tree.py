@@ -15,14 +15,11 @@ from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody
 from sympy.physics.mechanics.joint import Joint as SymPyJoint
 
+from mechc_codegen.description.joints.kinds import kinds_by
 from mechc_codegen.errors import MechanismError
 
 Body: TypeAlias = "RigidBody | Particle"
-CUTS = {
-    "PinJoint": "pin", "PrismaticJoint": "prismatic", "CylindricalJoint": "cylindrical",
-    "PlanarJoint": "planar", "SphericalJoint": "spherical", "BallJoint": "spherical",
-    "UniversalJoint": "universal", "WeldJoint": "weld",
-}  # fmt: skip
+_OF_CLASS = kinds_by("classes")
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,19 +81,12 @@ def joint_of(joint: Any) -> Joint:
             f"{joint!r} is not a joint: give a joint of sympy.physics.mechanics (PinJoint, "
             "...), a mechc.Joint or a mechc.Cut"
         )
+    kind = _OF_CLASS.get(type(joint).__name__)
     return Joint(
-        joint.name,
-        joint.parent,
-        joint.child,
-        joint.parent_point,
-        joint.child_point,
-        joint.parent_interframe,
-        joint.child_interframe,
-        tuple(joint.coordinates),
-        tuple(joint.speeds),
-        tuple(getattr(joint, "quaternion", ())),
-        CUTS.get(type(joint).__name__, ""),
-    )
+        joint.name, joint.parent, joint.child, joint.parent_point, joint.child_point,
+        joint.parent_interframe, joint.child_interframe, tuple(joint.coordinates),
+        tuple(joint.speeds), tuple(getattr(joint, "quaternion", ())), kind.cut if kind else "",
+    )  # fmt: skip
 
 
 # -- the tree -------------------------------------------------------------------------------------

@@ -1,1 +1,1 @@
-"""Robots in files: URDF and its loops."""
+"""Robots in files: SDFormat, and URDF with its loops."""

@@ -13,7 +13,7 @@ from mechc_codegen.robots.bounds import WARN, take_bounds
 from mechc_codegen.robots.files.read_urdf import path_of, read_robot
 from mechc_codegen.robots.mechanism import mechanism_of
 from mechc_codegen.robots.meshes import take_meshes
-from mechc_codegen.robots.robot import SINGLE, Motor, Robot
+from mechc_codegen.robots.robot import Motor, Robot
 
 
 def from_urdf(
@@ -99,7 +99,7 @@ def from_urdf(
 
 def driven_motors(robot: Robot, driven: Iterable[str] | str) -> tuple[Motor, ...]:
     """The motors of joints that are to be driven; raises :class:`MechanismError` for others."""
-    own = {j.name: j for j in robot.joints if j.kind in SINGLE and j.mimic is None}
+    own = {j.name: j for j in robot.joints if j.row.unit and j.mimic is None}
     if driven == "all":
         names = [name for name, joint in own.items() if joint.leads_on]
     else:

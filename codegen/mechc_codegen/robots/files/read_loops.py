@@ -17,6 +17,7 @@ from dataclasses import replace
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
+from mechc_codegen.description.joints.kinds import kinds_by
 from mechc_codegen.robots.files.elements import Part
 from mechc_codegen.robots.files.known_parts import SDF, unknown_parts
 from mechc_codegen.robots.files.sdf_joints import KINDS as SDF_KINDS
@@ -26,11 +27,7 @@ from mechc_codegen.robots.graph import resolve_graph
 from mechc_codegen.robots.robot import V3, Pose, Robot, RobotJoint
 from mechc_codegen.robots.spanning import spanning_tree
 
-KINDS = {
-    "fixed": "fixed", "revolute": "continuous", "continuous": "continuous",
-    "prismatic": "prismatic", "cylindrical": "cylindrical", "spherical": "ball", "ball": "ball",
-    "universal": "universal",
-}  # fmt: skip
+KINDS = kinds_by("loops")
 ABOUT_AXIS = ("continuous", "cylindrical")
 
 
@@ -66,8 +63,8 @@ def with_loops(robot: Robot, path: Path, root: Element) -> Robot:
 def _kind(part: Part) -> str:
     kind = part.element.get("type", "")
     if kind not in KINDS:
-        part.refuse(f"has the type {kind!r}; known are {', '.join(KINDS)}")
-    return KINDS[kind]
+        part.refuse(f"has the type {kind!r}; known are {', '.join({'fixed': 0} | KINDS)}")
+    return KINDS[kind].name
 
 
 def _constraint(part: Part) -> RobotJoint:

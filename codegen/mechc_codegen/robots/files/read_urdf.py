@@ -13,21 +13,14 @@ from typing import Any, NoReturn
 from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
 
+from mechc_codegen.description.joints.kinds import kinds_by
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.robots.files.elements import Part
 from mechc_codegen.robots.files.known_parts import URDF, unknown_parts
 from mechc_codegen.robots.files.read_loops import with_loops
-from mechc_codegen.robots.robot import (
-    URDF_KINDS,
-    WITH_AXIS,
-    Mimic,
-    Number,
-    Robot,
-    RobotJoint,
-    RobotLink,
-    Visual,
-)
+from mechc_codegen.robots.robot import Mimic, Number, Robot, RobotJoint, RobotLink, Visual
 
+KINDS = kinds_by("urdf")
 LARGEST = 2**25  # bytes: the largest public robots have less than a hundredth of it
 MOST_PARTS = 200_000  # elements and attributes, each of which takes some hundred bytes
 INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
@@ -169,8 +162,8 @@ def _sizes(part: Part, shape: Element) -> tuple[Number, ...]:
 
 def _joint(part: Part) -> RobotJoint:
     kind = part.element.get("type", "")
-    if kind not in URDF_KINDS:
-        part.refuse(f"has the type {kind!r}; known are {', '.join(URDF_KINDS)}")
+    if kind not in KINDS:
+        part.refuse(f"has the type {kind!r}; known are {', '.join(KINDS)}")
     dynamics = part.child("dynamics")
     damping, friction = (part.number(dynamics, name, 0) for name in ("damping", "friction"))
     if damping < 0 or friction < 0:
@@ -181,7 +174,7 @@ def _joint(part: Part) -> RobotJoint:
         part.name_in("parent", "link"),
         part.name_in("child", "link"),
         part.pose(part.element),
-        part.axis(part.child("axis")) if kind in WITH_AXIS else (1, 0, 0),
+        part.axis(part.child("axis")) if KINDS[kind].has_axis else (1, 0, 0),
         _limits(part, kind),
         damping,
         friction,
@@ -207,7 +200,7 @@ def _mimic(part: Part, kind: str) -> Mimic | None:
     given = part.child("mimic")
     if given is None or kind == "fixed":
         return None
-    if kind in ("floating", "planar"):
+    if not KINDS[kind].unit:
         part.refuse(f"is {kind}, so it cannot mimic another")
     return Mimic(
         part.name_in("mimic", "joint"),

@@ -11,15 +11,13 @@ from dataclasses import dataclass, field, replace
 from math import hypot, inf, radians
 from xml.etree.ElementTree import Element
 
+from mechc_codegen.description.joints.kinds import kinds_by
 from mechc_codegen.description.placement import apply, cross, dot
 from mechc_codegen.robots.files.elements import Part
 from mechc_codegen.robots.geometry import Place, of_angles, of_quaternion, pose_of, transpose
-from mechc_codegen.robots.robot import SINGLE, V3, Mimic, Number, RobotJoint
+from mechc_codegen.robots.robot import V3, Mimic, Number, RobotJoint
 
-KINDS = {
-    "revolute": "revolute", "continuous": "continuous", "prismatic": "prismatic", "fixed": "fixed",
-    "ball": "ball", "universal": "universal", "revolute2": "universal",
-}  # fmt: skip
+KINDS = kinds_by("sdf")
 WORLD, MODEL = "world", "__model__"
 UNBOUNDED = 1e16  # what SDFormat writes for a limit that is none
 SQUARE = 1e-9  # the cosine of a right angle
@@ -142,26 +140,26 @@ def sdf_joint(
     kind, name = part.element.get("type", ""), scope + part.name
     if kind not in KINDS:
         part.refuse(f"has the type {kind!r}; known are {', '.join(KINDS)}")
-    kind, place = KINDS[kind], frames.place(name)
+    row, place = KINDS[kind], frames.place(name)
     parent, child = (
         frames.link(part, name_within(scope, part.words_of(tag))) for tag in ("parent", "child")
     )
     axis: V3 = (1, 0, 0)
-    if kind == "universal":
+    if row.name == "universal":
         first, second = (_axis(part, tag, frames, scope, in_model) for tag in ("axis", "axis2"))
         if abs(dot(first, second)) > SQUARE:
             part.refuse("has axes that are not perpendicular")
         place = place.then(Place(transpose([first, second, cross(first, second)])))
-    elif kind in SINGLE:
+    elif row.has_axis:
         axis = _axis(part, "axis", frames, scope, in_model)
     sides = [pose_of(frames.place(link).inverse().then(place)) for link in (parent, child)]
-    joint = RobotJoint(name, kind, parent, child, sides[0], axis, child_origin=sides[1])
+    joint = RobotJoint(name, row.name, parent, child, sides[0], axis, child_origin=sides[1])
     physics = [
         f"{tag.rpartition('/')[2]} of the joint {name}"
         for tag in _OF_PHYSICS
         if number_in(part, tag, 0)
     ]
-    if kind not in SINGLE:
+    if not row.unit:
         return joint, [*_untaken(part, joint), *physics]
     joint, skipped = _with_values(part, joint, scope)
     return joint, [*skipped, *physics]

@@ -39,7 +39,7 @@ from mechc_codegen.robots.graph import resolve_graph
 from mechc_codegen.robots.moving import JointMotion, motion_of, of_time, orient
 from mechc_codegen.robots.robot import V3, Robot, RobotJoint, RobotLink, unused_name
 from mechc_codegen.robots.spanning import SpanningTree, TreeJoint, spanning_tree
-from mechc_codegen.robots.values import RobotValues
+from mechc_codegen.robots.values import ACTING, RobotValues
 
 WORLD, BASE = "world", "base"  # what a floating base is joined to, and its joint
 DOWN: V3 = (0, 0, -1)
@@ -109,20 +109,8 @@ def _with_floating_base(robot: Robot) -> Robot:
 
 def _with_coordinate(robot: Robot) -> set[str]:
     """The joints to whose coordinate a motor, spring, damper, rotor or mimic refers."""
-    acting = {
-        joint.name
-        for joint in robot.joints
-        if any(
-            (
-                joint.damping,
-                joint.friction,
-                joint.stiffness,
-                joint.armature,
-                joint.mimic,
-                joint.stops,
-            )
-        )
-    }
+    parts = (*ACTING, "mimic", "stops")
+    acting = {j.name for j in robot.joints if any(getattr(j, part) for part in parts)}
     followed = {joint.mimic.joint for joint in robot.joints if joint.mimic}
     return acting | followed | {motor.joint for motor in robot.motors}
 
@@ -141,7 +129,7 @@ class _RigidGroup:
 
 
 @dataclass
-class _Moving:
+class _MovingJoint:
     """A joint of the tree that moves the outer group against the inner one.
 
     ``place``: of its frame on the inner group.
@@ -163,7 +151,7 @@ class _MechanismBuilder:
         self.points: dict[str, Point] = {}
         self.parts: dict[str, tuple[_RigidGroup, Place]] = {}
         self.motions: dict[str, JointMotion] = {}
-        self.moving: list[_Moving] = []
+        self.moving: list[_MovingJoint] = []
         self.loads: list[Load] = []
         self.inputs: dict[Any, None] = {}
         self.limits: dict[str, Limits] = {}
@@ -232,7 +220,7 @@ class _MechanismBuilder:
         if not link.is_identity:
             self._add_point(point.name, outer, Place())
         self._attach(branch.outer, outer, link)
-        self.moving.append(_Moving(joint, motion, inner, outer, place, branch.is_turned))
+        self.moving.append(_MovingJoint(joint, motion, inner, outer, place, branch.is_turned))
         if joint.row.unit:
             self._act(self.moving[-1])
         else:
@@ -241,12 +229,12 @@ class _MechanismBuilder:
     def _on_parent(self, joint: RobotJoint) -> Place:
         return Place(of_angles(self.values.orientation(joint)), self.values.origin(joint))
 
-    def _act(self, moving: _Moving) -> None:
+    def _act(self, moving: _MovingJoint) -> None:
         """Add the motors, the damper and the spring of a joint, and its limits."""
         joint, motion = moving.joint, moving.motion
         unit, effort = joint.row.unit, "N m" if joint.row.unit == "rad" else "N"
-        applied = -sympify(self.values.damping(joint, f"{effort} s/{unit}")) * motion.rate
-        stiffness = sympify(self.values.stiffness(joint, f"{effort}/{unit}"))
+        applied = -sympify(self.values.acting("damping", joint, f"{effort} s/{unit}")) * motion.rate
+        stiffness = sympify(self.values.acting("stiffness", joint, f"{effort}/{unit}"))
         stretch = motion.position - sympify(joint.rest)
         applied -= stiffness * stretch
         moving.outer.potential += stiffness * stretch**2 / 2
@@ -259,7 +247,7 @@ class _MechanismBuilder:
         if joint.stops:
             gaps = (motion.position - bound["lower"], bound["upper"] - motion.position)
             self.contacts += [Contact(gap=gap) for gap in gaps]
-        force = self.values.friction(joint, effort)
+        force = self.values.acting("friction", joint, effort)
         if force != 0:
             self.contacts.append(Contact(slip=motion.rate, force=force))
 
@@ -273,13 +261,13 @@ class _MechanismBuilder:
         saturates = joint.saturates and effort and found != 0
         return _within((-effort, effort) if saturates else None, found)
 
-    def _act_on_several(self, moving: _Moving) -> None:
+    def _act_on_several(self, moving: _MovingJoint) -> None:
         """Add the damper of a ball joint, or one that floats from the ground; name what else is."""
         joint, inner, outer = moving.joint, moving.inner, moving.outer
         found = {"dry friction": joint.friction, "a spring": joint.stiffness}
         from_ground = inner is self.root and not moving.turned
         if joint.kind == "ball" or (joint.kind == "floating" and from_ground):
-            damping = sympify(self.values.damping(joint, "N m s/rad"))
+            damping = sympify(self.values.acting("damping", joint, "N m s/rad"))
             spin = outer.frame.ang_vel_in(inner.frame)
             self.loads += [(outer.frame, -damping * spin), (inner.frame, damping * spin)]
             if joint.kind == "floating":
@@ -296,7 +284,7 @@ class _MechanismBuilder:
             if value
         ]
 
-    def _push(self, moving: _Moving, size: Expr) -> None:
+    def _push(self, moving: _MovingJoint, size: Expr) -> None:
         """Add a torque about the axis or a force along it, on the child, and its reaction."""
         inner, outer = moving.inner, moving.outer
         along = (-size if moving.turned else size) * vector_along(moving.joint.axis, outer.frame)
@@ -308,7 +296,7 @@ class _MechanismBuilder:
         )
         self.loads += [(outer.point, along), (start, -along)]
 
-    def _joint(self, moving: _Moving) -> Joint:
+    def _joint(self, moving: _MovingJoint) -> Joint:
         joint, motion, outer = moving.joint, moving.motion, moving.outer
         parent = _side(f"{joint.name} start", moving.inner, moving.place)
         child = Side(outer.body, outer.point, outer.frame)
@@ -370,7 +358,7 @@ class _MechanismBuilder:
                 'type="fixed" for them, or give a link that they move an <inertial>'
             )
 
-    def _add_rotors(self, moving: _Moving) -> None:
+    def _add_rotors(self, moving: _MovingJoint) -> None:
         """Add bodies on the ground that turn with a joint's coordinates, where that has a rotor.
 
         That of a ball joint turns as its child does; a floating joint has one such, and one for
@@ -380,7 +368,7 @@ class _MechanismBuilder:
         if not (motion.quaternion or joint.row.unit):
             return
         unit = "kg" if joint.row.unit == "m" else "kg m^2"
-        size = sympify(self.values.armature(joint, unit))
+        size = sympify(self.values.acting("armature", joint, unit))
         if size == 0:
             return
         turns, pairs = [], [(motion.position, motion.rate)]

@@ -16,20 +16,14 @@ from mechc_codegen.description.mechanism import Parameter, Quantity
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.robots.robot import Number, Robot, RobotJoint, RobotLink
 
-OF_LINKS = {
-    "mass": "its mass",
-    "centre": "the place of its mass centre",
-    "inertia": "its moments and products of inertia",
+OF_LINKS = ("mass", "centre", "inertia")
+ACTING = {  # on coordinates of joints: how the names of the parameters begin, and words on them
+    "damping": ("d", "damping of {}"),
+    "friction": ("f", "dry friction of {}"),
+    "stiffness": ("k", "stiffness of {}"),
+    "armature": ("a", "inertia of the rotor of {}"),
 }
-OF_JOINTS = {
-    "origin": "its place on the parent",
-    "orientation": "roll, pitch and yaw there",
-    "damping": "its viscous damping",
-    "friction": "the greatest torque or force of its dry friction",
-    "stiffness": "of its spring",
-    "armature": "of its motor's rotor",
-    "limits": "bounds of position, speed and effort",
-}
+OF_JOINTS = ("origin", "orientation", *ACTING, "limits")
 _INERTIA = ("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
 
 
@@ -64,20 +58,10 @@ class RobotValues:
             for angle, x in zip(("roll", "pitch", "yaw"), joint.origin.rpy, strict=True)
         ]
 
-    def damping(self, joint: RobotJoint, unit: str) -> Any:
-        return self._value("damping", joint.name, "d", joint.damping, unit, "damping of {}", 0.0)
-
-    def friction(self, joint: RobotJoint, unit: str) -> Any:
-        what = "dry friction of {}"
-        return self._value("friction", joint.name, "f", joint.friction, unit, what, lower=0.0)
-
-    def stiffness(self, joint: RobotJoint, unit: str) -> Any:
-        what = "stiffness of {}"
-        return self._value("stiffness", joint.name, "k", joint.stiffness, unit, what, lower=0.0)
-
-    def armature(self, joint: RobotJoint, unit: str) -> Any:
-        what = "inertia of the rotor of {}"
-        return self._value("armature", joint.name, "a", joint.armature, unit, what, lower=0.0)
+    def acting(self, kind: str, joint: RobotJoint, unit: str) -> Any:
+        """The damping, friction, stiffness or armature of a joint."""
+        letter, what = ACTING[kind]
+        return self._value(kind, joint.name, letter, getattr(joint, kind), unit, what, lower=0.0)
 
     def limit(self, joint: RobotJoint, which: str, unit: str) -> Any:
         """A bound of a joint; None where the file has none."""

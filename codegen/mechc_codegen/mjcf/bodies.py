@@ -13,14 +13,7 @@ from mechc_codegen.mjcf.names import PartNames
 from mechc_codegen.mjcf.poses import exact, place_at, triple
 from mechc_codegen.mjcf.read import CompiledFile
 from mechc_codegen.robots.geometry import IDENTITY, Place, about, pose_of
-from mechc_codegen.robots.robot import (
-    Number,
-    Pose,
-    RobotJoint,
-    RobotLink,
-    Visual,
-    unused_name,
-)
+from mechc_codegen.robots.robot import Number, Pose, RobotJoint, RobotLink, Visual, unused_name
 
 _KINDS = kinds_by("mjcf")
 _SHAPES = {"SPHERE": "ball", "CAPSULE": "cylinder", "CYLINDER": "cylinder", "BOX": "box",

@@ -91,7 +91,7 @@ def motion_of(
     motion = _with_coordinates(joint) if joint.mimic is None else JointMotion()
     pairs = [(q.symbol, u.symbol) for q, u in zip(motion.coordinates, motion.speeds, strict=False)]
     if joint.mimic:
-        pairs = [_followed(joint.mimic, positions[joint.mimic.joint])]
+        pairs = [_position_and_rate(joint.mimic, positions[joint.mimic.joint])]
     if joint.row.unit:
         motion.position, motion.rate = pairs[0]
         x, y, z = joint.axis
@@ -124,7 +124,7 @@ def _with_coordinates(joint: RobotJoint) -> JointMotion:
     return motion
 
 
-def _followed(mimic: Mimic, followed: JointMotion) -> tuple[Expr, Expr]:
+def _position_and_rate(mimic: Mimic, followed: JointMotion) -> tuple[Expr, Expr]:
     """The position and the rate of a joint that mimics another."""
     x = Symbol("x")
     terms = (sympify(c) * x**k for k, c in enumerate(mimic.coefficients))

@@ -120,7 +120,7 @@ def headers(*folders):
     return [str(path) for folder in folders for path in sorted((RUNTIME / folder).glob("*.h"))]
 
 
-DRIVER = headers("closing", "record", "hybrid", "hybrid/events", "hybrid/contact")
+DRIVER = headers("closing", "record", "run", "hybrid", "hybrid/events", "hybrid/contact")
 
 
 def packages():

@@ -1,4 +1,4 @@
-"""Stage 4c: Program -> Program that holds the derivatives of one number by everything given.
+"""After stage 4: Program -> Program with the derivatives of one number by everything given.
 
 Input: a program with sensitivities.  Output: the same with c . (R, S, q') differentiated by the
 state, parameters and inputs, where c are numbers that the function is given, R and S vanish at the

@@ -1,4 +1,4 @@
-"""Stage 4c: Program -> Program that holds the switching functions of the equations.
+"""After stage 4: Program -> Program with the switching functions of the equations.
 
 Input: an optimised program.  Output: the same with one more output.  The functions at whose
 zeros an equation has a corner or a jump: the arguments of Abs and Step, sin(pi x) for Floor(x), y

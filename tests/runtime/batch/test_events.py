@@ -60,9 +60,50 @@ def test_reductions_go_on_over_jumps(ball):
     assert batch["min(u_0)"][0] == pytest.approx(-speed, abs=1e-12)
     assert batch["mean(q_0)"][0] == pytest.approx(area, abs=1e-12)
     assert batch["first(u_0 > 0)"][0] == pytest.approx(hit, abs=1e-12)
+    ended = ball.simulate_batch(1.0, [1.0, 0.0], events=BOUNCE, rtol=1e-12, until="u_0 > 0")
+    assert ended.t[0] == batch["first(u_0 > 0)"][0]
     assert np.isnan(batch["first(u_0 > 5)"][0])
     assert batch["final(u_0)"][0] == pytest.approx(0.9 * speed - G * rest, abs=1e-12)
     assert batch["min(q_0)"][0] == pytest.approx(0.0, abs=1e-12)
+
+
+def crossings(model, start, event, text, t_end=3.0, **given):
+    """The first crossing as a reduction, as the end of a member and as an event; NaN: none."""
+    batch = model.simulate_batch(t_end, [start], reduce=f"first({text})", **given)
+    ended = model.simulate_batch(t_end, [start], until=text, **given)
+    events = [*given.pop("events", []), event or text]
+    zeros = model.simulate(t_end, start, events=events, **given).events[-1].t
+    end = ended.t[0] if ended.status(0).code == "stopped by an event" else np.nan
+    return batch[f"first({text})"][0], end, zeros[0] if len(zeros) else np.nan
+
+
+@pytest.mark.parametrize("method", ["gauss8", "dop853", LOCKSTEP])
+def test_first_crossings_ends_of_members_and_events_have_the_same_bits(
+    model, regular, ball, pushed, method
+):
+    """Also where two lie between two samples, and where the start is at the level."""
+    params, start = regular
+    of_bar = {"params": params, **by(method)}
+    swing = model.simulate(3.0, start, **of_bar)(np.linspace(0, 3, 300_001))[:, 1]
+    tops = [float(swing.max() - part * np.ptp(swing)) for part in (1e-9, 1e-6, 0.5)]
+    levels = [*tops, float(swing.min() + 1e-9), float(start[1])]
+    texts = [f"theta_1 {sign} {level!r}rad" for level in levels for sign in "<>"]
+    asked = [(model, start, None, text, of_bar) for text in texts]
+    for h in (0.3, 0.9, 1.1):
+        height = mechc.Event(lambda t, y, h=h: model.points(y, params)[2, 1] - h, direction=1)
+        asked.append((model, start, height, f"points[2,1] > {h}", of_bar))
+    for hit, texts in (
+        (BOUNCE, ("q_0 > 1", "q_0 < 0.7", "q_0 > 0.7", "abs(q_0) < 0.1")),
+        (mechc.Stop("q_0", 0.5), ("q_0 < 0",)),
+    ):
+        bounces = {"events": [hit], **by(method)}
+        asked += [(ball, [0.9, 0.7], None, text, bounces) for text in texts]
+    push = {"inputs": {"F": mechc.Signal(TIMES, PUSH, "linear")}, **by(method)}
+    asked += [(pushed, [0.0, 0.2], None, text, push) for text in ("q < -1", "u > -2", "u < 0")]
+    found = np.array([crossings(*each[:4], **each[4]) for each in asked])
+    np.testing.assert_array_equal(found[:, 1:], found[:, :1] * [1, 1])
+    assert (found[0] > found[1]).all()
+    assert np.isfinite(found).sum() > 40
 
 
 def test_tables_and_pickled_batches_have_the_events(ball):

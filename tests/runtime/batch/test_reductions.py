@@ -84,6 +84,8 @@ def test_every_level_is_crossed_before_the_first_pole(model, start, sol, crossin
 def test_a_sign_that_changes_through_infinity_changes_at_the_change_point(model, start, crossings):
     _, (first,) = reduced(model, start, "first(multipliers[0] > 0)")
     assert first == pytest.approx(crossings[0], abs=1e-8)
+    ended, _ = reduced(model, start, until="multipliers[0] > 0")
+    assert ended.t[1] == first
 
 
 @pytest.mark.parametrize("method", ["gauss8", "dop853", LOCKSTEP])

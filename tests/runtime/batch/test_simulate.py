@@ -304,19 +304,12 @@ def test_the_dataset_names_dimensions_and_parameters(batch, drawn):
 
 def test_a_crossing_ends_a_member_and_what_is_reduced_ends_with_it(model, drawn):
     start, params = drawn
-    level = np.radians(100)
-
-    def event(t, y):
-        return y[0] - level
-
     asked = {"reduce": ["max(theta_0)", "mean(theta_1)", "final(theta_0)"], "t_eval": TIMES}
     batch = model.simulate_batch(2.0, start, params, until="theta_0 > 100deg", **asked)
     assert batch.counts["stopped by an event"] > 0
     for member in np.flatnonzero(batch.ok):
-        sol = model.simulate(
-            2.0, batch["y0"][member], one(params, member),
-            events=[mechc.Event(event, direction=1, terminal=True)],
-        )  # fmt: skip
+        stop = mechc.Event("theta_0 > 100deg", terminal=True)
+        sol = model.simulate(2.0, batch["y0"][member], one(params, member), events=stop)
         assert batch.status(member).code == sol.status.code
         end = sol.t[-1]
         assert batch.t[member] == pytest.approx(end, abs=1e-9)

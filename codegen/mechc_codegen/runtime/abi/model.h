@@ -51,7 +51,7 @@ typedef struct {
        velocity residual found before. */
     int (*project)(double t, double *y, const double *p, const mechc_inputs *inputs, double *moved);
     size_t run_size;
-    /* By their numbers; of those without code in this part what is known of them, or NULL. */
+    /* Methods by their numbers; a method without code in this part has its traits alone, or is NULL. */
     const mechc_method *const *methods;
     void (*start)(mechc_run *run, const mechc_options *options);
     /* At most `steps` attempted steps; returns run->status. */

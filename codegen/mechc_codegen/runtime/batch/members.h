@@ -99,23 +99,25 @@ static void mechc_batch_reduce(mechc_batch_slot *slot, double until, int last)
 
 static void mechc_batch_piece_ends(void *context, double until)
 {
-    mechc_batch_reduce(context, until, 0);
-    ((mechc_batch_slot *)context)->taken = 0;
+    mechc_batch_slot *slot = context;
+    const mechc_trajectory *steps = &slot->hybrid.run->trajectory;
+    mechc_batch_reduce(slot, until, 0);
+    mechc_reducer_cut(&slot->reducer, steps, until);
+    mechc_reducer_cut(&slot->until, steps, until);
+    slot->taken = 0;
 }
 
-static void mechc_batch_jumps(void *context, double t, const double *before, const double *after)
+/* The first crossing at which the member ends, in a step or, where an event has ended the one before it at the
+ * same time, at its start. */
+static int mechc_batch_until(void *context, ptrdiff_t step, double *zero)
 {
-    mechc_reducer_jump(&((mechc_batch_slot *)context)->reducer, t, before, after);
-}
-
-/* The difference between a quantity and the level at which the member ends. */
-static double mechc_batch_until(void *context, double t, const double *y, const double *p)
-{
-    const mechc_batch_slot *slot = context;
-    double value;
-    (void)p;
-    mechc_reduce_states(&slot->until, slot->batch->until, 1, &t, y, &value);
-    return value - slot->batch->until->level;
+    mechc_batch_slot *slot = context;
+    mechc_reducer *until = &slot->until;
+    slot->hybrid.watch.event[slot->batch->events].count = 0;
+    until->samples[MECHC_AS_EVENTS].count = 0; /* of other steps */
+    mechc_reduce_step(until, &slot->hybrid.run->trajectory, step, 0, 1.0);
+    *zero = until->value[0];
+    return until->failed ? -1 : until->known[0];
 }
 
 /* -- room --------------------------------------------------------------------------------------- */
@@ -131,16 +133,17 @@ static int mechc_batch_slot_make(mechc_batch *batch, mechc_batch_slot *slot)
     hybrid->contacts.laws = batch->laws;
     hybrid->max_bytes = HUGE_VAL;
     if (!mechc_hybrid_make(hybrid, events)) return 0;
-    hybrid->observer = (mechc_observer){mechc_batch_piece_ends, mechc_batch_jumps, slot};
+    hybrid->observer = (mechc_observer){mechc_batch_piece_ends, slot};
     for (int k = 0; k < batch->events; k++) {
         hybrid->watch.functions[k] = batch->functions[k];
         hybrid->watch.policy[k] = batch->policy[k];
     }
     if (batch->until) {
-        hybrid->watch.functions[batch->events] = (mechc_event_functions){mechc_batch_until, 0, 0, slot};
         hybrid->watch.policy[batch->events] = (mechc_event_policy){batch->until->direction, 1, -1};
-        if (!mechc_reducer_make(&slot->until, &hybrid->motion, 0, 0)) return 0;
+        hybrid->watch.search = mechc_batch_until;
+        hybrid->watch.context = slot;
     }
+    if (!mechc_reducer_make(&slot->until, &hybrid->motion, batch->until != 0, batch->until)) return 0;
     return mechc_reducer_make(&slot->reducer, &hybrid->motion, batch->quantities, batch->quantity);
 }
 
@@ -186,7 +189,10 @@ static void mechc_batch_report(mechc_batch_slot *slot)
     double *y = batch->y + member * batch->scene.width;
     long *counts = batch->counts + member * MECHC_COUNTS;
     double *least = batch->least + member * MECHC_LEASTS;
-    if (hybrid->live) mechc_batch_reduce(slot, cut, 1);
+    if (hybrid->live) {
+        mechc_batch_reduce(slot, cut, 1);
+        mechc_reducer_cut(&slot->reducer, &hybrid->run->trajectory, cut);
+    }
     const double t = mechc_hybrid_end(hybrid, y);
     mechc_reducer_end(&slot->reducer, t, y, batch->reduced + member * batch->quantities);
     batch->t[member] = t;
@@ -238,6 +244,7 @@ static void mechc_batch_begin(mechc_batch *batch, ptrdiff_t member, mechc_batch_
     const int status = mechc_hybrid_begin(hybrid, &options);
     hybrid->options.allowed = 0.0; /* a state after an event is taken as it is */
     mechc_reducer_begin(&slot->reducer, options.t0);
+    mechc_reducer_begin(&slot->until, options.t0);
     if (status == MECHC_OPEN_AT_START) mechc_batch_release(slot, status);
     else if (!hybrid->live || hybrid->run->trajectory.count < 1) /* not even the start could be kept */
         mechc_batch_release(slot, MECHC_NO_MEMORY);

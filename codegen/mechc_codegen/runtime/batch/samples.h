@@ -9,8 +9,9 @@
 #include <stdlib.h>
 #include <string.h>
 #include "hybrid/contact/contacts.h"
+#include "hybrid/events/search.h"
 
-#define MECHC_SAMPLES 8 /* of a step */
+#define MECHC_SAMPLES 8 /* of a step, for extremes and means */
 #define MECHC_MOST_AHEAD 16 /* steps that are sampled together, */
 #define MECHC_MOST_VALUES 16384 /* and numbers of an output there, where it is wide */
 
@@ -25,9 +26,10 @@ typedef struct {
     double away; /* the time around each change point that does not count, of extremes */
 } mechc_quantity;
 
-/* Sets of fractions at which a step is sampled: one for extremes and crossings, one for means.  The
- * first sample of a block of steps is at its start. */
-enum { MECHC_EVENLY, MECHC_AT_NODES, MECHC_SETS };
+/* Sets of fractions at which a step is sampled: for extremes, for means, and, as for events, for crossings.
+ * The first sample of a block of steps is at its start. */
+enum { MECHC_EVENLY, MECHC_AT_NODES, MECHC_AS_EVENTS, MECHC_SETS };
+static const int mechc_samples_of[MECHC_SETS] = {MECHC_SAMPLES, MECHC_SAMPLES, MECHC_EVENT_SAMPLES};
 
 typedef struct {
     double *values;  /* a row a quantity */
@@ -44,6 +46,8 @@ typedef struct {
     double *value;  /* a quantity each: the result so far, */
     double *last;   /* and its value where the steps reduced so far end, of crossings; NaN: none */
     int *known;
+    int failed;        /* a quantity had no number where its crossing was searched */
+    mechc_watch watch; /* the events that crossings are */
     int *shared;    /* for each quantity the first one with the same values */
     int looks_ahead; /* whether a step counts only when what follows is known */
     int ahead, rows; /* steps that are sampled together, and samples in them */
@@ -54,6 +58,7 @@ typedef struct {
 
 static int mechc_set_of(const mechc_quantity *quantity)
 {
+    if (quantity->reduction == MECHC_FIRST_CROSSING) return MECHC_AS_EVENTS;
     return quantity->reduction == MECHC_MEAN ? MECHC_AT_NODES : MECHC_EVENLY;
 }
 
@@ -62,8 +67,7 @@ static int mechc_sampled_alike(const mechc_quantity *a, const mechc_quantity *b)
 {
     const int first = a->reduction == MECHC_FIRST_CROSSING;
     return mechc_set_of(a) == mechc_set_of(b) && a->form == b->form && a->output == b->output
-        && a->second == b->second && a->component == b->component && !first
-        && b->reduction != MECHC_FIRST_CROSSING && b->reduction != MECHC_LAST;
+        && a->second == b->second && a->component == b->component && !first && b->reduction != MECHC_LAST;
 }
 
 static int mechc_reducer_make(mechc_reducer *reducer, mechc_motion *motion, int quantities,
@@ -82,9 +86,9 @@ static int mechc_reducer_make(mechc_reducer *reducer, mechc_motion *motion, int 
     for (int i = 0; i < quantities; i++) reducer->looks_ahead |= quantity[i].away > 0.0;
     for (int i = 0; i < unit->output_count; i++)
         if (unit->outputs[i].width > reducer->widest) reducer->widest = unit->outputs[i].width;
-    const int fit = MECHC_MOST_VALUES / (MECHC_SAMPLES * reducer->widest);
+    const int fit = MECHC_MOST_VALUES / (MECHC_EVENT_SAMPLES * reducer->widest);
     reducer->ahead = fit < 1 ? 1 : fit < MECHC_MOST_AHEAD ? fit : MECHC_MOST_AHEAD;
-    reducer->rows = 1 + MECHC_SAMPLES * reducer->ahead;
+    reducer->rows = 1 + MECHC_EVENT_SAMPLES * reducer->ahead;
     reducer->value = malloc(2 * some * sizeof(double));
     reducer->last = reducer->value ? reducer->value + some : 0;
     reducer->known = malloc(some * sizeof(int));
@@ -94,6 +98,9 @@ static int mechc_reducer_make(mechc_reducer *reducer, mechc_motion *motion, int 
     reducer->states = malloc(rows * (size_t)width);
     reducer->outputs = malloc(2 * rows * (size_t)reducer->widest);
     reducer->forces = malloc(rows * (size_t)motion->speeds);
+    if (!mechc_watch_make(&reducer->watch, motion, (int)some, 0)) return 0;
+    for (int i = 0; i < quantities; i++)
+        reducer->watch.policy[i] = (mechc_event_policy){quantity[i].direction, 0, -1};
     int made = reducer->value && reducer->known && reducer->shared && reducer->t
             && reducer->states && reducer->outputs && reducer->forces;
     for (int set = 0; set < MECHC_SETS; set++) {
@@ -117,12 +124,15 @@ static void mechc_reducer_free(mechc_reducer *reducer)
     free(reducer->states);
     free(reducer->outputs);
     free(reducer->forces);
+    mechc_watch_free(&reducer->watch);
     for (int set = 0; set < MECHC_SETS; set++) free(reducer->samples[set].values);
 }
 
 static void mechc_reducer_begin(mechc_reducer *reducer, double t0)
 {
-    reducer->t0 = t0;
+    reducer->t0 = reducer->watch.start = t0;
+    reducer->failed = 0;
+    mechc_watch_begin(&reducer->watch);
     for (int i = 0; i < reducer->quantities; i++) {
         reducer->known[i] = 0;
         reducer->value[i] = 0.0;
@@ -194,10 +204,10 @@ static int mechc_needs_samples(const mechc_reducer *reducer, int i, int set)
         && quantity->reduction != MECHC_LAST && !mechc_is_component(quantity);
 }
 
-/* The fractions of a step in a set. */
+/* The fractions of a step in a set of eight. */
 static const double *mechc_fractions(int set)
 {
-    static const double fractions[MECHC_SETS][MECHC_SAMPLES] = {
+    static const double fractions[][MECHC_SAMPLES] = {
         {0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0},
         {0.019855071751231884, 0.10166676129318664, 0.2372337950418355, 0.4082826787521751,
          0.5917173212478249, 0.7627662049581645, 0.8983332387068134, 0.9801449282487681}};
@@ -221,17 +231,21 @@ static void mechc_sample(mechc_reducer *reducer, const mechc_trajectory *steps, 
                          int set)
 {
     mechc_samples *samples = reducer->samples + set;
-    const double *fractions = mechc_fractions(set);
+    const int each = mechc_samples_of[set];
     const ptrdiff_t left = steps->count - 1 - first, width = reducer->width;
     samples->first = first;
     samples->count = left < reducer->ahead ? (int)left : reducer->ahead;
-    const ptrdiff_t rows = 1 + MECHC_SAMPLES * (ptrdiff_t)samples->count;
+    const ptrdiff_t rows = 1 + each * (ptrdiff_t)samples->count;
     reducer->t[0] = steps->t[first];
-    for (ptrdiff_t row = 0; row + 1 < rows; row++)
-        reducer->t[row + 1] = mechc_time_in(steps, first + row / MECHC_SAMPLES,
-                                            fractions[row % MECHC_SAMPLES]);
-    mechc_read_states(reducer->motion, rows, reducer->t, reducer->states);
-    if (set == MECHC_EVENLY)
+    for (int row = 0; row + 1 < rows; row++) {
+        const int i = row % each;
+        const double s = set == MECHC_AS_EVENTS ? mechc_event_fraction(i + 1) : mechc_fractions(set)[i];
+        reducer->t[row + 1] = mechc_time_in(steps, first + row / each, s);
+    }
+    if (set != MECHC_AS_EVENTS) mechc_read_states(reducer->motion, rows, reducer->t, reducer->states);
+    else reducer->unit->interpolate(0, steps, reducer->motion->p, reducer->motion->whole, rows, reducer->t,
+                                    reducer->states); /* a zero is searched on the constraints */
+    if (set != MECHC_AT_NODES)
         mechc_take_end(steps, first + samples->count - 1, reducer->states + (rows - 1) * width);
     for (int i = 0; i < reducer->quantities; i++)
         if (mechc_needs_samples(reducer, i, set))
@@ -248,7 +262,7 @@ static const double *mechc_seen(mechc_reducer *reducer, const mechc_trajectory *
     const mechc_samples *samples = reducer->samples + set;
     if (step < samples->first || step >= samples->first + samples->count)
         mechc_sample(reducer, steps, step, set);
-    const ptrdiff_t row = MECHC_SAMPLES * (step - samples->first) + (set == MECHC_AT_NODES);
+    const ptrdiff_t row = mechc_samples_of[set] * (step - samples->first) + (set == MECHC_AT_NODES);
     return samples->values + reducer->shared[i] * (ptrdiff_t)reducer->rows + row;
 }
 

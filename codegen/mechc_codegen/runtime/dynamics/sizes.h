@@ -8,7 +8,7 @@
 #endif
 
 #ifndef MECHC_STATES
-#define MECHC_STATES 0 /* of the coordinates: those, the last, that no displacement moves */
+#define MECHC_STATES 0 /* the number of coordinates, the last ones, that no displacement moves */
 #endif
 
 #ifndef MECHC_SWITCHES
@@ -16,11 +16,11 @@
 #endif
 
 #ifndef MECHC_FEATURES
-#define MECHC_FEATURES 0 /* the last of these: edges of narrow features */
+#define MECHC_FEATURES 0 /* the number of switching functions, the last ones, that are edges of narrow features */
 #endif
 
 #ifndef MECHC_KNOTTED
-#define MECHC_KNOTTED 0 /* those before: arguments of tables, which have knots instead of zeros */
+#define MECHC_KNOTTED 0 /* the number before them that are arguments of tables, with knots instead of zeros */
 #endif
 
 /* Squared sine or share, and squared length over that of the longest row, below which rows are not

@@ -4,7 +4,7 @@
  * version 2.0.4, sections 2 to 4. */
 #pragma once
 
-#define MECHC_FMI_VERSION 2
+#include "fmu/names2.h"
 #include "fmu/interface.h"
 
 typedef struct {

@@ -4,7 +4,7 @@
  * 4. */
 #pragma once
 
-#define MECHC_FMI_VERSION 3
+#include "fmu/names3.h"
 #include "fmu/interface.h"
 
 MECHC_EXPORTED const char *fmi3GetVersion(void) { return "3.0"; }

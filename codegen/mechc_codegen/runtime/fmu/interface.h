@@ -1,4 +1,5 @@
-/* The functions that FMI 2.0 and 3.0 share, and the names and types in which they differ.
+/* The functions that FMI 2.0 and 3.0 share, over the names and types in which they differ: those of FMI 3.0
+ * unless a header has given others.
  *
  * No header declares the functions of FMI: importers find them by name. */
 #pragma once
@@ -16,44 +17,15 @@
 #define MECHC_EXPORTED __attribute__((visibility("default")))
 #endif
 
-#ifndef MECHC_FMI_VERSION
-#define MECHC_FMI_VERSION 3
-#endif
-#if MECHC_FMI_VERSION == 2
-typedef int mechc_fmi_bool;
-typedef void mechc_fmi_log(void *environment, const char *name, int status, const char *category,
-                           const char *message, ...);
-#define MECHC_FMI_NAME(name) fmi2##name
-#define MECHC_FMI_COUNT(name) /* references alone are counted */
-#define MECHC_FMI_AS_MANY(values, references) 1
-#define fmi2GetFloat64 fmi2GetReal
-#define fmi2SetFloat64 fmi2SetReal
-#define fmi2GetFMUState fmi2GetFMUstate
-#define fmi2SetFMUState fmi2SetFMUstate
-#define fmi2FreeFMUState fmi2FreeFMUstate
-#define fmi2SerializedFMUStateSize fmi2SerializedFMUstateSize
-#define fmi2SerializeFMUState fmi2SerializeFMUstate
-#define fmi2DeserializeFMUState fmi2DeSerializeFMUstate
-#define fmi2GetContinuousStateDerivatives fmi2GetDerivatives
-#else
-#include <stdbool.h>
-typedef bool mechc_fmi_bool;
-typedef void mechc_fmi_log(void *environment, int status, const char *category,
-                           const char *message);
-#define MECHC_FMI_NAME(name) fmi3##name
-#define MECHC_FMI_COUNT(name) , size_t name
-#define MECHC_FMI_AS_MANY(values, references) ((values) == (references))
+#ifndef MECHC_FMI_NAME
+#include "fmu/names3.h"
 #endif
 #define MECHC_FMI(name) MECHC_EXPORTED int MECHC_FMI_NAME(name)
 
 MECHC_STATIC void mechc_fmi_say_to(mechc_fmi_log *log, void *environment, const char *name,
                                    const char *message)
 {
-#if MECHC_FMI_VERSION == 2
-    if (log) log(environment, name, MECHC_FMU_ERROR, "logStatusError", "%s", message);
-#else
-    if (log) log(environment, MECHC_FMU_ERROR, "logStatusError", message);
-#endif
+    if (log) MECHC_FMI_SAY(log, environment, name, message);
 }
 
 MECHC_STATIC void mechc_fmi_say(const mechc_fmu *fmu, mechc_fmu_status status, const char *message)

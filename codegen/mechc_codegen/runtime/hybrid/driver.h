@@ -1,6 +1,18 @@
 /* The driver of a motion: it runs a method, stops where inputs have kinks, samples fall due, events
  * have zeros or contacts change, applies the change of state there, and begins the next run.
  *
+ *
+ *     begin             mechc_hybrid_begin, with the inputs of the first segment    hybrid/inputs.h
+ *     attempt steps     the unit's advance                                          stepping/attempt.h
+ *     search a step     mechc_watch_step, zeros of events                           hybrid/events/search.h
+ *     end a piece       its steps are kept                                          record/piece.h
+ *     reset the state   mechc_watch_reset                                           hybrid/events/resets.h
+ *     end a mode        zeros that end a mode of contact                            hybrid/contact/ends.h
+ *     change contacts   mechc_contacts_change: impacts, then the next mode          hybrid/contact/contacts.h
+ *     cross a kink      the same run goes on with the next segment of inputs        hybrid/inputs.h
+ *     begin a piece     mechc_begin_piece, a run of the method                      stepping/start.h
+ *     reach a time      one time after the other, states between steps              hybrid/reach.h
+ *
  * Every accepted step is searched before the next is attempted, so that a motion has the same steps
  * whoever drives it: alone, in parts, or in a batch.
  */
@@ -12,10 +24,9 @@
 #include "record/piece.h"
 
 /* A reader of the steps of a piece, called before they are dropped, with the steps up to a time
- * within the last one or NaN, and of the state before and after a jump. */
+ * within the last one or NaN. */
 typedef struct {
     void (*ends)(void *context, double until);
-    void (*jumps)(void *context, double t, const double *before, const double *after);
     void *context;
 } mechc_observer;
 
@@ -307,8 +318,6 @@ MECHC_STATIC int mechc_change_contacts(mechc_hybrid *hybrid, const mechc_contact
         for (int i = 0; i < watch->causes; i++) known |= watch->cause[i] == contacts->laws.event[k];
         if (!known) watch->cause[watch->causes++] = contacts->laws.event[k];
     }
-    if (hybrid->observer.jumps)
-        hybrid->observer.jumps(hybrid->observer.context, t, hybrid->state, hybrid->after);
     return mechc_next_piece(hybrid, t, hybrid->after, 1, mechc_ends_motion(hybrid), left);
 }
 
@@ -340,7 +349,7 @@ MECHC_STATIC int mechc_end_contacts(mechc_hybrid *hybrid, const mechc_end *end, 
     if (end->kind == MECHC_END_HALT) change.halted = k;
     if (end->kind == MECHC_END_BACK) {
         change.hit = k;
-        watch->event[event].last = t; /* it has come from rest, and goes back to it */
+        watch->event[event].last = t; /* the contact opened from rest, and closes to rest again */
     }
     if (k >= 0 && !contacts->laws.has_gap[k]) {
         watch->event[event].latest = t;
@@ -367,8 +376,6 @@ MECHC_STATIC int mechc_reset_motion(mechc_hybrid *hybrid, int number, double t, 
             return MECHC_EVENT_FAILED;
         return mechc_change_contacts(hybrid, &change, t, left);
     }
-    if (hybrid->observer.jumps)
-        hybrid->observer.jumps(hybrid->observer.context, t, hybrid->state, hybrid->after);
     const int ends = mechc_ends_motion(hybrid);
     const int status = mechc_next_piece(hybrid, t, hybrid->after, 1, ends || accumulates, left);
     return accumulates ? code : status;

@@ -1,4 +1,7 @@
-/* The first zero of a root's series within a step: see step.h. */
+/* The first zero of a root's series within a step: see step.h.
+ *
+ * It has to be surely the first, or the root's argument would be negative: lengths come from a bound of the
+ * coefficients.  The searches of run/zeros.h see what lies between samples of a function by luck alone. */
 #pragma once
 
 #include <math.h>

@@ -1,7 +1,7 @@
 /* Binds the names that generic code uses to one long double: see real.h.
  *
- * The scene's program alone is written for this binding, and of it what closing loops finely takes
- * (dynamics/fine_gap.h). */
+ * The scene's program alone is written for this binding, and of its functions those that
+ * close loops finely (singularities/fine_gap.h). */
 #include "simd/unbind.h"
 #include "simd/scalar.h"
 #define R_VECTOR 0

@@ -38,8 +38,8 @@ MECHC_STATIC double mechc_plan(mechc_nodes nodes, double ahead, double open)
     return mechc_min(open, MECHC_WELL_BEFORE * ahead);
 }
 
-/* The longest step that suits a crossing and reaches the run's end: a crossing near the end lies behind the
- * last node, in the middle of the gap before that one, or will do so in the next step. */
+/* The longest step that suits a crossing and reaches the run's end.  A crossing near the end of the run lies
+ * behind the step's last node, or in the middle of the gap before that node, in this step or the next. */
 MECHC_STATIC double mechc_plan_to_end(mechc_nodes nodes, double ahead, double open)
 {
     const double last = nodes.at[nodes.count - 1], before = nodes.at[nodes.count - 2];

@@ -4,7 +4,8 @@
 #include "stepping/crossings.h"
 #include "stepping/switches.h"
 
-/* Of the fastest, or of what moves a coordinate by its unit within the run: slower speeds say nothing. */
+/* Speeds that tell a scale, as a fraction of the fastest or of one unit of the coordinate a run: slower ones
+ * do not. */
 #define MECHC_LEAST_SPEED 1e-3
 
 /* Raise the scales of the speeds to what forces that grow with the time alone reach within an Euler step. */
@@ -61,7 +62,7 @@ MECHC_STATIC void mechc_change_inputs(mechc_integration *run, const mechc_inputs
 }
 #endif
 
-/* The time of a recorded state, or, for numbers below 0, of one dropped before. */
+/* The time of recorded state i; below 0 the time of a dropped state, -1 the last of them. */
 MECHC_STATIC double mechc_time_of(const mechc_trajectory *kept, ptrdiff_t i)
 {
     return i < 0 ? kept->dropped[-1 - i] : kept->t[i];

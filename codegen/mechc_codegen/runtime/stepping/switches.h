@@ -11,15 +11,18 @@
  */
 #pragma once
 
+#include "run/zeros.h"
 #include "stepping/chatter.h"
 #include "stepping/control.h"
 #include "stepping/knots.h"
 
 #define MECHC_SWITCH_NODES (MECHC_MOST_NODES + 1)
 #define MECHC_SWITCH_PIECES 4        /* between two nodes, in which a sign is looked for */
+#define MECHC_SWITCH_HALVINGS 52     /* of the part of a step that holds a zero */
+#define MECHC_SWITCH_SECTIONS 40     /* of the part that may hold two */
 #define MECHC_SWITCH_NEAR 1e-3       /* of the step: the end is corrected by one step of Newton's method */
-#define MECHC_SWITCH_EXACT 3e-3      /* of rtol: of the step, off a zero */
-#define MECHC_SWITCH_FEATURE 2.0     /* what the edges of a feature change by over it */
+#define MECHC_SWITCH_EXACT 3e-3      /* of rtol: the end of a step is so near to a zero, as a fraction of the step */
+#define MECHC_SWITCH_FEATURE 2.0     /* the change of a feature's edges over the feature */
 #define MECHC_SWITCH_ATTEMPTS 12
 #define MECHC_SWITCH_ROW 16          /* steps in a row that end at zeros, within one that was planned */
 #define MECHC_SWITCH_REST 32         /* steps that are left to the pair, at first */
@@ -60,8 +63,9 @@ MECHC_STATIC void mechc_switch_weigh(mechc_switch_curve *curve)
 }
 
 /* The value of a function, by the barycentric form. */
-MECHC_STATIC double mechc_switch_value(const mechc_switch_curve *curve, double s)
+MECHC_STATIC double mechc_switch_value(void *context, double s)
 {
+    const mechc_switch_curve *curve = context;
     double above = 0.0, below = 0.0;
     for (int i = curve->first; i <= curve->last; i++) {
         if (s == curve->at[i]) return curve->value[i];
@@ -70,18 +74,6 @@ MECHC_STATIC double mechc_switch_value(const mechc_switch_curve *curve, double s
         below += part;
     }
     return above / below;
-}
-
-/* A zero between two fractions of the step with values of different signs, by bisection. */
-MECHC_STATIC double mechc_switch_bisect(const mechc_switch_curve *curve, double low, double high)
-{
-    const int sign = mechc_switch_value(curve, high) > 0.0;
-    for (int i = 0; i < 52; i++) {
-        const double middle = 0.5 * (low + high);
-        if ((mechc_switch_value(curve, middle) > 0.0) == sign) high = middle;
-        else low = middle;
-    }
-    return high;
 }
 
 /* Whether no value is as near to zero as the next one is to it. */
@@ -95,26 +87,20 @@ MECHC_STATIC int mechc_switch_is_far(const mechc_switch_curve *curve)
     return low > change;
 }
 
-/* A point of the curve. */
-typedef struct {
-    double at, value;
-} mechc_switch_point;
-
 /* The start of a curve that was divided: the function's rate there.  It counts where the function, if
  * it turns back from there, goes farther than noise: by about its square over four of the largest. */
-MECHC_STATIC int mechc_switch_sample_start(const mechc_switch_curve *curve,
-                                           mechc_switch_point *points)
+MECHC_STATIC int mechc_switch_sample_start(mechc_switch_curve *curve, mechc_point *points)
 {
     double most = 0.0;
     const double rate = mechc_switch_value(curve, 0.0);
     for (int i = curve->first; i <= curve->last; i++)
         most = mechc_max(most, fabs(curve->value[i]));
-    points[0] = (mechc_switch_point){0.0, rate};
+    points[0] = (mechc_point){0.0, rate};
     return curve->first && rate * rate > curve->noise * most;
 }
 
 /* Sample the nodes and points between them, except where the function is zero; returns how many. */
-MECHC_STATIC int mechc_switch_sample(const mechc_switch_curve *curve, mechc_switch_point *points)
+MECHC_STATIC int mechc_switch_sample(mechc_switch_curve *curve, mechc_point *points)
 {
     int count = mechc_switch_sample_start(curve, points);
     for (int i = curve->first; i <= curve->last; i++)
@@ -124,58 +110,36 @@ MECHC_STATIC int mechc_switch_sample(const mechc_switch_curve *curve, mechc_swit
             const double value = mechc_switch_value(curve, at);
             const int repeated = piece > 0 && back == 0.0;
             if (repeated || fabs(value) * (curve->first ? at : 1.0) <= curve->noise) continue;
-            points[count++] = (mechc_switch_point){at, value};
+            points[count++] = (mechc_point){at, value};
         }
     return count;
 }
 
-/* The place between three points of one sign where the function is nearest to zero or beyond it. */
-MECHC_STATIC double mechc_switch_dip(const mechc_switch_curve *curve,
-                                     const mechc_switch_point *points)
+/* The zero before a point, or the first of the zeros on both sides of it; infinite: there is none.  A parabola
+ * with zeros near the middle of three points is nearer to zero there than one of the others is to it. */
+MECHC_STATIC double mechc_switch_before(const mechc_searched *function, const mechc_point *here, int is_last)
 {
-    const double sign = points[1].value > 0.0 ? 1.0 : -1.0;
-    double low = points[0].at, high = points[2].at;
-    for (int i = 0; i < 48; i++) {
-        const double third = (high - low) / 3.0;
-        const double left = sign * mechc_switch_value(curve, low + third);
-        const double right = sign * mechc_switch_value(curve, high - third);
-        if (left < right) high -= third;
-        else low += third;
-        if (mechc_min(left, right) < -curve->noise) break;
+    mechc_point low = here[-1], high = here[0], vertex;
+    if (!(high.value * low.value < 0.0)) {
+        if (is_last || !mechc_dips(here - 1, 0, 0, &vertex)
+            || 2.0 * fabs(high.value) > mechc_max(fabs(low.value), fabs(here[1].value)))
+            return HUGE_VAL;
+        high = mechc_find_least(function, copysign(1.0, low.value), low, high, here[1], 0.0, MECHC_SWITCH_SECTIONS);
+        if (!(high.value * low.value < 0.0)) return HUGE_VAL;
     }
-    return 0.5 * (low + high);
-}
-
-/* Whether the function may be zero near the middle of three points of one sign.  A parabola that is
- * lies nearer to zero there than one of the others lies to it. */
-MECHC_STATIC int mechc_switch_may_dip(const mechc_switch_point *points)
-{
-    const double near = fabs(points[1].value);
-    const double before = fabs(points[0].value), after = fabs(points[2].value);
-    return near < before && near <= after && near <= mechc_max(before, after) - near;
-}
-
-/* The zero before a point, or the first of the zeros on both sides of it; infinite: there is none. */
-MECHC_STATIC double mechc_switch_before(const mechc_switch_curve *curve,
-                                        const mechc_switch_point *here, int is_last)
-{
-    if (here[0].value * here[-1].value < 0.0)
-        return mechc_switch_bisect(curve, here[-1].at, here[0].at);
-    if (is_last || here[0].value * here[1].value < 0.0 || !mechc_switch_may_dip(here - 1))
-        return HUGE_VAL;
-    const double lowest = mechc_switch_dip(curve, here - 1);
-    const int dips = mechc_switch_value(curve, lowest) * here[0].value < 0.0;
-    return dips ? mechc_switch_bisect(curve, here[-1].at, lowest) : HUGE_VAL;
+    mechc_find_zero(function, &low, &high, 0.0, MECHC_SWITCH_HALVINGS, 0);
+    return high.at;
 }
 
 /* The first zero, as a fraction of the step; infinite: there is none. */
-MECHC_STATIC double mechc_switch_zero(const mechc_switch_curve *curve)
+MECHC_STATIC double mechc_switch_zero(mechc_switch_curve *curve)
 {
-    mechc_switch_point points[MECHC_SWITCH_NODES * MECHC_SWITCH_PIECES];
+    const mechc_searched function = {mechc_switch_value, curve};
+    mechc_point points[MECHC_SWITCH_NODES * MECHC_SWITCH_PIECES];
     if (mechc_switch_is_far(curve)) return HUGE_VAL;
     const int count = mechc_switch_sample(curve, points);
     for (int i = 1; i < count; i++) {
-        const double zero = mechc_switch_before(curve, points + i, i + 1 == count);
+        const double zero = mechc_switch_before(&function, points + i, i + 1 == count);
         if (zero < HUGE_VAL && zero >= curve->least) return zero;
     }
     return HUGE_VAL;

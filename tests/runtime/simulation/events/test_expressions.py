@@ -69,16 +69,6 @@ def test_units_of_speeds_and_times_are_those_of_other_values(text, value, direct
     assert event.direction == direction
 
 
-def test_an_end_of_batches_is_an_event_of_runs():
-    """``"300deg"`` was read in the first and refused in the second."""
-    model = mechc.load("four_bar")
-    start, text = model.assemble({"theta_0": 1.4}, {"omega_0": 3.0}), "theta_0 > 100deg"
-    sol = model.simulate(5.0, start, events=mechc.Event(text, terminal=True), rtol=1e-9)
-    batch = model.simulate_batch(5.0, [start], until=text, rtol=1e-9)
-    assert sol["theta_0"][-1] == pytest.approx(np.radians(100.0), rel=1e-12)
-    assert batch.t[0] == pytest.approx(sol.t[-1], rel=1e-8)
-
-
 def test_resets_have_signs_and_bounds(ball):
     """Texts had no sign, max and min; derivatives are those beside the jumps."""
     texts = {"q_0": "Max(q_0, -1/2) + Min(0, 1)", "u_0": "-sign(u_0)*min(abs(u_0), 2)"}

@@ -7,9 +7,9 @@
 #define MECHC_RESET_PLASTIC 1e-9  /* of the rate before: what is left where the motion is not turned */
 #define MECHC_RESET_SHORTEST 64.0 /* times the exactness of its time: nearer resets accumulate */
 #define MECHC_RESET_ROUNDS 4.0  /* times the rounding of an event's terms: its value may be zero */
-#define MECHC_RESET_NEAR 16.0   /* times it: a value that tells its sign */
-#define MECHC_RESET_LEFT 0.5    /* of the way at its rate since its last reset: it comes from there */
-#define MECHC_RESET_FLIGHT 64.0 /* times it: how far it goes where a zero is told from the last */
+#define MECHC_RESET_NEAR 16.0   /* times the rounding: a value that shows its sign */
+#define MECHC_RESET_LEFT 0.5    /* of the distance at its rate since the last reset: an event so far from zero comes from that */
+#define MECHC_RESET_FLIGHT 64.0 /* times the rounding: a distance between two zeros that are not one */
 
 #define MECHC_RESET_TOUCHING 10.0 /* times rtol of an event's largest value: it may be zero */
 #define MECHC_EVENT_CHANGE 1e-6   /* of a component's size: over such a change differences are taken */

@@ -1,8 +1,8 @@
 /* The zeros of events within the steps of a motion, on its dense output.
  *
  * A step is sampled at uneven fractions, after a reset ever more densely towards its start, and
- * more densely where samples lie off the chords beside them.  Zeros between two samples are found
- * by secants within a bracket; two between two samples by the least value there.  An end of a mode that
+ * more densely where samples lie off the chords beside them.  Zeros between two samples and the
+ * least values between three are found as in run/zeros.h.  An end of a mode that
  * is linear along the dense output is sampled only where the polynomial may come to zero.
  */
 #pragma once
@@ -13,21 +13,22 @@
 #define MECHC_EVENT_COARSE 0.25 /* of the samples: where more are, it is sampled too rarely */
 #define MECHC_EVENT_SIGN 5e-324 /* the least positive double: its sign alone counts */
 #define MECHC_EVENT_UNEVEN 0.8   /* of the distance of even samples: how far one is moved at most */
-#define MECHC_EVENT_PAST 0.45    /* of the exactness aimed at: how far past the root of a secant */
 #define MECHC_EVENT_DIP 0.1      /* of the largest value: a minimum above it comes to no zero */
-#define MECHC_EVENT_FAR 32.0     /* times as far from a change of sign: a pole is smaller there, */
-#define MECHC_EVENT_GROWS 1.05   /* by this factor, which the third root and the logarithm have too */
+#define MECHC_EVENT_FAR 32.0     /* times as far from a change of sign: there a function with a pole is smaller */
+#define MECHC_EVENT_GROWS 1.05   /* by this factor; so are the inverse of a third root and the logarithm */
+#define MECHC_EVENT_SECTIONS 41 /* of the time between three samples, for the least value there */
+#define MECHC_EVENT_ATTEMPTS 300
 #define MECHC_ROOT_TWO 1.4142135623730951
 #define MECHC_DENSE_BULGE 0.25   /* the largest s (1 - s) */
 #define MECHC_EVENT_GRAZES 10.0 /* times rtol of its largest value: a touch so small may not be one */
 
 /* Sort points by time, or in reverse for sense -1, by insertion, as most are in order. */
-MECHC_STATIC void mechc_sort_points(mechc_event_point *points, int count, double sense)
+MECHC_STATIC void mechc_sort_points(mechc_point *points, int count, double sense)
 {
     for (int i = 1; i < count; i++) {
-        const mechc_event_point point = points[i];
+        const mechc_point point = points[i];
         int k = i;
-        for (; k > 0 && sense * (points[k - 1].t - point.t) > 0.0; k--) points[k] = points[k - 1];
+        for (; k > 0 && sense * (points[k - 1].at - point.at) > 0.0; k--) points[k] = points[k - 1];
         points[k] = point;
     }
 }
@@ -90,7 +91,7 @@ MECHC_STATIC int mechc_event_stays_positive(const mechc_watch *watch, int number
 }
 
 /* Whether samples lie too far off the chords between their neighbours. */
-MECHC_STATIC int mechc_changes_fast(const mechc_event_point *points, int count)
+MECHC_STATIC int mechc_changes_fast(const mechc_point *points, int count)
 {
     double low = points[0].value, high = low, least = fabs(low);
     int off = 0;
@@ -102,143 +103,97 @@ MECHC_STATIC int mechc_changes_fast(const mechc_event_point *points, int count)
     const double change = high - low;
     if (!(change > 0.0 && change < INFINITY) || least > 4.0 * change) return 0;
     for (int i = 1; i + 1 < count; i++) {
-        const mechc_event_point a = points[i - 1], b = points[i], c = points[i + 1];
-        const double share = (b.t - a.t) / (c.t - a.t);
+        const mechc_point a = points[i - 1], b = points[i], c = points[i + 1];
+        const double share = (b.at - a.at) / (c.at - a.at);
         off += fabs(b.value - (1.0 - share) * a.value - share * c.value) > MECHC_EVENT_BENT * change;
     }
     return off > MECHC_EVENT_COARSE * (count - 2);
 }
 
 /* Insert a point between each two points; returns the new number of points. */
-MECHC_STATIC int mechc_twice_as_many(mechc_watch *watch, int event, int count)
+MECHC_STATIC int mechc_twice_as_many(mechc_watch *watch, int count)
 {
     mechc_motion *motion = watch->motion;
-    mechc_event_point *points = watch->points, *spare = watch->spare;
+    mechc_point *points = watch->points, *spare = watch->spare;
     double *times = watch->times;
     memcpy(spare, points, (size_t)count * sizeof *points);
-    for (int i = 0; i + 1 < count; i++) times[i] = 0.5 * (spare[i].t + spare[i + 1].t);
+    for (int i = 0; i + 1 < count; i++) times[i] = 0.5 * (spare[i].at + spare[i + 1].at);
     for (int i = 0; i + 1 < count; i++) {
         const int row = i % MECHC_EVENT_GRID, left = count - 1 - i;
         const int some = left < MECHC_EVENT_GRID ? left : MECHC_EVENT_GRID;
         if (!row) motion->states(motion, some, times + i, watch->states);
         const double *y = watch->states + (ptrdiff_t)row * motion->width;
         points[2 * i] = spare[i];
-        points[2 * i + 1] = (mechc_event_point){times[i], mechc_event_value(watch, event, times[i], y)};
+        points[2 * i + 1] = (mechc_point){times[i], mechc_event_value(watch, watch->searched, times[i], y)};
     }
     points[2 * count - 2] = spare[count - 1];
     return 2 * count - 1;
 }
 
-/* The least of sign * value between two times, by golden section. */
-MECHC_STATIC mechc_event_point mechc_event_least(mechc_watch *watch, int event, double sign, double low,
-                                           double high)
-{
-    const double share = 0.5 * (sqrt(5) - 1.0);
-    double left = high - share * (high - low), right = low + share * (high - low);
-    double at_left = sign * mechc_event_at(watch, event, left);
-    double at_right = sign * mechc_event_at(watch, event, right);
-    for (int i = 0; i < 40; i++) {
-        if (at_left < at_right) {
-            high = right, right = left, at_right = at_left;
-            left = high - share * (high - low);
-            at_left = sign * mechc_event_at(watch, event, left);
-        } else {
-            low = left, left = right, at_left = at_right;
-            right = low + share * (high - low);
-            at_right = sign * mechc_event_at(watch, event, right);
-        }
-    }
-    return at_left < at_right ? (mechc_event_point){left, sign * at_left}
-                              : (mechc_event_point){right, sign * at_right};
-}
-
-/* Whether a parabola through three points of one sign has its vertex, towards zero, at the least of them in
- * the middle, or between that and the end of the step, and when. */
-MECHC_STATIC int mechc_dips(mechc_event_point a, mechc_event_point b, mechc_event_point c,
-                            const mechc_event_point *end, double *at)
-{
-    const double left = (b.t - a.t) * (b.value - c.value), right = (c.t - b.t) * (b.value - a.value);
-    const double bend = copysign(1.0, b.value) * copysign(1.0, a.t - c.t) * (left + right);
-    if (!(fmin(a.value * b.value, b.value * c.value) > 0.0 && bend > 0.0)) return 0;
-    *at = b.t - 0.5 * ((b.t - a.t) * left - (c.t - b.t) * right) / (left + right);
-    return fabs(b.value) <= fmin(fabs(a.value), fabs(c.value))
-        || (end && (*at - b.t) * (end->t - *at) > 0.0);
-}
-
 /* Add the minima of samples of one sign, towards zero: where the vertex of a parabola is near zero and does
  * not pass it, those of the function itself. */
-MECHC_STATIC int mechc_add_dips(mechc_watch *watch, int event, int count)
+MECHC_STATIC int mechc_add_dips(mechc_watch *watch, int count)
 {
-    mechc_event_point *points = watch->points;
-    const double near = MECHC_EVENT_DIP * watch->event[event].size;
+    const mechc_searched function = {mechc_event_at, watch};
+    mechc_point *points = watch->points, at;
+    const double near = MECHC_EVENT_DIP * watch->event[watch->searched].size;
     int all = count;
     for (int i = 0; i + 2 < count; i++) {
-        const mechc_event_point a = points[i], c = points[i + 2];
-        const mechc_event_point *end = i == 0 ? &a : i + 3 == count ? &c : 0;
+        const mechc_point a = points[i], c = points[i + 2];
         const double sign = copysign(1.0, a.value);
-        double at;
-        if (!mechc_dips(a, points[i + 1], c, end, &at)) continue;
-        const double value = mechc_event_at(watch, event, at);
-        const int passes = !(sign * value > 0.0), far = sign * value > near;
-        points[all++] = passes || far ? (mechc_event_point){at, value}
-                                      : mechc_event_least(watch, event, sign, a.t, c.t);
+        if (!mechc_dips(points + i, i == 0, i + 3 == count, &at)) continue;
+        at = mechc_point_at(&function, at.at);
+        if (sign * at.value > 0.0 && !(sign * at.value > near)) {
+            at = mechc_point_at(&function, c.at - MECHC_GOLDEN * (c.at - a.at));
+            at = mechc_find_least(&function, sign, a, at, c, 0.0, MECHC_EVENT_SECTIONS);
+        }
+        points[all++] = at;
     }
     return all;
 }
 
 /* Whether the function grows towards a change of sign, on one side of it: from MECHC_EVENT_FAR times the
  * distance, or from the sample where that is nearer. */
-MECHC_STATIC int mechc_grows_towards(mechc_watch *watch, int event, double at, double from, mechc_event_point sample)
+MECHC_STATIC int mechc_grows_towards(mechc_watch *watch, double at, double from, mechc_point sample)
 {
     const double reach = MECHC_EVENT_FAR * (from - at);
-    const int within = fabs(sample.t - at) > fabs(reach);
-    const double near = fabs(mechc_event_at(watch, event, from));
-    const double far = fabs(within ? mechc_event_at(watch, event, at + reach) : sample.value);
+    const int within = fabs(sample.at - at) > fabs(reach);
+    const double near = fabs(mechc_event_at(watch, from));
+    const double far = fabs(within ? mechc_event_at(watch, at + reach) : sample.value);
     return near == INFINITY || near > MECHC_EVENT_GROWS * far;
 }
 
 /* Whether a change of sign between two samples, bracketed by [low, high], is one through a pole: the function
  * grows towards it from both sides, as at no zero and at no jump. */
-MECHC_STATIC int mechc_is_pole(mechc_watch *watch, int event, mechc_event_point before, mechc_event_point after,
-                               double low, double high)
+MECHC_STATIC int mechc_is_pole(mechc_watch *watch, mechc_point before, mechc_point after, double low,
+                               double high)
 {
     const double at = 0.5 * (low + high), wide = high - low;
-    return mechc_grows_towards(watch, event, at, at - wide, before)
-        && mechc_grows_towards(watch, event, at, at + wide, after);
+    return mechc_grows_towards(watch, at, at - wide, before)
+        && mechc_grows_towards(watch, at, at + wide, after);
 }
 
 /* A zero between two samples, by secant steps inside a bracket that is halved at least every third
  * step; for an event with a reset to the last digit, since errors add up over resets.  NaN at a pole. */
-MECHC_STATIC double mechc_event_root(mechc_watch *watch, int event, mechc_event_point before,
-                               mechc_event_point after)
+MECHC_STATIC double mechc_event_root(mechc_watch *watch, mechc_point before, mechc_point after)
 {
-    double low = before.t, high = after.t, f_low = before.value;
-    double f_high = mechc_event_at(watch, event, high);
-    const double target = 0.5 * mechc_located(watch, fmax(fabs(low), fabs(high)));
-    for (int attempt = 0; attempt < 300 && fabs(high - low) > target && f_high != 0.0; attempt++) {
-        double middle = 0.5 * (low + high);
-        if (attempt % 3) {
-            double secant = high - f_high * (high - low) / (f_high - f_low);
-            /* a little past the secant's root, so that the bracket closes from both sides */
-            secant += copysign(MECHC_EVENT_PAST * target, middle - secant);
-            if (fmin(low, high) < secant && secant < fmax(low, high)) middle = secant;
-        }
-        const double f = mechc_event_at(watch, event, middle);
-        if (f == 0.0 || (f < 0.0) != (f_low < 0.0)) high = middle, f_high = f;
-        else low = middle, f_low = f;
-    }
+    const mechc_searched function = {mechc_event_at, watch};
+    const double width = 0.5 * mechc_located(watch, fmax(fabs(before.at), fabs(after.at)));
+    mechc_point low = before, high = mechc_point_at(&function, after.at);
+    mechc_find_zero(&function, &low, &high, width, MECHC_EVENT_ATTEMPTS, 1);
     /* at a zero the function is smaller on both sides than at the samples */
-    if (f_high != 0.0 && fmin(fabs(f_low), fabs(f_high)) >= fmin(fabs(before.value), fabs(after.value))
-        && mechc_is_pole(watch, event, before, after, low, high))
+    if (high.value != 0.0
+        && fmin(fabs(low.value), fabs(high.value)) >= fmin(fabs(before.value), fabs(after.value))
+        && mechc_is_pole(watch, before, after, low.at, high.at))
         return NAN;
-    if (!mechc_event_resets(watch, event) || f_high == f_low) return high;
-    const double exact = high - f_high * (high - low) / (f_high - f_low);
-    return fmin(fmax(exact, fmin(low, high)), fmax(low, high));
+    if (!mechc_event_resets(watch, watch->searched) || high.value == low.value) return high.at;
+    const double exact = high.at - high.value * (high.at - low.at) / (high.value - low.value);
+    return fmin(fmax(exact, fmin(low.at, high.at)), fmax(low.at, high.at));
 }
 
 /* Record a minimum towards zero that may or may not be a zero. */
-MECHC_STATIC void mechc_watch_touch(mechc_watch *watch, int number, mechc_event_point before, mechc_event_point at,
-                                    mechc_event_point after)
+MECHC_STATIC void mechc_watch_touch(mechc_watch *watch, int number, mechc_point before, mechc_point at,
+                                    mechc_point after)
 {
     mechc_event *event = watch->event + number;
     const double direction = watch->policy[number].direction;
@@ -246,23 +201,23 @@ MECHC_STATIC void mechc_watch_touch(mechc_watch *watch, int number, mechc_event_
     const double a = sign * before.value, b = sign * at.value, c = sign * after.value;
     const double touches = MECHC_EVENT_GRAZES * watch->motion->rtol * event->size;
     if (isnan(event->grazing) && a > b && b < c && a > 0.0 && c > 0.0 && fabs(b) <= touches)
-        event->grazing = at.t;
+        event->grazing = at.at;
 }
 
 /* Record minima towards zero, also where this step begins, that may or may not be zeros. */
 MECHC_STATIC void mechc_watch_grazing(mechc_watch *watch, int number, int count)
 {
     mechc_event *event = watch->event + number;
-    const mechc_event_point *points = watch->points;
+    const mechc_point *points = watch->points;
     int first = 0;
-    if (event->ended == points[0].t && points[0].t != watch->start && points[0].value != 0.0)
+    if (event->ended == points[0].at && points[0].at != watch->start && points[0].value != 0.0)
         mechc_watch_touch(watch, number, event->before, points[0], points[1]);
-    if (event->cleared > 0.0 && points[0].t == watch->start)
+    if (event->cleared > 0.0 && points[0].at == watch->start)
         while (first < count && !(points[first].value > 2.0 * event->cleared)) first++;
     for (int i = first; i + 2 < count; i++)
         mechc_watch_touch(watch, number, points[i], points[i + 1], points[i + 2]);
     event->before = points[count - 2];
-    event->ended = points[count - 1].t;
+    event->ended = points[count - 1].at;
 }
 
 /* The values of an event on the grid of `count` times; points close to the start of the piece are
@@ -270,7 +225,7 @@ MECHC_STATIC void mechc_watch_grazing(mechc_watch *watch, int number, int count)
 MECHC_STATIC int mechc_event_samples(mechc_watch *watch, int number, int count, int *close)
 {
     mechc_event *event = watch->event + number;
-    mechc_event_point *points = watch->points;
+    mechc_point *points = watch->points;
     const int halvings = count - MECHC_EVENT_SAMPLES - 1;
     *close = 0;
     for (int i = 0; i < count; i++) {
@@ -279,10 +234,10 @@ MECHC_STATIC int mechc_event_samples(mechc_watch *watch, int number, int count, 
         const int near = i > 0 && i <= halvings;
         if (near && fabs(t - watch->start) < event->near) continue;
         const int place = i == 0 ? 0 : near ? MECHC_EVENT_SAMPLES + 1 + (*close)++ : i - halvings;
-        points[place] = (mechc_event_point){t, mechc_event_value(watch, number, t, y)};
+        points[place] = (mechc_point){t, mechc_event_value(watch, number, t, y)};
         if (fabs(points[place].value) < INFINITY) event->size = fmax(event->size, fabs(points[place].value));
     }
-    if (points[0].t == watch->start && event->side != 0.0)
+    if (points[0].at == watch->start && event->side != 0.0)
         points[0].value = event->side * MECHC_EVENT_SIGN;
     return MECHC_EVENT_SAMPLES + 1;
 }
@@ -299,29 +254,28 @@ MECHC_STATIC int mechc_event_is_start(const mechc_watch *watch, int number, doub
 MECHC_STATIC int mechc_event_zeros(mechc_watch *watch, int number, int grid, double *root)
 {
     mechc_event *event = watch->event + number;
-    mechc_event_point *points = watch->points, near[MECHC_EVENT_HALVINGS];
+    mechc_point *points = watch->points, near[MECHC_EVENT_HALVINGS];
     const double begin = watch->grid[0], end = watch->grid[grid - 1];
     const double direction = watch->policy[number].direction;
     int roots = 0, close, count = mechc_event_samples(watch, number, grid, &close);
+    watch->searched = number;
     memcpy(near, points + count, (size_t)close * sizeof *near);
     while (mechc_changes_fast(points, count)) {
         if (count > MECHC_EVENT_MOST_SAMPLES) {
             if (isnan(event->too_fast)) event->too_fast = begin;
             break;
         }
-        count = mechc_twice_as_many(watch, number, count);
+        count = mechc_twice_as_many(watch, count);
     }
-    count = mechc_add_dips(watch, number, count);
+    count = mechc_add_dips(watch, count);
     memcpy(points + count, near, (size_t)close * sizeof *near);
     count += close;
     mechc_sort_points(points, count, end < begin ? -1.0 : 1.0);
     for (int i = 0; i < count; i++)
         if (isnan(points[i].value)) return -1;
     for (int i = 0; i + 1 < count; i++) {
-        const double a = points[i].value, b = points[i + 1].value;
-        const int crossed = a != 0.0 && (b == 0.0 || (a < 0.0) != (b < 0.0));
-        if (!crossed || !(direction * (b - a) >= 0.0)) continue;
-        root[roots] = mechc_event_root(watch, number, points[i], points[i + 1]);
+        if (!mechc_crosses(points[i].value, points[i + 1].value, direction)) continue;
+        root[roots] = mechc_event_root(watch, points[i], points[i + 1]);
         roots += !isnan(root[roots]) && !mechc_event_is_start(watch, number, root[roots]);
     }
     mechc_watch_grazing(watch, number, count);
@@ -351,8 +305,9 @@ MECHC_STATIC int mechc_watch_step(mechc_watch *watch, int piece, ptrdiff_t step,
     watch->step = fabs(t[1] - t[0]);
     for (int k = 0; k < watch->count; k++) {
         if (watch->event[k].idle || mechc_event_stays_positive(watch, k, step)) continue;
-        if (!grid) grid = mechc_event_grid(watch, t[0], t[1]);
-        const int roots = mechc_event_zeros(watch, k, grid, root);
+        const int own = watch->functions[k].value != 0;
+        if (own && !grid) grid = mechc_event_grid(watch, t[0], t[1]);
+        const int roots = own ? mechc_event_zeros(watch, k, grid, root) : watch->search(watch->context, step, root);
         const int at = roots < 0 ? -1 : mechc_event_stop(watch, k, roots);
         if (roots < 0) {
             watch->stopped_by = k;

@@ -4,6 +4,7 @@
 #include "hybrid/events/constraints.h"
 #include "hybrid/events/functions.h"
 #include "hybrid/motion.h"
+#include "run/zeros.h"
 
 #define MECHC_EVENT_SAMPLES 16 /* of a step, at least */
 #define MECHC_EVENT_MOST_SAMPLES 4096
@@ -12,10 +13,6 @@
 #define MECHC_EVENT_POINTS (4 * MECHC_EVENT_MOST_SAMPLES + 2 * MECHC_EVENT_GRID)
 #define MECHC_RESETS_AT_ONCE 1000
 #define MECHC_EVENT_LOCATED 2e-13   /* of a step: a zero in it is located so, or to four spacings of doubles */
-
-typedef struct {
-    double t, value;
-} mechc_event_point;
 
 /* An event as the caller defines it. */
 typedef struct {
@@ -36,7 +33,7 @@ typedef struct {
     double near;      /* so long after the start its value may be rounding, s */
     double cleared;   /* it has just opened this far: no grazing before twice that; else 0 */
     double rounding;  /* of its value where its rates were taken last */
-    mechc_event_point before; /* the last sample before the end of a step, */
+    mechc_point before; /* the last sample before the end of a step, */
     double ended;        /* and that end; NaN where there is none */
     double last, passed; /* times of its last reset, and of the last one that lets it cross again */
     double after;     /* its rate after its last reset */
@@ -60,9 +57,12 @@ typedef struct {
     mechc_event_functions *functions;
     mechc_event_policy *policy;
     mechc_event *event;
+    /* The first zero in a step of an event without a function; returns as mechc_event_zeros.  NULL: none. */
+    int (*search)(void *context, ptrdiff_t step, double *zero);
+    void *context;
     double start; /* of the piece at hand */
     double step;  /* the one searched last, s: the unit of time */
-    int stopped_by;
+    int stopped_by, searched;
     int keeps_states;
     mechc_event_zero *zero; /* zeros found so far; if states are kept they are in zero_state */
     double *zero_state;
@@ -72,7 +72,7 @@ typedef struct {
     double *grid, *on_grid; /* the times at which the step is sampled, and the states there */
     double *times; /* between samples; then of an event's zeros in a step */
     double *states, *rates, *slopes, *reset, *room;
-    mechc_event_point *points, *spare;
+    mechc_point *points, *spare;
 } mechc_watch;
 
 MECHC_STATIC void mechc_watch_free(mechc_watch *watch)
@@ -154,10 +154,12 @@ MECHC_STATIC double mechc_event_value(const mechc_watch *watch, int event, doubl
     return functions->value(functions->context, t, y, watch->motion->p);
 }
 
-MECHC_STATIC double mechc_event_at(mechc_watch *watch, int event, double t)
+/* The value of the event that is searched. */
+MECHC_STATIC double mechc_event_at(void *context, double t)
 {
+    mechc_watch *watch = context;
     watch->motion->states(watch->motion, 1, &t, watch->states);
-    return mechc_event_value(watch, event, t, watch->states);
+    return mechc_event_value(watch, watch->searched, t, watch->states);
 }
 
 /* Record a zero and its state; 0 without memory. */

@@ -3,8 +3,9 @@
  *
  * Stages in a loop may use what those before them have just given: the iteration sweeps over them as
  * Gauss and Seidel do, which contracts faster than all at once.  In the first sweep, from the
- * extrapolated polynomial of the last step, each stage besides corrects the prediction of those after
- * it: what it differs by is taken to vanish at the nodes before it, as an interpolation's error does.
+ * extrapolated polynomial of the last step, each stage besides corrects the prediction of the stages after
+ * it: its difference from its own prediction is taken to vanish at the nodes before it, as an
+ * interpolation's error does.
  *
  * Lanes converge each by itself.  One that has converged keeps its rates, however long others sweep.
  * One that does not converge continues alone by gauss8, which has Newton's iteration for stiff motions.

@@ -10,7 +10,7 @@ from typing import Any
 from mechc.compilation.event_unit import typed_expression
 from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.errors import ValueOutOfBoundsError
-from mechc.results.durable import replacing, written_into
+from mechc.files import replacing, written_into
 from mechc.simulation.events.exported import exported_events
 from mechc.simulation.events.expressions import StateNames
 from mechc.simulation.events.own_contacts import with_own_contacts

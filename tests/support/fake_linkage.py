@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import mechc
-from mechc.system.kinds import Kind
 from mechc.system.picture import Picture
+from mechc.system.quantity import Kind
 
 Array = NDArray[np.float64]
 LENGTHS = (1.0, 2.0, 3.0)

@@ -12,9 +12,8 @@ from mechc.assembly import tangent_branches as branches
 from mechc.assembly.closer import closure
 from mechc.assembly.sizes import speed_sizes
 from mechc.errors import AssemblyError
-from mechc.system.kinds import Kind
 from mechc.system.parameters import Array
-from mechc.system.quantity import NamedQuantity
+from mechc.system.quantity import Kind, NamedQuantity
 from mechc.system.system import System
 
 OPEN = 1e-9  # residuals below it, of the size of J and of the speeds, are rounding

@@ -29,10 +29,9 @@ from mechc.native._codes import (
     MINIMUM,
     NORM,
 )
-from mechc.system.kinds import Kind
 from mechc.system.parameters import Array
 from mechc.system.quantities import read_quantity, shape_of
-from mechc.system.quantity import NamedQuantity
+from mechc.system.quantity import Kind, NamedQuantity
 from mechc.system.system import System
 from mechc.system.units import read_seconds, read_value
 

@@ -54,8 +54,8 @@ from mechc.cli.verify import verify_command
 from mechc.compilation import cache
 from mechc.compilation.library.catalogue import COMPILED_AT_INSTALL, LIBRARY
 from mechc.errors import MechcError, MissingPackageError, RunInterrupt
+from mechc.files import written_into
 from mechc.progress import Notice, ProgressBar
-from mechc.results.durable import written_into
 from mechc.results.summary import json_summary, summary
 from mechc.results.untrusted import printable
 

@@ -31,13 +31,12 @@ from mechc.cli.arguments import (
 )
 from mechc.cli.options import INTERRUPTED
 from mechc.errors import MechcError, RunInterrupt, UnknownNameError
+from mechc.files import write_text, written_into
 from mechc.fitting.measured import Measured, checked_measured, known_columns
 from mechc.fitting.recordings import TIMES
 from mechc.progress import Notice, ProgressBar
-from mechc.results.durable import write_text, written_into
 from mechc.results.figures import save_figure
-from mechc.system.kinds import Kind
-from mechc.system.quantity import NamedQuantity
+from mechc.system.quantity import Kind, NamedQuantity
 from mechc.system.units import SECOND_WORDS, UNITS, read_value
 
 OUTPUTS = ("energy", "points", "sensitivities")

@@ -15,7 +15,7 @@ from mechc.cli.arguments import (
     values_of,
 )
 from mechc.cli.own_models import is_own, own_model
-from mechc.results.durable import write_text
+from mechc.files import write_text
 
 
 def show_command(chosen: argparse.Namespace) -> int:

@@ -13,10 +13,10 @@ import mechc
 from mechc.cli.arguments import check_name, model_of, output_folder, values_of, whole
 from mechc.cli.fit import Table, factor, free_name, read_columns
 from mechc.errors import MechcError, UnknownNameError
+from mechc.files import write_text, written_into
 from mechc.progress import Notice, ProgressBar
-from mechc.results.durable import write_text, written_into
 from mechc.results.figures import save_figure
-from mechc.system.kinds import Kind
+from mechc.system.quantity import Kind
 
 MISSED = 1  # exit code: no design meets all conditions
 

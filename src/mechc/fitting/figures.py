@@ -10,19 +10,18 @@ from mechc.results.figures import new_figure
 from mechc.results.mathtext import plain, typeset
 from mechc.results.panels import COLOURS, QUIET
 from mechc.results.sampling import clean_text
-from mechc.system.kinds import shown_in
 from mechc.system.parameters import Array
+from mechc.system.quantity import shown_in
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from mechc.fitting.result import FitResult
 
 MOST: Final = 4  # recordings in one picture
 SAMPLES: Final = 800
 
 
-def draw_fit(result: FitResult) -> Figure:
+def draw_fit(result: Any) -> Figure:
     """A figure with a column for each recording, four at most, and rows for each quantity."""
     problem = result.problem
     shown = range(min(MOST, len(problem.recordings)))
@@ -49,7 +48,7 @@ def draw_fit(result: FitResult) -> Figure:
     return figure
 
 
-def _title(result: FitResult, shown: int) -> str:
+def _title(result: Any, shown: int) -> str:
     problem = result.problem
     left = len(problem.recordings) - shown
     more = f", {left} more recordings not shown" if left else ""
@@ -68,7 +67,7 @@ def _legend(figure: Figure, *panels: Any) -> None:
     figure.legend(handles, names, loc="outside upper right", ncols=len(names), fontsize=8)
 
 
-def _draw_data(axes: Any, result: FitResult, place: int, k: int) -> None:
+def _draw_data(axes: Any, result: Any, place: int, k: int) -> None:
     problem, one = result.problem, result.problem.measured[k]
     _, factor = shown_in(one.quantity.kind, one.quantity.unit)
     recording, sol = problem.recordings[place], result.solutions[place]
@@ -83,7 +82,7 @@ def _draw_data(axes: Any, result: FitResult, place: int, k: int) -> None:
     axes.plot(t, factor * line, color=COLOURS[0], label="fit")
 
 
-def _turns(result: FitResult, place: int, k: int) -> float:
+def _turns(result: Any, place: int, k: int) -> float:
     """Whole turns by which the data of an angle differ from the motion as it is assembled."""
     recording, sol = result.problem.recordings[place], result.solutions[place]
     one = result.problem.measured[k]
@@ -96,7 +95,7 @@ def _dot(known: Array) -> float:
     return 4.0 if np.count_nonzero(known) < 200 else 2.5
 
 
-def _draw_residuals(axes: Any, result: FitResult, place: int, k: int) -> None:
+def _draw_residuals(axes: Any, result: Any, place: int, k: int) -> None:
     one, recording = result.problem.measured[k], result.problem.recordings[place]
     _, factor = shown_in(one.quantity.kind, one.quantity.unit)
     known = recording.valid[:, k]

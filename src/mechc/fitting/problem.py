@@ -13,8 +13,8 @@ from mechc.fitting.measured import Measured
 from mechc.fitting.recordings import TURN, Recording
 from mechc.questions.motion import MotionFunction
 from mechc.questions.unknowns import START, Unknown
-from mechc.system.kinds import Kind
 from mechc.system.parameters import Array
+from mechc.system.quantity import Kind
 from mechc.system.system import System
 
 

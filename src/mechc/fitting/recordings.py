@@ -10,9 +10,8 @@ import numpy as np
 
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.fitting.measured import Measured
-from mechc.system.kinds import Kind
 from mechc.system.parameters import Array
-from mechc.system.quantity import NamedQuantity
+from mechc.system.quantity import Kind, NamedQuantity
 from mechc.system.units import SECONDS, plain_numbers
 
 TIMES = ("time", "t")

@@ -7,17 +7,16 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from mechc.results.answer import finite, shown_quantity, value_lines
-from mechc.system.kinds import shown_in
+from mechc.system.quantity import shown_in
 
 if TYPE_CHECKING:
     from mechc.fitting.measured import Measured
-    from mechc.fitting.result import FitResult
 
 RARE = 1e-6  # a probability of residuals that large, below which noise is not the cause
 STRONG = 0.95  # a correlation that is worth a line
 
 
-def in_words(result: FitResult) -> str:
+def in_words(result: Any) -> str:
     """Values with their intervals, residuals, correlations, what the data leave open."""
     problem = result.problem
     recordings, correlation = len(problem.recordings), result.correlation
@@ -39,7 +38,7 @@ def in_words(result: FitResult) -> str:
     return "\n".join(lines)
 
 
-def _values(result: FitResult) -> list[str]:
+def _values(result: Any) -> list[str]:
     level, notes = f"{100 * result.confidence:g} %", {}
     for name, (low, high) in result.intervals.items():
         _, factor = shown_quantity(result.model, name.partition("[")[0])
@@ -48,14 +47,14 @@ def _values(result: FitResult) -> list[str]:
     return value_lines(result, notes)
 
 
-def _residuals(result: FitResult, one: Measured) -> str:
+def _residuals(result: Any, one: Measured) -> str:
     unit, factor = shown_in(one.quantity.kind, one.quantity.unit)
     rms = result.rms[one.name] * factor
     known = "" if math.isnan(one.sigma) else f", {rms / factor / one.sigma:.2f} of its sigma"
     return f"residuals of {one.name}: {rms:.3g} {unit} rms{known}"
 
 
-def _notes(result: FitResult) -> list[str]:
+def _notes(result: Any) -> list[str]:
     lines = []
     if result.noise_known and result.probability < RARE:
         lines.append(
@@ -72,7 +71,7 @@ def _notes(result: FitResult) -> list[str]:
     return lines
 
 
-def json_of(result: FitResult) -> Mapping[str, Any]:
+def json_of(result: Any) -> Mapping[str, Any]:
     """The result as JSON data; a number that is not finite is null."""
     found: Mapping[str, Any] = finite({
         "mechanism": result.model.name,

@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 
 from mechc.errors import ValueOutOfBoundsError
+from mechc.fitting.figures import draw_fit
 from mechc.fitting.problem import Problem
+from mechc.fitting.report import in_words, json_of
 from mechc.fitting.statistics import Combination, Statistics, correlation_of, half_widths
 from mechc.results.answer import Answer
 from mechc.system.parameters import Array
@@ -172,19 +174,13 @@ class FitResult(Answer):
 
     def plot(self) -> Any:
         """Data over the fit, and the residuals below, in one matplotlib figure."""
-        from mechc.fitting.figures import draw_fit
-
         return draw_fit(self)
 
     def to_json(self) -> Mapping[str, Any]:
         """Numbers and words as JSON data."""
-        from mechc.fitting.report import json_of
-
         return json_of(self)
 
     def __str__(self) -> str:
-        from mechc.fitting.report import in_words
-
         return in_words(self)
 
     def __repr__(self) -> str:

@@ -12,8 +12,8 @@ import numpy as np
 
 from mechc.errors import AssemblyError, MechcError
 from mechc.periodic.shooting import Shooting, Shot, Trial
-from mechc.system.kinds import shown_in
 from mechc.system.parameters import Array
+from mechc.system.quantity import shown_in
 
 LONGEST = 0.3  # of one step, in units of the sizes
 HALVINGS = 6  # of a whole step: shorter ones bring the motion no nearer

@@ -9,8 +9,8 @@ import numpy as np
 
 from mechc.errors import ValueOutOfBoundsError
 from mechc.periodic.shooting import Shooting, Trial
-from mechc.system.kinds import ANGULAR
 from mechc.system.parameters import Array
+from mechc.system.quantity import ANGULAR
 
 TURN = 2.0 * np.pi
 SAME = 1e-6  # of the sizes: motions that differ by less are one

@@ -9,11 +9,10 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from mechc.files import path_of
-from mechc.results.durable import write_text
+from mechc.files import path_of, write_text
 from mechc.results.summary import html_table
-from mechc.system.kinds import shown_in
 from mechc.system.parameters import Array
+from mechc.system.quantity import shown_in
 
 
 class Answer:

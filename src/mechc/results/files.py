@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from mechc.errors import MechcError, MissingPackageError, ValueOutOfBoundsError, package
-from mechc.results.durable import replacing
+from mechc.files import replacing
 from mechc.results.untrusted import (
     LARGEST_JSON,
     ReadOnce,

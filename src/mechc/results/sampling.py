@@ -17,10 +17,10 @@ import numpy as np
 
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.description import Description
-from mechc.system.kinds import Kind, shown_in
 from mechc.system.parameters import Array
 from mechc.system.picture import Picture
 from mechc.system.quantities import outputs_in, read_quantity
+from mechc.system.quantity import Kind, shown_in
 from mechc.system.system import System
 
 StateFunction = Callable[[Array, Array, Any], Array]

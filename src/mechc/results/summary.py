@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mechc.simulation.trajectory import Trajectory
-from mechc.system.kinds import ANGULAR, Kind
+from mechc.system.quantity import ANGULAR, Kind
 from mechc.system.system import System
 
 MOST_TOLD = 1000  # change points in JSON

@@ -12,8 +12,8 @@ import numpy as np
 from mechc.results.answer import Answer, shown_values
 from mechc.synthesis.problem import SynthesisProblem
 from mechc.synthesis.search import Candidate
-from mechc.system.kinds import shown_in
 from mechc.system.parameters import Array
+from mechc.system.quantity import shown_in
 
 
 @dataclass(frozen=True)

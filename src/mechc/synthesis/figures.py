@@ -9,8 +9,8 @@ import numpy as np
 from mechc.results.figures import new_figure
 from mechc.results.mathtext import plain, typeset
 from mechc.results.panels import COLOURS, QUIET
-from mechc.system.kinds import Kind, shown_in
 from mechc.system.quantities import values_of
+from mechc.system.quantity import Kind, shown_in
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

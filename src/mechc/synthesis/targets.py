@@ -11,10 +11,9 @@ import numpy as np
 
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.simulation.settings import checked_positive
-from mechc.system.kinds import Kind
 from mechc.system.parameters import Array, doubles
 from mechc.system.quantities import Quantity, quantities_of, read_quantity
-from mechc.system.quantity import NamedQuantity
+from mechc.system.quantity import Kind, NamedQuantity
 from mechc.system.system import System
 from mechc.system.units import in_si
 

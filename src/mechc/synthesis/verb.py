@@ -11,11 +11,10 @@ import numpy as np
 from mechc.assembly.initial_values import checked_numbers
 from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.simulation.settings import checked_count, checked_positive
-from mechc.system.kinds import ANGULAR, Kind
 from mechc.system.names import by_name, name_of
 from mechc.system.parameters import Parameters, doubles, one_double
 from mechc.system.quantities import outputs_in
-from mechc.system.quantity import NamedQuantity
+from mechc.system.quantity import ANGULAR, Kind, NamedQuantity
 from mechc.system.units import SECONDS, in_si
 
 if TYPE_CHECKING:

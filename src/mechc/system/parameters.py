@@ -16,9 +16,8 @@ from mechc.errors import (
     brief,
 )
 from mechc.native._arrays import largest_of, strictly_within
-from mechc.system.kinds import Kind
 from mechc.system.names import without_unused
-from mechc.system.quantity import NamedQuantity
+from mechc.system.quantity import Kind, NamedQuantity
 from mechc.system.units import DATES, in_si, of_unknown_unit, plain_numbers
 
 if TYPE_CHECKING:

@@ -18,10 +18,9 @@ from typing import Any
 import numpy as np
 
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
-from mechc.system.kinds import Kind
 from mechc.system.names import name_of
 from mechc.system.parameters import Array
-from mechc.system.quantity import ENERGIES, SUMS, NamedQuantity
+from mechc.system.quantity import ENERGIES, SUMS, Kind, NamedQuantity
 from mechc.system.system import System
 
 NAME = re.compile(r"[^\W\d]\w*")

@@ -1,22 +1,53 @@
-"""A named number of a model: its unit, kind and bounds."""
+"""Kinds of quantities, and named numbers of a model: unit, kind and bounds.
+
+Kinds decide in code; unit texts are only printed.  The compiler gives each quantity its kind, as
+part of the metadata of a scene.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mechc.errors import ValueOutOfBoundsError
-from mechc.system.kinds import Kind
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 ENERGIES = ("kinetic_energy", "potential_energy")
 SUMS = {"energy": ENERGIES}  # outputs that are sums of others
+
+
+class Kind(StrEnum):
+    """Kinds of quantities, with the members of the compiler's ``mechc.Kind``."""
+
+    ANGLE = "angle"
+    ANGULAR_SPEED = "angular speed"
+    LENGTH = "length"
+    SPEED = "speed"
+    PURE = "pure number"
+    PURE_RATE = "rate of a pure number"
+    MASS = "mass"
+    TIME = "time"
+    OTHER = "other"
+
+
+ANGULAR = frozenset((Kind.ANGLE, Kind.ANGULAR_SPEED))
+DIMENSIONLESS = ANGULAR | {Kind.PURE, Kind.PURE_RATE}
+# Angles are in radians in the API; people read degrees.
+_IN_DEGREES = {Kind.ANGLE: "°", Kind.ANGULAR_SPEED: "°/s"}
+
+
+def shown_in(kind: Kind, unit: str) -> tuple[str, float]:
+    """The unit for display, and the factor that values are multiplied by for it."""
+    if kind in _IN_DEGREES:
+        return _IN_DEGREES[kind], math.degrees(1.0)
+    return unit, 1.0
 
 
 @dataclass(frozen=True)

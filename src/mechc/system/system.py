@@ -24,11 +24,10 @@ from mechc.native._steps import Sizes
 from mechc.progress import Notice
 from mechc.system.attitudes import Attitudes
 from mechc.system.description import Description
-from mechc.system.kinds import ANGULAR, DIMENSIONLESS
 from mechc.system.names import name_of
 from mechc.system.parameters import Array, ParameterSet, doubles, one_double
 from mechc.system.picture import Picture
-from mechc.system.quantity import ENERGIES, SUMS
+from mechc.system.quantity import ANGULAR, DIMENSIONLESS, ENERGIES, SUMS
 from mechc.system.reference import ModelReference, Origin
 from mechc.system.units import SECONDS, in_si
 

@@ -8,8 +8,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from mechc.errors import ValueOutOfBoundsError
-from mechc.system.kinds import Kind
-from mechc.system.quantity import NamedQuantity
+from mechc.system.quantity import Kind, NamedQuantity
 
 TURN = math.pi / 180
 MOST_BARE = 4 * math.pi  # rad, of an angle that is written without a unit

@@ -188,7 +188,7 @@ def test_a_disk_that_fills_leaves_the_file_that_was_there(sol, saved, monkeypatc
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from mechc.results.durable import replacing
+from mechc.files import replacing
 with replacing(Path(sys.argv[1])) as part:
     part.write_text("half")
     print("begun", flush=True)

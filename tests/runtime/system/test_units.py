@@ -11,9 +11,8 @@ from benchmarks.problems.particle import on_a_line
 from mechc.errors import MechcError
 from mechc.fitting.measured import Measured
 from mechc.fitting.recordings import read_recordings
-from mechc.system.kinds import Kind
 from mechc.system.quantities import Quantity
-from mechc.system.quantity import NamedQuantity
+from mechc.system.quantity import Kind, NamedQuantity
 from mechc.system.units import in_si, of_unknown_unit, read_seconds, read_value, split_assignment
 
 

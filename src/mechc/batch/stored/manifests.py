@@ -14,8 +14,7 @@ from typing import Any
 
 from mechc.batch.layout import Layout, check_chunk, chunk_files, stored_hash
 from mechc.errors import MechcError
-from mechc.files import sync
-from mechc.results.durable import write_text
+from mechc.files import sync, write_text
 from mechc.results.untrusted import read_json
 
 _LARGEST = 2**20  # bytes

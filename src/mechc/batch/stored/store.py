@@ -42,9 +42,8 @@ from mechc.batch.spec import (
 from mechc.batch.stored import manifests
 from mechc.compilation.find import system_of
 from mechc.errors import MechcError, package
-from mechc.files import file_lock
+from mechc.files import file_lock, remove_parts, replacing, write_text, written_into
 from mechc.inputs.signals import PARTS, Signal
-from mechc.results.durable import remove_parts, replacing, write_text, written_into
 from mechc.results.files import reference_in
 from mechc.results.untrusted import (
     names_of,

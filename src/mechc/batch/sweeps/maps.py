@@ -16,8 +16,8 @@ from mechc.native._codes import NOT_ASSEMBLED
 from mechc.results.figures import new_figure, save_figure
 from mechc.results.mathtext import plain, typeset
 from mechc.results.sampling import clean_text
-from mechc.system.kinds import shown_in
 from mechc.system.parameters import Array
+from mechc.system.quantity import shown_in
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

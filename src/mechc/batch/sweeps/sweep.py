@@ -18,9 +18,8 @@ from mechc.batch.reductions import Reduction, read_reduction
 from mechc.batch.results import Batch
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.system.description import Description
-from mechc.system.kinds import shown_in
 from mechc.system.parameters import Array, one_double
-from mechc.system.quantity import NamedQuantity
+from mechc.system.quantity import NamedQuantity, shown_in
 from mechc.system.system import System
 from mechc.system.units import in_si, split_assignment
 

@@ -16,7 +16,7 @@ from mechc.results.player.page import json_for_script, player_page, template
 from mechc.results.player.plots import MOST_LINES, by_unit
 from mechc.results.player.sliders import slider_data
 from mechc.results.sampling import ShownUnit, clean_text, pretty_name, shown_as
-from mechc.system.kinds import Kind
+from mechc.system.quantity import Kind
 
 STEP: Final = 1.0 / 60.0  # s between frames
 SPAN: Final = 10.0  # s that are simulated at first

@@ -56,7 +56,7 @@ class Arguments:
             columns = dict(enumerate(np.moveaxis(start, -1, 0)))
             columns |= {states.index(name): value for name, value in found[START].items()}
             start = np.stack(np.broadcast_arrays(*columns.values()), axis=-1)
-        elif not isinstance(start, np.ndarray) and (found[START] or start is not None):
+        elif not isinstance(start, np.ndarray):
             start = {**(start or {}), **found[START]}
         return replace(
             self, params={**self.params, **found[PARAMETER]}, start=start,

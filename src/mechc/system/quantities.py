@@ -170,7 +170,8 @@ def values_of(
     leading = np.broadcast_shapes(y.shape[:-1], p.shape[:-1], np.shape(t))
     outputs = {}
     for output in dict.fromkeys(one.output for one in quantities if not one.of_state):
-        outputs[output] = system.evaluate(output, y, p, t).reshape(*leading, -1)
+        found = system.evaluate(output, y, p, t)
+        outputs[output] = found.reshape(*leading, math.prod(found.shape[len(leading) :]))
     columns = [(y if one.of_state else outputs[one.output])[..., one.entry] for one in quantities]
     shown = [np.broadcast_to(column, leading) for column in columns]
     return np.stack(shown, axis=-1) if shown else np.zeros((*leading, 0))

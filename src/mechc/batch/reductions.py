@@ -30,7 +30,7 @@ from mechc.native._codes import (
     NORM,
 )
 from mechc.system.parameters import Array
-from mechc.system.quantities import read_quantity, shape_of
+from mechc.system.quantities import NAME, read_quantity, shape_of
 from mechc.system.quantity import Kind, NamedQuantity
 from mechc.system.system import System
 from mechc.system.units import read_seconds, read_value
@@ -179,14 +179,19 @@ def _form(system: System, text: str) -> _Form:
     if one.output in system.array_outputs:
         parts, entry = (system.array_elements(one.output)[entry],), 0
     first, second = (*map(order.index, parts), -1)[:2]
-    of_motion = one.output in system.data["of_motion"]
+    of_motion = bool({*parts} & {*system.data["of_motion"]})
     return _Form(form, one.meaning, (first, second), entry, of_motion)
 
 
 def _norm(system: System, name: str) -> _Form:
     order = list(system.scene.outputs)
     if name not in order:
+        if not NAME.fullmatch(name):
+            raise MechcError(f"norm({name}): it takes all numbers of an output, without an index")
         shape_of(system, name)  # raises for what there is not
-        raise MechcError(f"norm takes all numbers of an output with several, not {name}")
+        raise MechcError(
+            f"norm({name}): it takes the numbers of one output of the model, not a coordinate, a "
+            "speed, a sum, or an output that you gave as an array"
+        )
     meaning = NamedQuantity(name, "", name, -math.inf, math.inf, False)
     return _Form(NORM, meaning, (order.index(name), -1), 0, name in system.data["of_motion"])

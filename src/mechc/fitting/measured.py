@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, brief
-from mechc.system.quantities import Quantity, outputs_in, read_quantity
+from mechc.system.quantities import Quantity, is_quantity, outputs_in, read_quantity
 from mechc.system.system import System
 from mechc.system.units import in_si
 
@@ -71,8 +71,9 @@ def known_columns(system: System, columns: Iterable[str]) -> list[str]:
     Raises :class:`MechcError` if none is, or what some need cannot be compiled.
     """
     columns, found = list(columns), []
-    system = system.differentiable(*outputs_in(columns))
-    for name in columns:
+    named = [name for name in columns if is_quantity(name)]
+    system = system.differentiable(*outputs_in(named))
+    for name in named:
         with suppress(UnknownNameError, ValueOutOfBoundsError):
             read_quantity(system, name, differentiable=True)
             found.append(name)

@@ -44,7 +44,7 @@ def _values(result: Any) -> list[str]:
         _, factor = shown_quantity(result.model, name.partition("[")[0])
         if math.isfinite(high - low):
             notes[name] = f"  ({level}: {low * factor:.6g} ... {high * factor:.6g})"
-    return value_lines(result, notes)
+    return value_lines(result, notes, "13.6g", 0)
 
 
 def _residuals(result: Any, one: Measured) -> str:

@@ -74,7 +74,8 @@ def _one_by_one(problem: Problem, x: Array) -> bool:
     if not model.inputs:
         return False
     driven = model.with_inputs(problem.motions[0].arguments(x).inputs).system.driven
-    return bool(driven.calls_python) or not all(one.quantity.of_state for one in problem.measured)
+    alone = driven is None or driven.calls_python  # laws are compiled, one by one
+    return bool(alone or not all(one.quantity.of_state for one in problem.measured))
 
 
 def _batch(problem: Problem, points: Array, place: int) -> Array:

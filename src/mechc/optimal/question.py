@@ -214,8 +214,16 @@ def _unknowns(
     states = (*system.coordinates, *system.speeds)
     kinds = kinds_of(system)
     free = named_free(asked.free or {}, kinds)
-    numbers = [read_unknown(system, name, kinds[name], ends, given.values_of(kinds[name]))
-               for name, ends in free.items()]  # fmt: skip
+    for name, ends in free.items():
+        known = {*given.params, *system.defaults}
+        if kinds[name] == PARAMETER and name not in known and not _is_bounded(system, name, ends):
+            raise ValueOutOfBoundsError(
+                f"the search has no value of {name} to begin with: give params={{{name!r}: ...}}"
+            )
+    numbers = [
+        read_unknown(system, name, kind, ends, given.values_of(kind), clipped=True)
+        for name, ends in free.items() for kind in (kinds[name],)
+    ]  # fmt: skip
     parameters, begun = (
         tuple(one for one in numbers if one.kind == kind) for kind in (PARAMETER, START)
     )
@@ -250,6 +258,10 @@ def _unknowns(
     )
     box.size[nodes] = system.scale(p)
     return box.within(unknowns)
+
+
+def _is_bounded(system: System, name: str, ends: Any) -> bool:
+    return bool(np.isfinite(checked_bounds(system, name, ends)).any())
 
 
 def _in_both(name: str, ends: Bounds, along: Bounds | None) -> Bounds:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from numbers import Number
 from typing import Any
 
 import numpy as np
 
-from mechc.assembly.initial_values import Assembly, filled_start
+from mechc.assembly.initial_values import Assembly, closed_freedoms, filled_start, guess_of_start
 from mechc.errors import ValueOutOfBoundsError, brief
 from mechc.questions.unknowns import INPUT, PARAMETER, START, Unknown
 from mechc.system.names import by_name
@@ -85,7 +86,10 @@ class Arguments:
         rest, speeds = system.coordinates_and_speeds(self.start or {})
         if own:
             return filled_start(system, rest, speeds, self.guess)
-        return dict(rest), dict(speeds), dict(self.guess)
+        guess = self.guess
+        if not guess and len(rest) >= closed_freedoms(system):  # as Model.assemble
+            guess = guess_of_start(system, rest)
+        return dict(rest), dict(speeds), dict(guess)
 
 
 @dataclass(frozen=True)
@@ -171,6 +175,10 @@ def params_by_name(system: System, params: Any, *, single: bool = True) -> dict[
     for name, value in found.items():
         if name in system.quantities:
             found[name] = value = in_si(value, system.quantities[name])
-        if single and np.ndim(value):
+        if not single:
+            continue
+        if np.ndim(value):
             raise ValueOutOfBoundsError(f"{name}: one value is needed, not {brief(value)}")
+        if isinstance(value, Number) or getattr(value, "is_number", False):
+            found[name] = float(value)
     return found

@@ -58,25 +58,26 @@ class Unknown:
 
 def read_unknown(
     system: System, name: str, kind: str, bounds: Any, given: Mapping[str, Any], *,
-    default: float | None = None, member: int | None = None,
+    default: float | None = None, member: int | None = None, clipped: bool = False,
 ) -> Unknown:  # fmt: skip
     """An unknown with its bounds; it begins at its value in ``given``, values by name of its kind,
     at the default, or between its bounds.
 
-    Raises :class:`ValueOutOfBoundsError` for bounds that are reversed, are not numbers or exceed
-    those of the parameter; for a first value that is no number or beyond them; for a parameter
-    without any value.
+    ``clipped``: a first value beyond its bounds begins at the bound; else it is refused, and a
+    default there counts as none.  Raises :class:`ValueOutOfBoundsError` for such a value, one that
+    is no number, and bounds that are reversed, are not numbers or exceed those of the parameter.
     """
     low, high = checked_bounds(system, name, bounds)
-    first = _given_value(system, name, given, low, high)
+    first = _given_value(system, name, given)
+    if first is not None and not clipped and not low <= first <= high:
+        raise ValueOutOfBoundsError(
+            f"{name} begins at {first:g}, outside its bounds {low:g} ... {high:g}"
+        )
     if first is None:
         own = {**system.start, **system.defaults}.get(name) if default is None else default
-        if own is None and kind == PARAMETER and not np.isfinite([low, high]).any():
-            raise ValueOutOfBoundsError(
-                f"the search has no value of {name} to begin with: give params={{{name!r}: ...}}"
-            )
-        first = float(own) if own is not None and low <= own <= high else middle_of(low, high)
-    return Unknown(name, kind, low, high, first, member)
+        known = own is not None and (clipped or low <= own <= high)
+        first = float(own) if own is not None and known else middle_of(low, high)
+    return Unknown(name, kind, low, high, min(max(first, low), high), member)
 
 
 def named_free(free: Any, kinds: Mapping[str, str]) -> dict[str, Any]:
@@ -101,24 +102,17 @@ def kinds_of(system: System, inputs: Iterable[str] = ()) -> dict[str, str]:
     return parameters | dict.fromkeys(inputs, INPUT) | states | parameters
 
 
-def _given_value(
-    system: System, name: str, given: Mapping[str, Any], low: float, high: float
-) -> float | None:
-    """The user's value of an unknown, within its bounds; None where there is none."""
+def _given_value(system: System, name: str, given: Mapping[str, Any]) -> float | None:
+    """The user's value of an unknown; None where there is none."""
     if name not in given:
         return None
     quantity = system.quantities.get(name)
     try:
-        value = float(given[name] if quantity is None else in_si(given[name], quantity))
+        return float(given[name] if quantity is None else in_si(given[name], quantity))
     except (TypeError, ValueError):
         raise ValueOutOfBoundsError(
             f"{name} is free: it begins at a number, not at {brief(given[name])}"
         ) from None
-    if not low <= value <= high:
-        raise ValueOutOfBoundsError(
-            f"{name} begins at {value:g}, outside its bounds {low:g} ... {high:g}"
-        )
-    return value
 
 
 def middle_of(lower: float, upper: float) -> float:

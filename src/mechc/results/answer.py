@@ -9,6 +9,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+from mechc.errors import ValueOutOfBoundsError
 from mechc.files import path_of, write_text
 from mechc.results.summary import html_table
 from mechc.system.parameters import Array
@@ -70,10 +71,11 @@ class Answer:
         ``options``: keywords of :meth:`mechc.Model.simulate`, in place of those of the question.
         """
         asked = {**self.run, **options}
-        span = asked.pop("t_span")
-        return self.model.simulate(
-            span if t_span is None else t_span, self.y0, self.params, **asked
-        )
+        span = asked.pop("t_span") if t_span is None else t_span
+        asked.pop("t_span", None)
+        if span is None:
+            raise ValueOutOfBoundsError("this answer has no time of its own: give t_span, in s")
+        return self.model.simulate(span, self.y0, self.params, **asked)
 
     def save(self, path: str | Path) -> Path:
         """Write numbers and words as JSON."""
@@ -105,12 +107,14 @@ def shown_values(answer: Answer) -> list[tuple[str, float, str]]:
     return found
 
 
-def value_lines(answer: Answer, notes: Mapping[str, str]) -> list[str]:
-    """A line for each value, with a note where there is one."""
+def value_lines(
+    answer: Answer, notes: Mapping[str, str], form: str = "14.9g", least: int = 12
+) -> list[str]:
+    """A line for each value, with a note where there is one; the least width of names."""
     every = shown_values(answer)
-    width = max((len(name) for name, _, _ in every), default=0)
+    width = max(least, *(len(name) for name, _, _ in every)) if every else least
     return [
-        f"  {name:{width}}  {value:14.9g} {unit}{notes.get(name, '')}".rstrip()
+        f"  {name:{width}} {value:{form}} {unit}{notes.get(name, '')}".rstrip()
         for name, value, unit in every
     ]
 
@@ -121,4 +125,6 @@ def finite(value: Any) -> Any:
         return {key: finite(each) for key, each in value.items()}
     if isinstance(value, (list, tuple)):
         return [finite(each) for each in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    if value is None or isinstance(value, (bool, int, str)):
+        return value
+    return float(value) if math.isfinite(value) else None

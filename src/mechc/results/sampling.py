@@ -19,7 +19,6 @@ from mechc.simulation.trajectory import Trajectory
 from mechc.system.description import Description
 from mechc.system.parameters import Array
 from mechc.system.picture import Picture
-from mechc.system.quantities import outputs_in, read_quantity
 from mechc.system.quantity import Kind, shown_in
 from mechc.system.system import System
 
@@ -256,9 +255,7 @@ def curve(run: Run, name: str, degrees: bool) -> tuple[ShownUnit, Array]:
     if name in system.inputs:
         assert system.driven is not None
         return ShownUnit(1.0, "", clean_text(name)), system.driven.values([name], run.t, run.y)[0]
-    system = system.with_output(*outputs_in([name]))
-    one = read_quantity(system, name)
-    values = one.values(system, run.y, system.values_of(run.system, run.params), run.t)
+    one, values = run.solution.quantity_along(name, run.t, run.y)
     if one.of_state:
         return shown_as(one.kind, one.unit, degrees), values
     return ShownUnit(1.0, one.unit, "energy" if one.unit == "J" else clean_text(name)), values

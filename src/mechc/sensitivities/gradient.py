@@ -134,7 +134,8 @@ def gradient_of_run(
             "how a controller depends on the state is not known, so a run with mechc.Sampled has "
             "no gradient: give its law as an expression, mechc.compile(..., inputs=)"
         )
-    wider = sol.system.differentiable(*outputs_in(_names(end)), *outputs_in(_names(integral)))
+    asked = [] if isinstance(end, (np.ndarray, list, tuple)) else _names(end)
+    wider = sol.system.differentiable(*outputs_in([*asked, *_names(integral)]))
     sol = differentiable(sol)
     system, held = sol.system, held_by(sol.system, params)
     names = list(wider.parameters) if by is None else list(by)
@@ -189,7 +190,7 @@ def _along(columns: Columns) -> Array:
 
 def _names(given: Any) -> list[Any]:
     """The quantities of which an objective is made, as they are written."""
-    if given is None or isinstance(given, (np.ndarray, list, tuple)):
+    if given is None:
         return []
     return [*given] if isinstance(given, Mapping) else [given]
 

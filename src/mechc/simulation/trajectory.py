@@ -19,7 +19,7 @@ from mechc.simulation.settings import Policy, refuse_derivatives_in_contact
 from mechc.simulation.status import ChangePoint, Status
 from mechc.system.names import name_of
 from mechc.system.parameters import Array, doubles
-from mechc.system.quantities import outputs_in, read_quantity
+from mechc.system.quantities import Quantity, outputs_in, read_quantity
 from mechc.system.system import System
 from mechc.system.units import SECONDS
 
@@ -97,11 +97,7 @@ class Trajectory:
         name, names = name_of(name), (*self.system.coordinates, *self.system.speeds)
         if name in names:
             return self.y[:, names.index(name)]
-        one = read_quantity(self.system.with_output(*outputs_in([name])), name)
-        if one.of_state:
-            return self.y[:, one.entry]
-        values = self.output_along(one.output, self.t, self.y)
-        return values.reshape(len(self.t), -1)[:, one.entry]
+        return self.quantity_along(name, self.t, self.y)[1]
 
     def __len__(self) -> int:
         return len(self.t)
@@ -172,10 +168,23 @@ class Trajectory:
 
         It has the forces of the contacts that last there.
         """
+        return self._along(self.system, name, t, y)
+
+    def quantity_along(self, name: Any, t: Array, y: Array) -> tuple[Quantity, Array]:
+        """A quantity and its values (nt,) at times and states of the run, as ``sol[name]``."""
+        system = self.system.with_output(*outputs_in([name]))
+        one = read_quantity(system, name)
+        if one.of_state:
+            return one, y[:, one.entry]
+        return one, self._along(system, one.output, t, y).reshape(len(t), -1)[:, one.entry]
+
+    def _along(self, system: System, name: str, t: Array, y: Array) -> Array:
+        """:meth:`output_along` of a system that may have further outputs."""
         forces = self.record.contact_forces(t, y)
         if forces is not None:
             refuse_derivatives_in_contact([name])
-        return self.system.evaluate(name, y, self.values_along(t), t, forces)
+        p = system.values_of(self.system, self.values_along(t))
+        return system.evaluate(name, y, p, t, forces)
 
     # -- histories, computed when requested ---------------------------------------------------
 

@@ -20,12 +20,12 @@ import numpy as np
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.system.names import name_of
 from mechc.system.parameters import Array
-from mechc.system.quantity import ENERGIES, SUMS, Kind, NamedQuantity
+from mechc.system.quantity import SUMS, Kind, NamedQuantity
 from mechc.system.system import System
 
 NAME = re.compile(r"[^\W\d]\w*")
 INDEXED = re.compile(r"(?<!\w)([^\W\d]\w*+)\s*+\[\s*+(\d++(?:\s*+,\s*+\d++)*+)\s*+\]")
-_UNITS = {"points": "m", **dict.fromkeys((*SUMS, *ENERGIES), "J")}
+_UNITS = {"points": "m"}
 
 
 @dataclass(frozen=True)
@@ -98,9 +98,9 @@ def read_quantity(system: System, given: Any, *, differentiable: bool = False) -
     written = "".join(text.split())
     of_state = name in (*system.coordinates, *system.speeds)
     kind = Kind.LENGTH if name == "points" else Kind.OTHER
-    free = (-math.inf, math.inf, False)
-    meaning = NamedQuantity(written, _UNITS.get(name, ""), name, *free, kind)
-    if name in system.quantities:
+    free, unit = (-math.inf, math.inf, False), "J" if "energy" in name else ""
+    meaning = NamedQuantity(written, _UNITS.get(name, unit), name, *free, kind)
+    if of_state:
         known = system.quantities[name]
         meaning = NamedQuantity(written, known.unit, name, *free, known.kind)
     flat = int(np.ravel_multi_index(index, shape)) if shape else 0
@@ -150,10 +150,14 @@ def _no_number(name: str, shape: tuple[int, ...]) -> str:
     if not shape:
         return f"{name} is one number: write {name} without an index"
     first, last = (",".join(map(str, ends)) for ends in ([0] * len(shape), [n - 1 for n in shape]))
-    return (
-        f"{name} has the shape {shape}: write one of its numbers, from {name}[{first}] to "
-        f"{name}[{last}]"
-    )
+    told = f"{name}[{first}]" if first == last else f"one of its numbers, from {name}[{first}] to "
+    return f"{name} has the shape {shape}: write {told}" + f"{name}[{last}]" * (first != last)
+
+
+def is_quantity(text: Any) -> bool:
+    """Whether a text is of the grammar."""
+    typed = text.strip() if isinstance(text, str) else ""
+    return bool(NAME.fullmatch(typed) or INDEXED.fullmatch(typed))
 
 
 def outputs_in(given: Iterable[Any]) -> list[str]:

@@ -4,6 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
+from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
 from mechc.errors import EventError, MechcError, ValueOutOfBoundsError
@@ -237,3 +238,21 @@ def test_functions_of_python_are_those_of_expressions(ball):
         for name in ("y", "t", "status", "steps", "event_counts", "event_latest", "max(q_0)"):
             np.testing.assert_array_equal(one[name], other[name])
     assert other["t"][2] < 2.0
+
+
+@pytest.mark.parametrize("impact", [
+    mechc.Event("x", direction=-1, reset={"v": "-0.8*v"}),
+    mechc.Stop("x", restitution=0.8), mechc.Stop("x", restitution=0.0),
+])  # fmt: skip
+def test_a_crossing_at_the_time_of_an_impact_counts(impact):
+    """The fall from a height lasts sqrt(2 h / g); the impact is at the level that is asked for."""
+    x, v = dynamicsymbols("x v")
+    model = mechc.compile(mechc.from_equations([x], [v], None, [-G], name="fallen"))
+    heights = np.array([1.0, 0.5, 0.7, 1.7, 0.3])
+    starts, exact = np.column_stack([heights, 0.0 * heights]), np.sqrt(2.0 * heights / G)
+    given = {"events": [impact], "progress": False}
+    batch = model.simulate_batch(1.2, starts, reduce=["first(x = 0)", "first(x < 0)"], **given)
+    np.testing.assert_allclose(batch["first(x=0)"], exact, rtol=1e-14)
+    np.testing.assert_array_equal(batch["first(x<0)"], batch["first(x=0)"])
+    ended = model.simulate_batch(1.2, starts, until="x < 0", **given)
+    np.testing.assert_array_equal(ended["t"], batch["first(x=0)"])

@@ -93,10 +93,10 @@ def test_a_motion_has_its_energy_work_and_curves(lean, whole, tmp_path):
     run, names = sample(sol, 20), ("energy", "potential_energy", "q")
     np.testing.assert_array_equal(curve(run, "energy", False)[1], sol.output("energy", run.t))
     assert [curve(run, name, False)[0].label for name in names] == ["J", "J", "rad"]
-    with pytest.raises(ValueOutOfBoundsError, match="point_velocities is 6 numbers"):
+    with pytest.raises(ValueOutOfBoundsError, match="point_velocities has the shape"):
         curve(run, "point_velocities", False)
     with pytest.raises(
-        UnknownNameError, match="no quantity is called 'enrgy'; did you mean 'energy'"
+        UnknownNameError, match="no quantity is called 'enrgy'"
     ):
         curve(run, "enrgy", False)
 

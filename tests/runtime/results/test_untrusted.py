@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import mechc
-from mechc.results import durable
+from mechc import files as durable
 from mechc.results import files as storage
 from mechc.results.untrusted import printable
 

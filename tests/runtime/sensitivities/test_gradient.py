@@ -107,3 +107,5 @@ def test_what_is_no_objective_is_refused(bar, swing):
         sol.gradient(end=np.ones(3))
     with pytest.raises(mechc.UnknownNameError, match="speedo"):
         sol.gradient(integral="speedo")
+    with pytest.raises(TypeError):
+        sol.gradient(integral=["theta_0"])

@@ -1,8 +1,8 @@
 /* Reductions of a trajectory to numbers: extremes, means and first crossings of a quantity.
  *
  * A quantity is sampled eight times in every step on the dense output.  Extremes found there are refined;
- * where it comes near its level the step is searched as for an event; means are Gauss-Legendre sums.  At a change point
- * constraint forces of an ideal mechanism may grow without bound: there a quantity is infinite.
+ * where it comes near its level the step is searched as for an event; means are Gauss-Legendre sums.  At a
+ * change point constraint forces of an ideal mechanism may grow without bound: there a quantity is infinite.
  */
 #pragma once
 
@@ -373,8 +373,8 @@ static void mechc_reducer_take(mechc_reducer *reducer, const mechc_trajectory *s
     }
 }
 
-/* End a piece of the motion at a time within the last step, or NaN: forget a crossing after it, remember the
- * quantities before the next piece. */
+/* End a piece of the motion at a time within the last step, or NaN: forget a crossing after it, but not one at
+ * the same time, as of an impact; remember the quantities before the next piece. */
 static void mechc_reducer_cut(mechc_reducer *reducer, const mechc_trajectory *steps, double until)
 {
     const double t = isnan(until) ? steps->t[steps->count - 1] : until;
@@ -383,7 +383,9 @@ static void mechc_reducer_cut(mechc_reducer *reducer, const mechc_trajectory *st
         const mechc_quantity *quantity = reducer->quantity + i;
         double now;
         if (quantity->reduction != MECHC_FIRST_CROSSING) continue;
-        if (reducer->known[i] && reducer->motion->sense * (reducer->value[i] - t) > 0.0) reducer->known[i] = 0;
+        const double after = reducer->known[i] ? reducer->motion->sense * (reducer->value[i] - t) : 0.0;
+        if (after > mechc_located(&reducer->watch, t)) reducer->known[i] = 0;
+        else if (after > 0.0) reducer->value[i] = t; /* the crossing is where the piece was cut */
         if (reducer->known[i] || (isnan(until) && steps->count > 1)) continue;
         mechc_read_states(reducer->motion, 1, &t, reducer->states);
         mechc_reduce_states(reducer, quantity, 1, &t, reducer->states, &now);

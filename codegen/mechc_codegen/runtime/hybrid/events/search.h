@@ -291,6 +291,14 @@ MECHC_STATIC int mechc_event_stop(const mechc_watch *watch, int number, int root
     return terminal > 0 && terminal <= before + roots ? (int)(terminal - before - 1) : -1;
 }
 
+/* Whether an event without a reset comes first, though its zero was found after the stop: the stop is a reset
+ * at the same time, such as an impact at the level that is asked for. */
+MECHC_STATIC int mechc_event_precedes(const mechc_watch *watch, int number, double after, double stop)
+{
+    return !mechc_event_resets(watch, number) && mechc_event_resets(watch, watch->stopped_by)
+        && after <= mechc_located(watch, stop);
+}
+
 /* Search a step of the piece, by its number.  Returns MECHC_RUNNING, MECHC_STOPPED_BY_EVENT with the time at
  * which an event ends or resets the motion, or why the search failed. */
 MECHC_STATIC int mechc_watch_step(mechc_watch *watch, int piece, ptrdiff_t step, double *stop)
@@ -313,19 +321,20 @@ MECHC_STATIC int mechc_watch_step(mechc_watch *watch, int piece, ptrdiff_t step,
             watch->stopped_by = k;
             return MECHC_EVENT_FAILED;
         }
-        if (at >= 0 && (watch->stopped_by < 0 || motion->sense * (root[at] - *stop) < 0.0)) {
-            *stop = root[at];
-            watch->stopped_by = k;
-        }
+        const double after = at >= 0 && watch->stopped_by >= 0 ? motion->sense * (root[at] - *stop) : -1.0;
+        if (at >= 0 && after < 0.0) *stop = root[at];
+        if (at >= 0 && (after < 0.0 || mechc_event_precedes(watch, k, after, *stop))) watch->stopped_by = k;
         for (int i = 0; i < roots && k < watch->own; i++)
             if (!mechc_watch_keep(watch, k, root[i], piece, watch->states)) return MECHC_NO_MEMORY;
     }
     for (ptrdiff_t i = first; i < watch->zeros; i++) { /* those after the stop are omitted */
-        const mechc_event_zero zero = watch->zero[i];
-        if (watch->stopped_by >= 0 && motion->sense * (zero.t - *stop) > 0.0) {
+        mechc_event_zero zero = watch->zero[i];
+        const double after = watch->stopped_by >= 0 ? motion->sense * (zero.t - *stop) : -1.0;
+        if (after > 0.0 && !mechc_event_precedes(watch, zero.event, after, *stop)) {
             watch->event[zero.event].count--;
             continue;
         }
+        zero.t = after > 0.0 ? *stop : zero.t;
         if (watch->keeps_states)
             motion->states(motion, 1, &zero.t, watch->zero_state + kept * motion->width);
         watch->event[zero.event].latest = zero.t;

@@ -84,7 +84,7 @@ def optimise(
         the ``"motion"`` with the first values; by default on a line if any is known and there
         are no events.
     starts, seed
-        How many searches begin, all but the first at values drawn between finite bounds.
+        How many searches begin, all but the first at values spread between finite bounds.
     events, rtol, method
         As in :meth:`simulate`.
     solver

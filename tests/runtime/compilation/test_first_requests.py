@@ -95,9 +95,7 @@ def test_a_motion_has_its_energy_work_and_curves(lean, whole, tmp_path):
     assert [curve(run, name, False)[0].label for name in names] == ["J", "J", "rad"]
     with pytest.raises(ValueOutOfBoundsError, match="point_velocities has the shape"):
         curve(run, "point_velocities", False)
-    with pytest.raises(
-        UnknownNameError, match="no quantity is called 'enrgy'"
-    ):
+    with pytest.raises(UnknownNameError, match="no quantity is called 'enrgy'"):
         curve(run, "enrgy", False)
 
 

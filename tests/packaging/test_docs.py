@@ -88,7 +88,7 @@ def test_every_page_is_reached_from_the_start_page():
         (
             "solution", mechc.Solution,
             {"asked_events", "differentiated_within_tolerance", "event_titles", "has_energy",
-             "joined", "output_along", "values_along", "work_until"},
+             "joined", "output_along", "quantity_along", "values_along", "work_until"},
         ),
         ("solution", mechc.Stepper, set()),
     ],

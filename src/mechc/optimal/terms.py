@@ -19,7 +19,7 @@ from mechc.inputs.samples import places_of_values
 from mechc.simulation.events.expressions import EventReader, StateNames, as_written, function_of
 from mechc.system.names import name_of
 from mechc.system.parameters import Array
-from mechc.system.quantities import INDEXED, NAME, Quantity, read_quantity, slopes_of, values_of
+from mechc.system.quantities import ELEMENT, NAME, Quantity, read_quantity, slopes_of, values_of
 from mechc.system.quantity import SUMS
 from mechc.system.system import System
 
@@ -179,7 +179,7 @@ def read_terms(system: System, texts: Sequence[Any]) -> tuple[System, Terms]:
     """
     states = (*system.coordinates, *system.speeds)
     asked = dict.fromkeys((m[1], _index(m[2])) for text in texts if isinstance(text, str)
-                          for m in INDEXED.finditer(text))  # fmt: skip
+                          for m in ELEMENT.finditer(text))  # fmt: skip
     starts = {_stand_in(*one): states.index(one[0]) for one in asked if one[0] in states}
     for name, index in asked:
         if name in states and index != (0,):
@@ -210,7 +210,7 @@ def _index(text: str) -> tuple[int, ...]:
 
 def _names_in(text: Any) -> set[str]:
     if isinstance(text, str):
-        return set(NAME.findall(INDEXED.sub("", text)))
+        return set(NAME.findall(ELEMENT.sub("", text)))
     return {name_of(one) for one in getattr(text, "free_symbols", ())}
 
 
@@ -222,7 +222,7 @@ def _with_stand_ins(text: Any) -> Any:
     """A text with names in place of numbers of outputs and of the start."""
     if not isinstance(text, str):
         return text
-    return INDEXED.sub(lambda m: _stand_in(m[1], _index(m[2])), text)
+    return ELEMENT.sub(lambda m: _stand_in(m[1], _index(m[2])), text)
 
 
 def refuse_rates(system: System, name: str) -> None:

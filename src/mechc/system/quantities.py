@@ -24,7 +24,7 @@ from mechc.system.quantity import SUMS, Kind, NamedQuantity
 from mechc.system.system import System
 
 NAME = re.compile(r"[^\W\d]\w*")
-INDEXED = re.compile(r"(?<!\w)([^\W\d]\w*+)\s*+\[\s*+(\d++(?:\s*+,\s*+\d++)*+)\s*+\]")
+ELEMENT = re.compile(r"(?<!\w)([^\W\d]\w*+)\s*+\[\s*+(\d++(?:\s*+,\s*+\d++)*+)\s*+\]")
 _UNITS = {"points": "m"}
 
 
@@ -85,7 +85,7 @@ def read_quantity(system: System, given: Any, *, differentiable: bool = False) -
     :class:`ValueOutOfBoundsError` for a text that is none, and for an index that there is not.
     """
     text = given if isinstance(given, str) else name_of(given)
-    match = INDEXED.fullmatch(text.strip()) if isinstance(text, str) else None
+    match = ELEMENT.fullmatch(text.strip()) if isinstance(text, str) else None
     name = match[1] if match else text.strip() if isinstance(text, str) else ""
     if not NAME.fullmatch(name):
         raise ValueOutOfBoundsError(
@@ -157,7 +157,7 @@ def _no_number(name: str, shape: tuple[int, ...]) -> str:
 def is_quantity(text: Any) -> bool:
     """Whether a text is of the grammar."""
     typed = text.strip() if isinstance(text, str) else ""
-    return bool(NAME.fullmatch(typed) or INDEXED.fullmatch(typed))
+    return bool(NAME.fullmatch(typed) or ELEMENT.fullmatch(typed))
 
 
 def outputs_in(given: Iterable[Any]) -> list[str]:

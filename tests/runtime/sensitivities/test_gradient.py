@@ -100,7 +100,7 @@ def test_past_a_change_point_lengths_have_none(bar):
 
 def test_what_is_no_objective_is_refused(bar, swing):
     moved = swing.simulate(0.1, {"q": 0.7, "u": -0.5}, inputs={"F": 0.3})
-    with pytest.raises(mechc.MechcError, match="single number"):
+    with pytest.raises(mechc.MechcError, match="one of its numbers"):
         moved.gradient(end="points")
     sol = bar.simulate(0.1, START, REGULAR)
     with pytest.raises(mechc.MechcError, match=r"shape \(3,\)"):

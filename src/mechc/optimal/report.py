@@ -26,7 +26,7 @@ def in_words(result: Any) -> str:
     lines = [
         f"motion of {problem.model.name} with the least {_cost(problem)}: {ended}",
         f"  cost         {result.cost:14.9g}",
-        f"  duration     {result.duration:14.9g} s",
+        *([] if problem.unknowns.free else [f"  duration     {result.duration:14.9g} s"]),
         *value_lines(result, {}),
         *(f"  {name} is {told}" for name, told in result.active.items()),
         f"{result.solver}: {result.message}, {result.iterations} iterations, "

@@ -55,10 +55,11 @@ class Optimum(Answer):
 
     @property
     def values(self) -> dict[str, float]:
-        """The parameters, and coordinates and speeds of the start, that were found."""
+        """The duration, parameters, and coordinates and speeds of the start, that were found."""
         unknowns, given = self.problem.unknowns, self.choice.given
-        found = (*unknowns.parameters, *unknowns.start)
-        return {one.name: given.values_of(one.kind)[one.name] for one in found}
+        found = {"duration": self.duration} if unknowns.free else {}
+        every = (*unknowns.parameters, *unknowns.start)
+        return found | {one.name: given.values_of(one.kind)[one.name] for one in every}
 
     @property
     def signals(self) -> Mapping[str, Signal]:

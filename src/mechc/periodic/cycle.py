@@ -65,15 +65,15 @@ class Cycle(Answer):
     def to_json(self) -> Mapping[str, Any]:
         """Numbers and words as JSON data."""
         found: Mapping[str, Any] = finite({
-            "values": self.values, "params": self.params, "advances": self.advances,
+            "values": self.values, "advances": self.advances,
             "multipliers": [[one.real, one.imag] for one in self.multipliers.tolist()],
             "stable": self.stable, "closure": self.closure, "notes": list(self.notes),
         })  # fmt: skip
         return found
 
     def plot(self, *names: Any) -> Any:
-        """The motion over one period, as of ``solution.plot``."""
-        return self.solution.plot(*names)
+        """Coordinates and speeds over one period, or what is named, as of ``solution.plot``."""
+        return self.solution.plot(*(names or (*self.model.coordinates, *self.model.speeds)))
 
     def samples(self, count: int) -> Array:
         """States (count, nq + nu) at even distances in time, the first and the last a period

@@ -161,10 +161,10 @@ class MotionFunction:
         )  # fmt: skip
 
 
-def params_by_name(system: System, params: Any, *, single: bool = True) -> dict[str, Any]:
-    """Parameters by name in SI units, from a mapping or an array of all.
+def params_by_name(system: System, params: Any) -> dict[str, Any]:
+    """One set of parameters by name in SI units, from a mapping or an array of all.
 
-    Raises :class:`ValueOutOfBoundsError` for several sets, where a ``single`` one is needed.
+    Raises :class:`ValueOutOfBoundsError` for several sets.
     """
     if params is not None and not isinstance(params, Mapping):
         values = system.parameter_set.resolve(params)
@@ -175,8 +175,6 @@ def params_by_name(system: System, params: Any, *, single: bool = True) -> dict[
     for name, value in found.items():
         if name in system.quantities:
             found[name] = value = in_si(value, system.quantities[name])
-        if not single:
-            continue
         if np.ndim(value):
             raise ValueOutOfBoundsError(f"{name}: one value is needed, not {brief(value)}")
         if isinstance(value, Number) or getattr(value, "is_number", False):

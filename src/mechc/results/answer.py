@@ -78,8 +78,11 @@ class Answer:
         return self.model.simulate(span, self.y0, self.params, **asked)
 
     def save(self, path: str | Path) -> Path:
-        """Write numbers and words as JSON."""
-        text = json.dumps({"model": self.model.name, **self.to_json()}, indent=1, allow_nan=False)
+        """Write numbers and words as JSON, with the mechanism's name and all its parameters."""
+        p = self.model.system.parameter_set.resolve(self.params)
+        every = dict(zip(self.model.parameters, p.tolist(), strict=True))
+        found = {"mechanism": self.model.name, "params": finite(every), **self.to_json()}
+        text = json.dumps(found, indent=1, allow_nan=False)
         write_text(path_of(path), text + "\n")
         return path_of(path)
 
@@ -87,7 +90,8 @@ class Answer:
         """A table for a notebook, with the report's other lines around it."""
         first, *lines = str(self).splitlines()
         rows = [(name, f"{value:.9g}", unit) for name, value, unit in shown_values(self)]
-        rest = "\n".join(line for line in lines if not line.startswith("  "))
+        named = {name for name, _, _ in rows}
+        rest = "\n".join(line for line in lines if line and line.split()[0] not in named)
         table = html_table(("name", "value", "unit"), rows)
         return f"<b>{escape(first)}</b>{table}<pre>{escape(rest)}</pre>"
 
@@ -95,7 +99,9 @@ class Answer:
 def shown_quantity(model: Any, name: str) -> tuple[str, float]:
     """The unit in which a named quantity is shown, and the factor that values have for it."""
     quantity = model.quantities.get(name)
-    return ("", 1.0) if quantity is None else shown_in(quantity.kind, quantity.unit)
+    if quantity is None:
+        return ("s" if name in ("duration", "period") else ""), 1.0
+    return shown_in(quantity.kind, quantity.unit)
 
 
 def shown_values(answer: Answer) -> list[tuple[str, float, str]]:

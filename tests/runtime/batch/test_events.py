@@ -256,3 +256,10 @@ def test_a_crossing_at_the_time_of_an_impact_counts(impact):
     np.testing.assert_array_equal(batch["first(x<0)"], batch["first(x=0)"])
     ended = model.simulate_batch(1.2, starts, until="x < 0", **given)
     np.testing.assert_array_equal(ended["t"], batch["first(x=0)"])
+    for start, t in zip(starts, ended["t"], strict=True):
+        plain, last = (
+            model.simulate(1.2, start, events=[impact, mechc.Event("x", terminal=end)])
+            for end in (False, True)
+        )
+        assert (plain.events[1].t[0], last.events[1].t.tolist()) == (t, [t])
+        assert last.span[1] == t

@@ -49,7 +49,7 @@ def test_what_every_answer_has(verb, tmp_path):
     assert last is None or sol.span[1] == pytest.approx(last)
     assert answer.simulate(0.01, rtol=1e-6).span == (0.0, 0.01)
     told = json.loads(answer.save(tmp_path / "answer.json").read_text())
-    assert told["model"] == answer.model.name
+    assert told["mechanism"] == answer.model.name
     assert told["values"] == pytest.approx(answer.values)
     if name:
         assert answer[name] == answer.values[name]

@@ -291,12 +291,11 @@ MECHC_STATIC int mechc_event_stop(const mechc_watch *watch, int number, int root
     return terminal > 0 && terminal <= before + roots ? (int)(terminal - before - 1) : -1;
 }
 
-/* Whether an event without a reset comes first, though its zero was found after the stop: the stop is a reset
- * at the same time, such as an impact at the level that is asked for. */
-MECHC_STATIC int mechc_event_precedes(const mechc_watch *watch, int number, double after, double stop)
+/* Whether an event without a reset is at the time of the stop, though its zero was found after it: at an impact,
+ * say, at the level that is asked for. */
+MECHC_STATIC int mechc_event_is_at(const mechc_watch *watch, int number, double after, double stop)
 {
-    return !mechc_event_resets(watch, number) && mechc_event_resets(watch, watch->stopped_by)
-        && after <= mechc_located(watch, stop);
+    return !mechc_event_resets(watch, number) && after <= mechc_located(watch, stop);
 }
 
 /* Search a step of the piece, by its number.  Returns MECHC_RUNNING, MECHC_STOPPED_BY_EVENT with the time at
@@ -322,15 +321,21 @@ MECHC_STATIC int mechc_watch_step(mechc_watch *watch, int piece, ptrdiff_t step,
             return MECHC_EVENT_FAILED;
         }
         const double after = at >= 0 && watch->stopped_by >= 0 ? motion->sense * (root[at] - *stop) : -1.0;
-        if (at >= 0 && after < 0.0) *stop = root[at];
-        if (at >= 0 && (after < 0.0 || mechc_event_precedes(watch, k, after, *stop))) watch->stopped_by = k;
+        if (at >= 0 && after >= 0.0 && mechc_event_resets(watch, watch->stopped_by)
+            && mechc_event_is_at(watch, k, after, *stop)) {
+            root[at] = *stop; /* an end comes before a reset at the same time */
+            watch->stopped_by = k;
+        } else if (at >= 0 && after < 0.0) {
+            *stop = root[at];
+            watch->stopped_by = k;
+        }
         for (int i = 0; i < roots && k < watch->own; i++)
             if (!mechc_watch_keep(watch, k, root[i], piece, watch->states)) return MECHC_NO_MEMORY;
     }
     for (ptrdiff_t i = first; i < watch->zeros; i++) { /* those after the stop are omitted */
         mechc_event_zero zero = watch->zero[i];
         const double after = watch->stopped_by >= 0 ? motion->sense * (zero.t - *stop) : -1.0;
-        if (after > 0.0 && !mechc_event_precedes(watch, zero.event, after, *stop)) {
+        if (after > 0.0 && !mechc_event_is_at(watch, zero.event, after, *stop)) {
             watch->event[zero.event].count--;
             continue;
         }

@@ -5,7 +5,7 @@ import pytest
 
 import mechc
 from benchmarks.problems import optimal as problems
-from tests.support.pendulums import bob_of_a_moved_pivot
+from tests.support.pendulums import bob_of_a_moved_pivot, driven_pendulum
 
 casadi = pytest.importorskip("casadi")
 
@@ -62,6 +62,21 @@ def test_derivatives_of_a_motion_by_an_input_in_a_constraint():
     f = mechc.casadi(model, near=near, rtol=1e-12)
     y = near + 0.2 * np.array([1.0, 0.5, -1.0, 2.0])
     _check(f.motion, (0.3, y, [0.2], model.system.parameter_set.resolve(None)), atol=1e-5)
+
+
+def test_a_motion_begins_at_its_time_by_its_method():
+    """The equations contain cos(2 pi t)."""
+    model, y = driven_pendulum(), [0.2, 0.1]
+    p = model.system.parameter_set.resolve(None)
+    options = {"rtol": 1e-6, "method": "dop853"}
+    ends = [
+        np.array(mechc.casadi(model, **given).motion(0.5, y, [], p)).ravel()
+        for given in ({"t0": 0.3, **options}, options, {"t0": 0.3, "rtol": 1e-6})
+    ]
+    wanted = model.simulate((0.3, 0.8), np.array(y), p, **options).y[-1]
+    np.testing.assert_array_equal(ends[0], wanted)
+    for other in ends[1:]:
+        assert abs(other - wanted).max() > 1e-12
 
 
 def test_loops_need_a_state_near():

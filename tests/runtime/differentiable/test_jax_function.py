@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import mechc
+from tests.support.options import has_the_options_of_simulate
 
 jax = pytest.importorskip("jax")
 pytestmark = [
@@ -42,6 +43,11 @@ def test_a_whole_state_and_a_later_start():
     for column, unit in zip(jacobian.T, np.eye(2), strict=True):
         _, wanted = pendulum.jvp(1.0, y0, {"l_0": 1.3}, along={"y0": unit}, t0=-0.3)
         np.testing.assert_allclose(column, wanted, rtol=1e-12)
+
+
+@pytest.mark.usefixtures("doubles")
+def test_options():
+    has_the_options_of_simulate(mechc.jax)
 
 
 @pytest.mark.usefixtures("doubles")

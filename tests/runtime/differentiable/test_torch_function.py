@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import mechc
+from tests.support.options import has_the_options_of_simulate
 
 torch = pytest.importorskip("torch")
 pytestmark = pytest.mark.slow  # imports PyTorch
@@ -30,6 +31,10 @@ def test_gradcheck(bar):
     for times in ([0.5, 1.0], [1.0]):  # forwards, and by the adjoint
         given[0] = tensors(times)[0]
         assert torch.autograd.gradcheck(states, given, check_forward_ad=True, eps=1e-5, atol=1e-6)
+
+
+def test_options():
+    has_the_options_of_simulate(mechc.torch)
 
 
 def test_vmap_is_a_batch(bar, monkeypatch):

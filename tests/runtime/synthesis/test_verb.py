@@ -7,6 +7,7 @@ import sympy.physics.mechanics as me
 
 import mechc
 from tests.support.linkages.synthesis import LENGTHS, bounds, coupler_points, four_bar
+from tests.support.pendulums import bob_of_a_moved_pivot
 
 KNOWN = {
     "l_0": 0.5, "l_1": 1.2, "l_2": 1.1, "l_3": 1.4, "x_C": 0.7, "y_C": 0.6, "x_O": -0.2,
@@ -52,6 +53,51 @@ def test_designs_are_ranked_and_printed(timed):
     assert "l_0 = 0.5 m" in str(timed)
     assert timed.to_json()["designs"][0]["values"]["l_3"] == pytest.approx(1.4)
     assert timed.plot().axes
+
+
+def test_positions_are_looked_for_within_the_span():
+    """The rocker takes its angles once on its way there and once on its way back."""
+    there = np.array([2.0, 2.5, 3.0])
+    rocker = four_bar().sweep_positions("theta_0", there, params=KNOWN)["theta_2"]
+    rest = {name: value for name, value in KNOWN.items() if name != "l_1"}
+    for span in ((1.2, 4.0), (4.4, 7.2)):
+        best = four_bar().synthesize(
+            {"theta_2": rocker}, {"l_1": (1.1999, 1.2001)}, params=rest, span=span, samples=4,
+            refined=2,
+        )[0]  # fmt: skip
+        assert best.errors["theta_2"] < 1e-8
+        assert (best.driven > span[0]).all()
+        assert (best.driven < span[1]).all()
+
+
+def test_the_tolerance_ends_a_refinement():
+    """Points of which one is put elsewhere are met by none: the least cost is not zero."""
+    points, _ = coupler_points(KNOWN, CRANK)
+    points[4] += 0.1
+    costs = [
+        four_bar()
+        .synthesize(
+            {"C": points, "theta_0": CRANK}, FREE, turns=True, samples=64, refined=2, tol=tol
+        )[0]
+        .cost
+        for tol in (0.5, 1e-2, 1e-12)
+    ]
+    assert costs[0] > 1.001 * costs[1] > 1.001**2 * costs[2]
+
+
+def test_constraints_hold_at_the_time():
+    """A bob at the distance l from a pivot that has moved by 0.2 m after 2 s."""
+    model = mechc.compile(
+        bob_of_a_moved_pivot()[0], outputs=("points", "sensitivities"),
+        defaults={"m": 2.0, "l": 1.3},
+    ).with_inputs({"r": "0.1*t"})  # fmt: skip
+    x = np.array([0.3, 0.5])
+    y = -np.sqrt(1.5**2 - (x - 0.2) ** 2)
+    given = {"free": {"l": (0.5, 3.0)}, "span": (-1.0, 1.0), "samples": 32, "refined": 2}
+    best = model.synthesize({"x": x, "y": y}, t=2.0, **given)[0]
+    assert best.values == pytest.approx({"l": 1.5}, abs=1e-10)
+    np.testing.assert_allclose(best.y0[:2], [x[0], y[0]], atol=1e-10)
+    assert model.synthesize({"x": x, "y": y}, **given)[0].errors["y"] > 1e-3
 
 
 def test_the_seed_decides():

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import mechc
+from tests.runtime.results.test_animation import Page
 from tests.support.page_data import floats
 from tests.support.trust.browser import TWO_FRAMES, OpenPage
 
@@ -86,6 +87,17 @@ def test_what_follows_a_value_follows_it_until_it_is_moved_itself() -> None:
     receive(widget, values={"m_1": 6.0})  # its inertia, 2, is beyond the slider's end
     assert widget.values == {"m_1": 6.0, "I_1": 1.8, "l_3": 3.5}
     assert widget.solution.params[8] == pytest.approx(2.0)
+
+
+def test_frames_a_second() -> None:
+    """So many does the first motion have, and the one of other values."""
+    frames = []
+    for fps in (300.0, 500.0):
+        widget = mechc.load("four_bar").widget(1.0, {"theta_0": 1.5}, sliders=SLIDERS, fps=fps)
+        shown = json.loads(Page(widget.page).scripts[0])["frames"]
+        widget.values = {"l_3": 3.6}
+        frames.append((shown, widget.motion["frames"]))
+    assert frames == [(301, 301), (501, 501)]
 
 
 def test_without_a_motion_the_last_one_stays_and_the_reason_is_told(

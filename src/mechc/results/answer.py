@@ -79,12 +79,7 @@ class Answer:
 
     def save(self, path: str | Path) -> Path:
         """Write numbers and words as JSON, with the mechanism's name and all its parameters."""
-        p = self.model.system.parameter_set.resolve(self.params)
-        every = dict(zip(self.model.parameters, p.tolist(), strict=True))
-        found = {"mechanism": self.model.name, "params": finite(every), **self.to_json()}
-        text = json.dumps(found, indent=1, allow_nan=False)
-        write_text(path_of(path), text + "\n")
-        return path_of(path)
+        return write_json(path, saved_data(self))
 
     def _repr_html_(self) -> str:
         """A table for a notebook, with the report's other lines around it."""
@@ -94,6 +89,20 @@ class Answer:
         rest = "\n".join(line for line in lines if line and line.split()[0] not in named)
         table = html_table(("name", "value", "unit"), rows)
         return f"<b>{escape(first)}</b>{table}<pre>{escape(rest)}</pre>"
+
+
+def saved_data(answer: Answer) -> dict[str, Any]:
+    """The data of an answer's file: the mechanism's name, all parameters, numbers and words."""
+    p = answer.model.system.parameter_set.resolve(answer.params)
+    every = dict(zip(answer.model.parameters, p.tolist(), strict=True))
+    return {"mechanism": answer.model.name, "params": finite(every), **answer.to_json()}
+
+
+def write_json(path: str | Path, data: Mapping[str, Any]) -> Path:
+    """Write JSON data, and return the path."""
+    text = json.dumps(data, indent=1, allow_nan=False)
+    write_text(path_of(path), text + "\n")
+    return path_of(path)
 
 
 def shown_quantity(model: Any, name: str) -> tuple[str, float]:

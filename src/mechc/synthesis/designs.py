@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from mechc.results.answer import Answer, shown_values
+from mechc.results.answer import Answer, saved_data, shown_values, write_json
 from mechc.synthesis.problem import SynthesisProblem
 from mechc.synthesis.search import Candidate
 from mechc.system.parameters import Array
@@ -156,6 +157,10 @@ class Designs(tuple[Design, ...]):
         """Numbers and words as JSON data."""
         told = {"tried": self.tried, "closed": self.closed, "seconds": self.seconds}
         return {**told, "designs": [one.to_json() for one in self]}
+
+    def save(self, path: str | Path) -> Path:
+        """Write all designs as JSON, each with the mechanism's name and all its parameters."""
+        return write_json(path, {**self.to_json(), "designs": [saved_data(one) for one in self]})
 
     def __str__(self) -> str:
         meet = sum(not one.warnings for one in self)

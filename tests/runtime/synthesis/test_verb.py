@@ -1,5 +1,7 @@
 """``model.synthesize``: linkages found again from what they do, conditions, and its errors."""
 
+import json
+
 import numpy as np
 import pytest
 import sympy as sm
@@ -53,6 +55,13 @@ def test_designs_are_ranked_and_printed(timed):
     assert "l_0 = 0.5 m" in str(timed)
     assert timed.to_json()["designs"][0]["values"]["l_3"] == pytest.approx(1.4)
     assert timed.plot().axes
+
+
+def test_all_designs_are_saved(timed, tmp_path):
+    told = json.loads(timed.save(tmp_path / "designs.json").read_text())
+    assert told["tried"] == timed.tried
+    for k, one in enumerate(timed):
+        assert told["designs"][k] == json.loads(one.save(tmp_path / "one.json").read_text())
 
 
 def test_positions_are_looked_for_within_the_span():

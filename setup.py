@@ -23,6 +23,7 @@ SHARED = sorted(map(str, Path("src/mechc/native").glob("*.pxd")))  # by the exte
 # Code that Cython writes for Python objects: optimised fully it takes twice as long to compile.
 GLUE = ["-O1"]
 NO_DEBUG_INFORMATION = "-g0"  # Python's own flags may ask for it: four fifths of a wheel
+AS_WRITTEN = "-ffp-contract=off"  # no compiler chooses where products and sums are rounded once
 
 
 class BuildScenes(build_ext):
@@ -47,7 +48,7 @@ class BuildScenes(build_ext):
 
         self.builds = {}
         for extension in self.extensions:
-            extension.extra_compile_args.append(NO_DEBUG_INFORMATION)
+            extension.extra_compile_args += [NO_DEBUG_INFORMATION, AS_WRITTEN]
             if extension.name.startswith(SCENES):
                 self.generate(extension)
             if extension.name == OF_ALL_MODULES:

@@ -23,13 +23,15 @@ class Value:
     """An expression of C.
 
     ``binds``: how strongly its outermost operator does.  ``reads``: the names in it.
-    ``operations``: number of operators and calls; a product and its addition are one.
+    ``operations``: number of operators and calls; a product and its addition are one.  ``factors``:
+    those of a product, for its addition.
     """
 
     text: str
     binds: int = ATOM
     reads: frozenset[str] = frozenset()
     operations: int = 0
+    factors: tuple[Value, Value] | None = None
 
     def __str__(self) -> str:
         return self.text
@@ -84,7 +86,8 @@ class Value:
         return self.text if self.binds >= least else f"({self.text})"
 
     def _signed(self, sign: str) -> Value:  # a sign is no operation of its own
-        return Value(f"{sign}{self.within(ATOM)}", SIGN, self.reads, self.operations)
+        factors = (-self.factors[0], self.factors[1]) if self.factors and sign == "-" else None
+        return Value(f"{sign}{self.within(ATOM)}", SIGN, self.reads, self.operations, factors)
 
 
 def named(text: str) -> Value:
@@ -97,9 +100,9 @@ def call(function: str, *arguments: Value) -> Value:
     return Value(f"{function}({', '.join(map(str, arguments))})", ATOM, reads, operations + 1)
 
 
-def fma(one: Value, other: Value, more: Value) -> Value:
-    """A product and its addition."""
-    return call("R_FMA", one, other, more)
+def fma(one: Value, other: Value, more: Value, by: str = "R_FMA") -> Value:
+    """A product and its addition, rounded once where the processor can: no compiler chooses."""
+    return call(by, *(part if part.reads else real_of(part) for part in (one, other, more)))
 
 
 def select(mask: Value, one: Value, other: Value) -> Value:
@@ -110,6 +113,11 @@ def select(mask: Value, one: Value, other: Value) -> Value:
 def real(number: float) -> Value:
     """A number whose C type is ``real``."""
     return Value(f"R({number!r})")
+
+
+def real_of(number: Value) -> Value:
+    """The same of a number that is a text of C already."""
+    return number if "R(" in number.text else Value(f"R({number})")
 
 
 def total(terms: Iterable[Value]) -> Value:
@@ -130,10 +138,13 @@ def _joint(parts: Sequence[Value]) -> tuple[frozenset[str], int]:
 def _joined(left: Value | float, sign: str, right: Value | float) -> Value:
     """Two values around an operator, all of which associate to the left."""
     one, other, binds = number(left), number(right), _BINDS[sign]
-    fused = binds == SUM and PRODUCT in (one.binds, other.binds)
+    if binds == SUM and (one.factors or other.factors):
+        if other.factors:
+            return fma(*other.factors, one, by="R_FNMA" if sign == "-" else "R_FMA")
+        return fma(*(one.factors or ()), other, by="R_FMS" if sign == "-" else "R_FMA")
     reads, operations = _joint((one, other))
     text = f"{one.within(binds)} {sign} {other.within(binds + 1)}"
-    return Value(text, binds, reads, operations + (not fused))
+    return Value(text, binds, reads, operations + 1, (one, other) if sign == "*" else None)
 
 
 @dataclass(frozen=True)

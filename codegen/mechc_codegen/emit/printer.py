@@ -7,13 +7,14 @@ form are printed; all others are refused by name, and never reach the C compiler
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from sympy import Add, Expr, Float, Integer, Mul, NumberSymbol, Pow, Rational, Symbol, exp
 from sympy.core.function import AppliedUndef
 from sympy.printing.c import C99CodePrinter
 
 from mechc_codegen.description.tables import Lookup
-from mechc_codegen.emit.expressions import ATOM, PRODUCT, SUM, Value, call, named, real, select
+from mechc_codegen.emit.expressions import ATOM, PRODUCT, Value, call, fma, named, real, select
 from mechc_codegen.errors import MechanismError
 
 _MOST_FACTORS = 8  # integer powers up to here are printed as products
@@ -56,6 +57,8 @@ class RealPrinter(C99CodePrinter):  # type: ignore[misc]
 
     def parenthesize(self, item: Expr, level: int, strict: bool = False) -> str:
         """A part of an expression; a number such as cos(2) may begin with a sign."""
+        if item.is_Add and item.free_symbols:
+            return self._sum(item).within(ATOM)
         text = str(super().parenthesize(item, level, strict))
         return f"({text})" if text.startswith("-") else text
 
@@ -103,13 +106,53 @@ class RealPrinter(C99CodePrinter):  # type: ignore[misc]
         chosen, one, other = map(self.real, expr.args)
         return str(select(chosen.compared("!=", 0.0), one, other))
 
+    def _print_Add(self, expr: Expr, order: object = None) -> str:
+        return str(self._sum(expr))
+
     def real(self, expression: Expr) -> Value:
         """An expression whose C type is ``real`` even if it is a number."""
-        text, symbols = self._print(expression), expression.free_symbols
+        symbols = expression.free_symbols
+        if expression.is_Add and symbols:
+            return self._sum(expression)
+        text = self._print(expression)
         if not symbols:
             return Value(f"R({text})")
-        binds = SUM if expression.is_Add else PRODUCT if expression.is_Mul else ATOM
+        binds = PRODUCT if expression.is_Mul else ATOM
         return Value(text, binds, frozenset(symbol.name for symbol in symbols))
+
+    def _sum(self, expression: Expr) -> Value:
+        """The terms that are no products of two values, then these, each in one operation."""
+        self._refuse_unknown(expression)
+        terms = [_signed(term) for term in self._as_ordered_terms(expression)]
+        ordered = [(sign, self._term(term)) for sign, term in terms]
+        ordered.sort(key=lambda each: (each[1].factors is not None, each[0]))  # stable
+        (sign, found), *others = ordered
+        if sign and others and others[0][0] and (factors := others[0][1].factors):
+            found = fma(*factors, found, by="R_FNMS")
+            others = others[1:]
+        elif sign:
+            found = -found
+        for sign, term in others:
+            found = found - term if sign else found + term
+        return found
+
+    def _term(self, expression: Expr) -> Value:
+        """A term of a sum; what it is the product of, if it is."""
+        text, factors = self.real(expression), list[Expr]()
+        for factor in expression.as_ordered_factors():
+            base, exponent = factor.as_base_exp()
+            several = exponent.is_Integer and 1 < exponent <= _MOST_FACTORS
+            factors += [base] * int(exponent) if several else [factor]
+        if len(factors) < 2 or any(f.is_Pow and f.exp.is_negative for f in factors):
+            return text
+        one, other = self.real(Mul(*factors[:-1], evaluate=False)), self.real(factors[-1])
+        return replace(text, operations=1, factors=(one, other))
+
+
+def _signed(term: Expr) -> tuple[bool, Expr]:
+    """Whether a term is subtracted, and what then."""
+    coefficient, _ = term.as_coeff_Mul()
+    return (True, -term) if coefficient.is_negative else (False, term)
 
 
 def _number(expression: Expr) -> str:

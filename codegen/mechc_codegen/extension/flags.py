@@ -13,7 +13,7 @@ FLAGS = (
     "-O3",
     "-fno-math-errno",
     "-fno-trapping-math",
-    "-ffp-contract=fast",
+    "-ffp-contract=off",
     "-fno-tree-vectorize",
     "-fvisibility=hidden",
 )

@@ -17,7 +17,7 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from mechc_codegen.emit.expressions import Value, fma, let, named, number, put, without_unused
 from mechc_codegen.emit.printer import RealPrinter
-from mechc_codegen.extension.flags import STRICT
+from mechc_codegen.extension.flags import RUNTIME, STRICT
 from sympy import Abs, Add, Mul, Symbol, cos, symbols
 
 from mechc.compilation import toolchain
@@ -97,7 +97,12 @@ def has_value(tree: Tree) -> bool:
 def test_a_tree_printed_is_the_tree(tree):
     """Python reads these operators as C does."""
     printed = made(tree)
-    functions = {"R_FMA": lambda a, b, c: a * b + c}
+    functions = {
+        "R": lambda x: x,
+        "R_FMA": lambda a, b, c: a * b + c,
+        "R_FNMA": lambda a, b, c: c - a * b,
+        "R_FMS": lambda a, b, c: a * b - c,
+    }
     assert eval(str(printed), functions, NAMES) == value_of(tree)
     assert printed.reads >= {"a"} & set(re.findall(r"\w+", str(printed)))
 
@@ -125,11 +130,12 @@ def test_a_compiler_reads_the_tree(tmp_path_factory, several):
     folder = tmp_path_factory.mktemp("trees")
     names = "".join(f"const double {name} = {value!r};" for name, value in NAMES.items())
     lines = [put(named("out")[i], made(tree)).text[0] for i, tree in enumerate(several)]
-    text = "#define R_FMA(a, b, c) ((a) * (b) + (c))\nvoid values(double *out)\n{\n"
+    text = '#include "simd/bind_extended.h"\n#undef R\n#define R(number) (number)\n'
+    text += "void values(double *out)\n{\n"
     unused = "(void)a, (void)b, (void)c;"
     (folder / "trees.c").write_text("\n".join([text, names, unused, *lines, "}"]))
     command = [*toolchain.compiler(), "-std=gnu11", "-O0", "-ffp-contract=off", *STRICT]
-    command += ["-shared", "-fPIC", "trees.c", "-o", "trees.so"]
+    command += [f"-I{RUNTIME}", "-DMECHC_LANES=1", "-shared", "-fPIC", "trees.c", "-o", "trees.so"]
     subprocess.run(command, cwd=folder, check=True)
     out = (ctypes.c_double * len(several))()
     ctypes.CDLL(str(folder / "trees.so")).values(out)
@@ -151,6 +157,13 @@ def test_a_product_and_its_addition_are_one_operation():
     a, b = named("a"), named("b")
     assert (a * b + a).operations == 1
     assert (a + b + a * b).operations == 2
+    assert str(a + b * 2.0) == "R_FMA(b, R(2.0), a)"
+    assert str(a * b - 1.0) == "R_FMS(a, b, R(1.0))"
+    assert str(a / b - a * b - b * a) == "R_FNMA(b, a, R_FNMA(a, b, a / b))"
+    x, y, z = symbols("x y z")
+    assert str(RealPrinter().real(x**2 - 3 * y * z)) == "R_FNMA(3.0*y, z, (x*x))"
+    assert str(RealPrinter().real(-(x**2) - y * z)) == "R_FNMS(y, z, (x*x))"
+    assert str(RealPrinter().real(x / y + z)) == "x/y + z"
     assert fma(a * b, b, a).operations == 2
     assert (1.0 / (a + b)).operations == 2
     assert (-a * b).operations == 1

@@ -64,6 +64,8 @@ MECHC_STATIC mechc_covarying *mechc_new_covarying(const mechc_covariation *v)
     return w;
 }
 
+#define MECHC_GATHERED 8 /* steps, whose derivatives are summed before those of others */
+
 /* Go back over all steps; arguments and results as of mechc_vary. */
 MECHC_ONCE int mechc_covary(const mechc_covariation *v)
 {
@@ -77,10 +79,11 @@ MECHC_ONCE int mechc_covary(const mechc_covariation *v)
                && methods[last - count - 1] == methods[last - 1])
             count++;
         whole = mechc_covary_alike(w, v, methods[last - 1], last - count, count);
-        /* the sum does not depend on how many steps a call covers */
-        for (int k = 0; k < MECHC_NB; k++) v->gradient[k] += mechc_sum_of_lanes(w->gathered[k]);
-        memset(w->gathered, 0, sizeof w->gathered);
         last -= count;
+        if (last % MECHC_GATHERED && last > v->first && whole) continue;
+        /* the sum depends neither on how many steps a call covers nor on the lanes */
+        for (int k = 0; k < MECHC_NB; k++) v->gradient[k] += mechc_sum_of_parts(w->gathered[k]);
+        memset(w->gathered, 0, sizeof w->gathered);
     }
     mechc_free_varying(w->blocks);
     mechc_free_aligned(w);

@@ -21,7 +21,7 @@ typedef struct {
     mechc_vector tangents[MECHC_AT_LEAST_ONE(MECHC_NC > 0 ? MECHC_NX * MECHC_SLOPES : 0)];
     mechc_scalar_solved_state one;
     mechc_vector_solved_state lanes[MECHC_BLOCKS];
-    mechc_vector gathered[MECHC_AT_LEAST_ONE(MECHC_NB)]; /* by parameters and inputs */
+    mechc_vector gathered[MECHC_AT_LEAST_ONE(MECHC_NB)][MECHC_EIGHT]; /* by parameters and inputs */
 } mechc_covarying;
 
 /* Add the derivatives of the shapes by parameters and inputs at a state at time t. */

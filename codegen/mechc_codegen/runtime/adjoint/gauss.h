@@ -61,8 +61,8 @@ MECHC_INLINE void mechc_next_costages(const mechc_costages *c, int k, mechc_vect
         const double once = c->h * slopes[nq + k][a % MECHC_LANES];
         const double twice = k < nq ? c->h * c->h * slopes[k][a % MECHC_LANES] : 0.0;
         for (int block = 0; block < MECHC_BLOCKS; block++) {
-            next[block] += once * mechc_take(c->rule->first[a], block);
-            if (k < nq) next[block] += twice * mechc_take(c->rule->second[a], block);
+            MECHC_ADD(next[block], mechc_spread(once), mechc_take(c->rule->first[a], block));
+            if (k < nq) MECHC_ADD(next[block], mechc_spread(twice), mechc_take(c->rule->second[a], block));
         }
     }
 }
@@ -128,12 +128,19 @@ MECHC_STATIC int mechc_gauss_back(mechc_covarying *w, const mechc_covariation *v
     mechc_take_costages(w, nodes);
     if (!mechc_converge_costages(w, &c)) return 0;
     for (int k = 0; k < nq; k++) covector[nq + k] += h * covector[k];
+    for (int k = 0; k < MECHC_NX; k++) {
+        mechc_vector once[MECHC_BLOCKS], twice[MECHC_BLOCKS];
+        for (int block = 0; block < MECHC_BLOCKS; block++) {
+            once[block] = c.slopes[block][k];
+            twice[block] = h * mechc_take(rule->nodes, block) * once[block];
+        }
+        covector[k] += mechc_sum_of_parts(once);
+        if (k < nq) covector[nq + k] += mechc_sum_of_parts(twice);
+    }
     for (int block = 0; block < MECHC_BLOCKS; block++) {
-        const mechc_vector *slopes = c.slopes[block], at = h * mechc_take(rule->nodes, block);
-        for (int k = 0; k < MECHC_NX; k++) covector[k] += mechc_sum_of_lanes(slopes[k]);
-        for (int k = 0; k < nq; k++) covector[nq + k] += mechc_sum_of_lanes(at * slopes[k]);
-        for (int k = 0; k < MECHC_NB; k++) w->gathered[k] += slopes[MECHC_NX + k];
-        mechc_gather_stages(v, nodes->t + block * MECHC_LANES, slopes + MECHC_NX);
+        const mechc_vector *slopes = c.slopes[block] + MECHC_NX;
+        for (int k = 0; k < MECHC_NB; k++) w->gathered[k][block] += slopes[k];
+        mechc_gather_stages(v, nodes->t + block * MECHC_LANES, slopes);
     }
     return 1;
 }

@@ -67,7 +67,7 @@ MECHC_INLINE void FN(weigh_residual)(const FN(solved_state) *at, const real *z, 
 #if MECHC_NC > 0
     for (int m = 0; m < MECHC_MOTION; m++) w[m] = R(0.0);
     for (int i = 0; i < MECHC_NU; i++)
-        for (int m = 0; m < MECHC_MOTION; m++) w[m] -= at->responses[i * MECHC_MOTION + m] * z[i];
+        for (int m = 0; m < MECHC_MOTION; m++) R_SUB(w[m], at->responses[i * MECHC_MOTION + m], z[i]);
 #else
 #if MECHC_LINKS > 0
     const FN(mass_factors) *factors = &at->factors;
@@ -91,7 +91,7 @@ MECHC_INLINE void FN(pull_through)(const real *tangent, rmask along, real *slope
     }
     for (int i = 0; i < MECHC_NX; i++) {
         const real weight = R_SELECT(along, after[i], R(0.0));
-        for (int k = 0; k < MECHC_SLOPES; k++) slopes[k] += weight * tangent[i * MECHC_SLOPES + k];
+        for (int k = 0; k < MECHC_SLOPES; k++) R_ADD(slopes[k], weight, tangent[i * MECHC_SLOPES + k]);
     }
 }
 #endif

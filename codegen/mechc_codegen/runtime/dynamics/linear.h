@@ -37,14 +37,14 @@ MECHC_INLINE int FN(factor_mass)(const real *mass, int n, FN(mass_factors) *f)
         for (int k = 0; k < j; k++) {
             scaled[k] = f->lower[j * n + k];
             f->lower[j * n + k] *= f->inverse[k];
-            pivot -= scaled[k] * f->lower[j * n + k];
+            R_SUB(pivot, scaled[k], f->lower[j * n + k]);
         }
         if (bad < 0 && R_ANY(~R_MASK(pivot > MECHC_NO_PIVOT * mass[j * n + j]))) bad = j;
         f->inverse[j] = 1.0 / pivot;
         for (int i = j + 1; i < n; i++) {
             real entry = mass[i * n + j];
             for (int k = 0; k < j; k++)
-                entry -= f->lower[i * n + k] * f->lower[j * n + k];
+                R_SUB(entry, f->lower[i * n + k], f->lower[j * n + k]);
             f->lower[i * n + j] = entry;
         }
     }
@@ -55,7 +55,7 @@ MECHC_INLINE int FN(factor_mass)(const real *mass, int n, FN(mass_factors) *f)
 MECHC_INLINE void FN(forward)(const FN(mass_factors) *f, int n, real *x)
 {
     for (int i = 1; i < n; i++)
-        for (int k = 0; k < i; k++) x[i] -= f->lower[i * n + k] * x[k];
+        for (int k = 0; k < i; k++) R_SUB(x[i], f->lower[i * n + k], x[k]);
 }
 
 /* x <- L^-T D^-1 x */
@@ -63,7 +63,7 @@ MECHC_INLINE void FN(backward)(const FN(mass_factors) *f, int n, real *x)
 {
     for (int i = n - 1; i >= 0; i--) {
         x[i] *= f->inverse[i];
-        for (int k = i + 1; k < n; k++) x[i] -= f->lower[k * n + i] * x[k];
+        for (int k = i + 1; k < n; k++) R_SUB(x[i], f->lower[k * n + i], x[k]);
     }
 }
 
@@ -88,7 +88,7 @@ typedef struct {
 MECHC_INLINE real FN(dot)(const real *a, const real *b)
 {
     real sum = a[0] * b[0];
-    for (int k = 1; k < MECHC_NU; k++) sum += a[k] * b[k];
+    for (int k = 1; k < MECHC_NU; k++) R_ADD(sum, a[k], b[k]);
     return sum;
 }
 
@@ -97,7 +97,7 @@ MECHC_INLINE real FN(larger)(real a, real b) { return R_SELECT(R_MASK(a > b), a,
 MECHC_INLINE real FN(inner)(const FN(factors) *f, const real *a, const real *b)
 {
     real sum = a[0] * (b[0] * f->weight[0]);
-    for (int k = 1; k < MECHC_NU; k++) sum += a[k] * (b[k] * f->weight[k]);
+    for (int k = 1; k < MECHC_NU; k++) R_ADD(sum, a[k], b[k] * f->weight[k]);
     return sum;
 }
 
@@ -131,7 +131,7 @@ MECHC_INLINE void FN(sweep_again)(FN(factors) *f, int i, rmask lost)
         const real *before = f->rows + k * MECHC_NU;
         const real part =
             R_SELECT(lost, FN(inner)(f, row, before) * f->inverse_norm[k], R(0.0));
-        for (int n = 0; n < MECHC_NU; n++) row[n] -= part * before[n];
+        for (int n = 0; n < MECHC_NU; n++) R_SUB(row[n], part, before[n]);
         f->mix[i * MECHC_NC + k] += part / follow;
         follow *= f->scale[k];
     }
@@ -144,7 +144,7 @@ MECHC_INLINE void FN(sweep)(FN(factors) *f, int i, int j, real inverse)
     const real *row = f->rows + i * MECHC_NU;
     real *other = f->rows + j * MECHC_NU;
     const real part = FN(inner)(f, row, other) * inverse;
-    for (int k = 0; k < MECHC_NU; k++) other[k] = f->scale[i] * other[k] - part * row[k];
+    for (int k = 0; k < MECHC_NU; k++) other[k] = R_FMS(f->scale[i], other[k], part * row[k]);
     f->mix[j * MECHC_NC + i] = part;
     f->norm[j] = FN(inner)(f, other, other);
 }
@@ -255,7 +255,7 @@ MECHC_INLINE void FN(values_of_rows)(const FN(factors) *f, int rows, const real 
         for (int j = i + 1; j < rows; j++)
             FN(swap)(f->swapped[i * MECHC_NC + j], &wanted[i], &wanted[j]);
         for (int k = 0; k < i; k++)
-            wanted[i] = f->scale[k] * wanted[i] - f->mix[i * MECHC_NC + k] * wanted[k];
+            wanted[i] = R_FMS(f->scale[k], wanted[i], f->mix[i * MECHC_NC + k] * wanted[k]);
     }
 }
 
@@ -267,7 +267,7 @@ MECHC_INLINE void FN(least_change)(const FN(factors) *f, int rows, const real *v
     for (int k = 0; k < MECHC_NU; k++) x[k] = R(0.0);
     for (int i = 0; i < rows; i++) {
         const real part = wanted[i] * f->inverse_norm[i];
-        for (int k = 0; k < MECHC_NU; k++) x[k] += part * f->rows[i * MECHC_NU + k];
+        for (int k = 0; k < MECHC_NU; k++) R_ADD(x[k], part, f->rows[i * MECHC_NU + k]);
     }
     FN(to_speeds)(f, x);
 }
@@ -279,7 +279,7 @@ MECHC_INLINE void FN(multipliers)(const FN(factors) *f, const real *multiples, r
         lambda[i] = R_SELECT(R_MASK(f->inverse_norm[i] > 0.0), multiples[i], R(0.0));
     for (int i = MECHC_NC - 1; i >= 0; i--)
         for (int k = i - 1; k >= 0; k--) {
-            lambda[k] -= f->mix[i * MECHC_NC + k] * lambda[i];
+            R_SUB(lambda[k], f->mix[i * MECHC_NC + k], lambda[i]);
             lambda[i] *= f->scale[k];
         }
     for (int i = MECHC_NC - 1; i >= 0; i--)
@@ -308,7 +308,7 @@ MECHC_INLINE real FN(pivot_column)(real *columns, int i)
     for (int j = i; j < MECHC_NU; j++) {
         real square = R(0.0);
         for (int r = 0; r < MECHC_NC; r++)
-            square += columns[j * MECHC_NC + r] * columns[j * MECHC_NC + r];
+            R_ADD(square, columns[j * MECHC_NC + r], columns[j * MECHC_NC + r]);
         const rmask larger = R_MASK(square > most);
         most = R_SELECT(larger, square, most);
         for (int r = 0; j > i && r < MECHC_NC; r++)
@@ -321,8 +321,8 @@ MECHC_INLINE real FN(pivot_column)(real *columns, int i)
 MECHC_INLINE void FN(take_column)(const real *column, real inverse, real *other)
 {
     real part = R(0.0);
-    for (int r = 0; r < MECHC_NC; r++) part += column[r] * other[r];
-    for (int r = 0; r < MECHC_NC; r++) other[r] -= part * inverse * column[r];
+    for (int r = 0; r < MECHC_NC; r++) R_ADD(part, column[r], other[r]);
+    for (int r = 0; r < MECHC_NC; r++) R_SUB(other[r], part * inverse, column[r]);
 }
 
 /* Project the multipliers in the lanes where rows of the factors are redundant; weights scale the columns. */
@@ -341,7 +341,7 @@ MECHC_ONCE __attribute__((cold)) void FN(least_multipliers)(const real *jacobian
         real *column = columns + i * MECHC_NC, square = R(0.0);
         const real most = FN(pivot_column)(columns, i);
         for (int j = 0; j < i; j++) FN(take_column)(columns + j * MECHC_NC, inverse[j], column);
-        for (int r = 0; r < MECHC_NC; r++) square += column[r] * column[r];
+        for (int r = 0; r < MECHC_NC; r++) R_ADD(square, column[r], column[r]);
         inverse[i] = R_SELECT(R_MASK(rank > (double)i) & R_MASK(most > 0.0), 1.0 / square, R(0.0));
         for (int j = i + 1; j < MECHC_NU; j++)
             FN(take_column)(column, inverse[i], columns + j * MECHC_NC);
@@ -364,7 +364,7 @@ MECHC_INLINE void FN(solve_in_metric)(const FN(factors) *f, const FN(mass_factor
     for (int i = 0; i < MECHC_NC; i++) {
         const real *row = f->rows + i * MECHC_NU;
         const real part = (wanted[i] - FN(inner)(f, row, x)) * f->inverse_norm[i];
-        for (int k = 0; k < MECHC_NU; k++) x[k] += part * row[k];
+        for (int k = 0; k < MECHC_NU; k++) R_ADD(x[k], part, row[k]);
         multiples[i] = -part;
     }
     FN(backward)(metric, MECHC_NU, x);

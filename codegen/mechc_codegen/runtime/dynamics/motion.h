@@ -32,7 +32,7 @@ typedef struct {
 MECHC_INLINE void FN(take_inertia)(const real *mass, const real *x, real *y)
 {
     for (int i = 0; i < MECHC_NU; i++)
-        for (int j = 0; j < MECHC_NU; j++) y[i] -= mass[i * MECHC_NU + j] * x[j];
+        for (int j = 0; j < MECHC_NU; j++) R_SUB(y[i], mass[i * MECHC_NU + j], x[j]);
 }
 
 #if MECHC_NC > 0
@@ -119,7 +119,7 @@ MECHC_INLINE void FN(take_share)(const FN(factors) *f, FN(basis) *basis, int i)
 {
     const real *vector = basis->vectors + i * MECHC_NU;
     for (int k = 0; k < MECHC_NU; k++)
-        basis->left[k] -= vector[k] * vector[k] * (f->weight[k] * basis->inverse_norm[i]);
+        R_SUB(basis->left[k], vector[k] * vector[k], f->weight[k] * basis->inverse_norm[i]);
 }
 
 /* Directions in which no row changes. */
@@ -138,7 +138,7 @@ MECHC_INLINE void FN(free_directions)(const FN(factors) *f, real *directions)
         FN(pick)(f, &basis, i, part);
         for (int j = 0; j < i; j++)
             for (int k = 0; k < MECHC_NU; k++)
-                vector[k] -= part[j] * basis.vectors[j * MECHC_NU + k];
+                R_SUB(vector[k], part[j], basis.vectors[j * MECHC_NU + k]);
         for (int k = 0; k < MECHC_NU; k++)
             directions[(i - MECHC_NC) * MECHC_NU + k] = vector[k] * f->weight[k];
         if (i + 1 == MECHC_NU) break;
@@ -194,7 +194,7 @@ MECHC_INLINE void FN(solve_reduced)(const FN(motion_terms) *terms, const FN(fact
     FN(forward)(&mass, MECHC_FREE, free_part);
     FN(backward)(&mass, MECHC_FREE, free_part);
     for (int i = 0; i < MECHC_FREE; i++)
-        for (int k = 0; k < MECHC_NU; k++) x[k] += free_part[i] * directions[i * MECHC_NU + k];
+        for (int k = 0; k < MECHC_NU; k++) R_ADD(x[k], free_part[i], directions[i * MECHC_NU + k]);
     if (lambda) FN(reactions)(terms, f, x, lambda);
 }
 #endif

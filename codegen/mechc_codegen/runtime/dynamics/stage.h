@@ -223,7 +223,7 @@ MECHC_INLINE void FN(rates_of_rows)(const FN(place) *place, const real *x, real 
 #else
     for (int i = 0; i < MECHC_NC; i++) {
         rates[i] = R(0.0);
-        for (int j = 0; j < MECHC_NU; j++) rates[i] += place->jacobian[i * MECHC_NU + j] * x[j];
+        for (int j = 0; j < MECHC_NU; j++) R_ADD(rates[i], place->jacobian[i * MECHC_NU + j], x[j]);
     }
 #endif
 }
@@ -251,7 +251,7 @@ MECHC_INLINE real FN(sum_of_partials)(const FN(place) *place)
     for (int i = 0; i < MECHC_NH; i++) {
         real sum = R(0.0);
         for (int j = 0; j < MECHC_NU; j++)
-            sum += FN(size)(place->jacobian[i * MECHC_NU + j]) * FN(unit_of)(place, MECHC_NQ + j);
+            R_ADD(sum, FN(size)(place->jacobian[i * MECHC_NU + j]), FN(unit_of)(place, MECHC_NQ + j));
         terms = R_SELECT(R_MASK(sum > terms), sum, terms);
     }
     return terms;
@@ -301,7 +301,7 @@ MECHC_INLINE void FN(displace)(real t, real *q, const FN(given) *given, const re
     for (int i = 0; i < MECHC_NU; i++) still[i] = R(0.0);
     FN(output_kinematic_matrix)(t, q, still, given, map);
     for (int i = 0; i < MECHC_NQ; i++)
-        for (int j = 0; j < MECHC_NU; j++) q[i] += map[i * MECHC_NU + j] * step[j];
+        for (int j = 0; j < MECHC_NU; j++) R_ADD(q[i], map[i * MECHC_NU + j], step[j]);
 #endif
 }
 

@@ -41,7 +41,7 @@
 MECHC_INLINE real FN(along_motion)(const real *a, const real *b)
 {
     real sum = a[0] * b[0];
-    for (int i = 1; i < MECHC_DIM; i++) sum += a[i] * b[i];
+    for (int i = 1; i < MECHC_DIM; i++) R_ADD(sum, a[i], b[i]);
     return sum;
 }
 
@@ -56,14 +56,14 @@ MECHC_INLINE void FN(times_inertia)(const real *inertia, const real *motion, rea
 MECHC_INLINE void FN(shift_motion)(const real *arm, const real *motion, real *out)
 {
     out[0] = motion[0];
-    out[1] = motion[1] - motion[0] * arm[1];
-    out[2] = motion[2] + motion[0] * arm[0];
+    out[1] = R_FNMA(motion[0], arm[1], motion[1]);
+    out[2] = R_FMA(motion[0], arm[0], motion[2]);
 }
 
 /* A wrench at the end of an arm, added to one at its beginning. */
 MECHC_INLINE void FN(add_wrench)(const real *arm, const real *wrench, real *out)
 {
-    out[0] += wrench[0] + arm[0] * wrench[2] - arm[1] * wrench[1];
+    out[0] += R_FNMA(arm[1], wrench[1], R_FMA(arm[0], wrench[2], wrench[0]));
     out[1] += wrench[1];
     out[2] += wrench[2];
 }
@@ -71,11 +71,10 @@ MECHC_INLINE void FN(add_wrench)(const real *arm, const real *wrench, real *out)
 /* An inertia about the end of an arm, added to one about its beginning. */
 MECHC_INLINE void FN(add_inertia)(const real *arm, const real *inertia, real *out)
 {
-    const real x = arm[0] * inertia[5] - arm[1] * inertia[4]; /* arm x the lines of the forces */
-    const real y = arm[0] * inertia[8] - arm[1] * inertia[7];
+    const real x = R_FMS(arm[0], inertia[5], arm[1] * inertia[4]); /* arm x the lines of the forces */
+    const real y = R_FMS(arm[0], inertia[8], arm[1] * inertia[7]);
     const real coupling[2] = {inertia[1] + x, inertia[2] + y};
-    out[0] += inertia[0] + arm[0] * (inertia[2] + coupling[1])
-            - arm[1] * (inertia[1] + coupling[0]);
+    out[0] += R_FNMA(arm[1], inertia[1] + coupling[0], R_FMA(arm[0], inertia[2] + coupling[1], inertia[0]));
     for (int j = 0; j < 2; j++) {
         out[1 + j] += coupling[j];
         out[3 * (1 + j)] += coupling[j];
@@ -92,9 +91,9 @@ MECHC_INLINE void FN(rigid_inertia)(const real *masses, real *out)
 #else
 MECHC_INLINE void FN(add_cross)(const real *a, const real *b, real *out)
 {
-    out[0] += a[1] * b[2] - a[2] * b[1];
-    out[1] += a[2] * b[0] - a[0] * b[2];
-    out[2] += a[0] * b[1] - a[1] * b[0];
+    out[0] += R_FMS(a[1], b[2], a[2] * b[1]);
+    out[1] += R_FMS(a[2], b[0], a[0] * b[2]);
+    out[2] += R_FMS(a[0], b[1], a[1] * b[0]);
 }
 
 MECHC_INLINE void FN(shift_motion)(const real *arm, const real *motion, real *out)
@@ -236,7 +235,7 @@ MECHC_INLINE void FN(free_speed)(const real *momentum, real inverse, real *inert
 {
     for (int i = 0; i < MECHC_DIM; i++) {
         const real part = momentum[i] * inverse;
-        for (int j = 0; j < MECHC_DIM; j++) inertia[i * MECHC_DIM + j] -= part * momentum[j];
+        for (int j = 0; j < MECHC_DIM; j++) R_SUB(inertia[i * MECHC_DIM + j], part, momentum[j]);
     }
 }
 
@@ -273,7 +272,7 @@ MECHC_ONCE void FN(free_accelerations)(const real *tree, const FN(articulated) *
         for (int c = mechc_first_column[link + 1] - 1; c >= mechc_first_column[link]; c--) {
             left[c] = FN(along_motion)(tree + MECHC_AT_SUBSPACE + c * MECHC_DIM, own);
             const real part = left[c] * f->inverse[c];
-            for (int i = 0; i < MECHC_DIM; i++) own[i] -= part * f->momentum[c * MECHC_DIM + i];
+            for (int i = 0; i < MECHC_DIM; i++) R_SUB(own[i], part, f->momentum[c * MECHC_DIM + i]);
         }
         FN(times_inertia)(f->inertia + link * MECHC_SQUARE, bias + link * MECHC_DIM, taken);
         for (int i = 0; i < MECHC_DIM; i++) own[i] -= taken[i];
@@ -287,7 +286,7 @@ MECHC_ONCE void FN(free_accelerations)(const real *tree, const FN(articulated) *
             const real *momentum = f->momentum + c * MECHC_DIM;
             const real part = (left[c] - FN(along_motion)(momentum, own)) * f->inverse[c];
             for (int i = 0; i < MECHC_DIM; i++)
-                own[i] += part * tree[MECHC_AT_SUBSPACE + c * MECHC_DIM + i];
+                R_ADD(own[i], part, tree[MECHC_AT_SUBSPACE + c * MECHC_DIM + i]);
             accelerations[mechc_column_speed[c]] = part;
         }
     }
@@ -312,8 +311,8 @@ MECHC_INLINE void FN(add_partials)(const real *tree, int link, const real *point
             real part = R(0.0);
             FN(shift_motion)(arm, tree + MECHC_AT_SUBSPACE + c * MECHC_DIM, moved);
             for (int i = 0; i < MECHC_ARM; i++)
-                part += axis[i] * moved[MECHC_DIM - MECHC_ARM + i];
-            row[mechc_column_speed[c]] += sign * part;
+                R_ADD(part, axis[i], moved[MECHC_DIM - MECHC_ARM + i]);
+            R_ADD(row[mechc_column_speed[c]], R(sign), part);
         }
     }
 }
@@ -339,7 +338,7 @@ MECHC_ONCE void FN(cut_rates)(const real *tree, const real *x, real *rates)
         real *own = FN(motion_of_parent)(tree, link, motion);
         for (int c = mechc_first_column[link]; c < mechc_first_column[link + 1]; c++)
             for (int i = 0; i < MECHC_DIM; i++)
-                own[i] += x[mechc_column_speed[c]] * tree[MECHC_AT_SUBSPACE + c * MECHC_DIM + i];
+                R_ADD(own[i], x[mechc_column_speed[c]], tree[MECHC_AT_SUBSPACE + c * MECHC_DIM + i]);
     }
     for (int i = 0; i < MECHC_NC; i++) {
         const real *point = tree + MECHC_AT_CUT + i * 3 * MECHC_ARM;

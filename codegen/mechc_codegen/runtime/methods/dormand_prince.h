@@ -36,7 +36,7 @@ MECHC_STATIC double mechc_pair_norm(mechc_integration *run, const double *rates,
     double change[MECHC_NX], square = 0.0;
     for (int i = 0; i < MECHC_NX; i++) change[i] = h * rates[i];
     if (place) mechc_project_error(place, change);
-    for (int i = 0; i < MECHC_NX; i++) square += pow(change[i] / mechc_tolerance(run, i, end), 2);
+    for (int i = 0; i < MECHC_NX; i++) square += mechc_squared(change[i] / mechc_tolerance(run, i, end));
     return square / MECHC_NX;
 }
 
@@ -95,8 +95,8 @@ MECHC_STATIC int mechc_pair_limited(const mechc_integration *run, double h, cons
     mechc_scalar_explicit_sum(MECHC_ALL_RATES(run), row, stage, inner);
     for (int i = 0; i < MECHC_NX; i++) {
         const double change = MECHC_RATE(run, stage + 1)[i] - MECHC_RATE(run, stage)[i];
-        rate += pow(change / run->scale[i], 2);
-        state += pow((end[i] - (run->y[i] + h * inner[i])) / run->scale[i], 2);
+        rate += mechc_squared(change / run->scale[i]);
+        state += mechc_squared((end[i] - (run->y[i] + h * inner[i])) / run->scale[i]);
     }
     return state > 0.0 && fabs(h) * sqrt(rate / state) > mechc_stiff_bound(run, tableau);
 }

@@ -66,8 +66,8 @@ MECHC_INLINE mechc_mask mechc_pair_lanes_limited(const mechc_lockstep *a)
         const mechc_vector weight = mechc_vector_rough_inverse(a->scale[i]);
         const mechc_vector change = weight * (a->rates[stages][i] - a->rates[stages - 1][i]);
         const mechc_vector apart = weight * (a->end[i] - last_stage[i]);
-        rate += change * change;
-        state += apart * apart;
+        MECHC_ADD(rate, change, change);
+        MECHC_ADD(state, apart, apart);
     }
     return (state > 0.0) & (a->h * a->h * rate > ((const mechc_pair_lanes *)a)->bound * state);
 }
@@ -82,10 +82,10 @@ MECHC_INLINE mechc_vector mechc_pair_lanes_error(mechc_lockstep *a)
     mechc_vector_explicit_sum(a->rates, tableau->second_error, tableau->stages, second);
     for (int i = 0; i < MECHC_NX; i++) {
         const mechc_vector weight = a->h * mechc_lockstep_weight(a, i);
-        squares += (first[i] * weight) * (first[i] * weight);
-        second_squares += (second[i] * weight) * (second[i] * weight);
+        MECHC_ADD(squares, first[i] * weight, first[i] * weight);
+        MECHC_ADD(second_squares, second[i] * weight, second[i] * weight);
         for (int end = 0; end <= tableau->stages; end += tableau->stages)
-            change += (a->rates[end][i] * weight) * (a->rates[end][i] * weight);
+            MECHC_ADD(change, a->rates[end][i] * weight, a->rates[end][i] * weight);
     }
     const mechc_vector both = squares * squares / (squares + MECHC_DOP853_SECOND * second_squares);
     const mechc_vector least = mechc_greater(change, second_squares);

@@ -29,7 +29,7 @@ MECHC_INLINE void FN(explicit_sum)(real (*rates)[MECHC_NX], const double *row, i
     for (int i = 0; i < MECHC_NX; i++) sum[i] = row[0] * rates[0][i];
     for (int j = 1; j < count; j++)
         if (row[j] != 0.0)
-            for (int i = 0; i < MECHC_NX; i++) sum[i] += row[j] * rates[j][i];
+            for (int i = 0; i < MECHC_NX; i++) R_ADD(sum[i], R(row[j]), rates[j][i]);
 }
 
 /* y + h sum_j matrix[i][j] rate_j */
@@ -38,7 +38,7 @@ MECHC_INLINE void FN(explicit_state)(const mechc_tableau *tableau, const FN(expl
 {
     real sum[MECHC_NX];
     FN(explicit_sum)(step->rates, tableau->matrix + i * MECHC_MOST_RATES, i, sum);
-    for (int n = 0; n < MECHC_NX; n++) state[n] = step->y[n] + step->h * sum[n];
+    for (int n = 0; n < MECHC_NX; n++) state[n] = R_FMA(step->h, sum[n], step->y[n]);
 }
 
 /* The state at the step's end, by compensated summation.  Kahan (1965). */
@@ -49,7 +49,7 @@ MECHC_INLINE void FN(explicit_end)(const mechc_tableau *tableau, const FN(explic
     const int last = tableau->stages;
     FN(explicit_sum)(step->rates, tableau->matrix + last * MECHC_MOST_RATES, last, sum);
     for (int n = 0; n < MECHC_NX; n++) {
-        const real gain = step->h * sum[n] + step->compensation[n];
+        const real gain = R_FMA(step->h, sum[n], step->compensation[n]);
         end[n] = step->y[n] + gain;
         step->next_compensation[n] = gain - (end[n] - step->y[n]);
     }

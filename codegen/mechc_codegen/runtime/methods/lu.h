@@ -1,6 +1,8 @@
 /* Dense linear systems by Gaussian elimination with row exchanges. */
 #pragma once
 
+#include "simd/scalar.h"
+
 #include <math.h>
 #include "simd/bind_scalar.h"
 #include "dynamics/given.h"
@@ -28,7 +30,7 @@ MECHC_ONCE int mechc_lu_factor(double *a, int *rows, int size,
         for (int i = j + 1; i < size; i++) {
             const double factor = a[i * size + j] *= inverse;
             if (factor != 0.0)
-                for (int k = j + 1; k < size; k++) a[i * size + k] -= factor * a[j * size + k];
+                for (int k = j + 1; k < size; k++) a[i * size + k] = mechc_scalar_fused(-factor, a[j * size + k], a[i * size + k]);
         }
     }
     return 1;
@@ -42,9 +44,9 @@ MECHC_ONCE void mechc_lu_solve(const double *a, const int *rows, int size, doubl
         x[rows[i]] = kept;
     }
     for (int i = 1; i < size; i++)
-        for (int k = 0; k < i; k++) x[i] -= a[i * size + k] * x[k];
+        for (int k = 0; k < i; k++) x[i] = mechc_scalar_fused(-a[i * size + k], x[k], x[i]);
     for (int i = size - 1; i >= 0; i--) {
-        for (int k = i + 1; k < size; k++) x[i] -= a[i * size + k] * x[k];
+        for (int k = i + 1; k < size; k++) x[i] = mechc_scalar_fused(-a[i * size + k], x[k], x[i]);
         x[i] /= a[i * size + i];
     }
 }

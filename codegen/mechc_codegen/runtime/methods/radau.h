@@ -103,14 +103,14 @@ MECHC_STATIC double mechc_radau_correct(mechc_integration *run, double h)
         for (int i = 0; i < MECHC_NX; i++) {
             double sum = -radau->z[a * MECHC_NX + i];
             for (int b = 1; b <= MECHC_RADAU_STAGES; b++)
-                sum += h * row[b] * MECHC_RATE(run, b)[i];
+                sum = mechc_scalar_fused(h * row[b], MECHC_RATE(run, b)[i], sum);
             change[a * MECHC_NX + i] = sum;
         }
     }
     mechc_lu_solve(radau->system, radau->system_rows, MECHC_RADAU_SIZE, change);
     for (int n = 0; n < MECHC_RADAU_SIZE; n++) {
         radau->z[n] += change[n];
-        square += pow(change[n] / mechc_tolerance(run, n % MECHC_NX, run->y), 2);
+        square += mechc_squared(change[n] / mechc_tolerance(run, n % MECHC_NX, run->y));
     }
     return sqrt(square / MECHC_RADAU_SIZE);
 }
@@ -158,7 +158,7 @@ MECHC_STATIC void mechc_radau_estimate(mechc_integration *run, double h, const d
     for (int i = 0; i < MECHC_NX; i++) {
         double sum = h * rates[i];
         for (int a = 0; a < MECHC_RADAU_STAGES; a++)
-            sum += run->current->tableau->error[a + 1] * radau->z[a * MECHC_NX + i];
+            sum = mechc_scalar_fused(run->current->tableau->error[a + 1], radau->z[a * MECHC_NX + i], sum);
         radau->error[i] = MECHC_RADAU_GAMMA * sum;
     }
     mechc_lu_solve(radau->filter, radau->filter_rows, MECHC_NX, radau->error);
@@ -236,7 +236,7 @@ MECHC_STATIC double mechc_radau_size(const mechc_integration *run, const double 
 {
     double square = 0.0;
     for (int i = 0; i < MECHC_NX; i++)
-        square += pow(mechc_radau_of(run)->error[i] / mechc_tolerance(run, i, end), 2);
+        square += mechc_squared(mechc_radau_of(run)->error[i] / mechc_tolerance(run, i, end));
     return sqrt(square / MECHC_NX);
 }
 

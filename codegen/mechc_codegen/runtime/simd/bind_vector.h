@@ -6,7 +6,7 @@
 #define rmask mechc_mask
 #define RLANES MECHC_LANES
 #define FN(name) mechc_vector_##name
-#define R(number) ((mechc_vector){0} + (double)(number))
+#define R(number) ((double)(number) - (mechc_vector){0}) /* x - 0 is x, x + 0 not */
 #define R_BITS(x) ((mechc_mask)(x))
 #define R_FROM_BITS(b) ((mechc_vector)(b))
 #define R_UNSIGNED(x) ((mechc_unsigned)(x))
@@ -18,6 +18,9 @@
 #define R_ANY(mask) mechc_any(mask)
 #define R_ANY_BEYOND(x, limit) mechc_any_beyond(x, limit)
 #define R_FMA(a, b, c) mechc_fused(a, b, c)
+#define R_FNMA(a, b, c) mechc_fused_off(a, b, c)
+#define R_FMS(a, b, c) mechc_fused_less(a, b, c)
+#define R_FNMS(a, b, c) mechc_fused_neither(a, b, c)
 #define R_SQRT(x) mechc_sqrt(x)
 #define R_CALL(f, x) mechc_each(f, x)
 #define R_CALL2(f, x, y) mechc_each2(f, x, y)

@@ -20,3 +20,9 @@
 #ifndef real
 #include "simd/bind_scalar.h"
 #endif
+
+/* x <- x + a b and x <- x - a b, in one rounding where the processor can: no compiler chooses. */
+#ifndef R_ADD
+#define R_ADD(x, a, b) ((x) = R_FMA(a, b, x))
+#define R_SUB(x, a, b) ((x) = R_FNMA(a, b, x))
+#endif

@@ -21,7 +21,7 @@ MECHC_INLINE double mechc_from_bits(int64_t b)
 /* a b + c, rounded once wherever vectors of this compilation are: see mechc_fused. */
 MECHC_INLINE double mechc_scalar_fused(double a, double b, double c)
 {
-#ifdef __FMA__
+#if MECHC_HAS_FUSED
     return __builtin_fma(a, b, c);
 #else
     return a * b + c;

@@ -11,10 +11,6 @@
 #include "simd/constants.h"
 #include "simd/lanes.h"
 
-#ifndef MECHC_NEAR_BY_ITSELF
-#define MECHC_NEAR_BY_ITSELF 2
-#endif
-
 /* Whether x is small enough for the reduction. */
 MECHC_INLINE rmask FN(reducible)(real x)
 {
@@ -32,20 +28,26 @@ MECHC_ONCE __attribute__((cold)) real FN(cos_beyond)(real x, real found)
     return R_SELECT(FN(reducible)(x), found, R_CALL(cos, x));
 }
 
+/* a + b z */
+MECHC_INLINE real FN(linear)(real z, double a, double b) { return R_FMA(z, R(b), R(a)); }
+
 MECHC_INLINE void FN(sincos)(real x, real *sine, real *cosine)
 {
-    const real shifted = x * MECHC_TWO_OVER_PI + MECHC_ROUND;
+    const real shifted = R_FMA(x, R(MECHC_TWO_OVER_PI), R(MECHC_ROUND));
     const rmask quadrant = R_BITS(shifted);
     const real n = shifted - MECHC_ROUND;
-    const real r = ((x - n * MECHC_PIO2_A) - n * MECHC_PIO2_B) - n * MECHC_PIO2_C;
+    real r = x;
+    R_SUB(r, n, R(MECHC_PIO2_A));
+    R_SUB(r, n, R(MECHC_PIO2_B));
+    R_SUB(r, n, R(MECHC_PIO2_C));
     const real z = r * r, zz = z * z;
-    const real p = (MECHC_P0 + z * MECHC_P1) + zz * ((MECHC_P2 + z * MECHC_P3)
-                 + zz * (MECHC_P4 + z * MECHC_P5));
-    const real q = (MECHC_Q0 + z * MECHC_Q1) + zz * ((MECHC_Q2 + z * MECHC_Q3)
-                 + zz * (MECHC_Q4 + z * MECHC_Q5));
-    const real s = r + (r * z) * p;
-    const real half = z * 0.5, near = 1.0 - half;
-    const real c = near + (((1.0 - near) - half) + zz * q);
+    const real p = R_FMA(zz, R_FMA(zz, FN(linear)(z, MECHC_P4, MECHC_P5), FN(linear)(z, MECHC_P2, MECHC_P3)),
+                         FN(linear)(z, MECHC_P0, MECHC_P1));
+    const real q = R_FMA(zz, R_FMA(zz, FN(linear)(z, MECHC_Q4, MECHC_Q5), FN(linear)(z, MECHC_Q2, MECHC_Q3)),
+                         FN(linear)(z, MECHC_Q0, MECHC_Q1));
+    const real s = R_FMA(r * z, p, r);
+    const real near = FN(linear)(z, 1.0, -0.5);
+    const real c = near + R_FMA(zz, q, R_FNMA(z, R(0.5), 1.0 - near));
     const rmask swap = -(quadrant & 1);
     const rmask sine_sign = -(quadrant & 2) & INT64_MIN;
     const rmask cosine_sign = -((quadrant + 1) & 2) & INT64_MIN;
@@ -57,14 +59,8 @@ MECHC_INLINE void FN(sincos)(real x, real *sine, real *cosine)
     }
 }
 
-/* Renew what is kept in `turn`, out of line as above: turn[1] and turn[2] are those of turn[0] = x. */
-MECHC_ONCE void FN(renew_turn)(real x, real *turn)
-{
-    turn[0] = x;
-    FN(sincos)(x, turn + 1, turn + 2);
-}
-
-/* Renew only the lanes in which x has changed much, by the amount given. */
+/* Renew what is kept in `turn`, turn[1] and turn[2] those of turn[0] = x, in the lanes in which x has changed
+ * much, by the amount given; out of line as above. */
 MECHC_ONCE void FN(renew_far_turns)(real x, real by, real *turn)
 {
     const rmask near = R_MASK(by <= MECHC_NEAR_ANGLE) & R_MASK(by >= -MECHC_NEAR_ANGLE);
@@ -76,8 +72,8 @@ MECHC_ONCE void FN(renew_far_turns)(real x, real by, real *turn)
 }
 
 /* Sine and cosine of x, kept in `turn` with x where that is not NULL; near: found by turning what
- * is kept there by the little that x has changed, to the fifth order of it.  MECHC_NEAR_BY_ITSELF: no
- * lane's bits depend on the others. */
+ * is kept there by the little that x has changed, to the fifth order of it.  No lane's bits
+ * depend on the others. */
 MECHC_INLINE void FN(turn)(real x, real *turn, int near, real *sine, real *cosine)
 {
     if (!turn || !near) FN(sincos)(x, sine, cosine);
@@ -90,15 +86,14 @@ MECHC_INLINE void FN(turn)(real x, real *turn, int near, real *sine, real *cosin
     }
     real by = x - turn[0];
     if (__builtin_expect(R_ANY_BEYOND(by, MECHC_NEAR_ANGLE), 0)) {
-        if (near == MECHC_NEAR_BY_ITSELF) FN(renew_far_turns)(x, by, turn);
-        else FN(renew_turn)(x, turn);
+        FN(renew_far_turns)(x, by, turn);
         by = x - turn[0];
     }
     const real square = by * by;
-    const real s = by - by * square * (1.0 / 6.0);
-    const real c = square * (square * (1.0 / 24.0) - 0.5);
-    *sine = turn[1] + (turn[2] * s + turn[1] * c);
-    *cosine = turn[2] + (turn[2] * c - turn[1] * s);
+    const real s = R_FNMA(by * square, R(1.0 / 6.0), by);
+    const real c = square * FN(linear)(square, -0.5, 1.0 / 24.0);
+    *sine = turn[1] + R_FMA(turn[2], s, turn[1] * c);
+    *cosine = turn[2] + R_FNMA(turn[1], s, turn[2] * c);
 }
 
 #endif

@@ -16,6 +16,9 @@
 #undef R_ANY
 #undef R_ANY_BEYOND
 #undef R_FMA
+#undef R_FNMA
+#undef R_FMS
+#undef R_FNMS
 #undef R_SQRT
 #undef R_CALL
 #undef R_CALL2

@@ -9,7 +9,7 @@
 /* Operands of instructions of AVX-512. */
 enum { MECHC_ALL_LANES = 0xff, MECHC_NOT_BELOW_NOR_ALIKE = 0x16, MECHC_ROUNDING_AS_SET = 4 };
 
-MECHC_INLINE mechc_vector mechc_spread(double x) { return (mechc_vector){0} + x; }
+MECHC_INLINE mechc_vector mechc_spread(double x) { return x - (mechc_vector){0}; }
 
 /* One instruction where there is one: gcc moves the lanes one by one otherwise. */
 MECHC_INLINE int mechc_any(mechc_mask mask)
@@ -64,22 +64,50 @@ MECHC_INLINE mechc_vector mechc_sqrt(mechc_vector x)
 #endif
 }
 
-/* a b + c in each lane.  Of a b + c d a compiler may fuse either product, and not the same in lanes as
- * in one double; where both must have the same bits it is said which. */
+/* Products and their additions in each lane, rounded once where the processor can.  Compilers fuse nothing by
+ * themselves: what they chose would differ from one to the next, and in lanes from one double. */
+#if MECHC_HAS_OF_ALL && MECHC_HAS_FUSED
+#define MECHC_FUSE(a, b, c, sign, product, instruction) \
+    return __builtin_elementwise_fma(product(a), b, sign(c));
+#elif MECHC_LANES == 8 && defined __AVX512F__ && !defined __clang__
+#define MECHC_FUSE(a, b, c, sign, product, instruction) \
+    return __builtin_ia32_v##instruction##pd512_mask(a, b, c, MECHC_ALL_LANES, MECHC_ROUNDING_AS_SET);
+#elif MECHC_LANES == 4 && defined __FMA__ && !defined __clang__
+#define MECHC_FUSE(a, b, c, sign, product, instruction) return __builtin_ia32_v##instruction##pd256(a, b, c);
+#elif MECHC_LANES == 2 && defined __FMA__ && !defined __clang__
+#define MECHC_FUSE(a, b, c, sign, product, instruction) return __builtin_ia32_v##instruction##pd(a, b, c);
+#elif MECHC_HAS_FUSED
+#define MECHC_FUSE(a, b, c, sign, product, instruction) \
+    for (int k = 0; k < MECHC_LANES; k++) c[k] = __builtin_fma(product(a[k]), b[k], sign(c[k])); \
+    return c;
+#else
+#define MECHC_FUSE(a, b, c, sign, product, instruction) return product(a * b) + sign(c);
+#endif
+/* a b + c */
 MECHC_INLINE mechc_vector mechc_fused(mechc_vector a, mechc_vector b, mechc_vector c)
 {
-#if MECHC_HAS_OF_ALL && defined __FMA__
-    return __builtin_elementwise_fma(a, b, c);
-#elif MECHC_LANES == 8 && defined __AVX512F__ && !defined __clang__
-    return __builtin_ia32_vfmaddpd512_mask(a, b, c, MECHC_ALL_LANES, MECHC_ROUNDING_AS_SET);
-#elif MECHC_LANES == 4 && defined __FMA__ && !defined __clang__
-    return __builtin_ia32_vfmaddpd256(a, b, c);
-#elif MECHC_LANES == 2 && defined __FMA__ && !defined __clang__
-    return __builtin_ia32_vfmaddpd(a, b, c);
-#else
-    return a * b + c;
-#endif
+    MECHC_FUSE(a, b, c, +, +, fmadd)
 }
+/* c - a b */
+MECHC_INLINE mechc_vector mechc_fused_off(mechc_vector a, mechc_vector b, mechc_vector c)
+{
+    MECHC_FUSE(a, b, c, +, -, fnmadd)
+}
+/* a b - c */
+MECHC_INLINE mechc_vector mechc_fused_less(mechc_vector a, mechc_vector b, mechc_vector c)
+{
+    MECHC_FUSE(a, b, c, -, +, fmsub)
+}
+
+/* -a b - c */
+MECHC_INLINE mechc_vector mechc_fused_neither(mechc_vector a, mechc_vector b, mechc_vector c)
+{
+    MECHC_FUSE(a, b, c, -, -, fnmsub)
+}
+
+/* x <- x + a b and x <- x - a b of lanes, as R_ADD and R_SUB of generic code. */
+#define MECHC_ADD(x, a, b) ((x) = mechc_fused(a, b, x))
+#define MECHC_SUB(x, a, b) ((x) = mechc_fused_off(a, b, x))
 
 /* Keeps a number in its register, where there are 32: gcc would load it again for each of its uses. */
 #if defined __AVX512F__ && defined __GNUC__

@@ -74,7 +74,7 @@ MECHC_STATIC int mechc_along_vectors(double t, const double *q, const mechc_scal
     for (int j = 0; j < MECHC_NU; j++) pull[j] /= c->speeds[j];
     for (int k = 0; k < 2; k++) {
         along[k] = mechc_dot(pull, at->vector[k], MECHC_NU);
-        part[k] = pow(along[k], 2) / at->value[k];
+        part[k] = mechc_squared(along[k]) / at->value[k];
     }
     const double off = fabs(part[0] + part[1] + 2.0 * c->gap), size = fabs(part[0]) + fabs(part[1]);
     return off <= MECHC_HIGHER_TERMS * size && size > MECHC_BY_ROUNDING * c->rounding;

@@ -232,7 +232,7 @@ MECHC_ONCE int mechc_find_critical_of(double t, const double *q, const mechc_sca
         if (mechc_scalar_stopped(given)) return 0;
         mechc_solve(a, b, MECHC_NU + rank + 1, MECHC_LEFT_FREE);
         double square = 0.0;
-        for (int j = 0; j < MECHC_NU; j++) square += pow(b[j] * c->speeds[j], 2);
+        for (int j = 0; j < MECHC_NU; j++) square += mechc_squared(b[j] * c->speeds[j]);
         const double moved_by = sqrt(square);
         travelled += moved_by;
         if (!(travelled <= reach)) return 0;
@@ -267,11 +267,11 @@ MECHC_STATIC double mechc_weight(const mechc_scalar_given *given, const mechc_cr
 {
     const double unit = mechc_given_unit(given, i);
 #if MECHC_IDENTITY_KINEMATICS
-    return pow(c->speeds[i] / unit, 2);
+    return mechc_squared(c->speeds[i] / unit);
 #else
     double heaviest = 0.0;
     for (int j = 0; j < MECHC_NU; j++) heaviest = mechc_max(heaviest, c->speeds[j]);
-    return i < MECHC_NQ - MECHC_STATES ? pow(heaviest / unit, 2) : 0.0;
+    return i < MECHC_NQ - MECHC_STATES ? mechc_squared(heaviest / unit) : 0.0;
 #endif
 }
 
@@ -287,7 +287,7 @@ MECHC_ONCE int mechc_still_critical(double t, const double *q, const mechc_scala
     for (int i = 0; i < MECHC_NQ - MECHC_STATES; i++) {
         const double turns = nearbyint((q[i] - known->q[i]) / MECHC_WHOLE_TURN);
         if (turns != 0.0) c->q[i] += turns * MECHC_WHOLE_TURN, turned = 1;
-        square += mechc_weight(given, c, i) * pow(q[i] - c->q[i], 2);
+        square += mechc_weight(given, c, i) * mechc_squared(q[i] - c->q[i]);
     }
     if (!(square <= reach * reach)) return 0;
     mechc_scalar_locate_all(t, c->q, given, &place);

@@ -104,8 +104,8 @@ MECHC_STATIC int mechc_lies_between(const mechc_span *span, const mechc_critical
 {
     double before = 0.0, after = 0.0, slow = 0.0, fast = 0.0;
     for (int i = 0; i < MECHC_NQ; i++) {
-        slow += mechc_weight(span->given, c, i) * pow(span->start_rates[i], 2);
-        fast += mechc_weight(span->given, c, i) * pow(span->end_rates[i], 2);
+        slow += mechc_weight(span->given, c, i) * mechc_squared(span->start_rates[i]);
+        fast += mechc_weight(span->given, c, i) * mechc_squared(span->end_rates[i]);
     }
     const double *along = fast > slow ? span->end_rates : span->start_rates;
     for (int i = 0; i < MECHC_NQ; i++) {
@@ -123,7 +123,7 @@ MECHC_STATIC double mechc_reach(const mechc_span *span, const mechc_scalar_place
     for (int j = 0; j < MECHC_NU; j++) {
         const double start = fabs(span->start[MECHC_NQ + j]), end = fabs(span->end[MECHC_NQ + j]);
         const double gained = fabs(span->h * span->start_rates[MECHC_NQ + j]);
-        square += moved[j] * pow(mechc_max(mechc_max(start, end), gained), 2);
+        square += moved[j] * mechc_squared(mechc_max(mechc_max(start, end), gained));
     }
     return fabs(span->h) * sqrt(square);
 }
@@ -135,7 +135,7 @@ MECHC_STATIC double mechc_beside(const mechc_weakest *weakest, const mechc_scala
     double heaviest = 0.0;
     for (int j = 0; j < MECHC_NU; j++)
         heaviest = mechc_max(heaviest, place->mass[j * MECHC_NU + j]
-                                           * pow(mechc_scalar_unit_of(place, MECHC_NQ + j), 2));
+                                           * mechc_squared(mechc_scalar_unit_of(place, MECHC_NQ + j)));
     return weakest->ratio < MECHC_NARROW ? MECHC_BESIDE * weakest->ratio * sqrt(heaviest) : 0.0;
 }
 

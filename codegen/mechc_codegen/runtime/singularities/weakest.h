@@ -4,6 +4,8 @@
 #pragma once
 
 #include "dynamics/scalar_stage.h"
+#include "simd/scalar.h"
+#include "simd/vector.h"
 
 #if MECHC_NH > 0
 /* Below this share of the largest singular value at generic configurations a row is redundant. */
@@ -32,16 +34,13 @@ typedef struct {
 
 MECHC_STATIC double mechc_dot(const double *a, const double *b, int count)
 {
-    double sum = 0.0;
     int i = 0;
-    mechc_vector lanes = {0}, x, y;
-    for (; i + MECHC_LANES <= count; i += MECHC_LANES) {
-        memcpy(&x, a + i, sizeof x);
-        memcpy(&y, b + i, sizeof y);
-        lanes += x * y;
-    }
-    for (int lane = 0; i && lane < MECHC_LANES; lane++) sum += lanes[lane];
-    for (; i < count; i++) sum += a[i] * b[i];
+    mechc_vector parts[MECHC_EIGHT] = {{0}};
+    for (; i + 8 <= count; i += 8)
+        for (int k = 0; k < MECHC_EIGHT; k++)
+            MECHC_ADD(parts[k], mechc_take(a + i, k), mechc_take(b + i, k));
+    double sum = i ? mechc_sum_of_parts(parts) : 0.0;
+    for (; i < count; i++) sum = mechc_scalar_fused(a[i], b[i], sum);
     return sum;
 }
 
@@ -57,8 +56,8 @@ typedef struct {
 MECHC_INLINE void mechc_rotate(mechc_vector *x, mechc_vector *y, int count, double c, double s)
 {
     for (int i = 0; i < count; i++) {
-        const mechc_vector turned = c * x[i] - s * y[i];
-        y[i] = s * x[i] + c * y[i];
+        const mechc_vector turned = mechc_fused_less(mechc_spread(c), x[i], s * y[i]);
+        y[i] = mechc_fused(mechc_spread(s), x[i], c * y[i]);
         x[i] = turned;
     }
 }
@@ -68,11 +67,14 @@ MECHC_INLINE void mechc_rotate(mechc_vector *x, mechc_vector *y, int count, doub
 MECHC_INLINE double mechc_rotate_rows(mechc_rotated *a, int i, int j)
 {
     mechc_vector *x = a->rows[i], *y = a->rows[j];
-    mechc_vector xx = x[0] * x[0], yy = y[0] * y[0], xy = x[0] * y[0];
-    for (int k = 1; k < MECHC_VECTORS(MECHC_NU); k++)
-        xx += x[k] * x[k], yy += y[k] * y[k], xy += x[k] * y[k];
-    const double ii = mechc_sum_of_lanes(xx), jj = mechc_sum_of_lanes(yy);
-    const double ij = mechc_sum_of_lanes(xy);
+    mechc_vector xx[MECHC_EIGHT] = {{0}}, yy[MECHC_EIGHT] = {{0}}, xy[MECHC_EIGHT] = {{0}};
+    for (int k = 0; k < MECHC_VECTORS(MECHC_NU); k++) {
+        MECHC_ADD(xx[k % MECHC_EIGHT], x[k], x[k]);
+        MECHC_ADD(yy[k % MECHC_EIGHT], y[k], y[k]);
+        MECHC_ADD(xy[k % MECHC_EIGHT], x[k], y[k]);
+    }
+    const double ii = mechc_sum_of_parts(xx), jj = mechc_sum_of_parts(yy);
+    const double ij = mechc_sum_of_parts(xy);
     if (!(ij * ij > MECHC_ORTHOGONAL * ii * jj)) return 0.0;
     const double zeta = (jj - ii) / (2.0 * ij);
     const double tangent = copysign(1.0, zeta) / (fabs(zeta) + sqrt(1.0 + zeta * zeta));

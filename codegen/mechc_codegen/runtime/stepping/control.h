@@ -141,7 +141,7 @@ MECHC_RARE double mechc_rounding_beside(mechc_integration *run, double side, dou
     for (int i = 0; i < MECHC_NX; i++) y[i] = run->y[i] + by * fabs(run->y[i]);
     if (mechc_rates_at(run, t + by * fabs(t), y, rates) != MECHC_RUNNING) return HUGE_VAL;
     for (int i = 0; i < MECHC_NX; i++)
-        square += pow(h * (rates[i] - MECHC_RATE(run, 0)[i]) / mechc_tolerance(run, i, end), 2);
+        square += mechc_squared(h * (rates[i] - MECHC_RATE(run, 0)[i]) / mechc_tolerance(run, i, end));
     return sqrt(square / MECHC_NX);
 }
 
@@ -190,8 +190,8 @@ MECHC_STATIC double mechc_euler_step(mechc_integration *run, double longest)
     double state = 0.0, first = 0.0, largest = 0.0, end[MECHC_NX];
     for (int i = 0; i < MECHC_NX; i++) {
         const double tolerance = mechc_tolerance(run, i, run->y);
-        state += pow(run->y[i] / tolerance, 2);
-        first += pow(MECHC_RATE(run, 0)[i] / tolerance, 2);
+        state += mechc_squared(run->y[i] / tolerance);
+        first += mechc_squared(MECHC_RATE(run, 0)[i] / tolerance);
         largest = mechc_max(largest, fabs(MECHC_RATE(run, 0)[i]) / tolerance);
     }
     const double span = fabs(run->t1 - run->head.t);
@@ -213,8 +213,8 @@ MECHC_STATIC double mechc_first_step(const mechc_integration *run, double guess)
     for (int i = 0; i < MECHC_NX; i++) {
         const double tolerance = mechc_tolerance(run, i, run->y);
         const double change = MECHC_RATE(run, 1)[i] - MECHC_RATE(run, 0)[i];
-        first += pow(MECHC_RATE(run, 0)[i] / tolerance, 2);
-        second += pow(change / (guess * tolerance), 2);
+        first += mechc_squared(MECHC_RATE(run, 0)[i] / tolerance);
+        second += mechc_squared(change / (guess * tolerance));
     }
     const double largest = sqrt(mechc_max(first, second) / MECHC_NX);
     if (!(largest < HUGE_VAL)) return guess;

@@ -106,7 +106,7 @@ MECHC_ONCE void mechc_linearise_nodes(const mechc_rule *rule, const mechc_given_
 MECHC_INLINE void mechc_take_row(double factor, const mechc_vector *x, int first, int width,
                                  mechc_vector *y)
 {
-    for (int v = first; v < width; v++) y[v] -= factor * x[v];
+    for (int v = first; v < width; v++) MECHC_SUB(y[v], mechc_spread(factor), x[v]);
 }
 
 MECHC_INLINE double mechc_entry(const mechc_vector *row, int j)
@@ -192,8 +192,9 @@ MECHC_INLINE void mechc_node_columns(const mechc_step_equations *e, int a, const
     for (int k = 0; k < nq; k++) columns[k] += h * rule->nodes[a] * start[(nq + k) * width];
     for (int b = 0; b < e->stages; b++) {
         const double once = h * rule->first[a][b], twice = h * h * rule->second[a][b];
-        for (int k = 0; k < size; k++) columns[nq + k] += once * rows[b * size + k][place];
-        for (int k = 0; k < nq; k++) columns[k] += twice * rows[b * size + k][place];
+        for (int k = 0; k < size; k++)
+            MECHC_ADD(columns[nq + k], mechc_spread(once), rows[b * size + k][place]);
+        for (int k = 0; k < nq; k++) MECHC_ADD(columns[k], mechc_spread(twice), rows[b * size + k][place]);
     }
 }
 

@@ -36,7 +36,7 @@ MECHC_INLINE void FN(add_product)(double sign, const real *a, int a_stride, cons
         for (int m = 0; m < inner; m++) {
             const real factor = sign * a[i * a_stride + m];
             for (int k = 0; k < columns; k++)
-                to[i * MECHC_SLOPES + k] += factor * b[m * b_stride + k];
+                R_ADD(to[i * MECHC_SLOPES + k], factor, b[m * b_stride + k]);
         }
 }
 
@@ -62,7 +62,7 @@ MECHC_INLINE void FN(put_response)(const FN(place) *place, const real *responses
         for (int k = 0; k < columns; k++) {
             real sum = responses[i * MECHC_MOTION] * residual[k];
             for (int m = 1; m < MECHC_MOTION; m++)
-                sum += responses[i * MECHC_MOTION + m] * residual[m * columns + k];
+                R_ADD(sum, responses[i * MECHC_MOTION + m], residual[m * columns + k]);
             to[i * MECHC_SLOPES + k] = -sum;
         }
 #else
@@ -188,7 +188,7 @@ MECHC_INLINE void FN(put_tangent)(real t, const real *y, const FN(given) *given,
     for (int i = 0; i < MECHC_NQ * MECHC_NH; i++) {
         steps[i] = R(0.0);
         for (int m = 0; m < MECHC_NU; m++)
-            steps[i] += map[i / MECHC_NH * MECHC_NU + m] * changes[m * MECHC_NC + i % MECHC_NH];
+            R_ADD(steps[i], map[i / MECHC_NH * MECHC_NU + m], changes[m * MECHC_NC + i % MECHC_NH]);
     }
     FN(add_product)(-1.0, steps, MECHC_NH, gaps, MECHC_SLOPES, MECHC_NQ, MECHC_NH, MECHC_SLOPES,
                     tangent);

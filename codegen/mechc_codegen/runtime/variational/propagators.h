@@ -123,16 +123,17 @@ MECHC_INLINE mechc_vector mechc_factor_pair(mechc_propagation *g, int j, mechc_v
     mechc_vector *first = g->matrix + j * n, *second = first + n;
     g->inverse[j] = 1.0 / first[j];
     second[j] *= g->inverse[j];
-    for (int k = j + 1; k < n; k++) second[k] -= second[j] * first[k];
+    for (int k = j + 1; k < n; k++) MECHC_SUB(second[k], second[j], first[k]);
     g->inverse[j + 1] = 1.0 / second[j + 1];
     growth = mechc_larger(growth, second[j]);
     for (int i = j + 2; i < n; i++) {
         mechc_vector *below = g->matrix + i * n;
         const mechc_vector one = below[j] * g->inverse[j];
-        const mechc_vector two = (below[j + 1] - one * first[j + 1]) * g->inverse[j + 1];
+        const mechc_vector two = mechc_fused_off(one, first[j + 1], below[j + 1]) * g->inverse[j + 1];
         growth = mechc_larger(mechc_larger(growth, one), two);
         below[j] = one, below[j + 1] = two;
-        for (int k = j + 2; k < n; k++) below[k] = (below[k] - one * first[k]) - two * second[k];
+        for (int k = j + 2; k < n; k++)
+            below[k] = mechc_fused_off(two, second[k], mechc_fused_off(one, first[k], below[k]));
     }
     return growth;
 }
@@ -146,7 +147,7 @@ MECHC_INLINE void mechc_take_factor_row(mechc_propagation *g, int j, int first, 
     for (int r = 0; r < MECHC_NX; r++) z[r] = g->weights[r * n + j];
     for (int k = first; k < last; k++) {
         const mechc_vector entry = row[k];
-        for (int r = 0; r < MECHC_NX; r++) g->weights[r * n + k] -= z[r] * entry;
+        for (int r = 0; r < MECHC_NX; r++) MECHC_SUB(g->weights[r * n + k], z[r], entry);
     }
 }
 
@@ -171,7 +172,7 @@ MECHC_INLINE void mechc_through_nodes(const mechc_rule *rule, const mechc_propag
             mechc_vector slope = g->slopes[a][(nq + i) * MECHC_SLOPES + k];
             if (drift) slope *= g->h * rule->nodes[a];
             for (int r = 0; r < MECHC_NX; r++)
-                sum[r] += g->weights[r * MECHC_NODE_UNKNOWNS + a * m + i] * slope;
+                MECHC_ADD(sum[r], g->weights[r * MECHC_NODE_UNKNOWNS + a * m + i], slope);
         }
 }
 
@@ -200,7 +201,7 @@ MECHC_STATIC void mechc_project_nodes(mechc_propagation *g)
             sum[r] = k < MECHC_NX ? mechc_spread(0.0) : g->tangent[r * MECHC_SLOPES + k];
         for (int i = 0; i < MECHC_NX; i++)
             for (int r = 0; r < MECHC_NX; r++)
-                sum[r] += g->tangent[r * MECHC_SLOPES + i] * g->whole[i * MECHC_SLOPES + k];
+                MECHC_ADD(sum[r], g->tangent[r * MECHC_SLOPES + i], g->whole[i * MECHC_SLOPES + k]);
         for (int r = 0; r < MECHC_NX; r++) g->whole[r * MECHC_SLOPES + k] = sum[r];
     }
 }

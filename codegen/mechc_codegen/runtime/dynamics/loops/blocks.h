@@ -97,7 +97,7 @@ MECHC_INLINE void FN(add_free_part)(const FN(solver) *f, const real *forcing, re
     FN(forward)(&f->reduced, MECHC_FREE, part);
     FN(backward)(&f->reduced, MECHC_FREE, part);
     for (int i = 0; i < MECHC_FREE; i++)
-        for (int k = 0; k < MECHC_NU; k++) x[k] += part[i] * f->directions[i * MECHC_NU + k];
+        for (int k = 0; k < MECHC_NU; k++) R_ADD(x[k], part[i], f->directions[i * MECHC_NU + k]);
 }
 
 /* Make the free directions orthogonal in the metric of the masses D moved, as D n, with 1 / (n.D n). */
@@ -109,7 +109,7 @@ MECHC_INLINE void FN(free_axes)(const FN(solver) *f, const real *moved, real *ax
         for (int k = 0; k < MECHC_NU; k++) axis[k] = direction[k] * moved[k];
         for (int j = 0; j < i; j++) {
             const real share = FN(dot)(direction, axes + j * MECHC_NU) * inverse[j];
-            for (int k = 0; k < MECHC_NU; k++) axis[k] -= share * axes[j * MECHC_NU + k];
+            for (int k = 0; k < MECHC_NU; k++) R_SUB(axis[k], share, axes[j * MECHC_NU + k]);
         }
         inverse[i] = 1.0 / FN(dot)(direction, axis);
     }

@@ -38,7 +38,7 @@ MECHC_ONCE void FN(free_answer)(const real *tree, const FN(articulated) *f, real
         for (int c = mechc_first_column[link + 1] - 1; c >= mechc_first_column[link]; c--) {
             left[c] = FN(along_motion)(tree + MECHC_AT_SUBSPACE + c * MECHC_DIM, own)
                     * f->inverse[c];
-            for (int i = 0; i < MECHC_DIM; i++) own[i] -= left[c] * f->momentum[c * MECHC_DIM + i];
+            for (int i = 0; i < MECHC_DIM; i++) R_SUB(own[i], left[c], f->momentum[c * MECHC_DIM + i]);
         }
         if (mechc_parent[link] >= 0)
             FN(add_wrench)(tree + link * MECHC_ARM, own, wrench + mechc_parent[link] * MECHC_DIM);
@@ -49,7 +49,7 @@ MECHC_ONCE void FN(free_answer)(const real *tree, const FN(articulated) *f, real
             const real *axis = tree + MECHC_AT_SUBSPACE + c * MECHC_DIM;
             const real part =
                 left[c] - FN(along_motion)(f->momentum + c * MECHC_DIM, own) * f->inverse[c];
-            for (int i = 0; i < MECHC_DIM; i++) own[i] += part * axis[i];
+            for (int i = 0; i < MECHC_DIM; i++) R_ADD(own[i], part, axis[i]);
             x[mechc_column_speed[c]] = part;
         }
     }
@@ -81,7 +81,7 @@ MECHC_INLINE real FN(meeting_conditioning)(const FN(mass_factors) *f, real longe
         real entry = R(0.0);
         for (int k = 0; k < MECHC_NC; k++) unit[k] = R(k == i);
         FN(forward)(f, MECHC_NC, unit);
-        for (int k = i; k < MECHC_NC; k++) entry += unit[k] * unit[k] * f->inverse[k];
+        for (int k = i; k < MECHC_NC; k++) R_ADD(entry, unit[k] * unit[k], f->inverse[k]);
         most = FN(larger)(most, entry);
     }
     return 1.0 / (most * longest);
@@ -118,7 +118,7 @@ MECHC_ONCE void FN(follow_rows)(const real *tree, const FN(eliminated) *f, real 
         FN(forward)(&f->meeting, MECHC_NC, part);
         FN(backward)(&f->meeting, MECHC_NC, part);
         for (int i = 0; i < MECHC_NC; i++)
-            for (int k = 0; k < MECHC_NU; k++) x[k] += part[i] * f->changes[i * MECHC_NU + k];
+            for (int k = 0; k < MECHC_NU; k++) R_ADD(x[k], part[i], f->changes[i * MECHC_NU + k]);
     }
 }
 #endif

@@ -34,9 +34,9 @@ typedef struct {
 #if MECHC_NU == 3
 MECHC_INLINE void FN(cross)(const real *a, const real *b, real *out)
 {
-    out[0] = a[1] * b[2] - a[2] * b[1];
-    out[1] = a[2] * b[0] - a[0] * b[2];
-    out[2] = a[0] * b[1] - a[1] * b[0];
+    out[0] = R_FMS(a[1], b[2], a[2] * b[1]);
+    out[1] = R_FMS(a[2], b[0], a[0] * b[2]);
+    out[2] = R_FMS(a[0], b[1], a[1] * b[0]);
 }
 #endif
 
@@ -58,7 +58,7 @@ MECHC_INLINE void FN(weigh_rows)(const real *mass, real length, real size, doubl
     for (int row = 0; row < MECHC_NC; row++) {
         const real *entry = f->jacobian + row * MECHC_NU;
         real square = entry[0] * entry[0] * weight[0];
-        for (int k = 1; k < MECHC_NU; k++) square += entry[k] * entry[k] * weight[k];
+        for (int k = 1; k < MECHC_NU; k++) R_ADD(square, entry[k] * entry[k], weight[k]);
         f->longest = row ? R_SELECT(R_MASK(square > f->longest), square, f->longest) : square;
     }
     real most = f->longest;
@@ -94,13 +94,13 @@ MECHC_INLINE void FN(along_freedom)(const FN(freedom) *f, const real *values, re
 #if MECHC_NU == 3
     real mixed[MECHC_NU];
     for (int k = 0; k < MECHC_NU; k++)
-        mixed[k] = values[0] * f->jacobian[MECHC_NU + k] - values[1] * f->jacobian[k];
+        mixed[k] = R_FMS(values[0], f->jacobian[MECHC_NU + k], values[1] * f->jacobian[k]);
     FN(cross)(mixed, f->momentum, x);
 #else
     x[0] = values[0] * f->momentum[1];
     x[1] = -values[0] * f->momentum[0];
 #endif
-    for (int k = 0; k < MECHC_NU; k++) x[k] = (x[k] + along * f->direction[k]) * f->inverse;
+    for (int k = 0; k < MECHC_NU; k++) x[k] = R_FMA(along, f->direction[k], x[k]) * f->inverse;
 }
 
 /* Length of the shortest of the rows made orthogonal over that of the longest, or over what the
@@ -111,7 +111,7 @@ MECHC_INLINE real FN(freedom_conditioning_squared)(const FN(freedom) *f, const r
     real weight[MECHC_NU], square = R(0.0), most = R(1.0);
     FN(speed_weights)(mass, length, weight);
     for (int k = 0; k < MECHC_NU; k++)
-        square += f->direction[k] * f->direction[k] * FN(other_weights)(weight, k);
+        R_ADD(square, f->direction[k] * f->direction[k], FN(other_weights)(weight, k));
     for (int row = 0; row < MECHC_NC; row++) most *= FN(larger)(f->longest, ordinary);
     return square / most;
 }

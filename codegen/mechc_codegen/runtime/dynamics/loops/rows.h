@@ -70,7 +70,7 @@ MECHC_INLINE real FN(eliminate_row)(const real *axis, int column, int rows, real
     f->inverse_pivot[column] = 1.0 / pivot;
     for (int m = 1; m < rows; m++) {
         factor[m - 1] *= f->inverse_pivot[column];
-        for (int i = 0; i < MECHC_DIM; i++) row[m * MECHC_DIM + i] -= factor[m - 1] * row[i];
+        for (int i = 0; i < MECHC_DIM; i++) R_SUB(row[m * MECHC_DIM + i], factor[m - 1], row[i]);
     }
     return pivot;
 }
@@ -86,7 +86,7 @@ MECHC_INLINE void FN(constrain_speed)(const real *row, int column, FN(eliminated
     }
     for (int i = 0; i < MECHC_DIM; i++)
         for (int j = 0; j < MECHC_DIM; j++)
-            inertia[i * MECHC_DIM + j] += f->along[column] * free_part[i] * free_part[j];
+            R_ADD(inertia[i * MECHC_DIM + j], f->along[column] * free_part[i], free_part[j]);
 }
 
 MECHC_ONCE void FN(eliminate)(const real *tree, FN(eliminated) *f)
@@ -133,7 +133,7 @@ MECHC_INLINE void FN(eliminate_value)(const FN(eliminated) *f, int column, int r
     const real *factor = f->factor + mechc_first_factor[column];
     const rmask *swapped = f->swapped + mechc_first_factor[column];
     for (int m = 1; m < rows; m++) FN(swap)(swapped[m - 1], &value[0], &value[m]);
-    for (int m = 1; m < rows; m++) value[m] -= factor[m - 1] * value[0];
+    for (int m = 1; m < rows; m++) R_SUB(value[m], factor[m - 1], value[0]);
     *taken = value[0] * f->inverse_pivot[column];
 }
 
@@ -153,13 +153,13 @@ MECHC_ONCE void FN(follow_rows)(const real *tree, const FN(eliminated) *f, real 
             left[c] = FN(along_motion)(tree + MECHC_AT_SUBSPACE + c * MECHC_DIM, own);
             if (place == end) {
                 left[c] *= f->inverse[c];
-                for (int i = 0; i < MECHC_DIM; i++) own[i] -= left[c] * momentum[i];
+                for (int i = 0; i < MECHC_DIM; i++) R_SUB(own[i], left[c], momentum[i]);
                 continue;
             }
             real taken;
             FN(eliminate_value)(f, c, end - place, value + place, &taken);
-            const real rest = left[c] - f->along[c] * taken;
-            for (int i = 0; i < MECHC_DIM; i++) own[i] -= taken * momentum[i] + rest * share[i];
+            const real rest = R_FNMA(f->along[c], taken, left[c]);
+            for (int i = 0; i < MECHC_DIM; i++) own[i] -= R_FMA(taken, momentum[i], rest * share[i]);
             left[c] = taken;
             place++;
         }
@@ -175,7 +175,7 @@ MECHC_ONCE void FN(follow_rows)(const real *tree, const FN(eliminated) *f, real 
                 mechc_row_taken[c] < 0
                     ? left[c] - FN(along_motion)(f->momentum + c * MECHC_DIM, own) * f->inverse[c]
                     : left[c] - FN(along_motion)(f->share + c * MECHC_DIM, own);
-            for (int i = 0; i < MECHC_DIM; i++) own[i] += part * axis[i];
+            for (int i = 0; i < MECHC_DIM; i++) R_ADD(own[i], part, axis[i]);
             x[mechc_column_speed[c]] = part;
         }
     }

@@ -48,7 +48,7 @@ MECHC_STATIC void mechc_gauss_extrapolate(mechc_gauss *g, double h)
         for (int j = MECHC_STAGES; j >= 0; j--) {
             const mechc_vector weight = before[j] * after * mechc_gauss_barycentric[j];
             for (int i = 0; i < MECHC_UNKNOWNS; i++)
-                sum[i] += weight * (j < MECHC_STAGES ? g->tried[i][j] : g->ends[i]);
+                MECHC_ADD(sum[i], weight, mechc_spread(j < MECHC_STAGES ? g->tried[i][j] : g->ends[i]));
             after *= x - mechc_gauss_nodes[j];
         }
         for (int i = 0; i < MECHC_UNKNOWNS; i++) mechc_put(sum[i], g->rates[i], block);
@@ -69,7 +69,7 @@ MECHC_STATIC void mechc_gauss_predict(mechc_gauss *g, double h)
 MECHC_STATIC double mechc_sum(const double *weights, const double *x)
 {
     double sum = weights[0] * x[0];
-    for (int j = 1; j < MECHC_STAGES; j++) sum += weights[j] * x[j];
+    for (int j = 1; j < MECHC_STAGES; j++) sum = mechc_scalar_fused(weights[j], x[j], sum);
     return sum;
 }
 
@@ -249,7 +249,7 @@ MECHC_STATIC void mechc_gauss_end(mechc_gauss *g, const double *y, double h, dou
         mechc_gauss_gain(g, y, h * sums[MECHC_ONCE_INTEGRATED], MECHC_FIRST_UNKNOWN + i, end);
 #if MECHC_IDENTITY_KINEMATICS
         const double speed = y[MECHC_NQ + i] + g->compensation[MECHC_NQ + i];
-        mechc_gauss_gain(g, y, h * (speed + h * sums[MECHC_TWICE_INTEGRATED]), i, end);
+        mechc_gauss_gain(g, y, h * mechc_scalar_fused(h, sums[MECHC_TWICE_INTEGRATED], speed), i, end);
 #endif
     }
 }

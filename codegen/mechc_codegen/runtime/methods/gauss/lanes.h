@@ -107,7 +107,7 @@ MECHC_ONCE void mechc_gauss_lanes_predict(mechc_gauss_lanes *g)
         after = x - 1.0;
         for (int j = MECHC_STAGES - 1; j >= 0; j--) {
             const mechc_vector weight = before[j] * after * mechc_gauss_barycentric[j];
-            for (int k = 0; k < MECHC_UNKNOWNS; k++) sum[k] += weight * g->last[k][j];
+            for (int k = 0; k < MECHC_UNKNOWNS; k++) MECHC_ADD(sum[k], weight, g->last[k][j]);
             after *= x - mechc_gauss_nodes[j];
         }
         for (int k = 0; k < MECHC_UNKNOWNS; k++)
@@ -146,16 +146,17 @@ MECHC_INLINE void mechc_gauss_lanes_state(const mechc_gauss_lanes *g, int stage,
 #endif
     for (int j = 1; j < MECHC_STAGES; j++)
         for (int k = 0; k < MECHC_UNKNOWNS; k++) {
-            once[k] += first[j * MECHC_STAGES] * g->rates[k][j];
+            MECHC_ADD(once[k], mechc_spread(first[j * MECHC_STAGES]), g->rates[k][j]);
 #if MECHC_IDENTITY_KINEMATICS
-            twice[k] += second[j * MECHC_STAGES] * g->rates[k][j];
+            MECHC_ADD(twice[k], mechc_spread(second[j * MECHC_STAGES]), g->rates[k][j]);
 #endif
         }
     for (int k = 0; k < MECHC_UNKNOWNS; k++) {
         const int i = MECHC_FIRST_UNKNOWN + k;
-        state[i] = a->y[i] + a->h * once[k];
+        state[i] = mechc_fused(a->h, once[k], a->y[i]);
 #if MECHC_IDENTITY_KINEMATICS
-        state[k] = a->y[k] + a->h * (mechc_gauss_nodes[stage] * a->y[i] + a->h * twice[k]);
+        const mechc_vector change = mechc_fused(a->h, twice[k], mechc_gauss_nodes[stage] * a->y[i]);
+        state[k] = mechc_fused(a->h, change, a->y[k]);
 #endif
     }
 }
@@ -174,7 +175,7 @@ MECHC_ONCE void mechc_gauss_lanes_first(mechc_gauss_lanes *g, mechc_vector t, in
 MECHC_ONCE void mechc_gauss_lanes_again(mechc_gauss_lanes *g, mechc_vector t, int stage,
                                         const mechc_vector *state, mechc_vector *rates)
 {
-    mechc_lockstep_rates_at(&g->lanes, t, state, g->turns[stage], MECHC_NEAR_BY_ITSELF, 1, rates);
+    mechc_lockstep_rates_at(&g->lanes, t, state, g->turns[stage], 1, 1, rates);
 }
 
 MECHC_INLINE void mechc_gauss_lanes_stage(mechc_gauss_lanes *g, int stage, int first,
@@ -197,7 +198,7 @@ MECHC_ONCE mechc_vector mechc_gauss_lanes_sweep(mechc_gauss_lanes *g, int sweep)
         for (int k = 0; k < MECHC_UNKNOWNS; k++) {
             by[k] = rates[MECHC_FIRST_UNKNOWN + k] - g->rates[k][i];
             const mechc_vector part = by[k] * g->weights[k];
-            change += part * part;
+            MECHC_ADD(change, part, part);
             g->rates[k][i] =
                 mechc_choose(g->sweeping, rates[MECHC_FIRST_UNKNOWN + k], g->rates[k][i]);
         }
@@ -205,7 +206,7 @@ MECHC_ONCE mechc_vector mechc_gauss_lanes_sweep(mechc_gauss_lanes *g, int sweep)
         const mechc_vector inverse = 1.0 / products[i];
         for (int j = i + 1; j < MECHC_STAGES; j++) {
             const mechc_vector part = mechc_gauss_onward[i * MECHC_STAGES + j] * inverse * products[j];
-            for (int k = 0; k < MECHC_UNKNOWNS; k++) g->rates[k][j] += part * by[k];
+            for (int k = 0; k < MECHC_UNKNOWNS; k++) MECHC_ADD(g->rates[k][j], part, by[k]);
         }
     }
     return change;
@@ -219,10 +220,10 @@ MECHC_INLINE mechc_vector mechc_gauss_lanes_measure(const mechc_gauss_lanes *g)
         mechc_vector top = mechc_gauss_top[0] * g->rates[k][0];
         mechc_vector next = mechc_gauss_next[0] * g->rates[k][0];
         for (int j = 1; j < MECHC_STAGES; j++) {
-            top += mechc_gauss_top[j] * g->rates[k][j];
-            next += mechc_gauss_next[j] * g->rates[k][j];
+            MECHC_ADD(top, mechc_spread(mechc_gauss_top[j]), g->rates[k][j]);
+            MECHC_ADD(next, mechc_spread(mechc_gauss_next[j]), g->rates[k][j]);
         }
-        squares += (top * top + next * next) * g->error_weights[k];
+        MECHC_ADD(squares, mechc_fused(next, next, top * top), g->error_weights[k]);
     }
     return g->lanes.h * g->lanes.h * squares;
 }
@@ -287,14 +288,15 @@ MECHC_INLINE void mechc_gauss_lanes_end(mechc_gauss_lanes *g)
     for (int k = 0; k < MECHC_UNKNOWNS; k++) {
         const int i = MECHC_FIRST_UNKNOWN + k;
         mechc_vector once = mechc_gauss_weights[0] * g->rates[k][0];
-        for (int j = 1; j < MECHC_STAGES; j++) once += mechc_gauss_weights[j] * g->rates[k][j];
+        for (int j = 1; j < MECHC_STAGES; j++)
+            MECHC_ADD(once, mechc_spread(mechc_gauss_weights[j]), g->rates[k][j]);
         mechc_gauss_lanes_gain(a, i, a->h * once);
 #if MECHC_IDENTITY_KINEMATICS
         mechc_vector twice = mechc_gauss_second_weights[0] * g->rates[k][0];
         for (int j = 1; j < MECHC_STAGES; j++)
-            twice += mechc_gauss_second_weights[j] * g->rates[k][j];
+            MECHC_ADD(twice, mechc_spread(mechc_gauss_second_weights[j]), g->rates[k][j]);
         const mechc_vector speed = a->y[i] + a->compensation[i];
-        mechc_gauss_lanes_gain(a, k, a->h * (speed + a->h * twice));
+        mechc_gauss_lanes_gain(a, k, a->h * mechc_fused(a->h, twice, speed));
 #endif
     }
 }
@@ -321,14 +323,14 @@ MECHC_INLINE mechc_vector mechc_gauss_lanes_error(mechc_lockstep *a)
         mechc_vector before = a->rates[0][i], after = a->rates[MECHC_STAGES + 1][i];
         mechc_vector top = mechc_spread(0.0), next = top;
         for (int j = 0; j < MECHC_STAGES; j++) {
-            before -= mechc_gauss_continued[MECHC_STAGES - 1 - j] * g->rates[k][j];
-            after -= mechc_gauss_continued[j] * g->rates[k][j];
-            top += mechc_gauss_top[j] * g->rates[k][j];
-            next += mechc_gauss_next[j] * g->rates[k][j];
+            MECHC_SUB(before, mechc_spread(mechc_gauss_continued[MECHC_STAGES - 1 - j]), g->rates[k][j]);
+            MECHC_SUB(after, mechc_spread(mechc_gauss_continued[j]), g->rates[k][j]);
+            MECHC_ADD(top, mechc_spread(mechc_gauss_top[j]), g->rates[k][j]);
+            MECHC_ADD(next, mechc_spread(mechc_gauss_next[j]), g->rates[k][j]);
         }
         const mechc_vector off = mechc_greater(mechc_size_of(before), mechc_size_of(after));
         const mechc_vector left = mechc_size_of(top) + mechc_size_of(next);
-        squares += (top * top + next * next) * g->error_weights[k];
+        MECHC_ADD(squares, mechc_fused(next, next, top * top), g->error_weights[k]);
         most = mechc_greater(most, g->weights[k] * (off - MECHC_GAUSS_CONTINUES * left));
     }
     const mechc_vector inner = a->h * a->h * squares, beside = mechc_gauss_nodes[0] * most;
@@ -358,7 +360,7 @@ MECHC_INLINE mechc_vector mechc_gauss_lanes_row(const mechc_vector *rates, const
 {
     const double *weights = table + row * MECHC_STAGES;
     mechc_vector sum = weights[0] * rates[0];
-    for (int j = 1; j < MECHC_STAGES; j++) sum += weights[j] * rates[j];
+    for (int j = 1; j < MECHC_STAGES; j++) MECHC_ADD(sum, mechc_spread(weights[j]), rates[j]);
     return sum;
 }
 

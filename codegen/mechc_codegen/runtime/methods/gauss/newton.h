@@ -121,8 +121,10 @@ MECHC_STATIC void mechc_newton_take_row(mechc_newton *w, int i, int j)
     w->real[i][j] = w->imaginary[i][j] = (mechc_modes){0};
     for (int k = 0; k < MECHC_UNKNOWNS; k++) {
         const mechc_modes c = w->real[j][k], d = w->imaginary[j][k];
-        w->real[i][k] -= a * c - b * d;
-        w->imaginary[i][k] -= a * d + b * c;
+        MECHC_ADD_SUMS(w->real[i][k], a, -c);
+        MECHC_ADD_SUMS(w->real[i][k], b, d);
+        MECHC_ADD_SUMS(w->imaginary[i][k], a, -d);
+        MECHC_ADD_SUMS(w->imaginary[i][k], b, -c);
     }
 }
 
@@ -142,8 +144,10 @@ MECHC_ONCE int mechc_newton_invert(mechc_newton *w)
         w->imaginary[j][j] = (mechc_modes){0};
         for (int k = 0; k < MECHC_UNKNOWNS; k++) {
             const mechc_modes c = w->real[j][k], d = w->imaginary[j][k];
-            w->real[j][k] = real * c - imaginary * d;
-            w->imaginary[j][k] = real * d + imaginary * c;
+            w->real[j][k] = -(imaginary * d);
+            w->imaginary[j][k] = imaginary * c;
+            MECHC_ADD_SUMS(w->real[j][k], real, c);
+            MECHC_ADD_SUMS(w->imaginary[j][k], real, d);
         }
         for (int i = 0; i < MECHC_UNKNOWNS; i++)
             if (i != j) mechc_newton_take_row(w, i, j);
@@ -171,24 +175,26 @@ MECHC_ONCE void mechc_newton_correct(const mechc_gauss *g,
             mechc_modes a, b;
             mechc_take_modes(to, &a);
             mechc_take_modes(to + MECHC_GAUSS_MODES, &b);
-            real[i] += left[j] * a;
-            imaginary[i] += left[j] * b;
+            MECHC_ADD_SUMS(real[i], a, MECHC_SUMS_OF(left[j]));
+            MECHC_ADD_SUMS(imaginary[i], b, MECHC_SUMS_OF(left[j]));
         }
     }
     for (int i = 0; i < MECHC_UNKNOWNS; i++) {
         mechc_modes x = {0}, y = {0};
         for (int j = 0; j < MECHC_UNKNOWNS; j++) {
             const mechc_modes a = w->real[i][j], b = w->imaginary[i][j];
-            x += a * real[j] - b * imaginary[j];
-            y += a * imaginary[j] + b * real[j];
+            MECHC_ADD_SUMS(x, a, real[j]);
+            MECHC_ADD_SUMS(x, -b, imaginary[j]);
+            MECHC_ADD_SUMS(y, a, imaginary[j]);
+            MECHC_ADD_SUMS(y, b, real[j]);
         }
         for (int block = 0; block < MECHC_BLOCKS; block++) {
             mechc_vector sum = mechc_take(g->rates[i], block);
             for (int k = 0; k < MECHC_GAUSS_MODES; k++) {
                 const double *from = mechc_gauss_from_modes + k * MECHC_STAGES;
-                sum += x[k] * mechc_take(from, block);
+                MECHC_ADD(sum, mechc_spread(x[k]), mechc_take(from, block));
                 from += MECHC_GAUSS_MODES * MECHC_STAGES;
-                sum += y[k] * mechc_take(from, block);
+                MECHC_ADD(sum, mechc_spread(y[k]), mechc_take(from, block));
             }
             rates[block][i] = sum;
         }

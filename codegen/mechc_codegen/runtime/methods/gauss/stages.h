@@ -7,6 +7,7 @@
 #include "simd/bind_vector.h"
 #include "dynamics/stage.h"
 #include "simd/unbind.h"
+#include "simd/scalar.h"
 #include "simd/vector.h"
 
 #define MECHC_BLOCKS (MECHC_STAGES / MECHC_LANES)
@@ -40,6 +41,16 @@ enum { MECHC_UNPROJECTED, MECHC_CLOSE_AFTER, MECHC_CLOSE_BEFORE };
 
 /* Integral and second integral to the step's end, Legendre coefficients of degrees 7 and 6. */
 typedef double mechc_sums __attribute__((vector_size(32)));
+/* x <- x + a b of such sums, as MECHC_ADD of lanes; no functions, which pass no vectors so wide everywhere. */
+#if defined __FMA__ && !defined __clang__
+#define MECHC_ADD_SUMS(x, a, b) ((x) = __builtin_ia32_vfmaddpd256(a, b, x))
+#elif MECHC_HAS_FUSED
+#define MECHC_ADD_SUMS(x, a, b) \
+    for (int part = 0; part < 4; part++) (x)[part] = __builtin_fma((a)[part], (b)[part], (x)[part])
+#else
+#define MECHC_ADD_SUMS(x, a, b) ((x) += (a) * (b))
+#endif
+#define MECHC_SUMS_OF(number) ((number) - (mechc_sums){0})
 enum { MECHC_ONCE_INTEGRATED, MECHC_TWICE_INTEGRATED, MECHC_DEGREE_7, MECHC_DEGREE_6 };
 
 /* Scenes so large go over to radau5 where they are stiff. */
@@ -87,8 +98,8 @@ MECHC_INLINE void mechc_gauss_sums(const mechc_gauss *g, int unknown, mechc_sums
     const double *x = g->rates[unknown];
     mechc_sums even = g->columns[0] * x[0], odd = g->columns[1] * x[1];
     for (int j = 2; j < MECHC_STAGES; j += 2) {
-        even += g->columns[j] * x[j];
-        odd += g->columns[j + 1] * x[j + 1];
+        MECHC_ADD_SUMS(even, g->columns[j], MECHC_SUMS_OF(x[j]));
+        MECHC_ADD_SUMS(odd, g->columns[j + 1], MECHC_SUMS_OF(x[j + 1]));
     }
     *sums = even + odd;
 }
@@ -102,10 +113,11 @@ MECHC_INLINE void mechc_gauss_states(const mechc_gauss *g, const double *y, doub
         first[i] = mechc_take(mechc_gauss_first, block) * g->rates[i][0];
     for (int j = 1; j < MECHC_STAGES; j++) {
         const mechc_vector column = mechc_take(mechc_gauss_first + j * MECHC_STAGES, block);
-        for (int i = 0; i < MECHC_UNKNOWNS; i++) first[i] += column * g->rates[i][j];
+        for (int i = 0; i < MECHC_UNKNOWNS; i++) MECHC_ADD(first[i], column, mechc_spread(g->rates[i][j]));
     }
     for (int i = 0; i < MECHC_UNKNOWNS; i++)
-        state[MECHC_FIRST_UNKNOWN + i] = y[MECHC_FIRST_UNKNOWN + i] + h * first[i];
+        state[MECHC_FIRST_UNKNOWN + i] =
+            mechc_fused(mechc_spread(h), first[i], mechc_spread(y[MECHC_FIRST_UNKNOWN + i]));
 #if MECHC_IDENTITY_KINEMATICS
     mechc_vector second[MECHC_NQ];
     const mechc_vector nodes = h * mechc_take(mechc_gauss_nodes, block);
@@ -113,10 +125,10 @@ MECHC_INLINE void mechc_gauss_states(const mechc_gauss *g, const double *y, doub
         second[i] = mechc_take(mechc_gauss_second, block) * g->rates[i][0];
     for (int j = 1; j < MECHC_STAGES; j++) {
         const mechc_vector column = mechc_take(mechc_gauss_second + j * MECHC_STAGES, block);
-        for (int i = 0; i < MECHC_NQ; i++) second[i] += column * g->rates[i][j];
+        for (int i = 0; i < MECHC_NQ; i++) MECHC_ADD(second[i], column, mechc_spread(g->rates[i][j]));
     }
     for (int i = 0; i < MECHC_NQ; i++)
-        state[i] = y[i] + (y[MECHC_NQ + i] * nodes + h * h * second[i]);
+        state[i] = y[i] + mechc_fused(mechc_spread(h * h), second[i], y[MECHC_NQ + i] * nodes);
 #endif
 }
 

@@ -505,6 +505,8 @@ def _run_events(
     events: Any, system: System, p: Array, span: tuple[float, float]
 ) -> RunEvents | None:
     """The events of a run and the contacts of the system; None without any."""
+    if type(events) is tuple and not events and not system.data.get("contacts"):
+        return None  # nearly always, and fast
     events = with_own_contacts(events, system.data, system.cache)
     if isinstance(events, (tuple, list)) and not events:
         return None

@@ -108,7 +108,8 @@ class Outputs(Description):
 
     def _one_set(self, params: Parameters, what: str) -> Array:
         """All parameters (np,), where only one set is allowed."""
-        return _single(self.system.parameter_set.resolve(params), what)
+        values = self.system.parameter_set.resolve(params)
+        return values if values.ndim == 1 else _single(values, what)
 
     def _for_closing(self, params: Parameters) -> Array:
         """All parameters (..., np); only those that closing the loops needs have to be given."""

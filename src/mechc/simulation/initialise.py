@@ -18,6 +18,7 @@ from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
 
 LARGEST = float(np.finfo(float).max)
+DOUBLE = np.dtype(np.float64)
 
 
 def begin(
@@ -39,13 +40,19 @@ def request_of(
     bound = None if events is None else events.bound
     driven = system.driven
     if driven is None:
-        scene = scene or system.scene
-        key = policy, values.tobytes(), scene, bound  # most runs ask as the one before
-        known = system.cache.get("request")
-        if known is None or known[0] is not policy or known[2:4] != key[2:] or known[1] != key[1]:
-            asked = Request(scene, system.sizes, policy, values, events=bound)
-            known = system.cache["request"] = *key, asked
-        found: Request = known[4]
+        scene, data = scene or system.scene, values.tobytes()
+        known = system.cache.get("request")  # most runs ask as the one before
+        if (
+            known
+            and known[0] is policy
+            and known[1] is scene
+            and known[2] is bound
+            and known[3] == data
+        ):
+            found: Request = known[4]
+            return found
+        found = Request(scene, system.sizes, policy, values, events=bound)
+        system.cache["request"] = policy, scene, bound, data, found
         return found
     return Request(
         scene or driven.without_inputs, system.sizes, policy, values, driven.native_inputs(),
@@ -54,7 +61,10 @@ def request_of(
 
 
 def checked_state(system: System, y0: Array, values: Array, t0: float) -> Array:
-    """The state, on the constraints; refused if it is off by more than rounding."""
+    """The state, on the constraints; refused if it is off by more than rounding.
+
+    That of a scene without constraints is the array given, where it is one.
+    """
     state = _flat_state(system, y0)
     if not system.scene.rows and all_within(state, -LARGEST, LARGEST):
         return state
@@ -79,8 +89,9 @@ def state_as_given(system: System, y0: Array, values: Array, t0: float) -> Array
 
 
 def _flat_state(system: System, y0: Array) -> Array:
-    state = doubles(y0, "y0")
     width = system.scene.width
+    plain = type(y0) is np.ndarray and y0.dtype == DOUBLE and y0.flags.c_contiguous
+    state = y0 if plain else doubles(y0, "y0", copied=False)
     if system.attitudes.quaternions and state.size == width:
         system.attitudes.check(state.ravel())
     if state.shape == (width,):

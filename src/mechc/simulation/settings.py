@@ -18,6 +18,7 @@ from mechc.system.system import System
 from mechc.system.units import SECONDS
 
 SEQUENCES = (tuple, list, np.ndarray)
+SHORTEST = sys.float_info.min  # s, a span but 0
 TIGHTEST = sys.float_info.epsilon  # a smaller rtol is refused
 LOOSEST = 0.1  # a larger rtol is refused
 MOST_STEPS = 10_000_000  # attempted, by default
@@ -270,8 +271,8 @@ def checked_span_and_times(
     t_span: Any, t_eval: Array | None
 ) -> tuple[tuple[float, float], Array | None]:
     """(t0, t1) and the times to report at; a span of more than two times is those too."""
-    if type(t_span) is float and t_eval is None and math.isfinite(t_span):
-        return _with_length(0.0, t_span), None  # nearly always, and fast
+    if type(t_span) is float and t_eval is None and SHORTEST <= abs(t_span) < math.inf:
+        return (0.0, t_span), None  # nearly always, and fast
     if t_eval is None and isinstance(t_span, SEQUENCES) and _has_several(t_span):
         t_span, t_eval = (t_span[0], t_span[-1]), t_span
     span = checked_span(t_span)
@@ -298,9 +299,9 @@ def checked_span(t_span: float | tuple[float, float]) -> tuple[float, float]:
 
 def _with_length(t0: float, t1: float) -> tuple[float, float]:
     """A span whose fractions are numbers: steps of one that is shorter have no length."""
-    if 0.0 < abs(t1 - t0) < sys.float_info.min:
+    if 0.0 < abs(t1 - t0) < SHORTEST:
         raise ValueOutOfBoundsError(
-            f"t_span = ({t0}, {t1}) must be 0 or at least {sys.float_info.min:g} s long"
+            f"t_span = ({t0}, {t1}) must be 0 or at least {SHORTEST:g} s long"
         )
     return t0, t1
 

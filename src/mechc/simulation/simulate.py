@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
@@ -107,6 +108,12 @@ def _run_to_end(
     code = _advance(motion, span, progress)
     driven = system.driven
     record = record_of(None if before is None else before.record, motion, events)
+    wall = time.perf_counter() - started + (0.0 if before is None else before.stats["wall_s"])
+    if code == FINISHED and driven is None and events is None:  # nearly always, and fast
+        outcome = partial(_outcome, code, system, span, record, None, policy, None, None, wall)
+        sol = make(system, record.pieces[0].params, policy, record, outcome, times)
+        sol.joined = before is not None and before.joined
+        return sol
     failure = None
     if code == OPEN_AT_START:
         raise ValueOutOfBoundsError(overlap_of(events, motion))
@@ -117,18 +124,11 @@ def _run_to_end(
             code = INTERRUPTED
     if driven is not None and driven.has_failed:
         code, failure = INTERRUPTED if driven.was_interrupted else INPUT_FAILED, None
-    status = _status(code, system, span, record, motion, policy, events)
-    if failure is not None:
-        status = replace(status, cause=str(failure))
-    wall = time.perf_counter() - started + (0.0 if before is None else before.stats["wall_s"])
-    stats = {**record.stats, "wall_s": wall, "method": policy.method_of_users}
-    del stats["coordinate"]
-    if stats.pop("left_series"):
-        stats["method"] = "gauss8"
-    if events is not None:
-        stats["lowered_impacts"] = motion.notes()[1][0]
+    status, stats = _outcome(code, system, span, record, motion, policy, events, failure, wall)
     found = () if events is None else event_records(events, motion, system.scene.width)
-    sol = make(system, record.pieces[0].params, policy, record, status, stats, times, found)
+    sol = make(
+        system, record.pieces[0].params, policy, record, lambda: (status, stats), times, found
+    )
     sol._run_events = events
     if before is not None:
         sol.joined = before.joined
@@ -172,6 +172,23 @@ def record_of(before: Record | None, motion: Any, events: RunEvents | None) -> R
     record = Record([*before.pieces, *pieces], added_stats(before.stats, motion.stats()))
     record.share_params()
     return record
+
+
+def _outcome(
+    code: int, system: System, span: tuple[float, float], record: Record, motion: Any,
+    policy: Policy, events: RunEvents | None, failure: Exception | None, wall: float,
+) -> tuple[Status, dict[str, Any]]:  # fmt: skip
+    """The status of a run that ended, and its counters; ``wall``: the seconds that it took."""
+    status = _status(code, system, span, record, motion, policy, events)
+    if failure is not None:
+        status = replace(status, cause=str(failure))
+    stats = {**record.stats, "wall_s": wall, "method": policy.method_of_users}
+    del stats["coordinate"]
+    if stats.pop("left_series"):
+        stats["method"] = "gauss8"
+    if events is not None:
+        stats["lowered_impacts"] = motion.notes()[1][0]
+    return status, stats
 
 
 def _status(

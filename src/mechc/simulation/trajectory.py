@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any
@@ -38,16 +38,26 @@ class Trajectory:
         params: Array,
         policy: Policy,
         record: Record,
-        status: Status,
-        stats: dict[str, Any],
+        outcome: Callable[[], tuple[Status, dict[str, Any]]],
         times: Array | None = None,
         events: tuple[EventRecord, ...] = (),
     ) -> None:
         self.system, self.params, self.policy = system, params, policy
-        self.status = status
-        self.stats: Mapping[str, Any] = MappingProxyType(stats)
         self.events = events
-        self.record, self._times = record, times
+        self.record, self._times, self._judge = record, times, outcome
+
+    @cached_property
+    def _outcome(self) -> tuple[Status, dict[str, Any]]:
+        """Status and counters: a run that nobody asks for them is not judged."""
+        return self._judge()
+
+    @cached_property
+    def status(self) -> Status:
+        return self._outcome[0]
+
+    @cached_property
+    def stats(self) -> Mapping[str, Any]:
+        return MappingProxyType(self._outcome[1])
 
     @property
     def method(self) -> str:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
-from sympy import Symbol, cos, exp, lambdify, log, sin, sqrt, tan
+from sympy import Symbol, cos, exp, lambdify, log, sin, sqrt, symbols, tan
 from sympy.physics.mechanics import (
     KanesMethod,
     Particle,
@@ -215,6 +215,35 @@ def test_a_power_whose_series_ends_where_the_motion_goes_on(at):
     np.testing.assert_allclose(ends[0].y[-1], ends[1].y[-1], atol=1e-8)
     np.testing.assert_array_equal(together.y[3], ends[0].y[-1])
     assert ends[0].stats["steps"] < 30
+
+
+def test_a_step_may_end_at_the_zero_of_a_root_or_a_little_before_it():
+    """f - a |x| x sqrt(1 + x^2) - d u - k x, written as a root: its series and that of x have their
+    zeros apart by the error of a step; where x and u vanish together the root touches its zero."""
+    (x,), (u,) = dynamicsymbols("x:1"), dynamicsymbols("u:1")
+    a, d, k, f = symbols("a d k f")
+    law = f - a * sqrt(x**4 + x**2) * x - d * u - k * x
+    model = mechc.compile(mechc.from_equations([x], [u], None, [law]))
+    for start, values, rtol, end in (
+        ((0.0, 0.0), (1.334152307400306, 0.0, 1.0, 0.5), 1e-12, 20.0),
+        ((0.0, 0.0007679838174838895), (17.00425482895635, 0.0, 1.0, 0.5), 1e-11, -2.0),
+        ((0.0339, 0.0), (4.855499392560904, 0.1, 0.0, 0.0), 1e-9, 5.0),
+        ((-2e-5, -0.6561), (0.2046055245879644, 0.1, 1.0, 0.0), 1e-5, 5.0),
+    ):
+
+        def rate(t, y, v=values):
+            force = v[3] - v[0] * abs(y[0]) * np.sqrt(1 + y[0] ** 2) * y[0]
+            return [y[1], force - v[1] * y[1] - v[2] * y[0]]
+
+        params = dict(zip("adkf", values, strict=True))
+        wanted = solve_ivp(rate, (0, end), start, "DOP853", rtol=1e-13, atol=1e-15).y[:, -1]
+        sol = model.simulate(end, start, params, rtol=rtol, method="taylor")
+        assert sol.status.ok
+        np.testing.assert_allclose(sol.y[-1], wanted, rtol=0, atol=max(30 * rtol, 1e-10))
+        batch = model.simulate_batch(
+            end, [start] * 5, params, rtol=rtol, method="taylor", progress=False
+        )
+        np.testing.assert_array_equal(batch.y[3], sol.y[-1])
 
 
 def bead_on_a_turning_rod():

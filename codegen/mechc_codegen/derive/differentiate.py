@@ -14,6 +14,8 @@ from sympy import Add, Expr, Mul, S
 
 from mechc_codegen.derive.equations import Equations, Output, Symbols
 from mechc_codegen.derive.outputs import kinematic_matrix, rates_of_constraints
+from mechc_codegen.description.powers import released, with_signed
+from mechc_codegen.description.terms import bottom_up
 from mechc_codegen.errors import MechanismError
 
 
@@ -116,6 +118,9 @@ class Derivatives:
             return Add(*(self.of(term, by) for term in factors))
         if not isinstance(expression, Mul):
             return expression.diff(by)
+        signed = with_signed(expression)
+        if signed != expression:
+            return bottom_up(signed.diff(by), released, {})
         slopes = [self.of(factor, by) for factor in factors]
         return Add(
             *(Mul(*factors[:k], d, *factors[k + 1 :]) for k, d in enumerate(slopes) if d != 0)

@@ -22,7 +22,7 @@ from mechc_codegen.ir.program import (
     slice_statements,
     symbols_of,
 )
-from mechc_codegen.ir.sensitivity import residual, slope, with_statements
+from mechc_codegen.ir.sensitivity import residual, sizes_of, slope, with_statements
 
 NAME = "residual_adjoint"
 
@@ -53,6 +53,7 @@ class _Reverse:
         self.statements: list[Assign] = []
         self._terms: dict[Symbol, list[Expr]] = {}
         self._followed: set[Symbol] = set(given)
+        self._sizes = sizes_of((*program.hoisted, *program.body))
 
     def derivatives(self, values: Sequence[Expr], weights: Sequence[Symbol]) -> tuple[Expr, ...]:
         """Derivatives of sum_k weights[k] values[k] by all given symbols."""
@@ -77,6 +78,7 @@ class _Reverse:
         """Add derivatives by the symbols of a value, from the derivative by the value itself."""
         if change == 0:
             return
+        value = value.xreplace(self._sizes)
         for symbol in sorted(value.free_symbols & self._followed, key=str):
             self._terms.setdefault(symbol, []).append(change * slope(value, symbol))
 

@@ -16,6 +16,7 @@ from sympy import Expr, S, Symbol, diff
 
 from mechc_codegen.derive.equations import Output
 from mechc_codegen.description.piecewise import without_corners
+from mechc_codegen.description.powers import held, is_of_sizes, released
 from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.description.terms import bottom_up
 from mechc_codegen.ir.passes.rewrite import with_common_named
@@ -144,7 +145,8 @@ class _Forward:
         self.gradients: dict[Symbol, Gradient] = {x: {k: S.One} for k, x in enumerate(inputs)}
         self.statements: list[Assign] = []
         self._named: dict[Expr, Symbol] = {}
-        self._done: set[Symbol] = set()
+        self._sizes = sizes_of((*program.hoisted, *program.body))
+        self._done: set[Symbol] = set(self._sizes)
 
     def output(self, name: str, equation: str, elements: Iterable[Expr]) -> Output:
         """The derivatives of the elements, row by row."""
@@ -195,6 +197,7 @@ class _Forward:
     def _gradient(self, value: Expr) -> dict[int, Expr]:
         """The gradient of a value, by the chain rule over its symbols."""
         found: dict[int, list[Expr]] = {}
+        value = value.xreplace(self._sizes)
         for symbol in sorted(value.free_symbols & self.gradients.keys(), key=str):
             partial = slope(value, symbol)
             for k, along in self.gradients[symbol].items():
@@ -205,7 +208,19 @@ class _Forward:
 
 def slope(value: Expr, symbol: Symbol) -> Expr:
     """The derivative, rewritten without Piecewise and similar functions."""
-    return bottom_up(diff(value, symbol), without_corners, {})
+    found = diff(bottom_up(value, held, {}), symbol)
+    return bottom_up(found, lambda e: without_corners(released(e)), {})
+
+
+def sizes_of(statements: Iterable[Statement]) -> dict[Symbol, Expr]:
+    """The statements of powers of absolute values, which are differentiated where they are used."""
+    found: dict[Symbol, Expr] = {}
+    for statement in statements:
+        if isinstance(statement, Assign):
+            value = statement.value.xreplace(found)
+            if is_of_sizes(value):
+                found[statement.target] = value
+    return found
 
 
 def _first_columns(output: Output, count: int) -> Output:

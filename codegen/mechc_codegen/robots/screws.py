@@ -65,14 +65,14 @@ def _in_units_of(screw: Screw, size: float) -> Screw:
 
 def _extend(base: list[Screw], screws: list[Screw]) -> float:
     """Extend an orthonormal base by screws, the largest part first; how long the last one was."""
-    last = 0.0
+    last, screws = 0.0, [_across(screw, base) for screw in screws]
     while screws:
-        screws = [_across(screw, base[-1:]) for screw in screws] if base else screws
         screws.sort(key=lambda screw: dot(screw, screw))
         length = math.sqrt(dot(screws[-1], screws[-1]))
         if length <= DEPENDENT:
             break
         base.append([x / length for x in screws.pop()])
+        screws = [_across(screw, base[-1:]) for screw in screws]
         last = length
     return last
 

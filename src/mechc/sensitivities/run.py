@@ -18,7 +18,8 @@ from mechc.system.parameters import Array
 
 WEAK = 1e-5  # of the largest singular value: at a crossing the weakest row is weaker
 NO_DERIVATIVE = (
-    "there a law jumps at a zero that is only touched (grazing), or two laws jump at one instant"
+    "there a law jumps at a zero that is only touched (grazing), or to which both sides lead back, "
+    "or two laws jump at one instant"
 )
 
 

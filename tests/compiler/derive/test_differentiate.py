@@ -2,7 +2,7 @@
 
 import pytest
 from mechc_codegen.derive.differentiate import Derivatives
-from sympy import Function, Symbol, cos, exp, sin, sqrt, symbols
+from sympy import Abs, Function, Symbol, cos, exp, sin, sqrt, symbols
 from sympy.physics.mechanics import dynamicsymbols
 
 x, y, m = *dynamicsymbols("x y"), Symbol("m")
@@ -22,3 +22,11 @@ def test_derivatives_are_those_of_sympy(expression):
     plain = expression.xreplace(dict(zip((x, y), symbols("q0 q1"), strict=True)))
     for by in (*symbols("q0 q1"), m):
         assert known.of(plain, by) == plain.diff(by)
+
+
+def test_the_derivative_of_a_signed_power_exists_where_those_of_its_factors_do_not():
+    q, p = symbols("q p", real=True)
+    known = Derivatives()
+    assert known.of(q * sqrt(Abs(q)), q) == 3 * sqrt(Abs(q)) / 2
+    assert known.of(p * q * sqrt(Abs(p * q)), q).subs({q: 0, p: -2}) == 0
+    assert known.of(m * q**2 * Abs(q) ** p - q, q).subs({q: 0, p: 0.1}) == -1

@@ -115,3 +115,36 @@ def test_speeds_that_vanish_together_are_no_jump():
             5.0, [1, 1, 0, 0, 0, 0], {"k": 2.0}, rtol=1e-10, method=method, sensitivities=["k"]
         )
         np.testing.assert_allclose(sol.sensitivity["k"][-1], wanted, atol=1e-5)
+
+
+@pytest.fixture(scope="module")
+def braked():
+    """A mass that friction by sign(u) and a force c bring to rest."""
+    return mechc.compile(
+        mechc.from_equations([q], [u], None, [c - k * sm.sign(u)], name="braked"),
+        outputs=("sensitivities",),
+    )
+
+
+@pytest.mark.parametrize("method", ["auto", "gauss8", "dop853", "radau5"])
+@pytest.mark.parametrize("start", [1.0, 0.7, -1.5])
+def test_there_are_none_where_both_sides_lead_back_to_a_jump(braked, method, start):
+    """Steps go to and fro there until the run ends; until then columns are of u0 + (c - k s) t."""
+    params, side = {"k": 2.0, "c": 0.5}, np.sign(start)
+    sol = braked.simulate(4.0, [0.0, start], params, method=method, sensitivities=["k", "q", "u"])
+    rest = start / (side * 2.0 - 0.5)
+    assert not sol.status.ok
+    assert sol.t[-1] == pytest.approx(rest, abs=1e-8)
+    t, found = sol.t, sol.sensitivity
+    wanted = {
+        "k": [-side * t**2 / 2, -side * t], "q": [1 + 0 * t, 0 * t], "u": [t, 1 + 0 * t],
+    }  # fmt: skip
+    for name, columns in wanted.items():
+        past = np.isnan(found[name]).any(axis=1)
+        assert not past[t < rest - 1e-6].any()
+        np.testing.assert_allclose(found[name][~past], np.transpose(columns)[~past], atol=1e-8)
+    gradient = sol.gradient(end="q", by=["k"])["k"]
+    np.testing.assert_allclose(gradient, found["k"][-1, 0], rtol=1e-12)
+    if method != "radau5":  # which may end before the jump
+        assert past[-1]
+        assert "both sides lead back" in found.notes[0]

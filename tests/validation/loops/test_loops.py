@@ -7,6 +7,8 @@ import pytest
 from mechc_codegen.description.mechanism import Closure, Mechanism
 from mechc_codegen.library.chains.rods import planar_chain, spatial_chain
 from mechc_codegen.library.chains.windows import windows
+from sympy import cos, eye, sin
+from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
 from tests.support.marks import slow_among
@@ -93,3 +95,22 @@ def test_energy_is_kept(model):
     assert sol.status.ok, str(sol.status)
     assert sol.energy_drift < 1e-8
     assert sol.closure.max() < 1e-12
+
+
+@pytest.mark.parametrize("method", ["gauss8", "dop853"])
+def test_loops_close_to_rounding_beside_rows_of_speeds_in_another_unit(method):
+    """A four-bar beside two wheels whose speeds are tied, in a unit of which a metre has 10^4."""
+    q, u = dynamicsymbols("a b c z w"), dynamicsymbols("v_a v_b v_c v_z v_w")
+    loop = [
+        sum(size * f(x) for size, x in zip((1, 2, -1.5), q, strict=False)) - 2 * f(0)
+        for f in (cos, sin)
+    ]
+    tied = 1e4 * (u[3] - cos(q[0]) * u[4])
+    forces = [-sin(x) for x in q]
+    beside = mechc.compile(
+        mechc.from_equations(q, u, eye(5), forces, constraints=loop, velocity_constraints=[tied])
+    )
+    start = beside.assemble({"a": 1.0, "z": 0.0, "w": 0.0})
+    a, b, c = beside.simulate(np.linspace(0, 2, 41), start, method=method).y[:, :3].T
+    gaps = [f(a) + 2 * f(b) - 1.5 * f(c) - 2 * f(0) for f in (np.cos, np.sin)]
+    assert np.abs(gaps).max() < 1e-14

@@ -80,8 +80,8 @@ class BlockElimination:
              known + "const real *reaction, real *lambda", self._back(), "void"),
             ("The rates of the rows.", "rates_in_blocks", given + "const real *x, real *rates",
              self._rates(), "void"),
-            ("The largest sum of a row's sizes.", "partials_in_blocks", "const real *jacobian",
-             self._partials(), "real"),
+            ("The largest sum of sizes in a row of configuration.", "partials_in_blocks",
+             "const real *jacobian", self._partials(), "real"),
         ]  # fmt: skip
         return "\n".join(
             definition(comment, name, signature, lines, result=result)
@@ -300,7 +300,7 @@ class BlockElimination:
 
     def _partials(self) -> list[Line]:
         body = _Body([let("most", _NONE, "real")])
-        for row in range(len(self.form.jacobian)):
+        for row in range(len(self.form.jacobian) - self.form.of_speeds):
             entries = [self._entry(row, k) for k in self._row(row)]
             sizes = (select(e.compared("<", 0.0), -e, e) for e in entries)
             body.raise_most(body.let(f"sum{row}", total(sizes)))

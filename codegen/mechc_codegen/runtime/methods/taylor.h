@@ -166,6 +166,9 @@ MECHC_STATIC void mechc_taylor_plan(mechc_integration *run)
     w->bound = reach < most;
     run->step = w->bound ? reach : most;
     mechc_taylor_keep_branches(run, w);
+    if (run->step >= mechc_smallest_step(run)) return;
+    w->past_zero = run->head.t, w->over_zero = most; /* at the zero of a root, but for rounding */
+    mechc_taylor_leave_zero(run, w);
 }
 
 MECHC_STATIC int mechc_taylor_step(mechc_integration *run, double h, double *end)

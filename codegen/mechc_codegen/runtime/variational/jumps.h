@@ -207,10 +207,11 @@ MECHC_STATIC int mechc_jumps_beyond_rounding(const mechc_jump_place *at, const d
     return jumps;
 }
 
-/* The jump at a zero; 0 where the rates have none there. */
+/* The jump at a zero; 0 where the rates have none there.  The times of zeros that are only touched are no
+ * numbers, and of those to which the motion is led back from both sides (Filippov 1988). */
 MECHC_STATIC int mechc_jump_at(const mechc_jump_place *at, const mechc_jump_zero *zero, mechc_jump *out)
 {
-    double y[MECHC_NX], rates[4][MECHC_NX], before[MECHC_NX], after[MECHC_NX];
+    double y[MECHC_NX], rates[4][MECHC_NX], before[MECHC_NX], after[MECHC_NX], beside[4];
     const double apart = mechc_jump_apart(at);
     const double t[] = {zero->t - 2.0 * apart, zero->t - apart, zero->t + apart, zero->t + 2.0 * apart};
     mechc_jump_rates(at, t, rates);
@@ -221,13 +222,19 @@ MECHC_STATIC int mechc_jump_at(const mechc_jump_place *at, const mechc_jump_zero
     if (!mechc_jumps_beyond_rounding(at, before, after)) return 0;
     mechc_jump_state(at, zero->t, y);
     const double value = mechc_jump_value_at(at, zero->which, zero->t);
-    const double near = mechc_jump_value_at(at, zero->which, t[1]);
-    const double far = mechc_jump_value_at(at, zero->which, t[0]);
-    const double rate = (3.0 * value - 4.0 * near + far) / (2.0 * apart);
+    for (int i = 0; i < 4; i++) beside[i] = mechc_jump_value_at(at, zero->which, t[i]);
+    const double rate = (3.0 * value - 4.0 * beside[1] + beside[0]) / (2.0 * apart);
     const double start = mechc_jump_value_at(at, zero->which, at->t);
-    const int grazes = fabs(rate * at->h) < MECHC_JUMP_GRAZES * fabs(start - value);
-    for (int k = 0; k < MECHC_SLOPES; k++)
-        out->later[k] = grazes ? NAN : -mechc_jump_slope(at, zero->which, zero->t, y, k) / rate;
+    const int was = beside[1] > 0.0, is = beside[2] > 0.0;
+    int passes = was != is && was == beside[0] > 0.0 && is == beside[3] > 0.0
+              && fabs(rate * at->h) >= MECHC_JUMP_GRAZES * fabs(start - value);
+    double turn = 1.0; /* the function's rate after the jump, over that before */
+    for (int k = 0; k < MECHC_SLOPES; k++) {
+        out->later[k] = -mechc_jump_slope(at, zero->which, zero->t, y, k) / rate;
+        if (k < MECHC_NX) turn -= out->later[k] * out->jump[k];
+    }
+    passes &= turn >= -MECHC_JUMP_NONE;
+    for (int k = 0; k < MECHC_SLOPES && !passes; k++) out->later[k] = NAN;
     return 1;
 }
 

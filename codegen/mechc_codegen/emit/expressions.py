@@ -138,10 +138,10 @@ def _joint(parts: Sequence[Value]) -> tuple[frozenset[str], int]:
 def _joined(left: Value | float, sign: str, right: Value | float) -> Value:
     """Two values around an operator, all of which associate to the left."""
     one, other, binds = number(left), number(right), _BINDS[sign]
-    if binds == SUM and (one.factors or other.factors):
-        if other.factors:
-            return fma(*other.factors, one, by="R_FNMA" if sign == "-" else "R_FMA")
-        return fma(*(one.factors or ()), other, by="R_FMS" if sign == "-" else "R_FMA")
+    if binds == SUM and other.factors:
+        return fma(*other.factors, one, "R_FNMA" if sign == "-" else "R_FMA")
+    if binds == SUM and one.factors:
+        return fma(*one.factors, other, "R_FMS" if sign == "-" else "R_FMA")
     reads, operations = _joint((one, other))
     text = f"{one.within(binds)} {sign} {other.within(binds + 1)}"
     return Value(text, binds, reads, operations + 1, (one, other) if sign == "*" else None)

@@ -2,16 +2,27 @@
 
     mechc bench states --out BEFORE.json [NAME ...]
     mechc bench states --against BEFORE.json [NAME ...]
+    mechc bench states --builds [NAME ...]
 
 Of two commits on one machine: what changes no arithmetic changes no bit.  Compared runs begin at
 the starts of the earlier file; where a start itself is assembled otherwise, it is listed.  Exits
 with 1 where one differs.
+
+``--builds`` compiles the mechanisms anew in several ways, each in an empty cache, and compares: as
+for users, without optimisation, with two, four and eight lanes, and by clang where there is one.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from hashlib import sha256
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -20,21 +31,35 @@ import numpy as np
 import mechc
 
 from ..timing import results
+from ..timing.processes import environment, module_command
 from ..timing.results import command_parser
 
 T_END, RTOL, MAX_STEPS = 20.0, 1e-8, 20_000
 SIZES: dict[str, dict[str, int]] = {"pendulum": {"links": 3}, "windows": {"count": 2}}
 METHODS = ("dopri5", "dop853", "gauss8", "radau5", "auto")
+USUAL, CLANG = "-O3", "clang"
+BUILDS = (USUAL, "-O0", "2 lanes", "4 lanes", "8 lanes", CLANG)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     parser = command_parser("states", __doc__)
     parser.add_argument("--out", type=Path, metavar="JSON", help="write the states to this file")
     parser.add_argument("--against", type=Path, metavar="JSON", help="compare with those of a file")
+    parser.add_argument("--builds", action="store_true", help="compare ways of compiling")
+    parser.add_argument("--build", choices=BUILDS, help="compile the mechanisms in this way")
+    parser.add_argument(
+        "--digests", action="store_true", help="outputs, derivatives and batches besides"
+    )
     parser.add_argument("names", nargs="*", metavar="NAME", help="mechanisms [all of the library]")
     chosen = parser.parse_args(arguments)
+    names = chosen.names or mechc.mechanisms()
+    if chosen.builds:
+        return _compare_builds(names, ["--digests"] * chosen.digests)
     before = results.read_option(parser, chosen.against)  # now, not after the whole run
-    states = last_states(chosen.names or mechc.mechanisms(), before or {})
+    load = _compiled_by(chosen.build) if chosen.build else mechc.load
+    states = last_states(names, before or {}, load)
+    if chosen.digests:
+        states |= digests(names, load)
     if chosen.out:
         chosen.out.write_text(json.dumps(states, indent=1) + "\n", "utf-8")
     if before is None:
@@ -45,14 +70,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 1 if apart else 0
 
 
-def last_states(names: Sequence[str], before: dict[str, list[Any]]) -> dict[str, list[Any]]:
+def last_states(
+    names: Sequence[str],
+    before: dict[str, list[Any]],
+    load: Callable[..., mechc.Model] = mechc.load,
+) -> dict[str, list[Any]]:
     """By mechanism and method: how the run ended, its steps, time and state in hexadecimal.
 
     By mechanism: its start, from which the runs begin where there was none before.
     """
     states: dict[str, list[Any]] = {}
     for name in names:
-        model = mechc.load(name, **SIZES.get(name, {}))
+        model = load(name, **SIZES.get(name, {}))
         assembled = states[f"{name} start"] = [x.hex() for x in model.assemble().tolist()]
         start = np.array([float.fromhex(x) for x in before.get(f"{name} start", assembled)])
         for method in METHODS:
@@ -63,6 +92,83 @@ def last_states(names: Sequence[str], before: dict[str, list[Any]]) -> dict[str,
     return states
 
 
+def digests(names: Sequence[str], load: Callable[..., mechc.Model]) -> dict[str, list[Any]]:
+    """By mechanism: of outputs along a motion, its derivatives, and the ends of a batch."""
+    found: dict[str, list[Any]] = {}
+    for name in names:
+        model = load(name, **SIZES.get(name, {}))
+        start = model.assemble()
+        sol = model.simulate(1.0, start, rtol=RTOL)
+        t = np.linspace(0.0, sol.t[-1], 20)
+        gradient = sol.gradient(end=np.ones(len(start)))
+        ends = model.simulate_batch(1.0, np.tile(start, (9, 1)), rtol=RTOL)
+        numbers = [sol(t), model.energy(sol(t)), [*gradient.values()], ends.y]
+        found[f"{name} digests"] = [
+            sha256(np.array(each).tobytes()).hexdigest() for each in numbers
+        ]
+    return found
+
+
 def differing(states: dict[str, list[Any]], before: dict[str, list[Any]]) -> list[str]:
     """Mechanisms and methods whose end is another one, or was not known."""
     return [key for key, value in states.items() if value != before.get(key)]
+
+
+def of_builds(
+    names: Sequence[str], builds: Sequence[str] = BUILDS, more: Sequence[str] = ()
+) -> Iterator[tuple[str, dict[str, list[Any]]]]:
+    """Each way of compiling that is possible here, with the last states of its motions."""
+    for build in builds:
+        compiler = {} if build != CLANG else {"CC": _clang()}
+        if None in compiler.values():
+            continue
+        with tempfile.TemporaryDirectory() as folder:
+            out, cache = Path(folder) / "states.json", Path(folder) / "cache"
+            cache.mkdir(mode=0o700)
+            command = [*module_command("suite", "states"), f"--build={build}", f"--out={out}"]
+            variables = environment(MECHC_CACHE_DIR=str(cache), **compiler)
+            subprocess.run([*command, *more, *names], env=variables, check=True, stdout=sys.stderr)
+            yield build, json.loads(out.read_text("utf-8"))
+
+
+def _compare_builds(names: Sequence[str], more: Sequence[str]) -> int:
+    apart, first = list[str](), dict[str, list[Any]]()
+    for build, states in of_builds(names, more=more):
+        first = first or states
+        found = differing(states, first)
+        print(f"{build}: {len(states) - len(found)} equal, {len(found)} differ", *found, flush=True)
+        apart += found
+    return 1 if apart else 0
+
+
+def _clang() -> Any:
+    """The command of a clang, or None."""
+    if find_spec("ziglang"):
+        return f"{sys.executable} -m ziglang cc"
+    return shutil.which("clang")
+
+
+def _compiled_by(build: str) -> Callable[..., mechc.Model]:
+    """``mechc.load`` in a process that compiles all mechanisms in that way."""
+    from mechc_codegen import shipped_mechanism
+    from mechc_codegen.extension import flags
+
+    optimised = build if build.startswith("-") else USUAL
+    flags.FLAGS = tuple(optimised if flag == "-O3" else flag for flag in flags.FLAGS)
+
+    from mechc.compilation import build as module
+
+    usual = module.native()
+    lanes = int(build.removesuffix(" lanes")) if build.endswith(" lanes") else usual.lanes
+    module.native = lambda: replace(usual, lanes=lanes)
+    shipped = {"four_bar"}  # which mechc.load takes as it was installed
+
+    def load(name: str, **sizes: int) -> mechc.Model:
+        compiled = name in shipped
+        return mechc.compile(shipped_mechanism(name)) if compiled else mechc.load(name, **sizes)
+
+    return load
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -14,7 +14,7 @@ from sympy import Add, Expr, Mul, S
 
 from mechc_codegen.derive.equations import Equations, Output, Symbols
 from mechc_codegen.derive.outputs import kinematic_matrix, rates_of_constraints
-from mechc_codegen.description.powers import released, with_signed
+from mechc_codegen.description.piecewise import released, with_signed
 from mechc_codegen.description.terms import bottom_up
 from mechc_codegen.errors import MechanismError
 

@@ -15,8 +15,12 @@ from dataclasses import replace
 from sympy import Expr, S, Symbol, diff
 
 from mechc_codegen.derive.equations import Output
-from mechc_codegen.description.piecewise import without_corners
-from mechc_codegen.description.powers import held, is_of_sizes, released
+from mechc_codegen.description.piecewise import (
+    held,
+    is_of_sizes,
+    released,
+    without_corners,
+)
 from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.description.terms import bottom_up
 from mechc_codegen.ir.passes.rewrite import with_common_named

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import mechc
-from tests.support.options import has_the_options_of_simulate
+from tests.support.differences import has_the_options_of_simulate
 
 jax = pytest.importorskip("jax")
 pytestmark = [

@@ -5,7 +5,7 @@ frac and Mod become :class:`Floor`.  These are ordinary functions of numbers, so
 move and share their arguments.
 
 Some powers have their slope taken as a whole, since the parts have none where the whole has one: at
-0 the slope of sqrt(|x|) is infinite, that of x sqrt(|x|) is 0, and the rule of products gives 0 / 0.
+0 that of sqrt(|x|) is infinite, that of x sqrt(|x|) is 0, and the rule of products gives 0 / 0.
 The root of a sum of squares has a corner where it is 0, as |x|, and there its slope counts as 0, as
 that of |x|: x sqrt(x^2 + y^2) has the slope 0.
 """

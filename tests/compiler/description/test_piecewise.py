@@ -1,5 +1,6 @@
 """Functions with corners and jumps in the equations: their values, slopes, and motions."""
 
+import mpmath
 import numpy as np
 import pytest
 from mechc_codegen.description.piecewise import without_corners
@@ -33,6 +34,7 @@ from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
 from tests.support import scenes
+from tests.support.differences import extrapolated
 
 q, u = dynamicsymbols("q u")
 f = Symbol("f")
@@ -121,3 +123,77 @@ def test_the_root_of_a_square_written_out_is_never_that_of_a_negative_number(fac
     assert typed.has(Abs)
     kept = sqrt(x**2 + c**2)
     assert bottom_up(kept, without_corners, {}) == kept
+
+
+# -- powers whose slope is taken as a whole, against quotients of differences in many digits ----
+
+places, speeds = dynamicsymbols("q:4"), dynamicsymbols("u:4")
+c, b, n = Symbol("c"), Symbol("b"), Symbol("n")
+DEFAULTS = {"c": 1.7, "b": 0.4, "n": 0.3}
+# Where each vanishes its slope is 0, but the slopes of its factors are infinite there, or none.
+LAWS = [
+    places[0] * sqrt(Abs(places[0]))
+    + c * sin(places[0] - places[1]) * Abs(sin(places[0] - places[1])) ** Rational(1, 4),
+    places[1] * Abs(c * places[1]) ** n - places[1] * sqrt(places[1] ** 4 + places[1] ** 2),
+    c * speeds[2] * sqrt(speeds[2] ** 2 + speeds[3] ** 2) + places[2],
+    c * speeds[3] * sqrt(speeds[2] ** 2 + speeds[3] ** 2)
+    + (places[3] - places[2]) * Abs(places[3] - places[2]) ** Rational(3, 4),
+]
+STATES = [
+    np.zeros(8), [0, 0.7, 0, 0, 0.4, 0, 0, 0.2], [0.3, 0.3, 0.2, 0.2, 0, 0, -0.5, 0],
+    [0.3, -0.8, 0.2, 0.5, -0.4, 0.1, 0.6, 0.2],
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def model():
+    forces = [(k + 1) * b - law for k, law in enumerate(LAWS)]
+    equations = mechc.from_equations(places, speeds, None, forces, name="powers", defaults=DEFAULTS)
+    return mechc.compile(equations, outputs=("sensitivities",))
+
+
+def quotients(law, state, step):
+    """(f(y + h) - f(y - h)) / 2 h by each of the state, real numbers as they are."""
+    plain = dict(zip((*places, *speeds), symbols("y:8", real=True), strict=True))
+    f = lambdify([*plain.values(), c, n], law.xreplace(plain), "mpmath")
+    rest = [mpmath.mpf(DEFAULTS[name]) for name in ("c", "n")]
+    found = []
+    for k in range(8):
+        ahead, behind = ([mpmath.mpf(float(y)) for y in state] for _ in range(2))
+        ahead[k] += step
+        behind[k] -= step
+        found.append((f(*ahead, *rest) - f(*behind, *rest)) / (2 * step))
+    return found
+
+
+@pytest.mark.parametrize("state", STATES)
+def test_jacobians_have_the_slopes_of_the_whole(model, state):
+    found = model.state_jacobian(np.asarray(state, float))[4:]
+    with mpmath.workdps(200):
+        wanted = [[-float(x) for x in quotients(law, state, mpmath.mpf(10) ** -60)] for law in LAWS]
+    np.testing.assert_allclose(found, wanted, rtol=1e-12, atol=1e-12)
+
+
+def test_derivatives_of_a_motion_from_rest_forwards_and_backwards(model):
+    """At its start every law vanishes."""
+
+    def end(change):
+        given = {"rtol": 1e-12, "method": "dop853"}
+        return model.simulate(1.0, np.zeros(8), {"b": 0.4 + change}, **given).y[-1]
+
+    sol = model.simulate(1.0, np.zeros(8), rtol=1e-10, sensitivities=["b", "q0"])
+    np.testing.assert_allclose(sol.sensitivity["b"][-1], extrapolated(end, 1e-2), rtol=1e-5)
+    weights = np.arange(1.0, 9.0)
+    back = sol.gradient(end=weights, by=["b", "q0"])
+    for name in ("b", "q0"):
+        np.testing.assert_allclose(back[name], sol.sensitivity[name][-1] @ weights, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "law", [sqrt(Abs(places[0])), places[0] / Abs(places[0]) ** Rational(1, 3)]
+)
+def test_an_infinite_slope_stays_none(law):
+    model = mechc.compile(
+        mechc.from_equations(places[:1], speeds[:1], None, [law]), outputs=("state_jacobian",)
+    )
+    assert not np.isfinite(model.state_jacobian([0.0, 0.0])[1, 0])

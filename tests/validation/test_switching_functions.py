@@ -7,7 +7,7 @@ import pytest
 from mechc_codegen.description.mechanism import Parameter
 from mechc_codegen.library.catalogue import shipped_mechanism
 from scipy.integrate import solve_ivp
-from sympy import Abs, Heaviside, Max, Symbol, sign, sin, sinh, sqrt, symbols, tanh
+from sympy import Abs, Heaviside, Max, Symbol, cos, sign, sin, sinh, sqrt, symbols, tanh
 from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
@@ -236,3 +236,16 @@ def test_random_laws_are_followed_from_zero_to_zero():
             sol = model.simulate(4.0, dict(zip("qu", start, strict=True)), params, rtol=rtol)
             np.testing.assert_allclose(sol.y[-1], wanted, atol=10 * rtol + 1e-10)
     assert compared >= 15
+
+
+def test_bodies_that_move_alike_meet_no_corner_between_them():
+    """What is zero but for the rounding of its terms has no zeros: q_0 - q_1 here, of equal masses
+    whose springs differ by a rounding."""
+    q, u, a = dynamicsymbols("q:2"), dynamicsymbols("u:2"), Symbol("a")
+    one = sin(a) ** 2 + cos(a) ** 2
+    forces = [1 - q[0] - Abs(q[0] - q[1]), 1 - one * q[1] - Abs(q[0] - q[1])]
+    model = mechc.compile(mechc.from_equations(q, u, None, forces, name="alike"))
+    for angle in np.arange(0.1, 3.0, 0.1):
+        sol = model.simulate(10.0, np.zeros(4), {"a": angle}, max_steps=1000)
+        assert sol.stats["steps"] < 50, angle
+        assert abs(sol.y[-1, 0] - (1 - np.cos(10.0))) < 1e-11

@@ -234,6 +234,37 @@ MECHC_RARE void mechc_switches_of_cubic(const mechc_integration *run, double h, 
 }
 #endif
 
+/* The slopes of all functions at the start, by differences: values that cancel, as of relative speeds in a
+ * motion that stays symmetric, have the rounding of their terms. */
+MECHC_RARE void mechc_weigh_switches(mechc_integration *run)
+{
+#if MECHC_SWITCHES
+    double y[MECHC_NX], here[MECHC_SWITCHES], beside[MECHC_SWITCHES];
+    memcpy(y, run->y, sizeof y);
+    mechc_scalar_output_switching(run->head.t, y, y + MECHC_NQ, &run->given, here);
+    for (int i = 0; i < MECHC_NX; i++) {
+        const double change = MECHC_SWITCH_SLOPE * run->scale[i];
+        y[i] = run->y[i] + change;
+        mechc_scalar_output_switching(run->head.t, y, y + MECHC_NQ, &run->given, beside);
+        y[i] = run->y[i];
+        for (int k = 0; k < MECHC_SWITCHES; k++) {
+            const double slope = fabs((beside[k] - here[k]) / change);
+            run->switches.slopes[k * MECHC_NX + i] = slope < HUGE_VAL ? slope : 0.0;
+        }
+    }
+#else
+    (void)run;
+#endif
+}
+
+/* The size of a function's terms: what it changes by if the state goes to zero, one component after the other. */
+MECHC_STATIC double mechc_switch_terms(const mechc_integration *run, int which)
+{
+    double sum = 0.0;
+    for (int i = 0; i < MECHC_NX; i++) sum += run->switches.slopes[which * MECHC_NX + i] * fabs(run->y[i]);
+    return sum;
+}
+
 /* Whether the nodes of a step see a feature, since the step is no longer than it. */
 MECHC_STATIC int mechc_sees_feature(int which, const double *values, int count)
 {
@@ -263,6 +294,7 @@ MECHC_RARE double mechc_first_switch(mechc_integration *run, double h, const dou
         const double *own = values + k * nodes;
         double *size = &switches->size[k];
         if (mechc_sees_feature(k, own, nodes)) continue;
+        *size = fmax(*size, mechc_switch_terms(run, k));
         for (int i = 0; i < nodes; i++) *size = fmax(*size, fabs(own[i]));
 #if MECHC_KNOTTED
         if (mechc_has_knots(k)) {

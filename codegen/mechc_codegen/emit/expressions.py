@@ -8,7 +8,7 @@ and no others.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import reduce
 from operator import add
 from typing import Final
@@ -118,6 +118,11 @@ def real(number: float) -> Value:
 def real_of(number: Value) -> Value:
     """The same of a number that is a text of C already."""
     return number if "R(" in number.text else Value(f"R({number})")
+
+
+def stride(index: Value, width: int) -> Value:
+    """So many numbers an index, in whole numbers, whose sums are not fused."""
+    return replace(index * width, factors=None)
 
 
 def total(terms: Iterable[Value]) -> Value:

@@ -22,6 +22,7 @@ from mechc_codegen.emit.expressions import (
     named,
     number,
     put,
+    stride,
     texts,
     total,
     without_unused,
@@ -99,7 +100,7 @@ def _strides(table: TableData, axes: str) -> Iterator[Value]:
         inner = 1
         for starts in table.starts[k + 1 :]:
             inner *= len(starts)
-        yield named(f"piece_{axis}") * (width * inner)
+        yield stride(named(f"piece_{axis}"), width * inner)
 
 
 def _polynomial(table: TableData, orders: Sequence[int], axes: str, first: int = 0) -> Value:

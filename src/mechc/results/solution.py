@@ -36,12 +36,6 @@ class Solution(Trajectory):
     params : (np,)
         Its parameters; those that its resets change as they are at the start.  ``params_at(t)``
         are those that hold at a time, ``segments`` have them for each smooth part.
-    status
-        :class:`mechc.Status`: how it ended, in prose by ``str``.
-    stats
-        Counters (steps, rejected, rhs_evaluations, closure_iterations), least conditioning of
-        the constraints and its time, the method, and wall_s, the seconds that the run took; what
-        had to be compiled for it is told when it is.
     t : (nt,)
         Times in s: ``t_eval``, or the accepted steps.
     events

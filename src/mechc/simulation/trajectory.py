@@ -53,10 +53,14 @@ class Trajectory:
 
     @cached_property
     def status(self) -> Status:
+        """:class:`mechc.Status`: how the run ended, in prose by ``str``."""
         return self._outcome[0]
 
     @cached_property
     def stats(self) -> Mapping[str, Any]:
+        """Counters (steps, rejected, rhs_evaluations, closure_iterations), least conditioning of
+        the constraints and its time, the method, and wall_s, the seconds that the run took; what
+        had to be compiled for it is told when it is."""
         return MappingProxyType(self._outcome[1])
 
     @property

@@ -147,7 +147,7 @@ def test_conditions_hold_by_the_position_sweep():
     without = four_bar().synthesize(
         angles, free, params={"l_3": 1.0}, turns=True, samples=256, refined=6
     )
-    assert without[0].cost <= best.cost
+    assert without[0].cost <= best.cost * (1 + 1e-9)
 
 
 def test_a_slider_crank_is_found_from_its_slider():

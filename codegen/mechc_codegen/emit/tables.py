@@ -88,7 +88,7 @@ def _piece_lines(table: TableData, k: int, axis: str) -> Iterator[Line]:
     array, starts, period = named(f"table_{table.digest}_{axis}"), table.starts[k], table.periods[k]
     x, piece = named(axis), f"piece_{axis}"
     if period is not None:
-        yield put(x, period * call("floor", (x - starts[0]) / period), "-=")
+        yield put(x, x - period * call("floor", (x - starts[0]) / period))
     found = call("mechc_piece_at", array, number(len(starts)), x)
     yield let(piece, found, "const int")
     yield let(f"h_{axis}", x - array[named(piece)], "const double")

@@ -7,7 +7,7 @@ import pytest
 from mechc_codegen.description.mechanism import Parameter
 from mechc_codegen.library.catalogue import shipped_mechanism
 from scipy.integrate import solve_ivp
-from sympy import Abs, Heaviside, Max, Symbol, cos, sign, sin, sinh, sqrt, symbols, tanh
+from sympy import Abs, Heaviside, Max, Symbol, cos, exp, sign, sin, sinh, sqrt, symbols, tanh
 from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
@@ -249,3 +249,14 @@ def test_bodies_that_move_alike_meet_no_corner_between_them():
         sol = model.simulate(10.0, np.zeros(4), {"a": angle}, max_steps=1000)
         assert sol.stats["steps"] < 50, angle
         assert abs(sol.y[-1, 0] - (1 - np.cos(10.0))) < 1e-11
+
+
+def test_a_jump_is_met_where_its_argument_was_far_larger_before():
+    """exp(30 (1 - q)) - 1 falls from 1e13 to its zero at q = 1: four against two metres a second
+    squared."""
+    force = 1 + 3 * sign(exp(30 * (1 - q)) - 1)
+    model = mechc.compile(mechc.from_equations([q], [u], None, [force], name="steep"))
+    reached = np.sqrt(0.5)
+    sol = model.simulate(reached + 0.3, [0.0, 0.0], rtol=1e-9)
+    speed = 4 * reached
+    assert np.abs(sol.y[-1] - [1 + 0.3 * speed - 0.09, speed - 0.6]).max() < 1e-8

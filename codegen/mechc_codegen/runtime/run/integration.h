@@ -21,8 +21,7 @@ typedef struct {
     double row_t, row_step; /* the first of them there; how long the next was to be */
     double side[MECHC_AT_LEAST_ONE(MECHC_SWITCHES)]; /* values at the end of the last step, watched; */
     int turns[MECHC_AT_LEAST_ONE(MECHC_SWITCHES)]; /* ends in a row that go back, no nearer to zero */
-    double size[MECHC_AT_LEAST_ONE(MECHC_SWITCHES)]; /* of the largest values so far, or of their terms */
-    double slopes[MECHC_AT_LEAST_ONE(MECHC_SWITCHES * MECHC_NX)]; /* by the state at the start, sizes */
+    double size[MECHC_AT_LEAST_ONE(MECHC_SWITCHES)]; /* of the largest values so far */
     int at_start[MECHC_AT_LEAST_ONE(MECHC_SWITCHES)]; /* of this step: is it zero there? */
     int at_end[MECHC_AT_LEAST_ONE(MECHC_SWITCHES)];
 } mechc_switches;

@@ -9,7 +9,7 @@
 #define MECHC_CHATTER_BESIDE 0.125  /* of the distance to a zero: places on both sides of it */
 #define MECHC_CHATTER_LASTS 0.5     /* of the rate so far away: what a continuous rate is below there */
 #define MECHC_CHATTER_EVEN 0.01     /* of a rate: differences so small are none */
-#define MECHC_SWITCH_NOISE 64.0     /* roundings of the largest value, or of its terms, that count as zero */
+#define MECHC_SWITCH_NOISE 64.0     /* roundings of the largest value of a step, or of its terms, that count as zero */
 #define MECHC_SWITCH_SLOPE 1e-4     /* of the step, or of a component's scale, over which a slope is a difference */
 
 #if MECHC_SWITCHES

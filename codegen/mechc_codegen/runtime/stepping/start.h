@@ -237,7 +237,6 @@ MECHC_RARE void mechc_integration_start(mechc_run *head, const mechc_options *op
     const int is_given = options->first_step > 0.0;
     const double euler = mechc_euler_step(run, is_given ? mechc_min(options->first_step, run->max_step) : run->max_step);
     if (euler > 0.0) mechc_first_scale(run, options->scale, euler);
-    mechc_weigh_switches(run);
     run->step = is_given ? options->first_step : mechc_first_step(run, euler);
 #if MECHC_NH > 0
     if (beside) mechc_leave_start(run);

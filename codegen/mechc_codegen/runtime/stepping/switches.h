@@ -146,16 +146,42 @@ MECHC_STATIC double mechc_switch_zero(mechc_switch_curve *curve)
 }
 
 MECHC_STATIC void mechc_switch_curve_of(const mechc_integration *run, double h, int which,
-                                        const double *values, mechc_switch_curve *curve)
+                                        const double *values, double noise, mechc_switch_curve *curve)
 {
     curve->least = 2.0 * MECHC_SMALLEST_STEP * mechc_max(fabs(run->head.t), fabs(run->t1 - run->head.t)) / fabs(h);
     curve->at = mechc_switch_nodes(run)->at;
     curve->last = mechc_switch_nodes(run)->count;
-    curve->noise = MECHC_SWITCH_NOISE * DBL_EPSILON * run->switches.size[which];
+    curve->noise = noise;
+    for (int i = 0; i <= curve->last; i++)
+        curve->noise = mechc_max(curve->noise, MECHC_SWITCH_NOISE * DBL_EPSILON * fabs(values[i]));
     curve->first = run->switches.at_start[which] || fabs(values[0]) <= curve->noise;
     for (int i = curve->first; i <= curve->last; i++)
         curve->value[i] = curve->first ? values[i] / curve->at[i] : values[i];
     mechc_switch_weigh(curve);
+}
+
+/* The rounding of a function at the step's start, that of its terms: its slopes by the state, which are
+ * differences, times the state.  Values that cancel, as of relative speeds in a motion that stays symmetric, are
+ * no smaller. */
+MECHC_RARE double mechc_switch_rounding(const mechc_integration *run, int which)
+{
+    double terms = 0.0;
+#if MECHC_SWITCHES
+    double y[MECHC_NX], here[MECHC_SWITCHES], beside[MECHC_SWITCHES];
+    memcpy(y, run->y, sizeof y);
+    mechc_scalar_output_switching(run->head.t, y, y + MECHC_NQ, &run->given, here);
+    for (int i = 0; i < MECHC_NX; i++) {
+        const double change = MECHC_SWITCH_SLOPE * run->scale[i];
+        y[i] = run->y[i] + change;
+        mechc_scalar_output_switching(run->head.t, y, y + MECHC_NQ, &run->given, beside);
+        y[i] = run->y[i];
+        const double term = fabs((beside[which] - here[which]) / change * y[i]);
+        if (term < HUGE_VAL) terms += term;
+    }
+#else
+    (void)run, (void)which;
+#endif
+    return MECHC_SWITCH_NOISE * DBL_EPSILON * terms;
 }
 
 /* The tolerance, as a fraction of the step, for its end to be at a zero. */
@@ -173,9 +199,14 @@ MECHC_STATIC double mechc_switch_of(mechc_integration *run, double h, int which,
 {
     mechc_switches *switches = &run->switches;
     mechc_switch_curve curve;
-    mechc_switch_curve_of(run, h, which, values, &curve);
+    mechc_switch_curve_of(run, h, which, values, 0.0, &curve);
+    double zero = mechc_switch_zero(&curve);
+    if (zero < HUGE_VAL) { /* which may be one of rounding */
+        mechc_switch_curve_of(run, h, which, values, mechc_switch_rounding(run, which), &curve);
+        zero = mechc_switch_zero(&curve);
+    }
     switches->at_start[which] = curve.first;
-    const double zero = mechc_switch_zero(&curve), last = curve.value[curve.last];
+    const double last = curve.value[curve.last];
     const double slope = (last - mechc_switch_value(&curve, 1.0 - MECHC_SWITCH_SLOPE)) / MECHC_SWITCH_SLOPE;
     const double beyond = -last / slope;
     if (!(fabs(beyond) <= MECHC_SWITCH_NEAR && zero > 1.0 - MECHC_SWITCH_NEAR)) return zero;
@@ -234,37 +265,6 @@ MECHC_RARE void mechc_switches_of_cubic(const mechc_integration *run, double h, 
 }
 #endif
 
-/* The slopes of all functions at the start, by differences: values that cancel, as of relative speeds in a
- * motion that stays symmetric, have the rounding of their terms. */
-MECHC_RARE void mechc_weigh_switches(mechc_integration *run)
-{
-#if MECHC_SWITCHES
-    double y[MECHC_NX], here[MECHC_SWITCHES], beside[MECHC_SWITCHES];
-    memcpy(y, run->y, sizeof y);
-    mechc_scalar_output_switching(run->head.t, y, y + MECHC_NQ, &run->given, here);
-    for (int i = 0; i < MECHC_NX; i++) {
-        const double change = MECHC_SWITCH_SLOPE * run->scale[i];
-        y[i] = run->y[i] + change;
-        mechc_scalar_output_switching(run->head.t, y, y + MECHC_NQ, &run->given, beside);
-        y[i] = run->y[i];
-        for (int k = 0; k < MECHC_SWITCHES; k++) {
-            const double slope = fabs((beside[k] - here[k]) / change);
-            run->switches.slopes[k * MECHC_NX + i] = slope < HUGE_VAL ? slope : 0.0;
-        }
-    }
-#else
-    (void)run;
-#endif
-}
-
-/* The size of a function's terms: what it changes by if the state goes to zero, one component after the other. */
-MECHC_STATIC double mechc_switch_terms(const mechc_integration *run, int which)
-{
-    double sum = 0.0;
-    for (int i = 0; i < MECHC_NX; i++) sum += run->switches.slopes[which * MECHC_NX + i] * fabs(run->y[i]);
-    return sum;
-}
-
 /* Whether the nodes of a step see a feature, since the step is no longer than it. */
 MECHC_STATIC int mechc_sees_feature(int which, const double *values, int count)
 {
@@ -294,7 +294,6 @@ MECHC_RARE double mechc_first_switch(mechc_integration *run, double h, const dou
         const double *own = values + k * nodes;
         double *size = &switches->size[k];
         if (mechc_sees_feature(k, own, nodes)) continue;
-        *size = fmax(*size, mechc_switch_terms(run, k));
         for (int i = 0; i < nodes; i++) *size = fmax(*size, fabs(own[i]));
 #if MECHC_KNOTTED
         if (mechc_has_knots(k)) {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -129,11 +130,17 @@ def growth(case: Case, run: Run) -> float:
     most, scale = 1.0, np.maximum(1.0, np.abs(run.states).max(axis=0))
     for k in PLACES:
         direction = SHIFT * rng.choice([-1.0, 1.0], len(scale)) * scale
-        moved = case.moved(run, run.states[k], float(times[k]), direction)
-        found = case.model.simulate(
-            (times[k], times[-1]), moved, run.params, rtol=1e-11, method="dop853",
-            t_eval=times[k:], dense=False, max_steps=2 * MOST_STEPS, **case.more,
-        )  # fmt: skip
+        found = None
+        for along in (direction, -direction):  # one of which leaves a contact
+            moved = case.moved(run, run.states[k], float(times[k]), along)
+            with suppress(mechc.ValueOutOfBoundsError):  # the parts overlap
+                found = case.model.simulate(
+                    (times[k], times[-1]), moved, run.params, rtol=1e-11, method="dop853",
+                    t_eval=times[k:], dense=False, max_steps=2 * MOST_STEPS, **case.more,
+                )  # fmt: skip
+                break
+        if found is None:
+            continue
         if not found.status.ok:
             return float("inf")
         most = max(most, apart(found.y, run.states[k:]) / SHIFT)

@@ -77,6 +77,7 @@ def _started(case: int, judge: Callable[[int], Any], errors: Path) -> Child:
         resource.setrlimit(resource.RLIMIT_CPU, (LONGEST, LONGEST + 1))
         os.close(reading)
         os.dup2(os.open(errors / f"{case}.err", os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), 2)
+        faulthandler.enable(file=2)  # a crash tells its frames there, not in the caller's output
         faulthandler.register(
             signal.SIGXCPU, all_threads=True
         )  # tells where; a second later it ends

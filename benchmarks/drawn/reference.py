@@ -116,7 +116,10 @@ class Reference:
         return of
 
     def motion(self, times: Array, y0: Array, params: dict[str, float]) -> Array | str:
-        """The states at times, from the first on, by SciPy's DOP853; or why there are none."""
+        """The states at times, from the first on, by SciPy's DOP853; or why there are none.
+
+        Those after many impacts are NaN: what comes to rest on its stop is beyond this reference.
+        """
         t, end, of = float(times[0]), float(times[-1]), self.rates(params)
         given: dict[str, Any] = {"method": "DOP853", "rtol": FINE, "atol": FINE}
         if self.stop is not None:
@@ -130,13 +133,13 @@ class Reference:
                 return f"{type(error).__name__}: {error}"
             if found.status < 0 or not np.isfinite(found.y).all():
                 return str(found.message)
-            where = np.flatnonzero(later)[: found.y.shape[1]]
-            states[where] = found.y.T
+            reached = np.reshape(found.y, (self.size, -1)).T  # a list where it is none of the times
+            states[np.flatnonzero(later)[: len(reached)]] = reached
             if found.status == 0:
                 return states
             t, y = float(found.t_events[0][-1]), found.y_events[0][-1]
             y = self.stop.after(y, self._matrix(t, y, params))
-        return "too many impacts"
+        return states
 
     def _matrix(self, t: float, y: Array, params: dict[str, float]) -> Array:
         found = np.array(self._double(*self._arguments(t, y, params)), float)

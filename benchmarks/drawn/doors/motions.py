@@ -42,7 +42,8 @@ def in_python(case: Case) -> Iterator[Told]:
         if isinstance(found, str):
             yield Fault("SciPy", f"ended where dop853 finishes: {found}; {run.numbers}")
         else:
-            yield _beside("SciPy", run, found[:, case.order], FINE)
+            reached = np.isfinite(found).all(axis=1)
+            yield _beside("SciPy", run, found[reached][:, case.order], FINE, reached)
 
 
 def ends(case: Case) -> Iterator[Told]:
@@ -50,13 +51,14 @@ def ends(case: Case) -> Iterator[Told]:
     for run in case.runs:
         if run.status and not ("events" in case.names and case.reference.stop is None):
             found = case.reference.motion(case.times, case.to_reference(run.y0), run.params)
-            if not isinstance(found, str):
+            if not isinstance(found, str) and np.isfinite(found).all():
                 yield Fault("ends", f"dop853: {run.status}, where SciPy finishes; {run.numbers}")
 
 
-def _beside(door: str, run: Run, states: Any, rtol: float) -> Difference:
+def _beside(door: str, run: Run, states: Any, rtol: float, at: Any = slice(None)) -> Difference:
+    """The states of a door, ``at`` some of the times or all."""
     assert run.states is not None
-    size, limit = apart(np.asarray(states), run.states), allowed(run, rtol, FINER)
+    size, limit = apart(np.asarray(states), run.states[at]), allowed(run, rtol, FINER)
     return Difference(door, size, limit, f"growth {run.growth:.2g}, {run.numbers}")
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from sympy import Abs, Expr, Poly, S, Symbol, sympify
 from sympy.core.function import AppliedUndef
-from sympy.physics.mechanics import dynamicsymbols
+from sympy.physics.mechanics import dynamicsymbols, find_dynamicsymbols
 
 from mechc_codegen.derive.equations import Equations, Output
 from mechc_codegen.description.joints.gimbals import gimbals
@@ -167,12 +167,21 @@ def _whole(value: float) -> int | float:
 
 
 def _quaternions(mechanism: Mechanism) -> dict[str, Any]:
-    """Places of quaternions' components: attitudes of joints, and quaternions of length one."""
+    """Places of quaternions' components: attitudes of joints, and quaternions of length one; those
+    of these whose length a constraint of the description holds."""
     every = [joint.quaternion for joint in mechanism.joints if joint.quaternion]
     places = [[mechanism.q.index(x) for x in quaternion] for quaternion in every]
     kinds = {
         "quaternions": places,
-        "unit_quaternions": unit_quaternions(mechanism.frame, mechanism.q),
+        "unit_quaternions": (units := unit_quaternions(mechanism.frame, mechanism.q)),
+        "held_quaternions": [
+            unit
+            for unit in units
+            if any(
+                set() < find_dynamicsymbols(row.expression) <= {mechanism.q[i] for i in unit}
+                for row in mechanism.configuration_constraints
+            )
+        ],
     }
     return {kind: found for kind, found in kinds.items() if found}
 

@@ -285,7 +285,7 @@ def _closed(system: System, y: Array, values: Array, t: float) -> Array | None:
     width = len(system.coordinates)
     moved[width:] = 0.0
     moved[:width] = np.where(system.angular[:width], wrap(moved[:width]), moved[:width])
-    return system.attitudes.scale(np.asarray(moved))
+    return system.attitudes.one_of_two(system.attitudes.scale(np.asarray(moved)))
 
 
 def _speed_steps(system: System, values: Array) -> Array:

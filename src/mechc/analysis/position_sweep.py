@@ -110,11 +110,13 @@ class PositionSweep:
         """:meth:`sensitivity` by a parameter of a system that may have further outputs."""
         y, values = self._states, system.values_of(self.system, self._values)
         place = _place(system, parameter)
-        rows = system.constraint_gradient(y, values, self.t)[..., list(self.free)]
+        gradient = system.constraint_gradient(y, values, self.t)
+        lengths = system.attitudes.lengths_gradient(self.q, self.free)
+        rows = np.concatenate([gradient, lengths], axis=-2)[..., list(self.free)]
         opened = np.zeros(rows.shape[:-1])
         if "constraints_by_parameters" in system.scene.outputs:
             by = system.evaluate("constraints_by_parameters", y, values, self.t)
-            opened = np.asarray(by[..., place])
+            opened[..., : by.shape[-2]] = by[..., place]
         found = np.zeros_like(self.q)
         found[np.isnan(self.q).any(axis=-1)] = np.nan
         usable = np.isfinite(rows).all(axis=(-1, -2))

@@ -65,8 +65,13 @@ def search_of(
     flags = np.array([i in guessed for i in free], np.uint8) if guessed else None
     chosen = spread(len(free)) if starts is None else starts
     near = min(start_count(len(free) - len(guessed)), len(chosen))
-    only_near = flags is not None and len(free) > system.scene.holonomic
+    only_near = flags is not None and len(free) > closing_rows(system, free)
     return Search(system, places, chosen, flags, near, only_near)
+
+
+def closing_rows(system: System, free: Sequence[int]) -> int:
+    """The number of conditions that closed loops are: quaternions that may move have length one."""
+    return int(system.scene.holonomic + len(system.attitudes.within(free)))
 
 
 def closure(system: System, t: float) -> Any:
@@ -79,7 +84,7 @@ def closure(system: System, t: float) -> Any:
         alike = [units.index(unit) if unit else i for i, unit in enumerate(units)]
         known = system.cache["closure"] = Closure(
             system.scene.evaluator, inputs, kinds[: len(system.coordinates)].astype(np.uint8),
-            np.array(alike, np.intc),
+            np.array(alike, np.intc), system.attitudes.free_in_length,
         )  # fmt: skip
     return known
 

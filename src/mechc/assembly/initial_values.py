@@ -68,7 +68,8 @@ def filled_start(
 
 def closed_freedoms(system: System) -> int:
     """The number of coordinates that can be given before the loops determine the others."""
-    return int(len(system.coordinates) - len(system.states) - system.scene.holonomic)
+    lengths = len(system.attitudes.free_in_length)
+    return int(len(system.coordinates) - len(system.states) - lengths - system.scene.holonomic)
 
 
 def guess_of_start(system: System, given: Values) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechc.assembly import sheets
-from mechc.assembly.closer import Search, even_points, search_of
+from mechc.assembly.closer import SAME, Search, closing_rows, even_points, search_of
 from mechc.assembly.directions import TURN, are_turned, at_rest, turned_in_words
 from mechc.assembly.sizes import gap_in_words, is_open, sizes
 from mechc.assembly.speeds import in_words, only_branch, with_speeds
@@ -64,10 +64,18 @@ def assemblies(
 ) -> Array:
     """The states (n, nq + nu) that close the loops with the coordinates given."""
     found = _configurations(system, coordinates, p, {}, t, all=True)
+    if system.attitudes.within(system.unknowns([system.state_index(n) for n in coordinates])):
+        found = _distinct(system.attitudes.one_of_two(found), SAME * reach(system, p))
     return with_speeds(
         system, found, coordinates, speeds, p, t,
         lambda: sheets.without_collapsed(system, found, p, t, rank_elsewhere(system, p, t)),
     )  # fmt: skip
+
+
+def _distinct(q: Array, same: Array) -> Array:
+    """Configurations (n, nq) without those within distances ``same`` (nq,) of one before."""
+    alike = (np.abs(q[:, None] - q) <= same).all(axis=2)
+    return np.asarray(q[~np.tril(alike, -1).any(axis=1)])
 
 
 def _configurations(
@@ -145,7 +153,7 @@ def search_for(system: System, given: tuple[str, ...], near: tuple[str, ...]) ->
     free = system.unknowns([system.state_index(name) for name in given])
     if not free or not system.scene.holonomic:
         return None
-    excess = len(free) - system.scene.holonomic
+    excess = len(free) - closing_rows(system, free)
     if excess > 0 and not near:
         names = ", ".join(system.coordinates[i] for i in free)
         raise AssemblyError(

@@ -29,6 +29,8 @@ cdef extern from "closing/closure.h":
         int *breadth
         double t
 
+    void mechc_close_with_lengths(mechc_closure *, int, const int *) noexcept
+
 
 cdef extern from "closing/search.h":
     ctypedef struct mechc_closing:
@@ -155,7 +157,8 @@ cdef class Closure:
     """The constraints of a scene.
 
     ``kind`` (nq,): 0 for a translation, 1 for an angle, 2 for a number (None: translations);
-    ``alike`` (nh,): the first row that is known to have the same unit (None: no two are).
+    ``alike`` (nh,): the first row that is known to have the same unit (None: no two are);
+    ``quaternions`` (n, 4): places of their components, whose length is one.
     """
 
     cdef mechc_closure closure
@@ -165,8 +168,9 @@ cdef class Closure:
     cdef readonly int holonomic, rows, speeds
     cdef const unsigned char[::1] kind
     cdef const int[::1] alike
+    cdef object quaternions
 
-    def __init__(self, Scene scene, Inputs inputs=None, kind=None, alike=None):
+    def __init__(self, Scene scene, Inputs inputs=None, kind=None, alike=None, quaternions=()):
         cdef mechc_closure *closure = &self.closure
         self.scene, self.inputs, self.stack = scene, inputs, scene.stack
         self.holonomic, self.rows, self.speeds = scene.holonomic, scene.rows, scene.speeds
@@ -175,6 +179,7 @@ cdef class Closure:
         closure.unit, closure.inputs = scene.unit, address_of(inputs)
         self.kind = np.zeros(scene.coordinates, np.uint8) if kind is None else kind
         self.alike = np.arange(self.holonomic, dtype=np.intc) if alike is None else alike
+        self.quaternions = np.array(quaternions, np.intc).reshape(-1, 4)
         self.check_rows()
         whole = "constraint_gradient" in scene.indices
         closure.rows, closure.columns = self.holonomic, closure.coordinates if whole else self.speeds
@@ -187,8 +192,24 @@ cdef class Closure:
             closure.output[what] = scene.indices.get(name, -1)
             closure.breadth[what] = scene.outputs.get(name, 0)
 
+    cdef object let_lengths_count(self, mechc_closure *closure, const int[::1] unknown):
+        """Add rows for quaternions that may move; what C points into has to be kept."""
+        movable = np.isin(self.quaternions, unknown).all(axis=1)
+        cdef int[:, ::1] component = np.ascontiguousarray(self.quaternions[movable])
+        cdef int[::1] alike
+        if not component.shape[0]:
+            return None
+        alike = np.append(self.alike, np.arange(self.holonomic, self.holonomic + len(component))
+                          ).astype(np.intc)
+        closure.alike = &alike[0]
+        mechc_close_with_lengths(closure, component.shape[0], &component[0, 0])
+        return alike, component
+
     cdef int check_rows(self) except -1:
         cdef ptrdiff_t row
+        if self.quaternions.size and not 0 <= self.quaternions.min() <= self.quaternions.max() \
+                < self.closure.coordinates:
+            raise ValueError("a quaternion has four coordinates")
         if self.kind.shape[0] != self.closure.coordinates or self.alike.shape[0] != self.holonomic:
             raise ValueError("wrong number of coordinates or rows")
         for row in range(self.holonomic):
@@ -283,7 +304,8 @@ cdef class Closings:
         if not 0 < near <= start.shape[0] or most < 1 or not closure.holonomic:
             raise ValueError("nothing to search for or to keep")
         self.closure = closure
-        self.references = [unknown, start, fixed, p, length, guessed]
+        self.references = [unknown, start, fixed, p, length, guessed,
+                           closure.let_lengths_count(&job.closure, unknown)]
         found = self.found = np.empty((count, most, fixed.shape[1]))
         many = self.many = np.zeros(count, np.intc)
         miss = self.miss = np.empty(count)
@@ -384,7 +406,8 @@ def trace_assemblies(Closure closure, double t, int driven, const int[::1] unkno
     if p.shape[0] != count or length.shape[0] != count or q.shape[1] != value.shape[0]:
         raise ValueError("a row of parameters, a length and a row of values for every member")
     cdef int[::1] places = np.append(unknown, np.intc(driven)).astype(np.intc)
-    if not 0 < unknowns <= closure.holonomic or not count:
+    kept = closure.let_lengths_count(&job.closure, unknown)
+    if not 0 < unknowns <= job.closure.rows or not count:
         raise ValueError("wrong number of unknowns")
     job.driven, job.unknowns, job.unknown = driven, unknowns, &places[0]
     job.count, job.values = count, value.shape[0]

@@ -19,27 +19,48 @@ from mechc.system.parameters import Array
 
 Places = tuple[tuple[int, ...], ...]  # of the components of each quaternion
 
+EQUAL = 1e-6  # components that differ by less, relatively, are equally large
 DECIMALS = 1e-3  # by which the length of components that were typed may differ from one
 
 
 @dataclass(frozen=True)
 class Attitudes:
-    """The quaternions of a scene, those ``of_length_one`` last; ``names``: its coordinates."""
+    """The quaternions of a scene, those ``of_length_one`` last; ``names``: its coordinates,
+    ``held``: of those, with a constraint of the description on their length."""
 
     names: Sequence[str]
     multiples: Places = ()
     of_length_one: Places = ()
+    held: Places = ()
 
     @classmethod
     def of(cls, data: Mapping[str, Any], names: Sequence[str]) -> Attitudes:
         """The attitudes in a scene's data."""
-        kinds = (data.get(kind, ()) for kind in ("quaternions", "unit_quaternions"))
-        return cls(names, *(tuple(tuple(places) for places in kind) for kind in kinds))
+        kinds = (f"{kind}quaternions" for kind in ("", "unit_", "held_"))
+        found = (data.get(kind, ()) for kind in kinds)
+        return cls(names, *(tuple(tuple(places) for places in each) for each in found))
 
     @cached_property
     def quaternions(self) -> Places:
         """The places of the components of every quaternion."""
         return self.multiples + self.of_length_one
+
+    @cached_property
+    def free_in_length(self) -> Places:
+        """The quaternions whose length no constraint of the description holds."""
+        return tuple(places for places in self.quaternions if places not in self.held)
+
+    def within(self, free: Collection[int]) -> Places:
+        """Those of these of which every component may move."""
+        return tuple(places for places in self.free_in_length if {*places} <= {*free})
+
+    def lengths_gradient(self, q: Array, free: Collection[int]) -> Array:
+        """The derivatives of |x|^2 / 2 of quaternions :meth:`within` by coordinates (..., nq)."""
+        places = self.within(free)
+        rows = np.zeros((*q.shape[:-1], len(places), q.shape[-1]))
+        for row, components in enumerate(places):
+            rows[..., row, components] = q[..., components]
+        return rows
 
     def fill_quaternions(self, q: Array, given: Collection[int]) -> Array:
         """Configurations (n, nq) with the quaternions without a given component at 1, 0, 0, 0."""
@@ -55,6 +76,16 @@ class Attitudes:
             if not set(places) & set(given):
                 length = np.linalg.norm(states[..., places], axis=-1, keepdims=True)
                 states[..., places] /= np.where(length > 0.0, length, 1.0)
+        return states
+
+    def one_of_two(self, states: Array) -> Array:
+        """States (..., nq) with the first of the largest components of free quaternions positive,
+        in place: x and -x are one attitude."""
+        for places in self.free_in_length:
+            x = np.abs(states[..., places])
+            first = np.argmax(x > (1.0 - EQUAL) * x.max(axis=-1, keepdims=True), axis=-1)
+            largest = np.take_along_axis(states[..., places], first[..., None], axis=-1)
+            states[..., places] *= np.where(largest < 0.0, -1.0, 1.0)
         return states
 
     def check(self, states: Array) -> None:

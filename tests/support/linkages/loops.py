@@ -1,12 +1,13 @@
-"""A spatial loop with two balls."""
+"""Spatial loops with balls."""
 
 from __future__ import annotations
 
+from mechc_codegen.description.constraints import Constraint
 from mechc_codegen.description.joints.cuts import Cut
 from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.frontend.sympy_joints import from_joints
-from sympy import Integer, Rational
-from sympy.physics.mechanics import PinJoint, RigidBody, SphericalJoint, dynamicsymbols
+from sympy import Float, Integer, Rational, Symbol
+from sympy.physics.mechanics import PinJoint, RigidBody, SphericalJoint, dynamicsymbols, inertia
 
 from benchmarks.problems.closed_loops import FREE_FALL, rod
 from mechc import BallJoint
@@ -41,4 +42,39 @@ def spatial_four_bar(*, by_quaternion: bool = False) -> Mechanism:
     ]  # fmt: skip
     return from_joints(
         "spatial_four_bar", joints, gravity=-FREE_FALL * ground.y, parameters={}, ground=ground
+    )
+
+
+def platform_on_a_ball() -> Mechanism:
+    """A platform on a ball and three rods, one of length r, in m, from a crank about z."""
+    ground, crank, platform = (RigidBody(name) for name in ("ground", "crank", "platform"))
+    for body in (crank, platform):
+        body.mass = Float(2)
+        body.central_inertia = inertia(body.frame, *3 * [Rational(1, 20)])
+    joints = [
+        PinJoint("crank", ground, crank, *dynamicsymbols("a da"), ground.x, joint_axis=ground.z),
+        BallJoint("ball", ground, platform),
+    ]
+    from_joints("platform", joints, ground=ground)  # its points, for the rods
+    length = Symbol("r")
+    ends = [
+        (crank.masscenter, 0.9 * crank.y, platform.x, length),
+        (ground.masscenter, ground.z, platform.y, Float(1.3)),
+        (ground.masscenter, ground.x + ground.y, platform.z, Float(1.6)),
+    ]
+    rods, loads = [], []
+    for number, (at, place, held, size) in enumerate(ends):
+        here = at.locatenew(f"from_{number}", place)
+        there = platform.masscenter.locatenew(f"to_{number}", held)
+        between = there.pos_from(here)
+        gap = (between.dot(between) - size**2) / (2 * size)
+        rods.append(Constraint(f"rod {number}", gap, "m"))
+        loads.append((there, -ground.y))
+    return from_joints(
+        "platform",
+        joints,
+        loads=loads,
+        parameters={length: 0.7},
+        ground=ground,
+        configuration_constraints=rods,
     )

@@ -128,7 +128,8 @@ static void mechc_close_tell(const mechc_closing *job, mechc_closer *closer)
     for (int i = 0; i < job->unknowns; i++) closer->y[job->unknown[i]] = closer->best[i];
     memcpy(job->open + member * job->closure.coordinates, closer->y, row);
     mechc_ask(&job->closure, MECHC_GAPS, 1, closer->y, closer->p, closer->gaps);
-    job->miss[member] = sqrt(mechc_square(closer->gaps, job->closure.breadth[MECHC_GAPS]));
+    const int lengths = job->closure.quaternions;
+    job->miss[member] = sqrt(mechc_square(closer->gaps, job->closure.rows - lengths));
 }
 
 /* Search for some seconds; 0: no member is left.  Any number of threads may do so, each with its closer. */

@@ -18,6 +18,9 @@ import re
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from mechc.errors import MechcError, UnknownNameError
 from mechc.native._codes import (
     ABSOLUTE,
@@ -76,9 +79,13 @@ class Reduction:
     kind: Kind
     primitives: tuple[Primitive, ...]
 
-    def combine(self, values: Array) -> Array:
-        """The reduction (n,) from its primitives (n, k)."""
-        return values[:, 0] if values.shape[1] == 1 else values[:, 1] - values[:, 0]
+    def combine(self, values: Array, whole: NDArray[np.bool_]) -> Array:
+        """The reduction (n,) from its primitives (n, k); NaN of members whose motion is not
+        ``whole``, except a first crossing that it has."""
+        found = values[:, 0] if values.shape[1] == 1 else values[:, 1] - values[:, 0]
+        if self.primitives[0].reduction == FIRST_CROSSING:
+            return found
+        return np.where(whole, found, np.nan)
 
 
 def read_reduction(system: System, text: str) -> Reduction:

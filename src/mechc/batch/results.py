@@ -13,7 +13,14 @@ import numpy as np
 from mechc.batch.spec import Recipe
 from mechc.errors import MechcError, UnknownNameError
 from mechc.inputs.bind import missed_jumps
-from mechc.native._codes import FINISHED, NOT_ASSEMBLED, NOT_RUN, STOPPED_BY_EVENT
+from mechc.native._codes import (
+    END_OF_REACH,
+    FINISHED,
+    NOT_ASSEMBLED,
+    NOT_RUN,
+    STOPPED_BY_EVENT,
+)
+from mechc.simulation.end_of_reach import status_beyond_reach
 from mechc.simulation.gimbal_lock import gimbal_note_of_batch, with_gimbal_lock
 from mechc.simulation.status import CODES, Status, status_of
 from mechc.system.names import name_of
@@ -164,9 +171,20 @@ class Batch:
     def status(self, member: int) -> Status:
         """The status of one member, in words by ``str``."""
         code, t = int(self["status"][member]), float(self["t"][member])
-        status = status_of(code, t, "some speed", float(self["critical_gap"][member]))
         end = self["y"][member][None]
+        if code == END_OF_REACH:
+            return self._beyond_reach(member, t, end[0])
+        status = status_of(code, t, "some speed", float(self["critical_gap"][member]))
         return with_gimbal_lock(status, code, self.system, end, self.recipe.policy.rtol)
+
+    def _beyond_reach(self, member: int, t: float, y: Array) -> Status:
+        """The status of a member whose prescribed motion its loops cannot follow."""
+        from mechc.batch.run import parameter_rows
+
+        place = member % len(self)
+        values = parameter_rows(self.system, self.recipe.cut(place, place + 1))[0]
+        found = status_beyond_reach(self.system, t, y, values)
+        return found or status_of(END_OF_REACH, t, "this time")
 
     @cached_property
     def counts(self) -> dict[str, int]:

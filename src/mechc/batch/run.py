@@ -23,6 +23,7 @@ from mechc.errors import EventError
 from mechc.native._batch import Runs
 from mechc.native._codes import (
     COUNTERS,
+    END_OF_REACH,
     EVENT_FAILED,
     FINISHED,
     INPUT_FAILED,
@@ -31,7 +32,10 @@ from mechc.native._codes import (
     NOT_ASSEMBLED,
     NOT_RUN,
     OPEN_AT_START,
+    STOPPED_AT_CHANGE_POINT,
+    STOPPED_BY_EVENT,
 )
+from mechc.simulation.end_of_reach import SHRUNK_AWAY, rows_beyond_reach
 from mechc.simulation.events.outcome import function_failed
 from mechc.simulation.events.run_events import RunEvents
 from mechc.simulation.initialise import checked_state, request_of
@@ -43,6 +47,7 @@ from mechc.system.system import System
 if TYPE_CHECKING:
     from mechc.results.solution import Solution
 
+WHOLE = (FINISHED, STOPPED_BY_EVENT, STOPPED_AT_CHANGE_POINT)  # as far as was asked
 LOOK = 0.1  # s between checks of the threads' progress
 Report = Callable[[int], None]
 
@@ -85,6 +90,10 @@ def run_members(
         job.status[np.isin(job.status, (INPUT_FAILED, EVENT_FAILED))] = NOT_RUN
     if recipe.states is not None:  # given, and turned
         job.status[job.status == NOT_ASSEMBLED] = OPEN_AT_START
+    shrunk = np.flatnonzero(np.isin(job.status, SHRUNK_AWAY))
+    beyond = rows_beyond_reach(system, job.t[shrunk], job.y[shrunk], values[shrunk]) >= 0
+    job.status[shrunk[beyond]] = END_OF_REACH
+    whole = np.isin(job.status, WHOLE)
     results = {"y0": y0, "y": job.y, "t": job.t, "status": job.status.astype(np.int16)}
     results |= {name: job.counts[:, i].astype(np.int64) for name, i in COUNTERS.items()}
     results |= {name: job.least[:, i] for name, i in LEAST.items()}
@@ -97,7 +106,7 @@ def run_members(
     first = 0
     for i, reduction in enumerate(reductions):
         last = first + len(reduction.primitives)
-        results[f"reduction_{i}"] = reduction.combine(job.reduced[:, first:last])
+        results[f"reduction_{i}"] = reduction.combine(job.reduced[:, first:last], whole)
         first = last
     along = job.p_at_times if changes else values[:, None]
     results |= _histories(system, recipe, along, job)

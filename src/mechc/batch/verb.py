@@ -153,7 +153,8 @@ def simulate_batch(
     -------
     Batch
         The results requested, by name; ``to_xarray()`` labels them.  A member that fails has a
-        status and its results until then.
+        status, its results until then, and NaN for what the rest of its motion could change:
+        reductions but for a first crossing that it had.
 
     Raises
     ------

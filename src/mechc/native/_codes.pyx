@@ -20,6 +20,7 @@ cdef extern from "abi/codes.h":
         RESETS_ACCUMULATE "MECHC_RESETS_ACCUMULATE"
         CONTACT_INCONSISTENT "MECHC_CONTACT_INCONSISTENT"
         CONTACT_UNDECIDED "MECHC_CONTACT_UNDECIDED", CONTACTS_TOO_MANY "MECHC_CONTACTS_TOO_MANY"
+        END_OF_REACH "MECHC_END_OF_REACH"
         # How derivatives follow the steps of a method.
         RULE_GAUSS "MECHC_RULE_GAUSS", RULE_RADAU "MECHC_RULE_RADAU", RULE_PAIR "MECHC_RULE_PAIR"
         # Reductions of a trajectory, and the functions of an output in them.

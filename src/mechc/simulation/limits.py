@@ -17,18 +17,17 @@ from mechc.native._codes import (
     DEGREES,
     DISCONTINUITY,
     MEMORY_LIMIT,
-    NOT_CLOSED,
     STEP_TOO_SMALL,
     TOO_MANY_STEPS,
 )
+from mechc.simulation.end_of_reach import SHRUNK_AWAY, status_beyond_reach
 from mechc.simulation.record import Record
 from mechc.simulation.settings import Policy
-from mechc.simulation.status import AT_CROSSINGS, CODES, SLIDING, Status
+from mechc.simulation.status import CODES, SLIDING, Status
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
-SHRUNK_AWAY = frozenset((STEP_TOO_SMALL, NOT_CLOSED, *AT_CROSSINGS))
-LIMITED = SHRUNK_AWAY | {TOO_MANY_STEPS, MEMORY_LIMIT}
+LIMITED = frozenset((*SHRUNK_AWAY, TOO_MANY_STEPS, MEMORY_LIMIT))
 TOO_SMALL = "the step size fell below the spacing of doubles"
 TAIL = 48  # accepted steps that are examined
 NOISE = 16.0  # times farther from a polynomial over four times the steps
@@ -85,6 +84,10 @@ def with_limit(
     if not piece.steps.count:
         return status
     last = _Last(system, piece.params, policy, span, *piece.steps.tail(TAIL))
+    if code in SHRUNK_AWAY:
+        beyond = status_beyond_reach(system, float(last.t[-1]), last.y[-1], piece.params)
+        if beyond is not None:
+            return replace(beyond, warnings=status.warnings)
     try:
         with np.errstate(all="ignore"):
             jump = _jump(last)

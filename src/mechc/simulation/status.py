@@ -144,6 +144,13 @@ CODES = {
         "it, and no motion leads off it",
         SLIDING,
     ),
+    codes.END_OF_REACH: (
+        "end of reach",
+        "with these lengths the loops cannot follow the prescribed motion beyond {coordinate}: "
+        "links are in line there, and speeds and forces grow without bound",
+        "End the run before it, or change lengths; model.sweep_positions follows a driven "
+        "coordinate to its end, model.limits has the ranges of one",
+    ),
     codes.DISCONTINUITY: ("discontinuity", "the equations jump", "Write the law smoothly"),
     codes.NO_MEMORY: (
         "no memory",

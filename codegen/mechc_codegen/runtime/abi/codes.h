@@ -39,7 +39,8 @@ typedef enum {
     MECHC_RESETS_ACCUMULATE = 116, /* an event resets the state ever more often */
     MECHC_CONTACT_INCONSISTENT = 117, /* no mode of contact satisfies the laws */
     MECHC_CONTACT_UNDECIDED = 118, /* several do, or modes change without end at one instant */
-    MECHC_CONTACTS_TOO_MANY = 119 /* more modes than are tried */
+    MECHC_CONTACTS_TOO_MANY = 119, /* more modes than are tried */
+    MECHC_END_OF_REACH = 120 /* of links that prescribed motion drives */
 } mechc_driver_status;
 
 /* How derivatives follow the steps of a method: by collocation along its dense output, or by its stages. */

@@ -13,13 +13,17 @@ from sympy.physics.mechanics import (
     KanesMethod,
     LinearPathway,
     Particle,
+    PinJoint,
     Point,
     ReferenceFrame,
+    RigidBody,
     dynamicsymbols,
+    inertia,
 )
 
 import mechc
 from benchmarks.problems.particle import particle
+from mechc import from_joints
 
 t = dynamicsymbols._t
 q, u = dynamicsymbols("q u")
@@ -131,6 +135,44 @@ def test_a_muscle_lifts_a_forearm_as_sympys_equations_say(formulation, start):
     assert sol.stats["method"] == "gauss8"  # its length sqrt(x**2) keeps its sign
     assert sol["q"].max() > 0.3 > y0[0]  # lifted
     assert 0.0 < sol["a_biceps"].min() < sol["a_biceps"].max() < 0.9
+
+
+def test_a_muscle_on_joints_is_that_of_kanes_method():
+    kane, muscle = forearm(MusculotendonFormulation.RIGID_TENDON)
+    m, l, d, h = sm.symbols("m l d h")
+    ground, arm = RigidBody("ground"), RigidBody("hand", mass=m)
+    arm.central_inertia = inertia(arm.frame, 0, 0, 0)
+    elbow = PinJoint("elbow", ground, arm, q, u, child_point=-l * arm.x, joint_axis=ground.z)
+    shoulder = ground.masscenter.locatenew("shoulder", h * ground.y)
+    grip = arm.masscenter.locatenew("grip", (d - l) * arm.x)
+    own = MusculotendonDeGroote2016.with_defaults(
+        "biceps",
+        LinearPathway(shoulder, grip),
+        muscle.activation_dynamics,
+        **{k: getattr(muscle, k) for k in ("tendon_slack_length", "peak_isometric_force")},
+        optimal_fiber_length=muscle.optimal_fiber_length,
+    )
+    rates = dict(zip(own.x, own.rhs(), strict=True))
+    described = [
+        from_joints("arm", [elbow], ground=ground, gravity=-G * ground.y, loads=[own], states=given)
+        for given in (
+            own,
+            [own],
+            rates,
+            [mechc.State(x, r, mechc.Quantity("", "")) for x, r in rates.items()],
+        )
+    ]
+    assert len({tuple((s.symbol, s.rate) for s in each.states) for each in described}) == 1
+    jointed = mechc.compile(described[0], defaults=ARM, outputs=())
+    model = mechc.compile(kane, states=muscle, defaults=ARM, outputs=())
+    assert jointed.inputs == model.inputs == ("e_biceps",)
+    for y in ([0.3, 0.4, -0.7], [-0.5, 0.1, 0.2]):
+        given = {"inputs": {"e_biceps": 0.6}}
+        np.testing.assert_allclose(
+            jointed.rhs(0.0, y, **given), model.rhs(0.0, y, **given), rtol=1e-11
+        )
+    with pytest.raises(TypeError, match="states are given as"):
+        from_joints("arm", [elbow], ground=ground, loads=[own], states=3)
 
 
 def test_a_muscle_told_by_the_force_of_its_tendon_has_sympys_rates():

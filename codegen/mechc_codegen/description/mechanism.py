@@ -367,6 +367,24 @@ def as_mapping(inputs: Any) -> dict[Any, Expr | None]:
     return dict.fromkeys(several)
 
 
+def rates_of_states(states: Any) -> dict[Any, Any]:
+    """State -> rate, of a mapping, :class:`State` objects, or objects that have x and rhs()."""
+    if isinstance(states, Mapping):
+        return dict(states)
+    found: dict[Any, Any] = {}
+    for one in list(states) if isinstance(states, Iterable) else [states]:
+        if isinstance(one, State):
+            found[one.symbol] = one.rate
+        elif hasattr(one, "x") and hasattr(one, "rhs"):
+            found |= zip(one.x, one.rhs(), strict=True)
+        else:
+            raise TypeError(
+                "states are given as {state: its rate}, or as objects that have x and rhs(), such "
+                f"as muscles, not as {one!r}"
+            )
+    return found
+
+
 def _check_lengths(mechanism: Mechanism) -> None:
     if len(mechanism.kinematics) != len(mechanism.coordinates):
         raise MechanismError(

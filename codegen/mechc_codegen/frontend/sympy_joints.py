@@ -36,8 +36,10 @@ from mechc_codegen.description.mechanism import (
     Parameter,
     Quantity,
     Speed,
+    State,
     as_mapping,
     is_rigid,
+    rates_of_states,
 )
 from mechc_codegen.description.source import Key
 from mechc_codegen.description.terms import Load, refuse_no_vector
@@ -87,7 +89,9 @@ def from_joints(
         Links, pivots and paths besides those of the joints.
     more
         Further fields of :class:`mechc.Mechanism`: ``title``, ``configuration_constraints``,
-        ``motion_constraints``, ``states``, ``points``, ``start``, ...
+        ``motion_constraints``, ``points``, ``start``, ...; ``states`` also as {state: its rate},
+        or objects that have ``x`` and ``rhs()``, such as muscles of
+        ``sympy.physics.biomechanics``, which are loads too.
 
     Raises
     ------
@@ -108,7 +112,8 @@ def from_joints(
     loads = plain_loads(loads)
     couplings = [joint for joint in every if isinstance(joint, CoupledPair)]
     given_inputs = as_mapping(inputs)
-    rates = [*filter(None, given_inputs.values()), *(s.rate for s in more.get("states", ()))]
+    added = _states(more.pop("states", ()))
+    rates = [*filter(None, given_inputs.values()), *(s.rate for s in added)]
     leaves = _leaves(
         ground, bodies, loads, gravity, more, rates + [c.constraint.expression for c in couplings]
     )
@@ -118,7 +123,7 @@ def from_joints(
     own = {
         *states.q,
         *states.u,
-        *(s.symbol for s in more.get("states", ())),
+        *(s.symbol for s in added),
         *more.get("auxiliary", ()),
     }
     functions = sorted((x for x in leaves - own if not isinstance(x, Symbol)), key=str)
@@ -138,7 +143,18 @@ def from_joints(
         joints=tuple(every),
         **{"title": name, "points": places.points, **more},
         inputs=chosen_inputs(functions, given_inputs),
+        states=added,
         drawing=reduce(Drawing.plus, [*(c.drawing for c in couplings), drawing], places.drawing()),
+    )
+
+
+def _states(given: Any) -> tuple[State, ...]:
+    """Additional states, as they are, of a mapping of rates, or of muscles."""
+    listed = not isinstance(given, Mapping) and isinstance(given, Iterable)
+    described = {x.symbol: x for x in given if isinstance(x, State)} if listed else {}
+    return tuple(
+        described.get(x) or State(x, sympify(rate), _NOTHING)
+        for x, rate in rates_of_states(given).items()
     )
 
 

@@ -12,7 +12,7 @@ from mechc.compilation.from_scene import Seconds, drawn_by
 from mechc.compilation.library.defaults import split, with_defaults
 from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.compilation.table import Table
-from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
+from mechc.errors import UnknownNameError, ValueOutOfBoundsError
 from mechc.inputs.accept import samples_or_signal
 from mechc.inputs.sampled import Sampled
 from mechc.inputs.signals import Signal
@@ -74,7 +74,7 @@ def read_compilable(
     **settings: Any,
 ) -> tuple[Any, dict[Any, float]]:
     """The mechanism to compile, and default numbers of parameters."""
-    from mechc_codegen.description.mechanism import as_mapping
+    from mechc_codegen.description.mechanism import as_mapping, rates_of_states
     from mechc_codegen.description.source import ConversionSettings
     from mechc_codegen.frontend.compile_request import CompileOptions, CompileRequest, compilable
     from mechc_codegen.frontend.read import readable
@@ -100,7 +100,7 @@ def read_compilable(
     if "inputs" in given:
         given["inputs"] = {key: _curve(key, value) for key, value in given["inputs"].items()}
     if "states" in given:
-        given["states"] = _rates(given["states"])
+        given["states"] = rates_of_states(given["states"])
     if "parameters" in given:
         names, values = given["parameters"], {}  # besides those of the equations
         if isinstance(names, Mapping):
@@ -116,19 +116,6 @@ def read_compilable(
         thing, CompileOptions(ConversionSettings(**given), dict(fix or {}), chosen, form)
     )
     return request, numbers or request.numbers
-
-
-def _rates(states: Any) -> dict[Any, Any]:
-    """State -> rate, also from objects that have both."""
-    if isinstance(states, Mapping):
-        return dict(states)
-    several = list(states) if isinstance(states, Iterable) else [states]
-    if not all(hasattr(one, "x") and hasattr(one, "rhs") for one in several):
-        raise TypeError(
-            "states are given as {state: its rate}, or as objects that have x and rhs(), such as "
-            f"muscles, not as {brief(states)}"
-        )
-    return {x: rate for one in several for x, rate in zip(one.x, one.rhs(), strict=True)}
 
 
 # -- functions of a coordinate, by data -------------------------------------------------------

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -59,16 +59,18 @@ def filled_start(
         whole = system.scene.holonomic and own.keys() >= {*system.coordinates}
         chosen, chosen_guess = ({}, own) if whole else (own, {})
     elif coordinates:
-        chosen = _together(own, coordinates, closed_freedoms(system))
+        chosen = _together(own, coordinates, closed_freedoms(system, {**own, **coordinates}))
         chosen_guess = guess_of_start(system, chosen) | chosen_guess
     freedoms = len(system.speeds) - len(system.constraint_names)
     chosen_speeds = _together(own_speeds, speeds, freedoms) if speeds else own_speeds
     return chosen, chosen_speeds, chosen_guess
 
 
-def closed_freedoms(system: System) -> int:
-    """The number of coordinates that can be given before the loops determine the others."""
-    lengths = len(system.attitudes.free_in_length)
+def closed_freedoms(system: System, given: Collection[str]) -> int:
+    """The number of coordinates that can be given before the loops determine the others, where
+    these are: a quaternion of which no component is given has length one."""
+    free = [i for i, name in enumerate(system.coordinates) if name not in given]
+    lengths = len(system.attitudes.within(free))
     return int(len(system.coordinates) - len(system.states) - lengths - system.scene.holonomic)
 
 

@@ -70,7 +70,7 @@ def assemble(
     given, pace, near = checked_names(model, coordinates, speeds, guess)
     if coordinates is None:
         given, pace, near = filled_start(model.system, {}, pace, near)
-    elif guess is None and len(given) >= closed_freedoms(model.system):
+    elif guess is None and len(given) >= closed_freedoms(model.system, given):
         near = guess_of_start(model.system, given)
     given, pace = _checked_start(model, given, pace)
     near = checked_numbers(model, near, (*model.coordinates, *model.speeds), "coordinate")

@@ -87,7 +87,7 @@ class Arguments:
         if own:
             return filled_start(system, rest, speeds, self.guess)
         guess = self.guess
-        if not guess and len(rest) >= closed_freedoms(system):  # as Model.assemble
+        if not guess and len(rest) >= closed_freedoms(system, rest):  # as Model.assemble
             guess = guess_of_start(system, rest)
         return dict(rest), dict(speeds), dict(guess)
 

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from scipy.optimize import root
 from scipy.spatial.transform import Rotation
+from sympy.physics.mechanics import RigidBody, inertia
 
 import mechc
+from mechc.assembly.initial_values import filled_start
 from tests.support.differences import extrapolated
 from tests.support.linkages.loops import platform_on_a_ball
 
@@ -96,3 +98,14 @@ def test_batches_assemble_likewise(platform):
     batch = platform.simulate_batch(1e-3, {"a": np.array([0.0, 0.2])})
     for member, a in zip(batch, [0.0, 0.2], strict=True):
         np.testing.assert_allclose(member.y[0], platform.assemble({"a": a}), atol=1e-12)
+
+
+def test_a_start_with_a_whole_quaternion_is_kept_beside_what_is_given():
+    ground, body = RigidBody("ground"), RigidBody("body", mass=2)
+    body.central_inertia = inertia(body.frame, 1, 2, 3)
+    names = "x_fly", "y_fly", "z_fly", "q0_fly", "q1_fly", "q2_fly", "q3_fly"
+    start = dict(zip(names, (0.0, 0.1, 0.2, 0.6, 0.0, 0.8, 0.0), strict=True))
+    flying = mechc.from_joints("flying", [mechc.FreeJoint("fly", ground, body)], start=start)
+    model = mechc.compile(flying, outputs=())
+    filled, _, _ = filled_start(model.system, {"x_fly": 5.0}, {}, {})
+    assert filled == {**start, "x_fly": 5.0}

@@ -12,6 +12,7 @@ import numpy as np
 from mechc.errors import MechcError, StepError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.native._codes import EVENT_FAILED, FINISHED, INTERRUPTED, RUNNING
 from mechc.native._motion import Stepping
+from mechc.simulation.end_of_reach import SHRUNK_AWAY, status_beyond_reach
 from mechc.simulation.events.outcome import failure_of
 from mechc.simulation.events.run_events import RunEvents
 from mechc.simulation.gimbal_lock import with_gimbal_lock
@@ -255,6 +256,11 @@ class Stepper:
     def _status(self, code: int) -> Status:
         if code in (RUNNING, FINISHED):
             return Status("finished", self.t)
+        beyond = code in SHRUNK_AWAY and status_beyond_reach(
+            self._system, self.t, self.y, self.params
+        )
+        if beyond:
+            return beyond
         stats, speeds = self.stats, self._system.speeds
         bad = stats.get("coordinate", -1)
         status = status_of(

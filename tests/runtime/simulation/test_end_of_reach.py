@@ -29,6 +29,13 @@ def test_a_run_tells_where_the_reach_ends(crank, method, rtol):
     assert "lengths" in sol.status.advice
 
 
+def test_a_stepper_tells_it_too(crank):
+    y = crank.assemble({"theta_0": 0.2}, params=DRIVEN)
+    with pytest.raises(mechc.StepError, match="beyond theta_0 = 55.77") as told:
+        crank.stepper(y, DRIVEN).step(5.0)
+    assert told.value.status.code == "end of reach"
+
+
 def test_a_batch_has_no_numbers_of_members_that_end(crank):
     lengths = [[2.0, 1.0, 2.0], [1.0, 2.0, 1.0], [1.5, 3.0, 1.2], [3.0, 3.5, 3.0]]
     params = {f"l_{k}": np.array(values) for k, values in enumerate(lengths)} | {"Omega_0": 0.5}

@@ -94,7 +94,7 @@ _LENGTH = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\w*)\s*
 
 
 def metres(value: Any) -> Any:
-    """A length in m of a text with its unit, or of a quantity of pint; all else is kept.
+    """A length in m of a text, "30 mm", or of a quantity of pint; all else is kept.
 
     Raises
     ------
@@ -103,12 +103,12 @@ def metres(value: Any) -> Any:
     """
     if isinstance(value, str):
         match = _LENGTH.fullmatch(value)
-        if match is None or match[2] not in METRES:
+        if match is None or (match[2] or "m") not in METRES:
             raise MechanismError(
                 f"{value[:60]!r} is not a length: write a number and one of {', '.join(METRES)}, "
                 'such as "30 mm"'
             )
-        return float(match[1]) * METRES[match[2]]
+        return float(match[1]) * METRES[match[2] or "m"]
     if hasattr(value, "magnitude") and hasattr(value, "to"):
         return float(value.to("m").magnitude)
     return value

@@ -33,8 +33,8 @@ class Contact:
 
 @dataclass(frozen=True)
 class Closure:
-    """Constraints of a cut joint: ``point`` at ``target`` along ``axes``, or at a ``length`` from it,
-    and perpendicular axes.
+    """Constraints of a cut joint: ``point`` at ``target`` along ``axes``, or at a ``length`` from
+    it, and perpendicular axes.
 
     Attributes
     ----------

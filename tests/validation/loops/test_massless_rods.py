@@ -274,8 +274,8 @@ def test_a_chain_with_rods_is_walked_link_by_link(chain):
 
 def test_walked_and_written_out_rods_have_the_same_derivatives(chain, monkeypatch):
     scene, q, u = chain
-    scene = Scene(scene.links[:5], scene.rods[1:])
-    y = np.concatenate([q[:5], scene.closed(q[:5], u[:5])])
+    scene = Scene(scene.links[:3], [Rod(GROUND, 2, *vector([0.5, 0.3, -0.2], [0.2, 0, 0.1]))])
+    y = np.concatenate([q[:3], scene.closed(q[:3], u[:3])])
     found = []
     for least in (1, 99):
         monkeypatch.setattr(stage, "LEAST_TREE", least)

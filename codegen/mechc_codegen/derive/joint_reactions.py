@@ -7,7 +7,8 @@ Invariant: each body's sum is formed once, so the work grows with the bodies and
 The subtree beyond a joint is moved only by that joint, by loads and by cut joints:
 R = sum of d(m v)/dt - loads - forces of cuts, and the same for moments (Featherstone 2008,
 section 5.3).  A cut joint holds g = gap . axis = 0 and a . b = 0 with M u' + J^T lambda = F, so its
-force on the child is -lambda axis, and its torque -lambda a x b.
+force on the child is -lambda axis, and its torque -lambda a x b.  Of a rod, which pulls with the
+tension lambda, the axis is gap / length.
 """
 
 from __future__ import annotations
@@ -195,7 +196,7 @@ class _JointReactions:
         joints = {joint.name: joint for joint in self.mechanism.joints if joint.is_cut}
         self._found |= dict.fromkeys(joints, Wrench(ZERO, ZERO, ZERO))  # without constraints
         for closure in self.mechanism.closures:
-            joint, axes = joints[closure.name], [k.along(axis) for axis in closure.axes]
+            joint, axes = joints[closure.name], [k.along(axis) for axis in closure.directions]
             turning = [k.cross(k.along(a), k.along(b)) for a, b in closure.perpendicular]
             force = self._weighted_sum(axes, row)
             moment = self._weighted_sum(turning, row + len(axes))

@@ -8,7 +8,7 @@ is time, a declared parameter, a declared coordinate or speed, or a coordinate's
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, TypeAlias
 
@@ -257,6 +257,7 @@ class Mechanism:
         refuse_no_vector(self.gravity)
         object.__setattr__(self, "inputs", as_mapping(self.inputs))
         _take_joints(self)
+        _bound_lengths(self)
         _check_lengths(self)
         _check_names(self)
         _check_units(self)
@@ -352,6 +353,22 @@ def _take_joints(mechanism: Mechanism) -> None:
         own = {constraint.name for constraint in of_couplings}
         others = tuple(c for c in mechanism.configuration_constraints if c.name not in own)
         object.__setattr__(mechanism, "configuration_constraints", (*others, *of_couplings))
+
+
+def _bound_lengths(mechanism: Mechanism) -> None:
+    """Bound the parameters that are lengths of rods to what a length is."""
+    rods = {closure.length: closure.name for closure in mechanism.closures}
+    parameters = list(mechanism.parameters)
+    for k, parameter in enumerate(parameters):
+        if parameter.symbol in rods:
+            rod, given = rods[parameter.symbol], parameter.default
+            if given is not None and as_expression(given, "length").is_nonpositive:
+                raise MechanismError(
+                    f"{mechanism.name}: the length {parameter.symbol} of the rod {rod} is "
+                    f"positive, not {given}"
+                )
+            parameters[k] = replace(parameter, quantity=parameter.quantity.of_rod(rod))
+    object.__setattr__(mechanism, "parameters", tuple(parameters))
 
 
 def as_mapping(inputs: Any) -> dict[Any, Expr | None]:
@@ -495,6 +512,8 @@ def _expressions(mechanism: Mechanism) -> Iterable[tuple[str, Expr]]:
     for closure in mechanism.closures:
         for axis in (*closure.axes, *(a for pair in closure.perpendicular for a in pair)):
             yield from ((f"an axis of {closure.name}", c) for c in entries_of(axis))
+        if closure.length is not None:
+            yield f"the length of {closure.name}", closure.length
 
 
 def _free_symbols(expression: Expr) -> set[Expr]:

@@ -10,7 +10,7 @@ import random
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, TypeVar
 
-from sympy import Derivative, Expr, Float, sympify
+from sympy import Derivative, Expr, Float, Symbol, sympify
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Point, ReferenceFrame
 from sympy.physics.vector import Vector
@@ -28,6 +28,7 @@ class Placement:
         self.is_real = True  # until a value has an imaginary part
         self._random = random.Random(seed)
         self._values: dict[Expr, Expr] = {}
+        self._start = frame, origin
         self._frames = {frame: _UNIT}
         self._points = {origin: ZERO}
         self._frames_before = steps_from(frame, lambda f: f._dcm_dict)
@@ -51,6 +52,12 @@ class Placement:
     def assume(self, symbol: Expr, value: float) -> None:
         """Give a symbol, or a derivative, this value from now on."""
         self._values[symbol] = Float(value)
+
+    def moved(self, seed: int) -> Placement:
+        """Another choice for functions of time; constants keep the values that they have so far."""
+        other = Placement(*self._start, seed)
+        other._values = {s: x for s, x in self._values.items() if isinstance(s, Symbol)}
+        return other
 
     def vector(self, vector: Vector) -> Number3:
         total = ZERO

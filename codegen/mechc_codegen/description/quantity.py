@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass
 from enum import StrEnum
 from math import inf
+from typing import Any
 
 from sympy import Symbol
 
@@ -78,9 +79,39 @@ class Quantity:
         closed = self.closed or (self.lower, self.upper) == (-inf, inf)
         return Quantity(self.unit, told, lower, upper, closed, self.kind)
 
+    def of_rod(self, name: str) -> Quantity:
+        """A copy that is positive, and in metres where it had no unit."""
+        told, unit = self.description or f"length of the rod {name}", self.unit or "m"
+        return Quantity(unit, told, max(self.lower, 0.0), self.upper, False)
+
     def with_unit(self, unit: str) -> Quantity:
         """A copy with another unit, and with the kind that follows from that unit."""
         return Quantity(unit, self.description, self.lower, self.upper, self.closed)
+
+
+METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
+_LENGTH = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\w*)\s*")
+
+
+def metres(value: Any) -> Any:
+    """A length in m of a text, "30 mm", or of a quantity of pint; all else is kept.
+
+    Raises
+    ------
+    MechanismError
+        For a text that is not a number with a unit of length.
+    """
+    if isinstance(value, str):
+        match = _LENGTH.fullmatch(value)
+        if match is None or (match[2] or "m") not in METRES:
+            raise MechanismError(
+                f"{value[:60]!r} is not a length: write a number and one of {', '.join(METRES)}, "
+                'such as "30 mm"'
+            )
+        return float(match[1]) * METRES[match[2] or "m"]
+    if hasattr(value, "magnitude") and hasattr(value, "to"):
+        return float(value.to("m").magnitude)
+    return value
 
 
 # Units that are multiples of SI units, which is what all values are in.

@@ -1,8 +1,9 @@
 """The links, the ground and the paths of a mechanism whose description has no drawing.
 
 Input: the points and frames of a mechanism.  Output: a Drawing.  The points of one body are one
-link; two points that keep their distance, as a particle on a massless rod, are one too.  The
-ground is where a point of a link is fixed; the free ends of links are traced.
+link; two points that keep their distance, as a particle on a massless rod, are one too, and so
+are the ends of a rod that closes a loop.  The ground is where a point of a link is fixed; the free
+ends of links are traced.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ class _Polylines:
         struts = self._struts({self.same[b.masscenter]: b.name for b in bodies})
         drawn = {p for _, line in (*lines, *struts) if len(line) > 1 for p in line}
         kept = [(label, line) for label, line in lines if len(line) > 1 or line[0] not in drawn]
-        self.links = [*kept, *struts]
+        self.links = [*kept, *struts, *((name, (a, b)) for name, a, b in places.rods)]
 
     @property
     def at_rest(self) -> list[Point]:

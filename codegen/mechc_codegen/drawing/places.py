@@ -175,6 +175,12 @@ class Places:
                 found[_free_name(point.name, found)] = point
         return found
 
+    @cached_property
+    def rods(self) -> list[tuple[str, Point, Point]]:
+        """Name and ends of each rod whose ends can be placed."""
+        found = [(c.name, c.target, c.point) for c in self.mechanism.closures if c.length]
+        return [(n, self.same[a], self.same[b]) for n, a, b in found if {a, b} <= {*self.same}]
+
     def is_placed(self, point: Point) -> bool:
         """Whether the position of a point can be evaluated from known values."""
         return point in self.same or any(p in self.same for p in point._pos_dict)

@@ -96,7 +96,7 @@ def picture_plan(
         else _of_known_points(infer_drawing(places).plus(own), places.names)
     )
     _refuse_unknown(added, places.names)
-    drawing = base.plus(added)
+    drawing = base.plus(_rods(base, places)).plus(added)
     if in_space:
         drawing = _with_struts(drawing, places)
     state = (*mechanism.q, *mechanism.x)
@@ -131,6 +131,14 @@ def _with_struts(drawing: Drawing, places: Places) -> Drawing:
         if frozenset(names) not in taken:
             found[kind].append((label, names))
     return drawing.plus(Drawing(springs=tuple(found["spring"]), dampers=tuple(found["damper"])))
+
+
+def _rods(drawing: Drawing, places: Places) -> Drawing:
+    """The rods of a mechanism that a drawing does not have."""
+    name = {point: name for name, point in reversed(places.names.items())}
+    every = [(rod, (name[one], name[other])) for rod, one, other in places.rods]
+    drawn = {label for label, _ in drawing.links}
+    return Drawing(links=tuple(link for link in every if link[0] not in drawn))
 
 
 def _of_known_points(drawing: Drawing, names: Collection[str]) -> Drawing:

@@ -101,7 +101,7 @@ def from_joints(
     """
     refuse_no_vector(gravity)
     given = [(joint, joint_of(joint)) for joint in joints]
-    ground = ground or _ground(name, [joint for _, joint in given])
+    ground = ground or _ground(name, [joint for _, joint in given if not joint.is_cut])
     every = [joint.on_ground((ground,)) for _, joint in given]
     sides = dict.fromkeys(body for joint in every for body in (joint.parent, joint.child))
     bodies = [body for body in sides if body is not None]
@@ -111,12 +111,12 @@ def from_joints(
     states = _JointStates((old, new) for (old, _), new in zip(given, every, strict=True))
     loads = plain_loads(loads)
     couplings = [joint for joint in every if isinstance(joint, CoupledPair)]
+    lengths = [joint.length for joint in every if isinstance(joint, Cut) and joint.length]
     given_inputs = as_mapping(inputs)
     added = _states(more.pop("states", ()))
     rates = [*filter(None, given_inputs.values()), *(s.rate for s in added)]
-    leaves = _leaves(
-        ground, bodies, loads, gravity, more, rates + [c.constraint.expression for c in couplings]
-    )
+    expressions = [*rates, *lengths, *(c.constraint.expression for c in couplings)]
+    leaves = _leaves(ground, bodies, loads, gravity, more, expressions)
     found = sorted(
         (x for x in leaves if isinstance(x, Symbol)), key=lambda s: (s.name, str(s.assumptions0))
     )
@@ -162,6 +162,7 @@ def _states(given: Any) -> tuple[State, ...]:
 
 
 def _ground(name: str, joints: Sequence[Joint]) -> RigidBody:
+    """The root of the tree that these joints are."""
     children = {joint.child for joint in joints}
     parents: dict[Any, None] = dict.fromkeys(joint.parent for joint in joints)
     candidates = [body for body in parents if body is not None and body not in children]
@@ -310,7 +311,11 @@ class _JointPoints:
         return point
 
     def drawing(self) -> Drawing:
-        links = ((body.name, self._line(body)) for body in self.bodies)
+        links = [(body.name, self._line(body)) for body in self.bodies]
+        rods = (joint for joint in self.joints if isinstance(joint, Cut) and joint.length)
+        for rod in rods:
+            ends = map(self._same_in_list, (rod.parent_point, rod.child_point))
+            links.append((rod.name, tuple(end.name for end in ends)))
         pivots = [joint for joint in self.joints if self._holds_its_point(joint)]
         ground = dict.fromkeys(p.name for p in self._on(None, pivots))
         return Drawing(
@@ -326,9 +331,9 @@ class _JointPoints:
         return tuple(names)
 
     def _holds_its_point(self, joint: Joint) -> bool:
-        """Whether the points of a joint's two bodies are one: a slide is no pivot."""
+        """Whether a joint holds the point of each body: a slide is no pivot."""
         if isinstance(joint, Cut):
-            return joint.axes is None
+            return joint.axes is None or joint.length is not None
         return self.place(joint.child_point) is self.place(joint.parent_point)
 
     def _on(self, body: Body | None, joints: Sequence[Joint] | None = None) -> Iterable[Point]:

@@ -319,7 +319,10 @@ class _MechanismBuilder:
         on_child = at_other.then(cut_place(joint, place_of(joint.child_origin)))
         name = self._point_name(f"{joint.name} cut")
         self._add_point(name, one, on_parent)
-        other.line.append(name)
+        if joint.kind == "distance":  # whose points are two
+            self._add_point(self._point_name(f"{joint.name} end"), other, on_child)
+        else:
+            other.line.append(name)
         parent = _side(f"{joint.name} on {joint.parent}", one, on_parent)
         child = _side(f"{joint.name} on {joint.child}", other, on_child)
         return cut_joint(joint, parent, child, self.tree.distance(joint))

@@ -247,10 +247,12 @@ class _Bodies:
         return self._target(place), self._vector(vector, self._of_speeds)
 
     def _closure(self, closure: Any) -> Any:
-        ends = (self._point(closure.point), self._point(closure.target)) if closure.axes else None
+        held = closure.axes or closure.length is not None
+        ends = (self._point(closure.point), self._point(closure.target)) if held else None
+        length = None if closure.length is None else self._of_places(closure.length)
         axes = [self._vector(axis, self._of_places) for axis in closure.axes]
         pairs = [[self._vector(v, self._of_places) for v in p] for p in closure.perpendicular]
-        return ends, axes, pairs
+        return ends, axes, length, pairs
 
     # -- numbers ----------------------------------------------------------------------------------
 
@@ -280,10 +282,13 @@ class _Bodies:
         for k, (before, way) in enumerate(self._ways, 1):
             points[:, k] = points[:, before] + self._along(way, entries, frames)
         rows = [entries[:, k] for k in self.configuration]
-        for ends, axes, pairs in self.closures:
+        for ends, axes, length, pairs in self.closures:
             for axis in axes:
                 gap = points[:, ends[0]] - points[:, ends[1]]
                 rows.append(_dot(gap, self._along(axis, entries, frames)))
+            if length is not None:
+                gap, size = points[:, ends[0]] - points[:, ends[1]], entries[:, length]
+                rows.append((_dot(gap, gap) - size**2) / (2 * size))
             for pair in pairs:
                 rows.append(_dot(*(self._along(each, entries, frames) for each in pair)))
         return entries, frames, points, _side_by_side(rows, t)

@@ -200,11 +200,16 @@ class _TreeDerivation:
         cuts = []
         for closure in self.mechanism.closures:
             point, target = self.links.motion(closure.point), self.links.motion(closure.target)
-            for label, vector in zip(closure.names, closure.axes, strict=True):
+            for label, vector in zip(closure.names, closure.axes, strict=False):
                 axis = self.frames.along(vector)
                 if not self.frames.local.constant(axis):
                     raise NotATreeError(f"an axis of {closure.name} turns")
                 cuts.append(CutRow(label, point, target, axis))
+            if closure.length is not None:
+                length = self._plain(closure.length)
+                gap = self.tape.difference(point.position, target.position)
+                axis = self.tape.scale(1 / length, gap)
+                cuts.append(CutRow(closure.names[-1], point, target, axis, length))
         return cuts
 
     def _closures(self, planar: bool) -> list[Output]:
@@ -212,9 +217,12 @@ class _TreeDerivation:
         along = tuple(f"rate of {label}" for label in labels)
         if self.cuts and not self.mechanism.has_identity_kinematics:
             raise NotATreeError("loops are closed, and speeds are not the coordinates' rates")
-        gamma = tuple(-value for value in self._across("bias"))
+        turning = [cut.turning(self.tape) for cut in self.cuts]
+        gamma = tuple(-a - b for a, b in zip(self._across("bias"), turning, strict=True))
+        gaps = self._across("position")
+        values = [cut.opened(gap) for gap, cut in zip(gaps, self.cuts, strict=True)]
         return [
-            outputs.constraints(self._across("position"), labels),
+            outputs.constraints(values, labels),
             *outputs.rates_of_constraints(self._across("velocity"), gamma, along),
             *(self._cut_outputs(planar) if self.cuts else ()),
         ]

@@ -14,17 +14,32 @@ from sympy import Expr, S
 from mechc_codegen.derive.equations import Symbols
 from mechc_codegen.derive.tree.bodies import LinkBodies
 from mechc_codegen.derive.tree.links import GROUND, LinkAccelerations, PointMotion
-from mechc_codegen.derive.tree.tape import V3, ZERO
+from mechc_codegen.derive.tree.tape import V3, ZERO, Tape
 
 
 @dataclass(frozen=True)
 class CutRow:
-    """One row of a closure: two points that coincide along an axis."""
+    """One row of a closure: two points that coincide along an axis, which does not turn.
+
+    Of a rod with a ``length`` the axis is the vector between the points over the length.
+    """
 
     label: str
     point: PointMotion
     target: PointMotion
     axis: V3
+    length: Expr | None = None
+
+    def opened(self, gap: Expr) -> Expr:
+        """The constraint, with the product of the points' gap and the axis."""
+        return gap if self.length is None else (gap - self.length) / 2
+
+    def turning(self, tape: Tape) -> Expr:
+        """Its second derivative because the axis turns."""
+        if self.length is None:
+            return S.Zero
+        rate = tape.difference(self.point.velocity, self.target.velocity)
+        return tape.keep(tape.dot(rate, rate) / self.length)
 
 
 class Residual:
@@ -43,7 +58,10 @@ class Residual:
         tape, moving = self.tape, LinkAccelerations(self.links, self.symbols)
         ends = [(moving.of_point(c.point), moving.of_point(c.target)) for c in self.cuts]
         gaps = [tape.difference(one, other) for one, other in ends]
-        return [tape.dot(gap, cut.axis) for gap, cut in zip(gaps, self.cuts, strict=True)]
+        return [
+            tape.keep(tape.dot(gap, cut.axis) + cut.turning(tape))
+            for gap, cut in zip(gaps, self.cuts, strict=True)
+        ]
 
     def _balance(self) -> list[Expr]:
         tape, found = self.tape, dict[int, Expr]()

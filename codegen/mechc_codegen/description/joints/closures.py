@@ -6,8 +6,10 @@ planar one, are omitted; so are pairs of aligned axes that always point the same
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from itertools import compress
 from typing import Any
 
 from sympy.physics.mechanics import Point, ReferenceFrame
@@ -16,7 +18,7 @@ from sympy.physics.vector import Vector
 from mechc_codegen.description.constraints import Closure
 from mechc_codegen.description.joints.cuts import Cut
 from mechc_codegen.description.joints.tree import Body, Joint, check_joints, joint_of
-from mechc_codegen.description.placement import Placement, dot, minus
+from mechc_codegen.description.placement import Number3, Placement, dot, minus
 from mechc_codegen.errors import MechanismError
 
 SAMPLES = 3
@@ -62,15 +64,46 @@ def _with_ground(name: str, frame: ReferenceFrame, bodies: Sequence[Body], joint
 
 def _without_idle(closure: Closure, placements: Sequence[Placement]) -> Closure:
     """The closure without constraints that vanish in every configuration."""
-    axes = len(closure.axes)
-    moved = [k for k, moves in enumerate(_moving(closure, placements)) if moves]
+    every = _moving(closure, placements)
+    moving = iter(every)
+    axes = tuple(axis for axis in closure.axes if next(moving))
+    length = closure.length if closure.length is not None and next(moving) else None
+    if length is not None:
+        _refuse_rigid(closure, placements[0])
     return replace(
         closure,
-        axes=tuple(closure.axes[k] for k in moved if k < axes),
-        perpendicular=tuple(closure.perpendicular[k - axes] for k in moved if k >= axes),
+        axes=axes,
+        length=length,
+        perpendicular=tuple(pair for pair in closure.perpendicular if next(moving)),
         aligned=tuple(_turning(closure, placements)),
-        labels=tuple(closure.labels[k] for k in moved) if closure.labels else (),
+        labels=tuple(compress(closure.labels, every)),
     )
+
+
+def _refuse_rigid(closure: Closure, placement: Placement) -> None:
+    """Refuse a rod between points whose distance no motion changes."""
+    one, other = (_length(_gap(closure, at)) for at in (placement, placement.moved(SAMPLES)))
+    if abs(one - other) > ROUNDING * max(one, other):
+        return
+    ends = f"{closure.target.name} and {closure.point.name}"
+    if max(one, other) <= ROUNDING:
+        raise MechanismError(
+            f"the rod {closure.name}: its points {ends} coincide in every configuration; for "
+            "bodies that share a point write mechc.Cut.spherical, or mechc.Cut.pin"
+        )
+    raise MechanismError(
+        f"the rod {closure.name}: its points {ends} keep their distance in every configuration, "
+        "as two points of one body do, so the rod cannot hold its length; give a point of each of "
+        "two bodies that move relative to each other"
+    )
+
+
+def _gap(closure: Closure, placement: Placement) -> Number3:
+    return minus(*(_position(closure.name, p, placement) for p in (closure.point, closure.target)))
+
+
+def _length(vector: Number3) -> float:
+    return math.sqrt(dot(vector, vector))
 
 
 def _turning(closure: Closure, placements: Sequence[Placement]) -> Iterator[Axes]:
@@ -96,9 +129,10 @@ def _moving(closure: Closure, placements: Sequence[Placement]) -> list[bool]:
 
 
 def _values(closure: Closure, placement: Placement) -> list[float]:
-    ends = [_position(closure.name, p, placement) for p in (closure.point, closure.target)]
-    gap = minus(*ends)
+    gap = _gap(closure, placement)
     along = [dot(gap, placement.vector(axis)) for axis in closure.axes]
+    if closure.length is not None:
+        along.append(_length(gap) - placement.value(closure.length))
     return along + [_cosine(*pair, placement) for pair in closure.perpendicular]
 
 

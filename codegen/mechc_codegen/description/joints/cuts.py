@@ -12,7 +12,7 @@ from typing import Any, Self
 
 from sympy import Expr, S, sqrt
 from sympy.core.function import AppliedUndef
-from sympy.physics.mechanics import Point, ReferenceFrame
+from sympy.physics.mechanics import Point, ReferenceFrame, dynamicsymbols
 from sympy.physics.mechanics.joint import Joint as SymPyJoint
 from sympy.physics.vector import Vector
 
@@ -20,7 +20,8 @@ from mechc_codegen.description.constraints import Closure
 from mechc_codegen.description.joints.kinds import KINDS, JointKind
 from mechc_codegen.description.joints.tree import Body, Joint
 from mechc_codegen.description.placement import cross
-from mechc_codegen.description.terms import vector_along
+from mechc_codegen.description.quantity import metres
+from mechc_codegen.description.terms import as_expression, vector_along
 from mechc_codegen.errors import MechanismError
 
 Components = tuple[Expr, Expr, Expr]
@@ -37,7 +38,7 @@ class Cut(Joint):
 
     Made by :meth:`pin`, :meth:`prismatic`, :meth:`cylindrical`, :meth:`planar`, :meth:`spherical`,
     :meth:`universal` and :meth:`weld`, which take the arguments of the joints of these names in
-    ``sympy.physics.mechanics``, without coordinates and speeds.
+    ``sympy.physics.mechanics``, without coordinates and speeds; and by :meth:`rod`.
 
     Constraints may follow from others: redundant ones get the multipliers of least norm.  Those
     that always hold, such as those across the plane of a planar mechanism, are omitted.
@@ -53,12 +54,15 @@ class Cut(Joint):
         These hold no motion: they tell its configurations from those turned by half.
     labels
         Names of the constraints; by default the joint's name and their axes.
+    length
+        That of a rod between the two points, m; None: it is none.
     """
 
     axes: tuple[Vector, ...] | None = None
     perpendicular: tuple[tuple[Vector, Vector], ...] = ()
     aligned: tuple[tuple[Vector, Vector], ...] = ()
     labels: tuple[str, ...] = ()
+    length: Expr | None = None
 
     @property
     def is_cut(self) -> bool:
@@ -75,6 +79,7 @@ class Cut(Joint):
             perpendicular=self.perpendicular,
             aligned=self.aligned,
             labels=self.labels,
+            length=self.length,
         )
 
     @classmethod
@@ -162,6 +167,33 @@ class Cut(Joint):
         Parameters as in :meth:`pin`.
         """
         return cls._of("planar", _Sides(name, parent, child, *args, **places))
+
+    @classmethod
+    def rod(
+        cls, name: str, parent: Body | None, child: Body | None, length: Any, *args: Any,
+        **places: Any,
+    ) -> Self:  # fmt: skip
+        """A rod without mass, with a ball at each end: it holds the distance of two points.
+
+        One constraint, called ``name``, whose multiplier is the axial force in N, tension positive.
+
+        Parameters
+        ----------
+        parent, child
+            Bodies; None is the ground, whose point must then be given.
+        length
+            From one point to the other, m: a positive number, a symbol, an expression of
+            parameters, or a text with its unit, ``"30 mm"``.
+        parent_point, child_point
+            The rod's ends: points, or vectors from the mass centres; the mass centres by default.
+
+        Raises
+        ------
+        MechanismError
+            For a length that is not positive or not constant, and for a point that is missing.
+        """
+        sides = _Sides(name, parent, child, *args, **places)
+        return cls(*sides.described, axes=(), length=_rod_length(name, length))
 
 
 class _Sides:
@@ -285,6 +317,30 @@ class _Sides:
         if given is None:
             return body.masscenter
         return body.masscenter.locatenew(f"{self.name}_{body.name}_joint", given)
+
+
+def _rod_length(name: str, given: Any) -> Expr:
+    """The length of a rod, m."""
+    try:
+        length = as_expression(metres(given), "length")
+    except MechanismError as error:
+        raise MechanismError(f"the rod {name}: {error}") from None
+    moving = length.atoms(AppliedUndef) | (length.free_symbols & {dynamicsymbols._t})
+    if moving:
+        raise MechanismError(
+            f"the rod {name}: its length {length} contains {min(moving, key=str)}, which varies "
+            "with time; a length is a number or an expression of parameters"
+        )
+    if length.is_number and not (length.is_real and length.is_finite and length.is_positive):
+        raise MechanismError(
+            f"the rod {name}: its length is positive, not {given}; for points that coincide write "
+            "mechc.Cut.spherical, or mechc.Cut.pin"
+        )
+    if length.is_nonpositive:
+        raise MechanismError(
+            f"the rod {name}: its length is positive, but {length} is declared not to be"
+        )
+    return length
 
 
 def _name(body: Body | None) -> str:

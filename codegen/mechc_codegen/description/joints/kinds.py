@@ -90,7 +90,7 @@ KINDS = {
                   sdf="ball", loops="spherical ball", mjcf="BALL"),
         JointKind("universal", CROSS, cut="universal",  # x of the parent's frame, y of the child's
                   classes="UniversalJoint", sdf="universal revolute2", loops="universal"),
-        JointKind("distance", turns_freely=True),  # between the origins of both frames
+        JointKind("distance", turns_freely=True, cut="rod"),  # of the origins of both frames
     )
 }  # fmt: skip
 

@@ -80,7 +80,7 @@ def _added(
     at = place.position(cut.child_point)
     arms = [minus(at, place.position(joint.child_point)) for joint in loop]
     found = list[list[tuple[float, ...]]]()
-    for axis in closure.axes:
+    for axis in closure.directions:
         force = place.vector(axis)
         found.append([(*force, *cross(arm, force)) for arm in arms])
     for one, other in closure.perpendicular:

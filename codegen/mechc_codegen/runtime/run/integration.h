@@ -79,7 +79,7 @@ struct mechc_driver {
     double (*conditioning)(const mechc_integration *run, double t, const double *q);
 };
 
-#define MECHC_RATE(run, i) ((run)->rates + (i) * MECHC_NX_MAX) /* as of a lockstep */
+#define MECHC_RATE(run, i) ((run)->rates + (i) * MECHC_NX_MAX) /* rows as long as in lockstep */
 
 /* Of a step: what is left of the run after its last one, by rounding. */
 #define MECHC_LAST_STEP 1e-12

@@ -9,12 +9,14 @@ the starts of the earlier file; where a start itself is assembled otherwise, it 
 with 1 where one differs.
 
 ``--builds`` compiles the mechanisms anew in several ways, each in an empty cache, and compares: as
-for users, without optimisation, with two, four and eight lanes, and by clang where there is one.
+for users, without optimisation, with two, four and eight lanes, by clang where there is one, and
+with arrays larger than the scene needs: see ``runtime/dynamics/bounds.h``.
 """
 
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -37,8 +39,8 @@ from ..timing.results import command_parser
 T_END, RTOL, MAX_STEPS = 20.0, 1e-8, 20_000
 SIZES: dict[str, dict[str, int]] = {"pendulum": {"links": 3}, "windows": {"count": 2}}
 METHODS = ("dopri5", "dop853", "gauss8", "radau5", "auto")
-USUAL, CLANG = "-O3", "clang"
-BUILDS = (USUAL, "-O0", "2 lanes", "4 lanes", "8 lanes", CLANG)
+USUAL, CLANG, WIDER = "-O3", "clang", "wider bounds"
+BUILDS = (USUAL, "-O0", "2 lanes", "4 lanes", "8 lanes", CLANG, WIDER)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -154,7 +156,9 @@ def _compiled_by(build: str) -> Callable[..., mechc.Model]:
     from mechc_codegen.extension import flags
 
     optimised = build if build.startswith("-") else USUAL
-    flags.FLAGS = tuple(optimised if flag == "-O3" else flag for flag in flags.FLAGS)
+    wider = _wider_bounds(flags.RUNTIME) if build == WIDER else ()
+    flags.FLAGS = (*(optimised if flag == "-O3" else flag for flag in flags.FLAGS), *wider)
+    flags.OUTPUTS_ONLY_FLAGS += wider
 
     from mechc.compilation import build as module
 
@@ -168,6 +172,12 @@ def _compiled_by(build: str) -> Callable[..., mechc.Model]:
         return mechc.compile(shipped_mechanism(name)) if compiled else mechc.load(name, **sizes)
 
     return load
+
+
+def _wider_bounds(runtime: Path) -> tuple[str, ...]:
+    """Flags by which each bound of arrays is larger than its count, by another number."""
+    names = re.findall(r"#ifndef MECHC_(\w+)_MAX", (runtime / "dynamics" / "bounds.h").read_text())
+    return tuple(f"-DMECHC_{name}_MAX=(MECHC_{name}+{n})" for n, name in enumerate(names, 1))
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 import re
 import subprocess
 from collections import defaultdict
+from collections.abc import Iterator
 from itertools import combinations
 from pathlib import Path
 
@@ -111,6 +112,28 @@ def test_folders_include_those_of_lower_layers() -> None:
         text = (RUNTIME / name).read_text("utf-8").replace(ALL, "")
         included = set(re.findall(r'#include "(\w+)/', text))
         assert included <= allowed, f"{name} includes {included - allowed}"
+
+
+TYPE = r"(?:double|int|char|real|rmask|ptrdiff_t|mechc_\w+|FN\(\w+\))"
+DIMENSIONS = r"(?:\[[^\]]*\])+"
+
+
+def _dimensions(text: str) -> Iterator[str]:
+    """The dimensions of the arrays that a header declares, but for tables with values."""
+    for line in re.sub(r"/\*.*?\*/|= {.*?}", "", text, flags=re.S).splitlines():
+        if not line.lstrip().startswith(("static const", "typedef")):
+            yield from re.findall(rf"\b{TYPE} \*?\w+({DIMENSIONS})", line)
+            if re.match(rf" *(?:const |long )?{TYPE} .*;", line):  # others in the same line
+                yield from re.findall(rf", \*?\w+({DIMENSIONS})(?=[,; ])", line)
+
+
+def test_arrays_are_as_large_as_bounds() -> None:
+    """``dynamics/bounds.h``: counts say how many of their elements are in use."""
+    texts = {name: (RUNTIME / name).read_text("utf-8") for name in HEADERS}
+    bounds = {b for text in texts.values() for b in re.findall(r"#define (MECHC_\w+)_MAX ", text)}
+    found = [(name, dimension) for name, text in texts.items() for dimension in _dimensions(text)]
+    assert len([d for _, d in found if "_MAX" in d]) > 500
+    assert [(n, d) for n, d in found if bounds & {*re.findall(r"MECHC_\w+", d)}] == []
 
 
 # What happens in a motion is found and applied in one place.

@@ -9,7 +9,7 @@
 /* The equations K^T z = w; unknown i of stage a has the place a size + i. */
 typedef struct {
     mechc_step_equations step;
-    double w[MECHC_VARIED_NODES * MECHC_NX], z[MECHC_VARIED_NODES * MECHC_NX];
+    double w[MECHC_VARIED_NODES * MECHC_NX_MAX], z[MECHC_VARIED_NODES * MECHC_NX_MAX];
 } mechc_eliminated;
 
 /* Allocate work space with a column for each parameter and input, and for those of the shapes. */
@@ -84,7 +84,7 @@ MECHC_STATIC int mechc_eliminated_back(mechc_varying *blocks, const mechc_rule *
     if (!mechc_solve_transposed(&c, blocks->room, blocks->rows)) return 0;
     for (int k = 0; k < nq; k++) covector[nq + k] += h * covector[k];
     for (int a = 0; a < rule->stages; a++) {
-        double by_state[MECHC_NX] = {0.0};
+        double by_state[MECHC_NX_MAX] = {0.0};
         const double *z = c.z + a * size, *rows = mechc_block_of(&c, a) + nq * MECHC_NX;
         const double *given = mechc_block_of(&c, a) + MECHC_BY_STATE + nq * d->width * MECHC_LANES;
         for (int i = 0; i < size; i++)

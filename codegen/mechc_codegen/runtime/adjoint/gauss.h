@@ -16,8 +16,8 @@
 typedef struct {
     const mechc_rule *rule;
     double h;
-    mechc_vector w[MECHC_BLOCKS][MECHC_NX], z[MECHC_BLOCKS][MECHC_NX];
-    mechc_vector slopes[MECHC_BLOCKS][MECHC_SLOPES];
+    mechc_vector w[MECHC_BLOCKS][MECHC_NX_MAX], z[MECHC_BLOCKS][MECHC_NX_MAX];
+    mechc_vector slopes[MECHC_BLOCKS][MECHC_SLOPES_MAX];
 } mechc_costages;
 
 /* Solve the motion at the stages of a step. */
@@ -25,7 +25,7 @@ MECHC_STATIC void mechc_take_costages(mechc_covarying *w, const mechc_nodes_at_h
 {
     for (int block = 0; block < MECHC_BLOCKS; block++) {
         const double *t = nodes->t + block * MECHC_LANES;
-        mechc_vector time, state[MECHC_NX], rates[MECHC_NX];
+        mechc_vector time, state[MECHC_NX_MAX], rates[MECHC_NX_MAX];
         mechc_mask kept = {0};
         mechc_fill_lanes(t, MECHC_LANES, 1, &time);
         mechc_fill_lanes(nodes->y + block * MECHC_LANES * MECHC_NX, MECHC_LANES, MECHC_NX, state);
@@ -110,7 +110,7 @@ MECHC_STATIC void mechc_gather_stages(const mechc_covariation *v, const double *
                                       const mechc_vector *slopes)
 {
     for (int lane = 0; v->shapes && lane < MECHC_LANES; lane++) {
-        double one[MECHC_AT_LEAST_ONE(MECHC_NB)];
+        double one[MECHC_AT_LEAST_ONE(MECHC_NB_MAX)];
         for (int k = 0; k < MECHC_NB; k++) one[k] = slopes[k][lane];
         mechc_gather_shapes(v, t[lane], one);
     }

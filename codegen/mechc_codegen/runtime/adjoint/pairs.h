@@ -14,7 +14,7 @@ MECHC_STATIC void mechc_take_stages_back(mechc_covarying *w, const mechc_tableau
     mechc_pair_stages stages;
     w->kept = (mechc_mask){0};
     for (int i = 0; i < tableau->stages; i++) {
-        mechc_vector time, state[MECHC_NX], rates[MECHC_NX];
+        mechc_vector time, state[MECHC_NX_MAX], rates[MECHC_NX_MAX];
         double *t = w->t + i * MECHC_LANES, *y = w->y + i * MECHC_LANES * MECHC_NX;
         mechc_pair_states(tableau, steps, i, &stages);
         if (mechc_keeps_more(method, steps, &stages, &w->kept)) {
@@ -36,7 +36,7 @@ MECHC_INLINE void mechc_stage_back(mechc_covarying *w, int i, int n, const doubl
                                    double *slopes)
 {
     const int place = i * MECHC_LANES + n;
-    double rates[MECHC_NX];
+    double rates[MECHC_NX_MAX];
     mechc_scalar_solve_state(w->t[place], w->y + place * MECHC_NX, &w->given.scalar, &w->one,
                              rates);
     mechc_scalar_prepare_pullback(&w->given.scalar, w->kept[n] != 0, &w->one);
@@ -48,7 +48,7 @@ MECHC_STATIC void mechc_pair_back(mechc_covarying *w, const mechc_covariation *v
 {
     const int count = tableau->stages;
     const double *weights = tableau->matrix + count * MECHC_MOST_RATES;
-    double rates[MECHC_MOST_RATES][MECHC_NX], slopes[MECHC_SLOPES];
+    double rates[MECHC_MOST_RATES][MECHC_NX_MAX], slopes[MECHC_SLOPES_MAX];
     for (int i = 0; i < count; i++)
         for (int k = 0; k < MECHC_NX; k++) rates[i][k] = h * weights[i] * v->covector[k];
     for (int i = count - 1; i >= 0; i--) {

@@ -15,17 +15,17 @@
 #include "variational/linearise.h"
 
 #if MECHC_VARIATIONAL
-#define MECHC_COVECTOR (MECHC_MOTION + (MECHC_IDENTITY_KINEMATICS ? 0 : MECHC_NQ))
+#define MECHC_COVECTOR_MAX (MECHC_MOTION_MAX + (MECHC_IDENTITY_KINEMATICS ? 0 : MECHC_NQ_MAX))
 
 /* A state whose motion is solved, with the data that pulling covectors back there needs. */
 typedef struct {
-    real t, y[MECHC_NX];
+    real t, y[MECHC_NX_MAX];
     FN(place) place;
-    real a[MECHC_NU], l[MECHC_AT_LEAST_ONE(MECHC_NC)];
+    real a[MECHC_NU_MAX], l[MECHC_AT_LEAST_ONE(MECHC_NC_MAX)];
     rmask along; /* the rates are those of the projected state */
 #if MECHC_NC > 0
-    real responses[MECHC_NU * MECHC_MOTION]; /* the rows of K^-1 for accelerations */
-    real tangent[MECHC_NX * MECHC_SLOPES];
+    real responses[MECHC_NU_MAX * MECHC_MOTION_MAX]; /* the rows of K^-1 for accelerations */
+    real tangent[MECHC_NX_MAX * MECHC_SLOPES_MAX];
 #elif MECHC_LINKS > 0
     FN(mass_factors) factors;
 #endif
@@ -48,13 +48,13 @@ MECHC_ONCE void FN(prepare_pullback)(const FN(given) *given, rmask along, FN(sol
 {
     at->along = along;
 #if MECHC_NC > 0
-    real unit[MECHC_MOTION * MECHC_MOTION];
+    real unit[MECHC_MOTION_MAX * MECHC_MOTION_MAX];
     for (int i = 0; i < MECHC_MOTION * MECHC_MOTION; i++)
         unit[i] = R(i % (MECHC_MOTION + 1) == 0 ? -1.0 : 0.0);
     FN(respond_with)(&at->place, unit, MECHC_MOTION, 0, at->responses);
     if (R_ANY(along)) FN(put_tangent)(at->t, at->y, given, &at->place, at->tangent);
 #elif MECHC_LINKS > 0
-    real mass[MECHC_NU * MECHC_NU];
+    real mass[MECHC_NU_MAX * MECHC_NU_MAX];
     FN(composite_mass)(at->place.saved, mass);
     FN(factor_mass)(mass, MECHC_NU, &at->factors);
 #endif
@@ -84,7 +84,7 @@ MECHC_INLINE void FN(weigh_residual)(const FN(solved_state) *at, const real *z, 
 /* Pull MECHC_SLOPES slopes back through the projection, in place. */
 MECHC_INLINE void FN(pull_through)(const real *tangent, rmask along, real *slopes)
 {
-    real after[MECHC_NX];
+    real after[MECHC_NX_MAX];
     for (int i = 0; i < MECHC_NX; i++) {
         after[i] = slopes[i];
         slopes[i] = R_SELECT(along, R(0.0), slopes[i]);
@@ -101,7 +101,7 @@ MECHC_ONCE void FN(pull_back)(const FN(solved_state) *at, const FN(given) *given
                               real *slopes)
 {
     const real *const u = at->y + MECHC_NQ;
-    real weights[MECHC_COVECTOR];
+    real weights[MECHC_COVECTOR_MAX];
     FN(weigh_residual)(at, z + MECHC_NQ, weights);
 #if !MECHC_IDENTITY_KINEMATICS
     for (int k = 0; k < MECHC_NQ; k++) weights[MECHC_MOTION + k] = z[k];

@@ -34,7 +34,7 @@ MECHC_INLINE rmask FN(short_rows)(const FN(place) *place)
 MECHC_INLINE real FN(rows_of_states)(real t, const real *q, const FN(given) *given, rmask asked,
                                      real rank)
 {
-    double times[RLANES], most[RLANES], state[2][MECHC_NQ], p[2][MECHC_AT_LEAST_ONE(MECHC_NP)];
+    double times[RLANES], most[RLANES], state[2][MECHC_NQ_MAX], p[2][MECHC_AT_LEAST_ONE(MECHC_NP_MAX)];
     int64_t asks[RLANES];
     int last = -1, found = MECHC_NC;
     memcpy(times, &t, sizeof times);
@@ -47,7 +47,7 @@ MECHC_INLINE real FN(rows_of_states)(real t, const real *q, const FN(given) *giv
         FN(take_lane)(given->p, MECHC_NP, lane, values);
         const int repeated = last == lane - 1 && lane && times[lane] == times[last]
                           && given->inputs[lane] == given->inputs[last]
-                          && memcmp(state[0], state[1], sizeof state[0]) == 0
+                          && memcmp(state[0], state[1], MECHC_NQ * sizeof(double)) == 0
                           && memcmp(p[0], p[1], MECHC_NP * sizeof(double)) == 0;
         if (!repeated) found = given->count(times[lane], own, values, given->inputs[lane]);
         last = lane;

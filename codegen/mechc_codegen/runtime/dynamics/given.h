@@ -19,8 +19,8 @@ typedef int mechc_row_count(double t, const double *q, const double *p, const me
 #endif
 
 typedef struct {
-    real p[MECHC_AT_LEAST_ONE(MECHC_NP)]; /* parameters */
-    real k[MECHC_CONSTANTS];              /* constants made of them */
+    real p[MECHC_AT_LEAST_ONE(MECHC_NP_MAX)]; /* parameters */
+    real k[MECHC_CONSTANTS_MAX];              /* constants made of them */
     const mechc_inputs *inputs[RLANES];   /* of a scene that has any */
     const int *stop;                      /* see mechc_options */
     const real *forces; /* generalized (nu), besides the scene's own: outputs that hold accelerations
@@ -48,12 +48,12 @@ MECHC_INLINE void FN(take_lane)(const real *values, int count, int lane, double 
 MECHC_ONCE void FN(read_inputs)(real t, const real *q, const real *u, const FN(given) *given,
                                 int first, int last, real *values)
 {
-    double times[RLANES], found[MECHC_NI][RLANES];
-    double state[2][MECHC_NQ + MECHC_NU] = {{0.0}};
+    double times[RLANES], found[MECHC_NI_MAX][RLANES];
+    double state[2][MECHC_NQ_MAX + MECHC_NU_MAX] = {{0.0}};
     memcpy(times, &t, sizeof times);
     for (int lane = 0; lane < RLANES; lane++) {
         const mechc_inputs *inputs = given->inputs[lane];
-        double *own = state[lane & 1], value[MECHC_NI];
+        double *own = state[lane & 1], value[MECHC_NI_MAX];
         const int needs_state = inputs && inputs->needs_state;
         if (needs_state) FN(take_lane)(q, MECHC_NQ, lane, own);
         if (needs_state && u) FN(take_lane)(u, MECHC_NU, lane, own + MECHC_NQ);

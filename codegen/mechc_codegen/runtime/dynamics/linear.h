@@ -23,14 +23,14 @@
 #define MECHC_LOSS 1e-2
 
 typedef struct {
-    real lower[MECHC_NU * MECHC_NU]; /* strictly lower part of L, row by row */
-    real inverse[MECHC_NU];          /* 1 / D */
+    real lower[MECHC_NU_MAX * MECHC_NU_MAX]; /* strictly lower part of L, row by row */
+    real inverse[MECHC_NU_MAX];              /* 1 / D */
 } FN(mass_factors);
 
 /* M = L D L^T, n by n; returns the first row whose pivot is not positive, or -1. */
 MECHC_INLINE int FN(factor_mass)(const real *mass, int n, FN(mass_factors) *f)
 {
-    real scaled[MECHC_NU];
+    real scaled[MECHC_NU_MAX];
     int bad = -1;
     for (int j = 0; j < n; j++) {
         real pivot = mass[j * n + j];
@@ -75,13 +75,13 @@ typedef struct {
 #if MECHC_LINKS > 0
     FN(mass_factors) metric;
 #endif
-    real weight[MECHC_NU];
-    real rows[MECHC_NC * MECHC_NU]; /* orthogonal */
-    real mix[MECHC_NC * MECHC_NC];
-    real scale[MECHC_NC];
-    real norm[MECHC_NC];         /* squared */
-    real inverse_norm[MECHC_NC]; /* 0 where redundant */
-    rmask swapped[MECHC_NC * MECHC_NC];
+    real weight[MECHC_NU_MAX];
+    real rows[MECHC_NC_MAX * MECHC_NU_MAX]; /* orthogonal */
+    real mix[MECHC_NC_MAX * MECHC_NC_MAX];
+    real scale[MECHC_NC_MAX];
+    real norm[MECHC_NC_MAX];         /* squared */
+    real inverse_norm[MECHC_NC_MAX]; /* 0 where redundant */
+    rmask swapped[MECHC_NC_MAX * MECHC_NC_MAX];
     real rank; /* rows that count */
 } FN(factors);
 
@@ -152,7 +152,7 @@ MECHC_INLINE void FN(sweep)(FN(factors) *f, int i, int j, real inverse)
 /* Orthogonalise the first `rows` of f->rows in the metric of f->weight; `rank` of them count. */
 MECHC_INLINE void FN(orthogonalise)(FN(factors) *f, int rows, real rank)
 {
-    real start[MECHC_NC];
+    real start[MECHC_NC_MAX];
     f->rank = rank;
     for (int i = 0; i < rows; i++)
         start[i] = f->norm[i] = FN(inner)(f, f->rows + i * MECHC_NU, f->rows + i * MECHC_NU);
@@ -262,7 +262,7 @@ MECHC_INLINE void FN(values_of_rows)(const FN(factors) *f, int rows, const real 
 /* The least x, in the metric of the weights, on which the rows take the values given. */
 MECHC_INLINE void FN(least_change)(const FN(factors) *f, int rows, const real *values, real *x)
 {
-    real wanted[MECHC_NC];
+    real wanted[MECHC_NC_MAX];
     FN(values_of_rows)(f, rows, values, wanted);
     for (int k = 0; k < MECHC_NU; k++) x[k] = R(0.0);
     for (int i = 0; i < rows; i++) {
@@ -329,7 +329,7 @@ MECHC_INLINE void FN(take_column)(const real *column, real inverse, real *other)
 MECHC_ONCE __attribute__((cold)) void FN(least_multipliers)(const real *jacobian,
                                                             const FN(factors) *f, real *lambda)
 {
-    real columns[MECHC_NU * MECHC_NC], inverse[MECHC_NC], left[MECHC_NC], rank = R(0.0);
+    real columns[MECHC_NU_MAX * MECHC_NC_MAX], inverse[MECHC_NC_MAX], left[MECHC_NC_MAX], rank = R(0.0);
     const rmask redundant = FN(redundant)(f);
     for (int i = 0; i < MECHC_NC; i++) {
         left[i] = lambda[i];
@@ -357,7 +357,7 @@ MECHC_INLINE void FN(solve_in_metric)(const FN(factors) *f, const FN(mass_factor
                                       const real *jacobian, const real *forcing, const real *values,
                                       real *x, real *lambda)
 {
-    real wanted[MECHC_NC], multiples[MECHC_NC];
+    real wanted[MECHC_NC_MAX], multiples[MECHC_NC_MAX];
     for (int k = 0; k < MECHC_NU; k++) x[k] = forcing[k];
     FN(forward)(metric, MECHC_NU, x);
     FN(values_of_rows)(f, MECHC_NC, values, wanted);

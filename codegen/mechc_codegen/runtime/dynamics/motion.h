@@ -54,7 +54,7 @@ MECHC_INLINE void FN(solve_in_mass_metric)(const FN(motion_terms) *terms, real *
 MECHC_ONCE __attribute__((cold)) void FN(least_work)(const real *mass, const real *jacobian,
                                                      real rank, const real *values, real *step)
 {
-    real none[MECHC_NU];
+    real none[MECHC_NU_MAX];
     for (int i = 0; i < MECHC_NU; i++) none[i] = R(0.0);
     const FN(motion_terms) terms = {mass, jacobian, none, values, rank, R(1.0)};
     FN(solve_in_mass_metric)(&terms, step, 0);
@@ -75,8 +75,8 @@ MECHC_ONCE __attribute__((cold)) void FN(solve_redundant)(const real *terms, rea
 MECHC_INLINE void FN(redundant_motion)(const FN(motion_terms) *terms, rmask lanes, real *x,
                                        real *lambda)
 {
-    real copy[MECHC_NU * MECHC_NU + MECHC_NC * MECHC_NU + MECHC_NU + MECHC_NC + 1], *to = copy;
-    real solution[MECHC_NU + MECHC_NC];
+    real copy[(MECHC_NU_MAX + MECHC_NC_MAX) * (MECHC_NU_MAX + 1) + 1], *to = copy;
+    real solution[MECHC_NU_MAX + MECHC_NC_MAX];
     for (int i = 0; i < MECHC_NU * MECHC_NU; i++) *to++ = terms->mass[i];
     for (int i = 0; i < MECHC_NC * MECHC_NU; i++) *to++ = terms->jacobian[i];
     for (int i = 0; i < MECHC_NU; i++) *to++ = terms->forcing[i];
@@ -94,8 +94,8 @@ MECHC_INLINE void FN(redundant_motion)(const FN(motion_terms) *terms, rmask lane
 /* A basis of all speeds' duals: the orthogonal rows, then unit vectors less their part in what
  * comes before them. */
 typedef struct {
-    real vectors[MECHC_NU * MECHC_NU], inverse_norm[MECHC_NU];
-    real left[MECHC_NU]; /* squared share of each unit vector that is in none of them yet */
+    real vectors[MECHC_NU_MAX * MECHC_NU_MAX], inverse_norm[MECHC_NU_MAX];
+    real left[MECHC_NU_MAX]; /* squared share of each unit vector that is in none of them yet */
 } FN(basis);
 
 /* Put the unit vector of which most is left at place i; part[j] is its part in vector j < i. */
@@ -126,7 +126,7 @@ MECHC_INLINE void FN(take_share)(const FN(factors) *f, FN(basis) *basis, int i)
 MECHC_INLINE void FN(free_directions)(const FN(factors) *f, real *directions)
 {
     FN(basis) basis;
-    real part[MECHC_NU];
+    real part[MECHC_NU_MAX];
     for (int k = 0; k < MECHC_NU; k++) basis.left[k] = R(1.0);
     for (int i = 0; i < MECHC_NC * MECHC_NU; i++) basis.vectors[i] = f->rows[i];
     for (int i = 0; i < MECHC_NC; i++) {
@@ -157,7 +157,7 @@ MECHC_INLINE void FN(along)(const real *directions, const real *x, real *values)
 MECHC_INLINE void FN(reduced_mass)(const real *mass, const real *directions, real *reduced)
 {
     for (int i = 0; i < MECHC_FREE; i++) {
-        real momentum[MECHC_NU];
+        real momentum[MECHC_NU_MAX];
         for (int k = 0; k < MECHC_NU; k++)
             momentum[k] = FN(dot)(mass + k * MECHC_NU, directions + i * MECHC_NU);
         FN(along)(directions, momentum, reduced + i * MECHC_FREE);
@@ -168,7 +168,7 @@ MECHC_INLINE void FN(reduced_mass)(const real *mass, const real *directions, rea
 MECHC_INLINE void FN(reactions)(const FN(motion_terms) *terms, const FN(factors) *f, const real *x,
                                 real *lambda)
 {
-    real reaction[MECHC_NU], multiples[MECHC_NC];
+    real reaction[MECHC_NU_MAX], multiples[MECHC_NC_MAX];
     for (int k = 0; k < MECHC_NU; k++) reaction[k] = terms->forcing[k];
     FN(take_inertia)(terms->mass, x, reaction);
     for (int i = 0; i < MECHC_NC; i++)
@@ -180,9 +180,9 @@ MECHC_INLINE void FN(reactions)(const FN(motion_terms) *terms, const FN(factors)
 MECHC_INLINE void FN(solve_reduced)(const FN(motion_terms) *terms, const FN(factors) *f, real *x,
                                     real *lambda)
 {
-    real directions[MECHC_AT_LEAST_ONE(MECHC_FREE) * MECHC_NU];
-    real reduced[MECHC_AT_LEAST_ONE(MECHC_FREE * MECHC_FREE)], free_part[MECHC_NU];
-    real forces[MECHC_NU];
+    real directions[MECHC_AT_LEAST_ONE(MECHC_FREE_MAX) * MECHC_NU_MAX];
+    real reduced[MECHC_AT_LEAST_ONE(MECHC_FREE_MAX * MECHC_FREE_MAX)], free_part[MECHC_NU_MAX];
+    real forces[MECHC_NU_MAX];
     FN(mass_factors) mass;
     FN(free_directions)(f, directions);
     FN(reduced_mass)(terms->mass, directions, reduced);
@@ -250,7 +250,7 @@ MECHC_INLINE void FN(least_step)(const real *jacobian, const real *mass, const F
 {
     FN(along_freedom)(f, values, R(0.0), step);
     if (__builtin_expect(R_ANY(f->redundant), 0)) {
-        real copy[MECHC_NC * MECHC_NU + MECHC_NU * MECHC_NU + MECHC_NC], other[MECHC_NU];
+        real copy[(MECHC_NC_MAX + MECHC_NU_MAX) * MECHC_NU_MAX + MECHC_NC_MAX], other[MECHC_NU_MAX];
         memcpy(copy, jacobian, MECHC_NC * MECHC_NU * sizeof *copy);
         memcpy(copy + MECHC_NC * MECHC_NU, mass, MECHC_NU * MECHC_NU * sizeof *copy);
         memcpy(copy + (MECHC_NC + MECHC_NU) * MECHC_NU, values, MECHC_NC * sizeof *copy);
@@ -283,7 +283,7 @@ MECHC_INLINE void FN(least_orthogonal_step)(const real *jacobian, const real *ma
         & ~FN(lost_rank)(f);
     FN(least_change)(f, MECHC_NC, values, step);
     if (__builtin_expect(R_ANY(beside), 0)) {
-        real other[MECHC_NU];
+        real other[MECHC_NU_MAX];
         FN(least_work)(mass, jacobian, f->rank, values, other);
         for (int i = 0; i < MECHC_NU; i++) step[i] = R_SELECT(beside, other[i], step[i]);
     }

@@ -26,7 +26,7 @@ MECHC_ONCE int mechc_strong_rows(double t, const double *q, const mechc_scalar_g
 MECHC_STATIC void mechc_steady_rows(const mechc_scalar_place *place,
                                     const mechc_scalar_factors *rows, double *u)
 {
-    double values[MECHC_NC], step[MECHC_NU];
+    double values[MECHC_NC_MAX], step[MECHC_NU_MAX];
     mechc_scalar_velocity_residual(place, u, values);
     for (int i = 0; i < MECHC_NC; i++) values[i] = -values[i];
     mechc_scalar_least_change(rows, MECHC_NC, values, step);
@@ -39,7 +39,7 @@ MECHC_STATIC void mechc_steady_rows(const mechc_scalar_place *place,
 MECHC_STATIC int mechc_close_between(double t, double *q, const mechc_scalar_given *given,
                                      mechc_scalar_place *place, mechc_scalar_factors *rows)
 {
-    double before = HUGE_VAL, rounding, gap, values[MECHC_NC], step[MECHC_NU];
+    double before = HUGE_VAL, rounding, gap, values[MECHC_NC_MAX], step[MECHC_NU_MAX];
     for (int iteration = 0;; iteration++) {
         const int weak = mechc_strong_rows(t, q, given, place, rows);
         gap = mechc_scalar_gap(place, q, &rounding);
@@ -60,7 +60,7 @@ MECHC_STATIC double mechc_weakest_rate(const mechc_scalar_place *place,
                                        double *direction)
 {
     const int last = (int)rows->rank - 1;
-    double values[MECHC_NC], each[MECHC_NC];
+    double values[MECHC_NC_MAX], each[MECHC_NC_MAX];
     mechc_scalar_velocity_residual(place, u, values);
     mechc_scalar_values_of_rows(rows, MECHC_NC, values, each);
     for (int j = 0; j < MECHC_NU; j++)
@@ -75,7 +75,7 @@ MECHC_RARE void mechc_fit_to_speeds(double t, double *y, const mechc_scalar_give
                                     mechc_scalar_place *place, mechc_scalar_factors *rows)
 {
     const int last = (int)rows->rank - 1;
-    double direction[MECHC_NU], turned[MECHC_NU], by[MECHC_NU], moved[MECHC_NQ], rounding;
+    double direction[MECHC_NU_MAX], turned[MECHC_NU_MAX], by[MECHC_NU_MAX], moved[MECHC_NQ_MAX], rounding;
     mechc_scalar_place near;
     mechc_scalar_factors there;
     rows->inverse_norm[last] = 0.0;
@@ -86,7 +86,7 @@ MECHC_RARE void mechc_fit_to_speeds(double t, double *y, const mechc_scalar_give
         fastest = mechc_max(fastest, fabs(direction[j]) / mechc_given_unit(given, MECHC_NQ + j));
     const double small = MECHC_SMALL_MOVE / fastest;
     for (int j = 0; j < MECHC_NU; j++) by[j] = small * direction[j];
-    memcpy(moved, y, sizeof moved);
+    memcpy(moved, y, MECHC_NQ * sizeof *y);
     mechc_scalar_displace(t, moved, given, by);
     mechc_strong_rows(t, moved, given, &near, &there);
     const double slope = (mechc_weakest_rate(&near, &there, y + MECHC_NQ, turned) - rate) / small;
@@ -152,8 +152,8 @@ MECHC_ONCE int mechc_project_state(double t, double *y, const mechc_scalar_given
 {
     mechc_scalar_place place;
     long iterations = 0;
-    double kept[MECHC_NX];
-    memcpy(kept, y, sizeof kept);
+    double kept[MECHC_NX_MAX];
+    memcpy(kept, y, MECHC_NX * sizeof *y);
     moved[0] = moved[1] = 0.0;
 #if MECHC_NH > 0
     double rounding;
@@ -162,7 +162,7 @@ MECHC_ONCE int mechc_project_state(double t, double *y, const mechc_scalar_given
 #endif
     const int status = mechc_close_loops(t, y, given, &place, &iterations);
 #if MECHC_NC > 0
-    double residual[MECHC_NC];
+    double residual[MECHC_NC_MAX];
     if (status == MECHC_RUNNING) {
         mechc_scalar_velocity_residual(&place, y + MECHC_NQ, residual);
         for (int i = 0; i < MECHC_NC; i++) moved[1] = mechc_max(moved[1], fabs(residual[i]));
@@ -170,7 +170,7 @@ MECHC_ONCE int mechc_project_state(double t, double *y, const mechc_scalar_given
     }
 #endif
     if (!mechc_is_delicate(&place, given)) return status;
-    memcpy(y, kept, sizeof kept);
+    memcpy(y, kept, MECHC_NX * sizeof *y);
 #if MECHC_NH > 0
     if (moved[0] <= rounding) { /* no other q is closed better */
         mechc_keep_weakest_rate(t, y, given);
@@ -185,7 +185,7 @@ MECHC_STATIC void mechc_project_error(const mechc_scalar_place *place, double *e
 {
 #if MECHC_NH > 0
     for (int part = MECHC_IDENTITY_KINEMATICS ? 0 : MECHC_NQ; part < MECHC_NX; part += MECHC_NQ) {
-        double values[MECHC_NC], step[MECHC_NU];
+        double values[MECHC_NC_MAX], step[MECHC_NU_MAX];
         mechc_scalar_rates_of_rows(place, error + part, values);
         for (int i = 0; i < MECHC_NC; i++) values[i] = -values[i];
         mechc_scalar_least_step_at(place, values, step);

@@ -1,6 +1,7 @@
 /* Sizes of the scene, and constants derived from them. */
 #pragma once
 
+#include "dynamics/bounds.h"
 #include "scene_sizes.h"
 
 #ifndef MECHC_NI
@@ -44,6 +45,7 @@
 #endif
 
 #define MECHC_NX (MECHC_NQ + MECHC_NU)
+#define MECHC_NX_MAX (MECHC_NQ_MAX + MECHC_NU_MAX)
 /* Constants made of parameters, and then of the rows: how many count (generic_rank.h), and what they
  * are like at ordinary configurations (ordinary_rows.h). */
 #define MECHC_ROWS_THAT_COUNT MECHC_NK
@@ -52,6 +54,7 @@
 #define MECHC_OF_A_RADIAN 0.1
 #define MECHC_LENGTH (MECHC_NK + 3) /* of the mechanism: see ordinary_rows.h */
 #define MECHC_CONSTANTS (MECHC_NK + 4)
+#define MECHC_CONSTANTS_MAX (MECHC_NK_MAX + 4)
 
 #ifdef MECHC_SLIDES /* of the state: the components that are no angles and no numbers */
 static const unsigned char mechc_slides[MECHC_NX] __attribute__((unused)) = {MECHC_SLIDES};

@@ -53,13 +53,13 @@ typedef struct {
 #else
     FN(mass_factors) factored;
 #endif
-    real gap[MECHC_AT_LEAST_ONE(MECHC_NH)];
-    real jacobian[MECHC_AT_LEAST_ONE(MECHC_NC * MECHC_NU)];
-    real bias[MECHC_AT_LEAST_ONE(MECHC_NC)];
+    real gap[MECHC_AT_LEAST_ONE(MECHC_NH_MAX)];
+    real jacobian[MECHC_AT_LEAST_ONE(MECHC_NC_MAX * MECHC_NU_MAX)];
+    real bias[MECHC_AT_LEAST_ONE(MECHC_NC_MAX)];
 #if !MECHC_ARTICULATED
-    real mass[MECHC_NU * MECHC_NU];
+    real mass[MECHC_NU_MAX * MECHC_NU_MAX];
 #endif
-    real saved[MECHC_AT_LEAST_ONE(MECHC_SAVED)];
+    real saved[MECHC_AT_LEAST_ONE(MECHC_SAVED_MAX)];
     int bad; /* speed with a vanishing mass pivot, or -1 */
 } FN(place);
 
@@ -203,7 +203,7 @@ MECHC_INLINE real FN(regularity_at)(const FN(place) *place)
 /* The conditioning of the only configuration row, beside which there are velocity constraints. */
 MECHC_INLINE real FN(conditioning_of_row)(const FN(place) *place)
 {
-    real square = R(0.0), moved[MECHC_NU];
+    real square = R(0.0), moved[MECHC_NU_MAX];
     FN(moved_masses)(place->mass, place->length, moved);
     for (int k = 0; k < MECHC_NU; k++) {
         const real entry = place->jacobian[k];
@@ -297,7 +297,7 @@ MECHC_INLINE void FN(displace)(real t, real *q, const FN(given) *given, const re
     (void)t, (void)given;
     for (int i = 0; i < MECHC_NQ; i++) q[i] += step[i];
 #else
-    real map[MECHC_NQ * MECHC_NU], still[MECHC_NU];
+    real map[MECHC_NQ_MAX * MECHC_NU_MAX], still[MECHC_NU_MAX];
     for (int i = 0; i < MECHC_NU; i++) still[i] = R(0.0);
     FN(output_kinematic_matrix)(t, q, still, given, map);
     for (int i = 0; i < MECHC_NQ; i++)
@@ -308,7 +308,7 @@ MECHC_INLINE void FN(displace)(real t, real *q, const FN(given) *given, const re
 /* One Gauss-Newton correction of q, the least in the metric of the rows. */
 MECHC_INLINE void FN(correct)(real t, real *q, const FN(given) *given, const FN(place) *place)
 {
-    real values[MECHC_NC], step[MECHC_NU];
+    real values[MECHC_NC_MAX], step[MECHC_NU_MAX];
     FN(gap_values)(place, values);
     FN(least_step_at)(place, values, step);
     FN(displace)(t, q, given, step);
@@ -319,7 +319,7 @@ MECHC_INLINE void FN(correct)(real t, real *q, const FN(given) *given, const FN(
 MECHC_INLINE void FN(correct_beyond)(real t, real *q, const FN(given) *given,
                                      const FN(place) *place, double units)
 {
-    real values[MECHC_NC], step[MECHC_NU], rounding;
+    real values[MECHC_NC_MAX], step[MECHC_NU_MAX], rounding;
     const real gap = FN(gap_and_rounding)(place, q, &rounding);
     const rmask shows = ~R_MASK(gap <= units * rounding);
     FN(gap_values)(place, values);
@@ -336,7 +336,7 @@ MECHC_INLINE int FN(close_loops)(real t, real *q, const FN(given) *given, FN(pla
 {
 #if MECHC_NH > 0
     double before = HUGE_VAL, rounding;
-    real turns[MECHC_AT_LEAST_ONE(3 * MECHC_TURNS)];
+    real turns[MECHC_AT_LEAST_ONE(3 * MECHC_TURNS_MAX)];
     for (int iteration = 0; iteration < 20; iteration++) {
         FN(locate_near)(t, q, given, place, turns, iteration > 0, MECHC_REDUNDANT);
         ++*iterations;
@@ -368,7 +368,7 @@ MECHC_INLINE void FN(velocity_residual)(const FN(place) *place, const real *u, r
 MECHC_INLINE void FN(steady)(const FN(place) *place, real *u)
 {
 #if MECHC_NC > 0
-    real values[MECHC_NC], step[MECHC_NU];
+    real values[MECHC_NC_MAX], step[MECHC_NU_MAX];
     FN(velocity_residual)(place, u, values);
     for (int i = 0; i < MECHC_NC; i++) values[i] = -values[i];
     FN(least_step_at)(place, values, step);
@@ -383,18 +383,18 @@ MECHC_OF_STAGE void FN(accelerate)(real t, const real *q, const real *u, const F
                                    const FN(place) *place, real *accelerations, real *lambda)
 {
 #if MECHC_NC > 0 && MECHC_LINKS > 0
-    real gamma[MECHC_NC], bias[MECHC_LINKS * MECHC_DIM], wrench[MECHC_LINKS * MECHC_DIM];
+    real gamma[MECHC_NC_MAX], bias[MECHC_LINKS_MAX * MECHC_DIM], wrench[MECHC_LINKS_MAX * MECHC_DIM];
     FN(tree_motion)(t, q, u, given, place->saved + MECHC_AT_SAVED, bias, wrench, gamma);
     FN(take_bias)(place->saved, bias, wrench);
     FN(solve_motion)(place->saved, &place->rows, wrench, gamma, accelerations, lambda);
 #elif MECHC_NC > 0
-    real forcing[MECHC_NU], gamma[MECHC_NC];
+    real forcing[MECHC_NU_MAX], gamma[MECHC_NC_MAX];
     const FN(motion_terms) terms = {place->mass, place->jacobian, forcing, gamma, place->rank,
                                      place->length};
     FN(motion)(t, q, u, given, place->saved, forcing, gamma);
     FN(solve_motion)(&terms, &place->rows, accelerations, lambda);
 #elif MECHC_ARTICULATED
-    real none[1], bias[MECHC_LINKS * MECHC_DIM], wrench[MECHC_LINKS * MECHC_DIM];
+    real none[1], bias[MECHC_LINKS_MAX * MECHC_DIM], wrench[MECHC_LINKS_MAX * MECHC_DIM];
     (void)lambda;
     FN(tree_motion)(t, q, u, given, place->saved + MECHC_AT_SAVED, bias, wrench, none);
     FN(free_accelerations)(place->saved, &place->factored, bias, wrench, accelerations);

@@ -159,7 +159,7 @@ MECHC_INLINE void FN(rigid_inertias)(const real *tree, real *out)
 /* The mass matrix by composite bodies: each link with all its descendants. */
 MECHC_ONCE void FN(composite_mass)(const real *tree, real *mass)
 {
-    real composite[MECHC_LINKS * MECHC_SQUARE];
+    real composite[MECHC_LINKS_MAX * MECHC_SQUARE];
     for (int i = 0; i < MECHC_NU * MECHC_NU; i++) mass[i] = R(0.0);
     FN(rigid_inertias)(tree, composite);
     for (int link = MECHC_LINKS - 1; link >= 0; link--) {
@@ -200,7 +200,7 @@ MECHC_INLINE real *FN(motion_of_parent)(const real *tree, int link, real *motion
 /* Subtract from each wrench the inertia force of the motion at u' = 0. */
 MECHC_ONCE void FN(take_bias)(const real *tree, const real *bias, real *wrench)
 {
-    real motion[MECHC_LINKS * MECHC_DIM], rigid[MECHC_SQUARE], needed[MECHC_DIM];
+    real motion[MECHC_LINKS_MAX * MECHC_DIM], rigid[MECHC_SQUARE], needed[MECHC_DIM];
     for (int link = 0; link < MECHC_LINKS; link++) {
         real *own = FN(motion_of_parent)(tree, link, motion);
         for (int i = 0; i < MECHC_DIM; i++) own[i] += bias[link * MECHC_DIM + i];
@@ -225,9 +225,9 @@ MECHC_ONCE void FN(along_speeds)(const real *tree, real *wrench, real *forcing)
 
 /* Articulated inertias: each link with all its descendants, whose joints are free. */
 typedef struct {
-    real inertia[MECHC_LINKS * MECHC_SQUARE];
-    real momentum[MECHC_NU * MECHC_DIM]; /* momentum of each column's motion */
-    real inverse[MECHC_NU];              /* inverse of each column's inertia along itself */
+    real inertia[MECHC_LINKS_MAX * MECHC_SQUARE];
+    real momentum[MECHC_NU_MAX * MECHC_DIM]; /* momentum of each column's motion */
+    real inverse[MECHC_NU_MAX];              /* inverse of each column's inertia along itself */
 } FN(articulated);
 
 /* I <- I - U U^T / D */
@@ -266,7 +266,7 @@ MECHC_ONCE int FN(articulate)(const real *tree, FN(articulated) *f)
 MECHC_ONCE void FN(free_accelerations)(const real *tree, const FN(articulated) *f, const real *bias,
                                        real *wrench, real *accelerations)
 {
-    real left[MECHC_NU], motion[MECHC_LINKS * MECHC_DIM], taken[MECHC_DIM];
+    real left[MECHC_NU_MAX], motion[MECHC_LINKS_MAX * MECHC_DIM], taken[MECHC_DIM];
     for (int link = MECHC_LINKS - 1; link >= 0; link--) {
         real *own = wrench + link * MECHC_DIM;
         for (int c = mechc_first_column[link + 1] - 1; c >= mechc_first_column[link]; c--) {
@@ -333,7 +333,7 @@ MECHC_ONCE void FN(cut_rows)(const real *tree, real *jacobian)
 /* J x: how fast the cuts open, from link to link. */
 MECHC_ONCE void FN(cut_rates)(const real *tree, const real *x, real *rates)
 {
-    real motion[MECHC_LINKS * MECHC_DIM], arm[MECHC_ARM], moved[MECHC_DIM];
+    real motion[MECHC_LINKS_MAX * MECHC_DIM], arm[MECHC_ARM], moved[MECHC_DIM];
     for (int link = 0; link < MECHC_LINKS; link++) {
         real *own = FN(motion_of_parent)(tree, link, motion);
         for (int c = mechc_first_column[link]; c < mechc_first_column[link + 1]; c++)
@@ -368,7 +368,7 @@ MECHC_INLINE real FN(sum_of_sizes)(const real *x, int count)
  * longer than what lies between on the way. */
 MECHC_ONCE real FN(most_partials)(const real *tree, real unit)
 {
-    real length[MECHC_LINKS], turning[MECHC_LINKS], sliding[MECHC_LINKS], most = R(0.0);
+    real length[MECHC_LINKS_MAX], turning[MECHC_LINKS_MAX], sliding[MECHC_LINKS_MAX], most = R(0.0);
     (void)unit;
     for (int link = 0; link < MECHC_LINKS; link++) {
         const int parent = mechc_parent[link];
@@ -424,7 +424,7 @@ MECHC_INLINE void FN(configuration)(real t, const real *q, const FN(given) *give
 MECHC_INLINE void FN(motion)(real t, const real *q, const real *u, const FN(given) *given,
                              const real *saved, real *forcing, real *gamma)
 {
-    real bias[MECHC_LINKS * MECHC_DIM], wrench[MECHC_LINKS * MECHC_DIM];
+    real bias[MECHC_LINKS_MAX * MECHC_DIM], wrench[MECHC_LINKS_MAX * MECHC_DIM];
     FN(tree_motion)(t, q, u, given, saved + MECHC_AT_SAVED, bias, wrench, gamma);
     FN(take_bias)(saved, bias, wrench);
     FN(along_speeds)(saved, wrench, forcing);
@@ -434,8 +434,9 @@ MECHC_INLINE void FN(motion)(real t, const real *q, const real *u, const FN(give
 MECHC_ONCE void FN(tree_terms)(real t, const real *q, const real *u, const FN(given) *given,
                                real *rows, real *mass, real *forcing)
 {
-    real saved[MECHC_SAVED], gap[MECHC_AT_LEAST_ONE(MECHC_NH)], bias[MECHC_AT_LEAST_ONE(MECHC_NC)];
-    real gamma[MECHC_AT_LEAST_ONE(MECHC_NC)];
+    real saved[MECHC_SAVED_MAX], gap[MECHC_AT_LEAST_ONE(MECHC_NH_MAX)];
+    real bias[MECHC_AT_LEAST_ONE(MECHC_NC_MAX)];
+    real gamma[MECHC_AT_LEAST_ONE(MECHC_NC_MAX)];
     FN(configuration)(t, q, given, gap, rows, bias, mass, saved, 0, 0);
     if (forcing) FN(motion)(t, q, u, given, saved, forcing, gamma);
 }

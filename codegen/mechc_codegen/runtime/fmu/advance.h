@@ -91,7 +91,7 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_step(mechc_fmu *fmu, double t, double h)
     const int status = mechc_reach_time(&fmu->reacher, t1, fmu->driven);
     fmu->evaluated = 0;
     if (status != MECHC_RUNNING && status != MECHC_FINISHED) return mechc_fmu_ended(fmu, status);
-    memcpy(fmu->now.y, fmu->reached, sizeof fmu->now.y);
+    memcpy(fmu->now.y, fmu->reached, MECHC_NX * sizeof *fmu->reached);
     fmu->now.t = t1;
     fmu->driven = 0;
     return MECHC_FMU_OK;

@@ -4,18 +4,19 @@
 #include "fmu/instance.h"
 
 #define MECHC_FMU_UNKNOWNS (MECHC_NX + MECHC_FMU_VALUES)
+#define MECHC_FMU_UNKNOWNS_MAX (MECHC_NX_MAX + MECHC_FMU_VALUES)
 typedef char mechc_rows_of_unit[!MECHC_STATE_JACOBIAN || MECHC_OWN == MECHC_FMU_VALUES ? 1 : -1];
 
 /* Jacobians of rates, then outputs, by states, parameters and values of inputs: each row by row. */
 typedef struct {
-    double by_state[MECHC_FMU_UNKNOWNS * MECHC_NX];
-    double by_parameter[MECHC_AT_LEAST_ONE(MECHC_FMU_UNKNOWNS * MECHC_NP)];
-    double by_input[MECHC_AT_LEAST_ONE(MECHC_FMU_UNKNOWNS * MECHC_NI)];
+    double by_state[MECHC_FMU_UNKNOWNS_MAX * MECHC_NX_MAX];
+    double by_parameter[MECHC_AT_LEAST_ONE(MECHC_FMU_UNKNOWNS_MAX * MECHC_NP_MAX)];
+    double by_input[MECHC_AT_LEAST_ONE(MECHC_FMU_UNKNOWNS_MAX * MECHC_NI_MAX)];
 } mechc_fmu_jacobian;
 
 /* A direction of the knowns, and the changes that follow from it. */
 typedef struct {
-    double y[MECHC_NX], p[MECHC_AT_LEAST_ONE(MECHC_NP)], inputs[MECHC_AT_LEAST_ONE(MECHC_NI)];
+    double y[MECHC_NX_MAX], p[MECHC_AT_LEAST_ONE(MECHC_NP_MAX)], inputs[MECHC_AT_LEAST_ONE(MECHC_NI_MAX)];
 } mechc_fmu_direction;
 
 MECHC_STATIC void mechc_fmu_linearise(mechc_fmu *fmu, mechc_fmu_jacobian *to)

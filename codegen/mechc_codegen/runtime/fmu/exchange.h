@@ -7,8 +7,8 @@
 /* The distance to the nearest state on the constraints, divided by the scale of each component. */
 MECHC_STATIC double mechc_fmu_drift(mechc_fmu *fmu)
 {
-    double y[MECHC_NX], farthest = 0.0;
-    memcpy(y, fmu->now.y, sizeof y);
+    double y[MECHC_NX_MAX], farthest = 0.0;
+    memcpy(y, fmu->now.y, MECHC_NX * sizeof *y);
     if (mechc_standalone_project(mechc_fmu_current(fmu), fmu->now.t, y) != MECHC_RUNNING)
         return HUGE_VAL;
     const double *scale = mechc_fmu_motion(fmu)->scale;
@@ -27,14 +27,14 @@ MECHC_STATIC int mechc_fmu_has_drifted(mechc_fmu *fmu)
 MECHC_STATIC mechc_fmu_status mechc_fmu_close_again(mechc_fmu *fmu, int *changed)
 {
     const int asked = fmu->moved || mechc_fmu_has_drifted(fmu);
-    double before[MECHC_NX];
+    double before[MECHC_NX_MAX];
     *changed = 0;
     if (MECHC_NC == 0 || !asked) return MECHC_FMU_OK;
-    memcpy(before, fmu->now.y, sizeof before);
+    memcpy(before, fmu->now.y, MECHC_NX * sizeof *before);
     if (mechc_fmu_close(fmu) != MECHC_RUNNING)
         return mechc_fmu_fails(fmu, "the loops cannot be closed near this state");
     fmu->moved = 0;
-    *changed = memcmp(before, fmu->now.y, sizeof before) != 0;
+    *changed = memcmp(before, fmu->now.y, MECHC_NX * sizeof *before) != 0;
     return MECHC_FMU_OK;
 }
 

@@ -29,7 +29,7 @@ typedef enum { MECHC_FMU_OK = 0, MECHC_FMU_DISCARD = 2, MECHC_FMU_ERROR = 3 } me
 /* All values from which a motion can continue. */
 typedef struct {
     double t, rtol, drift;
-    double y[MECHC_NX], p[MECHC_AT_LEAST_ONE(MECHC_NP)], inputs[MECHC_AT_LEAST_ONE(MECHC_NI)];
+    double y[MECHC_NX_MAX], p[MECHC_AT_LEAST_ONE(MECHC_NP_MAX)], inputs[MECHC_AT_LEAST_ONE(MECHC_NI_MAX)];
     double side[MECHC_AT_LEAST_ONE(MECHC_FMU_EVENTS)]; /* the sign that each event has after it */
     unsigned char away[MECHC_AT_LEAST_ONE(MECHC_FMU_EVENTS)]; /* not seen there since its reset */
 } mechc_moment;
@@ -43,16 +43,16 @@ struct mechc_fmu {
     int driven;           /* inputs were given: a run goes on with others */
     int evaluated;        /* rates and outputs are those of `now` */
     mechc_standalone model;
-    double rates[MECHC_NX], outputs[MECHC_AT_LEAST_ONE(MECHC_FMU_VALUES)];
+    double rates[MECHC_NX_MAX], outputs[MECHC_AT_LEAST_ONE(MECHC_FMU_VALUES)];
     double indicators[MECHC_AT_LEAST_ONE(MECHC_FMU_EVENTS)];
     mechc_reacher reacher; /* the motion of co-simulation, which may be ahead */
-    double reached[MECHC_NX];
+    double reached[MECHC_NX_MAX];
     /* The inputs as it takes them: constants. */
     mechc_given_inputs given;
     mechc_driven driven_by;
-    mechc_signal signals[MECHC_AT_LEAST_ONE(MECHC_NI)];
-    mechc_source sources[MECHC_AT_LEAST_ONE(MECHC_NI)];
-    ptrdiff_t knots[MECHC_AT_LEAST_ONE(MECHC_NI)];
+    mechc_signal signals[MECHC_AT_LEAST_ONE(MECHC_NI_MAX)];
+    mechc_source sources[MECHC_AT_LEAST_ONE(MECHC_NI_MAX)];
+    ptrdiff_t knots[MECHC_AT_LEAST_ONE(MECHC_NI_MAX)];
     void *environment;
     void (*say)(const mechc_fmu *fmu, mechc_fmu_status status, const char *message);
     mechc_fmu_logger *logger; /* the importer's, of the version's type */
@@ -70,8 +70,8 @@ MECHC_STATIC void mechc_fmu_reset(mechc_fmu *fmu)
 {
     const mechc_fmu_model *scene = &mechc_fmu_scene;
     memset(&fmu->now, 0, sizeof fmu->now);
-    memcpy(fmu->now.y, scene->y, sizeof fmu->now.y);
-    if (MECHC_NP > 0) memcpy(fmu->now.p, scene->p, sizeof fmu->now.p);
+    memcpy(fmu->now.y, scene->y, MECHC_NX * sizeof *scene->y);
+    if (MECHC_NP > 0) memcpy(fmu->now.p, scene->p, MECHC_NP * sizeof *scene->p);
     fmu->now.rtol = scene->rtol;
     fmu->now.drift = scene->drift;
     fmu->given_parameters = fmu->moved = 1;
@@ -150,7 +150,7 @@ MECHC_STATIC mechc_standalone *mechc_fmu_current(mechc_fmu *fmu)
         mechc_standalone_set(&fmu->model, fmu->now.p, fmu->now.t, fmu->now.y);
         fmu->given_parameters = 0;
     }
-    if (MECHC_NI > 0) memcpy(fmu->model.inputs, fmu->now.inputs, sizeof fmu->model.inputs);
+    if (MECHC_NI > 0) memcpy(fmu->model.inputs, fmu->now.inputs, MECHC_NI * sizeof *fmu->now.inputs);
     if (MECHC_ROWS_HOLD_INPUTS && anew) mechc_standalone_begin(&fmu->model, fmu->now.t, fmu->now.y);
     return &fmu->model;
 }
@@ -184,9 +184,9 @@ MECHC_STATIC void mechc_fmu_evaluate_events(mechc_fmu *fmu)
 {
     const mechc_contact_laws *laws = &mechc_fmu_scene.contacts;
     const double t = fmu->now.t, *p = fmu->now.p;
-    double state[MECHC_NX + MECHC_NQ];
-    double table[MECHC_AT_LEAST_ONE(MECHC_FMU_CONTACTS) * (MECHC_LAWS + MECHC_NX)];
-    memcpy(state, fmu->now.y, sizeof fmu->now.y);
+    double state[MECHC_NX_MAX + MECHC_NQ_MAX];
+    double table[MECHC_AT_LEAST_ONE(MECHC_FMU_CONTACTS) * (MECHC_LAWS + MECHC_NX_MAX)];
+    memcpy(state, fmu->now.y, MECHC_NX * sizeof *state);
     memcpy(state + MECHC_NX, fmu->rates, MECHC_NQ * sizeof *state);
     const int has_laws = MECHC_FMU_CONTACTS > 0 && laws->table(laws->context, t, state, p, table);
     for (int k = 0; k < MECHC_FMU_EVENTS; k++) {
@@ -200,7 +200,7 @@ MECHC_STATIC void mechc_fmu_evaluate_events(mechc_fmu *fmu)
 MECHC_STATIC void mechc_fmu_evaluate(mechc_fmu *fmu)
 {
     if (fmu->evaluated) return;
-    double *out = fmu->outputs, forces[MECHC_NU];
+    double *out = fmu->outputs, forces[MECHC_NU_MAX];
     const double t = fmu->now.t, *y = fmu->now.y;
     mechc_hybrid *hybrid = &fmu->reacher.hybrid;
     mechc_held held;

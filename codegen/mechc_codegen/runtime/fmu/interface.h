@@ -221,7 +221,7 @@ MECHC_FMI(SetTime)(mechc_fmu *fmu, double t)
 MECHC_FMI(SetContinuousStates)(mechc_fmu *fmu, const double *y, size_t count)
 {
     if (count != MECHC_NX) return MECHC_FMI_STATES_MISCOUNTED(fmu);
-    memcpy(fmu->now.y, y, sizeof fmu->now.y);
+    memcpy(fmu->now.y, y, MECHC_NX * sizeof *y);
     fmu->evaluated = 0;
     return MECHC_FMU_OK;
 }
@@ -229,7 +229,7 @@ MECHC_FMI(SetContinuousStates)(mechc_fmu *fmu, const double *y, size_t count)
 MECHC_FMI(GetContinuousStates)(mechc_fmu *fmu, double *y, size_t count)
 {
     if (count != MECHC_NX) return MECHC_FMI_STATES_MISCOUNTED(fmu);
-    memcpy(y, fmu->now.y, sizeof fmu->now.y);
+    memcpy(y, fmu->now.y, MECHC_NX * sizeof *y);
     return MECHC_FMU_OK;
 }
 
@@ -239,7 +239,7 @@ MECHC_FMI(GetContinuousStateDerivatives)(mechc_fmu *fmu, double *rates, size_t c
 {
     if (count != MECHC_NX) return MECHC_FMI_STATES_MISCOUNTED(fmu);
     mechc_fmu_evaluate(fmu);
-    memcpy(rates, fmu->rates, sizeof fmu->rates);
+    memcpy(rates, fmu->rates, MECHC_NX * sizeof *rates);
     return mechc_all_finite(rates, MECHC_NX) ? MECHC_FMU_OK : MECHC_FMU_DISCARD;
 }
 

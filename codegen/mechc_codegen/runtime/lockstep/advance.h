@@ -8,7 +8,7 @@
 /* Take whole turns out of a lane's coordinates. */
 MECHC_STATIC void mechc_lockstep_take_turns(mechc_lockstep *a, mechc_integration *run, int lane)
 {
-    double q[MECHC_NQ];
+    double q[MECHC_NQ_MAX];
     for (int i = 0; i < MECHC_NQ; i++) q[i] = a->y[i][lane];
     mechc_take_turns(q, run->turns);
     for (int i = 0; i < MECHC_NQ; i++) /* all lanes are loaded next, which waits for such stores */
@@ -71,7 +71,7 @@ MECHC_STATIC int mechc_lockstep_part(const mechc_lockstep_method *method, mechc_
 MECHC_INLINE int mechc_lockstep_go_on(const mechc_lockstep_method *method, mechc_lockstep *a,
                                       mechc_integration **runs, int count, int dense)
 {
-    mechc_vector rows[MECHC_MOST_DENSE * MECHC_NX];
+    mechc_vector rows[MECHC_MOST_DENSE * MECHC_NX_MAX];
     mechc_mask leaves;
     const mechc_mask accepted = mechc_lockstep_judge(method, a, &leaves);
     if (dense) method->dense(a, rows);

@@ -21,10 +21,10 @@
 typedef struct {
     mechc_vector_given given;
     mechc_vector t, t1, time_compensation, step, max_step, h;
-    mechc_vector y[MECHC_NX], compensation[MECHC_NX], scale[MECHC_NX];
-    mechc_vector end[MECHC_NX], next_compensation[MECHC_NX];
-    mechc_vector rates[MECHC_MOST_RATES][MECHC_NX]; /* the first are those of y */
-    mechc_vector floor[MECHC_NX], of_scale, of_size; /* tolerated: a number, of the scale, of |y|, */
+    mechc_vector y[MECHC_NX_MAX], compensation[MECHC_NX_MAX], scale[MECHC_NX_MAX];
+    mechc_vector end[MECHC_NX_MAX], next_compensation[MECHC_NX_MAX];
+    mechc_vector rates[MECHC_MOST_RATES][MECHC_NX_MAX]; /* the first are those of y */
+    mechc_vector floor[MECHC_NX_MAX], of_scale, of_size; /* tolerated: a number, of the scale, of |y|, */
     mechc_vector part; /* of which a step after many may use less: see mechc_part_of_share */
     mechc_vector first, least, least_time; /* conditioning: at y; the least at a step's end, when */
     mechc_vector met; /* in this step: least distance of the rows from dependent ones, squared */
@@ -100,7 +100,7 @@ MECHC_STATIC int mechc_lockstep_keep_last(mechc_lockstep *a, int lane, mechc_int
 {
     mechc_trajectory *trajectory = &run->head.trajectory;
     const int64_t steps = a->steps[lane] - a->kept[lane];
-    double y[MECHC_NX];
+    double y[MECHC_NX_MAX];
     if (!steps) return 1;
     for (int i = 0; i < MECHC_NX; i++) y[i] = a->y[i][lane];
     if (steps > 1) mechc_drop(trajectory, a->before[1][lane]);

@@ -48,14 +48,14 @@ MECHC_INLINE void mechc_lockstep_close(mechc_lockstep *a, mechc_vector t,
 {
 #if MECHC_NH > 0
     for (int closing = 0;; closing++) {
-        mechc_vector q[MECHC_NQ], rounding;
+        mechc_vector q[MECHC_NQ_MAX], rounding;
         mechc_vector_locate(t, a->end, &a->given, place);
         const mechc_vector gap = mechc_vector_gap_and_rounding(place, a->end, &rounding);
         const mechc_mask open = ~(gap <= 2.0 * rounding);
         a->closed = gap <= MECHC_CLOSES * rounding;
         a->configurations += 1 & (open | -(int64_t)(closing == 0));
         if (!mechc_any(open) || closing == MECHC_LOCKSTEP_CLOSINGS) return;
-        memcpy(q, a->end, sizeof q);
+        memcpy(q, a->end, MECHC_NQ * sizeof *q);
         mechc_vector_correct(t, q, &a->given, place);
         for (int i = 0; i < MECHC_NQ; i++) a->end[i] = mechc_choose(open, q[i], a->end[i]);
     }

@@ -8,7 +8,7 @@
 #include "methods/explicit_step.h"
 #include "simd/unbind.h"
 
-#define MECHC_ALL_RATES(run) ((double (*)[MECHC_NX])(run)->rates)
+#define MECHC_ALL_RATES(run) ((double (*)[MECHC_NX_MAX])(run)->rates)
 
 MECHC_STATIC mechc_scalar_explicit_data mechc_pair_data(mechc_integration *run, double h)
 {
@@ -33,7 +33,7 @@ MECHC_STATIC int mechc_pair_step(mechc_integration *run, double h, double *end)
 MECHC_STATIC double mechc_pair_norm(mechc_integration *run, const double *rates, double h, const double *end,
                                     const mechc_scalar_place *place)
 {
-    double change[MECHC_NX], square = 0.0;
+    double change[MECHC_NX_MAX], square = 0.0;
     for (int i = 0; i < MECHC_NX; i++) change[i] = h * rates[i];
     if (place) mechc_project_error(place, change);
     for (int i = 0; i < MECHC_NX; i++) square += mechc_squared(change[i] / mechc_tolerance(run, i, end));
@@ -44,7 +44,7 @@ MECHC_STATIC double mechc_pair_norm(mechc_integration *run, const double *rates,
 MECHC_STATIC double mechc_pair_square(mechc_integration *run, const double *weights, double h,
                                       const double *end, const mechc_scalar_place *place)
 {
-    double error[MECHC_NX];
+    double error[MECHC_NX_MAX];
     mechc_scalar_explicit_sum(MECHC_ALL_RATES(run), weights, run->current->tableau->stages + 1, error);
     return mechc_pair_norm(run, error, h, end, place);
 }
@@ -89,7 +89,7 @@ MECHC_STATIC int mechc_pair_limited(const mechc_integration *run, double h, cons
 {
     const mechc_tableau *tableau = run->current->tableau;
     const int stage = tableau->stages - 1;
-    double inner[MECHC_NX], rate = 0.0, state = 0.0;
+    double inner[MECHC_NX_MAX], rate = 0.0, state = 0.0;
     (void)step_error;
     const double *row = tableau->matrix + stage * MECHC_MOST_RATES;
     mechc_scalar_explicit_sum(MECHC_ALL_RATES(run), row, stage, inner);
@@ -111,7 +111,7 @@ MECHC_STATIC int mechc_pair_dense_stages(mechc_integration *run, double h)
 {
     const mechc_tableau *tableau = run->current->tableau;
     const mechc_scalar_explicit_data step = mechc_pair_data(run, h);
-    double state[MECHC_NX];
+    double state[MECHC_NX_MAX];
     return mechc_scalar_explicit_stages(tableau, &step, tableau->stages + 1, tableau->rates - 1,
                                         mechc_pair_rates, run, state);
 }

@@ -12,7 +12,7 @@
 #if MECHC_LOCKSTEP
 typedef struct {
     mechc_lockstep lanes;
-    mechc_vector last_stage[MECHC_NX];
+    mechc_vector last_stage[MECHC_NX_MAX];
     mechc_vector bound; /* mechc_stiff_bound, squared */
 } mechc_pair_lanes;
 
@@ -38,7 +38,7 @@ MECHC_INLINE int mechc_pair_lanes_stage(void *owner, int i, mechc_vector t, mech
         mechc_lockstep_watched_rates(a, t, state, rates);
     else
         mechc_lockstep_rates(a, t, state, rates);
-    if (i == stages - 1) memcpy(own->last_stage, state, sizeof own->last_stage);
+    if (i == stages - 1) memcpy(own->last_stage, state, MECHC_NX * sizeof *state);
     return MECHC_RUNNING;
 }
 
@@ -75,7 +75,7 @@ MECHC_INLINE mechc_mask mechc_pair_lanes_limited(const mechc_lockstep *a)
 /* Square of the step's error over what is tolerated: see mechc_pair_error. */
 MECHC_INLINE mechc_vector mechc_pair_lanes_error(mechc_lockstep *a)
 {
-    mechc_vector first[MECHC_NX], second[MECHC_NX];
+    mechc_vector first[MECHC_NX_MAX], second[MECHC_NX_MAX];
     mechc_vector squares = mechc_spread(0.0), second_squares = squares, change = squares;
     const mechc_tableau *tableau = &mechc_dop853_tableau;
     mechc_vector_explicit_sum(a->rates, tableau->error, tableau->stages, first);
@@ -104,7 +104,7 @@ MECHC_ONCE void mechc_pair_lanes_dense(mechc_lockstep *a, mechc_vector *rows)
 {
     const mechc_tableau *tableau = &mechc_dop853_tableau;
     const mechc_vector_explicit_data step = mechc_pair_lanes_data(a);
-    mechc_vector state[MECHC_NX];
+    mechc_vector state[MECHC_NX_MAX];
     mechc_vector_explicit_stages(tableau, &step, tableau->stages + 1, tableau->rates - 1,
                                  mechc_pair_lanes_stage, a, state);
     mechc_vector_explicit_dense(tableau, &step, a->end, tableau->dense_rows, rows);

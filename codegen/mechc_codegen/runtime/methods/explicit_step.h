@@ -15,7 +15,7 @@ typedef struct {
     real t, h;
     const real *y, *compensation; /* of y: what rounding has left of the steps before */
     real *next_compensation;      /* of the end */
-    real (*rates)[MECHC_NX];
+    real (*rates)[MECHC_NX_MAX];
 } FN(explicit_data);
 
 /* Rates of stage i at a state, which may be moved onto the constraints; MECHC_RUNNING or the
@@ -23,7 +23,7 @@ typedef struct {
 typedef int FN(explicit_rates)(void *owner, int i, real t, real *state, real *rates);
 
 /* sum_j row[j] rate_j, j < count */
-MECHC_INLINE void FN(explicit_sum)(real (*rates)[MECHC_NX], const double *row, int count,
+MECHC_INLINE void FN(explicit_sum)(real (*rates)[MECHC_NX_MAX], const double *row, int count,
                                    real *sum)
 {
     for (int i = 0; i < MECHC_NX; i++) sum[i] = row[0] * rates[0][i];
@@ -36,7 +36,7 @@ MECHC_INLINE void FN(explicit_sum)(real (*rates)[MECHC_NX], const double *row, i
 MECHC_INLINE void FN(explicit_state)(const mechc_tableau *tableau, const FN(explicit_data) *step,
                                      int i, real *state)
 {
-    real sum[MECHC_NX];
+    real sum[MECHC_NX_MAX];
     FN(explicit_sum)(step->rates, tableau->matrix + i * MECHC_MOST_RATES, i, sum);
     for (int n = 0; n < MECHC_NX; n++) state[n] = R_FMA(step->h, sum[n], step->y[n]);
 }
@@ -45,7 +45,7 @@ MECHC_INLINE void FN(explicit_state)(const mechc_tableau *tableau, const FN(expl
 MECHC_INLINE void FN(explicit_end)(const mechc_tableau *tableau, const FN(explicit_data) *step,
                                    real *end)
 {
-    real sum[MECHC_NX];
+    real sum[MECHC_NX_MAX];
     const int last = tableau->stages;
     FN(explicit_sum)(step->rates, tableau->matrix + last * MECHC_MOST_RATES, last, sum);
     for (int n = 0; n < MECHC_NX; n++) {
@@ -93,7 +93,7 @@ MECHC_INLINE void FN(explicit_dense)(const mechc_tableau *tableau, const FN(expl
         rows[2 * MECHC_NX + i] = r0 - step->h * last[i] - r1;
     }
     for (int row = 3; row < tableau->dense_rows; row++) {
-        real sum[MECHC_NX];
+        real sum[MECHC_NX_MAX];
         const double *weights = tableau->dense + (row - 3) * MECHC_MOST_RATES;
         FN(explicit_sum)(step->rates, weights, tableau->rates, sum);
         for (int i = 0; i < MECHC_NX; i++) rows[row * MECHC_NX + i] = step->h * sum[i];

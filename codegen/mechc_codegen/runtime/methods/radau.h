@@ -10,6 +10,7 @@
 #include "methods/traits.h"
 
 #define MECHC_RADAU_SIZE (MECHC_RADAU_STAGES * MECHC_NX)
+#define MECHC_RADAU_SIZE_MAX (MECHC_RADAU_STAGES * MECHC_NX_MAX)
 #define MECHC_RADAU_ITERATIONS 10
 #define MECHC_RADAU_LEFT 1e-2 /* of the tolerance, to the iteration */
 #define MECHC_RADAU_CONTRACTS 0.95 /* the slowest contraction that is one */
@@ -25,16 +26,16 @@
 
 /* Work space of one implicit step, with the values kept from the last one. */
 typedef struct {
-    double jacobian[MECHC_NX * MECHC_NX];
+    double jacobian[MECHC_NX_MAX * MECHC_NX_MAX];
     double jacobian_time;         /* of the state that it was taken at */
     double factored_step;         /* that the factors are for; 0: none */
     double contraction;           /* of the last iteration */
-    double taken[MECHC_RADAU_SIZE], taken_step; /* stages of the last accepted step; 0: none */
+    double taken[MECHC_RADAU_SIZE_MAX], taken_step; /* stages of the last accepted step; 0: none */
     double tried_step, tried_end; /* of the last attempt */
-    double system[MECHC_RADAU_SIZE * MECHC_RADAU_SIZE], filter[MECHC_NX * MECHC_NX];
-    int system_rows[MECHC_RADAU_SIZE], filter_rows[MECHC_NX];
-    double z[MECHC_RADAU_SIZE];   /* stages less the start */
-    double error[MECHC_NX];
+    double system[MECHC_RADAU_SIZE_MAX * MECHC_RADAU_SIZE_MAX], filter[MECHC_NX_MAX * MECHC_NX_MAX];
+    int system_rows[MECHC_RADAU_SIZE_MAX], filter_rows[MECHC_NX_MAX];
+    double z[MECHC_RADAU_SIZE_MAX]; /* stages less the start */
+    double error[MECHC_NX_MAX];
 } mechc_radau;
 
 MECHC_STATIC mechc_radau *mechc_radau_of(const mechc_integration *run)
@@ -47,8 +48,8 @@ MECHC_STATIC int mechc_radau_jacobian(mechc_integration *run)
 {
     mechc_radau *radau = mechc_radau_of(run);
     for (int j = 0; j < MECHC_NX; j++) {
-        double y[MECHC_NX], rates[MECHC_NX];
-        memcpy(y, run->y, sizeof y);
+        double y[MECHC_NX_MAX], rates[MECHC_NX_MAX];
+        memcpy(y, run->y, MECHC_NX * sizeof *y);
         const double change = mechc_small_change(run->scale[j], y[j]);
         y[j] += change;
         const int status = mechc_rates_at(run, run->head.t, y, rates);
@@ -97,7 +98,7 @@ MECHC_STATIC int mechc_radau_rates(mechc_integration *run, double h, double *end
 MECHC_STATIC double mechc_radau_correct(mechc_integration *run, double h)
 {
     mechc_radau *radau = mechc_radau_of(run);
-    double change[MECHC_RADAU_SIZE], square = 0.0;
+    double change[MECHC_RADAU_SIZE_MAX], square = 0.0;
     for (int a = 0; a < MECHC_RADAU_STAGES; a++) {
         const double *row = run->current->tableau->matrix + (a + 1) * MECHC_MOST_RATES;
         for (int i = 0; i < MECHC_NX; i++) {
@@ -245,7 +246,7 @@ MECHC_STATIC double mechc_radau_error(mechc_integration *run, double h, const do
     mechc_radau_estimate(run, h, MECHC_RATE(run, 0));
     const double size = mechc_radau_size(run, end);
     if (size < 1.0 || !(run->refused || run->head.stats.steps == 0)) return size;
-    double y[MECHC_NX], rates[MECHC_NX];
+    double y[MECHC_NX_MAX], rates[MECHC_NX_MAX];
     for (int i = 0; i < MECHC_NX; i++) y[i] = run->y[i] + mechc_radau_of(run)->error[i];
     if (mechc_rates_at(run, run->head.t, y, rates) != MECHC_RUNNING) return size;
     mechc_radau_estimate(run, h, rates);

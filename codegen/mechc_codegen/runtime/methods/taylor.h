@@ -25,9 +25,9 @@
 #include "stepping/stiffness.h"
 
 typedef struct {
-    double rows[MECHC_TAYLOR_MOST + 1][MECHC_SERIES];
+    double rows[(MECHC_TAYLOR_MOST + 1) * MECHC_SERIES_MAX];
     double t, scale, sizes[MECHC_TAYLOR_JUDGED]; /* of the rows */
-    double weights[MECHC_NX], defect; /* 1 over what is tolerated; at the step's end */
+    double weights[MECHC_NX_MAX], defect; /* 1 over what is tolerated; at the step's end */
     double unstable;
     int order, made, bound; /* whether the series, and not the step before, limits the step */
     double to_zero;   /* of the step that ends just past a root's zero, else infinite */
@@ -59,18 +59,18 @@ MECHC_STATIC void mechc_taylor_make(mechc_integration *run)
 /* Expand the series in units of a step, with the size of its last terms; 0 if these overflow. */
 MECHC_STATIC int mechc_taylor_expand_by(mechc_integration *run, mechc_taylor_work *w, double step)
 {
-    double floor[MECHC_NX];
+    double floor[MECHC_NX_MAX];
     const double asked = run->method->share * run->rtol;
     const int given = run->has_tolerances;
     int finite = 1;
     w->scale = run->direction * step;
-    mechc_scalar_series(run->head.t, run->y, &run->given, w->scale, w->order, w->rows);
+    mechc_scalar_series(run->head.t, run->y, &run->given, w->scale, w->order, MECHC_ROWS(w));
     for (int i = 0; i < MECHC_NX; i++)
         floor[i] = given ? run->method->share * run->tolerance[i] : 0.0;
     mechc_scalar_taylor_weights(run->y, run->scale, floor, given ? 0.0 : asked,
                                 given ? asked : 0.0,
                                 mechc_part_of_share(run->head.stats.steps), w->weights);
-    mechc_scalar_taylor_sizes(w->rows, w->order, w->weights, w->sizes);
+    mechc_scalar_taylor_sizes(MECHC_ROWS(w), w->order, w->weights, w->sizes);
     for (int k = 0; k < MECHC_TAYLOR_JUDGED; k++) finite &= w->sizes[k] < HUGE_VAL;
     run->head.stats.rhs_evaluations += w->order;
     return finite;
@@ -83,10 +83,10 @@ MECHC_STATIC int mechc_taylor_expand(mechc_integration *run, mechc_taylor_work *
     const double t = run->head.t, least = mechc_smallest_step(run);
     double step = run->step;
     int finite;
-    if (w->made && w->t == t && !memcmp(w->rows[0], run->y, sizeof run->y)) return 1;
+    if (w->made && w->t == t && !memcmp(w->rows, run->y, MECHC_NX * sizeof *run->y)) return 1;
     while (!(finite = mechc_taylor_expand_by(run, w, step)) && step > least) step *= MECHC_TAYLOR_OVERFLOWS;
     if (!finite) return 0;
-    for (int i = 0; i < MECHC_NX; i++) MECHC_RATE(run, 0)[i] = w->rows[1][i] / w->scale;
+    for (int i = 0; i < MECHC_NX; i++) MECHC_RATE(run, 0)[i] = MECHC_ROWS(w)[1][i] / w->scale;
     w->t = t;
     w->made = 1;
     return 1;
@@ -98,10 +98,10 @@ MECHC_STATIC void mechc_taylor_keep_branches(mechc_integration *run, mechc_taylo
 #if MECHC_SERIES_ROOTS
     const double size = fabs(w->scale), part = run->step / size, left = fabs(run->t1 - w->t);
     w->to_zero = HUGE_VAL;
-    if (mechc_scalar_branches_kept(w->rows, w->order, part) > 0.0) return;
+    if (mechc_scalar_branches_kept(MECHC_ROWS(w), w->order, part) > 0.0) return;
     const double past = mechc_just_past(w->t, w->scale, part);
     int zero;
-    const double end = mechc_branches_end(w->rows[0], 1, w->order, part, past, &zero);
+    const double end = mechc_branches_end(w->rows, 1, w->order, part, past, &zero);
     if (!(end < part)) return;
     w->over_zero = run->step;
     run->step = end * size;
@@ -175,11 +175,11 @@ MECHC_STATIC int mechc_taylor_step(mechc_integration *run, double h, double *end
 {
     mechc_taylor_work *w = mechc_taylor_of(run);
     const double part = h / w->scale;
-    mechc_scalar_taylor_end(w->rows, w->order, part, run->compensation, run->next_compensation, end);
+    mechc_scalar_taylor_end(MECHC_ROWS(w), w->order, part, run->compensation, run->next_compensation, end);
     for (int i = 0; i < MECHC_NX; i++)
         if (!(fabs(end[i]) < HUGE_VAL)) {
-            double y[MECHC_NX];
-            memcpy(y, run->y, sizeof y);
+            double y[MECHC_NX_MAX];
+            memcpy(y, run->y, MECHC_NX * sizeof *y);
             const int status = mechc_rates_at(run, run->head.t, y, MECHC_RATE(run, 1));
             return status == MECHC_RUNNING ? MECHC_NOT_FINITE : status;
         }
@@ -187,11 +187,12 @@ MECHC_STATIC int mechc_taylor_step(mechc_integration *run, double h, double *end
     if (!MECHC_SERIES_HIDES) { /* only another method, which may follow, needs the rates of the end */
         if (run->when_stiff && run->stiff >= MECHC_STIFF - 1)
             mechc_scalar_rates(run->head.t + (h + run->time_compensation), end, &run->given, MECHC_RATE(run, 1));
-        else memcpy(MECHC_RATE(run, 1), MECHC_RATE(run, 0), sizeof run->y);
+        else memcpy(MECHC_RATE(run, 1), MECHC_RATE(run, 0), MECHC_NX * sizeof *run->y);
         return MECHC_RUNNING;
     }
     const int status = mechc_rates_at(run, run->head.t + h, end, MECHC_RATE(run, 1));
-    w->defect = mechc_scalar_taylor_defect(w->rows, w->order, part, w->scale, MECHC_RATE(run, 1), w->weights);
+    w->defect = mechc_scalar_taylor_defect(MECHC_ROWS(w), w->order, part, w->scale, MECHC_RATE(run, 1),
+                                           w->weights);
     return status;
 }
 
@@ -209,12 +210,12 @@ MECHC_STATIC int mechc_taylor_limited(const mechc_integration *run, double h, co
                                       double error)
 {
     mechc_taylor_work *w = mechc_taylor_of(run);
-    double moved[MECHC_NX], rates[MECHC_NX];
+    double moved[MECHC_NX_MAX], rates[MECHC_NX_MAX];
     (void)end, (void)error;
     if (!w->bound || (!run->stiff && run->head.stats.steps % MECHC_TAYLOR_LOOK)) return 0;
-    mechc_scalar_taylor_moved(run->y, w->rows, w->order, w->sizes, moved);
+    mechc_scalar_taylor_moved(run->y, MECHC_ROWS(w), w->order, w->sizes, moved);
     mechc_scalar_rates(run->head.t, moved, &run->given, rates);
-    return mechc_scalar_taylor_stiffness(rates, w->rows, w->scale, w->weights, h) > w->unstable;
+    return mechc_scalar_taylor_stiffness(rates, MECHC_ROWS(w), w->scale, w->weights, h) > w->unstable;
 }
 
 /* The factor of the next step: 1, since the next series decides about it, unless this one is refused. */
@@ -230,9 +231,9 @@ MECHC_RARE void mechc_taylor_switching(mechc_integration *run, double h, double 
     mechc_taylor_work *w = mechc_taylor_of(run);
     const int nodes = MECHC_STAGES + 2;
     for (int node = 0; node < nodes; node++) {
-        double y[MECHC_NX], unused[MECHC_NX], found[MECHC_SWITCHES];
+        double y[MECHC_NX_MAX], unused[MECHC_NX_MAX], found[MECHC_SWITCHES_MAX];
         const double s = mechc_gauss8_nodes[node] * h;
-        mechc_scalar_taylor_end(w->rows, w->order, s / w->scale, run->compensation, unused, y);
+        mechc_scalar_taylor_end(MECHC_ROWS(w), w->order, s / w->scale, run->compensation, unused, y);
         mechc_scalar_output_switching(run->head.t + s, y, y + MECHC_NQ, &run->given, found);
         for (int k = 0; k < MECHC_SWITCHES; k++) values[k * nodes + node] = found[k];
     }
@@ -243,7 +244,7 @@ MECHC_STATIC void mechc_taylor_dense(mechc_integration *run, double h, const dou
                                      double *rows)
 {
     mechc_taylor_work *w = mechc_taylor_of(run);
-    mechc_scalar_taylor_dense(w->rows, w->order, h / w->scale, end, count, rows);
+    mechc_scalar_taylor_dense(MECHC_ROWS(w), w->order, h / w->scale, end, count, rows);
 }
 
 static const mechc_method mechc_taylor = {

@@ -21,8 +21,8 @@
 #if MECHC_LOCKSTEP
 typedef struct {
     mechc_lockstep lanes;
-    mechc_vector rows[MECHC_TAYLOR_MOST + 1][MECHC_SERIES];
-    mechc_vector scale, sizes[MECHC_TAYLOR_JUDGED], weights[MECHC_NX];
+    mechc_vector rows[(MECHC_TAYLOR_MOST + 1) * MECHC_SERIES_MAX];
+    mechc_vector scale, sizes[MECHC_TAYLOR_JUDGED], weights[MECHC_NX_MAX];
     mechc_vector defect; /* of the step's end */
     mechc_mask first; /* the first step is not lengthened */
     mechc_mask bound; /* the series, and not the step before, limits the step */
@@ -45,16 +45,16 @@ MECHC_STATIC void mechc_taylor_lanes_store(const mechc_lockstep *a, int lane, me
 {
     (void)a, (void)lane;
     if (run->last_step > 0.0) run->step = run->last_step;
-    if (!MECHC_SERIES_HIDES) mechc_scalar_rates(run->head.t, run->y, &run->given, run->rates);
+    if (!MECHC_SERIES_HIDES) mechc_scalar_rates(run->head.t, run->y, &run->given, MECHC_RATE(run, 0));
 }
 
 MECHC_INLINE void mechc_taylor_lanes_expand(mechc_taylor_lanes *own, mechc_vector step)
 {
     mechc_lockstep *a = &own->lanes;
     own->scale = mechc_choose(a->t1 < a->t, -step, step);
-    mechc_vector_series(a->t, a->y, &a->given, own->scale, own->order, own->rows);
+    mechc_vector_series(a->t, a->y, &a->given, own->scale, own->order, MECHC_ROWS(own));
     mechc_vector_taylor_weights(a->y, a->scale, a->floor, a->of_scale, a->of_size, a->part, own->weights);
-    mechc_vector_taylor_sizes(own->rows, own->order, own->weights, own->sizes);
+    mechc_vector_taylor_sizes(MECHC_ROWS(own), own->order, own->weights, own->sizes);
     own->leaves = ~(own->sizes[0] < HUGE_VAL);
     for (int k = 1; k < MECHC_TAYLOR_JUDGED; k++) own->leaves |= ~(own->sizes[k] < HUGE_VAL);
     a->evaluations += own->order;
@@ -66,7 +66,7 @@ MECHC_INLINE void mechc_taylor_lanes_watch(mechc_taylor_lanes *own)
 #if MECHC_SERIES_ROOTS
     mechc_lockstep *a = &own->lanes;
     const mechc_vector size = mechc_size_of(own->scale), part = a->step / size;
-    const mechc_vector kept = mechc_vector_branches_kept(own->rows, own->order, part);
+    const mechc_vector kept = mechc_vector_branches_kept(MECHC_ROWS(own), own->order, part);
     if (!mechc_any(~(kept > 0.0))) return;
     for (int lane = 0; lane < MECHC_LANES; lane++) {
         const double *rows = (const double *)own->rows + lane;
@@ -97,14 +97,14 @@ MECHC_ONCE void mechc_taylor_lanes_step(mechc_lockstep *a)
     a->step = mechc_choose(own->leaves, before, a->step);
     mechc_lockstep_next_step(a);
     const mechc_vector part = a->h / own->scale;
-    mechc_vector_taylor_end(own->rows, own->order, part, a->compensation, a->next_compensation, a->end);
+    mechc_vector_taylor_end(MECHC_ROWS(own), own->order, part, a->compensation, a->next_compensation, a->end);
     a->conditioning = mechc_spread(1.0);
     a->closed = ~(mechc_mask){0};
     own->defect = mechc_spread(0.0);
     if (!MECHC_SERIES_HIDES) return;
     mechc_lockstep_rates(a, a->t + a->h, a->end, a->rates[1]);
     own->defect =
-        mechc_vector_taylor_defect(own->rows, own->order, part, own->scale, a->rates[1], own->weights);
+        mechc_vector_taylor_defect(MECHC_ROWS(own), own->order, part, own->scale, a->rates[1], own->weights);
 }
 
 /* The error for which the step was planned; runs continue alone whose series does not lead to its end. */
@@ -121,20 +121,21 @@ MECHC_INLINE mechc_vector mechc_taylor_lanes_error(mechc_lockstep *a)
 MECHC_INLINE mechc_mask mechc_taylor_lanes_limited(const mechc_lockstep *a)
 {
     mechc_taylor_lanes *own = (mechc_taylor_lanes *)a;
-    mechc_vector moved[MECHC_NX], rates[MECHC_NX];
+    mechc_vector moved[MECHC_NX_MAX], rates[MECHC_NX_MAX];
     const mechc_mask looks = (a->steps % MECHC_TAYLOR_LOOK == 0) | (a->stiff > 0);
     const mechc_mask asked = own->bound & own->may_leave & looks;
     if (!mechc_any(asked)) return asked;
-    mechc_vector_taylor_moved(a->y, own->rows, own->order, own->sizes, moved);
+    mechc_vector_taylor_moved(a->y, MECHC_ROWS(own), own->order, own->sizes, moved);
     mechc_lockstep_rates((mechc_lockstep *)a, a->t, moved, rates);
     return asked
-         & (mechc_vector_taylor_stiffness(rates, own->rows, own->scale, own->weights, a->h) > own->unstable);
+         & (mechc_vector_taylor_stiffness(rates, MECHC_ROWS(own), own->scale, own->weights, a->h)
+            > own->unstable);
 }
 
 MECHC_ONCE void mechc_taylor_lanes_dense(mechc_lockstep *a, mechc_vector *rows)
 {
     mechc_taylor_lanes *own = (mechc_taylor_lanes *)a;
-    mechc_vector_taylor_dense(own->rows, own->order, a->h / own->scale, a->end, own->order,
+    mechc_vector_taylor_dense(MECHC_ROWS(own), own->order, a->h / own->scale, a->end, own->order,
                               rows);
 }
 

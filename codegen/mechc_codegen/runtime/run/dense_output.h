@@ -11,7 +11,7 @@
 MECHC_STATIC void mechc_dense_polynomial(const double *y, const double *rows, int count, double s,
                                          double *out)
 {
-    double sum[MECHC_NX] = {0.0};
+    double sum[MECHC_NX_MAX] = {0.0};
     for (int row = count - 1; row >= 0; row--) {
         const double factor = row % 2 ? 1.0 - s : s;
         for (int i = 0; i < MECHC_NX; i++) sum[i] = factor * (sum[i] + rows[row * MECHC_NX + i]);

@@ -19,11 +19,11 @@ typedef struct {
     int rest, rests; /* steps that are left to the pair, and were left to it the last time */
     int row;        /* steps in a row that ended at a zero, */
     double row_t, row_step; /* the first of them there; how long the next was to be */
-    double side[MECHC_AT_LEAST_ONE(MECHC_SWITCHES)]; /* values at the end of the last step, watched; */
-    int turns[MECHC_AT_LEAST_ONE(MECHC_SWITCHES)]; /* ends in a row that go back, no nearer to zero */
-    double size[MECHC_AT_LEAST_ONE(MECHC_SWITCHES)]; /* of the largest values so far */
-    int at_start[MECHC_AT_LEAST_ONE(MECHC_SWITCHES)]; /* of this step: is it zero there? */
-    int at_end[MECHC_AT_LEAST_ONE(MECHC_SWITCHES)];
+    double side[MECHC_AT_LEAST_ONE(MECHC_SWITCHES_MAX)]; /* values at the end of the last step, watched; */
+    int turns[MECHC_AT_LEAST_ONE(MECHC_SWITCHES_MAX)]; /* ends in a row that go back, no nearer to zero */
+    double size[MECHC_AT_LEAST_ONE(MECHC_SWITCHES_MAX)]; /* of the largest values so far */
+    int at_start[MECHC_AT_LEAST_ONE(MECHC_SWITCHES_MAX)]; /* of this step: is it zero there? */
+    int at_end[MECHC_AT_LEAST_ONE(MECHC_SWITCHES_MAX)];
 } mechc_switches;
 
 typedef struct {
@@ -53,11 +53,11 @@ typedef struct {
     int alike;      /* the estimates of this step's error, of different orders, are alike: rounding */
     double refused_t, refused_step, refused_error; /* the last step that its error refused */
     mechc_scalar_given given;
-    double compensation[MECHC_NX], next_compensation[MECHC_NX]; /* of y: Kahan (1965) */
+    double compensation[MECHC_NX_MAX], next_compensation[MECHC_NX_MAX]; /* of y: Kahan (1965) */
     double time_compensation;
-    double y[MECHC_NX], tolerance[MECHC_NX], scale[MECHC_NX];
-    double turns[MECHC_NQ]; /* whole turns taken out of y: see turns.h */
-    double rates[MECHC_MOST_RATES * MECHC_NX]; /* of this step; the first are those of y */
+    double y[MECHC_NX_MAX], tolerance[MECHC_NX_MAX], scale[MECHC_NX_MAX];
+    double turns[MECHC_NQ_MAX]; /* whole turns taken out of y: see turns.h */
+    double rates[MECHC_MOST_RATES * MECHC_NX_MAX]; /* of this step; the first are those of y */
     int when_stiff;            /* the method that takes over where stability limits the step; 0: none */
     int stiff, easy;           /* steps in a row that were limited so; that were not */
     int trial, trials;         /* steps left of the implicit method's trial; trials so far */
@@ -79,7 +79,7 @@ struct mechc_driver {
     double (*conditioning)(const mechc_integration *run, double t, const double *q);
 };
 
-#define MECHC_RATE(run, i) ((run)->rates + (i) * MECHC_NX)
+#define MECHC_RATE(run, i) ((run)->rates + (i) * MECHC_NX_MAX) /* rows as long as in lockstep */
 
 /* Of a step: what is left of the run after its last one, by rounding. */
 #define MECHC_LAST_STEP 1e-12

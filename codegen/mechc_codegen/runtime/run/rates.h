@@ -59,7 +59,7 @@ MECHC_RARE_ONCE int mechc_not_finite(const mechc_scalar_place *place, mechc_stat
     mechc_scalar_mass_factors unused;
     const double *mass = place->mass;
 #if MECHC_LINKS > 0
-    double written_out[MECHC_NU * MECHC_NU];
+    double written_out[MECHC_NU_MAX * MECHC_NU_MAX];
     mechc_scalar_composite_mass(place->saved, written_out);
     mass = written_out;
 #endif
@@ -146,8 +146,8 @@ MECHC_INLINE double mechc_conditioning_at(const mechc_integration *run, double t
 /* Close the loops of a state so near a crossing that its speeds decide about the weakest row. */
 MECHC_RARE int mechc_close_beside(mechc_integration *run, double t, double *y)
 {
-    double closed[MECHC_NX], unused[MECHC_NX];
-    memcpy(closed, y, sizeof closed);
+    double closed[MECHC_NX_MAX], unused[MECHC_NX_MAX];
+    memcpy(closed, y, MECHC_NX * sizeof *y);
     const int status = mechc_rates_at(run, t, closed, unused);
     const double square = run->conditioning * run->conditioning;
     if (status != MECHC_RUNNING || !mechc_is_fine(square) || !mechc_knows_crossing(&run->monitor))
@@ -166,16 +166,16 @@ MECHC_RARE int mechc_rates_beside(mechc_integration *run, double t, double way,
                                   const double *scale, double *y, double *rates)
 {
     const double conditioning = run->conditioning;
-    double moved[MECHC_NX], fastest = 0.0;
+    double moved[MECHC_NX_MAX], fastest = 0.0;
     int status = mechc_close_beside(run, t, y);
     if (status != MECHC_RUNNING) return status;
     mechc_scalar_coordinate_rates_of(t, y, y + MECHC_NQ, &run->given, rates);
     for (int i = 0; i < MECHC_NQ; i++) fastest = mechc_max(fastest, fabs(rates[i]) / scale[i]);
     const double by = way * run->direction * MECHC_ASIDE / fastest;
     if (!(fabs(by) < HUGE_VAL)) return MECHC_NOT_CLOSED;
-    memcpy(moved, y, sizeof moved);
+    memcpy(moved, y, MECHC_NX * sizeof *y);
     for (int i = 0; i < MECHC_NQ; i++) moved[i] += by * rates[i];
-    double beside[MECHC_NX];
+    double beside[MECHC_NX_MAX];
     status = mechc_rates_at(run, t + by, moved, beside);
     for (int i = 0; i < MECHC_NQ; i++)
         if (!(fabs(beside[i] - rates[i]) <= MECHC_SAME_BRANCH * fastest * scale[i])) return MECHC_NOT_CLOSED;

@@ -21,15 +21,18 @@
 #include "series/order.h"
 #include "scene_series.h"
 
+/* The rows of coefficients of a work space. */
+#define MECHC_ROWS(work) ((__typeof__(*(work)->rows)(*)[MECHC_SERIES])(work)->rows)
+
 /* Compute the rows up to the order `last`.  With few series the current row stays in registers, since the
  * next one waits for it.  Integrated series have their row from the rates of the row before; in scenes
  * integrated by their momenta M u these have the places of the speeds until the speeds follow. */
 MECHC_ONCE void FN(series)(real t, const real *y, const FN(given) *given, real scale, int last,
                            real (*rows)[MECHC_SERIES])
 {
-    real kept[MECHC_AT_LEAST_ONE(MECHC_SERIES_KEPT)];
-    real rates[MECHC_SERIES_INTEGRATED], near[MECHC_SERIES];
-    real sums[MECHC_AT_LEAST_ONE(MECHC_SERIES_SUMS)];
+    real kept[MECHC_AT_LEAST_ONE(MECHC_SERIES_KEPT_MAX)];
+    real rates[MECHC_SERIES_INTEGRATED_MAX], near[MECHC_SERIES_MAX];
+    real sums[MECHC_AT_LEAST_ONE(MECHC_SERIES_SUMS_MAX)];
     const int summed = last - 1 + MECHC_SERIES_MOMENTA; /* the last order that needs sums */
 #if MECHC_SERIES_FEW || !R_VECTOR
     FN(series_sides) sides; /* sums of an order are begun before it */

@@ -17,8 +17,8 @@
 
 #if MECHC_SERIES_FEW
 typedef struct {
-    real cores[2][MECHC_AT_LEAST_ONE(MECHC_SERIES_SUMS)]; /* of an even order and the next one */
-    real none[MECHC_SERIES];
+    real cores[2][MECHC_AT_LEAST_ONE(MECHC_SERIES_SUMS_MAX)]; /* of an even order and the next one */
+    real none[MECHC_SERIES_MAX];
 } FN(series_sides);
 
 MECHC_INLINE void FN(series_begin)(FN(series_sides) *sides) { memset(sides, 0, sizeof *sides); }

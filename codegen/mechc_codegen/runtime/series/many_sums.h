@@ -16,10 +16,10 @@
 /* The factors of all sums side by side, order after order, and the sums without the products with
  * the first and the last row. */
 typedef struct {
-    double left[MECHC_TAYLOR_MOST][MECHC_SPREAD_WIDTH] __attribute__((aligned(64)));
-    double right[MECHC_TAYLOR_MOST][MECHC_SPREAD_WIDTH] __attribute__((aligned(64)));
-    double middle[2][MECHC_SPREAD_WIDTH] __attribute__((aligned(64)));
-    double none[MECHC_SERIES];
+    double left[MECHC_TAYLOR_MOST][MECHC_SPREAD_WIDTH_MAX] __attribute__((aligned(64)));
+    double right[MECHC_TAYLOR_MOST][MECHC_SPREAD_WIDTH_MAX] __attribute__((aligned(64)));
+    double middle[2][MECHC_SPREAD_WIDTH_MAX] __attribute__((aligned(64)));
+    double none[MECHC_SERIES_MAX];
 } mechc_scalar_series_sides;
 
 MECHC_INLINE void mechc_scalar_series_begin(mechc_scalar_series_sides *sides)
@@ -41,7 +41,7 @@ MECHC_INLINE void mechc_scalar_series_take(const mechc_scalar_series_sides *side
 /* Prepare an order of which only the last row is missing. */
 MECHC_INLINE void mechc_scalar_series_prepare(mechc_scalar_series_sides *sides, int order)
 {
-    mechc_vector sum[MECHC_SPREAD_WIDTH / MECHC_LANES];
+    mechc_vector sum[MECHC_SPREAD_WIDTH_MAX / MECHC_LANES];
     const int width = MECHC_SPREAD_WIDTH / MECHC_LANES;
     for (int b = 0; b < width; b++) sum[b] = mechc_spread(0.0);
     for (int j = 2; j < order - 1; j++)

@@ -6,6 +6,7 @@
 #include "simd/vector.h"
 
 #define MECHC_SPREAD_WIDTH MECHC_AT_LEAST_ONE((MECHC_SERIES_SUMS + 7) / 8 * 8)
+#define MECHC_SPREAD_WIDTH_MAX MECHC_AT_LEAST_ONE((MECHC_SERIES_SUMS_MAX + 7) / 8 * 8)
 
 MECHC_INLINE void mechc_store_lanes(mechc_vector lanes, double *at)
 {

@@ -93,7 +93,7 @@ MECHC_INLINE real FN(taylor_stiffness)(const real *rates, real (*rows)[MECHC_SER
 MECHC_INLINE void FN(taylor_sum)(real (*rows)[MECHC_SERIES], int order, real s, real *sum)
 {
     const real square = s * s;
-    real other[MECHC_NX];
+    real other[MECHC_NX_MAX];
     int k = order - 2;
     for (int i = 0; i < MECHC_NX; i++) sum[i] = rows[order][i], other[i] = rows[order - 1][i];
     for (; k > 1; k -= 2)
@@ -110,7 +110,7 @@ MECHC_INLINE void FN(taylor_sum)(real (*rows)[MECHC_SERIES], int order, real s, 
 MECHC_INLINE void FN(taylor_end)(real (*rows)[MECHC_SERIES], int order, real s,
                                  const real *compensation, real *next_compensation, real *end)
 {
-    real sum[MECHC_NX];
+    real sum[MECHC_NX_MAX];
     FN(taylor_sum)(rows, order, s, sum);
     for (int i = 0; i < MECHC_NX; i++) {
         const real gain = R_FMA(sum[i], s, compensation[i]);
@@ -161,7 +161,7 @@ MECHC_INLINE real FN(taylor_defect)(real (*rows)[MECHC_SERIES], int order, real 
 {
     const double count = MECHC_NX - MECHC_TAYLOR_FIRST_RATE;
     const real square = s * s;
-    real sum = R(0.0), slope[MECHC_NX], other[MECHC_NX];
+    real sum = R(0.0), slope[MECHC_NX_MAX], other[MECHC_NX_MAX];
     int k = order - 1;
     for (int i = MECHC_TAYLOR_FIRST_RATE; i < MECHC_NX; i++)
         slope[i] = order * rows[order][i], other[i] = R(0.0);

@@ -13,7 +13,7 @@
 #if MECHC_NH > 0
 /* The two eigenvalues of Q that are not zero, and their vectors; the first separates the branches. */
 typedef struct {
-    double value[2], vector[2][MECHC_NU];
+    double value[2], vector[2][MECHC_NU_MAX];
 } mechc_hyperbola;
 
 /* How much of the second-order terms those of higher order may be where branches are told apart. */
@@ -28,7 +28,7 @@ MECHC_STATIC int mechc_vector_of_form(const double *form, double other, double *
 {
     double largest = 0.0;
     for (int j = 0; j < MECHC_NU; j++) {
-        double column[MECHC_NU], square;
+        double column[MECHC_NU_MAX], square;
         for (int i = 0; i < MECHC_NU; i++)
             column[i] = mechc_dot(form + i * MECHC_NU, form + j * MECHC_NU, MECHC_NU)
                       - other * form[j * MECHC_NU + i];
@@ -44,7 +44,7 @@ MECHC_STATIC int mechc_vector_of_form(const double *form, double other, double *
 MECHC_STATIC int mechc_hyperbola_at(double t, const mechc_scalar_given *given,
                                     const mechc_critical *c, mechc_hyperbola *out)
 {
-    double form[MECHC_NU * MECHC_NU], trace = 0.0, square = 0.0;
+    double form[MECHC_NU_MAX * MECHC_NU_MAX], trace = 0.0, square = 0.0;
     mechc_second_form(t, given, c, form);
     for (int i = 0; i < MECHC_NU; i++) {
         trace += form[i * MECHC_NU + i];
@@ -69,7 +69,7 @@ MECHC_STATIC int mechc_along_vectors(double t, const double *q, const mechc_scal
                                      const mechc_critical *c, const mechc_hyperbola *at,
                                      double *along)
 {
-    double pull[MECHC_NU], part[2];
+    double pull[MECHC_NU_MAX], part[2];
     mechc_pull(t, q, given, 0, 0.0, c->normal, pull);
     for (int j = 0; j < MECHC_NU; j++) pull[j] /= c->speeds[j];
     for (int k = 0; k < 2; k++) {

@@ -27,8 +27,8 @@
  * free, whose pivots are below a share of the first, do not move.  The rank. */
 MECHC_STATIC int mechc_solve(double *a, double *b, int n, double negligible)
 {
-    int order[MECHC_NU + MECHC_NH + 1];
-    double x[MECHC_NU + MECHC_NH + 1], first = 0.0;
+    int order[MECHC_NU_MAX + MECHC_NH_MAX + 1];
+    double x[MECHC_NU_MAX + MECHC_NH_MAX + 1], first = 0.0;
     int rank = 0;
     for (int i = 0; i < n; i++) order[i] = i;
     for (; rank < n; rank++) {
@@ -91,7 +91,7 @@ MECHC_STATIC void mechc_pull(double t, const double *q, const mechc_scalar_given
                              double step, const double *normal, double *out)
 {
     mechc_scalar_place place;
-    double by[MECHC_NU] = {0}, moved[MECHC_NQ];
+    double by[MECHC_NU_MAX] = {0}, moved[MECHC_NQ_MAX];
     by[j] = step * mechc_given_unit(given, MECHC_NQ + j);
     mechc_displace(t, q, given, by, moved);
     mechc_rows_at(t, moved, given, &place);
@@ -108,7 +108,7 @@ MECHC_STATIC double mechc_critical_equations(double t, const mechc_scalar_given 
     const int rank = at->rank, n = MECHC_NU + rank + 1;
     /* unit of g and of the rows: whatever the scene's unit of length is */
     const double length = mechc_largest_partial(place);
-    double pull[MECHC_NU], moved[MECHC_NU], square = 0.0;
+    double pull[MECHC_NU_MAX], moved[MECHC_NU_MAX], square = 0.0;
     memset(a, 0, (size_t)n * (size_t)n * sizeof *a);
     mechc_pull_of(place, c->normal, pull);
     for (int r = 0; r < rank; r++) {
@@ -172,7 +172,7 @@ MECHC_STATIC int mechc_span_rows(const mechc_scalar_place *place, const mechc_cr
 MECHC_STATIC void mechc_second_form(double t, const mechc_scalar_given *given,
                                     const mechc_critical *c, double *form)
 {
-    double rows[MECHC_NH * MECHC_NU], pull[MECHC_NU], moved[MECHC_NU];
+    double rows[MECHC_NH_MAX * MECHC_NU_MAX], pull[MECHC_NU_MAX], moved[MECHC_NU_MAX];
     mechc_scalar_place place;
     mechc_scalar_locate_all(t, c->q, given, &place);
     const int count = mechc_span_rows(&place, c, rows);
@@ -203,7 +203,7 @@ MECHC_STATIC void mechc_second_form(double t, const mechc_scalar_given *given,
 MECHC_STATIC int mechc_is_of_curves(double t, const mechc_scalar_given *given,
                                     const mechc_critical *c)
 {
-    double form[MECHC_NU * MECHC_NU], zero[MECHC_NU] = {0};
+    double form[MECHC_NU_MAX * MECHC_NU_MAX], zero[MECHC_NU_MAX] = {0};
     mechc_second_form(t, given, c, form);
     return mechc_solve(form, zero, MECHC_NU, MECHC_NO_CURVATURE) <= 2;
 }
@@ -215,14 +215,14 @@ MECHC_ONCE int mechc_find_critical_of(double t, const double *q, const mechc_sca
                                       mechc_critical *c)
 {
     const int rank = at->rank;
-    double a[(MECHC_NU + MECHC_NH + 1) * (MECHC_NU + MECHC_NH + 1)];
-    double b[MECHC_NU + MECHC_NH + 1], travelled = 0.0, last = HUGE_VAL;
+    double a[(MECHC_NU_MAX + MECHC_NH_MAX + 1) * (MECHC_NU_MAX + MECHC_NH_MAX + 1)];
+    double b[MECHC_NU_MAX + MECHC_NH_MAX + 1], travelled = 0.0, last = HUGE_VAL;
     mechc_scalar_place place;
-    memcpy(c->q, q, sizeof c->q);
+    memcpy(c->q, q, MECHC_NQ * sizeof *q);
     for (int iteration = 0; iteration < 12; iteration++) {
         mechc_scalar_locate_all(t, c->q, given, &place);
         if (iteration == 0) {
-            memcpy(c->normal, normal, sizeof c->normal);
+            memcpy(c->normal, normal, MECHC_NH * sizeof *normal);
             c->gap = 0.0;
             mechc_scalar_moved_masses(place.mass, place.length, c->speeds);
             for (int j = 0; j < MECHC_NU; j++)
@@ -236,10 +236,10 @@ MECHC_ONCE int mechc_find_critical_of(double t, const double *q, const mechc_sca
         const double moved_by = sqrt(square);
         travelled += moved_by;
         if (!(travelled <= reach)) return 0;
-        double moved[MECHC_NQ];
+        double moved[MECHC_NQ_MAX];
         for (int j = 0; j < MECHC_NU; j++) b[j] *= mechc_given_unit(given, MECHC_NQ + j);
         mechc_displace(t, c->q, given, b, moved);
-        memcpy(c->q, moved, sizeof moved);
+        memcpy(c->q, moved, MECHC_NQ * sizeof *moved);
         for (int r = 0; r < rank; r++)
             for (int i = 0; i < MECHC_NH; i++)
                 c->normal[i] += b[MECHC_NU + r] * at->basis[r * MECHC_NH + i];

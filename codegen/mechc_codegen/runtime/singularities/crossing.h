@@ -118,7 +118,7 @@ MECHC_STATIC int mechc_lies_between(const mechc_span *span, const mechc_critical
 /* An upper bound of the step's length in mass-weighted coordinates. */
 MECHC_STATIC double mechc_reach(const mechc_span *span, const mechc_scalar_place *place)
 {
-    double square = 0.0, moved[MECHC_NU];
+    double square = 0.0, moved[MECHC_NU_MAX];
     mechc_scalar_moved_masses(place->mass, place->length, moved);
     for (int j = 0; j < MECHC_NU; j++) {
         const double start = fabs(span->start[MECHC_NQ + j]), end = fabs(span->end[MECHC_NQ + j]);
@@ -259,7 +259,7 @@ MECHC_STATIC int mechc_weak_part(const mechc_weakest *at, int i, double *normal)
 MECHC_ONCE void mechc_examine_others(const mechc_span *span, mechc_monitor *monitor, double reach,
                                      mechc_decision *out)
 {
-    double normal[MECHC_NH];
+    double normal[MECHC_NH_MAX];
     mechc_weakest at;
     mechc_critical found;
     mechc_weakest_at(span->t, monitor->q, span->given, monitor->rank, &at);
@@ -272,7 +272,7 @@ MECHC_ONCE void mechc_examine_others(const mechc_span *span, mechc_monitor *moni
         const int between = crossing && mechc_lies_between(span, &found);
         const int aside = mechc_changes_branch(span, &found);
         if (!between && !aside) continue;
-        memcpy(out->q, found.q, sizeof out->q);
+        memcpy(out->q, found.q, MECHC_NQ * sizeof *out->q);
         out->gap = found.gap;
         out->fraction = mechc_nearest(span, &found);
         mechc_examine_crossing(span, monitor, &found, between, aside ? !between : between, 0, out);
@@ -309,7 +309,7 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
     if (!critical.curves) return;
     const int between = mechc_lies_between(span, &critical);
     if (mechc_has_no_sign(span, &before, &after)) turned = between;
-    memcpy(out->q, critical.q, sizeof out->q);
+    memcpy(out->q, critical.q, MECHC_NQ * sizeof *out->q);
     out->gap = critical.gap;
     out->fraction = mechc_nearest(span, &critical);
     switch (mechc_judge(&critical)) {

@@ -27,7 +27,7 @@ MECHC_INLINE int mechc_is_fine(double conditioning)
 }
 
 typedef struct {
-    long double p[MECHC_AT_LEAST_ONE(MECHC_NP)], k[MECHC_CONSTANTS];
+    long double p[MECHC_AT_LEAST_ONE(MECHC_NP_MAX)], k[MECHC_CONSTANTS_MAX];
 } mechc_extended_given;
 
 MECHC_STATIC void mechc_extended_sincos(long double x, long double *sine, long double *cosine)
@@ -45,7 +45,7 @@ MECHC_ONCE void mechc_find_fine_gap(double t, const double *q, const mechc_scala
                                     const mechc_critical *crossing, double *gap)
 {
     mechc_extended_given fine;
-    long double at[MECHC_NQ], still[MECHC_NU], found[MECHC_NH];
+    long double at[MECHC_NQ_MAX], still[MECHC_NU_MAX], found[MECHC_NH_MAX];
     for (int i = 0; i < MECHC_NP; i++) fine.p[i] = given->p[i];
     for (int i = 0; i < MECHC_NQ; i++) at[i] = q[i];
     for (int i = 0; i < MECHC_NU; i++) still[i] = 0.0L;
@@ -61,9 +61,9 @@ MECHC_RARE void mechc_close_finely(double t, double *y, const mechc_scalar_given
                                    const mechc_critical *crossing, double conditioning,
                                    mechc_scalar_place *place)
 {
-    double before[MECHC_NQ], moved = HUGE_VAL;
+    double before[MECHC_NQ_MAX], moved = HUGE_VAL;
     for (int i = 0; i < 4 && moved * moved > DBL_EPSILON * conditioning; i++) {
-        memcpy(before, y, sizeof before);
+        memcpy(before, y, MECHC_NQ * sizeof *y);
         mechc_find_fine_gap(t, y, given, crossing, place->gap);
         mechc_scalar_correct(t, y, given, place);
         mechc_locate(t, y, given, place);

@@ -12,10 +12,10 @@
 typedef enum { MECHC_READS_OPEN = -1, MECHC_UNREAD = 0, MECHC_READS_CLOSED = 1 } mechc_reading;
 
 typedef struct {
-    double q[MECHC_NQ], normal[MECHC_AT_LEAST_ONE(MECHC_NH)]; /* q*, w */
+    double q[MECHC_NQ_MAX], normal[MECHC_AT_LEAST_ONE(MECHC_NH_MAX)]; /* q*, w */
     double gap;      /* g */
     double rounding; /* the error of g by rounding */
-    double speeds[MECHC_NU]; /* weights of the units of speeds: square roots of the masses */
+    double speeds[MECHC_NU_MAX]; /* weights of the units of speeds: square roots of the masses */
     mechc_reading reading; /* of the lengths as they were given */
     int curves;      /* branches cross or pass each other there; 0: an apex */
 } mechc_critical;
@@ -44,7 +44,7 @@ MECHC_STATIC void mechc_displace(double t, const double *q, const mechc_scalar_g
     (void)t, (void)given;
     for (int i = 0; i < MECHC_NQ; i++) out[i] = q[i] + by[i];
 #else
-    double map[MECHC_NQ * MECHC_NU], still[MECHC_NU] = {0};
+    double map[MECHC_NQ_MAX * MECHC_NU_MAX], still[MECHC_NU_MAX] = {0};
     mechc_scalar_output_kinematic_matrix(t, q, still, given, map);
     for (int i = 0; i < MECHC_NQ; i++)
         out[i] = q[i] + mechc_dot(map + i * MECHC_NU, by, MECHC_NU);
@@ -187,7 +187,7 @@ MECHC_STATIC void mechc_measure_gap(double t, const mechc_scalar_given *given, m
     mechc_scalar_place place;
     double low = HUGE_VAL, high = -HUGE_VAL;
     for (int sample = 0; sample <= 2 * MECHC_NU && !mechc_scalar_stopped(given); sample++) {
-        double by[MECHC_NU] = {0}, moved[MECHC_NQ];
+        double by[MECHC_NU_MAX] = {0}, moved[MECHC_NQ_MAX];
         if (sample > 0) {
             const int j = (sample - 1) / 2;
             const double near = MECHC_SAMPLED_WITHIN * mechc_given_unit(given, MECHC_NQ + j);

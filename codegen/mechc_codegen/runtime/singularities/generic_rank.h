@@ -50,11 +50,11 @@ MECHC_ONCE int mechc_rank_at(double t, const double *q, const mechc_scalar_given
 MECHC_STATIC int mechc_rank_beside(double t, const double *y, const mechc_scalar_given *given,
                                    int j)
 {
-    double step[MECHC_NU] = {0}, q[MECHC_NQ], farthest = 0.0;
+    double step[MECHC_NU_MAX] = {0}, q[MECHC_NQ_MAX], farthest = 0.0;
     long unused = 0;
     mechc_scalar_place place;
     step[j] = MECHC_NEARBY * mechc_given_unit(given, MECHC_NQ + j);
-    memcpy(q, y, sizeof q);
+    memcpy(q, y, MECHC_NQ * sizeof *q);
     mechc_scalar_displace(t, q, given, step);
     if (mechc_close_loops(t, q, given, &place, &unused) != MECHC_RUNNING) return 0;
     for (int i = 0; i < MECHC_NQ; i++)
@@ -68,12 +68,12 @@ MECHC_STATIC int mechc_rank_beside(double t, const double *y, const mechc_scalar
 MECHC_STATIC double mechc_correction(double t, const double *q, const mechc_scalar_given *given,
                                      const double *step)
 {
-    double moved[MECHC_NQ], closed[MECHC_NQ], most = 0.0;
+    double moved[MECHC_NQ_MAX], closed[MECHC_NQ_MAX], most = 0.0;
     long unused = 0;
     mechc_scalar_place place;
-    memcpy(moved, q, sizeof moved);
+    memcpy(moved, q, MECHC_NQ * sizeof *q);
     mechc_scalar_displace(t, moved, given, step);
-    memcpy(closed, moved, sizeof closed);
+    memcpy(closed, moved, MECHC_NQ * sizeof *moved);
     if (mechc_close_loops(t, closed, given, &place, &unused) != MECHC_RUNNING)
         return HUGE_VAL;
     for (int i = 0; i < MECHC_NQ; i++)
@@ -85,7 +85,7 @@ MECHC_STATIC double mechc_correction(double t, const double *q, const mechc_scal
 MECHC_STATIC void mechc_allowed_direction(double t, const double *q,
                                           const mechc_scalar_given *given, double *v)
 {
-    double still[MECHC_NU] = {0}, values[MECHC_NC], of_time[MECHC_NC], step[MECHC_NU];
+    double still[MECHC_NU_MAX] = {0}, values[MECHC_NC_MAX], of_time[MECHC_NC_MAX], step[MECHC_NU_MAX];
     double most = 0.0;
     mechc_scalar_place place;
     mechc_scalar_factors rows;
@@ -106,7 +106,7 @@ MECHC_STATIC void mechc_allowed_direction(double t, const double *q,
  * step; where branches meet it is of first order but for their own directions. */
 MECHC_STATIC int mechc_manifold_at(double t, const double *q, const mechc_scalar_given *given)
 {
-    double v[MECHC_NU], less[MECHC_NU];
+    double v[MECHC_NU_MAX], less[MECHC_NU_MAX];
     mechc_allowed_direction(t, q, given, v);
     for (int j = 0; j < MECHC_NU; j++) less[j] = 0.25 * (v[j] *= MECHC_FOLLOWED);
     const double whole = mechc_correction(t, q, given, v);

@@ -8,7 +8,7 @@
 /* The conditioning within one step, and what is known of critical configurations. */
 typedef struct {
     double first, least, most;
-    double q[MECHC_NQ]; /* time where it was least */
+    double q[MECHC_NQ_MAX]; /* time where it was least */
     int rank;           /* of the configuration rows at a generic place; 0: not known yet */
     int at_critical;    /* at the start fewer rows are independent */
     int tries;          /* since the last accepted step */
@@ -29,7 +29,7 @@ MECHC_STATIC void mechc_monitor_meet(mechc_monitor *monitor, double conditioning
     if (conditioning > monitor->most) monitor->most = conditioning;
     if (conditioning >= monitor->least) return;
     monitor->least = conditioning;
-    memcpy(monitor->q, q, sizeof monitor->q);
+    memcpy(monitor->q, q, MECHC_NQ * sizeof *q);
 }
 
 /* Conditioning below which even short steps, with little change of it, are examined. */

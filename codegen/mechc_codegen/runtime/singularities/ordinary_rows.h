@@ -34,12 +34,12 @@ MECHC_STATIC void mechc_meet_change(const mechc_scalar_place *here, const mechc_
 MECHC_ONCE void mechc_find_ordinary_rows(double t, const double *q, mechc_scalar_given *given)
 {
     static const int angles[] = {MECHC_ANGLES};
-    double moved[MECHC_NQ], masses[MECHC_NU], weight[MECHC_NU], length = 0.0, sum = 0.0;
+    double moved[MECHC_NQ_MAX], masses[MECHC_NU_MAX], weight[MECHC_NU_MAX], length = 0.0, sum = 0.0;
     mechc_scalar_place here, there;
     mechc_scalar_locate_all(t, q, given, &here);
     mechc_scalar_moved_masses(here.mass, here.length, masses);
     for (int j = 0; j < MECHC_NU; j++) weight[j] = 1.0 / masses[j];
-    memcpy(moved, q, sizeof moved);
+    memcpy(moved, q, MECHC_NQ * sizeof *q);
     for (size_t i = 0; i < sizeof angles / sizeof *angles && !mechc_scalar_stopped(given); i++) {
         moved[angles[i]] += MECHC_TURNED_BY;
         mechc_scalar_locate_all(t, moved, given, &there);

@@ -10,7 +10,7 @@
 typedef struct {
     int count;
     double fraction[MECHC_MOST_NODES];
-    double q[MECHC_MOST_NODES][MECHC_NQ];
+    double q[MECHC_MOST_NODES][MECHC_NQ_MAX];
     int open[MECHC_MOST_NODES]; /* its loops could not be closed there */
 } mechc_path;
 
@@ -39,7 +39,7 @@ typedef struct {
     int to_pair;     /* MECHC_RETRY: the explicit pair takes the steps that follow */
     int to_collocation; /* MECHC_RETRY: collocation does, to the run's end */
     double fraction; /* MECHC_CROSSES: of the step, about where the crossing lies */
-    double q[MECHC_NQ], gap;
+    double q[MECHC_NQ_MAX], gap;
 } mechc_decision;
 
 /* Of a step that led to another branch: the next. */

@@ -25,14 +25,14 @@ MECHC_STATIC int mechc_has_no_sign(const mechc_span *span, const mechc_weakest *
 
 /* A configuration of a step, its rows, and the results computed for it so far. */
 typedef struct {
-    double fraction, q[MECHC_NQ];
+    double fraction, q[MECHC_NQ_MAX];
     int open; /* off the manifold: from there another sheet is near, unseen */
-    double rows[MECHC_NH * MECHC_NU], ordinary; /* weighted; see mechc_decompose */
+    double rows[MECHC_NH_MAX * MECHC_NU_MAX], ordinary; /* weighted; see mechc_decompose */
     int decomposed;
     mechc_weakest weakest;
 #if MECHC_NH > 2
     int inverted; /* -1: rows have no inverse to speak of */
-    double inverse[MECHC_NH * MECHC_NU]; /* right inverse of the rows, transposed */
+    double inverse[MECHC_NH_MAX * MECHC_NU_MAX]; /* right inverse of the rows, transposed */
 #endif
 } mechc_seen;
 
@@ -52,9 +52,9 @@ MECHC_STATIC void mechc_see(const mechc_span *span, mechc_seen *out)
 /* Compute its weak directions. */
 MECHC_STATIC const mechc_weakest *mechc_weakest_seen(int rank, mechc_seen *seen)
 {
-    double a[MECHC_NH * MECHC_NU];
+    double a[MECHC_NH_MAX * MECHC_NU_MAX];
     if (seen->decomposed) return &seen->weakest;
-    memcpy(a, seen->rows, sizeof a);
+    memcpy(a, seen->rows, MECHC_NH * MECHC_NU * sizeof *a);
     mechc_decompose(a, seen->ordinary, rank, &seen->weakest);
     seen->decomposed = 1;
     return &seen->weakest;
@@ -75,7 +75,7 @@ MECHC_STATIC void mechc_followed_all(const mechc_weakest *before, const mechc_we
                                      int first, double *b)
 {
     const int weak = before->rank - first;
-    double left[MECHC_NH * MECHC_NH], right[MECHC_NH * MECHC_NH];
+    double left[MECHC_NH_MAX * MECHC_NH_MAX], right[MECHC_NH_MAX * MECHC_NH_MAX];
     for (int k = 0; k < weak; k++)
         for (int i = 0; i < MECHC_NH; i++) {
             const double *u = before->basis + (first + k) * MECHC_NH;
@@ -108,7 +108,7 @@ MECHC_STATIC int mechc_is_positive(double *b, int n)
 MECHC_STATIC int mechc_surely_kept(const mechc_weakest *before, const mechc_weakest *after)
 {
 #if MECHC_NH > 2
-    double b[MECHC_NH * MECHC_NH];
+    double b[MECHC_NH_MAX * MECHC_NH_MAX];
     int first = before->rank - 1;
     while (first > 0 && before->values[first - 1] <= MECHC_CLEAR * before->largest) first--;
     if (before->values[first] > MECHC_CLEAR * before->largest) return 1;
@@ -196,7 +196,7 @@ MECHC_STATIC mechc_verdict mechc_judge_piece(const mechc_span *span, const mechc
  * before it, else 1. */
 MECHC_ONCE int mechc_invert_rows(const double *rows, double *inverse)
 {
-    double lower[MECHC_NH * MECHC_NH], longest = 0.0;
+    double lower[MECHC_NH_MAX * MECHC_NH_MAX], longest = 0.0;
     memcpy(inverse, rows, MECHC_NH * MECHC_NU * sizeof *inverse);
     for (int i = 0; i < MECHC_NH; i++) {
         double *row = inverse + i * MECHC_NU;
@@ -226,7 +226,7 @@ MECHC_ONCE int mechc_invert_rows(const double *rows, double *inverse)
  * |E|^4 is at most the sum of squares of E E^T. */
 MECHC_ONCE int mechc_is_within(const mechc_seen *a, const mechc_seen *b)
 {
-    double e[MECHC_NH * MECHC_NH], change[MECHC_NU], square = 0.0, fourth = 0.0;
+    double e[MECHC_NH_MAX * MECHC_NH_MAX], change[MECHC_NU_MAX], square = 0.0, fourth = 0.0;
     for (int i = 0; i < MECHC_NH; i++) {
         for (int j = 0; j < MECHC_NU; j++)
             change[j] = b->rows[i * MECHC_NU + j] - a->rows[i * MECHC_NU + j];
@@ -289,7 +289,7 @@ MECHC_STATIC void mechc_see_between(const mechc_span *span, int i, double fracti
 {
     const mechc_path *path = span->path;
     const int first = i < 2 ? 0 : i > path->count - 2 ? path->count - 4 : i - 2;
-    double closed[MECHC_NQ] = {0};
+    double closed[MECHC_NQ_MAX] = {0};
     long unused = 0;
     mechc_scalar_place place;
     for (int j = first; j < first + 4; j++) {
@@ -301,9 +301,9 @@ MECHC_STATIC void mechc_see_between(const mechc_span *span, int i, double fracti
     }
     const double t = span->t + fraction * span->h;
     out->fraction = fraction;
-    memcpy(out->q, closed, sizeof closed);
+    memcpy(out->q, closed, MECHC_NQ * sizeof *closed);
     out->open = mechc_close_loops(t, closed, span->given, &place, &unused) != MECHC_RUNNING;
-    if (!out->open) memcpy(out->q, closed, sizeof closed);
+    if (!out->open) memcpy(out->q, closed, MECHC_NQ * sizeof *closed);
     mechc_see(span, out);
 }
 #endif
@@ -335,7 +335,7 @@ MECHC_STATIC mechc_verdict mechc_judge_halves(const mechc_span *span, int rank,
 MECHC_STATIC void mechc_see_node(const mechc_span *span, int i, mechc_seen *out)
 {
     out->fraction = span->path->fraction[i];
-    memcpy(out->q, span->path->q[i], sizeof out->q);
+    memcpy(out->q, span->path->q[i], MECHC_NQ * sizeof *out->q);
     out->open = span->path->open[i];
     mechc_see(span, out);
 }

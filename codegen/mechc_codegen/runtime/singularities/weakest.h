@@ -24,11 +24,11 @@ typedef struct {
     int rank, found; /* found: without those below MECHC_GENERIC */
     double ratio;    /* of the rank-th singular value to the largest */
     double largest;  /* here, or at ordinary configurations */
-    double left[MECHC_NH], right[MECHC_NU];
-    double basis[MECHC_NH * MECHC_NH]; /* left vectors, by falling singular value */
-    double values[MECHC_NH];
+    double left[MECHC_NH_MAX], right[MECHC_NU_MAX];
+    double basis[MECHC_NH_MAX * MECHC_NH_MAX]; /* left vectors, by falling singular value */
+    double values[MECHC_NH_MAX];
 #if MECHC_NH > 2
-    double rows[MECHC_NH * MECHC_NU]; /* the rows in that basis: values times right vectors */
+    double rows[MECHC_NH_MAX * MECHC_NU_MAX]; /* the rows in that basis: values times right vectors */
 #endif
 } mechc_weakest;
 
@@ -48,8 +48,8 @@ MECHC_STATIC double mechc_dot(const double *a, const double *b, int count)
 #define MECHC_VECTORS(n) (((n) + MECHC_LANES - 1) / MECHC_LANES)
 
 typedef struct {
-    mechc_vector rows[MECHC_NH][MECHC_VECTORS(MECHC_NU)];
-    mechc_vector basis[MECHC_NH][MECHC_VECTORS(MECHC_NH)];
+    mechc_vector rows[MECHC_NH_MAX][MECHC_VECTORS(MECHC_NU_MAX)];
+    mechc_vector basis[MECHC_NH_MAX][MECHC_VECTORS(MECHC_NH_MAX)];
 } mechc_rotated;
 
 /* (x, y) <- (c x - s y, s x + c y) */
@@ -141,7 +141,7 @@ MECHC_STATIC void mechc_weigh_rows(const double *jacobian, const double *mass, d
         for (int j = 0; j < MECHC_NU; j++) a[i * MECHC_NU + j] *= sqrt(metric.inverse[j]);
     }
 #else
-    double moved[MECHC_NU];
+    double moved[MECHC_NU_MAX];
     mechc_scalar_moved_masses(mass, length, moved);
     for (int i = 0; i < MECHC_NH; i++)
         for (int j = 0; j < MECHC_NU; j++)
@@ -171,11 +171,11 @@ MECHC_ONCE void mechc_decompose(double *a, double ordinary, int rank, mechc_weak
     out->rank = rank > 0 ? rank : out->found > 0 ? out->found : 1;
     const int last = out->rank - 1;
     out->ratio = out->largest > 0.0 ? out->values[last] / out->largest : 0.0;
-    memcpy(out->left, out->basis + last * MECHC_NH, sizeof out->left);
+    memcpy(out->left, out->basis + last * MECHC_NH, MECHC_NH * sizeof *out->left);
     for (int j = 0; j < MECHC_NU; j++)
         out->right[j] = a[last * MECHC_NU + j] / mechc_max(out->values[last], DBL_MIN);
 #if MECHC_NH > 2
-    memcpy(out->rows, a, sizeof out->rows);
+    memcpy(out->rows, a, MECHC_NH * MECHC_NU * sizeof *a);
 #endif
 }
 
@@ -183,7 +183,7 @@ MECHC_ONCE void mechc_decompose(double *a, double ordinary, int rank, mechc_weak
 MECHC_STATIC void mechc_find_weakest(const double *jacobian, const double *mass, double length,
                                      double ordinary, int rank, mechc_weakest *out)
 {
-    double a[MECHC_NH * MECHC_NU];
+    double a[MECHC_NH_MAX * MECHC_NU_MAX];
     mechc_weigh_rows(jacobian, mass, length, a);
     mechc_decompose(a, ordinary, rank, out);
 }
@@ -200,7 +200,7 @@ MECHC_STATIC void mechc_weakest_at(double t, const double *q, const mechc_scalar
 MECHC_ONCE void mechc_weakest_of(const mechc_scalar_place *place, int rank, mechc_weakest *out)
 {
 #if MECHC_LINKS > 0
-    double jacobian[MECHC_NC * MECHC_NU], mass[MECHC_NU * MECHC_NU];
+    double jacobian[MECHC_NC_MAX * MECHC_NU_MAX], mass[MECHC_NU_MAX * MECHC_NU_MAX];
     mechc_scalar_cut_rows(place->saved, jacobian);
     mechc_scalar_composite_mass(place->saved, mass);
     mechc_find_weakest(jacobian, mass, place->length, place->ordinary_length, rank, out);

@@ -33,7 +33,7 @@ MECHC_STATIC int mechc_finish_step(mechc_integration *run, double h, const doubl
 {
     mechc_trajectory *trajectory = &run->head.trajectory;
     const int passes = mechc_may_pass(run, h, end);
-    double own[MECHC_MOST_DENSE * MECHC_NX], *rows = own;
+    double own[MECHC_MOST_DENSE * MECHC_NX_MAX], *rows = own;
     const int wanted = trajectory->dense_rows || passes;
     if (!wanted && MECHC_NH == 0) return MECHC_RUNNING;
     if (!mechc_make_room(trajectory)) return MECHC_NO_MEMORY;
@@ -71,9 +71,9 @@ MECHC_STATIC int mechc_accept(mechc_integration *run, double h, double t, const 
     if (status != MECHC_RUNNING) return status;
     mechc_watch_stiffness(run, h, end, error);
     if (run->current->accept) run->current->accept(run, h);
-    memcpy(run->y, end, sizeof run->y);
-    memcpy(run->compensation, run->next_compensation, sizeof run->compensation);
-    memcpy(MECHC_RATE(run, 0), MECHC_RATE(run, run->current->last_rate), sizeof run->y);
+    memcpy(run->y, end, MECHC_NX * sizeof *end);
+    memcpy(run->compensation, run->next_compensation, MECHC_NX * sizeof *run->compensation);
+    memcpy(MECHC_RATE(run, 0), MECHC_RATE(run, run->current->last_rate), MECHC_NX * sizeof *end);
     run->time_compensation = h + run->time_compensation - (t - run->head.t);
     run->head.t = t;
     run->refused_step = 0.0;
@@ -191,7 +191,7 @@ MECHC_STATIC double mechc_known_rounding(mechc_integration *run, double h, const
 MECHC_STATIC int mechc_attempt(mechc_integration *run)
 {
     const double t = run->head.t;
-    double end[MECHC_NX], h;
+    double end[MECHC_NX_MAX], h;
     if (mechc_scalar_stopped(&run->given)) return MECHC_INTERRUPTED;
     if (!mechc_is_loaded(run->current) && !mechc_use_loaded(run)) return run->head.status;
     const int last = mechc_next_step(run, &h);
@@ -202,7 +202,7 @@ MECHC_STATIC int mechc_attempt(mechc_integration *run)
     }
     if (!last && fabs(h) < mechc_smallest_step(run)) return mechc_too_small(run);
     run->monitor.least = run->monitor.most = run->monitor.first;
-    memcpy(run->monitor.q, run->y, sizeof run->monitor.q);
+    memcpy(run->monitor.q, run->y, MECHC_NQ * sizeof *run->y);
     run->alike = 0;
     const int status = run->current->step(run, h, end);
     const double inner = status == MECHC_RUNNING ? run->current->error(run, h, end) : HUGE_VAL;

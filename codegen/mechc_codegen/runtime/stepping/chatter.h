@@ -15,13 +15,13 @@
 #if MECHC_SWITCHES
 /* A state with its switching functions, and what these are a moment later. */
 typedef struct {
-    double t, y[MECHC_NX], rates[MECHC_NX];
-    double value[MECHC_SWITCHES], later[MECHC_SWITCHES];
+    double t, y[MECHC_NX_MAX], rates[MECHC_NX_MAX];
+    double value[MECHC_SWITCHES_MAX], later[MECHC_SWITCHES_MAX];
 } mechc_switch_place;
 
 MECHC_RARE int mechc_switches_at(mechc_integration *run, double moment, mechc_switch_place *place)
 {
-    double ahead[MECHC_NX];
+    double ahead[MECHC_NX_MAX];
     if (mechc_rates_at(run, place->t, place->y, place->rates) != MECHC_RUNNING) return 0;
     for (int i = 0; i < MECHC_NX; i++) ahead[i] = place->y[i] + moment * place->rates[i];
     mechc_scalar_output_switching(place->t, place->y, place->y + MECHC_NQ, &run->given, place->value);
@@ -77,7 +77,7 @@ MECHC_RARE void mechc_watch_chatter(mechc_integration *run)
     mechc_switch_place here;
     const double moment = run->direction * MECHC_SWITCH_SLOPE * run->step;
     here.t = run->head.t;
-    memcpy(here.y, run->y, sizeof here.y);
+    memcpy(here.y, run->y, MECHC_NX * sizeof *run->y);
     if (!mechc_switches_at(run, moment, &here)) return;
     for (int k = 0; k < MECHC_SWITCHES; k++) {
         const double before = switches->side[k], value = here.value[k];

@@ -136,7 +136,7 @@ MECHC_STATIC int mechc_fit_to_end(const mechc_integration *run, double step, dou
  * root mean square; HUGE_VAL where there are no rates. */
 MECHC_RARE double mechc_rounding_beside(mechc_integration *run, double side, double h, const double *end)
 {
-    double y[MECHC_NX], rates[MECHC_NX], square = 0.0;
+    double y[MECHC_NX_MAX], rates[MECHC_NX_MAX], square = 0.0;
     const double t = run->head.t, by = side * DBL_EPSILON;
     for (int i = 0; i < MECHC_NX; i++) y[i] = run->y[i] + by * fabs(run->y[i]);
     if (mechc_rates_at(run, t + by * fabs(t), y, rates) != MECHC_RUNNING) return HUGE_VAL;
@@ -187,7 +187,7 @@ MECHC_STATIC void mechc_learn_rounding(mechc_integration *run, double h, double 
  * the longest.  Returns its length, negative where there are no rates. */
 MECHC_STATIC double mechc_euler_step(mechc_integration *run, double longest)
 {
-    double state = 0.0, first = 0.0, largest = 0.0, end[MECHC_NX];
+    double state = 0.0, first = 0.0, largest = 0.0, end[MECHC_NX_MAX];
     for (int i = 0; i < MECHC_NX; i++) {
         const double tolerance = mechc_tolerance(run, i, run->y);
         state += mechc_squared(run->y[i] / tolerance);

@@ -19,7 +19,7 @@ MECHC_RARE int mechc_generic_rank(const mechc_integration *run)
     const mechc_scalar_given *given = &run->given;
     int rank = 0;
     for (int j = 0; j < MECHC_NU && !mechc_scalar_stopped(given); j++) {
-        double by[MECHC_NU] = {0}, q[MECHC_NX];
+        double by[MECHC_NU_MAX] = {0}, q[MECHC_NX_MAX];
         long unused = 0;
         mechc_scalar_place place;
         mechc_weakest weakest;
@@ -177,18 +177,18 @@ MECHC_STATIC int mechc_come_back(mechc_integration *run)
 MECHC_STATIC int mechc_close_on_cubic(const mechc_span *span, double s, double *q)
 {
     const double r = 1.0 - s;
-    double closed[MECHC_NQ];
+    double closed[MECHC_NQ_MAX];
     long unused = 0;
     mechc_scalar_place place;
     for (int i = 0; i < MECHC_NQ; i++)
         q[i] = span->start[i] * r * r * (1.0 + 2.0 * s) + span->end[i] * s * s * (3.0 - 2.0 * s)
              + span->h * s * r * (span->start_rates[i] * r - span->end_rates[i] * s);
-    memcpy(closed, q, sizeof closed);
+    memcpy(closed, q, MECHC_NQ * sizeof *q);
     if (mechc_scalar_stopped(span->given)
         || mechc_close_loops(span->t + s * span->h, closed, span->given, &place, &unused)
                != MECHC_RUNNING)
         return 1;
-    memcpy(q, closed, sizeof closed);
+    memcpy(q, closed, MECHC_NQ * sizeof *q);
     return 0;
 }
 
@@ -204,7 +204,7 @@ MECHC_STATIC void mechc_path_of(const mechc_integration *run, const mechc_span *
         double *q = path->q[i];
         path->fraction[i] = s;
         path->open[i] = 0;
-        if (i == 0 || i == last) memcpy(q, i ? span->end : span->start, sizeof path->q[i]);
+        if (i == 0 || i == last) memcpy(q, i ? span->end : span->start, MECHC_NQ * sizeof *q);
         else if (method->node) method->node(run, i, q);
         else path->open[i] = mechc_close_on_cubic(span, s, q);
     }

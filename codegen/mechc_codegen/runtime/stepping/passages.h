@@ -26,7 +26,7 @@
 MECHC_STATIC double mechc_past_crossing(const mechc_integration *run, const double *rows, double s,
                                         const double *along)
 {
-    double y[MECHC_NX], sum = 0.0;
+    double y[MECHC_NX_MAX], sum = 0.0;
     mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s, y);
     for (int i = 0; i < MECHC_NQ - MECHC_STATES; i++)
         sum += (y[i] - run->decision.q[i]) * along[i];
@@ -42,7 +42,7 @@ MECHC_STATIC double mechc_past_crossing(const mechc_integration *run, const doub
 /* The square of the weakest singular value on the dense output, there at a fraction of the step. */
 MECHC_STATIC double mechc_weakness(const mechc_integration *run, double h, const double *rows, double s)
 {
-    double y[MECHC_NX];
+    double y[MECHC_NX_MAX];
     mechc_weakest weakest;
     mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s, y);
     mechc_weakest_at(run->head.t + s * h, y, &run->given, run->monitor.rank, &weakest);
@@ -76,7 +76,7 @@ MECHC_RARE double mechc_weakest_fraction(const mechc_integration *run, double h,
 MECHC_STATIC double mechc_fraction_of_crossing(const mechc_integration *run, double h,
                                                const double *rows, double *q)
 {
-    double s = run->decision.fraction, before[MECHC_NX], along[MECHC_NX];
+    double s = run->decision.fraction, before[MECHC_NX_MAX], along[MECHC_NX_MAX];
     mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s - MECHC_PASSED_NEAR, before);
     mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s + MECHC_PASSED_NEAR, along);
     for (int i = 0; i < MECHC_NX; i++) along[i] -= before[i];
@@ -88,12 +88,12 @@ MECHC_STATIC double mechc_fraction_of_crossing(const mechc_integration *run, dou
         if (slope == 0.0) break;
         s -= here / slope;
     }
-    memcpy(q, run->decision.q, sizeof run->decision.q);
+    memcpy(q, run->decision.q, MECHC_NQ * sizeof *q);
 #if MECHC_NH > 0
     if (MECHC_NU - run->monitor.rank < 2) return s;
     s = mechc_weakest_fraction(run, h, rows, s);
     mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s, along);
-    memcpy(q, along, sizeof run->decision.q);
+    memcpy(q, along, MECHC_NQ * sizeof *q);
 #else
     (void)h;
 #endif
@@ -109,7 +109,7 @@ MECHC_STATIC int mechc_begins_at(const mechc_integration *run, double s)
 /* Record the crossing, its time refined on the dense output; stop there on request. */
 MECHC_STATIC int mechc_record_crossing(mechc_integration *run, double h, const double *rows)
 {
-    double q[MECHC_NQ];
+    double q[MECHC_NQ_MAX];
     const double s = mechc_fraction_of_crossing(run, h, rows, q);
     if (mechc_begins_at(run, s)) return MECHC_RUNNING;
     const double t = s > 1.0 && mechc_is_last(run, h) ? run->t1 : run->head.t + s * h;
@@ -159,11 +159,11 @@ MECHC_STATIC int mechc_any_turned(int rank, mechc_seen *first, mechc_seen *secon
 MECHC_STATIC void mechc_see_dense(const mechc_integration *run, const mechc_span *span,
                                   const double *rows, double s, mechc_seen *out)
 {
-    double y[MECHC_NX];
+    double y[MECHC_NX_MAX];
     mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s, y);
     out->fraction = s;
     out->open = 0;
-    memcpy(out->q, y, sizeof out->q);
+    memcpy(out->q, y, MECHC_NQ * sizeof *y);
     mechc_see(span, out);
 }
 #endif
@@ -204,7 +204,7 @@ MECHC_STATIC int mechc_record_passages(mechc_integration *run, double h, const d
         mechc_see_dense(run, &span, rows, (double)i / pieces, &seen[i % 2]);
         if (!mechc_any_turned(run->monitor.rank, before, after)) continue;
         if (!mechc_find_passed(run, &span, before, after, reach, &found)) continue;
-        memcpy(run->decision.q, found.q, sizeof found.q);
+        memcpy(run->decision.q, found.q, MECHC_NQ * sizeof *found.q);
         run->decision.gap = found.gap;
         run->decision.fraction = (i - 0.5) / pieces;
         status = mechc_record_crossing(run, h, rows);

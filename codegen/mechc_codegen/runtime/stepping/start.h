@@ -11,8 +11,8 @@
 /* Raise the scales of the speeds to what forces that grow with the time alone reach within an Euler step. */
 MECHC_RARE void mechc_scale_by_time(mechc_integration *run, double euler)
 {
-    double y[MECHC_NX], rates[MECHC_NX];
-    memcpy(y, run->y, sizeof y);
+    double y[MECHC_NX_MAX], rates[MECHC_NX_MAX];
+    memcpy(y, run->y, MECHC_NX * sizeof *y);
     if (mechc_rates_at(run, run->head.t + run->direction * euler, y, rates) != MECHC_RUNNING) return;
     for (int i = MECHC_NQ; i < MECHC_NX; i++)
         run->scale[i] = mechc_max(run->scale[i], 0.5 * euler * fabs(rates[i] - MECHC_RATE(run, 0)[i]));
@@ -101,7 +101,7 @@ MECHC_STATIC void mechc_take_options(mechc_integration *run, const mechc_options
     run->on_change_point = options->on_change_point;
     run->when_stiff = options->when_stiff;
     run->allowed = 1.0;
-    if (options->atol) memcpy(run->tolerance, options->atol, sizeof run->tolerance);
+    if (options->atol) memcpy(run->tolerance, options->atol, MECHC_NX * sizeof *run->tolerance);
     head->t = options->t0;
     head->stats.least_singular = head->stats.critical_gap = HUGE_VAL;
     head->stats.coordinate = -1;
@@ -119,7 +119,7 @@ MECHC_STATIC void mechc_give_options(mechc_integration *run, const mechc_options
 MECHC_STATIC int mechc_take_start(mechc_integration *run, const mechc_options *options)
 {
     const int closes = MECHC_NC > 0 && options->allowed > 0.0;
-    memcpy(run->y, options->y0, sizeof run->y);
+    memcpy(run->y, options->y0, MECHC_NX * sizeof *run->y);
     if (closes) {
         mechc_give_options(run, options);
         double moved[2], fastest = 1.0;
@@ -174,14 +174,14 @@ MECHC_STATIC int mechc_finds_crossing(mechc_integration *run)
  * before it was projected, is not one. */
 MECHC_STATIC int mechc_start_beside(mechc_integration *run, const double *start, const double *scale)
 {
-    double y[MECHC_NX], rates[MECHC_NX];
+    double y[MECHC_NX_MAX], rates[MECHC_NX_MAX];
     mechc_trajectory *trajectory = &run->head.trajectory;
     if (!mechc_finds_crossing(run)) return 0;
-    memcpy(y, start, sizeof y);
+    memcpy(y, start, MECHC_NX * sizeof *y);
     if (mechc_rates_beside(run, run->head.t, 1.0, scale, y, rates) != MECHC_RUNNING) return 0;
-    memcpy(run->y, y, sizeof y);
-    memcpy(MECHC_RATE(run, 0), rates, sizeof rates);
-    memcpy(trajectory->y, y, sizeof y);
+    memcpy(run->y, y, MECHC_NX * sizeof *y);
+    memcpy(MECHC_RATE(run, 0), rates, MECHC_NX * sizeof *rates);
+    memcpy(trajectory->y, y, MECHC_NX * sizeof *y);
     mechc_give_turns(run->turns, trajectory->y);
     run->head.stats.critical_gap = fabs(run->monitor.known.gap);
     run->head.stats.critical_time = run->head.t;
@@ -215,8 +215,8 @@ MECHC_RARE void mechc_integration_start(mechc_run *head, const mechc_options *op
         return;
     }
 #if MECHC_NH > 0
-    double start[MECHC_NX];
-    memcpy(start, run->y, sizeof start);
+    double start[MECHC_NX_MAX];
+    memcpy(start, run->y, MECHC_NX * sizeof *start);
 #endif
     const int made = mechc_use_method(run, methods[options->method]);
     mechc_count_dense_rows(run, options->dense);

@@ -167,8 +167,8 @@ MECHC_RARE double mechc_switch_rounding(const mechc_integration *run, int which)
 {
     double terms = 0.0;
 #if MECHC_SWITCHES
-    double y[MECHC_NX], here[MECHC_SWITCHES], beside[MECHC_SWITCHES];
-    memcpy(y, run->y, sizeof y);
+    double y[MECHC_NX_MAX], here[MECHC_SWITCHES_MAX], beside[MECHC_SWITCHES_MAX];
+    memcpy(y, run->y, MECHC_NX * sizeof *y);
     mechc_scalar_output_switching(run->head.t, y, y + MECHC_NQ, &run->given, here);
     for (int i = 0; i < MECHC_NX; i++) {
         const double change = MECHC_SWITCH_SLOPE * run->scale[i];
@@ -253,7 +253,7 @@ MECHC_RARE void mechc_switches_of_cubic(const mechc_integration *run, double h, 
     const mechc_nodes *nodes = mechc_switch_nodes(run);
     for (int node = 0; node <= nodes->count; node++) {
         const double s = nodes->at[node], rest = 1.0 - s;
-        double y[MECHC_NX], found[MECHC_SWITCHES];
+        double y[MECHC_NX_MAX], found[MECHC_SWITCHES_MAX];
         for (int i = 0; i < MECHC_NX; i++) {
             const double gain = end[i] - run->y[i];
             y[i] = run->y[i] + s * gain
@@ -282,7 +282,7 @@ MECHC_RARE double mechc_first_switch(mechc_integration *run, double h, const dou
 {
     const int nodes = mechc_switch_nodes(run)->count + 1;
     mechc_switches *switches = &run->switches;
-    double values[MECHC_AT_LEAST_ONE(MECHC_SWITCHES) * MECHC_SWITCH_NODES], first = HUGE_VAL;
+    double values[MECHC_AT_LEAST_ONE(MECHC_SWITCHES_MAX) * MECHC_SWITCH_NODES], first = HUGE_VAL;
 #if MECHC_WATCHED_BY_ALL
     if (!run->current->switching) mechc_switches_of_cubic(run, h, end, values);
 #else

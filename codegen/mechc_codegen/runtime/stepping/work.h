@@ -22,7 +22,7 @@ typedef struct {
 MECHC_STATIC double mechc_kinetic_after(const mechc_integration *run, double t, double time,
                                         const double *y, const double *rates, double *momenta)
 {
-    double q[MECHC_NQ], twice = 0.0;
+    double q[MECHC_NQ_MAX], twice = 0.0;
     mechc_scalar_place place;
     for (int i = 0; i < MECHC_NQ; i++) q[i] = y[i] + time * rates[i];
     mechc_scalar_locate_all(t + time, q, &run->given, &place);
@@ -36,7 +36,7 @@ MECHC_STATIC double mechc_kinetic_after(const mechc_integration *run, double t, 
 MECHC_STATIC mechc_work mechc_work_at(const mechc_integration *run, double t, const double *y,
                                       const double *rates, double h)
 {
-    double momenta[MECHC_NU], unused[MECHC_NU], fastest = 0.0;
+    double momenta[MECHC_NU_MAX], unused[MECHC_NU_MAX], fastest = 0.0;
     for (int i = 0; i < MECHC_NQ; i++)
         fastest = mechc_max(fastest, fabs(rates[i]) / run->scale[i]);
     const double time = mechc_min(MECHC_WORK_MOVE / fastest, fabs(h));

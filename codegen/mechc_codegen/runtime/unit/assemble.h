@@ -40,7 +40,7 @@ MECHC_STATIC void mechc_change_beside(mechc_scalar_place *place, const mechc_sca
 MECHC_STATIC int mechc_speeds_beside(double t, double *y, const mechc_scalar_given *given,
                                      const unsigned char *held)
 {
-    double before[MECHC_NC], after[MECHC_NC], step[MECHC_NU], *u = y + MECHC_NQ;
+    double before[MECHC_NC_MAX], after[MECHC_NC_MAX], step[MECHC_NU_MAX], *u = y + MECHC_NQ;
     mechc_scalar_place place;
     mechc_scalar_locate_all(t, y, given, &place);
     mechc_scalar_velocity_residual(&place, u, before);
@@ -77,7 +77,7 @@ MECHC_STATIC void mechc_move_beside(double t, double *q, const mechc_scalar_give
 MECHC_STATIC int mechc_loops_beside(double t, double *q, const mechc_scalar_given *given,
                                     const unsigned char *held)
 {
-    double before = HUGE_VAL, rounding, values[MECHC_NC], step[MECHC_NU];
+    double before = HUGE_VAL, rounding, values[MECHC_NC_MAX], step[MECHC_NU_MAX];
     mechc_scalar_place place;
     for (int iteration = 0; iteration < MECHC_ASSEMBLE_ITERATIONS; iteration++) {
         mechc_scalar_locate_all(t, q, given, &place);
@@ -100,14 +100,14 @@ MECHC_ONCE int mechc_assemble_beside(double t, double *y, const mechc_scalar_giv
                                      const unsigned char *held)
 {
 #if MECHC_NC > 0
-    double closed[MECHC_NX];
+    double closed[MECHC_NX_MAX];
     int status = MECHC_RUNNING;
-    memcpy(closed, y, sizeof closed);
+    memcpy(closed, y, MECHC_NX * sizeof *y);
 #if MECHC_NH > 0
     status = mechc_loops_beside(t, closed, given, held);
 #endif
     if (status == MECHC_RUNNING) status = mechc_speeds_beside(t, closed, given, held);
-    if (status == MECHC_RUNNING) memcpy(y, closed, sizeof closed);
+    if (status == MECHC_RUNNING) memcpy(y, closed, MECHC_NX * sizeof *y);
     return status;
 #else
     (void)t, (void)y, (void)given, (void)held;

@@ -27,7 +27,8 @@ MECHC_INLINE void mechc_evaluate_blocks(mechc_vector_output *f, int width, ptrdi
                                         const mechc_inputs *inputs, mechc_rows forces,
                                         double *out)
 {
-    mechc_vector time[1], state[MECHC_NX], values[MECHC_AT_LEAST_ONE(MECHC_WIDEST)], added[MECHC_NU];
+    mechc_vector time[1], state[MECHC_NX_MAX], added[MECHC_NU_MAX];
+    mechc_vector values[MECHC_AT_LEAST_ONE(MECHC_WIDEST_MAX)];
     mechc_vector_given given;
     if (count < 1) return;
     mechc_gather(t, 0, count, 1, time);

@@ -15,7 +15,7 @@
 MECHC_RARE_ONCE void FN(add_forces)(const FN(place) *place, const real *forces, real *accelerations,
                                     real *multipliers)
 {
-    real residual[MECHC_MOTION], change[MECHC_MOTION];
+    real residual[MECHC_MOTION_MAX], change[MECHC_MOTION_MAX];
     for (int i = 0; i < MECHC_NU; i++) residual[i] = -forces[i];
     for (int i = MECHC_NU; i < MECHC_MOTION; i++) residual[i] = R(0.0);
     FN(respond_with)(place, residual, 1, multipliers != 0, change);
@@ -37,7 +37,7 @@ MECHC_INLINE void FN(output_multipliers)(real t, const real *q, const real *u,
                                          const FN(given) *given, real *out)
 {
     FN(place) place;
-    real accelerations[MECHC_NU];
+    real accelerations[MECHC_NU_MAX];
     FN(solve)(t, q, u, given, &place, accelerations, out);
 }
 #endif
@@ -47,7 +47,7 @@ MECHC_INLINE void FN(output_multipliers)(real t, const real *q, const real *u,
                                          const FN(given) *given, real *out)                       \
     {                                                                                             \
         FN(place) place;                                                                          \
-        real accelerations[MECHC_NU], multipliers[MECHC_AT_LEAST_ONE(MECHC_NC)];                  \
+        real accelerations[MECHC_NU_MAX], multipliers[MECHC_AT_LEAST_ONE(MECHC_NC_MAX)];          \
         FN(solve)(t, q, u, given, &place, accelerations, multipliers);                            \
         FN(solved_##label)(t, q, u, given, accelerations, multipliers, out);                      \
     }
@@ -81,7 +81,7 @@ MECHC_ONCE void FN(follow)(const real *partials, const real *response, int colum
                                         const FN(given) *given, real *a, real *l, real *response) \
     {                                                                                             \
         FN(place) place;                                                                          \
-        real residual[MECHC_MOTION * (columns)];                                                  \
+        real residual[MECHC_MOTION_MAX * (columns)];                                              \
         FN(solve)(t, q, u, given, &place, a, l);                                                  \
         FN(solved_residual_##by)(t, q, u, given, a, l, residual);                                 \
         FN(respond)(&place, residual, columns, response);                                         \
@@ -91,8 +91,9 @@ MECHC_ONCE void FN(follow)(const real *partials, const real *response, int colum
     MECHC_INLINE void FN(output_own_##name)(real t, const real *q, const real *u,                 \
                                             const FN(given) *given, real *out)                    \
     {                                                                                             \
-        real a[MECHC_NU], l[MECHC_AT_LEAST_ONE(MECHC_NC)];                                        \
-        real response[MECHC_MOTION * (columns)], own[MECHC_OWN * (MECHC_MOTION + (columns))];     \
+        real a[MECHC_NU_MAX], l[MECHC_AT_LEAST_ONE(MECHC_NC_MAX)];                                \
+        real response[MECHC_MOTION_MAX * (columns)];                                              \
+        real own[MECHC_OWN_MAX * (MECHC_MOTION_MAX + (columns))];                                 \
         FN(response_##by)(t, q, u, given, a, l, response);                                        \
         FN(solved_own_##by)(t, q, u, given, a, l, own);                                           \
         FN(follow)(own, response, columns, out);                                                  \
@@ -114,7 +115,8 @@ MECHC_ONCE void FN(follow)(const real *partials, const real *response, int colum
     MECHC_INLINE void FN(output_##name)(real t, const real *q, const real *u,                     \
                                         const FN(given) *given, real *out)                        \
     {                                                                                             \
-        real a[MECHC_NU], l[MECHC_AT_LEAST_ONE(MECHC_NC)], response[MECHC_MOTION * (columns)];    \
+        real a[MECHC_NU_MAX], l[MECHC_AT_LEAST_ONE(MECHC_NC_MAX)];                                \
+        real response[MECHC_MOTION_MAX * (columns)];                                              \
         real *const of_speeds = out + MECHC_NQ * (columns);                                       \
         MECHC_RATES_BY(by, columns, first);                                                       \
         FN(response_##by)(t, q, u, given, a, l, response);                                        \

@@ -18,8 +18,8 @@
 #define MECHC_PUBLIC(name) mechc_standalone_##name
 #define MECHC_COMPLETE(p) ((void)(p)) /* they are given complete */
 typedef struct {
-    double p[MECHC_AT_LEAST_ONE(MECHC_NP)], k[MECHC_CONSTANTS];
-    double inputs[MECHC_AT_LEAST_ONE(MECHC_NI)];
+    double p[MECHC_AT_LEAST_ONE(MECHC_NP_MAX)], k[MECHC_CONSTANTS_MAX];
+    double inputs[MECHC_AT_LEAST_ONE(MECHC_NI_MAX)];
     void (*drive)(void *data, double t, const double *q, const double *u, double *inputs);
     void *data;
 } mechc_standalone;
@@ -34,10 +34,10 @@ int MECHC_PUBLIC(step)(const mechc_standalone *model, double t, double h, double
 
 /* A model has the sizes that are written to it: it does not compile otherwise. */
 typedef char mechc_sizes_of_standalone
-    [sizeof(((mechc_standalone *)0)->p) == MECHC_AT_LEAST_ONE(MECHC_NP) * sizeof(double)
-             && sizeof(((mechc_standalone *)0)->k) == MECHC_CONSTANTS * sizeof(double)
+    [sizeof(((mechc_standalone *)0)->p) == MECHC_AT_LEAST_ONE(MECHC_NP_MAX) * sizeof(double)
+             && sizeof(((mechc_standalone *)0)->k) == MECHC_CONSTANTS_MAX * sizeof(double)
              && sizeof(((mechc_standalone *)0)->inputs)
-                    == MECHC_AT_LEAST_ONE(MECHC_NI) * sizeof(double)
+                    == MECHC_AT_LEAST_ONE(MECHC_NI_MAX) * sizeof(double)
          ? 1 : -1];
 
 /* Inputs with constant values, or values by a function of the program. */
@@ -59,8 +59,8 @@ MECHC_STATIC void mechc_values_at(const mechc_inputs *inputs, int first, int las
                                   const double *q, const double *u, double *values)
 {
     const mechc_held *held = (const mechc_held *)inputs;
-    double all[MECHC_AT_LEAST_ONE(MECHC_NI)];
-    memcpy(all, held->model->inputs, sizeof all);
+    double all[MECHC_AT_LEAST_ONE(MECHC_NI_MAX)];
+    memcpy(all, held->model->inputs, sizeof held->model->inputs);
     held->model->drive(held->model->data, t, q, u, all);
     for (int i = first; i < last; i++) values[i - first] = all[i];
 }
@@ -76,8 +76,8 @@ MECHC_STATIC void mechc_give_standalone(const mechc_standalone *model, mechc_hel
                                         mechc_scalar_given *given)
 {
     *held = mechc_inputs_of(model);
-    memcpy(given->p, model->p, sizeof given->p);
-    memcpy(given->k, model->k, sizeof given->k);
+    memcpy(given->p, model->p, sizeof model->p);
+    memcpy(given->k, model->k, sizeof model->k);
     given->inputs[0] = &held->head;
     given->stop = 0;
     given->forces = 0;
@@ -104,11 +104,11 @@ MECHC_STATIC void mechc_make_standalone(mechc_standalone *model, double t, const
 /* Without inputs that stand in the constraints all rows count until a state on them can be known. */
 int MECHC_PUBLIC(set)(mechc_standalone *model, const double *p, double t, const double *y)
 {
-    double complete[MECHC_AT_LEAST_ONE(MECHC_NP)] = {0.0};
+    double complete[MECHC_AT_LEAST_ONE(MECHC_NP_MAX)] = {0.0};
     for (int i = 0; i < MECHC_NP; i++) complete[i] = p[i]; /* which may be those of the model */
     MECHC_COMPLETE(complete);
     memset(model, 0, sizeof *model);
-    memcpy(model->p, complete, sizeof complete);
+    memcpy(model->p, complete, sizeof model->p);
     mechc_make_standalone(model, t, y, !MECHC_ROWS_HOLD_INPUTS);
     return mechc_all_finite(model->p, MECHC_NP) ? MECHC_RUNNING : MECHC_NOT_FINITE;
 }
@@ -159,9 +159,9 @@ int MECHC_PUBLIC(step)(const mechc_standalone *model, double t, double h, double
     static const double node[4] = {0.0, 0.5, 0.5, 1.0}, weight[4] = {1.0, 2.0, 2.0, 1.0};
     mechc_held held;
     mechc_scalar_given given;
-    double stage[MECHC_NX], rates[MECHC_NX] = {0.0}, end[MECHC_NX], moved[2];
+    double stage[MECHC_NX_MAX], rates[MECHC_NX_MAX] = {0.0}, end[MECHC_NX_MAX], moved[2];
     mechc_give_standalone(model, &held, &given);
-    memcpy(end, y, sizeof end);
+    memcpy(end, y, MECHC_NX * sizeof *y);
     for (int s = 0; s < 4; s++) {
         for (int i = 0; i < MECHC_NX; i++) stage[i] = y[i] + h * node[s] * rates[i];
         mechc_scalar_output_rates(t + h * node[s], stage, stage + MECHC_NQ, &given, rates);
@@ -169,7 +169,7 @@ int MECHC_PUBLIC(step)(const mechc_standalone *model, double t, double h, double
     }
     if (!mechc_all_finite(end, MECHC_NX)) return MECHC_NOT_FINITE;
     const int status = mechc_project_state(t + h, end, &given, moved);
-    if (status == MECHC_RUNNING) memcpy(y, end, sizeof end);
+    if (status == MECHC_RUNNING) memcpy(y, end, MECHC_NX * sizeof *y);
     return status;
 }
 

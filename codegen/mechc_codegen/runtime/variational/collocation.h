@@ -65,7 +65,7 @@ MECHC_STATIC void mechc_radau_rule(mechc_rule *rule)
 
 /* Derivatives at the stages of one step, one block for each. */
 typedef struct {
-    double t[MECHC_VARIED_NODES], y[MECHC_VARIED_NODES * MECHC_NX];
+    double t[MECHC_VARIED_NODES], y[MECHC_VARIED_NODES * MECHC_NX_MAX];
     int kept;
     double *slopes;
 } mechc_nodes_at_hand;
@@ -218,7 +218,7 @@ MECHC_INLINE int mechc_collocate_as(const mechc_step_equations *e, const double 
     const int own = (e->stages * size + MECHC_LANES - 1) / MECHC_LANES;
     const int whole = mechc_solve_nodes(e, start, own, room, rows);
     for (int v = 0; v < width; v++) {
-        mechc_vector at[MECHC_NX];
+        mechc_vector at[MECHC_NX_MAX];
         const int left = columns - v * MECHC_LANES, some = left < MECHC_LANES ? left : MECHC_LANES;
         for (int a = 0; rates && a < e->stages; a++) {
             double *to = rates + a * MECHC_NX * columns + v * MECHC_LANES;

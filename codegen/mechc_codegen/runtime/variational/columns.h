@@ -126,7 +126,7 @@ MECHC_INLINE void mechc_along_columns(const mechc_vector *slopes, int first, con
 MECHC_STATIC mechc_mask mechc_kept_states(int method, const mechc_given_twice *given, int count,
                                           const double *t, const double *y)
 {
-    mechc_vector time, state[MECHC_NX];
+    mechc_vector time, state[MECHC_NX_MAX];
     mechc_fill_lanes(t, count, 1, &time);
     mechc_fill_lanes(y, count, MECHC_NX, state);
     return mechc_keeps(method, state, time, given);
@@ -139,7 +139,7 @@ MECHC_ONCE void mechc_linearise_states(mechc_mask along, const mechc_given_twice
                                        const double *t, const double *y,
                                        const mechc_directions *d, double *rates, double *slopes)
 {
-    mechc_vector time, state[MECHC_NX], rate[MECHC_NX], block[MECHC_NX * MECHC_SLOPES];
+    mechc_vector time, state[MECHC_NX_MAX], rate[MECHC_NX_MAX], block[MECHC_NX_MAX * MECHC_SLOPES_MAX];
     const int kept = mechc_any(along);
     const int first = MECHC_IDENTITY_KINEMATICS && !kept ? MECHC_NQ : 0; /* q' = u is known */
     mechc_fill_lanes(t, count, 1, &time);
@@ -154,7 +154,7 @@ MECHC_ONCE void mechc_linearise_states(mechc_mask along, const mechc_given_twice
 MECHC_STATIC void mechc_end_tangents(const mechc_steps *steps, const mechc_directions *d, double *tangents)
 {
 #if MECHC_NC > 0
-    mechc_vector block[MECHC_NX * MECHC_SLOPES];
+    mechc_vector block[MECHC_NX_MAX * MECHC_SLOPES_MAX];
     double t[MECHC_LANES];
     mechc_tangents_in_lanes(steps, t, block);
     mechc_along_columns(block, 0, t, steps->count, d, tangents);
@@ -177,9 +177,9 @@ MECHC_INLINE mechc_vector mechc_row_along(const double *slopes, int i, int width
 MECHC_INLINE void mechc_onto_tangent(const double *tangent, int width, int block,
                                      mechc_vector *columns)
 {
-    mechc_vector before[MECHC_NX];
+    mechc_vector before[MECHC_NX_MAX];
     if (MECHC_NC == 0) return;
-    memcpy(before, columns, sizeof before);
+    memcpy(before, columns, MECHC_NX * sizeof *before);
     for (int i = 0; i < MECHC_NX; i++)
         columns[i] = mechc_row_along(tangent, i, width, block, before, 1);
 }

@@ -11,8 +11,8 @@
 /* Data of up to MECHC_LANES steps: rates, whether those of some steps are of projected states,
  * their derivatives, and derivatives of the projection of the ends. */
 typedef struct {
-    double t[MECHC_LANES], y[MECHC_LANES * MECHC_NX];
-    double rates[MECHC_MOST_RATES][MECHC_LANES * MECHC_NX];
+    double t[MECHC_LANES], y[MECHC_LANES * MECHC_NX_MAX];
+    double rates[MECHC_MOST_RATES][MECHC_LANES * MECHC_NX_MAX];
     int kept;
     double *slopes, *tangents; /* MECHC_LANES blocks a rate, a block a step */
 } mechc_pair_stages;
@@ -36,7 +36,7 @@ MECHC_STATIC void mechc_pair_states(const mechc_tableau *tableau, const mechc_st
     const double *t = steps->record->t + steps->first, *y = steps->record->y + steps->first * MECHC_NX;
     const int count = steps->count;
     const double *row = tableau->matrix + i * MECHC_MOST_RATES;
-    double sum[MECHC_LANES * MECHC_NX] = {0.0};
+    double sum[MECHC_LANES * MECHC_NX_MAX] = {0.0};
     for (int j = 0; j < i; j++)
         for (int k = 0; row[j] != 0.0 && k < count * MECHC_NX; k++)
             sum[k] += row[j] * stages->rates[j][k];
@@ -94,7 +94,7 @@ MECHC_INLINE void mechc_stage_rates(const double *slopes, int kept, const mechc_
 /* start + h sum_j row[j] rates[j], j < count */
 MECHC_INLINE void mechc_stage_columns(const double *row, int count, double h,
                                       const mechc_vector *start, int stride,
-                                      mechc_vector rates[][MECHC_NX], mechc_vector *at)
+                                      mechc_vector rates[][MECHC_NX_MAX], mechc_vector *at)
 {
     for (int k = 0; k < MECHC_NX; k++) at[k] = start[k * stride];
     for (int j = 0; j < count; j++)
@@ -108,9 +108,9 @@ MECHC_INLINE void mechc_stage_columns(const double *row, int count, double h,
 MECHC_STATIC void mechc_pair_columns(const mechc_tableau *tableau, const mechc_pair_stages *stages,
                                      int n, double h, int count, const mechc_directions *d,
                                      int block, const mechc_vector *start, mechc_vector *end,
-                                     mechc_vector rates[][MECHC_NX])
+                                     mechc_vector rates[][MECHC_NX_MAX])
 {
-    mechc_vector at[MECHC_NX];
+    mechc_vector at[MECHC_NX_MAX];
     const double *tangent = stages->tangents + n * d->block;
     for (int i = 0; i < count; i++) {
         const double *row = tableau->matrix + i * MECHC_MOST_RATES;

@@ -27,7 +27,7 @@ typedef struct {
     const mechc_given_twice *given;
     ptrdiff_t step;
     double t, h; /* its start and length */
-    double zero[MECHC_SWITCHES]; /* of its functions: 0, or the knot at which it ends */
+    double zero[MECHC_SWITCHES_MAX]; /* of its functions: 0, or the knot at which it ends */
 } mechc_jump_place;
 
 /* A zero of a switching function in a step; t: NaN where there is none. */
@@ -38,7 +38,7 @@ typedef struct {
 
 /* How the time of a zero moves, and by how much the rates jump there. */
 typedef struct {
-    double later[MECHC_SLOPES], jump[MECHC_NX];
+    double later[MECHC_SLOPES_MAX], jump[MECHC_NX_MAX];
 } mechc_jump;
 
 /* The state of the run at a time in this step or beside it. */
@@ -54,14 +54,14 @@ MECHC_STATIC void mechc_jump_state(const mechc_jump_place *at, double t, double 
 
 MECHC_STATIC double mechc_jump_value(const mechc_scalar_given *given, int which, double t, const double *y)
 {
-    double values[MECHC_SWITCHES];
+    double values[MECHC_SWITCHES_MAX];
     mechc_scalar_output_switching(t, y, y + MECHC_NQ, given, values);
     return values[which];
 }
 
 MECHC_STATIC double mechc_jump_value_at(const mechc_jump_place *at, int which, double t)
 {
-    double y[MECHC_NX];
+    double y[MECHC_NX_MAX];
     mechc_jump_state(at, t, y);
     return mechc_jump_value(&at->given->scalar, which, t, y) - at->zero[which];
 }
@@ -78,7 +78,7 @@ MECHC_STATIC double mechc_jump_from(const mechc_trajectory *record, ptrdiff_t st
 MECHC_STATIC mechc_jump_zero mechc_jump_first(const mechc_jump_place *at, double from, double last)
 {
     mechc_jump_zero first = {0, NAN};
-    double before[MECHC_SWITCHES], after[MECHC_SWITCHES], y[MECHC_NX];
+    double before[MECHC_SWITCHES_MAX], after[MECHC_SWITCHES_MAX], y[MECHC_NX_MAX];
     mechc_jump_state(at, from, y);
     mechc_scalar_output_switching(from, y, y + MECHC_NQ, &at->given->scalar, before);
     mechc_jump_state(at, last, y);
@@ -98,10 +98,10 @@ MECHC_STATIC mechc_jump_zero mechc_jump_first(const mechc_jump_place *at, double
 }
 
 /* Rates at four states of the run. */
-MECHC_STATIC void mechc_jump_rates(const mechc_jump_place *at, const double *t, double rates[4][MECHC_NX])
+MECHC_STATIC void mechc_jump_rates(const mechc_jump_place *at, const double *t, double (*rates)[MECHC_NX])
 {
-    double y[4 * MECHC_NX];
-    mechc_vector time, state[MECHC_NX], rate[MECHC_NX], block[MECHC_NX * MECHC_SLOPES];
+    double y[4 * MECHC_NX_MAX];
+    mechc_vector time, state[MECHC_NX_MAX], rate[MECHC_NX_MAX], block[MECHC_NX_MAX * MECHC_SLOPES_MAX];
     for (int i = 0; i < 4; i++) mechc_jump_state(at, t[i], y + i * MECHC_NX);
     for (int first = 0; first < 4; first += MECHC_LANES) {
         const int count = 4 - first < MECHC_LANES ? 4 - first : MECHC_LANES;
@@ -148,8 +148,8 @@ MECHC_STATIC double mechc_jump_moved(const mechc_jump_place *at, int which, doub
                                      double by)
 {
     mechc_scalar_given given = at->given->scalar;
-    double moved[MECHC_NX];
-    memcpy(moved, y, sizeof moved);
+    double moved[MECHC_NX_MAX];
+    memcpy(moved, y, MECHC_NX * sizeof *y);
     if (k < MECHC_NX) {
         moved[k] += by;
         return mechc_jump_value(&given, which, t, moved);
@@ -190,7 +190,8 @@ MECHC_STATIC int mechc_jumps_beyond_rounding(const mechc_jump_place *at, const d
                                              const double *after)
 {
     const double end = at->t + at->h, t[] = {at->t, end, at->t, end};
-    double rates[4][MECHC_NX], size[MECHC_NX], largest[2] = {0.0, 0.0}; /* of coordinates, of speeds */
+    double all[4 * MECHC_NX_MAX], (*rates)[MECHC_NX] = (double (*)[MECHC_NX])all;
+    double size[MECHC_NX_MAX], largest[2] = {0.0, 0.0}; /* of coordinates, of speeds */
     int jumps = 0;
     mechc_jump_rates(at, t, rates);
     for (int i = 0; i < MECHC_NX; i++) {
@@ -211,7 +212,8 @@ MECHC_STATIC int mechc_jumps_beyond_rounding(const mechc_jump_place *at, const d
  * numbers, and of those to which the motion is led back from both sides (Filippov 1988). */
 MECHC_STATIC int mechc_jump_at(const mechc_jump_place *at, const mechc_jump_zero *zero, mechc_jump *out)
 {
-    double y[MECHC_NX], rates[4][MECHC_NX], before[MECHC_NX], after[MECHC_NX], beside[4];
+    double all[4 * MECHC_NX_MAX], (*rates)[MECHC_NX] = (double (*)[MECHC_NX])all;
+    double y[MECHC_NX_MAX], before[MECHC_NX_MAX], after[MECHC_NX_MAX], beside[4];
     const double apart = mechc_jump_apart(at);
     const double t[] = {zero->t - 2.0 * apart, zero->t - apart, zero->t + apart, zero->t + 2.0 * apart};
     mechc_jump_rates(at, t, rates);
@@ -242,7 +244,7 @@ MECHC_STATIC int mechc_jump_at(const mechc_jump_place *at, const mechc_jump_zero
 MECHC_STATIC int mechc_jumps_alike(const mechc_jump_place *at, double t, const mechc_jump *one,
                                    const mechc_jump *other)
 {
-    double y[MECHC_NX], apart = 0.0, most = 0.0;
+    double y[MECHC_NX_MAX], apart = 0.0, most = 0.0;
     mechc_jump_state(at, t, y);
     for (int k = 0; k < MECHC_SLOPES; k++) {
         const double size = mechc_jump_size(at, y, k);
@@ -291,7 +293,7 @@ MECHC_RARE int mechc_jumps_of_step(const mechc_given_twice *given, const mechc_t
     mechc_jump jump;
     int count = 0;
     for (; mechc_next_jump(&at, &from, last, &jump); count++) {
-        double moved[MECHC_SLOPES];
+        double moved[MECHC_SLOPES_MAX];
         for (int i = 0; !count && i < MECHC_NX; i++)
             for (int k = 0; k < MECHC_SLOPES; k++) map[i * MECHC_SLOPES + k] = i == k ? 1.0 : 0.0;
         for (int k = 0; k < MECHC_SLOPES; k++) {

@@ -44,7 +44,7 @@ MECHC_INLINE void FN(add_product)(double sign, const real *a, int a_stride, cons
 /* The accelerations (NU x NC) that a value 1 of each row causes: the least change. */
 MECHC_INLINE void FN(least_changes)(const FN(place) *place, real *changes)
 {
-    real unit[MECHC_MOTION * MECHC_NC];
+    real unit[MECHC_MOTION_MAX * MECHC_NC_MAX];
     for (int i = 0; i < MECHC_MOTION; i++)
         for (int k = 0; k < MECHC_NC; k++)
             unit[i * MECHC_NC + k] = R(i == MECHC_NU + k ? -1.0 : 0.0);
@@ -66,7 +66,7 @@ MECHC_INLINE void FN(put_response)(const FN(place) *place, const real *responses
             to[i * MECHC_SLOPES + k] = -sum;
         }
 #else
-    real response[MECHC_ROOM(MECHC_NU, MECHC_NX + MECHC_NB)];
+    real response[MECHC_ROOM(MECHC_NU_MAX, MECHC_NX_MAX + MECHC_NB_MAX)];
     (void)responses;
     FN(respond_with)(place, residual, columns, 0, response);
     FN(put_columns)(response, MECHC_NU, columns, to);
@@ -79,14 +79,14 @@ MECHC_INLINE void FN(put_response)(const FN(place) *place, const real *responses
 #else
 #define MECHC_PUT_RATES(by, columns, first)                                                       \
     do {                                                                                          \
-        real rate[MECHC_ROOM(MECHC_NQ, columns)];                                                 \
+        real rate[MECHC_ROOM(MECHC_NQ_MAX, columns)];                                             \
         FN(output_rate_##by)(t, y, y + MECHC_NQ, given, rate);                                    \
         FN(put_columns)(rate, MECHC_NQ, columns, slopes + (first));                               \
     } while (0)
 #endif
 #define MECHC_PUT_SLOPES(by, columns, first)                                                      \
     do {                                                                                          \
-        real residual[MECHC_ROOM(MECHC_MOTION, columns)];                                         \
+        real residual[MECHC_ROOM(MECHC_MOTION_MAX, columns)];                                     \
         FN(solved_residual_##by)(t, y, y + MECHC_NQ, given, a, l, residual);                      \
         FN(put_response)(place, responses, residual, columns,                                     \
                          slopes + MECHC_NQ * MECHC_SLOPES + (first));                             \
@@ -98,9 +98,9 @@ MECHC_INLINE void FN(put_slopes)(real t, const real *y, const FN(given) *given,
                                  const FN(place) *place, const real *a, const real *l,
                                  real *slopes)
 {
-    real responses[MECHC_ROOM(MECHC_NU, MECHC_MOTION)];
+    real responses[MECHC_ROOM(MECHC_NU_MAX, MECHC_MOTION_MAX)];
 #if MECHC_NC > 0 && MECHC_LINKS == 0
-    real unit[MECHC_MOTION * MECHC_MOTION];
+    real unit[MECHC_MOTION_MAX * MECHC_MOTION_MAX];
     for (int i = 0; i < MECHC_MOTION; i++)
         for (int k = 0; k < MECHC_MOTION; k++)
             unit[i * MECHC_MOTION + k] = R(i == k ? -1.0 : 0.0);
@@ -169,21 +169,21 @@ MECHC_INLINE void FN(put_speed_slopes)(real t, const real *y, const FN(given) *g
 MECHC_INLINE void FN(put_tangent)(real t, const real *y, const FN(given) *given,
                                   const FN(place) *place, real *tangent)
 {
-    real changes[MECHC_NU * MECHC_NC], jacobian[MECHC_NC * MECHC_NU];
-    real rates[MECHC_NC * MECHC_SLOPES], total[MECHC_NC * MECHC_SLOPES];
+    real changes[MECHC_NU_MAX * MECHC_NC_MAX], jacobian[MECHC_NC_MAX * MECHC_NU_MAX];
+    real rates[MECHC_NC_MAX * MECHC_SLOPES_MAX], total[MECHC_NC_MAX * MECHC_SLOPES_MAX];
     real *const of_speeds = tangent + MECHC_NQ * MECHC_SLOPES;
     FN(least_changes)(place, changes);
     FN(output_constraint_jacobian)(t, y, y + MECHC_NQ, given, jacobian);
     for (int i = 0; i < MECHC_NX; i++)
         for (int k = 0; k < MECHC_SLOPES; k++) tangent[i * MECHC_SLOPES + k] = R(i == k ? 1.0 : 0.0);
 #if MECHC_NH > 0
-    real gaps[MECHC_NH * MECHC_SLOPES];
+    real gaps[MECHC_NH_MAX * MECHC_SLOPES_MAX];
     FN(put_gap_slopes)(t, y, given, jacobian, gaps);
 #if MECHC_IDENTITY_KINEMATICS
     FN(add_product)(-1.0, changes, MECHC_NC, gaps, MECHC_SLOPES, MECHC_NQ, MECHC_NH, MECHC_SLOPES,
                     tangent);
 #else
-    real map[MECHC_NQ * MECHC_NU], steps[MECHC_NQ * MECHC_NH];
+    real map[MECHC_NQ_MAX * MECHC_NU_MAX], steps[MECHC_NQ_MAX * MECHC_NH_MAX];
     FN(output_kinematic_matrix)(t, y, y + MECHC_NQ, given, map);
     for (int i = 0; i < MECHC_NQ * MECHC_NH; i++) {
         steps[i] = R(0.0);
@@ -211,14 +211,14 @@ MECHC_ONCE void FN(linearise)(real t, const real *y, const FN(given) *given, rma
                               real *rates, real *slopes)
 {
     FN(place) place;
-    real l[MECHC_AT_LEAST_ONE(MECHC_NC)];
+    real l[MECHC_AT_LEAST_ONE(MECHC_NC_MAX)];
     FN(locate)(t, y, given, &place);
     FN(accelerate)(t, y, y + MECHC_NQ, given, &place, rates + MECHC_NQ, l);
     FN(coordinate_rates_of)(t, y, y + MECHC_NQ, given, rates);
     FN(put_slopes)(t, y, given, &place, rates + MECHC_NQ, l, slopes);
 #if MECHC_NC > 0
     if (!R_ANY(along)) return;
-    real tangent[MECHC_NX * MECHC_SLOPES], plain[MECHC_NX * MECHC_SLOPES];
+    real tangent[MECHC_NX_MAX * MECHC_SLOPES_MAX], plain[MECHC_NX_MAX * MECHC_SLOPES_MAX];
     FN(put_tangent)(t, y, given, &place, tangent);
     for (int i = 0; i < MECHC_NX; i++)
         for (int k = 0; k < MECHC_SLOPES; k++) {

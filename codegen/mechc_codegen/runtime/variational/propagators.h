@@ -11,16 +11,17 @@
 
 #if MECHC_VARIATIONAL
 #define MECHC_NODE_UNKNOWNS (MECHC_STAGES * MECHC_UNKNOWNS)
+#define MECHC_NODE_UNKNOWNS_MAX (MECHC_STAGES * MECHC_UNKNOWNS_MAX)
 #define MECHC_PROPAGATES (MECHC_UNKNOWNS <= 6) /* larger matrices leave the cache */
 
 #if MECHC_PROPAGATES
 typedef struct {
     mechc_vector h;
-    mechc_vector dense[MECHC_NX * MECHC_MOST_DENSE], start[MECHC_NX];
-    mechc_vector slopes[MECHC_STAGES][MECHC_NX * MECHC_SLOPES];
-    mechc_vector matrix[MECHC_NODE_UNKNOWNS * MECHC_NODE_UNKNOWNS], inverse[MECHC_NODE_UNKNOWNS];
-    mechc_vector weights[MECHC_NX * MECHC_NODE_UNKNOWNS]; /* W, then Z */
-    mechc_vector whole[MECHC_NX * MECHC_SLOPES], tangent[MECHC_NX * MECHC_SLOPES];
+    mechc_vector dense[MECHC_NX_MAX * MECHC_MOST_DENSE], start[MECHC_NX_MAX];
+    mechc_vector slopes[MECHC_STAGES][MECHC_NX_MAX * MECHC_SLOPES_MAX];
+    mechc_vector matrix[MECHC_NODE_UNKNOWNS_MAX * MECHC_NODE_UNKNOWNS_MAX], inverse[MECHC_NODE_UNKNOWNS_MAX];
+    mechc_vector weights[MECHC_NX_MAX * MECHC_NODE_UNKNOWNS_MAX]; /* W, then Z */
+    mechc_vector whole[MECHC_NX_MAX * MECHC_SLOPES_MAX], tangent[MECHC_NX_MAX * MECHC_SLOPES_MAX];
 } mechc_propagation;
 
 /* Compute the states of stage a, in the lanes. */
@@ -76,7 +77,7 @@ MECHC_INLINE mechc_vector mechc_node_place(const mechc_rule *rule, const mechc_s
 MECHC_STATIC void mechc_node_slopes(const mechc_rule *rule, const mechc_steps *steps, mechc_propagation *g)
 {
     const mechc_given_twice *given = steps->given;
-    mechc_vector state[MECHC_NX], rates[MECHC_NX];
+    mechc_vector state[MECHC_NX_MAX], rates[MECHC_NX_MAX];
     mechc_mask kept = {0};
     double t[MECHC_LANES];
     for (int a = 0; MECHC_NC > 0 && a < MECHC_STAGES; a++) {
@@ -143,7 +144,7 @@ MECHC_INLINE void mechc_take_factor_row(mechc_propagation *g, int j, int first, 
 {
     const int n = MECHC_NODE_UNKNOWNS;
     const mechc_vector *row = g->matrix + j * n;
-    mechc_vector z[MECHC_NX];
+    mechc_vector z[MECHC_NX_MAX];
     for (int r = 0; r < MECHC_NX; r++) z[r] = g->weights[r * n + j];
     for (int k = first; k < last; k++) {
         const mechc_vector entry = row[k];
@@ -181,7 +182,7 @@ MECHC_STATIC void mechc_combine_nodes(const mechc_rule *rule, mechc_propagation 
 {
     const int nq = MECHC_FIRST_UNKNOWN;
     for (int k = 0; k < MECHC_SLOPES; k++) {
-        mechc_vector sum[MECHC_NX];
+        mechc_vector sum[MECHC_NX_MAX];
         for (int r = 0; r < MECHC_NX; r++) sum[r] = mechc_spread(k == r ? 1.0 : 0.0);
         if (nq && k >= nq && k < MECHC_NX) {
             sum[k - nq] += g->h;
@@ -196,7 +197,7 @@ MECHC_STATIC void mechc_combine_nodes(const mechc_rule *rule, mechc_propagation 
 MECHC_STATIC void mechc_project_nodes(mechc_propagation *g)
 {
     for (int k = 0; k < MECHC_SLOPES; k++) {
-        mechc_vector sum[MECHC_NX];
+        mechc_vector sum[MECHC_NX_MAX];
         for (int r = 0; r < MECHC_NX; r++)
             sum[r] = k < MECHC_NX ? mechc_spread(0.0) : g->tangent[r * MECHC_SLOPES + k];
         for (int i = 0; i < MECHC_NX; i++)

@@ -14,6 +14,7 @@
 #include "dynamics/tree.h"
 
 #define MECHC_MOTION (MECHC_NU + MECHC_NC) /* accelerations and multipliers */
+#define MECHC_MOTION_MAX (MECHC_NU_MAX + MECHC_NC_MAX)
 
 /* du' and dlambda of M du' + J^T dlambda = -dR and J du' = -dS, column by column of dR and
  * dS; without multipliers the rows of du' alone. */
@@ -21,10 +22,10 @@ MECHC_INLINE void FN(respond_with)(const FN(place) *place, const real *residual,
                                    int multipliers, real *out)
 {
 #if MECHC_LINKS > 0 /* all at once: a Jacobian is full, however sparse the tree */
-    real mass[MECHC_NU * MECHC_NU];
+    real mass[MECHC_NU_MAX * MECHC_NU_MAX];
 #if MECHC_NC > 0
     FN(factors) factors;
-    real jacobian[MECHC_NC * MECHC_NU];
+    real jacobian[MECHC_NC_MAX * MECHC_NU_MAX];
     FN(factor_together)(place->saved, jacobian, mass, place->rank, &factors);
 #else
     FN(mass_factors) factors;
@@ -35,7 +36,7 @@ MECHC_INLINE void FN(respond_with)(const FN(place) *place, const real *residual,
     const FN(mass_factors) factors = place->factored;
 #endif
     for (int column = 0; column < columns; column++) {
-        real right[MECHC_MOTION], x[MECHC_MOTION];
+        real right[MECHC_MOTION_MAX], x[MECHC_MOTION_MAX];
         for (int i = 0; i < MECHC_MOTION; i++) right[i] = -residual[i * columns + column];
 #if MECHC_NC > 0 && MECHC_LINKS > 0
         FN(solve_together)(&factors, jacobian, right, right + MECHC_NU, x, x + MECHC_NU);

@@ -9,3 +9,6 @@
 
 #define MECHC_NB (MECHC_NP + MECHC_NI)       /* parameters, then values of inputs */
 #define MECHC_SLOPES (MECHC_NX + MECHC_NB)   /* columns: by the state, then by these */
+
+#define MECHC_NB_MAX (MECHC_NP_MAX + MECHC_NI_MAX)
+#define MECHC_SLOPES_MAX (MECHC_NX_MAX + MECHC_NB_MAX)

@@ -101,7 +101,7 @@ MECHC_STATIC void mechc_keep_state(const mechc_scalar_given *given, double t, do
 MECHC_STATIC void mechc_keep_lanes(const mechc_given_twice *given, const double *t, int count,
                                    mechc_mask which, mechc_vector *state)
 {
-    double y[MECHC_LANES * MECHC_NX];
+    double y[MECHC_LANES * MECHC_NX_MAX];
     mechc_empty_lanes(state, count, MECHC_NX, y);
     for (int n = 0; n < count; n++)
         if (which[n]) mechc_keep_state(&given->scalar, t[n], y + n * MECHC_NX);
@@ -113,7 +113,7 @@ MECHC_STATIC void mechc_keep_lanes(const mechc_given_twice *given, const double 
 MECHC_ONCE void mechc_tangents_in_lanes(const mechc_steps *steps, double *t, mechc_vector *tangents)
 {
     const double *times = steps->record->t + steps->first;
-    mechc_vector time, state[MECHC_NX];
+    mechc_vector time, state[MECHC_NX_MAX];
     for (int n = 0; n < steps->count; n++) t[n] = mechc_within(times[n], times[n + 1], 1.0);
     mechc_fill_lanes(t, steps->count, 1, &time);
     mechc_fill_lanes(steps->record->y + (steps->first + 1) * MECHC_NX, steps->count, MECHC_NX, state);

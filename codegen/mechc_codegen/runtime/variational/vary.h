@@ -101,8 +101,8 @@ MECHC_INLINE void mechc_move_columns(mechc_varying *w, const double *block)
 /* Move the columns at the end of a step over the jumps of laws in it. */
 MECHC_STATIC void mechc_vary_jumps(mechc_varying *w, const mechc_trajectory *record, ptrdiff_t step)
 {
-    double map[MECHC_NX * MECHC_SLOPES];
-    mechc_vector lanes[MECHC_NX * MECHC_SLOPES], *const start = w->before, *const end = w->after;
+    double map[MECHC_NX_MAX * MECHC_SLOPES_MAX];
+    mechc_vector lanes[MECHC_NX_MAX * MECHC_SLOPES_MAX], *const start = w->before, *const end = w->after;
     if (!mechc_jumps_of_step(&w->given, record, step, map)) return;
     for (int i = 0; i < MECHC_NX * MECHC_SLOPES; i++) lanes[i] = mechc_spread(map[i]);
     mechc_along_columns(lanes, 0, &record->t[step + 1], 1, &w->directions, w->jump);
@@ -140,7 +140,7 @@ MECHC_STATIC void mechc_vary_pairs(mechc_varying *w, const mechc_variation *v, i
     for (int n = 0; n < count; n++, step++) {
         const double h = v->trajectory->t[step + 1] - v->trajectory->t[step];
         for (int block = 0; block < w->directions.width; block++) {
-            mechc_vector rates[MECHC_MOST_RATES][MECHC_NX];
+            mechc_vector rates[MECHC_MOST_RATES][MECHC_NX_MAX];
             mechc_pair_columns(tableau, &w->stages, n, h, taken, &w->directions, block,
                                w->before + block, w->after + block, rates);
             const int left = v->columns - block * MECHC_LANES;
@@ -204,7 +204,7 @@ MECHC_STATIC void mechc_project_in_lanes(mechc_varying *w, const double *t, cons
                                          double *columns)
 {
     const mechc_directions *d = &w->directions;
-    mechc_vector time, state[MECHC_NX], block[MECHC_NX * MECHC_SLOPES];
+    mechc_vector time, state[MECHC_NX_MAX], block[MECHC_NX_MAX * MECHC_SLOPES_MAX];
     mechc_fill_lanes(t, count, 1, &time);
     mechc_fill_lanes(y, count, MECHC_NX, state);
     mechc_vector_tangent(time, state, &w->given.vector, block);

@@ -26,14 +26,12 @@
 #include "scene_program.h"
 
 #if MECHC_ROW_BLOCKS > 0
-#ifndef MECHC_DIRECTIONS
-#define MECHC_DIRECTIONS (MECHC_AT_LEAST_ONE(MECHC_FREE) * MECHC_NU)
-#endif
+#define MECHC_DIRECTIONS_MAX (MECHC_AT_LEAST_ONE(MECHC_FREE_MAX) * MECHC_NU_MAX)
 
 typedef struct {
-    real kept[MECHC_AT_LEAST_ONE(MECHC_BLOCKS_KEPT)];
-    real directions[MECHC_DIRECTIONS], momenta[MECHC_DIRECTIONS]; /* n and M n */
-    FN(mass_factors) reduced;                                     /* n^T M n */
+    real kept[MECHC_AT_LEAST_ONE(MECHC_BLOCKS_KEPT_MAX)];
+    real directions[MECHC_DIRECTIONS_MAX], momenta[MECHC_DIRECTIONS_MAX]; /* n and M n */
+    FN(mass_factors) reduced; /* n^T M n */
     real longest;    /* squared length of the longest row, speeds weighted by the mass each moves */
     rmask apart;     /* the lanes in which rows are eliminated block by block */
     rmask clear;     /* of these, those far from all critical configurations */
@@ -62,7 +60,7 @@ MECHC_INLINE rmask FN(long_rows)(const real *lengths, real ordinary, FN(solver) 
 MECHC_INLINE rmask FN(reduce_mass)(const real *own, FN(solver) *f)
 {
     rmask safe = R_MASK(R(0.0) == R(0.0));
-    real reduced[MECHC_AT_LEAST_ONE(MECHC_FREE * MECHC_FREE)];
+    real reduced[MECHC_AT_LEAST_ONE(MECHC_FREE_MAX * MECHC_FREE_MAX)];
     for (int i = 0; i < MECHC_FREE; i++) {
         FN(along)(f->momenta, f->directions + i * MECHC_NU, reduced + i * MECHC_FREE);
         safe &= R_MASK(own[i] > MECHC_SAFE_SINE * reduced[i * MECHC_FREE + i]);
@@ -74,7 +72,7 @@ MECHC_INLINE rmask FN(reduce_mass)(const real *own, FN(solver) *f)
 MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, real length,
                                    real rank, real ordinary, double least, FN(solver) *f)
 {
-    real weight[MECHC_NU], lengths[MECHC_NC], own[MECHC_AT_LEAST_ONE(MECHC_FREE)];
+    real weight[MECHC_NU_MAX], lengths[MECHC_NC_MAX], own[MECHC_AT_LEAST_ONE(MECHC_FREE_MAX)];
     (void)least;
     FN(speed_weights)(mass, length, weight);
     f->apart = FN(factor_blocks)(jacobian, mass, weight, f->kept, f->directions, f->momenta, own,
@@ -90,7 +88,7 @@ MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, real 
 /* a <- a + n z */
 MECHC_INLINE void FN(add_free_part)(const FN(solver) *f, const real *forcing, real *x)
 {
-    real part[MECHC_AT_LEAST_ONE(MECHC_FREE)], taken[MECHC_AT_LEAST_ONE(MECHC_FREE)];
+    real part[MECHC_AT_LEAST_ONE(MECHC_FREE_MAX)], taken[MECHC_AT_LEAST_ONE(MECHC_FREE_MAX)];
     FN(along)(f->momenta, x, taken);
     if (forcing) FN(along)(f->directions, forcing, part);
     for (int i = 0; i < MECHC_FREE; i++) part[i] = forcing ? part[i] - taken[i] : -taken[i];
@@ -120,7 +118,7 @@ MECHC_INLINE void FN(free_axes)(const FN(solver) *f, const real *moved, real *ax
 MECHC_INLINE real FN(conditioning_squared)(const real *jacobian, const real *mass, real length,
                                            real ordinary, const FN(solver) *f)
 {
-    real moved[MECHC_NU], axes[MECHC_DIRECTIONS], inverse[MECHC_AT_LEAST_ONE(MECHC_FREE)];
+    real moved[MECHC_NU_MAX], axes[MECHC_DIRECTIONS_MAX], inverse[MECHC_AT_LEAST_ONE(MECHC_FREE_MAX)];
     FN(moved_masses)(mass, length, moved);
     FN(free_axes)(f, moved, axes, inverse);
     const real answer = FN(longest_answer)(jacobian, f->kept, moved, axes, inverse);
@@ -142,13 +140,13 @@ MECHC_INLINE void FN(solve_motion)(const FN(motion_terms) *terms, const FN(solve
     FN(solve_blocks)(terms->jacobian, f->kept, terms->gamma, x);
     FN(add_free_part)(f, terms->forcing, x);
     if (lambda) {
-        real reaction[MECHC_NU];
+        real reaction[MECHC_NU_MAX];
         for (int k = 0; k < MECHC_NU; k++) reaction[k] = terms->forcing[k];
         FN(take_inertia)(terms->mass, x, reaction);
         FN(block_multipliers)(terms->jacobian, f->kept, reaction, lambda);
     }
     if (!__builtin_expect(f->together, 0)) return;
-    real other[MECHC_NU], others[MECHC_NC];
+    real other[MECHC_NU_MAX], others[MECHC_NC_MAX];
     FN(solve_together)(terms, &f->factors, other, lambda ? others : 0);
     for (int k = 0; k < MECHC_NU; k++) x[k] = R_SELECT(f->apart, x[k], other[k]);
     for (int i = 0; lambda && i < MECHC_NC; i++)
@@ -168,7 +166,7 @@ MECHC_INLINE void FN(least_step)(const real *jacobian, const real *mass, const F
     FN(solve_blocks)(jacobian, f->kept, values, step);
     FN(add_free_part)(f, 0, step);
     if (!__builtin_expect(f->together, 0)) return;
-    real other[MECHC_NU];
+    real other[MECHC_NU_MAX];
     FN(least_step_together)(jacobian, mass, &f->factors, values, other);
     for (int k = 0; k < MECHC_NU; k++) step[k] = R_SELECT(f->apart, step[k], other[k]);
 }

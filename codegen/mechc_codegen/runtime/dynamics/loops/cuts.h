@@ -24,7 +24,7 @@
 #if MECHC_MOVING_CUTS
 typedef struct {
     FN(articulated) links;
-    real changes[MECHC_NC * MECHC_NU]; /* M^-1 J^T, row by row of J */
+    real changes[MECHC_NC_MAX * MECHC_NU_MAX]; /* M^-1 J^T, row by row of J */
     FN(mass_factors) meeting;          /* J M^-1 J^T */
     real conditioning;                 /* squared */
 } FN(eliminated);
@@ -32,7 +32,7 @@ typedef struct {
 /* Accelerations of the free tree by wrenches on the links, which are overwritten. */
 MECHC_ONCE void FN(free_answer)(const real *tree, const FN(articulated) *f, real *wrench, real *x)
 {
-    real left[MECHC_NU], motion[MECHC_LINKS * MECHC_DIM];
+    real left[MECHC_NU_MAX], motion[MECHC_LINKS_MAX * MECHC_DIM];
     for (int link = MECHC_LINKS - 1; link >= 0; link--) {
         real *own = wrench + link * MECHC_DIM;
         for (int c = mechc_first_column[link + 1] - 1; c >= mechc_first_column[link]; c--) {
@@ -76,7 +76,7 @@ MECHC_INLINE void FN(force_along_row)(const real *tree, int row, real *wrench)
  * distance is the inverse of an entry of the inverse's diagonal. */
 MECHC_INLINE real FN(meeting_conditioning)(const FN(mass_factors) *f, real longest)
 {
-    real most = R(0.0), unit[MECHC_NC];
+    real most = R(0.0), unit[MECHC_NC_MAX];
     for (int i = 0; i < MECHC_NC; i++) {
         real entry = R(0.0);
         for (int k = 0; k < MECHC_NC; k++) unit[k] = R(k == i);
@@ -89,7 +89,7 @@ MECHC_INLINE real FN(meeting_conditioning)(const FN(mass_factors) *f, real longe
 
 MECHC_ONCE void FN(eliminate)(const real *tree, FN(eliminated) *f)
 {
-    real meeting[MECHC_NC * MECHC_NC], wrench[MECHC_LINKS * MECHC_DIM], longest = R(0.0);
+    real meeting[MECHC_NC_MAX * MECHC_NC_MAX], wrench[MECHC_LINKS_MAX * MECHC_DIM], longest = R(0.0);
     FN(articulate)(tree, &f->links);
     for (int i = 0; i < MECHC_NC; i++) {
         real *change = f->changes + i * MECHC_NU;
@@ -110,7 +110,7 @@ MECHC_ONCE void FN(eliminate)(const real *tree, FN(eliminated) *f)
 MECHC_ONCE void FN(follow_rows)(const real *tree, const FN(eliminated) *f, real *wrench,
                                 const real *values, real *x)
 {
-    real part[MECHC_NC];
+    real part[MECHC_NC_MAX];
     FN(free_answer)(tree, &f->links, wrench, x);
     for (int again = 0; again < 2; again++) {
         FN(cut_rates)(tree, x, part);

@@ -74,7 +74,7 @@ MECHC_ONCE void FN(solve_together)(const FN(factors) *f, const real *jacobian, c
 MECHC_ONCE void FN(solve_motion)(const real *tree, const FN(solver) *f, real *wrench,
                                  const real *gamma, real *x, real *lambda)
 {
-    real copy[MECHC_LINKS * MECHC_DIM], forcing[MECHC_NU], other[MECHC_NU];
+    real copy[MECHC_LINKS_MAX * MECHC_DIM], forcing[MECHC_NU_MAX], other[MECHC_NU_MAX];
     const int together = f->together || lambda;
     if (together) {
         for (int i = 0; i < MECHC_LINKS * MECHC_DIM; i++) copy[i] = wrench[i];
@@ -84,13 +84,13 @@ MECHC_ONCE void FN(solve_motion)(const real *tree, const FN(solver) *f, real *wr
     if (R_ANY(f->apart)) FN(follow_rows)(tree, &f->links, wrench, gamma, x);
 #endif
     if (!together) return;
-    real jacobian[MECHC_NC * MECHC_NU];
+    real jacobian[MECHC_NC_MAX * MECHC_NU_MAX];
     if (lambda) FN(cut_rows)(tree, jacobian);
     if (f->together) {
         FN(solve_together)(&f->factors, jacobian, forcing, gamma, other, lambda);
     } else {
         FN(factors) factors;
-        real mass[MECHC_NU * MECHC_NU];
+        real mass[MECHC_NU_MAX * MECHC_NU_MAX];
         FN(factor_together)(tree, jacobian, mass, R((double)MECHC_NC), &factors);
         FN(solve_together)(&factors, jacobian, forcing, gamma, other, lambda);
     }
@@ -101,10 +101,10 @@ MECHC_ONCE void FN(solve_motion)(const real *tree, const FN(solver) *f, real *wr
 MECHC_ONCE void FN(least_step)(const real *tree, const FN(solver) *f, const real *values,
                                real *step)
 {
-    real other[MECHC_NU];
+    real other[MECHC_NU_MAX];
 #if MECHC_WALKED_ROWS
     if (R_ANY(f->apart)) {
-        real none[MECHC_LINKS * MECHC_DIM];
+        real none[MECHC_LINKS_MAX * MECHC_DIM];
         for (int i = 0; i < MECHC_LINKS * MECHC_DIM; i++) none[i] = R(0.0);
         FN(follow_rows)(tree, &f->links, none, values, step);
     }

@@ -22,8 +22,8 @@
 
 #if MECHC_ONE_FREEDOM
 typedef struct {
-    real jacobian[MECHC_NC * MECHC_NU];
-    real direction[MECHC_NU], momentum[MECHC_NU];
+    real jacobian[MECHC_NC_MAX * MECHC_NU_MAX];
+    real direction[MECHC_NU_MAX], momentum[MECHC_NU_MAX];
     real inverse;   /* 1 / (m . n) */
     real longest;   /* squared length of the longest row, speeds weighted by the mass each moves */
     real rank;      /* rows that count */
@@ -53,7 +53,7 @@ MECHC_INLINE real FN(other_weights)(const real *weight, int k)
 MECHC_INLINE void FN(weigh_rows)(const real *mass, real length, real size, double least,
                                  FN(freedom) *f)
 {
-    real weight[MECHC_NU];
+    real weight[MECHC_NU_MAX];
     FN(speed_weights)(mass, length, weight);
     for (int row = 0; row < MECHC_NC; row++) {
         const real *entry = f->jacobian + row * MECHC_NU;
@@ -92,7 +92,7 @@ MECHC_INLINE void FN(find_freedom)(const real *jacobian, const real *mass, real 
 MECHC_INLINE void FN(along_freedom)(const FN(freedom) *f, const real *values, real along, real *x)
 {
 #if MECHC_NU == 3
-    real mixed[MECHC_NU];
+    real mixed[MECHC_NU_MAX];
     for (int k = 0; k < MECHC_NU; k++)
         mixed[k] = R_FMS(values[0], f->jacobian[MECHC_NU + k], values[1] * f->jacobian[k]);
     FN(cross)(mixed, f->momentum, x);
@@ -108,7 +108,7 @@ MECHC_INLINE void FN(along_freedom)(const FN(freedom) *f, const real *values, re
 MECHC_INLINE real FN(freedom_conditioning_squared)(const FN(freedom) *f, const real *mass,
                                                    real length, real ordinary)
 {
-    real weight[MECHC_NU], square = R(0.0), most = R(1.0);
+    real weight[MECHC_NU_MAX], square = R(0.0), most = R(1.0);
     FN(speed_weights)(mass, length, weight);
     for (int k = 0; k < MECHC_NU; k++)
         R_ADD(square, f->direction[k] * f->direction[k], FN(other_weights)(weight, k));

@@ -27,12 +27,12 @@
 #if MECHC_CARRIED > 0
 /* Results of the elimination, column by column. */
 typedef struct {
-    real momentum[MECHC_NU * MECHC_DIM]; /* U of each column */
-    real along[MECHC_NU], inverse[MECHC_NU]; /* D and 1 / D */
-    real share[MECHC_NU * MECHC_DIM];    /* b of the columns that eliminate a row */
-    real inverse_pivot[MECHC_NU];        /* 1 / (R S) of these */
-    real factor[MECHC_AT_LEAST_ONE(MECHC_FACTORS)]; /* of that row in those after it */
-    rmask swapped[MECHC_AT_LEAST_ONE(MECHC_FACTORS)];
+    real momentum[MECHC_NU_MAX * MECHC_DIM]; /* U of each column */
+    real along[MECHC_NU_MAX], inverse[MECHC_NU_MAX]; /* D and 1 / D */
+    real share[MECHC_NU_MAX * MECHC_DIM];    /* b of the columns that eliminate a row */
+    real inverse_pivot[MECHC_NU_MAX];        /* 1 / (R S) of these */
+    real factor[MECHC_AT_LEAST_ONE(MECHC_FACTORS_MAX)]; /* of that row in those after it */
+    rmask swapped[MECHC_AT_LEAST_ONE(MECHC_FACTORS_MAX)];
     real conditioning; /* squared */
 } FN(eliminated);
 
@@ -91,7 +91,7 @@ MECHC_INLINE void FN(constrain_speed)(const real *row, int column, FN(eliminated
 
 MECHC_ONCE void FN(eliminate)(const real *tree, FN(eliminated) *f)
 {
-    real inertias[MECHC_LINKS * MECHC_SQUARE], rows[MECHC_CARRIED * MECHC_DIM];
+    real inertias[MECHC_LINKS_MAX * MECHC_SQUARE], rows[MECHC_CARRIED_MAX * MECHC_DIM];
     real least = R(HUGE_VAL), most = R(0.0);
     FN(rigid_inertias)(tree, inertias);
     FN(cut_wrenches)(tree, rows);
@@ -142,7 +142,7 @@ MECHC_INLINE void FN(eliminate_value)(const FN(eliminated) *f, int column, int r
 MECHC_ONCE void FN(follow_rows)(const real *tree, const FN(eliminated) *f, real *wrench,
                                 const real *values, real *x)
 {
-    real left[MECHC_NU], value[MECHC_CARRIED], motion[MECHC_LINKS * MECHC_DIM];
+    real left[MECHC_NU_MAX], value[MECHC_CARRIED_MAX], motion[MECHC_LINKS_MAX * MECHC_DIM];
     for (int i = 0; i < MECHC_NC; i++) value[mechc_cut_place[i]] = values[i];
     for (int link = MECHC_LINKS - 1; link >= 0; link--) {
         real *own = wrench + link * MECHC_DIM;

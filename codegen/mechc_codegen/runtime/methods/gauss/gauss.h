@@ -39,7 +39,7 @@ MECHC_STATIC void mechc_gauss_extrapolate(mechc_gauss *g, double h)
 {
     const double ratio = h / g->last_step;
     for (int block = 0; block < MECHC_BLOCKS; block++) {
-        mechc_vector before[MECHC_STAGES + 1], after = mechc_spread(1.0), sum[MECHC_UNKNOWNS];
+        mechc_vector before[MECHC_STAGES + 1], after = mechc_spread(1.0), sum[MECHC_UNKNOWNS_MAX];
         const mechc_vector x = 1.0 + ratio * mechc_take(mechc_gauss_nodes, block);
         before[0] = mechc_spread(1.0);
         for (int j = 0; j < MECHC_STAGES; j++)
@@ -284,7 +284,7 @@ MECHC_STATIC void mechc_gauss_meet(mechc_integration *run, double h)
     const mechc_gauss *g = mechc_gauss_of(run);
     if (g->lowest > MECHC_CLEAR * MECHC_CLEAR) return;
     for (int stage = 0; MECHC_NH > 0 && stage < MECHC_STAGES; stage++) {
-        double q[MECHC_NQ];
+        double q[MECHC_NQ_MAX];
         mechc_gauss_node(run, stage + 1, q);
         mechc_monitor_meet(&run->monitor, mechc_gauss_conditioning(run, h, stage, q), q);
     }
@@ -301,13 +301,13 @@ MECHC_STATIC int mechc_gauss_reached_end(const mechc_integration *run, double er
  * crossing that they would be rounding. */
 MECHC_STATIC int mechc_gauss_end_rates(mechc_integration *run, double h, double *end)
 {
-    double *rates = MECHC_RATE(run, run->current->last_rate), sum[MECHC_NX];
-    memcpy(sum, end, sizeof sum);
+    double *rates = MECHC_RATE(run, run->current->last_rate), sum[MECHC_NX_MAX];
+    memcpy(sum, end, MECHC_NX * sizeof *end);
     const int status = mechc_rates_at(run, run->head.t + h, end, rates);
 #if MECHC_NH > 0
     const int near = run->conditioning < MECHC_TOO_NEAR || status == MECHC_NOT_CLOSED;
     if (near && mechc_is_last(run, h) && mechc_knows_crossing(&run->monitor)) {
-        memcpy(end, sum, sizeof sum);
+        memcpy(end, sum, MECHC_NX * sizeof *end);
         return mechc_rates_beside(run, run->head.t + h, -1.0, run->scale, end, rates);
     }
 #endif
@@ -343,7 +343,7 @@ MECHC_STATIC int mechc_gauss_step(mechc_integration *run, double h, double *end)
     mechc_gauss *g = mechc_gauss_of(run);
     for (int i = 0; i < MECHC_UNKNOWNS; i++)
         g->ends[i] = MECHC_RATE(run, 0)[MECHC_FIRST_UNKNOWN + i];
-    memcpy(end, run->y, sizeof run->y);
+    memcpy(end, run->y, MECHC_NX * sizeof *end);
 #if MECHC_NH > 0
     g->crossing = mechc_knows_crossing(&run->monitor) ? &run->monitor.known : NULL;
     g->alone = &run->given;
@@ -366,11 +366,11 @@ MECHC_RARE void mechc_gauss_switching(mechc_integration *run, double h, double *
     mechc_gauss *g = mechc_gauss_of(run);
     const int nodes = MECHC_STAGES + 2;
     const double t = run->head.t;
-    double value[MECHC_SWITCHES], end[MECHC_NX];
+    double value[MECHC_SWITCHES_MAX], end[MECHC_NX_MAX];
     mechc_scalar_output_switching(t, run->y, run->y + MECHC_NQ, &run->given, value);
     for (int i = 0; i < MECHC_SWITCHES; i++) values[i * nodes] = value[i];
     for (int block = 0; block < MECHC_BLOCKS; block++) {
-        mechc_vector state[MECHC_NX], found[MECHC_SWITCHES];
+        mechc_vector state[MECHC_NX_MAX], found[MECHC_SWITCHES_MAX];
         const mechc_vector time = t + h * mechc_take(mechc_gauss_nodes, block);
         mechc_gauss_states(g, run->y, h, block, state);
         for (int i = 0; i < MECHC_NQ; i++) state[i] += g->shift[i][block];
@@ -379,7 +379,7 @@ MECHC_RARE void mechc_gauss_switching(mechc_integration *run, double h, double *
             for (int lane = 0; lane < MECHC_LANES; lane++)
                 values[i * nodes + 1 + block * MECHC_LANES + lane] = found[i][lane];
     }
-    memcpy(end, run->y, sizeof end);
+    memcpy(end, run->y, MECHC_NX * sizeof *end);
     mechc_gauss_end(g, run->y, h, end);
     mechc_scalar_output_switching(t + h, end, end + MECHC_NQ, &run->given, value);
     for (int i = 0; i < MECHC_SWITCHES; i++) values[i * nodes + nodes - 1] = value[i];
@@ -397,7 +397,7 @@ MECHC_STATIC int mechc_gauss_limited(const mechc_integration *run, double h, con
 MECHC_STATIC void mechc_gauss_accept(mechc_integration *run, double h)
 {
     mechc_gauss *g = mechc_gauss_of(run);
-    memcpy(g->compensation, g->next_compensation, sizeof g->compensation);
+    memcpy(g->compensation, g->next_compensation, MECHC_NX * sizeof *g->compensation);
     memcpy(g->tried, g->rates, sizeof g->tried);
     g->last_step = h;
     g->last_factor = g->factor;

@@ -26,16 +26,16 @@
 
 /* Rates at the stages of the last accepted step. */
 typedef struct {
-    double rates[MECHC_UNKNOWNS][MECHC_STAGES];
+    double rates[MECHC_UNKNOWNS_MAX][MECHC_STAGES];
 } mechc_gauss_last;
 
 #if MECHC_LOCKSTEP && !MECHC_SWITCHES
 typedef struct {
     mechc_lockstep lanes;
-    mechc_vector last[MECHC_UNKNOWNS][MECHC_STAGES], rates[MECHC_UNKNOWNS][MECHC_STAGES];
-    mechc_vector weights[MECHC_UNKNOWNS]; /* the step over what is tolerated */
-    mechc_vector error_weights[MECHC_UNKNOWNS];
-    mechc_vector turns[MECHC_STAGES][MECHC_AT_LEAST_ONE(3 * MECHC_TURNS)]; /* see sine_cosine.h */
+    mechc_vector last[MECHC_UNKNOWNS_MAX][MECHC_STAGES], rates[MECHC_UNKNOWNS_MAX][MECHC_STAGES];
+    mechc_vector weights[MECHC_UNKNOWNS_MAX]; /* the step over what is tolerated */
+    mechc_vector error_weights[MECHC_UNKNOWNS_MAX];
+    mechc_vector turns[MECHC_STAGES][MECHC_AT_LEAST_ONE(3 * MECHC_TURNS_MAX)]; /* see sine_cosine.h */
     mechc_vector floor;     /* changes that may be rounding */
     mechc_vector part;      /* of a change in the measured error */
     mechc_vector shrinking; /* from the second change to the third, squared; 0: no third */
@@ -97,7 +97,7 @@ MECHC_ONCE void mechc_gauss_lanes_predict(mechc_gauss_lanes *g)
         (a->last_step > 0.0) & (size <= MECHC_GAUSS_GROWTH * a->last_step);
     const mechc_vector ratio = mechc_choose(known, size / a->last_step, mechc_spread(0.0));
     for (int i = 0; i < MECHC_STAGES; i++) {
-        mechc_vector before[MECHC_STAGES + 1], after = mechc_spread(1.0), sum[MECHC_UNKNOWNS];
+        mechc_vector before[MECHC_STAGES + 1], after = mechc_spread(1.0), sum[MECHC_UNKNOWNS_MAX];
         const mechc_vector x = 1.0 + ratio * mechc_gauss_nodes[i];
         before[0] = after;
         for (int j = 0; j < MECHC_STAGES; j++) before[j + 1] = before[j] * (x - mechc_gauss_nodes[j]);
@@ -137,11 +137,11 @@ MECHC_INLINE void mechc_gauss_lanes_state(const mechc_gauss_lanes *g, int stage,
 {
     const mechc_lockstep *a = &g->lanes;
     const double *first = mechc_gauss_first + stage;
-    mechc_vector once[MECHC_UNKNOWNS];
+    mechc_vector once[MECHC_UNKNOWNS_MAX];
     for (int k = 0; k < MECHC_UNKNOWNS; k++) once[k] = first[0] * g->rates[k][0];
 #if MECHC_IDENTITY_KINEMATICS
     const double *second = mechc_gauss_second + stage;
-    mechc_vector twice[MECHC_NQ];
+    mechc_vector twice[MECHC_NQ_MAX];
     for (int k = 0; k < MECHC_NQ; k++) twice[k] = second[0] * g->rates[k][0];
 #endif
     for (int j = 1; j < MECHC_STAGES; j++)
@@ -181,7 +181,7 @@ MECHC_ONCE void mechc_gauss_lanes_again(mechc_gauss_lanes *g, mechc_vector t, in
 MECHC_INLINE void mechc_gauss_lanes_stage(mechc_gauss_lanes *g, int stage, int first,
                                           mechc_vector *rates)
 {
-    mechc_vector state[MECHC_NX];
+    mechc_vector state[MECHC_NX_MAX];
     const mechc_vector t = g->lanes.t + mechc_gauss_nodes[stage] * g->lanes.h;
     mechc_gauss_lanes_state(g, stage, state);
     (first ? mechc_gauss_lanes_first : mechc_gauss_lanes_again)(g, t, stage, state, rates);
@@ -193,7 +193,7 @@ MECHC_ONCE mechc_vector mechc_gauss_lanes_sweep(mechc_gauss_lanes *g, int sweep)
     mechc_vector products[MECHC_STAGES], change = mechc_spread(0.0);
     if (sweep == 0) mechc_gauss_lanes_continue(g, products);
     for (int i = 0; i < MECHC_STAGES; i++) {
-        mechc_vector rates[MECHC_NX], by[MECHC_UNKNOWNS];
+        mechc_vector rates[MECHC_NX_MAX], by[MECHC_UNKNOWNS_MAX];
         mechc_gauss_lanes_stage(g, i, sweep == 0, rates);
         for (int k = 0; k < MECHC_UNKNOWNS; k++) {
             by[k] = rates[MECHC_FIRST_UNKNOWN + k] - g->rates[k][i];

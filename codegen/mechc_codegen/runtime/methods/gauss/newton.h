@@ -17,9 +17,9 @@
 #if MECHC_NEWTON
 /* The equations of one step. */
 struct mechc_newton {
-    double slopes[MECHC_UNKNOWNS][MECHC_NX];
-    mechc_modes real[MECHC_UNKNOWNS][MECHC_UNKNOWNS]; /* first the systems, then their inverses */
-    mechc_modes imaginary[MECHC_UNKNOWNS][MECHC_UNKNOWNS];
+    double slopes[MECHC_UNKNOWNS_MAX][MECHC_NX_MAX];
+    mechc_modes real[MECHC_UNKNOWNS_MAX][MECHC_UNKNOWNS_MAX]; /* first the systems, then their inverses */
+    mechc_modes imaginary[MECHC_UNKNOWNS_MAX][MECHC_UNKNOWNS_MAX];
 };
 
 MECHC_INLINE void mechc_take_modes(const double *four, mechc_modes *modes)
@@ -33,15 +33,15 @@ MECHC_INLINE void mechc_take_modes(const double *four, mechc_modes *modes)
 MECHC_STATIC void mechc_newton_slopes(mechc_newton *w, mechc_gauss *g, double t,
                                       const double *y, double h, const double *scale)
 {
-    mechc_vector middle[MECHC_NX], rates[MECHC_UNKNOWNS], base[MECHC_UNKNOWNS];
+    mechc_vector middle[MECHC_NX_MAX], rates[MECHC_UNKNOWNS_MAX], base[MECHC_UNKNOWNS_MAX];
     mechc_gauss_states(g, y, h, MECHC_MIDDLE / MECHC_LANES, middle); /* as the rates are predicted */
     for (int i = 0; i < MECHC_NX; i++) middle[i] = mechc_spread(middle[i][MECHC_MIDDLE % MECHC_LANES]);
     t += mechc_gauss_nodes[MECHC_MIDDLE] * h;
     mechc_gauss_first_stages(g, t, 0.0, middle, 0, base);
     for (int first = 0; first < MECHC_NX; first += MECHC_LANES) {
         const int left = MECHC_NX - first, count = left < MECHC_LANES ? left : MECHC_LANES;
-        mechc_vector state[MECHC_NX];
-        memcpy(state, middle, sizeof state);
+        mechc_vector state[MECHC_NX_MAX];
+        memcpy(state, middle, MECHC_NX * sizeof *state);
         for (int lane = 0; lane < count; lane++) {
             const int j = first + lane;
             state[j][lane] += mechc_small_change(scale[j], middle[j][lane]);
@@ -131,7 +131,7 @@ MECHC_STATIC void mechc_newton_take_row(mechc_newton *w, int i, int j)
 /* Invert the systems in place, by Gauss and Jordan; 0 if one is singular or not finite. */
 MECHC_ONCE int mechc_newton_invert(mechc_newton *w)
 {
-    int rows[MECHC_UNKNOWNS];
+    int rows[MECHC_UNKNOWNS_MAX];
     for (int j = 0; j < MECHC_UNKNOWNS; j++) {
         rows[j] = j;
         const double square = mechc_newton_pivot(w, j, &rows[j]);
@@ -153,18 +153,18 @@ MECHC_ONCE int mechc_newton_invert(mechc_newton *w)
             if (i != j) mechc_newton_take_row(w, i, j);
     }
     for (int j = MECHC_UNKNOWNS - 1; j >= 0; j--) {
-        mechc_newton_exchange(*w->real + j, *w->real + rows[j], MECHC_UNKNOWNS);
-        mechc_newton_exchange(*w->imaginary + j, *w->imaginary + rows[j], MECHC_UNKNOWNS);
+        mechc_newton_exchange(*w->real + j, *w->real + rows[j], MECHC_UNKNOWNS_MAX);
+        mechc_newton_exchange(*w->imaginary + j, *w->imaginary + rows[j], MECHC_UNKNOWNS_MAX);
     }
     return 1;
 }
 
 /* Replace the rates found at the stages by the next iterates: the former ones plus Newton's correction. */
 MECHC_ONCE void mechc_newton_correct(const mechc_gauss *g,
-                                     mechc_vector rates[][MECHC_UNKNOWNS])
+                                     mechc_vector rates[][MECHC_UNKNOWNS_MAX])
 {
     const mechc_newton *w = g->newton;
-    mechc_modes real[MECHC_UNKNOWNS], imaginary[MECHC_UNKNOWNS];
+    mechc_modes real[MECHC_UNKNOWNS_MAX], imaginary[MECHC_UNKNOWNS_MAX];
     for (int i = 0; i < MECHC_UNKNOWNS; i++) {
         double left[MECHC_STAGES];
         for (int block = 0; block < MECHC_BLOCKS; block++)
@@ -206,7 +206,7 @@ MECHC_ONCE void mechc_newton_correct(const mechc_gauss *g,
 MECHC_INLINE void mechc_gauss_block(mechc_gauss *g, double t, const double *y, double h, int block,
                                     int first, mechc_vector *rates, mechc_vector *moved)
 {
-    mechc_vector state[MECHC_NX];
+    mechc_vector state[MECHC_NX_MAX];
     if (g->closing != MECHC_UNPROJECTED)
         mechc_gauss_stages(g, t, y, h, block, rates, moved);
     else if (!first)
@@ -222,7 +222,7 @@ MECHC_ONCE double mechc_gauss_iterate(mechc_gauss *g, double t, const double *y,
                                       int first)
 {
     const double *weights = g->weights;
-    mechc_vector rates[MECHC_BLOCKS][MECHC_UNKNOWNS], moved[MECHC_NQ], change = {0};
+    mechc_vector rates[MECHC_BLOCKS][MECHC_UNKNOWNS_MAX], moved[MECHC_NQ_MAX], change = {0};
     const int projected = g->closing != MECHC_UNPROJECTED;
     for (int block = 0; block < MECHC_BLOCKS; block++) {
         mechc_gauss_block(g, t, y, h, block, first, rates[block], moved);

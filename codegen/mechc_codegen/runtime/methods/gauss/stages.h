@@ -12,6 +12,7 @@
 
 #define MECHC_BLOCKS (MECHC_STAGES / MECHC_LANES)
 #define MECHC_UNKNOWNS (MECHC_IDENTITY_KINEMATICS ? MECHC_NU : MECHC_NX)
+#define MECHC_UNKNOWNS_MAX (MECHC_IDENTITY_KINEMATICS ? MECHC_NU_MAX : MECHC_NX_MAX)
 #define MECHC_FIRST_UNKNOWN (MECHC_NX - MECHC_UNKNOWNS) /* the component it is the rate of */
 
 #define MECHC_GAUSS_LOOSEST 3e-7 /* changes, in scales, that end the iteration however loose the tolerance */
@@ -60,19 +61,19 @@ typedef mechc_sums mechc_modes; /* one number of each pair of eigenvalues */
 
 typedef struct {
     mechc_vector_given given;
-    mechc_vector q[MECHC_NQ][MECHC_BLOCKS];    /* stages as last evaluated */
-    mechc_vector turns[MECHC_BLOCKS][MECHC_AT_LEAST_ONE(3 * MECHC_TURNS)]; /* see sine_cosine.h */
-    mechc_vector shift[MECHC_NQ][MECHC_BLOCKS]; /* changes of q that close their loops */
+    mechc_vector q[MECHC_NQ_MAX][MECHC_BLOCKS];    /* stages as last evaluated */
+    mechc_vector turns[MECHC_BLOCKS][MECHC_AT_LEAST_ONE(3 * MECHC_TURNS_MAX)]; /* see sine_cosine.h */
+    mechc_vector shift[MECHC_NQ_MAX][MECHC_BLOCKS]; /* changes of q that close their loops */
     mechc_sums columns[MECHC_STAGES];
-    double rates[MECHC_UNKNOWNS][MECHC_STAGES];
-    double ends[MECHC_UNKNOWNS]; /* rates at the last accepted end */
+    double rates[MECHC_UNKNOWNS_MAX][MECHC_STAGES];
+    double ends[MECHC_UNKNOWNS_MAX]; /* rates at the last accepted end */
     double least[MECHC_STAGES]; /* conditioning, squared */
-    double weights[MECHC_NX];            /* 1 over what is tolerated */
+    double weights[MECHC_NX_MAX];            /* 1 over what is tolerated */
     double tolerated;                    /* the largest, over the component's scale */
-    double error_weights[MECHC_UNKNOWNS]; /* of the polynomial's last coefficients, squared */
+    double error_weights[MECHC_UNKNOWNS_MAX]; /* of the polynomial's last coefficients, squared */
     double error;
-    double compensation[MECHC_NX];        /* of the state, what run->y is too coarse for */
-    double next_compensation[MECHC_NX];
+    double compensation[MECHC_NX_MAX];        /* of the state, what run->y is too coarse for */
+    double next_compensation[MECHC_NX_MAX];
     double lowest;               /* of `least` */
     double left;                 /* gaps that are left, in units of rounding */
 #if MECHC_NH > 0
@@ -90,7 +91,7 @@ typedef struct {
     double last_step;            /* 0: no polynomial yet */
     double factor, last_factor;  /* by which this step's error, and the last one's, would have let
                                     it grow; 0: none yet */
-    double tried[MECHC_UNKNOWNS][MECHC_STAGES]; /* rates of the last accepted step */
+    double tried[MECHC_UNKNOWNS_MAX][MECHC_STAGES]; /* rates of the last accepted step */
 } mechc_gauss;
 
 MECHC_INLINE void mechc_gauss_sums(const mechc_gauss *g, int unknown, mechc_sums *sums)
@@ -108,7 +109,7 @@ MECHC_INLINE void mechc_gauss_sums(const mechc_gauss *g, int unknown, mechc_sums
 MECHC_INLINE void mechc_gauss_states(const mechc_gauss *g, const double *y, double h,
                                      int block, mechc_vector *state)
 {
-    mechc_vector first[MECHC_UNKNOWNS];
+    mechc_vector first[MECHC_UNKNOWNS_MAX];
     for (int i = 0; i < MECHC_UNKNOWNS; i++)
         first[i] = mechc_take(mechc_gauss_first, block) * g->rates[i][0];
     for (int j = 1; j < MECHC_STAGES; j++) {
@@ -119,7 +120,7 @@ MECHC_INLINE void mechc_gauss_states(const mechc_gauss *g, const double *y, doub
         state[MECHC_FIRST_UNKNOWN + i] =
             mechc_fused(mechc_spread(h), first[i], mechc_spread(y[MECHC_FIRST_UNKNOWN + i]));
 #if MECHC_IDENTITY_KINEMATICS
-    mechc_vector second[MECHC_NQ];
+    mechc_vector second[MECHC_NQ_MAX];
     const mechc_vector nodes = h * mechc_take(mechc_gauss_nodes, block);
     for (int i = 0; i < MECHC_NQ; i++)
         second[i] = mechc_take(mechc_gauss_second, block) * g->rates[i][0];
@@ -140,7 +141,7 @@ MECHC_RARE void mechc_gauss_fine_gaps(const mechc_gauss *g, mechc_vector time, i
 {
 #if MECHC_HAS_FINE_GAP
     for (int lane = 0; lane < MECHC_LANES; lane++) {
-        double at[MECHC_NQ], gap[MECHC_NH] = {0};
+        double at[MECHC_NQ_MAX], gap[MECHC_NH_MAX] = {0};
         if (!mechc_is_fine(g->least[block * MECHC_LANES + lane])) continue;
         for (int i = 0; i < MECHC_NQ; i++) at[i] = q[i][lane];
         if (!closed) mechc_find_fine_gap(time[lane], at, g->alone, g->crossing, gap);
@@ -206,7 +207,7 @@ MECHC_ONCE void mechc_gauss_first_stages(mechc_gauss *g, double t, double h,
 MECHC_ONCE void mechc_gauss_plain_stages(mechc_gauss *g, double t, const double *y, double h,
                                          int block, mechc_vector *rates)
 {
-    mechc_vector state[MECHC_NX];
+    mechc_vector state[MECHC_NX_MAX];
     mechc_gauss_states(g, y, h, block, state);
     mechc_gauss_unclosed(g, t, h, state, block, 0, rates);
 }
@@ -216,7 +217,7 @@ MECHC_ONCE void mechc_gauss_stages(mechc_gauss *g, double t, const double *y, do
                                    int block, mechc_vector *rates, mechc_vector *moved)
 {
     mechc_vector_place place;
-    mechc_vector state[MECHC_NX];
+    mechc_vector state[MECHC_NX_MAX];
     const mechc_vector time = t + h * mechc_take(mechc_gauss_nodes, block);
     mechc_gauss_states(g, y, h, block, state);
     for (int i = 0; i < MECHC_NQ; i++) state[i] += g->shift[i][block];

@@ -11,7 +11,8 @@ ROOTS = [ROOT, *(ROOT / p for p in ("codegen/mechc_codegen", "src/mechc"))]
 FOLDERS = [*ROOTS, ROOT / "codegen/mechc_codegen/runtime"]
 TESTS = {  # where the modules below a root are tested, and tests of more than one module
     "src/mechc": ("tests/runtime", {
-        "assembly/quaternions", "auxiliary_reactions", "batch/compiled_on_demand", "batch/contact", "batch/controlled",
+        "assembly/quaternions", "auxiliary_reactions", "batch/compiled_on_demand", "batch/contact",
+        "batch/controlled",
         "batch/damaged_store", "batch/stiff_members", "cli/bad_input",
         "compilation/bad_compilers", "compilation/failures", "compilation/first_requests",
         "compilation/functions_of_coordinates",

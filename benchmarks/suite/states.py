@@ -176,7 +176,8 @@ def _compiled_by(build: str) -> Callable[..., mechc.Model]:
 
 def _wider_bounds(runtime: Path) -> tuple[str, ...]:
     """Flags by which each bound of arrays is larger than its count, by another number."""
-    names = re.findall(r"#ifndef MECHC_(\w+)_MAX", (runtime / "dynamics" / "bounds.h").read_text())
+    texts = (header.read_text("utf-8") for header in sorted(runtime.rglob("*.h")))
+    names = re.findall(r"#ifndef MECHC_(\w+)_MAX", "".join(texts))
     return tuple(f"-DMECHC_{name}_MAX=(MECHC_{name}+{n})" for n, name in enumerate(names, 1))
 
 

@@ -21,9 +21,6 @@
 #ifndef MECHC_NK_MAX
 #define MECHC_NK_MAX MECHC_NK
 #endif
-#ifndef MECHC_NI_MAX
-#define MECHC_NI_MAX MECHC_NI
-#endif
 #ifndef MECHC_SAVED_MAX
 #define MECHC_SAVED_MAX MECHC_SAVED
 #endif
@@ -41,12 +38,6 @@
 #endif
 #ifndef MECHC_BLOCKS_KEPT_MAX
 #define MECHC_BLOCKS_KEPT_MAX MECHC_BLOCKS_KEPT
-#endif
-#ifndef MECHC_FREE_MAX
-#define MECHC_FREE_MAX MECHC_FREE
-#endif
-#ifndef MECHC_SWITCHES_MAX
-#define MECHC_SWITCHES_MAX MECHC_SWITCHES
 #endif
 #ifndef MECHC_OWN_MAX
 #define MECHC_OWN_MAX MECHC_OWN

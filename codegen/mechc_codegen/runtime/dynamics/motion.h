@@ -19,7 +19,6 @@
 #if MECHC_LINKS == 0
 /* Beyond so many free directions it is cheaper to factor M. */
 #define MECHC_MOST_FREE 3
-#define MECHC_FREE (MECHC_NU - MECHC_NC)
 #define MECHC_REDUCED (MECHC_NC > 0 && MECHC_FREE >= 0 && MECHC_FREE <= MECHC_MOST_FREE)
 
 typedef struct {

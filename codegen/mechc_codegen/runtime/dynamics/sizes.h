@@ -44,8 +44,18 @@
 #define MECHC_TAYLOR_SERIES 0 /* are there recurrences of the motion's Taylor coefficients? */
 #endif
 
+#ifndef MECHC_NI_MAX
+#define MECHC_NI_MAX MECHC_NI
+#endif
+#ifndef MECHC_SWITCHES_MAX
+#define MECHC_SWITCHES_MAX MECHC_SWITCHES
+#endif
 #define MECHC_NX (MECHC_NQ + MECHC_NU)
 #define MECHC_NX_MAX (MECHC_NQ_MAX + MECHC_NU_MAX)
+#define MECHC_FREE (MECHC_NU - MECHC_NC) /* directions, where no row is redundant */
+#ifndef MECHC_FREE_MAX
+#define MECHC_FREE_MAX MECHC_FREE
+#endif
 /* Constants made of parameters, and then of the rows: how many count (generic_rank.h), and what they
  * are like at ordinary configurations (ordinary_rows.h). */
 #define MECHC_ROWS_THAT_COUNT MECHC_NK

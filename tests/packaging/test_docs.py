@@ -16,6 +16,7 @@ PAGES = (
     "differentiable.md",
     "fitting.md",
     "how_to/check.md",
+    "how_to/drives.md",
     "how_to/equations_by_hand.md",
     "how_to/save_and_share.md",
     "how_to/speed.md",

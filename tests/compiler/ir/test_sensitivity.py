@@ -17,13 +17,13 @@ from mechc_codegen.description.request import USUAL, OutputRequest
 from mechc_codegen.description.terms import multiplier
 from mechc_codegen.ir.passes.optimize import optimize
 from mechc_codegen.ir.sensitivity import add_sensitivities
-from mechc_codegen.library.chains.pendulum import pendulum
 from mechc_codegen.library.chains.windows import windows
 from sympy import Symbol
 from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
 from tests.support import scenes
+from tests.support.linkages.jointed import chain
 from tests.support.marks import slow_among
 
 JACOBIANS = ("state_jacobian", "parameter_jacobian")
@@ -139,7 +139,7 @@ def test_outputs_of_ones_own_may_hold_accelerations_and_multipliers() -> None:
     np.testing.assert_allclose(made.output("second", y), rates[3] + multipliers[1], rtol=1e-14)
 
 
-@pytest.mark.parametrize(("mechanism", "speeds"), [(windows(2), 5), (pendulum(3), 3)])
+@pytest.mark.parametrize(("mechanism", "speeds"), [(windows(2), 5), (chain(3), 3)])
 @pytest.mark.slow
 def test_a_trees_jacobians_are_those_of_the_equations_written_out(
     mechanism: Mechanism, speeds: int, monkeypatch: pytest.MonkeyPatch
@@ -149,8 +149,10 @@ def test_a_trees_jacobians_are_those_of_the_equations_written_out(
     made = []
     for least in (speeds, speeds + 1):
         monkeypatch.setattr(derive_equations, "LEAST_TREE", least)
-        made.append(mechc.compile(mechanism, **asked))
+        monkeypatch.setattr(derive_equations, "LEAST_WRITTEN", least)
+        made.append(mechc.compile(mechanism, name=f"least_{least}", **asked))  # not from the cache
     walked, written = made
+    assert (walked.system.data["walked"] > 0, written.system.data["walked"]) == (True, 0)
     rng = np.random.default_rng(4)
     y, p = rng.normal(0, 1, (3, 2 * speeds)), rng.uniform(0.5, 2, len(walked.parameters))
     for name in JACOBIANS:

@@ -90,7 +90,7 @@ class Quantity:
 
 
 METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
-_LENGTH = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\w*)\s*")
+_LENGTH = re.compile(r"\s*+([-+]?+(?:\d++\.?+\d*+|\.\d++)(?:[eE][-+]?+\d++)?+)\s*+(\w*+)\s*+")
 
 
 def metres(value: Any) -> Any:

@@ -7,6 +7,7 @@
 #include <math.h>
 #include <stddef.h>
 #include <string.h>
+#include "abi/macros.h"
 #include "abi/model.h"
 
 #define MECHC_ALIGNED 0.5 /* between axes that point the right way, 1, and others, 0 or -1 */
@@ -37,7 +38,7 @@ typedef struct {
 } mechc_closure;
 
 /* Let the lengths of quaternions count, whose components are all unknown, after the scene's rows. */
-static void mechc_close_with_lengths(mechc_closure *closure, int quaternions, const int *component)
+MECHC_STATIC void mechc_close_with_lengths(mechc_closure *closure, int quaternions, const int *component)
 {
     closure->quaternions = quaternions;
     closure->component = component;

@@ -19,6 +19,7 @@ from mechc_codegen.drawing.plan import picture_plan
 from mechc_codegen.emit.c import emit
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.metadata import scene_metadata
+from mechc_codegen.emit.units.general import kind_of
 from mechc_codegen.emit.units.instruction_sets import (
     InstructionSet,
     instruction_sets,
@@ -53,7 +54,7 @@ def build_scene(
     sets = instruction_sets() if sets is None else sets
     sets = tuple(with_fitting_lanes(each, made.functions.equations) for each in sets)
     texts = clock.time("emit", lambda: emit(made.functions, made.metadata, sets))
-    return extension(mechanism.name, texts, sets, clock.seconds)
+    return extension(mechanism.name, texts, sets, clock.seconds, kind_of(made.functions, made.metadata))
 
 
 def build_standalone(

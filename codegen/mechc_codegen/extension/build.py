@@ -9,23 +9,29 @@ from __future__ import annotations
 import hashlib
 import json
 import platform
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
 
 from mechc_codegen.emit.units.instruction_sets import InstructionSet
-from mechc_codegen.extension.flags import FLAGS, runtime_headers
+from mechc_codegen.extension.flags import FLAGS, GENERAL_FLAGS, runtime_headers
 
 
 @dataclass(frozen=True)
 class Build:
-    """The texts of one scene, and per source file the compiler flags beyond ``FLAGS``."""
+    """The texts of one scene, and per source file the compiler flags beyond ``FLAGS``.
+
+    ``kind``: the macros of its kind for the general unit, of so many ``lanes``; empty: that does
+    not serve it.
+    """
 
     name: str
     texts: Mapping[str, str]
     flags: Mapping[str, tuple[str, ...]]
     seconds: Mapping[str, float] = field(default_factory=dict)  # that each stage took
+    kind: tuple[str, ...] = ()
+    lanes: int = 0
 
     @property
     def outputs_only_flags(self) -> tuple[str, ...]:
@@ -67,20 +73,34 @@ def extension(
     texts: Mapping[str, str],
     sets: Sequence[InstructionSet],
     seconds: Mapping[str, float],
+    kind: tuple[str, ...],
 ) -> Build:
     """Emitted C with the Cython wrapper and the flags of each instruction set."""
     wrapper = files("mechc_codegen.emit") / "templates" / "scene.pyx.in"
     flags = {f"scene_{each.name}.c": each.flags for each in sets} | {"scene_model.c": ()}
-    return Build(name, {**texts, "scene.pyx": wrapper.read_text("utf-8")}, flags, seconds)
+    return Build(name, {**texts, "scene.pyx": wrapper.read_text("utf-8")}, flags, seconds, kind, sets[-1].lanes)
+
+
+def general_signature(kind: Sequence[str], flags: Sequence[str], compiler: str, python: str) -> str:
+    """A hash of everything that determines the object of the general unit for a kind of scenes."""
+    return _digest([*_headers(), " ".join((*GENERAL_FLAGS, *kind, *flags)), compiler, python])
 
 
 def signature(build: Build, compiler: str, python: str) -> str:
     """A hash of everything that determines a binary."""
-    digest = hashlib.sha256()
     parts = [*(f"{name}\n{text}" for name, text in sorted(build.texts.items()))]
     parts += [f"{name} {flags}" for name, flags in sorted(build.flags.items())]
-    parts += [Path(header).read_text("utf-8") for header in runtime_headers()]
+    parts += [" ".join(build.kind), *_headers()]
     parts += [" ".join(FLAGS), compiler, python, platform.machine()]
+    return _digest(parts)
+
+
+def _headers() -> list[str]:
+    return [Path(header).read_text("utf-8") for header in runtime_headers()]
+
+
+def _digest(parts: Iterable[str]) -> str:
+    digest = hashlib.sha256()
     for part in parts:
         digest.update(f"{len(part)}:".encode() + part.encode())
     return digest.hexdigest()

@@ -51,7 +51,7 @@ def compile_described(
             seconds["load"] = time.perf_counter() - started
         origin = replace(origin, description=described)
         system = system_with(scene, replace(reference, key=key), seconds, origin)
-        if ahead and FIRST_UNIT in seconds:
+        if ahead and FIRST_UNIT in seconds and not scene.serves_runs:
             parts.begin("taylor" if system.prefers_series else "collocation")
         _compiled[key] = system
     found = _compiled[key]
@@ -122,10 +122,11 @@ def _first(parts: Parts, built: Callable[[], Any], *, ahead: bool) -> Any:
     def make(folder: Path) -> None:
         parts.build = scene = built()
         seconds.update(scene.seconds)
-        if ahead:
+        general = entries.general_object(scene)
+        if ahead and general is None:
             parts.begin("driver")
         with Notice(f"compiling rates and outputs of {scene.name} ..."):
-            time_stage(seconds, FIRST_UNIT, lambda: entries.make_outputs_only(scene, folder))
+            time_stage(seconds, FIRST_UNIT, lambda: entries.make_first(scene, folder, general))
 
     with Notice("looking for the compiled model ..."):  # another process may be making it
         return entries.load_or_make(cache.part_key(parts.key, FIRST), make)

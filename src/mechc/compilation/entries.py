@@ -8,8 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from mechc.compilation import cache, toolchain
+from mechc.compilation.toolchain.processor import environment
 from mechc.errors import CacheError
 from mechc.native._driver import capsule_of
+from mechc.progress import Notice
 
 
 def load(key: str, load: Callable[[Path], Any] | None = None) -> Any:
@@ -46,20 +48,58 @@ def load_or_make(
         ) from None
 
 
-def make_outputs_only(scene: Any, folder: Path) -> None:
+def make_first(scene: Any, folder: Path, general: Path | None) -> None:
     """Compile the scene's first unit into ``folder``; only the shared object stays.
 
-    It holds the texts of the scene too, which other parts are compiled from.
+    It holds the texts of the scene too, which other parts are compiled from.  ``general``: the
+    object of the general unit of its kind, which it is linked to.
     """
+    from mechc_codegen.emit.units.general import SOURCE
     from mechc_codegen.emit.units.scene_files import texts_source
-    from mechc_codegen.extension.flags import OUTPUTS_ONLY_FLAGS
+    from mechc_codegen.extension.flags import OUTPUTS_ONLY_FLAGS, RUNTIME, WITH_GENERAL
 
     def write(work: Path) -> None:
         scene.write(work)
         text = texts_source("scene_outputs_only.c", scene.as_json())
         (work / "first_unit.c").write_text(text, "utf-8")
 
-    make_of_one(folder, write, "first_unit.c", [*OUTPUTS_ONLY_FLAGS, *scene.outputs_only_flags])
+    flags = [*OUTPUTS_ONLY_FLAGS, *scene.outputs_only_flags]
+    if general is None:
+        make_of_one(folder, write, "first_unit.c", flags)
+        return
+    work = folder / "work"
+    write(work)
+    sources = [("first_unit.c", [*flags, *WITH_GENERAL]), (SOURCE, [*flags, *scene.kind])]
+    objects = toolchain.compile_all(work, sources, (str(RUNTIME), str(work)))
+    toolchain.link([*objects, general], folder / cache.SHARED_OBJECT)
+    shutil.rmtree(work)
+
+
+def general_object(scene: Any) -> Path | None:
+    """The object of the general unit of the scene's kind, compiled once for all scenes of the kind;
+    None: it has no kind.
+    """
+    from mechc_codegen.extension.build import general_signature
+
+    if not scene.kind:
+        return None
+    key = general_signature(scene.kind, scene.outputs_only_flags, *environment())
+    return cache.entry(cache.part_key(key, "general"), lambda folder: _make_general(scene, folder))
+
+
+def _make_general(scene: Any, folder: Path) -> None:
+    from mechc_codegen.emit.units.general import general_source
+    from mechc_codegen.extension.flags import GENERAL_FLAGS, IN_PLACE_OF_SCENE, RUNTIME
+
+    work = folder / "work"
+    work.mkdir()
+    (work / "general.c").write_text(general_source(scene.lanes), "utf-8")
+    flags = [*GENERAL_FLAGS, *scene.kind, *scene.outputs_only_flags]
+    includes = (str(IN_PLACE_OF_SCENE), str(RUNTIME))
+    with Notice("compiling the integrator for scenes of this kind, once ..."):
+        (made,) = toolchain.compile_all(work, [("general.c", flags)], includes)
+    made.rename(folder / cache.SHARED_OBJECT)  # an object, to be linked: by that name it is sealed
+    shutil.rmtree(work)
 
 
 def make_part(scene: Any, part: str, folder: Path) -> None:

@@ -107,6 +107,11 @@ class Parts:
         (name,) = (name for name, each in PARTS.items() if each == bit)
         return self._load_part(name) or self.begin(name).if_made()
 
+    def begin_all(self, bits: int) -> bool:
+        """Begin these parts in the background; whether all of them are made."""
+        begun = [self.begin(name) for name, bit in PARTS.items() if bits & bit]
+        return all([part.if_made() is not None for part in begun])
+
     def whole(self) -> Any:
         """The capsule of the model with all parts of its unit."""
         return entries.load_or_make(self.key, self._maker(WHOLE))

@@ -135,6 +135,7 @@ cdef extern from "abi/model.h":
         void (*complete)(const unsigned char *, double *) noexcept nogil
         const mechc_unit *(*select)(const char *) noexcept nogil
         const char *texts
+        const mechc_part *general
 
     ctypedef struct mechc_part:
         int parts

@@ -10,6 +10,8 @@ cdef class Scene:
     cdef object source  # of its parts
     cdef object first, whole  # capsules of its first unit, of all of it
     cdef object members  # see of_members
+    cdef Scene general  # the same by the general unit, or None
+    cdef long worked  # evaluations of runs
     cdef ptrdiff_t evaluated  # states, one after the other
     cdef dict indices
     cdef readonly dict outputs  # name -> width
@@ -21,5 +23,6 @@ cdef class Scene:
     cdef size_t stack_of(self, int width)
     cdef size_t stack_beyond(self, int width)
     cpdef need(self, int parts)
+    cpdef Scene at_once(self, int parts)
     cdef take(self, capsule)
     cdef prefer_lanes(self, ptrdiff_t count)

@@ -48,6 +48,7 @@ cdef extern from "abi/call.h":
 
 cdef ptrdiff_t LANES = 8  # states are evaluated in lanes, at most so many
 cdef ptrdiff_t LITTLE_WORK = 1 << 17
+cdef long MUCH_WORK = 1 << 16  # evaluations by the general unit, from which on compiling pays
 cdef ptrdiff_t MANY = 1 << 16  # states, from which on compiling their evaluation in lanes pays
 
 cdef extern from *:
@@ -184,15 +185,19 @@ cdef class Scene:
 
     source
         The maker of a first unit's parts: ``parts(bits)`` are the capsules of these parts,
-        ``if_made(bit)`` that of one, or None until it is made, and ``whole()`` that of the model.
+        ``if_made(bit)`` that of one, or None until it is made, ``begin_all(bits)`` begins them in
+        the background and tells whether all are made, and ``whole()`` is that of the model.
+    by_general
+        Whether runs are by the unit that is compiled once for all scenes of a kind.
 
     Raises ValueError if the capsule was built for another ABI or the processor lacks the
     instruction set requested.
     """
 
-    def __init__(self, capsule, instruction_set=None, source=None):
+    def __init__(self, capsule, instruction_set=None, source=None, bint by_general=False):
         self.source, self.evaluated, self.joined, self.first = source, 0, NULL, capsule
-        self.members = None
+        self.members = self.general = None
+        self.worked = 0
         self.whole = capsule if source is None else None
         self.model = <const mechc_model *>PyCapsule_GetPointer(capsule, MECHC_CAPSULE)
         if self.model.abi != MECHC_ABI:
@@ -229,6 +234,10 @@ cdef class Scene:
         }
         self.outputs = {key: self.unit.outputs[i].width for key, i in self.indices.items()}
         self.widest = max(self.width, max(self.outputs.values(), default=0))
+        if by_general:
+            mechc_join(self.joined, self.model.general.unit, self.model.general.parts)
+        elif source is not None and self.model.general != NULL:
+            self.general = Scene(capsule, instruction_set, source, True)
 
     @property
     def metadata(self):
@@ -249,6 +258,24 @@ cdef class Scene:
         if self.joined != NULL and parts & ~self.joined.parts:
             for part in self.source.parts(parts & ~self.joined.parts):
                 self.take(part)
+
+    @property
+    def serves_runs(self):
+        """Whether runs begin before more is compiled."""
+        return self.general is not None
+
+    cpdef Scene at_once(self, int parts):
+        """The scene by whose functions runs with these parts begin now: this one where its parts are
+        compiled, else that by the general unit, which gives the same bits; after some work by it they
+        are compiled in the background."""
+        cdef int missing = 0 if self.joined == NULL else parts & ~self.joined.parts
+        if missing and self.general is not None and not parts & ~(
+            self.general.joined.parts | MECHC_PART_OUTPUTS  # of which the first unit serves
+        ):
+            if self.general.worked < MUCH_WORK or not self.source.begin_all(missing):
+                return self.general
+        self.need(parts)
+        return self
 
     cdef take(self, capsule):
         cdef const mechc_part *part = <const mechc_part *>PyCapsule_GetPointer(capsule, PART)
@@ -422,7 +449,7 @@ cdef class Scene:
         Returns (status code, new state, largest closure gap before, largest velocity residual);
         the gap is NaN where a component of y is not finite.
         """
-        self.need(MECHC_PART_DRIVER)
+        cdef Scene scene = self.at_once(MECHC_PART_DRIVER)
         out = np.empty(self.width)
         cdef double[::1] state = out
         cdef double[2] moved
@@ -431,7 +458,7 @@ cdef class Scene:
             raise ValueError("wrong number of state components or parameters")
         memcpy(&state[0], &y[0], self.width * sizeof(double))
         cdef projection job
-        job.unit, job.t, job.state, job.moved = self.unit, t, &state[0], moved
+        job.unit, job.t, job.state, job.moved = scene.unit, t, &state[0], moved
         job.p, job.inputs = &p[0] if self.parameters else NULL, address_of(inputs)
         with_stack(self.stack_beyond(0), project_state, &job)
         for i in range(self.width):

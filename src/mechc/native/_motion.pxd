@@ -12,7 +12,8 @@ cdef class Request:
     cdef mechc_options options
     cdef mechc_given_inputs given
     cdef mechc_step_limits limits
-    cdef Scene scene
+    cdef Scene scene, asked  # at once; see Scene.at_once
+    cdef int parts
     cdef Sizes sizes
     cdef Inputs inputs
     cdef Events events

@@ -85,12 +85,13 @@ cdef class Request:
         cdef int parts, method = METHODS[policy.method]
         if parameters.shape[0] != scene.parameters:
             raise ValueError("wrong number of parameters")
-        self.scene, self.sizes, self.inputs, self.events = scene, sizes, inputs, events
+        self.sizes, self.inputs, self.events = sizes, inputs, events
         self.p, self.due = p.copy(), due
         parts = MECHC_PART_DRIVER | mechc_part_of_method(method)
         if events is not None:
             parts |= MECHC_PART_OUTPUTS | (MECHC_PART_EXPLICIT if events.laws.count else 0)
-        scene.need(parts)
+        self.asked, self.parts = scene, parts
+        self.scene = scene = scene.at_once(parts)
         parameters = self.p
         options.p = &parameters[0] if scene.parameters else NULL
         options.rtol, options.atol = policy.rtol, NULL
@@ -113,6 +114,11 @@ cdef class Request:
         self.references = policy.atol, policy.limits, kinks
         if inputs is not None:
             self.take_inputs(inputs, kinks)
+
+    @property
+    def is_latest(self):
+        """Whether no faster functions of the scene have been compiled since."""
+        return self.asked.at_once(self.parts) is self.scene
 
     cdef take_inputs(self, Inputs inputs, const double[::1] kinks):
         cdef mechc_given_inputs *given = &self.given
@@ -157,6 +163,19 @@ cdef class Advanced:
 
     cdef mechc_hybrid *driver
     cdef readonly Request request
+    cdef long counted  # evaluations
+
+    cdef bint load_wanted(self) except -1:
+        """Count the work of a run, and load the code of a method that it has changed to."""
+        cdef Scene scene = self.request.scene
+        cdef long evaluations = mechc_hybrid_stats(self.driver).rhs_evaluations
+        scene.worked += evaluations - self.counted
+        self.counted = evaluations
+        if self.driver.live and self.driver.run.wanted >= 0:
+            scene.need(mechc_part_of_method(self.driver.run.wanted))
+            self.driver.run.wanted = -1
+            return True
+        return False
 
     @property
     def overlap(self):
@@ -253,7 +272,7 @@ cdef class Motion(Advanced):
                 self.hybrid.status = self.hybrid.run.status = MECHC_RUNNING  # from the last state
             self.stop = 0
         self.piece = job.piece
-        load_wanted(self.request.scene, &self.hybrid)
+        self.load_wanted()
         PyErr_CheckSignals()
         return self.hybrid.status
 
@@ -363,15 +382,6 @@ cdef class Motion(Advanced):
         mechc_hybrid_back(&self.hybrid, segment)
 
 
-cdef load_wanted(Scene scene, mechc_hybrid *hybrid):
-    """Load the code of a method that a run has changed to."""
-    if hybrid.live and hybrid.run.wanted >= 0:
-        scene.need(mechc_part_of_method(hybrid.run.wanted))
-        hybrid.run.wanted = -1
-        return True
-    return False
-
-
 cdef class Stepping(Advanced):
     """A motion that advances to one requested time after another and keeps no record.
 
@@ -409,7 +419,7 @@ cdef class Stepping(Advanced):
             finally:
                 self.stop = 0
             PyErr_CheckSignals()
-            if not load_wanted(self.request.scene, &self.reacher.hybrid):
+            if not self.load_wanted():
                 return job.status
             job.changed = False
 

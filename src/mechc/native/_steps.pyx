@@ -140,7 +140,7 @@ cdef class Steps:
         if count < 1 or y.shape[0] != count or y.shape[1] != scene.width \
                 or rows.shape[0] != count - 1 or rows.shape[2] != scene.width:
             raise ValueError("steps need a state at every time, and rows between them")
-        scene.need(MECHC_PART_DRIVER)
+        scene = scene.at_once(MECHC_PART_DRIVER)
         self.piece = mechc_piece_make(&p[0] if p.shape[0] else NULL, p.shape[0], 0, 0)
         if self.piece == NULL:
             raise MemoryError()
@@ -167,7 +167,7 @@ cdef class Steps:
 
     def read_by(self, Scene scene, Inputs inputs):
         """These steps, read by the functions of another scene of the same mechanism."""
-        scene.need(MECHC_PART_DRIVER)
+        scene = scene.at_once(MECHC_PART_DRIVER)
         return steps_of(scene, self.piece, self.p, inputs, self.events, self.sizes)
 
     def states(self):

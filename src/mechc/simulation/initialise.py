@@ -48,6 +48,7 @@ def request_of(
             and known[1] is scene
             and known[2] is bound
             and known[3] == data
+            and known[4].is_latest
         ):
             found: Request = known[4]
             return found

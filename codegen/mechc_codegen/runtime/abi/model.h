@@ -7,8 +7,8 @@
 #include "run.h"
 #include "variation.h"
 
-#define MECHC_ABI 19
-#define MECHC_CAPSULE "mechc.model.10"
+#define MECHC_ABI 20
+#define MECHC_CAPSULE "mechc.model.11"
 
 /* Arrays of states are walked with a stride in doubles; stride 0 repeats one row. */
 typedef struct {
@@ -92,4 +92,5 @@ typedef struct {
     const mechc_unit *(*select)(const char *instruction_set); /* NULL: the widest that runs here */
     int inputs; /* values that a run is given: see inputs.h */
     const char *texts; /* that the parts of its unit are compiled from, JSON; or NULL */
+    const mechc_part *general; /* driver and methods that are compiled for all scenes, or NULL */
 } mechc_model;

@@ -32,15 +32,15 @@ MECHC_STATIC int mechc_covary_alike(mechc_covarying *w, const mechc_covariation 
     const mechc_steps steps = {record, first, count, &w->given};
     const mechc_tableau *tableau = mechc_pair_tableau(method);
     if (tableau) mechc_take_stages_back(w, tableau, method, &steps);
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
     mechc_tangents_in_lanes(&steps, w->ends, w->tangents);
 #endif
     for (int n = count - 1; n >= 0; n--) {
         const double h = record->t[first + n + 1] - record->t[first + n];
-#if MECHC_SWITCHES
+#if MECHC_SWITCHES_MAX
         mechc_before_jumps(w, v, first + n);
 #endif
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
         mechc_before_projection(w, v, n);
 #endif
         if (tableau) mechc_pair_back(w, v, tableau, n, h);

@@ -41,7 +41,7 @@ MECHC_INLINE void mechc_add_slopes(const mechc_covariation *v, double t, const d
     mechc_gather_shapes(v, t, slopes);
 }
 
-#if MECHC_SWITCHES
+#if MECHC_SWITCHES_MAX
 /* Move the covector back over the jumps of laws in a step. */
 MECHC_STATIC void mechc_before_jumps(const mechc_covarying *w, const mechc_covariation *v, ptrdiff_t step)
 {
@@ -54,7 +54,7 @@ MECHC_STATIC void mechc_before_jumps(const mechc_covarying *w, const mechc_covar
 }
 #endif
 
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
 /* Move the covector from behind the projection of a step's end to before it; step n of the current ones. */
 MECHC_STATIC void mechc_before_projection(const mechc_covarying *w, const mechc_covariation *v,
                                           int n)

@@ -23,7 +23,7 @@ typedef struct {
     FN(place) place;
     real a[MECHC_NU_MAX], l[MECHC_AT_LEAST_ONE(MECHC_NC_MAX)];
     rmask along; /* the rates are those of the projected state */
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
     real responses[MECHC_NU_MAX * MECHC_MOTION_MAX]; /* the rows of K^-1 for accelerations */
     real tangent[MECHC_NX_MAX * MECHC_SLOPES_MAX];
 #elif MECHC_LINKS > 0
@@ -47,7 +47,7 @@ MECHC_ONCE void FN(solve_state)(real t, const real *y, const FN(given) *given,
 MECHC_ONCE void FN(prepare_pullback)(const FN(given) *given, rmask along, FN(solved_state) *at)
 {
     at->along = along;
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
     real unit[MECHC_MOTION_MAX * MECHC_MOTION_MAX];
     for (int i = 0; i < MECHC_MOTION * MECHC_MOTION; i++)
         unit[i] = R(i % (MECHC_MOTION + 1) == 0 ? -1.0 : 0.0);
@@ -64,7 +64,7 @@ MECHC_ONCE void FN(prepare_pullback)(const FN(given) *given, rmask along, FN(sol
 /* w <- -K^-1 (z, 0) */
 MECHC_INLINE void FN(weigh_residual)(const FN(solved_state) *at, const real *z, real *w)
 {
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
     for (int m = 0; m < MECHC_MOTION; m++) w[m] = R(0.0);
     for (int i = 0; i < MECHC_NU; i++)
         for (int m = 0; m < MECHC_MOTION; m++) R_SUB(w[m], at->responses[i * MECHC_MOTION + m], z[i]);
@@ -80,7 +80,7 @@ MECHC_INLINE void FN(weigh_residual)(const FN(solved_state) *at, const real *z, 
 #endif
 }
 
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
 /* Pull MECHC_SLOPES slopes back through the projection, in place. */
 MECHC_INLINE void FN(pull_through)(const real *tangent, rmask along, real *slopes)
 {
@@ -110,7 +110,7 @@ MECHC_ONCE void FN(pull_back)(const FN(solved_state) *at, const FN(given) *given
 #if MECHC_IDENTITY_KINEMATICS
     for (int k = 0; k < MECHC_NQ; k++) slopes[MECHC_NQ + k] += z[k];
 #endif
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
     if (R_ANY(at->along)) FN(pull_through)(at->tangent, at->along, slopes);
 #endif
 }

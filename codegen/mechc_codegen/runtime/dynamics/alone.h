@@ -13,7 +13,7 @@
 #endif
 #include "dynamics/stage.h"
 
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
 /* The lanes in which the shortest row is below MECHC_NO_ROW and may be rounding. */
 MECHC_INLINE rmask FN(short_rows)(const FN(place) *place)
 {
@@ -82,13 +82,13 @@ MECHC_RARE_ONCE void FN(count_rows)(real t, const real *q, const FN(given) *give
 MECHC_INLINE void FN(locate_alone)(real t, const real *q, const FN(given) *given, FN(place) *place)
 {
     FN(locate_near)(t, q, given, place, 0, 0, MECHC_NO_ROW);
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
     const rmask few = FN(short_rows)(place);
     if (__builtin_expect(R_ANY(few), 0)) FN(count_rows)(t, q, given, few, place);
 #endif
 }
 
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
 MECHC_RARE_ONCE void FN(counted_rates)(real t, const real *y, const FN(given) *given, real *out)
 {
     FN(place) place;
@@ -104,7 +104,7 @@ MECHC_INLINE void FN(rates)(real t, const real *y, const FN(given) *given, real 
 {
     FN(place) place;
     FN(locate_near)(t, y, given, &place, 0, 0, MECHC_NO_ROW);
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
     if (__builtin_expect(R_ANY(FN(short_rows)(&place)), 0)) {
         FN(counted_rates)(t, y, given, out);
         return;

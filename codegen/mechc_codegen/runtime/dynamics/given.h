@@ -41,7 +41,7 @@ MECHC_INLINE void FN(take_lane)(const real *values, int count, int lane, double 
     for (int i = 0; i < count; i++) memcpy(out + i, (const double *)(values + i) + lane, sizeof *out);
 }
 
-#if MECHC_NI > 0
+#if MECHC_NI_MAX > 0
 /* Input values first .. last - 1, NaN if no inputs are given; u may be NULL if none needs the
  * speeds.  A lane that repeats the one before it, as all but one do if a single run is in lockstep,
  * has its values: a function may be costly. */

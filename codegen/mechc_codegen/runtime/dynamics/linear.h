@@ -67,7 +67,7 @@ MECHC_INLINE void FN(backward)(const FN(mass_factors) *f, int n, real *x)
     }
 }
 
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
 /* Row i of those given became  scale[0] ... scale[i-1] row - sum_k mix[i][k] scale[k+1] ...
  * scale[i-1] rows[k]: scaling by near-one numbers instead of dividing by a norm keeps the
  * divisions out of the chain of dependent operations. */
@@ -181,7 +181,7 @@ MECHC_INLINE void FN(orthogonalise)(FN(factors) *f, int rows, real rank)
 MECHC_INLINE void FN(moved_masses)(const real *mass, real length, real *moved)
 {
     for (int k = 0; k < MECHC_NU; k++) moved[k] = mass[k * MECHC_NU + k];
-#if MECHC_NH > 0 && MECHC_LINKS == 0
+#if MECHC_NH_MAX > 0 && MECHC_LINKS == 0
     real most = R(0.0);
     const real square = length * length;
     for (int k = 0; k < MECHC_NU; k++)

@@ -19,7 +19,9 @@
 #if MECHC_LINKS == 0
 /* Beyond so many free directions it is cheaper to factor M. */
 #define MECHC_MOST_FREE 3
+#ifndef MECHC_REDUCED
 #define MECHC_REDUCED (MECHC_NC > 0 && MECHC_FREE >= 0 && MECHC_FREE <= MECHC_MOST_FREE)
+#endif
 
 typedef struct {
     const real *mass, *jacobian, *forcing, *gamma;
@@ -34,7 +36,7 @@ MECHC_INLINE void FN(take_inertia)(const real *mass, const real *x, real *y)
         for (int j = 0; j < MECHC_NU; j++) R_SUB(y[i], mass[i * MECHC_NU + j], x[j]);
 }
 
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
 /* Solve M x = F and the rows with it; lambda may be NULL. */
 MECHC_INLINE void FN(solve_in_mass_metric)(const FN(motion_terms) *terms, real *x, real *lambda)
 {
@@ -258,7 +260,7 @@ MECHC_INLINE void FN(least_step)(const real *jacobian, const real *mass, const F
         for (int i = 0; i < MECHC_NU; i++) step[i] = R_SELECT(f->redundant, other[i], step[i]);
     }
 }
-#elif MECHC_NC > 0
+#elif MECHC_NC_MAX > 0
 /* The least change by the orthogonal factors. */
 MECHC_INLINE void FN(solve_orthogonal)(const FN(motion_terms) *terms, const FN(factors) *f, real *x,
                                        real *lambda)

@@ -6,7 +6,7 @@
 /* A farther move of q to fit its speeds is none within its rounding. */
 #define MECHC_MOST_FIT 1e-3
 
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
 /* Factor the rows at q without the weakest ones; returns how many were left out. */
 MECHC_ONCE int mechc_strong_rows(double t, const double *q, const mechc_scalar_given *given,
                                  mechc_scalar_place *place, mechc_scalar_factors *rows)
@@ -34,7 +34,7 @@ MECHC_STATIC void mechc_steady_rows(const mechc_scalar_place *place,
 }
 #endif
 
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
 /* Close the loops; left: the remaining gap, in units of rounding. */
 MECHC_STATIC int mechc_close_between(double t, double *q, const mechc_scalar_given *given,
                                      mechc_scalar_place *place, mechc_scalar_factors *rows)
@@ -114,10 +114,10 @@ MECHC_RARE void mechc_keep_weakest_rate(double t, double *y, const mechc_scalar_
 /* Project a state between accepted ones. */
 MECHC_ONCE int mechc_project_between(double t, double *y, const mechc_scalar_given *given)
 {
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
     mechc_scalar_place place;
     mechc_scalar_factors rows;
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
     const int last = (int)given->k[MECHC_ROWS_THAT_COUNT] - 1;
     const int status = mechc_close_between(t, y, given, &place, &rows);
     if (status != MECHC_RUNNING) return status;
@@ -137,8 +137,8 @@ MECHC_ONCE int mechc_project_between(double t, double *y, const mechc_scalar_giv
 /* Whether a state with closed loops has to be projected like those between accepted ones. */
 MECHC_STATIC int mechc_is_delicate(const mechc_scalar_place *place, const mechc_scalar_given *given)
 {
-#if MECHC_NH > 0 && MECHC_NC == MECHC_NH
-    return (int)given->k[MECHC_ROWS_THAT_COUNT] == MECHC_NH
+#if MECHC_NH_MAX > 0 && MECHC_NC_MAX == MECHC_NH_MAX
+    return MECHC_NC == MECHC_NH && (int)given->k[MECHC_ROWS_THAT_COUNT] == MECHC_NH
         && mechc_scalar_conditioning(place) < MECHC_TOO_NEAR;
 #else
     (void)place, (void)given;
@@ -155,13 +155,13 @@ MECHC_ONCE int mechc_project_state(double t, double *y, const mechc_scalar_given
     double kept[MECHC_NX_MAX];
     memcpy(kept, y, MECHC_NX * sizeof *y);
     moved[0] = moved[1] = 0.0;
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
     double rounding;
     mechc_locate(t, y, given, &place);
     moved[0] = mechc_scalar_gap(&place, y, &rounding);
 #endif
     const int status = mechc_close_loops(t, y, given, &place, &iterations);
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
     double residual[MECHC_NC_MAX];
     if (status == MECHC_RUNNING) {
         mechc_scalar_velocity_residual(&place, y + MECHC_NQ, residual);
@@ -171,7 +171,7 @@ MECHC_ONCE int mechc_project_state(double t, double *y, const mechc_scalar_given
 #endif
     if (!mechc_is_delicate(&place, given)) return status;
     memcpy(y, kept, MECHC_NX * sizeof *y);
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
     if (moved[0] <= rounding) { /* no other q is closed better */
         mechc_keep_weakest_rate(t, y, given);
         return MECHC_RUNNING;
@@ -183,7 +183,7 @@ MECHC_ONCE int mechc_project_state(double t, double *y, const mechc_scalar_given
 /* Remove from an error what the projection of the step's end will remove. */
 MECHC_STATIC void mechc_project_error(const mechc_scalar_place *place, double *error)
 {
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
     for (int part = MECHC_IDENTITY_KINEMATICS ? 0 : MECHC_NQ; part < MECHC_NX; part += MECHC_NQ) {
         double values[MECHC_NC_MAX], step[MECHC_NU_MAX];
         mechc_scalar_rates_of_rows(place, error + part, values);

@@ -1,8 +1,16 @@
 /* Sizes of the scene, and constants derived from them. */
 #pragma once
 
-#include "dynamics/bounds.h"
 #include "scene_sizes.h"
+#include "dynamics/bounds.h"
+
+#ifndef MECHC_GENERAL
+#define MECHC_GENERAL 0 /* the unit that serves all scenes? */
+#endif
+
+#ifndef MECHC_LOCKSTEP_CODE
+#define MECHC_LOCKSTEP_CODE MECHC_LOCKSTEP
+#endif
 
 #ifndef MECHC_NI
 #define MECHC_NI 0 /* values of inputs that a run is given */
@@ -50,6 +58,12 @@
 #ifndef MECHC_SWITCHES_MAX
 #define MECHC_SWITCHES_MAX MECHC_SWITCHES
 #endif
+#ifndef MECHC_FEATURES_MAX
+#define MECHC_FEATURES_MAX MECHC_FEATURES
+#endif
+#ifndef MECHC_KNOTTED_MAX
+#define MECHC_KNOTTED_MAX MECHC_KNOTTED
+#endif
 #define MECHC_NX (MECHC_NQ + MECHC_NU)
 #define MECHC_NX_MAX (MECHC_NQ_MAX + MECHC_NU_MAX)
 #define MECHC_FREE (MECHC_NU - MECHC_NC) /* directions, where no row is redundant */
@@ -66,7 +80,10 @@
 #define MECHC_CONSTANTS (MECHC_NK + 4)
 #define MECHC_CONSTANTS_MAX (MECHC_NK_MAX + 4)
 
-#ifdef MECHC_SLIDES /* of the state: the components that are no angles and no numbers */
+#if MECHC_GENERAL
+#define mechc_slides mechc_of_scene.slides
+#define MECHC_SLIDES_AT(i) (mechc_slides && mechc_slides[i])
+#elif defined MECHC_SLIDES /* of the state: the components that are no angles and no numbers */
 static const unsigned char mechc_slides[MECHC_NX] __attribute__((unused)) = {MECHC_SLIDES};
 #define MECHC_SLIDES_AT(i) (mechc_slides[i] != 0)
 #else

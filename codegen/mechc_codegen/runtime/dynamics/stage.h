@@ -43,7 +43,7 @@ MECHC_INLINE void mechc_give(const double *p, const mechc_inputs *inputs, mechc_
 #endif
 
 typedef struct {
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
     real rank;       /* rows that count */
     real ordinary_length, ordinary_sum; /* see ordinary_rows.h */
     real length;     /* see ordinary_rows.h */
@@ -63,7 +63,7 @@ typedef struct {
     int bad; /* speed with a vanishing mass pivot, or -1 */
 } FN(place);
 
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
 MECHC_INLINE void FN(give_ordinary)(const FN(given) *given, FN(place) *place)
 {
     place->ordinary_length = given->k[MECHC_ORDINARY_LENGTH];
@@ -96,7 +96,7 @@ MECHC_OF_STAGE void FN(locate_near)(real t, const real *q, const FN(given) *give
 #endif
     FN(configuration)(t, q, given, place->gap, jacobian, place->bias, mass, place->saved, turns,
                       near);
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
     place->bad = -1;
     place->rank = given->k[MECHC_ROWS_THAT_COUNT];
     FN(give_ordinary)(given, place);
@@ -115,7 +115,7 @@ MECHC_INLINE void FN(locate)(real t, const real *q, const FN(given) *given, FN(p
     FN(locate_near)(t, q, given, place, 0, 0, MECHC_REDUNDANT);
 }
 
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
 /* Evaluate gap, rows and mass matrix, whichever way the rows are solved. */
 MECHC_ONCE void FN(locate_all)(real t, const real *q, const FN(given) *given, FN(place) *place)
 {
@@ -129,7 +129,7 @@ MECHC_ONCE void FN(locate_all)(real t, const real *q, const FN(given) *given, FN
  * may: what these move is divided by. */
 MECHC_INLINE int FN(find_massless)(FN(place) *place)
 {
-#if MECHC_NC > 0 && MECHC_LINKS > 0
+#if MECHC_NC_MAX > 0 && MECHC_LINKS > 0
     if (!place->rows.together) return place->bad;
 #endif
 #if !MECHC_ARTICULATED
@@ -154,7 +154,7 @@ MECHC_INLINE void FN(coordinate_rates_of)(real t, const real *q, const real *u,
 #endif
 }
 
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
 MECHC_INLINE void FN(least_step_at)(const FN(place) *place, const real *values, real *step)
 {
 #if MECHC_LINKS > 0
@@ -199,7 +199,9 @@ MECHC_INLINE real FN(regularity_at)(const FN(place) *place)
 #endif
 }
 
-#if MECHC_NH == 1 && MECHC_NC > 1 && MECHC_LINKS == 0
+#define MECHC_MAY_HAVE_ONE_ROW \
+    (MECHC_LINKS == 0 && MECHC_NC_MAX > 1 && (MECHC_NH_MAX == 1 || MECHC_GENERAL))
+#if MECHC_MAY_HAVE_ONE_ROW
 /* The conditioning of the only configuration row, beside which there are velocity constraints. */
 MECHC_INLINE real FN(conditioning_of_row)(const FN(place) *place)
 {
@@ -229,7 +231,7 @@ MECHC_INLINE void FN(rates_of_rows)(const FN(place) *place, const real *x, real 
 }
 #endif
 
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
 MECHC_INLINE real FN(size)(real x) { return R_SELECT(R_MASK(x < 0.0), -x, x); }
 
 /* The unit in which component i of a state is measured. */
@@ -334,7 +336,7 @@ MECHC_INLINE void FN(correct_beyond)(real t, real *q, const FN(given) *given,
 MECHC_INLINE int FN(close_loops)(real t, real *q, const FN(given) *given, FN(place) *place,
                                  long *iterations)
 {
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
     double before = HUGE_VAL, rounding;
     real turns[MECHC_AT_LEAST_ONE(3 * MECHC_TURNS_MAX)];
     for (int iteration = 0; iteration < 20; iteration++) {
@@ -356,7 +358,7 @@ MECHC_INLINE int FN(close_loops)(real t, real *q, const FN(given) *given, FN(pla
 #endif
 }
 
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
 MECHC_INLINE void FN(velocity_residual)(const FN(place) *place, const real *u, real *residual)
 {
     FN(rates_of_rows)(place, u, residual);
@@ -367,7 +369,7 @@ MECHC_INLINE void FN(velocity_residual)(const FN(place) *place, const real *u, r
 /* The speeds nearest to u, in the metric of the rows, that satisfy the constraints. */
 MECHC_INLINE void FN(steady)(const FN(place) *place, real *u)
 {
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
     real values[MECHC_NC_MAX], step[MECHC_NU_MAX];
     FN(velocity_residual)(place, u, values);
     for (int i = 0; i < MECHC_NC; i++) values[i] = -values[i];
@@ -382,12 +384,12 @@ MECHC_INLINE void FN(steady)(const FN(place) *place, real *u)
 MECHC_OF_STAGE void FN(accelerate)(real t, const real *q, const real *u, const FN(given) *given,
                                    const FN(place) *place, real *accelerations, real *lambda)
 {
-#if MECHC_NC > 0 && MECHC_LINKS > 0
+#if MECHC_NC_MAX > 0 && MECHC_LINKS > 0
     real gamma[MECHC_NC_MAX], bias[MECHC_LINKS_MAX * MECHC_DIM], wrench[MECHC_LINKS_MAX * MECHC_DIM];
     FN(tree_motion)(t, q, u, given, place->saved + MECHC_AT_SAVED, bias, wrench, gamma);
     FN(take_bias)(place->saved, bias, wrench);
     FN(solve_motion)(place->saved, &place->rows, wrench, gamma, accelerations, lambda);
-#elif MECHC_NC > 0
+#elif MECHC_NC_MAX > 0
     real forcing[MECHC_NU_MAX], gamma[MECHC_NC_MAX];
     const FN(motion_terms) terms = {place->mass, place->jacobian, forcing, gamma, place->rank,
                                      place->length};

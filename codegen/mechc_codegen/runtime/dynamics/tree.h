@@ -31,7 +31,7 @@
 #define MECHC_AT_SUBSPACE (MECHC_LINKS * MECHC_ARM)
 #define MECHC_AT_INERTIA (MECHC_AT_SUBSPACE + MECHC_NU * MECHC_DIM)
 #define MECHC_AT_REFERENCE (MECHC_AT_INERTIA + MECHC_LINKS * MECHC_MASSES)
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
 #define MECHC_AT_CUT (MECHC_AT_REFERENCE + MECHC_LINKS * MECHC_ARM)
 #define MECHC_AT_SAVED (MECHC_AT_CUT + MECHC_NC * 3 * MECHC_ARM)
 #else
@@ -292,7 +292,7 @@ MECHC_ONCE void FN(free_accelerations)(const real *tree, const FN(articulated) *
     }
 }
 
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
 /* From a link's reference point to a point. */
 MECHC_INLINE void FN(arm_to)(const real *tree, int link, const real *point, real *arm)
 {
@@ -407,7 +407,7 @@ MECHC_INLINE void FN(configuration)(real t, const real *q, const FN(given) *give
                                     real *jacobian, real *bias, real *mass, real *saved,
                                     real *turns, int near)
 {
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
     FN(tree_configuration)(t, q, given, gap, saved, saved + MECHC_AT_SUBSPACE,
                            saved + MECHC_AT_INERTIA, saved + MECHC_AT_REFERENCE,
                            saved + MECHC_AT_CUT, saved + MECHC_AT_SAVED, turns, near);
@@ -453,7 +453,7 @@ MECHC_INLINE void FN(output_forcing)(real t, const real *q, const real *u, const
     FN(tree_terms)(t, q, u, given, 0, 0, out);
 }
 
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
 MECHC_INLINE void FN(output_constraint_jacobian)(real t, const real *q, const real *u,
                                                  const FN(given) *given, real *out)
 {

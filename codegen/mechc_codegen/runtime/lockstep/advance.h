@@ -4,7 +4,7 @@
 #include "lockstep/judge.h"
 #include "lockstep/step.h"
 
-#if MECHC_LOCKSTEP
+#if MECHC_LOCKSTEP_CODE
 /* Take whole turns out of a lane's coordinates. */
 MECHC_STATIC void mechc_lockstep_take_turns(mechc_lockstep *a, mechc_integration *run, int lane)
 {

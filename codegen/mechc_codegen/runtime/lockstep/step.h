@@ -23,7 +23,7 @@ MECHC_INLINE mechc_vector mechc_lockstep_rates_at(const mechc_lockstep *a, mechc
                              regular ? 0.0 : MECHC_REDUNDANT);
     mechc_vector_coordinate_rates_of(t, state, state + MECHC_NQ, &a->given, rates);
     mechc_vector_accelerate(t, state, state + MECHC_NQ, &a->given, &place, rates + MECHC_NQ, 0);
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
     if (!regular) return mechc_vector_regularity_at(&place);
 #endif
     return mechc_spread(1.0);
@@ -46,7 +46,7 @@ MECHC_ONCE void mechc_lockstep_watched_rates(mechc_lockstep *a, mechc_vector t,
 MECHC_INLINE void mechc_lockstep_close(mechc_lockstep *a, mechc_vector t,
                                        mechc_vector_place *place)
 {
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
     for (int closing = 0;; closing++) {
         mechc_vector q[MECHC_NQ_MAX], rounding;
         mechc_vector_locate(t, a->end, &a->given, place);
@@ -69,9 +69,10 @@ MECHC_INLINE void mechc_lockstep_close(mechc_lockstep *a, mechc_vector t,
 /* The conditioning at the ends, for the monitor. */
 MECHC_INLINE mechc_vector mechc_lockstep_conditioning(const mechc_vector_place *place)
 {
-#if MECHC_NH == 1 && MECHC_NC > 1 && MECHC_LINKS == 0
-    return mechc_vector_conditioning_of_row(place);
-#elif MECHC_NH > 0
+#if MECHC_MAY_HAVE_ONE_ROW
+    if (MECHC_NH == 1 && MECHC_NC > 1) return mechc_vector_conditioning_of_row(place);
+#endif
+#if MECHC_NH_MAX > 0
     return mechc_vector_conditioning(place);
 #else
     (void)place;
@@ -89,7 +90,7 @@ MECHC_ONCE void mechc_lockstep_project(mechc_lockstep *a, mechc_vector t, mechc_
     mechc_vector_coordinate_rates_of(t, a->end, u, &a->given, rates);
     mechc_vector_accelerate(t, a->end, u, &a->given, &place, rates + MECHC_NQ, 0);
     a->conditioning = mechc_lockstep_conditioning(&place);
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
     a->met = mechc_lesser(mechc_vector_regularity_at(&place), a->met);
 #endif
 }

@@ -9,7 +9,7 @@
 #include "simd/unbind.h"
 #include "stepping/stiffness.h"
 
-#if MECHC_LOCKSTEP
+#if MECHC_LOCKSTEP_CODE
 typedef struct {
     mechc_lockstep lanes;
     mechc_vector last_stage[MECHC_NX_MAX];

@@ -224,7 +224,7 @@ MECHC_STATIC double mechc_taylor_factor(mechc_integration *run, double error)
     return error > 1.0 ? MECHC_SAFETY * pow(error, -1.0 / mechc_taylor_of(run)->order) : 1.0;
 }
 
-#if MECHC_SWITCHES
+#if MECHC_SWITCHES_MAX
 /* Switching functions at nodes of the step. */
 MECHC_RARE void mechc_taylor_switching(mechc_integration *run, double h, double *values)
 {
@@ -261,7 +261,7 @@ static const mechc_method mechc_taylor = {
     .step = mechc_taylor_step,
     .error = mechc_taylor_error,
     .factor = mechc_taylor_factor,
-#if MECHC_SWITCHES
+#if MECHC_SWITCHES_MAX
     .switching = mechc_taylor_switching,
 #endif
     .shows_end = mechc_error_is_small,

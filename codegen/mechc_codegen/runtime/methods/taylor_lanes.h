@@ -18,7 +18,7 @@
 #include "series/first_zero.h"
 #include "run/integration.h"
 
-#if MECHC_LOCKSTEP
+#if MECHC_LOCKSTEP_CODE
 typedef struct {
     mechc_lockstep lanes;
     mechc_vector rows[(MECHC_TAYLOR_MOST + 1) * MECHC_SERIES_MAX];

@@ -38,7 +38,7 @@
     .growth = 6.0, \
     .holds_crossing = 1, \
     .horizon = 2.0, \
-    .in_lockstep = MECHC_FEATURES + MECHC_KNOTTED == 0, \
+    .in_lockstep = MECHC_WITHOUT_FEATURES, \
     .farthest = HUGE_VAL, \
     .ignored = 1.0, \
     .after_failure = 0.3
@@ -61,7 +61,7 @@
 /* Steps that are to end at corners of a law are taken alone. */
 #define MECHC_GAUSS8_LOCKSTEP_TRAITS \
     .number = MECHC_GAUSS8_LOCKSTEP, \
-    .in_lockstep = MECHC_SWITCHES == 0, \
+    .in_lockstep = MECHC_WITHOUT_SWITCHES, \
     .alone = MECHC_GAUSS8, \
     MECHC_COLLOCATION_TRAITS
 
@@ -98,7 +98,7 @@ MECHC_STATIC int mechc_taylor_rows(const mechc_integration *run)
     .nodes = {6, mechc_dopri5_nodes}, \
     .share = MECHC_SHARE, \
     .growth = MECHC_TAYLOR_GROWTH, \
-    .in_lockstep = MECHC_SWITCHES == 0, \
+    .in_lockstep = MECHC_WITHOUT_SWITCHES, \
     .by_itself = 1, \
     .farthest = HUGE_VAL, \
     .ignored = 1.0, \

@@ -11,6 +11,10 @@
 #include "run/integration.h"
 #include "run/memory.h"
 
+/* The scenes of which runs of a method may continue side by side: those without narrow features and
+ * tables, and those without any switching functions. */
+enum { MECHC_WITHOUT_FEATURES = 1, MECHC_WITHOUT_SWITCHES };
+
 struct mechc_method {
     mechc_method_number number;
     int order;      /* exponent of the step-size law */
@@ -38,7 +42,7 @@ struct mechc_method {
     int holds_crossing; /* a step may hold a crossing in a wide gap between its nodes */
     double horizon;     /* steps ahead that crossings are looked for */
 
-    int in_lockstep; /* runs of several states may continue side by side */
+    int in_lockstep; /* runs of several states may continue side by side: of which scenes */
     int by_itself;   /* a run by itself is left to the driver, which gives it the same numbers */
     mechc_method_number alone; /* by which others continue; 0: by this one */
     /* Does a run that continues alone by this method still need what it does alone?  NULL: it does not. */

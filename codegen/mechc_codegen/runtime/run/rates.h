@@ -13,7 +13,7 @@
 MECHC_STATIC double mechc_conditioning(const mechc_integration *run,
                                        const mechc_scalar_place *place)
 {
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
     if (MECHC_NC == MECHC_NH && (run->monitor.rank == 0 || run->monitor.rank == MECHC_NH))
         return mechc_scalar_conditioning(place);
     mechc_weakest weakest;
@@ -114,7 +114,7 @@ MECHC_ONCE int mechc_rates_at(mechc_integration *run, double t, double *y, doubl
 /* The conditioning of the configuration rows at a configuration, whichever rows are redundant. */
 MECHC_ONCE double mechc_conditioning_at(const mechc_integration *run, double t, const double *q)
 {
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
     mechc_weakest weakest;
     mechc_weakest_at(t, q, &run->given, run->monitor.rank, &weakest);
     return weakest.ratio;
@@ -135,7 +135,7 @@ MECHC_INLINE double mechc_conditioning_at(const mechc_integration *run, double t
 }
 #endif
 
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
 /* How far the coordinates move, over their scales, to where rates are taken for a state that is too
  * near a crossing to have any. */
 #define MECHC_ASIDE 1e-2

@@ -15,7 +15,10 @@
 #define MECHC_MOST_TURNS 6.7e7
 #define MECHC_FEW_TURNS 8.0 /* which stay with their angle */
 
-#ifdef MECHC_PERIODIC /* the coordinates that are such angles */
+#if MECHC_GENERAL
+#define mechc_periodic mechc_of_scene.periodic
+#define MECHC_PERIODICS mechc_of_scene.periodic_count
+#elif defined MECHC_PERIODIC /* the coordinates that are such angles */
 static const int mechc_periodic[] __attribute__((unused)) = {MECHC_PERIODIC};
 #define MECHC_PERIODICS (int)(sizeof mechc_periodic / sizeof *mechc_periodic)
 #else

@@ -10,7 +10,7 @@
 
 #include "singularities/span.h"
 
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
 /* The two eigenvalues of Q that are not zero, and their vectors; the first separates the branches. */
 typedef struct {
     double value[2], vector[2][MECHC_NU_MAX];

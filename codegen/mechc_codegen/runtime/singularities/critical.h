@@ -22,7 +22,7 @@
 #define MECHC_STILL_CLOSED 1e-12
 #define MECHC_STILL_SINGULAR 1e-9
 
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
 /* Solve the square system a x = b in place, full pivoting; directions that the equations leave
  * free, whose pivots are below a share of the first, do not move.  The rank. */
 MECHC_STATIC int mechc_solve(double *a, double *b, int n, double negligible)

@@ -40,7 +40,7 @@
 /* Factors that are tried one after the other where shrinking alone would only approach a crossing. */
 #define MECHC_OTHER_STEPS 0.7, 1.3, 0.45, 0.8, 0.3, 0.6, 1.7, 0.2
 
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
 /* Square of the distance to q* at the fraction s of the step: on the cubic through both ends, and
  * past the end on the parabola from there. */
 MECHC_STATIC double mechc_distance(const mechc_span *span, const mechc_critical *c, double s)
@@ -238,7 +238,7 @@ MECHC_STATIC int mechc_find_near(const mechc_span *span, const double *q, const 
     return 1;
 }
 
-#if MECHC_NH > 2
+#if MECHC_NH_MAX > 2
 /* Row i's part in the span of the weak directions, as a unit vector; 0 where it has none.  Directions
  * of several loops mix in the singular vectors, but each loop's normal has parts in its own rows. */
 MECHC_STATIC int mechc_weak_part(const mechc_weakest *at, int i, double *normal)
@@ -338,8 +338,8 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
     default:
         if (turned) mechc_retry(out, turned > 0 ? MECHC_ASTRAY : 0.5, 0);
         else if (mechc_changes_branch(span, &critical)) mechc_retry(out, MECHC_ASTRAY, 0);
-#if MECHC_NH > 2
-        else mechc_examine_others(span, monitor, reach, out);
+#if MECHC_NH_MAX > 2
+        else if (MECHC_NH > 2) mechc_examine_others(span, monitor, reach, out);
 #endif
         break;
     }

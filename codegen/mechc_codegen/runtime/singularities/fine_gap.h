@@ -14,31 +14,20 @@
 
 #include "singularities/gap.h"
 
-#define MECHC_HAS_FINE_GAP (MECHC_NH > 0 && MECHC_NI == 0)
+#define MECHC_HAS_FINE_GAP (MECHC_NH_MAX > 0 && (MECHC_NI_MAX == 0 || MECHC_GENERAL))
 
 #if MECHC_HAS_FINE_GAP
+#include "dynamics/extended.h"
+
 /* Conditioning below which loops are closed so. */
 #define MECHC_CLOSED_FINELY (0.03 * (MECHC_LINKS > 0 ? MECHC_TOGETHER : 1.0))
 
 /* Whether loops are closed finely, by the squared conditioning: not if it is as small as rounding. */
 MECHC_INLINE int mechc_is_fine(double conditioning)
 {
-    return conditioning < MECHC_CLOSED_FINELY * MECHC_CLOSED_FINELY && conditioning > DBL_EPSILON;
+    return MECHC_NI == 0 && conditioning < MECHC_CLOSED_FINELY * MECHC_CLOSED_FINELY
+        && conditioning > DBL_EPSILON;
 }
-
-typedef struct {
-    long double p[MECHC_AT_LEAST_ONE(MECHC_NP_MAX)], k[MECHC_CONSTANTS_MAX];
-} mechc_extended_given;
-
-MECHC_STATIC void mechc_extended_sincos(long double x, long double *sine, long double *cosine)
-{
-    *sine = sinl(x);
-    *cosine = cosl(x);
-}
-
-#include "simd/bind_extended.h"
-#include "scene_program.h"
-#include "simd/unbind.h"
 
 /* The gaps at q minus those that the lengths leave at the crossing, rounded last. */
 MECHC_ONCE void mechc_find_fine_gap(double t, const double *q, const mechc_scalar_given *given,

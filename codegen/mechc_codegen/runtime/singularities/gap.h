@@ -35,7 +35,7 @@ MECHC_STATIC mechc_verdict mechc_judge(const mechc_critical *c)
     return fabs(c->gap) <= MECHC_BENDS * c->rounding ? MECHC_TOO_CLOSE_TO_CALL : MECHC_NEAR_MISS;
 }
 
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
 /* q moved by a displacement given in speeds. */
 MECHC_STATIC void mechc_displace(double t, const double *q, const mechc_scalar_given *given,
                                  const double *by, double *out)

@@ -10,7 +10,7 @@
 #include "abi/inputs.h"
 #include "singularities/ordinary_rows.h"
 
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
 /* How much farther configurations near the start may be once their loops are closed: there may be
  * other ways to assemble the mechanism. */
 #define MECHC_STILL_NEAR 10.0
@@ -45,7 +45,7 @@ MECHC_ONCE int mechc_rank_at(double t, const double *q, const mechc_scalar_given
     return rank;
 }
 
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
 /* The rank where speed j has moved a little and the loops are closed again; 0: they cannot be. */
 MECHC_STATIC int mechc_rank_beside(double t, const double *y, const mechc_scalar_given *given,
                                    int j)
@@ -63,7 +63,7 @@ MECHC_STATIC int mechc_rank_beside(double t, const double *y, const mechc_scalar
 }
 #endif
 
-#if MECHC_NH > 0 && MECHC_NC == MECHC_NH
+#if MECHC_NH_MAX > 0 && MECHC_NC_MAX == MECHC_NH_MAX
 /* The size of the correction that closes the loops after q has moved by `step`; HUGE_VAL: none does. */
 MECHC_STATIC double mechc_correction(double t, const double *q, const mechc_scalar_given *given,
                                      const double *step)
@@ -123,11 +123,11 @@ MECHC_ONCE int mechc_count_rows(double t, const double *y, mechc_scalar_given *g
     if (mechc_scalar_conditioning_at(&place) > MECHC_NO_ROW) return MECHC_NC;
     const int here = mechc_rank_at(t, y, given);
     int most = here;
-#if MECHC_NH > 0 && MECHC_NC == MECHC_NH
+#if MECHC_NH_MAX > 0 && MECHC_NC_MAX == MECHC_NH_MAX
     given->k[MECHC_ROWS_THAT_COUNT] = here;
-    if (here < MECHC_NC && mechc_manifold_at(t, y, given)) return here;
+    if (MECHC_NC == MECHC_NH && here < MECHC_NC && mechc_manifold_at(t, y, given)) return here;
 #endif
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
     /* loops are closed by the rows that count here, or by all of them where more count elsewhere */
     for (int all = 0; here < MECHC_NC && all < 2; all++) {
         given->k[MECHC_ROWS_THAT_COUNT] = all ? MECHC_NC : here;
@@ -144,11 +144,11 @@ MECHC_ONCE int mechc_count_rows(double t, const double *y, mechc_scalar_given *g
 /* Set what the constants say of the rows: their length, how they are elsewhere, how many count. */
 MECHC_ONCE void mechc_know_rows(double t, const double *y, mechc_scalar_given *given)
 {
-#if MECHC_NC > 0
-#if MECHC_NH > 0 && defined MECHC_SLIDES
+#if MECHC_NC_MAX > 0
+#if MECHC_NH_MAX > 0 && defined MECHC_SLIDES
     mechc_find_length(t, y, given);
 #endif
-#if MECHC_NH > 0 && MECHC_LINKS == 0 && defined MECHC_ANGLES
+#if MECHC_NH_MAX > 0 && MECHC_LINKS == 0 && defined MECHC_ANGLES
     mechc_find_ordinary_rows(t, y, given);
 #endif
     given->k[MECHC_ROWS_THAT_COUNT] = mechc_count_rows(t, y, given);

@@ -5,7 +5,7 @@
 
 #include "singularities/crossing.h"
 
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
 /* Steps within which the conditioning would vanish if it kept falling at this rate. */
 #define MECHC_SOON 4.0
 

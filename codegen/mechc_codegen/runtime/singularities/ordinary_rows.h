@@ -10,7 +10,7 @@
 
 #include "dynamics/scalar_stage.h"
 
-#if MECHC_NH > 0 && MECHC_LINKS == 0 && defined MECHC_ANGLES
+#if MECHC_NH_MAX > 0 && MECHC_LINKS == 0 && defined MECHC_ANGLES
 /* rad: so little that rows change in proportion to it, and far from rounding */
 #define MECHC_TURNED_BY 1e-3
 
@@ -33,14 +33,19 @@ MECHC_STATIC void mechc_meet_change(const mechc_scalar_place *here, const mechc_
 
 MECHC_ONCE void mechc_find_ordinary_rows(double t, const double *q, mechc_scalar_given *given)
 {
+#if MECHC_GENERAL
+    const int *const angles = mechc_of_scene.angles, count = mechc_of_scene.angle_count;
+#else
     static const int angles[] = {MECHC_ANGLES};
+    const int count = sizeof angles / sizeof *angles;
+#endif
     double moved[MECHC_NQ_MAX], masses[MECHC_NU_MAX], weight[MECHC_NU_MAX], length = 0.0, sum = 0.0;
     mechc_scalar_place here, there;
     mechc_scalar_locate_all(t, q, given, &here);
     mechc_scalar_moved_masses(here.mass, here.length, masses);
     for (int j = 0; j < MECHC_NU; j++) weight[j] = 1.0 / masses[j];
     memcpy(moved, q, MECHC_NQ * sizeof *q);
-    for (size_t i = 0; i < sizeof angles / sizeof *angles && !mechc_scalar_stopped(given); i++) {
+    for (int i = 0; i < count && !mechc_scalar_stopped(given); i++) {
         moved[angles[i]] += MECHC_TURNED_BY;
         mechc_scalar_locate_all(t, moved, given, &there);
         mechc_meet_change(&here, &there, weight, &length, &sum);
@@ -52,7 +57,7 @@ MECHC_ONCE void mechc_find_ordinary_rows(double t, const double *q, mechc_scalar
 }
 #endif
 
-#if MECHC_NH > 0 && defined MECHC_SLIDES
+#if MECHC_NH_MAX > 0 && defined MECHC_SLIDES
 /* The unit of coordinates that are neither angles nor pure numbers, from the rows.
  *
  * It is the move of such a coordinate that changes a row as much as a radian of an angle does, or how
@@ -62,6 +67,7 @@ MECHC_ONCE void mechc_find_length(double t, const double *q, mechc_scalar_given 
 {
     double length = 0.0, largest = 0.0;
     mechc_scalar_place place;
+    if (!mechc_slides) return;
     mechc_scalar_locate_all(t, q, given, &place);
     for (int i = 0; i < MECHC_NH; i++) {
         double most[2] = {0.0, 0.0};

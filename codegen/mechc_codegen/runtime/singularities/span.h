@@ -45,7 +45,7 @@ typedef struct {
 /* Of a step that led to another branch: the next. */
 #define MECHC_ASTRAY 0.3
 
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
 MECHC_STATIC void mechc_retry(mechc_decision *out, double factor, int bridge)
 {
     out->action = MECHC_RETRY;

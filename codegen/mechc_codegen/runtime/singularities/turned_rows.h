@@ -9,7 +9,7 @@
 #include "singularities/monitor.h"
 #include "singularities/span.h"
 
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
 
 /* Conditioning below which rounding decides about the sign of the weakest direction. */
 #define MECHC_NO_SIGN 1e-6
@@ -30,7 +30,7 @@ typedef struct {
     double rows[MECHC_NH_MAX * MECHC_NU_MAX], ordinary; /* weighted; see mechc_decompose */
     int decomposed;
     mechc_weakest weakest;
-#if MECHC_NH > 2
+#if MECHC_NH_MAX > 2
     int inverted; /* -1: rows have no inverse to speak of */
     double inverse[MECHC_NH_MAX * MECHC_NU_MAX]; /* right inverse of the rows, transposed */
 #endif
@@ -44,7 +44,7 @@ MECHC_STATIC void mechc_see(const mechc_span *span, mechc_seen *out)
     mechc_weigh_rows(place.jacobian, place.mass, place.length, out->rows);
     out->ordinary = place.ordinary_length;
     out->decomposed = 0;
-#if MECHC_NH > 2
+#if MECHC_NH_MAX > 2
     out->inverted = 0;
 #endif
 }
@@ -62,14 +62,13 @@ MECHC_STATIC const mechc_weakest *mechc_weakest_seen(int rank, mechc_seen *seen)
 
 MECHC_STATIC int mechc_surely_turned(const mechc_weakest *before, const mechc_weakest *after, int k)
 {
-#if MECHC_NH > 2
-    return mechc_followed(before, after, k) < -MECHC_SURE * after->values[k];
-#else
-    return k == before->rank - 1 && mechc_turned_over(before, after) == 1;
+#if MECHC_NH_MAX > 2
+    if (MECHC_NH > 2) return mechc_followed(before, after, k) < -MECHC_SURE * after->values[k];
 #endif
+    return k == before->rank - 1 && mechc_turned_over(before, after) == 1;
 }
 
-#if MECHC_NH > 2
+#if MECHC_NH_MAX > 2
 /* u_i . J v_j of the rows after for all weak vectors before, from the row `first` on. */
 MECHC_STATIC void mechc_followed_all(const mechc_weakest *before, const mechc_weakest *after,
                                      int first, double *b)
@@ -102,21 +101,25 @@ MECHC_STATIC int mechc_is_positive(double *b, int n)
     }
     return 1;
 }
-#endif
 
-/* True only where no weak direction changed its sign, however they mixed. */
-MECHC_STATIC int mechc_surely_kept(const mechc_weakest *before, const mechc_weakest *after)
+/* True only where none of several weak directions changed its sign, however they mixed. */
+MECHC_STATIC int mechc_all_surely_kept(const mechc_weakest *before, const mechc_weakest *after)
 {
-#if MECHC_NH > 2
     double b[MECHC_NH_MAX * MECHC_NH_MAX];
     int first = before->rank - 1;
     while (first > 0 && before->values[first - 1] <= MECHC_CLEAR * before->largest) first--;
     if (before->values[first] > MECHC_CLEAR * before->largest) return 1;
     mechc_followed_all(before, after, first, b);
     return mechc_is_positive(b, before->rank - first);
-#else
-    return mechc_turned_over(before, after) == 0;
+}
 #endif
+
+MECHC_STATIC int mechc_surely_kept(const mechc_weakest *before, const mechc_weakest *after)
+{
+#if MECHC_NH_MAX > 2
+    if (MECHC_NH > 2) return mechc_all_surely_kept(before, after);
+#endif
+    return mechc_turned_over(before, after) == 0;
 }
 
 /* The gap besides that along its normal that a critical configuration may have, in units of
@@ -191,7 +194,7 @@ MECHC_STATIC mechc_verdict mechc_judge_piece(const mechc_span *span, const mechc
     return turned_here ? MECHC_CROSSING : MECHC_UNKNOWN;
 }
 
-#if MECHC_NH > 2
+#if MECHC_NH_MAX > 2
 /* P with A P = 1, transposed, by A = L Q: P = Q^T L^-1.  -1 where a row is nearly in the span of those
  * before it, else 1. */
 MECHC_ONCE int mechc_invert_rows(const double *rows, double *inverse)
@@ -259,8 +262,8 @@ MECHC_STATIC int mechc_reaches(mechc_seen *a, const mechc_seen *b)
  * and needs a factorisation alone. */
 MECHC_STATIC int mechc_stays_regular(int rank, mechc_seen *a, mechc_seen *b)
 {
-#if MECHC_NH > 2
-    if (rank < MECHC_NH || a->open || b->open) return 0;
+#if MECHC_NH_MAX > 2
+    if (MECHC_NH <= 2 || rank < MECHC_NH || a->open || b->open) return 0;
     return mechc_reaches(a, b) || mechc_reaches(b, a);
 #else
     (void)rank, (void)a, (void)b;
@@ -268,7 +271,7 @@ MECHC_STATIC int mechc_stays_regular(int rank, mechc_seen *a, mechc_seen *b)
 #endif
 }
 
-#if MECHC_NH > 2
+#if MECHC_NH_MAX > 2
 /* Could a direction have changed its sign twice between two configurations?  Singular values change
  * no more than the rows do: Weyl (1912). */
 MECHC_STATIC int mechc_may_hide(const mechc_seen *before, const mechc_seen *after)
@@ -316,8 +319,8 @@ MECHC_STATIC mechc_verdict mechc_judge_halves(const mechc_span *span, int rank,
     if (mechc_stays_regular(rank, before, after)) return MECHC_CROSSING;
     mechc_weakest_seen(rank, before);
     mechc_weakest_seen(rank, after);
-#if MECHC_NH > 2
-    if (halvings > 0 && mechc_may_hide(before, after)) {
+#if MECHC_NH_MAX > 2
+    if (MECHC_NH > 2 && halvings > 0 && mechc_may_hide(before, after)) {
         mechc_seen middle;
         mechc_see_between(span, i, 0.5 * (before->fraction + after->fraction), &middle);
         const mechc_verdict found =

@@ -7,7 +7,7 @@
 #include "simd/scalar.h"
 #include "simd/vector.h"
 
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
 /* Below this share of the largest singular value at generic configurations a row is redundant. */
 #define MECHC_GENERIC 1e-7
 
@@ -27,7 +27,7 @@ typedef struct {
     double left[MECHC_NH_MAX], right[MECHC_NU_MAX];
     double basis[MECHC_NH_MAX * MECHC_NH_MAX]; /* left vectors, by falling singular value */
     double values[MECHC_NH_MAX];
-#if MECHC_NH > 2
+#if MECHC_NH_MAX > 2
     double rows[MECHC_NH_MAX * MECHC_NU_MAX]; /* the rows in that basis: values times right vectors */
 #endif
 } mechc_weakest;
@@ -174,7 +174,7 @@ MECHC_ONCE void mechc_decompose(double *a, double ordinary, int rank, mechc_weak
     memcpy(out->left, out->basis + last * MECHC_NH, MECHC_NH * sizeof *out->left);
     for (int j = 0; j < MECHC_NU; j++)
         out->right[j] = a[last * MECHC_NU + j] / mechc_max(out->values[last], DBL_MIN);
-#if MECHC_NH > 2
+#if MECHC_NH_MAX > 2
     memcpy(out->rows, a, MECHC_NH * MECHC_NU * sizeof *a);
 #endif
 }
@@ -209,9 +209,7 @@ MECHC_ONCE void mechc_weakest_of(const mechc_scalar_place *place, int rank, mech
 #endif
 }
 
-/* 1 where the signed smallest singular value, followed with its vectors, changed its sign between
- * two configurations; 0 where it did not; -1 where the vectors rotated too far to decide. */
-#if MECHC_NH > 2
+#if MECHC_NH_MAX > 2
 /* Rows of several loops may change their signs together, and their vectors then mix.  So each weak
  * direction of the first configuration is followed by the rows of the second, u . J v; where some
  * signs changed and others did not, the loops have taken different branches. */
@@ -228,7 +226,7 @@ MECHC_STATIC double mechc_followed(const mechc_weakest *before, const mechc_weak
     return sum / mechc_max(before->values[k], DBL_MIN);
 }
 
-MECHC_STATIC int mechc_turned_over(const mechc_weakest *before, const mechc_weakest *after)
+MECHC_STATIC int mechc_one_turned_over(const mechc_weakest *before, const mechc_weakest *after)
 {
     int turned = 0, kept = 0;
     const int last = before->rank - 1;
@@ -240,13 +238,18 @@ MECHC_STATIC int mechc_turned_over(const mechc_weakest *before, const mechc_weak
     }
     return turned && kept ? -1 : turned > 0;
 }
-#else
+#endif
+
+/* 1 where the signed smallest singular value, followed with its vectors, changed its sign between
+ * two configurations; 0 where it did not; -1 where the vectors rotated too far to decide. */
 MECHC_STATIC int mechc_turned_over(const mechc_weakest *before, const mechc_weakest *after)
 {
+#if MECHC_NH_MAX > 2
+    if (MECHC_NH > 2) return mechc_one_turned_over(before, after);
+#endif
     const double left = mechc_dot(before->left, after->left, MECHC_NH);
     const double right = mechc_dot(before->right, after->right, MECHC_NU);
     if (fabs(left) < MECHC_SAME_VECTOR || fabs(right) < MECHC_SAME_VECTOR) return -1;
     return left * right < 0.0;
 }
-#endif
 #endif

@@ -12,7 +12,7 @@
 #define MECHC_SWITCH_NOISE 64.0     /* roundings of the largest value of a step, or of its terms, that count as zero */
 #define MECHC_SWITCH_SLOPE 1e-4     /* of the step, or of a component's scale, over which a slope is a difference */
 
-#if MECHC_SWITCHES
+#if MECHC_SWITCHES_MAX
 /* A state with its switching functions, and what these are a moment later. */
 typedef struct {
     double t, y[MECHC_NX_MAX], rates[MECHC_NX_MAX];

@@ -11,7 +11,7 @@
 #include "singularities/look_ahead.h"
 #include "stepping/work.h"
 
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
 /* The rank of the configuration rows around a configuration: the most that is found when each speed
  * in turn has moved it a little and the loops are closed again. */
 MECHC_RARE int mechc_generic_rank(const mechc_integration *run)
@@ -62,7 +62,7 @@ MECHC_RARE void mechc_find_rank(mechc_integration *run)
 /* Begin monitoring, with the start's rates known. */
 MECHC_RARE void mechc_monitor_start(mechc_integration *run)
 {
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
     if (mechc_shows_all_rows(run)) run->monitor.rank = MECHC_NH;
     else mechc_find_rank(run);
 #endif
@@ -99,7 +99,7 @@ MECHC_STATIC mechc_span mechc_span_of(const mechc_integration *run, double h, co
 /* The step to try, normally no longer than `open`. */
 MECHC_STATIC double mechc_step_ahead(mechc_integration *run, double open)
 {
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
     const mechc_span span =
         mechc_span_of(run, run->direction * open, run->y, MECHC_RATE(run, 0));
     return mechc_plan_ahead(&span, &run->monitor, run->refused, run->current->reach(run));
@@ -172,7 +172,7 @@ MECHC_STATIC int mechc_come_back(mechc_integration *run)
     return !method || mechc_use_method(run, method);
 }
 
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
 /* A configuration on the cubic through both ends of a step, with its loops closed; 1 if that fails. */
 MECHC_STATIC int mechc_close_on_cubic(const mechc_span *span, double s, double *q)
 {
@@ -234,7 +234,7 @@ MECHC_RARE int mechc_examine_outer(mechc_integration *run, double h)
 MECHC_STATIC int mechc_examine_step(mechc_integration *run, double h, const double *end)
 {
     run->decision.action = MECHC_STANDS;
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
     if (!mechc_nears_critical(&run->monitor, run->horizon)) return MECHC_RUNNING;
     if (run->outer) return mechc_examine_outer(run, h);
     mechc_path path;

@@ -8,16 +8,23 @@
 #define MECHC_FIRST_FEATURE (MECHC_SWITCHES - MECHC_FEATURES)
 #define MECHC_FIRST_KNOTTED (MECHC_FIRST_FEATURE - MECHC_KNOTTED)
 #define MECHC_WATCHED_BY_ALL (MECHC_FEATURES + MECHC_KNOTTED) /* methods, also those that keep no path */
+#define MECHC_WATCHED_BY_ALL_MAX (MECHC_FEATURES_MAX + MECHC_KNOTTED_MAX)
 
 MECHC_STATIC int mechc_has_knots(int which)
 {
     return MECHC_FIRST_KNOTTED <= which && which < MECHC_FIRST_FEATURE;
 }
 
-#if MECHC_KNOTTED
+#if MECHC_KNOTTED_MAX
+#if MECHC_GENERAL
+#define mechc_knots mechc_of_scene.knots
+#define mechc_knots_begin mechc_of_scene.knots_begin
+#define mechc_knots_period mechc_of_scene.knots_period
+#else
 static const double mechc_knots[] = {MECHC_KNOTS};
 static const int mechc_knots_begin[] = {MECHC_KNOTS_BEGIN};
 static const double mechc_knots_period[] = {MECHC_KNOTS_PERIOD};
+#endif
 
 /* The knot of this number, counted on over the periods; infinite beyond the first and the last one, and
  * where there is no number. */

@@ -25,7 +25,8 @@ MECHC_STATIC int mechc_keeps_method(const mechc_integration *run)
 MECHC_STATIC int mechc_is_regular(const mechc_integration *run, double low)
 {
     if (MECHC_NC == 0 || (MECHC_NC == MECHC_NH && run->monitor.first >= low)) return 1;
-#if MECHC_NC > MECHC_NH || MECHC_ROW_BLOCKS > 0
+#if MECHC_NC_MAX > MECHC_NH_MAX || MECHC_ROW_BLOCKS > 0 || (MECHC_GENERAL && MECHC_NC_MAX > 0)
+    if (MECHC_NC == MECHC_NH && MECHC_ROW_BLOCKS == 0) return 0;
     mechc_scalar_place place;
     const double least = MECHC_NC > MECHC_NH ? low : MECHC_NARROW;
     if (MECHC_NH > 0 && run->monitor.first < least) return 0;
@@ -41,6 +42,8 @@ MECHC_STATIC int mechc_fits_lockstep(const mechc_integration *run)
     const mechc_method *asked = run->methods[run->number];
     const mechc_monitor *monitor = &run->monitor;
     const int alone = run->alone || monitor->tries || monitor->wanted != 0.0;
+    const int all = asked->in_lockstep == MECHC_WITHOUT_SWITCHES;
+    if ((all ? MECHC_SWITCHES : MECHC_FEATURES + MECHC_KNOTTED) > 0) return 0;
     if (!MECHC_LOCKSTEP || alone || run->limits || run->outer || !asked->in_lockstep) return 0;
     if (!mechc_keeps_method(run)) return 0;
     if (MECHC_NH > 0 && monitor->rank != MECHC_NH) return 0;

@@ -33,7 +33,7 @@ MECHC_STATIC double mechc_past_crossing(const mechc_integration *run, const doub
     return sum;
 }
 
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
 /* Fractions of a step between which a time where a direction is weakest is interpolated at last, and a
  * move that is the last. */
 #define MECHC_LAST_APART 1e-7
@@ -89,7 +89,7 @@ MECHC_STATIC double mechc_fraction_of_crossing(const mechc_integration *run, dou
         s -= here / slope;
     }
     memcpy(q, run->decision.q, MECHC_NQ * sizeof *q);
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
     if (MECHC_NU - run->monitor.rank < 2) return s;
     s = mechc_weakest_fraction(run, h, rows, s);
     mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s, along);
@@ -121,7 +121,7 @@ MECHC_STATIC int mechc_record_crossing(mechc_integration *run, double h, const d
                                                      : MECHC_RUNNING;
 }
 
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
 /* The most that a coordinate moves over the step, in units of its scale. */
 MECHC_STATIC double mechc_moved(const mechc_integration *run, double h, const double *end)
 {
@@ -171,7 +171,7 @@ MECHC_STATIC void mechc_see_dense(const mechc_integration *run, const mechc_span
 /* Whether an accepted step may have passed change points: rows turn no more than coordinates move. */
 MECHC_STATIC int mechc_may_pass(const mechc_integration *run, double h, const double *end)
 {
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
     if (run->decision.action == MECHC_CROSSES) return 1;
     const double moved = mechc_moved(run, h, end);
     return (moved > MECHC_FAR || mechc_knows_crossing(&run->monitor))
@@ -186,7 +186,7 @@ MECHC_STATIC int mechc_may_pass(const mechc_integration *run, double h, const do
 MECHC_STATIC int mechc_record_passages(mechc_integration *run, double h, const double *end,
                                        const double *rows)
 {
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
     const mechc_span span = mechc_span_of(run, h, end, MECHC_RATE(run, run->current->last_rate));
     const int pieces = 8 + (int)mechc_min(mechc_moved(run, h, end) / MECHC_PIECE, MECHC_MOST_PIECES);
     const ptrdiff_t known = run->head.trajectory.crossing_count;

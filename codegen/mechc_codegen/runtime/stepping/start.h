@@ -49,7 +49,7 @@ MECHC_STATIC void mechc_first_scale(mechc_integration *run, const double *scale,
     }
 }
 
-#if MECHC_NI > 0
+#if MECHC_NI_MAX > 0
 /* Change the inputs at the time that the run has reached. */
 MECHC_STATIC void mechc_change_inputs(mechc_integration *run, const mechc_inputs *inputs)
 {
@@ -78,7 +78,7 @@ MECHC_RARE void mechc_integration_extend(mechc_run *head, double t1, const mechc
     for (ptrdiff_t i = kept->count - 1; i > -kept->dropped_count && i > kept->count - 3; i--)
         run->step = mechc_max(run->step, fabs(mechc_time_of(kept, i) - mechc_time_of(kept, i - 1)));
     head->status = MECHC_RUNNING;
-#if MECHC_NI > 0
+#if MECHC_NI_MAX > 0
     if (inputs) mechc_change_inputs(run, inputs);
 #else
     (void)inputs;
@@ -147,7 +147,7 @@ MECHC_STATIC void mechc_count_dense_rows(mechc_integration *run, int dense)
     run->head.trajectory.dense_rows = dense ? run->most_dense : 0;
 }
 
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
 /* Of the angle that a first step beside a crossing covers: its nodes are to be far from it. */
 #define MECHC_FIRST_MOVE 0.3
 
@@ -214,7 +214,7 @@ MECHC_RARE void mechc_integration_start(mechc_run *head, const mechc_options *op
         head->status = MECHC_OPEN_AT_START;
         return;
     }
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
     double start[MECHC_NX_MAX];
     memcpy(start, run->y, MECHC_NX * sizeof *start);
 #endif
@@ -226,7 +226,7 @@ MECHC_RARE void mechc_integration_start(mechc_run *head, const mechc_options *op
     if (head->status != MECHC_RUNNING) return;
     mechc_monitor_start(run);
     if (head->status != MECHC_RUNNING) return;
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
     const int beside = mechc_start_beside(run, start, options->scale);
     if (run->monitor.at_critical && !beside) {
         head->status = MECHC_AT_CHANGE_POINT;
@@ -238,7 +238,7 @@ MECHC_RARE void mechc_integration_start(mechc_run *head, const mechc_options *op
     const double euler = mechc_euler_step(run, is_given ? mechc_min(options->first_step, run->max_step) : run->max_step);
     if (euler > 0.0) mechc_first_scale(run, options->scale, euler);
     run->step = is_given ? options->first_step : mechc_first_step(run, euler);
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
     if (beside) mechc_leave_start(run);
 #endif
     if (options->t0 == options->t1) head->status = MECHC_FINISHED;

@@ -166,7 +166,7 @@ MECHC_STATIC void mechc_switch_curve_of(const mechc_integration *run, double h, 
 MECHC_RARE double mechc_switch_rounding(const mechc_integration *run, int which)
 {
     double terms = 0.0;
-#if MECHC_SWITCHES
+#if MECHC_SWITCHES_MAX
     double y[MECHC_NX_MAX], here[MECHC_SWITCHES_MAX], beside[MECHC_SWITCHES_MAX];
     memcpy(y, run->y, MECHC_NX * sizeof *y);
     mechc_scalar_output_switching(run->head.t, y, y + MECHC_NQ, &run->given, here);
@@ -214,7 +214,7 @@ MECHC_STATIC double mechc_switch_of(mechc_integration *run, double h, int which,
     return switches->at_end[which] ? HUGE_VAL : 1.0 + beyond;
 }
 
-#if MECHC_KNOTTED
+#if MECHC_KNOTTED_MAX
 /* The first knot that an argument of a table comes to, as mechc_switch_of. */
 MECHC_RARE double mechc_first_knot(mechc_integration *run, double h, int which, const double *values)
 {
@@ -243,7 +243,7 @@ MECHC_RARE double mechc_first_knot(mechc_integration *run, double h, int which, 
 }
 #endif
 
-#if MECHC_WATCHED_BY_ALL
+#if MECHC_WATCHED_BY_ALL_MAX
 /* Switching functions at the nodes of a step of a method that does not keep its path: along the cubic
  * through states and rates of both ends. */
 MECHC_RARE void mechc_switches_of_cubic(const mechc_integration *run, double h, const double *end,
@@ -283,8 +283,9 @@ MECHC_RARE double mechc_first_switch(mechc_integration *run, double h, const dou
     const int nodes = mechc_switch_nodes(run)->count + 1;
     mechc_switches *switches = &run->switches;
     double values[MECHC_AT_LEAST_ONE(MECHC_SWITCHES_MAX) * MECHC_SWITCH_NODES], first = HUGE_VAL;
-#if MECHC_WATCHED_BY_ALL
-    if (!run->current->switching) mechc_switches_of_cubic(run, h, end, values);
+#if MECHC_WATCHED_BY_ALL_MAX
+    if (MECHC_WATCHED_BY_ALL && !run->current->switching)
+        mechc_switches_of_cubic(run, h, end, values);
 #else
     (void)end;
 #endif
@@ -295,7 +296,7 @@ MECHC_RARE double mechc_first_switch(mechc_integration *run, double h, const dou
         double *size = &switches->size[k];
         if (mechc_sees_feature(k, own, nodes)) continue;
         for (int i = 0; i < nodes; i++) *size = fmax(*size, fabs(own[i]));
-#if MECHC_KNOTTED
+#if MECHC_KNOTTED_MAX
         if (mechc_has_knots(k)) {
             first = mechc_min(first, mechc_first_knot(run, h, k, own));
             continue;

@@ -12,7 +12,7 @@
 #define MECHC_WORK_LOST 1e-10 /* of the kinetic energy, to rounding */
 #define MECHC_WORK_VARIES 0.1 /* of the power over a step, in any case */
 
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
 /* One end of a step: kinetic energy, its rate, and the change of it that errors may cause. */
 typedef struct {
     double kinetic, power, allowed;

@@ -12,7 +12,7 @@
 #define MECHC_FORBIDDEN 0.01 /* of a residual: a smaller rest was not left whole */
 #define MECHC_LEFT_BY_ROUNDING 64.0 /* units, of the terms */
 
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
 /* Remove held speeds from the equations: their columns of the rows vanish, and their inertia acts
  * on no other speed. */
 MECHC_STATIC void mechc_hold(mechc_scalar_place *place, const unsigned char *held)
@@ -63,7 +63,7 @@ MECHC_STATIC int mechc_speeds_beside(double t, double *y, const mechc_scalar_giv
 }
 #endif
 
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
 /* Move q by a step, shortened if it is too long. */
 MECHC_STATIC void mechc_move_beside(double t, double *q, const mechc_scalar_given *given,
                                     double *step)
@@ -99,11 +99,11 @@ MECHC_STATIC int mechc_loops_beside(double t, double *q, const mechc_scalar_give
 MECHC_ONCE int mechc_assemble_beside(double t, double *y, const mechc_scalar_given *given,
                                      const unsigned char *held)
 {
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
     double closed[MECHC_NX_MAX];
     int status = MECHC_RUNNING;
     memcpy(closed, y, MECHC_NX * sizeof *y);
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
     status = mechc_loops_beside(t, closed, given, held);
 #endif
     if (status == MECHC_RUNNING) status = mechc_speeds_beside(t, closed, given, held);

@@ -32,7 +32,7 @@ MECHC_ONCE void FN(solve)(real t, const real *q, const real *u, const FN(given) 
     if (given->forces) FN(add_forces)(place, given->forces, accelerations, multipliers);
 }
 
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
 MECHC_INLINE void FN(output_multipliers)(real t, const real *q, const real *u,
                                          const FN(given) *given, real *out)
 {

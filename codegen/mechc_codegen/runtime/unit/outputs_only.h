@@ -42,6 +42,13 @@ static void mechc_plain_give(const double *p, const mechc_inputs *inputs, mechc_
     mechc_give_alone(p, inputs, (mechc_scalar_given *)given);
 }
 
+#if MECHC_MASS_MATRIX
+static void mechc_plain_mass(double t, const double *y, const mechc_given *given, double *out)
+{
+    mechc_scalar_output_mass_matrix(t, y, y + MECHC_NQ, (const mechc_scalar_given *)given, out);
+}
+#endif
+
 extern const mechc_unit MECHC_JOIN(mechc_unit_, MECHC_UNIT);
 __attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, MECHC_UNIT) = {
     .instruction_set = MECHC_QUOTE(MECHC_UNIT),
@@ -52,4 +59,7 @@ __attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, M
     .given_size = sizeof(mechc_scalar_given),
     .give = mechc_plain_give,
     .rates = mechc_plain_rates,
+#if MECHC_MASS_MATRIX
+    .mass = mechc_plain_mass,
+#endif
 };

@@ -140,7 +140,7 @@ int MECHC_PUBLIC(assemble)(const mechc_standalone *model, double t, double *y,
 
 double MECHC_PUBLIC(conditioning)(const mechc_standalone *model, double t, const double *y)
 {
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
     mechc_held held;
     mechc_scalar_given given;
     mechc_scalar_place place;

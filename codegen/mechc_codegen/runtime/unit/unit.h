@@ -103,9 +103,13 @@ __attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, M
 #endif
 };
 
-#if MECHC_UNIT_PARTS != MECHC_ALL_PARTS /* found by name in a shared object of its own */
-extern MECHC_SHOWN const mechc_part mechc_part_of_unit;
-MECHC_SHOWN const mechc_part mechc_part_of_unit = {
+#ifndef MECHC_PART_NAME /* found by it in a shared object of its own */
+#define MECHC_PART_NAME mechc_part_of_unit
+#define MECHC_PART_VISIBLE MECHC_SHOWN
+#endif
+#if MECHC_UNIT_PARTS != MECHC_ALL_PARTS
+extern MECHC_PART_VISIBLE const mechc_part MECHC_PART_NAME;
+MECHC_PART_VISIBLE const mechc_part MECHC_PART_NAME = {
     MECHC_ABI, MECHC_UNIT_PARTS, &MECHC_JOIN(mechc_unit_, MECHC_UNIT),
 };
 #endif

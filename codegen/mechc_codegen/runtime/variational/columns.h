@@ -153,7 +153,7 @@ MECHC_ONCE void mechc_linearise_states(mechc_mask along, const mechc_given_twice
 /* Derivatives of the projection of the ends of the steps. */
 MECHC_STATIC void mechc_end_tangents(const mechc_steps *steps, const mechc_directions *d, double *tangents)
 {
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
     mechc_vector block[MECHC_NX_MAX * MECHC_SLOPES_MAX];
     double t[MECHC_LANES];
     mechc_tangents_in_lanes(steps, t, block);

@@ -12,7 +12,7 @@
 #include "stepping/knots.h"
 #include "variational/states.h"
 
-#if MECHC_VARIATIONAL && MECHC_SWITCHES
+#if MECHC_VARIATIONAL && MECHC_SWITCHES_MAX
 #define MECHC_JUMP_APART 1e-5  /* of a step: how far beside a zero differences are taken, */
 #define MECHC_JUMP_LEAST 1e-9  /* at least, of the time in which a component moves by its unit */
 #define MECHC_JUMP_MOVE 1e-4   /* of an argument, for differences of fourth order */

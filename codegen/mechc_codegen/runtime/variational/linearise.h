@@ -40,7 +40,7 @@ MECHC_INLINE void FN(add_product)(double sign, const real *a, int a_stride, cons
         }
 }
 
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
 /* The accelerations (NU x NC) that a value 1 of each row causes: the least change. */
 MECHC_INLINE void FN(least_changes)(const FN(place) *place, real *changes)
 {
@@ -56,7 +56,7 @@ MECHC_INLINE void FN(least_changes)(const FN(place) *place, real *changes)
 MECHC_INLINE void FN(put_response)(const FN(place) *place, const real *responses,
                                    const real *residual, int columns, real *to)
 {
-#if MECHC_NC > 0 && MECHC_LINKS == 0
+#if MECHC_NC_MAX > 0 && MECHC_LINKS == 0
     (void)place;
     for (int i = 0; i < MECHC_NU; i++)
         for (int k = 0; k < columns; k++) {
@@ -99,7 +99,7 @@ MECHC_INLINE void FN(put_slopes)(real t, const real *y, const FN(given) *given,
                                  real *slopes)
 {
     real responses[MECHC_ROOM(MECHC_NU_MAX, MECHC_MOTION_MAX)];
-#if MECHC_NC > 0 && MECHC_LINKS == 0
+#if MECHC_NC_MAX > 0 && MECHC_LINKS == 0
     real unit[MECHC_MOTION_MAX * MECHC_MOTION_MAX];
     for (int i = 0; i < MECHC_MOTION; i++)
         for (int k = 0; k < MECHC_MOTION; k++)
@@ -120,7 +120,7 @@ MECHC_INLINE void FN(put_slopes)(real t, const real *y, const FN(given) *given,
 #undef MECHC_PUT_RATES
 #undef MECHC_PUT_SLOPES
 
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
 #define MECHC_PUT_CONSTRAINTS(name, rows, columns, first, to)                                     \
     do {                                                                                          \
         real part[MECHC_ROOM(rows, columns)];                                                     \
@@ -176,7 +176,7 @@ MECHC_INLINE void FN(put_tangent)(real t, const real *y, const FN(given) *given,
     FN(output_constraint_jacobian)(t, y, y + MECHC_NQ, given, jacobian);
     for (int i = 0; i < MECHC_NX; i++)
         for (int k = 0; k < MECHC_SLOPES; k++) tangent[i * MECHC_SLOPES + k] = R(i == k ? 1.0 : 0.0);
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
     real gaps[MECHC_NH_MAX * MECHC_SLOPES_MAX];
     FN(put_gap_slopes)(t, y, given, jacobian, gaps);
 #if MECHC_IDENTITY_KINEMATICS
@@ -216,7 +216,7 @@ MECHC_ONCE void FN(linearise)(real t, const real *y, const FN(given) *given, rma
     FN(accelerate)(t, y, y + MECHC_NQ, given, &place, rates + MECHC_NQ, l);
     FN(coordinate_rates_of)(t, y, y + MECHC_NQ, given, rates);
     FN(put_slopes)(t, y, given, &place, rates + MECHC_NQ, l, slopes);
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
     if (!R_ANY(along)) return;
     real tangent[MECHC_NX_MAX * MECHC_SLOPES_MAX], plain[MECHC_NX_MAX * MECHC_SLOPES_MAX];
     FN(put_tangent)(t, y, given, &place, tangent);
@@ -235,7 +235,7 @@ MECHC_ONCE void FN(linearise)(real t, const real *y, const FN(given) *given, rma
 #endif
 }
 
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
 MECHC_ONCE void FN(tangent)(real t, const real *y, const FN(given) *given, real *tangent)
 {
     FN(place) place;
@@ -246,7 +246,7 @@ MECHC_ONCE void FN(tangent)(real t, const real *y, const FN(given) *given, real 
 /* The conditioning, squared. */
 MECHC_ONCE real FN(conditioning_there)(real t, const real *y, const FN(given) *given)
 {
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
     FN(place) place;
     FN(locate)(t, y, given, &place);
     return FN(conditioning_at)(&place);

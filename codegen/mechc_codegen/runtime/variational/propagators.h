@@ -218,7 +218,7 @@ MECHC_ONCE int mechc_propagate(const mechc_rule *rule, const mechc_steps *steps,
     if (!(mechc_greatest(growth) <= MECHC_GROWTH)) return 0;
     mechc_weigh_nodes(g);
     mechc_combine_nodes(rule, g);
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
     double ends[MECHC_LANES];
     mechc_tangents_in_lanes(steps, ends, g->tangent);
     mechc_project_nodes(g);

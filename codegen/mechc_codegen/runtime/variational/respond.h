@@ -23,7 +23,7 @@ MECHC_INLINE void FN(respond_with)(const FN(place) *place, const real *residual,
 {
 #if MECHC_LINKS > 0 /* all at once: a Jacobian is full, however sparse the tree */
     real mass[MECHC_NU_MAX * MECHC_NU_MAX];
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
     FN(factors) factors;
     real jacobian[MECHC_NC_MAX * MECHC_NU_MAX];
     FN(factor_together)(place->saved, jacobian, mass, place->rank, &factors);
@@ -32,15 +32,15 @@ MECHC_INLINE void FN(respond_with)(const FN(place) *place, const real *residual,
     FN(composite_mass)(place->saved, mass);
     FN(factor_mass)(mass, MECHC_NU, &factors);
 #endif
-#elif MECHC_NC == 0
+#elif MECHC_NC_MAX == 0
     const FN(mass_factors) factors = place->factored;
 #endif
     for (int column = 0; column < columns; column++) {
         real right[MECHC_MOTION_MAX], x[MECHC_MOTION_MAX];
         for (int i = 0; i < MECHC_MOTION; i++) right[i] = -residual[i * columns + column];
-#if MECHC_NC > 0 && MECHC_LINKS > 0
+#if MECHC_NC_MAX > 0 && MECHC_LINKS > 0
         FN(solve_together)(&factors, jacobian, right, right + MECHC_NU, x, x + MECHC_NU);
-#elif MECHC_NC > 0
+#elif MECHC_NC_MAX > 0
         const FN(motion_terms) terms = {place->mass, place->jacobian, right, right + MECHC_NU,
                                         place->rank, place->length};
         FN(solve_motion)(&terms, &place->rows, x, multipliers ? x + MECHC_NU : 0);

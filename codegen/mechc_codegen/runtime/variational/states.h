@@ -52,7 +52,7 @@ MECHC_INLINE double mechc_within(double before, double after, double s)
 MECHC_INLINE mechc_mask mechc_keeps(int method, const mechc_vector *state, mechc_vector t,
                                     const mechc_given_twice *given)
 {
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
     static const unsigned char always[] = {MECHC_METHOD_TABLE(MECHC_ALWAYS_KEPT)};
     if (always[method]) return ~(mechc_mask){0};
     return ~(mechc_vector_conditioning_there(t, state, &given->vector) > MECHC_CLEAR * MECHC_CLEAR);
@@ -62,7 +62,7 @@ MECHC_INLINE mechc_mask mechc_keeps(int method, const mechc_vector *state, mechc
 #endif
 }
 
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
 /* Close loops that are closed to rounding once more: beside a crossing, to the rounding of q. */
 MECHC_STATIC void mechc_close_further(double t, double *y, const mechc_scalar_given *given,
                                       mechc_scalar_place *place)
@@ -88,7 +88,7 @@ MECHC_STATIC void mechc_keep_state(const mechc_scalar_given *given, double t, do
 {
     double moved[2];
     if (mechc_project_state(t, y, given, moved) != MECHC_RUNNING) return;
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
     mechc_scalar_place place;
     mechc_locate(t, y, given, &place);
     if (mechc_is_delicate(&place, given)) return;
@@ -108,7 +108,7 @@ MECHC_STATIC void mechc_keep_lanes(const mechc_given_twice *given, const double 
     mechc_fill_lanes(y, count, MECHC_NX, state);
 }
 
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
 /* Derivatives of the projection of the ends of the steps, at times that are written to t. */
 MECHC_ONCE void mechc_tangents_in_lanes(const mechc_steps *steps, double *t, mechc_vector *tangents)
 {

@@ -97,7 +97,7 @@ MECHC_INLINE void mechc_move_columns(mechc_varying *w, const double *block)
                 mechc_row_along(block, i, d->width, k, w->before + k, d->width);
 }
 
-#if MECHC_SWITCHES
+#if MECHC_SWITCHES_MAX
 /* Move the columns at the end of a step over the jumps of laws in it. */
 MECHC_STATIC void mechc_vary_jumps(mechc_varying *w, const mechc_trajectory *record, ptrdiff_t step)
 {
@@ -122,7 +122,7 @@ MECHC_INLINE void mechc_end_step(mechc_varying *w, const mechc_variation *v, ptr
     mechc_vector *const kept = w->before;
     double *const ends = v->ends + (step + 1 - v->first) * MECHC_NX * v->columns;
     if (v->rates) mechc_store_columns(w, ends);
-#if MECHC_SWITCHES
+#if MECHC_SWITCHES_MAX
     mechc_vary_jumps(w, v->trajectory, step);
 #endif
     if (!v->rates) mechc_store_columns(w, ends);
@@ -198,7 +198,7 @@ MECHC_STATIC int mechc_vary_nodes(mechc_varying *w, const mechc_variation *v, in
     return whole;
 }
 
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
 /* Move the columns at `count` <= MECHC_LANES times and states, each onto the tangent space there. */
 MECHC_STATIC void mechc_project_in_lanes(mechc_varying *w, const double *t, const double *y, int count,
                                          double *columns)
@@ -233,7 +233,7 @@ MECHC_ONCE int mechc_vary(const mechc_variation *v)
                                          v->columns, v->shapes);
     if (!w) return MECHC_MEMORY_LIMIT;
     int whole = 1;
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
     if (v->project) mechc_project_start(w, v);
 #endif
     mechc_load_columns(w, v->ends);
@@ -253,7 +253,7 @@ MECHC_ONCE int mechc_vary(const mechc_variation *v)
 /* Project columns at many states of a run; returns MECHC_RUNNING or MECHC_MEMORY_LIMIT. */
 MECHC_ONCE int mechc_project_columns(const mechc_projected_columns *v)
 {
-#if MECHC_NC > 0
+#if MECHC_NC_MAX > 0
     mechc_varying *w =
         mechc_new_varying(v->trajectory, v->p, v->inputs, v->directions, v->count, v->shapes);
     if (!w) return MECHC_MEMORY_LIMIT;

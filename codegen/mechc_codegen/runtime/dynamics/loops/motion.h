@@ -16,7 +16,7 @@
 #include "dynamics/loops/cuts.h"
 #include "dynamics/tree.h"
 
-#if MECHC_LINKS > 0 && MECHC_NC > 0
+#if MECHC_LINKS > 0 && MECHC_NC_MAX > 0
 #define MECHC_WALKED_ROWS (MECHC_CARRIED > 0 || MECHC_MOVING_CUTS)
 
 typedef struct {

@@ -119,7 +119,7 @@ MECHC_STATIC double mechc_gauss_factor(mechc_integration *run, double error)
 /* Choose how the loops are closed: near a critical configuration before the rates are computed. */
 MECHC_INLINE void mechc_gauss_watch(mechc_gauss *g)
 {
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
     mechc_vector least = -mechc_take(g->least, 0);
     for (int block = 1; block < MECHC_BLOCKS; block++)
         least = mechc_greater(least, -mechc_take(g->least, block));
@@ -258,7 +258,7 @@ MECHC_STATIC void mechc_gauss_end(mechc_gauss *g, const double *y, double h, dou
 MECHC_STATIC double mechc_gauss_conditioning(const mechc_integration *run, double h, int stage,
                                              const double *q)
 {
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
     const mechc_gauss *g = mechc_gauss_of(run);
     if (MECHC_NC == MECHC_NH && run->monitor.rank == MECHC_NH)
         return sqrt(g->least[stage]);
@@ -304,7 +304,7 @@ MECHC_STATIC int mechc_gauss_end_rates(mechc_integration *run, double h, double 
     double *rates = MECHC_RATE(run, run->current->last_rate), sum[MECHC_NX_MAX];
     memcpy(sum, end, MECHC_NX * sizeof *end);
     const int status = mechc_rates_at(run, run->head.t + h, end, rates);
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
     const int near = run->conditioning < MECHC_TOO_NEAR || status == MECHC_NOT_CLOSED;
     if (near && mechc_is_last(run, h) && mechc_knows_crossing(&run->monitor)) {
         memcpy(end, sum, MECHC_NX * sizeof *end);
@@ -344,7 +344,7 @@ MECHC_STATIC int mechc_gauss_step(mechc_integration *run, double h, double *end)
     for (int i = 0; i < MECHC_UNKNOWNS; i++)
         g->ends[i] = MECHC_RATE(run, 0)[MECHC_FIRST_UNKNOWN + i];
     memcpy(end, run->y, MECHC_NX * sizeof *end);
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
     g->crossing = mechc_knows_crossing(&run->monitor) ? &run->monitor.known : NULL;
     g->alone = &run->given;
 #endif
@@ -359,7 +359,7 @@ MECHC_STATIC int mechc_gauss_step(mechc_integration *run, double h, double *end)
     return mechc_gauss_end_rates(run, h, end);
 }
 
-#if MECHC_SWITCHES
+#if MECHC_SWITCHES_MAX
 /* Switching functions at the step's start, its stages and its end. */
 MECHC_RARE void mechc_gauss_switching(mechc_integration *run, double h, double *values)
 {
@@ -472,7 +472,7 @@ MECHC_STATIC void mechc_gauss_renew(mechc_integration *run)
 static const mechc_method mechc_gauss8 = {
     MECHC_GAUSS8_TRAITS,
     .node = mechc_gauss_node,
-#if MECHC_SWITCHES
+#if MECHC_SWITCHES_MAX
     .switching = mechc_gauss_switching,
 #endif
     .work_size = sizeof(mechc_gauss),

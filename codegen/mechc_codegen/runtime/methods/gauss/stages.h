@@ -55,7 +55,7 @@ typedef double mechc_sums __attribute__((vector_size(32)));
 enum { MECHC_ONCE_INTEGRATED, MECHC_TWICE_INTEGRATED, MECHC_DEGREE_7, MECHC_DEGREE_6 };
 
 /* Scenes so large go over to radau5 where they are stiff. */
-#define MECHC_NEWTON (MECHC_UNKNOWNS <= 32)
+#define MECHC_NEWTON (MECHC_UNKNOWNS_MAX <= 32)
 typedef struct mechc_newton mechc_newton;
 typedef mechc_sums mechc_modes; /* one number of each pair of eigenvalues */
 
@@ -76,7 +76,7 @@ typedef struct {
     double next_compensation[MECHC_NX_MAX];
     double lowest;               /* of `least` */
     double left;                 /* gaps that are left, in units of rounding */
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
     const mechc_scalar_given *alone; /* of the run */
     const mechc_critical *crossing;  /* known nearby, or NULL */
     int fine; /* stages near it are closed finely */
@@ -133,7 +133,7 @@ MECHC_INLINE void mechc_gauss_states(const mechc_gauss *g, const double *y, doub
 #endif
 }
 
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
 /* The gaps of those stages of a block that are near a crossing, beyond the rounding of doubles;
  * zero after these stages are closed. */
 MECHC_RARE void mechc_gauss_fine_gaps(const mechc_gauss *g, mechc_vector time, int block,
@@ -190,7 +190,7 @@ MECHC_INLINE void mechc_gauss_unclosed(mechc_gauss *g, double t, double h,
     mechc_vector_locate_near(time, state, &g->given, &place, g->turns[block], !first,
                              first ? MECHC_REDUNDANT : 0.0);
     mechc_gauss_rates(g, time, state, &place, rates);
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
     if (!first) return;
     for (int i = 0; i < MECHC_NQ; i++) g->q[i][block] = state[i];
     mechc_put(mechc_vector_conditioning_at(&place), g->least, block);
@@ -222,7 +222,7 @@ MECHC_ONCE void mechc_gauss_stages(mechc_gauss *g, double t, const double *y, do
     mechc_gauss_states(g, y, h, block, state);
     for (int i = 0; i < MECHC_NQ; i++) state[i] += g->shift[i][block];
     mechc_vector_locate_near(time, state, &g->given, &place, g->turns[block], 0, MECHC_REDUNDANT);
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
     if (g->closing == MECHC_CLOSE_BEFORE) {
         mechc_gauss_close(g, time, block, 0, &place, state, moved);
         mechc_vector_locate(time, state, &g->given, &place);
@@ -231,7 +231,7 @@ MECHC_ONCE void mechc_gauss_stages(mechc_gauss *g, double t, const double *y, do
     for (int i = 0; i < MECHC_NQ; i++) g->q[i][block] = state[i];
     mechc_vector_steady(&place, state + MECHC_NQ);
     mechc_gauss_rates(g, time, state, &place, rates);
-#if MECHC_NH > 0
+#if MECHC_NH_MAX > 0
     mechc_gauss_close(g, time, block, g->closing == MECHC_CLOSE_BEFORE, &place, state, moved);
     mechc_put(mechc_vector_conditioning_at(&place), g->least, block);
 #else

@@ -1,0 +1,14 @@
+/* The counts and tables of one scene, for the unit that serves all. */
+#pragma once
+
+typedef struct {
+    int nq, nu, nh, nc, np, nk, saved, turns, ni, states, switches, features, knotted, multipliers, lockstep;
+    const unsigned char *slides; /* of the state; NULL: none does */
+    int angle_count, periodic_count;
+    const int *angles, *periodic;
+    const double *knots, *knots_period;
+    const int *knots_begin;
+    int blocks_kept;
+} mechc_counts;
+
+extern __attribute__((visibility("hidden"))) const mechc_counts mechc_of_scene;

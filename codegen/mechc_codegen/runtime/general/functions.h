@@ -1,0 +1,48 @@
+/* The functions of a scene that the general unit calls, over `real`: result, name, parameters, arguments.
+ *
+ * Those that only scenes of some kinds have are in lists of their own. */
+#pragma once
+
+#define MECHC_ALL_SCENES(X) \
+    X(void, configuration, \
+      (real t, const real *q, const FN(given) *given, real *gap, real *jacobian, real *bias, real *mass, \
+       real *saved, real *turns, int near), \
+      (t, q, given, gap, jacobian, bias, mass, saved, turns, near)) \
+    X(void, motion, \
+      (real t, const real *q, const real *u, const FN(given) *given, const real *saved, real *forcing, \
+       real *gamma), \
+      (t, q, u, given, saved, forcing, gamma))
+
+#define MECHC_GAPS(X) \
+    X(void, hoist, (const real *p, real *k), (p, k))
+
+#define MECHC_GAPS_OF_LOOPS(X) \
+    X(void, output_constraints, \
+      (real t, const real *q, const real *u, const FN(given) *given, real *out), (t, q, u, given, out))
+
+#define MECHC_KINEMATICS(X) \
+    X(void, output_coordinate_rates, \
+      (real t, const real *q, const real *u, const FN(given) *given, real *out), (t, q, u, given, out)) \
+    X(void, output_kinematic_matrix, \
+      (real t, const real *q, const real *u, const FN(given) *given, real *out), (t, q, u, given, out))
+
+#define MECHC_SWITCHED(X) \
+    X(void, output_switching, \
+      (real t, const real *q, const real *u, const FN(given) *given, real *out), (t, q, u, given, out))
+
+#define MECHC_BLOCKS_OF_ROWS(X) \
+    X(rmask, factor_blocks, \
+      (const real *jacobian, const real *mass, const real *weight, real *kept, real *directions, \
+       real *momenta, real *own, real *lengths, rmask *clear), \
+      (jacobian, mass, weight, kept, directions, momenta, own, lengths, clear)) \
+    X(void, solve_blocks, (const real *jacobian, const real *kept, const real *values, real *x), \
+      (jacobian, kept, values, x)) \
+    X(real, longest_answer, \
+      (const real *jacobian, const real *kept, const real *moved, const real *axes, const real *inverse), \
+      (jacobian, kept, moved, axes, inverse)) \
+    X(void, block_multipliers, \
+      (const real *jacobian, const real *kept, const real *reaction, real *lambda), \
+      (jacobian, kept, reaction, lambda)) \
+    X(void, rates_in_blocks, (const real *jacobian, const real *x, real *rates), (jacobian, x, rates))
+
+#define MECHC_OF_SCENE __attribute__((visibility("hidden")))

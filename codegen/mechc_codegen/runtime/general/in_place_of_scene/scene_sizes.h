@@ -1,0 +1,77 @@
+/* Sizes of whichever scene the general unit is linked to: counts by its table, bounds that fit most.
+ *
+ * Of what another kind of scene has there is nothing; MECHC_KIND_... of the including compilation tell:
+ * ROWS and LOOPS whether there are constraint rows, and some on the configuration, IDENTITY whether q' = u,
+ * ONE_FREEDOM the number of speeds where closed forms serve (loops/one_freedom.h), REDUCED whether few
+ * directions are free (motion.h), BLOCKS whether rows are eliminated block by block. */
+#ifndef MECHC_SCENE_SIZES
+#define MECHC_SCENE_SIZES
+#define MECHC_GENERAL 1
+#include "general/bounds.h"
+#include "general/counts.h"
+
+#define MECHC_NQ_MAX 16
+#define MECHC_SAVED_MAX 256
+#define MECHC_TURNS_MAX 32
+#define MECHC_SWITCHES_MAX 16
+#define MECHC_FEATURES_MAX 16
+#define MECHC_KNOTTED_MAX 16
+#define MECHC_FREE_MAX 16
+#define MECHC_BLOCKS_KEPT_MAX 256
+#if MECHC_KIND_ONE_FREEDOM > 0 /* the number of speeds */
+#define MECHC_NU_MAX MECHC_KIND_ONE_FREEDOM
+#define MECHC_NC_MAX (MECHC_NU_MAX - 1)
+#else
+#define MECHC_NU_MAX 16
+#if MECHC_KIND_ROWS
+#define MECHC_NC_MAX 16
+#else
+#define MECHC_NC_MAX 0
+#endif
+#endif
+#define MECHC_NH_MAX (MECHC_KIND_LOOPS ? MECHC_NC_MAX : 0)
+
+#define MECHC_NQ mechc_of_scene.nq
+#define MECHC_NP mechc_of_scene.np
+#define MECHC_NK mechc_of_scene.nk
+#define MECHC_SAVED mechc_of_scene.saved
+#define MECHC_TURNS mechc_of_scene.turns
+#define MECHC_NI mechc_of_scene.ni
+#define MECHC_STATES mechc_of_scene.states
+#define MECHC_SWITCHES mechc_of_scene.switches
+#define MECHC_FEATURES mechc_of_scene.features
+#define MECHC_KNOTTED mechc_of_scene.knotted
+#define MECHC_MULTIPLIERS mechc_of_scene.multipliers
+#define MECHC_BLOCKS_KEPT mechc_of_scene.blocks_kept
+#if MECHC_KIND_ONE_FREEDOM > 0
+#define MECHC_NU MECHC_KIND_ONE_FREEDOM
+#define MECHC_NC (MECHC_NU - 1)
+#else
+#define MECHC_NU mechc_of_scene.nu
+#define MECHC_NC (MECHC_KIND_ROWS ? mechc_of_scene.nc : 0)
+#endif
+#define MECHC_NH (MECHC_KIND_LOOPS ? mechc_of_scene.nh : 0)
+
+#define MECHC_SLIDES /* tables of the scene */
+#define MECHC_ANGLES
+#define MECHC_IDENTITY_KINEMATICS MECHC_KIND_IDENTITY
+#define MECHC_REDUCED MECHC_KIND_REDUCED
+#define MECHC_ONE_FREEDOM (MECHC_KIND_ONE_FREEDOM > 0)
+#define MECHC_ROW_BLOCKS MECHC_KIND_BLOCKS
+#define MECHC_LINKS 0
+#define MECHC_PLANAR 0
+#define MECHC_CARRIED 0
+#define MECHC_FACTORS 0
+#define MECHC_MOVING_CUTS 0
+#define MECHC_ARTICULATED 0
+#define MECHC_LOCKSTEP mechc_of_scene.lockstep
+#define MECHC_LOCKSTEP_CODE 1
+#define MECHC_STATE_JACOBIAN 0
+#define MECHC_PARAMETER_JACOBIAN 0
+#define MECHC_INPUT_JACOBIAN 0
+#define MECHC_MASS_MATRIX 0
+#define MECHC_OWN 0
+#define MECHC_WIDEST 1
+#define MECHC_OUTPUTS(X)
+#define MECHC_SOLVED_OUTPUTS(X)
+#endif

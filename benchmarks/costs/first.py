@@ -92,7 +92,7 @@ def stages_apart(name: str) -> dict[str, tuple[float, float]]:
 
     mechanism = shipped_mechanism(name)
     build = measure("derivation", lambda: build_scene(mechanism, (native(),)))
-    makers = {FIRST: lambda folder: entries.make_outputs_only(build, folder)}
+    makers = {FIRST: lambda folder: entries.make_first(build, folder)}
     for part in PARTS if "MECHC_VARIATIONAL" in build.texts["scene_sizes.h"] else list(PARTS)[:-1]:
         makers[part] = lambda folder, part=part: entries.make_part(build, part, folder)
     for part, make in makers.items():

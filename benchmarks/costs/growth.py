@@ -112,7 +112,7 @@ def measure(name: str, size: int) -> dict[str, Any]:
     _, derive = spent(lambda: derive_equations(mechanism, request))
     build, until_emitted = spent(lambda: build_scene(mechanism, (native(),), request))
     with tempfile.TemporaryDirectory() as folder:
-        _, first = spent(lambda: entries.make_outputs_only(build, Path(folder)))
+        _, first = spent(lambda: entries.make_first(build, Path(folder)))
         _, whole = spent(lambda: entries.make_whole(build, Path(folder)))
         scene = Scene(capsule_of(str(Path(folder) / "scene.so")))
         model = Model(system_with(scene, ModelReference("", custom=True, defaults=_numbers(thing))))

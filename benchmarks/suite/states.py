@@ -9,8 +9,9 @@ the starts of the earlier file; where a start itself is assembled otherwise, it 
 with 1 where one differs.
 
 ``--builds`` compiles the mechanisms anew in several ways, each in an empty cache, and compares: as
-for users, without optimisation, with two, four and eight lanes, by clang where there is one, and
-with arrays larger than the scene needs: see ``runtime/dynamics/bounds.h``.
+for users, without optimisation, with two, four and eight lanes, by clang where there is one, with
+arrays larger than the scene needs (``runtime/dynamics/bounds.h``), and by the unit that serves all
+scenes of a kind (``runtime/general/``).
 """
 
 from __future__ import annotations
@@ -39,8 +40,8 @@ from ..timing.results import command_parser
 T_END, RTOL, MAX_STEPS = 20.0, 1e-8, 20_000
 SIZES: dict[str, dict[str, int]] = {"pendulum": {"links": 3}, "windows": {"count": 2}}
 METHODS = ("dopri5", "dop853", "gauss8", "radau5", "auto")
-USUAL, CLANG, WIDER = "-O3", "clang", "wider bounds"
-BUILDS = (USUAL, "-O0", "2 lanes", "4 lanes", "8 lanes", CLANG, WIDER)
+USUAL, CLANG, WIDER, GENERAL = "-O3", "clang", "wider bounds", "general unit"
+BUILDS = (USUAL, "-O0", "2 lanes", "4 lanes", "8 lanes", CLANG, WIDER, GENERAL)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -152,7 +153,7 @@ def _clang() -> Any:
 
 def _compiled_by(build: str) -> Callable[..., mechc.Model]:
     """``mechc.load`` in a process that compiles all mechanisms in that way."""
-    from mechc_codegen import shipped_mechanism
+    from mechc_codegen import compiler, shipped_mechanism
     from mechc_codegen.extension import flags
 
     optimised = build if build.startswith("-") else USUAL
@@ -161,7 +162,12 @@ def _compiled_by(build: str) -> Callable[..., mechc.Model]:
     flags.OUTPUTS_ONLY_FLAGS += wider
 
     from mechc.compilation import build as module
+    from mechc.compilation import parts
 
+    if build == GENERAL:
+        parts.Parts.made = lambda *_: False  # type: ignore[method-assign]
+    else:
+        compiler.kind_of = lambda *_: ()
     usual = module.native()
     lanes = int(build.removesuffix(" lanes")) if build.endswith(" lanes") else usual.lanes
     module.native = lambda: replace(usual, lanes=lanes)

@@ -20,8 +20,6 @@ from mechc_codegen.emit.printer import RealPrinter
 from mechc_codegen.emit.tables import lookups, table_text
 from mechc_codegen.emit.taylor.series import series_text
 from mechc_codegen.emit.units.block_elimination import BlockElimination
-from mechc_codegen.emit.units.general import SOURCE as GENERAL
-from mechc_codegen.emit.units.general import kind_of, source_for_general
 from mechc_codegen.emit.units.instruction_sets import InstructionSet
 from mechc_codegen.emit.units.scene_files import model_source, sizes_header, template
 from mechc_codegen.emit.units.split_functions import cut
@@ -45,8 +43,6 @@ def emit(
             unit=sets[-1].name, lanes=sets[-1].lanes
         ),
     }
-    if kind_of(functions, metadata):
-        texts[GENERAL] = source_for_general(sets[-1].lanes)
     for each in sets:
         values = {"lanes": each.lanes, "unit": each.name}
         texts[f"scene_{each.name}.c"] = template("unit.c.in").substitute(values)

@@ -34,8 +34,8 @@ class Build:
     lanes: int = 0
 
     @property
-    def outputs_only_flags(self) -> tuple[str, ...]:
-        """Flags of the widest instruction set, which the first unit is compiled for."""
+    def widest_flags(self) -> tuple[str, ...]:
+        """Flags of the widest instruction set, which first units are compiled for."""
         return max(self.flags.values(), key=len)
 
     @property

@@ -19,8 +19,7 @@ FLAGS = (
 )
 # Quick to compile rather than quick to run: it serves until the whole is compiled.
 OUTPUTS_ONLY_FLAGS = ("-std=gnu11", "-O1", *FLAGS[2:], "-DMECHC_SHARED")
-# The general unit: what is inlined with the sizes of one scene gains nothing there.
-GENERAL_FLAGS = ("-std=gnu11", "-O2", *FLAGS[2:])
+GENERAL_FLAGS = OUTPUTS_ONLY_FLAGS[:-1]  # not shared by itself: it is linked to first units
 WITH_GENERAL = ("-DMECHC_WITH_GENERAL",)  # a first unit that is linked to it
 SHARED = ("-DMECHC_SHARED",)  # the model is found by name
 STRICT = ("-Wall", "-Wextra", "-Werror")  # for our tests; a user's compiler may warn of more

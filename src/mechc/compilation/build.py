@@ -122,11 +122,10 @@ def _first(parts: Parts, built: Callable[[], Any], *, ahead: bool) -> Any:
     def make(folder: Path) -> None:
         parts.build = scene = built()
         seconds.update(scene.seconds)
-        general = entries.general_object(scene)
-        if ahead and general is None:
+        if ahead and not scene.kind:
             parts.begin("driver")
         with Notice(f"compiling rates and outputs of {scene.name} ..."):
-            time_stage(seconds, FIRST_UNIT, lambda: entries.make_first(scene, folder, general))
+            time_stage(seconds, FIRST_UNIT, lambda: entries.make_first(scene, folder))
 
     with Notice("looking for the compiled model ..."):  # another process may be making it
         return entries.load_or_make(cache.part_key(parts.key, FIRST), make)

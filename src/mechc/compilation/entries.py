@@ -48,42 +48,40 @@ def load_or_make(
         ) from None
 
 
-def make_first(scene: Any, folder: Path, general: Path | None) -> None:
+def make_first(scene: Any, folder: Path) -> None:
     """Compile the scene's first unit into ``folder``; only the shared object stays.
 
-    It holds the texts of the scene too, which other parts are compiled from.  ``general``: the
-    object of the general unit of its kind, which it is linked to.
+    It holds the texts of the scene too, which other parts are compiled from.  That of a scene that
+    has a kind is linked to the general unit, which runs begin with.
     """
-    from mechc_codegen.emit.units.general import SOURCE
+    from mechc_codegen.emit.units.general import source_for_general
     from mechc_codegen.emit.units.scene_files import texts_source
     from mechc_codegen.extension.flags import OUTPUTS_ONLY_FLAGS, RUNTIME, WITH_GENERAL
 
-    def write(work: Path) -> None:
-        scene.write(work)
-        text = texts_source("scene_outputs_only.c", scene.as_json())
-        (work / "first_unit.c").write_text(text, "utf-8")
+    work, flags = folder / "work", [*OUTPUTS_ONLY_FLAGS, *scene.widest_flags]
+    scene.write(work)
+    text = texts_source("scene_outputs_only.c", scene.as_json())
+    (work / "first_unit.c").write_text(text, "utf-8")
+    includes, target = (str(RUNTIME), str(work)), folder / cache.SHARED_OBJECT
+    if scene.kind:
+        from concurrent.futures import ThreadPoolExecutor  # slow to import
 
-    flags = [*OUTPUTS_ONLY_FLAGS, *scene.outputs_only_flags]
-    if general is None:
-        make_of_one(folder, write, "first_unit.c", flags)
-        return
-    work = folder / "work"
-    write(work)
-    sources = [("first_unit.c", [*flags, *WITH_GENERAL]), (SOURCE, [*flags, *scene.kind])]
-    objects = toolchain.compile_all(work, sources, (str(RUNTIME), str(work)))
-    toolchain.link([*objects, general], folder / cache.SHARED_OBJECT)
+        own = [("first_unit.c", [*flags, *WITH_GENERAL]), ("general.c", [*flags, *scene.kind])]
+        (work / "general.c").write_text(source_for_general(scene.lanes), "utf-8")
+        with ThreadPoolExecutor(1) as beside:
+            general = beside.submit(_general_unit, scene)
+            objects = toolchain.compile_all(work, own, includes)
+            toolchain.link([*objects, general.result()], target)
+    else:
+        toolchain.compile_shared(work, "first_unit.c", flags, includes, target)
     shutil.rmtree(work)
 
 
-def general_object(scene: Any) -> Path | None:
-    """The object of the general unit of the scene's kind, compiled once for all scenes of the kind;
-    None: it has no kind.
-    """
+def _general_unit(scene: Any) -> Path:
+    """The object of the general unit of the scene's kind, compiled once for all of the kind."""
     from mechc_codegen.extension.build import general_signature
 
-    if not scene.kind:
-        return None
-    key = general_signature(scene.kind, scene.outputs_only_flags, *environment())
+    key = general_signature(scene.kind, scene.widest_flags, *environment())
     return cache.entry(cache.part_key(key, "general"), lambda folder: _make_general(scene, folder))
 
 
@@ -94,11 +92,11 @@ def _make_general(scene: Any, folder: Path) -> None:
     work = folder / "work"
     work.mkdir()
     (work / "general.c").write_text(general_source(scene.lanes), "utf-8")
-    flags = [*GENERAL_FLAGS, *scene.kind, *scene.outputs_only_flags]
+    flags = [*GENERAL_FLAGS, *scene.kind, *scene.widest_flags]
     includes = (str(IN_PLACE_OF_SCENE), str(RUNTIME))
     with Notice("compiling the integrator for scenes of this kind, once ..."):
         (made,) = toolchain.compile_all(work, [("general.c", flags)], includes)
-    made.rename(folder / cache.SHARED_OBJECT)  # an object, to be linked: by that name it is sealed
+    made.rename(folder / cache.SHARED_OBJECT)  # to be linked; sealed by the name of all entries
     shutil.rmtree(work)
 
 

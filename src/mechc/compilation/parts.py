@@ -72,6 +72,7 @@ class Parts:
         self.build: Any = None  # where it was derived in this process
         self._texts: Callable[[], str] | None = None
         self._pending: dict[str, Pending] = {}
+        self._kept: dict[str, Any] = {}  # what was found of earlier processes, or None
         self._lock = threading.Lock()
 
     def scene(self, first: Any) -> Scene:
@@ -107,10 +108,16 @@ class Parts:
         (name,) = (name for name, each in PARTS.items() if each == bit)
         return self._load_part(name) or self.begin(name).if_made()
 
-    def begin_all(self, bits: int) -> bool:
-        """Begin these parts in the background; whether all of them are made."""
-        begun = [self.begin(name) for name, bit in PARTS.items() if bits & bit]
-        return all([part.if_made() is not None for part in begun])
+    def made(self, bits: int, begin: bool) -> bool:
+        """Whether these parts are made, by an earlier process too; with ``begin`` those that are
+        missing are made in the background."""
+        asked = [name for name, bit in PARTS.items() if bits & bit]
+        for name in asked:
+            if name not in self._kept:
+                self._kept[name] = self._load_part(name)
+        missing = [name for name in asked if self._kept[name] is None]
+        begun = [self.begin(name) for name in missing] if begin else []
+        return not missing or bool(begun) and all(part.if_made() is not None for part in begun)
 
     def whole(self) -> Any:
         """The capsule of the model with all parts of its unit."""

@@ -185,8 +185,8 @@ cdef class Scene:
 
     source
         The maker of a first unit's parts: ``parts(bits)`` are the capsules of these parts,
-        ``if_made(bit)`` that of one, or None until it is made, ``begin_all(bits)`` begins them in
-        the background and tells whether all are made, and ``whole()`` is that of the model.
+        ``if_made(bit)`` that of one, or None until it is made, ``made(bits, begin)`` tells whether
+        all of them are made, or begins them, and ``whole()`` is that of the model.
     by_general
         Whether runs are by the unit that is compiled once for all scenes of a kind.
 
@@ -272,7 +272,7 @@ cdef class Scene:
         if missing and self.general is not None and not parts & ~(
             self.general.joined.parts | MECHC_PART_OUTPUTS  # of which the first unit serves
         ):
-            if self.general.worked < MUCH_WORK or not self.source.begin_all(missing):
+            if not self.source.made(missing, self.general.worked >= MUCH_WORK):
                 return self.general
         self.need(parts)
         return self

@@ -14,6 +14,7 @@ from mechc.results.summary import html_table
 from mechc.system.system import System
 
 LAST_DIGITS = "outputs come from the first unit, whose last digits may differ (relative 1e-13)"
+GENERAL = "they are by the unit that serves all scenes of this kind, to the same bits"
 LONGEST = 4000  # characters of a cell
 Row = tuple[str, ...]
 Whole = Mapping[str, Any] | None  # operations with nothing fixed and all default outputs
@@ -214,6 +215,8 @@ def _build(system: System) -> ReportSection:
     seconds = dict(system.build["seconds"])
     known = [name for name in STAGES if name in seconds]
     facts = [(name, f"{seconds[name]:.3f} s, {STAGES[name]}") for name in known]
+    if system.scene.evaluator.serves_runs:
+        facts.append(("until runs have parts of their own", GENERAL))
     if "first unit" in seconds:
         facts.append(("until outputs in lanes are compiled", LAST_DIGITS))
     return ReportSection("the build", tuple(facts))

@@ -99,7 +99,7 @@ def compiles(
     """Every source, or one, with its own flags; any warning is an error.  ``check``: no more."""
     build.write(folder)
     units = {source: (*FLAGS, *flags) for source, flags in build.flags.items()}
-    units["scene_outputs_only.c"] = (*OUTPUTS_ONLY_FLAGS, *build.outputs_only_flags)
+    units["scene_outputs_only.c"] = (*OUTPUTS_ONLY_FLAGS, *build.widest_flags)
     for source, flags in units.items():
         if only not in (None, source):
             continue

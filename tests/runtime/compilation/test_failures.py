@@ -228,11 +228,11 @@ def test_what_cannot_be_written_is_told_whatever_the_reason(fresh, monkeypatch, 
     def fail(*_):
         raise OSError(number, os.strerror(number))
 
-    inner = entries.make_outputs_only
-    monkeypatch.setattr(entries, "make_outputs_only", fail)
+    inner = entries.make_first
+    monkeypatch.setattr(entries, "make_first", fail)
     with pytest.raises(CacheError, match=f"{os.strerror(number)}.*set MECHC_CACHE_DIR"):
         rate(4.75)
-    monkeypatch.setattr(entries, "make_outputs_only", inner)
+    monkeypatch.setattr(entries, "make_first", inner)
     assert right(rate(4.75), 4.75)
 
 

@@ -91,7 +91,7 @@ def test_a_program_that_never_integrates_is_found_again_too(fresh, monkeypatch):
     monkeypatch.setattr(entries, "make_part", lambda *_: time.sleep(60))
     first = mechc.compile(pendulum(4.25))
     monkeypatch.setattr(build, "_compiled", {})
-    monkeypatch.setattr(entries, "make_outputs_only", lambda *_: pytest.fail("compiled again"))
+    monkeypatch.setattr(entries, "make_first", lambda *_: pytest.fail("compiled again"))
     again = mechc.compile(pendulum(4.25))
     np.testing.assert_array_equal(again.rhs(0.0, [0.3, 0.1]), first.rhs(0.0, [0.3, 0.1]))
     assert set(again.build["seconds"]) == {"read", "load"}
@@ -135,7 +135,7 @@ def test_the_same_again_is_the_same_object_and_compiles_nothing(monkeypatch):
 
 def test_defaults_of_a_mechanism_do_not_decide_what_is_compiled(monkeypatch):
     model = mechc.compile(scenes.bead_with(Symbol("f") * dynamicsymbols("q"), default=2.0))
-    monkeypatch.setattr(entries, "make_outputs_only", lambda *_: pytest.fail("compiled again"))
+    monkeypatch.setattr(entries, "make_first", lambda *_: pytest.fail("compiled again"))
     other = mechc.compile(scenes.bead_with(Symbol("f") * dynamicsymbols("q"), default=3.0))
     assert other.system.reference.key == model.system.reference.key
     assert (model.defaults, other.defaults) == ({"f": 2.0}, {"f": 3.0})

@@ -1,7 +1,11 @@
-"""Results may be written over what they are computed from, as NumPy's are."""
+"""Results may be written over what they are computed from, as NumPy's are; runs begin at once."""
 
+import mechc
 import numpy as np
 import pytest
+from mechc_codegen import shipped_mechanism
+
+from tests.support import scenes
 
 
 @pytest.mark.parametrize("count", [1, 3, 8, 17, 40])
@@ -27,3 +31,48 @@ def test_out_may_be_a_view_of_the_parameters(model, regular):
     wanted = model.rhs(0.0, start[None], values.copy())
     out = values[: len(start)][None]
     assert np.array_equal(model.rhs(0.0, start[None], values, out), wanted)
+
+
+# -- runs by the unit that is compiled once for all scenes of a kind ------------------------------
+
+METHODS = ("dopri5", "dop853", "gauss8", "radau5", "auto")
+
+
+def numbers(model, **asked):
+    """The bits of runs by each method, of states between steps, of what is measured on the way."""
+    start = model.assemble()
+    found = {}
+    for method in METHODS:
+        sol = model.simulate(3.0, start, method=method, rtol=1e-7, **asked)
+        between = sol(np.linspace(0.0, sol.t[-1], 23))
+        stats = {name: value for name, value in sol.stats.items() if name != "wall_s"}
+        found[method] = sol.t.tobytes(), sol.y.tobytes(), between.tobytes(), stats
+    return found
+
+
+@pytest.mark.parametrize(
+    "described",
+    [
+        lambda: scenes.swing(guided=True),
+        lambda: shipped_mechanism("slider_crank"),
+        pytest.param(lambda: shipped_mechanism("andrews"), marks=pytest.mark.slow),
+        pytest.param(lambda: shipped_mechanism("bicycle"), marks=pytest.mark.slow),
+        pytest.param(lambda: shipped_mechanism("windows"), marks=pytest.mark.slow),
+    ],
+)
+def test_the_general_unit_gives_the_bits_of_the_scenes_own(described):
+    model = mechc.compile(described())
+    native = model.system.scene.evaluator
+    assert native.serves_runs
+    general = numbers(model)
+    assert not compiled_since(model)
+    model.wait_compiled()
+    assert {"driver", "explicit", "implicit"} <= compiled_since(model)
+    own = numbers(model)
+    for method in METHODS:
+        assert own[method] == general[method], method
+
+
+def compiled_since(model):
+    """The parts of the scene's own that were compiled here."""
+    return set(model.build["seconds"]) & {"driver", "collocation", "explicit", "implicit"}

@@ -17,7 +17,6 @@ from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.units.block_elimination import BlockElimination
 from mechc_codegen.ir.program import SWITCHING, SineCosine
 
-SOURCE = "scene_general.c"
 _BOUNDS = ("bounds.h", "in_place_of_scene/scene_sizes.h")
 _MOST_SPEEDS_OF_ONE_FREEDOM = 3  # loops/one_freedom.h
 _MOST_FREE = 3  # dynamics/motion.h

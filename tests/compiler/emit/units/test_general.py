@@ -1,0 +1,44 @@
+"""Which scenes the general unit serves, and by which of its kinds."""
+
+import pytest
+from mechc_codegen import build_scene, shipped_mechanism
+from mechc_codegen.emit.units import general
+from mechc_codegen.library.catalogue import SHIPPED
+
+from tests.support import scenes
+
+
+def kind(mechanism) -> dict[str, int]:
+    found = build_scene(mechanism).kind
+    pairs = (flag.removeprefix("-DMECHC_KIND_").split("=") for flag in found)
+    return {name: int(value) for name, value in pairs}
+
+
+@pytest.mark.parametrize(
+    ("mechanism", "wanted"),
+    [
+        ("four_bar", {"LOOPS": 1, "IDENTITY": 1, "ONE_FREEDOM": 3, "BLOCKS": 0}),
+        ("slider_crank", {"LOOPS": 1, "ONE_FREEDOM": 0}),
+        ("bicycle", {"ROWS": 1, "LOOPS": 1, "IDENTITY": 1}),
+        ("planar_chain", {"ROWS": 0, "LOOPS": 0, "REDUCED": 0}),
+    ],
+)
+def test_a_kind_is_what_constants_of_the_unit_are(mechanism, wanted):
+    assert wanted.items() <= kind(shipped_mechanism(mechanism)).items()
+
+
+def test_speeds_that_are_no_rates_are_another_kind():
+    assert kind(scenes.swing(guided=True))["IDENTITY"] == 0
+
+
+def test_trees_that_are_walked_and_series_have_units_of_their_own():
+    assert not build_scene(SHIPPED["planar_chain"].build(links=20)).kind
+    assert not build_scene(shipped_mechanism("pendulum")).kind
+
+
+@pytest.mark.parametrize("bound", ["NQ", "NP", "NK", "TURNS"])
+def test_a_scene_beyond_a_bound_has_a_unit_of_its_own(monkeypatch, bound):
+    assert kind(shipped_mechanism("four_bar"))
+    bounds = {**general._bounds(), bound: 2}
+    monkeypatch.setattr(general, "_bounds", lambda: bounds)
+    assert not kind(shipped_mechanism("four_bar"))

@@ -54,7 +54,7 @@ def build_scene(
     sets = instruction_sets() if sets is None else sets
     sets = tuple(with_fitting_lanes(each, made.functions.equations) for each in sets)
     texts = clock.time("emit", lambda: emit(made.functions, made.metadata, sets))
-    kind = kind_of(made.functions, made.metadata)
+    kind = kind_of(made.functions)
     return extension(mechanism.name, texts, sets, clock.seconds, kind)
 
 

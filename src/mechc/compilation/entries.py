@@ -54,9 +54,9 @@ def make_first(scene: Any, folder: Path) -> None:
     It holds the texts of the scene too, which other parts are compiled from.  That of a scene that
     has a kind is linked to the general unit, which runs begin with.
     """
-    from mechc_codegen.emit.units.general import source_for_general
+    from mechc_codegen.emit.units.general import counts_source, series_source
     from mechc_codegen.emit.units.scene_files import texts_source
-    from mechc_codegen.extension.flags import OUTPUTS_ONLY_FLAGS, RUNTIME, WITH_GENERAL
+    from mechc_codegen.extension.flags import IN_PLACE_OF_SCENE, OUTPUTS_ONLY_FLAGS, RUNTIME, WITH_GENERAL
 
     work, flags = folder / "work", [*OUTPUTS_ONLY_FLAGS, *scene.widest_flags]
     scene.write(work)
@@ -66,8 +66,14 @@ def make_first(scene: Any, folder: Path) -> None:
     if scene.kind:
         from concurrent.futures import ThreadPoolExecutor  # slow to import
 
-        own = [("first_unit.c", [*flags, *WITH_GENERAL]), ("general.c", [*flags, *scene.kind])]
-        (work / "general.c").write_text(source_for_general(scene.lanes), "utf-8")
+        texts = {"counts.c": counts_source(scene.lanes)}
+        if scene.texts["scene_series.h"]:
+            texts["series.c"] = series_source(scene.lanes)
+        for name, source in texts.items():
+            (work / name).write_text(source, "utf-8")
+        of_kind = {"counts.c": scene.kind, "series.c": (f"-I{IN_PLACE_OF_SCENE}", *scene.kind)}
+        own = [("first_unit.c", [*flags, *WITH_GENERAL])]
+        own += [(name, [*flags, *of_kind[name]]) for name in texts]
         with ThreadPoolExecutor(1) as beside:
             general = beside.submit(_general_unit, scene)
             objects = toolchain.compile_all(work, own, includes)

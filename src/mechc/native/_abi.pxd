@@ -136,6 +136,7 @@ cdef extern from "abi/model.h":
         const mechc_unit *(*select)(const char *) noexcept nogil
         const char *texts
         const mechc_part *general
+        const mechc_part *series
 
     ctypedef struct mechc_part:
         int parts

@@ -236,6 +236,8 @@ cdef class Scene:
         self.widest = max(self.width, max(self.outputs.values(), default=0))
         if by_general:
             mechc_join(self.joined, self.model.general.unit, self.model.general.parts)
+            if self.model.series != NULL:
+                mechc_join(self.joined, self.model.series.unit, self.model.series.parts)
         elif source is not None and self.model.general != NULL:
             self.general = Scene(capsule, instruction_set, source, True)
 
@@ -287,6 +289,8 @@ cdef class Scene:
         ``series``: runs by themselves begin by their Taylor series.
         """
         cdef int parts = FOR_BATCHES if batches else FOR_RUNS
+        if not batches and self.general is not None:
+            return
         if series:
             parts = parts | MECHC_PART_TAYLOR if batches else MECHC_PART_DRIVER | MECHC_PART_TAYLOR
         self.need(parts)

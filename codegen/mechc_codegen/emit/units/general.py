@@ -11,7 +11,6 @@ import re
 from collections.abc import Mapping
 from functools import lru_cache
 from importlib.resources import files
-from typing import Any
 
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.units.block_elimination import BlockElimination
@@ -22,12 +21,10 @@ _MOST_SPEEDS_OF_ONE_FREEDOM = 3  # loops/one_freedom.h
 _MOST_FREE = 3  # dynamics/motion.h
 
 
-def kind_of(functions: SceneFunctions, metadata: Mapping[str, Any]) -> tuple[str, ...]:
+def kind_of(functions: SceneFunctions) -> tuple[str, ...]:
     """The macros of a scene's kind for the compiler; empty: it has none."""
     equations, symbols = functions.equations, functions.program.symbols
-    series = metadata.get("taylor")  # of which the usual runs are, by code of the scene's own
-    by_series = bool(series) and series["leads_alone"] and SWITCHING not in functions.outputs
-    if equations.tree is not None or by_series or not _fits(functions):
+    if equations.tree is not None or not _fits(functions):
         return ()
     rows, speeds = functions.rows, len(symbols.u)
     alone = rows > 0 and speeds == rows + 1 and speeds <= _MOST_SPEEDS_OF_ONE_FREEDOM
@@ -47,9 +44,14 @@ def general_source(lanes: int) -> str:
     return f'#define MECHC_LANES {lanes}\n#include "general/general.h"\n'
 
 
-def source_for_general(lanes: int) -> str:
+def counts_source(lanes: int) -> str:
     """The source of a scene's counts and functions for the general unit."""
     return f'#define MECHC_LANES {lanes}\n#include "general/of_scene.h"\n'
+
+
+def series_source(lanes: int) -> str:
+    """The source of a scene's Taylor series for the general unit."""
+    return f'#define MECHC_LANES {lanes}\n#include "general/series.h"\n'
 
 
 def _fits(functions: SceneFunctions) -> bool:

@@ -92,5 +92,7 @@ typedef struct {
     const mechc_unit *(*select)(const char *instruction_set); /* NULL: the widest that runs here */
     int inputs; /* values that a run is given: see inputs.h */
     const char *texts; /* that the parts of its unit are compiled from, JSON; or NULL */
-    const mechc_part *general; /* driver and methods that are compiled for all scenes, or NULL */
+    /* Parts by which runs begin: driver and methods that are compiled for all scenes of a kind, or NULL;
+     * with it the scene's series, or NULL. */
+    const mechc_part *general, *series;
 } mechc_model;

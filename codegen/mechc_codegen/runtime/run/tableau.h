@@ -12,7 +12,7 @@
 
 #define MECHC_MOST_RATES 16 /* of a step of any method */
 #define MECHC_TAYLOR_MOST 26 /* order of a Taylor series, at the rounding of doubles */
-#define MECHC_MOST_DENSE (MECHC_TAYLOR_SERIES ? MECHC_TAYLOR_MOST : 9) /* rows of the dense output */
+#define MECHC_MOST_DENSE (MECHC_TAYLOR_SERIES || MECHC_GENERAL ? MECHC_TAYLOR_MOST : 9) /* rows of the dense output */
 
 /* Shares of the tolerance that one step may use; the second where steps are many, since the order
  * is low. */

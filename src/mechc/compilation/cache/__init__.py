@@ -35,6 +35,7 @@ from mechc.files import READ, file_lock, owned_by_another, unlink_open, writable
 
 SHARED_OBJECT, SEAL = "scene.so", "scene.seal"
 _PART, _NOTE = r"\.[a-z0-9]+", ".note"
+_OF_ALL = ".general"  # what serves many scenes
 _KEY = re.compile(r"[0-9a-f]{64}")
 _OF_SCENE = re.compile(rf"([0-9a-f]{{64}})(?:{_PART})?")
 _OURS = re.compile(rf"(?:\.new-)?([0-9a-f]{{64}}(?:(?!\.lock){_PART})?)(?:\.lock|-.*)?")
@@ -117,7 +118,8 @@ def scenes() -> dict[str, list[Path]]:
     """The folders of each scene of which anything is compiled, by its key."""
     root, found = cache_folder(), dict[str, list[Path]]()
     for path in sorted(root.iterdir() if root.is_dir() else ()):
-        if (match := _OF_SCENE.fullmatch(path.name)) and path.is_dir():
+        match = None if path.suffix == _OF_ALL else _OF_SCENE.fullmatch(path.name)
+        if match and path.is_dir():
             found.setdefault(match[1], []).append(path)
     return found
 

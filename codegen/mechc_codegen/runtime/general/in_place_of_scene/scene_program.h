@@ -13,6 +13,7 @@
 #include "dynamics/given.h"
 #include "dynamics/sizes.h"
 #include "simd/lanes.h"
+#include "simd/sine_cosine.h" /* for series */
 #endif
 #include "general/functions.h"
 

@@ -8,12 +8,13 @@ walked link by link or beyond the bounds there, is served by a unit of its own a
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from importlib.resources import files
 
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.units.block_elimination import BlockElimination
+from mechc_codegen.emit.units.scene_files import template
 from mechc_codegen.ir.program import SWITCHING, SineCosine
 
 _BOUNDS = ("bounds.h", "in_place_of_scene/scene_sizes.h")
@@ -40,8 +41,14 @@ def kind_of(functions: SceneFunctions) -> tuple[str, ...]:
 
 
 def general_source(lanes: int) -> str:
-    """The source of the general unit."""
-    return f'#define MECHC_LANES {lanes}\n#include "general/general.h"\n'
+    """The source of the general unit: the driver and the methods of single runs."""
+    parts = "DRIVER", "COLLOCATION", "EXPLICIT", "IMPLICIT"
+    return _unit(lanes, "general", parts)
+
+
+def series_source(lanes: int) -> str:
+    """The source of a scene's Taylor series for the general unit."""
+    return _unit(lanes, "series", ("TAYLOR",), series=1)
 
 
 def counts_source(lanes: int) -> str:
@@ -49,9 +56,10 @@ def counts_source(lanes: int) -> str:
     return f'#define MECHC_LANES {lanes}\n#include "general/of_scene.h"\n'
 
 
-def series_source(lanes: int) -> str:
-    """The source of a scene's Taylor series for the general unit."""
-    return f'#define MECHC_LANES {lanes}\n#include "general/series.h"\n'
+def _unit(lanes: int, name: str, parts: Sequence[str], series: int = 0) -> str:
+    bits = " | ".join(f"MECHC_PART_{part}" for part in parts)
+    values = {"lanes": lanes, "unit": name, "parts": bits, "series": series}
+    return template("general_unit.c.in").substitute(values)
 
 
 def _fits(functions: SceneFunctions) -> bool:

@@ -1,6 +1,7 @@
 /* The gaps of the loops in extended precision: the scene's program over one long double. */
 #pragma once
 
+#include <math.h>
 #include "dynamics/sizes.h"
 #include "simd/lanes.h"
 

@@ -50,15 +50,6 @@ MECHC_OF_SCENE const mechc_counts mechc_of_scene = {
 #endif
 };
 
-#define MECHC_GIVE_FUNCTION(result, name, parameters, arguments) \
-    extern MECHC_OF_SCENE result FN(scene_##name) parameters; \
-    result FN(scene_##name) parameters { return FN(name) arguments; }
-
-/* In place of one that the scene does not have, and that is not called: what it is for counts none. */
-#define MECHC_LACK_FUNCTION(result, name, parameters, arguments) \
-    extern MECHC_OF_SCENE result FN(scene_##name) parameters; \
-    result FN(scene_##name) parameters { FN(nothing) arguments; }
-
 #if MECHC_KIND_LOOPS
 #if MECHC_NI > 0 /* with inputs loops are not closed finely */
 MECHC_STATIC void mechc_extended_read_inputs(long double t, const long double *q, const long double *u,

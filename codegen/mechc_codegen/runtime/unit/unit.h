@@ -103,7 +103,9 @@ __attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, M
 #endif
 };
 
-#ifndef MECHC_PART_NAME /* found by it in a shared object of its own */
+#ifdef MECHC_PART_NAME
+#define MECHC_PART_VISIBLE __attribute__((visibility("hidden")))
+#else /* found by name in a shared object of its own */
 #define MECHC_PART_NAME mechc_part_of_unit
 #define MECHC_PART_VISIBLE MECHC_SHOWN
 #endif

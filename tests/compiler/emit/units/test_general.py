@@ -18,7 +18,7 @@ def kind(mechanism) -> dict[str, int]:
     ("mechanism", "wanted"),
     [
         ("four_bar", {"LOOPS": 1, "IDENTITY": 1, "ONE_FREEDOM": 3, "BLOCKS": 0}),
-        ("slider_crank", {"LOOPS": 1, "ONE_FREEDOM": 0}),
+        ("andrews", {"LOOPS": 1, "ONE_FREEDOM": 0, "BLOCKS": 1}),
         ("bicycle", {"ROWS": 1, "LOOPS": 1, "IDENTITY": 1}),
         ("planar_chain", {"ROWS": 0, "LOOPS": 0, "REDUCED": 0}),
     ],

@@ -11,6 +11,7 @@ from mechc.errors import MechcError, ValueOutOfBoundsError, brief
 from mechc.system.description import Description
 from mechc.system.names import name_of, names_of
 from mechc.system.parameters import Array, Parameters, doubles, is_table, one_double
+from mechc.system.quantities import output_of
 from mechc.system.system import System, Time
 from mechc.system.units import SECONDS
 
@@ -77,7 +78,7 @@ class Outputs(Description):
         system, states, p = self._for_outputs((name,), y, params)
         found = system.evaluate(name, states, p, t)
         if name in REACTIONS:
-            self._judge_reactions(system, {name: found}, p, t, stacklevel=5)
+            self._judge_reactions(system, {name: found}, p, t, stacklevel=7)
         return found
 
     def _judge_reactions(
@@ -372,11 +373,13 @@ class Outputs(Description):
         return self.system.knows_energy
 
     def output(self, name: str, y: Array, params: Parameters = None, t: Time = 0.0) -> Array:
-        """Any output by name, user-defined ones included.
+        """Any output by name, user-defined ones included, or a number of it: ``"points[C,x]"``.
 
         Of a state alone, without contacts; along a motion: :meth:`mechc.Solution.output`.
         """
-        return self._evaluate(name_of(name), y, params, t)
+        return output_of(
+            self.system, name_of(name), lambda whole: self._evaluate(whole, y, params, t)
+        )
 
     # -- for C --------------------------------------------------------------------------------
 

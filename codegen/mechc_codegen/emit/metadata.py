@@ -44,6 +44,27 @@ from mechc_codegen.ir.program import (
     symbols_of,
 )
 
+# What the indices of an output count: lists of the metadata whose names they may be, or axes.
+AXES = {
+    **dict.fromkeys(("linear_momenta", "angular_momenta"), ("bodies", "xyz")),
+    **dict.fromkeys(("points", "point_velocities", "point_accelerations"), ("points", "xyz")),
+    **dict.fromkeys(("reaction_forces", "reaction_torques"), ("joints", "xyz")),
+    **dict.fromkeys(("constraints", "velocity_constraints", "multipliers"), ("constraints",)),
+    "constraint_jacobian": ("constraints", "speeds"),
+    "mass_matrix": ("speeds", "speeds"),
+    "forcing": ("speeds",),
+    "rates": ("coordinates speeds",),
+}
+UNITS = {
+    **dict.fromkeys(("kinetic_energy", "potential_energy"), "J"),
+    "linear_momenta": "kg m/s",
+    "angular_momenta": "kg m^2/s",
+    "points": "m",
+    "point_velocities": "m/s",
+    "point_accelerations": "m/s^2",
+    "reaction_forces": "N",
+    "reaction_torques": "N m",
+}
 MOST_SUMS_ALONE = 16  # of Taylor series that lead where one run has the lanes for itself
 
 
@@ -82,6 +103,8 @@ def scene_metadata(
         }
         | _solved_shapes(mechanism, len(parameters), request, program)
         | {request.name_of(label): [] for label in request.expressions},
+        "axes": {name: list(axes) for name, axes in AXES.items()},
+        "output_units": UNITS,
         # Outputs that need accelerations or multipliers, which may be infinite at change points.
         "of_motion": [
             *(["multipliers"] if rows else []),

@@ -134,7 +134,7 @@ def _column(cell: str) -> tuple[str, str]:
     text, unit = cell.strip().removeprefix("'"), ""
     for opening, closing in ("[]", "()"):
         before, bracket, inside = text.removesuffix(closing).rpartition(opening)
-        is_index = opening == "[" and inside.strip()[:1] in ("", ",", *"0123456789")
+        is_index = opening == "[" and ("," in inside or inside.strip()[:1] in ("", *"0123456789"))
         if bracket and text.endswith(closing) and closing not in inside and not is_index:
             text, unit = before, inside.strip()
             break

@@ -18,6 +18,7 @@ from mechc.simulation.simulate import continue_run
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.names import name_of, names_of
 from mechc.system.parameters import Array
+from mechc.system.quantities import output_of
 
 if TYPE_CHECKING:
     from mechc.results.check import Check
@@ -129,8 +130,8 @@ class Solution(Trajectory):
         ----------
         name
             ``"energy"``, ``"rates"`` (y', with the accelerations), ``"multipliers"``,
-            ``"reaction_forces"``, ``"points"``, an output of the user's own, or what else
-            :meth:`mechc.Model.output` takes.
+            ``"reaction_forces"``, ``"points"``, an output of the user's own, a number of one,
+            ``"reaction_torques[crank,z]"``, or what else :meth:`mechc.Model.output` takes.
         t
             Times (...) in s, where the run has dense output; by default ``sol.t``.
 
@@ -152,10 +153,15 @@ class Solution(Trajectory):
         y = self.y if t is None else self(t)
         times = self.t if t is None else np.asarray(t, dtype=np.float64)
         name, every = name_of(name), times.reshape(-1)
-        found = self.output_along(name, every, y.reshape(-1, y.shape[-1]))
-        if name in PARTS and len(found):
-            p = self.values_along(every)
-            warn_of_undetermined(self.system, {name: found}, p, times, stacklevel=3)
+
+        def along(whole: Any) -> Array:
+            found = self.output_along(whole, every, y.reshape(-1, y.shape[-1]))
+            if whole in PARTS and len(found):
+                p = self.values_along(every)
+                warn_of_undetermined(self.system, {whole: found}, p, times, stacklevel=5)
+            return found
+
+        found = output_of(self.system, name, along)
         return found.reshape((*times.shape, *found.shape[1:]))
 
     def check(self) -> Check:

@@ -209,6 +209,8 @@ class Mechanism:
         are taken.
     contacts
         Stops and dry friction in every run, besides those among its events.
+    outputs
+        Outputs of every model besides those requested: name -> expression and unit.
     start
         Coordinates and speeds that ``run`` starts from by default (SI units).
     preference
@@ -252,6 +254,7 @@ class Mechanism:
     drawn: tuple[RigidBody | Particle, ...] = ()
     limits: Mapping[str, Limits] = field(default_factory=dict)
     contacts: tuple[Contact, ...] = ()
+    outputs: Mapping[str, tuple[Expr, str]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         refuse_no_vector(self.gravity)

@@ -104,7 +104,7 @@ def scene_metadata(
         | _solved_shapes(mechanism, len(parameters), request, program)
         | {request.name_of(label): [] for label in request.expressions},
         "axes": {name: list(axes) for name, axes in AXES.items()},
-        "output_units": UNITS,
+        "output_units": UNITS | {name: unit for name, (_, unit) in mechanism.outputs.items()},
         # Outputs that need accelerations or multipliers, which may be infinite at change points.
         "of_motion": [
             *(["multipliers"] if rows else []),

@@ -63,6 +63,8 @@ def read_request(
     names, own = _outputs(outputs)
     for reaction in (each.symbol for each in mechanism.reactions):
         own.setdefault(printed_name(reaction), reaction)
+    for name, (expression, _) in mechanism.outputs.items():
+        own.setdefault(name, expression)
     for name in shapes or ():
         _refuse_name(name, own)
     placed = {"momenta", "points", "accelerations", "reactions"} & set(names)

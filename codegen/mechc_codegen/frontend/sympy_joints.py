@@ -21,6 +21,7 @@ from mechc_codegen.convert.kinematics import coordinate_rates
 from mechc_codegen.description.drawing import NO_DRAWING
 from mechc_codegen.description.joints.couplings import CoupledPair
 from mechc_codegen.description.joints.cuts import Cut
+from mechc_codegen.description.joints.motors import Motor, drives_of
 from mechc_codegen.description.joints.tree import (
     Body,
     Joint,
@@ -47,6 +48,7 @@ from mechc_codegen.errors import MechanismError
 from mechc_codegen.frontend.read import plain_loads, speed_of
 
 _NOTHING = Quantity("", "")
+CONSTRAINTS = ("configuration_constraints", "motion_constraints")
 
 
 def from_joints(
@@ -59,6 +61,7 @@ def from_joints(
     parameters: Mapping[Key, Any] | Iterable[Parameter] = (),
     units: Mapping[Key, str] | None = None,
     inputs: Mapping[Key, Any] | Iterable[Key] = (),
+    motors: Iterable[Motor] = (),
     drawing: Drawing = NO_DRAWING,
     **more: Any,
 ) -> Mechanism:
@@ -85,6 +88,8 @@ def from_joints(
         Functions of time in loads, points and constraints that are no coordinate, speed or state
         -> expressions, as of motors.  Those without one, or with None, are found by themselves and
         given with a run: ``model.simulate(..., inputs={...})``.
+    motors
+        :class:`mechc.Motor` objects: what drives joints, by a motion or a torque.
     drawing
         Links, pivots and paths besides those of the joints.
     more
@@ -103,19 +108,26 @@ def from_joints(
     given = [(joint, joint_of(joint)) for joint in joints]
     ground = ground or _ground(name, [joint for _, joint in given if not joint.is_cut])
     every = [joint.on_ground((ground,)) for _, joint in given]
+    states = _JointStates((old, new) for (old, _), new in zip(given, every, strict=True))
+    held = {kind: tuple(more.get(kind, ())) for kind in CONSTRAINTS}
+    drives = drives_of(
+        motors, every, states.rates, [c.name for rows in held.values() for c in rows]
+    )
+    more |= {kind: (*rows, *getattr(drives, kind)) for kind, rows in held.items()}
+    every += drives.rotors
+    check_joints(name, every)
     sides = dict.fromkeys(body for joint in every for body in (joint.parent, joint.child))
     bodies = [body for body in sides if body is not None]
-    check_joints(name, every)
     tree = joint_tree(every, bodies)
     refuse_unreached(name, tree)
-    states = _JointStates((old, new) for (old, _), new in zip(given, every, strict=True))
-    loads = plain_loads(loads)
+    loads = (*plain_loads(loads), *drives.loads)
     couplings = [joint for joint in every if isinstance(joint, CoupledPair)]
     lengths = [joint.length for joint in every if isinstance(joint, Cut) and joint.length]
     given_inputs = as_mapping(inputs)
     added = _states(more.pop("states", ()))
     rates = [*filter(None, given_inputs.values()), *(s.rate for s in added)]
-    expressions = [*rates, *lengths, *(c.constraint.expression for c in couplings)]
+    expressions = [*rates, *lengths, *drives.factors]
+    expressions += [c.constraint.expression for c in couplings]
     leaves = _leaves(ground, bodies, loads, gravity, more, expressions)
     found = sorted(
         (x for x in leaves if isinstance(x, Symbol)), key=lambda s: (s.name, str(s.assumptions0))
@@ -127,7 +139,7 @@ def from_joints(
         *more.get("auxiliary", ()),
     }
     functions = sorted((x for x in leaves - own if not isinstance(x, Symbol)), key=str)
-    named = _Names(states, units or {}, _parameters(parameters, found))
+    named = _Names(states, units or {}, _parameters(parameters, found, drives.quantities))
     places = _JointPoints(every, bodies)
     return Mechanism(
         name=name,
@@ -141,6 +153,7 @@ def from_joints(
         loads=loads,
         gravity=gravity,
         joints=tuple(every),
+        outputs={**more.pop("outputs", {}), **drives.outputs},
         **{"title": name, "points": places.points, **more},
         inputs=chosen_inputs(functions, given_inputs),
         states=added,
@@ -200,6 +213,8 @@ class _JointStates:
             units = getattr(given, "units", ())
             self.units |= dict(zip((*joint.coordinates, *speeds), units, strict=False))
         self.q, self.u, self.kinematics = tuple(q), tuple(u), coordinate_rates(equations, q)
+        pairs = zip(self.q, self.kinematics, strict=True)
+        self.rates = {q: rate for q, rate in pairs if rate in self.u}
 
 
 def _turning(joint: Joint) -> set[Expr]:
@@ -228,9 +243,7 @@ class _Names:
             else p
             for p in parameters
         )
-        self._rate_of = {
-            rate: q for q, rate in zip(states.q, states.kinematics, strict=True) if rate in states.u
-        }
+        self._rate_of = {rate: q for q, rate in states.rates.items()}
 
     def quantity(self, symbol: Expr) -> Quantity:
         return Quantity(self._unit(symbol), f"of the joint {self.states.of_joint[symbol]}")
@@ -263,27 +276,30 @@ def _leaves(
             text.dyadic(body.central_inertia)
     for vector in (*(vector for _, vector in loads), *([gravity] if gravity else [])):
         text.vector(vector)
-    given = (more.get(kind, ()) for kind in ("configuration_constraints", "motion_constraints"))
-    for expression in chain(others, (each.expression for kind in given for each in kind)):
+    rows = (row for kind in CONSTRAINTS for row in more[kind])
+    for expression in chain(others, (row.expression for row in rows)):
         text.expression(sympify(expression))
     return text.leaves - {dynamicsymbols._t}
 
 
 def _parameters(
-    given: Mapping[Key, Any] | Iterable[Parameter], found: Sequence[Symbol]
-) -> list[Parameter]:
+    given: Mapping[Key, Any] | Iterable[Parameter], found: Sequence[Symbol],
+    quantities: Mapping[Symbol, Quantity],
+) -> list[Parameter]:  # fmt: skip
     """The parameters given, in their order, then the others found."""
     if isinstance(given, Mapping):
         unknown = [k for k in given if isinstance(k, Symbol) and k not in found]
         known = [*found, *unknown]
+        symbols = [find_symbol(key, known, "parameters", "parameter") for key in given]
         listed = [
-            Parameter(find_symbol(key, known, "parameters", "parameter"), number(value), _NOTHING)
-            for key, value in given.items()
+            Parameter(s, number(value), quantities.get(s, _NOTHING))
+            for s, value in zip(symbols, given.values(), strict=True)
         ]
     else:
         listed = list(given)
     declared = {p.symbol for p in listed}
-    return [*listed, *(Parameter(s, None, _NOTHING) for s in found if s not in declared)]
+    others = [s for s in found if s not in declared]
+    return [*listed, *(Parameter(s, None, quantities.get(s, _NOTHING)) for s in others)]
 
 
 # -- points and the picture -----------------------------------------------------------------------

@@ -206,12 +206,12 @@ def _parameters(metadata: Mapping[str, Any], values: StartValues) -> Iterator[Va
 
 
 def _outputs(metadata: Mapping[str, Any]) -> Iterator[Variable]:
-    for name in metadata["own"]:
-        yield Variable(name, "output", "continuous", "calculated")
-    for name, size in metadata.get("differentiated", ()):
-        for label in _labels(metadata, name, size):
-            unit = metadata["output_units"].get(name, "")
-            yield Variable(label, "output", "continuous", "calculated", unit=unit)
+    sizes = metadata.get("differentiated", ())
+    labels = [(name, name) for name in metadata["own"]]
+    labels += [(name, label) for name, size in sizes for label in _labels(metadata, name, size)]
+    for name, label in labels:
+        unit = metadata["output_units"].get(name, "")
+        yield Variable(label, "output", "continuous", "calculated", unit=unit)
 
 
 def _labels(metadata: Mapping[str, Any], name: str, size: int) -> Iterator[str]:

@@ -108,6 +108,7 @@ def from_joints(
     given = [(joint, joint_of(joint)) for joint in joints]
     ground = ground or _ground(name, [joint for _, joint in given if not joint.is_cut])
     every = [joint.on_ground((ground,)) for _, joint in given]
+    check_joints(name, every)
     states = _JointStates((old, new) for (old, _), new in zip(given, every, strict=True))
     held = {kind: tuple(more.get(kind, ())) for kind in CONSTRAINTS}
     drives = drives_of(
@@ -115,7 +116,6 @@ def from_joints(
     )
     more |= {kind: (*rows, *getattr(drives, kind)) for kind, rows in held.items()}
     every += drives.rotors
-    check_joints(name, every)
     sides = dict.fromkeys(body for joint in every for body in (joint.parent, joint.child))
     bodies = [body for body in sides if body is not None]
     tree = joint_tree(every, bodies)

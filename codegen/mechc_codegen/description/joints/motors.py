@@ -142,7 +142,7 @@ def drives_of(
         joint, q = _driven_coordinate(motor, joints)
         driven = _Driven(motor, joint, q, rates, states, drives)
         others = {other.name for other in joints if other is not joint}
-        if driven.name in names | others:
+        if {driven.name, driven.rotor} & (names | others):
             raise MechanismError(
                 f"a motor is called {driven.name}, as another motor, joint or constraint is: give "
                 "it another name, mechc.Motor(..., name=...)"
@@ -198,6 +198,7 @@ class _Driven:
         self.motor, self.joint, self.q, self.drives = motor, joint, q, drives
         self.rates, self.states = rates, {*states, *rates.values()}
         self.name = motor.name or (joint.name if len(joint.coordinates) == 1 else printed_name(q))
+        self.rotor = f"{self.name} rotor"
         self.unit, self.axis = self._axis()
         self.effort = "force" if self.unit == "m" and motor.gear is None else "torque"
 
@@ -341,7 +342,7 @@ class _Driven:
         along = self.axis.to_matrix(still)
         if along.atoms(AppliedUndef):
             raise self._error("its axis turns against the parent, so it has no inertia=")
-        frame = ReferenceFrame(f"{self.name} rotor")
+        frame = ReferenceFrame(self.rotor)
         frame.orient_axis(still, self.axis, speed.xreplace({self.rates[self.q]: self.q}))
         frame.set_ang_vel(still, speed * self.axis)
         centre = joint.parent_point.locatenew(frame.name, Vector(0))

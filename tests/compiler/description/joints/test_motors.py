@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from mechc_codegen.description.joints.motors import Motor
 from mechc_codegen.errors import MechanismError
+from mechc_codegen.export.variables import StartValues, variables
 from mechc_codegen.frontend.sympy_joints import from_joints
 from scipy.integrate import cumulative_simpson
 from sympy import Symbol, cos, diff, lambdify, sin, symbols
@@ -99,6 +100,10 @@ def test_units_and_names_of_outputs(driven):
     assert driven.output("m_6_force", y, given) == 0.0
     with pytest.raises(mechc.UnknownNameError):
         driven.output("m_1_force", y, given)
+    numbers = [0.0] * len(driven.parameters)
+    of_unit = variables(driven.system.data, StartValues(y, numbers, [False] * len(numbers), 0.0))
+    units = {each.name: each.unit for each in of_unit}
+    assert [units[f"m_{k}"] for k in ("1_torque", "6_force", "6_power")] == ["N m", "N", "W"]
 
 
 # -- two links in a plane, against Lagrange's equations of both links and rotors ------------------

@@ -64,7 +64,7 @@ class Model(Outputs):
     what for               methods and attributes
     ====================== =========================================================================
     one motion             :meth:`simulate`, :meth:`stepper`, :meth:`widget`, :meth:`with_inputs`
-    many motions           :meth:`simulate_batch`, :meth:`sweep`
+    many motions           :meth:`simulate_batch`, :meth:`sweep`, :meth:`tolerances`
     derivatives of motions :meth:`jvp`, :meth:`vjp`, ``simulate(..., sensitivities=...)``
     values from recordings :meth:`fit`
     motions of least cost  :meth:`optimise`
@@ -195,6 +195,7 @@ class Model(Outputs):
     inverse_dynamics = analysis_verb.inverse_dynamics
     simulate_batch = batch_verb.simulate_batch
     sweep = batch_verb.sweep
+    tolerances = batch_verb.tolerances
     jvp = differentiable_verb.jvp
     vjp = differentiable_verb.vjp
     fit = fitting_verb.fit

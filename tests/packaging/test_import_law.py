@@ -38,7 +38,7 @@ RUNTIME_LAW = {
                   "questions", "results"},
     "results": {"system", "simulation", "analysis", "sensitivities", "questions"},
     "batch": {"native", "system", "inputs", "outputs", "assembly", "compilation", "simulation",
-              "sensitivities", "results"},
+              "sensitivities", "questions", "results"},
     "periodic": {"system", "outputs", "compilation", "analysis", "simulation", "questions",
                  "results"},
     "differentiable": {"system", "inputs", "outputs", "assembly", "simulation", "sensitivities",

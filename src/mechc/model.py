@@ -21,6 +21,7 @@ from mechc.fitting import verb as fitting_verb
 from mechc.optimal import verb as optimal_verb
 from mechc.outputs import Outputs
 from mechc.periodic import verb as periodic_verb
+from mechc.prescribed import verb as prescribed_verb
 from mechc.results.solution import Solution
 from mechc.simulation.events.own_contacts import with_own_contacts
 from mechc.simulation.events.run_events import (
@@ -192,7 +193,7 @@ class Model(Outputs):
     equilibria = analysis_verb.equilibria
     redundant_constraints = analysis_verb.redundant_constraints
     linearize = analysis_verb.linearize
-    inverse_dynamics = analysis_verb.inverse_dynamics
+    inverse_dynamics = prescribed_verb.inverse_dynamics
     simulate_batch = batch_verb.simulate_batch
     sweep = batch_verb.sweep
     tolerances = batch_verb.tolerances

@@ -38,7 +38,8 @@ def along_path(
     path = read_path(system, given, p)
     follower = Follower(system, path, p)
     start = dict(zip((one.name for one in path.quantities), path.at(times[0])[0], strict=True))
-    kept = {name: float(x) for name, x in start.items() if name in model.coordinates}
+    turned = {model.coordinates[i] for places in system.attitudes.quaternions for i in places}
+    kept = {n: float(start[n]) for n in model.coordinates if n in start and n not in turned}
     near = {n: x for n, x in model.start.items() if n in model.coordinates and n not in kept}
     near |= by_name(guess, "guess")
     begin = model.assemble(kept, guess=near or None, params=params, t=times[0])

@@ -157,6 +157,25 @@ def test_speeds_need_not_be_rates_of_coordinates():
     np.testing.assert_allclose(found["u"], (2 + np.cos(found["q"])) * 2 * np.cos(2 * TIMES))
 
 
+def test_a_body_on_a_ball_is_led_by_its_quaternion_and_a_point():
+    frame, top = RigidBody("frame"), RigidBody("top", mass=1.3)
+    top.central_inertia = inertia(top.frame, 0.02, 0.03, 0.05)
+    x, y, z = dynamicsymbols("Tx Ty Tz")
+    ball = mechc.BallJoint("ball", frame, top, child_point=-0.3 * top.z)
+    points = [top.masscenter.locatenew(n, 0.4 * axis) for n, axis in (("a", top.z), ("b", top.x))]
+    loads = [(top.frame, x * top.x + y * top.y + z * top.z)]
+    described = mechc.from_joints(
+        "top", [ball], gravity=-9.81 * frame.z, points=points, loads=loads
+    )
+    model = mechc.compile(described, outputs=("points", "accelerations", "state_jacobian"))
+    path = {"q1_ball": "0.3*sin(2*t)", X: "0.2*sin(2*t)", "points[1,1]": "0.1*t"}
+    found = model.inverse_dynamics(path=path, t=TIMES)
+    np.testing.assert_allclose(found["q1_ball"], 0.3 * np.sin(2 * TIMES), atol=1e-12)
+    np.testing.assert_allclose(found["points[1,1]"], 0.1 * TIMES, atol=1e-12)
+    sol = model.simulate(TIMES, found.y[0], inputs=found.signals(), rtol=1e-12)
+    np.testing.assert_allclose(sol.y, found.y, atol=1e-8)
+
+
 @pytest.mark.parametrize(
     ("path", "told"),
     [

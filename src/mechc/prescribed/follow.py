@@ -28,7 +28,9 @@ MOST = 30  # Newton's steps
 SETTLED, NEAR = 1e-13, 1e-9  # steps over sizes: at rounding; where steps no longer fall
 CLOSED = 1e-11  # gaps over sizes: on the path
 JUMP = 0.05  # of the sizes: a correction that large may lead to another assembly
+MOST_STEPS = 500  # between two times
 SMALLEST = 1e-10  # of the time: a step that small is none
+FAST = "the path moves too far between two times (give more of them)"
 LOST, ANOTHER = "the path leaves the reach of the mechanism", "two ways on meet: links are in line"
 
 
@@ -194,15 +196,17 @@ class Follower:
         """
         found, smallest = [first], SMALLEST * max(np.ptp(times), np.abs(times).max(initial=0.0))
         for t, end in pairwise(times.tolist()):
-            q, step = found[-1], end - t
+            q, step, tried = found[-1], end - t, 0
             while t < end:
+                tried += 1
                 later = min(t + step, end)
                 moved, why = self.step(q, t, later)
                 if not why:
-                    q, t, step = moved, later, end - later
-                elif step > smallest:
+                    q, t, step = moved, later, 2.0 * (later - t)
+                elif step > smallest and tried < MOST_STEPS:
                     step *= 0.5
                 else:
+                    why = FAST if tried >= MOST_STEPS else why
                     raise MechcError(f"{why} at {self._in_words(t)}. End the path before it")
             found.append(q)
         return np.stack(found)

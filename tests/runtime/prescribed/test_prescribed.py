@@ -186,6 +186,7 @@ def test_a_body_on_a_ball_is_led_by_its_quaternion_and_a_point():
         ({"q1": "t", "q2": ([0.0, 1.0], [0.0, 1.0, 2.0])}, "one value for each time"),
         ({"q1": "t", "q2": mechc.Signal([0.0, 1.0], [0.0, 1.0], "linear")}, "whose rate jumps"),
         ({"q1": "t", "q2": ([0.0, 0.2, 0.4, 0.5], [0.0] * 4)}, "sampled from 0 to 0.5 s, but is"),
+        ({"q1": "t", "q2": "1/(t - 0.7421)"}, "the path moves too far between two times"),
         ({"q1": "t", "q2": abs}, "the path of q2 is an expression of t as text"),
     ],
 )

@@ -68,6 +68,17 @@ def test_the_period_of_a_pendulum_follows_its_length():
     assert "not linear" not in str(found)
 
 
+def test_inputs_that_are_numbers_have_tolerances(pushed):
+    """2 kg from rest: F t^2 / (2 m)."""
+    still = {"k": 0.0}
+    found = pushed.tolerances(
+        {"F": 0.1, "m": 0.02}, "final(q)", 1.0, [0.0, 0.0], still, inputs={"F": 3.0}, count=10
+    )
+    np.testing.assert_allclose(found.slopes, [[0.25, -0.375]], rtol=1e-8)
+    members = found.points[1:, 0] / (2 * found.points[1:, 1])
+    np.testing.assert_allclose(found["final(q)"], members, rtol=1e-9)
+
+
 @pytest.mark.parametrize(("distribution", "deviations"), [("normal", 3.0), ("uniform", 3**0.5)])
 def test_parts_are_drawn_as_told(model, distribution, deviations):
     asked = {"l_1": 1e-3, "m_0": 1e-2}, ["max(theta_2)"], SPAN, START, {"l_3": 3.5}

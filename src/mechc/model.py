@@ -21,6 +21,7 @@ from mechc.fitting import verb as fitting_verb
 from mechc.optimal import verb as optimal_verb
 from mechc.outputs import Outputs
 from mechc.periodic import verb as periodic_verb
+from mechc.prescribed import verb as prescribed_verb
 from mechc.results.solution import Solution
 from mechc.simulation.events.own_contacts import with_own_contacts
 from mechc.simulation.events.run_events import (
@@ -64,7 +65,7 @@ class Model(Outputs):
     what for               methods and attributes
     ====================== =========================================================================
     one motion             :meth:`simulate`, :meth:`stepper`, :meth:`widget`, :meth:`with_inputs`
-    many motions           :meth:`simulate_batch`, :meth:`sweep`
+    many motions           :meth:`simulate_batch`, :meth:`sweep`, :meth:`tolerances`
     derivatives of motions :meth:`jvp`, :meth:`vjp`, ``simulate(..., sensitivities=...)``
     values from recordings :meth:`fit`
     motions of least cost  :meth:`optimise`
@@ -192,9 +193,10 @@ class Model(Outputs):
     equilibria = analysis_verb.equilibria
     redundant_constraints = analysis_verb.redundant_constraints
     linearize = analysis_verb.linearize
-    inverse_dynamics = analysis_verb.inverse_dynamics
+    inverse_dynamics = prescribed_verb.inverse_dynamics
     simulate_batch = batch_verb.simulate_batch
     sweep = batch_verb.sweep
+    tolerances = batch_verb.tolerances
     jvp = differentiable_verb.jvp
     vjp = differentiable_verb.vjp
     fit = fitting_verb.fit

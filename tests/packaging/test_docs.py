@@ -20,6 +20,7 @@ PAGES = (
     "how_to/equations_by_hand.md",
     "how_to/save_and_share.md",
     "how_to/speed.md",
+    "how_to/tolerances.md",
     "hybrid.md",
     "inputs.md",
     "library.md",

@@ -6,7 +6,7 @@ as they are given; those that change what it is are refused.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, replace
 from typing import Any
 
@@ -15,12 +15,12 @@ from sympy.physics.mechanics import dynamicsymbols
 
 from mechc_codegen.convert.convert import find_symbol
 from mechc_codegen.description.mechanism import Mechanism, Parameter
-from mechc_codegen.description.quantity import Quantity
+from mechc_codegen.description.quantity import Quantity, in_si
 from mechc_codegen.description.source import ConversionSettings
 from mechc_codegen.description.terms import as_expression
 from mechc_codegen.errors import MechanismError
 
-TAKEN = ("name", "defaults", "inputs", "parameters")
+TAKEN = ("name", "defaults", "inputs", "parameters", "units")
 
 
 def with_settings(mechanism: Mechanism, settings: ConversionSettings) -> Mechanism:
@@ -55,13 +55,29 @@ def with_settings(mechanism: Mechanism, settings: ConversionSettings) -> Mechani
         *(Parameter(s, None, Quantity("", ""), preset=s in named) for s in dict.fromkeys(new)),
     ]
     name = settings.name or mechanism.name
+    kinds = mechanism.coordinates, mechanism.speeds, mechanism.states, parameters
+    symbols: list[Any] = [*(each.symbol for kind in kinds for each in kind), *inputs]
+    units = {find_symbol(k, symbols, "units", "symbol"): u for k, u in settings.units.items()}
+    coordinates, speeds, states, parameters = ([_with_unit(x, units) for x in k] for k in kinds)
     return replace(
         mechanism,
+        coordinates=tuple(coordinates),
+        speeds=tuple(speeds),
+        states=tuple(states),
+        input_units={**mechanism.input_units, **{f: units[f] for f in inputs if f in units}},
         name=name,
         title=mechanism.title if name == mechanism.name else name,
         inputs=inputs,
         parameters=tuple(_with_defaults(parameters, settings)),
     )
+
+
+def _with_unit(described: Any, units: Mapping[Any, str]) -> Any:
+    """A coordinate, speed, state or parameter, with the unit that is given for it."""
+    unit = units.get(described.symbol)
+    if unit is None:
+        return described
+    return replace(described, quantity=described.quantity.with_unit(unit))
 
 
 def _constants(expressions: Iterable[Expr | None]) -> list[Symbol]:
@@ -73,9 +89,9 @@ def _constants(expressions: Iterable[Expr | None]) -> list[Symbol]:
 def _with_defaults(
     parameters: Sequence[Parameter], settings: ConversionSettings
 ) -> Iterable[Parameter]:
-    known: list[Any] = [p.symbol for p in parameters]
-    values = {
-        find_symbol(key, known, "defaults", "parameter"): as_expression(value, f"defaults: {key}")
-        for key, value in settings.defaults.items()
-    }
+    quantities = {p.symbol: p.quantity for p in parameters}
+    values = dict[Any, Expr]()
+    for key, value in settings.defaults.items():
+        symbol, place = find_symbol(key, [*quantities], "defaults", "parameter"), f"defaults: {key}"
+        values[symbol] = as_expression(in_si(value, place, quantities[symbol]), place)
     return (replace(p, default=values.get(p.symbol, p.default)) for p in parameters)

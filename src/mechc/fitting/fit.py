@@ -28,6 +28,7 @@ from mechc.simulation.settings import checked_count, checked_positive
 from mechc.system.names import by_name, names_of
 from mechc.system.parameters import Array, doubles, one_double
 from mechc.system.system import System
+from mechc.system.units import SECONDS
 
 Report = Callable[[float, str], None]
 
@@ -101,7 +102,7 @@ def _problem(
     motions = tuple(
         MotionFunction(model, unknowns, each, policy, place) for place, each in enumerate(given)
     )
-    begin = [float(one.t[0]) if t0 is None else one_double(t0, "t0") for one in recordings]
+    begin = [float(one.t[0]) if t0 is None else one_double(t0, "t0", SECONDS) for one in recordings]
     problem = Problem(model, unknowns, wanted, recordings, motions, begin)
     for k, one in enumerate(wanted):
         if not any(recording.valid[:, k].any() for recording in recordings):

@@ -22,7 +22,7 @@ from mechc.simulation.status import ChangePoint, Status, status_of
 from mechc.system.names import name_of
 from mechc.system.parameters import Array, Parameters, one_double
 from mechc.system.system import System
-from mechc.system.units import SECONDS, in_si, of_unknown_unit
+from mechc.system.units import SECONDS, in_si
 
 FOR_EVER, INFINITY = 1e300, math.inf  # s
 
@@ -219,8 +219,12 @@ class Stepper:
             name = key if key in self._numbers else self._number_named(key)
             try:
                 value = (
-                    given if type(given) is float else float(in_si(given, of_unknown_unit(name)))
+                    given
+                    if type(given) is float
+                    else float(in_si(given, self._system.quantity_of(name)))
                 )
+            except ValueOutOfBoundsError:
+                raise
             except (TypeError, ValueError, OverflowError):
                 value = INFINITY
             if not -INFINITY < value < INFINITY:

@@ -8,8 +8,10 @@ from typing import Any
 import pytest
 from mechc_codegen.description.mechanism import Constraint, Mechanism
 from mechc_codegen.description.source import ConversionSettings
+from mechc_codegen.description.terms import printed_name
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.frontend.compile_request import CompileOptions, CompileRequest
+from mechc_codegen.frontend.described import with_settings
 from mechc_codegen.frontend.sympy_joints import from_joints
 from sympy import Function, Symbol, sin, symbols
 from sympy.physics.mechanics import PinJoint, PrismaticJoint, RigidBody, dynamicsymbols
@@ -110,9 +112,29 @@ def test_they_decide_the_digest_as_those_in_the_description_do() -> None:
         ({"inputs": {"nope": 1.0}}, "inputs: there is no specified function of time 'nope' here"),
         ({"inputs": {F: abs}}, "a Python function is not compiled"),
         ({"states": {T: F}}, "states is an option for SymPy objects"),
-        ({"units": {"k": "N/m"}}, "units is an option for SymPy objects"),
+        ({"units": {"nope": "N/m"}}, "units: there is no symbol 'nope' here"),
+        ({"units": {"k": "N/mm"}}, "units: k in 'N/mm': all values are in SI units"),
+        ({"units": {"F": "kN"}}, "units: F in 'kN'"),
     ],
 )
 def test_others_are_told(settings: Any, message: str) -> None:
     with pytest.raises(MechanismError, match=message):
         compiled(cart(), **settings)
+
+
+def test_units_are_given_in_the_description_or_when_it_is_compiled() -> None:
+    units = {"k": "N/m", F: "N", "q_slide": "m", "m": "kg"}
+    told = {
+        printed: quantity for printed, quantity in _units(cart(units=units)).items() if quantity
+    }
+    assert told == {"k": "N/m", "F": "N", "q_slide": "m", "m": "kg", "u_slide": "m/s",
+                    "q_pin": "rad", "u_pin": "rad/s"}  # fmt: skip
+    later = with_settings(cart(), ConversionSettings(units=units))
+    assert {k: x for k, x in _units(later).items() if x} == told
+    assert next(p for p in later.parameters if p.symbol == m).quantity.kind == "mass"
+
+
+def _units(made: Mechanism) -> dict[str, str]:
+    kinds = made.coordinates, made.speeds, made.parameters
+    found = {printed_name(x.symbol): x.quantity.unit for kind in kinds for x in kind}
+    return found | {printed_name(f): unit for f, unit in made.input_units.items()}

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
 from typing import TYPE_CHECKING, Any
 
+from mechc.progress import Notice
 from mechc.simulation.settings import checked_policy
 from mechc.system.parameters import Parameters
 
@@ -104,8 +106,9 @@ def fit(
 
     checked_policy(model.system, rtol=rtol, method=method)
     settings = Settings(starts, refined, loss, f_scale, tol, max_evaluations, seed)
-    return fit(
-        model, measurements, free, measured, params=params, y0=y0, guess=guess, inputs=inputs,
-        t0=t0, shared=shared, confidence=confidence, settings=settings,
-        policy={"rtol": rtol, "method": method}, progress=progress,
-    )  # fmt: skip
+    with nullcontext() if progress else Notice(f"fitting {model.name} ..."):
+        return fit(
+            model, measurements, free, measured, params=params, y0=y0, guess=guess, inputs=inputs,
+            t0=t0, shared=shared, confidence=confidence, settings=settings,
+            policy={"rtol": rtol, "method": method}, progress=progress,
+        )  # fmt: skip

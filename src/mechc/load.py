@@ -151,6 +151,7 @@ def compile(
     CompilerError
         If there is no C compiler or it failed; the message has its command and output.
     """
+    __tracebackhide__ = True  # of errors pytest and IPython show the line of the user
     held = mechanism if all(hasattr(mechanism, name) for name in PYDY_SYSTEM) else None
     if held is not None:
         mechanism, defaults = held.eom_method, {**held.constants, **(defaults or {})}

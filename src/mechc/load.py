@@ -139,8 +139,8 @@ def compile(
         A :class:`mechc.Drawing`: links, pivots and paths besides those that are found from the
         description (docs/drawing.md).  It compiles nothing.
 
-    In all of these a key is a symbol or its printed name.  States, constraints, reactions and
-    ``form`` are for SymPy objects: a Mechanism has them in its description.
+    In all of these a key is a symbol or its printed name.  Constraints, reactions and ``form`` are
+    for SymPy objects: a Mechanism has them in its description.
 
     Raises
     ------

@@ -111,7 +111,10 @@ def test_they_decide_the_digest_as_those_in_the_description_do() -> None:
         ({"defaults": {"k": "f()"}}, r"defaults: k: 'f\(\)' is not an expression"),
         ({"inputs": {"nope": 1.0}}, "inputs: there is no specified function of time 'nope' here"),
         ({"inputs": {F: abs}}, "a Python function is not compiled"),
-        ({"states": {T: F}}, "states is an option for SymPy objects"),
+        ({"states": {"nope": F}}, "states: there is no function of time 'nope' here"),
+        ({"states": {T: "F"}}, "states: T.* 'F' is not an expression"),
+        ({"reactions": ["F"]}, "reactions is an option for SymPy objects"),
+        ({"states": {T: F - T}, "defaults": {T: k}}, "the state T starts from a number"),
         ({"units": {"nope": "N/m"}}, "units: there is no symbol 'nope' here"),
         ({"units": {"k": "N/mm"}}, "units: k in 'N/mm': all values are in SI units"),
         ({"units": {"F": "kN"}}, "units: F in 'kN'"),
@@ -120,6 +123,22 @@ def test_they_decide_the_digest_as_those_in_the_description_do() -> None:
 def test_others_are_told(settings: Any, message: str) -> None:
     with pytest.raises(MechanismError, match=message):
         compiled(cart(), **settings)
+
+
+@pytest.mark.parametrize("key", [T, "T"], ids=str)
+def test_states_are_given_in_the_description_or_when_it_is_compiled(key: Any) -> None:
+    """An input with a rate is a state; what its rate contains is found, as in a description."""
+    rate = (h - T) / Symbol("tau")
+    made = cart(states={T: rate}, parameters={"tau": 0.1})
+    later = with_settings(
+        cart(), ConversionSettings(states={key: rate}, defaults={"tau": 0.1, key: 0.5})
+    )
+    assert [(x.symbol, x.rate) for x in later.states] == [(T, rate)]
+    assert later.states[0].start == 0.5
+    assert later.inputs == made.inputs == {F: None, h: None}
+    assert {p.symbol.name for p in later.parameters} == {p.symbol.name for p in made.parameters}
+    again = with_settings(made, ConversionSettings(states={T: -T}, units={T: "N m"}))
+    assert [(x.rate, x.quantity.unit) for x in again.states] == [(-T, "N m")]
 
 
 def test_units_are_given_in_the_description_or_when_it_is_compiled() -> None:

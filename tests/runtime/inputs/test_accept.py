@@ -99,3 +99,14 @@ def test_values_in_the_description_have_units() -> None:
         mechc.from_joints("arm", [pin], parameters={M: "1 m"}, units=units)
     with pytest.raises(MechcError, match=r"start: q_pin: 'mm' in '1 mm' .* use rad or deg"):
         mechc.from_joints("arm", [pin], start={"q_pin": "1 mm"})
+
+
+def test_a_motor_with_a_lag_is_a_state_when_it_is_compiled(driven: mechc.Mechanism) -> None:
+    """F' = (3 - F)/tau from 1 N drives M v' = F - c v, whose solution is written out."""
+    tau, given = Symbol("tau"), {"tau": "500 ms", "F": "1 N", "M": 2.0, "c": 0.5}
+    model = mechc.compile(driven, states={F: (3 - F) / tau}, units=UNITS, defaults=given)
+    assert (model.states, model.inputs, model.units["F"]) == (("F",), (), "N")
+    sol = model.simulate(4.0, {"q_slide": 0.0}, rtol=1e-11)
+    np.testing.assert_allclose(sol["F"], 3 - 2 * np.exp(-2 * sol.t), atol=1e-9)
+    speed = 6 + 2 / 3.5 * np.exp(-2 * sol.t) - (6 + 2 / 3.5) * np.exp(-sol.t / 4)
+    np.testing.assert_allclose(sol["u_slide"], speed, atol=1e-9)

@@ -302,7 +302,7 @@ class Solution(Trajectory):
             return to_dataset(self)
 
     def to_dataframe(self) -> Any:
-        """Components of the state, energy and closure (SI units) over time: a pandas.DataFrame.
+        """State, energy, closure and inputs (SI units) over time: a pandas.DataFrame.
 
         Raises
         ------

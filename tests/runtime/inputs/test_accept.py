@@ -110,3 +110,12 @@ def test_a_motor_with_a_lag_is_a_state_when_it_is_compiled(driven: mechc.Mechani
     np.testing.assert_allclose(sol["F"], 3 - 2 * np.exp(-2 * sol.t), atol=1e-9)
     speed = 6 + 2 / 3.5 * np.exp(-2 * sol.t) - (6 + 2 / 3.5) * np.exp(-sol.t / 4)
     np.testing.assert_allclose(sol["u_slide"], speed, atol=1e-9)
+
+
+def test_a_table_of_the_motion_has_the_inputs(driven: mechc.Mechanism) -> None:
+    pytest.importorskip("pandas")
+    model = mechc.compile(driven)
+    sol = model.simulate(1.0, {"q_slide": 0.0}, inputs={"F": ([0.0, 1.0], [1.0, 3.0])})
+    table = sol.to_dataframe()
+    np.testing.assert_allclose(table["F"], 1.0 + 2.0 * sol.t, rtol=1e-14)
+    assert not table["F"].isna().any()

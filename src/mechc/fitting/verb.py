@@ -61,9 +61,10 @@ def fit(
         ``"energy"``, and numbers of outputs: ``"points[2,0]"``.
     params, y0, inputs
         As in :meth:`simulate`; the values of what is free are those that the search begins
-        with.  A list of y0 or inputs has one for each recording.  Without y0 the start is the
-        model's own.  What is free and not given begins at its first sample, at its default, or
-        between its bounds.
+        with.  A list of y0 or inputs has one for each recording.  Without y0 coordinates and
+        speeds begin at their first samples, and at the model's own start where they were not
+        measured or ``t0`` is given; what begins in motion, or noisily, is better free.  What is
+        free and not given begins at its first sample, at its default, or between its bounds.
     guess
         Coordinates near the assembly wanted, as in :meth:`assemble`.
     t0

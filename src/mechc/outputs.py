@@ -126,7 +126,9 @@ class Outputs(Description):
         Parameters
         ----------
         inputs
-            Name or symbol -> a number, an expression as text, ``"3*sin(4*t)"``, of time,
+            Name or symbol -> a number, also with a unit, ``"2 kN"``, which fits that of the input
+            where ``mechc.compile(..., units=)`` gave it one; an expression as text,
+            ``"3*sin(4*t)"``, of time,
             coordinates, speeds and parameters, which is compiled; a :class:`mechc.Signal`, samples
             ``(times, values)``, an interpolant of SciPy, a function ``f(t)`` or ``f(t, q, u)`` of
             floats and arrays (nq,), (nu,), one ``f(x, t)`` of the state, or a tuple of functions of
@@ -153,8 +155,7 @@ class Outputs(Description):
         model, others = self._with_laws(inputs)
         driven = object.__new__(type(self))
         driven.__dict__.update(model.__dict__)
-        slots = model.data.get("inputs", ())
-        given = accepted_inputs(others, {slot["name"]: max(slot["orders"]) for slot in slots})
+        given = accepted_inputs(others, model.system)
         driven.system = with_inputs(model.system, given)
         return model if driven.system is model.system else driven
 

@@ -79,6 +79,19 @@ def test_every_page_is_reached_from_the_start_page():
     assert {page for page in pages - {"index"} if f"\n{page}\n" not in start} == set()
 
 
+def test_the_start_page_has_the_speeds_of_the_readme() -> None:
+    """Of four rows, from 1e-4 to 1e-10: the least and the largest."""
+    rows = {}
+    for line in (ROOT / "README.md").read_text("utf-8").splitlines():
+        name, *cells = [cell.strip().strip("*") for cell in line.strip("|").split("|")]
+        rows[name] = cells[:4]
+    rows["ten"] = [cell.split(", ")[-1].strip("*") for cell in rows["pendulum of 1, 2, 10 links"]]
+    known = ("four-bar", "ten", "governor, stiff", "heavy top")
+    told = [sorted(rows[name], key=float) for name in known]
+    cells = " | ".join(f"{row[0]} to {row[-1]}" for row in told)
+    assert f"| {cells} |" in (DOCS / "index.md").read_text("utf-8")
+
+
 @pytest.mark.parametrize(
     ("page", "described", "left_out"),
     [

@@ -26,6 +26,7 @@ from mechc_codegen.description.mechanism import (
     printed_name,
 )
 from mechc_codegen.description.piecewise import Floor, Step
+from mechc_codegen.description.quantity import Quantity
 from mechc_codegen.description.quaternions import unit_quaternions
 from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.description.tables import Lookup
@@ -265,9 +266,13 @@ def _inputs(mechanism: Mechanism, functions: SceneFunctions) -> dict[str, Any]:
     if not values:
         return {}
     of_time = _used(program, TIME_ALONE)
+    units = mechanism.input_units
+    quantities = [Quantity(units.get(f, ""), "") for f in mechanism.open_inputs]
     described = [
         {
             "name": printed_name(mechanism.open_inputs[number]),
+            "unit": quantities[number].unit,
+            "kind": str(quantities[number].kind),
             "orders": [value.order for value in values if value.input == number],
             "of_time": any(v.symbol in of_time for v in values if v.input == number),
         }

@@ -138,8 +138,10 @@ def variables(
     found = [Variable("time", "independent", "continuous", unit="s"), *_states(metadata, values)]
     found += _parameters(metadata, values)
     found.append(Variable("mechc.drift", "parameter", "tunable", "exact", values.drift, "", _DRIFT))
-    given = [each["name"] for each in metadata.get("inputs", ()) if 0 in each["orders"]]
-    found += [Variable(name, "input", "continuous", start=0.0) for name in given]
+    found += [
+        Variable(each["name"], "input", "continuous", unit=each["unit"], start=0.0)
+        for each in metadata.get("inputs", ()) if 0 in each["orders"]
+    ]  # fmt: skip
     found += _outputs(metadata)
     found += [
         Variable(f"mechc.event[{number}]", "local", "continuous", "calculated",

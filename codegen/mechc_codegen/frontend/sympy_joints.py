@@ -42,8 +42,9 @@ from mechc_codegen.description.mechanism import (
     is_rigid,
     rates_of_states,
 )
+from mechc_codegen.description.quantity import in_si
 from mechc_codegen.description.source import Key
-from mechc_codegen.description.terms import Load, refuse_no_vector
+from mechc_codegen.description.terms import Load, printed_name, refuse_no_vector
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.frontend.read import plain_loads, speed_of
 
@@ -80,10 +81,12 @@ def from_joints(
     gravity
         A uniform gravitational acceleration (m/s^2) that acts on every body.
     parameters
-        Symbol or its printed name -> default value (SI units), or :class:`mechc.Parameter`
-        objects.  Symbols that are not named have no default and need a value at every use.
+        Symbol or its printed name -> default value, in SI units or with one, ``"30 mm"``, or
+        :class:`mechc.Parameter` objects.  Symbols that are not named have no default and need a
+        value at every use.
     units
-        Symbol or printed name -> unit.  Coordinates that turn are in rad, others in m.
+        Symbol or printed name -> unit, also of inputs and states.  Coordinates that turn are in
+        rad, others in m.
     inputs
         Functions of time in loads, points and constraints that are no coordinate, speed or state
         -> expressions, as of motors.  Those without one, or with None, are found by themselves and
@@ -139,7 +142,9 @@ def from_joints(
         *more.get("auxiliary", ()),
     }
     functions = sorted((x for x in leaves - own if not isinstance(x, Symbol)), key=str)
-    named = _Names(states, units or {}, _parameters(parameters, found, drives.quantities))
+    units = units or {}
+    listed = _parameters(parameters, found, units, drives.quantities)
+    named = _Names(states, units, listed, [*functions, *own])
     places = _JointPoints(every, bodies)
     return Mechanism(
         name=name,
@@ -156,7 +161,8 @@ def from_joints(
         outputs={**more.pop("outputs", {}), **drives.outputs},
         **{"title": name, "points": places.points, **more},
         inputs=chosen_inputs(functions, given_inputs),
-        states=added,
+        input_units={f: named.given[f] for f in functions if f in named.given},
+        states=tuple(replace(s, quantity=named.of_state(s)) for s in added),
         drawing=reduce(Drawing.plus, [*(c.drawing for c in couplings), drawing], places.drawing()),
     )
 
@@ -232,9 +238,10 @@ class _Names:
     """Quantities of coordinates and speeds, and parameters with their units."""
 
     def __init__(
-        self, states: _JointStates, units: Mapping[Key, str], parameters: Sequence[Parameter]
-    ) -> None:
-        known = [*states.q, *states.u, *(p.symbol for p in parameters)]
+        self, states: _JointStates, units: Mapping[Key, str], parameters: Sequence[Parameter],
+        functions: Iterable[Expr],
+    ) -> None:  # fmt: skip
+        known = [*dict.fromkeys((*(p.symbol for p in parameters), *functions))]
         self.states = states
         self.given = {find_symbol(key, known, "units", "symbol"): u for key, u in units.items()}
         self.parameters = tuple(
@@ -247,6 +254,10 @@ class _Names:
 
     def quantity(self, symbol: Expr) -> Quantity:
         return Quantity(self._unit(symbol), f"of the joint {self.states.of_joint[symbol]}")
+
+    def of_state(self, state: State) -> Quantity:
+        unit = self.given.get(state.symbol)
+        return state.quantity if unit is None else state.quantity.with_unit(str(unit))
 
     def _unit(self, symbol: Expr) -> str:
         if symbol in self.given:
@@ -284,16 +295,21 @@ def _leaves(
 
 def _parameters(
     given: Mapping[Key, Any] | Iterable[Parameter], found: Sequence[Symbol],
-    quantities: Mapping[Symbol, Quantity],
+    units: Mapping[Key, str], quantities: Mapping[Symbol, Quantity],
 ) -> list[Parameter]:  # fmt: skip
     """The parameters given, in their order, then the others found."""
     if isinstance(given, Mapping):
         unknown = [k for k in given if isinstance(k, Symbol) and k not in found]
         known = [*found, *unknown]
-        symbols = [find_symbol(key, known, "parameters", "parameter") for key in given]
+        named = {find_symbol(k, known, "parameters", "parameter"): x for k, x in given.items()}
+
+        def quantity(symbol: Symbol) -> Quantity:
+            unit = units.get(symbol, units.get(printed_name(symbol)))
+            return quantities.get(symbol, _NOTHING) if unit is None else Quantity(str(unit), "")
+
         listed = [
-            Parameter(s, number(value), quantities.get(s, _NOTHING))
-            for s, value in zip(symbols, given.values(), strict=True)
+            Parameter(s, number(in_si(value, printed_name(s), quantity(s))), quantity(s))
+            for s, value in named.items()
         ]
     else:
         listed = list(given)

@@ -23,7 +23,7 @@ from mechc.system.names import name_of
 from mechc.system.parameters import Array, Parameters, one_double
 from mechc.system.quantities import output_of
 from mechc.system.system import System
-from mechc.system.units import SECONDS, in_si, of_unknown_unit
+from mechc.system.units import SECONDS, in_si
 
 FOR_EVER, INFINITY = 1e300, math.inf  # s
 
@@ -223,8 +223,12 @@ class Stepper:
             name = key if key in self._numbers else self._number_named(key)
             try:
                 value = (
-                    given if type(given) is float else float(in_si(given, of_unknown_unit(name)))
+                    given
+                    if type(given) is float
+                    else float(in_si(given, self._system.quantity_of(name)))
                 )
+            except ValueOutOfBoundsError:
+                raise
             except (TypeError, ValueError, OverflowError):
                 value = INFINITY
             if not -INFINITY < value < INFINITY:

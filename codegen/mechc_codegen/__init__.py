@@ -25,6 +25,7 @@ _PLACES = {
     "Kind": "description.quantity",
     "Mechanism": "description.mechanism",
     "MechanismError": "errors",
+    "Motor": "description.joints.motors",
     "Parameter": "description.mechanism",
     "Quantity": "description.quantity",
     "ScrewJoint": "joints.turning",

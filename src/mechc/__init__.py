@@ -94,6 +94,7 @@ __all__ = [
     "MissingParameterError",
     "Model",
     "Momenta",
+    "Motor",
     "Parameter",
     "Quantity",
     "Reactions",

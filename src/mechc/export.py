@@ -14,6 +14,7 @@ from mechc.files import replacing, written_into
 from mechc.simulation.events.exported import exported_events
 from mechc.simulation.events.expressions import StateNames
 from mechc.simulation.events.own_contacts import with_own_contacts
+from mechc.simulation.settings import checked_span
 
 
 @one_at_a_time
@@ -86,7 +87,8 @@ def export_c(
         warn_of_contacts,
     )
 
-    if not 0.0 <= t_end < float("inf"):
+    _, end = checked_span(t_end)
+    if end < 0.0:
         raise ValueOutOfBoundsError("t_end is a number of seconds from 0 on")
     asked = read_export(mechanism, y0, dict(params or {}), fix=fix, outputs=outputs, **options)
     warn_of_contacts(asked.mechanism)
@@ -247,13 +249,14 @@ def export_fmu(
 
     if not 0.0 < rtol <= 0.1 or not 0.0 <= drift < float("inf"):
         raise ValueOutOfBoundsError("rtol lies above 0 and up to 0.1, drift is a number from 0 on")
-    if not 0.0 <= t_end < float("inf"):
+    _, end = checked_span(t_end)
+    if end < 0.0:
         raise ValueOutOfBoundsError("t_end is a number of seconds from 0 on")
     asked = read_export(mechanism, y0, dict(params or {}), fix=fix, outputs=outputs, **options)
     target = Path(file)
     with replacing(target) as part:
         write_fmu(
-            asked, part, name=name or asked.mechanism.name, version=version, end=float(t_end),
+            asked, part, name=name or asked.mechanism.name, version=version, end=end,
             rtol=float(rtol), drift=float(drift), derivatives=bool(derivatives),
             events=partial(_events, events),
         )  # fmt: skip

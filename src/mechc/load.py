@@ -108,10 +108,11 @@ def compile(
         first four of a Mechanism, the energy of a SymPy object.  Others are compiled when they are
         first asked for.
     defaults, units
-        Parameters -> values used where none are given (SI units); parameters, coordinates and
-        speeds -> units as text.  A parameter without a default must be given with each call.  The
-        default of a state is its start (by default 0).  Values for symbols that are not in the
-        equations are ignored, with a warning.
+        Parameters -> values used where none are given; parameters, coordinates, speeds, states and
+        inputs -> units as text, SI units.  A parameter without a default must be given with each
+        call.  The default of a state is its start (by default 0).  Values for symbols that are not
+        in the equations are ignored, with a warning.  Values may have units, ``"30 mm"``: where
+        none is known of the symbol they are converted to SI units.
     parameters
         Parameters besides those of the equations -> default values, or names alone: what stands in
         events, resets and stops only, as a coefficient of restitution or of friction.  They are
@@ -138,8 +139,8 @@ def compile(
         A :class:`mechc.Drawing`: links, pivots and paths besides those that are found from the
         description (docs/drawing.md).  It compiles nothing.
 
-    In all of these a key is a symbol or its printed name.  Units, states, constraints, reactions
-    and ``form`` are for SymPy objects: a Mechanism has them in its description.
+    In all of these a key is a symbol or its printed name.  Constraints, reactions and ``form`` are
+    for SymPy objects: a Mechanism has them in its description.
 
     Raises
     ------
@@ -150,6 +151,7 @@ def compile(
     CompilerError
         If there is no C compiler or it failed; the message has its command and output.
     """
+    __tracebackhide__ = True  # of errors pytest and IPython show the line of the user
     held = mechanism if all(hasattr(mechanism, name) for name in PYDY_SYSTEM) else None
     if held is not None:
         mechanism, defaults = held.eom_method, {**held.constants, **(defaults or {})}

@@ -21,6 +21,7 @@ from mechc.fitting import verb as fitting_verb
 from mechc.optimal import verb as optimal_verb
 from mechc.outputs import Outputs
 from mechc.periodic import verb as periodic_verb
+from mechc.prescribed import verb as prescribed_verb
 from mechc.results.solution import Solution
 from mechc.simulation.events.own_contacts import with_own_contacts
 from mechc.simulation.events.run_events import (
@@ -64,7 +65,7 @@ class Model(Outputs):
     what for               methods and attributes
     ====================== =========================================================================
     one motion             :meth:`simulate`, :meth:`stepper`, :meth:`widget`, :meth:`with_inputs`
-    many motions           :meth:`simulate_batch`, :meth:`sweep`
+    many motions           :meth:`simulate_batch`, :meth:`sweep`, :meth:`tolerances`
     derivatives of motions :meth:`jvp`, :meth:`vjp`, ``simulate(..., sensitivities=...)``
     values from recordings :meth:`fit`
     motions of least cost  :meth:`optimise`
@@ -192,9 +193,10 @@ class Model(Outputs):
     equilibria = analysis_verb.equilibria
     redundant_constraints = analysis_verb.redundant_constraints
     linearize = analysis_verb.linearize
-    inverse_dynamics = analysis_verb.inverse_dynamics
+    inverse_dynamics = prescribed_verb.inverse_dynamics
     simulate_batch = batch_verb.simulate_batch
     sweep = batch_verb.sweep
+    tolerances = batch_verb.tolerances
     jvp = differentiable_verb.jvp
     vjp = differentiable_verb.vjp
     fit = fitting_verb.fit
@@ -252,7 +254,7 @@ class Model(Outputs):
         ----------
         t_span
             ``(t0, t1)`` in s, forwards or backwards, or ``t1`` alone with t0 = 0; more than two
-            times are ``t_eval`` too.
+            times are ``t_eval`` too.  All times may have units, ``"500 ms"``.
         y0
             State (nq + nu,) at t0, from ``model.assemble``; projected onto the constraints if it
             violates them by rounding.  A mapping of coordinates and speeds is assembled.
@@ -260,7 +262,8 @@ class Model(Outputs):
             A mapping of some parameters or an array (np,) of all; defaults otherwise.
         rtol, atol
             Tolerated error.  ``atol=None``: rtol times each component's scale (1 rad, the model's
-            length, speeds by their largest value so far); else ``atol + rtol |y|`` as in SciPy.
+            length, speeds by their largest value so far); else ``atol + rtol |y|`` as in SciPy,
+            for each component in its unit or with one, ``"1e-6 deg"``.
         t_eval
             Times of the reported states, within the span; by default those of the accepted steps.
         method
@@ -300,10 +303,10 @@ class Model(Outputs):
         progress
             Called now and then with the fraction done.
         inputs
-            A value for each input in ``model.inputs``: a number, an expression as text, a
-            :class:`mechc.Signal`, a function ``f(t)`` or ``f(t, q, u)``, a tuple of functions of
-            t with the derivatives of the first, or a :class:`mechc.Sampled` controller; see
-            :meth:`with_inputs`.  ``sol.model`` is then the model driven by them.
+            A value for each input in ``model.inputs``: a number, also with a unit, an expression as
+            text, a :class:`mechc.Signal`, a function ``f(t)`` or ``f(t, q, u)``, a tuple of
+            functions of t with the derivatives of the first, or a :class:`mechc.Sampled`
+            controller; see :meth:`with_inputs`.  ``sol.model`` is then the model driven by them.
         sensitivities
             Names of what ``sol.sensitivity`` has derivatives by: parameters (with those whose
             defaults follow them), coordinates and speeds of a mapping y0 (the others follow from

@@ -11,6 +11,7 @@ from mechc.errors import MechcError, ValueOutOfBoundsError, brief
 from mechc.system.description import Description
 from mechc.system.names import name_of, names_of
 from mechc.system.parameters import Array, Parameters, doubles, is_table, one_double
+from mechc.system.quantities import output_of
 from mechc.system.system import System, Time
 from mechc.system.units import SECONDS
 
@@ -77,7 +78,7 @@ class Outputs(Description):
         system, states, p = self._for_outputs((name,), y, params)
         found = system.evaluate(name, states, p, t)
         if name in REACTIONS:
-            self._judge_reactions(system, {name: found}, p, t, stacklevel=5)
+            self._judge_reactions(system, {name: found}, p, t, stacklevel=7)
         return found
 
     def _judge_reactions(
@@ -125,7 +126,9 @@ class Outputs(Description):
         Parameters
         ----------
         inputs
-            Name or symbol -> a number, an expression as text, ``"3*sin(4*t)"``, of time,
+            Name or symbol -> a number, also with a unit, ``"2 kN"``, which fits that of the input
+            where ``mechc.compile(..., units=)`` gave it one; an expression as text,
+            ``"3*sin(4*t)"``, of time,
             coordinates, speeds and parameters, which is compiled; a :class:`mechc.Signal`, samples
             ``(times, values)``, an interpolant of SciPy, a function ``f(t)`` or ``f(t, q, u)`` of
             floats and arrays (nq,), (nu,), one ``f(x, t)`` of the state, or a tuple of functions of
@@ -152,8 +155,7 @@ class Outputs(Description):
         model, others = self._with_laws(inputs)
         driven = object.__new__(type(self))
         driven.__dict__.update(model.__dict__)
-        slots = model.data.get("inputs", ())
-        given = accepted_inputs(others, {slot["name"]: max(slot["orders"]) for slot in slots})
+        given = accepted_inputs(others, model.system)
         driven.system = with_inputs(model.system, given)
         return model if driven.system is model.system else driven
 
@@ -372,11 +374,13 @@ class Outputs(Description):
         return self.system.knows_energy
 
     def output(self, name: str, y: Array, params: Parameters = None, t: Time = 0.0) -> Array:
-        """Any output by name, user-defined ones included.
+        """Any output by name, user-defined ones included, or a number of it: ``"points[C,x]"``.
 
         Of a state alone, without contacts; along a motion: :meth:`mechc.Solution.output`.
         """
-        return self._evaluate(name_of(name), y, params, t)
+        return output_of(
+            self.system, name_of(name), lambda whole: self._evaluate(whole, y, params, t)
+        )
 
     # -- for C --------------------------------------------------------------------------------
 

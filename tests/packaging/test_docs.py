@@ -20,6 +20,7 @@ PAGES = (
     "how_to/equations_by_hand.md",
     "how_to/save_and_share.md",
     "how_to/speed.md",
+    "how_to/tolerances.md",
     "hybrid.md",
     "inputs.md",
     "library.md",
@@ -76,6 +77,19 @@ def test_every_page_is_reached_from_the_start_page():
     start = (DOCS / "index.md").read_text("utf-8")
     pages = {p.relative_to(DOCS).with_suffix("").as_posix() for p in DOCS.rglob("*.md")}
     assert {page for page in pages - {"index"} if f"\n{page}\n" not in start} == set()
+
+
+def test_the_start_page_has_the_speeds_of_the_readme() -> None:
+    """Of four rows, from 1e-4 to 1e-10: the least and the largest."""
+    rows = {}
+    for line in (ROOT / "README.md").read_text("utf-8").splitlines():
+        name, *cells = [cell.strip().strip("*") for cell in line.strip("|").split("|")]
+        rows[name] = cells[:4]
+    rows["ten"] = [cell.split(", ")[-1].strip("*") for cell in rows["pendulum of 1, 2, 10 links"]]
+    known = ("four-bar", "ten", "governor, stiff", "heavy top")
+    told = [sorted(rows[name], key=float) for name in known]
+    cells = " | ".join(f"{row[0]} to {row[-1]}" for row in told)
+    assert f"| {cells} |" in (DOCS / "index.md").read_text("utf-8")
 
 
 @pytest.mark.parametrize(

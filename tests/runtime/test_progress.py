@@ -1,11 +1,14 @@
 """Progress: a bar on a terminal, lines in words elsewhere."""
 
 import io
+import re
 import sys
 
 import pytest
 
+import mechc
 from mechc import progress
+from mechc.progress import Notice
 
 
 class Terminal(io.StringIO):
@@ -71,3 +74,25 @@ def test_work_in_stages_says_which_one_it_has_come_to(monkeypatch, stream):
     lines = [line.strip() for line in said if line.strip()]
     assert lines[:2] == ["deriving", "compiling"]
     assert lines[2].startswith("done in ")
+
+
+@pytest.mark.parametrize(
+    ("work", "words"),
+    [
+        (lambda sol, folder: sol.save(folder / "a.nc"), "writing .*a.nc"),
+        (lambda sol, _: sol.to_xarray(), "collecting the motion"),
+        (lambda sol, _: sol.plot(), "drawing"),
+        (lambda sol, _: sol.plot("theta_0"), "drawing"),
+        (lambda sol, _: sol.animate(), "drawing the motion"),
+        (lambda sol, _: sol.check(), "checking the motion"),
+        (lambda _, folder: mechc.export_c("pendulum", folder / "c"), "deriving .* of pendulum"),
+        (lambda _, folder: mechc.export_fmu("pendulum", folder / "p.fmu"), "compiling the unit"),
+    ],
+)
+def test_what_takes_long_says_what_it_does(monkeypatch, tmp_path, work, words):
+    """A notice is begun around it; whether it is shown is a question of time."""
+    told, begin = [], Notice.__enter__
+    monkeypatch.setattr(Notice, "__enter__", lambda self: told.append(self.text) or begin(self))
+    model = mechc.load("four_bar")
+    work(model.simulate(0.1, model.assemble({"theta_0": 1.4})), tmp_path)
+    assert any(re.match(words, text) for text in told)

@@ -54,7 +54,7 @@ from mechc_codegen.description.mechanism import (
     printed_name,
 )
 from mechc_codegen.description.placement import reachable
-from mechc_codegen.description.quantity import refuse_scaled
+from mechc_codegen.description.quantity import in_si, refuse_scaled
 from mechc_codegen.description.source import ConversionSettings, Key, Source
 from mechc_codegen.description.terms import is_rigid
 from mechc_codegen.errors import MechanismError
@@ -88,7 +88,7 @@ def convert(
     refuse_contributing(source, reactions, rates, speeds_held)
     origin = source.origin or origin_of(source, rates, speeds_held)
     potential = potential_of(source, bodies, origin, stationary, kinematics)
-    given = _by_symbol(settings.units, "units", source, (*parameters, *states))
+    given = _by_symbol(settings.units, "units", source, (*parameters, *states, *inputs))
     units = _symbol_units(source, read, kinematics, given)
     defaults = _by_symbol(settings.defaults, "defaults", source, (*parameters, *states))
     return Mechanism(
@@ -115,9 +115,11 @@ def convert(
         added_inertia=added,
         joints=_joints(source, bodies),
         states=tuple(
-            State(x, rate, Quantity(units.get(x, ""), ""), _start(x, defaults.get(x)))
+            State(x, rate, unit, start_of(x, defaults.get(x), unit))
             for x, rate in states.items()
+            for unit in (Quantity(units.get(x, ""), ""),)
         ),
+        input_units={f: str(given[f]) for f in inputs if f in given},
         reactions=reactions,
         auxiliary_constraints=constraints_with_auxiliary(source) if reactions else (),
         gravity=gravity,
@@ -292,7 +294,7 @@ def _states(
 ) -> dict[AppliedUndef, Expr]:
     """Functions of time with a given rate, used in the object or in another rate or input."""
     own = [key for key in settings.states if isinstance(key, AppliedUndef)]
-    named = [*own, *_named_in((*settings.inputs.values(), *settings.states.values()))]
+    named = [*own, *functions_in((*settings.inputs.values(), *settings.states.values()))]
     known = list(dict.fromkeys([*_unknown_functions(source, read), *named]))
     return {
         find_symbol(key, known, "states", "function of time"): rate
@@ -309,7 +311,7 @@ def _inputs(
     """Every specified function of time; without an expression it is given at run time."""
     known = {*source.q, *source.u, *source.auxiliary, *states}
     found = _unknown_functions(source, read)
-    found += _named_in((*settings.inputs.values(), *states.values()))
+    found += functions_in((*settings.inputs.values(), *states.values()))
     functions = [f for f in found if f not in known]
     given = {k: value for k, value in settings.inputs.items() if not isinstance(k, Symbol)}
     return chosen_inputs(functions, given)
@@ -355,14 +357,14 @@ def _with_bound_parameters(source: Source, settings: ConversionSettings) -> Sour
     return replace(source, loads=loads)
 
 
-def _named_in(expressions: Iterable[Any]) -> list[AppliedUndef]:
+def functions_in(expressions: Iterable[Any]) -> list[AppliedUndef]:
     """The functions of time in expressions, in order of their names."""
     found = {f for e in expressions if e is not None for f in sympify(e).atoms(AppliedUndef)}
     return sorted(found, key=str)
 
 
-def _start(state: AppliedUndef, given: Any) -> float:
-    value = number(0 if given is None else given)
+def start_of(state: AppliedUndef, given: Any, of: Quantity) -> float:
+    value = number(0 if given is None else in_si(given, f"defaults: {printed_name(state)}", of))
     if value is None or not value.is_number:
         raise MechanismError(f"defaults: the state {printed_name(state)} starts from a number")
     return float(value)

@@ -27,7 +27,7 @@ from mechc_codegen.description.joints.closures import joints_and_closures
 from mechc_codegen.description.joints.couplings import CoupledPair
 from mechc_codegen.description.joints.tree import Joint
 from mechc_codegen.description.quantity import Quantity as Quantity  # the stages find them here
-from mechc_codegen.description.quantity import refuse_scaled
+from mechc_codegen.description.quantity import in_si, refuse_scaled
 from mechc_codegen.description.terms import Load as Load
 from mechc_codegen.description.terms import as_expression, entries_of, refuse_no_vector
 from mechc_codegen.description.terms import is_rigid as is_rigid
@@ -179,6 +179,8 @@ class Mechanism:
         Specified functions of time that are not states, each with its expression: of time, and, if
         no derivative of it appears, also of coordinates and speeds.  With None, and where they are
         listed without expressions, it is given at run time, if any equation contains it.
+    input_units
+        Units of inputs that are given at run time, as texts.
     states
         Functions of time with differential equations: activations, controllers.  Loads, rates and
         inputs may contain them, configuration constraints may not.
@@ -209,6 +211,8 @@ class Mechanism:
         are taken.
     contacts
         Stops and dry friction in every run, besides those among its events.
+    outputs
+        Outputs of every model besides those requested: name -> expression and unit.
     start
         Coordinates and speeds that ``run`` starts from by default (SI units).
     preference
@@ -252,6 +256,8 @@ class Mechanism:
     drawn: tuple[RigidBody | Particle, ...] = ()
     limits: Mapping[str, Limits] = field(default_factory=dict)
     contacts: tuple[Contact, ...] = ()
+    outputs: Mapping[str, tuple[Expr, str]] = field(default_factory=dict)
+    input_units: Mapping[AppliedUndef, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         refuse_no_vector(self.gravity)
@@ -261,6 +267,7 @@ class Mechanism:
         _check_lengths(self)
         _check_names(self)
         _check_units(self)
+        object.__setattr__(self, "start", _start_in_si(self))
         _check_states(self)
         _check_symbols(self)
         _refuse_impulses(self)
@@ -424,6 +431,17 @@ def _check_units(mechanism: Mechanism) -> None:
     for kind in (mechanism.coordinates, mechanism.states, mechanism.speeds, mechanism.parameters):
         for each in kind:
             refuse_scaled(printed_name(each.symbol), each.quantity.unit)
+    for symbol, unit in mechanism.input_units.items():
+        refuse_scaled(printed_name(symbol), unit)
+
+
+def _start_in_si(mechanism: Mechanism) -> Mapping[str, Any]:
+    known: list[Any] = [*mechanism.coordinates, *mechanism.states, *mechanism.speeds]
+    quantities = {printed_name(each.symbol): each.quantity for each in known}
+    return {
+        name: in_si(value, f"start: {name}", quantities[name]) if name in quantities else value
+        for name, value in mechanism.start.items()
+    }
 
 
 def _check_states(mechanism: Mechanism) -> None:

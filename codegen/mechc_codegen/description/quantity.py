@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 from math import inf
@@ -89,29 +90,31 @@ class Quantity:
         return Quantity(unit, self.description, self.lower, self.upper, self.closed)
 
 
-METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
-_LENGTH = re.compile(r"\s*+([-+]?+(?:\d++\.?+\d*+|\.\d++)(?:[eE][-+]?+\d++)?+)\s*+(\w*+)\s*+")
+_NUMBER = re.compile(r"\s*+[-+]?+\.?+\d")
+_readers: list[Callable[[Any, str, Quantity], Any]] = []
 
 
-def metres(value: Any) -> Any:
-    """A length in m of a text, "30 mm", or of a quantity of pint; all else is kept.
+def read_values_with(reader: Callable[[Any, str, Quantity], Any]) -> None:
+    """Read values with units by a program's own function of value, name and quantity, which this
+    package cannot import."""
+    _readers[:] = [reader]
+
+
+def in_si(value: Any, name: str, quantity: Quantity) -> Any:
+    """A number in SI units of a text, "30 mm", or of a quantity of pint; all else is kept.
 
     Raises
     ------
     MechanismError
-        For a text that is not a number with a unit of length.
+        For a number with a unit that is not one of the quantity's.
     """
-    if isinstance(value, str):
-        match = _LENGTH.fullmatch(value)
-        if match is None or (match[2] or "m") not in METRES:
-            raise MechanismError(
-                f"{value[:60]!r} is not a length: write a number and one of {', '.join(METRES)}, "
-                'such as "30 mm"'
-            )
-        return float(match[1]) * METRES[match[2] or "m"]
-    if hasattr(value, "magnitude") and hasattr(value, "to"):
-        return float(value.to("m").magnitude)
-    return value
+    typed = isinstance(value, str) and _NUMBER.match(value)
+    if not _readers or not (typed or (hasattr(value, "magnitude") and hasattr(value, "to"))):
+        return value
+    try:
+        return _readers[0](value, name, quantity)
+    except ValueError as error:
+        raise MechanismError(str(error)) from None
 
 
 # Units that are multiples of SI units, which is what all values are in.

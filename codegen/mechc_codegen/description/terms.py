@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
-from sympy import Expr, Function, Integer, MatrixBase, Symbol, SympifyError, sympify
+from sympy import Expr, Function, Integer, MatrixBase, Max, Min, Symbol, SympifyError, sympify
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody
 from sympy.physics.vector import Vector
@@ -101,6 +101,11 @@ def as_expression(value: Any, place: str) -> Expr:
             "functions (text is never evaluated)"
         )
     return expression
+
+
+def within(bounds: tuple[Any, Any] | None, value: Expr) -> Expr:
+    """The value, or the nearer of two bounds that it is beyond."""
+    return value if bounds is None else Max(bounds[0], Min(value, bounds[1]))
 
 
 def refuse_no_vector(gravity: Any) -> None:

@@ -26,6 +26,7 @@ from mechc_codegen.description.mechanism import (
     printed_name,
 )
 from mechc_codegen.description.piecewise import Floor, Step
+from mechc_codegen.description.quantity import Quantity
 from mechc_codegen.description.quaternions import unit_quaternions
 from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.description.tables import Lookup
@@ -44,6 +45,27 @@ from mechc_codegen.ir.program import (
     symbols_of,
 )
 
+# What the indices of an output count: lists of the metadata whose names they may be, or axes.
+AXES = {
+    **dict.fromkeys(("linear_momenta", "angular_momenta"), ("bodies", "xyz")),
+    **dict.fromkeys(("points", "point_velocities", "point_accelerations"), ("points", "xyz")),
+    **dict.fromkeys(("reaction_forces", "reaction_torques"), ("joints", "xyz")),
+    **dict.fromkeys(("constraints", "velocity_constraints", "multipliers"), ("constraints",)),
+    "constraint_jacobian": ("constraints", "speeds"),
+    "mass_matrix": ("speeds", "speeds"),
+    "forcing": ("speeds",),
+    "rates": ("coordinates speeds",),
+}
+UNITS = {
+    **dict.fromkeys(("kinetic_energy", "potential_energy"), "J"),
+    "linear_momenta": "kg m/s",
+    "angular_momenta": "kg m^2/s",
+    "points": "m",
+    "point_velocities": "m/s",
+    "point_accelerations": "m/s^2",
+    "reaction_forces": "N",
+    "reaction_torques": "N m",
+}
 MOST_SUMS_ALONE = 16  # of Taylor series that lead where one run has the lanes for itself
 
 
@@ -82,6 +104,8 @@ def scene_metadata(
         }
         | _solved_shapes(mechanism, len(parameters), request, program)
         | {request.name_of(label): [] for label in request.expressions},
+        "axes": {name: list(axes) for name, axes in AXES.items()},
+        "output_units": UNITS | {name: unit for name, (_, unit) in mechanism.outputs.items()},
         # Outputs that need accelerations or multipliers, which may be infinite at change points.
         "of_motion": [
             *(["multipliers"] if rows else []),
@@ -242,9 +266,13 @@ def _inputs(mechanism: Mechanism, functions: SceneFunctions) -> dict[str, Any]:
     if not values:
         return {}
     of_time = _used(program, TIME_ALONE)
+    units = mechanism.input_units
+    quantities = [Quantity(units.get(f, ""), "") for f in mechanism.open_inputs]
     described = [
         {
             "name": printed_name(mechanism.open_inputs[number]),
+            "unit": quantities[number].unit,
+            "kind": str(quantities[number].kind),
             "orders": [value.order for value in values if value.input == number],
             "of_time": any(v.symbol in of_time for v in values if v.input == number),
         }

@@ -17,23 +17,6 @@ from mechc_codegen.emit.metadata import distinct
 from mechc_codegen.emit.units.event_unit import EventExpressions
 
 VERSIONS = ("3.0", "2.0")
-# Units of outputs whose elements are along a body's or a joint's three axes.
-_UNITS = {
-    "kinetic_energy": "J",
-    "potential_energy": "J",
-    "linear_momenta": "kg m/s",
-    "angular_momenta": "kg m^2/s",
-    "points": "m",
-    "point_velocities": "m/s",
-    "point_accelerations": "m/s^2",
-    "reaction_forces": "N",
-    "reaction_torques": "N m",
-}
-_PLACES = {
-    **dict.fromkeys(("linear_momenta", "angular_momenta"), "bodies"),
-    **dict.fromkeys(("points", "point_velocities", "point_accelerations"), "points"),
-    **dict.fromkeys(("reaction_forces", "reaction_torques"), "joints"),
-}
 _DRIFT = (
     "model exchange: a state that is farther from the constraints than this, over its nominal "
     "value, is moved onto them in event mode; 0: never"
@@ -155,8 +138,10 @@ def variables(
     found = [Variable("time", "independent", "continuous", unit="s"), *_states(metadata, values)]
     found += _parameters(metadata, values)
     found.append(Variable("mechc.drift", "parameter", "tunable", "exact", values.drift, "", _DRIFT))
-    given = [each["name"] for each in metadata.get("inputs", ()) if 0 in each["orders"]]
-    found += [Variable(name, "input", "continuous", start=0.0) for name in given]
+    found += [
+        Variable(each["name"], "input", "continuous", unit=each["unit"], start=0.0)
+        for each in metadata.get("inputs", ()) if 0 in each["orders"]
+    ]  # fmt: skip
     found += _outputs(metadata)
     found += [
         Variable(f"mechc.event[{number}]", "local", "continuous", "calculated",
@@ -223,23 +208,20 @@ def _parameters(metadata: Mapping[str, Any], values: StartValues) -> Iterator[Va
 
 
 def _outputs(metadata: Mapping[str, Any]) -> Iterator[Variable]:
-    for name in metadata["own"]:
-        yield Variable(name, "output", "continuous", "calculated")
-    for name, size in metadata.get("differentiated", ()):
-        for label in _labels(metadata, name, size):
-            unit = _UNITS.get(name, "")
-            yield Variable(label, "output", "continuous", "calculated", unit=unit)
+    sizes = metadata.get("differentiated", ())
+    labels = [(name, name) for name in metadata["own"]]
+    labels += [(name, label) for name, size in sizes for label in _labels(metadata, name, size)]
+    for name, label in labels:
+        unit = metadata["output_units"].get(name, "")
+        yield Variable(label, "output", "continuous", "calculated", unit=unit)
 
 
 def _labels(metadata: Mapping[str, Any], name: str, size: int) -> Iterator[str]:
     """Labels ``points[A,x]``, by the point, body or joint of an element, where shapes allow it."""
     shape = metadata["shapes"].get(name, [size])
     axes: list[Sequence[Any]] = [range(each) for each in shape]
-    named = metadata.get(_PLACES.get(name, ""), ())
-    if axes and len(named) == shape[0]:
-        axes[0] = named
-    if len(axes) > 1 and shape[-1] in (2, 3):
-        axes[-1] = "xyz"[: shape[-1]]
+    if metadata["axes"].get(name, [""])[-1] == "xyz":
+        axes = [metadata[metadata["axes"][name][0]], "xyz"]
     if math.prod(shape) != size:
         axes = [range(size)]
     for place in product(*axes):

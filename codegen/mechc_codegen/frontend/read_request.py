@@ -13,6 +13,7 @@ from mechc_codegen.convert.convert import find_symbol, number
 from mechc_codegen.derive.joint_reactions import refuse_unknown_reactions
 from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.description.placement import reachable
+from mechc_codegen.description.quantity import in_si
 from mechc_codegen.description.request import OPTIONAL, OutputRequest, default_outputs
 from mechc_codegen.description.source import Key
 from mechc_codegen.description.terms import Multiplier, as_expression, printed_name
@@ -50,11 +51,11 @@ def read_request(
     MechanismError
         For parameters and outputs that do not exist, and for positions that are not known.
     """
-    symbols = [p.symbol for p in mechanism.parameters]
+    quantities = {p.symbol: p.quantity for p in mechanism.parameters}
     fixed: dict[Symbol, Expr] = {}
     for key, value in fix.items():
-        symbol = find_symbol(key, symbols, "fix", "parameter")
-        exact = number(value)
+        symbol = find_symbol(key, [*quantities], "fix", "parameter")
+        exact = number(in_si(value, f"fix: {symbol}", quantities[symbol]))
         if exact is None or not exact.is_number:
             raise MechanismError(f"fix: {symbol} must be a number, not {value!r}")
         fixed[symbol] = exact
@@ -63,6 +64,8 @@ def read_request(
     names, own = _outputs(outputs)
     for reaction in (each.symbol for each in mechanism.reactions):
         own.setdefault(printed_name(reaction), reaction)
+    for name, (expression, _) in mechanism.outputs.items():
+        own.setdefault(name, expression)
     for name in shapes or ():
         _refuse_name(name, own)
     placed = {"momenta", "points", "accelerations", "reactions"} & set(names)

@@ -21,6 +21,7 @@ from mechc_codegen.convert.kinematics import coordinate_rates
 from mechc_codegen.description.drawing import NO_DRAWING
 from mechc_codegen.description.joints.couplings import CoupledPair
 from mechc_codegen.description.joints.cuts import Cut
+from mechc_codegen.description.joints.motors import Motor, drives_of
 from mechc_codegen.description.joints.tree import (
     Body,
     Joint,
@@ -41,12 +42,14 @@ from mechc_codegen.description.mechanism import (
     is_rigid,
     rates_of_states,
 )
+from mechc_codegen.description.quantity import in_si
 from mechc_codegen.description.source import Key
-from mechc_codegen.description.terms import Load, refuse_no_vector
+from mechc_codegen.description.terms import Load, printed_name, refuse_no_vector
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.frontend.read import plain_loads, speed_of
 
 _NOTHING = Quantity("", "")
+CONSTRAINTS = ("configuration_constraints", "motion_constraints")
 
 
 def from_joints(
@@ -59,6 +62,7 @@ def from_joints(
     parameters: Mapping[Key, Any] | Iterable[Parameter] = (),
     units: Mapping[Key, str] | None = None,
     inputs: Mapping[Key, Any] | Iterable[Key] = (),
+    motors: Iterable[Motor] = (),
     drawing: Drawing = NO_DRAWING,
     **more: Any,
 ) -> Mechanism:
@@ -77,14 +81,18 @@ def from_joints(
     gravity
         A uniform gravitational acceleration (m/s^2) that acts on every body.
     parameters
-        Symbol or its printed name -> default value (SI units), or :class:`mechc.Parameter`
-        objects.  Symbols that are not named have no default and need a value at every use.
+        Symbol or its printed name -> default value, in SI units or with one, ``"30 mm"``, or
+        :class:`mechc.Parameter` objects.  Symbols that are not named have no default and need a
+        value at every use.
     units
-        Symbol or printed name -> unit.  Coordinates that turn are in rad, others in m.
+        Symbol or printed name -> unit, also of inputs and states.  Coordinates that turn are in
+        rad, others in m.
     inputs
         Functions of time in loads, points and constraints that are no coordinate, speed or state
         -> expressions, as of motors.  Those without one, or with None, are found by themselves and
         given with a run: ``model.simulate(..., inputs={...})``.
+    motors
+        :class:`mechc.Motor` objects: what drives joints, by a motion or a torque.
     drawing
         Links, pivots and paths besides those of the joints.
     more
@@ -103,19 +111,26 @@ def from_joints(
     given = [(joint, joint_of(joint)) for joint in joints]
     ground = ground or _ground(name, [joint for _, joint in given if not joint.is_cut])
     every = [joint.on_ground((ground,)) for _, joint in given]
+    check_joints(name, every)
+    states = _JointStates((old, new) for (old, _), new in zip(given, every, strict=True))
+    held = {kind: tuple(more.get(kind, ())) for kind in CONSTRAINTS}
+    drives = drives_of(
+        motors, every, states.rates, [c.name for rows in held.values() for c in rows]
+    )
+    more |= {kind: (*rows, *getattr(drives, kind)) for kind, rows in held.items()}
+    every += drives.rotors
     sides = dict.fromkeys(body for joint in every for body in (joint.parent, joint.child))
     bodies = [body for body in sides if body is not None]
-    check_joints(name, every)
     tree = joint_tree(every, bodies)
     refuse_unreached(name, tree)
-    states = _JointStates((old, new) for (old, _), new in zip(given, every, strict=True))
-    loads = plain_loads(loads)
+    loads = (*plain_loads(loads), *drives.loads)
     couplings = [joint for joint in every if isinstance(joint, CoupledPair)]
     lengths = [joint.length for joint in every if isinstance(joint, Cut) and joint.length]
     given_inputs = as_mapping(inputs)
     added = _states(more.pop("states", ()))
     rates = [*filter(None, given_inputs.values()), *(s.rate for s in added)]
-    expressions = [*rates, *lengths, *(c.constraint.expression for c in couplings)]
+    expressions = [*rates, *lengths, *drives.factors]
+    expressions += [c.constraint.expression for c in couplings]
     leaves = _leaves(ground, bodies, loads, gravity, more, expressions)
     found = sorted(
         (x for x in leaves if isinstance(x, Symbol)), key=lambda s: (s.name, str(s.assumptions0))
@@ -127,7 +142,9 @@ def from_joints(
         *more.get("auxiliary", ()),
     }
     functions = sorted((x for x in leaves - own if not isinstance(x, Symbol)), key=str)
-    named = _Names(states, units or {}, _parameters(parameters, found))
+    units = units or {}
+    listed = _parameters(parameters, found, units, drives.quantities)
+    named = _Names(states, units, listed, [*functions, *own])
     places = _JointPoints(every, bodies)
     return Mechanism(
         name=name,
@@ -141,9 +158,11 @@ def from_joints(
         loads=loads,
         gravity=gravity,
         joints=tuple(every),
+        outputs={**more.pop("outputs", {}), **drives.outputs},
         **{"title": name, "points": places.points, **more},
         inputs=chosen_inputs(functions, given_inputs),
-        states=added,
+        input_units={f: named.given[f] for f in functions if f in named.given},
+        states=tuple(replace(s, quantity=named.of_state(s)) for s in added),
         drawing=reduce(Drawing.plus, [*(c.drawing for c in couplings), drawing], places.drawing()),
     )
 
@@ -200,6 +219,8 @@ class _JointStates:
             units = getattr(given, "units", ())
             self.units |= dict(zip((*joint.coordinates, *speeds), units, strict=False))
         self.q, self.u, self.kinematics = tuple(q), tuple(u), coordinate_rates(equations, q)
+        pairs = zip(self.q, self.kinematics, strict=True)
+        self.rates = {q: rate for q, rate in pairs if rate in self.u}
 
 
 def _turning(joint: Joint) -> set[Expr]:
@@ -217,9 +238,10 @@ class _Names:
     """Quantities of coordinates and speeds, and parameters with their units."""
 
     def __init__(
-        self, states: _JointStates, units: Mapping[Key, str], parameters: Sequence[Parameter]
-    ) -> None:
-        known = [*states.q, *states.u, *(p.symbol for p in parameters)]
+        self, states: _JointStates, units: Mapping[Key, str], parameters: Sequence[Parameter],
+        functions: Iterable[Expr],
+    ) -> None:  # fmt: skip
+        known = [*dict.fromkeys((*(p.symbol for p in parameters), *functions))]
         self.states = states
         self.given = {find_symbol(key, known, "units", "symbol"): u for key, u in units.items()}
         self.parameters = tuple(
@@ -228,12 +250,14 @@ class _Names:
             else p
             for p in parameters
         )
-        self._rate_of = {
-            rate: q for q, rate in zip(states.q, states.kinematics, strict=True) if rate in states.u
-        }
+        self._rate_of = {rate: q for q, rate in states.rates.items()}
 
     def quantity(self, symbol: Expr) -> Quantity:
         return Quantity(self._unit(symbol), f"of the joint {self.states.of_joint[symbol]}")
+
+    def of_state(self, state: State) -> Quantity:
+        unit = self.given.get(state.symbol)
+        return state.quantity if unit is None else state.quantity.with_unit(str(unit))
 
     def _unit(self, symbol: Expr) -> str:
         if symbol in self.given:
@@ -263,27 +287,35 @@ def _leaves(
             text.dyadic(body.central_inertia)
     for vector in (*(vector for _, vector in loads), *([gravity] if gravity else [])):
         text.vector(vector)
-    given = (more.get(kind, ()) for kind in ("configuration_constraints", "motion_constraints"))
-    for expression in chain(others, (each.expression for kind in given for each in kind)):
+    rows = (row for kind in CONSTRAINTS for row in more[kind])
+    for expression in chain(others, (row.expression for row in rows)):
         text.expression(sympify(expression))
     return text.leaves - {dynamicsymbols._t}
 
 
 def _parameters(
-    given: Mapping[Key, Any] | Iterable[Parameter], found: Sequence[Symbol]
-) -> list[Parameter]:
+    given: Mapping[Key, Any] | Iterable[Parameter], found: Sequence[Symbol],
+    units: Mapping[Key, str], quantities: Mapping[Symbol, Quantity],
+) -> list[Parameter]:  # fmt: skip
     """The parameters given, in their order, then the others found."""
     if isinstance(given, Mapping):
         unknown = [k for k in given if isinstance(k, Symbol) and k not in found]
         known = [*found, *unknown]
+        named = {find_symbol(k, known, "parameters", "parameter"): x for k, x in given.items()}
+
+        def quantity(symbol: Symbol) -> Quantity:
+            unit = units.get(symbol, units.get(printed_name(symbol)))
+            return quantities.get(symbol, _NOTHING) if unit is None else Quantity(str(unit), "")
+
         listed = [
-            Parameter(find_symbol(key, known, "parameters", "parameter"), number(value), _NOTHING)
-            for key, value in given.items()
+            Parameter(s, number(in_si(value, printed_name(s), quantity(s))), quantity(s))
+            for s, value in named.items()
         ]
     else:
         listed = list(given)
     declared = {p.symbol for p in listed}
-    return [*listed, *(Parameter(s, None, _NOTHING) for s in found if s not in declared)]
+    others = [s for s in found if s not in declared]
+    return [*listed, *(Parameter(s, None, quantities.get(s, _NOTHING)) for s in others)]
 
 
 # -- points and the picture -----------------------------------------------------------------------

@@ -13,7 +13,7 @@ from dataclasses import replace
 from mechc_codegen.mjcf.names import PartNames
 from mechc_codegen.mjcf.poses import exact
 from mechc_codegen.mjcf.read import CompiledFile
-from mechc_codegen.robots.robot import Motor, Number, RobotJoint
+from mechc_codegen.robots.robot import Number, RobotJoint, RobotMotor
 
 _GROUPS = 31  # that a file may disable
 _KINDS = (
@@ -39,7 +39,7 @@ class Actuators:
 
     def __init__(self, file: CompiledFile, names: PartNames, joints: Iterable[RobotJoint]) -> None:
         self._file, self._names = file, names
-        self.motors: dict[str, Motor] = {}
+        self.motors: dict[str, RobotMotor] = {}
         self.joints = {joint.name: joint for joint in joints}
         self.skipped: list[str] = []
         if file.disables("ACTUATION"):
@@ -103,7 +103,7 @@ class Actuators:
 
     def _motor(
         self, number: int, name: str, joint: RobotJoint, gear: float, feeds_back: bool
-    ) -> Motor:
+    ) -> RobotMotor:
         """The motor with its bounds; those of a force that feeds back are not taken, and named."""
         model = self._file.model
         control, force = None, None
@@ -120,7 +120,7 @@ class Actuators:
             self.skipped.append(f"the bound of the force of {joint.name}, where {name} is a servo")
             self.joints[joint.name] = replace(self.joints[joint.name], saturates=False)
         gain = float(model.actuator_gainprm[number][0])
-        return Motor(f"ctrl_{name}", joint.name, exact(gear * gain), control, force)
+        return RobotMotor(f"ctrl_{name}", joint.name, exact(gear * gain), control, force)
 
 
 def _pair(bounds: list[float]) -> tuple[Number, Number]:

@@ -22,7 +22,7 @@ from mechc_codegen.robots.bounds import WARN, take_bounds
 from mechc_codegen.robots.files.read_urdf import path_of
 from mechc_codegen.robots.mechanism import mechanism_of
 from mechc_codegen.robots.meshes import take_meshes
-from mechc_codegen.robots.robot import Motor, Robot
+from mechc_codegen.robots.robot import Robot, RobotMotor
 
 _UNNAMED = "MuJoCo Model"  # what MuJoCo calls a file that names no model
 _COORDINATES = {"FREE": (*"xyz", "q0", "q1", "q2", "q3"), "BALL": ("q0", "q1", "q2", "q3")}
@@ -124,9 +124,9 @@ def robot_of(file: CompiledFile, names: PartNames, driven: Iterable[str] | str =
 
 def _motors_of(
     file: CompiledFile, actuators: Actuators, driven: Iterable[str] | str
-) -> Iterable[Motor]:
+) -> Iterable[RobotMotor]:
     single = [j.name for j in actuators.joints.values() if j.row.unit and not j.mimic]
-    joints = {each: Motor(f"tau_{each}", each) for each in single}
+    joints = {each: RobotMotor(f"tau_{each}", each) for each in single}
     known = joints | actuators.motors
     if driven == "all":
         return actuators.motors.values()

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from mechc_codegen.errors import MechanismError
-from mechc_codegen.robots.robot import Motor, Robot, RobotJoint
+from mechc_codegen.robots.robot import Robot, RobotJoint, RobotMotor
 
 WARN, IGNORE = "warn", "ignore"
 TAKEN = {"limits": "stop", "friction": "dry", "effort": "saturate"}
@@ -93,7 +93,7 @@ def _words_of(part: str, robot: Robot, driven: Iterable[str]) -> Iterable[str]:
         yield from (words for motor in robot.motors for words in _bounds_of(motor))
 
 
-def _bounds_of(motor: Motor) -> Iterable[str]:
+def _bounds_of(motor: RobotMotor) -> Iterable[str]:
     for what, bounds in (("", motor.control), ("force of ", motor.force)):
         if bounds:
             yield f"{what}{motor.name} {bounds[0]} to {bounds[1]}"

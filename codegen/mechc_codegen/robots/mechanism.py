@@ -13,7 +13,7 @@ from math import hypot
 from textwrap import shorten
 from typing import Any
 
-from sympy import Expr, Max, Min, S, Symbol, sympify
+from sympy import Expr, S, Symbol, sympify
 from sympy.physics.mechanics import Point, ReferenceFrame, RigidBody, inertia
 from sympy.physics.vector import Vector
 
@@ -23,7 +23,7 @@ from mechc_codegen.description.joints.tree import Joint
 from mechc_codegen.description.mechanism import Limits, Load, Mechanism, Parameter, Quantity
 from mechc_codegen.description.placement import apply
 from mechc_codegen.description.solid import Solid
-from mechc_codegen.description.terms import vector_along
+from mechc_codegen.description.terms import vector_along, within
 from mechc_codegen.errors import MechanismError, SkippedPartWarning
 from mechc_codegen.robots.closing import Side, cut_joint, cut_place
 from mechc_codegen.robots.geometry import (
@@ -257,9 +257,9 @@ class _MechanismBuilder:
         for motor in (each for each in self.robot.motors if each.joint == joint.name):
             control = of_time(motor.name)
             self.inputs[control] = None
-            found += _within(motor.force, sympify(motor.gear) * _within(motor.control, control))
+            found += within(motor.force, sympify(motor.gear) * within(motor.control, control))
         saturates = joint.saturates and effort and found != 0
-        return _within((-effort, effort) if saturates else None, found)
+        return within((-effort, effort) if saturates else None, found)
 
     def _act_on_several(self, moving: _MovingJoint) -> None:
         """Add the damper of a ball joint, or one that floats from the ground; name what else is."""
@@ -453,11 +453,6 @@ class _MechanismBuilder:
             view=("x", "z"),
             solids=tuple(self.solids),
         )
-
-
-def _within(bounds: tuple[Any, Any] | None, value: Expr) -> Expr:
-    """The value, or the nearer of two bounds that it is beyond."""
-    return value if bounds is None else Max(bounds[0], Min(value, bounds[1]))
 
 
 def _direction(vector: V3) -> tuple[V3, float]:

@@ -155,7 +155,7 @@ class RobotJoint:
 
 
 @dataclass(frozen=True)
-class Motor:
+class RobotMotor:
     """A motor at a joint with one coordinate, which an input of the mechanism drives.
 
     ``gear`` times the input ``name`` is its torque or force on the child; ``control`` and
@@ -182,7 +182,7 @@ class Robot:
     links: dict[str, RobotLink]
     joints: tuple[RobotJoint, ...]
     root: str = ""
-    motors: tuple[Motor, ...] = ()
+    motors: tuple[RobotMotor, ...] = ()
     skipped: tuple[str, ...] = ()
     gravity: V3 = (0, 0, -9.81)
 

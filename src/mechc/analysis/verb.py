@@ -5,20 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from mechc.assembly.initial_values import checked_numbers
 from mechc.assembly.verb import ONE_SET, checked_names
-from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError
+from mechc.errors import AssemblyError, UnknownNameError
 from mechc.simulation.initialise import state_as_given
 from mechc.system.names import name_of, names_of
-from mechc.system.parameters import Array, Parameters, doubles, one_double
+from mechc.system.parameters import Array, Parameters, one_double
 from mechc.system.units import SECONDS
 
 if TYPE_CHECKING:
     from mechc.analysis.constraint_rank import Redundancy
     from mechc.analysis.equilibria import Equilibria
-    from mechc.analysis.inverse_dynamics import InverseDynamics
     from mechc.analysis.linearize import Linearization
     from mechc.analysis.position_sweep import PositionSweep
     from mechc.outputs import Outputs
@@ -161,66 +158,6 @@ def redundant_constraints(
 
     p = model._one_set_for_closing(params, ONE_SET)
     return redundant_constraints(model.system, p, one_double(t, "the time", SECONDS))
-
-
-def inverse_dynamics(
-    model: Outputs,
-    y: Array,
-    accelerations: Array,
-    params: Parameters = None,
-    *,
-    inputs: Sequence[str] | None = None,
-    t: float | Array = 0.0,
-) -> InverseDynamics:
-    """The inputs r with which M u' + J^T lambda = F(r), for given states and accelerations.
-
-    Parameters
-    ----------
-    y : (..., nq + nu)
-        States on the constraints.
-    accelerations : (..., nu)
-        The speeds' rates u', which must keep the constraints.
-    params
-        As in all outputs; the values of the inputs are ignored.
-    inputs
-        Names of the inputs, by default those of ``model.inputs`` that have no value, all if
-        every one has, or of parameters that are inputs: torques, forces; F must be linear in
-        them.  Their own values are ignored, and need not be given.
-    t
-        Time or times (...).
-
-    Raises
-    ------
-    ValueError
-        If the shapes do not fit, or the accelerations do not keep the constraints.
-    MechcError
-        If the equations are not linear in an input, or it changes the inertia or has no effect;
-        if the inputs cannot produce this motion, with the largest force that remains.
-    UnknownNameError
-        If there is no such parameter.
-    """
-    from mechc.analysis.inverse_dynamics import inverse_dynamics
-
-    _, states, p = model._for_outputs((), y, params)
-    rates = doubles(accelerations, "accelerations")
-    wanted = (*states.shape[:-1], len(model.speeds))
-    if rates.shape != wanted:
-        raise ValueError(
-            f"accelerations must have the shape {wanted}: the rates of "
-            f"{', '.join(model.speeds)} at every state; they have {rates.shape}"
-        )
-    if not (np.isfinite(rates).all() and np.isfinite(states).all()):
-        raise ValueOutOfBoundsError("states and accelerations must be finite")
-    driven = model.system.driven
-    open_inputs = [] if driven is None else [n for n in model.inputs if n not in driven.given]
-    wanted_inputs = open_inputs or model.inputs if inputs is None else inputs
-    named_inputs = tuple(names_of(wanted_inputs))
-    if not named_inputs:
-        raise ValueOutOfBoundsError(
-            "which forces or torques make the motion? This model has no inputs: name "
-            "parameters that are loads, inputs=['T']"
-        )
-    return inverse_dynamics(model.system, states, rates, p, named_inputs, t)
 
 
 def linearize(

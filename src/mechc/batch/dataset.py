@@ -80,8 +80,9 @@ def to_dataframe(system: System, recipe: Recipe, arrays: Mapping[str, Any]) -> A
     ends = np.asarray(arrays["y"]).T
     names = (*system.coordinates, *system.speeds)
     columns |= {f"{name}_end": end for name, end in zip(names, ends, strict=True)}
-    counters = [name for name in (*COUNTERS, *LEAST, "miss") if name in arrays]
-    columns |= {name: np.asarray(arrays[name]) for name in counters}
+    counted = {name: np.asarray(arrays[name]) for name in COUNTERS if name in arrays}
+    least = {name: np.asarray(arrays[name]) for name in (*LEAST, "miss") if name in arrays}
+    columns |= counted | {name: np.where(np.isinf(x), np.nan, x) for name, x in least.items()}
     members = pandas.RangeIndex(recipe.count, name="member")
     return pandas.DataFrame(columns, index=members)
 

@@ -98,7 +98,6 @@ def checked_inputs(system: System, given: Mapping[str, Any] | None) -> BatchInpu
     Raises :class:`UnknownNameError`, :class:`ValueOutOfBoundsError` for unknown names, and numbers
     that are not finite.
     """
-    slots = system.data.get("inputs", ())
     named_inputs = {} if given is None else given
     if not isinstance(named_inputs, Mapping):
         raise TypeError(f"inputs are given by name, not as {brief(given)}")
@@ -106,10 +105,9 @@ def checked_inputs(system: System, given: Mapping[str, Any] | None) -> BatchInpu
         for name in named_inputs:
             raise UnknownNameError("input", name, system.inputs)
         return NONE
-    orders = {slot["name"]: max(slot["orders"]) for slot in slots}
     controllers = {k: c for k, x in named_inputs.items() if (c := _controllers(x))}
     others = {key: value for key, value in named_inputs.items() if key not in controllers}
-    every = {**system.driven.given, **accepted_inputs(others, orders)}
+    every = {**system.driven.given, **accepted_inputs(others, system)}
     signals = {name: value for name, value in every.items() if isinstance(value, Signal)}
     functions = {name: value for name, value in every.items() if functions_of(value)}
     known = {*signals, *functions}

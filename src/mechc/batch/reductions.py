@@ -33,7 +33,7 @@ from mechc.native._codes import (
     NORM,
 )
 from mechc.system.parameters import Array
-from mechc.system.quantities import NAME, read_quantity, shape_of
+from mechc.system.quantities import NAME, Quantity, quantities_of, read_quantity, shape_of
 from mechc.system.quantity import Kind, NamedQuantity
 from mechc.system.system import System
 from mechc.system.units import read_seconds, read_value
@@ -72,12 +72,15 @@ class Reduction:
         Unit and kind of the number, where known.
     primitives
         What the compiled loop computes; ``range`` needs two.
+    quantities
+        What is reduced; of a norm each number of the output.
     """
 
     text: str
     unit: str
     kind: Kind
     primitives: tuple[Primitive, ...]
+    quantities: tuple[Quantity, ...]
 
     def combine(self, values: Array, whole: NDArray[np.bool_]) -> Array:
         """The reduction (n,) from its primitives (n, k); NaN of members whose motion is not
@@ -112,7 +115,7 @@ def read_reduction(system: System, text: str) -> Reduction:
     kinds = (MINIMUM, MAXIMUM) if kind == "range" else (KINDS[kind],)
     unit, kind_of_it = quantity.meaning.unit, quantity.meaning.kind
     primitives = tuple(quantity.primitive(k, away=away) for k in kinds)
-    return Reduction(short, unit, kind_of_it, primitives)
+    return Reduction(short, unit, kind_of_it, primitives, quantity.quantities)
 
 
 def read_stop(system: System, text: str) -> Primitive:
@@ -134,9 +137,8 @@ def _first(system: System, short: str, inside: str) -> Reduction:
     value = read_value(level, quantity.meaning)
     if not math.isfinite(value):
         raise MechcError(f"{short!r}: the level must be finite")
-    return Reduction(
-        short, "s", Kind.TIME, (quantity.primitive(FIRST_CROSSING, DIRECTIONS[sign], value),)
-    )
+    primitive = quantity.primitive(FIRST_CROSSING, DIRECTIONS[sign], value)
+    return Reduction(short, "s", Kind.TIME, (primitive,), quantity.quantities)
 
 
 def _split_away(short: str, kind: str, inside: str) -> tuple[str, float]:
@@ -160,6 +162,7 @@ class _Form(NamedTuple):
     outputs: tuple[int, int]
     component: int
     of_motion: bool
+    quantities: tuple[Quantity, ...]
 
     def primitive(
         self, kind: int, direction: int = 0, level: float = 0.0, away: float = 0.0
@@ -181,13 +184,13 @@ def _form(system: System, text: str) -> _Form:
         raise MechcError(f"{one.output} is a sum of outputs: write {one.output}")
     form = ABSOLUTE if function else COMPONENT
     if one.of_state:
-        return _Form(form, one.meaning, (-1, -1), one.entry, False)
+        return _Form(form, one.meaning, (-1, -1), one.entry, False, (one,))
     parts, entry = one.parts, one.entry
     if one.output in system.array_outputs:
         parts, entry = (system.array_elements(one.output)[entry],), 0
     first, second = (*map(order.index, parts), -1)[:2]
     of_motion = bool({*parts} & {*system.data["of_motion"]})
-    return _Form(form, one.meaning, (first, second), entry, of_motion)
+    return _Form(form, one.meaning, (first, second), entry, of_motion, (one,))
 
 
 def _norm(system: System, name: str) -> _Form:
@@ -201,4 +204,6 @@ def _norm(system: System, name: str) -> _Form:
             "speed, a sum, or an output that you gave as an array"
         )
     meaning = NamedQuantity(name, "", name, -math.inf, math.inf, False)
-    return _Form(NORM, meaning, (order.index(name), -1), 0, name in system.data["of_motion"])
+    _, numbers = quantities_of(system, name)
+    of_motion = name in system.data["of_motion"]
+    return _Form(NORM, meaning, (order.index(name), -1), 0, of_motion, tuple(numbers))

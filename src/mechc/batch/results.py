@@ -23,11 +23,13 @@ from mechc.native._codes import (
 from mechc.simulation.end_of_reach import status_beyond_reach
 from mechc.simulation.gimbal_lock import gimbal_note_of_batch, with_gimbal_lock
 from mechc.simulation.status import CODES, Status, status_of
-from mechc.system.names import name_of
+from mechc.system.names import name_of, names_of
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from mechc.results.solution import Solution
 
 ENDED = ("finished", "stopped by an event")
@@ -250,7 +252,8 @@ class Batch:
         """One row a member, as a ``pandas.DataFrame``.
 
         Columns are what differs between the members, the outcome in words, the time reached, the
-        reductions by their texts, the state there (``theta_0_end``) and the counters.
+        reductions by their texts, the state there (``theta_0_end``), the counters, and the least
+        gaps, NaN of members that met none.
 
         Raises
         ------
@@ -260,6 +263,27 @@ class Batch:
         from mechc.batch.dataset import to_dataframe
 
         return to_dataframe(self.system, self.recipe, self.arrays)
+
+    def plot(self, *names: Any) -> Figure:
+        """Histograms over the members, a panel for each name: a matplotlib figure.
+
+        Parameters
+        ----------
+        names
+            Reductions of the batch by their texts, and coordinates and speeds, whose values at the
+            end are counted.  By default all reductions, or the coordinates where there is none.
+            Angles are shown in degrees; members that did not reach the end are left out, and the
+            title counts them.
+
+        Raises
+        ------
+        UnknownNameError
+            For a name that the batch does not have.
+        """
+        from mechc.batch.sweeps.maps import draw_histograms
+
+        default = self.recipe.reductions or self.system.coordinates
+        return draw_histograms(self, names_of(names) if names else default)
 
     def __repr__(self) -> str:
         words = ", ".join(f"{n} {what}" for what, n in self.counts.items())

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -18,6 +17,7 @@ from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError,
 from mechc.simulation.settings import Policy
 from mechc.system.names import by_name, without_unused
 from mechc.system.parameters import Array, Parameters, doubles
+from mechc.system.quantities import outputs_in
 from mechc.system.system import System
 from mechc.system.units import in_si
 
@@ -123,7 +123,7 @@ def system_for_results(
 ) -> System:  # fmt: skip
     """The system with all that the results of a batch need; see :meth:`System.including`."""
     texts = [*reductions, until if isinstance(until, str) else ""]
-    names = [*outputs, *(word for text in texts for word in re.findall(r"\w+", text))]
+    names = [*outputs, *outputs_in(texts)]
     return system.differentiable(*names) if sensitivities else system.with_output(*names)
 
 

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from mechc.assembly.initial_values import Assembly
     from mechc.batch.results import Batch
     from mechc.batch.sweeps.result import Sweep
+    from mechc.batch.tolerances.result import Tolerances
     from mechc.outputs import Outputs
 
 Method = TypeVar("Method", bound=Callable[..., Any])
@@ -304,3 +305,75 @@ def sweep(
         words = "interrupted; error.sweep has the members that are finished"
         raise RunInterrupt(words, batch=found.batch, sweep=found) from None
     return Sweep(batch, chosen, time.perf_counter() - began)
+
+
+def tolerances(
+    model: Outputs,
+    tolerances: Mapping[Any, Any],
+    of: Sequence[Any] | str,
+    t_span: float | tuple[float, float],
+    y0: Array | Mapping[Any, float] | None = None,
+    params: Parameters = None,
+    *,
+    guess: Mapping[Any, float] | None = None,
+    inputs: Mapping[str, Any] | None = None,
+    count: int = 1000,
+    distribution: str = "normal",
+    seed: int = 0,
+    events: Sequence[Any] = (),
+    rtol: float = 1e-9,
+    method: str = "auto",
+) -> Tolerances:
+    """What tolerances of parts do to results of a motion.
+
+    ``model.tolerances({"l_1": "0.05 mm", "l_2": "0.1 mm"}, of=["max(theta_2)"], t_span=5)``
+
+    First-order effects by exact derivatives of the motion, and beside them a batch of motions with
+    drawn parts, which shows where the first order does not hold.
+
+    Parameters
+    ----------
+    tolerances
+        Name or symbol -> tolerance, in SI units or with one: a part lies within +- this of its
+        nominal value.  Parameters, coordinates and speeds of the start, inputs that are numbers.
+        Parameters whose defaults follow one of them move with it.
+    of
+        The results, one or several: reductions as in :meth:`simulate_batch`, ``"max(theta_2)"``,
+        ``"first(theta_0 > 180deg)"``, ``"final(points[2,0])"``.
+    t_span, params, inputs, events, rtol, method
+        As in :meth:`simulate`; the values are the nominal ones.
+    y0
+        Coordinates and speeds of the start, which every motion is assembled with; by default the
+        model's own start.  A state (nq + nu,) where there are no loops.
+    guess
+        Coordinates near the assembly wanted, as in :meth:`assemble`.
+    count, seed
+        How many motions are drawn, and the seed of the random numbers.
+    distribution
+        How parts lie within their tolerances: ``"normal"``, a tolerance being three standard
+        deviations, or ``"uniform"``.  Parts are independent of each other.
+
+    Returns
+    -------
+    Tolerances
+        A table by ``print``, with notes on where drawn motions and the first order differ;
+        ``slopes``, ``effects``, ``shares``, ``worst_case``, ``root_sum_square``, ``drawn``,
+        ``batch``, ``to_dict()``, ``to_dataframe()``, ``plot()``; see docs/how_to/tolerances.md.
+
+    Raises
+    ------
+    MechcError
+        If the nominal motion does not reach its end.
+    UnavailableOutputError
+        If the model cannot be compiled with sensitivities: its description is not at hand.
+    UnknownNameError, ValueOutOfBoundsError
+        For wrong names, units, tolerances, results and distributions.
+    """
+    from mechc.batch.tolerances.find import tolerances as find
+
+    checked_policy(model.system, rtol=rtol, method=method)
+    return find(
+        model, tolerances, of, t_span, y0, params, guess=guess, inputs=inputs, count=count,
+        distribution=distribution, seed=seed,
+        policy={"rtol": rtol, "method": method, "events": events},
+    )  # fmt: skip

@@ -36,8 +36,8 @@ from mechc.fitting.measured import Measured, checked_measured, known_columns
 from mechc.fitting.recordings import TIMES
 from mechc.progress import Notice, ProgressBar
 from mechc.results.figures import save_figure
-from mechc.system.quantity import Kind, NamedQuantity
-from mechc.system.units import SECOND_WORDS, UNITS, read_value
+from mechc.system.quantity import NamedQuantity
+from mechc.system.units import SECOND_WORDS, SECONDS, factor_of, read_value
 
 OUTPUTS = ("energy", "points", "sensitivities")
 FAILED = 1
@@ -134,7 +134,7 @@ def _column(cell: str) -> tuple[str, str]:
     text, unit = cell.strip().removeprefix("'"), ""
     for opening, closing in ("[]", "()"):
         before, bracket, inside = text.removesuffix(closing).rpartition(opening)
-        is_index = opening == "[" and inside.strip()[:1] in ("", ",", *"0123456789")
+        is_index = opening == "[" and ("," in inside or inside.strip()[:1] in ("", *"0123456789"))
         if bracket and text.endswith(closing) and closing not in inside and not is_index:
             text, unit = before, inside.strip()
             break
@@ -155,22 +155,15 @@ def _recording(table: Table, measured: Iterable[Measured], path: str) -> dict[st
     if key is None:
         raise MechcError(f"{path} has no column 't' or 'time'")
     unit = table[key][0]
-    scale = 1.0 if unit in ("", *SECOND_WORDS) else factor(unit, Kind.TIME, key)
+    scale = 1.0 if unit in ("", *SECOND_WORDS) else factor_of(unit, replace(SECONDS, name=key))
     found = {"t": scale * np.array(table[key][1])}
     for one in measured:
         if one.name not in table:
             raise UnknownNameError(f"column of {path}", one.name, table)
         unit, values = table[one.name]
-        own, kind = one.quantity.unit, one.quantity.kind
-        found[one.name] = factor(unit or own, kind, one.name, own) * np.array(values)
+        meaning = replace(one.quantity.meaning, name=one.name)
+        found[one.name] = factor_of(unit, meaning) * np.array(values)
     return found
-
-
-def factor(unit: str, kind: Kind, name: str, own: str = "s") -> float:
-    choices = UNITS.get(kind, {own: 1.0})
-    if unit not in choices:
-        raise MechcError(f"{name}: {unit!r} is not one of its units; use {' or '.join(choices)}")
-    return choices[unit]
 
 
 # -- what is measured and free ----------------------------------------------------------------

@@ -39,7 +39,7 @@ examples:
       --reduce 'max(theta_2)' --reduce 'range(energy)' --method dop853 --out study
 
 reductions: min, max, mean, range or final of a quantity, or first(QUANTITY > LEVEL); a quantity is
-a coordinate, a speed, energy or an output: abs(omega_0), norm(multipliers), points[3,1].
+a coordinate, a speed, energy or an output: abs(omega_0), norm(multipliers), points[p_3,y].
 The same command resumes a sweep that was stopped; mechc.open('study/batch') reads the data.
 """
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +12,13 @@ import numpy as np
 
 import mechc
 from mechc.cli.arguments import check_name, model_of, output_folder, values_of, whole
-from mechc.cli.fit import Table, factor, free_name, read_columns
+from mechc.cli.fit import Table, free_name, read_columns
 from mechc.errors import MechcError, UnknownNameError
 from mechc.files import write_text, written_into
 from mechc.progress import Notice, ProgressBar
 from mechc.results.figures import save_figure
 from mechc.system.quantity import Kind
+from mechc.system.units import factor_of, of_unknown_unit
 
 MISSED = 1  # exit code: no design meets all conditions
 
@@ -58,11 +60,11 @@ def _targets(model: mechc.Model, table: Table, path: str) -> dict[str, Any]:
     for column, (unit, values) in table.items():
         name, dot, axis = column.rpartition(".")
         if dot and name in points and axis in ("x", "y", "z"):
-            scaled = factor(unit or "m", Kind.LENGTH, column, "m") * np.array(values)
+            of_length = replace(of_unknown_unit(column), unit="m", kind=Kind.LENGTH)
+            scaled = factor_of(unit, of_length) * np.array(values)
             found.setdefault(name, {})[axis] = scaled
         elif column in model.coordinates:
-            one = model.quantities[column]
-            found[column] = factor(unit or one.unit, one.kind, column, one.unit) * np.array(values)
+            found[column] = factor_of(unit, model.quantities[column]) * np.array(values)
         elif column in model.data["own"] and not unit:
             found[column] = np.array(values)
         else:

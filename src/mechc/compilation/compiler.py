@@ -8,6 +8,8 @@ from typing import Any
 
 from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.errors import MechcError
+from mechc.system.quantity import Kind, NamedQuantity
+from mechc.system.units import in_si
 
 
 @one_at_a_time
@@ -21,10 +23,12 @@ def of_compiler(name: str) -> Any:
 
 @cache
 def errors_of_compiler() -> dict[str, type[MechcError]]:
-    """Name -> error of the compiler that is mechc's too; from now on the compiler raises it.
+    """Name -> error of the compiler that is mechc's too; from now on the compiler raises it, and
+    reads values with units as the runtime does.
 
-    The compiler imports nothing of the runtime, so its classes are set from here.
+    The compiler imports nothing of the runtime, so these are set from here.
     """
+    from mechc_codegen.description.quantity import read_values_with
     from mechc_codegen.errors import KINDS, raise_as
 
     names = {"__module__": "mechc", "__doc__": None}
@@ -33,7 +37,14 @@ def errors_of_compiler() -> dict[str, type[MechcError]]:
         for kind in KINDS
     }
     raise_as(found)
+    read_values_with(_in_si)
     return {kind.__name__: told for kind, told in found.items()}
+
+
+def _in_si(value: Any, name: str, quantity: Any) -> Any:
+    """A value of a quantity of the compiler; raises as :func:`mechc.system.units.in_si`."""
+    bounds = quantity.lower, quantity.upper, quantity.closed
+    return in_si(value, NamedQuantity(name, quantity.unit, "", *bounds, Kind(str(quantity.kind))))
 
 
 def include_folder() -> Path:

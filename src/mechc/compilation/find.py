@@ -79,7 +79,9 @@ def system_of(reference: ModelReference, given: System | None = None) -> System:
     return system
 
 
-def _number(name: object, value: Any) -> float:
+def _number(name: object, value: Any) -> float | str:
+    if isinstance(value, str):  # with a unit, which the mechanism knows
+        return value
     try:
         return float(value)
     except (TypeError, ValueError, OverflowError):

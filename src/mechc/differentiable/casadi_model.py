@@ -18,6 +18,7 @@ from mechc.system.names import name_of
 from mechc.system.parameters import Array, doubles, one_double
 from mechc.system.quantities import outputs_in, quantities_of, slopes_of, values_of
 from mechc.system.system import System
+from mechc.system.units import SECONDS
 
 SECOND = 1.0  # s; the size of times where differences by time are taken
 
@@ -65,7 +66,7 @@ def casadi(
         if near.shape != (system.scene.width,):
             raise ValueOutOfBoundsError(f"near is a state of {system.scene.width} numbers")
     policy = {"rtol": rtol, "method": method}
-    return CasadiModel(type(model).of_system(system), near, one_double(t0, "t0"), policy)
+    return CasadiModel(type(model).of_system(system), near, one_double(t0, "t0", SECONDS), policy)
 
 
 class CasadiModel:

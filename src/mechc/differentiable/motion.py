@@ -72,7 +72,7 @@ def _checked_times(t: Any, t0: float) -> Array:
     times = np.atleast_1d(doubles(t, "the times", of=SECONDS))
     if times.ndim != 1 or not len(times) or not np.isfinite(times).all():
         raise ValueOutOfBoundsError("the times are a number, or finite numbers in a row, in s")
-    start = one_double(t0, "t0")
+    start = one_double(t0, "t0", SECONDS)
     if not (np.diff(times) > 0).all() or not times[0] >= start:
         raise ValueOutOfBoundsError(
             f"the times must rise, from the start at t0 = {start:g} s on; t0 can be given"

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from mechc.assembly.initial_values import checked_numbers
+from mechc.assembly.initial_values import checked_numbers, closed_freedoms, filled_start
 from mechc.errors import (
     MechcError,
     RunInterrupt,
@@ -28,6 +28,7 @@ from mechc.simulation.settings import checked_count, checked_positive
 from mechc.system.names import by_name, names_of
 from mechc.system.parameters import Array, doubles, one_double
 from mechc.system.system import System
+from mechc.system.units import SECONDS
 
 Report = Callable[[float, str], None]
 
@@ -96,12 +97,19 @@ def _problem(
     starts = [_checked_start(system, one) for one in _each(y0, count, "y0")]
     driven = [by_name({} if one is None else one, "inputs")
               for one in _each(inputs, count, "inputs")]  # fmt: skip
-    given = [Arguments(values, *each, near) for each in zip(starts, driven, strict=True)]
+    states = {name for name in named_free(free, kinds_of(system, system.inputs))
+              if name in (*system.coordinates, *system.speeds)}  # fmt: skip
+    given = [
+        Arguments(values, start, inputs, near)
+        if start is not None or t0 is not None
+        else Arguments(values, *_start_of_data(system, wanted, one, near, states, inputs))
+        for start, inputs, one in zip(starts, driven, recordings, strict=True)
+    ]
     unknowns = _unknowns(system, free, shared, given, wanted, recordings)
     motions = tuple(
         MotionFunction(model, unknowns, each, policy, place) for place, each in enumerate(given)
     )
-    begin = [float(one.t[0]) if t0 is None else one_double(t0, "t0") for one in recordings]
+    begin = [float(one.t[0]) if t0 is None else one_double(t0, "t0", SECONDS) for one in recordings]
     problem = Problem(model, unknowns, wanted, recordings, motions, begin)
     for k, one in enumerate(wanted):
         if not any(recording.valid[:, k].any() for recording in recordings):
@@ -148,6 +156,32 @@ def _unknowns(
             one = read_unknown(system, name, kinds[name], ends, known, default=seen, member=member)
             found.append(one)
     return tuple(found)
+
+
+def _start_of_data(
+    system: System, measured: Sequence[Measured], recording: Recording, near: Mapping[str, float],
+    free: Collection[str], inputs: Mapping[str, Any],
+) -> tuple[dict[str, Any] | None, Mapping[str, Any], Mapping[str, float]]:  # fmt: skip
+    """The start of a recording that is not given, its inputs, and a guess for the assembly.
+
+    It has the first samples of what was measured of coordinates and speeds and is not free, as many
+    as the loops leave open, and is filled up from the model's own; measured coordinates that follow
+    are a guess.  None, the model's own start, where none of them was measured.
+    """
+    first = dict(zip((one.name for one in measured), recording.values[0].tolist(), strict=True))
+    seen = {n: x for n, x in first.items() if np.isfinite(x) and n not in free}
+    q, u = ({n: seen[n] for n in names if n in seen}
+            for names in (system.coordinates, system.speeds))  # fmt: skip
+    if not q and not u:
+        return None, inputs, near
+    placed, moved = ({n: 0.0 for n in names if n in free}
+                     for names in (system.coordinates, system.speeds))  # fmt: skip
+    open_speeds = len(system.speeds) - len(system.constraint_names)
+    rest = dict([*placed.items(), *q.items()][: closed_freedoms(system, {**placed, **q})])
+    speeds = dict([*moved.items(), *u.items()][:open_speeds])
+    rest, speeds, guess = filled_start(system, rest, speeds, near)
+    start = {n: x for n, x in {**rest, **speeds}.items() if n not in free}
+    return start, inputs, {**guess, **{n: x for n, x in q.items() if n not in rest}, **near}
 
 
 def _first_sample(name: str, measured: Sequence[Measured], recording: Recording) -> float | None:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
 from typing import TYPE_CHECKING, Any
 
+from mechc.progress import Notice
 from mechc.simulation.settings import checked_policy
 from mechc.system.parameters import Parameters
 
@@ -59,9 +61,10 @@ def fit(
         ``"energy"``, and numbers of outputs: ``"points[2,0]"``.
     params, y0, inputs
         As in :meth:`simulate`; the values of what is free are those that the search begins
-        with.  A list of y0 or inputs has one for each recording.  Without y0 the start is the
-        model's own.  What is free and not given begins at its first sample, at its default, or
-        between its bounds.
+        with.  A list of y0 or inputs has one for each recording.  Without y0 coordinates and
+        speeds begin at their first samples, and at the model's own start where they were not
+        measured or ``t0`` is given; what begins in motion, or noisily, is better free.  What is
+        free and not given begins at its first sample, at its default, or between its bounds.
     guess
         Coordinates near the assembly wanted, as in :meth:`assemble`.
     t0
@@ -104,8 +107,9 @@ def fit(
 
     checked_policy(model.system, rtol=rtol, method=method)
     settings = Settings(starts, refined, loss, f_scale, tol, max_evaluations, seed)
-    return fit(
-        model, measurements, free, measured, params=params, y0=y0, guess=guess, inputs=inputs,
-        t0=t0, shared=shared, confidence=confidence, settings=settings,
-        policy={"rtol": rtol, "method": method}, progress=progress,
-    )  # fmt: skip
+    with nullcontext() if progress else Notice(f"fitting {model.name} ..."):
+        return fit(
+            model, measurements, free, measured, params=params, y0=y0, guess=guess, inputs=inputs,
+            t0=t0, shared=shared, confidence=confidence, settings=settings,
+            policy={"rtol": rtol, "method": method}, progress=progress,
+        )  # fmt: skip

@@ -1,7 +1,7 @@
 """Values given for inputs -> by name: numbers, signals, functions of t or of t, q and u.
 
-Also accepted: quantities of pint, in SI units; samples as ``(times, values)``, interpolants of
-SciPy, one function for several inputs ``{(F, G): f}``, and functions of state and time together,
+Also accepted: texts with a unit, quantities of pint, samples as ``(times, values)``, interpolants
+of SciPy, one function for several inputs ``{(F, G): f}``, and functions of state and time together,
 ``f(x, t)`` or ``f(t, x)`` with x = [q, u].
 """
 
@@ -17,29 +17,37 @@ from mechc.errors import ValueOutOfBoundsError, brief
 from mechc.inputs.signals import Signal
 from mechc.system.names import name_of, owned
 from mechc.system.parameters import Array
-from mechc.system.units import in_si, is_number, of_unknown_unit
+from mechc.system.quantity import NamedQuantity
+from mechc.system.system import System
+from mechc.system.units import in_si, is_number, refuse_names
 
 TIME = ("t", "time")
 
 
-def accepted_inputs(given: Any, orders: Mapping[str, int]) -> dict[str, Any]:
+def accepted_inputs(given: Any, system: System) -> dict[str, Any]:
     """Name -> number, signal, function, or functions for value and rates.
 
-    ``orders``: of each input the highest derivative that the equations contain.
-
     Raises ``TypeError`` if it is not a mapping; :class:`ValueOutOfBoundsError` if samples are not
-    valid, or it is not known which argument of a function is the time.
+    valid, a unit is not the input's, or it is not known which argument of a function is the time.
     """
+    orders = {slot["name"]: max(slot["orders"]) for slot in system.data.get("inputs", ())}
+
+    def one(name: str, value: Any) -> Any:
+        quantity = system.quantity_of(name)
+        if isinstance(value, str) and not quantity.unit:
+            refuse_names(quantity.name, value, system.quantities)
+        return _one(quantity, value, orders.get(name, 0))
+
     if not isinstance(given, Mapping):
         raise TypeError(f"inputs are given by name, such as {{'F': 0.5}}, not as {brief(given)}")
     found: dict[str, Any] = {}
     for key, value in given.items():
         if isinstance(key, tuple):
             several = _several([name_of(each) for each in key], value)
-            found |= {name: _one(name, x, orders.get(name, 0)) for name, x in several.items()}
+            found |= {name: one(name, x) for name, x in several.items()}
         else:
             name = name_of(key)
-            found[name] = _one(name, value, orders.get(name, 0))
+            found[name] = one(name, value)
     return found
 
 
@@ -52,10 +60,12 @@ def laws_apart(given: Any) -> tuple[dict[str, str], Any]:
     return {name_of(key): law for key, law in laws.items()}, others
 
 
-def samples_or_signal(value: Any, order: int) -> Signal | None:
+def samples_or_signal(
+    value: Any, order: int, quantity: NamedQuantity | None = None
+) -> Signal | None:
     """Samples ``(times, values)``, signals and interpolants as a signal; None for anything else.
 
-    ``order``: the highest derivative that is needed of samples.
+    ``order``: the highest derivative that is needed of samples.  ``quantity``: that of the values.
     """
     if isinstance(value, Signal):
         return value
@@ -63,16 +73,16 @@ def samples_or_signal(value: Any, order: int) -> Signal | None:
     if pair and all(np.ndim(row) == 1 for row in value):
         kind = "linear" if order == 0 else "cubic" if order <= 3 else "quintic"
         times, values = value
-        return Signal(times, values, kind)
+        return Signal(times, values if quantity is None else in_si(values, quantity), kind)
     return Signal.of_interpolant(value)
 
 
-def _one(name: str, value: Any, order: int) -> Any:
-    value = in_si(value, of_unknown_unit(f"the input {name}"))
-    signal = samples_or_signal(value, order)
+def _one(quantity: NamedQuantity, value: Any, order: int) -> Any:
+    signal = samples_or_signal(value, order, quantity)
     if signal is not None:
         return signal
-    return with_state_apart(f"the input {name}", value) if callable(value) else owned(value)
+    told = quantity.name
+    return with_state_apart(told, value) if callable(value) else owned(in_si(value, quantity))
 
 
 def with_state_apart(what: str, function: Callable[..., Any]) -> Callable[..., Any]:

@@ -32,7 +32,7 @@ class Sampled:
         Function of t, of t, q and u, or of (x, t) with x = [q, u], called at the instants in their
         order; it may have a memory.  Gives a number, or one for each input.
     period : float
-        Time between instants, s; the first is the start of the run.
+        Time between instants, s, or with a unit, ``"10 ms"``; the first is the start of the run.
     delay : float
         Time from an instant until its value is applied, s.
     jitter : float

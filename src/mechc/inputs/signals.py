@@ -34,7 +34,7 @@ class Signal:
     times : (n,)
         In s, strictly increasing; texts with a unit and quantities of pint are converted.
     values : (n,)
-        In the unit of the input; quantities of pint in SI units.
+        In the unit of the input; texts with a unit and quantities of pint are converted.
     kind
         Between the samples: ``"previous"`` keeps each value until the next sample, ``"linear"``
         joins them by lines, ``"cubic"`` and ``"quintic"`` by the spline of that degree with 2 and

@@ -29,8 +29,9 @@ from mechc.simulation.events.expressions import read_events
 from mechc.simulation.settings import checked_positive
 from mechc.system.names import by_name, name_of
 from mechc.system.parameters import Array, doubles, one_double
+from mechc.system.quantity import NamedQuantity
 from mechc.system.system import System
-from mechc.system.units import in_si, read_seconds
+from mechc.system.units import SECONDS, in_si
 
 TIMES, UNEVEN = 33, 0.61803398875  # where it is asked whether time drives; golden, not periodic
 SAME = 1e-9  # values that differ by less do not depend on time
@@ -127,7 +128,7 @@ def read_problem(model: Any, asked: Question) -> tuple[OptimalProblem, Array]:
     limits = np.array([one[1:] for one in (*along.others, *end.others)]).reshape(-1, 2)
     problem = OptimalProblem(
         type(model).of_system(system), unknowns, replace(given, inputs=kept),
-        one_double(asked.t0, "t0"), 0.0 if unknowns.free else _seconds(asked.duration),
+        one_double(asked.t0, "t0", SECONDS), 0.0 if unknowns.free else _seconds(asked.duration),
         asked.kind, asked.run, *terms, limits[:, 0], limits[:, 1],
     )  # fmt: skip
     _refuse_open(problem)
@@ -157,9 +158,7 @@ def _checked_start(y0: Any) -> Any:
 
 
 def _seconds(duration: Any) -> float:
-    if isinstance(duration, str):
-        return read_seconds(duration)
-    return checked_positive("the duration", duration)
+    return checked_positive("the duration", duration, of=SECONDS)
 
 
 # -- conditions -----------------------------------------------------------------------------------
@@ -239,7 +238,9 @@ def _unknowns(
     shares = np.arange(unknowns.samples) / asked.intervals
     for place, (name, ends) in zip(blocks["controls"].T, controls.items(), strict=True):
         box.bound(place, checked_bounds(system, name, ends))
-        box.first[place] = _first_signal(name, given.inputs.get(name, 0.0), shares)
+        box.first[place] = _first_signal(
+            system.quantity_of(name), given.inputs.get(name, 0.0), shares
+        )
     for block, ones in (("parameters", parameters), ("start", begun)):
         for place, one in zip(blocks[block], ones, strict=True):
             box.lower[place], box.upper[place] = one.lower, one.upper
@@ -287,12 +288,12 @@ def _ends_of_duration(given: Any) -> tuple[float, float]:
     return low, high
 
 
-def _first_signal(name: str, given: Any, shares: Array) -> Any:
+def _first_signal(quantity: NamedQuantity, given: Any, shares: Array) -> Any:
     """The samples that the search begins with: a number, or a signal over shares of its span."""
     if isinstance(given, Signal):
         low, high = given.times[0], given.times[-1]
         return given(low + shares * (high - low))
-    return one_double(given, f"the first value of {name}")
+    return one_double(given, f"the first value of {quantity.name}", quantity)
 
 
 # -- what cannot be found -------------------------------------------------------------------------

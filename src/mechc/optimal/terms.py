@@ -19,7 +19,16 @@ from mechc.inputs.samples import places_of_values
 from mechc.simulation.events.expressions import EventReader, StateNames, as_written, function_of
 from mechc.system.names import name_of
 from mechc.system.parameters import Array
-from mechc.system.quantities import ELEMENT, NAME, Quantity, read_quantity, slopes_of, values_of
+from mechc.system.quantities import (
+    ELEMENT,
+    NAME,
+    Quantity,
+    index_of,
+    read_quantity,
+    shape_of,
+    slopes_of,
+    values_of,
+)
 from mechc.system.quantity import SUMS
 from mechc.system.system import System
 
@@ -83,7 +92,7 @@ class Terms:
         extra = (*system.inputs, *entries, *starts, last)
         names = StateNames((*system.coordinates,), (*system.speeds, *extra), system.parameters)
         self._reader = EventReader(names, np.zeros(self.np), typed_expression)
-        self.expressions = [self._reader.plain(_with_stand_ins(text)) for text in texts]
+        self.expressions = [self._reader.plain(_with_stand_ins(system, text)) for text in texts]
         self.titles = [as_written(text) for text in texts]
 
     @property
@@ -178,11 +187,11 @@ def read_terms(system: System, texts: Sequence[Any]) -> tuple[System, Terms]:
     grammar; :class:`UnavailableOutputError` for outputs that cannot be compiled.
     """
     states = (*system.coordinates, *system.speeds)
-    asked = dict.fromkeys((m[1], _index(m[2])) for text in texts if isinstance(text, str)
+    asked = dict.fromkeys((m[1], m[2].strip()) for text in texts if isinstance(text, str)
                           for m in ELEMENT.finditer(text))  # fmt: skip
-    starts = {_stand_in(*one): states.index(one[0]) for one in asked if one[0] in states}
+    starts = {_stand_in(system, *one): states.index(one[0]) for one in asked if one[0] in states}
     for name, index in asked:
-        if name in states and index != (0,):
+        if name in states and index != "0":
             raise ValueOutOfBoundsError(f"{name}[0] is the value at the start, the only one known")
     names = {name for text in texts for name in _names_in(text)}
     known = (*states, *system.inputs, *system.parameters)
@@ -196,16 +205,12 @@ def read_terms(system: System, texts: Sequence[Any]) -> tuple[System, Terms]:
     system = system.differentiable(*used, *(name for name, _ in numbers))
     single = sorted(used & {*SUMS, *system.derivative_rows})
     written = {name: name for name in single}
-    written |= {_stand_in(n, i): f"{n}[{','.join(map(str, i))}]" for n, i in numbers}
+    written |= {_stand_in(system, *one): f"{one[0]}[{one[1]}]" for one in numbers}
     entries = {
         stand_in: read_quantity(system, text, differentiable=True)
         for stand_in, text in written.items()
     }
     return system, Terms(system, texts, entries, starts)
-
-
-def _index(text: str) -> tuple[int, ...]:
-    return tuple(map(int, text.split(",")))
 
 
 def _names_in(text: Any) -> set[str]:
@@ -214,15 +219,19 @@ def _names_in(text: Any) -> set[str]:
     return {name_of(one) for one in getattr(text, "free_symbols", ())}
 
 
-def _stand_in(name: str, index: Sequence[int]) -> str:
+def _stand_in(system: System, name: str, typed: str) -> str:
+    """The name that stands for a number of an output, or for a component of the start."""
+    index: Sequence[int] = (0,)
+    if name not in (*system.coordinates, *system.speeds):
+        index = index_of(system, name, shape_of(system, name, differentiable=True), typed)
     return "_".join(["number", name, *map(str, index)])
 
 
-def _with_stand_ins(text: Any) -> Any:
+def _with_stand_ins(system: System, text: Any) -> Any:
     """A text with names in place of numbers of outputs and of the start."""
     if not isinstance(text, str):
         return text
-    return ELEMENT.sub(lambda m: _stand_in(m[1], _index(m[2])), text)
+    return ELEMENT.sub(lambda m: _stand_in(system, m[1], m[2]), text)
 
 
 def refuse_rates(system: System, name: str) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from mechc.progress import Notice
 from mechc.simulation.settings import checked_count, checked_policy
 from mechc.system.names import checked_word
 from mechc.system.parameters import Array, Parameters
@@ -122,4 +123,6 @@ def optimise(
         {"events": events, "rtol": rtol, "method": method},
     )  # fmt: skip
     search = SearchSettings.of(solver, tol, max_iterations, starts, seed)
-    return optimise(model, asked, checked_word("begin", begin, ("auto", "line", "motion")), search)
+    begin = checked_word("begin", begin, ("auto", "line", "motion"))
+    with Notice(f"searching the motion of {model.name} with the least cost ..."):
+        return optimise(model, asked, begin, search)

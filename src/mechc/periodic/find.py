@@ -29,7 +29,7 @@ from mechc.simulation.settings import checked_positive
 from mechc.system.names import by_name, checked_word, names_of
 from mechc.system.parameters import Array
 from mechc.system.system import System
-from mechc.system.units import in_si, is_number, read_seconds
+from mechc.system.units import SECONDS, in_si, is_number
 
 RETURNS = 0.6, 1.5  # of the period guessed: within it the nearest return is looked for
 SAMPLES = 2000
@@ -89,7 +89,7 @@ def periodic(
 
 
 def _seconds(period: Any) -> float:
-    return read_seconds(period) if isinstance(period, str) else checked_positive("period", period)
+    return checked_positive("period", period, of=SECONDS)
 
 
 def _law(system: System, period: Any, given: Any) -> Callable[[Array], float] | None:

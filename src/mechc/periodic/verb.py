@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from mechc.progress import Notice
 from mechc.simulation.settings import checked_count, checked_positive
 from mechc.system.names import owned
 from mechc.system.parameters import Array, Parameters
@@ -78,7 +79,8 @@ def periodic(
     from mechc.periodic.find import periodic
 
     run = {"inputs": owned(inputs), "events": owned(events), "rtol": rtol, "method": method}
-    return periodic(
-        model, y0, period, params, t0=t0, hold=hold, advance=advance, run=run,
-        tol=checked_positive("tol", tol), most=checked_count("max_iterations", max_iterations),
-    )  # fmt: skip
+    with Notice(f"searching a cycle of {model.name} ..."):
+        return periodic(
+            model, y0, period, params, t0=t0, hold=hold, advance=advance, run=run,
+            tol=checked_positive("tol", tol), most=checked_count("max_iterations", max_iterations),
+        )  # fmt: skip

@@ -106,9 +106,10 @@ def _given_value(system: System, name: str, given: Mapping[str, Any]) -> float |
     """The user's value of an unknown; None where there is none."""
     if name not in given:
         return None
-    quantity = system.quantities.get(name)
     try:
-        return float(given[name] if quantity is None else in_si(given[name], quantity))
+        return float(in_si(given[name], system.quantity_of(name)))
+    except ValueOutOfBoundsError:
+        raise
     except (TypeError, ValueError):
         raise ValueOutOfBoundsError(
             f"{name} is free: it begins at a number, not at {brief(given[name])}"
@@ -126,12 +127,12 @@ def middle_of(lower: float, upper: float) -> float:
 
 def checked_bounds(system: System, name: str, given: Any) -> Bounds:
     """Bounds in SI units; None, or ``...``, for those of the model, or none."""
-    quantity = system.quantities.get(name)
-    own = (-np.inf, np.inf) if quantity is None else (quantity.lower, quantity.upper)
+    quantity = system.quantity_of(name)
+    own = quantity.lower, quantity.upper
     if given is None or given is ...:
         return own
     try:
-        given = given if quantity is None else in_si(given, quantity)
+        given = in_si(given, quantity)
         low, high = (own[k] if each is None else float(each) for k, each in enumerate(given))
     except ValueOutOfBoundsError:
         raise
@@ -141,7 +142,7 @@ def checked_bounds(system: System, name: str, given: Any) -> Bounds:
         ) from None
     if not low < high:
         raise ValueOutOfBoundsError(f"{name}: the lower bound {low:g} must be below {high:g}")
-    if quantity is not None and (low < own[0] or high > own[1]):
+    if low < own[0] or high > own[1]:
         raise ValueOutOfBoundsError(
             f"{name}: the bounds {low:g} ... {high:g} exceed its own: it must be "
             f"{quantity.bounds_in_words}"

@@ -83,7 +83,11 @@ def to_dataframe(sol: Trajectory) -> Any:
     package("pandas", "pandas is not installed: pip install pandas")
     data = to_dataset(sol)
     names = netcdf_names((*sol.system.coordinates, *sol.system.speeds))
-    return data.to_dataframe().rename(columns=names)
+    driven, inputs = sol.system.driven, sol.system.inputs
+    table = data.to_dataframe().rename(columns=names)
+    if driven is None or not {*inputs} <= {*driven.given}:  # functions are not in files
+        return table
+    return table.assign(**dict(zip(inputs, driven.values(inputs, sol.t, sol.y), strict=True)))
 
 
 def digest(data: Any) -> str:

@@ -13,11 +13,13 @@ import numpy as np
 from mechc.analysis.shared_reactions import PARTS, warn_of_undetermined
 from mechc.errors import MechcError
 from mechc.files import path_of
+from mechc.progress import Notice
 from mechc.simulation.record import Piece, Record
 from mechc.simulation.simulate import continue_run
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.names import name_of, names_of
 from mechc.system.parameters import Array
+from mechc.system.quantities import output_of
 
 if TYPE_CHECKING:
     from mechc.results.check import Check
@@ -129,8 +131,8 @@ class Solution(Trajectory):
         ----------
         name
             ``"energy"``, ``"rates"`` (y', with the accelerations), ``"multipliers"``,
-            ``"reaction_forces"``, ``"points"``, an output of the user's own, or what else
-            :meth:`mechc.Model.output` takes.
+            ``"reaction_forces"``, ``"points"``, an output of the user's own, a number of one,
+            ``"reaction_torques[crank,z]"``, or what else :meth:`mechc.Model.output` takes.
         t
             Times (...) in s, where the run has dense output; by default ``sol.t``.
 
@@ -152,10 +154,15 @@ class Solution(Trajectory):
         y = self.y if t is None else self(t)
         times = self.t if t is None else np.asarray(t, dtype=np.float64)
         name, every = name_of(name), times.reshape(-1)
-        found = self.output_along(name, every, y.reshape(-1, y.shape[-1]))
-        if name in PARTS and len(found):
-            p = self.values_along(every)
-            warn_of_undetermined(self.system, {name: found}, p, times, stacklevel=3)
+
+        def along(whole: Any) -> Array:
+            found = self.output_along(whole, every, y.reshape(-1, y.shape[-1]))
+            if whole in PARTS and len(found):
+                p = self.values_along(every)
+                warn_of_undetermined(self.system, {whole: found}, p, times, stacklevel=5)
+            return found
+
+        found = output_of(self.system, name, along)
         return found.reshape((*times.shape, *found.shape[1:]))
 
     def check(self) -> Check:
@@ -181,7 +188,8 @@ class Solution(Trajectory):
         """
         from mechc.results.check import check
 
-        found = self.checked = check(self, self.model.judge_rates)
+        with Notice("checking the motion by two more runs ..."):
+            found = self.checked = check(self, self.model.judge_rates)
         return found
 
     # -- derivatives ---------------------------------------------------------------------------
@@ -296,10 +304,11 @@ class Solution(Trajectory):
         """Everything as an ``xarray.Dataset`` over time."""
         from mechc.results.files import to_dataset
 
-        return to_dataset(self)
+        with Notice("collecting the motion for xarray ..."):
+            return to_dataset(self)
 
     def to_dataframe(self) -> Any:
-        """Components of the state, energy and closure (SI units) over time: a pandas.DataFrame.
+        """State, energy, closure and inputs (SI units) over time: a pandas.DataFrame.
 
         Raises
         ------
@@ -314,7 +323,8 @@ class Solution(Trajectory):
         """Write to ``.nc`` (NetCDF, opened again by :func:`mechc.open`) or ``.csv``."""
         from mechc.results.files import save
 
-        return save(self, path_of(path))
+        with Notice(f"writing {path} ..."):
+            return save(self, path_of(path))
 
     def plot(self, *names: Any, degrees: bool = True) -> Any:
         """One matplotlib figure.
@@ -337,13 +347,15 @@ class Solution(Trajectory):
         """
         from mechc.results.figures import curves, picture
 
-        return curves(self, names_of(names), degrees) if names else picture("overview", self)
+        with Notice("drawing ..."):
+            return curves(self, names_of(names), degrees) if names else picture("overview", self)
 
     def animate(self, *, fps: float = 60.0) -> Any:
         """The motion, as an object that displays itself and has ``save(path)``."""
         from mechc.results.animation import animate
 
-        return animate(self, fps=fps)
+        with Notice("drawing the motion ..."):
+            return animate(self, fps=fps)
 
     def view(self, *, fps: float = 60.0) -> Any:
         """The motion in space, as an object that displays itself and has ``save(path)``.
@@ -367,7 +379,8 @@ class Solution(Trajectory):
         drawn = getattr(self.model.system, "drawn", None)
         if self._recorded_view is not None and drawn is None:
             return saved_view(self._recorded_view)
-        return view(self, fps=fps)
+        with Notice("drawing the view ..."):
+            return view(self, fps=fps)
 
     def __repr__(self) -> str:
         return f"<mechc.Solution of {self.system.name}: {len(self)} states, {self.status.headline}>"

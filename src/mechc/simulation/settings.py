@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,8 +15,9 @@ from mechc.native._arrays import NOT_IN_ORDER, OUTSIDE, times_along
 from mechc.native._codes import CHANGE_POINT_POLICIES, LOCKSTEP, METHODS
 from mechc.system.names import checked_word
 from mechc.system.parameters import Array, doubles
+from mechc.system.quantity import NamedQuantity
 from mechc.system.system import System
-from mechc.system.units import SECONDS
+from mechc.system.units import SECONDS, has_unit, in_si
 
 SEQUENCES = (tuple, list, np.ndarray)
 SHORTEST = sys.float_info.min  # s, a span but 0
@@ -135,8 +137,8 @@ def checked_policy(
         tolerance,
         None if atol is None else _checked_atol(system, atol),
         code,
-        0.0 if first_step is None else checked_positive("first_step", first_step),
-        checked_positive("max_step", max_step, infinite=True),
+        0.0 if first_step is None else checked_positive("first_step", first_step, of=SECONDS),
+        checked_positive("max_step", max_step, infinite=True, of=SECONDS),
         checked_count("max_steps", max_steps),
         dense,
         checked_change_point(on_change_point),
@@ -285,6 +287,7 @@ def _has_several(t_span: Any) -> bool:
 
 def checked_span(t_span: float | tuple[float, float]) -> tuple[float, float]:
     """(t0, t1), finite, in s; a number alone is t1."""
+    t_span = in_si(t_span, replace(SECONDS, name="t_span"))
     try:
         first, last = t_span if isinstance(t_span, SEQUENCES) else (0.0, t_span)
         t0, t1 = float(first), float(last)
@@ -323,11 +326,16 @@ def checked_times(t_eval: Array, span: tuple[float, float]) -> Array:
 
 
 def _checked_atol(system: System, atol: float | Array) -> Array:
-    given, width = doubles(atol, "atol"), system.scene.width
+    names, width = (*system.coordinates, *system.speeds), system.scene.width
+    every = [atol] * width if has_unit(atol) else atol
+    if isinstance(every, (list, tuple)) and len(every) == width:
+        own = (replace(system.quantities[name], name=f"atol of {name}") for name in names)
+        every = [in_si(each, quantity) for each, quantity in zip(every, own, strict=True)]
+    given = doubles(every, "atol")
     if given.shape not in ((), (1,), (width,)):
         raise ValueOutOfBoundsError(
             f"atol is one number, or one for each of the {width} components of a state "
-            f"({', '.join((*system.coordinates, *system.speeds))}), not of shape {given.shape}"
+            f"({', '.join(names)}), not of shape {given.shape}"
         )
     values = np.broadcast_to(given, (width,))
     if not (np.isfinite(values) & (values > 0)).all():
@@ -335,10 +343,13 @@ def _checked_atol(system: System, atol: float | Array) -> Array:
     return np.ascontiguousarray(values)
 
 
-def checked_positive(name: str, value: float, *, infinite: bool = False) -> float:
-    """A positive number, finite or not."""
+def checked_positive(
+    name: str, value: Any, *, infinite: bool = False, of: NamedQuantity | None = None
+) -> float:
+    """A positive number, finite or not; ``of``: what it is, where it has a unit."""
     if type(value) is float and 0.0 < value < math.inf:
         return value  # nearly always, and fast
+    value = value if of is None else in_si(value, replace(of, name=name))
     try:
         number = float(value)
     except (TypeError, ValueError, OverflowError):

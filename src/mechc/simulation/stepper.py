@@ -21,8 +21,9 @@ from mechc.simulation.settings import Policy, refuse_derivatives_in_contact
 from mechc.simulation.status import ChangePoint, Status, status_of
 from mechc.system.names import name_of
 from mechc.system.parameters import Array, Parameters, one_double
+from mechc.system.quantities import output_of
 from mechc.system.system import System
-from mechc.system.units import SECONDS, in_si, of_unknown_unit
+from mechc.system.units import SECONDS, in_si
 
 FOR_EVER, INFINITY = 1e300, math.inf  # s
 
@@ -144,7 +145,10 @@ class Stepper:
         forces = self._contact_forces(t, y)
         if forces is not None:
             refuse_derivatives_in_contact(names)
-        return {name: self._output(name, y, t, forces) for name in names}
+        return {
+            name: output_of(self._system, name, lambda whole: self._output(whole, y, t, forces))
+            for name in names
+        }
 
     def _output(self, name: str, y: Array, t: float, forces: Array | None) -> Array:
         system = self._system.with_output(name)
@@ -219,8 +223,12 @@ class Stepper:
             name = key if key in self._numbers else self._number_named(key)
             try:
                 value = (
-                    given if type(given) is float else float(in_si(given, of_unknown_unit(name)))
+                    given
+                    if type(given) is float
+                    else float(in_si(given, self._system.quantity_of(name)))
                 )
+            except ValueOutOfBoundsError:
+                raise
             except (TypeError, ValueError, OverflowError):
                 value = INFINITY
             if not -INFINITY < value < INFINITY:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mechc.assembly.initial_values import checked_numbers
 from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError, brief
+from mechc.progress import Notice
 from mechc.simulation.settings import checked_count, checked_positive
 from mechc.system.names import by_name, name_of
 from mechc.system.parameters import Parameters, doubles, one_double
@@ -148,7 +150,8 @@ def synthesize(
         checked_count("most", most), checked_positive("tol", tol), seed,
         _span(system, checked, name, bounds, span),
     )  # fmt: skip
-    drawn, found = search(problem, settings, progress or (lambda _, __: None))
+    with nullcontext() if progress else Notice(f"searching linkages of {model.name} ..."):
+        drawn, found = search(problem, settings, progress or (lambda _, __: None))
     if not found:
         raise AssemblyError(
             f"none of {samples} linkages drawn closes at all positions: widen the bounds of "

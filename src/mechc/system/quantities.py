@@ -1,17 +1,18 @@
-"""One number of a model that a text names: ``theta_0``, ``energy``, ``points[2,0]``.
+"""One number of a model that a text names: ``theta_0``, ``energy``, ``points[C,x]``.
 
 The grammar, wherever a quantity is named::
 
     quantity  = name [ "[" index { "," index } "]" ]
 
-A name is a coordinate, a speed, ``energy``, or an output; the indices count from 0.
+A name is a coordinate, a speed, ``energy``, or an output.  An index counts from 0, or is the name
+of what it counts: a body, a point, a joint, a constraint, a speed, or x, y, z.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,8 +25,8 @@ from mechc.system.quantity import SUMS, Kind, NamedQuantity
 from mechc.system.system import System
 
 NAME = re.compile(r"[^\W\d]\w*")
-ELEMENT = re.compile(r"(?<!\w)([^\W\d]\w*+)\s*+\[\s*+(\d++(?:\s*+,\s*+\d++)*+)\s*+\]")
-_UNITS = {"points": "m"}
+ELEMENT = re.compile(r"(?<!\w)([^\W\d]\w*+)\s*+\[([^\[\]]*+)\]")
+_SINGULAR = {"bodies": "body", "xyz": "axis"}  # of the words for what an index counts
 
 
 @dataclass(frozen=True)
@@ -91,15 +92,16 @@ def read_quantity(system: System, given: Any, *, differentiable: bool = False) -
         raise ValueOutOfBoundsError(
             f"{brief(text)} is not a quantity: write theta_0, energy or points[2,0]"
         )
-    index = tuple(map(int, match[2].split(","))) if match else ()
     shape = shape_of(system, name, differentiable=differentiable)
-    if len(index) != len(shape) or any(i >= n for i, n in zip(index, shape, strict=True)):
+    index = index_of(system, name, shape, match[2]) if match else ()
+    if len(index) != len(shape):
         raise ValueOutOfBoundsError(_no_number(name, shape))
     written = "".join(text.split())
     of_state = name in (*system.coordinates, *system.speeds)
     kind = Kind.LENGTH if name == "points" else Kind.OTHER
     free, unit = (-math.inf, math.inf, False), "J" if "energy" in name else ""
-    meaning = NamedQuantity(written, _UNITS.get(name, unit), name, *free, kind)
+    unit = system.data.get("output_units", {}).get(name, unit)
+    meaning = NamedQuantity(written, unit, name, *free, kind)
     if of_state:
         known = system.quantities[name]
         meaning = NamedQuantity(written, known.unit, name, *free, known.kind)
@@ -146,7 +148,59 @@ def shape_of(system: System, name: str, *, differentiable: bool = False) -> tupl
     return known[name]
 
 
-def _no_number(name: str, shape: tuple[int, ...]) -> str:
+def index_of(system: System, name: str, shape: Sequence[int], text: str) -> tuple[int, ...]:
+    """The index of a number of an output of this shape, from numbers or names.
+
+    Raises :class:`UnknownNameError` for a name that is not there, :class:`ValueOutOfBoundsError`
+    for a number that is not, and where there are not as many as the shape has axes.
+    """
+    typed = text.rsplit(",", max(len(shape) - 1, 0))  # a constraint's name may contain commas
+    axes = system.data.get("axes", {}).get(name, [""] * len(shape))
+    if not shape or len(typed) != len(shape):
+        raise ValueOutOfBoundsError(_no_number(name, shape))
+    places = []
+    for given, size, axis in zip(typed, shape, axes, strict=True):
+        given = "".join(given.split())  # as reductions and quantities are kept
+        names = [each for key in axis.split() for each in _counted(system, key)][:size]
+        bare = ["".join(each.split()) for each in names]
+        numbers = list(map(str, range(size)))
+        if names and not given.isdecimal() and given not in ("", *bare):
+            raise _unknown_index(name, axis, given, names)
+        if given not in numbers and bare.count(given) != 1:
+            raise ValueOutOfBoundsError(_no_number(name, shape))
+        places.append(numbers.index(given) if given in numbers else bare.index(given))
+    return tuple(places)
+
+
+def _counted(system: System, key: str) -> list[str]:
+    """The names that an index of this kind may be."""
+    if key == "xyz":
+        return list(key)
+    return [one if isinstance(one, str) else one["name"] for one in system.data[key]]
+
+
+def _unknown_index(name: str, axis: str, given: str, names: Sequence[str]) -> UnknownNameError:
+    what = " or ".join(_SINGULAR.get(key, key.removesuffix("s")) for key in axis.split())
+    return UnknownNameError.with_message(
+        f"{name}: no {what} is called {given!r}; known are {', '.join(names)}"
+    )
+
+
+def output_of(system: System, name: Any, evaluate: Callable[[Any], Array]) -> Array:
+    """``evaluate(name)`` of an output; of ``name[index]`` that number of it.
+
+    Raises as :func:`read_quantity`, and as :meth:`System.with_output`.
+    """
+    match = ELEMENT.fullmatch(name.strip()) if isinstance(name, str) else None
+    if match is None or name in system.scene.outputs:
+        return evaluate(name)
+    one = read_quantity(system.with_output(match[1]), name)
+    found = evaluate(one.output)
+    leading = found.shape[: found.ndim - len(one.index)]
+    return np.ascontiguousarray(found.reshape(*leading, -1)[..., one.entry])
+
+
+def _no_number(name: str, shape: Sequence[int]) -> str:
     if not shape:
         return f"{name} is one number: write {name} without an index"
     first, last = (",".join(map(str, ends)) for ends in ([0] * len(shape), [n - 1 for n in shape]))
@@ -163,7 +217,8 @@ def is_quantity(text: Any) -> bool:
 def outputs_in(given: Iterable[Any]) -> list[str]:
     """Every name in texts and symbols, for :meth:`System.with_output` and ``differentiable``."""
     texts = (one if isinstance(one, str) else name_of(one) for one in given)
-    return [name for text in texts if isinstance(text, str) for name in NAME.findall(text)]
+    bare = [ELEMENT.sub(r"\1", text) for text in texts if isinstance(text, str)]
+    return [name for text in bare for name in NAME.findall(text)]
 
 
 def values_of(

@@ -27,7 +27,7 @@ from mechc.system.description import Description
 from mechc.system.names import name_of
 from mechc.system.parameters import Array, ParameterSet, doubles, one_double
 from mechc.system.picture import Picture
-from mechc.system.quantity import ANGULAR, DIMENSIONLESS, ENERGIES, SUMS
+from mechc.system.quantity import ANGULAR, DIMENSIONLESS, ENERGIES, SUMS, Kind, NamedQuantity
 from mechc.system.reference import ModelReference, Origin
 from mechc.system.units import SECONDS, in_si
 
@@ -112,6 +112,16 @@ class System(Description):
         """Default value of every parameter that has one, SI units."""
         values = zip(self.parameters, self.parameter_set.defaults.tolist(), strict=True)
         return {name: value for name, value in values if value == value}
+
+    def quantity_of(self, name: str) -> NamedQuantity:
+        """A coordinate, speed, parameter or input; of any other name nothing is known."""
+        if name in self.quantities:
+            return self.quantities[name]
+        inputs: dict[str, Any] = {slot["name"]: slot for slot in self.data.get("inputs", ())}
+        slot, told = inputs.get(name, {}), f"the input {name}" if name in inputs else name
+        free = (-math.inf, math.inf, False)
+        kind = Kind(slot.get("kind", Kind.OTHER))
+        return NamedQuantity(told, slot.get("unit", ""), "", *free, kind)
 
     @cached_property
     def knows_energy(self) -> bool:

@@ -8,8 +8,10 @@ from typing import Any
 import pytest
 from mechc_codegen.description.mechanism import Constraint, Mechanism
 from mechc_codegen.description.source import ConversionSettings
+from mechc_codegen.description.terms import printed_name
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.frontend.compile_request import CompileOptions, CompileRequest
+from mechc_codegen.frontend.described import with_settings
 from mechc_codegen.frontend.sympy_joints import from_joints
 from sympy import Function, Symbol, sin, symbols
 from sympy.physics.mechanics import PinJoint, PrismaticJoint, RigidBody, dynamicsymbols
@@ -109,10 +111,49 @@ def test_they_decide_the_digest_as_those_in_the_description_do() -> None:
         ({"defaults": {"k": "f()"}}, r"defaults: k: 'f\(\)' is not an expression"),
         ({"inputs": {"nope": 1.0}}, "inputs: there is no specified function of time 'nope' here"),
         ({"inputs": {F: abs}}, "a Python function is not compiled"),
-        ({"states": {T: F}}, "states is an option for SymPy objects"),
-        ({"units": {"k": "N/m"}}, "units is an option for SymPy objects"),
+        ({"states": {"nope": F}}, "states: there is no function of time 'nope' here"),
+        ({"states": {T: "F"}}, "states: T.* 'F' is not an expression"),
+        ({"reactions": ["F"]}, "reactions is an option for SymPy objects"),
+        ({"states": {T: F - T}, "defaults": {T: k}}, "the state T starts from a number"),
+        ({"units": {"nope": "N/m"}}, "units: there is no symbol 'nope' here"),
+        ({"units": {"k": "N/mm"}}, "units: k in 'N/mm': all values are in SI units"),
+        ({"units": {"F": "kN"}}, "units: F in 'kN'"),
     ],
 )
 def test_others_are_told(settings: Any, message: str) -> None:
     with pytest.raises(MechanismError, match=message):
         compiled(cart(), **settings)
+
+
+@pytest.mark.parametrize("key", [T, "T"], ids=str)
+def test_states_are_given_in_the_description_or_when_it_is_compiled(key: Any) -> None:
+    """An input with a rate is a state; what its rate contains is found, as in a description."""
+    rate = (h - T) / Symbol("tau")
+    made = cart(states={T: rate}, parameters={"tau": 0.1})
+    later = with_settings(
+        cart(), ConversionSettings(states={key: rate}, defaults={"tau": 0.1, key: 0.5})
+    )
+    assert [(x.symbol, x.rate) for x in later.states] == [(T, rate)]
+    assert later.states[0].start == 0.5
+    assert later.inputs == made.inputs == {F: None, h: None}
+    assert {p.symbol.name for p in later.parameters} == {p.symbol.name for p in made.parameters}
+    again = with_settings(made, ConversionSettings(states={T: -T}, units={T: "N m"}))
+    assert [(x.rate, x.quantity.unit) for x in again.states] == [(-T, "N m")]
+
+
+def test_units_are_given_in_the_description_or_when_it_is_compiled() -> None:
+    units = {"k": "N/m", F: "N", "q_slide": "m", "m": "kg"}
+    told = {
+        printed: quantity for printed, quantity in _units(cart(units=units)).items() if quantity
+    }
+    assert told == {"k": "N/m", "F": "N", "q_slide": "m", "m": "kg", "u_slide": "m/s",
+                    "q_pin": "rad", "u_pin": "rad/s"}  # fmt: skip
+    later = with_settings(cart(), ConversionSettings(units=units))
+    assert {k: x for k, x in _units(later).items() if x} == told
+    assert next(p for p in later.parameters if p.symbol == m).quantity.kind == "mass"
+
+
+def _units(made: Mechanism) -> dict[str, str]:
+    kinds = made.coordinates, made.speeds, made.parameters
+    found = {printed_name(x.symbol): x.quantity.unit for kind in kinds for x in kind}
+    return found | {printed_name(f): unit for f, unit in made.input_units.items()}

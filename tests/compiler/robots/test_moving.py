@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from mechc_codegen.robots.mechanism import mechanism_of
-from mechc_codegen.robots.robot import Motor, Pose, Robot, RobotJoint, RobotLink
+from mechc_codegen.robots.robot import Pose, Robot, RobotJoint, RobotLink, RobotMotor
 from sympy import Symbol
 
 import mechc
@@ -19,7 +19,7 @@ def one_joint(kind, turned=False, **more):
              INERTIA, 0, INERTIA))}  # fmt: skip
     sides = ("body", "ground") if turned else ("ground", "body")
     joint = RobotJoint("j", kind, *sides, axis=(1, 0, 0), **more)
-    motors = (Motor("drive", "j", gear=5.0),)
+    motors = (RobotMotor("drive", "j", gear=5.0),)
     return Robot("one", links, (joint,), "ground", motors if joint.row.unit else ())
 
 

@@ -111,3 +111,38 @@ def test_the_options_are_those_of_help(model):
     assert {*shown} - {"y0"} <= {*swept}
     for signature in (shown, swept, inspect.signature(model.widget).parameters):
         assert not any(one.kind is one.VAR_KEYWORD for one in signature.values())
+
+
+def test_histograms_count_the_members_that_reached_the_end():
+    model = mechc.load("four_bar")
+    starts = mechc.Assembly({"theta_0": np.linspace(1.0, 2.0, 40)})
+    lengths = {"l_3": np.where(np.arange(40) < 5, 9.0, 3.5)}  # five cannot be assembled
+    batch = model.simulate_batch(1.0, starts, lengths, reduce=["max(theta_2)"], progress=False)
+    figure = batch.plot()
+    (axes,) = figure.axes
+    bars = axes.patches
+    assert sum(bar.get_height() for bar in bars) == 35
+    ends = np.degrees(batch["max(theta_2)"][5:])
+    assert (bars[0].get_x(), bars[-1].get_x() + bars[-1].get_width()) == pytest.approx(
+        (ends.min(), ends.max())
+    )
+    assert axes.get_xlabel().endswith("[°]")
+    assert "35 finished" in figure.get_suptitle()
+    assert len(batch.plot("theta_0", "omega_1", "max(theta_2)").axes) == 3
+    plain = model.simulate_batch(1.0, starts, {"l_3": 3.5}, progress=False)
+    assert [a.get_xlabel().partition(" at the end")[1] for a in plain.plot().axes] == [
+        " at the end"
+    ] * 3
+    with pytest.raises(mechc.UnknownNameError, match="'max"):
+        batch.plot("max(theta_1)")
+
+
+def test_a_table_of_members_is_described_without_a_warning():
+    """Members that met no critical configuration have no gap, which is NaN."""
+    model = mechc.load("four_bar")
+    starts = mechc.Assembly({"theta_0": np.linspace(1.0, 2.0, 100)})
+    batch = model.simulate_batch(1.0, starts, progress=False)
+    assert np.isinf(batch["critical_gap"]).any()
+    table = batch.to_dataframe()
+    np.testing.assert_array_equal(table["critical_gap"].isna(), np.isinf(batch["critical_gap"]))
+    assert table.describe().loc["max", "critical_gap"] == np.nanmax(table["critical_gap"])

@@ -25,7 +25,7 @@ def recording(here):
     sol = model.simulate(3.0, start, {"l_0": 1.3}, t_eval=TIMES, rtol=1e-12)
     with (here / "swing.csv").open("w", newline="") as file:
         writer = csv.writer(file)
-        writer.writerow(["t [ms]", "theta_0 [deg]", "points[1,0] [mm]", "remark"])
+        writer.writerow(["t [ms]", "theta_0 [deg]", "points[p_1,x] [mm]", "remark"])
         for k, (t, y) in enumerate(zip(TIMES, sol.y, strict=True)):
             angle = "" if k % 7 == 3 else np.degrees(y[0])
             writer.writerow([1e3 * t, angle, 1e3 * model.points(y, sol.params)[1, 0], ""])
@@ -36,7 +36,7 @@ FREE = ("--free", "l_0=10cm:300cm", "--free", "theta_0", "--free", "omega_0=-90d
 
 
 def test_values_pictures_and_numbers(recording, here, capsys):
-    sigmas = ("--measure", "theta_0=0.5deg", "--measure", "points[1,0]=5mm")
+    sigmas = ("--measure", "theta_0=0.5deg", "--measure", "points[p_1,x]=5mm")
     assert main(["fit", "pendulum", recording, *FREE, *sigmas]) == 0
     said = capsys.readouterr().out
     assert "3 values from 113 samples" in said
@@ -50,7 +50,7 @@ def test_json_and_columns_by_default(recording, here, capsys):
     start = ("--start", "theta_0=0.8", "--start", "omega_0=0.3")
     told = run_json(capsys, "fit", "pendulum", recording, "--free", "l_0=0.1:9", *start)
     assert told["values"]["l_0"] == pytest.approx(1.3, rel=1e-7)
-    assert set(told["residual_rms"]) == {"theta_0", "points[1,0]"}
+    assert set(told["residual_rms"]) == {"theta_0", "points[p_1,x]"}
     assert [path.name for path in here.iterdir()] == [recording]
 
 

@@ -111,9 +111,10 @@ def test_inputs_are_numbers_and_expressions(capsys):
     assert json.loads(capsys.readouterr().out)["u_end"] == pytest.approx([8.0])
 
 
-def test_units_of_an_own_model_are_asked_for_and_taken(capsys, here):
-    run = ("run", "own.py:pushed", "--t-end", "4", "--input", "F=0", "--start", "x=10cm")
-    assert "mechc.compile(..., units={'x': 'm'})" in complaint(capsys, *run)
+def test_values_of_an_own_model_have_its_units_or_any(capsys, here):
+    run = ("run", "own.py:pushed", "--t-end", "4", "--input", "F=0 N", "--start", "x=10cm")
+    assert main([*run, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["q_end"] == [0.1]
     text = (here / "own.py").read_text("utf-8")
     units = '"c": 0.5}, units={"x": "m", "v": "m/s", "m": "kg"})'
     (here / "measured.py").write_text(text.replace('"c": 0.5})', units), "utf-8")
@@ -121,6 +122,8 @@ def test_units_of_an_own_model_are_asked_for_and_taken(capsys, here):
     assert main(measured) == 0
     found = json.loads(capsys.readouterr().out)
     assert (found["q_end"], found["parameters"]["m"]) == ([0.1], 0.5)
+    wrong = ("run", "measured.py:pushed", *run[2:-1], "x=10kg")
+    assert "x: 'kg' in '10kg' is not one of its units; use m or cm" in complaint(capsys, *wrong)
 
 
 def test_a_summary_without_units_has_no_stray_blanks(capsys):

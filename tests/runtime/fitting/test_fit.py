@@ -259,3 +259,31 @@ def test_names_alone_free_and_every_known_column_counts(pendulum):
         pendulum.fit((T, data["theta_0"]), ["l_0"], **KNOWN)
     with pytest.raises(mechc.MechcError, match="no column is a quantity"):
         pendulum.fit({"t": T, "remark": T}, ["l_0"], **KNOWN)
+
+
+@pytest.mark.parametrize("measured", [["theta_0", "omega_0"], ["theta_0"]])
+def test_without_a_start_it_begins_at_the_first_samples(pendulum, measured):
+    start = (0.8, 0.3 if "omega_0" in measured else 0.0)
+    sol = pendulum.simulate(4.0, np.array(start), TRUE, t_eval=T, rtol=1e-12)
+    data = {"t": T, **{name: sol[name] for name in measured}}
+    given = {"params": {"g": TRUE["g"], "l_0": 1.2}}
+    found = pendulum.fit(data, {"l_0": None}, measured, **given)
+    assert found["l_0"] == pytest.approx(TRUE["l_0"], rel=1e-6)
+    np.testing.assert_allclose(found.solutions[0].y[0], start, atol=1e-12)
+    freed = pendulum.fit(data, {"l_0": None, "omega_0": (-1.0, 1.0)}, measured, **given)
+    np.testing.assert_allclose(freed.solutions[0].y[0], start, atol=1e-5)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_of_a_linkage_the_loops_follow_the_samples(seed):
+    """All angles and speeds were measured, more than are free; either assembly."""
+    model, rng = mechc.load("four_bar"), np.random.default_rng(seed)
+    guess = {"theta_1": float(rng.choice([-1.0, 1.0]))}
+    params = {"l_3": 3.5, "m_1": float(rng.uniform(1.5, 4.0))}
+    start = model.assemble({"theta_0": rng.uniform(1.2, 2.0)}, {"omega_0": 1.0}, guess, params)
+    times = np.linspace(0.0, 1.5, 31)
+    sol = model.simulate(1.5, start, params, t_eval=times, rtol=1e-12)
+    data = {"t": times, **{name: sol[name] for name in (*model.coordinates, *model.speeds)}}
+    found = model.fit(data, {"m_1": (1.0, 5.0)}, params={"l_3": 3.5})
+    assert found["m_1"] == pytest.approx(params["m_1"], rel=1e-5)
+    np.testing.assert_allclose(found.solutions[0].y[0], start, atol=1e-9)

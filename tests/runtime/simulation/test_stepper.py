@@ -163,7 +163,9 @@ def test_wrong_inputs_are_refused(pushed):
         pushed.stepper([0.1, 0.0])
     stepper = pushed.stepper([0.1, 0.0], inputs={"F": 0.0})
     for wrong in (math.nan, "much", lambda t: t):
-        with pytest.raises(mechc.ValueOutOfBoundsError, match="F must be a finite number"):
+        with pytest.raises(
+            mechc.ValueOutOfBoundsError, match=r"input F(: 'much' is not a| must be a)"
+        ):
             stepper.step(DT, {"F": wrong})
     with pytest.raises(mechc.UnknownNameError, match="'G'"):
         stepper.step(DT, {"G": 1.0})

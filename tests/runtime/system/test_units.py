@@ -45,6 +45,23 @@ def quantity(unit):
         ("250g", "kg", 0.25),
         ("2kg m^2", "kg m^2", 2.0),
         ("9.81m/s^2", "m/s^2", 9.81),
+        ("981 cm/s**2", "m/s^2", 9.81),
+        ("9.81 N/kg", "m/s²", 9.81),
+        ("1200 g*cm^2", "kg m^2", 1.2e-4),
+        ("2 kNm", "N*m", 2000.0),
+        ("30 N mm", "kg m^2/s^2", 0.03),
+        ("3 N*mm/deg", "N m/rad", 0.54 / math.pi),
+        ("3 N*m/rad", "N m", 3.0),
+        ("3 N m", "N m/rad", 3.0),
+        ("5 N/(mm/s)", "N s/m", 5000.0),
+        ("50 N/mm", "N/m", 50e3),
+        ("12 in", "m", 0.3048),
+        ("30 rev/min", "rad/s", math.pi),
+        ("2 ms-1", "1/s", 2000.0),
+        ("5 ms", "s", 5e-3),
+        ("7 furlongs", "furlongs", 7.0),
+        ("30 mm", "", 0.03),
+        ("90 deg", "", math.pi / 2),
     ],
 )
 def test_numbers_with_and_without_unit_are_read_in_si(text, unit, value):
@@ -58,7 +75,17 @@ def test_numbers_with_and_without_unit_are_read_in_si(text, unit, value):
         ("85mm", "rad", "'mm' .* use rad or deg"),
         ("3deg", "m", "'deg' .* use m or cm or mm"),
         ("3 3", "m", "'3' in '3 3'"),
-        ("3s", "kg m^2", r"'s' .*; use kg m\^2"),
+        ("3s", "kg m^2", r"'s' .*; use kg m\^2, or another of the same kind"),
+        ("3 N/m s", "N s/m", "'N/m s' .* use N s/m"),
+        ("10 Hz", "rad/s", "'Hz' .* use rad/s or deg/s or rpm"),
+        ("1 N/deg", "N", "'N/deg'"),
+        ("3 m(", "m", r"'m\('"),
+        ("3 kkg", "kg", "'kkg'"),
+        ("3 m^", "m", r"'m\^'"),
+        ("3 furlongs", "m", "'furlongs' .* use m or cm or mm"),
+        ("3 furlongs", "", "'furlongs' .* use products of kg, m, s, rad, A, "),
+        ("3 m", "furlongs", "'m' .* use furlongs$"),
+        ("3 " + "m*" * 40 + "m", "m", "'m"),
         ("abc", "m", "'abc' is not a number"),
         ("", "m", "'' is not a number"),
         ("--3", "m", "not a number"),
@@ -71,6 +98,79 @@ def test_numbers_with_and_without_unit_are_read_in_si(text, unit, value):
 def test_nonsense_is_refused_with_what_would_do(text, unit, told):
     with pytest.raises(MechcError, match=told):
         read_value(text, quantity(unit))
+
+
+def test_products_of_units_are_those_of_their_factors():
+    """Random products, by the factors and dimensions written out here."""
+    rng = np.random.default_rng(5)
+    known = {
+        "mm": (1e-3, "m"), "kg": (1.0, "kg"), "g": (1e-3, "kg"), "s": (1.0, "s"),
+        "deg": (math.pi / 180, "rad"),
+        "min": (60.0, "s"), "kN": (1e3, "kg m s-2"), "MPa": (1e6, "kg m-1 s-2"), "mA": (1e-3, "A"),
+        "V": (1.0, "kg m2 s-3 A-1"), "°": (math.pi / 180, "rad"), "Ω": (1.0, "kg m2 s-3 A-2"),
+    }  # fmt: skip
+    for _ in range(300):
+        names = rng.choice(list(known), rng.integers(1, 5))
+        powers = rng.integers(-3, 4, len(names))
+        factor, dims, text = 1.0, dict.fromkeys(("kg", "m", "s", "rad", "A"), 0), ""
+        for name, power in zip(names, powers.tolist(), strict=True):
+            sign = rng.choice(["*", " ", "·", "/"]) if text else ""
+            written = f"{name}{rng.choice(['^', '**', ''])}{power}"
+            if sign == " " and "/" in text:
+                sign = "*"
+            text += f"{sign}({written})" if rng.random() < 0.3 else sign + written
+            power *= -1 if sign == "/" else 1
+            factor *= known[name][0] ** power
+            for part in known[name][1].split():
+                base = part.rstrip("-0123456789")
+                dims[base] += power * int(part[len(base) :] or 1)
+        own = " ".join(f"{base}^{power}" for base, power in dims.items()) or "1"
+        for unit in (own, ""):
+            got = read_value(f"2 {text}", quantity(unit))
+            assert got == pytest.approx(2 * factor, rel=1e-13), (text, unit)
+        other = own.replace(f"s^{dims['s']}", f"s^{dims['s'] + 1}")
+        with pytest.raises(MechcError, match="is not one of its units"):
+            read_value(f"2 {text}", quantity(other))
+
+
+DOORS = {  # a call, and a value with a unit that is none there
+    "t_span": lambda run, x: run(x),
+    "t_end": lambda run, x: run((0.0, x)),
+    "max_step": lambda run, x: run(0.1, max_step=x),
+    "first_step": lambda run, x: run(0.1, first_step=x),
+}
+
+
+@pytest.mark.parametrize("door", DOORS)
+def test_settings_of_a_run_take_units_of_time(door):
+    model = mechc.load("four_bar")
+    start = model.assemble({"theta_0": "80 deg"})
+    call = DOORS[door]
+
+    def run(*args, **kwargs):
+        return model.simulate(*args[:1], start, **kwargs)
+
+    np.testing.assert_array_equal(call(run, "200 ms").y, call(run, 0.2).y)
+    with pytest.raises(MechcError, match="'mm' in '1 mm' is not one of its units; use s or ms"):
+        call(run, "1 mm")
+
+
+def test_tolerances_steps_and_levels_have_the_units_of_what_they_are_of():
+    model = mechc.load("four_bar")
+    start = model.assemble({"theta_0": "80 deg"})
+    atol = ["1e-6 deg"] * 3 + ["1e-5 deg/s"] * 3
+    sol = model.simulate(0.1, start, atol=atol, events=["theta_0 > 81 deg", "t > 50 ms"])
+    np.testing.assert_allclose(np.degrees(sol.policy.atol), [1e-6] * 3 + [1e-5] * 3, rtol=1e-14)
+    assert sol.events[1].t == pytest.approx([0.05])
+    with pytest.raises(MechcError, match=r"atol of omega_0: 'deg' .* use rad/s"):
+        model.simulate(0.1, start, atol="1e-6 deg")
+    height = model.simulate(1.0, start, events=["l_0*sin(theta_0) < 98 cm"]).events[0]
+    assert np.sin(height.y[0, 0]) == pytest.approx(0.98)
+    stepper = model.stepper(start, t="1 s", max_step="1 ms")
+    np.testing.assert_array_equal(
+        stepper.step("20 ms"), model.stepper(start, max_step=1e-3).step(0.02)
+    )
+    assert mechc.load("four_bar", fix={"l_3": "350 cm"}).data["fixed"] == {"l_3": 3.5}
 
 
 def test_infinity_and_nan_are_read_for_the_bounds_to_refuse():
@@ -99,13 +199,12 @@ def test_the_runtime_has_the_kinds_of_the_compiler():
     assert {kind.name: str(kind) for kind in Kind} == {k.name: str(k) for k in mechc.Kind}
 
 
-def test_a_kind_decides_and_no_text_of_a_unit():
+def test_a_kind_decides_where_there_is_one():
     """A coordinate in a unit of its own is an angle where its description says so."""
     quarter = NamedQuantity("x", "grad", "an angle", -math.inf, math.inf, False, Kind.ANGLE)
     assert read_value("90deg", quarter) == pytest.approx(math.pi / 2)
-    plain = NamedQuantity("x", "rad", "a number called so", -math.inf, math.inf, False)
-    with pytest.raises(MechcError, match="use rad"):
-        read_value("90deg", plain)
+    with pytest.raises(MechcError, match=r"'grad' .* use rad"):
+        read_value("90grad", quarter)
 
 
 @pytest.mark.parametrize("text", ["60", "-13", " 720.5 ", "1e3"])
@@ -290,10 +389,12 @@ def test_arrays_that_are_quantities_are_converted_at_all_doors():
     y = model.assemble({"theta_0": 1.4})
     whole = Measure(1e3 * y, "mm")  # of one unit, as its numbers are in SI
     sol = model.simulate(
-        1.0, whole, t_eval=Measure(np.array([0.0, 500.0]), "ms"), atol=Measure(1.0, "mm")
+        1.0, whole, t_eval=Measure(np.array([0.0, 500.0]), "ms"), max_step=Measure(1.0, "ms")
     )
     np.testing.assert_array_equal(sol.t, [0.0, 0.5])
-    np.testing.assert_allclose(sol.policy.atol, 1e-3, rtol=1e-15)
+    assert sol.policy.max_step == 1e-3
+    with pytest.raises(MechcError, match=r"atol of theta_0 \[rad\]: Cannot convert from mm to rad"):
+        model.simulate(1.0, y, atol=Measure(1.0, "mm"))
     np.testing.assert_allclose(sol(Measure(np.array([500.0]), "ms")), sol.y[1:], rtol=0, atol=1e-12)
     np.testing.assert_allclose(model.energy(whole), model.energy(y), rtol=1e-14)
     np.testing.assert_allclose(recording(SECONDS, DEG, "rad")[4:8], np.radians(DEG.magnitude))

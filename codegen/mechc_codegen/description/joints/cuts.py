@@ -20,7 +20,7 @@ from mechc_codegen.description.constraints import Closure
 from mechc_codegen.description.joints.kinds import KINDS, JointKind
 from mechc_codegen.description.joints.tree import Body, Joint
 from mechc_codegen.description.placement import cross
-from mechc_codegen.description.quantity import metres
+from mechc_codegen.description.quantity import Quantity, in_si
 from mechc_codegen.description.terms import as_expression, vector_along
 from mechc_codegen.errors import MechanismError
 
@@ -322,7 +322,7 @@ class _Sides:
 def _rod_length(name: str, given: Any) -> Expr:
     """The length of a rod, m."""
     try:
-        length = as_expression(metres(given), "length")
+        length = as_expression(in_si(given, "its length", Quantity("m", "")), "length")
     except MechanismError as error:
         raise MechanismError(f"the rod {name}: {error}") from None
     moving = length.atoms(AppliedUndef) | (length.free_symbols & {dynamicsymbols._t})

@@ -13,7 +13,7 @@ from mechc_codegen.robots.bounds import WARN, take_bounds
 from mechc_codegen.robots.files.read_urdf import path_of, read_robot
 from mechc_codegen.robots.mechanism import mechanism_of
 from mechc_codegen.robots.meshes import take_meshes
-from mechc_codegen.robots.robot import Motor, Robot
+from mechc_codegen.robots.robot import Robot, RobotMotor
 
 
 def from_urdf(
@@ -97,7 +97,7 @@ def from_urdf(
     return mechanism_of(robot, symbolic, cut=cut, floating=floating)
 
 
-def driven_motors(robot: Robot, driven: Iterable[str] | str) -> tuple[Motor, ...]:
+def driven_motors(robot: Robot, driven: Iterable[str] | str) -> tuple[RobotMotor, ...]:
     """The motors of joints that are to be driven; raises :class:`MechanismError` for others."""
     own = {j.name: j for j in robot.joints if j.row.unit and j.mimic is None}
     if driven == "all":
@@ -109,4 +109,4 @@ def driven_motors(robot: Robot, driven: Iterable[str] | str) -> tuple[Motor, ...
             f"{robot.name}: driven={each!r} is no joint with a coordinate of its own; these are "
             f"{', '.join(map(repr, sorted(own)))}"
         )
-    return tuple(Motor(f"tau_{each}", each) for each in own if each in names)
+    return tuple(RobotMotor(f"tau_{each}", each) for each in own if each in names)

@@ -55,7 +55,7 @@ class Plan:
     def columns(self) -> Mapping[str, Array]:
         """Values (n,) of what varies, by name; made when they are first asked for."""
         if self.shape is None:
-            points = _points(self.sampling, len(self.variations), self.count, self.seed)
+            points = drawn_points(self.sampling, len(self.variations), self.count, self.seed)
             return {
                 v.name: v.low + (v.high - v.low) * points[:, i]
                 for i, v in enumerate(self.variations)
@@ -161,7 +161,7 @@ def _drawn(variations: tuple[Variation, ...], sampling: str, count: int, seed: i
     return Plan(variations, count, None, sampling, seed)
 
 
-def _points(sampling: str, size: int, count: int, seed: int) -> Array:
+def drawn_points(sampling: str, size: int, count: int, seed: int) -> Array:
     """Points (count, size) in the unit cube."""
     generator = np.random.default_rng(seed)
     if sampling == "random":

@@ -13,6 +13,7 @@ from typing import Any
 from mechc.compilation import toolchain
 from mechc.compilation.exports.standalone import ExportRequest
 from mechc.errors import MechcError
+from mechc.progress import Notice
 
 FIRST_DATE = (1980, 1, 1, 0, 0, 0)  # of files in an archive: the same export has the same bytes
 _SYSTEMS = {"linux": ("linux", ".so"), "darwin": ("darwin", ".dylib")}
@@ -48,11 +49,13 @@ def write_fmu(asked: ExportRequest, target: Path, events: Events, **options: Any
         start=asked.start, values=asked.values, tool=f"mechc {__version__}", events=in_unit,
         **options,
     )  # fmt: skip
-    texts = build_fmu(asked.mechanism, chosen, asked.request)
+    with Notice(f"deriving the equations of {chosen.name} ..."):
+        texts = build_fmu(asked.mechanism, chosen, asked.request)
     with TemporaryDirectory(prefix="mechc-fmu-") as folder:
         write_sources(texts, Path(folder))
         sources, binary = Path(folder) / "sources", Path(folder) / f"{chosen.name}.binary"
-        toolchain.compile_shared(sources, SOURCE, FLAGS, [str(sources)], binary)
+        with Notice(f"compiling the unit {chosen.name} for this machine ..."):
+            toolchain.compile_shared(sources, SOURCE, FLAGS, [str(sources)], binary)
         contents = {**texts, binary_path(chosen.name, chosen.version): binary.read_bytes()}
     with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
         for path in sorted(contents, key=lambda path: (path != "modelDescription.xml", path)):

@@ -13,6 +13,7 @@ from mechc.compilation.compiler import errors_of_compiler
 from mechc.compilation.library.library import described_as_asked
 from mechc.compilation.request import read_compilable
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError
+from mechc.progress import Notice
 from mechc.system.names import by_name
 from mechc.system.parameters import one_double
 from mechc.system.quantity import NamedQuantity
@@ -35,7 +36,8 @@ def standalone_texts(asked: ExportRequest, name: str, t_end: float, real: str) -
     from mechc_codegen.compiler import build_standalone
 
     given = (asked.mechanism, name, asked.start, asked.values, t_end, asked.request, real)
-    texts: dict[str, str] = build_standalone(*given)
+    with Notice(f"deriving the equations of {name} ..."):
+        texts: dict[str, str] = build_standalone(*given)
     return texts
 
 

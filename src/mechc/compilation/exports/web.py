@@ -10,6 +10,7 @@ from mechc.compilation import toolchain
 from mechc.compilation.exports.fmu import write_sources
 from mechc.compilation.exports.standalone import ExportRequest
 from mechc.errors import CompilerError, install_command
+from mechc.progress import Notice
 
 FLAGS = (
     *("-target", "wasm32-wasi", "-mexec-model=reactor", "-msimd128", "-std=c99", "-Oz"),
@@ -32,9 +33,11 @@ def web(asked: ExportRequest, name: str) -> tuple[bytes, dict[str, Any]]:
             f"WebAssembly is compiled by the package ziglang: {install_command('compiler')}"
         )
     options = FmuOptions(name, asked.start, asked.values, RTOL)
-    texts, about = build_web(asked.mechanism, options, asked.request)
+    with Notice(f"deriving the equations of {name} ..."):
+        texts, about = build_web(asked.mechanism, options, asked.request)
     with TemporaryDirectory(prefix="mechc-web-") as folder:
         write_sources({path: text.encode() for path, text in texts.items()}, Path(folder))
         target = Path(folder) / "web.wasm"
-        toolchain.compile_with([*command, *FLAGS, f"-I{folder}"], Path(folder) / SOURCE, target)
+        with Notice(f"compiling {name} to WebAssembly ..."):
+            toolchain.compile_with([*command, *FLAGS, f"-I{folder}"], Path(folder) / SOURCE, target)
         return target.read_bytes(), about

@@ -10,6 +10,7 @@ import numpy as np
 
 from mechc.errors import ValueOutOfBoundsError
 from mechc.files import path_of
+from mechc.progress import Notice
 from mechc.results.player.motion import frames, motion_data
 from mechc.results.player.page import Page, player_page, template
 from mechc.results.view.arrows import arrows, load_arrows
@@ -19,6 +20,7 @@ from mechc.results.view.solids import solids_data
 from mechc.results.view.three_js import three_js
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import one_double
+from mechc.system.units import SECONDS
 
 SCRIPTS: Final = (
     *("solids", "camera", "stage", "body", "arrows", "trails", "views", "export", "renew"),
@@ -78,12 +80,14 @@ class View(Page):
         if kind not in WRITERS:
             return self._write(target)
         fps, speed = one_double(fps, "fps"), one_double(speed, "speed")
+        t = None if t is None else one_double(t, "t", SECONDS)
         order = picture_order(
             self.data, kind, t=t, fps=fps, speed=speed, size=size, camera=camera, theme=theme
         )
-        pictures = pictures_of(self.page({**self.data, "export": order, "theme": theme}))
-        target.parent.mkdir(parents=True, exist_ok=True)
-        WRITERS[kind](pictures, target, fps)
+        with Notice(f"drawing {path} in the browser, pictures: {len(order['times'])} ..."):
+            pictures = pictures_of(self.page({**self.data, "export": order, "theme": theme}))
+            target.parent.mkdir(parents=True, exist_ok=True)
+            WRITERS[kind](pictures, target, fps)
         return target
 
 

@@ -12,11 +12,12 @@ import numpy as np
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.simulation.events.event import Event
 from mechc.simulation.events.friction import DryFriction, FrictionLaw
+from mechc.simulation.events.levels import read_level
 from mechc.simulation.events.stops import NEWTON, POISSON, Stop, StopReset
 from mechc.system.names import by_name, name_of
 from mechc.system.parameters import Array, one_double
 from mechc.system.system import System
-from mechc.system.units import SECONDS, in_si, is_with_unit, read_value
+from mechc.system.units import SECONDS, in_si, is_with_unit, refuse_names
 
 MOST_KEPT = 256  # functions of expressions, from one run to the next
 _DIRECTIONS = {">": 1.0, ">=": 1.0, "<": -1.0, "<=": -1.0, "==": 0.0}  # SymPy's names
@@ -137,32 +138,23 @@ class EventReader:
             right = right.removeprefix("=")
             if is_with_unit(left):
                 value = self.plain(right)
-                return self._level(value, left) - value, _DIRECTIONS[relation]
+                return self._level(left, value, right) - value, _DIRECTIONS[relation]
             value = self.plain(left)
-            return value - self._level(value, right), _DIRECTIONS[relation]
+            return value - self._level(right, value, left), _DIRECTIONS[relation]
         direction = _DIRECTIONS.get(getattr(given, "rel_op", ""))
         if direction is None:
             return self.plain(given), 0.0
         return self.plain(given.lhs - given.rhs), direction
 
-    def _level(self, value: Any, text: str) -> Any:
-        """The level of a comparison: an expression, or a number with a unit of the value.
-
-        The unit is one of the quantities that the value is a sum of; for others there is none.
-        """
-        from sympy import Abs
-
+    def _level(self, text: str, value: Any, title: str) -> Any:
+        """The level of a comparison: an expression, or a number with a unit that the value has."""
         if not is_with_unit(text):
             return self.plain(text)
-        inside = value.args[0] if isinstance(value, Abs) else value
-        found = [name for name, symbol in self.names.items() if inside.has(symbol)]
-        known = dict(getattr(self.system, "quantities", {}))
-        known.setdefault("t", SECONDS)
-        quantities = [known[name] for name in found if name in known]
-        linear = all(inside.diff(self.names[name]).is_number for name in found)
-        if not (linear and found) or len({(q.kind, q.unit) for q in quantities}) != 1:
-            return self.plain(text)
-        return self.plain(read_value(text, quantities[0]))
+        known = {"t": SECONDS, **getattr(self.system, "quantities", {})}
+        quantities = {s: known[n] for n, s in self.names.items() if n in known and value.has(s)}
+        if not all(quantity.unit for quantity in quantities.values()):
+            refuse_names(title.strip(), text, self.names)
+        return self.plain(read_level(text, value, title.strip(), quantities))
 
     def _stop(self, given: Stop) -> Event:
         system = self.system

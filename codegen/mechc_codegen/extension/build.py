@@ -78,7 +78,14 @@ def extension(
     """Emitted C with the Cython wrapper and the flags of each instruction set."""
     wrapper = files("mechc_codegen.emit") / "templates" / "scene.pyx.in"
     flags = {f"scene_{each.name}.c": each.flags for each in sets} | {"scene_model.c": ()}
-    return Build(name, {**texts, "scene.pyx": wrapper.read_text("utf-8")}, flags, seconds, kind, sets[-1].lanes)
+    return Build(
+        name,
+        {**texts, "scene.pyx": wrapper.read_text("utf-8")},
+        flags,
+        seconds,
+        kind,
+        sets[-1].lanes,
+    )
 
 
 def general_signature(kind: Sequence[str], flags: Sequence[str], compiler: str, python: str) -> str:

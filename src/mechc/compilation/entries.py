@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -56,7 +57,12 @@ def make_first(scene: Any, folder: Path) -> None:
     """
     from mechc_codegen.emit.units.general import counts_source, series_source
     from mechc_codegen.emit.units.scene_files import texts_source
-    from mechc_codegen.extension.flags import IN_PLACE_OF_SCENE, OUTPUTS_ONLY_FLAGS, RUNTIME, WITH_GENERAL
+    from mechc_codegen.extension.flags import (
+        IN_PLACE_OF_SCENE,
+        OUTPUTS_ONLY_FLAGS,
+        RUNTIME,
+        WITH_GENERAL,
+    )
 
     work, flags = folder / "work", [*OUTPUTS_ONLY_FLAGS, *scene.widest_flags]
     scene.write(work)
@@ -64,8 +70,6 @@ def make_first(scene: Any, folder: Path) -> None:
     (work / "first_unit.c").write_text(text, "utf-8")
     includes, target = (str(RUNTIME), str(work)), folder / cache.SHARED_OBJECT
     if scene.kind:
-        from concurrent.futures import ThreadPoolExecutor  # slow to import
-
         texts = {"counts.c": counts_source(scene.lanes)}
         if scene.texts["scene_series.h"]:
             texts["series.c"] = series_source(scene.lanes)
@@ -74,13 +78,20 @@ def make_first(scene: Any, folder: Path) -> None:
         of_kind = {"counts.c": scene.kind, "series.c": (f"-I{IN_PLACE_OF_SCENE}", *scene.kind)}
         own = [("first_unit.c", [*flags, *WITH_GENERAL])]
         own += [(name, [*flags, *of_kind[name]]) for name in texts]
-        with ThreadPoolExecutor(1) as beside:
-            general = beside.submit(_general_unit, scene)
-            objects = toolchain.compile_all(work, own, includes)
-            toolchain.link([*objects, general.result()], target)
+        objects = toolchain.all_at_once(
+            [
+                partial(_general_unit, scene),
+                *(partial(_object, work, each, includes) for each in own),
+            ]
+        )
+        toolchain.link(objects, target)
     else:
         toolchain.compile_shared(work, "first_unit.c", flags, includes, target)
     shutil.rmtree(work)
+
+
+def _object(work: Path, source: tuple[str, Sequence[str]], includes: Sequence[str]) -> Path:
+    return toolchain.compile_all(work, [source], includes, side_by_side=False)[0]
 
 
 def _general_unit(scene: Any) -> Path:
@@ -101,7 +112,7 @@ def _make_general(scene: Any, folder: Path) -> None:
     flags = [*GENERAL_FLAGS, *scene.kind, *scene.widest_flags]
     includes = (str(IN_PLACE_OF_SCENE), str(RUNTIME))
     with Notice("compiling the integrator for scenes of this kind, once ..."):
-        (made,) = toolchain.compile_all(work, [("general.c", flags)], includes)
+        made = _object(work, ("general.c", flags), includes)
     made.rename(folder / cache.SHARED_OBJECT)  # to be linked; sealed by the name of all entries
     shutil.rmtree(work)
 

@@ -19,3 +19,9 @@ def fresh(tmp_path, monkeypatch):
     toolchain.version.cache_clear()
     yield tmp_path
     toolchain.version.cache_clear()
+
+
+@pytest.fixture
+def own_parts(monkeypatch):
+    """Scenes wait for parts of their own: none is served by the unit for all of its kind."""
+    monkeypatch.setattr("mechc_codegen.compiler.kind_of", lambda _: ())

@@ -162,6 +162,7 @@ def test_a_killed_compiler_is_told_and_the_next_attempt_works(fresh, monkeypatch
 def test_a_compiler_killed_in_the_background_is_tried_again_when_asked_for(fresh, monkeypatch):
     """The model stays usable, and one that failed is not failed for ever."""
     monkeypatch.undo()
+    monkeypatch.setattr("mechc_codegen.compiler.kind_of", lambda _: ())  # parts of its own
     monkeypatch.setenv("MECHC_CACHE_DIR", str(fresh / "cache"))
     monkeypatch.setattr(build, "_compiled", {})
     monkeypatch.setattr(parts, "Pending", Pending)

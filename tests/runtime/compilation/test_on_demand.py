@@ -48,6 +48,7 @@ def compiler_script(folder, monkeypatch, body, name="cc"):
 ANSWER_VERSION = 'if [ "$1" = --version ]; then gcc --version; exit; fi'
 
 
+@pytest.mark.usefixtures("own_parts")
 def test_one_that_was_compiled_moves_as_it_should(fresh):
     del fresh
     model = mechc.compile(pendulum())
@@ -68,6 +69,7 @@ def test_one_that_was_compiled_moves_as_it_should(fresh):
     assert "taylor: " in model.report()
 
 
+@pytest.mark.usefixtures("own_parts")
 def test_it_can_be_used_before_all_of_it_is_compiled(fresh, monkeypatch):
     """Rates and outputs do not wait for the integrators; what integrates does."""
     begin = threading.Event()
@@ -85,6 +87,7 @@ def test_it_can_be_used_before_all_of_it_is_compiled(fresh, monkeypatch):
     np.testing.assert_allclose(model.rhs(0.0, [0.3, 0.1]), first[0], rtol=1e-15)
 
 
+@pytest.mark.usefixtures("own_parts")
 def test_a_program_that_never_integrates_is_found_again_too(fresh, monkeypatch):
     """The first unit is kept; other parts are made when something needs them."""
     make = entries.make_part
@@ -100,6 +103,7 @@ def test_a_program_that_never_integrates_is_found_again_too(fresh, monkeypatch):
     assert again.simulate(1.0, [0.3, 0.1]).status.ok
 
 
+@pytest.mark.usefixtures("own_parts")
 def test_what_goes_wrong_in_the_background_is_raised_where_it_is_needed(fresh, monkeypatch):
     def fail(*_):
         raise CompilerError("out of cheese")

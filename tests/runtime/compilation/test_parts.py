@@ -89,6 +89,7 @@ print(status, *state)
 """
 
 
+@pytest.mark.usefixtures("own_parts")
 def test_a_process_that_has_only_the_key_compiles_parts_without_deriving(fresh):
     """The first unit in the cache holds the texts."""
     key = mechc.compile(pendulum(3.5), outputs=()).build["key"]
@@ -104,6 +105,7 @@ def test_a_process_that_has_only_the_key_compiles_parts_without_deriving(fresh):
     assert names_in_cache(key) == {"first", "driver"}
 
 
+@pytest.mark.usefixtures("own_parts")
 def test_a_run_compiles_what_it_needs_and_nothing_else(fresh):
     model = mechc.compile(pendulum(3.75), outputs=())
     key = model.build["key"]
@@ -116,6 +118,7 @@ def test_a_run_compiles_what_it_needs_and_nothing_else(fresh):
     assert names_in_cache(key) == {"first", "driver", "explicit", "collocation", "sweeps"}
 
 
+@pytest.mark.usefixtures("own_parts")
 def test_compiling_says_what_it_does(fresh, monkeypatch, capsys):
     """Also where stderr is no terminal, as in a script or a notebook."""
     monkeypatch.setattr("mechc.progress.SILENCE", 0.0)

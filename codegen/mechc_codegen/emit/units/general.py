@@ -73,7 +73,9 @@ def _fits(functions: SceneFunctions) -> bool:
         "SAVED": len(functions.saved),
         "TURNS": sum(isinstance(s, SineCosine) for s in functions.configuration),
         "NI": len(functions.program.input_values()),
-        "SWITCHES": len(functions.outputs[SWITCHING].elements) if SWITCHING in functions.outputs else 0,
+        "SWITCHES": len(functions.outputs[SWITCHING].elements)
+        if SWITCHING in functions.outputs
+        else 0,
         "BLOCKS_KEPT": BlockElimination(functions.blocks).kept if functions.blocks else 0,
     }
     return all(count <= bounds[name] for name, count in counts.items())

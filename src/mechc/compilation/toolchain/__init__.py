@@ -14,9 +14,9 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import IO, Any
 
@@ -148,10 +148,25 @@ def compile_all(
 
     if not side_by_side:
         return [one(source) for source in sources]
+    return all_at_once([partial(one, source) for source in sources])
+
+
+def all_at_once(jobs: Sequence[Callable[[], Any]]) -> list[Any]:
+    """The results of functions that run a compiler each; if one fails or is interrupted, all end."""
     from concurrent.futures import ThreadPoolExecutor  # slow to import
 
-    with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
-        return list(pool.map(one, sources))
+    threads = set[int]()
+    own = {"initializer": lambda: threads.add(threading.get_ident())}
+    with ThreadPoolExecutor(os.cpu_count(), **own) as pool:
+        begun = [pool.submit(job) for job in jobs]
+        try:
+            return [each.result() for each in begun]
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            for process, thread in list(_running.items()):
+                if thread in threads:
+                    _end(process)
+            raise
 
 
 def compile_shared(
@@ -174,7 +189,7 @@ def link(objects: Sequence[Path], target: Path) -> None:
     _run(command, target.parent, target)
 
 
-_running: set[subprocess.Popen[bytes]] = set()
+_running: dict[subprocess.Popen[bytes], int] = {}  # with the thread that waits for it
 
 
 @atexit.register
@@ -209,7 +224,7 @@ def _running_process(command: list[str], **where: Any) -> Iterator[subprocess.Po
     finally:
         if process is not None:
             with process:  # its pipes are closed, and it is waited for
-                _running.discard(process)
+                _running.pop(process, None)
 
 
 def _start(command: list[str], **where: Any) -> subprocess.Popen[bytes]:
@@ -221,7 +236,7 @@ def _start(command: list[str], **where: Any) -> subprocess.Popen[bytes]:
         )  # fmt: skip
     except OSError as error:
         raise CompilerError(f"cannot run {shlex.join(command)}: {error.strerror}") from None
-    _running.add(process)
+    _running[process] = threading.get_ident()
     return process
 
 

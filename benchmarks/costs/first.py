@@ -63,8 +63,8 @@ def line(row: dict[str, Any]) -> str:
         f"{stage} {clock:.2f} ({processor:.2f})"
         for stage, (clock, processor) in row["stages"].items()
     )
-    wait = f"{row['wait']:.2f} s ({row['processor']:.2f}), first of its kind {row['first_of_kind']:.2f}"
-    return f"{row['name']}: {wait}; {stages}"
+    wait = f"{row['wait']:.2f} s ({row['processor']:.2f})"
+    return f"{row['name']}: {wait}, first of its kind {row['first_of_kind']:.2f}; {stages}"
 
 
 def first_motion(name: str) -> dict[str, Any]:

@@ -117,7 +117,7 @@ class Parts:
                 self._kept[name] = self._load_part(name)
         missing = [name for name in asked if self._kept[name] is None]
         begun = [self.begin(name) for name in missing] if begin else []
-        return not missing or bool(begun) and all(part.if_made() is not None for part in begun)
+        return not missing or (bool(begun) and all(part.if_made() is not None for part in begun))
 
     def whole(self) -> Any:
         """The capsule of the model with all parts of its unit."""

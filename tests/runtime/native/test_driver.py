@@ -1,10 +1,10 @@
 """Results may be written over what they are computed from, as NumPy's are; runs begin at once."""
 
-import mechc
 import numpy as np
 import pytest
 from mechc_codegen import shipped_mechanism
 
+import mechc
 from tests.support import scenes
 
 

@@ -152,12 +152,13 @@ def compile_all(
 
 
 def all_at_once(jobs: Sequence[Callable[[], Any]]) -> list[Any]:
-    """The results of functions that run a compiler each; if one fails or is interrupted, all end."""
+    """The results of functions that run a compiler each; if one fails, all end; so by Ctrl-C."""
     from concurrent.futures import ThreadPoolExecutor  # slow to import
 
     threads = set[int]()
-    own = {"initializer": lambda: threads.add(threading.get_ident())}
-    with ThreadPoolExecutor(os.cpu_count(), **own) as pool:
+    with ThreadPoolExecutor(
+        os.cpu_count(), initializer=lambda: threads.add(threading.get_ident())
+    ) as pool:
         begun = [pool.submit(job) for job in jobs]
         try:
             return [each.result() for each in begun]

@@ -88,7 +88,7 @@ class Model(Outputs):
                            :attr:`body_names`, :attr:`joint_names`, :attr:`point_names`,
                            :meth:`state_index`, :meth:`coordinates_and_speeds`
     what was compiled      :meth:`report`, :attr:`options`, :attr:`instruction_set`, :attr:`build`,
-                           :attr:`capsule`
+                           :meth:`wait_compiled`, :attr:`capsule`
     pictures               :attr:`picture`, :attr:`picture_in_space`, :attr:`view`, :attr:`ground`,
                            :attr:`skeleton`, :attr:`traced`
     saving                 ``sol.save(path)`` and :func:`mechc.open` for motions; ``pickle`` takes

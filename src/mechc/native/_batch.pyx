@@ -119,7 +119,7 @@ cdef class Runs:
                  const double[::1] allowed, const double[:, ::1] numbers, const int[::1] places,
                  bint keeps_params=False, bint keeps_forces=False):
         cdef mechc_batch *batch = &self.batch
-        cdef Scene scene = request.scene
+        cdef Scene scene = request.asked  # members are by parts of its own
         cdef ptrdiff_t count = y0.shape[0]
         cdef const unsigned char[::1] closed
         if y0.shape[1] != scene.width:

@@ -12,6 +12,7 @@ cdef class Scene:
     cdef object members  # see of_members
     cdef Scene general  # the same by the general unit, or None
     cdef long worked  # evaluations of runs
+    cdef bint by_general
     cdef ptrdiff_t evaluated  # states, one after the other
     cdef dict indices
     cdef readonly dict outputs  # name -> width
@@ -21,6 +22,7 @@ cdef class Scene:
     cdef size_t stack  # bytes of stack that it needs beyond those of any thread
 
     cdef size_t stack_of(self, int width)
+    cdef size_t stack_here(self)
     cdef size_t stack_beyond(self, int width)
     cpdef need(self, int parts)
     cpdef Scene at_once(self, int parts)

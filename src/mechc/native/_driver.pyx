@@ -48,6 +48,7 @@ cdef extern from "abi/call.h":
 
 cdef ptrdiff_t LANES = 8  # states are evaluated in lanes, at most so many
 cdef ptrdiff_t LITTLE_WORK = 1 << 17
+cdef size_t STACK_OF_GENERAL = 1 << 20  # bytes: twice what the unit's arrays, as large as its bounds, take
 cdef long MUCH_WORK = 1 << 16  # evaluations by the general unit, from which on compiling pays
 cdef ptrdiff_t MANY = 1 << 16  # states, from which on compiling their evaluation in lanes pays
 
@@ -72,6 +73,8 @@ PARTS = {
 FOR_BATCHES = MECHC_ALL_PARTS & ~(
     MECHC_PART_DERIVATIVES | MECHC_PART_TAYLOR | MECHC_PART_TAYLOR_LANES | MECHC_PART_SWEEPS
 )
+# Those that know nothing of how a run is kept.
+cdef int BESIDE_GENERAL = MECHC_PART_OUTPUTS | MECHC_PART_DERIVATIVES
 FOR_RUNS = MECHC_PART_DRIVER | MECHC_PART_COLLOCATION  # as most are
 
 
@@ -197,7 +200,7 @@ cdef class Scene:
     def __init__(self, capsule, instruction_set=None, source=None, bint by_general=False):
         self.source, self.evaluated, self.joined, self.first = source, 0, NULL, capsule
         self.members = self.general = None
-        self.worked = 0
+        self.worked, self.by_general = 0, by_general
         self.whole = capsule if source is None else None
         self.model = <const mechc_model *>PyCapsule_GetPointer(capsule, MECHC_CAPSULE)
         if self.model.abi != MECHC_ABI:
@@ -258,6 +261,8 @@ cdef class Scene:
     cpdef need(self, int parts):
         """Wait until these parts of the unit are loaded; they are compiled if they are missing."""
         if self.joined != NULL and parts & ~self.joined.parts:
+            if self.by_general and parts & ~self.joined.parts & ~BESIDE_GENERAL:
+                raise AssertionError("parts of a scene's own do not fit the general unit's runs")
             for part in self.source.parts(parts & ~self.joined.parts):
                 self.take(part)
 
@@ -336,6 +341,10 @@ cdef class Scene:
     cdef size_t stack_of(self, int width):
         """Bytes of stack that an output of so many numbers takes at most."""
         return mechc_stack_of_output(self.speeds, self.rows, self.widest, width)
+
+    cdef size_t stack_here(self):
+        """Bytes of a separate stack for a run from the calling thread; 0: its own suffices."""
+        return STACK_OF_GENERAL if self.by_general and mechc_stack_left() < STACK_OF_GENERAL else self.stack
 
     cdef size_t stack_beyond(self, int width):
         """0 where the calling thread has so much left."""
@@ -464,7 +473,7 @@ cdef class Scene:
         cdef projection job
         job.unit, job.t, job.state, job.moved = scene.unit, t, &state[0], moved
         job.p, job.inputs = &p[0] if self.parameters else NULL, address_of(inputs)
-        with_stack(self.stack_beyond(0), project_state, &job)
+        with_stack(scene.stack_here() or self.stack_beyond(0), project_state, &job)
         for i in range(self.width):
             if not isfinite(y[i]):
                 moved[0] = NAN

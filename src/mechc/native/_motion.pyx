@@ -231,15 +231,15 @@ cdef class Motion(Advanced):
 
     cdef mechc_hybrid hybrid
     cdef int stop  # set to give up a step of a wide scene
-    cdef size_t stack
     cdef ptrdiff_t piece  # attempted steps until the next check of the clock
 
     def __init__(self, Request request, double t0, double t1, const double[::1] y0,
                  double max_bytes=INFINITY):
         cdef mechc_options options = request.options
+        cdef size_t stack = request.scene.stack_here()
         cdef advancing job
         self.driver = &self.hybrid
-        self.request, self.stack, self.piece = request, request.scene.stack, 1
+        self.request, self.piece = request, 1
         if y0.shape[0] != request.scene.width:
             raise ValueError("wrong number of state components")
         self.hybrid.keeps, self.hybrid.max_bytes = 1, max_bytes
@@ -247,8 +247,8 @@ cdef class Motion(Advanced):
         request.describe(&self.hybrid)
         options.t0, options.t1, options.y0, options.stop = t0, t1, &y0[0], &self.stop
         job.hybrid, job.options = &self.hybrid, &options
-        if self.stack:
-            with_stack(self.stack, begin_motion, &job, &self.stop)
+        if stack:
+            with_stack(stack, begin_motion, &job, &self.stop)
         else:
             begin_motion(&job)  # of a small scene it takes less time than giving up the GIL
         if not self.hybrid.pieces:
@@ -266,7 +266,7 @@ cdef class Motion(Advanced):
         cdef advancing job
         job.hybrid, job.left, job.piece = &self.hybrid, steps, self.piece
         try:
-            with_stack(self.stack, advance_a_while, &job, &self.stop)
+            with_stack(self.request.scene.stack_here(), advance_a_while, &job, &self.stop)
         finally:
             if self.stop and self.hybrid.status == MECHC_INTERRUPTED:
                 self.hybrid.status = self.hybrid.run.status = MECHC_RUNNING  # from the last state
@@ -392,12 +392,11 @@ cdef class Stepping(Advanced):
     cdef mechc_reacher reacher
     cdef object y
     cdef int stop
-    cdef size_t stack
 
     def __init__(self, Request request, double t, const double[::1] y0, bint ahead):
         cdef double[::1] state = np.array(y0)
         self.driver = &self.reacher.hybrid
-        self.request, self.stack, self.y = request, request.scene.stack, np.asarray(state)
+        self.request, self.y = request, np.asarray(state)
         self.reacher.hybrid.max_bytes = INFINITY
         request.describe(&self.reacher.hybrid)
         self.reacher.options, self.reacher.ahead = request.options, ahead
@@ -415,7 +414,7 @@ cdef class Stepping(Advanced):
         job.reacher, job.t, job.changed = &self.reacher, t, changed
         while True:
             try:
-                with_stack(self.stack, reach_time, &job, &self.stop)
+                with_stack(self.request.scene.stack_here(), reach_time, &job, &self.stop)
             finally:
                 self.stop = 0
             PyErr_CheckSignals()

@@ -273,7 +273,7 @@ cdef class Steps:
         job.inputs = address_of(self.inputs)
         job.t, job.out, job.width = &t[0], &view[0, 0], self.width
         while job.left:
-            with_stack(self.stack, interpolate_a_while, &job)
+            with_stack((<Scene>self.scene).stack_here(), interpolate_a_while, &job)
             PyErr_CheckSignals()
         return out
 
@@ -304,7 +304,7 @@ cdef class Steps:
         job.motion.sizes = self.sizes.sizes
         job.laws, job.piece = &self.events.laws, self.piece
         job.count, job.t, job.y, job.out = t.shape[0], &t[0], y, out
-        with_stack(self.stack, read_in_contact, &job)
+        with_stack((<Scene>self.scene).stack_here(), read_in_contact, &job)
         if not job.made:
             raise MemoryError()
 

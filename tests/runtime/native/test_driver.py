@@ -1,5 +1,7 @@
 """Results may be written over what they are computed from, as NumPy's are; runs begin at once."""
 
+import threading
+
 import numpy as np
 import pytest
 from mechc_codegen import shipped_mechanism
@@ -71,6 +73,21 @@ def test_the_general_unit_gives_the_bits_of_the_scenes_own(described):
     own = numbers(model)
     for method in METHODS:
         assert own[method] == general[method], method
+
+
+def test_a_thread_with_a_small_stack_runs_by_the_general_unit():
+    """Arrays of that unit are as large as its bounds; work then has a stack of its own."""
+    model = mechc.compile(scenes.swing(guided=True), outputs=("points",))
+    assert model.system.scene.evaluator.serves_runs
+    wanted, found = numbers(model), {}
+    before = threading.stack_size(192 * 1024)
+    try:
+        thread = threading.Thread(target=lambda: found.update(numbers(model)))
+        thread.start()
+        thread.join()
+    finally:
+        threading.stack_size(before)
+    assert found == wanted
 
 
 def compiled_since(model):

@@ -80,7 +80,7 @@ def test_a_thread_with_a_small_stack_runs_by_the_general_unit():
     model = mechc.compile(scenes.swing(guided=True), outputs=("points",))
     assert model.system.scene.evaluator.serves_runs
     wanted, found = numbers(model), {}
-    before = threading.stack_size(192 * 1024)
+    before = threading.stack_size(96 * 1024)
     try:
         thread = threading.Thread(target=lambda: found.update(numbers(model)))
         thread.start()

@@ -84,7 +84,9 @@ def make_first(scene: Any, folder: Path) -> None:
                 *(partial(_object, work, each, includes) for each in own),
             ]
         )
-        toolchain.link(objects, target)
+        general = work / "general.o"  # some compilers go by the ending
+        shutil.copyfile(objects[0], general)
+        toolchain.link([general, *objects[1:]], target)
     else:
         toolchain.compile_shared(work, "first_unit.c", flags, includes, target)
     shutil.rmtree(work)

@@ -184,7 +184,7 @@ def test_ctrl_c_writes_what_was_computed(here):
         os.kill(running.pid, signal.SIGINT)
         out, err = running.communicate(timeout=120)
     assert running.returncode == 130
-    assert err == ""
+    assert all(line.endswith(" ...") for line in err.splitlines()), err  # what it waits for
     assert '"status": "interrupted"' in out
     assert (here / "out" / "solution.csv").stat().st_size > 1000
     assert (here / "out" / "drawn").exists()

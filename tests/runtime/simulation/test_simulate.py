@@ -273,7 +273,7 @@ def test_spans_without_fractions_are_refused(model, regular, span):
 
 @pytest.mark.parametrize("span", [((0, 1), 2), "soon", None, (0, "x"), ()])
 def test_spans_are_one_or_two_numbers(model, regular, span):
-    with pytest.raises(ValueError, match="t_span must be"):
+    with pytest.raises(ValueError, match=r"t_span(?: must be|: '\w+' is not a number)"):
         model.simulate(span, regular[1], regular[0])
 
 

@@ -8,7 +8,7 @@ walked link by link or beyond the bounds there, is served by a unit of its own a
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import lru_cache
 from importlib.resources import files
 
@@ -42,13 +42,12 @@ def kind_of(functions: SceneFunctions) -> tuple[str, ...]:
 
 def general_source(lanes: int) -> str:
     """The source of the general unit: the driver and the methods of single runs."""
-    parts = "DRIVER", "COLLOCATION", "EXPLICIT", "IMPLICIT"
-    return _unit(lanes, "general", parts)
+    return _unit(lanes, "general", "MECHC_PARTS_OF_GENERAL")
 
 
 def series_source(lanes: int) -> str:
     """The source of a scene's Taylor series for the general unit."""
-    return _unit(lanes, "series", ("TAYLOR",), series=1)
+    return _unit(lanes, "series", "MECHC_PART_TAYLOR", series=1)
 
 
 def counts_source(lanes: int) -> str:
@@ -56,9 +55,8 @@ def counts_source(lanes: int) -> str:
     return f'#define MECHC_LANES {lanes}\n#include "general/of_scene.h"\n'
 
 
-def _unit(lanes: int, name: str, parts: Sequence[str], series: int = 0) -> str:
-    bits = " | ".join(f"MECHC_PART_{part}" for part in parts)
-    values = {"lanes": lanes, "unit": name, "parts": bits, "series": series}
+def _unit(lanes: int, name: str, parts: str, series: int = 0) -> str:
+    values = {"lanes": lanes, "unit": name, "parts": parts, "series": series}
     return template("general_unit.c.in").substitute(values)
 
 

@@ -1,11 +1,17 @@
 """Which scenes the general unit serves, and by which of its kinds."""
 
+import subprocess
+
 import pytest
 from mechc_codegen import build_scene, shipped_mechanism
 from mechc_codegen.emit.units import general
+from mechc_codegen.emit.units.instruction_sets import BASELINE
+from mechc_codegen.extension.flags import GENERAL_FLAGS, IN_PLACE_OF_SCENE, RUNTIME, STRICT
 from mechc_codegen.library.catalogue import SHIPPED
 
+from mechc.compilation import toolchain
 from tests.support import scenes
+from tests.support.compilers.compilation import checking
 
 
 def kind(mechanism) -> dict[str, int]:
@@ -41,3 +47,25 @@ def test_a_scene_beyond_a_bound_has_a_unit_of_its_own(monkeypatch, bound):
     bounds = {**general._bounds(), bound: 2}
     monkeypatch.setattr(general, "_bounds", lambda: bounds)
     assert not kind(shipped_mechanism("four_bar"))
+
+
+@pytest.mark.parametrize("scene", ["pendulum", "four_bar", "andrews", "bicycle", "swing"])
+def test_its_sources_compile_without_warnings(tmp_path, scene):
+    mechanism = scenes.swing(guided=True) if scene == "swing" else shipped_mechanism(scene)
+    build = build_scene(mechanism, (BASELINE,))
+    build.write(tmp_path)
+    texts = {
+        "general.c": (general.general_source(BASELINE.lanes), [f"-I{IN_PLACE_OF_SCENE}"]),
+        "counts.c": (general.counts_source(BASELINE.lanes), []),
+    }
+    if build.texts["scene_series.h"]:
+        texts["series.c"] = general.series_source(BASELINE.lanes), [f"-I{IN_PLACE_OF_SCENE}"]
+    compiler = toolchain.compiler()
+    for name, (text, first) in texts.items():
+        (tmp_path / name).write_text(text, "utf-8")
+        command = [*compiler, *GENERAL_FLAGS, *STRICT, *build.kind, *first]
+        command += [f"-I{RUNTIME}", f"-I{tmp_path}", *checking(compiler, tmp_path / f"{name}.o")]
+        done = subprocess.run(
+            [*command, str(tmp_path / name)], capture_output=True, text=True, check=False
+        )
+        assert (done.returncode, done.stderr) == (0, ""), name

@@ -50,6 +50,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def measured(method: str, dt: float, steps: int) -> list[dict[str, Any]]:
     """The rows of one method."""
     cart, linkage = driven_cart(), mechc.load("four_bar")
+    cart.wait_compiled()
     start = linkage.assemble({"theta_0": np.radians(85)})
     rows = []
     for name, force in (("cart, force changed", True), ("cart", False)):

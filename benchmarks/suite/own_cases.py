@@ -28,7 +28,8 @@ def build(problem: Problem, tolerances: Sequence[float]) -> tuple[list[Case], di
     """The cases, and the seconds of setting up: of a model from the cache only the loading."""
     start = time.perf_counter()
     model = problem.model
-    model.simulate(1e-3 * problem.t_end, problem.start, problem.params)  # all of it is compiled
+    model.wait_compiled()
+    model.simulate(1e-3 * problem.t_end, problem.start, problem.params)
     loaded = time.perf_counter() - start
     for method in _offered(model, BATCH_METHODS):  # parts of their own
         _batch(problem, problem.start[None], method, 1e-3 * problem.t_end)

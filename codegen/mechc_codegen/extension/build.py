@@ -15,7 +15,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from mechc_codegen.emit.units.instruction_sets import InstructionSet
-from mechc_codegen.extension.flags import FLAGS, GENERAL_FLAGS, runtime_headers
+from mechc_codegen.extension.flags import FLAGS, runtime_headers
 
 
 @dataclass(frozen=True)
@@ -88,9 +88,9 @@ def extension(
     )
 
 
-def general_signature(kind: Sequence[str], flags: Sequence[str], compiler: str, python: str) -> str:
+def general_signature(source: str, flags: Sequence[str], compiler: str, python: str) -> str:
     """A hash of everything that determines the object of the general unit for a kind of scenes."""
-    return _digest([*_headers(), " ".join((*GENERAL_FLAGS, *kind, *flags)), compiler, python])
+    return _digest([*_headers(), source, " ".join(flags), compiler, python])
 
 
 def signature(build: Build, compiler: str, python: str) -> str:

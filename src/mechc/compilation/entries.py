@@ -98,25 +98,24 @@ def _object(work: Path, source: tuple[str, Sequence[str]], includes: Sequence[st
 
 def _general_unit(scene: Any) -> Path:
     """The object of the general unit of the scene's kind, compiled once for all of the kind."""
-    from mechc_codegen.extension.build import general_signature
-
-    key = general_signature(scene.kind, scene.widest_flags, *environment())
-    return cache.entry(cache.part_key(key, "general"), lambda folder: _make_general(scene, folder))
-
-
-def _make_general(scene: Any, folder: Path) -> None:
     from mechc_codegen.emit.units.general import general_source
+    from mechc_codegen.extension.build import general_signature
     from mechc_codegen.extension.flags import GENERAL_FLAGS, IN_PLACE_OF_SCENE, RUNTIME
 
-    work = folder / "work"
-    work.mkdir()
-    (work / "general.c").write_text(general_source(scene.lanes), "utf-8")
+    source = general_source(scene.lanes)
     flags = [*GENERAL_FLAGS, *scene.kind, *scene.widest_flags]
-    includes = (str(IN_PLACE_OF_SCENE), str(RUNTIME))
-    with Notice("compiling the integrator for scenes of this kind, once ..."):
-        made = _object(work, ("general.c", flags), includes)
-    made.rename(folder / cache.SHARED_OBJECT)  # to be linked; sealed by the name of all entries
-    shutil.rmtree(work)
+
+    def make(folder: Path) -> None:
+        work, includes = folder / "work", (str(IN_PLACE_OF_SCENE), str(RUNTIME))
+        work.mkdir()
+        (work / "general.c").write_text(source, "utf-8")
+        with Notice("compiling the integrator for scenes of this kind, once ..."):
+            made = _object(work, ("general.c", flags), includes)
+        made.rename(folder / cache.SHARED_OBJECT)  # to be linked; sealed by the name of all entries
+        shutil.rmtree(work)
+
+    key = general_signature(source, flags, *environment())
+    return cache.entry(cache.part_key(key, "general"), make)
 
 
 def make_part(scene: Any, part: str, folder: Path) -> None:

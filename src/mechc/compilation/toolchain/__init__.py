@@ -164,9 +164,12 @@ def all_at_once(jobs: Sequence[Callable[[], Any]]) -> list[Any]:
             return [each.result() for each in begun]
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
+            _given_up.update(threads)  # those that only now start a compiler end it
             for process, thread in list(_running.items()):
                 if thread in threads:
                     _end(process)
+            pool.shutdown()
+            _given_up.difference_update(threads)
             raise
 
 
@@ -191,6 +194,7 @@ def link(objects: Sequence[Path], target: Path) -> None:
 
 
 _running: dict[subprocess.Popen[bytes], int] = {}  # with the thread that waits for it
+_given_up = set[int]()  # threads whose compilers are not waited for
 
 
 @atexit.register
@@ -238,6 +242,8 @@ def _start(command: list[str], **where: Any) -> subprocess.Popen[bytes]:
     except OSError as error:
         raise CompilerError(f"cannot run {shlex.join(command)}: {error.strerror}") from None
     _running[process] = threading.get_ident()
+    if _running[process] in _given_up:
+        _end(process)
     return process
 
 

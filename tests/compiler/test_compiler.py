@@ -165,7 +165,7 @@ def test_work_of_parameters_alone_is_done_once_a_run():
 
 def test_the_report_says_what_each_stage_took_and_shows_itself_in_a_notebook():
     made = model(planar_chain, 3)
-    made.system.wait(batches=False)
+    made.wait_compiled()
     report = made.report()
     stages = ("describe", "derive", "optimize", "emit", "first unit", "driver", "collocation")
     assert all(re.search(rf"^{stage}: \d+\.\d+ s", report, re.M) for stage in stages)

@@ -478,9 +478,9 @@ class Model(Outputs):
     def wait_compiled(self) -> None:
         """Return when the functions of this scene's own runs and batches are compiled.
 
-        Runs of a new scene begin by functions that are compiled once for all scenes of its kind, a
-        third as fast; its own are compiled in the background after some work by these.  Both give
-        the same bits.  For measurements of speed, and before other processes need the scene.
+        Runs of a new scene begin by functions that are compiled once for all scenes of its kind, up
+        to 2.7 times as slow; its own are compiled in the background after some work by these.  Both
+        give the same bits.  For measurements of speed, and before other processes need the scene.
         """
         self.system.wait()
 

@@ -280,7 +280,7 @@ class Batch:
         UnknownNameError
             For a name that the batch does not have.
         """
-        from mechc.batch.sweeps.maps import draw_histograms
+        from mechc.batch.sweeps.histograms import draw_histograms
 
         default = self.recipe.reductions or self.system.coordinates
         return draw_histograms(self, names_of(names) if names else default)

@@ -16,12 +16,11 @@ from mechc.system.quantity import shown_in
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from mechc.batch.tolerances.result import Tolerances
 
 MOST = 12  # parts in a tornado, those of the largest effects
 
 
-def draw_tolerances(found: Tolerances) -> Figure:
+def draw_tolerances(found: Any) -> Figure:
     """A row for each result: the effects of parts, the largest on top, and the drawn motions."""
     rows = len(found.results)
     with new_figure((9.6, 0.8 + 2.9 * rows)) as figure:

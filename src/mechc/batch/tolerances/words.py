@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from mechc.system.quantity import shown_in
 
-if TYPE_CHECKING:
-    from mechc.batch.tolerances.result import Tolerances
-
 APART = 0.1  # of the standard deviation: a departure from the first order that is worth a line
 
 
-def in_words(found: Tolerances) -> str:
+def in_words(found: Any) -> str:
     """The table that ``print`` shows."""
     lines = [
         f"tolerances of {found.model.name}: {len(found.drawn)} drawn motions, {found.drawing.words}"
@@ -25,7 +22,7 @@ def in_words(found: Tolerances) -> str:
     return "\n".join([*lines, *differences(found)])
 
 
-def _result(found: Tolerances, i: int, numbers: Mapping[str, Any]) -> Iterator[str]:
+def _result(found: Any, i: int, numbers: Mapping[str, Any]) -> Iterator[str]:
     """The lines of one result."""
     one = found.reductions[i]
     unit, factor = shown_in(one.kind, one.unit)
@@ -55,7 +52,7 @@ def _result(found: Tolerances, i: int, numbers: Mapping[str, Any]) -> Iterator[s
         )
 
 
-def differences(found: Tolerances) -> Iterator[str]:
+def differences(found: Any) -> Iterator[str]:
     """Where drawn motions are others than the first order takes them to be, one line each."""
     batch: Any = found.batch
     yield from found.notes

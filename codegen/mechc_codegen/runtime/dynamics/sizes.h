@@ -82,9 +82,11 @@
 
 #if MECHC_GENERAL
 #define mechc_slides mechc_of_scene.slides
-#define MECHC_SLIDES_AT(i) (mechc_slides && mechc_slides[i])
+#define MECHC_HAS_SLIDES (mechc_slides != 0)
+#define MECHC_SLIDES_AT(i) (MECHC_HAS_SLIDES && mechc_slides[i])
 #elif defined MECHC_SLIDES /* of the state: the components that are no angles and no numbers */
 static const unsigned char mechc_slides[MECHC_NX] __attribute__((unused)) = {MECHC_SLIDES};
+#define MECHC_HAS_SLIDES 1
 #define MECHC_SLIDES_AT(i) (mechc_slides[i] != 0)
 #else
 #define MECHC_SLIDES_AT(i) 0

@@ -6,7 +6,7 @@
 #else
 #define MECHC_GIVE_SCALAR
 #endif
-#include "general/functions.h"
+#include "general/called.h"
 #include "scene_program.h"
 
 MECHC_GAPS(MECHC_GIVE_FUNCTION)

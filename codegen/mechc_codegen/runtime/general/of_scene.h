@@ -6,7 +6,7 @@
 #include "run/turns.h"
 #include "stepping/knots.h"
 #include "general/counts.h"
-#include "general/functions.h"
+#include "general/called.h"
 
 #ifdef MECHC_ANGLES
 static const int mechc_angles[] = {MECHC_ANGLES};

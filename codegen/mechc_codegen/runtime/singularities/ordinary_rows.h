@@ -67,7 +67,7 @@ MECHC_ONCE void mechc_find_length(double t, const double *q, mechc_scalar_given 
 {
     double length = 0.0, largest = 0.0;
     mechc_scalar_place place;
-    if (!mechc_slides) return;
+    if (!MECHC_HAS_SLIDES) return;
     mechc_scalar_locate_all(t, q, given, &place);
     for (int i = 0; i < MECHC_NH; i++) {
         double most[2] = {0.0, 0.0};

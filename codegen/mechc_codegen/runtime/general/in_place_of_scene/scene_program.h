@@ -15,7 +15,7 @@
 #include "simd/lanes.h"
 #include "simd/sine_cosine.h" /* for series */
 #endif
-#include "general/functions.h"
+#include "general/called.h"
 
 #define MECHC_CALL_SCENE(result, name, parameters, arguments) \
     extern MECHC_OF_SCENE result FN(scene_##name) parameters; \

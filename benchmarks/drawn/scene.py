@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import sympy as sm
+from sympy.physics.mechanics import KanesMethod
 
 import mechc
 
@@ -76,6 +77,10 @@ class Scene:
             raise UnbuiltError(type(error).__name__) from None
         finally:
             signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+        if isinstance(names["described"], KanesMethod):
+            whole = names["described"].mass_matrix_full.row_join(names["described"].forcing_full)
+            if not names.get("fixed", {}).keys() <= whole.free_symbols:
+                raise UnbuiltError("what is fixed is in no equation")  # a load on a point at rest
         return names
 
     def compiled(self, names: dict[str, Any], *, open_inputs: bool = False) -> mechc.Model:

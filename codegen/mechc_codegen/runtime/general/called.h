@@ -46,13 +46,3 @@
     X(void, rates_in_blocks, (const real *jacobian, const real *x, real *rates), (jacobian, x, rates))
 
 #define MECHC_OF_SCENE __attribute__((visibility("hidden")))
-
-/* A function as the scene has it. */
-#define MECHC_GIVE_FUNCTION(result, name, parameters, arguments) \
-    extern MECHC_OF_SCENE result FN(scene_##name) parameters; \
-    result FN(scene_##name) parameters { return FN(name) arguments; }
-
-/* In place of one that the scene does not have, and that is not called: what it is for counts none. */
-#define MECHC_LACK_FUNCTION(result, name, parameters, arguments) \
-    extern MECHC_OF_SCENE result FN(scene_##name) parameters; \
-    result FN(scene_##name) parameters { FN(nothing) arguments; }

@@ -50,6 +50,12 @@ MECHC_OF_SCENE const mechc_counts mechc_of_scene = {
 #endif
 };
 
+#include "simd/bind_scalar.h"
+#include "general/give.h"
+#include "simd/bind_vector.h"
+#include "general/give.h"
+#include "simd/unbind.h"
+
 #if MECHC_KIND_LOOPS
 #if MECHC_NI > 0 /* with inputs loops are not closed finely */
 MECHC_STATIC void mechc_extended_read_inputs(long double t, const long double *q, const long double *u,
@@ -65,8 +71,3 @@ MECHC_GAPS(MECHC_GIVE_FUNCTION)
 MECHC_GAPS_OF_LOOPS(MECHC_GIVE_FUNCTION)
 #include "simd/unbind.h"
 #endif
-#include "simd/bind_scalar.h"
-#include "general/give.h"
-#include "simd/bind_vector.h"
-#include "general/give.h"
-#include "simd/unbind.h"

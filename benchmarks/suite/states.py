@@ -181,10 +181,14 @@ def _compiled_by(build: str) -> Callable[..., mechc.Model]:
 
 
 def _wider_bounds(runtime: Path) -> tuple[str, ...]:
-    """Flags by which each bound of arrays is larger than its count, by another number."""
+    """Flags by which each bound of arrays is larger than its count, by another number.
+
+    None stays none: what is not counted is not compiled (``general unit`` has all).
+    """
     texts = (header.read_text("utf-8") for header in sorted(runtime.rglob("*.h")))
     names = re.findall(r"#ifndef MECHC_(\w+)_MAX", "".join(texts))
-    return tuple(f"-DMECHC_{name}_MAX=(MECHC_{name}+{n})" for n, name in enumerate(names, 1))
+    wider = (f"(MECHC_{name}?MECHC_{name}+{n}:0)" for n, name in enumerate(names, 1))
+    return tuple(f"-DMECHC_{name}_MAX={bound}" for name, bound in zip(names, wider, strict=True))
 
 
 if __name__ == "__main__":

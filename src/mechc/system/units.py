@@ -47,7 +47,7 @@ SECOND_WORDS = ("s", "sec", "second", "seconds")  # as columns of files tell the
 DATES = ("m", "M")  # the kinds of arrays of dates and durations
 LONGEST = 60  # characters of a unit
 _SIGNS = str.maketrans({"·": "*", "⋅": "*", "²": "2", "³": "3", "⁻": "-", "¹": "1", "μ": "µ"})
-_TOKENS = re.compile(r"\s*+([^\W\d_]++|°|[-+]?+\d++|\*\*|[*/^()]|$)")
+_TOKENS = re.compile(r"[^\W\d_]++|°|[-+]?+\d++|\*\*|[*/^()]")
 _WORD = re.compile(r"[^\W\d]\w*+")
 _TYPED = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?inf|nan)\s*(.*)", re.DOTALL)
 
@@ -99,7 +99,7 @@ def unit_of(text: str) -> Unit | None:
 
 
 def _tokens(text: str) -> list[str]:
-    return [token for token in _TOKENS.findall(text.translate(_SIGNS)) if token]
+    return _TOKENS.findall(text.translate(_SIGNS))
 
 
 def _product(tokens: list[str]) -> Unit:

@@ -82,12 +82,14 @@ HANGS = 'echo thinking >&2; sleep 1000 & echo $! > "{child}"; wait'
 
 
 def test_one_that_hangs_is_stopped_with_its_children_and_what_it_said(fresh, monkeypatch):
-    child = fresh / "child"
-    monkeypatch.setenv("CC", compiler_script(fresh, HANGS.format(child=child)))
+    """Compilers run side by side: of those that had begun, each is stopped."""
+    monkeypatch.setenv("CC", compiler_script(fresh, HANGS.format(child=fresh / "child$$")))
     monkeypatch.setattr(toolchain, "LONGEST", 1.0)
     with pytest.raises(CompilerError, match=r"did not end within 1 s(?s:.*)thinking"):
         mechc.compile(pendulum(4))
-    assert gone(int(child.read_text()))
+    children = [text for file in fresh.glob("child*") if (text := file.read_text())]
+    assert children
+    assert all(gone(int(child)) for child in children)
 
 
 def test_a_child_that_keeps_the_pipes_open_holds_nothing_up(fresh, monkeypatch):

@@ -87,9 +87,7 @@ def _sizes_of_few(functions: SceneFunctions) -> str:
     if functions.program.series:
         text += "#define MECHC_TAYLOR_SERIES 1 /* the motion's recurrences */\n"
     if functions.blocks:
-        text += (
-            f"#define MECHC_ROW_BLOCKS {len(functions.blocks.blocks)} /* of constraint rows */\n"
-        )
+        text += f"#define MECHC_ROW_BLOCKS {len(functions.blocks.blocks)}\n"
         text += f"#define MECHC_BLOCKS_KEPT {BlockElimination(functions.blocks).kept}\n"
     if functions.request.includes("sensitivities"):  # macros for the variational equations
         present = [macro for name, macro in VARIATIONAL.items() if name in functions.outputs]

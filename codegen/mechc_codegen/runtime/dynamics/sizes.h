@@ -16,6 +16,11 @@
 #define MECHC_NI 0 /* values of inputs that a run is given */
 #endif
 
+#ifndef MECHC_ROW_BLOCKS
+#define MECHC_ROW_BLOCKS 0 /* of constraint rows */
+#define MECHC_BLOCKS_KEPT 0
+#endif
+
 #ifndef MECHC_STATES
 #define MECHC_STATES 0 /* the number of coordinates, the last ones, that no displacement moves */
 #endif

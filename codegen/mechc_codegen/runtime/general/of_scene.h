@@ -15,9 +15,6 @@ static const int mechc_angles[] = {MECHC_ANGLES};
 static const int mechc_angles[1] = {0};
 #define MECHC_ANGLE_COUNT 0
 #endif
-#ifndef MECHC_BLOCKS_KEPT
-#define MECHC_BLOCKS_KEPT 0
-#endif
 
 MECHC_OF_SCENE const mechc_counts mechc_of_scene = {
     .nq = MECHC_NQ,

@@ -51,7 +51,7 @@ def emit(
 
 def program_texts(functions: SceneFunctions, metadata: Mapping[str, Any]) -> dict[str, str]:
     """The headers of a scene: its sizes and its program."""
-    writer = CWriter(functions, _meanings(functions, metadata))
+    writer = CWriter(functions, meanings(functions, metadata))
     gaps = [table_text(lookups(functions.program.values()))]
     others = list[str]()
     for function in functions:
@@ -100,6 +100,11 @@ class CWriter:
             )  # fmt: skip
             body.append(Line((f"FN({name}_{number})({arguments});",)))
         return "\n".join([*texts, definition(comment, name, signature, body, "MECHC_ONCE")])
+
+    def lines(self, function: SceneFunction) -> list[Line]:
+        """The whole body of the function."""
+        loads = {symbol.name: place for symbol, place in function.loads.items()}
+        return self._body(self._lines(function), loads)
 
     def _lines(self, function: SceneFunction) -> list[Line]:
         """Inputs, statements, stored outputs, values kept for later calls."""
@@ -204,7 +209,7 @@ class CWriter:
         return f"output_{function.name}", f"{_STATE}, real *out"
 
 
-def _meanings(functions: SceneFunctions, metadata: Mapping[str, Any]) -> dict[str, str]:
+def meanings(functions: SceneFunctions, metadata: Mapping[str, Any]) -> dict[str, str]:
     """Name and unit of each coordinate, speed and parameter, for comments."""
     symbols, names = functions.program.symbols, ("coordinates", "speeds", "parameters")
     quantities = [quantity for name in names for quantity in metadata[name]]

@@ -32,6 +32,7 @@ class Build:
     seconds: Mapping[str, float] = field(default_factory=dict)  # that each stage took
     kind: tuple[str, ...] = ()
     lanes: int = 0
+    tape: bytes = b""  # without it the scene's functions are compiled before they are called
 
     @property
     def widest_flags(self) -> tuple[str, ...]:
@@ -42,6 +43,11 @@ class Build:
     def units(self) -> dict[str, tuple[str, ...]]:
         """The sources of its units, one for each instruction set, with their flags."""
         return {name: flags for name, flags in self.flags.items() if name != "scene_model.c"}
+
+    @property
+    def unit(self) -> str:
+        """The name of the widest instruction set."""
+        return max(self.units, key=lambda name: len(self.units[name]))[len("scene_") : -len(".c")]
 
     @property
     def sources(self) -> tuple[str, ...]:
@@ -74,6 +80,7 @@ def extension(
     sets: Sequence[InstructionSet],
     seconds: Mapping[str, float],
     kind: tuple[str, ...],
+    tape: bytes,
 ) -> Build:
     """Emitted C with the Cython wrapper and the flags of each instruction set."""
     wrapper = files("mechc_codegen.emit") / "templates" / "scene.pyx.in"
@@ -85,6 +92,7 @@ def extension(
         seconds,
         kind,
         sets[-1].lanes,
+        tape,
     )
 
 
@@ -98,7 +106,7 @@ def signature(build: Build, compiler: str, python: str) -> str:
     parts = [*(f"{name}\n{text}" for name, text in sorted(build.texts.items()))]
     parts += [f"{name} {flags}" for name, flags in sorted(build.flags.items())]
     parts += [" ".join(build.kind), *_headers()]
-    parts += [" ".join(FLAGS), compiler, python, platform.machine()]
+    parts += [" ".join(FLAGS), build.tape.hex(), compiler, python, platform.machine()]
     return _digest(parts)
 
 

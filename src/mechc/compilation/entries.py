@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import struct
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -11,13 +12,30 @@ from typing import Any
 from mechc.compilation import cache, toolchain
 from mechc.compilation.toolchain.processor import environment
 from mechc.errors import CacheError
-from mechc.native._driver import capsule_of
+from mechc.native._driver import capsule_of, model_of_tape
 from mechc.progress import Notice
 
+_TAPE = b"mechc tape 1\0\0\0\0"  # what tapes begin with: see runtime/tape/read.h
 
-def load(key: str, load: Callable[[Path], Any] | None = None) -> Any:
+
+def model_of(path: Path) -> Any:
+    """The model of an entry: compiled, or a tape and the unit that runs it."""
+    with path.open("rb") as file:
+        if file.read(len(_TAPE)) != _TAPE:
+            return capsule_of(path)
+        (size,) = struct.unpack("<Q", file.read(8))
+        unit = file.read(size).decode("ascii")
+        file.seek(0)
+        tape = file.read()
+    shared = cache.find(unit)
+    if shared is None:
+        raise ImportError("the unit that runs this tape is not there")
+    with cache.aside(unit) as folder:  # each scene needs a copy of its own
+        return model_of_tape(shutil.copy(shared, folder), tape)
+
+
+def load(key: str, load: Callable[[Path], Any] = model_of) -> Any:
     """The content of an entry, if it exists and can be loaded, else None; by default a model."""
-    load = load or capsule_of
     path = cache.find(key)
     known = None if path is None else cache.identity(path)
     try:
@@ -28,10 +46,9 @@ def load(key: str, load: Callable[[Path], Any] | None = None) -> Any:
 
 
 def load_or_make(
-    key: str, make: Callable[[Path], None], load: Callable[[Path], Any] | None = None
+    key: str, make: Callable[[Path], None], load: Callable[[Path], Any] = model_of
 ) -> Any:
     """The content of an entry, which is made if it is missing or removed before it is loaded."""
-    load = load or capsule_of
     path = cache.entry(key, make)
     known = cache.identity(path)
     try:
@@ -55,6 +72,7 @@ def make_first(scene: Any, folder: Path) -> None:
     It holds the texts of the scene too, which other parts are compiled from.  That of a scene that
     has a kind is linked to the general unit, which runs begin with.
     """
+    from mechc_codegen.emit.tape.scene_tape import whole_tape
     from mechc_codegen.emit.units.general import counts_source, series_source
     from mechc_codegen.emit.units.scene_files import texts_source
     from mechc_codegen.extension.flags import (
@@ -64,6 +82,10 @@ def make_first(scene: Any, folder: Path) -> None:
         WITH_GENERAL,
     )
 
+    if scene.tape:
+        text = whole_tape(scene.tape, _tapes_unit(scene), scene.as_json())
+        (folder / cache.SHARED_OBJECT).write_bytes(text)
+        return
     work, flags = folder / "work", [*OUTPUTS_ONLY_FLAGS, *scene.widest_flags]
     scene.write(work)
     text = texts_source("scene_outputs_only.c", scene.as_json())
@@ -94,6 +116,34 @@ def make_first(scene: Any, folder: Path) -> None:
 
 def _object(work: Path, source: tuple[str, Sequence[str]], includes: Sequence[str]) -> Path:
     return toolchain.compile_all(work, [source], includes, side_by_side=False)[0]
+
+
+def _tapes_unit(scene: Any) -> str:
+    """The key of the unit that runs the tapes of the scene's kind, compiled once for all of it."""
+    from mechc_codegen.emit.units.general import tapes_source
+    from mechc_codegen.extension.build import general_signature
+    from mechc_codegen.extension.flags import GENERAL_FLAGS, IN_PLACE_OF_SCENE, RUNTIME
+
+    source = tapes_source(scene.lanes, scene.unit)
+    flags = [*GENERAL_FLAGS, *scene.kind, *scene.widest_flags]
+
+    def make(folder: Path) -> None:
+        work, includes = folder / "work", (str(IN_PLACE_OF_SCENE), str(RUNTIME))
+        work.mkdir()
+        (work / "tapes.c").write_text(source, "utf-8")
+        made = [
+            partial(_general_unit, scene),
+            partial(_object, work, ("tapes.c", flags), includes),
+        ]
+        objects = toolchain.all_at_once(made)
+        general = work / "general.o"  # some compilers go by the ending
+        shutil.copyfile(objects[0], general)
+        toolchain.link([general, *objects[1:]], folder / cache.SHARED_OBJECT)
+        shutil.rmtree(work)
+
+    key = cache.part_key(general_signature(source, flags, *environment()), "general")
+    cache.entry(key, make)
+    return key
 
 
 def _general_unit(scene: Any) -> Path:

@@ -30,6 +30,11 @@ from mechc.native._shared_object cimport (
 )
 
 
+cdef extern from "abi/model.h":
+    ctypedef struct mechc_tape_opener:
+        const mechc_model *(*open)(const unsigned char *, size_t, const char **)
+
+
 cdef extern from "abi/call.h":
     ctypedef struct mechc_bound:
         int width
@@ -168,6 +173,19 @@ def capsule_of(path):
     Raises ImportError if it cannot be loaded, holds no model, or one of another ABI.
     """
     return PyCapsule_New(<void *>data_of(path, b"mechc_scene"), MECHC_CAPSULE, NULL)
+
+
+def model_of_tape(path, bytes tape):
+    """The model that a tape describes, as a capsule, run by a unit in a shared object of its own.
+
+    Raises ImportError if that cannot be loaded, or the tape is none for it.
+    """
+    cdef const mechc_tape_opener *opener = <const mechc_tape_opener *>data_of(path, b"mechc_opener")
+    cdef const char *why = NULL
+    cdef const mechc_model *model = opener.open(<const unsigned char *>tape, len(tape), &why)
+    if model == NULL:
+        raise ImportError(f"the tape of this scene cannot be run: {why.decode()}")
+    return PyCapsule_New(<void *>model, MECHC_CAPSULE, NULL)
 
 
 def part_of(path):

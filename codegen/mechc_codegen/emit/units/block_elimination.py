@@ -67,26 +67,38 @@ class BlockElimination:
     def text(self) -> str:
         """The text of all functions."""
         given, known = "const real *jacobian, ", "const real *jacobian, const real *kept, "
+        bodies = self.bodies()
         functions = [
             ("The lanes in which blocks serve, and their factors.", "factor_blocks",
              given + "const real *mass, const real *weight, real *kept, real *directions, "
-             "real *momenta, real *own, real *lengths, rmask *clear", self._factors(), "rmask"),
+             "real *momenta, real *own, real *lengths, rmask *clear", "rmask"),
             ("Speeds for these values of the rows.", "solve_blocks",
-             known + "const real *values, real *x", self._solution(), "void"),
+             known + "const real *values, real *x", "void"),
             ("The largest squared length among the least solutions for a unit value of one row.",
              "longest_answer", known + "const real *moved, const real *axes, const real *inverse",
-             self._longest_answer(), "real"),
+             "real"),
             ("The multipliers, by the blocks in reverse order.", "block_multipliers",
-             known + "const real *reaction, real *lambda", self._back(), "void"),
+             known + "const real *reaction, real *lambda", "void"),
             ("The rates of the rows.", "rates_in_blocks", given + "const real *x, real *rates",
-             self._rates(), "void"),
+             "void"),
             ("The largest sum of sizes in a row of configuration.", "partials_in_blocks",
-             "const real *jacobian", self._partials(), "real"),
+             "const real *jacobian", "real"),
         ]  # fmt: skip
         return "\n".join(
-            definition(comment, name, signature, lines, result=result)
-            for comment, name, signature, lines, result in functions
+            definition(comment, name, signature, bodies[name], result=result)
+            for comment, name, signature, result in functions
         )
+
+    def bodies(self) -> dict[str, list[Line]]:
+        """The statements of each function."""
+        return {
+            "factor_blocks": self._factors(),
+            "solve_blocks": self._solution(),
+            "longest_answer": self._longest_answer(),
+            "block_multipliers": self._back(),
+            "rates_in_blocks": self._rates(),
+            "partials_in_blocks": self._partials(),
+        }
 
     def operations(self) -> dict[str, int]:
         """Operation counts: factoring all rows, one solution, the condition numbers."""

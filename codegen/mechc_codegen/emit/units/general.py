@@ -45,6 +45,14 @@ def general_source(lanes: int) -> str:
     return _unit(lanes, "general", "MECHC_PARTS_OF_GENERAL")
 
 
+def tapes_source(lanes: int, unit: str) -> str:
+    """The source of the unit that runs tapes, for the general unit of these lanes."""
+    return (
+        f"#define MECHC_LANES {lanes}\n#define MECHC_UNIT {unit}\n"
+        '#define MECHC_OPENS_TAPES\n#include "tape/unit.h"\n'
+    )
+
+
 def series_source(lanes: int) -> str:
     """The source of a scene's Taylor series for the general unit."""
     return _unit(lanes, "series", "MECHC_PART_TAYLOR", series=1)

@@ -33,8 +33,8 @@ VARIATIONAL = {
 def sizes_header(functions: SceneFunctions, metadata: Mapping[str, Any]) -> str:
     """The sizes of the scene and the list of its outputs, for the preprocessor."""
     equations, layout, symbols = functions.equations, functions.layout, functions.program.symbols
-    jacobians, solved = functions.jacobians(), _label_widths(functions, of_motion=True)
-    evaluated = [*_label_widths(functions, of_motion=False), *functions.by_runtime()]
+    jacobians, solved = functions.jacobians(), label_widths(functions, of_motion=True)
+    evaluated = [*label_widths(functions, of_motion=False), *functions.by_runtime()]
     widths = [len(o.elements) for o in functions.own_functions()]
     widths += [width for _, width in (*layout.solved, *jacobians)]
     values = {
@@ -127,11 +127,11 @@ def _comma_list(indices: list[int]) -> str:
 
 def listed_outputs(functions: SceneFunctions) -> list[tuple[str, int]]:
     """Label and width of every output."""
-    explicit, solved = (_label_widths(functions, of_motion=which) for which in (False, True))
+    explicit, solved = (label_widths(functions, of_motion=which) for which in (False, True))
     return [*explicit, *functions.by_runtime(), *solved]
 
 
-def _label_widths(functions: SceneFunctions, *, of_motion: bool) -> list[tuple[str, int]]:
+def label_widths(functions: SceneFunctions, *, of_motion: bool) -> list[tuple[str, int]]:
     """Outputs that contain accelerations or multipliers, or the others."""
     listed = [o for o in functions.listed_outputs() if functions.needs_motion(o) == of_motion]
     return [(o.name, len(o.elements)) for o in listed]

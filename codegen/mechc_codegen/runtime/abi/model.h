@@ -96,3 +96,9 @@ typedef struct {
      * with it the scene's series, or NULL. */
     const mechc_part *general, *series;
 } mechc_model;
+
+/* Of a unit that runs tapes: the model of a tape, whose bytes are kept; NULL: `why` tells what is wrong. */
+typedef struct {
+    int abi;
+    const mechc_model *(*open)(const unsigned char *bytes, size_t size, const char **why);
+} mechc_tape_opener;

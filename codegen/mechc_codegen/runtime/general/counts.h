@@ -11,4 +11,8 @@ typedef struct {
     int blocks_kept;
 } mechc_counts;
 
+#ifdef MECHC_OPENS_TAPES /* which tell them */
+extern __attribute__((visibility("hidden"))) mechc_counts mechc_of_scene;
+#else
 extern __attribute__((visibility("hidden"))) const mechc_counts mechc_of_scene;
+#endif

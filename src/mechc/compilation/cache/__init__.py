@@ -14,8 +14,8 @@ import re
 import shutil
 import stat
 import tempfile
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from mechc.compilation.cache.security import (
@@ -72,6 +72,19 @@ def find(key: str) -> Path | None:
         return None
     note_use(root / key, SEAL)
     return root / key / SHARED_OBJECT
+
+
+@contextmanager
+def aside(key: str) -> Iterator[Path]:
+    """A folder for a copy of an entry, which is removed afterwards."""
+    try:
+        folder = tempfile.mkdtemp(prefix=f".new-{key}-", dir=cache_folder())
+    except OSError:  # a cache that cannot be written
+        folder = tempfile.mkdtemp()
+    try:
+        yield Path(folder)
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def identity(shared: Path) -> tuple[int, int] | None:

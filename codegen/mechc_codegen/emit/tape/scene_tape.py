@@ -1,0 +1,158 @@
+"""A whole scene as data for the unit that runs tapes, ``runtime/tape/``.
+
+Input: the scene's functions, and the texts that are compiled for it.  Output: bytes.  Invariant:
+what they hold is checked where they are read, so that no bytes lead beyond an array.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import struct
+from collections.abc import Iterable, Mapping
+from importlib.resources import files
+from itertools import chain
+from typing import Any
+
+from mechc_codegen.emit.c import CWriter, meanings
+from mechc_codegen.emit.expressions import Line, let, named, put
+from mechc_codegen.emit.functions import SceneFunctions
+from mechc_codegen.emit.printer import RealPrinter
+from mechc_codegen.emit.tape.assembler import FUNCTIONS, MOST, MOST_REGISTERS, NoTapeError, Tape
+from mechc_codegen.emit.units.block_elimination import BlockElimination
+from mechc_codegen.emit.units.scene_files import label_widths
+
+MAGIC = b"mechc tape 1\0\0\0\0"
+COUNTS = (
+    *("NQ", "NU", "NH", "NC", "NP", "NK", "SAVED", "TURNS", "NI", "STATES", "SWITCHES"),
+    *("FEATURES", "KNOTTED", "MULTIPLIERS", "LOCKSTEP", "BLOCKS_KEPT"),
+)
+# Outputs that the unit calls, in this order.
+BY_NAME = ("constraints", "coordinate_rates", "kinematic_matrix", "switching", "mass_matrix")
+OUTPUT = "output"
+OWN, SOLVED, RATES, MULTIPLIERS = range(4)  # how an output is evaluated
+_BY_RUNTIME = {"rates": RATES, "multipliers": MULTIPLIERS}
+_LIMITS = {
+    name: float(value)
+    for name, value in re.findall(
+        r"#define (MECHC_\w+) ([\d.]+)\b",
+        (files("mechc_codegen") / "runtime" / "dynamics" / "sizes.h").read_text("utf-8"),
+    )
+}
+_COUNT = re.compile(r"#define MECHC_(\w+) (\d+)\b")
+_TABLE = re.compile(r"#define MECHC_(\w+) ([-+\d.e]+(?:, [-+\d.e]+)*+)")
+
+
+def scene_tape(functions: SceneFunctions, metadata: Mapping[str, Any], sizes: str) -> bytes:
+    """The bytes of a scene, without their first and last parts; none if no tape holds it.
+
+    ``sizes``: the text of ``scene_sizes.h``.
+    """
+    try:
+        return _Writer(functions, metadata, sizes).bytes()
+    except NoTapeError:
+        return b""
+
+
+def whole_tape(scene: bytes, unit: str, texts: str) -> bytes:
+    """The bytes of a scene for the unit with this name, with what its parts are compiled from."""
+    return MAGIC + _section(unit.encode()) + scene + _section(texts.encode("utf-8"))
+
+
+class _Writer:
+    def __init__(
+        self, functions: SceneFunctions, metadata: Mapping[str, Any], sizes: str
+    ) -> None:
+        self.functions, self.metadata = functions, metadata
+        self.counts = dict.fromkeys(COUNTS, 0) | {n: int(v) for n, v in _COUNT.findall(sizes)}
+        self.tables = {name: text.split(", ") for name, text in _TABLE.findall(sizes)}
+        self.numbers: dict[str, int] = {}
+        self.rows = list[tuple[int, int, int, int, int]]()
+        self.places = list[tuple[int, int, int]]()  # of each function: first, count, registers
+
+    def bytes(self) -> bytes:
+        functions = self.functions
+        if functions.program.series or functions.jacobians():
+            raise NoTapeError
+        writer = CWriter(functions, meanings(functions, self.metadata))
+        index = {f.name: self._function(f.name, writer.lines(f)) for f in functions}
+        if functions.blocks:
+            bodies = BlockElimination(functions.blocks).bodies()
+            for name in bodies.keys() & FUNCTIONS.keys():
+                index[name] = self._function(name, bodies[name])
+        outputs, names = self._outputs(index)
+        defaults = list(self._defaults())
+        if len(self.numbers) > MOST:
+            raise NoTapeError
+        metadata = json.dumps(self.metadata, sort_keys=True)
+        parts = [
+            metadata.encode("utf-8", "surrogatepass"),
+            _integers(self.counts[name] for name in COUNTS),
+            _integers(map(int, self._table("SLIDES"))),
+            _integers(map(int, self._table("ANGLES"))),
+            _integers(map(int, self._table("PERIODIC"))),
+            _doubles(map(float, self._table("KNOTS"))),
+            _integers(map(int, self._table("KNOTS_BEGIN"))),
+            _doubles(map(float, self._table("KNOTS_PERIOD"))),
+            _doubles(map(float.fromhex, self.numbers)),
+            _integers(chain.from_iterable(self.places)),
+            _shorts(chain.from_iterable(self.rows)),
+            _integers(index.get(name, -1) for name in FUNCTIONS if name != OUTPUT),
+            _integers(index.get(name, -1) for name in BY_NAME),
+            _integers(chain.from_iterable(outputs)),
+            names,
+            _integers(chain.from_iterable(defaults)),
+        ]
+        return b"".join(map(_section, parts))
+
+    def _table(self, name: str) -> list[str]:
+        return self.tables.get(name, [])
+
+    def _function(self, name: str, lines: Iterable[Line]) -> int:
+        arrays = FUNCTIONS.get(name, FUNCTIONS[OUTPUT])
+        registers, rows = Tape(self.numbers, arrays, _LIMITS).take(lines).rows()
+        if registers > MOST_REGISTERS or max((max(row) for row in rows), default=0) >= MOST:
+            raise NoTapeError
+        self.places.append((len(self.rows), len(rows), registers))
+        self.rows += rows
+        return len(self.places) - 1
+
+    def _outputs(self, index: Mapping[str, int]) -> tuple[list[tuple[int, int, int, int]], bytes]:
+        """Of each output how it is evaluated, its function, its width, and where its name begins."""
+        functions = self.functions
+        rows = [(label, width, OWN) for label, width in label_widths(functions, of_motion=False)]
+        rows += [(label, width, _BY_RUNTIME[label]) for label, width in functions.by_runtime()]
+        rows += [(label, width, SOLVED) for label, width in label_widths(functions, of_motion=True)]
+        found, names = list[tuple[int, int, int, int]](), b""
+        for label, width, how in rows:
+            found.append((how, index.get(label, -1), width, len(names)))
+            name = functions.request.name_of(label)
+            names += name.encode("utf-8", "surrogatepass") + b"\0"
+        return found, names
+
+    def _defaults(self) -> Iterable[tuple[int, int]]:
+        """Each parameter with the function that writes its default, or -1."""
+        symbols, printer = self.functions.program.symbols.parameters, RealPrinter()
+        for i, value, held in self.functions.defaults():
+            if value is None:
+                yield i, -1
+                continue
+            loads = [let(symbols[j].name, named("p")[j]) for j in held]
+            yield i, self._function(OUTPUT, [*loads, put(named("out")[0], printer.real(value))])
+
+
+def _section(content: bytes) -> bytes:
+    """A part of the tape: its length, its content, and zeros up to a multiple of eight."""
+    return struct.pack("<Q", len(content)) + content + bytes(8 - len(content) % 8)
+
+
+def _integers(values: Iterable[int]) -> bytes:
+    return struct.pack("<" + "i" * len(found := list(values)), *found)
+
+
+def _shorts(values: Iterable[int]) -> bytes:
+    return struct.pack("<" + "H" * len(found := list(values)), *found)
+
+
+def _doubles(values: Iterable[float]) -> bytes:
+    return struct.pack("<" + "d" * len(found := list(values)), *found)

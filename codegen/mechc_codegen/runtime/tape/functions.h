@@ -1,0 +1,120 @@
+/* The functions that the general unit calls of a scene, by its tapes; generic over `real`. */
+#include "simd/real.h"
+#if R_EXTENDED ? !defined MECHC_TAPE_FUNCTIONS_EXTENDED \
+    : R_VECTOR ? !defined MECHC_TAPE_FUNCTIONS_VECTOR : !defined MECHC_TAPE_FUNCTIONS_SCALAR
+#if R_EXTENDED
+#define MECHC_TAPE_FUNCTIONS_EXTENDED
+#elif R_VECTOR
+#define MECHC_TAPE_FUNCTIONS_VECTOR
+#else
+#define MECHC_TAPE_FUNCTIONS_SCALAR
+#endif
+#include "general/called.h"
+#include "tape/run.h"
+
+/* The head of a function of the scene. */
+#define MECHC_TAPE_DECLARE(result, name, parameters, arguments) \
+    extern MECHC_OF_SCENE result FN(scene_##name) parameters;
+MECHC_GAPS(MECHC_TAPE_DECLARE)
+MECHC_GAPS_OF_LOOPS(MECHC_TAPE_DECLARE)
+
+#define MECHC_TAPE_CALLED(name) mechc_of_tapes.called[MECHC_TAPE_OF_##name]
+
+/* A function of a state into `out`, by a tape of the scene's outputs. */
+MECHC_INLINE void FN(tape_output)(int tape, real t, const real *q, const real *u, const FN(given) *given,
+                                  const real *a, const real *l, real *out)
+{
+    real *arrays[] = {(real *)q, (real *)u, (real *)given->p, (real *)given->k, (real *)a, (real *)l, out};
+    FN(run_tape)(tape, arrays, &t, given, 0, 0);
+}
+
+void FN(scene_hoist)(const real *p, real *k)
+{
+    real *arrays[] = {(real *)p, k}, none = R(0.0);
+    FN(run_tape)(MECHC_TAPE_CALLED(hoist), arrays, &none, 0, 0, 0);
+}
+
+void FN(scene_output_constraints)(real t, const real *q, const real *u, const FN(given) *given, real *out)
+{
+    FN(tape_output)(mechc_of_tapes.constraints, t, q, u, given, 0, 0, out);
+}
+
+#if !R_EXTENDED
+MECHC_ALL_SCENES(MECHC_TAPE_DECLARE)
+MECHC_SWITCHED(MECHC_TAPE_DECLARE)
+MECHC_KINEMATICS(MECHC_TAPE_DECLARE)
+
+void FN(scene_configuration)(real t, const real *q, const FN(given) *given, real *gap, real *jacobian,
+                             real *bias, real *mass, real *saved, real *turns, int near)
+{
+    real *arrays[] = {(real *)q, (real *)given->p, (real *)given->k, gap, jacobian, bias, mass, saved};
+    FN(run_tape)(MECHC_TAPE_CALLED(configuration), arrays, &t, given, turns, near);
+}
+
+void FN(scene_motion)(real t, const real *q, const real *u, const FN(given) *given, const real *saved,
+                      real *forcing, real *gamma)
+{
+    real *arrays[] = {(real *)q, (real *)u, (real *)given->p, (real *)given->k, (real *)saved, forcing, gamma};
+    FN(run_tape)(MECHC_TAPE_CALLED(motion), arrays, &t, given, 0, 0);
+}
+
+void FN(scene_output_switching)(real t, const real *q, const real *u, const FN(given) *given, real *out)
+{
+    FN(tape_output)(mechc_of_tapes.switching, t, q, u, given, 0, 0, out);
+}
+
+void FN(scene_output_coordinate_rates)(real t, const real *q, const real *u, const FN(given) *given,
+                                       real *out)
+{
+    FN(tape_output)(mechc_of_tapes.coordinate_rates, t, q, u, given, 0, 0, out);
+}
+
+void FN(scene_output_kinematic_matrix)(real t, const real *q, const real *u, const FN(given) *given,
+                                       real *out)
+{
+    FN(tape_output)(mechc_of_tapes.kinematic_matrix, t, q, u, given, 0, 0, out);
+}
+
+#if MECHC_KIND_BLOCKS
+MECHC_BLOCKS_OF_ROWS(MECHC_TAPE_DECLARE)
+
+rmask FN(scene_factor_blocks)(const real *jacobian, const real *mass, const real *weight, real *kept,
+                              real *directions, real *momenta, real *own, real *lengths, rmask *clear)
+{
+    real cleared = R(0.0), none = R(0.0);
+    real *arrays[] = {(real *)jacobian, (real *)mass, (real *)weight, kept, directions, momenta, own, lengths,
+                      &cleared};
+    const real safe = FN(run_tape)(MECHC_TAPE_CALLED(factor_blocks), arrays, &none, 0, 0, 0);
+    *clear = R_BITS(cleared);
+    return R_BITS(safe);
+}
+
+void FN(scene_solve_blocks)(const real *jacobian, const real *kept, const real *values, real *x)
+{
+    real *arrays[] = {(real *)jacobian, (real *)kept, (real *)values, x}, none = R(0.0);
+    FN(run_tape)(MECHC_TAPE_CALLED(solve_blocks), arrays, &none, 0, 0, 0);
+}
+
+real FN(scene_longest_answer)(const real *jacobian, const real *kept, const real *moved, const real *axes,
+                              const real *inverse)
+{
+    real *arrays[] = {(real *)jacobian, (real *)kept, (real *)moved, (real *)axes, (real *)inverse};
+    const real none = R(0.0);
+    return FN(run_tape)(MECHC_TAPE_CALLED(longest_answer), arrays, &none, 0, 0, 0);
+}
+
+void FN(scene_block_multipliers)(const real *jacobian, const real *kept, const real *reaction, real *lambda)
+{
+    real *arrays[] = {(real *)jacobian, (real *)kept, (real *)reaction, lambda}, none = R(0.0);
+    FN(run_tape)(MECHC_TAPE_CALLED(block_multipliers), arrays, &none, 0, 0, 0);
+}
+
+void FN(scene_rates_in_blocks)(const real *jacobian, const real *x, real *rates)
+{
+    real *arrays[] = {(real *)jacobian, (real *)x, rates}, none = R(0.0);
+    FN(run_tape)(MECHC_TAPE_CALLED(rates_in_blocks), arrays, &none, 0, 0, 0);
+}
+#endif
+#endif
+#undef MECHC_TAPE_DECLARE
+#endif

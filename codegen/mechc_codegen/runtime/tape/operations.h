@@ -1,0 +1,63 @@
+/* What a tape is made of: operations on numbered values, and functions with the arrays that each is given.
+ *
+ * The emitter reads these lists (emit/tape/assembler.py). */
+#pragma once
+
+/* X(name): with the registers a, b, c as operands unless it is said otherwise. */
+#define MECHC_TAPE_OPERATIONS(X) \
+    X(NUMBER)   /* constant a */ \
+    X(SCALAR)   /* scalar argument a */ \
+    X(LOAD)     /* array a, element b */ \
+    X(STORE)    /* array a, element b <- register c */ \
+    X(CLEAR)    /* array a, so many elements from the first <- 0 */ \
+    X(INPUTS_READ) /* inputs a .. b - 1; c: they may need the speeds */ \
+    X(SINE_COSINE) /* of a; the cosine to register b */ \
+    X(TURN)     /* the same; kept as turn c */ \
+    X(ADD) X(SUBTRACT) X(MULTIPLY) X(DIVIDE) X(NEGATE) \
+    X(FMA) X(FNMA) X(FMS) X(FNMS) X(SQRT) \
+    X(LESS) X(LESS_EQUAL) X(EQUAL) X(NOT_EQUAL) X(AND) X(NOT) /* masks */ \
+    X(SELECT) \
+    X(CALL)     /* function b of a */ \
+    X(CALL2)    /* function c of a, b */ \
+    X(RETURN)
+
+#define MECHC_TAPE_CALLS(X) \
+    X(fabs) X(floor) X(sin) X(cos) X(tan) X(asin) X(acos) X(atan) X(sinh) X(cosh) X(tanh) X(exp) X(log)
+#define MECHC_TAPE_CALLS_OF_TWO(X) X(pow) X(atan2)
+
+/* X(name, number of elements by the counts c). */
+#define MECHC_TAPE_ARRAYS(X) \
+    X(q, c->nq) X(u, c->nu) X(p, c->np) X(k, c->nk) X(saved, c->saved) X(a, c->nu) X(l, c->nc) \
+    X(gap, c->nh) X(jacobian, c->nc * c->nu) X(bias, c->nc) X(mass, c->nu * c->nu) \
+    X(forcing, c->nu) X(gamma, c->nc) X(out, width) \
+    X(weight, c->nu) X(kept, c->blocks_kept) X(directions, c->nu * (c->nu - c->nc)) \
+    X(momenta, c->nu * (c->nu - c->nc)) X(own, c->nc) X(lengths, c->nc) X(clear, 1) \
+    X(values, c->nc) X(x, c->nu) X(moved, c->nu) X(axes, c->nu * (c->nu - c->nc)) \
+    X(inverse, c->nu - c->nc) X(reaction, c->nu) X(lambda, c->nc) X(rates, c->nc)
+
+/* X(function, its arrays): those that the unit calls by themselves, then outputs. */
+#define MECHC_TAPE_FUNCTIONS(X) \
+    X(hoist, A(p) A(k)) \
+    X(configuration, A(q) A(p) A(k) A(gap) A(jacobian) A(bias) A(mass) A(saved)) \
+    X(motion, A(q) A(u) A(p) A(k) A(saved) A(forcing) A(gamma)) \
+    X(factor_blocks, A(jacobian) A(mass) A(weight) A(kept) A(directions) A(momenta) A(own) A(lengths) A(clear)) \
+    X(solve_blocks, A(jacobian) A(kept) A(values) A(x)) \
+    X(longest_answer, A(jacobian) A(kept) A(moved) A(axes) A(inverse)) \
+    X(block_multipliers, A(jacobian) A(kept) A(reaction) A(lambda)) \
+    X(rates_in_blocks, A(jacobian) A(x) A(rates)) \
+    X(output, A(q) A(u) A(p) A(k) A(a) A(l) A(out))
+
+#define MECHC_TAPE_MOST_ARRAYS 10 /* the last one: inputs */
+#define MECHC_TAPE_INPUTS (MECHC_TAPE_MOST_ARRAYS - 1)
+#define MECHC_TAPE_MOST_REGISTERS 1024
+
+#define MECHC_TAPE_NAME(name) MECHC_TAPE_##name,
+enum { MECHC_TAPE_OPERATIONS(MECHC_TAPE_NAME) MECHC_TAPE_OPERATION_COUNT };
+#undef MECHC_TAPE_NAME
+#define MECHC_TAPE_NAME(name) MECHC_TAPE_CALL_##name,
+enum { MECHC_TAPE_CALLS(MECHC_TAPE_NAME) MECHC_TAPE_CALL_COUNT };
+enum { MECHC_TAPE_CALLS_OF_TWO(MECHC_TAPE_NAME) MECHC_TAPE_CALL_OF_TWO_COUNT };
+#undef MECHC_TAPE_NAME
+#define MECHC_TAPE_NAME(name, ...) MECHC_TAPE_OF_##name,
+enum { MECHC_TAPE_FUNCTIONS(MECHC_TAPE_NAME) MECHC_TAPE_FUNCTION_COUNT };
+#undef MECHC_TAPE_NAME

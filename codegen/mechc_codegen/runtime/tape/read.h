@@ -1,0 +1,277 @@
+/* Reads a scene from bytes, all of which is checked: they may come from anybody. */
+#pragma once
+
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#include "dynamics/sizes.h"
+#include "general/counts.h"
+#include "tape/tape.h"
+
+#define MECHC_TAPE_MAGIC "mechc tape 1\0\0\0"
+
+/* The content of each part of the bytes, in their order. */
+enum {
+    MECHC_TAPE_UNIT, MECHC_TAPE_METADATA, MECHC_TAPE_COUNTS, MECHC_TAPE_SLIDES,
+    MECHC_TAPE_ANGLES, MECHC_TAPE_PERIODIC, MECHC_TAPE_KNOTS, MECHC_TAPE_KNOTS_BEGIN, MECHC_TAPE_KNOTS_PERIOD,
+    MECHC_TAPE_NUMBERS, MECHC_TAPE_TAPES, MECHC_TAPE_OPERATIONS_OF_ALL, MECHC_TAPE_CALLED_TAPES,
+    MECHC_TAPE_BY_NAME, MECHC_TAPE_OUTPUTS, MECHC_TAPE_NAMES, MECHC_TAPE_DEFAULTS, MECHC_TAPE_TEXTS,
+    MECHC_TAPE_SECTION_COUNT
+};
+
+typedef struct {
+    const unsigned char *content;
+    size_t size;
+} mechc_section;
+
+typedef struct {
+    mechc_section sections[MECHC_TAPE_SECTION_COUNT];
+    mechc_counts *counts;
+    unsigned char slides[MECHC_NQ_MAX + MECHC_NU_MAX];
+} mechc_tape_reader;
+
+/* Why the bytes are no scene for this unit, or NULL. */
+#define MECHC_TAPE_REQUIRE(condition, why) \
+    if (!(condition)) return why
+
+static size_t mechc_section_count(const mechc_section *section, size_t each) { return section->size / each; }
+
+static const char *mechc_read_sections(const unsigned char *bytes, size_t size, mechc_section *sections)
+{
+    size_t at = sizeof MECHC_TAPE_MAGIC;
+    MECHC_TAPE_REQUIRE(size >= at && !memcmp(bytes, MECHC_TAPE_MAGIC, at), "it is no tape, or of another version");
+    for (int i = 0; i < MECHC_TAPE_SECTION_COUNT; i++) {
+        uint64_t length;
+        MECHC_TAPE_REQUIRE(size - at >= sizeof length, "it ends early");
+        memcpy(&length, bytes + at, sizeof length);
+        at += sizeof length;
+        MECHC_TAPE_REQUIRE(length < size - at && 8 - length % 8 <= size - at - length, "it ends early");
+        sections[i] = (mechc_section){bytes + at, (size_t)length};
+        at += (size_t)length + 8 - (size_t)length % 8;
+        MECHC_TAPE_REQUIRE(bytes[at - 1] == 0, "a part of it has no end"); /* which texts end with */
+    }
+    MECHC_TAPE_REQUIRE(at == size, "something follows its end");
+    return NULL;
+}
+
+/* Whether whole numbers of a section are at least `least` and below `most`. */
+static int mechc_all_within(const mechc_section *section, int32_t least, int32_t most)
+{
+    const int32_t *values = (const int32_t *)section->content;
+    for (size_t i = 0; i < mechc_section_count(section, sizeof *values); i++)
+        if (values[i] < least || values[i] >= most) return 0;
+    return 1;
+}
+
+static const char *mechc_read_counts(mechc_tape_reader *reader)
+{
+    const mechc_section *section = reader->sections + MECHC_TAPE_COUNTS;
+    const int32_t *given = (const int32_t *)section->content;
+    mechc_counts *c = reader->counts;
+    int *const counts[] = {&c->nq, &c->nu, &c->nh, &c->nc, &c->np, &c->nk, &c->saved, &c->turns, &c->ni,
+                           &c->states, &c->switches, &c->features, &c->knotted, &c->multipliers, &c->lockstep,
+                           &c->blocks_kept};
+    const int most[] = {MECHC_NQ_MAX, MECHC_NU_MAX, MECHC_NH_MAX, MECHC_NC_MAX, MECHC_NP_MAX, MECHC_NK_MAX,
+                        MECHC_SAVED_MAX, MECHC_TURNS_MAX, MECHC_NI_MAX, MECHC_NQ_MAX, MECHC_SWITCHES_MAX,
+                        MECHC_FEATURES_MAX, MECHC_KNOTTED_MAX, 1, 1, MECHC_BLOCKS_KEPT_MAX};
+    const size_t count = sizeof most / sizeof *most;
+    MECHC_TAPE_REQUIRE(section->size == count * sizeof *given, "its counts are not whole");
+    for (size_t i = 0; i < count; i++) {
+        MECHC_TAPE_REQUIRE(given[i] >= 0 && given[i] <= most[i], "a count is beyond the bounds");
+        *counts[i] = given[i];
+    }
+    MECHC_TAPE_REQUIRE(c->nq > 0 && c->nu > 0 && c->nh <= c->nc && c->nc <= c->nu && c->states <= c->nq
+                           && c->features + c->knotted <= c->switches,
+                       "its counts contradict each other");
+#if MECHC_KIND_ONE_FREEDOM > 0
+    MECHC_TAPE_REQUIRE(c->nu == MECHC_KIND_ONE_FREEDOM && c->nc == c->nu - 1, "it is of another kind");
+#endif
+    MECHC_TAPE_REQUIRE((c->nc > 0) == MECHC_KIND_ROWS && (c->nh > 0) == MECHC_KIND_LOOPS, "it is of another kind");
+    MECHC_TAPE_REQUIRE(!MECHC_KIND_IDENTITY || c->nq == c->nu, "it is of another kind");
+    return NULL;
+}
+
+static const char *mechc_read_tables(mechc_tape_reader *reader)
+{
+    const mechc_section *s = reader->sections;
+    mechc_counts *c = reader->counts;
+    const size_t states = (size_t)(c->nq + c->nu), slides = mechc_section_count(s + MECHC_TAPE_SLIDES, 4);
+    MECHC_TAPE_REQUIRE(slides == 0 || slides == states, "a table is not whole");
+    for (size_t i = 0; i < slides; i++)
+        reader->slides[i] = ((const int32_t *)s[MECHC_TAPE_SLIDES].content)[i] != 0;
+    c->slides = slides ? reader->slides : NULL;
+    c->angles = (const int *)s[MECHC_TAPE_ANGLES].content;
+    c->periodic = (const int *)s[MECHC_TAPE_PERIODIC].content;
+    c->angle_count = (int)mechc_section_count(s + MECHC_TAPE_ANGLES, 4);
+    c->periodic_count = (int)mechc_section_count(s + MECHC_TAPE_PERIODIC, 4);
+    MECHC_TAPE_REQUIRE(c->angle_count <= c->nq && c->periodic_count <= c->nq
+                           && mechc_all_within(s + MECHC_TAPE_ANGLES, 0, c->nq)
+                           && mechc_all_within(s + MECHC_TAPE_PERIODIC, 0, c->nq),
+                       "an angle is no coordinate");
+    if (!c->knotted) return NULL;
+    c->knots = (const double *)s[MECHC_TAPE_KNOTS].content;
+    c->knots_begin = (const int *)s[MECHC_TAPE_KNOTS_BEGIN].content;
+    c->knots_period = (const double *)s[MECHC_TAPE_KNOTS_PERIOD].content;
+    const int count = (int)mechc_section_count(s + MECHC_TAPE_KNOTS, sizeof(double));
+    MECHC_TAPE_REQUIRE(s[MECHC_TAPE_KNOTS].size / sizeof(double) < INT32_MAX
+                           && mechc_section_count(s + MECHC_TAPE_KNOTS_BEGIN, 4) == (size_t)c->knotted + 1
+                           && mechc_section_count(s + MECHC_TAPE_KNOTS_PERIOD, 8) == (size_t)c->knotted
+                           && mechc_all_within(s + MECHC_TAPE_KNOTS_BEGIN, 0, count + 1),
+                       "a table of knots is not whole");
+    for (int i = 0; i < c->knotted; i++)
+        MECHC_TAPE_REQUIRE(c->knots_begin[i] < c->knots_begin[i + 1], "a table of knots is not whole");
+    return NULL;
+}
+
+/* The arrays of a function, with the number of elements of each; returns how many there are. */
+static int mechc_tape_arrays(const mechc_counts *c, int function, int width, int sizes[MECHC_TAPE_MOST_ARRAYS])
+{
+#define MECHC_TAPE_SIZE(name, size) const int of_##name = size;
+    MECHC_TAPE_ARRAYS(MECHC_TAPE_SIZE)
+#undef MECHC_TAPE_SIZE
+#define A(name) of_##name,
+#define MECHC_TAPE_SIZES(name, arrays)                       \
+    if (function == MECHC_TAPE_OF_##name) {                  \
+        const int found[] = {arrays};                        \
+        memcpy(sizes, found, sizeof found);                  \
+        count = (int)(sizeof found / sizeof *found);         \
+    }
+    int count = 0;
+    MECHC_TAPE_FUNCTIONS(MECHC_TAPE_SIZES)
+#undef MECHC_TAPE_SIZES
+#undef A
+    for (int i = count; i < MECHC_TAPE_MOST_ARRAYS; i++) sizes[i] = 0;
+    sizes[MECHC_TAPE_INPUTS] = c->ni;
+    return count;
+}
+
+/* Whether an operation stays within registers, constants and arrays. */
+static int mechc_is_sound(const mechc_tape_reader *reader, const mechc_operation *o, int registers,
+                          const int sizes[MECHC_TAPE_MOST_ARRAYS], int function)
+{
+    const size_t numbers = mechc_section_count(reader->sections + MECHC_TAPE_NUMBERS, sizeof(double));
+    const int a = o->a < registers, b = o->b < registers, to = o->to < registers;
+    const int has_inputs = function == MECHC_TAPE_OF_output || function == MECHC_TAPE_OF_motion
+                        || function == MECHC_TAPE_OF_configuration;
+    switch (o->operation) {
+    case MECHC_TAPE_NUMBER: return to && o->a < numbers;
+    case MECHC_TAPE_SCALAR: return to && o->a == 0;
+    case MECHC_TAPE_LOAD: return to && o->a < MECHC_TAPE_MOST_ARRAYS && o->b < sizes[o->a];
+    case MECHC_TAPE_STORE: return o->a < MECHC_TAPE_INPUTS && o->b < sizes[o->a] && o->c < registers;
+    case MECHC_TAPE_CLEAR: return o->a < MECHC_TAPE_INPUTS && o->b <= sizes[o->a];
+    case MECHC_TAPE_INPUTS_READ:
+        return has_inputs && o->a < o->b && o->b <= sizes[MECHC_TAPE_INPUTS]
+            && !(o->c && function == MECHC_TAPE_OF_configuration);
+    case MECHC_TAPE_SINE_COSINE: return to && a && b;
+    case MECHC_TAPE_TURN:
+        return to && a && b && function == MECHC_TAPE_OF_configuration && o->c < reader->counts->turns;
+    case MECHC_TAPE_NEGATE:
+    case MECHC_TAPE_SQRT:
+    case MECHC_TAPE_NOT: return to && a;
+    case MECHC_TAPE_RETURN: return a;
+    case MECHC_TAPE_CALL: return to && a && o->b < MECHC_TAPE_CALL_COUNT;
+    case MECHC_TAPE_CALL2: return to && a && b && o->c < MECHC_TAPE_CALL_OF_TWO_COUNT;
+    case MECHC_TAPE_FMA:
+    case MECHC_TAPE_FNMA:
+    case MECHC_TAPE_FMS:
+    case MECHC_TAPE_FNMS:
+    case MECHC_TAPE_SELECT: return to && a && b && o->c < registers;
+    default: return o->operation < MECHC_TAPE_OPERATION_COUNT && to && a && b;
+    }
+}
+
+/* Whether a tape can run as this function, or as an output of that width. */
+static int mechc_tape_fits(const mechc_tape_reader *reader, int32_t tape, int function, int width)
+{
+    const mechc_section *s = reader->sections;
+    const size_t tapes = mechc_section_count(s + MECHC_TAPE_TAPES, sizeof(mechc_tape));
+    const size_t operations = mechc_section_count(s + MECHC_TAPE_OPERATIONS_OF_ALL, sizeof(mechc_operation));
+    int sizes[MECHC_TAPE_MOST_ARRAYS];
+    if (tape < 0 || (size_t)tape >= tapes) return 0;
+    const mechc_tape *one = (const mechc_tape *)s[MECHC_TAPE_TAPES].content + tape;
+    if (one->first < 0 || one->count < 0 || one->registers < 0 || one->registers > MECHC_TAPE_MOST_REGISTERS
+        || (size_t)one->first > operations || (size_t)one->count > operations - (size_t)one->first)
+        return 0;
+    mechc_tape_arrays(reader->counts, function, width, sizes);
+    const mechc_operation *o = (const mechc_operation *)s[MECHC_TAPE_OPERATIONS_OF_ALL].content + one->first;
+    for (int32_t i = 0; i < one->count; i++)
+        if (!mechc_is_sound(reader, o + i, one->registers, sizes, function)) return 0;
+    return 1;
+}
+
+/* The functions that the unit calls. */
+static const char *mechc_read_called(mechc_tape_reader *reader, mechc_tapes *tapes)
+{
+    const mechc_section *s = reader->sections;
+    const mechc_counts *c = reader->counts;
+    MECHC_TAPE_REQUIRE(s[MECHC_TAPE_CALLED_TAPES].size == MECHC_TAPE_OF_output * sizeof(int32_t)
+                           && s[MECHC_TAPE_BY_NAME].size == 5 * sizeof(int32_t),
+                       "its functions are not whole");
+    tapes->called = (const int32_t *)s[MECHC_TAPE_CALLED_TAPES].content;
+    for (int f = 0; f < MECHC_TAPE_OF_output; f++) {
+        if (f >= MECHC_TAPE_OF_factor_blocks && !MECHC_KIND_BLOCKS) break;
+        MECHC_TAPE_REQUIRE(mechc_tape_fits(reader, tapes->called[f], f, 0), "a function is not sound");
+    }
+    int32_t *const by_name[] = {&tapes->constraints, &tapes->coordinate_rates, &tapes->kinematic_matrix,
+                                &tapes->switching, &tapes->mass_matrix};
+    const int widths[] = {c->nh, c->nq, c->nq * c->nu, c->switches, c->nu * c->nu};
+    const int needed[] = {c->nh > 0, !MECHC_KIND_IDENTITY, !MECHC_KIND_IDENTITY, c->switches > 0, 0};
+    for (int i = 0; i < 5; i++) {
+        const int32_t tape = ((const int32_t *)s[MECHC_TAPE_BY_NAME].content)[i];
+        MECHC_TAPE_REQUIRE((tape == -1 && !needed[i]) || mechc_tape_fits(reader, tape, MECHC_TAPE_OF_output, widths[i]),
+                           "a function is not sound");
+        *by_name[i] = tape;
+    }
+    return NULL;
+}
+
+static const char *mechc_read_outputs(mechc_tape_reader *reader, mechc_tapes *tapes, int most)
+{
+    const mechc_section *s = reader->sections;
+    const mechc_counts *c = reader->counts;
+    const size_t count = mechc_section_count(s + MECHC_TAPE_OUTPUTS, sizeof *tapes->outputs);
+    const size_t defaults = mechc_section_count(s + MECHC_TAPE_DEFAULTS, sizeof *tapes->defaults);
+    MECHC_TAPE_REQUIRE(count <= (size_t)most, "it has too many outputs");
+    tapes->outputs = (const mechc_tape_output *)s[MECHC_TAPE_OUTPUTS].content;
+    tapes->output_count = (int)count;
+    for (size_t i = 0; i < count; i++) {
+        const mechc_tape_output *o = tapes->outputs + i;
+        const int fixed = o->way == MECHC_BY_RATES ? c->nq + c->nu : o->way == MECHC_BY_MULTIPLIERS ? c->nc : -1;
+        MECHC_TAPE_REQUIRE(o->way >= 0 && o->way < MECHC_WAY_COUNT && o->name >= 0 && o->width >= 0
+                               && (size_t)o->name < s[MECHC_TAPE_NAMES].size && o->width < INT16_MAX
+                               && (fixed >= 0 ? o->width == fixed
+                                              : mechc_tape_fits(reader, o->tape, MECHC_TAPE_OF_output, o->width)),
+                           "an output is not sound");
+    }
+    MECHC_TAPE_REQUIRE(defaults <= (size_t)c->np, "it has too many defaults");
+    tapes->defaults = (const mechc_tape_default *)s[MECHC_TAPE_DEFAULTS].content;
+    tapes->default_count = (int)defaults;
+    for (size_t i = 0; i < defaults; i++) {
+        const mechc_tape_default *d = tapes->defaults + i;
+        MECHC_TAPE_REQUIRE(d->parameter >= 0 && d->parameter < c->np
+                               && (d->tape == -1 || mechc_tape_fits(reader, d->tape, MECHC_TAPE_OF_output, 1)),
+                           "a default is not sound");
+    }
+    return NULL;
+}
+
+/* Fill in the scene; its data stay in the bytes, which begin at a multiple of eight. */
+static const char *mechc_read_tape(const unsigned char *bytes, size_t size, int most_outputs,
+                                   mechc_tape_reader *reader, mechc_tapes *tapes)
+{
+    const char *why = mechc_read_sections(bytes, size, reader->sections);
+    const mechc_section *s = reader->sections;
+    if (!why) why = mechc_read_counts(reader);
+    if (!why) why = mechc_read_tables(reader);
+    if (!why) why = mechc_read_called(reader, tapes);
+    if (!why) why = mechc_read_outputs(reader, tapes, most_outputs);
+    if (why) return why;
+    tapes->operations = (const mechc_operation *)s[MECHC_TAPE_OPERATIONS_OF_ALL].content;
+    tapes->numbers = (const double *)s[MECHC_TAPE_NUMBERS].content;
+    tapes->tapes = (const mechc_tape *)s[MECHC_TAPE_TAPES].content;
+    /* texts end with the zeros that fill each section up */
+    tapes->names = (const char *)s[MECHC_TAPE_NAMES].content;
+    tapes->metadata = (const char *)s[MECHC_TAPE_METADATA].content;
+    tapes->texts = (const char *)s[MECHC_TAPE_TEXTS].content;
+    return NULL;
+}

@@ -1,0 +1,161 @@
+/* The unit that runs tapes: a scene that bytes describe, with the general unit that it is linked to.
+ *
+ * One copy of the shared object serves one scene.  The including file has set MECHC_LANES and MECHC_UNIT. */
+#pragma once
+
+#include "abi/model.h"
+#include "general/bounds.h"
+#include "unit/scalar_outputs.h"
+#include "tape/read.h"
+#include "simd/bind_scalar.h"
+#include "tape/functions.h"
+#include "simd/bind_vector.h"
+#include "tape/functions.h"
+#include "simd/unbind.h"
+
+#if MECHC_KIND_LOOPS
+#if MECHC_NI_MAX > 0 /* with inputs loops are not closed finely */
+MECHC_STATIC void mechc_extended_read_inputs(long double t, const long double *q, const long double *u,
+                                             const void *given, int first, int last, long double *values)
+{
+    (void)t, (void)q, (void)u, (void)given;
+    for (int i = first; i < last; i++) values[i - first] = (long double)NAN;
+}
+#endif
+#include "dynamics/extended.h"
+#include "simd/bind_extended.h"
+#include "tape/functions.h"
+#include "simd/unbind.h"
+#endif
+
+mechc_counts mechc_of_scene; /* as tapes say; constant once a scene is open */
+
+#define MECHC_TAPE_MOST_OUTPUTS 128
+
+/* One state's output of this number. */
+static void mechc_tape_evaluate_one(int number, double t, const double *q, const double *u,
+                                    const mechc_scalar_given *given, double *out)
+{
+    const mechc_tape_output *output = mechc_of_tapes.outputs + number;
+    mechc_scalar_place place;
+    double a[MECHC_NU_MAX], l[MECHC_AT_LEAST_ONE(MECHC_NC_MAX)];
+    switch (output->way) {
+    case MECHC_BY_RATES: mechc_scalar_output_rates(t, q, u, given, out); return;
+#if MECHC_NC_MAX > 0
+    case MECHC_BY_MULTIPLIERS: mechc_scalar_output_multipliers(t, q, u, given, out); return;
+#endif
+    case MECHC_BY_SOLVED: mechc_scalar_solve(t, q, u, given, &place, a, l); break;
+    }
+    mechc_scalar_tape_output(output->tape, t, q, u, given, a, l, out);
+}
+
+static void mechc_tape_evaluate(int number, ptrdiff_t count, mechc_rows t, mechc_rows y, mechc_rows p,
+                                const mechc_inputs *inputs, mechc_rows forces, double *out)
+{
+    mechc_scalar_given given;
+    for (ptrdiff_t i = 0; i < count; i++) {
+        const double *state = y.data + i * y.stride;
+        if (i == 0 || p.stride) mechc_give_alone(p.data + i * p.stride, inputs, &given);
+        given.forces = forces.data ? forces.data + i * forces.stride : 0;
+        mechc_tape_evaluate_one(number, t.data[i * t.stride], state, state + MECHC_NQ, &given,
+                                out + i * mechc_of_tapes.outputs[number].width);
+    }
+}
+
+/* A function of its own for each number, as many as there may be. */
+#define MECHC_TAPE_EVALUATE(n)                                                                          \
+    static void mechc_tape_evaluate_##n(ptrdiff_t count, mechc_rows t, mechc_rows y, mechc_rows p,      \
+                                        const mechc_inputs *inputs, mechc_rows forces, double *out)     \
+    {                                                                                                   \
+        mechc_tape_evaluate(0x##n, count, t, y, p, inputs, forces, out);                                \
+    }
+#define MECHC_TAPE_ADDRESS(n) mechc_tape_evaluate_##n,
+#define MECHC_OF_SIXTEEN(X, h) \
+    X(h##0) X(h##1) X(h##2) X(h##3) X(h##4) X(h##5) X(h##6) X(h##7) \
+    X(h##8) X(h##9) X(h##a) X(h##b) X(h##c) X(h##d) X(h##e) X(h##f)
+#define MECHC_OF_ALL_OUTPUTS(X) \
+    MECHC_OF_SIXTEEN(X, 0) MECHC_OF_SIXTEEN(X, 1) MECHC_OF_SIXTEEN(X, 2) MECHC_OF_SIXTEEN(X, 3) \
+    MECHC_OF_SIXTEEN(X, 4) MECHC_OF_SIXTEEN(X, 5) MECHC_OF_SIXTEEN(X, 6) MECHC_OF_SIXTEEN(X, 7)
+MECHC_OF_ALL_OUTPUTS(MECHC_TAPE_EVALUATE)
+static mechc_evaluate *const mechc_tape_evaluates[MECHC_TAPE_MOST_OUTPUTS] = {
+    MECHC_OF_ALL_OUTPUTS(MECHC_TAPE_ADDRESS)};
+
+static void mechc_tape_rates(double t, const double *y, const mechc_given *given, double *out)
+{
+    mechc_scalar_output_rates(t, y, y + MECHC_NQ, (const mechc_scalar_given *)given, out);
+}
+
+static void mechc_tape_give(const double *p, const mechc_inputs *inputs, mechc_given *given)
+{
+    mechc_give_alone(p, inputs, (mechc_scalar_given *)given);
+}
+
+static void mechc_tape_mass(double t, const double *y, const mechc_given *given, double *out)
+{
+    const mechc_scalar_given *own = (const mechc_scalar_given *)given;
+    mechc_scalar_tape_output(mechc_of_tapes.mass_matrix, t, y, y + MECHC_NQ, own, 0, 0, out);
+}
+
+/* Parameters not given take their defaults, which may follow others. */
+static void mechc_tape_complete(const unsigned char *given, double *p)
+{
+    for (int i = 0; i < mechc_of_tapes.default_count; i++) {
+        const mechc_tape_default *one = mechc_of_tapes.defaults + i;
+        double *arrays[] = {0, 0, p, 0, 0, 0, p + one->parameter}, none = 0.0;
+        if (given[one->parameter]) continue;
+        if (one->tape < 0) p[one->parameter] = NAN;
+        else mechc_scalar_run_tape(one->tape, arrays, &none, 0, 0, 0);
+    }
+}
+
+static mechc_output mechc_tape_output_list[MECHC_TAPE_MOST_OUTPUTS];
+static mechc_unit mechc_tape_unit = {
+    .instruction_set = MECHC_QUOTE(MECHC_UNIT),
+    .lanes = MECHC_LANES, /* of the parts that follow */
+    .outputs = mechc_tape_output_list,
+    .identity_kinematics = MECHC_IDENTITY_KINEMATICS,
+    .given_size = sizeof(mechc_scalar_given),
+    .give = mechc_tape_give,
+    .rates = mechc_tape_rates,
+};
+
+static const mechc_unit *mechc_tape_select(const char *instruction_set)
+{
+    return !instruction_set || !strcmp(instruction_set, MECHC_QUOTE(MECHC_UNIT)) ? &mechc_tape_unit : NULL;
+}
+
+extern __attribute__((visibility("hidden"))) const mechc_part mechc_general;
+static mechc_model mechc_tape_model;
+
+static mechc_tape_reader mechc_reader;
+
+/* The model of a tape, whose bytes are kept; NULL: `why` says what is wrong with them. */
+static const mechc_model *mechc_open_tape(const unsigned char *bytes, size_t size, const char **why)
+{
+    unsigned char *kept = (unsigned char *)malloc(size ? size : 1);
+    *why = "there is no memory for it";
+    if (!kept) return NULL;
+    memcpy(kept, bytes, size);
+    mechc_reader.counts = &mechc_of_scene;
+    *why = mechc_read_tape(kept, size, MECHC_TAPE_MOST_OUTPUTS, &mechc_reader, &mechc_of_tapes);
+    if (*why) {
+        free(kept);
+        return NULL;
+    }
+    for (int i = 0; i < mechc_of_tapes.output_count; i++) {
+        const mechc_tape_output *output = mechc_of_tapes.outputs + i;
+        const mechc_output listed = {mechc_of_tapes.names + output->name, output->width, mechc_tape_evaluates[i]};
+        mechc_tape_output_list[i] = listed;
+    }
+    mechc_tape_unit.output_count = mechc_of_tapes.output_count;
+    mechc_tape_unit.mass = mechc_of_tapes.mass_matrix >= 0 ? mechc_tape_mass : NULL;
+    const mechc_model model = {
+        MECHC_ABI, mechc_of_tapes.metadata, MECHC_NQ, MECHC_NU, MECHC_NH, MECHC_NC, MECHC_NP,
+        mechc_tape_complete, mechc_tape_select, MECHC_NI, mechc_of_tapes.texts, &mechc_general, NULL,
+    };
+    mechc_tape_model = model;
+    return &mechc_tape_model;
+}
+
+extern MECHC_SHOWN const mechc_tape_opener mechc_opener;
+MECHC_SHOWN const mechc_tape_opener mechc_opener = {MECHC_ABI, mechc_open_tape};

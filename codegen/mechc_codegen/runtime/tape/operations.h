@@ -31,7 +31,7 @@
     X(gap, c->nh) X(jacobian, c->nc * c->nu) X(bias, c->nc) X(mass, c->nu * c->nu) \
     X(forcing, c->nu) X(gamma, c->nc) X(out, width) \
     X(weight, c->nu) X(kept, c->blocks_kept) X(directions, c->nu * (c->nu - c->nc)) \
-    X(momenta, c->nu * (c->nu - c->nc)) X(own, c->nc) X(lengths, c->nc) X(clear, 1) \
+    X(momenta, c->nu * (c->nu - c->nc)) X(own, c->nu - c->nc) X(lengths, c->nc) X(clear, 1) \
     X(values, c->nc) X(x, c->nu) X(moved, c->nu) X(axes, c->nu * (c->nu - c->nc)) \
     X(inverse, c->nu - c->nc) X(reaction, c->nu) X(lambda, c->nc) X(rates, c->nc)
 

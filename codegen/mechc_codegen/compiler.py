@@ -19,7 +19,7 @@ from mechc_codegen.drawing.plan import picture_plan
 from mechc_codegen.emit.c import emit
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.metadata import scene_metadata
-from mechc_codegen.emit.tape.scene_tape import scene_tape
+from mechc_codegen.emit.tape.scene_tape import SceneTape, scene_tape
 from mechc_codegen.emit.units.general import kind_of
 from mechc_codegen.emit.units.instruction_sets import (
     InstructionSet,
@@ -56,7 +56,7 @@ def build_scene(
     sets = tuple(with_fitting_lanes(each, made.functions.equations) for each in sets)
     texts = clock.time("emit", lambda: emit(made.functions, made.metadata, sets))
     kind = kind_of(made.functions)
-    tape = b""
+    tape = SceneTape()
     if kind:
         sizes = texts["scene_sizes.h"]
         tape = clock.time("tape", lambda: scene_tape(made.functions, made.metadata, sizes))

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
 
+from mechc_codegen.emit.tape.scene_tape import SceneTape
 from mechc_codegen.emit.units.instruction_sets import InstructionSet
 from mechc_codegen.extension.flags import FLAGS, runtime_headers
 
@@ -32,7 +33,7 @@ class Build:
     seconds: Mapping[str, float] = field(default_factory=dict)  # that each stage took
     kind: tuple[str, ...] = ()
     lanes: int = 0
-    tape: bytes = b""  # without it the scene's functions are compiled before they are called
+    tape: SceneTape = SceneTape()  # without it the scene's functions are compiled before they are called
 
     @property
     def widest_flags(self) -> tuple[str, ...]:
@@ -80,7 +81,7 @@ def extension(
     sets: Sequence[InstructionSet],
     seconds: Mapping[str, float],
     kind: tuple[str, ...],
-    tape: bytes,
+    tape: SceneTape,
 ) -> Build:
     """Emitted C with the Cython wrapper and the flags of each instruction set."""
     wrapper = files("mechc_codegen.emit") / "templates" / "scene.pyx.in"
@@ -106,7 +107,7 @@ def signature(build: Build, compiler: str, python: str) -> str:
     parts = [*(f"{name}\n{text}" for name, text in sorted(build.texts.items()))]
     parts += [f"{name} {flags}" for name, flags in sorted(build.flags.items())]
     parts += [" ".join(build.kind), *_headers()]
-    parts += [" ".join(FLAGS), build.tape.hex(), compiler, python, platform.machine()]
+    parts += [" ".join(FLAGS), build.tape.content.hex(), compiler, python, platform.machine()]
     return _digest(parts)
 
 

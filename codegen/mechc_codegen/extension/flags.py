@@ -27,6 +27,9 @@ RUNTIME = Path(str(files("mechc_codegen"))) / "runtime"
 IN_PLACE_OF_SCENE = RUNTIME / "general" / "in_place_of_scene"  # before the folder of a scene
 
 
+IN_PLACE_OF_SERIES = RUNTIME / "tape" / "in_place_of_series"
+
+
 def part_flags(part: str) -> tuple[str, ...]:
     """Flags of a part of a unit that is a shared object of its own: see runtime/abi/parts.h."""
     return (f"-DMECHC_UNIT_PARTS=MECHC_PART_{part.upper()}",)

@@ -82,8 +82,8 @@ def make_first(scene: Any, folder: Path) -> None:
         WITH_GENERAL,
     )
 
-    if scene.tape:
-        text = whole_tape(scene.tape, _tapes_unit(scene), scene.as_json())
+    if scene.tape.content:
+        text = whole_tape(scene.tape.content, _tapes_unit(scene), scene.as_json())
         (folder / cache.SHARED_OBJECT).write_bytes(text)
         return
     work, flags = folder / "work", [*OUTPUTS_ONLY_FLAGS, *scene.widest_flags]
@@ -120,28 +120,35 @@ def _object(work: Path, source: tuple[str, Sequence[str]], includes: Sequence[st
 
 def _tapes_unit(scene: Any) -> str:
     """The key of the unit that runs the tapes of the scene's kind, compiled once for all of it."""
-    from mechc_codegen.emit.units.general import tapes_source
+    from mechc_codegen.emit.units.general import series_source, tapes_source
     from mechc_codegen.extension.build import general_signature
-    from mechc_codegen.extension.flags import GENERAL_FLAGS, IN_PLACE_OF_SCENE, RUNTIME
+    from mechc_codegen.extension.flags import (
+        GENERAL_FLAGS,
+        IN_PLACE_OF_SCENE,
+        IN_PLACE_OF_SERIES,
+        RUNTIME,
+    )
 
-    source = tapes_source(scene.lanes, scene.unit)
-    flags = [*GENERAL_FLAGS, *scene.kind, *scene.widest_flags]
+    of_series = (f"-I{IN_PLACE_OF_SERIES}", f"-I{IN_PLACE_OF_SCENE}")
+    flags = [*GENERAL_FLAGS, *scene.kind, *scene.tape.kind, *scene.widest_flags]
+    sources = {"tapes.c": tapes_source(scene.lanes, scene.unit)}
+    if "-DMECHC_KIND_SERIES=1" in scene.tape.kind:
+        sources["series.c"] = series_source(scene.lanes)
 
     def make(folder: Path) -> None:
         work, includes = folder / "work", (str(IN_PLACE_OF_SCENE), str(RUNTIME))
         work.mkdir()
-        (work / "tapes.c").write_text(source, "utf-8")
-        made = [
-            partial(_general_unit, scene),
-            partial(_object, work, ("tapes.c", flags), includes),
-        ]
-        objects = toolchain.all_at_once(made)
+        for name, source in sources.items():
+            (work / name).write_text(source, "utf-8")
+        own = [(name, [*(of_series if name == "series.c" else ()), *flags]) for name in sources]
+        made = [partial(_object, work, each, includes) for each in own]
+        objects = toolchain.all_at_once([partial(_general_unit, scene), *made])
         general = work / "general.o"  # some compilers go by the ending
         shutil.copyfile(objects[0], general)
         toolchain.link([general, *objects[1:]], folder / cache.SHARED_OBJECT)
         shutil.rmtree(work)
 
-    key = cache.part_key(general_signature(source, flags, *environment()), "general")
+    key = cache.part_key(general_signature("".join(sources.values()), flags, *environment()), "general")
     cache.entry(key, make)
     return key
 

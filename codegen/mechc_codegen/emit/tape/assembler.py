@@ -30,7 +30,7 @@ def _names(name: str) -> list[str]:
 OPERATIONS = {name: code for code, name in enumerate(_names("MECHC_TAPE_OPERATIONS"))}
 CALLS = _names("MECHC_TAPE_CALLS"), _names("MECHC_TAPE_CALLS_OF_TWO")
 FUNCTIONS = {
-    name: re.findall(r"A\((\w+)\)", arrays)
+    name: re.findall(r"A\((?:series_)?(\w+)\)", arrays)
     for name, arrays in re.findall(r"X\((\w+), ([^X]+)\)", _listed("MECHC_TAPE_FUNCTIONS"))
 }
 _INPUTS_PLACE = int(re.findall(r"MECHC_TAPE_MOST_ARRAYS (\d+)", _LISTS)[0]) - 1
@@ -84,12 +84,13 @@ class Tape:
     """The operations of one function, with the constants that they use.
 
     ``numbers``: the constants of all functions, by their hexadecimal form; ``arrays``: those that
-    this one is given; ``macros``: names of numbers in the text.
+    this one is given; ``macros``: names of numbers in the text; ``scalars``: arguments by name.
     """
 
     numbers: dict[str, int]
     arrays: Sequence[str]
     macros: Mapping[str, float] = field(default_factory=dict)
+    scalars: Sequence[str] = ("t",)
     operations: list[Operation] = field(default_factory=list)
     count: int = 0
     names: dict[str, int] = field(default_factory=dict)
@@ -153,7 +154,9 @@ class Tape:
         if (number := self._folded(node)) is not None:
             return self._constant(number)
         if isinstance(node, ast.Name):
-            return self._add("SCALAR", (0, 0, 0)) if node.id == "t" else self.names[node.id]
+            if node.id in self.names:
+                return self.names[node.id]
+            return self._add("SCALAR", (self.scalars.index(node.id), 0, 0))
         if isinstance(node, ast.Subscript):
             return self._add("LOAD", (self._array(_name(node.value)), _whole(node.slice), 0))
         if isinstance(node, ast.UnaryOp):

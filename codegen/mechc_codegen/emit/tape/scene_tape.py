@@ -10,6 +10,7 @@ import json
 import re
 import struct
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from importlib.resources import files
 from itertools import chain
 from typing import Any
@@ -19,6 +20,8 @@ from mechc_codegen.emit.expressions import Line, let, named, put
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.printer import RealPrinter
 from mechc_codegen.emit.tape.assembler import FUNCTIONS, MOST, MOST_REGISTERS, NoTapeError, Tape
+from mechc_codegen.emit.taylor.series import SeriesWriter
+from mechc_codegen.emit.taylor.sums import are_few, arrange
 from mechc_codegen.emit.units.block_elimination import BlockElimination
 from mechc_codegen.emit.units.scene_files import label_widths
 
@@ -32,26 +35,44 @@ BY_NAME = ("constraints", "coordinate_rates", "kinematic_matrix", "switching", "
 OUTPUT = "output"
 OWN, SOLVED, RATES, MULTIPLIERS = range(4)  # how an output is evaluated
 _BY_RUNTIME = {"rates": RATES, "multipliers": MULTIPLIERS}
+_RUNTIME = files("mechc_codegen") / "runtime"
 _LIMITS = {
     name: float(value)
     for name, value in re.findall(
         r"#define (MECHC_\w+) ([\d.]+)\b",
-        (files("mechc_codegen") / "runtime" / "dynamics" / "sizes.h").read_text("utf-8"),
+        (_RUNTIME / "dynamics" / "sizes.h").read_text("utf-8"),
     )
 }
+_OF_SERIES = ("", "_SUMS", "_KEPT", "_INTEGRATED", "_HIDES", "_ROOTS")
+_BOUNDS = {
+    name: int(value)
+    for name, value in re.findall(
+        r"#define MECHC_SERIES(\w*)_MAX (\d+)\b",
+        (_RUNTIME / "general" / "in_place_of_scene" / "scene_sizes.h").read_text("utf-8"),
+    )
+} | {"_HIDES": 1}
+_SCALARS = {"series_next": ("order", "inverse", "time")}
 _COUNT = re.compile(r"#define MECHC_(\w+) (\d+)\b")
 _TABLE = re.compile(r"#define MECHC_(\w+) ([-+\d.e]+(?:, [-+\d.e]+)*+)")
 
 
-def scene_tape(functions: SceneFunctions, metadata: Mapping[str, Any], sizes: str) -> bytes:
-    """The bytes of a scene, without their first and last parts; none if no tape holds it.
+@dataclass(frozen=True)
+class SceneTape:
+    """A scene as bytes, without their first and last parts, and its kind as macros for the compiler
+    of the unit that runs it; no bytes: no tape holds it."""
 
-    ``sizes``: the text of ``scene_sizes.h``.
-    """
+    content: bytes = b""
+    kind: tuple[str, ...] = ()
+
+
+def scene_tape(functions: SceneFunctions, metadata: Mapping[str, Any], sizes: str) -> SceneTape:
+    """The tape of a scene; ``sizes``: the text of ``scene_sizes.h``."""
+    writer = _Writer(functions, metadata, sizes)
     try:
-        return _Writer(functions, metadata, sizes).bytes()
+        content = writer.bytes()
     except NoTapeError:
-        return b""
+        return SceneTape()
+    return SceneTape(content, tuple(f"-DMECHC_KIND_{n}={value}" for n, value in writer.kind.items()))
 
 
 def whole_tape(scene: bytes, unit: str, texts: str) -> bytes:
@@ -68,11 +89,12 @@ class _Writer:
         self.tables = {name: text.split(", ") for name, text in _TABLE.findall(sizes)}
         self.numbers: dict[str, int] = {}
         self.rows = list[tuple[int, int, int, int, int]]()
+        self.kind = {"SERIES": 0, "FEW": 0, "MOMENTA": 0}
         self.places = list[tuple[int, int, int]]()  # of each function: first, count, registers
 
     def bytes(self) -> bytes:
         functions = self.functions
-        if functions.program.series or functions.jacobians():
+        if functions.jacobians():
             raise NoTapeError
         writer = CWriter(functions, meanings(functions, self.metadata))
         index = {f.name: self._function(f.name, writer.lines(f)) for f in functions}
@@ -80,6 +102,7 @@ class _Writer:
             bodies = BlockElimination(functions.blocks).bodies()
             for name in bodies.keys() & FUNCTIONS.keys():
                 index[name] = self._function(name, bodies[name])
+        series = self._series(index)
         outputs, names = self._outputs(index)
         defaults = list(self._defaults())
         if len(self.numbers) > MOST:
@@ -102,15 +125,34 @@ class _Writer:
             _integers(chain.from_iterable(outputs)),
             names,
             _integers(chain.from_iterable(defaults)),
+            *map(_integers, series),
         ]
         return b"".join(map(_section, parts))
+
+    def _series(self, index: dict[str, int]) -> list[list[int]]:
+        """The counts of the Taylor series, its roots, and the factors of its sums."""
+        series = self.functions.program.series
+        if series is None:
+            return [[], [], [], []]
+        writer = SeriesWriter(self.functions, series)
+        writer.text()
+        for name, lines in writer.bodies.items():
+            index[name] = self._function(name, lines)
+        pairs = sorted(arrange(writer.sums), key=lambda pair: writer.sums[min(pair), max(pair)])
+        self.kind = {"SERIES": 1, "FEW": int(are_few(writer.sums)), "MOMENTA": int(series.momenta)}
+        rows, roots = len(writer.rows), writer.roots
+        counts = [rows, len(pairs), len(writer.kept), writer.integrated, int(writer.hides), len(roots)]
+        if any(count > _BOUNDS[name] for name, count in zip(_OF_SERIES, counts, strict=True)):
+            raise NoTapeError
+        return [counts, roots, [left for left, _ in pairs], [right for _, right in pairs]]
 
     def _table(self, name: str) -> list[str]:
         return self.tables.get(name, [])
 
     def _function(self, name: str, lines: Iterable[Line]) -> int:
         arrays = FUNCTIONS.get(name, FUNCTIONS[OUTPUT])
-        registers, rows = Tape(self.numbers, arrays, _LIMITS).take(lines).rows()
+        scalars = _SCALARS.get(name, ("t",))
+        registers, rows = Tape(self.numbers, arrays, _LIMITS, scalars).take(lines).rows()
         if registers > MOST_REGISTERS or max((max(row) for row in rows), default=0) >= MOST:
             raise NoTapeError
         self.places.append((len(self.rows), len(rows), registers))

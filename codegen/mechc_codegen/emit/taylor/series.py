@@ -75,6 +75,7 @@ class SeriesWriter:
         self.sums = dict[Pair, int]()
         self.solving = set[int]()  # the sums that the speeds follow from
         self.depths = dict[int, int]()
+        self.bodies = dict[str, list[Line]]()  # of the functions in the text
         self.varying = self._varying()
 
     def _varying(self) -> set[int]:
@@ -124,13 +125,19 @@ class SeriesWriter:
             degrees[n] = sum(below) if operation.kind == "product" else max(below, default=own)
         return max(degrees.values(), default=0) > _LEAST_ORDER
 
-    def _roots(self) -> Iterator[str]:
+    @property
+    def roots(self) -> list[int]:
         """The rows of roots and powers, whose sign tells their branch."""
         kinds = {n: self.series.operations[n].kind for n in self.needed if self.varies(n)}
-        places = [str(self.row(n)) for n, kind in kinds.items() if kind in ("root", "power")]
+        return [self.row(n) for n, kind in kinds.items() if kind in ("root", "power")]
+
+    def _roots(self) -> Iterator[str]:
+        places = list(map(str, self.roots))
         yield f"#define MECHC_SERIES_ROOTS {len(places)}"
         if places:
-            yield f"#define MECHC_SERIES_ROOT_PLACES {', '.join(places)} /* in a row */"
+            yield "#ifndef MECHC_ROOT_PLACES\n#define MECHC_ROOT_PLACES"
+            yield f"static const int mechc_root_places[] = {{{', '.join(places)}}}; /* in a row */"
+            yield "#endif"
 
     # -- pieces -----------------------------------------------------------------------------
 
@@ -454,4 +461,5 @@ class SeriesWriter:
         return named(f"d{number}") if self.varies(number) else real(0.0)
 
     def _function(self, name: str, signature: str, comment: str, lines: Sequence[Line]) -> str:
-        return definition(comment, name, signature, without_unused([*self.loads, *lines]))
+        self.bodies[name] = without_unused([*self.loads, *lines])
+        return definition(comment, name, signature, self.bodies[name])

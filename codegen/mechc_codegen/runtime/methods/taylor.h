@@ -95,7 +95,7 @@ MECHC_STATIC int mechc_taylor_expand(mechc_integration *run, mechc_taylor_work *
 /* End the step just past the first zero of a root, if there is one in it: see series/step.h. */
 MECHC_STATIC void mechc_taylor_keep_branches(mechc_integration *run, mechc_taylor_work *w)
 {
-#if MECHC_SERIES_ROOTS
+#if MECHC_SERIES_ROOTS_MAX
     const double size = fabs(w->scale), part = run->step / size, left = fabs(run->t1 - w->t);
     w->to_zero = HUGE_VAL;
     if (mechc_scalar_branches_kept(MECHC_ROWS(w), w->order, part) > 0.0) return;

@@ -63,7 +63,7 @@ MECHC_INLINE void mechc_taylor_lanes_expand(mechc_taylor_lanes *own, mechc_vecto
 /* Mark the lanes in whose step a root changes its branch; they leave. */
 MECHC_INLINE void mechc_taylor_lanes_watch(mechc_taylor_lanes *own)
 {
-#if MECHC_SERIES_ROOTS
+#if MECHC_SERIES_ROOTS_MAX
     mechc_lockstep *a = &own->lanes;
     const mechc_vector size = mechc_size_of(own->scale), part = a->step / size;
     const mechc_vector kept = mechc_vector_branches_kept(MECHC_ROWS(own), own->order, part);

@@ -79,11 +79,10 @@ MECHC_STATIC double mechc_branches_end(const double *rows, int stride, int order
                                        double past, int *zero)
 {
     *zero = 0;
-#if MECHC_SERIES_ROOTS
-    static const int places[] = {MECHC_SERIES_ROOT_PLACES};
+#if MECHC_SERIES_ROOTS_MAX
     for (int n = 0; n < MECHC_SERIES_ROOTS; n++) {
         double terms[MECHC_TAYLOR_MOST];
-        const double *first = rows + places[n] * stride;
+        const double *first = rows + mechc_root_places[n] * stride;
         for (int k = 0; k < order; k++) terms[k] = first[k * MECHC_SERIES * stride] / first[0];
         int own = 0;
         const double end = mechc_first_zero(terms, order - 1, most, past, &own);

@@ -199,16 +199,15 @@ MECHC_INLINE void FN(taylor_dense)(real (*rows)[MECHC_SERIES], int order, real s
  * sqrt(x^2 + x^4): there the equations have a corner, but the series of the root goes on smoothly,
  * with the other sign.  So a step ends just past the first zero of such a series, and the next one
  * begins on the other branch, as a step ends at a corner of Abs. */
-#if MECHC_SERIES_ROOTS
+#if MECHC_SERIES_ROOTS_MAX
 
 /* The least share of its first value that a root surely keeps up to the part s of the scale: no term
  * is larger than it is at the end. */
 MECHC_INLINE real FN(branches_kept)(real (*rows)[MECHC_SERIES], int order, real s)
 {
-    static const int places[] = {MECHC_SERIES_ROOT_PLACES};
     real least = R(1.0);
     for (int n = 0; n < MECHC_SERIES_ROOTS; n++) {
-        const int place = places[n];
+        const int place = mechc_root_places[n];
         const real value = rows[0][place], inverse = 1.0 / value;
         real change = R(0.0);
         for (int k = order - 1; k > 0; k--) {

@@ -11,6 +11,9 @@
 #endif
 #include "general/called.h"
 #include "tape/run.h"
+#if MECHC_KIND_SERIES
+#include "tape/series.h"
+#endif
 
 /* The head of a function of the scene. */
 #define MECHC_TAPE_DECLARE(result, name, parameters, arguments) \
@@ -113,6 +116,31 @@ void FN(scene_rates_in_blocks)(const real *jacobian, const real *x, real *rates)
 {
     real *arrays[] = {(real *)jacobian, (real *)x, rates}, none = R(0.0);
     FN(run_tape)(MECHC_TAPE_CALLED(rates_in_blocks), arrays, &none, 0, 0, 0);
+}
+#endif
+
+#if MECHC_KIND_SERIES && !R_VECTOR
+void mechc_scalar_series_start(double t, const double *q, const double *u, const mechc_scalar_given *given,
+                               double *kept, double *row, double *rates)
+{
+    double *arrays[] = {(double *)q, (double *)u, (double *)given->p, (double *)given->k, kept, row, rates};
+    mechc_scalar_run_tape(MECHC_TAPE_CALLED(series_start), arrays, &t, given, 0, 0);
+}
+
+void mechc_scalar_series_next(double order, double inverse, double time, const mechc_scalar_given *given,
+                              const double *kept, const double *sums, double *row, double *rates)
+{
+    const double scalars[] = {order, inverse, time};
+    double *arrays[] = {(double *)given->p, (double *)given->k, (double *)kept, (double *)sums, row, rates};
+    mechc_scalar_run_tape(MECHC_TAPE_CALLED(series_next), arrays, scalars, given, 0, 0);
+}
+
+void mechc_scalar_series_solve(const mechc_scalar_given *given, const double *kept, const double *sums,
+                               double *row)
+{
+    const double none = 0.0;
+    double *arrays[] = {(double *)given->p, (double *)given->k, (double *)kept, (double *)sums, row};
+    mechc_scalar_run_tape(MECHC_TAPE_CALLED(series_solve), arrays, &none, given, 0, 0);
 }
 #endif
 #endif

@@ -33,7 +33,9 @@
     X(weight, c->nu) X(kept, c->blocks_kept) X(directions, c->nu * (c->nu - c->nc)) \
     X(momenta, c->nu * (c->nu - c->nc)) X(own, c->nu - c->nc) X(lengths, c->nc) X(clear, 1) \
     X(values, c->nc) X(x, c->nu) X(moved, c->nu) X(axes, c->nu * (c->nu - c->nc)) \
-    X(inverse, c->nu - c->nc) X(reaction, c->nu) X(lambda, c->nc) X(rates, c->nc)
+    X(inverse, c->nu - c->nc) X(reaction, c->nu) X(lambda, c->nc) X(rates, c->nc) \
+    X(row, series->row) X(series_kept, series->kept) X(sums, series->sums) \
+    X(series_rates, series->integrated)
 
 /* X(function, its arrays): those that the unit calls by themselves, then outputs. */
 #define MECHC_TAPE_FUNCTIONS(X) \
@@ -45,6 +47,9 @@
     X(longest_answer, A(jacobian) A(kept) A(moved) A(axes) A(inverse)) \
     X(block_multipliers, A(jacobian) A(kept) A(reaction) A(lambda)) \
     X(rates_in_blocks, A(jacobian) A(x) A(rates)) \
+    X(series_start, A(q) A(u) A(p) A(k) A(series_kept) A(row) A(series_rates)) \
+    X(series_next, A(p) A(k) A(series_kept) A(sums) A(row) A(series_rates)) \
+    X(series_solve, A(p) A(k) A(series_kept) A(sums) A(row)) \
     X(output, A(q) A(u) A(p) A(k) A(a) A(l) A(out))
 
 #define MECHC_TAPE_MOST_ARRAYS 10 /* the last one: inputs */

@@ -6,6 +6,7 @@
 #include <string.h>
 #include "dynamics/sizes.h"
 #include "general/counts.h"
+#include "tape/series.h"
 #include "tape/tape.h"
 
 #define MECHC_TAPE_MAGIC "mechc tape 1\0\0\0"
@@ -15,7 +16,8 @@ enum {
     MECHC_TAPE_UNIT, MECHC_TAPE_METADATA, MECHC_TAPE_COUNTS, MECHC_TAPE_SLIDES,
     MECHC_TAPE_ANGLES, MECHC_TAPE_PERIODIC, MECHC_TAPE_KNOTS, MECHC_TAPE_KNOTS_BEGIN, MECHC_TAPE_KNOTS_PERIOD,
     MECHC_TAPE_NUMBERS, MECHC_TAPE_TAPES, MECHC_TAPE_OPERATIONS_OF_ALL, MECHC_TAPE_CALLED_TAPES,
-    MECHC_TAPE_BY_NAME, MECHC_TAPE_OUTPUTS, MECHC_TAPE_NAMES, MECHC_TAPE_DEFAULTS, MECHC_TAPE_TEXTS,
+    MECHC_TAPE_BY_NAME, MECHC_TAPE_OUTPUTS, MECHC_TAPE_NAMES, MECHC_TAPE_DEFAULTS, MECHC_TAPE_SERIES, MECHC_TAPE_ROOTS,
+    MECHC_TAPE_LEFT, MECHC_TAPE_RIGHT, MECHC_TAPE_TEXTS,
     MECHC_TAPE_SECTION_COUNT
 };
 
@@ -27,6 +29,7 @@ typedef struct {
 typedef struct {
     mechc_section sections[MECHC_TAPE_SECTION_COUNT];
     mechc_counts *counts;
+    mechc_series_counts *series;
     unsigned char slides[MECHC_NQ_MAX + MECHC_NU_MAX];
 } mechc_tape_reader;
 
@@ -123,8 +126,43 @@ static const char *mechc_read_tables(mechc_tape_reader *reader)
     return NULL;
 }
 
+static const char *mechc_read_series(mechc_tape_reader *reader)
+{
+#if MECHC_KIND_SERIES
+    const mechc_section *s = reader->sections;
+    const mechc_counts *c = reader->counts;
+    mechc_series_counts *series = reader->series;
+    int *const counts[] = {&series->row, &series->sums, &series->kept, &series->integrated, &series->hides,
+                           &series->root_count};
+    const int most[] = {MECHC_SERIES_MAX, MECHC_SERIES_SUMS_MAX, MECHC_SERIES_KEPT_MAX,
+                        MECHC_SERIES_INTEGRATED_MAX, 1, MECHC_SERIES_ROOTS_MAX};
+    const size_t count = sizeof most / sizeof *most;
+    MECHC_TAPE_REQUIRE(s[MECHC_TAPE_SERIES].size == count * sizeof(int32_t), "its series is not whole");
+    for (size_t i = 0; i < count; i++) {
+        const int32_t given = ((const int32_t *)s[MECHC_TAPE_SERIES].content)[i];
+        MECHC_TAPE_REQUIRE(given >= 0 && given <= most[i], "a count of its series is beyond the bounds");
+        *counts[i] = given;
+    }
+    MECHC_TAPE_REQUIRE(c->nq + c->nu <= series->integrated && series->integrated <= series->row
+                           && series->sums >= !MECHC_KIND_FEW
+                           && mechc_section_count(s + MECHC_TAPE_ROOTS, 4) == (size_t)series->root_count
+                           && mechc_section_count(s + MECHC_TAPE_LEFT, 4) == (size_t)series->sums
+                           && mechc_section_count(s + MECHC_TAPE_RIGHT, 4) == (size_t)series->sums
+                           && mechc_all_within(s + MECHC_TAPE_ROOTS, 0, series->row)
+                           && mechc_all_within(s + MECHC_TAPE_LEFT, 0, series->row)
+                           && mechc_all_within(s + MECHC_TAPE_RIGHT, 0, series->row),
+                       "its series is not whole");
+    series->roots = (const int *)s[MECHC_TAPE_ROOTS].content;
+    series->left = (const int *)s[MECHC_TAPE_LEFT].content;
+    series->right = (const int *)s[MECHC_TAPE_RIGHT].content;
+#else
+    (void)reader;
+#endif
+    return NULL;
+}
+
 /* The arrays of a function, with the number of elements of each; returns how many there are. */
-static int mechc_tape_arrays(const mechc_counts *c, int function, int width, int sizes[MECHC_TAPE_MOST_ARRAYS])
+static int mechc_tape_arrays(const mechc_counts *c, const mechc_series_counts *series, int function, int width, int sizes[MECHC_TAPE_MOST_ARRAYS])
 {
 #define MECHC_TAPE_SIZE(name, size) const int of_##name = size;
     MECHC_TAPE_ARRAYS(MECHC_TAPE_SIZE)
@@ -155,7 +193,7 @@ static int mechc_is_sound(const mechc_tape_reader *reader, const mechc_operation
                         || function == MECHC_TAPE_OF_configuration;
     switch (o->operation) {
     case MECHC_TAPE_NUMBER: return to && o->a < numbers;
-    case MECHC_TAPE_SCALAR: return to && o->a == 0;
+    case MECHC_TAPE_SCALAR: return to && o->a < (function == MECHC_TAPE_OF_series_next ? 3 : 1);
     case MECHC_TAPE_LOAD: return to && o->a < MECHC_TAPE_MOST_ARRAYS && o->b < sizes[o->a];
     case MECHC_TAPE_STORE: return o->a < MECHC_TAPE_INPUTS && o->b < sizes[o->a] && o->c < registers;
     case MECHC_TAPE_CLEAR: return o->a < MECHC_TAPE_INPUTS && o->b <= sizes[o->a];
@@ -192,7 +230,7 @@ static int mechc_tape_fits(const mechc_tape_reader *reader, int32_t tape, int fu
     if (one->first < 0 || one->count < 0 || one->registers < 0 || one->registers > MECHC_TAPE_MOST_REGISTERS
         || (size_t)one->first > operations || (size_t)one->count > operations - (size_t)one->first)
         return 0;
-    mechc_tape_arrays(reader->counts, function, width, sizes);
+    mechc_tape_arrays(reader->counts, reader->series, function, width, sizes);
     const mechc_operation *o = (const mechc_operation *)s[MECHC_TAPE_OPERATIONS_OF_ALL].content + one->first;
     for (int32_t i = 0; i < one->count; i++)
         if (!mechc_is_sound(reader, o + i, one->registers, sizes, function)) return 0;
@@ -209,7 +247,9 @@ static const char *mechc_read_called(mechc_tape_reader *reader, mechc_tapes *tap
                        "its functions are not whole");
     tapes->called = (const int32_t *)s[MECHC_TAPE_CALLED_TAPES].content;
     for (int f = 0; f < MECHC_TAPE_OF_output; f++) {
-        if (f >= MECHC_TAPE_OF_factor_blocks && !MECHC_KIND_BLOCKS) break;
+        const int of_series = f >= MECHC_TAPE_OF_series_start;
+        if (of_series ? !MECHC_KIND_SERIES : f >= MECHC_TAPE_OF_factor_blocks && !MECHC_KIND_BLOCKS) continue;
+        if (f == MECHC_TAPE_OF_series_solve && !MECHC_KIND_MOMENTA) continue;
         MECHC_TAPE_REQUIRE(mechc_tape_fits(reader, tapes->called[f], f, 0), "a function is not sound");
     }
     int32_t *const by_name[] = {&tapes->constraints, &tapes->coordinate_rates, &tapes->kinematic_matrix,
@@ -263,6 +303,7 @@ static const char *mechc_read_tape(const unsigned char *bytes, size_t size, int 
     const mechc_section *s = reader->sections;
     if (!why) why = mechc_read_counts(reader);
     if (!why) why = mechc_read_tables(reader);
+    if (!why) why = mechc_read_series(reader);
     if (!why) why = mechc_read_called(reader, tapes);
     if (!why) why = mechc_read_outputs(reader, tapes, most_outputs);
     if (why) return why;

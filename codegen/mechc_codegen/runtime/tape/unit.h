@@ -28,7 +28,9 @@ MECHC_STATIC void mechc_extended_read_inputs(long double t, const long double *q
 #include "simd/unbind.h"
 #endif
 
-mechc_counts mechc_of_scene; /* as tapes say; constant once a scene is open */
+/* As tapes say; constant once a scene is open. */
+mechc_counts mechc_of_scene;
+mechc_series_counts mechc_series_of_scene;
 
 #define MECHC_TAPE_MOST_OUTPUTS 128
 
@@ -125,6 +127,12 @@ static const mechc_unit *mechc_tape_select(const char *instruction_set)
 }
 
 extern __attribute__((visibility("hidden"))) const mechc_part mechc_general;
+#if MECHC_KIND_SERIES
+extern __attribute__((visibility("hidden"))) const mechc_part mechc_series;
+#define MECHC_TAPE_SERIES_PART &mechc_series
+#else
+#define MECHC_TAPE_SERIES_PART NULL
+#endif
 static mechc_model mechc_tape_model;
 
 static mechc_tape_reader mechc_reader;
@@ -137,6 +145,7 @@ static const mechc_model *mechc_open_tape(const unsigned char *bytes, size_t siz
     if (!kept) return NULL;
     memcpy(kept, bytes, size);
     mechc_reader.counts = &mechc_of_scene;
+    mechc_reader.series = &mechc_series_of_scene;
     *why = mechc_read_tape(kept, size, MECHC_TAPE_MOST_OUTPUTS, &mechc_reader, &mechc_of_tapes);
     if (*why) {
         free(kept);
@@ -151,7 +160,7 @@ static const mechc_model *mechc_open_tape(const unsigned char *bytes, size_t siz
     mechc_tape_unit.mass = mechc_of_tapes.mass_matrix >= 0 ? mechc_tape_mass : NULL;
     const mechc_model model = {
         MECHC_ABI, mechc_of_tapes.metadata, MECHC_NQ, MECHC_NU, MECHC_NH, MECHC_NC, MECHC_NP,
-        mechc_tape_complete, mechc_tape_select, MECHC_NI, mechc_of_tapes.texts, &mechc_general, NULL,
+        mechc_tape_complete, mechc_tape_select, MECHC_NI, mechc_of_tapes.texts, &mechc_general, MECHC_TAPE_SERIES_PART,
     };
     mechc_tape_model = model;
     return &mechc_tape_model;

@@ -24,7 +24,7 @@ class Build:
     """The texts of one scene, and per source file the compiler flags beyond ``FLAGS``.
 
     ``kind``: the macros of its kind for the general unit, of so many ``lanes``; empty: that does
-    not serve it.
+    not serve it.  ``tape``: its functions for that unit before anything of the scene is compiled.
     """
 
     name: str
@@ -33,7 +33,7 @@ class Build:
     seconds: Mapping[str, float] = field(default_factory=dict)  # that each stage took
     kind: tuple[str, ...] = ()
     lanes: int = 0
-    tape: SceneTape = SceneTape()  # without it the scene's functions are compiled before they are called
+    tape: SceneTape = field(default_factory=SceneTape)
 
     @property
     def widest_flags(self) -> tuple[str, ...]:

@@ -83,8 +83,8 @@ def make_first(scene: Any, folder: Path) -> None:
     )
 
     if scene.tape.content:
-        text = whole_tape(scene.tape.content, _tapes_unit(scene), scene.as_json())
-        (folder / cache.SHARED_OBJECT).write_bytes(text)
+        tape = whole_tape(scene.tape.content, _tapes_unit(scene), scene.as_json())
+        (folder / cache.SHARED_OBJECT).write_bytes(tape)
         return
     work, flags = folder / "work", [*OUTPUTS_ONLY_FLAGS, *scene.widest_flags]
     scene.write(work)
@@ -148,7 +148,9 @@ def _tapes_unit(scene: Any) -> str:
         toolchain.link([general, *objects[1:]], folder / cache.SHARED_OBJECT)
         shutil.rmtree(work)
 
-    key = cache.part_key(general_signature("".join(sources.values()), flags, *environment()), "general")
+    key = cache.part_key(
+        general_signature("".join(sources.values()), flags, *environment()), "general"
+    )
     cache.entry(key, make)
     return key
 

@@ -33,7 +33,6 @@ FUNCTIONS = {
     name: re.findall(r"A\((?:series_)?(\w+)\)", arrays)
     for name, arrays in re.findall(r"X\((\w+), ([^X]+)\)", _listed("MECHC_TAPE_FUNCTIONS"))
 }
-_INPUTS_PLACE = int(re.findall(r"MECHC_TAPE_MOST_ARRAYS (\d+)", _LISTS)[0]) - 1
 MOST_REGISTERS = int(re.findall(r"MECHC_TAPE_MOST_REGISTERS (\d+)", _LISTS)[0])
 MOST = 2**16  # of anything that an operation names
 _SIGNS = {
@@ -106,22 +105,24 @@ class Tape:
 
     def rows(self) -> tuple[int, list[tuple[int, int, int, int, int]]]:
         """How many registers the values need, and the operations with these in place of values."""
-        return _in_registers(self.operations)
+        constants = [each for each in self.operations if each.name == "NUMBER"]
+        others = [each for each in self.operations if each.name != "NUMBER"]
+        return _in_registers([*constants, *others, Operation("END", -1, (0, 0, 0))])
 
     def _statement(self, text: str) -> None:
         if found := _DEFINITION.fullmatch(text):
             self.names[found[1]] = self._joined(found[1], found[2], found[3])
         elif found := _STORE.fullmatch(text):
-            place, own = f"{found[1]}[{found[2]}]", (self._array(found[1]), int(found[2]))
+            place, own = f"{found[1]}[{found[2]}]", (self.arrays.index(found[1]), int(found[2]))
             value = self._stored[place] = self._joined(place, found[3], found[4])
             self._add("STORE", (*own, value), (2,), defines=False)
         elif found := _ANGLE.fullmatch(text):
-            self._angle(*found.groups(), turn="(turn)" in text)
+            self._angle(found, turn="(turn)" in text)
         elif found := _INPUTS.fullmatch(text):
             first, last, speeds = int(found[2]), int(found[3]), int(found[1] == "u")
             self._add("INPUTS_READ", (first, last, speeds), defines=False)
         elif found := _CLEARED.fullmatch(text):
-            self._add("CLEAR", (self._array(found[2]), int(found[1]), 0), defines=False)
+            self._add("CLEAR", (self.arrays.index(found[2]), int(found[1]), 0), defines=False)
         elif found := _RETURN.fullmatch(text):
             self._add("RETURN", (self._expression(found[1]), 0, 0), (0,), defines=False)
         elif not _DECLARED.fullmatch(text):
@@ -135,10 +136,8 @@ class Tape:
         before = self._stored[target] if target in self._stored else self.names[target]
         return self._add("AND", (before, value, 0), (0, 1))
 
-    def _array(self, name: str) -> int:
-        return _INPUTS_PLACE if name == "inputs" else self.arrays.index(name)
-
-    def _angle(self, value: str, place: str | None, sine: str, cosine: str, turn: bool) -> None:
+    def _angle(self, found: re.Match[str], turn: bool) -> None:
+        value, place, sine, cosine = found.groups()
         angle, more = self._expression(value), self.count + 1
         number = int(place or 0) // 3
         self.names[sine] = self._add(
@@ -158,7 +157,10 @@ class Tape:
                 return self.names[node.id]
             return self._add("SCALAR", (self.scalars.index(node.id), 0, 0))
         if isinstance(node, ast.Subscript):
-            return self._add("LOAD", (self._array(_name(node.value)), _whole(node.slice), 0))
+            array, place = _name(node.value), _whole(node.slice)
+            if array == "inputs":
+                return self._add("INPUT", (place, 0, 0))
+            return self._add("LOAD", (self.arrays.index(array), place, 0))
         if isinstance(node, ast.UnaryOp):
             name = "NEGATE" if isinstance(node.op, ast.USub) else "NOT"
             return self._operation(name, [node.operand])
@@ -191,7 +193,7 @@ class Tape:
 
     def _folded(self, node: ast.expr) -> float | None:
         """The value of an expression of numbers alone, as C has it in doubles."""
-        if isinstance(node, ast.Constant):
+        if isinstance(node, ast.Constant) and isinstance(node.value, (int, float)):
             return float(node.value)
         if isinstance(node, ast.Name):
             return self.macros.get(node.id)
@@ -208,7 +210,7 @@ class Tape:
     def _operation(self, name: str, arguments: Sequence[ast.expr]) -> int:
         values = [self._value(each) for each in arguments]
         a, b, c = [*values, 0, 0][:3]
-        return self._add(name, (a, b, c), tuple(range(len(values))))
+        return self._add(name, (a, b, c), (0, 1, 2)[: len(values)])
 
     def _constant(self, value: float) -> int:
         key = value.hex()
@@ -246,7 +248,8 @@ def _name(node: ast.expr) -> str:
 
 def _whole(node: ast.expr) -> int:
     assert isinstance(node, ast.Constant)
-    return int(node.value)
+    assert isinstance(node.value, int)
+    return node.value
 
 
 def _in_registers(
@@ -261,21 +264,21 @@ def _in_registers(
         for value in {*_used(each)}:
             if last[value] == i:
                 free.append(place[value])
-        for value in (each.to, each.more):
-            if value is not None and value >= 0:
-                if not free:
-                    free.append(size)
-                    size += 1
-                place[value] = free.pop()
-                if value not in last:
-                    last[value] = i
+        for defined in _defined(each):
+            if not free:
+                free.append(size)
+                size += 1
+            place[defined] = free.pop()
         if each.more is not None:
             read[1] = place[each.more]
-        unused = [v for v in (each.to, each.more) if v is not None and last.get(v) == i]
+        free += [place[defined] for defined in _defined(each) if defined not in last]
         to = place[each.to] if each.to >= 0 else 0
         rows.append((OPERATIONS[each.name], to, read[0], read[1], read[2]))
-        free += [place[value] for value in unused]
     return size, rows
+
+
+def _defined(operation: Operation) -> list[int]:
+    return [v for v in (operation.to, operation.more) if v is not None and v >= 0]
 
 
 def _used(operation: Operation) -> list[int]:

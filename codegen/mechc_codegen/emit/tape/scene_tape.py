@@ -69,10 +69,12 @@ def scene_tape(functions: SceneFunctions, metadata: Mapping[str, Any], sizes: st
     """The tape of a scene; ``sizes``: the text of ``scene_sizes.h``."""
     writer = _Writer(functions, metadata, sizes)
     try:
-        content = writer.bytes()
+        content = writer.content()
     except NoTapeError:
         return SceneTape()
-    return SceneTape(content, tuple(f"-DMECHC_KIND_{n}={value}" for n, value in writer.kind.items()))
+    return SceneTape(
+        content, tuple(f"-DMECHC_KIND_{n}={value}" for n, value in writer.kind.items())
+    )
 
 
 def whole_tape(scene: bytes, unit: str, texts: str) -> bytes:
@@ -81,18 +83,18 @@ def whole_tape(scene: bytes, unit: str, texts: str) -> bytes:
 
 
 class _Writer:
-    def __init__(
-        self, functions: SceneFunctions, metadata: Mapping[str, Any], sizes: str
-    ) -> None:
+    def __init__(self, functions: SceneFunctions, metadata: Mapping[str, Any], sizes: str) -> None:
         self.functions, self.metadata = functions, metadata
         self.counts = dict.fromkeys(COUNTS, 0) | {n: int(v) for n, v in _COUNT.findall(sizes)}
-        self.tables = {name: text.split(", ") for name, text in _TABLE.findall(sizes)}
+        self.tables: dict[str, list[str]] = {
+            name: text.split(", ") for name, text in _TABLE.findall(sizes)
+        }
         self.numbers: dict[str, int] = {}
         self.rows = list[tuple[int, int, int, int, int]]()
         self.kind = {"SERIES": 0, "FEW": 0, "MOMENTA": 0}
         self.places = list[tuple[int, int, int]]()  # of each function: first, count, registers
 
-    def bytes(self) -> bytes:
+    def content(self) -> bytes:
         functions = self.functions
         if functions.jacobians():
             raise NoTapeError
@@ -141,7 +143,14 @@ class _Writer:
         pairs = sorted(arrange(writer.sums), key=lambda pair: writer.sums[min(pair), max(pair)])
         self.kind = {"SERIES": 1, "FEW": int(are_few(writer.sums)), "MOMENTA": int(series.momenta)}
         rows, roots = len(writer.rows), writer.roots
-        counts = [rows, len(pairs), len(writer.kept), writer.integrated, int(writer.hides), len(roots)]
+        counts = [
+            rows,
+            len(pairs),
+            len(writer.kept),
+            writer.integrated,
+            int(writer.hides),
+            len(roots),
+        ]
         if any(count > _BOUNDS[name] for name, count in zip(_OF_SERIES, counts, strict=True)):
             raise NoTapeError
         return [counts, roots, [left for left, _ in pairs], [right for _, right in pairs]]
@@ -160,7 +169,7 @@ class _Writer:
         return len(self.places) - 1
 
     def _outputs(self, index: Mapping[str, int]) -> tuple[list[tuple[int, int, int, int]], bytes]:
-        """Of each output how it is evaluated, its function, its width, and where its name begins."""
+        """Of each output its way, its function, its width, and where its name begins."""
         functions = self.functions
         rows = [(label, width, OWN) for label, width in label_widths(functions, of_motion=False)]
         rows += [(label, width, _BY_RUNTIME[label]) for label, width in functions.by_runtime()]

@@ -8,6 +8,7 @@
     X(NUMBER)   /* constant a */ \
     X(SCALAR)   /* scalar argument a */ \
     X(LOAD)     /* array a, element b */ \
+    X(INPUT)    /* input a of those read last */ \
     X(STORE)    /* array a, element b <- register c */ \
     X(CLEAR)    /* array a, so many elements from the first <- 0 */ \
     X(INPUTS_READ) /* inputs a .. b - 1; c: they may need the speeds */ \
@@ -19,7 +20,8 @@
     X(SELECT) \
     X(CALL)     /* function b of a */ \
     X(CALL2)    /* function c of a, b */ \
-    X(RETURN)
+    X(RETURN)   /* register a */ \
+    X(END)
 
 #define MECHC_TAPE_CALLS(X) \
     X(fabs) X(floor) X(sin) X(cos) X(tan) X(asin) X(acos) X(atan) X(sinh) X(cosh) X(tanh) X(exp) X(log)
@@ -52,8 +54,7 @@
     X(series_solve, A(p) A(k) A(series_kept) A(sums) A(row)) \
     X(output, A(q) A(u) A(p) A(k) A(a) A(l) A(out))
 
-#define MECHC_TAPE_MOST_ARRAYS 10 /* the last one: inputs */
-#define MECHC_TAPE_INPUTS (MECHC_TAPE_MOST_ARRAYS - 1)
+#define MECHC_TAPE_MOST_ARRAYS 9
 #define MECHC_TAPE_MOST_REGISTERS 1024
 
 #define MECHC_TAPE_NAME(name) MECHC_TAPE_##name,

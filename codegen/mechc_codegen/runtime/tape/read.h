@@ -179,7 +179,6 @@ static int mechc_tape_arrays(const mechc_counts *c, const mechc_series_counts *s
 #undef MECHC_TAPE_SIZES
 #undef A
     for (int i = count; i < MECHC_TAPE_MOST_ARRAYS; i++) sizes[i] = 0;
-    sizes[MECHC_TAPE_INPUTS] = c->ni;
     return count;
 }
 
@@ -195,10 +194,11 @@ static int mechc_is_sound(const mechc_tape_reader *reader, const mechc_operation
     case MECHC_TAPE_NUMBER: return to && o->a < numbers;
     case MECHC_TAPE_SCALAR: return to && o->a < (function == MECHC_TAPE_OF_series_next ? 3 : 1);
     case MECHC_TAPE_LOAD: return to && o->a < MECHC_TAPE_MOST_ARRAYS && o->b < sizes[o->a];
-    case MECHC_TAPE_STORE: return o->a < MECHC_TAPE_INPUTS && o->b < sizes[o->a] && o->c < registers;
-    case MECHC_TAPE_CLEAR: return o->a < MECHC_TAPE_INPUTS && o->b <= sizes[o->a];
+    case MECHC_TAPE_STORE: return o->a < MECHC_TAPE_MOST_ARRAYS && o->b < sizes[o->a] && o->c < registers;
+    case MECHC_TAPE_CLEAR: return o->a < MECHC_TAPE_MOST_ARRAYS && o->b <= sizes[o->a];
+    case MECHC_TAPE_INPUT: return to && o->a < reader->counts->ni;
     case MECHC_TAPE_INPUTS_READ:
-        return has_inputs && o->a < o->b && o->b <= sizes[MECHC_TAPE_INPUTS]
+        return has_inputs && o->a < o->b && o->b <= reader->counts->ni
             && !(o->c && function == MECHC_TAPE_OF_configuration);
     case MECHC_TAPE_SINE_COSINE: return to && a && b;
     case MECHC_TAPE_TURN:
@@ -207,6 +207,7 @@ static int mechc_is_sound(const mechc_tape_reader *reader, const mechc_operation
     case MECHC_TAPE_SQRT:
     case MECHC_TAPE_NOT: return to && a;
     case MECHC_TAPE_RETURN: return a;
+    case MECHC_TAPE_END: return 1;
     case MECHC_TAPE_CALL: return to && a && o->b < MECHC_TAPE_CALL_COUNT;
     case MECHC_TAPE_CALL2: return to && a && b && o->c < MECHC_TAPE_CALL_OF_TWO_COUNT;
     case MECHC_TAPE_FMA:
@@ -227,14 +228,14 @@ static int mechc_tape_fits(const mechc_tape_reader *reader, int32_t tape, int fu
     int sizes[MECHC_TAPE_MOST_ARRAYS];
     if (tape < 0 || (size_t)tape >= tapes) return 0;
     const mechc_tape *one = (const mechc_tape *)s[MECHC_TAPE_TAPES].content + tape;
-    if (one->first < 0 || one->count < 0 || one->registers < 0 || one->registers > MECHC_TAPE_MOST_REGISTERS
+    if (one->first < 0 || one->count < 1 || one->registers < 0 || one->registers > MECHC_TAPE_MOST_REGISTERS
         || (size_t)one->first > operations || (size_t)one->count > operations - (size_t)one->first)
         return 0;
     mechc_tape_arrays(reader->counts, reader->series, function, width, sizes);
     const mechc_operation *o = (const mechc_operation *)s[MECHC_TAPE_OPERATIONS_OF_ALL].content + one->first;
     for (int32_t i = 0; i < one->count; i++)
         if (!mechc_is_sound(reader, o + i, one->registers, sizes, function)) return 0;
-    return 1;
+    return o[one->count - 1].operation == MECHC_TAPE_END;
 }
 
 /* The functions that the unit calls. */

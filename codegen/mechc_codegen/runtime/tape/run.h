@@ -35,63 +35,85 @@ MECHC_ONCE real FN(tape_call_of_two)(int function, real x, real y)
     return function == MECHC_TAPE_CALL_pow ? R_CALL2(pow, x, y) : R_CALL2(atan2, x, y);
 }
 
-/* arrays: those of the function, in the order of its list; scalars: t, or those of a series. */
+/* arrays: those of the function, in the order of its list; scalars: t, or those of a series.  Each
+ * operation goes to the next one by itself, which processors foretell better than one switch for all; loads,
+ * constants and stores come in runs. */
 MECHC_ONCE real FN(run_tape)(int number, real *const *arrays, const real *scalars, const FN(given) *given,
                              real *turns, int near)
 {
+#define MECHC_TAPE_LABEL(name) &&of_##name,
+    static const void *const labels[] = {MECHC_TAPE_OPERATIONS(MECHC_TAPE_LABEL)};
+#undef MECHC_TAPE_LABEL
     const mechc_tape *tape = mechc_of_tapes.tapes + number;
-    const mechc_operation *o = mechc_of_tapes.operations + tape->first, *const end = o + tape->count;
+    const mechc_operation *o = mechc_of_tapes.operations + tape->first;
+    const double *numbers = mechc_of_tapes.numbers;
     real r[MECHC_AT_LEAST_ONE(tape->registers)], inputs[MECHC_AT_LEAST_ONE(MECHC_NI_MAX)];
     (void)turns, (void)near, (void)given;
-    for (; o < end; o++) {
-        switch (o->operation) {
-        case MECHC_TAPE_NUMBER: r[o->to] = R(mechc_of_tapes.numbers[o->a]); break;
-        case MECHC_TAPE_SCALAR: r[o->to] = scalars[o->a]; break;
-        case MECHC_TAPE_LOAD: r[o->to] = o->a == MECHC_TAPE_INPUTS ? inputs[o->b] : arrays[o->a][o->b]; break;
-        case MECHC_TAPE_STORE: arrays[o->a][o->b] = r[o->c]; break;
-        case MECHC_TAPE_CLEAR:
-            for (int i = 0; i < o->b; i++) arrays[o->a][i] = R(0.0);
-            break;
-        case MECHC_TAPE_INPUTS_READ:
-            FN(read_inputs)(scalars[0], arrays[0], o->c ? arrays[1] : 0, given, o->a, o->b, inputs);
-            break;
-        case MECHC_TAPE_SINE_COSINE: FN(sincos)(r[o->a], &r[o->to], &r[o->b]); break;
-#if !R_EXTENDED
-        case MECHC_TAPE_TURN:
-            FN(turn)(r[o->a], turns ? turns + 3 * o->c : 0, near, &r[o->to], &r[o->b]);
-            break;
+#define MECHC_TAPE_NEXT goto *labels[(++o)->operation]
+#define MECHC_TAPE_DO(name, value) \
+    of_##name: r[o->to] = value; \
+    MECHC_TAPE_NEXT
+#define MECHC_TAPE_DO_ALL(name, action)                          \
+    of_##name: do { action; } while ((++o)->operation == MECHC_TAPE_##name); \
+    goto *labels[o->operation]
+    goto *labels[o->operation];
+    MECHC_TAPE_DO_ALL(NUMBER, r[o->to] = R(numbers[o->a]));
+    MECHC_TAPE_DO_ALL(LOAD, r[o->to] = arrays[o->a][o->b]);
+    MECHC_TAPE_DO_ALL(STORE, arrays[o->a][o->b] = r[o->c]);
+    MECHC_TAPE_DO(SCALAR, scalars[o->a]);
+    MECHC_TAPE_DO(INPUT, inputs[o->a]);
+of_CLEAR:
+    for (int i = 0; i < o->b; i++) arrays[o->a][i] = R(0.0);
+    MECHC_TAPE_NEXT;
+of_INPUTS_READ:
+#if MECHC_NI_MAX > 0
+    FN(read_inputs)(scalars[0], arrays[0], o->c ? arrays[1] : 0, given, o->a, o->b, inputs);
 #endif
-        case MECHC_TAPE_ADD: r[o->to] = r[o->a] + r[o->b]; break;
-        case MECHC_TAPE_SUBTRACT: r[o->to] = r[o->a] - r[o->b]; break;
-        case MECHC_TAPE_MULTIPLY: r[o->to] = r[o->a] * r[o->b]; break;
-        case MECHC_TAPE_DIVIDE: r[o->to] = r[o->a] / r[o->b]; break;
-        case MECHC_TAPE_NEGATE: r[o->to] = -r[o->a]; break;
-        case MECHC_TAPE_FMA: r[o->to] = R_FMA(r[o->a], r[o->b], r[o->c]); break;
-        case MECHC_TAPE_FNMA: r[o->to] = R_FNMA(r[o->a], r[o->b], r[o->c]); break;
-        case MECHC_TAPE_FMS: r[o->to] = R_FMS(r[o->a], r[o->b], r[o->c]); break;
-        case MECHC_TAPE_FNMS: r[o->to] = R_FNMS(r[o->a], r[o->b], r[o->c]); break;
-        case MECHC_TAPE_SQRT: r[o->to] = R_SQRT(r[o->a]); break;
-        case MECHC_TAPE_CALL: r[o->to] = FN(tape_call)(o->b, r[o->a]); break;
-        case MECHC_TAPE_CALL2: r[o->to] = FN(tape_call_of_two)(o->c, r[o->a], r[o->b]); break;
+    MECHC_TAPE_NEXT;
+of_SINE_COSINE:
+    FN(sincos)(r[o->a], &r[o->to], &r[o->b]);
+    MECHC_TAPE_NEXT;
+of_TURN:
+#if !R_EXTENDED
+    FN(turn)(r[o->a], turns ? turns + 3 * o->c : 0, near, &r[o->to], &r[o->b]);
+#endif
+    MECHC_TAPE_NEXT;
+    MECHC_TAPE_DO(ADD, r[o->a] + r[o->b]);
+    MECHC_TAPE_DO(SUBTRACT, r[o->a] - r[o->b]);
+    MECHC_TAPE_DO(MULTIPLY, r[o->a] * r[o->b]);
+    MECHC_TAPE_DO(DIVIDE, r[o->a] / r[o->b]);
+    MECHC_TAPE_DO(NEGATE, -r[o->a]);
+    MECHC_TAPE_DO(FMA, R_FMA(r[o->a], r[o->b], r[o->c]));
+    MECHC_TAPE_DO(FNMA, R_FNMA(r[o->a], r[o->b], r[o->c]));
+    MECHC_TAPE_DO(FMS, R_FMS(r[o->a], r[o->b], r[o->c]));
+    MECHC_TAPE_DO(FNMS, R_FNMS(r[o->a], r[o->b], r[o->c]));
+    MECHC_TAPE_DO(SQRT, R_SQRT(r[o->a]));
+    MECHC_TAPE_DO(CALL, FN(tape_call)(o->b, r[o->a]));
+    MECHC_TAPE_DO(CALL2, FN(tape_call_of_two)(o->c, r[o->a], r[o->b]));
 #if R_EXTENDED /* masks in the gaps of loops choose alone */
 #define MECHC_TAPE_MASK(condition) R((condition) ? 1.0 : 0.0)
 #define MECHC_TAPE_HOLDS(x) ((x) != 0.0L)
+    MECHC_TAPE_DO(AND, r[o->a] * r[o->b]);
+    MECHC_TAPE_DO(NOT, 1.0L - r[o->a]);
 #else
 #define MECHC_TAPE_MASK(condition) R_FROM_BITS(R_MASK(condition))
 #define MECHC_TAPE_HOLDS(x) R_BITS(x)
-        case MECHC_TAPE_AND: r[o->to] = R_FROM_BITS(R_BITS(r[o->a]) & R_BITS(r[o->b])); break;
-        case MECHC_TAPE_NOT: r[o->to] = R_FROM_BITS(~R_BITS(r[o->a])); break;
+    MECHC_TAPE_DO(AND, R_FROM_BITS(R_BITS(r[o->a]) & R_BITS(r[o->b])));
+    MECHC_TAPE_DO(NOT, R_FROM_BITS(~R_BITS(r[o->a])));
 #endif
-        case MECHC_TAPE_LESS: r[o->to] = MECHC_TAPE_MASK(r[o->a] < r[o->b]); break;
-        case MECHC_TAPE_LESS_EQUAL: r[o->to] = MECHC_TAPE_MASK(r[o->a] <= r[o->b]); break;
-        case MECHC_TAPE_EQUAL: r[o->to] = MECHC_TAPE_MASK(r[o->a] == r[o->b]); break;
-        case MECHC_TAPE_NOT_EQUAL: r[o->to] = MECHC_TAPE_MASK(r[o->a] != r[o->b]); break;
-        case MECHC_TAPE_SELECT: r[o->to] = R_SELECT(MECHC_TAPE_HOLDS(r[o->a]), r[o->b], r[o->c]); break;
+    MECHC_TAPE_DO(LESS, MECHC_TAPE_MASK(r[o->a] < r[o->b]));
+    MECHC_TAPE_DO(LESS_EQUAL, MECHC_TAPE_MASK(r[o->a] <= r[o->b]));
+    MECHC_TAPE_DO(EQUAL, MECHC_TAPE_MASK(r[o->a] == r[o->b]));
+    MECHC_TAPE_DO(NOT_EQUAL, MECHC_TAPE_MASK(r[o->a] != r[o->b]));
+    MECHC_TAPE_DO(SELECT, R_SELECT(MECHC_TAPE_HOLDS(r[o->a]), r[o->b], r[o->c]));
+of_RETURN:
+    return r[o->a];
+of_END:
+    return R(0.0);
 #undef MECHC_TAPE_MASK
 #undef MECHC_TAPE_HOLDS
-        case MECHC_TAPE_RETURN: return r[o->a];
-        }
-    }
-    return R(0.0);
+#undef MECHC_TAPE_DO_ALL
+#undef MECHC_TAPE_DO
+#undef MECHC_TAPE_NEXT
 }
 #endif

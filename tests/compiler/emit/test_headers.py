@@ -26,7 +26,7 @@ BINDINGS = ("simd/bind_scalar.h", "simd/bind_vector.h")
 # Each may use those before it.
 LAYERS = (
     "abi", "simd", "dynamics", "singularities", "run", "series", "stepping", "lockstep", "methods",
-    "variational", "adjoint", "unit", "general", "fmu",
+    "variational", "adjoint", "unit", "general", "tape", "fmu",
 )  # fmt: skip
 ALSO = {"fmu": {"hybrid"}}  # of those compiled apart
 ALL = "run/zeros.h"  # knows no scene

@@ -40,12 +40,12 @@ def test_out_may_be_a_view_of_the_parameters(model, regular):
 METHODS = ("dopri5", "dop853", "gauss8", "radau5", "auto")
 
 
-def numbers(model, **asked):
+def numbers(model, end=3.0):
     """The bits of runs by each method, of states between steps, of what is measured on the way."""
     start = model.assemble()
     found = {}
     for method in METHODS:
-        sol = model.simulate(3.0, start, method=method, rtol=1e-7, **asked)
+        sol = model.simulate(end, start, method=method, rtol=1e-7)
         between = sol(np.linspace(0.0, sol.t[-1], 23))
         stats = {name: value for name, value in sol.stats.items() if name != "wall_s"}
         found[method] = sol.t.tobytes(), sol.y.tobytes(), between.tobytes(), stats
@@ -66,11 +66,12 @@ def test_the_general_unit_gives_the_bits_of_the_scenes_own(described):
     model = mechc.compile(described())
     native = model.system.scene.evaluator
     assert native.serves_runs
-    general = numbers(model)
+    end = 0.03 if len(model.coordinates) == 7 else 3.0  # Andrews moves in hundredths
+    general = numbers(model, end)
     assert not compiled_since(model)
     model.wait_compiled()
     assert {"driver", "explicit", "implicit"} <= compiled_since(model)
-    own = numbers(model)
+    own = numbers(model, end)
     for method in METHODS:
         assert own[method] == general[method], method
 

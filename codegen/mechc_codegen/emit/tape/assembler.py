@@ -113,7 +113,7 @@ class Tape:
         if found := _DEFINITION.fullmatch(text):
             self.names[found[1]] = self._joined(found[1], found[2], found[3])
         elif found := _STORE.fullmatch(text):
-            place, own = f"{found[1]}[{found[2]}]", (self.arrays.index(found[1]), int(found[2]))
+            place, own = f"{found[1]}[{found[2]}]", (_place(found[1], self.arrays), int(found[2]))
             value = self._stored[place] = self._joined(place, found[3], found[4])
             self._add("STORE", (*own, value), (2,), defines=False)
         elif found := _ANGLE.fullmatch(text):
@@ -122,7 +122,7 @@ class Tape:
             first, last, speeds = int(found[2]), int(found[3]), int(found[1] == "u")
             self._add("INPUTS_READ", (first, last, speeds), defines=False)
         elif found := _CLEARED.fullmatch(text):
-            self._add("CLEAR", (self.arrays.index(found[2]), int(found[1]), 0), defines=False)
+            self._add("CLEAR", (_place(found[2], self.arrays), int(found[1]), 0), defines=False)
         elif found := _RETURN.fullmatch(text):
             self._add("RETURN", (self._expression(found[1]), 0, 0), (0,), defines=False)
         elif not _DECLARED.fullmatch(text):
@@ -147,7 +147,10 @@ class Tape:
         self.count += 1
 
     def _expression(self, text: str) -> int:
-        return self._value(ast.parse(text.strip(), mode="eval").body)
+        try:
+            return self._value(ast.parse(text.strip(), mode="eval").body)
+        except SyntaxError:
+            raise NoTapeError(text) from None
 
     def _value(self, node: ast.expr) -> int:
         if (number := self._folded(node)) is not None:
@@ -155,12 +158,12 @@ class Tape:
         if isinstance(node, ast.Name):
             if node.id in self.names:
                 return self.names[node.id]
-            return self._add("SCALAR", (self.scalars.index(node.id), 0, 0))
+            return self._add("SCALAR", (_place(node.id, self.scalars), 0, 0))
         if isinstance(node, ast.Subscript):
             array, place = _name(node.value), _whole(node.slice)
             if array == "inputs":
                 return self._add("INPUT", (place, 0, 0))
-            return self._add("LOAD", (self.arrays.index(array), place, 0))
+            return self._add("LOAD", (_place(array, self.arrays), place, 0))
         if isinstance(node, ast.UnaryOp):
             name = "NEGATE" if isinstance(node.op, ast.USub) else "NOT"
             return self._operation(name, [node.operand])
@@ -234,10 +237,18 @@ def _statements(text: str) -> list[str]:
     found, rest = list[str](), text.strip()
     while rest:
         loop = _CLEARED.match(rest)
-        end = loop.end() if loop else rest.index(";") + 1
+        end = loop.end() if loop else rest.find(";") + 1
+        if not end:
+            raise NoTapeError(rest)
         found.append(rest[:end])
         rest = rest[end:].strip()
     return found
+
+
+def _place(name: str, names: Sequence[str]) -> int:
+    if name not in names:
+        raise NoTapeError(name)
+    return names.index(name)
 
 
 def _name(node: ast.expr) -> str:

@@ -47,10 +47,7 @@ def general_source(lanes: int) -> str:
 
 def tapes_source(lanes: int, unit: str) -> str:
     """The source of the unit that runs tapes, for the general unit of these lanes."""
-    return (
-        f"#define MECHC_LANES {lanes}\n#define MECHC_UNIT {unit}\n"
-        '#define MECHC_OPENS_TAPES\n#include "tape/unit.h"\n'
-    )
+    return f'#define MECHC_LANES {lanes}\n#define MECHC_UNIT {unit}\n#include "tape/unit.h"\n'
 
 
 def series_source(lanes: int) -> str:

@@ -6,6 +6,7 @@
 #include <string.h>
 #include "dynamics/sizes.h"
 #include "general/counts.h"
+#include "tape/kind.h"
 #include "tape/series.h"
 #include "tape/tape.h"
 

@@ -3,6 +3,8 @@
  * One copy of the shared object serves one scene.  The including file has set MECHC_LANES and MECHC_UNIT. */
 #pragma once
 
+#define MECHC_OPENS_TAPES
+
 #include "abi/model.h"
 #include "general/bounds.h"
 #include "unit/scalar_outputs.h"

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 from mechc_codegen.compiler import Stopwatch, optimised_scene
-from mechc_codegen.emit.c import emit
+from mechc_codegen.emit.c import CWriter, emit
 from mechc_codegen.emit.units.instruction_sets import BASELINE
 from mechc_codegen.library.chains.windows import windows
 from mechc_codegen.library.planar.andrews import andrews
@@ -160,7 +160,7 @@ def operations() -> Iterator[dict[str, Any]]:
     for name, mechanism in COUNTED.items():
         described, request = read(mechanism())
         made = optimised_scene(described, request, Stopwatch())
-        texts = emit(made.functions, made.metadata, (BASELINE,))
+        texts = emit(CWriter(made.functions, made.metadata), made.metadata, (BASELINE,))
         counts = made.metadata["operations"]
         for what, value, unit in (
             ("all outputs", counts["after"], "operations"),

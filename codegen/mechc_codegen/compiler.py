@@ -16,7 +16,7 @@ from mechc_codegen.description.drawing import Drawing
 from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.description.request import DEFAULT_REQUEST, USUAL, OutputRequest
 from mechc_codegen.drawing.plan import picture_plan
-from mechc_codegen.emit.c import emit
+from mechc_codegen.emit.c import CWriter, emit
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.metadata import scene_metadata
 from mechc_codegen.emit.tape.scene_tape import SceneTape, scene_tape
@@ -54,12 +54,13 @@ def build_scene(
     made = optimised_scene(mechanism, request, clock)
     sets = instruction_sets() if sets is None else sets
     sets = tuple(with_fitting_lanes(each, made.functions.equations) for each in sets)
-    texts = clock.time("emit", lambda: emit(made.functions, made.metadata, sets))
+    writer = CWriter(made.functions, made.metadata)
+    texts = clock.time("emit", lambda: emit(writer, made.metadata, sets))
     kind = kind_of(made.functions)
     tape = SceneTape()
     if kind:
         sizes = texts["scene_sizes.h"]
-        tape = clock.time("tape", lambda: scene_tape(made.functions, made.metadata, sizes))
+        tape = clock.time("tape", lambda: scene_tape(writer, made.metadata, sizes))
     return extension(mechanism.name, texts, sets, clock.seconds, kind, tape)
 
 

@@ -33,11 +33,12 @@ _SOLVED = ", const real *a, const real *l"  # accelerations and multipliers
 
 
 def emit(
-    functions: SceneFunctions, metadata: Mapping[str, Any], sets: Sequence[InstructionSet]
+    writer: CWriter, metadata: Mapping[str, Any], sets: Sequence[InstructionSet]
 ) -> dict[str, str]:
     """A dict from file names to texts of everything that is compiled for one scene."""
+    functions = writer.functions
     texts = {
-        **program_texts(functions, metadata),
+        **program_texts(writer, metadata),
         "scene_model.c": model_source(functions, metadata, sets),
         "scene_outputs_only.c": template("outputs_only.c.in").substitute(
             unit=sets[-1].name, lanes=sets[-1].lanes
@@ -49,9 +50,9 @@ def emit(
     return texts
 
 
-def program_texts(functions: SceneFunctions, metadata: Mapping[str, Any]) -> dict[str, str]:
+def program_texts(writer: CWriter, metadata: Mapping[str, Any]) -> dict[str, str]:
     """The headers of a scene: its sizes and its program."""
-    writer = CWriter(functions, meanings(functions, metadata))
+    functions = writer.functions
     gaps = [table_text(lookups(functions.program.values()))]
     others = list[str]()
     for function in functions:
@@ -70,11 +71,13 @@ def program_texts(functions: SceneFunctions, metadata: Mapping[str, Any]) -> dic
 class CWriter:
     """The functions of one scene in C over ``real``, which is a double or a vector of them."""
 
-    def __init__(self, functions: SceneFunctions, meanings: Mapping[str, str]) -> None:
-        self.functions, self.layout, self.meanings = functions, functions.layout, meanings
+    def __init__(self, functions: SceneFunctions, metadata: Mapping[str, Any]) -> None:
+        self.functions, self.layout = functions, functions.layout
+        self.meanings = _meanings(functions, metadata)
         self.printer = RealPrinter(tables=True)
         self.inputs = [value.symbol.name for value in functions.program.input_values()]
         self._printed: dict[tuple[Symbol, ...], Line] = {}
+        self._bodies: dict[str, list[Line]] = {}
 
     def text(self, function: SceneFunction) -> str:
         """The function's text, in pieces where it is long."""
@@ -107,7 +110,12 @@ class CWriter:
         return self._body(self._lines(function), loads)
 
     def _lines(self, function: SceneFunction) -> list[Line]:
-        """Inputs, statements, stored outputs, values kept for later calls."""
+        """Inputs, statements, stored outputs, values kept for later calls; printed once."""
+        if function.name not in self._bodies:
+            self._bodies[function.name] = self._printed_lines(function)
+        return self._bodies[function.name]
+
+    def _printed_lines(self, function: SceneFunction) -> list[Line]:
         lines = self._statements(function)
         for output, target in function.stores:
             lines += self._store(output, target)
@@ -209,7 +217,7 @@ class CWriter:
         return f"output_{function.name}", f"{_STATE}, real *out"
 
 
-def meanings(functions: SceneFunctions, metadata: Mapping[str, Any]) -> dict[str, str]:
+def _meanings(functions: SceneFunctions, metadata: Mapping[str, Any]) -> dict[str, str]:
     """Name and unit of each coordinate, speed and parameter, for comments."""
     symbols, names = functions.program.symbols, ("coordinates", "speeds", "parameters")
     quantities = [quantity for name in names for quantity in metadata[name]]

@@ -17,7 +17,7 @@ from sympy import diff
 
 from mechc_codegen.description.quantity import PURE, Kind
 from mechc_codegen.description.request import OutputRequest
-from mechc_codegen.emit.c import program_texts
+from mechc_codegen.emit.c import CWriter, program_texts
 from mechc_codegen.emit.definition import plain_words
 from mechc_codegen.emit.expressions import Line, let, named, put, texts, total
 from mechc_codegen.emit.functions import SceneFunctions
@@ -126,7 +126,7 @@ def unit_sources(
 
     ``parts``: what the file is, the header of its interface, how parameters are completed, events.
     """
-    generated = program_texts(functions, metadata)
+    generated = program_texts(CWriter(functions, metadata), metadata)
     head = {
         "title": plain_words(metadata["title"] or metadata["name"]),
         "name": options.name,

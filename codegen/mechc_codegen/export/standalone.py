@@ -13,7 +13,7 @@ from importlib.resources import files
 from string import Template
 from typing import Any
 
-from mechc_codegen.emit.c import program_texts
+from mechc_codegen.emit.c import CWriter, program_texts
 from mechc_codegen.emit.definition import plain_words
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.units.scene_files import default_lines, listed_outputs
@@ -75,7 +75,7 @@ def standalone(
     if real not in PRECISIONS:
         raise CodegenError(f"numbers are {' or '.join(PRECISIONS)}, not {plain_words(real)!r}")
     precision = PRECISIONS[real]
-    generated = program_texts(functions, metadata)
+    generated = program_texts(CWriter(functions, metadata), metadata)
     parameters = [quantity["name"] for quantity in metadata["parameters"]]
     states = [q["name"] for kind in ("coordinates", "speeds") for q in metadata[kind]]
     common = {

@@ -15,9 +15,8 @@ from importlib.resources import files
 from itertools import chain
 from typing import Any
 
-from mechc_codegen.emit.c import CWriter, meanings
+from mechc_codegen.emit.c import CWriter
 from mechc_codegen.emit.expressions import Line, let, named, put
-from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.printer import RealPrinter
 from mechc_codegen.emit.tape.assembler import FUNCTIONS, MOST, MOST_REGISTERS, NoTapeError, Tape
 from mechc_codegen.emit.taylor.series import SeriesWriter
@@ -65,16 +64,14 @@ class SceneTape:
     kind: tuple[str, ...] = ()
 
 
-def scene_tape(functions: SceneFunctions, metadata: Mapping[str, Any], sizes: str) -> SceneTape:
-    """The tape of a scene; ``sizes``: the text of ``scene_sizes.h``."""
-    writer = _Writer(functions, metadata, sizes)
+def scene_tape(writer: CWriter, metadata: Mapping[str, Any], sizes: str) -> SceneTape:
+    """The tape of a writer's scene; ``sizes``: the text of ``scene_sizes.h``."""
+    tape = _Writer(writer, metadata, sizes)
     try:
-        content = writer.content()
+        content = tape.content()
     except NoTapeError:
         return SceneTape()
-    return SceneTape(
-        content, tuple(f"-DMECHC_KIND_{n}={value}" for n, value in writer.kind.items())
-    )
+    return SceneTape(content, tuple(f"-DMECHC_KIND_{n}={value}" for n, value in tape.kind.items()))
 
 
 def whole_tape(scene: bytes, unit: str, texts: str) -> bytes:
@@ -83,8 +80,8 @@ def whole_tape(scene: bytes, unit: str, texts: str) -> bytes:
 
 
 class _Writer:
-    def __init__(self, functions: SceneFunctions, metadata: Mapping[str, Any], sizes: str) -> None:
-        self.functions, self.metadata = functions, metadata
+    def __init__(self, writer: CWriter, metadata: Mapping[str, Any], sizes: str) -> None:
+        self.writer, self.functions, self.metadata = writer, writer.functions, metadata
         self.counts = dict.fromkeys(COUNTS, 0) | {n: int(v) for n, v in _COUNT.findall(sizes)}
         self.tables: dict[str, list[str]] = {
             name: text.split(", ") for name, text in _TABLE.findall(sizes)
@@ -98,8 +95,7 @@ class _Writer:
         functions = self.functions
         if functions.jacobians():
             raise NoTapeError
-        writer = CWriter(functions, meanings(functions, self.metadata))
-        index = {f.name: self._function(f.name, writer.lines(f)) for f in functions}
+        index = {f.name: self._function(f.name, self.writer.lines(f)) for f in functions}
         if functions.blocks:
             bodies = BlockElimination(functions.blocks).bodies()
             for name in bodies.keys() & FUNCTIONS.keys():

@@ -66,6 +66,31 @@ def test_the_examples_of_a_page_run(page, tmp_path, monkeypatch):
     assert names
 
 
+@pytest.mark.slow(cases=1)
+def test_the_messages_of_the_page_are_those_that_its_code_gives(capsys):
+    page = (DOCS / "how_to" / "messages.md").read_text("utf-8")
+    shown = re.findall(r"^```python\n(.*?)^```(?:\n\n```text\n(.*?)^```)?", page, re.S | re.M)
+    assert len([told for _, told in shown if told]) == page.count("```text")
+    names = {}
+    for block, told in shown:
+        try:
+            exec(compile(block, "messages.md", "exec"), names)
+            said = capsys.readouterr().out
+        except mechc.MechcError as error:
+            said = f"{type(error).__name__}: {error}"
+        assert rounded(said) == rounded(told)
+
+
+def rounded(text):
+    """Words and numbers of three digits; what is rounding of zero is zero."""
+
+    def short(number):
+        value = float(number[0])
+        return f"{value:.3g}" if value > 1e-12 else "0"
+
+    return re.sub(r"\d+(?:\.\d+)?(?:e[+-]\d+)?", short, " ".join(text.split()))
+
+
 def test_every_public_name_has_an_example_that_is_run():
     shown = "\n".join(block for page in PAGES for block in examples(page))
     shown += "".join(path.read_text("utf-8") for path in (ROOT / "examples").rglob("*.py"))
@@ -79,8 +104,12 @@ def test_every_page_is_reached_from_the_start_page():
     assert {page for page in pages - {"index"} if f"\n{page}\n" not in start} == set()
 
 
+def test_the_page_on_citing_has_the_version() -> None:
+    assert f"version = {{{mechc.__version__}}}" in (DOCS / "cite.md").read_text("utf-8")
+
+
 def test_the_start_page_includes_the_readme_from_mark_to_mark() -> None:
-    """All of it but its title, how to test, and the license."""
+    """All of it but its title, how to test, and its last line."""
     readme = (ROOT / "README.md").read_text("utf-8")
     marks = re.findall(
         r'{include} \.\./README\.md\n:start-after: "(.*)"\n:end-before: "(.*)"',
@@ -91,6 +120,7 @@ def test_the_start_page_includes_the_readme_from_mark_to_mark() -> None:
         assert readme.count(begin) == 1
         left_out = left_out.replace(readme.split(begin)[1].split(end)[0].strip(), "")
     assert len(marks) == 4
+    left_out = left_out.replace("[How to cite](docs/cite.md)", "")
     assert not any(part in left_out for part in ("](", "```python", "|---|", "mechc run"))
 
 

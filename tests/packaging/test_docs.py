@@ -32,6 +32,7 @@ PAGES = (
     "positions.md",
     "reference/examples.md",
     "sdf.md",
+    "sympy_objects.md",
     "synthesis.md",
     "theory/batches.md",
     "theory/change_points.md",
@@ -94,7 +95,8 @@ def rounded(text):
 def test_every_public_name_has_an_example_that_is_run():
     shown = "\n".join(block for page in PAGES for block in examples(page))
     shown += "".join(path.read_text("utf-8") for path in (ROOT / "examples").rglob("*.py"))
-    named = {*re.findall(r"mechc\.(\w+)", shown)}
+    messages = (DOCS / "how_to" / "messages.md").read_text("utf-8")
+    named = {*re.findall(r"mechc\.(\w+)", shown), *re.findall(r"^(\w+): ", messages, re.M)}
     assert {*mechc.__all__, "compile", "open"} - named == set()
 
 

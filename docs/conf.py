@@ -6,6 +6,9 @@ and the gallery by running the scripts of `examples/gallery`.
 
 from __future__ import annotations
 
+import re
+import shutil
+import subprocess
 import sys
 from pathlib import Path
 
@@ -16,6 +19,17 @@ sys.path.insert(0, str(HERE / "extensions"))
 
 SECTIONS = ("library", "linkages", "robots", "rolling", "contact", "driven")
 
+
+def repository() -> str | None:
+    """The page of the repository that this clone came from, if it came from the web."""
+    if not shutil.which("git"):
+        return None
+    command = ["git", "remote", "get-url", "origin"]
+    told = subprocess.run(command, cwd=HERE, capture_output=True, text=True, check=False).stdout
+    found = re.fullmatch(r"(?:https://|git@)([\w.-]+)[:/]([\w./-]+?)(?:\.git)?/?", told.strip())
+    return f"https://{found[1]}/{found[2]}" if found else None
+
+
 project = "mechc"
 author = "the mechc developers"
 copyright = f"{author}, BSD-3-Clause"
@@ -25,6 +39,7 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
+    "sphinx.ext.viewcode",
     "sphinx_copybutton",
     "math_in_pages",
     "sphinx_gallery.gen_gallery",
@@ -64,3 +79,8 @@ html_favicon = "_static/favicon.svg"
 html_static_path = ["_static"]
 html_css_files = ["pages.css"]
 html_theme_options = {"light_css_variables": {"color-brand-primary": "#1f6feb"}}
+if home := repository():
+    html_theme_options["footer_icons"] = [
+        {"name": name, "url": url, "html": name, "class": ""}
+        for name, url in (("Source", home), ("Issues", f"{home}/issues"))
+    ]

@@ -69,6 +69,8 @@ COMMANDS = {  # not part of the suite: by their names only
     "closing": Script("microseconds that it takes to close loops", "costs.closing"),
     "optimal": Script("optimal motions with known costs: errors, iterations, seconds",
                        "formulations.optimal"),
+    "crossing": Script("the picture of the README: a four-bar through its change points",
+                        "report.crossing"),
     "report": Script("the report of figures measured before", "report.command"),
     "references": Script("exact motions of data/, computed again", "references.command"),
     "check": Script("error estimates of sol.check() over the true errors", "suite.checks"),

@@ -65,7 +65,7 @@ class Shown(SphinxDirective):
         done = self.env.temp_data.get("blocks that were run", 0)
         here = sum(line < self.lineno for line in lines)
         for block in blocks[done:here]:
-            evaluate(block[1], known)
+            evaluate(f"{block[1]}\nNone", known)  # whose last value is not shown
         self.env.temp_data["blocks that were run"] = here
         return known
 

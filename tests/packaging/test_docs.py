@@ -32,6 +32,7 @@ PAGES = (
     "positions.md",
     "reference/examples.md",
     "sdf.md",
+    "sympy_objects.md",
     "synthesis.md",
     "theory/batches.md",
     "theory/change_points.md",
@@ -66,10 +67,36 @@ def test_the_examples_of_a_page_run(page, tmp_path, monkeypatch):
     assert names
 
 
+@pytest.mark.slow(cases=1)
+def test_the_messages_of_the_page_are_those_that_its_code_gives(capsys):
+    page = (DOCS / "how_to" / "messages.md").read_text("utf-8")
+    shown = re.findall(r"^```python\n(.*?)^```(?:\n\n```text\n(.*?)^```)?", page, re.S | re.M)
+    assert len([told for _, told in shown if told]) == page.count("```text")
+    names = {}
+    for block, told in shown:
+        try:
+            exec(compile(block, "messages.md", "exec"), names)
+            said = capsys.readouterr().out
+        except mechc.MechcError as error:
+            said = f"{type(error).__name__}: {error}"
+        assert rounded(said) == rounded(told)
+
+
+def rounded(text):
+    """Words and numbers of three digits; what is rounding of zero is zero."""
+
+    def short(number):
+        value = float(number[0])
+        return f"{value:.3g}" if value > 1e-12 else "0"
+
+    return re.sub(r"\d+(?:\.\d+)?(?:e[+-]\d+)?", short, " ".join(text.split()))
+
+
 def test_every_public_name_has_an_example_that_is_run():
     shown = "\n".join(block for page in PAGES for block in examples(page))
     shown += "".join(path.read_text("utf-8") for path in (ROOT / "examples").rglob("*.py"))
-    named = {*re.findall(r"mechc\.(\w+)", shown)}
+    messages = (DOCS / "how_to" / "messages.md").read_text("utf-8")
+    named = {*re.findall(r"mechc\.(\w+)", shown), *re.findall(r"^(\w+): ", messages, re.M)}
     assert {*mechc.__all__, "compile", "open"} - named == set()
 
 
@@ -79,17 +106,55 @@ def test_every_page_is_reached_from_the_start_page():
     assert {page for page in pages - {"index"} if f"\n{page}\n" not in start} == set()
 
 
-def test_the_start_page_has_the_speeds_of_the_readme() -> None:
-    """Of four rows, from 1e-4 to 1e-10: the least and the largest."""
-    rows = {}
-    for line in (ROOT / "README.md").read_text("utf-8").splitlines():
-        name, *cells = [cell.strip().strip("*") for cell in line.strip("|").split("|")]
-        rows[name] = cells[:4]
-    rows["ten"] = [cell.split(", ")[-1].strip("*") for cell in rows["pendulum of 1, 2, 10 links"]]
-    known = ("four-bar", "ten", "governor, stiff", "heavy top")
-    told = [sorted(rows[name], key=float) for name in known]
-    cells = " | ".join(f"{row[0]} to {row[-1]}" for row in told)
-    assert f"| {cells} |" in (DOCS / "index.md").read_text("utf-8")
+def test_the_page_on_citing_has_the_version() -> None:
+    assert f"version = {{{mechc.__version__}}}" in (DOCS / "cite.md").read_text("utf-8")
+
+
+def test_the_start_page_includes_the_readme_from_mark_to_mark() -> None:
+    """All of it but its title, how to test, and its last line."""
+    readme = (ROOT / "README.md").read_text("utf-8")
+    marks = re.findall(
+        r'{include} \.\./README\.md\n:start-after: "(.*)"\n:end-before: "(.*)"',
+        (DOCS / "index.md").read_text("utf-8"),
+    )
+    left_out = readme
+    for begin, end in marks:
+        assert readme.count(begin) == 1
+        left_out = left_out.replace(readme.split(begin)[1].split(end)[0].strip(), "")
+    assert len(marks) == 4
+    left_out = left_out.replace("[How to cite](docs/cite.md)", "")
+    assert not any(part in left_out for part in ("](", "```python", "|---|", "mechc run"))
+
+
+def test_the_speeds_of_the_readme_are_those_measured() -> None:
+    """In the last table of ratios, by ``auto``, to two digits."""
+    known = {
+        "four-bar": "four_bar_regular", "four-bar through change points": "four_bar_change_point",
+        "five windows in a row": "windows_5", "slider-crank": "slider_crank",
+        "pendulum": "pendulum_1", "ten pendulums in a row": "pendulum_10",
+        "Andrews' mechanism": "andrews", "bicycle": "bicycle",
+        "stiff governor": "flyball_governor", "heavy top": "heavy_top",
+    }  # fmt: skip
+    words = {"no peer": "only mechc", "not reached": "neither"}
+    measured = {
+        row[0]: row[2:]
+        for row in table_rows(DOCS / "benchmarks.md")
+        if len(row) == 7 and row[1] == "auto"
+    }
+    told = {row[0]: row[1:] for row in table_rows(ROOT / "README.md")[2:]}
+    assert [*told] == [*known]
+    for name, cells in told.items():
+        for cell, ratio in zip(cells, measured[known[name]], strict=True):
+            if ratio in words:
+                assert cell == words[ratio], name
+            else:
+                assert float(cell) == float(f"{float(ratio.strip('†')):.2g}"), name
+
+
+def table_rows(page):
+    lines = page.read_text("utf-8").splitlines()
+    rows = (line.strip("|").split("|") for line in lines if line.startswith("|"))
+    return [[cell.strip() for cell in row] for row in rows]
 
 
 @pytest.mark.parametrize(

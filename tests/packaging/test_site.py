@@ -23,6 +23,7 @@ def site(tmp_path_factory):
     ignored = shutil.ignore_patterns("__pycache__", "generated")
     shutil.copytree(ROOT / "docs", root / "docs", ignore=ignored)
     shutil.copytree(ROOT / "examples", root / "examples", ignore=ignored)
+    shutil.copy(ROOT / "README.md", root)  # of which the start page has parts
     command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "docs", "built"]
     environment = {**os.environ, "CC": compiler_at("-O1", root)}
     run = subprocess.run(command, cwd=root, env=environment, capture_output=True, text=True)

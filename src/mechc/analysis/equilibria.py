@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mechc.analysis.linearize import linearize
+from mechc.analysis.neutral import are_joined, distance, kept_directions, null_directions
 from mechc.assembly.closer import SAME, even_points, search_of, wrap
 from mechc.assembly.directions import are_turned
 from mechc.assembly.positions import are_closed, closed_states
@@ -41,17 +42,25 @@ class Equilibrium:
         ``"unstable"`` where a small deviation grows, else ``"neutral"`` where there are directions
         in which it stays, else ``"stable"``; ``"undecided"`` at a change point.
     neutral
-        In how many directions it stays where it is put: a bar between two balls may spin, and
-        every angle of it is an equilibrium.
+        In how many directions it may move and stays where it is put: a bar between two balls may
+        spin, and every angle of it is an equilibrium.
     eigenvalues : (2 freedoms,)
         Of the linear model about it, 1/s, complex, those that grow fastest first.  No real part is
         positive where it is stable: without damping all are zero, and small oscillations last.
+    directions : (len(free), nq)
+        To the equilibria around it: how the coordinates (m, rad) change together.
+    free
+        The names of those that change, by direction: ``("x",)`` of a cart on a rail,
+        ``("x, angle",)`` of a wheel, whose x and angle change together.  Of wheels that do not slip
+        sideways there are more directions than ``neutral``.
     """
 
     y: Array
     kind: str
     neutral: int
     eigenvalues: NDArray[np.complex128]
+    directions: Array
+    free: tuple[str, ...] = ()
 
     @property
     def stable(self) -> bool:
@@ -61,6 +70,8 @@ class Equilibrium:
 
 class Equilibria(tuple[Equilibrium, ...]):
     """The equilibria that were found, the stable ones first, and how likely they are all.
+
+    Of a family, along which a mechanism stays wherever it is put, it has one: see ``free``.
 
     Attributes
     ----------
@@ -112,14 +123,22 @@ def equilibria(
     most = most_starts or max(FIRST, min(MOST_STARTS, work))
     points = even_points(most, len(system.coordinates))
     found, searches, tried = list[Equilibrium](), 0, 0
+    members = list[tuple[Equilibrium, Equilibrium]]()  # of families, each with its first
     for first, last in _batches(most):
         starts = closed_states(system, points[first:last], values, t)
+        for places in system.attitudes.quaternions:  # zero is no attitude
+            starts[~starts[:, places].any(axis=1), places[0]] = 1.0
         tried += len(starts)
         for y in _settled(system, starts, values, t):
             known = _same(system, y, found, values)
             if known is None:
-                known = _judged(system, y, values, t)
-                found.append(known)
+                one = known = _judged(system, y, values, t)
+                if len(one.directions):
+                    known = _first_of_family(system, one, members, values, t)
+                if known.free:
+                    members.append((one, known))
+                if all(known is not other for other in found):
+                    found.append(known)
             searches += not known.neutral
         result = Equilibria(sorted(found, key=lambda e: (not e.stable, e.y.tolist())))
         result.searches = searches
@@ -132,6 +151,37 @@ def equilibria(
             "to see where the mechanism comes to rest"
         )
     return result
+
+
+def _first_of_family(
+    system: System, one: Equilibrium, members: Sequence[tuple[Equilibrium, Equilibrium]],
+    values: Array, t: float,
+) -> Equilibrium:  # fmt: skip
+    """The first equilibrium of the family of this one: this one where it is of no known family.
+
+    Asks the nearest member of each family, the nearest family first.
+    """
+
+    def settle(y: Array) -> Array | None:
+        return next(iter(_settled(system, y[None], values, t)), None)
+
+    def directions_at(y: Array) -> Array:
+        return _judged(system, y, values, t).directions
+
+    asked = set[int]()
+    for member, first in sorted(
+        members, key=lambda pair: distance(system, pair[0].y, one.y, values)
+    ):
+        if id(first) in asked or first.kind != one.kind:
+            continue
+        asked.add(id(first))
+        ends = (member.y, member.directions), (one.y, one.directions)
+        if are_joined(system, *ends, settle, directions_at, values):
+            return first
+    kept = kept_directions(system, one.y, one.directions, settle, values)
+    names = np.array(system.coordinates)
+    free = tuple(", ".join(names[direction != 0.0]) for direction in kept)
+    return replace(one, free=free, directions=kept)
 
 
 def _batches(most: int) -> Iterator[tuple[int, int]]:
@@ -294,23 +344,28 @@ def _speed_steps(system: System, values: Array) -> Array:
 
 def _judged(system: System, y: Array, values: Array, t: float) -> Equilibrium:
     """An equilibrium with its kind, by the eigenvalues of the linear model about it."""
+    none, nowhere = np.zeros(0, np.complex128), np.zeros((0, len(system.coordinates)))
     try:
         lin = linearize(system, y, values, t, (), (), None, ())
     except ChangePointError:
-        return Equilibrium(y, "undecided", 0, np.zeros(0, np.complex128))
+        return Equilibrium(y, "undecided", 0, none, nowhere)
     width = sum(name in system.coordinates for name in lin.states)
     steps = steps_of(system, values)[[system.state_index(name) for name in lin.states[width:]]]
     slope = lin.A[width:, :width] @ lin.A[:width, width:] * steps / steps[:, None]
     damping = lin.A[width:, width:] * steps / steps[:, None]
     if not len(slope):
-        return Equilibrium(y, "stable", 0, np.zeros(0, np.complex128))
+        return Equilibrium(y, "stable", 0, none, nowhere)
     singular = np.linalg.svd(slope, compute_uv=False)
-    neutral = int((singular <= BALANCED * max(singular[0], _pull(system, y, values, t))).sum())
+    pull = _pull(system, y, values, t)
+    rounding = BALANCED * max(singular[0], pull)
+    neutral = int((singular <= rounding).sum())
+    directions = null_directions(system, lin, values, pull) if neutral else nowhere
     roots, unsure = _eigenvalues(np.block([[np.zeros_like(slope), np.eye(len(slope))],
                                            [slope, damping]]))  # fmt: skip
-    grows = bool((roots.real > unsure).any())
+    grows = bool((roots.real > np.maximum(unsure, np.sqrt(rounding) if neutral else 0.0)).any())
     kind = "unstable" if grows else "neutral" if neutral else "stable"
-    return Equilibrium(y, kind, neutral, roots[np.argsort(-roots.real, kind="stable")])
+    roots = roots[np.argsort(-roots.real, kind="stable")]
+    return Equilibrium(y, kind, neutral, roots, directions)
 
 
 def _pull(system: System, y: Array, values: Array, t: float) -> float:

@@ -29,7 +29,8 @@ def equilibria(
     Found by Newton's method for the balance of forces, from points spread over the
     configurations that close the loops; angles in (-pi, pi].  Searches go on until less than
     half an equilibrium more is to be expected from how often each was found.  Whether one is
-    stable is decided by the eigenvalues of the linear model about it.
+    stable is decided by the eigenvalues of the linear model about it.  Of those along a line or
+    surface there is one, whose ``free`` names the coordinates that change along it.
 
     Parameters
     ----------

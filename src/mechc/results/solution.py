@@ -25,11 +25,14 @@ if TYPE_CHECKING:
     from mechc.results.check import Check
     from mechc.sensitivities.gradient import Gradient
     from mechc.sensitivities.history import Sensitivity
+    from mechc.simulation.events.event import EventRecord
     from mechc.simulation.settings import Policy
+    from mechc.simulation.status import Status
+    from mechc.system.system import System
 
 
 class Solution(Trajectory):
-    """A trajectory, and the model that made it.
+    """A trajectory, and the model that made it: what ``model.simulate`` and ``mechc.open`` return.
 
     Attributes
     ----------
@@ -51,9 +54,19 @@ class Solution(Trajectory):
     _arguments: tuple[Any, Any] | None = None  # y0 and params, as they were given
     _recorded_view: Mapping[str, Any] | None = None  # of its file, for a model of unknown looks
 
-    def __init__(self, model: Any, *run: Any) -> None:
+    def __init__(
+        self,
+        model: Any,
+        system: System,
+        params: Array,
+        policy: Policy,
+        record: Record,
+        outcome: Callable[[], tuple[Status, dict[str, Any]]],
+        times: Array | None = None,
+        events: tuple[EventRecord, ...] = (),
+    ) -> None:
         self.model = model
-        Trajectory.__init__(self, *run)
+        Trajectory.__init__(self, system, params, policy, record, outcome, times, events)
 
     def __copy__(self) -> Solution:
         other = object.__new__(type(self))

@@ -63,10 +63,14 @@ def test_stable_means_that_a_push_comes_back(model, found):
 
 @pytest.mark.slow
 def test_a_coupler_that_may_spin_has_equilibria_that_are_neutral():
-    """Mirrored in the plane of its axes, the linkage has the opposite potential."""
+    """Mirrored in the plane of its axes, the linkage has the opposite potential.
+
+    Every attitude of the coupler has two sets of angles, between which spinning does not lead.
+    """
     model = mechc.compile(spatial_four_bar())
     found = model.equilibria()
-    assert found
+    assert [each.kind for each in found] == ["neutral", "neutral", "unstable", "unstable"] * 2
+    assert {each.free for each in found} == {("q_0, q_1, q_2",)}
     for equilibrium in found:
         assert np.abs(model.rhs(0.0, equilibrium.y)).max() < 1e-10
         assert np.abs(model.constraints(equilibrium.y)).max() < 1e-13

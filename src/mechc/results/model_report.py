@@ -13,7 +13,7 @@ from mechc.results.sampling import clean_text
 from mechc.results.summary import html_table
 from mechc.system.system import System
 
-LAST_DIGITS = "outputs come from the first unit, whose last digits may differ (relative 1e-13)"
+ONE_BY_ONE = "they are evaluated one state after the other, to the same bits"
 GENERAL = "they are by the unit that serves all scenes of this kind, to the same bits"
 LONGEST = 4000  # characters of a cell
 Row = tuple[str, ...]
@@ -219,7 +219,7 @@ def _build(system: System) -> ReportSection:
     if system.scene.evaluator.serves_runs:
         facts.append(("until runs have parts of their own", GENERAL))
     if "first unit" in seconds:
-        facts.append(("until outputs in lanes are compiled", LAST_DIGITS))
+        facts.append(("until outputs in lanes are compiled", ONE_BY_ONE))
     return ReportSection("the build", tuple(facts))
 
 

@@ -23,7 +23,7 @@ def model_of(path: Path) -> Any:
     with path.open("rb") as file:
         if file.read(len(_TAPE)) != _TAPE:
             return capsule_of(path)
-        (size,) = struct.unpack("<Q", file.read(8))
+        (size,) = struct.unpack("Q", file.read(8))
         unit = file.read(size).decode("ascii")
         file.seek(0)
         tape = file.read()

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import re
 import struct
+from array import array
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from importlib.resources import files
@@ -190,16 +191,16 @@ class _Writer:
 
 def _section(content: bytes) -> bytes:
     """A part of the tape: its length, its content, and zeros up to a multiple of eight."""
-    return struct.pack("<Q", len(content)) + content + bytes(8 - len(content) % 8)
+    return struct.pack("Q", len(content)) + content + bytes(8 - len(content) % 8)
 
 
 def _integers(values: Iterable[int]) -> bytes:
-    return struct.pack("<" + "i" * len(found := list(values)), *found)
+    return array("i", values).tobytes()
 
 
 def _shorts(values: Iterable[int]) -> bytes:
-    return struct.pack("<" + "H" * len(found := list(values)), *found)
+    return array("H", values).tobytes()
 
 
 def _doubles(values: Iterable[float]) -> bytes:
-    return struct.pack("<" + "d" * len(found := list(values)), *found)
+    return array("d", values).tobytes()

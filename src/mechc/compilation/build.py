@@ -124,7 +124,8 @@ def _first(parts: Parts, built: Callable[[], Any], *, ahead: bool) -> Any:
         seconds.update(scene.seconds)
         if ahead and not scene.kind:
             parts.begin("driver")
-        with Notice(f"compiling rates and outputs of {scene.name} ..."):
+        doing = "writing the tape" if scene.tape.content else "compiling rates and outputs"
+        with Notice(f"{doing} of {scene.name} ..."):
             time_stage(seconds, FIRST_UNIT, lambda: entries.make_first(scene, folder))
 
     with Notice("looking for the compiled model ..."):  # another process may be making it

@@ -61,7 +61,7 @@ def build_scene(
     if kind:
         sizes = texts["scene_sizes.h"]
         tape = clock.time("tape", lambda: scene_tape(writer, made.metadata, sizes))
-    return extension(mechanism.name, texts, sets, clock.seconds, kind, tape)
+    return extension(mechanism.name, texts, sets, clock.seconds, kind if tape.content else (), tape)
 
 
 def build_standalone(

@@ -19,8 +19,7 @@ FLAGS = (
 )
 # Quick to compile rather than quick to run: it serves until the whole is compiled.
 OUTPUTS_ONLY_FLAGS = ("-std=gnu11", "-O1", *FLAGS[2:], "-DMECHC_SHARED")
-GENERAL_FLAGS = OUTPUTS_ONLY_FLAGS[:-1]
-WITH_GENERAL = ("-DMECHC_WITH_GENERAL",)  # a first unit that is linked to it
+GENERAL_FLAGS = OUTPUTS_ONLY_FLAGS[:-1]  # its model is that of a tape
 SHARED = ("-DMECHC_SHARED",)  # the model is found by name
 STRICT = ("-Wall", "-Wextra", "-Werror")  # for our tests; a user's compiler may warn of more
 RUNTIME = Path(str(files("mechc_codegen"))) / "runtime"

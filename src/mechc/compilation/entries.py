@@ -67,50 +67,22 @@ def load_or_make(
 
 
 def make_first(scene: Any, folder: Path) -> None:
-    """Compile the scene's first unit into ``folder``; only the shared object stays.
+    """Make what a scene begins with in ``folder``: its tape, or its first unit, compiled.
 
-    It holds the texts of the scene too, which other parts are compiled from.  That of a scene that
-    has a kind is linked to the general unit, which runs begin with.
+    Either holds the texts of the scene too, which its parts are compiled from.
     """
     from mechc_codegen.emit.tape.scene_tape import whole_tape
-    from mechc_codegen.emit.units.general import counts_source, series_source
     from mechc_codegen.emit.units.scene_files import texts_source
-    from mechc_codegen.extension.flags import (
-        IN_PLACE_OF_SCENE,
-        OUTPUTS_ONLY_FLAGS,
-        RUNTIME,
-        WITH_GENERAL,
-    )
+    from mechc_codegen.extension.flags import OUTPUTS_ONLY_FLAGS, RUNTIME
 
+    target, texts = folder / cache.SHARED_OBJECT, scene.as_json()
     if scene.tape.content:
-        tape = whole_tape(scene.tape.content, _tapes_unit(scene), scene.as_json())
-        (folder / cache.SHARED_OBJECT).write_bytes(tape)
+        target.write_bytes(whole_tape(scene.tape.content, _tapes_unit(scene), texts))
         return
     work, flags = folder / "work", [*OUTPUTS_ONLY_FLAGS, *scene.widest_flags]
     scene.write(work)
-    text = texts_source("scene_outputs_only.c", scene.as_json())
-    (work / "first_unit.c").write_text(text, "utf-8")
-    includes, target = (str(RUNTIME), str(work)), folder / cache.SHARED_OBJECT
-    if scene.kind:
-        texts = {"counts.c": counts_source(scene.lanes)}
-        if scene.texts["scene_series.h"]:
-            texts["series.c"] = series_source(scene.lanes)
-        for name, source in texts.items():
-            (work / name).write_text(source, "utf-8")
-        of_kind = {"counts.c": scene.kind, "series.c": (f"-I{IN_PLACE_OF_SCENE}", *scene.kind)}
-        own = [("first_unit.c", [*flags, *WITH_GENERAL])]
-        own += [(name, [*flags, *of_kind[name]]) for name in texts]
-        objects = toolchain.all_at_once(
-            [
-                partial(_general_unit, scene),
-                *(partial(_object, work, each, includes) for each in own),
-            ]
-        )
-        general = work / "general.o"  # some compilers go by the ending
-        shutil.copyfile(objects[0], general)
-        toolchain.link([general, *objects[1:]], target)
-    else:
-        toolchain.compile_shared(work, "first_unit.c", flags, includes, target)
+    (work / "first_unit.c").write_text(texts_source("scene_outputs_only.c", texts), "utf-8")
+    toolchain.compile_shared(work, "first_unit.c", flags, (str(RUNTIME), str(work)), target)
     shutil.rmtree(work)
 
 

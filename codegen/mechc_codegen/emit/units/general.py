@@ -1,7 +1,7 @@
-"""What a scene gives to the unit that is compiled once for all scenes of its kind.
+"""The unit that is compiled once for all scenes of a kind, and runs their tapes.
 
-Input: the scene's functions.  Output: the macros of its kind, and the source of its counts and
-functions for that unit, in ``runtime/general/``.  Invariant: a scene that has no kind, since it is
+Input: a scene's functions.  Output: the macros of its kind, and the sources of the unit, in
+``runtime/general/`` and ``runtime/tape/``.  Invariant: a scene that has no kind, since it is
 walked link by link or beyond the bounds there, is served by a unit of its own alone.
 """
 
@@ -51,13 +51,8 @@ def tapes_source(lanes: int, unit: str) -> str:
 
 
 def series_source(lanes: int) -> str:
-    """The source of a scene's Taylor series for the general unit."""
+    """The source of the Taylor series of tapes, for scenes that have one."""
     return _unit(lanes, "series", "MECHC_PART_TAYLOR", series=1)
-
-
-def counts_source(lanes: int) -> str:
-    """The source of a scene's counts and functions for the general unit."""
-    return f'#define MECHC_LANES {lanes}\n#include "general/of_scene.h"\n'
 
 
 def _unit(lanes: int, name: str, parts: str, series: int = 0) -> str:

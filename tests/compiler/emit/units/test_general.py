@@ -6,7 +6,13 @@ import pytest
 from mechc_codegen import build_scene, shipped_mechanism
 from mechc_codegen.emit.units import general
 from mechc_codegen.emit.units.instruction_sets import BASELINE
-from mechc_codegen.extension.flags import GENERAL_FLAGS, IN_PLACE_OF_SCENE, RUNTIME, STRICT
+from mechc_codegen.extension.flags import (
+    GENERAL_FLAGS,
+    IN_PLACE_OF_SCENE,
+    IN_PLACE_OF_SERIES,
+    RUNTIME,
+    STRICT,
+)
 from mechc_codegen.library.catalogue import SHIPPED
 
 from mechc.compilation import toolchain
@@ -49,22 +55,22 @@ def test_a_scene_beyond_a_bound_has_a_unit_of_its_own(monkeypatch, bound):
     assert not kind(shipped_mechanism("four_bar"))
 
 
-@pytest.mark.parametrize("scene", ["pendulum", "four_bar", "andrews", "bicycle", "swing"])
+@pytest.mark.parametrize("scene", ["pendulum", "four_bar", "andrews", "heavy_top", "swing"])
 def test_its_sources_compile_without_warnings(tmp_path, scene):
     mechanism = scenes.swing(guided=True) if scene == "swing" else shipped_mechanism(scene)
     build = build_scene(mechanism, (BASELINE,))
-    build.write(tmp_path)
-    texts = {
-        "general.c": (general.general_source(BASELINE.lanes), [f"-I{IN_PLACE_OF_SCENE}"]),
-        "counts.c": (general.counts_source(BASELINE.lanes), []),
+    sources = {
+        "general.c": general.general_source(BASELINE.lanes),
+        "tapes.c": general.tapes_source(BASELINE.lanes, "baseline"),
     }
-    if build.texts["scene_series.h"]:
-        texts["series.c"] = general.series_source(BASELINE.lanes), [f"-I{IN_PLACE_OF_SCENE}"]
-    compiler = toolchain.compiler()
-    for name, (text, first) in texts.items():
+    if "-DMECHC_KIND_SERIES=1" in build.tape.kind:
+        sources["series.c"] = general.series_source(BASELINE.lanes)
+    compiler, places = toolchain.compiler(), (IN_PLACE_OF_SERIES, IN_PLACE_OF_SCENE, RUNTIME)
+    for name, text in sources.items():
         (tmp_path / name).write_text(text, "utf-8")
-        command = [*compiler, *GENERAL_FLAGS, *STRICT, *build.kind, *first]
-        command += [f"-I{RUNTIME}", f"-I{tmp_path}", *checking(compiler, tmp_path / f"{name}.o")]
+        command = [*compiler, *GENERAL_FLAGS, *STRICT, *build.kind, *build.tape.kind]
+        command += [f"-I{place}" for place in places]
+        command += checking(compiler, tmp_path / f"{name}.o")
         done = subprocess.run(
             [*command, str(tmp_path / name)], capture_output=True, text=True, check=False
         )

@@ -31,13 +31,11 @@
 #endif
 #define MECHC_NH_MAX (MECHC_KIND_LOOPS ? MECHC_NC_MAX : 0)
 
-#ifdef MECHC_KIND_SERIES /* by tapes: one compiled for a scene has its own */
 #define MECHC_SERIES_MAX 96
 #define MECHC_SERIES_INTEGRATED_MAX 48
 #define MECHC_SERIES_KEPT_MAX 256
 #define MECHC_SERIES_SUMS_MAX 96
 #define MECHC_SERIES_ROOTS_MAX 16
-#endif
 
 #define MECHC_NQ mechc_of_scene.nq
 #define MECHC_NP mechc_of_scene.np

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from mechc_codegen.description.muscle import Muscle
 from mechc_codegen.description.solid import Solid
 from mechc_codegen.errors import MechanismError
 
@@ -19,13 +20,16 @@ class Drawing:
     its name.  ``view``: the axes to the right and up in pictures of a spatial motion, ``"x"``,
     ``"-x"`` and so on; without it the two between which the motion spreads most.
 
+    ``muscles``: those of ``sympy.physics.biomechanics``, drawn as lines along their paths.
+
     For pictures in space alone: ``solids``, of :class:`Solid`; ``springs`` and ``dampers``, pairs
     of a label and the two points that they join.
 
     Raises
     ------
     MechanismError
-        For a view that is not two different axes, a spring without two ends, a solid that is none.
+        For a view that is not two different axes, a spring without two ends, a solid or a muscle
+        that is none.
     """
 
     links: tuple[Link, ...] = ()
@@ -35,6 +39,7 @@ class Drawing:
     solids: tuple[Solid, ...] = ()
     springs: tuple[Link, ...] = ()
     dampers: tuple[Link, ...] = ()
+    muscles: tuple[Muscle, ...] = ()
 
     def __post_init__(self) -> None:
         axes = [axis.removeprefix("-") for axis in self.view or ("x", "y")]
@@ -48,6 +53,7 @@ class Drawing:
         object.__setattr__(self, "traced", _names(self.traced))
         for kind in ("springs", "dampers"):
             object.__setattr__(self, kind, _between_two(getattr(self, kind), kind))
+        object.__setattr__(self, "muscles", tuple(map(Muscle.of, self.muscles)))
         object.__setattr__(self, "solids", tuple(self.solids))
         for solid in self.solids:
             if not isinstance(solid, Solid):
@@ -63,6 +69,7 @@ class Drawing:
             solids=tuple(dict.fromkeys((*self.solids, *other.solids))),
             springs=tuple(dict.fromkeys((*self.springs, *other.springs))),
             dampers=tuple(dict.fromkeys((*self.dampers, *other.dampers))),
+            muscles=tuple(dict.fromkeys((*self.muscles, *other.muscles))),
         )
 
     @property

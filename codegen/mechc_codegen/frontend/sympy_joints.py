@@ -42,6 +42,7 @@ from mechc_codegen.description.mechanism import (
     is_rigid,
     rates_of_states,
 )
+from mechc_codegen.description.muscle import muscles_in
 from mechc_codegen.description.quantity import in_si
 from mechc_codegen.description.source import Key
 from mechc_codegen.description.terms import Load, printed_name, refuse_no_vector
@@ -123,6 +124,8 @@ def from_joints(
     bodies = [body for body in sides if body is not None]
     tree = joint_tree(every, bodies)
     refuse_unreached(name, tree)
+    loads = tuple(loads)
+    drawing = drawing.plus(Drawing(muscles=muscles_in(loads)))
     loads = (*plain_loads(loads), *drives.loads)
     couplings = [joint for joint in every if isinstance(joint, CoupledPair)]
     lengths = [joint.length for joint in every if isinstance(joint, Cut) and joint.length]

@@ -46,6 +46,7 @@ def animate(sol: Trajectory, *, fps: float = 60.0) -> Animation:
     wanted = {name for _, line in run.picture.skeleton for name in line}
     wanted |= {*run.ground, *run.traced}  # by links, pivots and paths; all if a scene names none
     wanted |= {name for guide in run.guides for name in (guide.at, *guide.ends)}
+    wanted |= {name for strut in run.picture.struts for name in strut.points}
     names = [name for name in run.point_names if name in wanted or not wanted]
     view = plane_view(run)
     positions = view.positions[:, [view.names.index(name) for name in names]]

@@ -29,6 +29,7 @@ from mechc.results.sampling import (
     shown_unit,
 )
 from mechc.system.parameters import Array
+from mechc.system.picture import Strut
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,6 +39,8 @@ if TYPE_CHECKING:
 COLOURS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#222222")
 MOST_LEGEND_LINES: Final = 12
 QUIET: Final = "#6b7280"
+RESTING, ACTIVE = "#e8a49c", "#b3261e"  # muscles at the start and at the end
+THIN, THICKER = 1.2, 4.0  # points: a muscle at rest, and how much thicker it becomes
 
 
 # --- text, legends, colours ------------------------------------------------------------------
@@ -330,6 +333,15 @@ def _draw_mechanism_at_ends(axes: Axes, run: Run, view: PlaneView) -> tuple[list
     if len(run.t) > 1:
         handles.append(_draw_links(axes, run, view, -1, "#4b5563", (0, (3, 1.6))))
         names.append(f"at the end, {run.t[-1]:.4g} s")
+    muscles = [strut for strut in run.picture.struts if strut.kind == "muscle"]
+    for strut in muscles:
+        drawn = [
+            _draw_muscle(axes, run, view, strut, row, colour)
+            for row, colour in ((0, RESTING), (-1, ACTIVE))[: len(run.t)]
+        ]
+    if muscles:
+        handles.append(tuple(drawn))
+        names.append("muscles, thick if active")
     for guide in run.guides:
         ends = np.stack([view.path(name)[0] for name in guide.ends])
         axes.plot(*ends.T, color="#d1d5db", linewidth=2.5, zorder=1, solid_capstyle="butt")
@@ -353,6 +365,18 @@ def _draw_links(axes: Axes, run: Run, view: PlaneView, row: int, colour: str, da
         marked = [place for place, name in enumerate(names) if is_joint(name)]
         lines += axes.plot(corners[:, 0], corners[:, 1], markevery=marked, **style)
     return lines[0]
+
+
+def _draw_muscle(
+    axes: Axes, run: Run, view: PlaneView, strut: Strut, row: int, colour: str
+) -> Any:  # fmt: skip
+    """The path of a muscle at one instant."""
+    values = run.activation(strut)
+    width = THIN + THICKER * (0.0 if values is None else float(values[row]))
+    path = np.stack([view.path(name)[row] for name in strut.points])
+    style: dict[str, Any] = {"color": colour, "linewidth": width, "zorder": 2.4}
+    ends = [place for place, name in enumerate(strut.points) if is_joint(name)]
+    return axes.plot(*path.T, marker="o", markersize=3.0, markevery=ends, **style)[0]
 
 
 def _block(view: PlaneView, guide: Guide, row: int, colour: str) -> Any:

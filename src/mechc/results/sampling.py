@@ -18,7 +18,7 @@ import numpy as np
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.description import Description
 from mechc.system.parameters import Array
-from mechc.system.picture import Picture
+from mechc.system.picture import Picture, Strut
 from mechc.system.quantity import Kind, shown_in
 from mechc.system.system import System
 
@@ -154,6 +154,18 @@ class Run:
             Guide(label, point, is_block, (f".{label} guide begin", f".{label} guide end"))
             for label, point, is_block in self.picture.sliders
         )
+
+    def activation(self, strut: Strut) -> Array | None:
+        """The activation of a muscle, (n,) from 0 to 1; None where it is not known."""
+        if strut.activation is None:
+            return None
+        if isinstance(strut.activation, str):
+            if strut.activation not in self.system.inputs:  # as no equation contains it
+                return None
+            values = curve(self, strut.activation, False)[1]
+        else:
+            values = self.evaluate(strut.activation)
+        return np.clip(np.nan_to_num(values), 0.0, 1.0)
 
     def _ends_of_guides(self, points: Array) -> Array:
         """From the one end of a body's travel to the other and a little beyond, (n, ends, 3) m."""

@@ -7,7 +7,7 @@ Invariant: every text is one printable line of bounded length.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Final
 
@@ -19,6 +19,7 @@ from mechc.results.player.plots import curves
 from mechc.results.sampling import Run, clean_text, pretty_name
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import Array, one_double
+from mechc.system.picture import Strut
 
 MOST_FRAMES: Final = 3000
 FEWEST_FRAMES: Final = 240
@@ -133,12 +134,23 @@ def motion_data(
             }
             for guide in run.guides
         ],
+        "struts": [_strut(run, strut, number) for strut in run.picture.struts],
         "ground": [number[name] for name in run.ground],
         "traced": [number[name] for name in run.traced],
         "marks": marks(run),
         **curves(run),
         **speed_choices(span),
     }
+
+
+def _strut(run: Run, strut: Strut, number: Mapping[str, int]) -> dict[str, Any]:
+    """A spring, a damper, or a muscle with its activation in every frame, 0 where unknown."""
+    points = [number[name] for name in strut.points]
+    found: dict[str, Any] = {"kind": strut.kind, "label": clean_text(strut.label), "points": points}
+    if strut.kind == "muscle":
+        values = run.activation(strut)
+        found["activation"] = base64_floats(np.zeros(len(run.t)) if values is None else values)
+    return found
 
 
 def speed_choices(span: float) -> dict[str, Any]:

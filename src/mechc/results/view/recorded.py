@@ -81,9 +81,9 @@ def _fields(frames: int, points: int, solids: int, times: int) -> dict[str, Chec
     point = _whole(points)
     line = _record({"label": _text, "points": _list(point)})
     guide = _record({"label": _text, "points": _list(point, 3), "block": _truth})
-    strut = _record(
-        {"kind": _one_of("spring", "damper"), "label": _text, "points": _list(point, 2)}
-    )
+    ends = {"kind": _one_of("spring", "damper"), "label": _text, "points": _list(point, 2)}
+    path = {"kind": _one_of("muscle"), "label": _text, "points": _list(point)}
+    path["activation"] = _floats(frames)
     arrow = _record(
         {"label": _text, "at": _floats(3 * frames), "force": _floats(3 * frames), "usual": _number}
     )
@@ -106,7 +106,7 @@ def _fields(frames: int, points: int, solids: int, times: int) -> dict[str, Chec
         "flat": _truth,
         "solids": _list(_solid),
         "placed": _floats(7 * frames * solids),
-        "struts": _list(strut),
+        "struts": _list(_either(_record(ends), _record(path))),
         "arrows": _list(arrow),
         "loads": _list(arrow),
         "marks": _list(_record({"t": _number, "kind": _one_of("change", "event"), "label": _text})),
@@ -154,6 +154,10 @@ def _whole(below: int) -> Check:
 
 def _one_of(*words: str) -> Check:
     return lambda value: isinstance(value, str) and value in words
+
+
+def _either(one: Check, other: Check) -> Check:
+    return lambda value: one(value) or other(value)
 
 
 def _list(check: Check, length: int | None = None) -> Check:

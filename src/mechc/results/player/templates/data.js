@@ -1,5 +1,5 @@
 // The motion at any time: frames, filled in by cubics (Catmull and Rom).
-let motion, span, tracks, columns, pointCount, timeDigits, curveTimes;
+let motion, span, tracks, columns, pointCount, timeDigits, curveTimes, activations;
 
 function takeData(given) {
   motion = given;
@@ -7,6 +7,7 @@ function takeData(given) {
   tracks = floats(motion.tracks); pointCount = motion.points.length;
   columns = tracks.length / (motion.frames * pointCount) || 3;  // x, y and, of a motion in space, z
   curveTimes = motion.times ? floats(motion.times) : null;  // else those of the frames
+  activations = new Map(muscles().map(function (muscle) { return [muscle, floats(muscle.activation)]; }));
   timeDigits = span > 0 ? digitsFor(Math.fround(span)) : 3;  // the product may be an ulp below 1 s
 }
 function floats(values) {
@@ -25,6 +26,10 @@ function cubic(values, width, column, at, rate) {
   const square = 3 * (c - b) - 2 * first - second, cube = first + second - 2 * (c - b);
   return rate ? first + s * (2 * square + 3 * s * cube) : b + s * (first + s * (square + s * cube));
 }
+function muscles() {
+  return (motion.struts || []).filter(function (strut) { return strut.kind === "muscle"; });
+}
+function activationOf(muscle, at) { return Math.max(0, Math.min(1, cubic(activations.get(muscle), 1, 0, at))); }
 function curveAt(values, elapsed) {
   // The value of a curve beside the picture: straight between its own times.
   if (!curveTimes) { return cubic(values, 1, 0, fractionAt(elapsed)); }

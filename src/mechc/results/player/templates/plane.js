@@ -76,12 +76,14 @@ function spot(point, at, rate) {
 function paint(at) {
   const joints = new Set(motion.ground);
   motion.links.forEach(function (link) { link.points.forEach(function (point) { joints.add(point); }); });
+  muscles().forEach(function (muscle) { muscle.points.forEach(function (point) { joints.add(point); }); });
   brush.clearRect(0, 0, width, height);
   if (!pointCount) { sayNothingToDraw(); return; }
   motion.traced.forEach(function (point, order) { drawTrail(point, at, colourOfTrail(order)); });
   const guides = motion.guides || [];
   guides.forEach(function (guide) { drawGuide(guide, at); });
   motion.ground.forEach(function (point) { drawPivot(spot(point, at)); });
+  muscles().forEach(function (muscle) { drawMuscle(muscle, at); });
   motion.links.forEach(function (link) { drawLink(link, at, look.sky, 3); });
   motion.links.forEach(function (link, index) { drawLink(link, at, colourOf(index, motion.links.length), 0); });
   guides.forEach(function (guide) { if (guide.block) { drawBlock(guide, at); } });
@@ -132,13 +134,18 @@ function drawPath(point, from, to, thickness, opacity) {
   }
   brush.stroke();
 }
-function drawLink(link, at, colour, rim) {
+function drawLink(link, at, colour, rim) { strokeThrough(link.points, at, colour, 1.5 * unit + rim); }
+function drawMuscle(muscle, at) {
+  const active = activationOf(muscle, at);
+  strokeThrough(muscle.points, at, colourOfMuscle(active), (0.5 + 1.3 * active) * unit);
+}
+function strokeThrough(points, at, colour, thickness) {
   brush.beginPath();
-  link.points.forEach(function (point) {
+  points.forEach(function (point) {
     const p = spot(point, at);
     brush.lineTo(p[0], p[1]);
   });
-  Object.assign(brush, { strokeStyle: colour, lineWidth: 1.5 * unit + rim, lineJoin: "round", lineCap: "round" });
+  Object.assign(brush, { strokeStyle: colour, lineWidth: thickness, lineJoin: "round", lineCap: "round" });
   brush.stroke();
 }
 function drawGuide(guide, at) {

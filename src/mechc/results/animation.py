@@ -48,7 +48,5 @@ def animate(sol: Trajectory, *, fps: float = 60.0) -> Animation:
     wanted |= {name for guide in run.guides for name in (guide.at, *guide.ends)}
     wanted |= {name for strut in run.picture.struts for name in strut.points}
     names = [name for name in run.point_names if name in wanted or not wanted]
-    view = plane_view(run)
-    positions = view.positions[:, [view.names.index(name) for name in names]]
-    data = motion_data(run, names, positions, fps, view.note)
+    data = motion_data(run, names, fps, plane_view(run))
     return Animation(data | {"right": X, "up": Y, "flat": True})

@@ -294,12 +294,25 @@ def sample(solution: Trajectory, samples: int, *, jumps: bool = False) -> Run:
 
 @dataclass(frozen=True)
 class PlaneView:
-    """Positions (n, points, 2) m of all points, in the plane they are drawn in."""
+    """The points (n, points, 3) m of a motion, and the axes of the plane they are drawn in."""
 
-    positions: Array
+    points: Array
     names: tuple[str, ...]
     axes: tuple[str, str]
     projected: bool
+
+    @cached_property
+    def positions(self) -> Array:
+        """The points in the plane, (n, points, 2) m."""
+        return self.of(self.points)
+
+    def of(self, vectors: Array) -> Array:
+        """The components (..., 2) in the plane of vectors (..., 3)."""
+        columns = [  # along "x", "-x" and so on
+            (-1.0 if axis[0] == "-" else 1.0) * vectors[..., "xyz".index(axis[-1])]
+            for axis in self.axes
+        ]
+        return np.stack(columns, axis=-1)
 
     def path(self, name: str) -> Array:
         """Positions of one point: (n, 2) m."""
@@ -335,10 +348,7 @@ def plane_view(run: Run) -> PlaneView:
     size = np.nanmax(np.abs(points), initial=0.0)
     spatial = bool(np.nanmax(np.abs(points[..., 2]), initial=0.0) > 1e-9 * size)
     axes = (run.picture.view or _widest_axes(points)) if spatial else ("x", "y")
-    columns = [  # along "x", "-x" and so on
-        (-1.0 if axis[0] == "-" else 1.0) * points[..., "xyz".index(axis[-1])] for axis in axes
-    ]
-    return PlaneView(np.stack(columns, axis=-1), names, axes, spatial)
+    return PlaneView(points, names, axes, spatial)
 
 
 def _widest_axes(points: Array) -> tuple[str, str]:

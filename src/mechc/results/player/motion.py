@@ -14,9 +14,10 @@ from typing import Any, Final
 import numpy as np
 
 from mechc.errors import ValueOutOfBoundsError
+from mechc.results.player.following import followed
 from mechc.results.player.page import base64_floats
 from mechc.results.player.plots import curves
-from mechc.results.sampling import Run, clean_text, pretty_name
+from mechc.results.sampling import PlaneView, Run, clean_text, pretty_name
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import Array, one_double
 from mechc.system.picture import Strut
@@ -24,6 +25,8 @@ from mechc.system.picture import Strut
 MOST_FRAMES: Final = 3000
 FEWEST_FRAMES: Final = 240
 MOST_POSITIONS: Final = 120_000  # frames times points
+MOST_PATH: Final = 24_000  # times of paths, times points
+SAG_OF_PATH: Final = 0.005  # of the largest extent of a path
 BESIDE: Final = 0.002  # of the mechanism's size: a pixel of a picture
 TURN: Final = 0.5  # rad of a solid between two frames
 ROUNDING: Final = 1e-9
@@ -94,21 +97,21 @@ def _fills_in(fine: Run) -> bool:
 
 
 def motion_data(
-    run: Run, names: Sequence[str], positions: Array, fps: float, *notes: str
+    run: Run, names: Sequence[str], fps: float, view: PlaneView | None = None
 ) -> dict[str, Any]:
     """The data of a motion, without the directions in which it is seen.
 
-    Drawn are the points of these names, at ``positions`` (frames, points, 2 or 3) m; ``notes`` come
-    before what there is to tell of the run and of its frames, when ``fps`` a second were asked for.
+    Drawn are the points of these names, in space or in a plane's ``view``; ``fps`` frames a second
+    were asked for.
     """
     number = {name: k for k, name in enumerate(names)}
-    positions = np.nan_to_num(positions)
+    positions = _positions(run, names, view)
     # relative to the middle of the box of the motion single precision is finest
     flat = positions.reshape(-1, positions.shape[-1])
     middle = (flat.min(axis=0) + flat.max(axis=0)) / 2 if len(flat) else np.zeros(flat.shape[-1])
     span = float(run.t[-1] - run.t[0])
     step = span / (len(run.t) - 1) if len(run.t) > 1 else 0.0
-    told = [*notes]
+    told = [] if view is None else [view.note]
     if step * one_double(fps, "fps") > 1.001:  # the limit of frames made it longer than requested
         told.append(f"one frame every {1e3 * step:.3g} ms")
     if not getattr(run.solution.status, "ok", True):
@@ -137,10 +140,37 @@ def motion_data(
         "struts": [_strut(run, strut, number) for strut in run.picture.struts],
         "ground": [number[name] for name in run.ground],
         "traced": [number[name] for name in run.traced],
+        "paths": paths(run, middle, view),
         "marks": marks(run),
         **curves(run),
         **speed_choices(span),
     }
+
+
+def paths(run: Run, middle: Array, view: PlaneView | None) -> dict[str, Any]:
+    """The paths of the traced points, relative to ``middle``, at times of their own.
+
+    They are closer where a path bends, as far as MOST_PATH allows, so that the page's cubics
+    through them are the motion to what can be seen.
+    """
+    names = run.traced
+
+    def values(part: Run) -> Array:
+        return _positions(part, names, view).reshape(len(part.t), -1)
+
+    def sags(found: Array) -> Array:
+        return np.full(found.shape[1], SAG_OF_PATH * float(np.ptp(found, axis=0).max(initial=0.0)))
+
+    most = MOST_PATH // max(1, len(names))
+    t, found = followed(run, values, sags, most) if names else (run.t[:1], np.zeros((1, 0)))
+    shown = found.reshape(len(t), len(names), len(middle)) - middle
+    return {"times": base64_floats(t - run.t[0]), "points": base64_floats(shown)}
+
+
+def _positions(run: Run, names: Sequence[str], view: PlaneView | None) -> Array:
+    """The points of these names along a run, (n, points, 2 or 3) m; 0 for what is not finite."""
+    points = run.positions[:, [run.point_names.index(name) for name in names]]
+    return np.nan_to_num(points if view is None else view.of(points))
 
 
 def _strut(run: Run, strut: Strut, number: Mapping[str, int]) -> dict[str, Any]:

@@ -112,7 +112,7 @@ def view_data(sol: Trajectory, *, fps: float = 60.0) -> dict[str, Any]:
         If ``fps`` is not a positive number.
     """
     run = frames(sol, fps, in_space=True)
-    data = motion_data(run, run.point_names, run.positions, fps)
+    data = motion_data(run, run.point_names, fps)
     middle = np.array(data["origin"])
     return {
         **data,

@@ -26,7 +26,7 @@ from mechc.simulation.trajectory import Trajectory
 MOST_BYTES: Final = 64 * 2**20  # of the data, unpacked, and of their values besides
 MOST_ENTRIES: Final = 5000
 LONGEST: Final = 1000  # characters
-LATER: Final = ("times", "guides")  # which pictures of earlier versions do not have
+LATER: Final = ("times", "guides", "paths")  # which pictures of earlier versions do not have
 _KINDS: Final = ("ball", "box", "disc", "wheel", "mesh", "mass")
 
 Check = Callable[[Any], bool]
@@ -54,7 +54,8 @@ def unpacked_view(content: bytes, max_bytes: float = MOST_BYTES) -> dict[str, An
     frames, points, solids = (_size(data, key) for key in ("frames", "points", "solids"))
     if not (1 <= frames <= MOST_FRAMES):
         raise MechcError("the picture saved with it is damaged: frames")
-    fields = _fields(frames, points, solids, _numbers(data["times"]) if "times" in data else frames)
+    times = _numbers(data["times"]) if "times" in data else frames
+    fields = _fields(frames, points, solids, times) | {"paths": _paths(_size(data, "traced"))}
     for key in sorted(fields.keys() | data.keys(), key=str):
         if key in LATER and key not in data:
             continue
@@ -117,6 +118,17 @@ def _fields(frames: int, points: int, solids: int, times: int) -> dict[str, Chec
         "speeds": _list(_number),
         "speed": _number,
     }
+
+
+def _paths(traced: int) -> Check:
+    """A check of the paths of so many points, at times of their own."""
+
+    def are_paths(value: Any) -> bool:
+        count = _numbers(value.get("times")) if isinstance(value, dict) else 0
+        fields = {"times": _floats(count), "points": _floats(3 * count * traced)}
+        return count > 0 and _record(fields)(value)
+
+    return are_paths
 
 
 def _solid(value: Any) -> bool:

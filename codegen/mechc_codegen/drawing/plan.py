@@ -68,8 +68,8 @@ class PicturePlan:
     weight
         Of a plan in space: the acceleration of free fall, along the inertial axes.
     speeds, loads
-        The speeds.  Of a plan in space: the forces among the loads, each with a name, the number of
-        its point and its components, which may contain the speeds besides the arguments.
+        The speeds.  Of a plan in space: the forces among the loads, each with the name and the
+        number of its point and its components, which may contain the speeds besides the arguments.
     """
 
     drawing: Drawing
@@ -226,7 +226,7 @@ class _PlanBuilder:
                 ]
                 if all(self.places.is_given(entries, frame) for entries, frame in parts):
                     arms = tuple((self._frame(frame), entries) for entries, frame in parts)
-                    self.plan.loads.append((f"force on {place.name}", self._point(place), arms))
+                    self.plan.loads.append((place.name, self._point(place), arms))
 
     def add_muscles(self, muscles: Iterable[Muscle]) -> None:
         """Add these muscles, and after all other points those of their arcs."""

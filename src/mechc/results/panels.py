@@ -7,7 +7,8 @@ Invariant: matplotlib is imported inside functions only; user text reaches it th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any, Final, cast
 
@@ -15,6 +16,7 @@ import numpy as np
 
 from mechc.errors import MechcError
 from mechc.results.curves import draw_curve, draw_curves, legend_layout
+from mechc.results.forces import LOAD, REACTION, forces_of, round_down
 from mechc.results.mathtext import plain, typeset
 from mechc.results.sampling import (
     Guide,
@@ -40,6 +42,7 @@ COLOURS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E
 MOST_LEGEND_LINES: Final = 12
 QUIET: Final = "#6b7280"
 RESTING, ACTIVE = "#e8a49c", "#b3261e"  # muscles at the start and at the end
+LONG: Final = 0.4  # of the motion's size: the longest arrow of a kind, at most
 THIN, THICKER = 1.2, 4.0  # points: a muscle at rest, and how much thicker it becomes
 
 
@@ -311,6 +314,9 @@ def draw_paths(area: SubplotSpec, run: Run) -> None:
         )
     axes = _single(area)
     handles, names = _draw_mechanism_at_ends(axes, run, view)
+    for kind, handle, words in _draw_forces(axes, run, view):
+        handles.append(handle)
+        names.append(f"{kind}s, {words}")
     for name, colour in zip(run.traced, _colours(len(run.traced)), strict=True):
         track = view.path(name)
         handles.append(draw_curve(axes, track[:, 0], track[:, 1], colour, zorder=4))
@@ -365,6 +371,28 @@ def _draw_links(axes: Axes, run: Run, view: PlaneView, row: int, colour: str, da
         marked = [place for place, name in enumerate(names) if is_joint(name)]
         lines += axes.plot(corners[:, 0], corners[:, 1], markevery=marked, **style)
     return lines[0]
+
+
+def _draw_forces(axes: Axes, run: Run, view: PlaneView) -> Iterator[tuple[str, Any, str]]:
+    """The forces that are asked for, at both ends of the run: kind, handle, the scale in words."""
+    rows = [0, len(run.t) - 1][: len(run.t)]
+    known = forces_of(replace(run, t=run.t[rows], y=run.y[rows]), run.forces)
+    for kind, colour in ((REACTION, "#7c3aed"), (LOAD, "#0f8a8a")):
+        several = [force for force in known if force.kind == kind]
+        largest = max((np.linalg.norm(x.newtons, axis=-1).max() for x in several), default=0.0)
+        if not largest > 0.0:
+            continue
+        scale = round_down(LONG * view.size / largest)  # m per N
+        for force in several:
+            for row, pale in ((0, 0.45), (-1, 1.0))[: len(run.t)]:
+                foot, way = view.of(force.at[row]), scale * view.of(force.newtons[row])
+                look = {"arrowstyle": "-|>", "color": colour, "alpha": pale, "lw": 1.5}
+                look |= {"shrinkA": 0.0, "shrinkB": 0.0, "mutation_scale": 9.0}
+                axes.annotate("", tuple(foot + way), tuple(foot), arrowprops=look, zorder=5)
+                axes.update_datalim([foot + way])
+        length = round_down(LONG * view.size / 2)
+        handle = axes.plot([], [], color=colour, marker=">", markersize=5.0)[0]
+        yield kind, handle, f"{length:g} m is {length / scale:g} N"
 
 
 def _draw_muscle(

@@ -116,12 +116,16 @@ class Guide:
 
 @dataclass(frozen=True)
 class Run:
-    """A solution on a uniform grid: t (n,) s, ascending; y (n, nq+nu)."""
+    """A solution on a uniform grid: t (n,) s, ascending; y (n, nq+nu).
+
+    ``forces``: which are drawn, as :func:`~mechc.results.forces.forces_of` takes them.
+    """
 
     solution: Trajectory
     t: Array
     y: Array
     in_space: bool = False
+    forces: Any = False
 
     @property
     def system(self) -> System:

@@ -83,8 +83,9 @@ class Picture:
         Of a picture in space: names of the joints, and of states, parameters and times the points
         (..., joints, 3) m where their reactions act.
     loads, pushing
-        Of a picture in space: the forces among the loads, and of states, parameters and times the
-        points (..., loads, 3) m where they act, and the forces (..., loads, 3) N.
+        Of a picture in space: the names of the points of the forces among the loads, and of states,
+        parameters and times the points (..., loads, 3) m where they act, and the forces
+        (..., loads, 3) N.
     weight
         Of parameters: the acceleration of free fall (3,) m/s^2; None where it is not known.
     """

@@ -141,6 +141,9 @@ def test_every_kind_of_solid_is_drawn(browser: Any, tmp_path: Path) -> None:
     found = OpenPage(browser, with_all_kinds().save(tmp_path / "view.html"))
     found.settle()
     seen = [found.picture()]
+    scale = found.text("#scale")
+    assert "reactions: " in scale
+    assert "loads: " not in scale
     words = {"b": "Bodies hidden", "v": "Reactions hidden", "g": "Grid hidden", "o": "Loads shown"}
     for key, told in words.items():
         found.page.keyboard.press(key)
@@ -148,5 +151,6 @@ def test_every_kind_of_solid_is_drawn(browser: Any, tmp_path: Path) -> None:
         assert found.text("#said") == f"{told}."
         seen.append(found.picture())
     assert len(set(seen)) == len(seen)
+    assert found.text("#scale").startswith("loads: ")
     assert found.messages == []
     found.context.close()

@@ -14,6 +14,7 @@ from typing import Any, Final
 import numpy as np
 
 from mechc.errors import ValueOutOfBoundsError
+from mechc.results.forces import LOAD, REACTION, forces_of, usual_size
 from mechc.results.player.following import followed
 from mechc.results.player.page import base64_floats
 from mechc.results.player.plots import curves
@@ -38,7 +39,9 @@ SPEEDS: Final = (0.1, 0.25, 0.5, 1.0, 2.0)  # of the motion over the clock's
 # --- frames ----------------------------------------------------------------------------------
 
 
-def frames(sol: Trajectory, fps: float, *, in_space: bool = False) -> Run:
+def frames(
+    sol: Trajectory, fps: float, *, in_space: bool = False, forces: Any = False
+) -> Run:  # fmt: skip
     """The run at equal steps, up to its first state that is not finite.
 
     There are at least 240 frames, ``fps`` a second and as many as steps of the integrator, and
@@ -54,14 +57,15 @@ def frames(sol: Trajectory, fps: float, *, in_space: bool = False) -> Run:
         )
     first, last = sorted(sol.span)
     if first == last:
-        return _finite(Run(sol, np.array([first]), np.asarray(sol.y[:1], dtype=float), in_space))
+        y = np.asarray(sol.y[:1], dtype=float)
+        return _finite(Run(sol, np.array([first]), y, in_space, forces))
     points = len(Run(sol, sol.t, sol.y, in_space).picture.point_names)
     most = min(MOST_FRAMES, max(FEWEST_FRAMES, MOST_POSITIONS // max(1, points)))
     steps = max((last - first) * fps, float(sol.stats["steps"]), FEWEST_FRAMES - 1.0)
     count = math.ceil(min(steps, most - 1.0) - 1e-6) + 1
     while True:
         t = np.linspace(first, last, 2 * count - 1)  # frames and what lies between them
-        fine = _finite(Run(sol, t, np.asarray(sol(t), dtype=float), in_space))
+        fine = _finite(Run(sol, t, np.asarray(sol(t), dtype=float), in_space, forces))
         if count >= most or _fills_in(fine):
             return replace(fine, t=fine.t[::2], y=fine.y[::2])
         count = min(most, 2 * count - 1)
@@ -141,6 +145,7 @@ def motion_data(
         "ground": [number[name] for name in run.ground],
         "traced": [number[name] for name in run.traced],
         "paths": paths(run, middle, view),
+        **force_data(run, middle, view),
         "marks": marks(run),
         **curves(run),
         **speed_choices(span),
@@ -165,6 +170,27 @@ def paths(run: Run, middle: Array, view: PlaneView | None) -> dict[str, Any]:
     t, found = followed(run, values, sags, most) if names else (run.t[:1], np.zeros((1, 0)))
     shown = found.reshape(len(t), len(names), len(middle)) - middle
     return {"times": base64_floats(t - run.t[0]), "points": base64_floats(shown)}
+
+
+def force_data(run: Run, middle: Array, view: PlaneView | None) -> dict[str, Any]:
+    """Reactions (``arrows``) and ``loads`` in every frame, and which are shown at first."""
+    known = forces_of(run, run.forces)
+    kinds = {"arrows": REACTION, "loads": LOAD}
+    found: dict[str, Any] = {}
+    for key, kind in kinds.items():
+        several = [force for force in known if force.kind == kind]
+        usual = usual_size(several)
+        found[key] = [
+            {
+                "label": force.label,
+                "at": base64_floats((force.at if view is None else view.of(force.at)) - middle),
+                "force": base64_floats(force.newtons if view is None else view.of(force.newtons)),
+                "usual": usual,
+            }
+            for force in several
+        ]
+    found["forces"] = ["arrows"] if run.forces is None else [key for key in kinds if found[key]]
+    return found
 
 
 def _positions(run: Run, names: Sequence[str], view: PlaneView | None) -> Array:

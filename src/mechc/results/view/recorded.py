@@ -26,7 +26,12 @@ from mechc.simulation.trajectory import Trajectory
 MOST_BYTES: Final = 64 * 2**20  # of the data, unpacked, and of their values besides
 MOST_ENTRIES: Final = 5000
 LONGEST: Final = 1000  # characters
-LATER: Final = ("times", "guides", "paths")  # which pictures of earlier versions do not have
+LATER: Final = (
+    "times",
+    "guides",
+    "paths",
+    "forces",
+)  # which pictures of earlier versions do not have
 _KINDS: Final = ("ball", "box", "disc", "wheel", "mesh", "mass")
 
 Check = Callable[[Any], bool]
@@ -110,6 +115,7 @@ def _fields(frames: int, points: int, solids: int, times: int) -> dict[str, Chec
         "struts": _list(_either(_record(ends), _record(path))),
         "arrows": _list(arrow),
         "loads": _list(arrow),
+        "forces": _list(_one_of("arrows", "loads")),
         "marks": _list(_record({"t": _number, "kind": _one_of("change", "event"), "label": _text})),
         "times": _floats(times),
         "panels": _list(

@@ -66,6 +66,7 @@ def test_what_is_packed_is_unpacked(data: dict[str, Any]) -> None:
         ("paths", {"times": "AAAAAA==", "points": "AAAAAA=="}),
         ("paths", {"times": "AAAAAA=="}),
         ("paths", "AAAA"),
+        ("forces", ["else"]),
         ("more", 1),
     ],
     ids=str,

@@ -5,6 +5,7 @@ const FADES = 24;  // pieces of the recent part of a path
 const MOST_TILT = 1.5;
 let low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
 let turn = [0.6, 0.4], width = 0, height = 0, unit = 1, screen = null, screenPaths = null;
+let dotOf = null;  // a place in the motion's coordinates as dots on the screen
 
 function startPicture() {
   canvas.setAttribute("aria-label", motion.title + " in motion");
@@ -48,6 +49,7 @@ function project() {
   const margin = Math.max(28, 0.09 * Math.min(width, height));
   const room = Math.min((width / 2 - margin) / reach[0], (height / 2 - margin) / reach[1]);
   const scale = room > 0 && room < Infinity ? room : 1;
+  dotOf = function (place) { return Array.from(onScreen(place)); };
   function onScreen(points) {
     const dots = new Float32Array(2 * points.length / columns);
     for (let i = 0; 2 * i < dots.length; i += 1) {
@@ -70,8 +72,11 @@ function tellScale(scale) {
   if (note.hidden) { return; }
   note.className = "bar";
   note.style.width = length * scale + "px";
-  note.textContent = String(Number(length.toPrecision(3))) + " m";
+  note.textContent = threeDigits(length) + " m";
+  furtherNotes = wordsOfForces(length, longestArrow());
+  tellNotes();
 }
+function longestArrow() { return 0.4 * Math.max(high[0] - low[0], high[1] - low[1]); }
 function spot(point, at) {
   return [cubic(screen, 2 * pointCount, 2 * point, at), cubic(screen, 2 * pointCount, 2 * point + 1, at)];
 }
@@ -97,6 +102,7 @@ function paint(at) {
     if (isJoint) { drawDisc(spot(point, at), 0.95 * unit, look.paper, look.ink, 0.32 * unit); }
     else { drawDisc(spot(point, at), 0.6 * unit, look.ink, look.paper, 1.5); }
   });
+  drawForces(at);
 }
 function sayNothingToDraw() {
   brush.fillStyle = look.quiet;
@@ -148,6 +154,37 @@ function strokeThrough(points, at, colour, thickness) {
   });
   Object.assign(brush, { strokeStyle: colour, lineWidth: thickness, lineJoin: "round", lineCap: "round" });
   brush.stroke();
+}
+const arrowData = new WeakMap();  // of a motion: numbers of its arrows
+function numbersOf(arrow) {
+  if (!arrowData.has(arrow)) { arrowData.set(arrow, [floats(arrow.at), floats(arrow.force)]); }
+  return arrowData.get(arrow);
+}
+function drawForces(at) {
+  forcesShown.forEach(function (kind) {
+    const scale = metresPerNewton(kind, longestArrow());
+    forcesOf(kind).forEach(function (arrow) {
+      const both = numbersOf(arrow).map(function (values) { return [0, 1].map(function (k) { return cubic(values, 2, k, at); }); });
+      const tip = both[0].map(function (x, k) { return x + scale * both[1][k]; });
+      const ends = [dotOf(both[0]), dotOf(tip)];
+      drawArrow(ends, look.sky, 3);
+      drawArrow(ends, kind === "loads" ? look.ink : look.event, 0);
+    });
+  });
+}
+function drawArrow([from, to], colour, rim) {
+  const length = Math.hypot(to[0] - from[0], to[1] - from[1]), head = Math.min(2.4 * unit, 0.6 * length);
+  if (!(length > 2)) { return; }
+  const along = [(to[0] - from[0]) / length, (to[1] - from[1]) / length], neck = [to[0] - head * along[0], to[1] - head * along[1]];
+  Object.assign(brush, { strokeStyle: colour, fillStyle: colour, lineWidth: 0.6 * unit + rim, lineCap: "round", lineJoin: "round" });
+  brush.beginPath(); brush.moveTo(from[0], from[1]); brush.lineTo(neck[0], neck[1]); brush.stroke();
+  brush.beginPath();
+  brush.moveTo(to[0], to[1]);
+  brush.lineTo(neck[0] - 0.45 * head * along[1], neck[1] + 0.45 * head * along[0]);
+  brush.lineTo(neck[0] + 0.45 * head * along[1], neck[1] - 0.45 * head * along[0]);
+  brush.closePath();
+  brush.fill();
+  if (rim) { brush.lineWidth = rim; brush.stroke(); }
 }
 function drawGuide(guide, at) {
   const from = spot(guide.points[0], at), to = spot(guide.points[1], at);

@@ -16,9 +16,9 @@ from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody
 from mechc_codegen.description.terms import Load, printed_name
 
 if TYPE_CHECKING:
+    from mechc_codegen.description.drawing import Muscle
     from mechc_codegen.description.given_equations import GivenEquations
     from mechc_codegen.description.joints.tree import Joint
-    from mechc_codegen.description.muscle import Muscle
 
 
 MOST_NAMED = 3  # bodies, in a title

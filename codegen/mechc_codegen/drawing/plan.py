@@ -15,8 +15,7 @@ from sympy import Expr
 from sympy.physics.mechanics import Point, ReferenceFrame, dynamicsymbols
 from sympy.physics.vector import Vector
 
-from mechc_codegen.description.drawing import Drawing
-from mechc_codegen.description.muscle import Muscle, Wrap
+from mechc_codegen.description.drawing import Drawing, Muscle, Wrap
 from mechc_codegen.description.placement import way_to
 from mechc_codegen.drawing.infer import infer_drawing
 from mechc_codegen.drawing.places import Places

@@ -22,8 +22,8 @@ from sympy.physics.mechanics import (
 )
 from sympy.physics.mechanics.loads import Force, Torque
 
+from mechc_codegen.description.drawing import muscles_in
 from mechc_codegen.description.joints.tree import joint_of
-from mechc_codegen.description.muscle import muscles_in
 from mechc_codegen.description.source import Source
 from mechc_codegen.description.terms import Load, printed_name
 from mechc_codegen.errors import MechanismError

@@ -18,7 +18,7 @@ from sympy.physics.vector import Vector
 from mechc_codegen.convert.convert import chosen_inputs, find_symbol, number
 from mechc_codegen.convert.fingerprint import Fingerprint
 from mechc_codegen.convert.kinematics import coordinate_rates
-from mechc_codegen.description.drawing import NO_DRAWING
+from mechc_codegen.description.drawing import NO_DRAWING, muscles_in
 from mechc_codegen.description.joints.couplings import CoupledPair
 from mechc_codegen.description.joints.cuts import Cut
 from mechc_codegen.description.joints.motors import Motor, drives_of
@@ -42,7 +42,6 @@ from mechc_codegen.description.mechanism import (
     is_rigid,
     rates_of_states,
 )
-from mechc_codegen.description.muscle import muscles_in
 from mechc_codegen.description.quantity import in_si
 from mechc_codegen.description.source import Key
 from mechc_codegen.description.terms import Load, printed_name, refuse_no_vector

@@ -57,8 +57,7 @@ def _drawn(system: System, request: Any, drawing: Any, states: Any) -> System:
     One system for objects that look the same, with the same drawing.  Muscles among the ``states``
     are drawn too.
     """
-    from mechc_codegen.description.drawing import NO_DRAWING, Drawing
-    from mechc_codegen.description.muscle import muscles_in
+    from mechc_codegen.description.drawing import NO_DRAWING, Drawing, muscles_in
 
     muscles = muscles_in(states)
     added = (drawing or NO_DRAWING).plus(Drawing(muscles=muscles)) if muscles else drawing

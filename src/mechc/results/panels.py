@@ -16,8 +16,8 @@ import numpy as np
 
 from mechc.errors import MechcError
 from mechc.results.curves import draw_curve, draw_curves, legend_layout
-from mechc.results.forces import LOAD, REACTION, forces_of, round_down
 from mechc.results.mathtext import plain, typeset
+from mechc.results.player.forces import LOAD, REACTION, forces_of, round_down
 from mechc.results.sampling import (
     Guide,
     PlaneView,

@@ -118,7 +118,7 @@ class Guide:
 class Run:
     """A solution on a uniform grid: t (n,) s, ascending; y (n, nq+nu).
 
-    ``forces``: which are drawn, as :func:`~mechc.results.forces.forces_of` takes them.
+    ``forces``: which are drawn, as :func:`~mechc.results.player.forces.forces_of` takes them.
     """
 
     solution: Trajectory

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mechc_codegen.description.drawing import Drawing
-from mechc_codegen.description.muscle import Muscle, Wrap
+from mechc_codegen.description.drawing import Drawing, Muscle, Wrap
 from mechc_codegen.description.placement import reachable
 from mechc_codegen.drawing.plan import ARC
 from mechc_codegen.frontend.sympy_joints import from_joints

@@ -14,8 +14,8 @@ from typing import Any, Final
 import numpy as np
 
 from mechc.errors import ValueOutOfBoundsError
-from mechc.results.forces import LOAD, REACTION, forces_of, usual_size
 from mechc.results.player.following import followed
+from mechc.results.player.forces import LOAD, REACTION, forces_of, usual_size
 from mechc.results.player.page import base64_floats
 from mechc.results.player.plots import curves
 from mechc.results.sampling import PlaneView, Run, clean_text, pretty_name

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mechc_codegen.description.drawing import Drawing
-from mechc_codegen.description.muscle import Muscle
+from mechc_codegen.description.drawing import Drawing, Muscle
 from mechc_codegen.frontend.sympy_joints import from_joints
 from sympy import Symbol
 from sympy.physics.biomechanics import FirstOrderActivationDeGroote2016, MusculotendonDeGroote2016

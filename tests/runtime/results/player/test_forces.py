@@ -22,7 +22,7 @@ from sympy.physics.mechanics import (
 
 import mechc
 from mechc.results.animation import animate
-from mechc.results.forces import round_down
+from mechc.results.player.forces import round_down
 from mechc.results.view.page import view_data
 from tests.support import fake_linkage
 from tests.support.linkages.jointed import chain

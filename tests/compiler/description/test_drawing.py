@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from mechc_codegen.description.drawing import Drawing
-from mechc_codegen.description.muscle import Muscle, Wrap, muscles_in
+from mechc_codegen.description.drawing import Drawing, Muscle, Wrap, muscles_in
 from mechc_codegen.drawing.plan import ARC, picture_plan
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.frontend.read import read

@@ -42,6 +42,7 @@ from mechc_codegen.convert.reactions import (
     split_reactions,
 )
 from mechc_codegen.convert.stationary import Stationary
+from mechc_codegen.description.drawing import Drawing
 from mechc_codegen.description.joints.tree import Joint
 from mechc_codegen.description.mechanism import (
     Constraint,
@@ -124,6 +125,7 @@ def convert(
         auxiliary_constraints=constraints_with_auxiliary(source) if reactions else (),
         gravity=gravity,
         drawn=source.drawn,
+        drawing=Drawing(muscles=source.muscles),
     )
 
 

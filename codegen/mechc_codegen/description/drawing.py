@@ -1,14 +1,99 @@
-"""The picture of a mechanism: names of points, and what is drawn between them."""
+"""The picture of a mechanism: names of points, and what is drawn between them.
+
+A muscle is drawn along its path, from point to point and around wrapped surfaces.  Nothing of it is
+compiled: its force is among the loads, its activation among the states or inputs.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
+
+from sympy import Expr, sympify
+from sympy.physics.mechanics import Point, WrappingCylinder, WrappingSphere
+from sympy.physics.vector import Vector
 
 from mechc_codegen.description.solid import Solid
 from mechc_codegen.errors import MechanismError
 
 Link = tuple[str, tuple[str, ...]]
+
+
+@dataclass(frozen=True)
+class Wrap:
+    """The part of a path on a surface around ``centre``, between the points before and after it.
+
+    On a cylinder it turns about ``axis`` by the right-hand rule, as in SymPy; without an axis it is
+    the short way on a sphere.
+    """
+
+    centre: Point
+    axis: Vector | None = None
+
+
+@dataclass(frozen=True)
+class Muscle:
+    """A line along a path, the thicker the more active it is.
+
+    Attributes
+    ----------
+    label
+        Its name in the picture.
+    path
+        Points, and a :class:`Wrap` between two of them where the path goes around something.
+    activation
+        From 0 to 1: an expression, a state or an input.
+
+    Raises
+    ------
+    MechanismError
+        If the path does not begin and end at points, or has something else in it.
+    """
+
+    label: str
+    path: tuple[Point | Wrap, ...]
+    activation: Expr
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "path", tuple(self.path))
+        object.__setattr__(self, "activation", sympify(self.activation))
+        are_points = [isinstance(stop, Point) for stop in self.path]
+        whole = len(are_points) > 1 and are_points[0] and are_points[-1]
+        apart = all(one or other for one, other in pairwise(are_points))  # no wrap after another
+        known = all(isinstance(stop, (Point, Wrap)) for stop in self.path)
+        if not (whole and apart and known):
+            raise MechanismError(
+                f"muscle {self.label}: its path is two points or more, with wraps between them, "
+                f"not {self.path!r}"
+            )
+
+    @classmethod
+    def of(cls, given: Any) -> Muscle:
+        """A muscle of a picture from one of SymPy, or as it is.
+
+        A pathway of a class of your own is drawn straight from one attachment to the next.
+
+        Raises
+        ------
+        MechanismError
+            If it is neither.
+        """
+        if isinstance(given, Muscle):
+            return given
+        if not _is_muscle(given):
+            raise MechanismError(
+                f"{given!r} is not a muscle: give one of sympy.physics.biomechanics, with a "
+                "pathway and an activation"
+            )
+        path: list[Any] = list(given.pathway.attachments)
+        surface = getattr(given.pathway, "geometry", None)
+        if isinstance(surface, WrappingCylinder):
+            path.insert(1, Wrap(surface.point, surface.axis))
+        elif isinstance(surface, WrappingSphere):
+            path.insert(1, Wrap(surface.point))
+        return cls(str(given.name), tuple(path), given.activation)
 
 
 @dataclass(frozen=True)
@@ -19,13 +104,16 @@ class Drawing:
     its name.  ``view``: the axes to the right and up in pictures of a spatial motion, ``"x"``,
     ``"-x"`` and so on; without it the two between which the motion spreads most.
 
+    ``muscles``: those of ``sympy.physics.biomechanics``, drawn as lines along their paths.
+
     For pictures in space alone: ``solids``, of :class:`Solid`; ``springs`` and ``dampers``, pairs
     of a label and the two points that they join.
 
     Raises
     ------
     MechanismError
-        For a view that is not two different axes, a spring without two ends, a solid that is none.
+        For a view that is not two different axes, a spring without two ends, a solid or a muscle
+        that is none.
     """
 
     links: tuple[Link, ...] = ()
@@ -35,6 +123,7 @@ class Drawing:
     solids: tuple[Solid, ...] = ()
     springs: tuple[Link, ...] = ()
     dampers: tuple[Link, ...] = ()
+    muscles: tuple[Muscle, ...] = ()
 
     def __post_init__(self) -> None:
         axes = [axis.removeprefix("-") for axis in self.view or ("x", "y")]
@@ -48,6 +137,7 @@ class Drawing:
         object.__setattr__(self, "traced", _names(self.traced))
         for kind in ("springs", "dampers"):
             object.__setattr__(self, kind, _between_two(getattr(self, kind), kind))
+        object.__setattr__(self, "muscles", tuple(map(Muscle.of, self.muscles)))
         object.__setattr__(self, "solids", tuple(self.solids))
         for solid in self.solids:
             if not isinstance(solid, Solid):
@@ -63,6 +153,7 @@ class Drawing:
             solids=tuple(dict.fromkeys((*self.solids, *other.solids))),
             springs=tuple(dict.fromkeys((*self.springs, *other.springs))),
             dampers=tuple(dict.fromkeys((*self.dampers, *other.dampers))),
+            muscles=tuple(dict.fromkeys((*self.muscles, *other.muscles))),
         )
 
     @property
@@ -85,6 +176,16 @@ def _between_two(given: Any, kind: str) -> tuple[Link, ...]:
         if len(points) != 2:
             raise MechanismError(f"{kind}: {label!r} joins two points, not {len(points)}")
     return found
+
+
+def muscles_in(given: Any) -> tuple[Muscle, ...]:
+    """The muscles among loads, actuators, or states as they are given; each once."""
+    several = given if isinstance(given, Iterable) and not isinstance(given, Mapping) else [given]
+    return tuple(dict.fromkeys(Muscle.of(one) for one in several if _is_muscle(one)))
+
+
+def _is_muscle(given: Any) -> bool:
+    return all(hasattr(given, name) for name in ("name", "pathway", "activation"))
 
 
 NO_DRAWING = Drawing()

@@ -45,7 +45,11 @@ class Placement:
         for symbol in sorted(atoms | expression.free_symbols, key=str):
             if symbol not in self._values:
                 self._values[symbol] = Float(self._random.uniform(0.4, 1.7))
-        number = complex(expression.xreplace(self._values))
+        found = expression.xreplace(self._values)
+        try:
+            number = complex(found)
+        except TypeError:  # SymPy's curves of muscles are written without being evaluated
+            number = complex(found.doit())
         self.is_real = self.is_real and number.imag == 0.0
         return number.real + number.imag
 

@@ -16,6 +16,7 @@ from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody
 from mechc_codegen.description.terms import Load, printed_name
 
 if TYPE_CHECKING:
+    from mechc_codegen.description.drawing import Muscle
     from mechc_codegen.description.given_equations import GivenEquations
     from mechc_codegen.description.joints.tree import Joint
 
@@ -44,6 +45,8 @@ class Source:
         A point fixed in ``frame``, where the object names one.
     joints
         The object's joints; the ground is one of their bodies.
+    muscles
+        Those among its actuators, for pictures only.
     """
 
     kind: str
@@ -62,6 +65,7 @@ class Source:
     origin: Point | None = None
     joints: tuple[Joint, ...] = ()
     drawn: tuple[RigidBody | Particle, ...] = ()
+    muscles: tuple[Muscle, ...] = ()
 
     @property
     def title(self) -> str:

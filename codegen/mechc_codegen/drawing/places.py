@@ -17,6 +17,7 @@ from sympy.physics.mechanics import Point, ReferenceFrame, dynamicsymbols
 from sympy.physics.vector import Vector
 
 from mechc_codegen.description.placement import Placement, dot, steps_from
+from mechc_codegen.description.terms import printed_name
 
 if TYPE_CHECKING:
     from mechc_codegen.description.mechanism import Mechanism
@@ -69,6 +70,13 @@ class Places:
         zero = dict.fromkeys((*self.mechanism.q, *self.mechanism.x, dynamicsymbols._t), 0)
         return self.expression(given).xreplace(zero)
 
+    def activation(self, given: Expr) -> Expr | str | None:
+        """A muscle's activation by state, time and parameters; the name of an input of runs."""
+        found = self.load(given)
+        if _variables(found) <= self._known | {*self.mechanism.u}:
+            return found
+        return printed_name(found) if found in self.mechanism.open_inputs else None
+
     def is_given(self, entries: Iterable[Expr], frame: ReferenceFrame) -> bool:
         """Whether a load's components can be evaluated from state, time and known parameters."""
         known = self._known | {*self.mechanism.u}
@@ -76,8 +84,11 @@ class Places:
 
     def _located_from(self, point: Point) -> Iterator[Point]:
         for other, way in point._pos_dict.items():
-            if all(f in self._placed and self._are_known(matrix) for matrix, f in way.args):
+            if self._is_known(way):
                 yield other
+
+    def _is_known(self, way: Vector) -> bool:
+        return all(f in self._placed and self._are_known(matrix) for matrix, f in way.args)
 
     def _are_known(self, entries: Iterable[Expr]) -> bool:
         return all(_variables(self.expression(entry)) <= self._known for entry in entries)
@@ -175,6 +186,11 @@ class Places:
                 found[_free_name(point.name, found)] = point
         return found
 
+    def name_of(self, point: Point) -> str:
+        """The name of a placed point, or of the one that it always coincides with."""
+        by_point = {point: name for name, point in self.names.items()}
+        return by_point[point] if point in by_point else by_point[self.same[point]]
+
     @cached_property
     def rods(self) -> list[tuple[str, Point, Point]]:
         """Name and ends of each rod whose ends can be placed."""
@@ -183,7 +199,8 @@ class Places:
 
     def is_placed(self, point: Point) -> bool:
         """Whether the position of a point can be evaluated from known values."""
-        return point in self.same or any(p in self.same for p in point._pos_dict)
+        ways = point._pos_dict.items()
+        return point in self.same or any(p in self.same and self._is_known(w) for p, w in ways)
 
 
 def _variables(expression: Expr) -> set[Expr]:

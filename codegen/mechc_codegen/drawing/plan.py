@@ -8,12 +8,14 @@ that they can be followed in one pass, for many states at once.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from sympy import Expr
 from sympy.physics.mechanics import Point, ReferenceFrame, dynamicsymbols
+from sympy.physics.vector import Vector
 
-from mechc_codegen.description.drawing import Drawing
+from mechc_codegen.description.drawing import Drawing, Muscle, Wrap
 from mechc_codegen.description.placement import way_to
 from mechc_codegen.drawing.infer import infer_drawing
 from mechc_codegen.drawing.places import Places
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
     from mechc_codegen.description.mechanism import Mechanism
 
 Arm = tuple[int, tuple[Expr, Expr, Expr]]  # the number of a frame, components in it
+ARC = 24
 
 
 @dataclass
@@ -49,6 +52,13 @@ class PicturePlan:
         and of one beside it in the direction of the line.
     points
         For every point but the origin the number of the point before it, and the way from there.
+    wraps
+        The parts of muscles' paths that go around something: the numbers of the points before and
+        after it, of the centre, and the axis, empty on a sphere.  After all ``points`` come those
+        that divide each of these arcs into ``ARC`` equal parts.
+    muscles
+        Each with its label, the names of its points, and its activation; where it is known
+        only with a run: then the name of that input; None where it is not known at all.
     solids
         Of a plan in space: each shape with the numbers of its point and of its frame.
     joints
@@ -57,8 +67,8 @@ class PicturePlan:
     weight
         Of a plan in space: the acceleration of free fall, along the inertial axes.
     speeds, loads
-        Of a plan in space: the forces among the loads, each with a name, the number of its point
-        and its components, which may contain the speeds besides the arguments.
+        The speeds.  Of a plan in space: the forces among the loads, each with the name and the
+        number of its point and its components, which may contain the speeds besides the arguments.
     """
 
     drawing: Drawing
@@ -68,6 +78,8 @@ class PicturePlan:
     frames: list[tuple[int, tuple[Expr, ...]]] = field(default_factory=list)
     points: list[tuple[int, tuple[Arm, ...]]] = field(default_factory=list)
     sliders: list[tuple[str, str, bool, int, int]] = field(default_factory=list)
+    wraps: list[tuple[int, int, int, tuple[Arm, ...]]] = field(default_factory=list)
+    muscles: list[tuple[str, tuple[str, ...], Expr | str | None]] = field(default_factory=list)
     solids: list[tuple[Shape, int, int]] = field(default_factory=list)
     joints: list[tuple[str, int]] = field(default_factory=list)
     weight: tuple[Expr, Expr, Expr] | None = None
@@ -101,10 +113,12 @@ def picture_plan(
         drawing = _with_struts(drawing, places)
     state = (*mechanism.q, *mechanism.x)
     arguments = (dynamicsymbols._t, state, tuple(places.parameters))
-    plan = PicturePlan(drawing, arguments)
+    plan = PicturePlan(drawing, arguments, speeds=tuple(mechanism.u))
+    muscles = [muscle for muscle in drawing.muscles if _is_placed(muscle, places)]
+    stops = [places.name_of(p) for m in muscles for p in m.path if isinstance(p, Point)]
     found = sliders(places, {places.same.get(places.names[n]) for n in _on_lines(drawing)})
     names = [next(n for n, p in places.names.items() if p is slider.at) for slider in found]
-    plan.names = tuple(dict.fromkeys((*drawing.names, *names)))
+    plan.names = tuple(dict.fromkeys((*drawing.names, *stops, *names)))
     steps = _PlanBuilder(places, plan)
     solids = drawing.solids if in_space else ()
     given = {places.same.get(solid.at, solid.at) for solid in solids}
@@ -114,7 +128,16 @@ def picture_plan(
         steps.add_joints()
         steps.add_loads()
         plan.weight = weight(places)
+    steps.add_muscles(muscles)
     return plan
+
+
+def _is_placed(muscle: Muscle, places: Places) -> bool:
+    """Whether all points of its path, and the axes it goes around, are known."""
+    wraps = [stop for stop in muscle.path if isinstance(stop, Wrap)]
+    points = [*(wrap.centre for wrap in wraps), *(p for p in muscle.path if isinstance(p, Point))]
+    axes = [part for wrap in wraps if wrap.axis is not None for part in wrap.axis.args]
+    return {*points} <= {*places.same} and all(places.is_given(*axis) for axis in axes)
 
 
 def _on_lines(drawing: Drawing) -> set[str]:
@@ -123,13 +146,18 @@ def _on_lines(drawing: Drawing) -> set[str]:
 
 def _with_struts(drawing: Drawing, places: Places) -> Drawing:
     """The drawing with the springs and dampers among the loads, where none joins their points."""
-    taken = {frozenset(ends) for _, ends in (*drawing.springs, *drawing.dampers)}
-    name = {point: name for name, point in places.names.items()}
+    lines = [ends for _, ends in (*drawing.springs, *drawing.dampers)]
+    taken = {frozenset(places.same[places.names[n]] for n in ends) for ends in lines}
+    paths = (muscle.path for muscle in drawing.muscles if _is_placed(muscle, places))
+    taken |= {
+        frozenset(places.same[point] for point in pair)
+        for path in paths
+        for pair in pairwise(path)
+        if all(isinstance(stop, Point) for stop in pair)
+    }
     found: dict[str, list[tuple[str, tuple[str, ...]]]] = {"spring": [], "damper": []}
-    for kind, label, ends in inferred_struts(places):
-        names = tuple(name[places.same[end]] if end not in name else name[end] for end in ends)
-        if frozenset(names) not in taken:
-            found[kind].append((label, names))
+    for kind, label, ends in inferred_struts(places, taken):
+        found[kind].append((label, tuple(map(places.name_of, ends))))
     return drawing.plus(Drawing(springs=tuple(found["spring"]), dampers=tuple(found["damper"])))
 
 
@@ -190,7 +218,6 @@ class _PlanBuilder:
     def add_loads(self) -> None:
         """Add the forces whose values follow from the state; torques are not drawn."""
         mechanism = self.places.mechanism
-        self.plan.speeds = tuple(mechanism.u)
         for place, vector in mechanism.loads:
             if isinstance(place, Point) and self.places.is_placed(place) and vector != 0:
                 parts = [
@@ -198,7 +225,27 @@ class _PlanBuilder:
                 ]
                 if all(self.places.is_given(entries, frame) for entries, frame in parts):
                     arms = tuple((self._frame(frame), entries) for entries, frame in parts)
-                    self.plan.loads.append((f"force on {place.name}", self._point(place), arms))
+                    self.plan.loads.append((place.name, self._point(place), arms))
+
+    def add_muscles(self, muscles: Iterable[Muscle]) -> None:
+        """Add these muscles, and after all other points those of their arcs."""
+        plan = self.plan
+        for muscle in muscles:
+            line: list[str] = []
+            for k, stop in enumerate(muscle.path):
+                if isinstance(stop, Point):
+                    line.append(self.places.name_of(stop))
+                    continue
+                before, after = (self._point(muscle.path[j]) for j in (k - 1, k + 1))
+                axis = () if stop.axis is None else self._components(stop.axis)
+                plan.wraps.append((before, after, self._point(stop.centre), axis))
+                line += [f".{muscle.label} {k} {part}" for part in range(1, ARC)]
+            activation = self.places.activation(muscle.activation)
+            plan.muscles.append((muscle.label, tuple(line), activation))
+        arcs = [name for _, line, _ in plan.muscles for name in line if name[0] == "."]
+        first = 1 + len(plan.points)
+        plan.names += tuple(arcs)
+        plan.places += tuple(range(first, first + len(arcs)))
 
     def _frame(self, frame: ReferenceFrame) -> int:
         for step in way_to(frame, self.places.frames, self._frames):
@@ -225,8 +272,11 @@ class _PlanBuilder:
         return known[point] if point in known else next(p for p in point._pos_dict if p in known)
 
     def _arms(self, point: Point, before: Point) -> tuple[Arm, ...]:
+        return self._components(point._pos_dict[before])
+
+    def _components(self, vector: Vector) -> tuple[Arm, ...]:
         arms = []
-        for matrix, frame in point._pos_dict[before].args:
+        for matrix, frame in vector.args:
             x, y, z = map(self.places.expression, matrix)
             arms.append((self._frame(frame), (x, y, z)))
         return tuple(arms)

@@ -6,7 +6,7 @@ along the line between them are joined by one; it is a damper if nothing acts at
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 from sympy import Derivative
 from sympy.physics.mechanics import Point
@@ -20,13 +20,17 @@ ALONG = 1e-9  # of the product of the lengths
 MOST_LOADS = 60  # pairs are looked for
 
 
-def inferred_struts(places: Places) -> list[Strut]:
-    """The springs and dampers, each pair of points once; those with a spring are springs."""
+def inferred_struts(places: Places, taken: Collection[frozenset[Point]]) -> list[Strut]:
+    """The springs and dampers, each pair of points once; those with a spring are springs.
+
+    Between the pairs that are ``taken``, of points that never coincide, there are none.
+    """
     found: dict[frozenset[Point], Strut] = {}
     at_random = Placement(places.mechanism.frame, places.mechanism.origin, 1)
     for a, b, force in _opposite(places):
         pair = frozenset((a, b))
-        if pair in found and found[pair][0] == "spring":
+        same = frozenset(places.same[point] for point in pair)
+        if same in taken or (pair in found and found[pair][0] == "spring"):
             continue
         if _acts_along(at_random, a, b, force):
             kind = "spring" if _acts_at_rest(places, force) else "damper"

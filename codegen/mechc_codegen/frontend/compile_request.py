@@ -141,7 +141,8 @@ class CompileRequest:
         """A value that determines the picture of its bodies."""
         described = self._mechanism or self._source
         assert described is not None
-        return _looks_of((*described.bodies, *described.drawn))
+        muscles = () if self._source is None else self._source.muscles
+        return *_looks_of((*described.bodies, *described.drawn)), muscles
 
     def description(self) -> tuple[Mechanism, OutputRequest]:
         """The mechanism, and the outputs and fixed parameters requested of it."""

@@ -22,6 +22,7 @@ from sympy.physics.mechanics import (
 )
 from sympy.physics.mechanics.loads import Force, Torque
 
+from mechc_codegen.description.drawing import muscles_in
 from mechc_codegen.description.joints.tree import joint_of
 from mechc_codegen.description.source import Source
 from mechc_codegen.description.terms import Load, printed_name
@@ -249,6 +250,7 @@ def _read_system(system: System, form: str | None = None) -> Source:
             auxiliary=tuple(system.u_aux),
             origin=system.fixed_point,
             joints=tuple(joint_of(joint) for joint in system.joints),
+            muscles=muscles_in(system.actuators),
         )
     )
 

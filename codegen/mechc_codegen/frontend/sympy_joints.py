@@ -18,7 +18,7 @@ from sympy.physics.vector import Vector
 from mechc_codegen.convert.convert import chosen_inputs, find_symbol, number
 from mechc_codegen.convert.fingerprint import Fingerprint
 from mechc_codegen.convert.kinematics import coordinate_rates
-from mechc_codegen.description.drawing import NO_DRAWING
+from mechc_codegen.description.drawing import NO_DRAWING, muscles_in
 from mechc_codegen.description.joints.couplings import CoupledPair
 from mechc_codegen.description.joints.cuts import Cut
 from mechc_codegen.description.joints.motors import Motor, drives_of
@@ -123,6 +123,8 @@ def from_joints(
     bodies = [body for body in sides if body is not None]
     tree = joint_tree(every, bodies)
     refuse_unreached(name, tree)
+    loads = tuple(loads)
+    drawing = drawing.plus(Drawing(muscles=muscles_in(loads)))
     loads = (*plain_loads(loads), *drives.loads)
     couplings = [joint for joint in every if isinstance(joint, CoupledPair)]
     lengths = [joint.length for joint in every if isinstance(joint, Cut) and joint.length]

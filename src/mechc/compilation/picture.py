@@ -6,7 +6,7 @@ between frames and points are evaluated with NumPy, for all states of a run at o
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cached_property
 from typing import Any
 
@@ -15,9 +15,10 @@ import numpy as np
 from mechc.compilation.compiler import errors_of_compiler
 from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.system.parameters import Array
-from mechc.system.picture import Picture, Solid
+from mechc.system.picture import Picture, Solid, Strut
 from mechc.system.system import System
 
+WHOLE = 1e-9  # rad
 Described = Callable[[], tuple[Any, Any]]  # the mechanism and its options
 
 
@@ -43,10 +44,16 @@ def described_picture(
     places = _Positions(plan, system.parameters, fixed)
     shown = drawing.links, drawing.ground, drawing.traced, drawing.view
     sliders = [(label, name, is_block) for label, name, is_block, _, _ in plan.sliders]
+    struts = [
+        Strut("muscle", label, line, places.activation(given))
+        for label, line, given in plan.muscles
+    ]
     if not in_space:
-        return Picture(plan.names, *shown, places, sliders=sliders, sliding=places.sliding)
-    struts = [("spring", *strut) for strut in drawing.springs]
-    struts += [("damper", *strut) for strut in drawing.dampers]
+        return Picture(
+            plan.names, *shown, places, sliders=sliders, sliding=places.sliding, struts=struts
+        )
+    struts += [Strut("spring", *strut) for strut in drawing.springs]
+    struts += [Strut("damper", *strut) for strut in drawing.dampers]
     solids = [
         Solid(s.kind, s.label, s.axis, s.path, s.triangles, places.of_parameters(s.entries))
         for s, _, _ in plan.solids
@@ -68,7 +75,8 @@ class _Positions:
         self._index = {s.name: parameters.index(s.name) for s in values if s.name not in fixed}
         self._names = [symbol.name for symbol in values]
         entries = [entry for _, turn in plan.frames for entry in turn]
-        entries += [entry for _, arms in plan.points for _, arm in arms for entry in arm]
+        arms = [arms for _, arms in plan.points] + [axis for *_, axis in plan.wraps]
+        entries += [entry for several in arms for _, arm in several for entry in arm]
         self._entries = numeric([time, *state, *values], entries)
 
     def __call__(self, y: Array, p: Array, t: float | Array) -> Array:
@@ -97,24 +105,35 @@ class _Positions:
     def pushing(self, y: Array, p: Array, t: float | Array) -> tuple[Array, Array]:
         """The places of the forces among the loads, and the forces, along the inertial axes."""
         points, turns = self._all(y, p, t)
-        size = len(self._plan.arguments[1]) + len(self._plan.speeds)
-        state = [y[..., k] for k in range(size)]
-        numbers = iter(self._forces(t, *state, *self._values(p)))
-        leading = points[0].shape[:-1]
-        forces = []
-        for _, _, arms in self._plan.loads:
-            parts = [(frame, _next(numbers, 3, leading)) for frame, _ in arms]
-            turned = (np.einsum("...ij,...j->...i", turns[frame], arm) for frame, arm in parts)
-            forces.append(sum(turned, np.zeros((*leading, 3))))
+        numbers = iter(self._forces(t, *self._states(y), *self._values(p)))
+        forces = [_sum(arms, numbers, turns) for _, _, arms in self._plan.loads]
         where = [points[point] for _, point, _ in self._plan.loads]
         return np.stack(where, axis=-2), np.stack(forces, axis=-2)
 
     @cached_property
     def _forces(self) -> Any:
         """A function of time, state, speeds and parameters for all components of the loads."""
-        time, state, values = self._plan.arguments
         entries = [entry for _, _, arms in self._plan.loads for _, arm in arms for entry in arm]
+        return self._of_states(entries)
+
+    def _of_states(self, entries: list[Any]) -> Any:
+        time, state, values = self._plan.arguments
         return numeric([time, *state, *self._plan.speeds, *values], entries)
+
+    def _states(self, y: Array) -> list[Array]:
+        return [y[..., k] for k in range(len(self._plan.arguments[1]) + len(self._plan.speeds))]
+
+    def activation(self, given: Any) -> Any:
+        """A muscle's activation as a function of states; as it is if it is a name, or None."""
+        if given is None or isinstance(given, str):
+            return given
+        function = self._of_states([given])
+
+        def activation(y: Array, p: Array, t: float | Array) -> Array:
+            (found,) = function(t, *self._states(y), *self._values(p))
+            return np.broadcast_to(found, y.shape[:-1])
+
+        return activation
 
     def _values(self, p: Array) -> list[Any]:
         index, fixed = self._index, self._fixed
@@ -139,12 +158,36 @@ class _Positions:
             turns.append(turns[before] @ _next(numbers, 9, leading).reshape(*leading, 3, 3))
         points = [np.zeros((*leading, 3))]
         for before, arms in self._plan.points:
-            place = points[before]
-            for frame, _ in arms:
-                arm = _next(numbers, 3, leading)
-                place = place + np.einsum("...ij,...j->...i", turns[frame], arm)
-            points.append(place)
+            points.append(points[before] + _sum(arms, numbers, turns))
+        for before, after, centre, arms in self._plan.wraps:
+            axis = _sum(arms, numbers, turns) if arms else None
+            arc = around(points[before] - points[centre], points[after] - points[centre], axis)
+            points += [points[centre] + way for way in arc]
         return points, turns
+
+
+def around(first: Array, last: Array, axis: Array | None) -> list[Array]:
+    """The points (..., 3) that divide a muscle's way around the origin into ``ARC`` equal parts.
+
+    By the right-hand rule about an axis, whose length does not matter; without one the short way.
+    """
+    from mechc_codegen.drawing.plan import ARC
+
+    along = np.cross(first, last) if axis is None else axis
+    length = np.linalg.norm(along, axis=-1, keepdims=True)
+    along = along / np.where(length > 0.0, length, 1.0)
+    heights = [(way * along).sum(axis=-1, keepdims=True) for way in (first, last)]
+    begin, end = first - heights[0] * along, last - heights[1] * along
+    beside = np.cross(along, begin)
+    parts = [(way * end).sum(axis=-1, keepdims=True) for way in (beside, begin)]
+    angle = np.arctan2(*parts) % (2 * np.pi)
+    angle = np.where(angle > 2 * np.pi - WHOLE, 0.0, angle)  # rounding is no whole turn
+    shares = [part / ARC for part in range(1, ARC)]
+    return [
+        np.cos(share * angle) * begin + np.sin(share * angle) * beside
+        + (heights[0] + share * (heights[1] - heights[0])) * along
+        for share in shares
+    ]  # fmt: skip
 
 
 def numeric(arguments: list[Any], entries: list[Any]) -> Any:
@@ -158,6 +201,14 @@ def numeric(arguments: list[Any], entries: list[Any]) -> Any:
         Floor.__name__: np.floor,
     }
     return lambdify(arguments, entries, modules=[own, "numpy"], cse=True, dummify=True)
+
+
+def _sum(arms: Any, numbers: Iterator[Any], turns: list[Array]) -> Array:
+    """The vector (..., 3) along the inertial axes with the next numbers as components in frames."""
+    leading = turns[0].shape[:-2]
+    parts = [(frame, _next(numbers, 3, leading)) for frame, _ in arms]
+    turned = (np.einsum("...ij,...j->...i", turns[frame], arm) for frame, arm in parts)
+    return sum(turned, np.zeros((*leading, 3)))
 
 
 def _next(numbers: Any, count: int, leading: tuple[int, ...]) -> Array:

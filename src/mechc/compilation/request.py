@@ -31,7 +31,8 @@ def compile_any(thing: Any, *, drawing: Any = None, ahead: bool = True, **asked:
     seconds: dict[str, float] = {}
     with Notice("reading the mechanism ..."):
         request, numbers = time_stage(seconds, "read", lambda: read_compilable(thing, **asked))
-        system = _drawn(_requested_system(request, seconds, ahead=ahead), request, drawing)
+        system = _requested_system(request, seconds, ahead=ahead)
+        system = _drawn(system, request, drawing, asked.get("states"))
     return with_defaults(system, numbers, request.symbol_names) if numbers else system
 
 
@@ -50,15 +51,20 @@ def _requested_system(request: Any, seconds: Seconds, *, ahead: bool = True) -> 
     return compile_described(origin, reference, request.digest, seconds, ahead=ahead)
 
 
-def _drawn(system: System, request: Any, drawing: Any) -> System:
+def _drawn(system: System, request: Any, drawing: Any, states: Any) -> System:
     """The system with the picture of this object, which others with its equations need not have.
 
-    One system for objects that look the same, with the same drawing.
+    One system for objects that look the same, with the same drawing.  Muscles among the ``states``
+    are drawn too.
     """
+    from mechc_codegen.description.drawing import NO_DRAWING, Drawing, muscles_in
+
+    muscles = muscles_in(states)
+    added = (drawing or NO_DRAWING).plus(Drawing(muscles=muscles)) if muscles else drawing
     pictures: dict[Any, System] = system.cache.setdefault(_drawn, {})
-    look = request.looks, request.title, drawing
+    look = request.looks, request.title, added
     if look not in pictures:
-        own = system.drawn_by(drawn_by(request.description, drawing), more=True)
+        own = system.drawn_by(drawn_by(request.description, added), more=True)
         own.title = request.title  # of these bodies
         if drawing is not None:
             _ = own.picture  # a wrong name is told now

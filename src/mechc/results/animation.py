@@ -34,20 +34,22 @@ class Animation(Page):
         return self._write(target)
 
 
-def animate(sol: Trajectory, *, fps: float = 60.0) -> Animation:
+def animate(sol: Trajectory, *, fps: float = 60.0, forces: Any = False) -> Animation:
     """The motion as an `Animation`: show it in a notebook, or `.save(path)` it.
 
     Raises
     ------
     ValueOutOfBoundsError
-        If ``fps``, frames per second of simulated time, is not a positive number.
+        If ``fps``, frames per second of simulated time, is not a positive number, or all
+        ``forces`` are asked for and there are none.
+    UnknownNameError
+        If there is no force of a name among ``forces``.
     """
-    run = frames(sol, fps)
+    run = frames(sol, fps, forces=forces)
     wanted = {name for _, line in run.picture.skeleton for name in line}
     wanted |= {*run.ground, *run.traced}  # by links, pivots and paths; all if a scene names none
     wanted |= {name for guide in run.guides for name in (guide.at, *guide.ends)}
+    wanted |= {name for strut in run.picture.struts for name in strut.points}
     names = [name for name in run.point_names if name in wanted or not wanted]
-    view = plane_view(run)
-    positions = view.positions[:, [view.names.index(name) for name in names]]
-    data = motion_data(run, names, positions, fps, view.note)
+    data = motion_data(run, names, fps, plane_view(run))
     return Animation(data | {"right": X, "up": Y, "flat": True})

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -77,9 +78,11 @@ of the total.  Closure has the largest position (m) and velocity (m/s) residual 
 # --- the pictures ----------------------------------------------------------------------------
 
 
-def picture(name: str, sol: Trajectory, *, samples: int = SAMPLES) -> Figure:
+def picture(
+    name: str, sol: Trajectory, *, samples: int = SAMPLES, forces: Any = False
+) -> Figure:  # fmt: skip
     """One of :data:`PICTURES`; ``Solution.plot()`` returns ``"overview"``."""
-    return _picture(name, sample(sol, samples, jumps=True))
+    return _picture(name, replace(sample(sol, samples, jumps=True), forces=forces))
 
 
 def curves(sol: Trajectory, names: Sequence[str], degrees: bool) -> Figure:

@@ -7,7 +7,8 @@ Invariant: matplotlib is imported inside functions only; user text reaches it th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any, Final, cast
 
@@ -16,6 +17,7 @@ import numpy as np
 from mechc.errors import MechcError
 from mechc.results.curves import draw_curve, draw_curves, legend_layout
 from mechc.results.mathtext import plain, typeset
+from mechc.results.player.forces import LOAD, REACTION, forces_of, round_down
 from mechc.results.sampling import (
     Guide,
     PlaneView,
@@ -29,6 +31,7 @@ from mechc.results.sampling import (
     shown_unit,
 )
 from mechc.system.parameters import Array
+from mechc.system.picture import Strut
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,6 +41,9 @@ if TYPE_CHECKING:
 COLOURS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#222222")
 MOST_LEGEND_LINES: Final = 12
 QUIET: Final = "#6b7280"
+RESTING, ACTIVE = "#e8a49c", "#b3261e"  # muscles at the start and at the end
+LONG: Final = 0.4  # of the motion's size: the longest arrow of a kind, at most
+THIN, THICKER = 1.2, 4.0  # points: a muscle at rest, and how much thicker it becomes
 
 
 # --- text, legends, colours ------------------------------------------------------------------
@@ -308,6 +314,9 @@ def draw_paths(area: SubplotSpec, run: Run) -> None:
         )
     axes = _single(area)
     handles, names = _draw_mechanism_at_ends(axes, run, view)
+    for kind, handle, words in _draw_forces(axes, run, view):
+        handles.append(handle)
+        names.append(f"{kind}s, {words}")
     for name, colour in zip(run.traced, _colours(len(run.traced)), strict=True):
         track = view.path(name)
         handles.append(draw_curve(axes, track[:, 0], track[:, 1], colour, zorder=4))
@@ -330,6 +339,15 @@ def _draw_mechanism_at_ends(axes: Axes, run: Run, view: PlaneView) -> tuple[list
     if len(run.t) > 1:
         handles.append(_draw_links(axes, run, view, -1, "#4b5563", (0, (3, 1.6))))
         names.append(f"at the end, {run.t[-1]:.4g} s")
+    muscles = [strut for strut in run.picture.struts if strut.kind == "muscle"]
+    for strut in muscles:
+        drawn = [
+            _draw_muscle(axes, run, view, strut, row, colour)
+            for row, colour in ((0, RESTING), (-1, ACTIVE))[: len(run.t)]
+        ]
+    if muscles:
+        handles.append(tuple(drawn))
+        names.append("muscles, thick if active")
     for guide in run.guides:
         ends = np.stack([view.path(name)[0] for name in guide.ends])
         axes.plot(*ends.T, color="#d1d5db", linewidth=2.5, zorder=1, solid_capstyle="butt")
@@ -353,6 +371,40 @@ def _draw_links(axes: Axes, run: Run, view: PlaneView, row: int, colour: str, da
         marked = [place for place, name in enumerate(names) if is_joint(name)]
         lines += axes.plot(corners[:, 0], corners[:, 1], markevery=marked, **style)
     return lines[0]
+
+
+def _draw_forces(axes: Axes, run: Run, view: PlaneView) -> Iterator[tuple[str, Any, str]]:
+    """The forces that are asked for, at both ends of the run: kind, handle, the scale in words."""
+    rows = [0, len(run.t) - 1][: len(run.t)]
+    known = forces_of(replace(run, t=run.t[rows], y=run.y[rows]), run.forces)
+    for kind, colour in ((REACTION, "#7c3aed"), (LOAD, "#0f8a8a")):
+        several = [force for force in known if force.kind == kind]
+        largest = max((np.linalg.norm(x.newtons, axis=-1).max() for x in several), default=0.0)
+        if not largest > 0.0:
+            continue
+        scale = round_down(LONG * view.size / largest)  # m per N
+        for force in several:
+            for row, pale in ((0, 0.45), (-1, 1.0))[: len(run.t)]:
+                foot, way = view.of(force.at[row]), scale * view.of(force.newtons[row])
+                look = {"arrowstyle": "-|>", "color": colour, "alpha": pale, "lw": 1.5}
+                look |= {"shrinkA": 0.0, "shrinkB": 0.0, "mutation_scale": 9.0}
+                axes.annotate("", tuple(foot + way), tuple(foot), arrowprops=look, zorder=5)
+                axes.update_datalim([foot + way])
+        length = round_down(LONG * view.size / 2)
+        handle = axes.plot([], [], color=colour, marker=">", markersize=5.0)[0]
+        yield kind, handle, f"{length:g} m is {length / scale:g} N"
+
+
+def _draw_muscle(
+    axes: Axes, run: Run, view: PlaneView, strut: Strut, row: int, colour: str
+) -> Any:  # fmt: skip
+    """The path of a muscle at one instant."""
+    values = run.activation(strut)
+    width = THIN + THICKER * (0.0 if values is None else float(values[row]))
+    path = np.stack([view.path(name)[row] for name in strut.points])
+    style: dict[str, Any] = {"color": colour, "linewidth": width, "zorder": 2.4}
+    ends = [place for place, name in enumerate(strut.points) if is_joint(name)]
+    return axes.plot(*path.T, marker="o", markersize=3.0, markevery=ends, **style)[0]
 
 
 def _block(view: PlaneView, guide: Guide, row: int, colour: str) -> Any:

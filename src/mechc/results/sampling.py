@@ -18,7 +18,7 @@ import numpy as np
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.description import Description
 from mechc.system.parameters import Array
-from mechc.system.picture import Picture
+from mechc.system.picture import Picture, Strut
 from mechc.system.quantity import Kind, shown_in
 from mechc.system.system import System
 
@@ -116,12 +116,16 @@ class Guide:
 
 @dataclass(frozen=True)
 class Run:
-    """A solution on a uniform grid: t (n,) s, ascending; y (n, nq+nu)."""
+    """A solution on a uniform grid: t (n,) s, ascending; y (n, nq+nu).
+
+    ``forces``: which are drawn, as :func:`~mechc.results.player.forces.forces_of` takes them.
+    """
 
     solution: Trajectory
     t: Array
     y: Array
     in_space: bool = False
+    forces: Any = False
 
     @property
     def system(self) -> System:
@@ -154,6 +158,18 @@ class Run:
             Guide(label, point, is_block, (f".{label} guide begin", f".{label} guide end"))
             for label, point, is_block in self.picture.sliders
         )
+
+    def activation(self, strut: Strut) -> Array | None:
+        """The activation of a muscle, (n,) from 0 to 1; None where it is not known."""
+        if strut.activation is None:
+            return None
+        if isinstance(strut.activation, str):
+            if strut.activation not in self.system.inputs:  # as no equation contains it
+                return None
+            values = curve(self, strut.activation, False)[1]
+        else:
+            values = self.evaluate(strut.activation)
+        return np.clip(np.nan_to_num(values), 0.0, 1.0)
 
     def _ends_of_guides(self, points: Array) -> Array:
         """From the one end of a body's travel to the other and a little beyond, (n, ends, 3) m."""
@@ -282,12 +298,25 @@ def sample(solution: Trajectory, samples: int, *, jumps: bool = False) -> Run:
 
 @dataclass(frozen=True)
 class PlaneView:
-    """Positions (n, points, 2) m of all points, in the plane they are drawn in."""
+    """The points (n, points, 3) m of a motion, and the axes of the plane they are drawn in."""
 
-    positions: Array
+    points: Array
     names: tuple[str, ...]
     axes: tuple[str, str]
     projected: bool
+
+    @cached_property
+    def positions(self) -> Array:
+        """The points in the plane, (n, points, 2) m."""
+        return self.of(self.points)
+
+    def of(self, vectors: Array) -> Array:
+        """The components (..., 2) in the plane of vectors (..., 3)."""
+        columns = [  # along "x", "-x" and so on
+            (-1.0 if axis[0] == "-" else 1.0) * vectors[..., "xyz".index(axis[-1])]
+            for axis in self.axes
+        ]
+        return np.stack(columns, axis=-1)
 
     def path(self, name: str) -> Array:
         """Positions of one point: (n, 2) m."""
@@ -323,10 +352,7 @@ def plane_view(run: Run) -> PlaneView:
     size = np.nanmax(np.abs(points), initial=0.0)
     spatial = bool(np.nanmax(np.abs(points[..., 2]), initial=0.0) > 1e-9 * size)
     axes = (run.picture.view or _widest_axes(points)) if spatial else ("x", "y")
-    columns = [  # along "x", "-x" and so on
-        (-1.0 if axis[0] == "-" else 1.0) * points[..., "xyz".index(axis[-1])] for axis in axes
-    ]
-    return PlaneView(np.stack(columns, axis=-1), names, axes, spatial)
+    return PlaneView(points, names, axes, spatial)
 
 
 def _widest_axes(points: Array) -> tuple[str, str]:

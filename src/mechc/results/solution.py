@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechc.analysis.shared_reactions import PARTS, warn_of_undetermined
-from mechc.errors import MechcError
+from mechc.errors import MechcError, ValueOutOfBoundsError
 from mechc.files import path_of
 from mechc.progress import Notice
 from mechc.simulation.record import Piece, Record
@@ -339,7 +339,7 @@ class Solution(Trajectory):
         with Notice(f"writing {path} ..."):
             return save(self, path_of(path))
 
-    def plot(self, *names: Any, degrees: bool = True) -> Any:
+    def plot(self, *names: Any, degrees: bool = True, forces: Any = False) -> Any:
         """One matplotlib figure.
 
         Parameters
@@ -350,27 +350,38 @@ class Solution(Trajectory):
             coordinates, speeds, paths, energy and closure.
         degrees
             Show angles in degrees; False: in radians.
+        forces
+            True: draw the reactions of joints and the loads as arrows in N at the start and at the
+            end, beside the paths, with their scale; or names of joints and of points with loads.
 
         Raises
         ------
         UnknownNameError, UnavailableOutputError
             For a name that does not exist, and an output that the model was compiled without.
         ValueOutOfBoundsError
-            For an output of several numbers.
+            For an output of several numbers, for ``forces`` with ``names``, which are drawn over
+            time, and for ``forces=True`` where there are none.
         """
         from mechc.results.figures import curves, picture
 
+        if names and forces is not False:
+            raise ValueOutOfBoundsError("forces are drawn beside the paths: plot(forces=...) alone")
         with Notice("drawing ..."):
-            return curves(self, names_of(names), degrees) if names else picture("overview", self)
+            if names:
+                return curves(self, names_of(names), degrees)
+            return picture("overview", self, forces=forces)
 
-    def animate(self, *, fps: float = 60.0) -> Any:
-        """The motion, as an object that displays itself and has ``save(path)``."""
+    def animate(self, *, fps: float = 60.0, forces: Any = False) -> Any:
+        """The motion, as an object that displays itself and has ``save(path)``.
+
+        ``fps`` as of :meth:`view`, ``forces`` as of :meth:`plot`.
+        """
         from mechc.results.animation import animate
 
         with Notice("drawing the motion ..."):
-            return animate(self, fps=fps)
+            return animate(self, fps=fps, forces=forces)
 
-    def view(self, *, fps: float = 60.0) -> Any:
+    def view(self, *, fps: float = 60.0, forces: Any = None) -> Any:
         """The motion in space, as an object that displays itself and has ``save(path)``.
 
         One page without network: solids, camera, plots and time line (docs/view.md).  A motion
@@ -381,9 +392,14 @@ class Solution(Trajectory):
         fps
             Frames per second of simulated time; more where steps are shorter, at most 3000, between
             which the page interpolates.
+        forces
+            As of :meth:`plot`.  By default the reactions of a model that was compiled with them,
+            and loads when they are switched on.
 
         Raises
         ------
+        UnknownNameError
+            If there is no force of a name among ``forces``.
         MissingPackageError
             If three.js is not installed: ``pip install '.[view]'``.
         """
@@ -393,7 +409,7 @@ class Solution(Trajectory):
         if self._recorded_view is not None and drawn is None:
             return saved_view(self._recorded_view)
         with Notice("drawing the view ..."):
-            return view(self, fps=fps)
+            return view(self, fps=fps, forces=forces)
 
     def __repr__(self) -> str:
         return f"<mechc.Solution of {self.system.name}: {len(self)} states, {self.status.headline}>"

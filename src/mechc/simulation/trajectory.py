@@ -180,9 +180,10 @@ class Trajectory:
     def output_along(self, name: str, t: Array, y: Array) -> Array:
         """An output (nt, ...) at times (nt,) and states (nt, nq + nu) of the run.
 
-        It has the forces of the contacts that last there.
+        It has the forces of the contacts that last there, and is compiled now if the model was
+        compiled without.
         """
-        return self._along(self.system, name, t, y)
+        return self._along(self.system.with_output(name), name, t, y)
 
     def quantity_along(self, name: Any, t: Array, y: Array) -> tuple[Quantity, Array]:
         """A quantity and its values (nt,) at times and states of the run, as ``sol[name]``."""

@@ -35,6 +35,27 @@ class Solid:
 
 
 @dataclass(frozen=True)
+class Strut:
+    """A line of a picture between points that does not keep its length.
+
+    Attributes
+    ----------
+    kind
+        ``"spring"``, ``"damper"`` or ``"muscle"``.
+    points
+        Names of the points that it joins, two, or of a muscle those of its path.
+    activation
+        Of a muscle: from states, parameters and times, (...,), by which it is thicker; the name of
+        an input that is given with a run; None where it is not known.
+    """
+
+    kind: str
+    label: str
+    points: Sequence[str]
+    activation: Callable[[Array, Array, float | Array], Array] | str | None = None
+
+
+@dataclass(frozen=True)
 class Picture:
     """Attributes
     ----------
@@ -57,13 +78,14 @@ class Picture:
         (..., solids, 3) m and the matrices (..., solids, 3, 3) that turn their axes to the
         inertial ones.
     struts
-        Of a picture in space: ("spring" or "damper", label, names of the two points).
+        The muscles; of a picture in space springs and dampers too.
     joints, acting
         Of a picture in space: names of the joints, and of states, parameters and times the points
         (..., joints, 3) m where their reactions act.
     loads, pushing
-        Of a picture in space: the forces among the loads, and of states, parameters and times the
-        points (..., loads, 3) m where they act, and the forces (..., loads, 3) N.
+        Of a picture in space: the names of the points of the forces among the loads, and of states,
+        parameters and times the points (..., loads, 3) m where they act, and the forces
+        (..., loads, 3) N.
     weight
         Of parameters: the acceleration of free fall (3,) m/s^2; None where it is not known.
     """
@@ -76,7 +98,7 @@ class Picture:
     points: Positions
     solids: Sequence[Solid] = ()
     placed: Callable[[Array, Array, float | Array], tuple[Array, Array]] | None = None
-    struts: Sequence[tuple[str, str, Sequence[str]]] = ()
+    struts: Sequence[Strut] = ()
     weight: Callable[[Array], Array] | None = None
     joints: Sequence[str] = ()
     acting: Positions | None = None

@@ -71,6 +71,15 @@ def test_the_weight_is_told_from_other_forces() -> None:
     assert plan((), gravity=-g * N.y).weight == (0, -g, 0)
 
 
+def test_a_force_at_a_place_that_is_not_known_is_not_drawn() -> None:
+    """The seat's, by the length of a model that has none."""
+    loads = ((MASS, push * N.x), (SEAT, push * N.x))
+    assert [name for name, _, _ in plan(loads).loads] == ["mass", "seat"]
+    known = {str(s) for s in (k, c, g, m, push)}
+    found = picture_plan(mechanism(loads), Drawing(), known, in_space=True)
+    assert [name for name, _, _ in found.loads] == ["mass"]
+
+
 def test_a_particle_is_a_mass_and_a_given_solid_takes_its_place() -> None:
     assert [s.kind for s, _, _ in plan(()).solids] == ["mass"]
     ((shape, _, frame),) = plan((), Drawing(solids=(Solid.box("b", MASS, N, (l, 1, 2)),))).solids

@@ -19,8 +19,9 @@ from mechc.errors import ValueOutOfBoundsError
 from mechc.results.animation import animate
 from mechc.results.player.motion import MOST_FRAMES
 from mechc.results.sampling import pretty_name
+from mechc.results.view.page import view_data
 from tests.support import fake_linkage
-from tests.support.fake_linkage import FakeChangePoint, FakeSolution
+from tests.support.fake_linkage import FakeChangePoint, FakeSolution, Faster
 from tests.support.page_data import floats
 
 EVIL = "</script><img src=x onerror=alert(1)>\u2028'\"&${x}$x"
@@ -85,17 +86,6 @@ def test_frames_are_sixty_a_second_of_simulated_time_and_240_of_short_runs() -> 
     assert motion(fake_linkage.run(0.03))["frames"] == 240
 
 
-@dataclass(frozen=True)
-class Faster(FakeSolution):
-    """The motion in a fraction of the time, in two long steps, as a method of high order takes."""
-
-    faster: float = 16.0
-
-    def __call__(self, t: Any, /) -> Any:
-        rates = np.repeat([1.0, self.faster], 3)
-        return rates * super().__call__(self.faster * np.asarray(t))
-
-
 def test_what_turns_more_has_more_frames_and_the_page_fills_in_the_rest() -> None:
     """At 60 frames a second nine in ten of this motion's were missing: circles were triangles."""
     made = fake_linkage.run(2.0)
@@ -108,6 +98,24 @@ def test_what_turns_more_has_more_frames_and_the_page_fills_in_the_rest() -> Non
     frames = tracks(data)[:, [data["points"].index(pretty_name(n)) for n in names]] + data["origin"]
     drawn = CubicHermiteSpline(np.arange(len(frames)), frames, np.gradient(frames, axis=0))
     assert np.abs(drawn(t / data["step"]) - true).max() < 0.004 * 3.5
+
+
+@pytest.mark.parametrize("of", ["animate", "view"])
+def test_paths_are_the_dense_output_and_not_the_frames(of: str) -> None:
+    """In pages of both kinds cubics through their points are the motion, however fast."""
+    made = fake_linkage.run(2.0)
+    sol = Faster(made.system, np.array([0.0, 1.0, 2.0]))
+    data = motion(sol) if of == "animate" else view_data(sol)
+    times, traced = floats(data["paths"]["times"]), len(data["traced"])
+    points = floats(data["paths"]["points"]).reshape(len(times), traced, -1) + data["origin"]
+    assert (np.diff(times) > 0).all()
+    assert len(times) < 2400  # of which frames between them would need more
+    names = sol.system.point_names
+    numbers = [[pretty_name(n) for n in names].index(data["points"][k]) for k in data["traced"]]
+    t = np.random.default_rng(1).uniform(0.0, 2.0, 4000)
+    true = sol.system.points(sol(t))[:, numbers, : points.shape[-1]]
+    drawn = CubicHermiteSpline(times, points, np.gradient(points, times.astype(float), axis=0))
+    assert np.abs(drawn(t) - true).max() < 0.0005 * np.ptp(true, axis=0).max()
 
 
 def test_curves_are_the_dense_output_and_not_the_frames() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -10,10 +11,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from mechc.results.player.page import base64_floats
+from mechc.results.player.page import base64_floats, template
+from mechc.results.sampling import pretty_name
 from mechc.results.view.page import View, view, view_data
 from tests.support import fake_linkage
-from tests.support.fake_linkage import FakeChangePoint, FakeSolution
+from tests.support.fake_linkage import FakeChangePoint, FakeSolution, Faster
 from tests.support.trust.browser import OpenPage
 
 pytest.importorskip("jupyter_threejs_sage", reason="jupyter-threejs-sage is not installed")
@@ -83,6 +85,27 @@ def test_names_are_told_on_hover(opened: OpenPage) -> None:
     assert names & {"crank", "coupler", "rocker"}
 
 
+@pytest.mark.parametrize("given", [True, False], ids=["of the dense output", "of frames"])
+def test_fast_paths_are_smooth_curves(browser: Any, given: bool) -> None:
+    """In lines as short as they bend; pages of earlier versions have frames alone."""
+    made = fake_linkage.run(2.0)
+    sol = Faster(made.system, np.array([0.0, 1.0, 2.0]))
+    data = {key: value for key, value in view(sol).data.items() if given or key != "paths"}
+    page = browser.new_page()
+    page.set_content(f'<script type="application/json" id="motion">{json.dumps(data)}</script>')
+    script = template("player", "data.js") + "\nreturn [Array.from(pathTimes), Array.from(paths)];"
+    t, values = page.evaluate("() => {" + script + "}")
+    page.close()
+    points = np.reshape(values, (len(t), -1, 3)) + data["origin"]
+    names = sol.system.point_names
+    traced = [[pretty_name(n) for n in names].index(data["points"][k]) for k in data["traced"]]
+    middle = np.add(t[1:], t[:-1]) / 2
+    true = sol.system.points(sol(middle))[:, traced]
+    size = np.ptp(true, axis=0).max()
+    near = 0.0015 if given else 0.003
+    assert np.abs((points[1:] + points[:-1]) / 2 - true).max() < near * size
+
+
 def test_traces_and_following_are_switched(opened: OpenPage) -> None:
     opened.page.click("#shows button:text-is('Traces')")
     assert opened.text("#said") == "Traces hidden."
@@ -118,6 +141,9 @@ def test_every_kind_of_solid_is_drawn(browser: Any, tmp_path: Path) -> None:
     found = OpenPage(browser, with_all_kinds().save(tmp_path / "view.html"))
     found.settle()
     seen = [found.picture()]
+    scale = found.text("#scale")
+    assert "reactions: " in scale
+    assert "loads: " not in scale
     words = {"b": "Bodies hidden", "v": "Reactions hidden", "g": "Grid hidden", "o": "Loads shown"}
     for key, told in words.items():
         found.page.keyboard.press(key)
@@ -125,5 +151,6 @@ def test_every_kind_of_solid_is_drawn(browser: Any, tmp_path: Path) -> None:
         assert found.text("#said") == f"{told}."
         seen.append(found.picture())
     assert len(set(seen)) == len(seen)
+    assert found.text("#scale").startswith("loads: ")
     assert found.messages == []
     found.context.close()

@@ -7,22 +7,27 @@ Invariant: every text is one printable line of bounded length.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
 
 from mechc.errors import ValueOutOfBoundsError
+from mechc.results.player.following import followed
+from mechc.results.player.forces import LOAD, REACTION, forces_of, usual_size
 from mechc.results.player.page import base64_floats
 from mechc.results.player.plots import curves
-from mechc.results.sampling import Run, clean_text, pretty_name
+from mechc.results.sampling import PlaneView, Run, clean_text, pretty_name
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import Array, one_double
+from mechc.system.picture import Strut
 
 MOST_FRAMES: Final = 3000
 FEWEST_FRAMES: Final = 240
 MOST_POSITIONS: Final = 120_000  # frames times points
+MOST_PATH: Final = 24_000  # times of paths, times points
+SAG_OF_PATH: Final = 0.005  # of the largest extent of a path
 BESIDE: Final = 0.002  # of the mechanism's size: a pixel of a picture
 TURN: Final = 0.5  # rad of a solid between two frames
 ROUNDING: Final = 1e-9
@@ -34,7 +39,9 @@ SPEEDS: Final = (0.1, 0.25, 0.5, 1.0, 2.0)  # of the motion over the clock's
 # --- frames ----------------------------------------------------------------------------------
 
 
-def frames(sol: Trajectory, fps: float, *, in_space: bool = False) -> Run:
+def frames(
+    sol: Trajectory, fps: float, *, in_space: bool = False, forces: Any = False
+) -> Run:  # fmt: skip
     """The run at equal steps, up to its first state that is not finite.
 
     There are at least 240 frames, ``fps`` a second and as many as steps of the integrator, and
@@ -50,14 +57,15 @@ def frames(sol: Trajectory, fps: float, *, in_space: bool = False) -> Run:
         )
     first, last = sorted(sol.span)
     if first == last:
-        return _finite(Run(sol, np.array([first]), np.asarray(sol.y[:1], dtype=float), in_space))
+        y = np.asarray(sol.y[:1], dtype=float)
+        return _finite(Run(sol, np.array([first]), y, in_space, forces))
     points = len(Run(sol, sol.t, sol.y, in_space).picture.point_names)
     most = min(MOST_FRAMES, max(FEWEST_FRAMES, MOST_POSITIONS // max(1, points)))
     steps = max((last - first) * fps, float(sol.stats["steps"]), FEWEST_FRAMES - 1.0)
     count = math.ceil(min(steps, most - 1.0) - 1e-6) + 1
     while True:
         t = np.linspace(first, last, 2 * count - 1)  # frames and what lies between them
-        fine = _finite(Run(sol, t, np.asarray(sol(t), dtype=float), in_space))
+        fine = _finite(Run(sol, t, np.asarray(sol(t), dtype=float), in_space, forces))
         if count >= most or _fills_in(fine):
             return replace(fine, t=fine.t[::2], y=fine.y[::2])
         count = min(most, 2 * count - 1)
@@ -93,21 +101,21 @@ def _fills_in(fine: Run) -> bool:
 
 
 def motion_data(
-    run: Run, names: Sequence[str], positions: Array, fps: float, *notes: str
+    run: Run, names: Sequence[str], fps: float, view: PlaneView | None = None
 ) -> dict[str, Any]:
     """The data of a motion, without the directions in which it is seen.
 
-    Drawn are the points of these names, at ``positions`` (frames, points, 2 or 3) m; ``notes`` come
-    before what there is to tell of the run and of its frames, when ``fps`` a second were asked for.
+    Drawn are the points of these names, in space or in a plane's ``view``; ``fps`` frames a second
+    were asked for.
     """
     number = {name: k for k, name in enumerate(names)}
-    positions = np.nan_to_num(positions)
+    positions = _positions(run, names, view)
     # relative to the middle of the box of the motion single precision is finest
     flat = positions.reshape(-1, positions.shape[-1])
     middle = (flat.min(axis=0) + flat.max(axis=0)) / 2 if len(flat) else np.zeros(flat.shape[-1])
     span = float(run.t[-1] - run.t[0])
     step = span / (len(run.t) - 1) if len(run.t) > 1 else 0.0
-    told = [*notes]
+    told = [] if view is None else [view.note]
     if step * one_double(fps, "fps") > 1.001:  # the limit of frames made it longer than requested
         told.append(f"one frame every {1e3 * step:.3g} ms")
     if not getattr(run.solution.status, "ok", True):
@@ -133,12 +141,72 @@ def motion_data(
             }
             for guide in run.guides
         ],
+        "struts": [_strut(run, strut, number) for strut in run.picture.struts],
         "ground": [number[name] for name in run.ground],
         "traced": [number[name] for name in run.traced],
+        "paths": paths(run, middle, view),
+        **force_data(run, middle, view),
         "marks": marks(run),
         **curves(run),
         **speed_choices(span),
     }
+
+
+def paths(run: Run, middle: Array, view: PlaneView | None) -> dict[str, Any]:
+    """The paths of the traced points, relative to ``middle``, at times of their own.
+
+    They are closer where a path bends, as far as MOST_PATH allows, so that the page's cubics
+    through them are the motion to what can be seen.
+    """
+    names = run.traced
+
+    def values(part: Run) -> Array:
+        return _positions(part, names, view).reshape(len(part.t), -1)
+
+    def sags(found: Array) -> Array:
+        return np.full(found.shape[1], SAG_OF_PATH * float(np.ptp(found, axis=0).max(initial=0.0)))
+
+    most = MOST_PATH // max(1, len(names))
+    t, found = followed(run, values, sags, most) if names else (run.t[:1], np.zeros((1, 0)))
+    shown = found.reshape(len(t), len(names), len(middle)) - middle
+    return {"times": base64_floats(t - run.t[0]), "points": base64_floats(shown)}
+
+
+def force_data(run: Run, middle: Array, view: PlaneView | None) -> dict[str, Any]:
+    """Reactions (``arrows``) and ``loads`` in every frame, and which are shown at first."""
+    known = forces_of(run, run.forces)
+    kinds = {"arrows": REACTION, "loads": LOAD}
+    found: dict[str, Any] = {}
+    for key, kind in kinds.items():
+        several = [force for force in known if force.kind == kind]
+        usual = usual_size(several)
+        found[key] = [
+            {
+                "label": force.label,
+                "at": base64_floats((force.at if view is None else view.of(force.at)) - middle),
+                "force": base64_floats(force.newtons if view is None else view.of(force.newtons)),
+                "usual": usual,
+            }
+            for force in several
+        ]
+    found["forces"] = ["arrows"] if run.forces is None else [key for key in kinds if found[key]]
+    return found
+
+
+def _positions(run: Run, names: Sequence[str], view: PlaneView | None) -> Array:
+    """The points of these names along a run, (n, points, 2 or 3) m; 0 for what is not finite."""
+    points = run.positions[:, [run.point_names.index(name) for name in names]]
+    return np.nan_to_num(points if view is None else view.of(points))
+
+
+def _strut(run: Run, strut: Strut, number: Mapping[str, int]) -> dict[str, Any]:
+    """A spring, a damper, or a muscle with its activation in every frame, 0 where unknown."""
+    points = [number[name] for name in strut.points]
+    found: dict[str, Any] = {"kind": strut.kind, "label": clean_text(strut.label), "points": points}
+    if strut.kind == "muscle":
+        values = run.activation(strut)
+        found["activation"] = base64_floats(np.zeros(len(run.t)) if values is None else values)
+    return found
 
 
 def speed_choices(span: float) -> dict[str, Any]:

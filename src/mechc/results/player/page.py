@@ -23,7 +23,7 @@ import numpy as np
 
 from mechc.system.parameters import Array
 
-PLAYER: Final = ("controls", "data", "theme", "player", "plots", "panel")
+PLAYER: Final = ("controls", "data", "forces", "theme", "player", "plots", "panel")
 START: Final = "main"
 
 

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
 
 from mechc.errors import MechcError
 from mechc.results.curves import line_styles
+from mechc.results.player.following import followed
 from mechc.results.player.page import base64_floats
 from mechc.results.sampling import (
     Run,
@@ -27,10 +27,8 @@ from mechc.results.sampling import (
 from mechc.system.parameters import Array
 
 MOST_LINES: Final = 24
-FEWEST_TIMES: Final = 240
 MOST_TIMES: Final = 6000
 SAG: Final = 0.003  # of a panel's range: a dot of a plot
-SHORTEST: Final = 1e-7  # of the run: a jump is no slope
 ROUNDING: Final = 1e-6  # of the values, as the page's axes have it
 ENERGIES: Final = ("kinetic", "potential", "total")
 TITLES: Final = {"angle": "Angles", "position": "Positions", "value": "Coordinates"}
@@ -43,7 +41,8 @@ def curves(run: Run) -> dict[str, Any]:
     curve, to a three-hundredth of its panel's range.
     """
     units = {name: shown_unit(run.system, name) for name in run.system.coordinates}
-    t, values = _followed(run, [unit.label for unit in units.values()])
+    labels = [unit.label for unit in units.values()]
+    t, values = followed(run, _values, lambda x: SAG * _ranges(x, labels), MOST_TIMES)
     shown = {name: units[name].factor * values[:, k] for k, name in enumerate(units)}
     panels = [
         _panel(title, unit, {pretty_name(name): shown[name] for name in names})
@@ -54,29 +53,6 @@ def curves(run: Run) -> dict[str, Any]:
     return {"times": base64_floats(t - run.t[0]), "panels": panels}
 
 
-def _followed(run: Run, units: Sequence[str]) -> tuple[Array, Array]:
-    """Times among them the ends of the run's steps, and the values (times, curves) there."""
-    if len(run.t) == 1:
-        return run.t, _values(run)
-    first, last = float(run.t[0]), float(run.t[-1])
-    ends = np.clip(run.solution.t, first, last)
-    t = np.unique(np.concatenate([np.linspace(first, last, FEWEST_TIMES), ends]))
-    t = t[np.unique(np.linspace(0, len(t) - 1, min(len(t), MOST_TIMES)).round().astype(int))]
-    values = _values_at(run, t)
-    rough = np.arange(len(t) - 1)  # the rows before the intervals that are to be halved
-    while len(rough) and len(t) + len(rough) <= MOST_TIMES:
-        middle = (t[rough] + t[rough + 1]) / 2
-        between = _values_at(run, middle)
-        sag = np.abs(between - (values[rough] + values[rough + 1]) / 2)
-        bent = (sag > SAG * _ranges(values, units)).any(axis=1)
-        bent &= middle - t[rough] > SHORTEST * (t[-1] - t[0])
-        t = np.insert(t, rough + 1, middle)
-        values = np.insert(values, rough + 1, between, axis=0)
-        halves = rough + np.arange(len(rough))
-        rough = np.sort(np.concatenate([halves[bent], halves[bent] + 1]))
-    return t, values
-
-
 def _ranges(values: Array, units: Sequence[str]) -> Array:
     """The range of the panel of each curve."""
     panel = np.array([*units, *["Energy"] * (values.shape[1] - len(units))], dtype=object)
@@ -85,10 +61,6 @@ def _ranges(values: Array, units: Sequence[str]) -> Array:
         own = values[:, panel == name]
         ranges[panel == name] = max(np.ptp(own), ROUNDING * np.abs(own).max())
     return ranges
-
-
-def _values_at(run: Run, t: Array) -> Array:
-    return _values(replace(run, t=t, y=np.asarray(run.solution(t), dtype=float)))
 
 
 def _values(run: Run) -> Array:

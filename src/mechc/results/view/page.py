@@ -13,7 +13,6 @@ from mechc.files import path_of
 from mechc.progress import Notice
 from mechc.results.player.motion import frames, motion_data
 from mechc.results.player.page import Page, player_page, template
-from mechc.results.view.arrows import arrows, load_arrows
 from mechc.results.view.axes import axes_data
 from mechc.results.view.pictures import WRITERS, picture_order, pictures_of
 from mechc.results.view.solids import solids_data
@@ -91,10 +90,10 @@ class View(Page):
         return target
 
 
-def view(sol: Trajectory, *, fps: float = 60.0) -> View:
+def view(sol: Trajectory, *, fps: float = 60.0, forces: Any = None) -> View:
     """The motion as a `View`: show it in a notebook, or ``.save(path)`` it."""
     three_js()  # is missing now, not when the page is displayed
-    return View(view_data(sol, fps=fps))
+    return View(view_data(sol, fps=fps, forces=forces))
 
 
 def saved_view(data: Mapping[str, Any]) -> View:
@@ -103,23 +102,23 @@ def saved_view(data: Mapping[str, Any]) -> View:
     return View(data)
 
 
-def view_data(sol: Trajectory, *, fps: float = 60.0) -> dict[str, Any]:
+def view_data(sol: Trajectory, *, fps: float = 60.0, forces: Any = None) -> dict[str, Any]:
     """The data of a motion in space.
 
     Raises
     ------
     ValueOutOfBoundsError
         If ``fps`` is not a positive number.
+    UnknownNameError
+        If there is no force of a name among ``forces``.
     """
-    run = frames(sol, fps, in_space=True)
-    data = motion_data(run, run.point_names, run.positions, fps)
+    run = frames(sol, fps, in_space=True, forces=forces)
+    data = motion_data(run, run.point_names, fps)
     middle = np.array(data["origin"])
     return {
         **data,
         **axes_data(run),
         **solids_data(run, middle),
-        "arrows": arrows(run, middle),
-        "loads": load_arrows(run, middle),
     }
 
 

@@ -26,7 +26,12 @@ from mechc.simulation.trajectory import Trajectory
 MOST_BYTES: Final = 64 * 2**20  # of the data, unpacked, and of their values besides
 MOST_ENTRIES: Final = 5000
 LONGEST: Final = 1000  # characters
-LATER: Final = ("times", "guides")  # which pictures of earlier versions do not have
+LATER: Final = (
+    "times",
+    "guides",
+    "paths",
+    "forces",
+)  # which pictures of earlier versions do not have
 _KINDS: Final = ("ball", "box", "disc", "wheel", "mesh", "mass")
 
 Check = Callable[[Any], bool]
@@ -54,7 +59,8 @@ def unpacked_view(content: bytes, max_bytes: float = MOST_BYTES) -> dict[str, An
     frames, points, solids = (_size(data, key) for key in ("frames", "points", "solids"))
     if not (1 <= frames <= MOST_FRAMES):
         raise MechcError("the picture saved with it is damaged: frames")
-    fields = _fields(frames, points, solids, _numbers(data["times"]) if "times" in data else frames)
+    times = _numbers(data["times"]) if "times" in data else frames
+    fields = _fields(frames, points, solids, times) | {"paths": _paths(_size(data, "traced"))}
     for key in sorted(fields.keys() | data.keys(), key=str):
         if key in LATER and key not in data:
             continue
@@ -81,9 +87,9 @@ def _fields(frames: int, points: int, solids: int, times: int) -> dict[str, Chec
     point = _whole(points)
     line = _record({"label": _text, "points": _list(point)})
     guide = _record({"label": _text, "points": _list(point, 3), "block": _truth})
-    strut = _record(
-        {"kind": _one_of("spring", "damper"), "label": _text, "points": _list(point, 2)}
-    )
+    ends = {"kind": _one_of("spring", "damper"), "label": _text, "points": _list(point, 2)}
+    path = {"kind": _one_of("muscle"), "label": _text, "points": _list(point)}
+    path["activation"] = _floats(frames)
     arrow = _record(
         {"label": _text, "at": _floats(3 * frames), "force": _floats(3 * frames), "usual": _number}
     )
@@ -106,9 +112,10 @@ def _fields(frames: int, points: int, solids: int, times: int) -> dict[str, Chec
         "flat": _truth,
         "solids": _list(_solid),
         "placed": _floats(7 * frames * solids),
-        "struts": _list(strut),
+        "struts": _list(_either(_record(ends), _record(path))),
         "arrows": _list(arrow),
         "loads": _list(arrow),
+        "forces": _list(_one_of("arrows", "loads")),
         "marks": _list(_record({"t": _number, "kind": _one_of("change", "event"), "label": _text})),
         "times": _floats(times),
         "panels": _list(
@@ -117,6 +124,17 @@ def _fields(frames: int, points: int, solids: int, times: int) -> dict[str, Chec
         "speeds": _list(_number),
         "speed": _number,
     }
+
+
+def _paths(traced: int) -> Check:
+    """A check of the paths of so many points, at times of their own."""
+
+    def are_paths(value: Any) -> bool:
+        count = _numbers(value.get("times")) if isinstance(value, dict) else 0
+        fields = {"times": _floats(count), "points": _floats(3 * count * traced)}
+        return count > 0 and _record(fields)(value)
+
+    return are_paths
 
 
 def _solid(value: Any) -> bool:
@@ -154,6 +172,10 @@ def _whole(below: int) -> Check:
 
 def _one_of(*words: str) -> Check:
     return lambda value: isinstance(value, str) and value in words
+
+
+def _either(one: Check, other: Check) -> Check:
+    return lambda value: one(value) or other(value)
 
 
 def _list(check: Check, length: int | None = None) -> Check:

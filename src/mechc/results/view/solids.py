@@ -28,24 +28,19 @@ TURNED: Final = {
 
 
 def solids_data(run: Run, middle: Array) -> dict[str, Any]:
-    """The solids, relative to ``middle``; springs and dampers between points."""
+    """The solids, relative to ``middle``."""
     shown = run.picture
-    names = list(shown.point_names)
-    struts = [
-        {"kind": kind, "label": clean_text(label), "points": [names.index(a), names.index(b)]}
-        for kind, label, (a, b) in shown.struts
-    ]
     meshes = iter(surfaces([solid for solid in shown.solids if solid.kind == "mesh"]))
     made = [_shape(solid, run.solution.params, meshes) for solid in shown.solids]
     kept = [k for k, shape in enumerate(made) if shape is not None]
     if not kept or shown.placed is None:
-        return {"solids": [], "placed": "", "struts": struts}
+        return {"solids": [], "placed": ""}
     where, turned = shown.placed(run.y, run.params, run.t)
     shapes = [shape for shape in made if shape is not None]
     turns = turned[:, kept] @ np.stack([turn for _, turn in shapes])
     rows = np.concatenate([where[:, kept] - middle, _quaternions(turns)], axis=-1)
     solids = [shape for shape, _ in shapes]
-    return {"solids": solids, "placed": base64_floats(np.nan_to_num(rows)), "struts": struts}
+    return {"solids": solids, "placed": base64_floats(np.nan_to_num(rows))}
 
 
 def _shape(solid: Solid, p: Array, meshes: Iterator[Array]) -> tuple[dict[str, Any], Array] | None:

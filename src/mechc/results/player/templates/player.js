@@ -71,7 +71,8 @@ function switchLoop() {
 const speedButtons = motion.speeds.map(function (choice) {
   return button(byId("speeds"), String(choice) + "\u00d7", "", function () { setSpeed(choice); });
 });
-function tellNotes() { byId("notes").textContent = motion.notes.join(" \u00b7 "); }
+let furtherNotes = [];  // of the picture
+function tellNotes() { byId("notes").textContent = motion.notes.concat(furtherNotes).join(" \u00b7 "); }
 function addMarks() {
   byId("ticks").textContent = "";
   motion.marks.forEach(function (mark) {

@@ -36,4 +36,7 @@ function colourOf(index, count) {
   }
   return mixColours(look.palette[0], look.palette[1], Math.min(1, index / (motion.links.length - 1)));
 }
+function colourOfMuscle(active) {
+  return mixColours(look.name === "dark" ? "#7d4a47" : "#dfa39d", look.name === "dark" ? "#ff6b5e" : "#b3261e", active);
+}
 darkSystem.addEventListener("change", readTheme);

@@ -1,16 +1,19 @@
 // Reaction forces in the joints, and the forces among the loads.
 const arrows = [];
-const HEAD = 2.6, USUAL = 28, MOST = 60;  // lengths in radii of a rod
+const HEAD = 2.6, USUAL = 28, MOST = 1e4;  // lengths in radii of a rod
 
 function addArrows() {
-  addForces(motion.arrows, "reaction", true);
-  addForces(motion.loads, "load", false);
+  Object.keys(FORCES).forEach(addForces);
 }
-function addForces(given, kind, shown) {
-  given.forEach(function (arrow) {
+function addForces(kind) {
+  forcesOf(kind).forEach(function (arrow) {
     const shaft = addMesh(shapes.rod, arrow.label), head = addMesh(shapes.cone, arrow.label);
-    const made = { at: floats(arrow.at), force: floats(arrow.force), kind: kind, shaft: shaft, head: head, shown: shown };
+    const made = { at: floats(arrow.at), force: floats(arrow.force), kind: kind, shaft: shaft, head: head };
     arrows.push(made);
+    [shaft, head].forEach(function (mesh) {  // over what they act on, which would hide them
+      mesh.material.depthTest = false;
+      mesh.renderOrder = 1;
+    });
     parts.push({ move: function (at) { moveArrow(made, arrow, at); } });
   });
 }
@@ -20,25 +23,26 @@ function moveArrow(made, arrow, at) {
     foot.setComponent(k, cubic(made.at, 3, k, at));
     force.setComponent(k, cubic(made.force, 3, k, at));
   });
-  const size = force.length(), length = Math.min(MOST, USUAL * size / (arrow.usual || 1)) * unit;
-  const shown = made.shown && length > HEAD * unit;
+  const size = force.length(), length = Math.min(MOST * unit, metresPerNewton(made.kind, USUAL * unit) * size);
+  const shown = forcesShown.has(made.kind) && length > 0.3 * unit, top = Math.min(HEAD * unit, 0.6 * length);
   made.shaft.visible = made.head.visible = shown;
   made.shaft.userData.name = made.head.userData.name = arrow.label + ": " + number(size, digitsFor(size)) + " N";
   if (!shown) { return; }
   force.divideScalar(size);
-  tip.copy(foot).addScaledVector(force, length - HEAD * unit);
+  tip.copy(foot).addScaledVector(force, length - top);
   stretch(made.shaft, foot, tip, 0.4 * unit);
   made.head.quaternion.setFromUnitVectors(UP, force);
-  made.head.scale.set(1.1 * unit, HEAD * unit, 1.1 * unit);
-  made.head.position.copy(tip).addScaledVector(force, HEAD * unit / 2);
+  made.head.scale.set(top / HEAD * 1.1, top, top / HEAD * 1.1);
+  made.head.position.copy(tip).addScaledVector(force, top / 2);
 }
 function showArrows(kind, on) {
-  arrows.forEach(function (made) { if (made.kind === kind) { made.shown = on; } });
+  if (on) { forcesShown.add(kind); } else { forcesShown.delete(kind); }
+  tellScale();
   show();
 }
 themeUsers.push(function () {
   arrows.forEach(function (made) {
-    const colour = made.kind === "load" ? look.accent : look.event;
+    const colour = made.kind === "loads" ? look.ink : look.event;
     made.shaft.material.color.set(colour);
     made.head.material.color.set(colour);
   });

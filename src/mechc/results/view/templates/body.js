@@ -12,7 +12,9 @@ function addMesh(shape, name, index) {
   if (index !== undefined) { painted.push({ mesh: mesh, index: index }); }
   return mesh;
 }
-const struts = new Set(motion.struts.map(function (strut) { return pairOf(strut.points[0], strut.points[1]); }));
+const struts = new Set(motion.struts.filter(function (strut) { return strut.kind !== "muscle"; }).map(function (strut) {
+  return pairOf(strut.points[0], strut.points[1]);
+}));
 const inferred = [];  // translucent bodies
 
 function pairOf(a, b) { return Math.min(a, b) + " " + Math.max(a, b); }
@@ -94,6 +96,7 @@ function addGround() {
 // -- springs, dampers, solids -----------------------------------------------------------------
 function addStruts() {
   motion.struts.forEach(function (strut) {
+    if (strut.kind === "muscle") { addMuscle(strut); return; }
     const from = new THREE.Vector3(), to = new THREE.Vector3(), middle = new THREE.Vector3();
     const isSpring = strut.kind === "spring";
     const mesh = addMesh(isSpring ? springShape() : shapes.rod, strut.label);
@@ -108,6 +111,22 @@ function addStruts() {
       stretch(rod, from, to, 0.5 * unit);
     } });
   });
+}
+function addMuscle(muscle) {
+  // Rods along its path, thicker where it is active, and balls where it bends.
+  const places = muscle.points.map(function () { return new THREE.Vector3(); });
+  const rods = places.slice(1).map(function () { return addMesh(shapes.rod, muscle.label); });
+  const bends = places.slice(2).map(function () { return addMesh(shapes.ball, muscle.label); });
+  parts.push({ move: function (at) {
+    const active = activationOf(muscle, at), radius = (0.4 + 1.2 * active) * unit;
+    muscle.points.forEach(function (point, k) { place(point, at, places[k]); });
+    rods.forEach(function (rod, k) { stretch(rod, places[k], places[k + 1], radius); });
+    bends.forEach(function (ball, k) { ball.position.copy(places[k + 1]); ball.scale.setScalar(radius); });
+    rods.concat(bends).forEach(function (mesh) {
+      if (look) { mesh.material.color.set(colourOfMuscle(active)); }
+      mesh.userData.name = muscle.label + ": activation " + number(active, 2);
+    });
+  } });
 }
 function addSolids() {
   motion.solids.forEach(function (solid, k) {

@@ -101,7 +101,11 @@ function addGrid() {
   shape.setAttribute("position", new THREE.Float32BufferAttribute(corners, 3));
   grid = new THREE.LineSegments(shape, new THREE.LineBasicMaterial({ transparent: true, opacity: 0.85 }));
   scene.add(grid);
-  byId("scale").textContent = "grid: " + String(Number(cell.toPrecision(3))) + " m";
+  tellScale();
+}
+function tellScale() {
+  const ofGrid = grid && grid.visible ? ["grid: " + threeDigits(cell) + " m"] : [];
+  byId("scale").textContent = ofGrid.concat(wordsOfForces(cell, USUAL * unit)).join(" \u00b7 ");
 }
 function pivotBase() {
   return motion.ground.reduce(function (least, point) {

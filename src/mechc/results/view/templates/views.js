@@ -32,9 +32,9 @@ function addFollow(box) {
 function addShows() {
   if (trails.length) { keyed.r = toggle("Traces", "(r)", true, showTraces); }
   if (inferred.length) { keyed.b = toggle("Bodies", "(b): uniform bodies with the inertia that is known", true, showInferred); }
-  if (motion.arrows.length) { keyed.v = toggle("Reactions", "(v): forces in the joints", true, function (on) { showArrows("reaction", on); }); }
-  if (motion.loads.length) { keyed.o = toggle("Loads", "(o): forces among the loads", false, function (on) { showArrows("load", on); }); }
-  if (grid) { keyed.g = toggle("Grid", "(g)", true, function (on) { if (grid) { grid.visible = on; } byId("scale").hidden = !on; redraw(); }); }
+  if (motion.arrows.length) { keyed.v = toggle("Reactions", "(v): forces in the joints", forcesShown.has("arrows"), function (on) { showArrows("arrows", on); }); }
+  if (motion.loads.length) { keyed.o = toggle("Loads", "(o): forces among the loads", forcesShown.has("loads"), function (on) { showArrows("loads", on); }); }
+  if (grid) { keyed.g = toggle("Grid", "(g)", true, function (on) { if (grid) { grid.visible = on; } tellScale(); redraw(); }); }
 }
 const turning = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1] };
 onPicture = function (event) {

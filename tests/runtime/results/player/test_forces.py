@@ -1,6 +1,8 @@
-"""Reaction forces are arrows at their joints, in N, and loads where they act."""
+"""Forces in pictures: reactions at their joints, in N, and loads where they act, by a scale."""
 
 from __future__ import annotations
+
+import re
 
 import numpy as np
 import pytest
@@ -10,13 +12,19 @@ from sympy import cos, symbols
 from sympy.physics.mechanics import (
     KanesMethod,
     Particle,
+    PinJoint,
     Point,
     ReferenceFrame,
+    RigidBody,
     dynamicsymbols,
+    inertia,
 )
 
 import mechc
+from mechc.results.animation import animate
+from mechc.results.player.forces import round_down
 from mechc.results.view.page import view_data
+from tests.support import fake_linkage
 from tests.support.linkages.jointed import chain
 from tests.support.page_data import floats
 
@@ -80,13 +88,88 @@ def test_loads_are_arrows_where_they_act() -> None:
     weight, follower = (floats(arrow["force"]).reshape(-1, 3) for arrow in data["loads"])
     np.testing.assert_allclose(weight, np.broadcast_to([0.0, -19.62, 0.0], weight.shape), rtol=1e-6)
     np.testing.assert_allclose(follower, size[:, None] * across, atol=1e-5)
+    assert data["forces"] == ["arrows"]  # loads are shown when they are switched on
     (place, _) = (floats(arrow["at"]).reshape(-1, 3) for arrow in data["loads"])
     np.testing.assert_allclose(np.linalg.norm(place + data["origin"], axis=1), 0.5, rtol=1e-6)
 
 
+G, MASS, LENGTH = 9.81, 2.0, 0.5
+
+
+@pytest.fixture(scope="module")
+def hanging() -> mechc.Solution:
+    """A bob at rest on a rod, by a pin, with a weight that is a load."""
+    rod, ground = RigidBody("rod", mass=MASS), RigidBody("ground")
+    rod.central_inertia = inertia(rod.frame, 0, 0, 0.1)
+    q, u = dynamicsymbols("q u")
+    pin = PinJoint("pin", ground, rod, q, u, child_point=LENGTH * rod.y, joint_axis=ground.z)
+    weight = (rod.masscenter, -MASS * G * ground.y)
+    model = mechc.compile(mechc.from_joints("rod", [pin], ground=ground, loads=[weight]))
+    return model.simulate(1.0, {"q": 0.0, "u": 0.0})
+
+
+def test_arrows_of_a_plot_are_as_long_as_its_scale_says(hanging: mechc.Solution) -> None:
+    """The pin carries the weight: both arrows, at both ends of the run."""
+    axes = hanging.plot(forces=True).axes[0]
+    told = [text.get_text() for text in axes.get_legend().get_texts()]
+    for kind, way in (("reactions", 1.0), ("loads", -1.0)):
+        (words,) = (
+            re.fullmatch(rf"{kind}, (\S+) m is (\S+) N", text) for text in told if kind in text
+        )
+        scale = float(words[1]) / float(words[2])
+        arrows = [x for x in axes.texts if way * (x.xy[1] - x.xyann[1]) > 0]
+        assert len(arrows) == 2
+        for arrow in arrows:
+            np.testing.assert_allclose(
+                np.subtract(arrow.xy, arrow.xyann), [0, way * scale * MASS * G]
+            )
+            np.testing.assert_allclose(arrow.xyann, [0.0, 0.0 if way > 0 else -LENGTH], atol=1e-9)
+            assert 0.1 * LENGTH < scale * MASS * G <= 0.4 * LENGTH
+
+
+def test_an_animation_has_the_forces_that_are_asked_for(hanging: mechc.Solution) -> None:
+    data = animate(hanging).data
+    assert data["arrows"] == data["loads"] == data["forces"] == []
+    data = animate(hanging, forces=True).data
+    assert data["forces"] == ["arrows", "loads"]
+    for key, way in (("arrows", 1.0), ("loads", -1.0)):
+        (arrow,) = data[key]
+        forces = floats(arrow["force"]).reshape(-1, 2)
+        np.testing.assert_allclose(
+            forces, way * np.tile([0, MASS * G], (len(forces), 1)), atol=1e-6
+        )
+        assert arrow["usual"] == pytest.approx(MASS * G)
+    for asked, kinds in (("pin", ["arrows"]), (["rod_masscenter"], ["loads"]), ([], [])):
+        assert animate(hanging, forces=asked).data["forces"] == kinds
+        assert view_data(hanging, forces=asked)["forces"] == kinds
+
+
+def test_reactions_that_are_asked_for_are_compiled_when_they_are(hanging: mechc.Solution) -> None:
+    assert "reaction_forces" not in hanging.system.scene.outputs
+    assert view_data(hanging)["arrows"] == []
+    assert [arrow["label"] for arrow in view_data(hanging, forces="pin")["arrows"]] == [
+        "reaction in pin"
+    ]
+
+
+def test_forces_that_are_none_are_refused(hanging: mechc.Solution) -> None:
+    for asked in ("pine", 3, ["pin", "pine"]):
+        with pytest.raises(mechc.UnknownNameError, match="no joint or point with a force to draw"):
+            hanging.animate(forces=asked)
+    with pytest.raises(mechc.ValueOutOfBoundsError, match="forces are drawn beside the paths"):
+        hanging.plot("q", forces=True)
+    with pytest.raises(mechc.ValueOutOfBoundsError, match="has no force to draw"):
+        animate(fake_linkage.run(1.0), forces=True)
+
+
+def test_a_scale_is_a_round_number() -> None:
+    for value, least in ((1.0, 1.0), (4.9, 2.0), (5.0, 5.0), (0.03, 0.02), (999.0, 500.0)):
+        assert round_down(value) == pytest.approx(least)
+
+
 def test_forces_by_inputs_of_a_run_are_not_known_and_not_drawn() -> None:
     found = picture_plan(pushed_point(), Drawing(), {"m"}, in_space=True)
-    assert [label for label, _, _ in found.loads] == ["force on second"]
+    assert [name for name, _, _ in found.loads] == ["second"]
 
 
 def pushed_point() -> mechc.Mechanism:

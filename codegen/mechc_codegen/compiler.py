@@ -61,7 +61,8 @@ def build_scene(
     if kind:
         sizes = texts["scene_sizes.h"]
         tape = clock.time("tape", lambda: scene_tape(writer, made.metadata, sizes))
-    return extension(mechanism.name, texts, sets, clock.seconds, kind if tape.content else (), tape)
+    kind = kind if tape.content else ()
+    return extension(mechanism.name, texts, sets, clock.seconds, kind, tape.content, tape.kind)
 
 
 def build_standalone(

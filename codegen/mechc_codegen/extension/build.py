@@ -14,7 +14,6 @@ from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
 
-from mechc_codegen.emit.tape.scene_tape import SceneTape
 from mechc_codegen.emit.units.instruction_sets import InstructionSet
 from mechc_codegen.extension.flags import FLAGS, runtime_headers
 
@@ -24,7 +23,7 @@ class Build:
     """The texts of one scene, and per source file the compiler flags beyond ``FLAGS``.
 
     ``kind``: the macros of its kind for the general unit, of so many ``lanes``; empty: that does
-    not serve it.  ``tape``: its functions for that unit before anything of the scene is compiled.
+    not serve it.  ``tape``: its functions for that unit, with further macros.
     """
 
     name: str
@@ -33,7 +32,8 @@ class Build:
     seconds: Mapping[str, float] = field(default_factory=dict)  # that each stage took
     kind: tuple[str, ...] = ()
     lanes: int = 0
-    tape: SceneTape = field(default_factory=SceneTape)
+    tape: bytes = b""
+    tape_kind: tuple[str, ...] = ()
 
     @property
     def widest_flags(self) -> tuple[str, ...]:
@@ -81,7 +81,8 @@ def extension(
     sets: Sequence[InstructionSet],
     seconds: Mapping[str, float],
     kind: tuple[str, ...],
-    tape: SceneTape,
+    tape: bytes,
+    tape_kind: tuple[str, ...],
 ) -> Build:
     """Emitted C with the Cython wrapper and the flags of each instruction set."""
     wrapper = files("mechc_codegen.emit") / "templates" / "scene.pyx.in"
@@ -94,6 +95,7 @@ def extension(
         kind,
         sets[-1].lanes,
         tape,
+        tape_kind,
     )
 
 
@@ -107,7 +109,7 @@ def signature(build: Build, compiler: str, python: str) -> str:
     parts = [*(f"{name}\n{text}" for name, text in sorted(build.texts.items()))]
     parts += [f"{name} {flags}" for name, flags in sorted(build.flags.items())]
     parts += [" ".join(build.kind), *_headers()]
-    parts += [" ".join(FLAGS), build.tape.content.hex(), compiler, python, platform.machine()]
+    parts += [" ".join(FLAGS), build.tape.hex(), compiler, python, platform.machine()]
     return _digest(parts)
 
 

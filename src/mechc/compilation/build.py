@@ -124,7 +124,7 @@ def _first(parts: Parts, built: Callable[[], Any], *, ahead: bool) -> Any:
         seconds.update(scene.seconds)
         if ahead and not scene.kind:
             parts.begin("driver")
-        doing = "writing the tape" if scene.tape.content else "compiling rates and outputs"
+        doing = "writing the tape" if scene.tape else "compiling rates and outputs"
         with Notice(f"{doing} of {scene.name} ..."):
             time_stage(seconds, FIRST_UNIT, lambda: entries.make_first(scene, folder))
 

@@ -19,23 +19,30 @@ _TAPE = b"mechc tape 1\0\0\0\0"  # what tapes begin with: see runtime/tape/read.
 
 
 def model_of(path: Path) -> Any:
-    """The model of an entry: compiled, or a tape and the unit that runs it."""
-    with path.open("rb") as file:
-        if file.read(len(_TAPE)) != _TAPE:
-            return capsule_of(path)
-        (size,) = struct.unpack("Q", file.read(8))
-        unit = file.read(size).decode("ascii")
-        file.seek(0)
-        tape = file.read()
-    shared = cache.find(unit)
-    if shared is None:
-        raise ImportError("the unit that runs this tape is not there")
-    with cache.aside(unit) as folder:  # each scene needs a copy of its own
-        return model_of_tape(shutil.copy(shared, folder), tape)
+    """The model of an entry: compiled, or a tape and the unit that runs it.
+
+    Raises ImportError if it cannot be loaded.
+    """
+    try:
+        with path.open("rb") as file:
+            if file.read(len(_TAPE)) != _TAPE:
+                return capsule_of(path)
+            (size,) = struct.unpack("Q", file.read(8))
+            unit = file.read(size).decode("ascii")
+            file.seek(0)
+            tape = file.read()
+        shared = cache.find(unit)
+        if shared is None:
+            raise ImportError("the unit that runs this tape is not there")
+        with cache.copied(shared) as own:  # each scene needs one
+            return model_of_tape(own, tape)
+    except (OSError, UnicodeDecodeError, struct.error) as error:
+        raise ImportError(f"{path}: {error}") from None
 
 
-def load(key: str, load: Callable[[Path], Any] = model_of) -> Any:
+def load(key: str, load: Callable[[Path], Any] | None = None) -> Any:
     """The content of an entry, if it exists and can be loaded, else None; by default a model."""
+    load = load or model_of
     path = cache.find(key)
     known = None if path is None else cache.identity(path)
     try:
@@ -46,9 +53,10 @@ def load(key: str, load: Callable[[Path], Any] = model_of) -> Any:
 
 
 def load_or_make(
-    key: str, make: Callable[[Path], None], load: Callable[[Path], Any] = model_of
+    key: str, make: Callable[[Path], None], load: Callable[[Path], Any] | None = None
 ) -> Any:
     """The content of an entry, which is made if it is missing or removed before it is loaded."""
+    load = load or model_of
     path = cache.entry(key, make)
     known = cache.identity(path)
     try:
@@ -76,8 +84,8 @@ def make_first(scene: Any, folder: Path) -> None:
     from mechc_codegen.extension.flags import OUTPUTS_ONLY_FLAGS, RUNTIME
 
     target, texts = folder / cache.SHARED_OBJECT, scene.as_json()
-    if scene.tape.content:
-        target.write_bytes(whole_tape(scene.tape.content, _tapes_unit(scene), texts))
+    if scene.tape:
+        target.write_bytes(whole_tape(scene.tape, _tapes_unit(scene), texts))
         return
     work, flags = folder / "work", [*OUTPUTS_ONLY_FLAGS, *scene.widest_flags]
     scene.write(work)
@@ -102,9 +110,9 @@ def _tapes_unit(scene: Any) -> str:
     )
 
     of_series = (f"-I{IN_PLACE_OF_SERIES}", f"-I{IN_PLACE_OF_SCENE}")
-    flags = [*GENERAL_FLAGS, *scene.kind, *scene.tape.kind, *scene.widest_flags]
+    flags = [*GENERAL_FLAGS, *scene.kind, *scene.tape_kind, *scene.widest_flags]
     sources = {"tapes.c": tapes_source(scene.lanes, scene.unit)}
-    if "-DMECHC_KIND_SERIES=1" in scene.tape.kind:
+    if "-DMECHC_KIND_SERIES=1" in scene.tape_kind:
         sources["series.c"] = series_source(scene.lanes)
 
     def make(folder: Path) -> None:

@@ -58,6 +58,8 @@ def test_one_whose_linker_dies_where_it_writes_is_run_elsewhere(fresh, monkeypat
     monkeypatch.setenv("CC", compiler_script(fresh, body))
     assert mechc.compile(pendulum(2)).rhs(0.0, [0.3, 0.1])[1] == pytest.approx(-2 * np.cos(0.3))
     compiler_script(fresh, "kill -BUS $$")
+    (fresh / "other").mkdir(mode=0o700)  # without the unit that runs all pendulums
+    monkeypatch.setenv("MECHC_CACHE_DIR", str(fresh / "other"))
     with pytest.raises(CompilerError, match="was ended by SIGBUS"):
         mechc.compile(pendulum(7))
 

@@ -9,6 +9,7 @@ import shlex
 import shutil
 import signal
 import stat
+import struct
 import subprocess
 import sys
 import time
@@ -370,7 +371,7 @@ def test_a_library_without_a_model_is_compiled_again(fresh):
 
 def test_what_vanishes_between_the_look_and_the_loading_is_made_again(fresh, monkeypatch):
     """Another process may clear the cache just then."""
-    load, lost = entries.capsule_of, []
+    load, lost = entries.model_of, []
 
     def clear_and_load(path):
         if len(lost) < 2:
@@ -379,7 +380,7 @@ def test_what_vanishes_between_the_look_and_the_loading_is_made_again(fresh, mon
         return load(path)
 
     end(begin(7.5))  # not in this process, where it would stay loaded
-    monkeypatch.setattr(entries, "capsule_of", clear_and_load)
+    monkeypatch.setattr(entries, "model_of", clear_and_load)
     assert right(rate(7.5), 7.5)
     assert len(lost) == 2
 
@@ -405,7 +406,8 @@ def test_what_is_compiled_is_no_matter_of_pythons_version(fresh):
     """Every Python may load it: it asks for nothing of Python's."""
     if shutil.which("nm") is None:
         pytest.skip("no nm here")
-    for path in (first_entry(8.25), _whole(8.25)):
+    unit = struct.unpack_from("16xQ72s", (first_entry(8.25) / cache.SHARED_OBJECT).read_bytes())[1]
+    for path in (cache.cache_folder() / unit.rstrip(b"\0").decode(), _whole(8.25)):
         command = ["nm", "-D", "--undefined-only", str(path / cache.SHARED_OBJECT)]
         wanted = subprocess.run(command, capture_output=True, text=True, check=True).stdout
         assert "Py" not in wanted

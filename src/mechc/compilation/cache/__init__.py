@@ -22,6 +22,7 @@ from mechc.compilation.cache.security import (
     UnwritableError,
     folder_of_process,
     is_chosen,
+    private_folder,
     refuse_foreign,
     refuse_open_parents,
     refuse_unsafe,
@@ -59,30 +60,31 @@ def entry(key: str, make: Callable[[Path], None]) -> Path:
 
 
 def find(key: str) -> Path | None:
-    """The shared object of an undamaged entry; nothing is written.
+    """The shared object of an undamaged entry, in the cache or what this process has instead of it;
+    nothing is written.
 
     Raises :class:`CacheError` if the cache folder cannot be used safely; the message says why.
     """
-    root = cache_folder()
-    try:
-        refuse_unsafe(root)
-    except OSError:
-        return None
-    if not _sound(root / key):
-        return None
-    note_use(root / key, SEAL)
-    return root / key / SHARED_OBJECT
+    for root in filter(None, (cache_folder(), private_folder())):
+        with suppress(OSError):
+            refuse_unsafe(root)
+            if _sound(root / key):
+                note_use(root / key, SEAL)
+                return root / key / SHARED_OBJECT
+    return None
 
 
 @contextmanager
-def aside(key: str) -> Iterator[Path]:
-    """A folder for a copy of an entry, which is removed afterwards."""
+def copied(shared: Path) -> Iterator[Path]:
+    """A copy of an entry's shared object, which is removed afterwards."""
     try:
-        folder = tempfile.mkdtemp(prefix=f".new-{key}-", dir=cache_folder())
+        folder = Path(tempfile.mkdtemp(prefix=f".new-{shared.parent.name}-", dir=shared.parents[1]))
+        own = Path(shutil.copy(shared, folder))
     except OSError:  # a cache that cannot be written
-        folder = tempfile.mkdtemp()
+        folder = Path(tempfile.mkdtemp(prefix="mechc-"))
+        own = Path(shutil.copy(shared, folder))
     try:
-        yield Path(folder)
+        yield own
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 

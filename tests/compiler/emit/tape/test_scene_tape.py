@@ -101,7 +101,7 @@ int main(int argc, char **argv)
 def harness(folder, mechanism):
     """A program that reads a tape from its input and changes it so many times; and the tape."""
     build = build_scene(mechanism, (BASELINE,))
-    assert build.tape.content
+    assert build.tape
     source = tapes_source(BASELINE.lanes, "baseline") + MAIN
     (folder / "hostile.c").write_text(source, "utf-8")
     command = [
@@ -111,13 +111,13 @@ def harness(folder, mechanism):
         "-fno-math-errno",
         "-ffp-contract=off",
     ]
-    command += [*build.kind, *build.tape.kind, f"-I{IN_PLACE_OF_SCENE}", f"-I{RUNTIME}"]
+    command += [*build.kind, *build.tape_kind, f"-I{IN_PLACE_OF_SCENE}", f"-I{RUNTIME}"]
     command += [str(folder / "hostile.c"), "-lm", "-o", str(folder / "hostile")]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode and "sanitize" in done.stderr:
         pytest.skip("no sanitizers here")
     assert done.returncode == 0, done.stderr
-    return folder / "hostile", whole_tape(build.tape.content, "0" * 64 + ".general", "{}")
+    return folder / "hostile", whole_tape(build.tape, "0" * 64 + ".general", "{}")
 
 
 def hostile(folder, mechanism, count):

@@ -63,12 +63,12 @@ def test_its_sources_compile_without_warnings(tmp_path, scene):
         "general.c": general.general_source(BASELINE.lanes),
         "tapes.c": general.tapes_source(BASELINE.lanes, "baseline"),
     }
-    if "-DMECHC_KIND_SERIES=1" in build.tape.kind:
+    if "-DMECHC_KIND_SERIES=1" in build.tape_kind:
         sources["series.c"] = general.series_source(BASELINE.lanes)
     compiler, places = toolchain.compiler(), (IN_PLACE_OF_SERIES, IN_PLACE_OF_SCENE, RUNTIME)
     for name, text in sources.items():
         (tmp_path / name).write_text(text, "utf-8")
-        command = [*compiler, *GENERAL_FLAGS, *STRICT, *build.kind, *build.tape.kind]
+        command = [*compiler, *GENERAL_FLAGS, *STRICT, *build.kind, *build.tape_kind]
         command += [f"-I{place}" for place in places]
         command += checking(compiler, tmp_path / f"{name}.o")
         done = subprocess.run(

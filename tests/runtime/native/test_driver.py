@@ -4,7 +4,10 @@ import threading
 
 import numpy as np
 import pytest
+from mechc.native._driver import PARTS
 from mechc_codegen import shipped_mechanism
+from sympy import Abs, Max, Piecewise, Rational, Symbol, atan2, cos, tanh
+from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
 from tests.support import scenes
@@ -74,6 +77,26 @@ def test_the_general_unit_gives_the_bits_of_the_scenes_own(described):
     own = numbers(model, end)
     for method in METHODS:
         assert own[method] == general[method], method
+
+
+def cornered():
+    """A bead with functions of the C library, corners and jumps in its load."""
+    q, f = dynamicsymbols("q"), Symbol("f")
+    jump = Piecewise((tanh(q), q > f / 9), (atan2(q, f), True))
+    return scenes.bead_with(f * Abs(q) ** Rational(3, 2) + jump * Max(q, 0.1) / (2 + cos(q) ** 5))
+
+
+@pytest.mark.parametrize("described", [lambda: scenes.swing(guided=True), cornered])
+def test_outputs_by_a_tape_have_the_bits_of_those_compiled_in_lanes(described):
+    model = mechc.compile(described())
+    native = model.system.scene.evaluator
+    assert native.serves_runs
+    states = np.random.default_rng(4).uniform(-1.0, 1.0, (11, native.width))
+    p, t = np.array([[model.defaults[name] for name in model.parameters]]), np.zeros(1)
+    by_tape = {name: native.evaluate(name, t, states, p) for name in native.outputs}
+    native.need(PARTS["outputs"])
+    for name, found in by_tape.items():
+        assert native.evaluate(name, t, states, p).tobytes() == found.tobytes(), name
 
 
 def test_a_thread_with_a_small_stack_runs_by_the_general_unit():

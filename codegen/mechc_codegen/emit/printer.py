@@ -79,6 +79,8 @@ class RealPrinter(C99CodePrinter):  # type: ignore[misc]
 
     def _print_Pow(self, expr: Pow) -> str:
         base, exponent = expr.as_base_exp()
+        if exponent.is_Float and float(exponent).is_integer():
+            exponent = Integer(int(exponent))  # else each compiler chooses when pow is a product
         if exponent.is_Integer and 0 < abs(int(exponent)) <= _MOST_FACTORS:
             factor = self.parenthesize(base, 100)
             product = "*".join([factor] * abs(int(exponent)))

@@ -14,6 +14,7 @@ FLAGS = (
     "-fno-math-errno",
     "-fno-trapping-math",
     "-ffp-contract=off",
+    "-fno-builtin-pow",  # which is a product for some exponents, not for all compilers
     "-fno-tree-vectorize",
     "-fvisibility=hidden",
 )

@@ -15,6 +15,7 @@ from mechc.errors import CacheError
 from mechc.native._driver import capsule_of, model_of_tape
 from mechc.progress import Notice
 
+_LONGEST_KEY = 100
 _TAPE = b"mechc tape 1\0\0\0\0"  # what tapes begin with: see runtime/tape/read.h
 
 
@@ -28,10 +29,10 @@ def model_of(path: Path) -> Any:
             if file.read(len(_TAPE)) != _TAPE:
                 return capsule_of(path)
             (size,) = struct.unpack("Q", file.read(8))
-            unit = file.read(size).decode("ascii")
+            unit = file.read(min(size, _LONGEST_KEY)).decode("ascii")
             file.seek(0)
             tape = file.read()
-        shared = cache.find(unit)
+        shared = cache.find(unit) if cache.is_of_all(unit) else None
         if shared is None:
             raise ImportError("the unit that runs this tape is not there")
         with cache.copied(shared) as own:  # each scene needs one

@@ -54,6 +54,7 @@ cdef extern from "abi/call.h":
 cdef ptrdiff_t LANES = 8  # states are evaluated in lanes, at most so many
 cdef ptrdiff_t LITTLE_WORK = 1 << 17
 cdef size_t STACK_OF_GENERAL = 1 << 20  # bytes: twice what the unit's arrays, as large as its bounds, take
+cdef size_t STACK_OF_TAPE = 1 << 18
 cdef long MUCH_WORK = 1 << 16  # evaluations by the general unit, from which on compiling pays
 cdef ptrdiff_t MANY = 1 << 16  # states, from which on compiling their evaluation in lanes pays
 
@@ -367,6 +368,8 @@ cdef class Scene:
     cdef size_t stack_beyond(self, int width):
         """0 where the calling thread has so much left."""
         cdef size_t needed = self.stack_of(width) if self.stack else 0
+        if self.model.general != NULL:  # by tapes, in arrays as large as bounds
+            needed = max(needed, STACK_OF_TAPE)
         return needed if needed > mechc_stack_left() else 0
 
     def complete_rows(self, const unsigned char[::1] given, double[:, ::1] rows):

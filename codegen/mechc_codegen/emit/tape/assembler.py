@@ -30,10 +30,13 @@ def _names(name: str) -> list[str]:
 OPERATIONS = {name: code for code, name in enumerate(_names("MECHC_TAPE_OPERATIONS"))}
 CALLS = _names("MECHC_TAPE_CALLS"), _names("MECHC_TAPE_CALLS_OF_TWO")
 FUNCTIONS = {
-    name: re.findall(r"A\((?:series_)?(\w+)\)", arrays)
+    name: re.findall(r"[AW]\((?:series_)?(\w+)\)", arrays)
     for name, arrays in re.findall(r"X\((\w+), ([^X]+)\)", _listed("MECHC_TAPE_FUNCTIONS"))
 }
-MOST_REGISTERS = int(re.findall(r"MECHC_TAPE_MOST_REGISTERS (\d+)", _LISTS)[0])
+MOST_REGISTERS, MOST_OUTPUTS, WIDEST = (
+    int(value)
+    for value in re.findall(r"MECHC_TAPE_(?:MOST_REGISTERS|MOST_OUTPUTS|WIDEST) (\d+)", _LISTS)
+)
 MOST = 2**16  # of anything that an operation names
 _SIGNS = {
     ast.Add: "ADD", ast.Sub: "SUBTRACT", ast.Mult: "MULTIPLY", ast.Div: "DIVIDE", ast.BitAnd: "AND",

@@ -19,7 +19,15 @@ from typing import Any
 from mechc_codegen.emit.c import CWriter
 from mechc_codegen.emit.expressions import Line, let, named, put
 from mechc_codegen.emit.printer import RealPrinter
-from mechc_codegen.emit.tape.assembler import FUNCTIONS, MOST, MOST_REGISTERS, NoTapeError, Tape
+from mechc_codegen.emit.tape.assembler import (
+    FUNCTIONS,
+    MOST,
+    MOST_OUTPUTS,
+    MOST_REGISTERS,
+    WIDEST,
+    NoTapeError,
+    Tape,
+)
 from mechc_codegen.emit.taylor.series import SeriesWriter
 from mechc_codegen.emit.taylor.sums import are_few, arrange
 from mechc_codegen.emit.units.block_elimination import BlockElimination
@@ -32,7 +40,8 @@ COUNTS = (
 )
 # Outputs that the unit calls, in this order.
 BY_NAME = ("constraints", "coordinate_rates", "kinematic_matrix", "switching", "mass_matrix")
-OUTPUT = "output"
+OUTPUT, DEFAULT = "solved", "default"
+_OF_STATES = ("plain", OUTPUT, DEFAULT)
 OWN, SOLVED, RATES, MULTIPLIERS = range(4)  # how an output is evaluated
 _BY_RUNTIME = {"rates": RATES, "multipliers": MULTIPLIERS}
 _RUNTIME = files("mechc_codegen") / "runtime"
@@ -70,7 +79,7 @@ def scene_tape(writer: CWriter, metadata: Mapping[str, Any], sizes: str) -> Scen
     tape = _Writer(writer, metadata, sizes)
     try:
         content = tape.content()
-    except NoTapeError:
+    except (NoTapeError, RecursionError, ZeroDivisionError):  # expressions of many levels
         return SceneTape()
     return SceneTape(content, tuple(f"-DMECHC_KIND_{n}={value}" for n, value in tape.kind.items()))
 
@@ -119,7 +128,7 @@ class _Writer:
             _doubles(map(float.fromhex, self.numbers)),
             _integers(chain.from_iterable(self.places)),
             _shorts(chain.from_iterable(self.rows)),
-            _integers(index.get(name, -1) for name in FUNCTIONS if name != OUTPUT),
+            _integers(index.get(name, -1) for name in FUNCTIONS if name not in _OF_STATES),
             _integers(index.get(name, -1) for name in BY_NAME),
             _integers(chain.from_iterable(outputs)),
             names,
@@ -172,6 +181,8 @@ class _Writer:
         rows += [(label, width, _BY_RUNTIME[label]) for label, width in functions.by_runtime()]
         rows += [(label, width, SOLVED) for label, width in label_widths(functions, of_motion=True)]
         found, names = list[tuple[int, int, int, int]](), b""
+        if len(rows) > MOST_OUTPUTS or max(width for _, width, _ in rows) > WIDEST:
+            raise NoTapeError
         for label, width, how in rows:
             found.append((how, index.get(label, -1), width, len(names)))
             name = functions.request.name_of(label)
@@ -186,7 +197,7 @@ class _Writer:
                 yield i, -1
                 continue
             loads = [let(symbols[j].name, named("p")[j]) for j in held]
-            yield i, self._function(OUTPUT, [*loads, put(named("out")[0], printer.real(value))])
+            yield i, self._function(DEFAULT, [*loads, put(named("out")[0], printer.real(value))])
 
 
 def _section(content: bytes) -> bytes:

@@ -27,7 +27,7 @@ MECHC_GAPS_OF_LOOPS(MECHC_TAPE_DECLARE)
 MECHC_INLINE void FN(tape_output)(int tape, real t, const real *q, const real *u, const FN(given) *given,
                                   const real *a, const real *l, real *out)
 {
-    real *arrays[] = {(real *)q, (real *)u, (real *)given->p, (real *)given->k, (real *)a, (real *)l, out};
+    real *arrays[] = {(real *)q, (real *)u, (real *)given->p, (real *)given->k, out, (real *)a, (real *)l};
     FN(run_tape)(tape, arrays, &t, given, 0, 0);
 }
 

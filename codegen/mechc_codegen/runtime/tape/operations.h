@@ -32,30 +32,35 @@
     X(q, c->nq) X(u, c->nu) X(p, c->np) X(k, c->nk) X(saved, c->saved) X(a, c->nu) X(l, c->nc) \
     X(gap, c->nh) X(jacobian, c->nc * c->nu) X(bias, c->nc) X(mass, c->nu * c->nu) \
     X(forcing, c->nu) X(gamma, c->nc) X(out, width) \
-    X(weight, c->nu) X(kept, c->blocks_kept) X(directions, c->nu * (c->nu - c->nc)) \
-    X(momenta, c->nu * (c->nu - c->nc)) X(own, c->nu - c->nc) X(lengths, c->nc) X(clear, 1) \
-    X(values, c->nc) X(x, c->nu) X(moved, c->nu) X(axes, c->nu * (c->nu - c->nc)) \
-    X(inverse, c->nu - c->nc) X(reaction, c->nu) X(lambda, c->nc) X(rates, c->nc) \
+    X(weight, c->nu) X(kept, c->blocks_kept) X(directions, c->nu * free) \
+    X(momenta, c->nu * free) X(own, free) X(lengths, c->nc) X(clear, 1) \
+    X(values, c->nc) X(x, c->nu) X(moved, c->nu) X(axes, c->nu * free) \
+    X(inverse, free) X(reaction, c->nu) X(lambda, c->nc) X(rates, c->nc) \
     X(row, series->row) X(series_kept, series->kept) X(sums, series->sums) \
     X(series_rates, series->integrated)
 
-/* X(function, its arrays): those that the unit calls by themselves, then outputs. */
+/* X(function, its arrays: A(given) W(written)): those that the unit calls by themselves, then those of states,
+ * plain, or with accelerations and multipliers, and of a parameter's default. */
 #define MECHC_TAPE_FUNCTIONS(X) \
-    X(hoist, A(p) A(k)) \
-    X(configuration, A(q) A(p) A(k) A(gap) A(jacobian) A(bias) A(mass) A(saved)) \
-    X(motion, A(q) A(u) A(p) A(k) A(saved) A(forcing) A(gamma)) \
-    X(factor_blocks, A(jacobian) A(mass) A(weight) A(kept) A(directions) A(momenta) A(own) A(lengths) A(clear)) \
-    X(solve_blocks, A(jacobian) A(kept) A(values) A(x)) \
+    X(hoist, A(p) W(k)) \
+    X(configuration, A(q) A(p) A(k) W(gap) W(jacobian) W(bias) W(mass) W(saved)) \
+    X(motion, A(q) A(u) A(p) A(k) A(saved) W(forcing) W(gamma)) \
+    X(factor_blocks, A(jacobian) A(mass) A(weight) W(kept) W(directions) W(momenta) W(own) W(lengths) W(clear)) \
+    X(solve_blocks, A(jacobian) A(kept) A(values) W(x)) \
     X(longest_answer, A(jacobian) A(kept) A(moved) A(axes) A(inverse)) \
-    X(block_multipliers, A(jacobian) A(kept) A(reaction) A(lambda)) \
-    X(rates_in_blocks, A(jacobian) A(x) A(rates)) \
-    X(series_start, A(q) A(u) A(p) A(k) A(series_kept) A(row) A(series_rates)) \
-    X(series_next, A(p) A(k) A(series_kept) A(sums) A(row) A(series_rates)) \
-    X(series_solve, A(p) A(k) A(series_kept) A(sums) A(row)) \
-    X(output, A(q) A(u) A(p) A(k) A(a) A(l) A(out))
+    X(block_multipliers, A(jacobian) A(kept) A(reaction) W(lambda)) \
+    X(rates_in_blocks, A(jacobian) A(x) W(rates)) \
+    X(series_start, A(q) A(u) A(p) A(k) W(series_kept) W(row) W(series_rates)) \
+    X(series_next, A(p) A(k) A(series_kept) A(sums) W(row) W(series_rates)) \
+    X(series_solve, A(p) A(k) A(series_kept) A(sums) W(row)) \
+    X(plain, A(q) A(u) A(p) A(k) W(out)) \
+    X(solved, A(q) A(u) A(p) A(k) W(out) A(a) A(l)) \
+    X(default, A(p) W(out))
 
 #define MECHC_TAPE_MOST_ARRAYS 9
 #define MECHC_TAPE_MOST_REGISTERS 1024
+#define MECHC_TAPE_MOST_OUTPUTS 128
+#define MECHC_TAPE_WIDEST 32767 /* numbers of an output */
 
 #define MECHC_TAPE_NAME(name) MECHC_TAPE_##name,
 enum { MECHC_TAPE_OPERATIONS(MECHC_TAPE_NAME) MECHC_TAPE_OPERATION_COUNT };

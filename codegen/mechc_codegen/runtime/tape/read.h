@@ -84,13 +84,14 @@ static const char *mechc_read_counts(mechc_tape_reader *reader)
         MECHC_TAPE_REQUIRE(given[i] >= 0 && given[i] <= most[i], "a count is beyond the bounds");
         *counts[i] = given[i];
     }
-    MECHC_TAPE_REQUIRE(c->nq > 0 && c->nu > 0 && c->nh <= c->nc && c->nc <= c->nu && c->states <= c->nq
+    MECHC_TAPE_REQUIRE(c->nq > 0 && c->nu > 0 && c->nh <= c->nc && c->states <= c->nq
                            && c->features + c->knotted <= c->switches,
                        "its counts contradict each other");
 #if MECHC_KIND_ONE_FREEDOM > 0
     MECHC_TAPE_REQUIRE(c->nu == MECHC_KIND_ONE_FREEDOM && c->nc == c->nu - 1, "it is of another kind");
 #endif
     MECHC_TAPE_REQUIRE((c->nc > 0) == MECHC_KIND_ROWS && (c->nh > 0) == MECHC_KIND_LOOPS, "it is of another kind");
+    MECHC_TAPE_REQUIRE(!(MECHC_KIND_REDUCED || MECHC_KIND_BLOCKS) || c->nc <= c->nu, "it is of another kind");
     MECHC_TAPE_REQUIRE(!MECHC_KIND_IDENTITY || c->nq == c->nu, "it is of another kind");
     return NULL;
 }
@@ -162,13 +163,18 @@ static const char *mechc_read_series(mechc_tape_reader *reader)
     return NULL;
 }
 
-/* The arrays of a function, with the number of elements of each; returns how many there are. */
-static int mechc_tape_arrays(const mechc_counts *c, const mechc_series_counts *series, int function, int width, int sizes[MECHC_TAPE_MOST_ARRAYS])
+/* The arrays of a function, with the number of elements of each, and whether it writes them. */
+enum { MECHC_TAPE_WRITTEN = 1 << 24 };
+
+static int mechc_tape_arrays(const mechc_counts *c, const mechc_series_counts *series, int function, int width,
+                             int sizes[MECHC_TAPE_MOST_ARRAYS])
 {
+    const int free = c->nu > c->nc ? c->nu - c->nc : 0;
 #define MECHC_TAPE_SIZE(name, size) const int of_##name = size;
     MECHC_TAPE_ARRAYS(MECHC_TAPE_SIZE)
 #undef MECHC_TAPE_SIZE
 #define A(name) of_##name,
+#define W(name) of_##name | MECHC_TAPE_WRITTEN,
 #define MECHC_TAPE_SIZES(name, arrays)                       \
     if (function == MECHC_TAPE_OF_##name) {                  \
         const int found[] = {arrays};                        \
@@ -178,46 +184,86 @@ static int mechc_tape_arrays(const mechc_counts *c, const mechc_series_counts *s
     int count = 0;
     MECHC_TAPE_FUNCTIONS(MECHC_TAPE_SIZES)
 #undef MECHC_TAPE_SIZES
+#undef W
 #undef A
     for (int i = count; i < MECHC_TAPE_MOST_ARRAYS; i++) sizes[i] = 0;
     return count;
 }
 
-/* Whether an operation stays within registers, constants and arrays. */
-static int mechc_is_sound(const mechc_tape_reader *reader, const mechc_operation *o, int registers,
-                          const int sizes[MECHC_TAPE_MOST_ARRAYS], int function)
+/* Which of a, b, c are registers that an operation reads, as bits. */
+static int mechc_tape_reads(int operation)
 {
-    const size_t numbers = mechc_section_count(reader->sections + MECHC_TAPE_NUMBERS, sizeof(double));
-    const int a = o->a < registers, b = o->b < registers, to = o->to < registers;
-    const int has_inputs = function == MECHC_TAPE_OF_output || function == MECHC_TAPE_OF_motion
-                        || function == MECHC_TAPE_OF_configuration;
-    switch (o->operation) {
-    case MECHC_TAPE_NUMBER: return to && o->a < numbers;
-    case MECHC_TAPE_SCALAR: return to && o->a < (function == MECHC_TAPE_OF_series_next ? 3 : 1);
-    case MECHC_TAPE_LOAD: return to && o->a < MECHC_TAPE_MOST_ARRAYS && o->b < sizes[o->a];
-    case MECHC_TAPE_STORE: return o->a < MECHC_TAPE_MOST_ARRAYS && o->b < sizes[o->a] && o->c < registers;
-    case MECHC_TAPE_CLEAR: return o->a < MECHC_TAPE_MOST_ARRAYS && o->b <= sizes[o->a];
-    case MECHC_TAPE_INPUT: return to && o->a < reader->counts->ni;
+    switch (operation) {
+    case MECHC_TAPE_NUMBER:
+    case MECHC_TAPE_SCALAR:
+    case MECHC_TAPE_LOAD:
+    case MECHC_TAPE_INPUT:
+    case MECHC_TAPE_CLEAR:
     case MECHC_TAPE_INPUTS_READ:
-        return has_inputs && o->a < o->b && o->b <= reader->counts->ni
-            && !(o->c && function == MECHC_TAPE_OF_configuration);
-    case MECHC_TAPE_SINE_COSINE: return to && a && b;
+    case MECHC_TAPE_END: return 0;
+    case MECHC_TAPE_STORE: return 4;
+    case MECHC_TAPE_SINE_COSINE:
     case MECHC_TAPE_TURN:
-        return to && a && b && function == MECHC_TAPE_OF_configuration && o->c < reader->counts->turns;
     case MECHC_TAPE_NEGATE:
     case MECHC_TAPE_SQRT:
-    case MECHC_TAPE_NOT: return to && a;
-    case MECHC_TAPE_RETURN: return a;
-    case MECHC_TAPE_END: return 1;
-    case MECHC_TAPE_CALL: return to && a && o->b < MECHC_TAPE_CALL_COUNT;
-    case MECHC_TAPE_CALL2: return to && a && b && o->c < MECHC_TAPE_CALL_OF_TWO_COUNT;
+    case MECHC_TAPE_NOT:
+    case MECHC_TAPE_CALL:
+    case MECHC_TAPE_RETURN: return 1;
     case MECHC_TAPE_FMA:
     case MECHC_TAPE_FNMA:
     case MECHC_TAPE_FMS:
     case MECHC_TAPE_FNMS:
-    case MECHC_TAPE_SELECT: return to && a && b && o->c < registers;
-    default: return o->operation < MECHC_TAPE_OPERATION_COUNT && to && a && b;
+    case MECHC_TAPE_SELECT: return 7;
     }
+    return 3;
+}
+
+/* What is known at an operation: the registers that have a value, the inputs that were read. */
+typedef struct {
+    const int *sizes;
+    int function, registers, first_input, last_input;
+    unsigned char known[MECHC_TAPE_MOST_REGISTERS];
+} mechc_tape_place;
+
+/* Whether an operation reads what is known, and stays within constants and arrays. */
+static int mechc_is_sound(const mechc_tape_reader *reader, const mechc_operation *o, mechc_tape_place *place)
+{
+    const size_t numbers = mechc_section_count(reader->sections + MECHC_TAPE_NUMBERS, sizeof(double));
+    const uint16_t operands[] = {o->a, o->b, o->c};
+    const int reads = mechc_tape_reads(o->operation), f = place->function;
+    const int angle = o->operation == MECHC_TAPE_SINE_COSINE || o->operation == MECHC_TAPE_TURN;
+    const int size = o->a < MECHC_TAPE_MOST_ARRAYS ? place->sizes[o->a] & (MECHC_TAPE_WRITTEN - 1) : 0;
+    const int written = o->a < MECHC_TAPE_MOST_ARRAYS && place->sizes[o->a] & MECHC_TAPE_WRITTEN;
+    for (int i = 0; i < 3; i++)
+        if (reads >> i & 1 && !(operands[i] < place->registers && place->known[operands[i]])) return 0;
+    if (o->to >= place->registers && place->registers > 0) return 0;
+    switch (o->operation) {
+    case MECHC_TAPE_STORE: return written && o->b < size;
+    case MECHC_TAPE_CLEAR: return written && o->b <= size;
+    case MECHC_TAPE_RETURN:
+    case MECHC_TAPE_END: return 1;
+    case MECHC_TAPE_INPUTS_READ:
+        place->first_input = o->a, place->last_input = o->b;
+        return (f == MECHC_TAPE_OF_plain || f == MECHC_TAPE_OF_solved || f == MECHC_TAPE_OF_motion
+                || (f == MECHC_TAPE_OF_configuration && !o->c))
+            && o->a < o->b && o->b <= reader->counts->ni;
+    }
+    if (place->registers == 0 || o->operation >= MECHC_TAPE_OPERATION_COUNT) return 0;
+    place->known[o->to] = 1;
+    if (angle) {
+        if (o->b >= place->registers) return 0;
+        place->known[o->b] = 1;
+    }
+    switch (o->operation) {
+    case MECHC_TAPE_NUMBER: return o->a < numbers;
+    case MECHC_TAPE_SCALAR: return o->a < (f == MECHC_TAPE_OF_series_next ? 3 : 1);
+    case MECHC_TAPE_LOAD: return o->b < size;
+    case MECHC_TAPE_INPUT: return o->a < place->last_input - place->first_input;
+    case MECHC_TAPE_TURN: return f == MECHC_TAPE_OF_configuration && o->c < reader->counts->turns;
+    case MECHC_TAPE_CALL: return o->b < MECHC_TAPE_CALL_COUNT;
+    case MECHC_TAPE_CALL2: return o->c < MECHC_TAPE_CALL_OF_TWO_COUNT;
+    }
+    return 1;
 }
 
 /* Whether a tape can run as this function, or as an output of that width. */
@@ -233,9 +279,10 @@ static int mechc_tape_fits(const mechc_tape_reader *reader, int32_t tape, int fu
         || (size_t)one->first > operations || (size_t)one->count > operations - (size_t)one->first)
         return 0;
     mechc_tape_arrays(reader->counts, reader->series, function, width, sizes);
+    mechc_tape_place place = {.sizes = sizes, .function = function, .registers = one->registers};
     const mechc_operation *o = (const mechc_operation *)s[MECHC_TAPE_OPERATIONS_OF_ALL].content + one->first;
     for (int32_t i = 0; i < one->count; i++)
-        if (!mechc_is_sound(reader, o + i, one->registers, sizes, function)) return 0;
+        if (!mechc_is_sound(reader, o + i, &place)) return 0;
     return o[one->count - 1].operation == MECHC_TAPE_END;
 }
 
@@ -244,11 +291,11 @@ static const char *mechc_read_called(mechc_tape_reader *reader, mechc_tapes *tap
 {
     const mechc_section *s = reader->sections;
     const mechc_counts *c = reader->counts;
-    MECHC_TAPE_REQUIRE(s[MECHC_TAPE_CALLED_TAPES].size == MECHC_TAPE_OF_output * sizeof(int32_t)
+    MECHC_TAPE_REQUIRE(s[MECHC_TAPE_CALLED_TAPES].size == MECHC_TAPE_OF_plain * sizeof(int32_t)
                            && s[MECHC_TAPE_BY_NAME].size == 5 * sizeof(int32_t),
                        "its functions are not whole");
     tapes->called = (const int32_t *)s[MECHC_TAPE_CALLED_TAPES].content;
-    for (int f = 0; f < MECHC_TAPE_OF_output; f++) {
+    for (int f = 0; f < MECHC_TAPE_OF_plain; f++) {
         const int of_series = f >= MECHC_TAPE_OF_series_start;
         if (of_series ? !MECHC_KIND_SERIES : f >= MECHC_TAPE_OF_factor_blocks && !MECHC_KIND_BLOCKS) continue;
         if (f == MECHC_TAPE_OF_series_solve && !MECHC_KIND_MOMENTA) continue;
@@ -260,29 +307,32 @@ static const char *mechc_read_called(mechc_tape_reader *reader, mechc_tapes *tap
     const int needed[] = {c->nh > 0, !MECHC_KIND_IDENTITY, !MECHC_KIND_IDENTITY, c->switches > 0, 0};
     for (int i = 0; i < 5; i++) {
         const int32_t tape = ((const int32_t *)s[MECHC_TAPE_BY_NAME].content)[i];
-        MECHC_TAPE_REQUIRE((tape == -1 && !needed[i]) || mechc_tape_fits(reader, tape, MECHC_TAPE_OF_output, widths[i]),
+        MECHC_TAPE_REQUIRE((tape == -1 && !needed[i]) || mechc_tape_fits(reader, tape, MECHC_TAPE_OF_plain, widths[i]),
                            "a function is not sound");
         *by_name[i] = tape;
     }
     return NULL;
 }
 
-static const char *mechc_read_outputs(mechc_tape_reader *reader, mechc_tapes *tapes, int most)
+static const char *mechc_read_outputs(mechc_tape_reader *reader, mechc_tapes *tapes)
 {
     const mechc_section *s = reader->sections;
     const mechc_counts *c = reader->counts;
     const size_t count = mechc_section_count(s + MECHC_TAPE_OUTPUTS, sizeof *tapes->outputs);
     const size_t defaults = mechc_section_count(s + MECHC_TAPE_DEFAULTS, sizeof *tapes->defaults);
-    MECHC_TAPE_REQUIRE(count <= (size_t)most, "it has too many outputs");
+    MECHC_TAPE_REQUIRE(count <= MECHC_TAPE_MOST_OUTPUTS, "it has too many outputs");
     tapes->outputs = (const mechc_tape_output *)s[MECHC_TAPE_OUTPUTS].content;
     tapes->output_count = (int)count;
     for (size_t i = 0; i < count; i++) {
         const mechc_tape_output *o = tapes->outputs + i;
-        const int fixed = o->way == MECHC_BY_RATES ? c->nq + c->nu : o->way == MECHC_BY_MULTIPLIERS ? c->nc : -1;
-        MECHC_TAPE_REQUIRE(o->way >= 0 && o->way < MECHC_WAY_COUNT && o->name >= 0 && o->width >= 0
-                               && (size_t)o->name < s[MECHC_TAPE_NAMES].size && o->width < INT16_MAX
-                               && (fixed >= 0 ? o->width == fixed
-                                              : mechc_tape_fits(reader, o->tape, MECHC_TAPE_OF_output, o->width)),
+        const int function = o->way == MECHC_BY_TAPE ? MECHC_TAPE_OF_plain : MECHC_TAPE_OF_solved;
+        int sound = o->name >= 0 && (size_t)o->name < s[MECHC_TAPE_NAMES].size && o->width >= 0
+                 && o->width <= MECHC_TAPE_WIDEST;
+        if (o->way == MECHC_BY_RATES) sound &= o->width == c->nq + c->nu;
+        else if (o->way == MECHC_BY_MULTIPLIERS) sound &= c->nc > 0 && o->width == c->nc;
+        else sound = sound && (o->way == MECHC_BY_TAPE || o->way == MECHC_BY_SOLVED)
+                  && mechc_tape_fits(reader, o->tape, function, o->width);
+        MECHC_TAPE_REQUIRE(sound,
                            "an output is not sound");
     }
     MECHC_TAPE_REQUIRE(defaults <= (size_t)c->np, "it has too many defaults");
@@ -291,14 +341,14 @@ static const char *mechc_read_outputs(mechc_tape_reader *reader, mechc_tapes *ta
     for (size_t i = 0; i < defaults; i++) {
         const mechc_tape_default *d = tapes->defaults + i;
         MECHC_TAPE_REQUIRE(d->parameter >= 0 && d->parameter < c->np
-                               && (d->tape == -1 || mechc_tape_fits(reader, d->tape, MECHC_TAPE_OF_output, 1)),
+                               && (d->tape == -1 || mechc_tape_fits(reader, d->tape, MECHC_TAPE_OF_default, 1)),
                            "a default is not sound");
     }
     return NULL;
 }
 
 /* Fill in the scene; its data stay in the bytes, which begin at a multiple of eight. */
-static const char *mechc_read_tape(const unsigned char *bytes, size_t size, int most_outputs,
+static const char *mechc_read_tape(const unsigned char *bytes, size_t size,
                                    mechc_tape_reader *reader, mechc_tapes *tapes)
 {
     const char *why = mechc_read_sections(bytes, size, reader->sections);
@@ -307,7 +357,7 @@ static const char *mechc_read_tape(const unsigned char *bytes, size_t size, int 
     if (!why) why = mechc_read_tables(reader);
     if (!why) why = mechc_read_series(reader);
     if (!why) why = mechc_read_called(reader, tapes);
-    if (!why) why = mechc_read_outputs(reader, tapes, most_outputs);
+    if (!why) why = mechc_read_outputs(reader, tapes);
     if (why) return why;
     tapes->operations = (const mechc_operation *)s[MECHC_TAPE_OPERATIONS_OF_ALL].content;
     tapes->numbers = (const double *)s[MECHC_TAPE_NUMBERS].content;

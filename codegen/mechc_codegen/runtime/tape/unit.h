@@ -34,8 +34,6 @@ MECHC_STATIC void mechc_extended_read_inputs(long double t, const long double *q
 mechc_counts mechc_of_scene;
 mechc_series_counts mechc_series_of_scene;
 
-#define MECHC_TAPE_MOST_OUTPUTS 128
-
 /* One state's output of this number. */
 static void mechc_tape_evaluate_one(int number, double t, const double *q, const double *u,
                                     const mechc_scalar_given *given, double *out)
@@ -49,6 +47,8 @@ static void mechc_tape_evaluate_one(int number, double t, const double *q, const
     case MECHC_BY_MULTIPLIERS: mechc_scalar_output_multipliers(t, q, u, given, out); return;
 #endif
     case MECHC_BY_SOLVED: mechc_scalar_solve(t, q, u, given, &place, a, l); break;
+    case MECHC_BY_TAPE: break;
+    default: return;
     }
     mechc_scalar_tape_output(output->tape, t, q, u, given, a, l, out);
 }
@@ -105,7 +105,7 @@ static void mechc_tape_complete(const unsigned char *given, double *p)
 {
     for (int i = 0; i < mechc_of_tapes.default_count; i++) {
         const mechc_tape_default *one = mechc_of_tapes.defaults + i;
-        double *arrays[] = {0, 0, p, 0, 0, 0, p + one->parameter}, none = 0.0;
+        double *arrays[] = {p, p + one->parameter}, none = 0.0;
         if (given[one->parameter]) continue;
         if (one->tape < 0) p[one->parameter] = NAN;
         else mechc_scalar_run_tape(one->tape, arrays, &none, 0, 0, 0);
@@ -148,7 +148,7 @@ static const mechc_model *mechc_open_tape(const unsigned char *bytes, size_t siz
     memcpy(kept, bytes, size);
     mechc_reader.counts = &mechc_of_scene;
     mechc_reader.series = &mechc_series_of_scene;
-    *why = mechc_read_tape(kept, size, MECHC_TAPE_MOST_OUTPUTS, &mechc_reader, &mechc_of_tapes);
+    *why = mechc_read_tape(kept, size, &mechc_reader, &mechc_of_tapes);
     if (*why) {
         free(kept);
         return NULL;

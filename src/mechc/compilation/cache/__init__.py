@@ -15,8 +15,9 @@ import shutil
 import stat
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 from mechc.compilation.cache.security import (
     UnwritableError,
@@ -77,16 +78,18 @@ def find(key: str) -> Path | None:
 @contextmanager
 def copied(shared: Path) -> Iterator[Path]:
     """A copy of an entry's shared object, which is removed afterwards."""
-    try:
-        folder = Path(tempfile.mkdtemp(prefix=f".new-{shared.parent.name}-", dir=shared.parents[1]))
-        own = Path(shutil.copy(shared, folder))
-    except OSError:  # a cache that cannot be written
-        folder = Path(tempfile.mkdtemp(prefix="mechc-"))
-        own = Path(shutil.copy(shared, folder))
-    try:
+    with ExitStack() as made:
+        try:
+            own = _copy(shared, made, prefix=f".new-{shared.parent.name}-", dir=shared.parents[1])
+        except OSError:  # a cache that cannot be written
+            own = _copy(shared, made, prefix="mechc-")
         yield own
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _copy(shared: Path, made: ExitStack, **where: Any) -> Path:
+    folder = tempfile.mkdtemp(**where)
+    made.callback(shutil.rmtree, folder, ignore_errors=True)
+    return Path(shutil.copy(shared, folder))
 
 
 def identity(shared: Path) -> tuple[int, int] | None:
@@ -122,6 +125,11 @@ def cached_hash(what: str, stamp: str, make: Callable[[], str]) -> str:
     with suppress(OSError, UnwritableError):
         _write_aside(writable(root), note, f"{stamp} {value}")
     return value
+
+
+def is_of_all(text: str) -> bool:
+    """Whether a text can be the name of an entry that serves many scenes."""
+    return text.endswith(_OF_ALL) and is_key(text.removesuffix(_OF_ALL))
 
 
 def is_key(text: object) -> bool:
@@ -189,7 +197,7 @@ def _entry(root: Path, key: str, make: Callable[[Path], None]) -> Path:
                 _replace(root, target, make, alone)
                 made = True
         if made:
-            keep_within(root, _keys(root), SEAL, key)
+            keep_within(root, _keys(root), SEAL, key, _OF_ALL)
     except OSError as error:
         raise unwritable(root, error) from None
     except CompilerError as error:

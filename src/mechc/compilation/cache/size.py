@@ -45,8 +45,9 @@ def note_use(folder: Path, seal: str) -> None:
             os.utime(folder / seal)
 
 
-def keep_within(root: Path, keys: list[str], seal: str, kept: str) -> None:
-    """Remove entries until the cache has its allowed size, but not the entry ``kept``.
+def keep_within(root: Path, keys: list[str], seal: str, kept: str, of_all: str) -> None:
+    """Remove entries until the cache has its allowed size, but not the entry ``kept``, nor those
+    that were used lately and whose names end by ``of_all``: what was kept may need one.
 
     ``keys``: names of all entries and locks; locks without an entry are removed too.  Entries that
     another process is making or loading are not touched.
@@ -58,9 +59,11 @@ def keep_within(root: Path, keys: list[str], seal: str, kept: str) -> None:
             found.append(StoredEntry((root / key / seal).stat().st_mtime, size, root / key))
     found.sort()
     size, most = sum(entry.size for entry in found), most_bytes()
-    for entry in found:
-        if size > most and entry.folder.name != kept and _remove(root, entry.folder.name):
-            size -= entry.size
+    lately = time.time() - 2.0 * _LATELY
+    for used, own, folder in found:
+        needed = folder.name == kept or (folder.suffix == of_all and used > lately)
+        if size > most and not needed and _remove(root, folder.name):
+            size -= own
     with_entry = {entry.folder.name for entry in found}
     for key in {*keys} - with_entry - {kept}:
         _remove(root, key, unless_entry=True)  # another process may have made it by now

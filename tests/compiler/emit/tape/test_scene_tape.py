@@ -3,14 +3,20 @@
 import os
 import subprocess
 
+import numpy as np
 import pytest
 from mechc_codegen import build_scene, shipped_mechanism
+from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.emit.tape.scene_tape import whole_tape
 from mechc_codegen.emit.units.general import tapes_source
 from mechc_codegen.emit.units.instruction_sets import BASELINE
 from mechc_codegen.extension.flags import IN_PLACE_OF_SCENE, RUNTIME
+from sympy import Symbol, tanh
+from sympy.physics.mechanics import dynamicsymbols
 
-from mechc.compilation import toolchain
+import mechc
+from benchmarks.problems.closed_loops import bennett
+from mechc.compilation import entries, toolchain
 from tests.support import scenes
 
 SANITIZED = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-O1", "-g1")
@@ -26,43 +32,54 @@ static uint64_t draw(uint64_t below)
 extern const mechc_part mechc_general, mechc_series;
 const mechc_part mechc_general, mechc_series;
 
-static void run_as(int32_t tape, int function, int width)
+static double *numbers(ptrdiff_t count) /* of exactly that size, so that one more is seen */
+{
+    double *array = malloc((size_t)count * sizeof *array + !count);
+    for (ptrdiff_t k = 0; k < count; k++) array[k] = 0.1 * (double)k - 0.3;
+    return array;
+}
+
+static void run_as(int32_t tape, int function)
 {
     int sizes[MECHC_TAPE_MOST_ARRAYS];
     double *arrays[MECHC_TAPE_MOST_ARRAYS] = {0}, scalars[3] = {0.5, 0.25, 1.0};
     static mechc_scalar_given given;
-    const int count = mechc_tape_arrays(&mechc_of_scene, &mechc_series_of_scene, function, width,
-                                        sizes);
-    double *turns = calloc(3 * (size_t)mechc_of_scene.turns + 1, sizeof *turns);
-    for (int i = 0; i < count; i++) {
-        arrays[i] = malloc((size_t)sizes[i] * sizeof(double) + 1);
-        for (int k = 0; k < sizes[i]; k++) arrays[i][k] = 0.1 * k - 0.3;
-    }
+    const mechc_series_counts *series = &mechc_series_of_scene;
+    const int count = mechc_tape_arrays(&mechc_of_scene, series, function, 0, sizes);
+    double *turns = numbers(3 * mechc_of_scene.turns);
+    for (int i = 0; i < count; i++) arrays[i] = numbers(sizes[i] & (MECHC_TAPE_WRITTEN - 1));
     mechc_scalar_run_tape(tape, arrays, scalars, &given, turns, (int)draw(2));
     for (int i = 0; i < count; i++) free(arrays[i]);
     free(turns);
 }
 
-static void run_all(void)
+static void run_all(const mechc_model *model)
 {
-    for (int f = 0; f < MECHC_TAPE_OF_output; f++) {
+    static const unsigned char given[MECHC_NP_MAX];
+    const mechc_unit *unit = model->select(NULL);
+    const double t = 0.5;
+    double *y = numbers(model->coordinates + model->speeds), *p = numbers(model->parameters);
+    mechc_scalar_given *prepared = malloc(unit->given_size);
+    for (int f = 0; f < MECHC_TAPE_OF_plain; f++) {
         const int of_series = f >= MECHC_TAPE_OF_series_start;
         if (of_series && !MECHC_KIND_SERIES) continue;
         if (!of_series && f >= MECHC_TAPE_OF_factor_blocks && !MECHC_KIND_BLOCKS) continue;
         if (f == MECHC_TAPE_OF_series_solve && !MECHC_KIND_MOMENTA) continue;
-        run_as(mechc_of_tapes.called[f], f, 0);
+        run_as(mechc_of_tapes.called[f], f);
     }
-    for (int i = 0; i < mechc_of_tapes.output_count; i++) {
-        const mechc_tape_output *o = mechc_of_tapes.outputs + i;
-        if (strlen(mechc_of_tapes.names + o->name) > 1000000) exit(5);
-        if (o->way != MECHC_BY_TAPE && o->way != MECHC_BY_SOLVED) continue;
-        run_as(o->tape, MECHC_TAPE_OF_output, o->width);
+    model->complete(given, p);
+    for (int i = 0; i < unit->output_count; i++) {
+        if (strlen(unit->outputs[i].name) > 1000000) exit(5);
+        double *out = numbers(unit->outputs[i].width);
+        unit->outputs[i].evaluate(1, (mechc_rows){&t, 0}, (mechc_rows){y, 0}, (mechc_rows){p, 0},
+                                  NULL, MECHC_NO_FORCES, out);
+        free(out);
     }
-    for (int i = 0; i < mechc_of_tapes.default_count; i++) {
-        const int32_t tape = mechc_of_tapes.defaults[i].tape;
-        if (tape >= 0) run_as(tape, MECHC_TAPE_OF_output, 1);
-    }
-    if (strlen(mechc_of_tapes.metadata) + strlen(mechc_of_tapes.texts) > 100000000) exit(5);
+    unit->give(p, NULL, (mechc_given *)prepared);
+    double *mass = numbers(model->speeds * model->speeds);
+    if (unit->mass) unit->mass(t, y, (mechc_given *)prepared, mass);
+    if (strlen(model->metadata) + strlen(model->texts) > 100000000) exit(5);
+    free(mass), free(prepared), free(p), free(y);
 }
 
 int main(int argc, char **argv)
@@ -83,19 +100,57 @@ int main(int argc, char **argv)
             else if (at + 8 < own && draw(2)) memset(bytes + (at & ~7u), draw(2) ? 0xff : 0x7f, 8);
             else bytes[at] = (unsigned char)draw(256);
         }
-        mechc_reader.counts = &mechc_of_scene;
-        mechc_reader.series = &mechc_series_of_scene;
-        const char *why = mechc_read_tape(bytes, own, MECHC_TAPE_MOST_OUTPUTS, &mechc_reader,
-                                          &mechc_of_tapes);
-        if (why) refused++;
-        else ran++, run_all();
-        if (n == 0 && why) return printf("%s\n", why), 6;
+        const char *why;
+        const mechc_model *model = mechc_open_tape(bytes, own, &why);
+        if (!model) refused++;
+        else ran++, run_all(model);
+        if (n == 0 && !model) return printf("%s\n", why), 6;
         free(bytes);
     }
     printf("%ld refused, %ld ran\n", refused, ran);
     return 0;
 }
 """
+
+
+q, f = dynamicsymbols("q"), Symbol("f")
+
+
+@pytest.mark.parametrize(
+    "expressions",
+    [
+        {f"x_{n}": n * q for n in range(140)},
+        {"many": sum(tanh(n * q) for n in range(1, 420))},
+    ],
+)
+def test_what_no_tape_holds_is_compiled(expressions):
+    build = build_scene(
+        scenes.bead_with(f * q), (BASELINE,), OutputRequest(expressions=expressions)
+    )
+    assert build.tape == b""
+    assert build.kind == ()
+    assert "scene_program.h" in build.texts
+
+
+def test_a_scene_with_more_rows_than_speeds_runs_by_its_tape():
+    model = mechc.compile(bennett())
+    assert model.system.scene.evaluator.serves_runs
+    jacobian = model.output("constraint_jacobian", model.assemble())
+    assert jacobian.shape[-2] > jacobian.shape[-1]
+    assert np.isfinite(model.rhs(0.0, model.assemble())).all()
+
+
+def test_whole_powers_are_products_whatever_their_type():
+    """Compilers choose for ``pow(x, 2.0)``, each in its own way."""
+    build = build_scene(scenes.bead_with(f * q**2.0 + q**-1.0 + q**-3.0), (BASELINE,))
+    assert "pow" not in build.texts["scene_program.h"]
+
+
+@pytest.mark.parametrize("unit", ["/tmp", "../" + "0" * 64 + ".general", "0" * 64, "\0", "é"])
+def test_the_name_of_its_unit_leads_nowhere_else(tmp_path, unit):
+    (tmp_path / "scene.so").write_bytes(whole_tape(b"", unit, "{}"))
+    with pytest.raises(ImportError):
+        entries.model_of(tmp_path / "scene.so")
 
 
 def harness(folder, mechanism):

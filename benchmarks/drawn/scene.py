@@ -77,8 +77,9 @@ class Scene:
             raise UnbuiltError(type(error).__name__) from None
         finally:
             signal.setitimer(signal.ITIMER_VIRTUAL, 0)
-        if isinstance(names["described"], KanesMethod):
-            whole = names["described"].mass_matrix_full.row_join(names["described"].forcing_full)
+        described = names.get("described")
+        if isinstance(described, KanesMethod):
+            whole = described.mass_matrix_full.row_join(described.forcing_full)
             if not names.get("fixed", {}).keys() <= whole.free_symbols:
                 raise UnbuiltError("what is fixed is in no equation")  # a load on a point at rest
         return names

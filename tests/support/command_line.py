@@ -6,7 +6,7 @@ import re
 from mechc.cli.commands import main
 
 # Lines of `mechc.progress`, which a slow machine makes: "drawing", "TITLE: 20%", ...
-PROGRESS = re.compile(r"(compil|drawing|deriving|reading|looking for)|[^:]+: \d+%")
+PROGRESS = re.compile(r"(compil|drawing|deriving|reading|writing|looking for)|[^:]+: \d+%")
 
 
 def run_json(capsys, *arguments):

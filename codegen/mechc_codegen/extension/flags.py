@@ -25,8 +25,6 @@ SHARED = ("-DMECHC_SHARED",)  # the model is found by name
 STRICT = ("-Wall", "-Wextra", "-Werror")  # for our tests; a user's compiler may warn of more
 RUNTIME = Path(str(files("mechc_codegen"))) / "runtime"
 IN_PLACE_OF_SCENE = RUNTIME / "general" / "in_place_of_scene"  # before the folder of a scene
-
-
 IN_PLACE_OF_SERIES = RUNTIME / "tape" / "in_place_of_series"
 
 

@@ -68,7 +68,7 @@ class NoTapeError(Exception):
 
 
 @dataclass
-class Operation:
+class Instruction:
     """One operation: its code, the value that it defines, or -1, and three numbers.
 
     ``reads`` says which of these are values; ``more`` is a second value that it defines.
@@ -82,7 +82,7 @@ class Operation:
 
 
 @dataclass
-class Tape:
+class Assembler:
     """The operations of one function, with the constants that they use.
 
     ``numbers``: the constants of all functions, by their hexadecimal form; ``arrays``: those that
@@ -93,13 +93,13 @@ class Tape:
     arrays: Sequence[str]
     macros: Mapping[str, float] = field(default_factory=dict)
     scalars: Sequence[str] = ("t",)
-    operations: list[Operation] = field(default_factory=list)
+    operations: list[Instruction] = field(default_factory=list)
     count: int = 0
     names: dict[str, int] = field(default_factory=dict)
     _constants: dict[str, int] = field(default_factory=dict)
     _stored: dict[str, int] = field(default_factory=dict)
 
-    def take(self, lines: Iterable[Line]) -> Tape:
+    def take(self, lines: Iterable[Line]) -> Assembler:
         """Append statements."""
         text = " ".join(" ".join(texts(lines)).split())
         for statement in _statements(_COMMENT.sub("", text)):
@@ -110,7 +110,7 @@ class Tape:
         """How many registers the values need, and the operations with these in place of values."""
         constants = [each for each in self.operations if each.name == "NUMBER"]
         others = [each for each in self.operations if each.name != "NUMBER"]
-        return _in_registers([*constants, *others, Operation("END", -1, (0, 0, 0))])
+        return _in_registers([*constants, *others, Instruction("END", -1, (0, 0, 0))])
 
     def _statement(self, text: str) -> None:
         if found := _DEFINITION.fullmatch(text):
@@ -231,7 +231,7 @@ class Tape:
     ) -> int:  # fmt: skip
         to = self.count if defines else -1
         self.count += defines
-        self.operations.append(Operation(name, to, numbers, reads, more))
+        self.operations.append(Instruction(name, to, numbers, reads, more))
         return to
 
 
@@ -267,7 +267,7 @@ def _whole(node: ast.expr) -> int:
 
 
 def _in_registers(
-    operations: Sequence[Operation],
+    operations: Sequence[Instruction],
 ) -> tuple[int, list[tuple[int, int, int, int, int]]]:
     """Registers for values; one is free again after the last use of its value."""
     last = {value: i for i, each in enumerate(operations) for value in _used(each)}
@@ -291,9 +291,9 @@ def _in_registers(
     return size, rows
 
 
-def _defined(operation: Operation) -> list[int]:
+def _defined(operation: Instruction) -> list[int]:
     return [v for v in (operation.to, operation.more) if v is not None and v >= 0]
 
 
-def _used(operation: Operation) -> list[int]:
+def _used(operation: Instruction) -> list[int]:
     return [operation.numbers[k] for k in operation.reads]

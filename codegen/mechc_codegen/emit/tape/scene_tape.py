@@ -25,8 +25,8 @@ from mechc_codegen.emit.tape.assembler import (
     MOST_OUTPUTS,
     MOST_REGISTERS,
     WIDEST,
+    Assembler,
     NoTapeError,
-    Tape,
 )
 from mechc_codegen.emit.taylor.series import SeriesWriter
 from mechc_codegen.emit.taylor.sums import are_few, arrange
@@ -61,8 +61,8 @@ _BOUNDS = {
     )
 } | {"_HIDES": 1}
 _SCALARS = {"series_next": ("order", "inverse", "time")}
-_COUNT = re.compile(r"#define MECHC_(\w+) (\d+)\b")
-_TABLE = re.compile(r"#define MECHC_(\w+) ([-+\d.e]+(?:, [-+\d.e]+)*+)")
+_COUNT = re.compile(r"(?m)^#define MECHC_(\w+) (\d+)\b")
+_TABLE = re.compile(r"(?m)^#define MECHC_(\w+) ([-+\d.e]+(?:, [-+\d.e]+)*+)")
 
 
 @dataclass(frozen=True)
@@ -108,8 +108,9 @@ class _Writer:
         index = {f.name: self._function(f.name, self.writer.lines(f)) for f in functions}
         if functions.blocks:
             bodies = BlockElimination(functions.blocks).bodies()
-            for name in bodies.keys() & FUNCTIONS.keys():
-                index[name] = self._function(name, bodies[name])
+            for name, lines in bodies.items():
+                if name in FUNCTIONS:
+                    index[name] = self._function(name, lines)
         series = self._series(index)
         outputs, names = self._outputs(index)
         defaults = list(self._defaults())
@@ -142,21 +143,15 @@ class _Writer:
         series = self.functions.program.series
         if series is None:
             return [[], [], [], []]
-        writer = SeriesWriter(self.functions, series)
-        writer.text()
-        for name, lines in writer.bodies.items():
+        own = SeriesWriter(self.functions, series)
+        own.text()
+        for name, lines in own.bodies.items():
             index[name] = self._function(name, lines)
-        pairs = sorted(arrange(writer.sums), key=lambda pair: writer.sums[min(pair), max(pair)])
-        self.kind = {"SERIES": 1, "FEW": int(are_few(writer.sums)), "MOMENTA": int(series.momenta)}
-        rows, roots = len(writer.rows), writer.roots
-        counts = [
-            rows,
-            len(pairs),
-            len(writer.kept),
-            writer.integrated,
-            int(writer.hides),
-            len(roots),
-        ]
+        pairs = sorted(arrange(own.sums), key=lambda pair: own.sums[min(pair), max(pair)])
+        self.kind = {"SERIES": 1, "FEW": int(are_few(own.sums)), "MOMENTA": int(series.momenta)}
+        roots = own.roots
+        counts = [len(own.rows), len(pairs), len(own.kept), own.integrated, int(own.hides)]
+        counts.append(len(roots))
         if any(count > _BOUNDS[name] for name, count in zip(_OF_SERIES, counts, strict=True)):
             raise NoTapeError
         return [counts, roots, [left for left, _ in pairs], [right for _, right in pairs]]
@@ -167,7 +162,7 @@ class _Writer:
     def _function(self, name: str, lines: Iterable[Line]) -> int:
         arrays = FUNCTIONS.get(name, FUNCTIONS[OUTPUT])
         scalars = _SCALARS.get(name, ("t",))
-        registers, rows = Tape(self.numbers, arrays, _LIMITS, scalars).take(lines).rows()
+        registers, rows = Assembler(self.numbers, arrays, _LIMITS, scalars).take(lines).rows()
         if registers > MOST_REGISTERS or max((max(row) for row in rows), default=0) >= MOST:
             raise NoTapeError
         self.places.append((len(self.rows), len(rows), registers))

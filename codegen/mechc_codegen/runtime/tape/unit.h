@@ -5,9 +5,8 @@
 
 #define MECHC_OPENS_TAPES
 
-#include "abi/model.h"
 #include "general/bounds.h"
-#include "unit/scalar_outputs.h"
+#include "unit/one_by_one.h"
 #include "tape/read.h"
 #include "simd/bind_scalar.h"
 #include "tape/functions.h"
@@ -53,25 +52,18 @@ static void mechc_tape_evaluate_one(int number, double t, const double *q, const
     mechc_scalar_tape_output(output->tape, t, q, u, given, a, l, out);
 }
 
-static void mechc_tape_evaluate(int number, ptrdiff_t count, mechc_rows t, mechc_rows y, mechc_rows p,
-                                const mechc_inputs *inputs, mechc_rows forces, double *out)
-{
-    mechc_scalar_given given;
-    for (ptrdiff_t i = 0; i < count; i++) {
-        const double *state = y.data + i * y.stride;
-        if (i == 0 || p.stride) mechc_give_alone(p.data + i * p.stride, inputs, &given);
-        given.forces = forces.data ? forces.data + i * forces.stride : 0;
-        mechc_tape_evaluate_one(number, t.data[i * t.stride], state, state + MECHC_NQ, &given,
-                                out + i * mechc_of_tapes.outputs[number].width);
-    }
-}
-
-/* A function of its own for each number, as many as there may be. */
+/* Functions of its own for each number, as many as there may be. */
 #define MECHC_TAPE_EVALUATE(n)                                                                          \
+    static void mechc_tape_output_##n(double t, const double *q, const double *u,                       \
+                                      const mechc_scalar_given *given, double *out)                     \
+    {                                                                                                   \
+        mechc_tape_evaluate_one(0x##n, t, q, u, given, out);                                            \
+    }                                                                                                   \
     static void mechc_tape_evaluate_##n(ptrdiff_t count, mechc_rows t, mechc_rows y, mechc_rows p,      \
                                         const mechc_inputs *inputs, mechc_rows forces, double *out)     \
     {                                                                                                   \
-        mechc_tape_evaluate(0x##n, count, t, y, p, inputs, forces, out);                                \
+        mechc_plain_evaluate(mechc_tape_output_##n, mechc_of_tapes.outputs[0x##n].width, count, t, y,   \
+                             p, inputs, forces, out);                                                   \
     }
 #define MECHC_TAPE_ADDRESS(n) mechc_tape_evaluate_##n,
 #define MECHC_OF_SIXTEEN(X, h) \
@@ -83,16 +75,6 @@ static void mechc_tape_evaluate(int number, ptrdiff_t count, mechc_rows t, mechc
 MECHC_OF_ALL_OUTPUTS(MECHC_TAPE_EVALUATE)
 static mechc_evaluate *const mechc_tape_evaluates[MECHC_TAPE_MOST_OUTPUTS] = {
     MECHC_OF_ALL_OUTPUTS(MECHC_TAPE_ADDRESS)};
-
-static void mechc_tape_rates(double t, const double *y, const mechc_given *given, double *out)
-{
-    mechc_scalar_output_rates(t, y, y + MECHC_NQ, (const mechc_scalar_given *)given, out);
-}
-
-static void mechc_tape_give(const double *p, const mechc_inputs *inputs, mechc_given *given)
-{
-    mechc_give_alone(p, inputs, (mechc_scalar_given *)given);
-}
 
 static void mechc_tape_mass(double t, const double *y, const mechc_given *given, double *out)
 {
@@ -119,8 +101,8 @@ static mechc_unit mechc_tape_unit = {
     .outputs = mechc_tape_output_list,
     .identity_kinematics = MECHC_IDENTITY_KINEMATICS,
     .given_size = sizeof(mechc_scalar_given),
-    .give = mechc_tape_give,
-    .rates = mechc_tape_rates,
+    .give = mechc_plain_give,
+    .rates = mechc_plain_rates,
 };
 
 static const mechc_unit *mechc_tape_select(const char *instruction_set)

@@ -4,43 +4,16 @@
  * file has set MECHC_UNIT, MECHC_LANES to 1, and MECHC_UNIT_LANES to those of the unit. */
 #pragma once
 
-#include "abi/model.h"
-#include "unit/scalar_outputs.h"
+#include "unit/one_by_one.h"
 
 #ifndef MECHC_UNIT_LANES
 #define MECHC_UNIT_LANES MECHC_LANES
 #endif
 
-typedef void mechc_scalar_output(double t, const double *q, const double *u,
-                                 const mechc_scalar_given *given, double *out);
-
-static void mechc_plain_rates(double t, const double *y, const mechc_given *given, double *out)
-{
-    mechc_scalar_output_rates(t, y, y + MECHC_NQ, (const mechc_scalar_given *)given, out);
-}
-
-MECHC_ONCE void mechc_plain_evaluate(mechc_scalar_output *f, int width, ptrdiff_t count,
-                                     mechc_rows t, mechc_rows y, mechc_rows p,
-                                     const mechc_inputs *inputs, mechc_rows forces, double *out)
-{
-    mechc_scalar_given given;
-    for (ptrdiff_t i = 0; i < count; i++) {
-        const double *state = y.data + i * y.stride;
-        if (i == 0 || p.stride) mechc_give_alone(p.data + i * p.stride, inputs, &given);
-        given.forces = forces.data ? forces.data + i * forces.stride : 0;
-        f(t.data[i * t.stride], state, state + MECHC_NQ, &given, out + i * width);
-    }
-}
-
 #define MECHC_EVALUATE(label, width, ...) \
     mechc_plain_evaluate(mechc_scalar_output_##label, width, __VA_ARGS__)
 #include "unit/outputs.h"
 #undef MECHC_EVALUATE
-
-static void mechc_plain_give(const double *p, const mechc_inputs *inputs, mechc_given *given)
-{
-    mechc_give_alone(p, inputs, (mechc_scalar_given *)given);
-}
 
 #if MECHC_MASS_MATRIX
 static void mechc_plain_mass(double t, const double *y, const mechc_given *given, double *out)

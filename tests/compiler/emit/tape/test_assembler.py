@@ -4,14 +4,14 @@ import math
 
 import pytest
 from mechc_codegen.emit.expressions import Line
-from mechc_codegen.emit.tape.assembler import FUNCTIONS, OPERATIONS, NoTapeError, Tape
+from mechc_codegen.emit.tape.assembler import FUNCTIONS, OPERATIONS, Assembler, NoTapeError
 
 NAMES = list(OPERATIONS)
 
 
 def run(text, arrays=("p", "out"), given=(2.0, -3.0, 0.5), size=4):
     """The last array of a function, by the operations of its tape."""
-    tape = Tape({}, arrays, {"MECHC_LIMIT": 0.25})
+    tape = Assembler({}, arrays, {"MECHC_LIMIT": 0.25})
     registers, rows = tape.take([Line(tuple(text.splitlines()))]).rows()
     numbers = [float.fromhex(key) for key in tape.numbers]
     values, found = [math.nan] * registers, [list(given), [math.nan] * size]
@@ -74,7 +74,9 @@ def test_statements_keep_their_values(text, wanted):
 
 def test_registers_are_used_again():
     chain = "".join(f"const real z{i + 1} = z{i} + p[{i % 3}];" for i in range(200))
-    tape = Tape({}, ("p", "out")).take([Line((f"const real z0 = p[0]; {chain} out[0] = z200;",))])
+    tape = Assembler({}, ("p", "out")).take(
+        [Line((f"const real z0 = p[0]; {chain} out[0] = z200;",))]
+    )
     registers, rows = tape.rows()
     assert registers < 4
     assert len(rows) == 403
@@ -92,7 +94,7 @@ def test_registers_are_used_again():
 )
 def test_what_is_no_operation_is_refused(text):
     with pytest.raises(NoTapeError):
-        Tape({}, ("p", "out")).take([Line((text,))])
+        Assembler({}, ("p", "out")).take([Line((text,))])
 
 
 def test_lists_of_the_header_are_read_whole():

@@ -1,7 +1,9 @@
 """Tapes from anybody: one that is changed is refused, or gives other numbers and no more."""
 
 import os
+import struct
 import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -17,7 +19,7 @@ from sympy.physics.mechanics import dynamicsymbols
 import mechc
 from benchmarks.problems.closed_loops import bennett
 from mechc.compilation import entries, toolchain
-from tests.support import scenes
+from tests.support import ROOT, scenes
 
 SANITIZED = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-O1", "-g1")
 # Each changed tape is read from memory of exactly its size; its functions run on such arrays.
@@ -130,6 +132,35 @@ def test_what_no_tape_holds_is_compiled(expressions):
     assert build.tape == b""
     assert build.kind == ()
     assert "scene_program.h" in build.texts
+
+
+def test_a_name_that_reads_like_a_count_is_none():
+    name = "#define MECHC_NQ 9"
+    mechanism, expressions = scenes.bead_with(f * q), {"x": q}
+    build = build_scene(
+        mechanism, (BASELINE,), OutputRequest(expressions=expressions, names={"x": name})
+    )
+    assert name in build.texts["scene_sizes.h"]
+    assert struct.pack("16i", 1, 1, 0, 0, 1, *[0] * 9, 1, 0) in build.tape  # the counts
+
+
+TWICE = """
+import hashlib
+from mechc_codegen import build_scene
+from tests.support import ROOT, scenes
+print(hashlib.sha256(build_scene(scenes.swing(guided=True)).tape).hexdigest())
+"""
+
+
+def test_a_scene_has_the_same_tape_in_every_process():
+    found = {
+        subprocess.run(
+            [sys.executable, "-c", TWICE], cwd=ROOT, check=True, capture_output=True,
+            env={**os.environ, "PYTHONHASHSEED": seed},
+        ).stdout
+        for seed in ("1", "2", "3")
+    }  # fmt: skip
+    assert len(found) == 1
 
 
 def test_a_scene_with_more_rows_than_speeds_runs_by_its_tape():

@@ -6,9 +6,10 @@ In a process of its own, of each mechanism of the library as a description of on
 `compile` to the end of the first `simulate`, in seconds by the clock, and in parentheses of the
 processor, the compiler's too; with nothing in the cache but the unit that serves all scenes of a
 kind, and with an empty one.  Import of mechc and making the description are not counted.  Then each
-stage by itself: the derivation, with C as its result, and the compiler's by the part of the unit.
-Of these a first motion needs the first unit; that of a scene that has no kind the driver too, and
-collocation or `taylor`.
+stage by itself: the derivation, with C and the tape as its result, and the compiler's by the part
+of the unit.  Of these a first motion needs the first unit, which is the tape where the scene has a
+kind; else the driver too, and collocation or `taylor`.  Last, in processor time by each method, how
+many times as long a motion takes by its tape as by parts of its own; the states have to be the same.
 
 The script ``costs`` asks for the first value of the right-hand side, in new processes too.
 
@@ -38,6 +39,8 @@ BY_HAND = "by hand"  # the four-bar, which the limits are for
 USUAL = ("pendulum", "four_bar", "andrews", "bicycle")
 FIRST = "first unit"
 DURATION = 0.01  # s of motion: it is the wait that counts
+RUNS, LONG, OF_RUNS = 20, 5.0, {"andrews": 0.03}  # s of motion that are timed by the tape
+METHODS = ("auto", "dop853", "gauss8")
 LIMITS = {"cold": 1.5, "cached": 0.020}  # s
 STAGES = (
     "import mechc", "read", "describe", "derive", "differentiate", "optimize", "emit",
@@ -64,7 +67,11 @@ def line(row: dict[str, Any]) -> str:
         for stage, (clock, processor) in row["stages"].items()
     )
     wait = f"{row['wait']:.2f} s ({row['processor']:.2f})"
-    return f"{row['name']}: {wait}, first of its kind {row['first_of_kind']:.2f}; {stages}"
+    ratios = ", ".join(f"{method} {ratio:.1f}" for method, ratio in row["by_tape"].items())
+    return (
+        f"{row['name']}: {wait}, first of its kind {row['first_of_kind']:.2f}; {stages}; "
+        f"by its tape over own parts: {ratios}"
+    )
 
 
 def first_motion(name: str) -> dict[str, Any]:
@@ -75,9 +82,11 @@ def first_motion(name: str) -> dict[str, Any]:
             if entry.is_dir() and entry.suffix != ".general":
                 shutil.rmtree(entry)
         seconds = process(name, Path(folder), "motion")["seconds"]
+        by_tape = process(name, Path(folder), "tape")["ratios"]
     return {
         "name": name, "wait": seconds["first value"], "processor": seconds["processor"],
         "first_of_kind": first["first value"], "stages": stages_apart(name),
+        "by_tape": by_tape,
     }  # fmt: skip
 
 
@@ -136,7 +145,8 @@ def least(runs: Iterable[dict[str, Any]], stages: Iterable[str] = STAGES) -> dic
 def process(form: str, cache: Path, until: str = "value") -> dict[str, Any]:
     """Seconds and the value in a separate process.
 
-    ``until``: the first value, the end of the first "motion", or the "whole" being compiled.
+    ``until``: the first value, the end of the first "motion", or the "whole" being compiled; or
+    motions are timed by the "tape" and by own parts.
     """
     command = [*module_command("costs", "first"), form, until]
     told: dict[str, Any] = answer(command, MECHC_CACHE_DIR=str(cache), PYTHONDONTWRITEBYTECODE="")
@@ -153,6 +163,9 @@ def one(form: str, until: str) -> None:
 
     imported, before = time.perf_counter(), processor_seconds()
     model = mechc.compile(method)
+    if until == "tape":
+        print(json.dumps({"ratios": by_tape(model, OF_RUNS.get(form, LONG))}))
+        return
     if until == "motion":
         value = model.simulate(DURATION, model.assemble()).y[-1]
     else:
@@ -165,6 +178,28 @@ def one(form: str, until: str) -> None:
         _ = model.capsule  # waits for all of it
         seconds["whole"] = time.perf_counter() - imported
     print(json.dumps({"value": value.tolist(), "seconds": seconds, "peak": peak_bytes()}))
+
+
+def by_tape(model: Any, duration: float) -> dict[str, float]:
+    """How many times as long motions take by the tape as by own parts; they are the same."""
+    start = model.assemble()
+    assert model.system.scene.evaluator.serves_runs
+
+    def run(method: str) -> Any:
+        return model.simulate(duration, start, method=method).y
+
+    def seconds(method: str) -> float:
+        found = []
+        for _ in range(RUNS):
+            before = time.thread_time()
+            run(method)
+            found.append(time.thread_time() - before)
+        return min(found)
+
+    before = {method: (run(method).tobytes(), seconds(method)) for method in METHODS}
+    model.wait_compiled()
+    assert all(run(method).tobytes() == states for method, (states, _) in before.items())
+    return {method: taken / seconds(method) for method, (_, taken) in before.items()}
 
 
 def made(form: str) -> Any:

@@ -9,7 +9,7 @@ kind, and with an empty one.  Import of mechc and making the description are not
 stage by itself: the derivation, with C and the tape as its result, and the compiler's by the part
 of the unit.  Of these a first motion needs the first unit, which is the tape where the scene has a
 kind; else the driver too, and collocation or `taylor`.  Last, in processor time by each method, how
-many times as long a motion takes by its tape as by parts of its own; the states have to be the same.
+many times as long a motion takes by its tape as by own parts; the states have to be the same.
 
 The script ``costs`` asks for the first value of the right-hand side, in new processes too.
 

@@ -1,5 +1,6 @@
 """A compiler may lie, hang, or leave children behind: the error says what it did."""
 
+import concurrent.futures
 import os
 import resource
 import shlex
@@ -8,6 +9,8 @@ import stat
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 
 import numpy as np
 import pytest
@@ -198,3 +201,24 @@ def test_an_interrupt_of_the_first_import_of_sympy_leaves_the_session_whole(plac
     code = IMPORT.format(place=place)
     told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert told.stdout.split() == ["interrupted", "MechanismError"], told.stderr
+
+
+def test_ctrl_c_between_two_compilers_ends_the_first(monkeypatch):
+    """The second has not begun then; the first was waited for without end."""
+    begun = []
+
+    class Interrupted(ThreadPoolExecutor):
+        def submit(self, *arguments):
+            if not begun:
+                begun.append(super().submit(*arguments))
+                return begun[0]
+            while not toolchain._running:
+                time.sleep(0.02)
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(concurrent.futures, "ThreadPoolExecutor", Interrupted)
+    run = partial(toolchain.version, ("sh", "-c", "sleep 1000"))
+    with pytest.raises(KeyboardInterrupt):
+        toolchain.all_at_once([run, run])
+    assert begun[0].done()
+    assert not toolchain._running

@@ -159,8 +159,8 @@ def all_at_once(jobs: Sequence[Callable[[], Any]]) -> list[Any]:
     with ThreadPoolExecutor(
         os.cpu_count(), initializer=lambda: threads.add(threading.get_ident())
     ) as pool:
-        begun = [pool.submit(job) for job in jobs]
-        try:
+        try:  # Ctrl-C may come before all have begun
+            begun = [pool.submit(job) for job in jobs]
             return [each.result() for each in begun]
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)

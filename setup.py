@@ -1,4 +1,9 @@
-"""Derives, emits and compiles each shipped mechanism while extensions are built."""
+"""Derives, emits and compiles each shipped mechanism while extensions are built, and compiles the units
+that run the tapes of all others.
+
+For the instruction sets of this processor, or with MECHC_BUILD_FOR=any, as wheels for other machines
+need it, for all of them.
+"""
 
 import os
 import runpy
@@ -6,6 +11,7 @@ import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from sysconfig import get_platform
 from types import SimpleNamespace
 
 from setuptools import Extension, find_packages, setup
@@ -15,6 +21,7 @@ from setuptools.modified import newer_group
 CODEGEN = Path(__file__).resolve().parent / "codegen"
 RUNTIME = CODEGEN / "mechc_codegen" / "runtime"
 SCENES = "mechc._scenes."
+UNITS = "mechc._units."
 # What Cython writes into every module that takes arrays, once for all: half of what they compile.
 OF_ALL_MODULES = "mechc.native._shared"
 SHIPPED = ("four_bar",)
@@ -27,11 +34,18 @@ AS_WRITTEN = "-ffp-contract=off"  # no compiler chooses where products and sums 
 
 
 class BuildScenes(build_ext):
-    """build_ext that first generates the sources of ``mechc._scenes.*``.
+    """build_ext that first generates the sources of ``mechc._scenes.*`` and ``mechc._units.*``.
 
     Generation happens here, not at import, because an in-place build runs no other command;
     generated files go under the build folder.
     """
+
+    def finalize_options(self):
+        sys.path.insert(0, str(CODEGEN))
+        self.plat_name = self.plat_name or get_platform()
+        self.units = dict(self.units_of_kinds())
+        self.distribution.ext_modules += [Extension(name, []) for name in self.units]
+        super().finalize_options()
 
     def run(self):
         os.environ.update(COMPILER.replacing(os.environ, self.plat_name))
@@ -39,11 +53,27 @@ class BuildScenes(build_ext):
             self.compiler = self.compiler or COMPILER.GNU_ON_WINDOWS
         super().run()
 
+    def units_of_kinds(self):
+        """The name, kind and instruction set of each unit: the widest set, or for any machine each."""
+        from mechc_codegen.emit.units.general import KINDS
+
+        sets = self.instruction_sets()
+        for each in sets if self.for_any() else sets[-1:]:
+            for kind in KINDS:
+                yield f"{UNITS}{kind}_{each.name}", (kind, each)
+
+    def instruction_sets(self):
+        from mechc_codegen.emit.units import instruction_sets as of
+
+        return of.instruction_sets() if self.for_any() else of.sets_of_this_processor()
+
+    def for_any(self):
+        return os.environ.get("MECHC_BUILD_FOR") == "any" or self.plat_name in COMPILER.WINDOWS
+
     def build_extensions(self):
         if self.plat_name in COMPILER.WINDOWS:
             unused = Path(self.build_temp).resolve() / "import.lib"
             self.compiler.set_executables(**COMPILER.executables(os.environ, unused))
-        sys.path.insert(0, str(CODEGEN))
         from Cython.Build import cythonize
 
         self.builds = {}
@@ -53,15 +83,17 @@ class BuildScenes(build_ext):
                 self.generate(extension)
             if extension.name == OF_ALL_MODULES:
                 extension.sources = [self.shared_by_modules()]
+            if extension.name in self.units:
+                self.generate_unit(extension)
         folder = str(Path(self.build_temp).resolve() / "cython")
         self.parallel = self.parallel or os.cpu_count()
         made = cythonize(
-            self.extensions, build_dir=folder, quiet=True, nthreads=self.parallel,
+            [each for each in self.extensions if each.name not in self.units], build_dir=folder, quiet=True, nthreads=self.parallel,
             shared_utility_qualified_name=OF_ALL_MODULES,
         )  # fmt: skip
         sources = {each.name: each.sources for each in made}
         for extension in self.extensions:  # in place: setuptools has set attributes on them
-            extension.sources = sources[extension.name]
+            extension.sources = sources.get(extension.name, [])
         super().build_extensions()
 
     def shared_by_modules(self):
@@ -81,7 +113,7 @@ class BuildScenes(build_ext):
 
         name = extension.name.removeprefix(SCENES)
         folder = Path(self.build_temp).resolve() / "scenes" / name
-        build = build_scene(shipped_mechanism(name))
+        build = build_scene(shipped_mechanism(name), self.instruction_sets())
         build.write(folder)
         wrapper = folder / f"{name}.pyx"
         (folder / "scene.pyx").replace(wrapper)
@@ -89,28 +121,48 @@ class BuildScenes(build_ext):
         extension.sources = [str(wrapper)]
         extension.include_dirs = [str(folder), str(RUNTIME)]
         extension.depends = [*texts, *runtime_headers()]
-        self.builds[extension.name] = (build, folder)
+        from mechc_codegen.extension.flags import FLAGS
+
+        files = {name: [*FLAGS, *flags] for name, flags in build.flags.items()}
+        self.builds[extension.name] = (folder, files)
+
+    def generate_unit(self, extension):
+        from mechc_codegen.emit.units.general import kind_flags, unit_sources
+        from mechc_codegen.extension import build, flags
+
+        kind, each = self.units[extension.name]
+        lanes, name = each.lanes, "native"  # as that of scenes that are compiled here
+        sources = unit_sources(kind, lanes, name)
+        told = [*flags.GENERAL_FLAGS, *kind_flags(kind)]
+        told += [*each.flags, flags.unit_key_flag(build.unit_signature(sources, told))]
+        folder = Path(self.build_temp).resolve() / "units" / extension.name.removeprefix(UNITS)
+        build.write_texts(folder, sources)
+        extension.include_dirs = list(flags.GENERAL_INCLUDES)
+        extension.depends = [*(str(folder / name) for name in sources), *flags.runtime_headers()]
+        self.builds[extension.name] = (folder, dict.fromkeys(sources, told))
 
     def build_extension(self, extension):
-        """A scene's C files are compiled one by one: each has its own instruction set."""
+        """The C files of a scene or unit are compiled one by one: each has flags of its own."""
         if extension.name in self.builds and self.is_stale(extension):
-            from mechc_codegen.extension.flags import FLAGS
+            folder, files = self.builds[extension.name]
 
-            build, folder = self.builds[extension.name]
-
-            def compile_unit(unit):
-                source, flags = unit
+            def compile_file(file):
+                name, flags = file
                 return self.compiler.compile(
-                    [str(folder / source)],
+                    [str(folder / name)],
                     output_dir=self.build_temp,
                     include_dirs=extension.include_dirs,
-                    extra_postargs=[*FLAGS, *flags, NO_DEBUG_INFORMATION],
+                    extra_postargs=[*flags, NO_DEBUG_INFORMATION],
                 )
 
             with ThreadPoolExecutor() as pool:
-                for objects in pool.map(compile_unit, build.flags.items()):
+                for objects in pool.map(compile_file, files.items()):
                     extension.extra_objects += objects
         super().build_extension(extension)
+
+    def get_export_symbols(self, extension):
+        """A unit is no module of Python."""
+        return [] if extension.name in self.units else super().get_export_symbols(extension)
 
     def is_stale(self, extension):
         target = self.get_ext_fullpath(extension.name)

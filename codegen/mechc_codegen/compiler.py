@@ -19,7 +19,7 @@ from mechc_codegen.drawing.plan import picture_plan
 from mechc_codegen.emit.c import CWriter, emit
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.metadata import scene_metadata
-from mechc_codegen.emit.tape.scene_tape import SceneTape, scene_tape
+from mechc_codegen.emit.tape.scene_tape import scene_tape
 from mechc_codegen.emit.units.general import kind_of
 from mechc_codegen.emit.units.instruction_sets import (
     InstructionSet,
@@ -56,13 +56,11 @@ def build_scene(
     sets = tuple(with_fitting_lanes(each, made.functions.equations) for each in sets)
     writer = CWriter(made.functions, made.metadata)
     texts = clock.time("emit", lambda: emit(writer, made.metadata, sets))
-    kind = kind_of(made.functions)
-    tape = SceneTape()
+    kind, tape = kind_of(made.functions), b""
     if kind:
         sizes = texts["scene_sizes.h"]
         tape = clock.time("tape", lambda: scene_tape(writer, made.metadata, sizes))
-    kind = kind if tape.content else ()
-    return extension(mechanism.name, texts, sets, clock.seconds, kind, tape.content, tape.kind)
+    return extension(mechanism.name, texts, sets, clock.seconds, kind if tape else "", tape)
 
 
 def build_standalone(

@@ -22,18 +22,16 @@ from mechc_codegen.extension.flags import FLAGS, runtime_headers
 class Build:
     """The texts of one scene, and per source file the compiler flags beyond ``FLAGS``.
 
-    ``kind``: the macros of its kind for the general unit, of so many ``lanes``; empty: that does
-    not serve it.  ``tape``: its functions for that unit, with further macros.
+    ``kind``: that of the unit that runs its ``tape``, in so many ``lanes``; empty: none does.
     """
 
     name: str
     texts: Mapping[str, str]
     flags: Mapping[str, tuple[str, ...]]
     seconds: Mapping[str, float] = field(default_factory=dict)  # that each stage took
-    kind: tuple[str, ...] = ()
+    kind: str = ""
     lanes: int = 0
     tape: bytes = b""
-    tape_kind: tuple[str, ...] = ()
 
     @property
     def widest_flags(self) -> tuple[str, ...]:
@@ -68,11 +66,16 @@ class Build:
 
     def write(self, folder: Path) -> None:
         """Write the texts; an unchanged file keeps its time stamp."""
-        folder.mkdir(parents=True, exist_ok=True)
-        for name, text in self.texts.items():
-            path = folder / name
-            if not path.exists() or path.read_text("utf-8") != text:
-                path.write_text(text, "utf-8")
+        write_texts(folder, self.texts)
+
+
+def write_texts(folder: Path, texts: Mapping[str, str]) -> None:
+    """Write texts by their names into a folder; an unchanged file keeps its time stamp."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in texts.items():
+        path = folder / name
+        if not path.exists() or path.read_text("utf-8") != text:
+            path.write_text(text, "utf-8")
 
 
 def extension(
@@ -80,9 +83,8 @@ def extension(
     texts: Mapping[str, str],
     sets: Sequence[InstructionSet],
     seconds: Mapping[str, float],
-    kind: tuple[str, ...],
+    kind: str,
     tape: bytes,
-    tape_kind: tuple[str, ...],
 ) -> Build:
     """Emitted C with the Cython wrapper and the flags of each instruction set."""
     wrapper = files("mechc_codegen.emit") / "templates" / "scene.pyx.in"
@@ -95,30 +97,30 @@ def extension(
         kind,
         sets[-1].lanes,
         tape,
-        tape_kind,
     )
 
 
-def general_signature(source: str, flags: Sequence[str], compiler: str, python: str) -> str:
-    """A hash of everything that determines the object of the general unit for a kind of scenes."""
-    return _digest([*_headers(), source, " ".join(flags), compiler, python])
+def unit_signature(sources: Mapping[str, str], flags: Sequence[str]) -> str:
+    """A hash of everything that determines what the unit of a kind does, whoever compiles it."""
+    return digest([*_headers(), *sources.values(), " ".join(flags)])
 
 
 def signature(build: Build, compiler: str, python: str) -> str:
     """A hash of everything that determines a binary."""
     parts = [*(f"{name}\n{text}" for name, text in sorted(build.texts.items()))]
     parts += [f"{name} {flags}" for name, flags in sorted(build.flags.items())]
-    parts += [" ".join(build.kind), *_headers()]
+    parts += [build.kind, *_headers()]
     parts += [" ".join(FLAGS), build.tape.hex(), compiler, python, platform.machine()]
-    return _digest(parts)
+    return digest(parts)
 
 
 def _headers() -> list[str]:
     return [Path(header).read_text("utf-8") for header in runtime_headers()]
 
 
-def _digest(parts: Iterable[str]) -> str:
-    digest = hashlib.sha256()
+def digest(parts: Iterable[str]) -> str:
+    """A hash of texts."""
+    made = hashlib.sha256()
     for part in parts:
-        digest.update(f"{len(part)}:".encode() + part.encode())
-    return digest.hexdigest()
+        made.update(f"{len(part)}:".encode() + part.encode())
+    return made.hexdigest()

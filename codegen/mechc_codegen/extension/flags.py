@@ -24,13 +24,22 @@ GENERAL_FLAGS = OUTPUTS_ONLY_FLAGS[:-1]  # its model is that of a tape
 SHARED = ("-DMECHC_SHARED",)  # the model is found by name
 STRICT = ("-Wall", "-Wextra", "-Werror")  # for our tests; a user's compiler may warn of more
 RUNTIME = Path(str(files("mechc_codegen"))) / "runtime"
-IN_PLACE_OF_SCENE = RUNTIME / "general" / "in_place_of_scene"  # before the folder of a scene
-IN_PLACE_OF_SERIES = RUNTIME / "tape" / "in_place_of_series"
+# Of the unit of a kind: folders of headers, in place of those of a scene.
+GENERAL_INCLUDES = (
+    str(RUNTIME / "tape" / "in_place_of_series"),
+    str(RUNTIME / "general" / "in_place_of_scene"),
+    str(RUNTIME),
+)
 
 
 def part_flags(part: str) -> tuple[str, ...]:
     """Flags of a part of a unit that is a shared object of its own: see runtime/abi/parts.h."""
     return (f"-DMECHC_UNIT_PARTS=MECHC_PART_{part.upper()}",)
+
+
+def unit_key_flag(signature: str) -> str:
+    """The flag by which the unit of a kind holds its name."""
+    return f'-DMECHC_UNIT_KEY="{signature}"'
 
 
 def runtime_headers() -> list[str]:

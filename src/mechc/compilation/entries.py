@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import shutil
 import struct
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache, partial
+from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from mechc.native._driver import capsule_of, model_of_tape
 from mechc.progress import Notice
 
 _LONGEST_KEY = 100
+_INSTALLED = Path(__file__).resolve().parents[1] / "_units"
 _TAPE = b"mechc tape 1\0\0\0\0"  # what tapes begin with: see runtime/tape/read.h
 
 
@@ -32,13 +34,24 @@ def model_of(path: Path) -> Any:
             unit = file.read(min(size, _LONGEST_KEY)).decode("ascii")
             file.seek(0)
             tape = file.read()
-        shared = cache.find(unit) if cache.is_of_all(unit) else None
+        shared = None
+        if cache.is_unit_key(unit):
+            shared = installed_unit(unit.partition(".")[0]) or cache.find(unit)
         if shared is None:
             raise ImportError("the unit that runs this tape is not there")
-        with cache.copied(shared) as own:  # each scene needs one
+        with cache.copied(unit, shared) as own:  # each scene needs one
             return model_of_tape(own, tape)
     except (OSError, UnicodeDecodeError, struct.error) as error:
         raise ImportError(f"{path}: {error}") from None
+
+
+@lru_cache
+def installed_unit(signature: str) -> Path | None:
+    """The unit with this signature that was compiled when mechc was installed, or None."""
+    for file in sorted(_INSTALLED.iterdir()) if _INSTALLED.is_dir() else ():
+        if file.suffix in EXTENSION_SUFFIXES[-1:] and signature.encode() in file.read_bytes():
+            return file
+    return None
 
 
 def load(key: str, load: Callable[[Path], Any] | None = None) -> Any:
@@ -95,67 +108,35 @@ def make_first(scene: Any, folder: Path) -> None:
     shutil.rmtree(work)
 
 
-def _object(work: Path, source: tuple[str, Sequence[str]], includes: Sequence[str]) -> Path:
-    return toolchain.compile_all(work, [source], includes, side_by_side=False)[0]
-
-
 def _tapes_unit(scene: Any) -> str:
-    """The key of the unit that runs the tapes of the scene's kind, compiled once for all of it."""
-    from mechc_codegen.emit.units.general import series_source, tapes_source
-    from mechc_codegen.extension.build import general_signature
-    from mechc_codegen.extension.flags import (
-        GENERAL_FLAGS,
-        IN_PLACE_OF_SCENE,
-        IN_PLACE_OF_SERIES,
-        RUNTIME,
-    )
+    """The name of the unit that runs the tapes of the scene's kind.
 
-    of_series = (f"-I{IN_PLACE_OF_SERIES}", f"-I{IN_PLACE_OF_SCENE}")
-    flags = [*GENERAL_FLAGS, *scene.kind, *scene.tape_kind, *scene.widest_flags]
-    sources = {"tapes.c": tapes_source(scene.lanes, scene.unit)}
-    if "-DMECHC_KIND_SERIES=1" in scene.tape_kind:
-        sources["series.c"] = series_source(scene.lanes)
+    It is installed with mechc, or compiled once for all of the kind.
+    """
+    from mechc_codegen.emit.units.general import kind_flags, unit_sources
+    from mechc_codegen.extension.build import digest, unit_signature
+    from mechc_codegen.extension.flags import GENERAL_FLAGS
 
-    def make(folder: Path) -> None:
-        work, includes = folder / "work", (str(IN_PLACE_OF_SCENE), str(RUNTIME))
-        work.mkdir()
-        for name, source in sources.items():
-            (work / name).write_text(source, "utf-8")
-        own = [(name, [*(of_series if name == "series.c" else ()), *flags]) for name in sources]
-        made = [partial(_object, work, each, includes) for each in own]
-        objects = toolchain.all_at_once([partial(_general_unit, scene), *made])
-        general = work / "general.o"  # some compilers go by the ending
-        shutil.copyfile(objects[0], general)
-        toolchain.link([general, *objects[1:]], folder / cache.SHARED_OBJECT)
-        shutil.rmtree(work)
-
-    key = cache.part_key(
-        general_signature("".join(sources.values()), flags, *environment()), "general"
-    )
-    cache.entry(key, make)
-    return key
+    sources = unit_sources(scene.kind, scene.lanes, scene.unit)
+    flags = [*GENERAL_FLAGS, *kind_flags(scene.kind)]
+    signature = unit_signature(sources, flags)
+    if installed_unit(signature) is None:
+        flags += scene.widest_flags
+        signature = digest([signature, *scene.widest_flags, *environment()])
+        cache.entry(cache.unit_key(signature), partial(_make_unit, sources, flags))
+    return cache.unit_key(signature)
 
 
-def _general_unit(scene: Any) -> Path:
-    """The object of the general unit of the scene's kind, compiled once for all of the kind."""
-    from mechc_codegen.emit.units.general import general_source
-    from mechc_codegen.extension.build import general_signature
-    from mechc_codegen.extension.flags import GENERAL_FLAGS, IN_PLACE_OF_SCENE, RUNTIME
+def _make_unit(sources: Mapping[str, str], flags: Sequence[str], folder: Path) -> None:
+    from mechc_codegen.extension.build import write_texts
+    from mechc_codegen.extension.flags import GENERAL_INCLUDES
 
-    source = general_source(scene.lanes)
-    flags = [*GENERAL_FLAGS, *scene.kind, *scene.widest_flags]
-
-    def make(folder: Path) -> None:
-        work, includes = folder / "work", (str(IN_PLACE_OF_SCENE), str(RUNTIME))
-        work.mkdir()
-        (work / "general.c").write_text(source, "utf-8")
-        with Notice("compiling the integrator for scenes of this kind, once ..."):
-            made = _object(work, ("general.c", flags), includes)
-        made.rename(folder / cache.SHARED_OBJECT)  # to be linked; sealed by the name of all entries
-        shutil.rmtree(work)
-
-    key = general_signature(source, flags, *environment())
-    return cache.entry(cache.part_key(key, "general"), make)
+    work = folder / "work"
+    write_texts(work, sources)
+    with Notice("compiling the integrator for scenes of this kind, once ..."):
+        objects = toolchain.compile_all(work, [(name, flags) for name in sources], GENERAL_INCLUDES)
+    toolchain.link(objects, folder / cache.SHARED_OBJECT)
+    shutil.rmtree(work)
 
 
 def make_part(scene: Any, part: str, folder: Path) -> None:

@@ -11,7 +11,6 @@ import re
 import struct
 from array import array
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from importlib.resources import files
 from itertools import chain
 from typing import Any
@@ -37,6 +36,7 @@ MAGIC = b"mechc tape 1\0\0\0\0"
 COUNTS = (
     *("NQ", "NU", "NH", "NC", "NP", "NK", "SAVED", "TURNS", "NI", "STATES", "SWITCHES"),
     *("FEATURES", "KNOTTED", "MULTIPLIERS", "LOCKSTEP", "BLOCKS_KEPT"),
+    *("ROW_BLOCKS", "IDENTITY_KINEMATICS"),
 )
 # Outputs that the unit calls, in this order.
 BY_NAME = ("constraints", "coordinate_rates", "kinematic_matrix", "switching", "mass_matrix")
@@ -52,36 +52,28 @@ _LIMITS = {
         (_RUNTIME / "dynamics" / "sizes.h").read_text("utf-8"),
     )
 }
-_OF_SERIES = ("", "_SUMS", "_KEPT", "_INTEGRATED", "_HIDES", "_ROOTS")
+_OF_SERIES = ("", "_SUMS", "_KEPT", "_INTEGRATED", "_HIDES", "_ROOTS", "_FEW", "_MOMENTA")
 _BOUNDS = {
     name: int(value)
     for name, value in re.findall(
         r"#define MECHC_SERIES(\w*)_MAX (\d+)\b",
         (_RUNTIME / "general" / "in_place_of_scene" / "scene_sizes.h").read_text("utf-8"),
     )
-} | {"_HIDES": 1}
+} | {"_HIDES": 1, "_FEW": 1, "_MOMENTA": 1}
 _SCALARS = {"series_next": ("order", "inverse", "time")}
 _COUNT = re.compile(r"(?m)^#define MECHC_(\w+) (\d+)\b")
 _TABLE = re.compile(r"(?m)^#define MECHC_(\w+) ([-+\d.e]+(?:, [-+\d.e]+)*+)")
 
 
-@dataclass(frozen=True)
-class SceneTape:
-    """A scene as bytes, without their first and last parts, and its kind as macros for the compiler
-    of the unit that runs it; no bytes: no tape holds it."""
+def scene_tape(writer: CWriter, metadata: Mapping[str, Any], sizes: str) -> bytes:
+    """The tape of a writer's scene, without its first and last parts; empty: no tape holds it.
 
-    content: bytes = b""
-    kind: tuple[str, ...] = ()
-
-
-def scene_tape(writer: CWriter, metadata: Mapping[str, Any], sizes: str) -> SceneTape:
-    """The tape of a writer's scene; ``sizes``: the text of ``scene_sizes.h``."""
-    tape = _Writer(writer, metadata, sizes)
+    ``sizes``: the text of ``scene_sizes.h``.
+    """
     try:
-        content = tape.content()
+        return _Writer(writer, metadata, sizes).content()
     except (NoTapeError, RecursionError, ZeroDivisionError):  # expressions of many levels
-        return SceneTape()
-    return SceneTape(content, tuple(f"-DMECHC_KIND_{n}={value}" for n, value in tape.kind.items()))
+        return b""
 
 
 def whole_tape(scene: bytes, unit: str, texts: str) -> bytes:
@@ -98,7 +90,6 @@ class _Writer:
         }
         self.numbers: dict[str, int] = {}
         self.rows = list[tuple[int, int, int, int, int]]()
-        self.kind = {"SERIES": 0, "FEW": 0, "MOMENTA": 0}
         self.places = list[tuple[int, int, int]]()  # of each function: first, count, registers
 
     def content(self) -> bytes:
@@ -148,10 +139,9 @@ class _Writer:
         for name, lines in own.bodies.items():
             index[name] = self._function(name, lines)
         pairs = sorted(arrange(own.sums), key=lambda pair: own.sums[min(pair), max(pair)])
-        self.kind = {"SERIES": 1, "FEW": int(are_few(own.sums)), "MOMENTA": int(series.momenta)}
         roots = own.roots
         counts = [len(own.rows), len(pairs), len(own.kept), own.integrated, int(own.hides)]
-        counts.append(len(roots))
+        counts += [len(roots), int(are_few(own.sums)), int(series.momenta)]
         if any(count > _BOUNDS[name] for name, count in zip(_OF_SERIES, counts, strict=True)):
             raise NoTapeError
         return [counts, roots, [left for left, _ in pairs], [right for _, right in pairs]]

@@ -1,8 +1,8 @@
 """The unit that is compiled once for all scenes of a kind, and runs their tapes.
 
-Input: a scene's functions.  Output: the macros of its kind, and the sources of the unit, in
-``runtime/general/`` and ``runtime/tape/``.  Invariant: a scene that has no kind, since it is
-walked link by link or beyond the bounds there, is served by a unit of its own alone.
+Input: a scene's functions.  Output: its kind, and the sources of the unit, in ``runtime/general/`` and
+``runtime/tape/``.  Invariant: a scene that has no kind, since it is walked link by link or beyond the
+bounds there, is served by a unit of its own alone.
 """
 
 from __future__ import annotations
@@ -17,47 +17,54 @@ from mechc_codegen.emit.units.block_elimination import BlockElimination
 from mechc_codegen.emit.units.scene_files import template
 from mechc_codegen.ir.program import SWITCHING, SineCosine
 
+# What scenes of a kind have: constraint rows, some of them on the configuration, closed forms.
+KINDS = {
+    "open": (),
+    "rolling": ("ROWS",),
+    "loops": ("ROWS", "LOOPS"),
+    "one_freedom": ("ROWS", "LOOPS", "ONE_FREEDOM"),
+    "one_freedom_rolling": ("ROWS", "ONE_FREEDOM"),
+}
+_MACROS = ("ROWS", "LOOPS", "ONE_FREEDOM")
 _BOUNDS = ("bounds.h", "in_place_of_scene/scene_sizes.h")
 _MOST_SPEEDS_OF_ONE_FREEDOM = 3  # loops/one_freedom.h
-_MOST_FREE = 3  # dynamics/motion.h
 
 
-def kind_of(functions: SceneFunctions) -> tuple[str, ...]:
-    """The macros of a scene's kind for the compiler; empty: it has none."""
+def kind_of(functions: SceneFunctions) -> str:
+    """The name of a scene's kind, of :data:`KINDS`; empty: it has none."""
     equations, symbols = functions.equations, functions.program.symbols
     if equations.tree is not None or not _fits(functions):
-        return ()
+        return ""
     rows, speeds = functions.rows, len(symbols.u)
     alone = rows > 0 and speeds == rows + 1 and speeds <= _MOST_SPEEDS_OF_ONE_FREEDOM
-    kind = {
-        "ROWS": int(rows > 0),
-        "LOOPS": int(equations.holonomic > 0),
-        "IDENTITY": int(equations.identity_kinematics),
-        "ONE_FREEDOM": speeds if alone else 0,
-        "REDUCED": int(rows > 0 and 0 <= speeds - rows <= _MOST_FREE),
-        "BLOCKS": int(functions.blocks is not None),
-    }
-    return tuple(f"-DMECHC_KIND_{name}={value}" for name, value in kind.items())
+    has = {"ROWS": rows > 0, "LOOPS": equations.holonomic > 0, "ONE_FREEDOM": alone}
+    found = tuple(macro for macro in _MACROS if has[macro])
+    return next(name for name, macros in KINDS.items() if macros == found)
 
 
-def general_source(lanes: int) -> str:
-    """The source of the general unit: the driver and the methods of single runs."""
-    return _unit(lanes, "general", "MECHC_PARTS_OF_GENERAL")
+def kind_flags(kind: str) -> tuple[str, ...]:
+    """The macros of a kind for the compiler."""
+    return tuple(f"-DMECHC_KIND_{macro}={int(macro in KINDS[kind])}" for macro in _MACROS)
 
 
-def tapes_source(lanes: int, unit: str) -> str:
-    """The source of the unit that runs tapes, for the general unit of these lanes."""
-    return f'#define MECHC_LANES {lanes}\n#define MECHC_UNIT {unit}\n#include "tape/unit.h"\n'
+def unit_sources(kind: str, lanes: int, name: str) -> dict[str, str]:
+    """The sources of the unit of a kind, for an instruction set of this name."""
+    tapes = f'#define MECHC_LANES {lanes}\n#define MECHC_UNIT {name}\n#include "tape/unit.h"\n'
+    found = {"general.c": _part(lanes, "general", "MECHC_PARTS_OF_GENERAL"), "tapes.c": tapes}
+    if "ROWS" in KINDS[kind]:
+        return found
+    for few in (0, 1):
+        for momenta in (0, 1):
+            sums = {"SERIES_FEW": few, "SERIES_MOMENTA": momenta}
+            part = f"series_{few}{momenta}"
+            found[f"{part}.c"] = _part(lanes, part, "MECHC_PART_TAYLOR", sums)
+    return found
 
 
-def series_source(lanes: int) -> str:
-    """The source of the Taylor series of tapes, for scenes that have one."""
-    return _unit(lanes, "series", "MECHC_PART_TAYLOR", series=1)
-
-
-def _unit(lanes: int, name: str, parts: str, series: int = 0) -> str:
-    values = {"lanes": lanes, "unit": name, "parts": parts, "series": series}
-    return template("general_unit.c.in").substitute(values)
+def _part(lanes: int, name: str, parts: str, series: Mapping[str, int] | None = None) -> str:
+    more = "".join(f"#define MECHC_{macro} {value}\n" for macro, value in (series or {}).items())
+    values = {"lanes": lanes, "unit": name, "parts": parts, "series": int(bool(series))}
+    return template("general_unit.c.in").substitute(values, more=more)
 
 
 def _fits(functions: SceneFunctions) -> bool:

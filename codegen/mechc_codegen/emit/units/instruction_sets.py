@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import platform
 from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
 
-from mechc_codegen.derive.equations import Equations
+if TYPE_CHECKING:
+    from mechc_codegen.derive.equations import Equations
 
+CPU_INFO = Path("/proc/cpuinfo")
 # Bound for rows solved together: beyond it, factors of all lanes would overflow a stack of 8 MB.
 MOST_SQUARES = 65536  # squares of the speeds, times lanes
 
@@ -34,6 +38,26 @@ WIDER = (
 def instruction_sets() -> tuple[InstructionSet, ...]:
     """The baseline and, on x86-64, wider sets, among which a program chooses at start."""
     return (BASELINE, *WIDER) if platform.machine() in {"x86_64", "AMD64"} else (BASELINE,)
+
+
+def sets_of_this_processor() -> tuple[InstructionSet, ...]:
+    """Those that run here."""
+    features = set(cpu_info().get("flags", "").split())
+    return tuple(
+        s for s in instruction_sets() if {f[2:] for f in s.flags if "=" not in f} <= features
+    )
+
+
+def cpu_info() -> dict[str, str]:
+    """Fields of the first processor; the others are equal."""
+    found: dict[str, str] = {}
+    if CPU_INFO.exists():
+        with CPU_INFO.open() as lines:
+            for line in iter(lines.readline, ""):
+                if not line.strip():
+                    break
+                found[line.split(":")[0].strip()] = line
+    return found
 
 
 def with_fitting_lanes(chosen: InstructionSet, equations: Equations) -> InstructionSet:

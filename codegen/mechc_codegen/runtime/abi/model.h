@@ -100,5 +100,6 @@ typedef struct {
 /* Of a unit that runs tapes: the model of a tape, whose bytes are kept; NULL: `why` tells what is wrong. */
 typedef struct {
     int abi;
+    const char *key; /* by which an installed unit is found */
     const mechc_model *(*open)(const unsigned char *bytes, size_t size, const char **why);
 } mechc_tape_opener;

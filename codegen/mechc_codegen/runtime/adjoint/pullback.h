@@ -103,11 +103,11 @@ MECHC_ONCE void FN(pull_back)(const FN(solved_state) *at, const FN(given) *given
     const real *const u = at->y + MECHC_NQ;
     real weights[MECHC_COVECTOR_MAX];
     FN(weigh_residual)(at, z + MECHC_NQ, weights);
-#if !MECHC_IDENTITY_KINEMATICS
+#if MECHC_KINEMATICS_CODE
     for (int k = 0; k < MECHC_NQ; k++) weights[MECHC_MOTION + k] = z[k];
 #endif
     FN(solved_residual_adjoint)(at->t, at->y, u, given, at->a, at->l, weights, slopes);
-#if MECHC_IDENTITY_KINEMATICS
+#if !MECHC_KINEMATICS_CODE
     for (int k = 0; k < MECHC_NQ; k++) slopes[MECHC_NQ + k] += z[k];
 #endif
 #if MECHC_NC_MAX > 0

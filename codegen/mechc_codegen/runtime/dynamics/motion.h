@@ -19,9 +19,7 @@
 #if MECHC_LINKS == 0
 /* Beyond so many free directions it is cheaper to factor M. */
 #define MECHC_MOST_FREE 3
-#ifndef MECHC_REDUCED
-#define MECHC_REDUCED (MECHC_NC > 0 && MECHC_FREE >= 0 && MECHC_FREE <= MECHC_MOST_FREE)
-#endif
+#define MECHC_REDUCED (MECHC_FREE >= 0 && MECHC_FREE <= MECHC_MOST_FREE)
 
 typedef struct {
     const real *mass, *jacobian, *forcing, *gamma;
@@ -62,7 +60,6 @@ MECHC_ONCE __attribute__((cold)) void FN(least_work)(const real *mass, const rea
 }
 #endif
 
-#if MECHC_REDUCED
 MECHC_ONCE __attribute__((cold)) void FN(solve_redundant)(const real *terms, real *solution)
 {
     const real *jacobian = terms + MECHC_NU * MECHC_NU, *forcing = jacobian + MECHC_NC * MECHC_NU;
@@ -88,10 +85,7 @@ MECHC_INLINE void FN(redundant_motion)(const FN(motion_terms) *terms, rmask lane
     for (int i = 0; MECHC_MULTIPLIERS && lambda && i < MECHC_NC; i++)
         lambda[i] = R_SELECT(lanes, solution[MECHC_NU + i], lambda[i]);
 }
-#endif
-#endif
 
-#if MECHC_REDUCED
 /* A basis of all speeds' duals: the orthogonal rows, then unit vectors less their part in what
  * comes before them. */
 typedef struct {
@@ -265,14 +259,13 @@ MECHC_INLINE void FN(least_step)(const real *jacobian, const real *mass, const F
 MECHC_INLINE void FN(solve_orthogonal)(const FN(motion_terms) *terms, const FN(factors) *f, real *x,
                                        real *lambda)
 {
-#if MECHC_REDUCED
+    if (!MECHC_REDUCED) {
+        FN(solve_in_mass_metric)(terms, x, lambda);
+        return;
+    }
     const rmask redundant = FN(redundant)(f);
     FN(solve_reduced)(terms, f, x, lambda);
     if (__builtin_expect(R_ANY(redundant), 0)) FN(redundant_motion)(terms, redundant, x, lambda);
-#else
-    (void)f;
-    FN(solve_in_mass_metric)(terms, x, lambda);
-#endif
 }
 
 /* The least change that gives every row the value wanted. */
@@ -290,7 +283,7 @@ MECHC_INLINE void FN(least_orthogonal_step)(const real *jacobian, const real *ma
     }
 }
 
-#if MECHC_ROW_BLOCKS == 0
+#if !MECHC_BLOCKS_CODE
 typedef FN(factors) FN(solver);
 
 MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, real length,

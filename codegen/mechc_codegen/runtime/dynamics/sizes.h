@@ -21,6 +21,15 @@
 #define MECHC_BLOCKS_KEPT 0
 #endif
 
+/* Whether there is code for rows in blocks, and for q' that is not u; a scene tells the general unit whether
+ * it has them. */
+#ifndef MECHC_BLOCKS_CODE
+#define MECHC_BLOCKS_CODE (MECHC_ROW_BLOCKS > 0)
+#endif
+#ifndef MECHC_KINEMATICS_CODE
+#define MECHC_KINEMATICS_CODE (!MECHC_IDENTITY_KINEMATICS)
+#endif
+
 #ifndef MECHC_STATES
 #define MECHC_STATES 0 /* the number of coordinates, the last ones, that no displacement moves */
 #endif

@@ -146,11 +146,25 @@ MECHC_INLINE int FN(find_massless)(FN(place) *place)
 MECHC_INLINE void FN(coordinate_rates_of)(real t, const real *q, const real *u,
                                           const FN(given) *given, real *rates)
 {
-#if MECHC_IDENTITY_KINEMATICS
-    (void)t, (void)q, (void)given;
+    if (!MECHC_IDENTITY_KINEMATICS) {
+#if MECHC_KINEMATICS_CODE
+        FN(output_coordinate_rates)(t, q, u, given, rates);
+#endif
+        return;
+    }
     for (int i = 0; i < MECHC_NQ; i++) rates[i] = u[i];
+    (void)t, (void)q, (void)given;
+}
+
+/* The matrix of q' by u. */
+MECHC_INLINE void FN(map_of)(real t, const real *q, const FN(given) *given, real *map)
+{
+#if MECHC_KINEMATICS_CODE
+    real still[MECHC_NU_MAX];
+    for (int i = 0; i < MECHC_NU; i++) still[i] = R(0.0);
+    FN(output_kinematic_matrix)(t, q, still, given, map);
 #else
-    FN(output_coordinate_rates)(t, q, u, given, rates);
+    (void)t, (void)q, (void)given, (void)map;
 #endif
 }
 
@@ -190,13 +204,14 @@ MECHC_INLINE real FN(conditioning)(const FN(place) *place)
  * depend on masses.  Elsewhere it is the conditioning of all rows. */
 MECHC_INLINE real FN(regularity_at)(const FN(place) *place)
 {
-#if MECHC_ROW_BLOCKS > 0
+#if MECHC_BLOCKS_CODE
     const rmask clear = place->rows.clear;
-    if (!R_ANY(~clear)) return R(MECHC_SAFE_SINE);
-    return R_SELECT(clear, R(MECHC_SAFE_SINE), FN(conditioning_at)(place));
-#else
-    return FN(conditioning_at)(place);
+    if (MECHC_ROW_BLOCKS > 0) {
+        if (!R_ANY(~clear)) return R(MECHC_SAFE_SINE);
+        return R_SELECT(clear, R(MECHC_SAFE_SINE), FN(conditioning_at)(place));
+    }
 #endif
+    return FN(conditioning_at)(place);
 }
 
 #define MECHC_MAY_HAVE_ONE_ROW \
@@ -220,9 +235,13 @@ MECHC_INLINE void FN(rates_of_rows)(const FN(place) *place, const real *x, real 
 {
 #if MECHC_LINKS > 0
     FN(cut_rates)(place->saved, x, rates);
-#elif MECHC_ROW_BLOCKS > 0
-    FN(rates_in_blocks)(place->jacobian, x, rates);
 #else
+#if MECHC_BLOCKS_CODE
+    if (MECHC_ROW_BLOCKS > 0) {
+        FN(rates_in_blocks)(place->jacobian, x, rates);
+        return;
+    }
+#endif
     for (int i = 0; i < MECHC_NC; i++) {
         rates[i] = R(0.0);
         for (int j = 0; j < MECHC_NU; j++) R_ADD(rates[i], place->jacobian[i * MECHC_NU + j], x[j]);
@@ -246,7 +265,7 @@ MECHC_INLINE real FN(sum_of_partials)(const FN(place) *place)
 {
 #if MECHC_LINKS > 0
     return FN(most_partials)(place->saved, place->length);
-#elif MECHC_ROW_BLOCKS > 0 && !defined MECHC_SLIDES
+#elif MECHC_BLOCKS_CODE && !defined MECHC_SLIDES
     return FN(partials_in_blocks)(place->jacobian);
 #else
     real terms = R(0.0);
@@ -295,16 +314,14 @@ MECHC_INLINE void FN(gap_values)(const FN(place) *place, real *values)
 /* Move q by a step of the speeds. */
 MECHC_INLINE void FN(displace)(real t, real *q, const FN(given) *given, const real *step)
 {
-#if MECHC_IDENTITY_KINEMATICS
-    (void)t, (void)given;
-    for (int i = 0; i < MECHC_NQ; i++) q[i] += step[i];
-#else
-    real map[MECHC_NQ_MAX * MECHC_NU_MAX], still[MECHC_NU_MAX];
-    for (int i = 0; i < MECHC_NU; i++) still[i] = R(0.0);
-    FN(output_kinematic_matrix)(t, q, still, given, map);
+    if (MECHC_IDENTITY_KINEMATICS) {
+        for (int i = 0; i < MECHC_NQ; i++) q[i] += step[i];
+        return;
+    }
+    real map[MECHC_NQ_MAX * MECHC_NU_MAX];
+    FN(map_of)(t, q, given, map);
     for (int i = 0; i < MECHC_NQ; i++)
         for (int j = 0; j < MECHC_NU; j++) R_ADD(q[i], map[i * MECHC_NU + j], step[j]);
-#endif
 }
 
 /* One Gauss-Newton correction of q, the least in the metric of the rows. */

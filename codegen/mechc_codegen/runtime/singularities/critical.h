@@ -266,13 +266,10 @@ MECHC_STATIC int mechc_find_critical(double t, const double *q, const mechc_scal
 MECHC_STATIC double mechc_weight(const mechc_scalar_given *given, const mechc_critical *c, int i)
 {
     const double unit = mechc_given_unit(given, i);
-#if MECHC_IDENTITY_KINEMATICS
-    return mechc_squared(c->speeds[i] / unit);
-#else
+    if (MECHC_IDENTITY_KINEMATICS) return mechc_squared(c->speeds[i] / unit);
     double heaviest = 0.0;
     for (int j = 0; j < MECHC_NU; j++) heaviest = mechc_max(heaviest, c->speeds[j]);
     return i < MECHC_NQ - MECHC_STATES ? mechc_squared(heaviest / unit) : 0.0;
-#endif
 }
 
 /* Whether the critical configuration found before, apart from whole turns of angles, is one here

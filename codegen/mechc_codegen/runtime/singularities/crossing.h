@@ -50,11 +50,8 @@ MECHC_STATIC double mechc_distance(const mechc_span *span, const mechc_critical 
     for (int i = 0; i < MECHC_NQ; i++) {
         const double a = span->start[i] - c->q[i], b = span->end[i] - c->q[i];
         const double da = span->h * span->start_rates[i], db = span->h * span->end_rates[i];
-#if MECHC_IDENTITY_KINEMATICS
-        const double dda = span->h * span->h * span->end_rates[MECHC_NQ + i];
-#else
-        const double dda = 0.0;
-#endif
+        const double dda =
+            MECHC_IDENTITY_KINEMATICS ? span->h * span->h * span->end_rates[MECHC_NQ + i] : 0.0;
         const double at = s > 1.0 ? b - r * (db - 0.5 * r * dda)
                         : a * r * r * (1.0 + 2.0 * s) + b * s * s * (3.0 - 2.0 * s)
                             + s * r * (da * r - db * s);
@@ -90,9 +87,7 @@ MECHC_STATIC double mechc_time_to(const mechc_span *span, const mechc_critical *
         const double weight = mechc_weight(span->given, c, i), rate = direction * span->start_rates[i];
         away += weight * (c->q[i] - span->start[i]) * rate;
         square += weight * rate * rate;
-#if MECHC_IDENTITY_KINEMATICS
-        bend += 0.5 * weight * span->start_rates[MECHC_NQ + i] * rate;
-#endif
+        if (MECHC_IDENTITY_KINEMATICS) bend += 0.5 * weight * span->start_rates[MECHC_NQ + i] * rate;
     }
     if (!(away > 0.0 && square > 0.0)) return HUGE_VAL;
     const double discriminant = square * square + 4.0 * bend * away;

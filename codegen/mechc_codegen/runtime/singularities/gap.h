@@ -40,15 +40,14 @@ MECHC_STATIC mechc_verdict mechc_judge(const mechc_critical *c)
 MECHC_STATIC void mechc_displace(double t, const double *q, const mechc_scalar_given *given,
                                  const double *by, double *out)
 {
-#if MECHC_IDENTITY_KINEMATICS
-    (void)t, (void)given;
-    for (int i = 0; i < MECHC_NQ; i++) out[i] = q[i] + by[i];
-#else
-    double map[MECHC_NQ_MAX * MECHC_NU_MAX], still[MECHC_NU_MAX] = {0};
-    mechc_scalar_output_kinematic_matrix(t, q, still, given, map);
+    if (MECHC_IDENTITY_KINEMATICS) {
+        for (int i = 0; i < MECHC_NQ; i++) out[i] = q[i] + by[i];
+        return;
+    }
+    double map[MECHC_NQ_MAX * MECHC_NU_MAX];
+    mechc_scalar_map_of(t, q, given, map);
     for (int i = 0; i < MECHC_NQ; i++)
         out[i] = q[i] + mechc_dot(map + i * MECHC_NU, by, MECHC_NU);
-#endif
 }
 
 #if MECHC_LINKS > 0

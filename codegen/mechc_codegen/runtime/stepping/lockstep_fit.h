@@ -25,7 +25,7 @@ MECHC_STATIC int mechc_keeps_method(const mechc_integration *run)
 MECHC_STATIC int mechc_is_regular(const mechc_integration *run, double low)
 {
     if (MECHC_NC == 0 || (MECHC_NC == MECHC_NH && run->monitor.first >= low)) return 1;
-#if MECHC_NC_MAX > MECHC_NH_MAX || MECHC_ROW_BLOCKS > 0 || (MECHC_GENERAL && MECHC_NC_MAX > 0)
+#if MECHC_NC_MAX > MECHC_NH_MAX || MECHC_BLOCKS_CODE || (MECHC_GENERAL && MECHC_NC_MAX > 0)
     if (MECHC_NC == MECHC_NH && MECHC_ROW_BLOCKS == 0) return 0;
     mechc_scalar_place place;
     const double least = MECHC_NC > MECHC_NH ? low : MECHC_NARROW;

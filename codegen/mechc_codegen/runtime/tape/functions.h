@@ -11,7 +11,7 @@
 #endif
 #include "general/called.h"
 #include "tape/run.h"
-#if MECHC_KIND_SERIES
+#if MECHC_TAPES_OF_SERIES
 #include "tape/series.h"
 #endif
 
@@ -78,7 +78,7 @@ void FN(scene_output_kinematic_matrix)(real t, const real *q, const real *u, con
     FN(tape_output)(mechc_of_tapes.kinematic_matrix, t, q, u, given, 0, 0, out);
 }
 
-#if MECHC_KIND_BLOCKS
+#if MECHC_BLOCKS_CODE
 MECHC_BLOCKS_OF_ROWS(MECHC_TAPE_DECLARE)
 
 rmask FN(scene_factor_blocks)(const real *jacobian, const real *mass, const real *weight, real *kept,
@@ -119,7 +119,7 @@ void FN(scene_rates_in_blocks)(const real *jacobian, const real *x, real *rates)
 }
 #endif
 
-#if MECHC_KIND_SERIES && !R_VECTOR
+#if MECHC_TAPES_OF_SERIES && !R_VECTOR
 void mechc_scalar_series_start(double t, const double *q, const double *u, const mechc_scalar_given *given,
                                double *kept, double *row, double *rates)
 {

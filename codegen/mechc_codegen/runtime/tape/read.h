@@ -74,10 +74,11 @@ static const char *mechc_read_counts(mechc_tape_reader *reader)
     mechc_counts *c = reader->counts;
     int *const counts[] = {&c->nq, &c->nu, &c->nh, &c->nc, &c->np, &c->nk, &c->saved, &c->turns, &c->ni,
                            &c->states, &c->switches, &c->features, &c->knotted, &c->multipliers, &c->lockstep,
-                           &c->blocks_kept};
+                           &c->blocks_kept, &c->row_blocks, &c->identity_kinematics};
     const int most[] = {MECHC_NQ_MAX, MECHC_NU_MAX, MECHC_NH_MAX, MECHC_NC_MAX, MECHC_NP_MAX, MECHC_NK_MAX,
                         MECHC_SAVED_MAX, MECHC_TURNS_MAX, MECHC_NI_MAX, MECHC_NQ_MAX, MECHC_SWITCHES_MAX,
-                        MECHC_FEATURES_MAX, MECHC_KNOTTED_MAX, 1, 1, MECHC_BLOCKS_KEPT_MAX};
+                        MECHC_FEATURES_MAX, MECHC_KNOTTED_MAX, 1, 1, MECHC_BLOCKS_KEPT_MAX,
+                        MECHC_BLOCKS_CODE ? MECHC_NC_MAX : 0, 1};
     const size_t count = sizeof most / sizeof *most;
     MECHC_TAPE_REQUIRE(section->size == count * sizeof *given, "its counts are not whole");
     for (size_t i = 0; i < count; i++) {
@@ -87,12 +88,10 @@ static const char *mechc_read_counts(mechc_tape_reader *reader)
     MECHC_TAPE_REQUIRE(c->nq > 0 && c->nu > 0 && c->nh <= c->nc && c->states <= c->nq
                            && c->features + c->knotted <= c->switches,
                        "its counts contradict each other");
-#if MECHC_KIND_ONE_FREEDOM > 0
-    MECHC_TAPE_REQUIRE(c->nu == MECHC_KIND_ONE_FREEDOM && c->nc == c->nu - 1, "it is of another kind");
-#endif
+    MECHC_TAPE_REQUIRE(!MECHC_KIND_ONE_FREEDOM || c->nc == c->nu - 1, "it is of another kind");
     MECHC_TAPE_REQUIRE((c->nc > 0) == MECHC_KIND_ROWS && (c->nh > 0) == MECHC_KIND_LOOPS, "it is of another kind");
-    MECHC_TAPE_REQUIRE(!(MECHC_KIND_REDUCED || MECHC_KIND_BLOCKS) || c->nc <= c->nu, "it is of another kind");
-    MECHC_TAPE_REQUIRE(!MECHC_KIND_IDENTITY || c->nq == c->nu, "it is of another kind");
+    MECHC_TAPE_REQUIRE((!c->row_blocks || c->nc <= c->nu) && (!c->identity_kinematics || c->nq == c->nu),
+                       "its counts contradict each other");
     return NULL;
 }
 
@@ -130,15 +129,17 @@ static const char *mechc_read_tables(mechc_tape_reader *reader)
 
 static const char *mechc_read_series(mechc_tape_reader *reader)
 {
-#if MECHC_KIND_SERIES
+#if MECHC_TAPES_OF_SERIES
     const mechc_section *s = reader->sections;
     const mechc_counts *c = reader->counts;
     mechc_series_counts *series = reader->series;
     int *const counts[] = {&series->row, &series->sums, &series->kept, &series->integrated, &series->hides,
-                           &series->root_count};
+                           &series->root_count, &series->few, &series->momenta};
     const int most[] = {MECHC_SERIES_MAX, MECHC_SERIES_SUMS_MAX, MECHC_SERIES_KEPT_MAX,
-                        MECHC_SERIES_INTEGRATED_MAX, 1, MECHC_SERIES_ROOTS_MAX};
+                        MECHC_SERIES_INTEGRATED_MAX, 1, MECHC_SERIES_ROOTS_MAX, 1, 1};
     const size_t count = sizeof most / sizeof *most;
+    memset(series, 0, sizeof *series);
+    if (!s[MECHC_TAPE_SERIES].size) return NULL; /* it has none */
     MECHC_TAPE_REQUIRE(s[MECHC_TAPE_SERIES].size == count * sizeof(int32_t), "its series is not whole");
     for (size_t i = 0; i < count; i++) {
         const int32_t given = ((const int32_t *)s[MECHC_TAPE_SERIES].content)[i];
@@ -146,7 +147,7 @@ static const char *mechc_read_series(mechc_tape_reader *reader)
         *counts[i] = given;
     }
     MECHC_TAPE_REQUIRE(c->nq + c->nu <= series->integrated && series->integrated <= series->row
-                           && series->sums >= !MECHC_KIND_FEW
+                           && series->sums >= !series->few
                            && mechc_section_count(s + MECHC_TAPE_ROOTS, 4) == (size_t)series->root_count
                            && mechc_section_count(s + MECHC_TAPE_LEFT, 4) == (size_t)series->sums
                            && mechc_section_count(s + MECHC_TAPE_RIGHT, 4) == (size_t)series->sums
@@ -297,14 +298,14 @@ static const char *mechc_read_called(mechc_tape_reader *reader, mechc_tapes *tap
     tapes->called = (const int32_t *)s[MECHC_TAPE_CALLED_TAPES].content;
     for (int f = 0; f < MECHC_TAPE_OF_plain; f++) {
         const int of_series = f >= MECHC_TAPE_OF_series_start;
-        if (of_series ? !MECHC_KIND_SERIES : f >= MECHC_TAPE_OF_factor_blocks && !MECHC_KIND_BLOCKS) continue;
-        if (f == MECHC_TAPE_OF_series_solve && !MECHC_KIND_MOMENTA) continue;
+        if (of_series ? !reader->series->row : f >= MECHC_TAPE_OF_factor_blocks && !c->row_blocks) continue;
+        if (f == MECHC_TAPE_OF_series_solve && !reader->series->momenta) continue;
         MECHC_TAPE_REQUIRE(mechc_tape_fits(reader, tapes->called[f], f, 0), "a function is not sound");
     }
     int32_t *const by_name[] = {&tapes->constraints, &tapes->coordinate_rates, &tapes->kinematic_matrix,
                                 &tapes->switching, &tapes->mass_matrix};
     const int widths[] = {c->nh, c->nq, c->nq * c->nu, c->switches, c->nu * c->nu};
-    const int needed[] = {c->nh > 0, !MECHC_KIND_IDENTITY, !MECHC_KIND_IDENTITY, c->switches > 0, 0};
+    const int needed[] = {c->nh > 0, !c->identity_kinematics, !c->identity_kinematics, c->switches > 0, 0};
     for (int i = 0; i < 5; i++) {
         const int32_t tape = ((const int32_t *)s[MECHC_TAPE_BY_NAME].content)[i];
         MECHC_TAPE_REQUIRE((tape == -1 && !needed[i]) || mechc_tape_fits(reader, tape, MECHC_TAPE_OF_plain, widths[i]),

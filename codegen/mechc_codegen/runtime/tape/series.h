@@ -5,7 +5,7 @@
 #include "general/called.h"
 
 typedef struct {
-    int row, sums, kept, integrated, hides, root_count;
+    int row, sums, kept, integrated, hides, root_count, few, momenta;
     const int *roots; /* places in a row */
     const int *left, *right; /* places of the factors of each sum */
 } mechc_series_counts;

@@ -4,6 +4,9 @@
 #pragma once
 
 #define MECHC_OPENS_TAPES
+#ifndef MECHC_UNIT_KEY
+#define MECHC_UNIT_KEY ""
+#endif
 
 #include "general/bounds.h"
 #include "unit/one_by_one.h"
@@ -99,7 +102,6 @@ static mechc_unit mechc_tape_unit = {
     .instruction_set = MECHC_QUOTE(MECHC_UNIT),
     .lanes = MECHC_LANES, /* of the parts that follow */
     .outputs = mechc_tape_output_list,
-    .identity_kinematics = MECHC_IDENTITY_KINEMATICS,
     .given_size = sizeof(mechc_scalar_given),
     .give = mechc_plain_give,
     .rates = mechc_plain_rates,
@@ -111,11 +113,14 @@ static const mechc_unit *mechc_tape_select(const char *instruction_set)
 }
 
 extern __attribute__((visibility("hidden"))) const mechc_part mechc_general;
-#if MECHC_KIND_SERIES
-extern __attribute__((visibility("hidden"))) const mechc_part mechc_series;
-#define MECHC_TAPE_SERIES_PART &mechc_series
+/* The series as its counts say: whether its sums are few, and whether momenta are integrated. */
+#if MECHC_TAPES_OF_SERIES
+extern __attribute__((visibility("hidden"))) const mechc_part mechc_series_00, mechc_series_01,
+    mechc_series_10, mechc_series_11;
+static const mechc_part *const mechc_tape_series[2][2] = {
+    {&mechc_series_00, &mechc_series_01}, {&mechc_series_10, &mechc_series_11}};
 #else
-#define MECHC_TAPE_SERIES_PART NULL
+static const mechc_part *const mechc_tape_series[2][2];
 #endif
 static mechc_model mechc_tape_model;
 
@@ -140,15 +145,18 @@ static const mechc_model *mechc_open_tape(const unsigned char *bytes, size_t siz
         const mechc_output listed = {mechc_of_tapes.names + output->name, output->width, mechc_tape_evaluates[i]};
         mechc_tape_output_list[i] = listed;
     }
+    mechc_tape_unit.identity_kinematics = MECHC_IDENTITY_KINEMATICS;
     mechc_tape_unit.output_count = mechc_of_tapes.output_count;
     mechc_tape_unit.mass = mechc_of_tapes.mass_matrix >= 0 ? mechc_tape_mass : NULL;
+    const mechc_series_counts *series = &mechc_series_of_scene;
     const mechc_model model = {
         MECHC_ABI, mechc_of_tapes.metadata, MECHC_NQ, MECHC_NU, MECHC_NH, MECHC_NC, MECHC_NP,
-        mechc_tape_complete, mechc_tape_select, MECHC_NI, mechc_of_tapes.texts, &mechc_general, MECHC_TAPE_SERIES_PART,
+        mechc_tape_complete, mechc_tape_select, MECHC_NI, mechc_of_tapes.texts, &mechc_general,
+        series->row ? mechc_tape_series[series->few][series->momenta] : NULL,
     };
     mechc_tape_model = model;
     return &mechc_tape_model;
 }
 
 extern MECHC_SHOWN const mechc_tape_opener mechc_opener;
-MECHC_SHOWN const mechc_tape_opener mechc_opener = {MECHC_ABI, mechc_open_tape};
+MECHC_SHOWN const mechc_tape_opener mechc_opener = {MECHC_ABI, MECHC_UNIT_KEY, mechc_open_tape};

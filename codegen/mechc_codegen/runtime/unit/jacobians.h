@@ -103,7 +103,7 @@ MECHC_ONCE void FN(follow)(const real *partials, const real *response, int colum
 #endif
 
 /* The rows of q' by columns of which those from `first` on are the speeds: q' = u. */
-#if MECHC_IDENTITY_KINEMATICS
+#if !MECHC_KINEMATICS_CODE
 #define MECHC_RATES_BY(by, columns, first)                                                        \
     for (int i = 0; i < MECHC_NQ; i++)                                                            \
         for (int k = 0; k < (columns); k++) out[i * (columns) + k] = R(k == (first) + i)

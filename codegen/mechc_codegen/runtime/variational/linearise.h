@@ -74,7 +74,7 @@ MECHC_INLINE void FN(put_response)(const FN(place) *place, const real *responses
 }
 
 /* Derivatives of q' by inputs that are not states. */
-#if MECHC_IDENTITY_KINEMATICS
+#if !MECHC_KINEMATICS_CODE
 #define MECHC_PUT_RATES(by, columns, first) (void)0
 #else
 #define MECHC_PUT_RATES(by, columns, first)                                                       \
@@ -179,7 +179,7 @@ MECHC_INLINE void FN(put_tangent)(real t, const real *y, const FN(given) *given,
 #if MECHC_NH_MAX > 0
     real gaps[MECHC_NH_MAX * MECHC_SLOPES_MAX];
     FN(put_gap_slopes)(t, y, given, jacobian, gaps);
-#if MECHC_IDENTITY_KINEMATICS
+#if !MECHC_KINEMATICS_CODE
     FN(add_product)(-1.0, changes, MECHC_NC, gaps, MECHC_SLOPES, MECHC_NQ, MECHC_NH, MECHC_SLOPES,
                     tangent);
 #else

@@ -76,12 +76,12 @@ def find(key: str) -> Path | None:
 
 
 @contextmanager
-def copied(shared: Path) -> Iterator[Path]:
-    """A copy of an entry's shared object, which is removed afterwards."""
+def copied(key: str, shared: Path) -> Iterator[Path]:
+    """A copy of a shared object, the entry of this key or an installed one, removed afterwards."""
     with ExitStack() as made:
         try:
-            own = _copy(shared, made, prefix=f".new-{shared.parent.name}-", dir=shared.parents[1])
-        except OSError:  # a cache that cannot be written
+            own = _copy(shared, made, prefix=f".new-{key}-", dir=writable(cache_folder()))
+        except (OSError, UnwritableError):
             own = _copy(shared, made, prefix="mechc-")
         yield own
 
@@ -127,7 +127,12 @@ def cached_hash(what: str, stamp: str, make: Callable[[], str]) -> str:
     return value
 
 
-def is_of_all(text: str) -> bool:
+def unit_key(signature: str) -> str:
+    """The name of the entry of the unit with this signature, which serves many scenes."""
+    return f"{signature}{_OF_ALL}"
+
+
+def is_unit_key(text: str) -> bool:
     """Whether a text can be the name of an entry that serves many scenes."""
     return text.endswith(_OF_ALL) and is_key(text.removesuffix(_OF_ALL))
 

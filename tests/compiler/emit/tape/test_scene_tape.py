@@ -10,9 +10,9 @@ import pytest
 from mechc_codegen import build_scene, shipped_mechanism
 from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.emit.tape.scene_tape import whole_tape
-from mechc_codegen.emit.units.general import tapes_source
+from mechc_codegen.emit.units.general import kind_flags, unit_sources
 from mechc_codegen.emit.units.instruction_sets import BASELINE
-from mechc_codegen.extension.flags import IN_PLACE_OF_SCENE, RUNTIME
+from mechc_codegen.extension.flags import GENERAL_INCLUDES
 from sympy import Symbol, tanh
 from sympy.physics.mechanics import dynamicsymbols
 
@@ -31,8 +31,7 @@ static uint64_t draw(uint64_t below)
     drawn ^= drawn << 13, drawn ^= drawn >> 7, drawn ^= drawn << 17;
     return drawn % below;
 }
-extern const mechc_part mechc_general, mechc_series;
-const mechc_part mechc_general, mechc_series;
+const mechc_part mechc_general, mechc_series_00, mechc_series_01, mechc_series_10, mechc_series_11;
 
 static double *numbers(ptrdiff_t count) /* of exactly that size, so that one more is seen */
 {
@@ -64,9 +63,9 @@ static void run_all(const mechc_model *model)
     mechc_scalar_given *prepared = malloc(unit->given_size);
     for (int f = 0; f < MECHC_TAPE_OF_plain; f++) {
         const int of_series = f >= MECHC_TAPE_OF_series_start;
-        if (of_series && !MECHC_KIND_SERIES) continue;
-        if (!of_series && f >= MECHC_TAPE_OF_factor_blocks && !MECHC_KIND_BLOCKS) continue;
-        if (f == MECHC_TAPE_OF_series_solve && !MECHC_KIND_MOMENTA) continue;
+        if (of_series && !mechc_series_of_scene.row) continue;
+        if (!of_series && f >= MECHC_TAPE_OF_factor_blocks && !MECHC_ROW_BLOCKS) continue;
+        if (f == MECHC_TAPE_OF_series_solve && !mechc_series_of_scene.momenta) continue;
         run_as(mechc_of_tapes.called[f], f);
     }
     model->complete(given, p);
@@ -130,7 +129,7 @@ def test_what_no_tape_holds_is_compiled(expressions):
         scenes.bead_with(f * q), (BASELINE,), OutputRequest(expressions=expressions)
     )
     assert build.tape == b""
-    assert build.kind == ()
+    assert build.kind == ""
     assert "scene_program.h" in build.texts
 
 
@@ -188,7 +187,7 @@ def harness(folder, mechanism):
     """A program that reads a tape from its input and changes it so many times; and the tape."""
     build = build_scene(mechanism, (BASELINE,))
     assert build.tape
-    source = tapes_source(BASELINE.lanes, "baseline") + MAIN
+    source = unit_sources(build.kind, BASELINE.lanes, "baseline")["tapes.c"] + MAIN
     (folder / "hostile.c").write_text(source, "utf-8")
     command = [
         *toolchain.compiler(),
@@ -197,7 +196,7 @@ def harness(folder, mechanism):
         "-fno-math-errno",
         "-ffp-contract=off",
     ]
-    command += [*build.kind, *build.tape_kind, f"-I{IN_PLACE_OF_SCENE}", f"-I{RUNTIME}"]
+    command += [*kind_flags(build.kind), *(f"-I{folder}" for folder in GENERAL_INCLUDES)]
     command += [str(folder / "hostile.c"), "-lm", "-o", str(folder / "hostile")]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode and "sanitize" in done.stderr:

@@ -25,7 +25,7 @@
 #include "dynamics/motion.h"
 #include "scene_program.h"
 
-#if MECHC_ROW_BLOCKS > 0
+#if MECHC_BLOCKS_CODE
 #define MECHC_DIRECTIONS_MAX (MECHC_AT_LEAST_ONE(MECHC_FREE_MAX) * MECHC_NU_MAX)
 
 typedef struct {
@@ -74,6 +74,12 @@ MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, real 
 {
     real weight[MECHC_NU_MAX], lengths[MECHC_NC_MAX], own[MECHC_AT_LEAST_ONE(MECHC_FREE_MAX)];
     (void)least;
+    if (MECHC_ROW_BLOCKS == 0) {
+        FN(factor_rows)(jacobian, mass, length, MECHC_NC, rank, &f->factors);
+        f->apart = R_MASK(R(0.0) > R(0.0));
+        f->together = 1;
+        return;
+    }
     FN(speed_weights)(mass, length, weight);
     f->apart = FN(factor_blocks)(jacobian, mass, weight, f->kept, f->directions, f->momenta, own,
                                  lengths, &f->clear)
@@ -118,6 +124,7 @@ MECHC_INLINE void FN(free_axes)(const FN(solver) *f, const real *moved, real *ax
 MECHC_INLINE real FN(conditioning_squared)(const real *jacobian, const real *mass, real length,
                                            real ordinary, const FN(solver) *f)
 {
+    if (MECHC_ROW_BLOCKS == 0) return FN(least_singular_squared)(&f->factors, ordinary);
     real moved[MECHC_NU_MAX], axes[MECHC_DIRECTIONS_MAX], inverse[MECHC_AT_LEAST_ONE(MECHC_FREE_MAX)];
     FN(moved_masses)(mass, length, moved);
     FN(free_axes)(f, moved, axes, inverse);
@@ -137,6 +144,10 @@ MECHC_ONCE void FN(solve_together)(const FN(motion_terms) *terms, const FN(facto
 MECHC_INLINE void FN(solve_motion)(const FN(motion_terms) *terms, const FN(solver) *f, real *x,
                                    real *lambda)
 {
+    if (MECHC_ROW_BLOCKS == 0) {
+        FN(solve_orthogonal)(terms, &f->factors, x, lambda);
+        return;
+    }
     FN(solve_blocks)(terms->jacobian, f->kept, terms->gamma, x);
     FN(add_free_part)(f, terms->forcing, x);
     if (lambda) {
@@ -163,6 +174,10 @@ MECHC_ONCE void FN(least_step_together)(const real *jacobian, const real *mass,
 MECHC_INLINE void FN(least_step)(const real *jacobian, const real *mass, const FN(solver) *f,
                                  const real *values, real *step)
 {
+    if (MECHC_ROW_BLOCKS == 0) {
+        FN(least_orthogonal_step)(jacobian, mass, &f->factors, values, step);
+        return;
+    }
     FN(solve_blocks)(jacobian, f->kept, values, step);
     FN(add_free_part)(f, 0, step);
     if (!__builtin_expect(f->together, 0)) return;

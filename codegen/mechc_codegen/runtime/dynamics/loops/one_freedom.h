@@ -33,14 +33,12 @@ typedef struct {
     rmask redundant;
 } FN(freedom);
 
-#if MECHC_NU == 3
 MECHC_INLINE void FN(cross)(const real *a, const real *b, real *out)
 {
     out[0] = R_FMS(a[1], b[2], a[2] * b[1]);
     out[1] = R_FMS(a[2], b[0], a[0] * b[2]);
     out[2] = R_FMS(a[0], b[1], a[1] * b[0]);
 }
-#endif
 
 /* Product of the weights of all speeds but k. */
 MECHC_INLINE real FN(other_weights)(const real *weight, int k)
@@ -77,12 +75,12 @@ MECHC_INLINE void FN(find_freedom)(const real *jacobian, const real *mass, real 
     f->rank = rank;
     f->length = length;
     for (int i = 0; i < MECHC_NC * MECHC_NU; i++) f->jacobian[i] = jacobian[i];
-#if MECHC_NU == 3
-    FN(cross)(jacobian, jacobian + MECHC_NU, f->direction);
-#else
-    f->direction[0] = -jacobian[1];
-    f->direction[1] = jacobian[0];
-#endif
+    if (MECHC_NU == 3) {
+        FN(cross)(jacobian, jacobian + MECHC_NU, f->direction);
+    } else {
+        f->direction[0] = -jacobian[1];
+        f->direction[1] = jacobian[0];
+    }
     for (int i = 0; i < MECHC_NU; i++) f->momentum[i] = FN(dot)(mass + i * MECHC_NU, f->direction);
     const real size = FN(dot)(f->momentum, f->direction);
     if (least == 0.0) f->redundant = R_MASK(R(0.0) > R(0.0));
@@ -93,15 +91,15 @@ MECHC_INLINE void FN(find_freedom)(const real *jacobian, const real *mass, real 
 /* The x on which rows take the values given and momentum . x = along. */
 MECHC_INLINE void FN(along_freedom)(const FN(freedom) *f, const real *values, real along, real *x)
 {
-#if MECHC_NU == 3
-    real mixed[MECHC_NU_MAX];
-    for (int k = 0; k < MECHC_NU; k++)
-        mixed[k] = R_FMS(values[0], f->jacobian[MECHC_NU + k], values[1] * f->jacobian[k]);
-    FN(cross)(mixed, f->momentum, x);
-#else
-    x[0] = values[0] * f->momentum[1];
-    x[1] = -values[0] * f->momentum[0];
-#endif
+    if (MECHC_NU == 3) {
+        real mixed[MECHC_NU_MAX];
+        for (int k = 0; k < MECHC_NU; k++)
+            mixed[k] = R_FMS(values[0], f->jacobian[MECHC_NU + k], values[1] * f->jacobian[k]);
+        FN(cross)(mixed, f->momentum, x);
+    } else {
+        x[0] = values[0] * f->momentum[1];
+        x[1] = -values[0] * f->momentum[0];
+    }
     for (int k = 0; k < MECHC_NU; k++) x[k] = R_FMA(along, f->direction[k], x[k]) * f->inverse;
 }
 

@@ -1,9 +1,8 @@
 /* Sizes of whichever scene the general unit is linked to: counts by its table, bounds that fit most.
  *
  * Of what another kind of scene has there is nothing; MECHC_KIND_... of the including compilation tell:
- * ROWS and LOOPS whether there are constraint rows, and some on the configuration, IDENTITY whether q' = u,
- * ONE_FREEDOM the number of speeds where closed forms serve (loops/one_freedom.h), REDUCED whether few
- * directions are free (motion.h), BLOCKS whether rows are eliminated block by block. */
+ * ROWS and LOOPS whether there are constraint rows, and some on the configuration, ONE_FREEDOM whether
+ * closed forms serve (loops/one_freedom.h). */
 #ifndef MECHC_SCENE_SIZES
 #define MECHC_SCENE_SIZES
 #define MECHC_GENERAL 1
@@ -18,9 +17,9 @@
 #define MECHC_KNOTTED_MAX 16
 #define MECHC_FREE_MAX 16
 #define MECHC_BLOCKS_KEPT_MAX 256
-#if MECHC_KIND_ONE_FREEDOM > 0 /* the number of speeds */
-#define MECHC_NU_MAX MECHC_KIND_ONE_FREEDOM
-#define MECHC_NC_MAX (MECHC_NU_MAX - 1)
+#if MECHC_KIND_ONE_FREEDOM
+#define MECHC_NU_MAX 3
+#define MECHC_NC_MAX 2
 #else
 #define MECHC_NU_MAX 16
 #if MECHC_KIND_ROWS
@@ -49,21 +48,17 @@
 #define MECHC_KNOTTED mechc_of_scene.knotted
 #define MECHC_MULTIPLIERS mechc_of_scene.multipliers
 #define MECHC_BLOCKS_KEPT mechc_of_scene.blocks_kept
-#if MECHC_KIND_ONE_FREEDOM > 0
-#define MECHC_NU MECHC_KIND_ONE_FREEDOM
-#define MECHC_NC (MECHC_NU - 1)
-#else
 #define MECHC_NU mechc_of_scene.nu
 #define MECHC_NC (MECHC_KIND_ROWS ? mechc_of_scene.nc : 0)
-#endif
 #define MECHC_NH (MECHC_KIND_LOOPS ? mechc_of_scene.nh : 0)
 
 #define MECHC_SLIDES /* tables of the scene */
 #define MECHC_ANGLES
-#define MECHC_IDENTITY_KINEMATICS MECHC_KIND_IDENTITY
-#define MECHC_REDUCED MECHC_KIND_REDUCED
-#define MECHC_ONE_FREEDOM (MECHC_KIND_ONE_FREEDOM > 0)
-#define MECHC_ROW_BLOCKS MECHC_KIND_BLOCKS
+#define MECHC_IDENTITY_KINEMATICS mechc_of_scene.identity_kinematics
+#define MECHC_KINEMATICS_CODE 1
+#define MECHC_ONE_FREEDOM MECHC_KIND_ONE_FREEDOM
+#define MECHC_ROW_BLOCKS mechc_of_scene.row_blocks
+#define MECHC_BLOCKS_CODE (MECHC_KIND_ROWS && !MECHC_KIND_ONE_FREEDOM)
 #define MECHC_LINKS 0
 #define MECHC_PLANAR 0
 #define MECHC_CARRIED 0

@@ -247,10 +247,9 @@ MECHC_STATIC void mechc_gauss_end(mechc_gauss *g, const double *y, double h, dou
         mechc_sums sums;
         mechc_gauss_sums(g, i, &sums);
         mechc_gauss_gain(g, y, h * sums[MECHC_ONCE_INTEGRATED], MECHC_FIRST_UNKNOWN + i, end);
-#if MECHC_IDENTITY_KINEMATICS
+        if (!MECHC_IDENTITY_KINEMATICS) continue;
         const double speed = y[MECHC_NQ + i] + g->compensation[MECHC_NQ + i];
         mechc_gauss_gain(g, y, h * mechc_scalar_fused(h, sums[MECHC_TWICE_INTEGRATED], speed), i, end);
-#endif
     }
 }
 
@@ -411,13 +410,10 @@ MECHC_STATIC void mechc_gauss_dense(mechc_integration *run, double h, const doub
     for (int row = 0; row < MECHC_GAUSS_DENSE; row++)
         for (int i = 0; i < MECHC_NX; i++) {
             const double *first = mechc_gauss_first_dense + row * MECHC_STAGES;
-#if MECHC_IDENTITY_KINEMATICS
             const double *second = mechc_gauss_second_dense + row * MECHC_STAGES;
-            rows[row * MECHC_NX + i] = i < MECHC_NQ ? h * h * mechc_sum(second, g->rates[i])
-                                                    : h * mechc_sum(first, g->rates[i - MECHC_NQ]);
-#else
-            rows[row * MECHC_NX + i] = h * mechc_sum(first, g->rates[i]);
-#endif
+            rows[row * MECHC_NX + i] =
+                i < MECHC_FIRST_UNKNOWN ? h * h * mechc_sum(second, g->rates[i])
+                                        : h * mechc_sum(first, g->rates[i - MECHC_FIRST_UNKNOWN]);
         }
     for (int i = 0; i < MECHC_NX; i++) rows[i] = end[i] - run->y[i];
     for (int i = MECHC_GAUSS_DENSE * MECHC_NX; i < count * MECHC_NX; i++) rows[i] = 0.0;

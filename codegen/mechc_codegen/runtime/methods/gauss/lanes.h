@@ -139,25 +139,21 @@ MECHC_INLINE void mechc_gauss_lanes_state(const mechc_gauss_lanes *g, int stage,
     const double *first = mechc_gauss_first + stage;
     mechc_vector once[MECHC_UNKNOWNS_MAX];
     for (int k = 0; k < MECHC_UNKNOWNS; k++) once[k] = first[0] * g->rates[k][0];
-#if MECHC_IDENTITY_KINEMATICS
     const double *second = mechc_gauss_second + stage;
     mechc_vector twice[MECHC_NQ_MAX];
-    for (int k = 0; k < MECHC_NQ; k++) twice[k] = second[0] * g->rates[k][0];
-#endif
+    for (int k = 0; k < MECHC_FIRST_UNKNOWN; k++) twice[k] = second[0] * g->rates[k][0];
     for (int j = 1; j < MECHC_STAGES; j++)
         for (int k = 0; k < MECHC_UNKNOWNS; k++) {
             MECHC_ADD(once[k], mechc_spread(first[j * MECHC_STAGES]), g->rates[k][j]);
-#if MECHC_IDENTITY_KINEMATICS
-            MECHC_ADD(twice[k], mechc_spread(second[j * MECHC_STAGES]), g->rates[k][j]);
-#endif
+            if (MECHC_IDENTITY_KINEMATICS)
+                MECHC_ADD(twice[k], mechc_spread(second[j * MECHC_STAGES]), g->rates[k][j]);
         }
     for (int k = 0; k < MECHC_UNKNOWNS; k++) {
         const int i = MECHC_FIRST_UNKNOWN + k;
         state[i] = mechc_fused(a->h, once[k], a->y[i]);
-#if MECHC_IDENTITY_KINEMATICS
+        if (!MECHC_IDENTITY_KINEMATICS) continue;
         const mechc_vector change = mechc_fused(a->h, twice[k], mechc_gauss_nodes[stage] * a->y[i]);
         state[k] = mechc_fused(a->h, change, a->y[k]);
-#endif
     }
 }
 
@@ -291,13 +287,12 @@ MECHC_INLINE void mechc_gauss_lanes_end(mechc_gauss_lanes *g)
         for (int j = 1; j < MECHC_STAGES; j++)
             MECHC_ADD(once, mechc_spread(mechc_gauss_weights[j]), g->rates[k][j]);
         mechc_gauss_lanes_gain(a, i, a->h * once);
-#if MECHC_IDENTITY_KINEMATICS
+        if (!MECHC_IDENTITY_KINEMATICS) continue;
         mechc_vector twice = mechc_gauss_second_weights[0] * g->rates[k][0];
         for (int j = 1; j < MECHC_STAGES; j++)
             MECHC_ADD(twice, mechc_spread(mechc_gauss_second_weights[j]), g->rates[k][j]);
         const mechc_vector speed = a->y[i] + a->compensation[i];
         mechc_gauss_lanes_gain(a, k, a->h * mechc_fused(a->h, twice, speed));
-#endif
     }
 }
 
@@ -372,10 +367,9 @@ MECHC_ONCE void mechc_gauss_lanes_dense(mechc_lockstep *a, mechc_vector *rows)
             const mechc_vector *rates = g->rates[k];
             rows[row * MECHC_NX + MECHC_FIRST_UNKNOWN + k] =
                 a->h * mechc_gauss_lanes_row(rates, mechc_gauss_first_dense, row);
-#if MECHC_IDENTITY_KINEMATICS
-            rows[row * MECHC_NX + k] =
-                a->h * a->h * mechc_gauss_lanes_row(rates, mechc_gauss_second_dense, row);
-#endif
+            if (MECHC_IDENTITY_KINEMATICS)
+                rows[row * MECHC_NX + k] =
+                    a->h * a->h * mechc_gauss_lanes_row(rates, mechc_gauss_second_dense, row);
         }
     for (int i = 0; i < MECHC_NX; i++) rows[i] = a->end[i] - a->y[i];
 }

@@ -12,7 +12,7 @@
 
 #define MECHC_BLOCKS (MECHC_STAGES / MECHC_LANES)
 #define MECHC_UNKNOWNS (MECHC_IDENTITY_KINEMATICS ? MECHC_NU : MECHC_NX)
-#define MECHC_UNKNOWNS_MAX (MECHC_IDENTITY_KINEMATICS ? MECHC_NU_MAX : MECHC_NX_MAX)
+#define MECHC_UNKNOWNS_MAX (MECHC_KINEMATICS_CODE ? MECHC_NX_MAX : MECHC_NU_MAX)
 #define MECHC_FIRST_UNKNOWN (MECHC_NX - MECHC_UNKNOWNS) /* the component it is the rate of */
 
 #define MECHC_GAUSS_LOOSEST 3e-7 /* changes, in scales, that end the iteration however loose the tolerance */
@@ -119,7 +119,7 @@ MECHC_INLINE void mechc_gauss_states(const mechc_gauss *g, const double *y, doub
     for (int i = 0; i < MECHC_UNKNOWNS; i++)
         state[MECHC_FIRST_UNKNOWN + i] =
             mechc_fused(mechc_spread(h), first[i], mechc_spread(y[MECHC_FIRST_UNKNOWN + i]));
-#if MECHC_IDENTITY_KINEMATICS
+    if (!MECHC_IDENTITY_KINEMATICS) return;
     mechc_vector second[MECHC_NQ_MAX];
     const mechc_vector nodes = h * mechc_take(mechc_gauss_nodes, block);
     for (int i = 0; i < MECHC_NQ; i++)
@@ -130,7 +130,6 @@ MECHC_INLINE void mechc_gauss_states(const mechc_gauss *g, const double *y, doub
     }
     for (int i = 0; i < MECHC_NQ; i++)
         state[i] = y[i] + mechc_fused(mechc_spread(h * h), second[i], y[MECHC_NQ + i] * nodes);
-#endif
 }
 
 #if MECHC_NH_MAX > 0
@@ -174,9 +173,8 @@ MECHC_INLINE void mechc_gauss_rates(const mechc_gauss *g, mechc_vector time,
 {
     mechc_vector_accelerate(time, state, state + MECHC_NQ, &g->given, place,
                             rates + MECHC_UNKNOWNS - MECHC_NU, 0);
-#if !MECHC_IDENTITY_KINEMATICS
-    mechc_vector_coordinate_rates_of(time, state, state + MECHC_NQ, &g->given, rates);
-#endif
+    if (!MECHC_IDENTITY_KINEMATICS)
+        mechc_vector_coordinate_rates_of(time, state, state + MECHC_NQ, &g->given, rates);
 }
 
 /* Rates of one block of stages as they stand; first: before their sines and their conditioning are

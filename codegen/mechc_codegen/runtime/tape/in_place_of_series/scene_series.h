@@ -1,6 +1,6 @@
 /* In place of a scene's series: its linear parts by tapes, its sums by the places of their factors.
  *
- * MECHC_KIND_FEW and MECHC_KIND_MOMENTA of the including compilation tell how it is integrated. */
+ * The including file has set MECHC_SERIES_FEW and MECHC_SERIES_MOMENTA. */
 #ifndef MECHC_SCENE_SERIES
 #define MECHC_SCENE_SERIES
 #include "series/spread.h"
@@ -12,8 +12,6 @@
 #define MECHC_SERIES_INTEGRATED mechc_series_of_scene.integrated
 #define MECHC_SERIES_HIDES mechc_series_of_scene.hides
 #define MECHC_SERIES_ROOTS mechc_series_of_scene.root_count
-#define MECHC_SERIES_MOMENTA MECHC_KIND_MOMENTA
-#define MECHC_SERIES_FEW MECHC_KIND_FEW
 #define mechc_root_places mechc_series_of_scene.roots
 
 #if MECHC_SERIES_FEW

@@ -21,6 +21,7 @@ from mechc.system.parameters import Array
 from mechc.system.system import System
 
 KEEP_EVERY = 3.0  # s between manifests of a batch that is streamed
+GO_OVER_EVERY = 0.3  # s until it is asked whether parts are compiled
 WRITING = 0.1  # of the time, at most, where members have so many numbers that writing takes long
 THREADS_A_CORE = 16
 
@@ -87,13 +88,15 @@ def _compute_here(
     system: System, recipe: Recipe, threads: int, in_pieces: bool,
     ranges: Sequence[tuple[int, int]], report: Callable[[int], None],
 ) -> Iterator[Chunk]:  # fmt: skip
-    """Compute ranges of members, ``in_pieces`` of some seconds each, a chunk at most."""
+    """Compute ranges of members, ``in_pieces`` of some seconds each, a chunk at most; in smaller ones
+    until parts of the scene's own are compiled."""
     done = recipe.count - sum(last - first for first, last in ranges)
     members = run_controlled if recipe.inputs.controllers else run_members
     least = count = threads * system.scene.lanes  # what fills the lanes of all threads
     for first, end in ranges:
         while first < end:
-            last = min(first + count, end) if in_pieces else end
+            goes_over = system.scene.of_members.goes_over
+            last = min(first + count, end) if in_pieces or goes_over else end
             started = time.monotonic()
             found, complete = members(
                 system,
@@ -105,7 +108,8 @@ def _compute_here(
             yield first, found, complete
             if not complete:
                 return
-            seconds = max(KEEP_EVERY, (time.monotonic() - computed) / WRITING)
+            least_seconds = KEEP_EVERY if in_pieces else GO_OVER_EVERY
+            seconds = max(least_seconds, (time.monotonic() - computed) / WRITING)
             a_member = max(computed - started, 1e-9) / (last - first)
             count = max(least, int(seconds / a_member) // least * least)
             done, first = done + last - first, last

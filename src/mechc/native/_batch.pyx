@@ -7,9 +7,8 @@ from libc.stdlib cimport calloc, free
 
 from mechc.native._abi cimport (
     MECHC_COUNTS, MECHC_LEASTS, MECHC_PART_COLLOCATION, MECHC_PART_DRIVER, MECHC_PART_EXPLICIT,
-    MECHC_PART_IMPLICIT, MECHC_PART_OUTPUTS, MECHC_PART_TAYLOR, mechc_options, mechc_part_of_members,
-    mechc_part_of_method, mechc_stack_of,
-    mechc_unit, mechc_with_stack
+    MECHC_PART_IMPLICIT, MECHC_PART_OUTPUTS, MECHC_PART_TAYLOR, MECHC_PART_TAYLOR_LANES,
+    mechc_options, mechc_part_of_members, mechc_part_of_method, mechc_unit, mechc_with_stack
 )
 from mechc.native._driver cimport Scene
 from mechc.native._hybrid cimport (
@@ -17,6 +16,7 @@ from mechc.native._hybrid cimport (
 )
 from mechc.native._motion cimport Request
 from mechc.native._pieces cimport working
+from mechc.native._codes import COUNTERS
 
 
 cdef extern from "batch/members.h":
@@ -106,6 +106,8 @@ cdef class Runs:
     """
 
     cdef object references  # arrays that C points into
+    cdef Scene scene
+    cdef long counted  # evaluations
     cdef mechc_batch batch
     cdef mechc_quantity *quantity
     cdef readonly object y, t, status, at_times, p_at_times, forces_at_times, reduced, counts, least
@@ -119,7 +121,7 @@ cdef class Runs:
                  const double[::1] allowed, const double[:, ::1] numbers, const int[::1] places,
                  bint keeps_params=False, bint keeps_forces=False):
         cdef mechc_batch *batch = &self.batch
-        cdef Scene scene = request.asked  # members are by parts of its own
+        cdef Scene scene = request.asked
         cdef ptrdiff_t count = y0.shape[0]
         cdef const unsigned char[::1] closed
         if y0.shape[1] != scene.width:
@@ -129,6 +131,15 @@ cdef class Runs:
         if numbers.shape[0] != count or numbers.shape[1] != places.shape[0]:
             raise ValueError("a row of numbers is needed for every member")
         self.references = [request, y0, p, assembled, t_eval, allowed, numbers, places]
+        outputs = len(quantities) or until is not None
+        parts = parts_of_batch(scene, &request.options, lockstep, outputs)
+        # each has the results that it has alone
+        self.scene = scene = scene.at_once(
+            parts, parts & ~MECHC_PART_TAYLOR_LANES | MECHC_PART_TAYLOR
+            if parts & MECHC_PART_TAYLOR_LANES else parts
+        )
+        if scene.by_general and parts & MECHC_PART_TAYLOR_LANES:
+            lockstep = False
         batch.unit, batch.count, batch.lockstep = scene.unit, count, lockstep
         batch.scene.unit, batch.scene.sizes = scene.unit, request.sizes.sizes
         batch.scene.coordinates, batch.scene.speeds = scene.coordinates, scene.speeds
@@ -159,8 +170,6 @@ cdef class Runs:
         self._ask([*quantities, *([] if until is None else [until])])
         if until is not None:
             batch.until = self.quantity + batch.quantities
-        outputs = len(quantities) or until is not None
-        scene.need(parts_of_batch(scene, &batch.options, lockstep, outputs))
         batch.options.methods = scene.unit.methods
 
     cdef _allocate(self, ptrdiff_t count, Scene scene, bint keeps_params, bint keeps_forces):
@@ -230,11 +239,19 @@ cdef class Runs:
         """Take members until none is left; any number of threads may at once."""
         cdef working work
         cdef int given
+        cdef size_t stack = self.scene.stack_of_thread()
         work.job, work.made = &self.batch, 0
         with nogil:
-            given = mechc_with_stack(mechc_stack_of(self.batch.scene.width), work_on_batch, &work)
+            given = mechc_with_stack(stack, work_on_batch, &work)
+        self._count()
         if not given or not work.made:
             raise MemoryError()
+
+    cdef _count(self):
+        """Count the work, after which it pays to compile."""
+        cdef long evaluations = self.counts[:, COUNTERS["rhs_evaluations"]].sum()
+        self.scene.worked += evaluations - self.counted
+        self.counted = evaluations
 
     def stop(self):
         """Ask every thread to return after its current steps."""

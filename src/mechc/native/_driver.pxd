@@ -11,7 +11,7 @@ cdef class Scene:
     cdef object first, whole  # capsules of its first unit, of all of it
     cdef object members  # see of_members
     cdef Scene general  # the same by the general unit, or None
-    cdef long worked  # evaluations of runs
+    cdef long worked  # evaluations of runs by it
     cdef bint by_general
     cdef ptrdiff_t evaluated  # states, one after the other
     cdef dict indices
@@ -23,8 +23,9 @@ cdef class Scene:
 
     cdef size_t stack_of(self, int width)
     cdef size_t stack_here(self)
+    cdef size_t stack_of_thread(self)
     cdef size_t stack_beyond(self, int width)
     cpdef need(self, int parts)
-    cpdef Scene at_once(self, int parts)
+    cpdef Scene at_once(self, int parts, int by_general=*)
     cdef take(self, capsule)
     cdef prefer_lanes(self, ptrdiff_t count)

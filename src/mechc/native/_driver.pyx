@@ -290,12 +290,18 @@ cdef class Scene:
         """Whether runs begin before more is compiled."""
         return self.general is not None
 
-    cpdef Scene at_once(self, int parts):
+    @property
+    def goes_over(self):
+        """Whether batches are by the general unit until parts of its own are compiled."""
+        return self.general is not None and not self.joined.parts & MECHC_PART_DRIVER
+
+    cpdef Scene at_once(self, int parts, int by_general=0):
         """The scene by whose functions runs with these parts begin now: this one where its parts are
-        compiled, else that by the general unit, which gives the same bits; after some work by it they
-        are compiled in the background."""
+        compiled, else that by the general unit, which gives the same bits, if it has the parts
+        ``by_general``, by default the same; after some work by it they are compiled in the
+        background, where there is a compiler."""
         cdef int missing = 0 if self.joined == NULL else parts & ~self.joined.parts
-        if missing and self.general is not None and not parts & ~(
+        if missing and self.general is not None and not (by_general or parts) & ~(
             self.general.joined.parts | MECHC_PART_OUTPUTS  # of which the first unit serves
         ):
             if not self.source.made(missing, self.general.worked >= MUCH_WORK):
@@ -364,6 +370,10 @@ cdef class Scene:
     cdef size_t stack_here(self):
         """Bytes of a separate stack for a run from the calling thread; 0: its own suffices."""
         return STACK_OF_GENERAL if self.by_general and mechc_stack_left() < STACK_OF_GENERAL else self.stack
+
+    cdef size_t stack_of_thread(self):
+        """Bytes of a separate stack for runs from a thread of which nothing is known; 0: none."""
+        return STACK_OF_GENERAL if self.by_general else self.stack
 
     cdef size_t stack_beyond(self, int width):
         """0 where the calling thread has so much left."""

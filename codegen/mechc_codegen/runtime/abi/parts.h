@@ -15,7 +15,7 @@
 #define MECHC_PART_SWEEPS 128 /* gauss8_lockstep */
 #define MECHC_PART_TAYLOR_LANES 256 /* taylor, of several runs too: in place of the part before */
 #define MECHC_ALL_PARTS 511
-#define MECHC_PARTS_OF_GENERAL 15 /* driver and methods of single runs, for all scenes of a kind */
+#define MECHC_PARTS_OF_GENERAL 143 /* driver and methods but series, for all scenes of a kind */
 
 #ifndef MECHC_UNIT_PARTS
 #define MECHC_UNIT_PARTS MECHC_ALL_PARTS

@@ -29,7 +29,7 @@ typedef struct {
     double rates[MECHC_UNKNOWNS_MAX][MECHC_STAGES];
 } mechc_gauss_last;
 
-#if MECHC_LOCKSTEP_CODE && !MECHC_SWITCHES_MAX
+#if MECHC_LOCKSTEP_CODE && (MECHC_GENERAL || !MECHC_SWITCHES_MAX)
 typedef struct {
     mechc_lockstep lanes;
     mechc_vector last[MECHC_UNKNOWNS_MAX][MECHC_STAGES], rates[MECHC_UNKNOWNS_MAX][MECHC_STAGES];

@@ -99,6 +99,45 @@ def test_outputs_by_a_tape_have_the_bits_of_those_compiled_in_lanes(described):
         assert native.evaluate(name, t, states, p).tobytes() == found.tobytes(), name
 
 
+def of_batches(model, end):
+    """The bits of batches by each method, in lanes and one by one, with a reduction and histories."""
+    start = model.assemble()
+    speed = model.speeds[0]
+    starts = np.tile(start, (11, 1))
+    found = {}
+    for method in METHODS:
+        for lockstep in (None, False):
+            batch = model.simulate_batch(
+                end, starts, method=method, rtol=1e-7, lockstep=lockstep, threads=2,
+                reduce=[f"max({speed})", f"mean({speed})"], t_eval=[end / 3, end],
+            )  # fmt: skip
+            arrays = {name: values.tobytes() for name, values in batch.arrays.items()}
+            found[method, lockstep] = arrays
+    return found
+
+
+@pytest.mark.parametrize(
+    "described",
+    [
+        lambda: scenes.swing(guided=True),
+        lambda: shipped_mechanism("heavy_top"),
+        lambda: shipped_mechanism("slider_crank"),
+        pytest.param(lambda: shipped_mechanism("andrews"), marks=pytest.mark.slow),
+        pytest.param(lambda: shipped_mechanism("windows"), marks=pytest.mark.slow),
+    ],
+)
+def test_batches_go_over_from_tapes_to_parts_of_the_scenes_own(described):
+    model = mechc.compile(described())
+    members = model.system.scene.of_members
+    assert members.goes_over
+    end = 0.03 if len(model.coordinates) == 7 else 1.0
+    general = of_batches(model, end)
+    assert members.goes_over
+    model.wait_compiled()
+    assert of_batches(model, end) == general
+    assert not members.goes_over
+
+
 def test_a_thread_with_a_small_stack_runs_by_the_general_unit():
     """Arrays of that unit are as large as its bounds; work then has a stack of its own."""
     model = mechc.compile(scenes.swing(guided=True), outputs=("points",))

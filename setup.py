@@ -1,8 +1,8 @@
-"""Derives, emits and compiles each shipped mechanism while extensions are built, and compiles the units
-that run the tapes of all others.
+"""Derives, emits and compiles each shipped mechanism while extensions are built, and compiles the
+units that run the tapes of all others.
 
-For the instruction sets of this processor, or with MECHC_BUILD_FOR=any, as wheels for other machines
-need it, for all of them.
+For the instruction sets of this processor, or with MECHC_BUILD_FOR=any, as wheels for other
+machines need it, for all of them.
 """
 
 import os
@@ -54,7 +54,7 @@ class BuildScenes(build_ext):
         super().run()
 
     def units_of_kinds(self):
-        """The name, kind and instruction set of each unit: the widest set, or for any machine each."""
+        """The name, kind and instruction set of each unit."""
         from mechc_codegen.emit.units.general import KINDS
 
         sets = self.instruction_sets()
@@ -87,8 +87,9 @@ class BuildScenes(build_ext):
                 self.generate_unit(extension)
         folder = str(Path(self.build_temp).resolve() / "cython")
         self.parallel = self.parallel or os.cpu_count()
+        modules = [each for each in self.extensions if each.name not in self.units]
         made = cythonize(
-            [each for each in self.extensions if each.name not in self.units], build_dir=folder, quiet=True, nthreads=self.parallel,
+            modules, build_dir=folder, quiet=True, nthreads=self.parallel,
             shared_utility_qualified_name=OF_ALL_MODULES,
         )  # fmt: skip
         sources = {each.name: each.sources for each in made}

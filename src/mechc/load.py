@@ -30,8 +30,8 @@ def load(
 ) -> Model:
     """A mechanism of the library.
 
-    ``four_bar`` is compiled when mechc is installed; the others at their first use, which needs a C
-    compiler, and then cached.
+    ``four_bar`` is compiled when mechc is installed.  The others are derived at their first use and
+    then cached; their motions need no C compiler, except those of long chains.
 
     Parameters
     ----------
@@ -42,11 +42,11 @@ def load(
         widest of this processor.
     fix, outputs
         Parameters to replace by numbers, and names of outputs, as in :func:`compile`; such a
-        variant is compiled on demand too.
+        variant is derived on demand too.
     options
         Options that differ from the default, for instance ``friction=True``,
         ``crank_torque="2*sin(3*t)"`` or ``links=5`` (``mechc show NAME`` lists them).  Such a
-        variant is compiled on demand and cached too.
+        variant is derived on demand and cached too.
 
     Raises
     ------
@@ -57,7 +57,8 @@ def load(
     ValueError
         If this processor or build lacks the instruction set.
     CompilerError
-        If a variant has to be compiled and cannot be.
+        If the mechanism cannot run by an installed integrator, and there is no C compiler or it
+        failed.
     """
     system = library_system(
         name, instruction_set=instruction_set, fix=fix, outputs=outputs, **options
@@ -81,7 +82,10 @@ def compile(
     form: str | None = None,
     drawing: Any = None,
 ) -> Model:
-    """Compile a user-defined mechanism; cached, needs a C compiler.
+    """Compile a user-defined mechanism; cached.
+
+    Motions, events and outputs of most need no C compiler: they run by an integrator that is
+    installed with mechc.  With a compiler, faster code is compiled in the background.
 
     Parameters
     ----------
@@ -149,7 +153,8 @@ def compile(
     MechcError
         If the object lacks something needed; the message says what to add.
     CompilerError
-        If there is no C compiler or it failed; the message has its command and output.
+        If the mechanism cannot run by an installed integrator, and there is no C compiler or it
+        failed; the message has its command and output.
     """
     __tracebackhide__ = True  # of errors pytest and IPython show the line of the user
     held = mechanism if all(hasattr(mechanism, name) for name in PYDY_SYSTEM) else None

@@ -478,9 +478,14 @@ class Model(Outputs):
     def wait_compiled(self) -> None:
         """Return when the functions of this scene's own runs and batches are compiled.
 
-        Runs of a new scene begin by functions that are compiled once for all scenes of its kind, up
-        to 2.7 times as slow; its own are compiled in the background after some work by these.  Both
-        give the same bits.  For measurements of speed, and before other processes need the scene.
+        Runs and batches of a new scene are by the unit of its kind, two to nine times as slow; its
+        own functions are compiled in the background after some work by that.  Both give the same
+        bits.  For measurements of speed, and before other processes need the scene.
+
+        Raises
+        ------
+        CompilerError
+            If there is no C compiler.
         """
         self.system.wait()
 
@@ -492,7 +497,7 @@ class Model(Outputs):
                 f"a model that is not in the cache cannot be pickled: compile {self.name!r} again "
                 "in the other process"
             )
-        system.wait()
+        system.wait(batches=False)
         inputs = {} if system.driven is None else system.driven.given
         reference = replace(system.reference, defaults=dict(system.given_defaults))
         return _found_again, (reference, dict(self.start), inputs)

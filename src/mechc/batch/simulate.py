@@ -88,8 +88,8 @@ def _compute_here(
     system: System, recipe: Recipe, threads: int, in_pieces: bool,
     ranges: Sequence[tuple[int, int]], report: Callable[[int], None],
 ) -> Iterator[Chunk]:  # fmt: skip
-    """Compute ranges of members, ``in_pieces`` of some seconds each, a chunk at most; in smaller ones
-    until parts of the scene's own are compiled."""
+    """Compute ranges of members, ``in_pieces`` of some seconds each, a chunk at most; in smaller
+    ones until parts of the scene's own are compiled."""
     done = recipe.count - sum(last - first for first, last in ranges)
     members = run_controlled if recipe.inputs.controllers else run_members
     least = count = threads * system.scene.lanes  # what fills the lanes of all threads

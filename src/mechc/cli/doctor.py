@@ -11,11 +11,13 @@ from pathlib import Path
 from packaging.requirements import Requirement
 
 import mechc
-from mechc.compilation import cache, toolchain
+from mechc.compilation import cache, entries, toolchain
 from mechc.compilation.library.catalogue import COMPILED_AT_INSTALL
+from mechc.compilation.toolchain.processor import native
 from mechc.errors import MechcError, install_command
 
 Check = tuple[str, bool, str]
+_SETS = {2: "baseline", 4: "avx2", 8: "avx512"}  # lanes -> how names of installed units end
 
 
 def examine() -> list[Check]:
@@ -27,6 +29,8 @@ def examine() -> list[Check]:
         model = mechc.load(name)
         words = f"compiled, {model.instruction_set}, {model.system.scene.lanes} lanes"
         checks.append((name, True, words))
+    units = ", ".join(_units()) or "none for this processor: each is compiled at its first use"
+    checks.append(("units", True, units))
     stored = _attempt("cache", lambda: f"{cache.check()}, {len(cache.scenes())} compiled scenes")
     return [*checks, _attempt("C compiler", _compiler), stored]
 
@@ -69,8 +73,19 @@ def _attempt(what: str, check: Callable[[], str]) -> Check:
         return (what, False, str(error))
 
 
+def _units() -> list[str]:
+    """The installed units that run tapes on this processor."""
+    found = entries._INSTALLED.glob(f"*_{_SETS[native().lanes]}.*")
+    return sorted(path.name.partition(".")[0] for path in found)
+
+
 def _compiler() -> str:
-    """Compile and link a small file."""
+    """Compile and link a small file; where nothing can, say what works."""
+    if toolchain.find_compiler() is None and _units():
+        return (
+            "none: motions run by tapes, 1.5 to 9 times as slow, batches more; Jacobians, long "
+            f"chains and more need one: {install_command('compiler')}"
+        )
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "probe.c").write_text("double probe(double x) { return x * x; }\n")

@@ -18,7 +18,7 @@ from mechc.progress import Notice
 
 _LONGEST_KEY = 100
 _INSTALLED = Path(__file__).resolve().parents[1] / "_units"
-_TAPE = b"mechc tape 1\0\0\0\0"  # what tapes begin with: see runtime/tape/read.h
+_TAPE = b"mechc tape 2\0\0\0\0"  # what tapes begin with: see runtime/tape/read.h
 
 
 def model_of(path: Path) -> Any:

@@ -10,8 +10,9 @@ from pathlib import Path
 import pytest
 from mechc_codegen import build_scene, shipped_mechanism
 from mechc_codegen.description.request import OutputRequest
+from mechc_codegen.emit.units.general import kind_flags
 from mechc_codegen.emit.units.instruction_sets import BASELINE
-from mechc_codegen.extension.flags import RUNTIME, STRICT, part_flags
+from mechc_codegen.extension.flags import GENERAL_INCLUDES, RUNTIME, STRICT, part_flags
 
 from benchmarks.problems.window_row import window_row
 from mechc.compilation import toolchain
@@ -71,7 +72,11 @@ def test_a_header_compiles_by_itself_and_again(header: str, scene: Path) -> None
     bound = BINDINGS * 2 if header in GENERIC else ()
     texts = [header, header, *(text for binding in bound for text in (binding, header))]
     end = ("simd/unbind.h",) if header in GENERIC else ()
-    assert compiled(including(*texts, *end), scene) == ""
+    flags = ALONE
+    if header.startswith("tape/"):  # for the unit of a kind
+        flags += ("-DMECHC_SERIES_FEW=0", "-DMECHC_SERIES_MOMENTA=0", *kind_flags("open"))
+        flags += tuple(f"-I{folder}" for folder in GENERAL_INCLUDES)
+    assert compiled(including(*texts, *end), scene, *flags) == ""
 
 
 def test_parts_compile_together(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ import time
 import tomllib
 from importlib.metadata import PackageNotFoundError
 from importlib.util import find_spec
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from mechc import mechanisms
 from mechc.cli import commands as cli
 from mechc.cli import doctor
 from mechc.cli.commands import main
-from mechc.compilation import toolchain
+from mechc.compilation import entries, toolchain
 from mechc.progress import Notice
 from mechc.results import figures as plot
 from tests.support import ROOT
@@ -243,7 +244,7 @@ def test_emit_prints_the_program_or_writes_all_of_it(capsys, here):
 def test_doctor_checks_compiler_cache_and_packages(capsys):
     assert main(["doctor"]) == 0
     said = capsys.readouterr().out
-    for name in ("numpy", "sympy", "matplotlib", "four_bar", "C compiler", "cache"):
+    for name in ("numpy", "sympy", "matplotlib", "four_bar", "units", "C compiler", "cache"):
         assert f"ok   {name}" in said
     assert "BAD" not in said
 
@@ -274,14 +275,26 @@ def test_doctor_says_what_is_wrong_and_fails(capsys, here, monkeypatch):
     (here / "cache").mkdir()
     (here / "cache").chmod(0o777)
     monkeypatch.setenv("MECHC_CACHE_DIR", str(here / "cache"))
-    monkeypatch.setenv("PATH", "")
-    monkeypatch.setattr(toolchain, "packaged_compiler", lambda: None)
-    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setattr(toolchain, "find_compiler", lambda: None)
+    monkeypatch.setattr(entries, "_INSTALLED", here / "no units")
     assert main(["doctor"]) == 1
     bad = [line for line in capsys.readouterr().out.splitlines() if line.startswith("BAD")]
     assert len(bad) == 2
     assert "install gcc or clang" in bad[0]
     assert "can be written by others: chmod 700" in bad[1]
+
+
+def test_doctor_says_what_runs_without_a_compiler(capsys, here, monkeypatch):
+    (here / "open_avx2.so").touch()
+    (here / "loops_avx512.so").touch()
+    monkeypatch.setattr(entries, "_INSTALLED", here)
+    monkeypatch.setattr(doctor, "native", lambda: SimpleNamespace(lanes=4))
+    monkeypatch.setattr(toolchain, "find_compiler", lambda: None)
+    assert main(["doctor"]) == 0
+    told = {line[5:].split("  ")[0]: line for line in capsys.readouterr().out.splitlines()}
+    assert told["units"].endswith(" open_avx2")
+    assert "motions run by tapes" in told["C compiler"]
+    assert "pip install '.[compiler]'" in told["C compiler"]
 
 
 def test_cache_tells_what_it_holds_and_clears_only_that(capsys, here, monkeypatch):

@@ -2,7 +2,7 @@
 
 import pytest
 
-from mechc.compilation import build, toolchain
+from mechc.compilation import build, entries, toolchain
 from tests.support.compilers.compilation import compile_as_for_users, compiler_at
 
 
@@ -19,6 +19,15 @@ def fresh(tmp_path, monkeypatch):
     toolchain.version.cache_clear()
     yield tmp_path
     toolchain.version.cache_clear()
+
+
+@pytest.fixture
+def unit_needed(fresh, monkeypatch):
+    """The same where no unit is installed that runs tapes: one is compiled; in processes that read
+    the variable too."""
+    monkeypatch.setattr(entries, "installed_unit", lambda _: None)
+    monkeypatch.setenv("TEST_WITHOUT_UNITS", "1")
+    return fresh
 
 
 @pytest.fixture

@@ -56,11 +56,14 @@ def compiler_script(folder, body):
 # -- processes ------------------------------------------------------------------------------
 
 COUNTS_DERIVATIONS = """
+import os
 import mechc
 from mechc.compilation import build, entries, parts
 from mechc.compilation.toolchain import processor
 from tests.support.compilers.compilation import MadeOnRequest
 parts.Pending = MadeOnRequest
+if os.environ.get("TEST_WITHOUT_UNITS"):
+    entries.installed_unit = lambda _: None
 derived = []
 inner = build._built
 build._built = lambda *arguments: derived.append(1) or inner(*arguments)
@@ -133,12 +136,12 @@ def test_many_processes_with_one_kane_object_derive_it_once_whatever_their_hash_
     assert len({tuple(rates) for _, _, *rates in told}) == 1
 
 
-def test_a_process_killed_while_it_compiles_leaves_nothing_in_the_way(fresh):
+def test_a_process_killed_while_it_compiles_leaves_nothing_in_the_way(unit_needed):
     """Nor does its compiler, which goes on for a while."""
-    waits = f'echo $$ > {fresh}/compiling; sleep 5; exec {COMPILER} "$@"'
-    script = compiler_script(fresh, waits)
+    waits = f'echo $$ > {unit_needed}/compiling; sleep 5; exec {COMPILER} "$@"'
+    script = compiler_script(unit_needed, waits)
     process = begin(2.5, environment={"CC": script})
-    told = fresh / "compiling"
+    told = unit_needed / "compiling"
     deadline = time.monotonic() + 120
     while not (told.exists() and told.read_text()) and time.monotonic() < deadline:
         time.sleep(0.05)
@@ -151,12 +154,12 @@ def test_a_process_killed_while_it_compiles_leaves_nothing_in_the_way(fresh):
     assert not list(cache.cache_folder().glob(".new-*"))
 
 
-def test_a_killed_compiler_is_told_and_the_next_attempt_works(fresh, monkeypatch):
-    monkeypatch.setenv("CC", compiler_script(fresh, "kill -9 $$"))
+def test_a_killed_compiler_is_told_and_the_next_attempt_works(unit_needed, monkeypatch):
+    monkeypatch.setenv("CC", compiler_script(unit_needed, "kill -9 $$"))
     with pytest.raises(CompilerError, match="was ended by SIGKILL, perhaps for lack of memory"):
         rate(3.0)
     assert not list(cache.cache_folder().glob(".new-*"))
-    compiler_script(fresh, f'exec {COMPILER} "$@"')
+    compiler_script(unit_needed, f'exec {COMPILER} "$@"')
     assert right(rate(3.0), 3.0)
 
 
@@ -198,22 +201,22 @@ def mounted(folder, options):
         subprocess.run(["umount", "--lazy", str(folder)], check=True)
 
 
-def test_a_full_disk_is_told(fresh, monkeypatch):
-    with mounted(fresh / "small", "size=64k") as folder:
+def test_a_full_disk_is_told(unit_needed, monkeypatch):
+    with mounted(unit_needed / "small", "size=64k") as folder:
         monkeypatch.setenv("MECHC_CACHE_DIR", str(folder / "cache"))
         with pytest.raises(CacheError, match=r"No space left .* set MECHC_CACHE_DIR"):
             rate(4.0)
         assert cache.scenes() == {}
         assert not list((folder / "cache").glob(".new-*"))
-    monkeypatch.setenv("MECHC_CACHE_DIR", str(fresh / "cache"))
+    monkeypatch.setenv("MECHC_CACHE_DIR", str(unit_needed / "cache"))
     assert right(rate(4.0), 4.0)
 
 
-def test_with_a_full_home_a_process_keeps_its_own(fresh, monkeypatch):
+def test_with_a_full_home_a_process_keeps_its_own(unit_needed, monkeypatch):
     """Nobody said that it had to be there: the model works, and a warning says what is lost."""
     monkeypatch.delenv("MECHC_CACHE_DIR")
     monkeypatch.setattr(cache_folder, "_temporary", {})
-    with mounted(fresh / "small", "size=64k") as folder:
+    with mounted(unit_needed / "small", "size=64k") as folder:
         monkeypatch.setenv("XDG_CACHE_HOME", str(folder))
         with pytest.warns(CacheWarning, match=r"No space left .* as long as this process runs"):
             model = mechc.compile(pendulum(4.5))
@@ -238,9 +241,9 @@ def test_what_cannot_be_written_is_told_whatever_the_reason(fresh, monkeypatch, 
     assert right(rate(4.75), 4.75)
 
 
-def test_a_compiler_without_room_is_a_full_disk(fresh, monkeypatch):
+def test_a_compiler_without_room_is_a_full_disk(unit_needed, monkeypatch):
     said = "echo 'fatal error: error writing to x.s: No space left on device' >&2; exit 1"
-    monkeypatch.setenv("CC", compiler_script(fresh, said))
+    monkeypatch.setenv("CC", compiler_script(unit_needed, said))
     with pytest.raises(CacheError, match="No space left on device"):
         rate(4.8)
 
@@ -402,7 +405,7 @@ def test_another_compiler_makes_the_same_model_under_another_key(fresh, monkeypa
     np.testing.assert_allclose(one, other, rtol=1e-12)
 
 
-def test_what_is_compiled_is_no_matter_of_pythons_version(fresh):
+def test_what_is_compiled_is_no_matter_of_pythons_version(unit_needed):
     """Every Python may load it: it asks for nothing of Python's."""
     if shutil.which("nm") is None:
         pytest.skip("no nm here")
@@ -420,14 +423,10 @@ def _whole(gravity):
     return cache.cache_folder() / model.build["key"]
 
 
-def test_what_another_processor_has_compiled_is_not_loaded(fresh, monkeypatch):
+def test_what_another_processor_has_compiled_is_not_loaded(unit_needed, monkeypatch):
     here = first_entry(8.5)
     monkeypatch.setattr(processor, "processor", lambda: "another")
     there = first_entry(8.5)
     assert here != there
     monkeypatch.setattr(processor, "processor", lambda: "a third")
-    monkeypatch.delenv("CC", raising=False)
-    monkeypatch.setenv("PATH", "")
-    monkeypatch.setattr(toolchain, "packaged_compiler", lambda: None)
-    with pytest.raises(CompilerError, match="no C compiler"):
-        rate(8.5)
+    assert first_entry(8.5) not in (here, there)

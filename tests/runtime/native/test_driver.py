@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from mechc.native._driver import PARTS
 from mechc_codegen import shipped_mechanism
-from sympy import Abs, Max, Piecewise, Rational, Symbol, atan2, cos, tanh
+from sympy import Abs, Max, Piecewise, Rational, Symbol, atan2, cos, sin, tanh
 from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
+from mechc.compilation import build
 from tests.support import scenes
 
 
@@ -40,6 +41,15 @@ def test_out_may_be_a_view_of_the_parameters(model, regular):
 
 # -- runs by the unit that is compiled once for all scenes of a kind ------------------------------
 
+
+@pytest.fixture
+def own_cache(tmp_path, monkeypatch):
+    """A cache in which no other test has compiled the scene."""
+    tmp_path.chmod(0o700)
+    monkeypatch.setenv("MECHC_CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(build, "_compiled", {})
+
+
 METHODS = ("dopri5", "dop853", "gauss8", "radau5", "auto")
 
 
@@ -65,7 +75,7 @@ def numbers(model, end=3.0):
         pytest.param(lambda: shipped_mechanism("windows"), marks=pytest.mark.slow),
     ],
 )
-def test_the_general_unit_gives_the_bits_of_the_scenes_own(described):
+def test_the_general_unit_gives_the_bits_of_the_scenes_own(own_cache, described):
     model = mechc.compile(described())
     native = model.system.scene.evaluator
     assert native.serves_runs
@@ -87,7 +97,7 @@ def cornered():
 
 
 @pytest.mark.parametrize("described", [lambda: scenes.swing(guided=True), cornered])
-def test_outputs_by_a_tape_have_the_bits_of_those_compiled_in_lanes(described):
+def test_outputs_by_a_tape_have_the_bits_of_those_compiled_in_lanes(own_cache, described):
     model = mechc.compile(described())
     native = model.system.scene.evaluator
     assert native.serves_runs
@@ -99,8 +109,34 @@ def test_outputs_by_a_tape_have_the_bits_of_those_compiled_in_lanes(described):
         assert native.evaluate(name, t, states, p).tobytes() == found.tobytes(), name
 
 
+@pytest.mark.parametrize(
+    ("described", "angle", "speed"),
+    [
+        (lambda: scenes.swing(guided=True), "phi", "w"),
+        (lambda: shipped_mechanism("heavy_top"), "theta", "w_z"),
+        (lambda: shipped_mechanism("slider_crank"), "phi", "v"),
+    ],
+)
+def test_jacobians_by_a_tape_have_the_bits_of_those_compiled_in_lanes(
+    own_cache, described, angle, speed
+):
+    own = dynamicsymbols(speed).diff() * sin(dynamicsymbols(angle))
+    model = mechc.compile(described(), outputs={"own": own})
+    native = model.system.including("state_jacobian", "parameter_jacobian").scene.evaluator
+    assert native.serves_runs
+    states = np.random.default_rng(4).uniform(-1.0, 1.0, (11, native.width))
+    p, t = np.array([[model.defaults[name] for name in model.parameters]]), np.zeros(1)
+    names = [name for name in native.outputs if name.endswith(("state_jacobian", "r_jacobian"))]
+    assert {"state_jacobian", "own_state_jacobian", "own_parameter_jacobian"} <= set(names)
+    by_tape = {name: native.evaluate(name, t, states, p) for name in names}
+    native.need(PARTS["outputs"])
+    for name, found in by_tape.items():
+        assert np.any(found), name
+        assert native.evaluate(name, t, states, p).tobytes() == found.tobytes(), name
+
+
 def of_batches(model, end):
-    """The bits of batches by each method, in lanes and one by one, with a reduction and histories."""
+    """The bits of batches by each method, in lanes and one by one, with reductions."""
     start = model.assemble()
     speed = model.speeds[0]
     starts = np.tile(start, (11, 1))
@@ -109,7 +145,7 @@ def of_batches(model, end):
         for lockstep in (None, False):
             batch = model.simulate_batch(
                 end, starts, method=method, rtol=1e-7, lockstep=lockstep, threads=2,
-                reduce=[f"max({speed})", f"mean({speed})"], t_eval=[end / 3, end],
+                reduce=[f"max({speed})", f"mean({speed})"],
             )  # fmt: skip
             arrays = {name: values.tobytes() for name, values in batch.arrays.items()}
             found[method, lockstep] = arrays
@@ -126,7 +162,7 @@ def of_batches(model, end):
         pytest.param(lambda: shipped_mechanism("windows"), marks=pytest.mark.slow),
     ],
 )
-def test_batches_go_over_from_tapes_to_parts_of_the_scenes_own(described):
+def test_batches_go_over_from_tapes_to_parts_of_the_scenes_own(own_cache, described):
     model = mechc.compile(described())
     members = model.system.scene.of_members
     assert members.goes_over

@@ -10,13 +10,14 @@ import json
 import re
 import struct
 from array import array
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from importlib.resources import files
 from itertools import chain
 from typing import Any
 
 from mechc_codegen.emit.c import CWriter
 from mechc_codegen.emit.expressions import Line, let, named, put
+from mechc_codegen.emit.layout import JACOBIANS
 from mechc_codegen.emit.printer import RealPrinter
 from mechc_codegen.emit.tape.assembler import (
     FUNCTIONS,
@@ -32,17 +33,17 @@ from mechc_codegen.emit.taylor.sums import are_few, arrange
 from mechc_codegen.emit.units.block_elimination import BlockElimination
 from mechc_codegen.emit.units.scene_files import label_widths
 
-MAGIC = b"mechc tape 1\0\0\0\0"
+MAGIC = b"mechc tape 2\0\0\0\0"
 COUNTS = (
     *("NQ", "NU", "NH", "NC", "NP", "NK", "SAVED", "TURNS", "NI", "STATES", "SWITCHES"),
     *("FEATURES", "KNOTTED", "MULTIPLIERS", "LOCKSTEP", "BLOCKS_KEPT"),
-    *("ROW_BLOCKS", "IDENTITY_KINEMATICS"),
+    *("ROW_BLOCKS", "IDENTITY_KINEMATICS", "OWN"),
 )
 # Outputs that the unit calls, in this order.
 BY_NAME = ("constraints", "coordinate_rates", "kinematic_matrix", "switching", "mass_matrix")
 OUTPUT, DEFAULT = "solved", "default"
 _OF_STATES = ("plain", OUTPUT, DEFAULT)
-OWN, SOLVED, RATES, MULTIPLIERS = range(4)  # how an output is evaluated
+PLAIN, SOLVED, RATES, MULTIPLIERS, JACOBIAN, OWN_JACOBIAN = range(6)  # how outputs are evaluated
 _BY_RUNTIME = {"rates": RATES, "multipliers": MULTIPLIERS}
 _RUNTIME = files("mechc_codegen") / "runtime"
 _LIMITS = {
@@ -94,8 +95,6 @@ class _Writer:
 
     def content(self) -> bytes:
         functions = self.functions
-        if functions.jacobians():
-            raise NoTapeError
         index = {f.name: self._function(f.name, self.writer.lines(f)) for f in functions}
         if functions.blocks:
             bodies = BlockElimination(functions.blocks).bodies()
@@ -103,7 +102,8 @@ class _Writer:
                 if name in FUNCTIONS:
                     index[name] = self._function(name, lines)
         series = self._series(index)
-        outputs, names = self._outputs(index)
+        jacobians = dict(self._jacobians(index))
+        outputs, names = self._outputs(index, list(jacobians))
         defaults = list(self._defaults())
         if len(self.numbers) > MOST:
             raise NoTapeError
@@ -126,6 +126,7 @@ class _Writer:
             names,
             _integers(chain.from_iterable(defaults)),
             *map(_integers, series),
+            _integers(chain.from_iterable(jacobians.values())),
         ]
         return b"".join(map(_section, parts))
 
@@ -159,11 +160,26 @@ class _Writer:
         self.rows += rows
         return len(self.places) - 1
 
-    def _outputs(self, index: Mapping[str, int]) -> tuple[list[tuple[int, int, int, int]], bytes]:
+    def _jacobians(self, index: Mapping[str, int]) -> Iterable[tuple[str, tuple[int, ...]]]:
+        """Each Jacobian: its columns, from which on they are the speeds, and its functions."""
+        states = self.counts["NQ"] + self.counts["NU"]
+        columns = (states, self.counts["NP"], self.counts["NI"])
+        firsts = (self.counts["NQ"], *columns[1:])
+        for (name, parts), count, first in zip(JACOBIANS.items(), columns, firsts, strict=True):
+            residual, own, rates = (index.get(part, -1) for part in parts)
+            if residual >= 0:
+                yield name, (count, first, rates, residual, own)
+
+    def _outputs(
+        self, index: Mapping[str, int], jacobians: Sequence[str]
+    ) -> tuple[list[tuple[int, int, int, int]], bytes]:
         """Of each output its way, its function, its width, and where its name begins."""
         functions = self.functions
-        rows = [(label, width, OWN) for label, width in label_widths(functions, of_motion=False)]
-        rows += [(label, width, _BY_RUNTIME[label]) for label, width in functions.by_runtime()]
+        rows = [(label, width, PLAIN) for label, width in label_widths(functions, of_motion=False)]
+        for label, width in functions.by_runtime():
+            own = label.startswith("own_")
+            index = {**index, label: _place(jacobians, label.removeprefix("own_"))}
+            rows.append((label, width, _BY_RUNTIME.get(label, OWN_JACOBIAN if own else JACOBIAN)))
         rows += [(label, width, SOLVED) for label, width in label_widths(functions, of_motion=True)]
         found, names = list[tuple[int, int, int, int]](), b""
         if len(rows) > MOST_OUTPUTS or max(width for _, width, _ in rows) > WIDEST:
@@ -183,6 +199,10 @@ class _Writer:
                 continue
             loads = [let(symbols[j].name, named("p")[j]) for j in held]
             yield i, self._function(DEFAULT, [*loads, put(named("out")[0], printer.real(value))])
+
+
+def _place(names: Sequence[str], name: str) -> int:
+    return names.index(name) if name in names else -1
 
 
 def _section(content: bytes) -> bytes:

@@ -1,8 +1,8 @@
 """The unit that is compiled once for all scenes of a kind, and runs their tapes.
 
-Input: a scene's functions.  Output: its kind, and the sources of the unit, in ``runtime/general/`` and
-``runtime/tape/``.  Invariant: a scene that has no kind, since it is walked link by link or beyond the
-bounds there, is served by a unit of its own alone.
+Input: a scene's functions.  Output: its kind, and the sources of the unit, in ``runtime/general/``
+and ``runtime/tape/``.  Invariant: a scene that has no kind, since it is walked link by link or
+beyond the bounds there, is served by a unit of its own alone.
 """
 
 from __future__ import annotations
@@ -81,6 +81,7 @@ def _fits(functions: SceneFunctions) -> bool:
         "SWITCHES": len(functions.outputs[SWITCHING].elements)
         if SWITCHING in functions.outputs
         else 0,
+        "OWN": functions.own_rows,
         "BLOCKS_KEPT": BlockElimination(functions.blocks).kept if functions.blocks else 0,
     }
     return all(count <= bounds[name] for name, count in counts.items())

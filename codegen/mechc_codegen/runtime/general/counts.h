@@ -8,7 +8,7 @@ typedef struct {
     const int *angles, *periodic;
     const double *knots, *knots_period;
     const int *knots_begin;
-    int blocks_kept, row_blocks, identity_kinematics;
+    int blocks_kept, row_blocks, identity_kinematics, own;
 } mechc_counts;
 
 #ifdef MECHC_OPENS_TAPES /* which tell them */

@@ -6,11 +6,10 @@
 #include <string.h>
 #include "dynamics/sizes.h"
 #include "general/counts.h"
-#include "tape/kind.h"
 #include "tape/series.h"
 #include "tape/tape.h"
 
-#define MECHC_TAPE_MAGIC "mechc tape 1\0\0\0"
+#define MECHC_TAPE_MAGIC "mechc tape 2\0\0\0"
 
 /* The content of each part of the bytes, in their order. */
 enum {
@@ -18,7 +17,7 @@ enum {
     MECHC_TAPE_ANGLES, MECHC_TAPE_PERIODIC, MECHC_TAPE_KNOTS, MECHC_TAPE_KNOTS_BEGIN, MECHC_TAPE_KNOTS_PERIOD,
     MECHC_TAPE_NUMBERS, MECHC_TAPE_TAPES, MECHC_TAPE_OPERATIONS_OF_ALL, MECHC_TAPE_CALLED_TAPES,
     MECHC_TAPE_BY_NAME, MECHC_TAPE_OUTPUTS, MECHC_TAPE_NAMES, MECHC_TAPE_DEFAULTS, MECHC_TAPE_SERIES, MECHC_TAPE_ROOTS,
-    MECHC_TAPE_LEFT, MECHC_TAPE_RIGHT, MECHC_TAPE_TEXTS,
+    MECHC_TAPE_LEFT, MECHC_TAPE_RIGHT, MECHC_TAPE_JACOBIANS, MECHC_TAPE_TEXTS,
     MECHC_TAPE_SECTION_COUNT
 };
 
@@ -74,11 +73,11 @@ static const char *mechc_read_counts(mechc_tape_reader *reader)
     mechc_counts *c = reader->counts;
     int *const counts[] = {&c->nq, &c->nu, &c->nh, &c->nc, &c->np, &c->nk, &c->saved, &c->turns, &c->ni,
                            &c->states, &c->switches, &c->features, &c->knotted, &c->multipliers, &c->lockstep,
-                           &c->blocks_kept, &c->row_blocks, &c->identity_kinematics};
+                           &c->blocks_kept, &c->row_blocks, &c->identity_kinematics, &c->own};
     const int most[] = {MECHC_NQ_MAX, MECHC_NU_MAX, MECHC_NH_MAX, MECHC_NC_MAX, MECHC_NP_MAX, MECHC_NK_MAX,
                         MECHC_SAVED_MAX, MECHC_TURNS_MAX, MECHC_NI_MAX, MECHC_NQ_MAX, MECHC_SWITCHES_MAX,
                         MECHC_FEATURES_MAX, MECHC_KNOTTED_MAX, 1, 1, MECHC_BLOCKS_KEPT_MAX,
-                        MECHC_BLOCKS_CODE ? MECHC_NC_MAX : 0, 1};
+                        MECHC_BLOCKS_CODE ? MECHC_NC_MAX : 0, 1, MECHC_OWN_MAX};
     const size_t count = sizeof most / sizeof *most;
     MECHC_TAPE_REQUIRE(section->size == count * sizeof *given, "its counts are not whole");
     for (size_t i = 0; i < count; i++) {
@@ -315,6 +314,23 @@ static const char *mechc_read_called(mechc_tape_reader *reader, mechc_tapes *tap
     return NULL;
 }
 
+/* Whether such an output is one that its Jacobian gives. */
+static int mechc_jacobian_fits(const mechc_tape_reader *reader, const mechc_tapes *tapes, const mechc_tape_output *o)
+{
+    const mechc_counts *c = reader->counts;
+    const size_t count = mechc_section_count(reader->sections + MECHC_TAPE_JACOBIANS, sizeof(mechc_tape_jacobian));
+    if (o->tape < 0 || (size_t)o->tape >= count) return 0;
+    const mechc_tape_jacobian *by = tapes->jacobians + o->tape;
+    const int columns = by->columns, motion = c->nu + c->nc;
+    if (columns != c->nq + c->nu && columns != c->np && columns != c->ni) return 0;
+    if (!mechc_tape_fits(reader, by->residual, MECHC_TAPE_OF_solved, motion * columns)) return 0;
+    if (o->way == MECHC_BY_OWN_JACOBIAN)
+        return o->width == c->own * columns
+            && mechc_tape_fits(reader, by->own, MECHC_TAPE_OF_solved, c->own * (columns + motion));
+    return o->width == (c->nq + c->nu) * columns
+        && (by->rates == -1 || mechc_tape_fits(reader, by->rates, MECHC_TAPE_OF_plain, c->nq * columns));
+}
+
 static const char *mechc_read_outputs(mechc_tape_reader *reader, mechc_tapes *tapes)
 {
     const mechc_section *s = reader->sections;
@@ -324,6 +340,7 @@ static const char *mechc_read_outputs(mechc_tape_reader *reader, mechc_tapes *ta
     MECHC_TAPE_REQUIRE(count <= MECHC_TAPE_MOST_OUTPUTS, "it has too many outputs");
     tapes->outputs = (const mechc_tape_output *)s[MECHC_TAPE_OUTPUTS].content;
     tapes->output_count = (int)count;
+    tapes->jacobians = (const mechc_tape_jacobian *)s[MECHC_TAPE_JACOBIANS].content;
     for (size_t i = 0; i < count; i++) {
         const mechc_tape_output *o = tapes->outputs + i;
         const int function = o->way == MECHC_BY_TAPE ? MECHC_TAPE_OF_plain : MECHC_TAPE_OF_solved;
@@ -331,6 +348,8 @@ static const char *mechc_read_outputs(mechc_tape_reader *reader, mechc_tapes *ta
                  && o->width <= MECHC_TAPE_WIDEST;
         if (o->way == MECHC_BY_RATES) sound &= o->width == c->nq + c->nu;
         else if (o->way == MECHC_BY_MULTIPLIERS) sound &= c->nc > 0 && o->width == c->nc;
+        else if (o->way == MECHC_BY_JACOBIAN || o->way == MECHC_BY_OWN_JACOBIAN)
+            sound &= mechc_jacobian_fits(reader, tapes, o);
         else sound = sound && (o->way == MECHC_BY_TAPE || o->way == MECHC_BY_SOLVED)
                   && mechc_tape_fits(reader, o->tape, function, o->width);
         MECHC_TAPE_REQUIRE(sound,

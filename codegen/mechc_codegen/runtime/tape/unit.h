@@ -36,6 +36,29 @@ MECHC_STATIC void mechc_extended_read_inputs(long double t, const long double *q
 mechc_counts mechc_of_scene;
 mechc_series_counts mechc_series_of_scene;
 
+/* A Jacobian of one state, as unit/jacobians.h defines those of a compiled scene. */
+MECHC_ONCE void mechc_tape_jacobian_at(const mechc_tape_jacobian *by, int own, double t, const double *q,
+                                       const double *u, const mechc_scalar_given *given, double *out)
+{
+    enum { MOST = MECHC_NX_MAX > MECHC_NP_MAX ? MECHC_NX_MAX : MECHC_NP_MAX };
+    mechc_scalar_place place;
+    double a[MECHC_NU_MAX], l[MECHC_AT_LEAST_ONE(MECHC_NC_MAX)];
+    double residual[MECHC_MOTION_MAX * MOST], response[MECHC_MOTION_MAX * MOST];
+    double partials[MECHC_OWN_MAX * (MECHC_MOTION_MAX + MOST)];
+    const int columns = by->columns;
+    mechc_scalar_solve(t, q, u, given, &place, a, l);
+    mechc_scalar_tape_output(by->residual, t, q, u, given, a, l, residual);
+    mechc_scalar_respond(&place, residual, columns, response);
+    if (own) {
+        mechc_scalar_tape_output(by->own, t, q, u, given, a, l, partials);
+        mechc_scalar_follow(partials, response, columns, out);
+        return;
+    }
+    if (by->rates >= 0) mechc_scalar_tape_output(by->rates, t, q, u, given, 0, 0, out);
+    else for (int i = 0; i < MECHC_NQ * columns; i++) out[i] = i % columns == by->first + i / columns;
+    memcpy(out + MECHC_NQ * columns, response, (size_t)(MECHC_NU * columns) * sizeof *out);
+}
+
 /* One state's output of this number. */
 static void mechc_tape_evaluate_one(int number, double t, const double *q, const double *u,
                                     const mechc_scalar_given *given, double *out)
@@ -48,6 +71,11 @@ static void mechc_tape_evaluate_one(int number, double t, const double *q, const
 #if MECHC_NC_MAX > 0
     case MECHC_BY_MULTIPLIERS: mechc_scalar_output_multipliers(t, q, u, given, out); return;
 #endif
+    case MECHC_BY_JACOBIAN:
+    case MECHC_BY_OWN_JACOBIAN:
+        mechc_tape_jacobian_at(mechc_of_tapes.jacobians + output->tape, output->way == MECHC_BY_OWN_JACOBIAN,
+                               t, q, u, given, out);
+        return;
     case MECHC_BY_SOLVED: mechc_scalar_solve(t, q, u, given, &place, a, l); break;
     case MECHC_BY_TAPE: break;
     default: return;

@@ -54,7 +54,7 @@ MECHC_INLINE void FN(output_multipliers)(real t, const real *q, const real *u,
 MECHC_SOLVED_OUTPUTS(MECHC_DEFINE_SOLVED)
 #undef MECHC_DEFINE_SOLVED
 
-#if MECHC_STATE_JACOBIAN || MECHC_PARAMETER_JACOBIAN
+#if MECHC_STATE_JACOBIAN || MECHC_PARAMETER_JACOBIAN || MECHC_GENERAL
 MECHC_ONCE void FN(respond)(const FN(place) *place, const real *residual, int columns, real *out)
 {
     FN(respond_with)(place, residual, columns, MECHC_OWN > 0, out);
@@ -86,7 +86,7 @@ MECHC_ONCE void FN(follow)(const real *partials, const real *response, int colum
         FN(solved_residual_##by)(t, q, u, given, a, l, residual);                                 \
         FN(respond)(&place, residual, columns, response);                                         \
     }
-#if MECHC_OWN > 0
+#if MECHC_OWN_MAX > 0
 #define MECHC_DEFINE_OWN(name, by, columns)                                                       \
     MECHC_INLINE void FN(output_own_##name)(real t, const real *q, const real *u,                 \
                                             const FN(given) *given, real *out)                    \

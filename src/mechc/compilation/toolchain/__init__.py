@@ -72,7 +72,7 @@ def compiler() -> list[str]:
         raise CompilerError(
             f"no C compiler was found: {install_command('compiler')} brings one; or install gcc or "
             "clang (Debian and Ubuntu: apt install gcc; Fedora: dnf install gcc; conda: conda "
-            "install c-compiler), or set CC. Shipped mechanisms run without one"
+            "install c-compiler), or set CC. Motions of most mechanisms need none"
         )
     return command
 

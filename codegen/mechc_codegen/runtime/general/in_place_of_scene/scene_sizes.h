@@ -30,10 +30,11 @@
 #endif
 #define MECHC_NH_MAX (MECHC_KIND_LOOPS ? MECHC_NC_MAX : 0)
 
-#define MECHC_SERIES_MAX 96
-#define MECHC_SERIES_INTEGRATED_MAX 48
+#define MECHC_TAPES_OF_SERIES (!MECHC_KIND_ROWS) /* which scenes without constraints may have */
+#define MECHC_SERIES_MAX 256
+#define MECHC_SERIES_INTEGRATED_MAX 64
 #define MECHC_SERIES_KEPT_MAX 256
-#define MECHC_SERIES_SUMS_MAX 96
+#define MECHC_SERIES_SUMS_MAX 512
 #define MECHC_SERIES_ROOTS_MAX 16
 
 #define MECHC_NQ mechc_of_scene.nq
@@ -67,11 +68,12 @@
 #define MECHC_ARTICULATED 0
 #define MECHC_LOCKSTEP mechc_of_scene.lockstep
 #define MECHC_LOCKSTEP_CODE 1
-#define MECHC_STATE_JACOBIAN 0
+#define MECHC_STATE_JACOBIAN 0 /* by tapes: see tape/unit.h */
 #define MECHC_PARAMETER_JACOBIAN 0
 #define MECHC_INPUT_JACOBIAN 0
 #define MECHC_MASS_MATRIX 0
-#define MECHC_OWN 0
+#define MECHC_OWN mechc_of_scene.own
+#define MECHC_OWN_MAX 64
 #define MECHC_WIDEST 1
 #define MECHC_OUTPUTS(X)
 #define MECHC_SOLVED_OUTPUTS(X)

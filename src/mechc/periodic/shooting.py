@@ -232,6 +232,8 @@ class Shot:
         """Central differences, of motions that are members of one batch."""
         problem, k = self.problem, len(self.unknown)
         sides = STEP * np.repeat(np.eye(k + bool(problem.parameter)), 2, axis=0)
+        if not len(sides):  # all is held but the period
+            return np.zeros((len(problem.size), 0)), np.zeros((len(problem.size), 0))
         sides[1::2] *= -1.0
         changes = np.zeros((len(sides), len(problem.size)))
         changes[:, self.unknown] = sides[:, :k]

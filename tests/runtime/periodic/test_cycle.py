@@ -35,6 +35,16 @@ def test_differences_in_place_of_derivatives_give_the_same_cycle():
     assert "derivatives are differences" in str(rough)
 
 
+def test_differences_where_only_the_period_is_sought():
+    model = mechc.load("pendulum")
+    held, friction = ["theta_0", "omega_0"], mechc.DryFriction("omega_0", mu=0.0)
+    cycle = model.periodic({"theta_0": "60deg"}, 2.1, hold=held, events=[friction])
+    assert "derivatives are differences" in str(cycle)
+    assert cycle.period == pytest.approx(
+        model.periodic({"theta_0": "60deg"}, 2.1, hold=held).period
+    )
+
+
 def test_which_of_two_mirrored_cycles_a_start_leads_to():
     """Compared with the angle about which each motion by itself swings at last, and with whether it
     has the period at all: there are longer ones beside them."""

@@ -4,12 +4,12 @@
 
 In a process of its own, of each mechanism of the library as a description of one's own: from
 `compile` to the end of the first `simulate`, in seconds by the clock, and in parentheses of the
-processor, the compiler's too; with nothing in the cache but the unit that serves all scenes of a
-kind, and with an empty one.  Import of mechc and making the description are not counted.  Then each
-stage by itself: the derivation, with C and the tape as its result, and the compiler's by the part
-of the unit.  Of these a first motion needs the first unit, which is the tape where the scene has a
-kind; else the driver too, and collocation or `taylor`.  Last, in processor time by each method, how
-many times as long a motion takes by its tape as by own parts; the states have to be the same.
+processor, the compiler's too; with an empty cache.  Import of mechc and making the description are
+not counted.  Then each stage by itself: the derivation, with C and the tape as its result, and the
+compiler's by the part of the unit.  Of these a first motion needs the first unit, which is the tape
+where the scene has a kind; else the driver too, and collocation or `taylor`.  Last, in processor
+time, how many times as long a motion by each method, a batch and the outputs of its states take by
+the tape as by own parts; the numbers have to be the same.
 
 The script ``costs`` asks for the first value of the right-hand side, in new processes too.
 
@@ -24,7 +24,6 @@ bytecode of modules, as pip does.
 from __future__ import annotations
 
 import json
-import shutil
 import sys
 import tempfile
 import time
@@ -40,7 +39,8 @@ USUAL = ("pendulum", "four_bar", "andrews", "bicycle")
 FIRST = "first unit"
 DURATION = 0.01  # s of motion: it is the wait that counts
 RUNS, LONG, OF_RUNS = 20, 5.0, {"andrews": 0.03}  # s of motion that are timed by the tape
-METHODS = ("auto", "dop853", "gauss8")
+METHODS, BATCH, OUTPUTS = ("auto", "dop853", "gauss8"), "batch", "outputs"
+MEMBERS = 64
 LIMITS = {"cold": 1.5, "cached": 0.020}  # s
 STAGES = (
     "import mechc", "read", "describe", "derive", "differentiate", "optimize", "emit",
@@ -68,25 +68,17 @@ def line(row: dict[str, Any]) -> str:
     )
     wait = f"{row['wait']:.2f} s ({row['processor']:.2f})"
     ratios = ", ".join(f"{method} {ratio:.1f}" for method, ratio in row["by_tape"].items())
-    return (
-        f"{row['name']}: {wait}, first of its kind {row['first_of_kind']:.2f}; {stages}; "
-        f"by its tape over own parts: {ratios}"
-    )
+    return f"{row['name']}: {wait}; {stages}; by its tape over own parts: {ratios}"
 
 
 def first_motion(name: str) -> dict[str, Any]:
     """The figures of one mechanism, in seconds."""
     with tempfile.TemporaryDirectory() as folder:
-        first = process(name, Path(folder), "motion")["seconds"]
-        for entry in Path(folder).iterdir():
-            if entry.is_dir() and entry.suffix != ".general":
-                shutil.rmtree(entry)
         seconds = process(name, Path(folder), "motion")["seconds"]
         by_tape = process(name, Path(folder), "tape")["ratios"]
     return {
         "name": name, "wait": seconds["first value"], "processor": seconds["processor"],
-        "first_of_kind": first["first value"], "stages": stages_apart(name),
-        "by_tape": by_tape,
+        "stages": stages_apart(name), "by_tape": by_tape,
     }  # fmt: skip
 
 
@@ -181,25 +173,35 @@ def one(form: str, until: str) -> None:
 
 
 def by_tape(model: Any, duration: float) -> dict[str, float]:
-    """How many times as long motions take by the tape as by own parts; they are the same."""
-    start = model.assemble()
-    assert model.system.scene.evaluator.serves_runs
+    """How many times as long each takes by the tape as by own parts; the numbers are the same."""
+    import numpy as np
 
-    def run(method: str) -> Any:
-        return model.simulate(duration, start, method=method).y
+    start, native = model.assemble(), model.system.scene.evaluator
+    assert native.serves_runs
+    values = np.array([[model.defaults[name] for name in model.parameters]])
+    states = np.tile(start, (MEMBERS, 1))
+    output = max(native.outputs, key=native.outputs.__getitem__)
 
-    def seconds(method: str) -> float:
+    def run(what: str) -> Any:
+        if what == OUTPUTS:
+            return native.evaluate(output, np.zeros(1), states, values)
+        if what == BATCH:
+            return model.simulate_batch(duration, states, threads=1, progress=False).y
+        return model.simulate(duration, start, method=what).y
+
+    def seconds(what: str) -> float:
         found = []
-        for _ in range(RUNS):
-            before = time.thread_time()
-            run(method)
-            found.append(time.thread_time() - before)
+        for _ in range(1 if what == BATCH else RUNS):
+            before = processor_seconds()
+            run(what)
+            found.append(processor_seconds() - before)
         return min(found)
 
-    before = {method: (run(method).tobytes(), seconds(method)) for method in METHODS}
+    asked = (*METHODS, BATCH, OUTPUTS)
+    before = {what: (seconds(what), run(what).tobytes()) for what in asked}
     model.wait_compiled()
-    assert all(run(method).tobytes() == states for method, (states, _) in before.items())
-    return {method: taken / seconds(method) for method, (_, taken) in before.items()}
+    assert all(run(what).tobytes() == numbers for what, (_, numbers) in before.items())
+    return {what: taken / seconds(what) for what, (taken, _) in before.items()}
 
 
 def made(form: str) -> Any:

@@ -323,6 +323,7 @@ static int mechc_jacobian_fits(const mechc_tape_reader *reader, const mechc_tape
     const mechc_tape_jacobian *by = tapes->jacobians + o->tape;
     const int columns = by->columns, motion = c->nu + c->nc;
     if (columns != c->nq + c->nu && columns != c->np && columns != c->ni) return 0;
+    if (by->first < 0 || by->first > columns) return 0;
     if (!mechc_tape_fits(reader, by->residual, MECHC_TAPE_OF_solved, motion * columns)) return 0;
     if (o->way == MECHC_BY_OWN_JACOBIAN)
         return o->width == c->own * columns

@@ -185,7 +185,8 @@ def test_the_name_of_its_unit_leads_nowhere_else(tmp_path, unit):
 
 def harness(folder, mechanism):
     """A program that reads a tape from its input and changes it so many times; and the tape."""
-    build = build_scene(mechanism, (BASELINE,))
+    jacobians = frozenset({"energy", "state_jacobian", "parameter_jacobian"})
+    build = build_scene(mechanism, (BASELINE,), OutputRequest(jacobians))
     assert build.tape
     source = unit_sources(build.kind, BASELINE.lanes, "baseline")["tapes.c"] + MAIN
     (folder / "hostile.c").write_text(source, "utf-8")

@@ -58,17 +58,22 @@ class BuildScenes(build_ext):
         from mechc_codegen.emit.units.general import KINDS
 
         sets = self.instruction_sets()
-        for each in sets if self.for_any() else sets[-1:]:
+        if self.plat_name in COMPILER.WINDOWS:  # where nothing tells what the processor can do
+            sets = sets[:1]
+        elif not self.for_any():
+            sets = sets[-1:]
+        for each in sets:
             for kind in KINDS:
                 yield f"{UNITS}{kind}_{each.name}", (kind, each)
 
     def instruction_sets(self):
         from mechc_codegen.emit.units import instruction_sets as of
 
-        return of.instruction_sets() if self.for_any() else of.sets_of_this_processor()
+        machine = self.plat_name.rpartition("-")[2]
+        return of.instruction_sets(machine) if self.for_any() else of.sets_of_this_processor()
 
     def for_any(self):
-        return os.environ.get("MECHC_BUILD_FOR") == "any" or self.plat_name in COMPILER.WINDOWS
+        return os.environ.get("MECHC_BUILD_FOR") == "any" or self.plat_name != get_platform()
 
     def build_extensions(self):
         if self.plat_name in COMPILER.WINDOWS:
@@ -76,7 +81,7 @@ class BuildScenes(build_ext):
             self.compiler.set_executables(**COMPILER.executables(os.environ, unused))
         from Cython.Build import cythonize
 
-        self.builds = {}
+        self.builds, self.compilers = {}, ThreadPoolExecutor(os.cpu_count())
         for extension in self.extensions:
             extension.extra_compile_args += [NO_DEBUG_INFORMATION, AS_WRITTEN]
             if extension.name.startswith(SCENES):
@@ -135,11 +140,12 @@ class BuildScenes(build_ext):
         lanes, name = each.lanes, "native"  # as that of scenes that are compiled here
         sources = unit_sources(kind, lanes, name)
         told = [*flags.GENERAL_FLAGS, *kind_flags(kind)]
-        told += [*each.flags, flags.unit_key_flag(build.unit_signature(sources, told))]
+        signature = build.unit_signature(sources, told)
+        told += [*each.flags, flags.unit_key_flag(signature)]
         folder = Path(self.build_temp).resolve() / "units" / extension.name.removeprefix(UNITS)
-        build.write_texts(folder, sources)
+        build.write_texts(folder, {**sources, "signature": signature})
         extension.include_dirs = list(flags.GENERAL_INCLUDES)
-        extension.depends = [*(str(folder / name) for name in sources), *flags.runtime_headers()]
+        extension.depends = [str(folder / "signature")]  # of the headers too
         self.builds[extension.name] = (folder, dict.fromkeys(sources, told))
 
     def build_extension(self, extension):
@@ -156,9 +162,8 @@ class BuildScenes(build_ext):
                     extra_postargs=[*flags, NO_DEBUG_INFORMATION],
                 )
 
-            with ThreadPoolExecutor() as pool:
-                for objects in pool.map(compile_file, files.items()):
-                    extension.extra_objects += objects
+            for objects in self.compilers.map(compile_file, files.items()):
+                extension.extra_objects += objects
         super().build_extension(extension)
 
     def get_export_symbols(self, extension):

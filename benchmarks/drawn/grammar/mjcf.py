@@ -39,8 +39,11 @@ def write(w: Writer) -> None:
             text += "</body>"
     gravity = w.one_of(["0 0 -9.81", "0 -9.8 0", "1 2 -9"])
     w.line("from pathlib import Path")
+    w.line("from tempfile import TemporaryDirectory")
     w.line(f'mjcf = """<mujoco model="drawn"><option gravity="{gravity}"/><worldbody>')
     w.line(text + ends)
     w.line('</worldbody></mujoco>"""')
-    w.line('Path("drawn.xml").write_text(mjcf, encoding="utf-8")')
-    w.line('described = mechc.from_mjcf("drawn.xml")')
+    w.line("with TemporaryDirectory() as folder:")
+    w.line('    file = Path(folder, "drawn.xml")')
+    w.line('    file.write_text(mjcf, encoding="utf-8")')
+    w.line("    described = mechc.from_mjcf(file)")

@@ -11,6 +11,7 @@ import json
 import platform
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from importlib.resources import files
 from pathlib import Path
 
@@ -114,6 +115,7 @@ def signature(build: Build, compiler: str, python: str) -> str:
     return digest(parts)
 
 
+@lru_cache  # of the program as it began
 def _headers() -> list[str]:
     return [Path(header).read_text("utf-8") for header in runtime_headers()]
 

@@ -21,7 +21,7 @@ from mechc.system.parameters import Array
 from mechc.system.system import System
 
 KEEP_EVERY = 3.0  # s between manifests of a batch that is streamed
-GO_OVER_EVERY = 0.3  # s until it is asked whether parts are compiled
+GO_OVER_AFTER = 0.15  # s until it is asked whether parts are compiled, each time twice as long
 WRITING = 0.1  # of the time, at most, where members have so many numbers that writing takes long
 THREADS_A_CORE = 16
 
@@ -92,6 +92,7 @@ def _compute_here(
     ones until parts of the scene's own are compiled."""
     done = recipe.count - sum(last - first for first, last in ranges)
     members = run_controlled if recipe.inputs.controllers else run_members
+    tried = GO_OVER_AFTER
     least = count = threads * system.scene.lanes  # what fills the lanes of all threads
     for first, end in ranges:
         while first < end:
@@ -108,7 +109,8 @@ def _compute_here(
             yield first, found, complete
             if not complete:
                 return
-            least_seconds = KEEP_EVERY if in_pieces else GO_OVER_EVERY
+            tried *= 2.0
+            least_seconds = KEEP_EVERY if in_pieces else tried
             seconds = max(least_seconds, (time.monotonic() - computed) / WRITING)
             a_member = max(computed - started, 1e-9) / (last - first)
             count = max(least, int(seconds / a_member) // least * least)

@@ -13,11 +13,9 @@ from packaging.requirements import Requirement
 import mechc
 from mechc.compilation import cache, entries, toolchain
 from mechc.compilation.library.catalogue import COMPILED_AT_INSTALL
-from mechc.compilation.toolchain.processor import native
 from mechc.errors import MechcError, install_command
 
 Check = tuple[str, bool, str]
-_SETS = {2: "baseline", 4: "avx2", 8: "avx512"}  # lanes -> how names of installed units end
 
 
 def examine() -> list[Check]:
@@ -75,16 +73,15 @@ def _attempt(what: str, check: Callable[[], str]) -> Check:
 
 def _units() -> list[str]:
     """The installed units that run tapes on this processor."""
-    found = entries._INSTALLED.glob(f"*_{_SETS[native().lanes]}.*")
-    return sorted(path.name.partition(".")[0] for path in found)
+    return [path.name.partition(".")[0] for path in entries.installed_units()]
 
 
 def _compiler() -> str:
     """Compile and link a small file; where nothing can, say what works."""
     if toolchain.find_compiler() is None and _units():
         return (
-            "none: motions run by tapes, 1.5 to 9 times as slow, batches more; Jacobians, long "
-            f"chains and more need one: {install_command('compiler')}"
+            "none: motions run by tapes, 1.5 to 9 times as slow, batches more; derivatives of "
+            f"motions, long chains and more need one: {install_command('compiler')}"
         )
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

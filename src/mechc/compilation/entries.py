@@ -11,12 +11,13 @@ from pathlib import Path
 from typing import Any
 
 from mechc.compilation import cache, toolchain
-from mechc.compilation.toolchain.processor import environment
+from mechc.compilation.toolchain.processor import environment, native
 from mechc.errors import CacheError
 from mechc.native._driver import capsule_of, model_of_tape
 from mechc.progress import Notice
 
 _LONGEST_KEY = 100
+_SETS = {2: "baseline", 4: "avx2", 8: "avx512"}  # lanes -> how names of installed units end
 _INSTALLED = Path(__file__).resolve().parents[1] / "_units"
 _TAPE = b"mechc tape 2\0\0\0\0"  # what tapes begin with: see runtime/tape/read.h
 
@@ -34,13 +35,13 @@ def model_of(path: Path) -> Any:
             unit = file.read(min(size, _LONGEST_KEY)).decode("ascii")
             file.seek(0)
             tape = file.read()
-        shared = None
+        shared, signature = None, unit.partition(".")[0]
         if cache.is_unit_key(unit):
-            shared = installed_unit(unit.partition(".")[0]) or cache.find(unit)
+            shared = installed_unit(signature) or cache.find(unit)
         if shared is None:
             raise ImportError("the unit that runs this tape is not there")
         with cache.copied(unit, shared) as own:  # each scene needs one
-            return model_of_tape(own, tape)
+            return model_of_tape(own, tape, signature.encode())
     except (OSError, UnicodeDecodeError, struct.error) as error:
         raise ImportError(f"{path}: {error}") from None
 
@@ -48,10 +49,17 @@ def model_of(path: Path) -> Any:
 @lru_cache
 def installed_unit(signature: str) -> Path | None:
     """The unit with this signature that was compiled when mechc was installed, or None."""
-    for file in sorted(_INSTALLED.iterdir()) if _INSTALLED.is_dir() else ():
-        if file.suffix in EXTENSION_SUFFIXES[-1:] and signature.encode() in file.read_bytes():
-            return file
-    return None
+    return next((file for file in installed_units() if _has_key(file, signature)), None)
+
+
+def installed_units() -> list[Path]:
+    """The units that were compiled for this processor when mechc was installed."""
+    ending = f"_{_SETS[native().lanes]}{EXTENSION_SUFFIXES[0]}"
+    return sorted(_INSTALLED.glob(f"*{ending}"))
+
+
+def _has_key(file: Path, signature: str) -> bool:
+    return signature.encode() in file.read_bytes()
 
 
 def load(key: str, load: Callable[[Path], Any] | None = None) -> Any:

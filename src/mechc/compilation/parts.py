@@ -116,8 +116,13 @@ class Parts:
             if name not in self._kept:
                 self._kept[name] = self._load_part(name)
         missing = [name for name in asked if self._kept[name] is None]
-        begun = [self.begin(name) for name in missing] if begin else []
-        return not missing or (bool(begun) and all(part.if_made() is not None for part in begun))
+        if begin:
+            missing = [name for name in missing if self.begin(name).if_made() is None]
+        return all(self._is_made(name) for name in missing)
+
+    def _is_made(self, name: str) -> bool:
+        pending = self._pending.get(name)
+        return pending is not None and pending.if_made() is not None
 
     def whole(self) -> Any:
         """The capsule of the model with all parts of its unit."""

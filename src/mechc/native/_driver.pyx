@@ -32,6 +32,7 @@ from mechc.native._shared_object cimport (
 
 cdef extern from "abi/model.h":
     ctypedef struct mechc_tape_opener:
+        const char *key
         const mechc_model *(*open)(const unsigned char *, size_t, const char **)
 
 
@@ -53,7 +54,7 @@ cdef extern from "abi/call.h":
 
 cdef ptrdiff_t LANES = 8  # states are evaluated in lanes, at most so many
 cdef ptrdiff_t LITTLE_WORK = 1 << 17
-cdef size_t STACK_OF_GENERAL = 1 << 20  # bytes: twice what the unit's arrays, as large as its bounds, take
+cdef size_t STACK_OF_GENERAL = 1 << 21  # bytes: thrice what the unit's arrays, as large as its bounds, take
 cdef size_t STACK_OF_TAPE = 1 << 18
 cdef long MUCH_WORK = 1 << 16  # evaluations by the general unit, from which on compiling pays
 cdef ptrdiff_t MANY = 1 << 16  # states, from which on compiling their evaluation in lanes pays
@@ -176,13 +177,18 @@ def capsule_of(path):
     return PyCapsule_New(<void *>data_of(path, b"mechc_scene"), MECHC_CAPSULE, NULL)
 
 
-def model_of_tape(path, bytes tape):
+def model_of_tape(path, bytes tape, bytes signature):
     """The model that a tape describes, as a capsule, run by a unit in a shared object of its own.
+
+    signature
+        That of the unit, where it was compiled at installation.
 
     Raises ImportError if that cannot be loaded, or the tape is none for it.
     """
     cdef const mechc_tape_opener *opener = <const mechc_tape_opener *>data_of(path, b"mechc_opener")
     cdef const char *why = NULL
+    if opener.key[0] and opener.key != signature:
+        raise ImportError("the unit that runs this tape is of another version of mechc")
     cdef const mechc_model *model = opener.open(<const unsigned char *>tape, len(tape), &why)
     if model == NULL:
         raise ImportError(f"the tape of this scene cannot be run: {why.decode()}")
@@ -313,12 +319,13 @@ cdef class Scene:
         cdef const mechc_part *part = <const mechc_part *>PyCapsule_GetPointer(capsule, PART)
         mechc_join(self.joined, part.unit, part.parts)
 
-    def wait(self, batches=True, series=False):
+    def wait(self, batches=True, series=False, int together=0):
         """Return when all that runs, or also batches, need is loaded, and in the cache for others.
 
-        ``series``: runs by themselves begin by their Taylor series.
+        ``series``: runs by themselves begin by their Taylor series; ``together``: the parts for
+        members side by side.
         """
-        cdef int parts = FOR_BATCHES if batches else FOR_RUNS
+        cdef int parts = FOR_BATCHES | together if batches else FOR_RUNS
         if not batches and self.general is not None:
             return
         if series:

@@ -204,7 +204,10 @@ class System(Description):
 
     def wait(self, *, batches: bool = True) -> None:
         """Return when what runs, or also batches, need is in the cache for other processes."""
-        self.scene.wait(batches, self.prefers_series)
+        together = 0
+        if self.data.get("lockstep") and not self.data.get("switches"):
+            together = PARTS["sweeps"] | (PARTS["taylor_lanes"] if self.data.get("taylor") else 0)
+        self.scene.wait(batches, self.prefers_series, together)
 
     @property
     def picture(self) -> Picture:

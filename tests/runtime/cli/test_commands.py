@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 import tomllib
+from importlib.machinery import EXTENSION_SUFFIXES
 from importlib.metadata import PackageNotFoundError
 from importlib.util import find_spec
 from types import SimpleNamespace
@@ -285,10 +286,10 @@ def test_doctor_says_what_is_wrong_and_fails(capsys, here, monkeypatch):
 
 
 def test_doctor_says_what_runs_without_a_compiler(capsys, here, monkeypatch):
-    (here / "open_avx2.so").touch()
-    (here / "loops_avx512.so").touch()
+    (here / f"open_avx2{EXTENSION_SUFFIXES[0]}").touch()
+    (here / f"loops_avx512{EXTENSION_SUFFIXES[0]}").touch()
     monkeypatch.setattr(entries, "_INSTALLED", here)
-    monkeypatch.setattr(doctor, "native", lambda: SimpleNamespace(lanes=4))
+    monkeypatch.setattr(entries, "native", lambda: SimpleNamespace(lanes=4))
     monkeypatch.setattr(toolchain, "find_compiler", lambda: None)
     assert main(["doctor"]) == 0
     told = {line[5:].split("  ")[0]: line for line in capsys.readouterr().out.splitlines()}

@@ -148,6 +148,8 @@ def of_batches(model, end):
                 reduce=[f"max({speed})", f"mean({speed})"],
             )  # fmt: skip
             arrays = {name: values.tobytes() for name, values in batch.arrays.items()}
+            if batch.method == "taylor in lockstep":  # alone until it is compiled: other work
+                del arrays["rhs_evaluations"], arrays["closure_iterations"]
             found[method, lockstep] = arrays
     return found
 
@@ -170,8 +172,9 @@ def test_batches_go_over_from_tapes_to_parts_of_the_scenes_own(own_cache, descri
     general = of_batches(model, end)
     assert members.goes_over
     model.wait_compiled()
-    assert of_batches(model, end) == general
+    model.simulate_batch(end, model.assemble()[None])
     assert not members.goes_over
+    assert of_batches(model, end) == general
 
 
 def test_a_thread_with_a_small_stack_runs_by_the_general_unit():

@@ -35,9 +35,10 @@ WIDER = (
 )
 
 
-def instruction_sets() -> tuple[InstructionSet, ...]:
+def instruction_sets(machine: str | None = None) -> tuple[InstructionSet, ...]:
     """The baseline and, on x86-64, wider sets, among which a program chooses at start."""
-    return (BASELINE, *WIDER) if platform.machine() in {"x86_64", "AMD64"} else (BASELINE,)
+    machine = machine or platform.machine()
+    return (BASELINE, *WIDER) if machine.lower() in {"x86_64", "amd64"} else (BASELINE,)
 
 
 def sets_of_this_processor() -> tuple[InstructionSet, ...]:

@@ -7,7 +7,7 @@
 #include "run.h"
 #include "variation.h"
 
-#define MECHC_ABI 20
+#define MECHC_ABI 21
 #define MECHC_CAPSULE "mechc.model.11"
 
 /* Arrays of states are walked with a stride in doubles; stride 0 repeats one row. */

@@ -205,8 +205,8 @@ MECHC_INLINE real FN(conditioning)(const FN(place) *place)
 MECHC_INLINE real FN(regularity_at)(const FN(place) *place)
 {
 #if MECHC_BLOCKS_CODE
-    const rmask clear = place->rows.clear;
     if (MECHC_ROW_BLOCKS > 0) {
+        const rmask clear = place->rows.clear;
         if (!R_ANY(~clear)) return R(MECHC_SAFE_SINE);
         return R_SELECT(clear, R(MECHC_SAFE_SINE), FN(conditioning_at)(place));
     }

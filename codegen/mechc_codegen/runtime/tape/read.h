@@ -89,6 +89,7 @@ static const char *mechc_read_counts(mechc_tape_reader *reader)
                        "its counts contradict each other");
     MECHC_TAPE_REQUIRE(!MECHC_KIND_ONE_FREEDOM || c->nc == c->nu - 1, "it is of another kind");
     MECHC_TAPE_REQUIRE((c->nc > 0) == MECHC_KIND_ROWS && (c->nh > 0) == MECHC_KIND_LOOPS, "it is of another kind");
+    MECHC_TAPE_REQUIRE(!c->own || !c->nc || c->multipliers, "its counts contradict each other");
     MECHC_TAPE_REQUIRE((!c->row_blocks || c->nc <= c->nu) && (!c->identity_kinematics || c->nq == c->nu),
                        "its counts contradict each other");
     return NULL;
@@ -329,7 +330,7 @@ static int mechc_jacobian_fits(const mechc_tape_reader *reader, const mechc_tape
         return o->width == c->own * columns
             && mechc_tape_fits(reader, by->own, MECHC_TAPE_OF_solved, c->own * (columns + motion));
     return o->width == (c->nq + c->nu) * columns
-        && (by->rates == -1 || mechc_tape_fits(reader, by->rates, MECHC_TAPE_OF_plain, c->nq * columns));
+        && (by->rates == -1 ? c->identity_kinematics : mechc_tape_fits(reader, by->rates, MECHC_TAPE_OF_plain, c->nq * columns));
 }
 
 static const char *mechc_read_outputs(mechc_tape_reader *reader, mechc_tapes *tapes)

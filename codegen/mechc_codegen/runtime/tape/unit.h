@@ -40,12 +40,14 @@ mechc_series_counts mechc_series_of_scene;
 MECHC_ONCE void mechc_tape_jacobian_at(const mechc_tape_jacobian *by, int own, double t, const double *q,
                                        const double *u, const mechc_scalar_given *given, double *out)
 {
-    enum { MOST = MECHC_NX_MAX > MECHC_NP_MAX ? MECHC_NX_MAX : MECHC_NP_MAX };
+    enum { MOST = MECHC_NX_MAX + MECHC_NP_MAX + MECHC_NI_MAX };
     mechc_scalar_place place;
-    double a[MECHC_NU_MAX], l[MECHC_AT_LEAST_ONE(MECHC_NC_MAX)];
+    double a[MECHC_NU_MAX], l[MECHC_AT_LEAST_ONE(MECHC_NC_MAX)] = {0};
     double residual[MECHC_MOTION_MAX * MOST], response[MECHC_MOTION_MAX * MOST];
     double partials[MECHC_OWN_MAX * (MECHC_MOTION_MAX + MOST)];
-    const int columns = by->columns;
+    const int columns = by->columns, motion = MECHC_NU + MECHC_NC;
+    memset(residual, 0, (size_t)(motion * columns) * sizeof *residual); /* which a tape may leave out */
+    memset(partials, 0, (size_t)(MECHC_OWN * (columns + motion)) * sizeof *partials);
     mechc_scalar_solve(t, q, u, given, &place, a, l);
     mechc_scalar_tape_output(by->residual, t, q, u, given, a, l, residual);
     mechc_scalar_respond(&place, residual, columns, response);
@@ -65,7 +67,7 @@ static void mechc_tape_evaluate_one(int number, double t, const double *q, const
 {
     const mechc_tape_output *output = mechc_of_tapes.outputs + number;
     mechc_scalar_place place;
-    double a[MECHC_NU_MAX], l[MECHC_AT_LEAST_ONE(MECHC_NC_MAX)];
+    double a[MECHC_NU_MAX], l[MECHC_AT_LEAST_ONE(MECHC_NC_MAX)] = {0};
     switch (output->way) {
     case MECHC_BY_RATES: mechc_scalar_output_rates(t, q, u, given, out); return;
 #if MECHC_NC_MAX > 0

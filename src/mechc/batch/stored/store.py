@@ -115,7 +115,7 @@ def _claim(system: System, recipe: Recipe, folder: Path, size: int) -> None:
     from mechc import __version__
 
     notes = folder / NOTES
-    system.wait()
+    system.wait(batches=False)
     request = {
         "format": FORMAT,
         "mechc": __version__,

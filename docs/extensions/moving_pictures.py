@@ -7,7 +7,6 @@ is drawn; on the page of the scene itself `sol.animate()` plays.
 from __future__ import annotations
 
 import io
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -46,13 +45,16 @@ def seen(sol: mechc.Solution) -> tuple[PlaneView, Run]:
     rows = np.linspace(0, len(fine.t) - 1, FRAMES).round().astype(int)
     run = Run(sol, fine.t[rows], fine.y[rows])
     view = plane_view(run)
-    return (replace(view, positions=oblique(run, view)) if view.projected else view), run
+    spatial = view.projected
+    return (Oblique(view.points, view.names, view.axes, spatial) if spatial else view), run
 
 
-def oblique(run: Run, view: PlaneView) -> np.ndarray:
-    """Spatial positions with the third axis drawn aslant at half its length."""
-    depth = next(k for k, axis in enumerate("xyz") if axis not in "".join(view.axes))
-    return view.positions + run.positions[..., depth, None] * SLANT
+class Oblique(PlaneView):
+    """Spatial points with the third axis drawn aslant at half its length."""
+
+    def of(self, vectors: np.ndarray) -> np.ndarray:
+        depth = next(k for k, axis in enumerate("xyz") if axis not in "".join(self.axes))
+        return super().of(vectors) + vectors[..., depth, None] * SLANT
 
 
 def window(view: PlaneView, k: int) -> tuple[np.ndarray, np.ndarray]:

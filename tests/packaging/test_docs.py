@@ -1,10 +1,13 @@
 """The examples of the guide run as they stand, page by page, and every public name has one."""
 
 import re
+import runpy
 
+import numpy as np
 import pytest
 
 import mechc
+from mechc.results.sampling import PlaneView
 from tests.support import ROOT
 
 DOCS = ROOT / "docs"
@@ -179,3 +182,15 @@ def test_the_table_of_a_class_names_its_public_attributes(page, described, left_
     named += re.findall(r":(?:meth|attr):`(\w+)`", described.__doc__)
     public = {name for name in dir(described) if not name.startswith("_")}
     assert {*named} == public - left_out
+
+
+def test_a_moving_picture_of_the_gallery_shows_a_spatial_motion_aslant(tmp_path):
+    pictures = runpy.run_path(str(ROOT / "docs" / "extensions" / "moving_pictures.py"))
+    sol = mechc.load("heavy_top").simulate(1.0, {"theta": 0.5, "w_z": 20.0})
+    view, run = pictures["seen"](sol)
+    depth = next(k for k, axis in enumerate("xyz") if axis not in "".join(view.axes))
+    assert view.projected
+    aslant = view.positions - PlaneView.of(view, run.positions)
+    np.testing.assert_allclose(aslant, run.positions[..., depth, None] * pictures["SLANT"])
+    pictures["write"](sol, str(tmp_path / "motion.gif"))
+    assert (tmp_path / "motion.gif").stat().st_size > 1000

@@ -115,7 +115,7 @@ class BuildScenes(build_ext):
 
     def generate(self, extension):
         from mechc_codegen import build_scene, shipped_mechanism
-        from mechc_codegen.extension.flags import runtime_headers
+        from mechc_codegen.extension.flags import FLAGS, runtime_headers
 
         name = extension.name.removeprefix(SCENES)
         folder = Path(self.build_temp).resolve() / "scenes" / name
@@ -127,8 +127,6 @@ class BuildScenes(build_ext):
         extension.sources = [str(wrapper)]
         extension.include_dirs = [str(folder), str(RUNTIME)]
         extension.depends = [*texts, *runtime_headers()]
-        from mechc_codegen.extension.flags import FLAGS
-
         files = {name: [*FLAGS, *flags] for name, flags in build.flags.items()}
         self.builds[extension.name] = (folder, files)
 

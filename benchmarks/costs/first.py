@@ -4,12 +4,13 @@
 
 In a process of its own, of each mechanism of the library as a description of one's own: from
 `compile` to the end of the first `simulate`, in seconds by the clock, and in parentheses of the
-processor, the compiler's too; with an empty cache.  Import of mechc and making the description are
-not counted.  Then each stage by itself: the derivation, with C and the tape as its result, and the
-compiler's by the part of the unit.  Of these a first motion needs the first unit, which is the tape
-where the scene has a kind; else the driver too, and collocation or `taylor`.  Last, in processor
-time, how many times as long a motion by each method, a batch and the outputs of its states take by
-the tape as by own parts; the numbers have to be the same.
+processor, the compiler's too, and to the end of a first batch of a thousand members; with an empty
+cache.  Import of mechc and making the description are not counted.  Then each stage by itself: the
+derivation, with C and the tape as its result, and the compiler's by the part of the unit.  Of these
+a first motion needs the first unit, which is the tape where the scene has a kind; else the driver
+too, and collocation or `taylor`.  Last, in processor time, how many times as long a motion by each
+method, a batch and the outputs of its states take by the tape as by own parts; the numbers have to
+be the same.
 
 The script ``costs`` asks for the first value of the right-hand side, in new processes too.
 
@@ -40,7 +41,7 @@ FIRST = "first unit"
 DURATION = 0.01  # s of motion: it is the wait that counts
 RUNS, LONG, OF_RUNS = 20, 5.0, {"andrews": 0.03}  # s of motion that are timed by the tape
 METHODS, BATCH, OUTPUTS = ("auto", "dop853", "gauss8"), "batch", "outputs"
-MEMBERS = 64
+MEMBERS, FIRST_MEMBERS = 64, 1000
 LIMITS = {"cold": 1.5, "cached": 0.020}  # s
 STAGES = (
     "import mechc", "read", "describe", "derive", "differentiate", "optimize", "emit",
@@ -66,7 +67,8 @@ def line(row: dict[str, Any]) -> str:
         f"{stage} {clock:.2f} ({processor:.2f})"
         for stage, (clock, processor) in row["stages"].items()
     )
-    wait = f"{row['wait']:.2f} s ({row['processor']:.2f})"
+    wait = f"{row['wait']:.2f} s ({row['processor']:.2f}), batch {row['batch']:.2f} s"
+    wait += f", {row['compiled_batch']:.2f} where its parts are compiled before"
     ratios = ", ".join(f"{method} {ratio:.1f}" for method, ratio in row["by_tape"].items())
     return f"{row['name']}: {wait}; {stages}; by its tape over own parts: {ratios}"
 
@@ -76,8 +78,13 @@ def first_motion(name: str) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         seconds = process(name, Path(folder), "motion")["seconds"]
         by_tape = process(name, Path(folder), "tape")["ratios"]
+    batches = {}
+    for until in ("batch", "compiled batch"):
+        with tempfile.TemporaryDirectory() as folder:
+            batches[until] = process(name, Path(folder), until)["seconds"]["first value"]
     return {
         "name": name, "wait": seconds["first value"], "processor": seconds["processor"],
+        "batch": batches["batch"], "compiled_batch": batches["compiled batch"],
         "stages": stages_apart(name), "by_tape": by_tape,
     }  # fmt: skip
 
@@ -137,7 +144,8 @@ def least(runs: Iterable[dict[str, Any]], stages: Iterable[str] = STAGES) -> dic
 def process(form: str, cache: Path, until: str = "value") -> dict[str, Any]:
     """Seconds and the value in a separate process.
 
-    ``until``: the first value, the end of the first "motion", or the "whole" being compiled; or
+    ``until``: the first value, the end of the first "motion" or "batch", or of one after parts for
+    it are compiled ("compiled batch"), or the "whole" being compiled; or
     motions are timed by the "tape" and by own parts.
     """
     command = [*module_command("costs", "first"), form, until]
@@ -158,7 +166,12 @@ def one(form: str, until: str) -> None:
     if until == "tape":
         print(json.dumps({"ratios": by_tape(model, OF_RUNS.get(form, LONG))}))
         return
-    if until == "motion":
+    if until in ("batch", "compiled batch"):
+        if until == "compiled batch":
+            model.wait_compiled()
+        starts = np.tile(model.assemble(), (FIRST_MEMBERS, 1))
+        value = model.simulate_batch(OF_RUNS.get(form, LONG), starts, progress=False).y[-1]
+    elif until == "motion":
         value = model.simulate(DURATION, model.assemble()).y[-1]
     else:
         state = np.linspace(0.3, 0.8, len(model.coordinates) + len(model.speeds))

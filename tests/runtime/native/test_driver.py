@@ -96,10 +96,8 @@ def cornered():
     return scenes.bead_with(f * Abs(q) ** Rational(3, 2) + jump * Max(q, 0.1) / (2 + cos(q) ** 5))
 
 
-@pytest.mark.parametrize("described", [lambda: scenes.swing(guided=True), cornered])
-def test_outputs_by_a_tape_have_the_bits_of_those_compiled_in_lanes(own_cache, described):
-    model = mechc.compile(described())
-    native = model.system.scene.evaluator
+def by_tape_and_in_lanes(model, native):
+    """The outputs of eleven states by a tape, after they were the same when compiled in lanes."""
     assert native.serves_runs
     states = np.random.default_rng(4).uniform(-1.0, 1.0, (11, native.width))
     p, t = np.array([[model.defaults[name] for name in model.parameters]]), np.zeros(1)
@@ -107,6 +105,13 @@ def test_outputs_by_a_tape_have_the_bits_of_those_compiled_in_lanes(own_cache, d
     native.need(PARTS["outputs"])
     for name, found in by_tape.items():
         assert native.evaluate(name, t, states, p).tobytes() == found.tobytes(), name
+    return by_tape
+
+
+@pytest.mark.parametrize("described", [lambda: scenes.swing(guided=True), cornered])
+def test_outputs_by_a_tape_have_the_bits_of_those_compiled_in_lanes(own_cache, described):
+    model = mechc.compile(described())
+    by_tape_and_in_lanes(model, model.system.scene.evaluator)
 
 
 @pytest.mark.parametrize(
@@ -123,16 +128,9 @@ def test_jacobians_by_a_tape_have_the_bits_of_those_compiled_in_lanes(
     own = dynamicsymbols(speed).diff() * sin(dynamicsymbols(angle))
     model = mechc.compile(described(), outputs={"own": own})
     native = model.system.including("state_jacobian", "parameter_jacobian").scene.evaluator
-    assert native.serves_runs
-    states = np.random.default_rng(4).uniform(-1.0, 1.0, (11, native.width))
-    p, t = np.array([[model.defaults[name] for name in model.parameters]]), np.zeros(1)
-    names = [name for name in native.outputs if name.endswith(("state_jacobian", "r_jacobian"))]
-    assert {"state_jacobian", "own_state_jacobian", "own_parameter_jacobian"} <= set(names)
-    by_tape = {name: native.evaluate(name, t, states, p) for name in names}
-    native.need(PARTS["outputs"])
-    for name, found in by_tape.items():
-        assert np.any(found), name
-        assert native.evaluate(name, t, states, p).tobytes() == found.tobytes(), name
+    found = by_tape_and_in_lanes(model, native)
+    for name in ("state_jacobian", "own_state_jacobian", "own_parameter_jacobian"):
+        assert np.any(found[name]), name
 
 
 def of_batches(model, end):

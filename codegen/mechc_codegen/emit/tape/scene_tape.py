@@ -10,7 +10,7 @@ import json
 import re
 import struct
 from array import array
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from importlib.resources import files
 from itertools import chain
 from typing import Any
@@ -45,6 +45,8 @@ OUTPUT, DEFAULT = "solved", "default"
 _OF_STATES = ("plain", OUTPUT, DEFAULT)
 PLAIN, SOLVED, RATES, MULTIPLIERS, JACOBIAN, OWN_JACOBIAN = range(6)  # how outputs are evaluated
 _BY_RUNTIME = {"rates": RATES, "multipliers": MULTIPLIERS}
+_BY_RUNTIME |= dict.fromkeys(JACOBIANS, JACOBIAN)
+_BY_RUNTIME |= {f"own_{name}": OWN_JACOBIAN for name in JACOBIANS}
 _RUNTIME = files("mechc_codegen") / "runtime"
 _LIMITS = {
     name: float(value)
@@ -103,7 +105,9 @@ class _Writer:
                     index[name] = self._function(name, lines)
         series = self._series(index)
         jacobians = dict(self._jacobians(index))
-        outputs, names = self._outputs(index, list(jacobians))
+        for number, name in enumerate(jacobians):  # outputs that name it, not a function
+            index[name] = index[f"own_{name}"] = number
+        outputs, names = self._outputs(index)
         defaults = list(self._defaults())
         if len(self.numbers) > MOST:
             raise NoTapeError
@@ -170,16 +174,11 @@ class _Writer:
             if residual >= 0:
                 yield name, (count, first, rates, residual, own)
 
-    def _outputs(
-        self, index: Mapping[str, int], jacobians: Sequence[str]
-    ) -> tuple[list[tuple[int, int, int, int]], bytes]:
+    def _outputs(self, index: Mapping[str, int]) -> tuple[list[tuple[int, int, int, int]], bytes]:
         """Of each output its way, its function, its width, and where its name begins."""
         functions = self.functions
         rows = [(label, width, PLAIN) for label, width in label_widths(functions, of_motion=False)]
-        for label, width in functions.by_runtime():
-            own = label.startswith("own_")
-            index = {**index, label: _place(jacobians, label.removeprefix("own_"))}
-            rows.append((label, width, _BY_RUNTIME.get(label, OWN_JACOBIAN if own else JACOBIAN)))
+        rows += [(label, width, _BY_RUNTIME[label]) for label, width in functions.by_runtime()]
         rows += [(label, width, SOLVED) for label, width in label_widths(functions, of_motion=True)]
         found, names = list[tuple[int, int, int, int]](), b""
         if len(rows) > MOST_OUTPUTS or max(width for _, width, _ in rows) > WIDEST:
@@ -199,10 +198,6 @@ class _Writer:
                 continue
             loads = [let(symbols[j].name, named("p")[j]) for j in held]
             yield i, self._function(DEFAULT, [*loads, put(named("out")[0], printer.real(value))])
-
-
-def _place(names: Sequence[str], name: str) -> int:
-    return names.index(name) if name in names else -1
 
 
 def _section(content: bytes) -> bytes:

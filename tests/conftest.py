@@ -15,6 +15,7 @@ from tests.support.compilers.compilation import (
     compile_as_for_users,
     compile_less_optimised,
 )
+from tests.support.costs import Costs
 
 # --hypothesis-profile=thorough: ten times the random mechanisms, others at every run
 settings.register_profile("usual", deadline=None, derandomize=True, print_blob=True)
@@ -37,6 +38,10 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         help="fuzzers and fault injection: all of their cases, and others at every run",
     )
     parser.addoption("--seed", type=int, help="of the fuzzers' cases, to see one again")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.pluginmanager.register(Costs())
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from mechc.compilation.event_unit import typed_expression
+from mechc.compilation.event_tapes import typed_expression
 from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.errors import ValueOutOfBoundsError
 from mechc.files import replacing, written_into

@@ -527,7 +527,7 @@ def _run_events(
     events = with_own_contacts(events, system.data, system.cache)
     if isinstance(events, (tuple, list)) and not events:
         return None
-    from mechc.compilation.event_unit import COMPILER
+    from mechc.compilation.event_tapes import COMPILER
 
     found = run_events(events, system, p, Compiler(*COMPILER))
     refuse_backwards(found.laws, span)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from functools import cache
 
 import mpmath
+import numpy as np
 from mechc_codegen.derive.differentiate import differentiate
 from mechc_codegen.derive.equations import Equations
 from mechc_codegen.derive.kane import derive
@@ -29,6 +30,8 @@ from sympy.physics.mechanics import (
     dynamicsymbols,
     inertia,
 )
+
+import mechc
 
 EVERYTHING: Mapping[str, bool | str] = {
     "crank_torque": True,
@@ -113,6 +116,16 @@ def bead_with(load: Expr, *, default: Expr | float = 1.0, name: str = "f") -> Me
     q, u = dynamicsymbols("q u")
     parameter = Parameter(Symbol(name), default, ONE)
     return _bead(1, (q, 0), (u, 0), lambda r: load * r.x, parameter)
+
+
+def bead_over_tables() -> Mechanism:
+    """A bead under forces by tables: a spline, lines that repeat, a surface of two numbers."""
+    q, u = dynamicsymbols("q u")
+    at, over = np.linspace(-3.0, 3.0, 7), np.linspace(-2.0, 2.0, 5)
+    curve = mechc.Table(at, np.sin(at))
+    lines = mechc.Table(at, np.abs(at) - 1.0, kind="linear", outside="repeat")
+    surface = mechc.Table(at, over, np.cos(np.add.outer(at, over)), outside=("hold", "extend"))
+    return bead_with(-q + curve(q) + Symbol("f") * lines(2 * q + 0.1) - surface(q, u))
 
 
 def drawn_bead() -> Mechanism:

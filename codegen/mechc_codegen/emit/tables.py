@@ -1,48 +1,18 @@
-"""Lookup tables in C: their data, and a function for each derivative that a program contains.
+"""Lookup tables in C and in tapes: their data, and each derivative that a program contains.
 
-Input: expressions.  Output: C text.  Invariant: lanes call the function that a single double does,
-so both have the same bits.
+Input: expressions.  Output: C text, or numbers.  Invariant: ``runtime/simd/lookup.h`` evaluates
+both, in lanes too, so that all have the same bits.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from functools import reduce
-from math import perm
+from collections.abc import Iterable, Sequence
+from itertools import chain
 from textwrap import fill
 
 from sympy import Expr
 
 from mechc_codegen.description.tables import Lookup, TableData
-from mechc_codegen.emit.expressions import (
-    Line,
-    Value,
-    call,
-    let,
-    named,
-    number,
-    put,
-    stride,
-    texts,
-    total,
-    without_unused,
-)
-
-_PIECE = """\
-/* The last piece that begins at x or below; the first one for all that is below. */
-MECHC_ONCE int mechc_piece_at(const double *starts, int count, double x)
-{
-    int low = 0, high = count;
-    while (high - low > 1) {
-        const int middle = (low + high) / 2;
-        if (x >= starts[middle])
-            low = middle;
-        else
-            high = middle;
-    }
-    return low;
-}
-"""
 
 
 def lookups(expressions: Iterable[Expr]) -> list[type[Lookup]]:
@@ -56,14 +26,19 @@ def table_text(functions: Sequence[type[Lookup]]) -> str:
     if not functions:
         return ""
     tables = {each.table.digest: each.table for each in functions}
-    parts = [_PIECE, *map(_data, tables.values()), *map(_function, functions)]
-    return "\n".join(["#ifndef MECHC_LOOKUP", "#define MECHC_LOOKUP", *parts, "#endif\n"])
+    parts = [*map(_data, tables.values()), *map(_function, functions)]
+    head = ["#ifndef MECHC_LOOKUP", "#define MECHC_LOOKUP", '#include "simd/lookup.h"']
+    return "\n".join([*head, *parts, "#endif\n"])
 
 
 def _data(table: TableData) -> str:
-    name = f"table_{table.digest}"
-    rows = [(f"{name}_{axis}", starts) for axis, starts in zip("xy", table.starts, strict=False)]
-    return "".join(_array(*row) for row in (*rows, (f"{name}_c", table.coefficients)))
+    name, axes = f"table_{table.digest}", list[str]()
+    text = _array(f"{name}_c", table.coefficients)
+    for axis, starts, period in zip("xy", table.starts, table.periods, strict=False):
+        text += _array(f"{name}_{axis}", starts)
+        axes.append(f"{{{name}_{axis}, {len(starts)}, {period or 0.0!r}}}")
+    values = f"{len(axes)}, {table.degree}, {{{', '.join(axes)}}}, {name}_c"
+    return f"{text}static const mechc_table {name} = {{{values}}};\n"
 
 
 def _array(name: str, values: Sequence[float]) -> str:
@@ -72,45 +47,30 @@ def _array(name: str, values: Sequence[float]) -> str:
 
 
 def _function(function: type[Lookup]) -> str:
-    table, name = function.table, f"table_{function.table.digest}"
-    axes = "xy"[: len(table.starts)]
-    lines = [line for k, axis in enumerate(axes) for line in _piece_lines(table, k, axis)]
-    place = total([named(f"{name}_c"), *_strides(table, axes)])
-    lines.append(let("c", place, "const double *const"))
-    arguments = ", ".join(f"double {axis}" for axis in axes)
-    value = _polynomial(table, function.orders, axes)
-    lines = without_unused([*lines, Line((f"return {value};",), (), value.reads)])
-    body = "\n".join(f"    {line}" for line in texts(lines))
-    return f"MECHC_ONCE double {function.__name__}({arguments})\n{{\n{body}\n}}\n"
+    orders, arguments = (*function.orders, 0)[:2], ["x", "y"][: len(function.orders)]
+    head = f"MECHC_ONCE double {function.__name__}({', '.join(f'double {x}' for x in arguments)})"
+    given = [f"&table_{function.table.digest}", *map(str, orders), *arguments, "0.0"][:5]
+    return f"{head}\n{{\n    return mechc_lookup({', '.join(given)});\n}}\n"
 
 
-def _piece_lines(table: TableData, k: int, axis: str) -> Iterator[Line]:
-    array, starts, period = named(f"table_{table.digest}_{axis}"), table.starts[k], table.periods[k]
-    x, piece = named(axis), f"piece_{axis}"
-    if period is not None:
-        yield put(x, x - period * call("floor", (x - starts[0]) / period))
-    found = call("mechc_piece_at", array, number(len(starts)), x)
-    yield let(piece, found, "const int")
-    yield let(f"h_{axis}", x - array[named(piece)], "const double")
-
-
-def _strides(table: TableData, axes: str) -> Iterator[Value]:
-    width = (table.degree + 1) ** len(axes)
-    for k, axis in enumerate(axes):
-        inner = 1
-        for starts in table.starts[k + 1 :]:
-            inner *= len(starts)
-        yield stride(named(f"piece_{axis}"), width * inner)
-
-
-def _polynomial(table: TableData, orders: Sequence[int], axes: str, first: int = 0) -> Value:
-    """A polynomial, by Horner's rule in each argument."""
-    if not axes:
-        return named("c")[first]
-    inner = (table.degree + 1) ** (len(axes) - 1)
-    terms = list[Value]()
-    for n in range(table.degree, orders[0] - 1, -1):
-        factor = _polynomial(table, orders[1:], axes[1:], first + n * inner)
-        weight = perm(n, orders[0])
-        terms.append(factor if weight == 1 else float(weight) * factor)
-    return reduce(lambda sum_, term: sum_ * named(f"h_{axes[0]}") + term, terms)
+def table_rows(
+    functions: Sequence[type[Lookup]],
+) -> tuple[list[tuple[int, ...]], list[float]]:
+    """The same as data for tapes: ``mechc_tape_table`` of each function, and the numbers."""
+    rows, numbers, begin = list[tuple[int, ...]](), list[float](), dict[str, list[int]]()
+    for each in functions:
+        table = each.table
+        if table.digest not in begin:
+            begin[table.digest] = []
+            lists = [
+                [*starts, period or 0.0]
+                for starts, period in zip(table.starts, table.periods, strict=True)
+            ]
+            for values in (*lists, table.coefficients):
+                begin[table.digest].append(len(numbers))
+                numbers += values
+        *starts, coefficients = begin[table.digest]
+        pieces = map(len, table.starts)
+        pairs = chain.from_iterable((*two, 0)[:2] for two in (each.orders, pieces, starts))
+        rows.append((len(starts), table.degree, *pairs, coefficients))
+    return rows, numbers

@@ -23,7 +23,7 @@ from mechc_codegen.emit.expressions import Line, let, named, put, texts, total
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.printer import RealPrinter
 from mechc_codegen.emit.tables import lookups
-from mechc_codegen.emit.units.event_unit import event_functions
+from mechc_codegen.emit.units.event_functions import event_functions
 from mechc_codegen.errors import CodegenError
 from mechc_codegen.export.amalgamate import included_headers
 from mechc_codegen.export.description import build_description, model_description
@@ -179,12 +179,8 @@ def event_parts(functions: SceneFunctions, events: FmuEvents) -> dict[str, Any]:
     policy = _array(f"{{{_c_number(direction)}, 0, {contact}}}" for direction, contact in policies)
     table = "mechc_contact_quantities" if contacts else "0"
     numbers = [list(events.contacts).index(k) for k in range(contacts)]
-    unit = (
-        f"MECHC_EVENTS_ABI, {width}, {len(symbols.parameters)}, {count}, mechc_functions, {table}"
-    )
     tables = [
         f"static const mechc_event_policy policy[] = {{{policy}}};",
-        f"static const mechc_event_unit event_unit = {{{unit}}};",
         f"static const unsigned char has_gap[] = {{{_array(map(int, events.has_gap))}}},",
         f"    has_friction[] = {{{_array(map(int, events.has_friction))}}},",
         f"    is_linear[] = {{{_array(map(int, events.is_linear))}}};",
@@ -197,7 +193,7 @@ def event_parts(functions: SceneFunctions, events: FmuEvents) -> dict[str, Any]:
     return {
         **found,
         "events": "\n\n".join([text, "\n".join(tables)]),
-        "event_table": f"&event_unit, policy, {laws}",
+        "event_table": f"mechc_functions, policy, {laws}",
     }
 
 

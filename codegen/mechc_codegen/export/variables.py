@@ -14,7 +14,7 @@ from itertools import product
 from typing import Any
 
 from mechc_codegen.emit.metadata import distinct
-from mechc_codegen.emit.units.event_unit import EventExpressions
+from mechc_codegen.emit.units.event_functions import EventExpressions
 
 VERSIONS = ("3.0", "2.0")
 _DRIFT = (

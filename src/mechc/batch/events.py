@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mechc.compilation.event_unit import COMPILER
+from mechc.compilation.event_tapes import COMPILER
 from mechc.errors import MechcError
 from mechc.simulation.events.event import Event
 from mechc.simulation.events.expressions import changes_parameters, is_of_expressions

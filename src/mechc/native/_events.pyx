@@ -1,7 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, initializedcheck=False
-"""Events of motions, and the laws of contacts: compiled functions, and functions of Python."""
-
-from os import fsencode
+"""Events of motions, and the laws of contacts: tapes, and functions of Python."""
 
 import numpy as np
 
@@ -10,12 +8,11 @@ from libc.stdlib cimport calloc, free
 from libc.string cimport memcpy
 from mechc.native._driver cimport Scene
 from mechc.native._hybrid cimport (
-    MECHC_EVENTS_ABI, mechc_event_functions, mechc_event_unit, mechc_impulses
+    mechc_contacts_by_tape, mechc_event_functions, mechc_event_policy, mechc_event_tapes, mechc_impulses,
+    mechc_operation, mechc_reset_by_tape, mechc_slopes_by_tape, mechc_tape, mechc_tape_code, mechc_tape_table,
+    mechc_value_by_tape
 )
 from mechc.native._inputs cimport array_of
-from mechc.native._shared_object cimport (
-    mechc_close_shared, mechc_find_shared, mechc_open_shared, shared_error
-)
 
 
 def impulses(const double[:, ::1] a, const double[::1] w, const double[::1] e, bint poisson=False):
@@ -43,34 +40,34 @@ def impulses(const double[:, ::1] a, const double[::1] w, const double[::1] e, b
     return out
 
 
-cdef class EventFunctions:
-    """The functions in a shared object, which stays loaded with the process.
+cdef class EventTapes:
+    """Functions of events and of contacts as tapes, made by this process: they are not checked.
 
-    Raises ImportError if it cannot be loaded or was compiled for another ABI.
-
-    Attributes
+    Parameters
     ----------
-    source
-        The C that it was compiled from.
+    width, parameters
+        Of the state and the parameters that they are given.
+    numbers : (k, 3)
+        Of each event the tapes of its value, its slopes and its reset, -1 without.
+    contacts
+        The tape of the quantities of all contacts, or -1.
+    code
+        Operations, tapes, tables, constants, and the numbers of tables, as ``runtime/tape/tape.h`` has them.
     """
 
-    def __init__(self, path, str source):
-        self.source = source
-        cdef bytes name = fsencode(path)
-        cdef void *library = mechc_open_shared(name)
-        self.unit = NULL
-        if library != NULL:
-            self.unit = <const mechc_event_unit *>mechc_find_shared(library, b"mechc_events")
-        if self.unit != NULL and self.unit.abi == MECHC_EVENTS_ABI:
-            return
-        why = "it has another ABI" if self.unit != NULL else shared_error()
-        self.unit = NULL
-        if library != NULL:
-            mechc_close_shared(library)
-        raise ImportError(f"{path} cannot be loaded: {why}")
+    def __init__(self, int width, int parameters, const int[:, ::1] numbers, int contacts, tuple code):
+        cdef const unsigned char[::1] operations, tapes, tables, constants, of_tables
+        self.width, self.parameters, self.contacts, self.numbers = width, parameters, contacts, numbers
+        self.kept = tuple(np.frombuffer(part + bytes(8), np.uint8) for part in code)
+        operations, tapes, tables, constants, of_tables = self.kept
+        self.code = mechc_tape_code(
+            <const mechc_operation *>&operations[0], <const mechc_tape *>&tapes[0],
+            <const mechc_tape_table *>&tables[0], <const double *>&constants[0],
+            <const double *>&of_tables[0],
+        )
 
     def __len__(self):
-        return self.unit.count
+        return self.numbers.shape[0]
 
 
 cdef double call_value(void *given, double t, const double *y, const double *p) noexcept with gil:
@@ -135,10 +132,10 @@ cdef class Events:
         Positive: only where the function grows; negative: only where it falls; 0: both.
     terminal : (k,)
         How many zeros of each end a motion, 0 for none.
-    unit
-        Compiled functions, or None.
+    tapes
+        :class:`EventTapes`, or None.
     callbacks
-        Of each event None, or two functions of Python in place of those of the unit: its value by t, y
+        Of each event None, or two functions of Python in place of its tapes: its value by t, y
         and p, and the state and the parameters after its reset by the same; each may be None.
     contacts : (k,)
         Of each event the number of the contact that it is, or -1.
@@ -147,7 +144,7 @@ cdef class Events:
     poisson
         Whether impacts follow Poisson's law of restitution.
     table
-        Where the laws of contacts are not compiled, their quantities (n, 8 + nq + nu) by t, (q, u, q')
+        Where the laws of contacts have no tape, their quantities (n, 8 + nq + nu) by t, (q, u, q')
         and p.
 
     Attributes
@@ -163,7 +160,7 @@ cdef class Events:
         self.functions, self.policy, self.called = NULL, NULL, NULL
 
     def __init__(self, Scene scene, const double[::1] directions, const long[::1] terminal,
-                 EventFunctions unit, list callbacks, const int[::1] contacts,
+                 EventTapes tapes, list callbacks, const int[::1] contacts,
                  const unsigned char[::1] has_gap, const unsigned char[::1] has_friction,
                  const unsigned char[::1] is_linear, bint poisson=False, table=None):
         cdef int k, n = has_gap.shape[0]
@@ -174,12 +171,12 @@ cdef class Events:
                 or len(callbacks) != self.count or has_friction.shape[0] != n \
                 or is_linear.shape[0] != n:
             raise ValueError("a direction is needed for every event")
-        if unit is not None and (unit.unit.width != scene.width or unit.unit.count != self.count
-                                 or unit.unit.parameters != scene.parameters):
+        if tapes is not None and (tapes.width != scene.width or tapes.numbers.shape[0] != self.count
+                                  or tapes.parameters != scene.parameters):
             raise ValueError("these events are of another model")
         of_contacts = np.zeros(n, np.intc)
         cdef int[::1] numbers = of_contacts
-        self.references = scene, unit, has_gap, has_friction, is_linear, of_contacts
+        self.references = scene, tapes, has_gap, has_friction, is_linear, of_contacts
         self.callbacks, self.table, self.failure = callbacks, table, None
         self.functions = <mechc_event_functions *>calloc(self.count, sizeof(mechc_event_functions))
         self.policy = <mechc_event_policy *>calloc(self.count, sizeof(mechc_event_policy))
@@ -192,13 +189,13 @@ cdef class Events:
             self.policy[k].contact = contacts[k]
             if contacts[k] >= 0:
                 numbers[contacts[k]] = k
-            if unit is not None:
-                self.functions[k] = unit.unit.functions[k]
+            self.functions[k].context = &self.called[k]
+            if tapes is not None:
+                self.run_tapes(k, tapes)
             if callbacks[k] is None:
                 continue
             self.calls_python = True
             self.called[k].events, self.called[k].number = <void *>self, k
-            self.functions[k].context = &self.called[k]
             if callbacks[k][0] is not None:
                 self.functions[k].value, self.functions[k].slopes = call_value, NULL
             if callbacks[k][1] is not None:
@@ -210,9 +207,19 @@ cdef class Events:
         self.laws.is_linear = &is_linear[0]
         self.laws.event, self.laws.poisson = &numbers[0], poisson
         if table is None:
-            self.laws.table = unit.unit.contacts
+            self.of_contacts = mechc_event_tapes(&tapes.code, -1, -1, -1, tapes.contacts)
+            self.laws.table, self.laws.context = mechc_contacts_by_tape, &self.of_contacts
         else:
             self.laws.table, self.laws.context = call_table, <void *>self
+
+    cdef void run_tapes(self, int k, EventTapes tapes) noexcept:
+        """Let an event have the functions that are tapes."""
+        cdef int value = tapes.numbers[k, 0], slopes = tapes.numbers[k, 1], reset = tapes.numbers[k, 2]
+        self.called[k].tapes = mechc_event_tapes(&tapes.code, value, slopes, reset, -1)
+        if value >= 0:
+            self.functions[k].value, self.functions[k].slopes = mechc_value_by_tape, mechc_slopes_by_tape
+        if reset >= 0:
+            self.functions[k].reset = mechc_reset_by_tape
 
     def __dealloc__(self):
         free(self.functions)

@@ -7,8 +7,6 @@ from mechc.native._inputs cimport mechc_driven, mechc_inputs, mechc_signal
 
 
 cdef extern from "hybrid/reach.h":
-    int MECHC_EVENTS_ABI
-
     ctypedef struct mechc_event_functions:
         double (*value)(void *, double, const double *, const double *) noexcept nogil
         void (*slopes)(void *, double, const double *, const double *, double *) noexcept nogil
@@ -18,11 +16,6 @@ cdef extern from "hybrid/reach.h":
     ctypedef int (*mechc_contact_table)(
         void *, double, const double *, const double *, double *
     ) noexcept nogil
-
-    ctypedef struct mechc_event_unit:
-        int abi, width, parameters, count
-        const mechc_event_functions *functions
-        mechc_contact_table contacts
 
     ctypedef struct mechc_event_policy:
         double direction
@@ -140,6 +133,32 @@ cdef extern from "hybrid/reach.h":
     size_t mechc_reach_saved_size(mechc_reacher *, int) nogil
     void mechc_reach_save(mechc_reacher *, void *, int) nogil
     int mechc_reach_restore(mechc_reacher *, double, const double *, const void *) nogil
+
+cdef extern from "hybrid/events/by_tape.h":
+    ctypedef struct mechc_operation:
+        pass
+
+    ctypedef struct mechc_tape:
+        pass
+
+    ctypedef struct mechc_tape_table:
+        pass
+
+    ctypedef struct mechc_tape_code:
+        const mechc_operation *operations
+        const mechc_tape *tapes
+        const mechc_tape_table *tables
+        const double *numbers
+        const double *of_tables
+
+    ctypedef struct mechc_event_tapes:
+        const mechc_tape_code *code
+        int value, slopes, reset, contacts
+
+    double mechc_value_by_tape(void *, double, const double *, const double *) noexcept nogil
+    void mechc_slopes_by_tape(void *, double, const double *, const double *, double *) noexcept nogil
+    int mechc_reset_by_tape(void *, double, const double *, const double *, double *) noexcept nogil
+    int mechc_contacts_by_tape(void *, double, const double *, const double *, double *) noexcept nogil
 
 cdef extern from "hybrid/contact/read.h":
     int mechc_piece_in_contact(const mechc_piece *) nogil

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mechc.compilation.event_unit import typed_expression
+from mechc.compilation.event_tapes import typed_expression
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.inputs.accept import laws_apart
 from mechc.inputs.signals import Signal

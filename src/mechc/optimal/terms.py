@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mechc.compilation.event_unit import typed_expression
+from mechc.compilation.event_tapes import typed_expression
 from mechc.errors import MechcError, ValueOutOfBoundsError
 from mechc.inputs.samples import places_of_values
 from mechc.simulation.events.expressions import EventReader, StateNames, as_written, function_of

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mechc.compilation.event_unit import typed_expression
+from mechc.compilation.event_tapes import typed_expression
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError
 from mechc.periodic.cycle import Cycle
 from mechc.periodic.newton import NoCycleError, search

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mechc.compilation.event_unit import typed_expression
+from mechc.compilation.event_tapes import typed_expression
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.inputs.accept import samples_or_signal
 from mechc.inputs.signals import Signal, polynomials_at

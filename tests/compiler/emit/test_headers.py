@@ -35,7 +35,7 @@ ALL = "run/zeros.h"  # knows no scene
 APART = {
     "batch": {"abi", "batch", "hybrid", "record"},
     "closing": {"abi", "closing"},
-    "hybrid": {"abi", "closing", "hybrid", "record"},
+    "hybrid": {"abi", "closing", "hybrid", "record", "simd", "tape"},
     "record": {"abi", "record"},
 }
 COMPILER = toolchain.find_compiler() or ["cc"]

@@ -69,6 +69,7 @@ def numbers(model, end=3.0):
     "described",
     [
         lambda: scenes.swing(guided=True),
+        scenes.bead_over_tables,
         lambda: shipped_mechanism("slider_crank"),
         pytest.param(lambda: shipped_mechanism("andrews"), marks=pytest.mark.slow),
         pytest.param(lambda: shipped_mechanism("bicycle"), marks=pytest.mark.slow),
@@ -108,7 +109,9 @@ def by_tape_and_in_lanes(model, native):
     return by_tape
 
 
-@pytest.mark.parametrize("described", [lambda: scenes.swing(guided=True), cornered])
+@pytest.mark.parametrize(
+    "described", [lambda: scenes.swing(guided=True), cornered, scenes.bead_over_tables]
+)
 def test_outputs_by_a_tape_have_the_bits_of_those_compiled_in_lanes(own_cache, described):
     model = mechc.compile(described())
     by_tape_and_in_lanes(model, model.system.scene.evaluator)

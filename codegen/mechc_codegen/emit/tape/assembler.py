@@ -86,13 +86,15 @@ class Assembler:
     """The operations of one function, with the constants that they use.
 
     ``numbers``: the constants of all functions, by their hexadecimal form; ``arrays``: those that
-    this one is given; ``macros``: names of numbers in the text; ``scalars``: arguments by name.
+    this one is given; ``macros``: names of numbers in the text; ``scalars``: arguments by name;
+    ``tables``: functions of lookup tables.
     """
 
     numbers: dict[str, int]
     arrays: Sequence[str]
     macros: Mapping[str, float] = field(default_factory=dict)
     scalars: Sequence[str] = ("t",)
+    tables: Sequence[str] = ()
     operations: list[Instruction] = field(default_factory=list)
     count: int = 0
     names: dict[str, int] = field(default_factory=dict)
@@ -189,9 +191,11 @@ class Assembler:
         if function not in ("R_CALL", "R_CALL2"):
             raise NoTapeError(function)
         known, name = CALLS[function == "R_CALL2"], _name(arguments[0])
+        values = [self._value(each) for each in arguments[1:]]
+        if name in self.tables:
+            return self._add("LOOKUP", (values[0], values[-1], self.tables.index(name)), (0, 1))
         if name not in known:
             raise NoTapeError(name)
-        values = [self._value(each) for each in arguments[1:]]
         numbers = [*values, known.index(name), 0][:3]
         return self._add(
             function.removeprefix("R_"), (numbers[0], numbers[1], numbers[2]), (0, 1)[: len(values)]

@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import re
 import struct
-from array import array
 from collections.abc import Iterable, Mapping
 from importlib.resources import files
 from itertools import chain
@@ -19,21 +18,15 @@ from mechc_codegen.emit.c import CWriter
 from mechc_codegen.emit.expressions import Line, let, named, put
 from mechc_codegen.emit.layout import JACOBIANS
 from mechc_codegen.emit.printer import RealPrinter
-from mechc_codegen.emit.tape.assembler import (
-    FUNCTIONS,
-    MOST,
-    MOST_OUTPUTS,
-    MOST_REGISTERS,
-    WIDEST,
-    Assembler,
-    NoTapeError,
-)
+from mechc_codegen.emit.tables import lookups
+from mechc_codegen.emit.tape.assembler import FUNCTIONS, MOST_OUTPUTS, WIDEST, NoTapeError
+from mechc_codegen.emit.tape.code import Code, doubles, integers
 from mechc_codegen.emit.taylor.series import SeriesWriter
 from mechc_codegen.emit.taylor.sums import are_few, arrange
 from mechc_codegen.emit.units.block_elimination import BlockElimination
 from mechc_codegen.emit.units.scene_files import label_widths
 
-MAGIC = b"mechc tape 2\0\0\0\0"
+MAGIC = b"mechc tape 3\0\0\0\0"
 COUNTS = (
     *("NQ", "NU", "NH", "NC", "NP", "NK", "SAVED", "TURNS", "NI", "STATES", "SWITCHES"),
     *("FEATURES", "KNOTTED", "MULTIPLIERS", "LOCKSTEP", "BLOCKS_KEPT"),
@@ -91,9 +84,7 @@ class _Writer:
         self.tables: dict[str, list[str]] = {
             name: text.split(", ") for name, text in _TABLE.findall(sizes)
         }
-        self.numbers: dict[str, int] = {}
-        self.rows = list[tuple[int, int, int, int, int]]()
-        self.places = list[tuple[int, int, int]]()  # of each function: first, count, registers
+        self.code = Code(lookups(self.functions.program.values()))
 
     def content(self) -> bytes:
         functions = self.functions
@@ -109,28 +100,29 @@ class _Writer:
             index[name] = index[f"own_{name}"] = number
         outputs, names = self._outputs(index)
         defaults = list(self._defaults())
-        if len(self.numbers) > MOST:
-            raise NoTapeError
+        code = self.code.parts()
         metadata = json.dumps(self.metadata, sort_keys=True)
         parts = [
             metadata.encode("utf-8", "surrogatepass"),
-            _integers(self.counts[name] for name in COUNTS),
-            _integers(map(int, self._table("SLIDES"))),
-            _integers(map(int, self._table("ANGLES"))),
-            _integers(map(int, self._table("PERIODIC"))),
-            _doubles(map(float, self._table("KNOTS"))),
-            _integers(map(int, self._table("KNOTS_BEGIN"))),
-            _doubles(map(float, self._table("KNOTS_PERIOD"))),
-            _doubles(map(float.fromhex, self.numbers)),
-            _integers(chain.from_iterable(self.places)),
-            _shorts(chain.from_iterable(self.rows)),
-            _integers(index.get(name, -1) for name in FUNCTIONS if name not in _OF_STATES),
-            _integers(index.get(name, -1) for name in BY_NAME),
-            _integers(chain.from_iterable(outputs)),
+            integers(self.counts[name] for name in COUNTS),
+            integers(map(int, self._table("SLIDES"))),
+            integers(map(int, self._table("ANGLES"))),
+            integers(map(int, self._table("PERIODIC"))),
+            doubles(map(float, self._table("KNOTS"))),
+            integers(map(int, self._table("KNOTS_BEGIN"))),
+            doubles(map(float, self._table("KNOTS_PERIOD"))),
+            code.numbers,
+            code.tapes,
+            code.operations,
+            integers(index.get(name, -1) for name in FUNCTIONS if name not in _OF_STATES),
+            integers(index.get(name, -1) for name in BY_NAME),
+            integers(chain.from_iterable(outputs)),
             names,
-            _integers(chain.from_iterable(defaults)),
-            *map(_integers, series),
-            _integers(chain.from_iterable(jacobians.values())),
+            integers(chain.from_iterable(defaults)),
+            *map(integers, series),
+            integers(chain.from_iterable(jacobians.values())),
+            code.tables,
+            code.of_tables,
         ]
         return b"".join(map(_section, parts))
 
@@ -157,12 +149,7 @@ class _Writer:
     def _function(self, name: str, lines: Iterable[Line]) -> int:
         arrays = FUNCTIONS.get(name, FUNCTIONS[OUTPUT])
         scalars = _SCALARS.get(name, ("t",))
-        registers, rows = Assembler(self.numbers, arrays, _LIMITS, scalars).take(lines).rows()
-        if registers > MOST_REGISTERS or max((max(row) for row in rows), default=0) >= MOST:
-            raise NoTapeError
-        self.places.append((len(self.rows), len(rows), registers))
-        self.rows += rows
-        return len(self.places) - 1
+        return self.code.add(lines, arrays, _LIMITS, scalars)
 
     def _jacobians(self, index: Mapping[str, int]) -> Iterable[tuple[str, tuple[int, ...]]]:
         """Each Jacobian: its columns, from which on they are the speeds, and its functions."""
@@ -203,15 +190,3 @@ class _Writer:
 def _section(content: bytes) -> bytes:
     """A part of the tape: its length, its content, and zeros up to a multiple of eight."""
     return struct.pack("Q", len(content)) + content + bytes(8 - len(content) % 8)
-
-
-def _integers(values: Iterable[int]) -> bytes:
-    return array("i", values).tobytes()
-
-
-def _shorts(values: Iterable[int]) -> bytes:
-    return array("H", values).tobytes()
-
-
-def _doubles(values: Iterable[float]) -> bytes:
-    return array("d", values).tobytes()

@@ -110,7 +110,7 @@ MECHC_STATIC int mechc_fmu_make_motion(mechc_fmu *fmu)
     fmu->reacher.ahead = MECHC_NH > 0 || MECHC_FMU_EVENTS > 0;
     if (!mechc_hybrid_make(hybrid, MECHC_FMU_EVENTS)) return 0;
     for (int k = 0; k < MECHC_FMU_EVENTS; k++) {
-        hybrid->watch.functions[k] = scene->events->functions[k];
+        hybrid->watch.functions[k] = scene->events[k];
         hybrid->watch.policy[k] = scene->policy[k];
     }
     return 1;
@@ -190,7 +190,7 @@ MECHC_STATIC void mechc_fmu_evaluate_events(mechc_fmu *fmu)
     memcpy(state + MECHC_NX, fmu->rates, MECHC_NQ * sizeof *state);
     const int has_laws = MECHC_FMU_CONTACTS > 0 && laws->table(laws->context, t, state, p, table);
     for (int k = 0; k < MECHC_FMU_EVENTS; k++) {
-        const mechc_event_functions *event = mechc_fmu_scene.events->functions + k;
+        const mechc_event_functions *event = mechc_fmu_scene.events + k;
         const int contact = mechc_fmu_scene.policy[k].contact;
         if (event->value) fmu->indicators[k] = event->value(event->context, t, fmu->now.y, p);
         else fmu->indicators[k] = has_laws ? table[contact * (MECHC_LAWS + MECHC_NX) + MECHC_SLIP] : NAN;

@@ -17,7 +17,7 @@ typedef struct {
     const int *lengths;  /* parameters that are lengths */
     int input_count;
     const int *inputs;   /* the places of inputs among the input values of a run */
-    const mechc_event_unit *events; /* NULL: none */
+    const mechc_event_functions *events; /* NULL: none */
     const mechc_event_policy *policy; /* of each */
     mechc_contact_laws contacts; /* none: their count is 0 */
 } mechc_fmu_model;

@@ -10,6 +10,12 @@
 #define MECHC_TAPE_FUNCTIONS_SCALAR
 #endif
 #include "general/called.h"
+#if !R_EXTENDED
+#include "dynamics/given.h"
+#endif
+#ifndef MECHC_TAPES_OF_SCENE
+#define MECHC_TAPES_OF_SCENE 1 /* which may have inputs */
+#endif
 #include "tape/run.h"
 #if MECHC_TAPES_OF_SERIES
 #include "tape/series.h"
@@ -28,13 +34,13 @@ MECHC_INLINE void FN(tape_output)(int tape, real t, const real *q, const real *u
                                   const real *a, const real *l, real *out)
 {
     real *arrays[] = {(real *)q, (real *)u, (real *)given->p, (real *)given->k, out, (real *)a, (real *)l};
-    FN(run_tape)(tape, arrays, &t, given, 0, 0);
+    FN(run_tape)(&mechc_of_tapes.code, tape, arrays, &t, given, 0, 0);
 }
 
 void FN(scene_hoist)(const real *p, real *k)
 {
     real *arrays[] = {(real *)p, k}, none = R(0.0);
-    FN(run_tape)(MECHC_TAPE_CALLED(hoist), arrays, &none, 0, 0, 0);
+    FN(run_tape)(&mechc_of_tapes.code, MECHC_TAPE_CALLED(hoist), arrays, &none, 0, 0, 0);
 }
 
 void FN(scene_output_constraints)(real t, const real *q, const real *u, const FN(given) *given, real *out)
@@ -51,14 +57,14 @@ void FN(scene_configuration)(real t, const real *q, const FN(given) *given, real
                              real *bias, real *mass, real *saved, real *turns, int near)
 {
     real *arrays[] = {(real *)q, (real *)given->p, (real *)given->k, gap, jacobian, bias, mass, saved};
-    FN(run_tape)(MECHC_TAPE_CALLED(configuration), arrays, &t, given, turns, near);
+    FN(run_tape)(&mechc_of_tapes.code, MECHC_TAPE_CALLED(configuration), arrays, &t, given, turns, near);
 }
 
 void FN(scene_motion)(real t, const real *q, const real *u, const FN(given) *given, const real *saved,
                       real *forcing, real *gamma)
 {
     real *arrays[] = {(real *)q, (real *)u, (real *)given->p, (real *)given->k, (real *)saved, forcing, gamma};
-    FN(run_tape)(MECHC_TAPE_CALLED(motion), arrays, &t, given, 0, 0);
+    FN(run_tape)(&mechc_of_tapes.code, MECHC_TAPE_CALLED(motion), arrays, &t, given, 0, 0);
 }
 
 void FN(scene_output_switching)(real t, const real *q, const real *u, const FN(given) *given, real *out)
@@ -87,7 +93,7 @@ rmask FN(scene_factor_blocks)(const real *jacobian, const real *mass, const real
     real cleared = R(0.0), none = R(0.0);
     real *arrays[] = {(real *)jacobian, (real *)mass, (real *)weight, kept, directions, momenta, own, lengths,
                       &cleared};
-    const real safe = FN(run_tape)(MECHC_TAPE_CALLED(factor_blocks), arrays, &none, 0, 0, 0);
+    const real safe = FN(run_tape)(&mechc_of_tapes.code, MECHC_TAPE_CALLED(factor_blocks), arrays, &none, 0, 0, 0);
     *clear = R_BITS(cleared);
     return R_BITS(safe);
 }
@@ -95,7 +101,7 @@ rmask FN(scene_factor_blocks)(const real *jacobian, const real *mass, const real
 void FN(scene_solve_blocks)(const real *jacobian, const real *kept, const real *values, real *x)
 {
     real *arrays[] = {(real *)jacobian, (real *)kept, (real *)values, x}, none = R(0.0);
-    FN(run_tape)(MECHC_TAPE_CALLED(solve_blocks), arrays, &none, 0, 0, 0);
+    FN(run_tape)(&mechc_of_tapes.code, MECHC_TAPE_CALLED(solve_blocks), arrays, &none, 0, 0, 0);
 }
 
 real FN(scene_longest_answer)(const real *jacobian, const real *kept, const real *moved, const real *axes,
@@ -103,19 +109,19 @@ real FN(scene_longest_answer)(const real *jacobian, const real *kept, const real
 {
     real *arrays[] = {(real *)jacobian, (real *)kept, (real *)moved, (real *)axes, (real *)inverse};
     const real none = R(0.0);
-    return FN(run_tape)(MECHC_TAPE_CALLED(longest_answer), arrays, &none, 0, 0, 0);
+    return FN(run_tape)(&mechc_of_tapes.code, MECHC_TAPE_CALLED(longest_answer), arrays, &none, 0, 0, 0);
 }
 
 void FN(scene_block_multipliers)(const real *jacobian, const real *kept, const real *reaction, real *lambda)
 {
     real *arrays[] = {(real *)jacobian, (real *)kept, (real *)reaction, lambda}, none = R(0.0);
-    FN(run_tape)(MECHC_TAPE_CALLED(block_multipliers), arrays, &none, 0, 0, 0);
+    FN(run_tape)(&mechc_of_tapes.code, MECHC_TAPE_CALLED(block_multipliers), arrays, &none, 0, 0, 0);
 }
 
 void FN(scene_rates_in_blocks)(const real *jacobian, const real *x, real *rates)
 {
     real *arrays[] = {(real *)jacobian, (real *)x, rates}, none = R(0.0);
-    FN(run_tape)(MECHC_TAPE_CALLED(rates_in_blocks), arrays, &none, 0, 0, 0);
+    FN(run_tape)(&mechc_of_tapes.code, MECHC_TAPE_CALLED(rates_in_blocks), arrays, &none, 0, 0, 0);
 }
 #endif
 
@@ -124,7 +130,7 @@ void mechc_scalar_series_start(double t, const double *q, const double *u, const
                                double *kept, double *row, double *rates)
 {
     double *arrays[] = {(double *)q, (double *)u, (double *)given->p, (double *)given->k, kept, row, rates};
-    mechc_scalar_run_tape(MECHC_TAPE_CALLED(series_start), arrays, &t, given, 0, 0);
+    mechc_scalar_run_tape(&mechc_of_tapes.code, MECHC_TAPE_CALLED(series_start), arrays, &t, given, 0, 0);
 }
 
 void mechc_scalar_series_next(double order, double inverse, double time, const mechc_scalar_given *given,
@@ -132,7 +138,7 @@ void mechc_scalar_series_next(double order, double inverse, double time, const m
 {
     const double scalars[] = {order, inverse, time};
     double *arrays[] = {(double *)given->p, (double *)given->k, (double *)kept, (double *)sums, row, rates};
-    mechc_scalar_run_tape(MECHC_TAPE_CALLED(series_next), arrays, scalars, given, 0, 0);
+    mechc_scalar_run_tape(&mechc_of_tapes.code, MECHC_TAPE_CALLED(series_next), arrays, scalars, given, 0, 0);
 }
 
 void mechc_scalar_series_solve(const mechc_scalar_given *given, const double *kept, const double *sums,
@@ -140,7 +146,7 @@ void mechc_scalar_series_solve(const mechc_scalar_given *given, const double *ke
 {
     const double none = 0.0;
     double *arrays[] = {(double *)given->p, (double *)given->k, (double *)kept, (double *)sums, row};
-    mechc_scalar_run_tape(MECHC_TAPE_CALLED(series_solve), arrays, &none, given, 0, 0);
+    mechc_scalar_run_tape(&mechc_of_tapes.code, MECHC_TAPE_CALLED(series_solve), arrays, &none, given, 0, 0);
 }
 #endif
 #endif

@@ -20,6 +20,7 @@
     X(SELECT) \
     X(CALL)     /* function b of a */ \
     X(CALL2)    /* function c of a, b */ \
+    X(LOOKUP)   /* table c of a, b */ \
     X(RETURN)   /* register a */ \
     X(END)
 
@@ -57,6 +58,7 @@
     X(solved, A(q) A(u) A(p) A(k) W(out) A(a) A(l)) \
     X(default, A(p) W(out))
 
+#define MECHC_TAPE_HIGHEST_DEGREE 15 /* of a table's polynomials */
 #define MECHC_TAPE_MOST_ARRAYS 9
 #define MECHC_TAPE_MOST_REGISTERS 1024
 #define MECHC_TAPE_MOST_OUTPUTS 128

@@ -9,7 +9,7 @@
 #include "tape/series.h"
 #include "tape/tape.h"
 
-#define MECHC_TAPE_MAGIC "mechc tape 2\0\0\0"
+#define MECHC_TAPE_MAGIC "mechc tape 3\0\0\0"
 
 /* The content of each part of the bytes, in their order. */
 enum {
@@ -17,7 +17,8 @@ enum {
     MECHC_TAPE_ANGLES, MECHC_TAPE_PERIODIC, MECHC_TAPE_KNOTS, MECHC_TAPE_KNOTS_BEGIN, MECHC_TAPE_KNOTS_PERIOD,
     MECHC_TAPE_NUMBERS, MECHC_TAPE_TAPES, MECHC_TAPE_OPERATIONS_OF_ALL, MECHC_TAPE_CALLED_TAPES,
     MECHC_TAPE_BY_NAME, MECHC_TAPE_OUTPUTS, MECHC_TAPE_NAMES, MECHC_TAPE_DEFAULTS, MECHC_TAPE_SERIES, MECHC_TAPE_ROOTS,
-    MECHC_TAPE_LEFT, MECHC_TAPE_RIGHT, MECHC_TAPE_JACOBIANS, MECHC_TAPE_TEXTS,
+    MECHC_TAPE_LEFT, MECHC_TAPE_RIGHT, MECHC_TAPE_JACOBIANS, MECHC_TAPE_TABLES, MECHC_TAPE_NUMBERS_OF_TABLES,
+    MECHC_TAPE_TEXTS,
     MECHC_TAPE_SECTION_COUNT
 };
 
@@ -127,6 +128,30 @@ static const char *mechc_read_tables(mechc_tape_reader *reader)
     return NULL;
 }
 
+/* Lookup tables: all that an index of a piece or of a coefficient can reach is there. */
+static const char *mechc_read_lookups(const mechc_tape_reader *reader)
+{
+    const mechc_section *s = reader->sections;
+    const mechc_tape_table *tables = (const mechc_tape_table *)s[MECHC_TAPE_TABLES].content;
+    const size_t numbers = mechc_section_count(s + MECHC_TAPE_NUMBERS_OF_TABLES, sizeof(double));
+    MECHC_TAPE_REQUIRE(numbers < INT32_MAX, "its tables are too large");
+    for (size_t i = 0; i < mechc_section_count(s + MECHC_TAPE_TABLES, sizeof *tables); i++) {
+        const mechc_tape_table *table = tables + i;
+        int sound = (table->axis_count == 1 || table->axis_count == 2) && table->degree >= 0
+                 && table->degree <= MECHC_TAPE_HIGHEST_DEGREE && table->coefficients >= 0
+                 && (size_t)table->coefficients <= numbers;
+        size_t left = sound ? numbers - (size_t)table->coefficients : 0; /* for the coefficients */
+        for (int k = 0; sound && k < table->axis_count; k++) {
+            sound = table->order[k] >= 0 && table->order[k] <= table->degree && table->pieces[k] > 0
+                 && table->starts[k] >= 0 && (size_t)table->starts[k] < numbers
+                 && (size_t)table->pieces[k] < numbers - (size_t)table->starts[k]; /* a period follows */
+            left /= sound ? (size_t)(table->degree + 1) * (size_t)table->pieces[k] : 1;
+        }
+        MECHC_TAPE_REQUIRE(sound && left > 0, "a table is not sound");
+    }
+    return NULL;
+}
+
 static const char *mechc_read_series(mechc_tape_reader *reader)
 {
 #if MECHC_TAPES_OF_SERIES
@@ -230,6 +255,7 @@ typedef struct {
 static int mechc_is_sound(const mechc_tape_reader *reader, const mechc_operation *o, mechc_tape_place *place)
 {
     const size_t numbers = mechc_section_count(reader->sections + MECHC_TAPE_NUMBERS, sizeof(double));
+    const size_t lookups = mechc_section_count(reader->sections + MECHC_TAPE_TABLES, sizeof(mechc_tape_table));
     const uint16_t operands[] = {o->a, o->b, o->c};
     const int reads = mechc_tape_reads(o->operation), f = place->function;
     const int angle = o->operation == MECHC_TAPE_SINE_COSINE || o->operation == MECHC_TAPE_TURN;
@@ -263,6 +289,7 @@ static int mechc_is_sound(const mechc_tape_reader *reader, const mechc_operation
     case MECHC_TAPE_TURN: return f == MECHC_TAPE_OF_configuration && o->c < reader->counts->turns;
     case MECHC_TAPE_CALL: return o->b < MECHC_TAPE_CALL_COUNT;
     case MECHC_TAPE_CALL2: return o->c < MECHC_TAPE_CALL_OF_TWO_COUNT;
+    case MECHC_TAPE_LOOKUP: return o->c < lookups;
     }
     return 1;
 }
@@ -377,13 +404,18 @@ static const char *mechc_read_tape(const unsigned char *bytes, size_t size,
     const mechc_section *s = reader->sections;
     if (!why) why = mechc_read_counts(reader);
     if (!why) why = mechc_read_tables(reader);
+    if (!why) why = mechc_read_lookups(reader);
     if (!why) why = mechc_read_series(reader);
     if (!why) why = mechc_read_called(reader, tapes);
     if (!why) why = mechc_read_outputs(reader, tapes);
     if (why) return why;
-    tapes->operations = (const mechc_operation *)s[MECHC_TAPE_OPERATIONS_OF_ALL].content;
-    tapes->numbers = (const double *)s[MECHC_TAPE_NUMBERS].content;
-    tapes->tapes = (const mechc_tape *)s[MECHC_TAPE_TAPES].content;
+    tapes->code = (mechc_tape_code){
+        (const mechc_operation *)s[MECHC_TAPE_OPERATIONS_OF_ALL].content,
+        (const mechc_tape *)s[MECHC_TAPE_TAPES].content,
+        (const mechc_tape_table *)s[MECHC_TAPE_TABLES].content,
+        (const double *)s[MECHC_TAPE_NUMBERS].content,
+        (const double *)s[MECHC_TAPE_NUMBERS_OF_TABLES].content,
+    };
     /* texts end with the zeros that fill each section up */
     tapes->names = (const char *)s[MECHC_TAPE_NAMES].content;
     tapes->metadata = (const char *)s[MECHC_TAPE_METADATA].content;

@@ -12,11 +12,10 @@
 #define MECHC_TAPE_RUN_SCALAR
 #endif
 #if !R_EXTENDED
-#include "dynamics/given.h"
-#include "dynamics/sizes.h"
 #include "simd/lanes.h"
 #include "simd/sine_cosine.h"
 #endif
+#include "simd/lookup.h"
 #include "tape/tape.h"
 
 MECHC_ONCE real FN(tape_call)(int function, real x)
@@ -35,19 +34,43 @@ MECHC_ONCE real FN(tape_call_of_two)(int function, real x, real y)
     return function == MECHC_TAPE_CALL_pow ? R_CALL2(pow, x, y) : R_CALL2(atan2, x, y);
 }
 
-/* arrays: those of the function, in the order of its list; scalars: t, or those of a series.  Each
- * operation goes to the next one by itself, which processors foretell better than one switch for all; loads,
- * constants and stores come in runs. */
-MECHC_ONCE real FN(run_tape)(int number, real *const *arrays, const real *scalars, const FN(given) *given,
-                             real *turns, int near)
+MECHC_ONCE real FN(tape_lookup)(const mechc_tape_code *code, int number, real x, real y)
+{
+    const mechc_tape_table *table = code->tables + number;
+    mechc_table of = {table->axis_count, table->degree, .coefficients = code->of_tables + table->coefficients};
+    for (int i = 0; i < table->axis_count; i++) {
+        const double *starts = code->of_tables + table->starts[i];
+        of.axes[i] = (mechc_table_axis){starts, table->pieces[i], starts[table->pieces[i]]};
+    }
+#if R_VECTOR
+    double of_x[RLANES], of_y[RLANES];
+    memcpy(of_x, &x, sizeof x);
+    memcpy(of_y, &y, sizeof y);
+    for (int lane = 0; lane < RLANES; lane++)
+        of_x[lane] = mechc_lookup(&of, table->order[0], table->order[1], of_x[lane], of_y[lane]);
+    memcpy(&x, of_x, sizeof x);
+    return x;
+#else
+    return mechc_lookup(&of, table->order[0], table->order[1], (double)x, (double)y);
+#endif
+}
+
+/* arrays: those of the function, in the order of its list; scalars: t, or those of a series; given: a scene's,
+ * of which inputs are read, or NULL.  Each operation goes to the next one by itself, which processors foretell
+ * better than one switch for all; loads, constants and stores come in runs. */
+MECHC_ONCE real FN(run_tape)(const mechc_tape_code *code, int number, real *const *arrays, const real *scalars,
+                             const void *given, real *turns, int near)
 {
 #define MECHC_TAPE_LABEL(name) &&of_##name,
     static const void *const labels[] = {MECHC_TAPE_OPERATIONS(MECHC_TAPE_LABEL)};
 #undef MECHC_TAPE_LABEL
-    const mechc_tape *tape = mechc_of_tapes.tapes + number;
-    const mechc_operation *o = mechc_of_tapes.operations + tape->first;
-    const double *numbers = mechc_of_tapes.numbers;
-    real r[MECHC_AT_LEAST_ONE(tape->registers)], inputs[MECHC_AT_LEAST_ONE(MECHC_NI_MAX)];
+    const mechc_tape *tape = code->tapes + number;
+    const mechc_operation *o = code->operations + tape->first;
+    const double *numbers = code->numbers;
+    real r[tape->registers + 1];
+#if MECHC_TAPES_OF_SCENE
+    real inputs[MECHC_AT_LEAST_ONE(MECHC_NI_MAX)];
+#endif
     (void)turns, (void)near, (void)given;
 #define MECHC_TAPE_NEXT goto *labels[(++o)->operation]
 #define MECHC_TAPE_DO(name, value) \
@@ -61,12 +84,17 @@ MECHC_ONCE real FN(run_tape)(int number, real *const *arrays, const real *scalar
     MECHC_TAPE_DO_ALL(LOAD, r[o->to] = arrays[o->a][o->b]);
     MECHC_TAPE_DO_ALL(STORE, arrays[o->a][o->b] = r[o->c]);
     MECHC_TAPE_DO(SCALAR, scalars[o->a]);
+#if MECHC_TAPES_OF_SCENE
     MECHC_TAPE_DO(INPUT, inputs[o->a]);
+#else
+of_INPUT:
+    MECHC_TAPE_NEXT;
+#endif
 of_CLEAR:
     for (int i = 0; i < o->b; i++) arrays[o->a][i] = R(0.0);
     MECHC_TAPE_NEXT;
 of_INPUTS_READ:
-#if MECHC_NI_MAX > 0
+#if MECHC_TAPES_OF_SCENE && MECHC_NI_MAX > 0
     FN(read_inputs)(scalars[0], arrays[0], o->c ? arrays[1] : 0, given, o->a, o->b, inputs);
 #endif
     MECHC_TAPE_NEXT;
@@ -90,6 +118,7 @@ of_TURN:
     MECHC_TAPE_DO(SQRT, R_SQRT(r[o->a]));
     MECHC_TAPE_DO(CALL, FN(tape_call)(o->b, r[o->a]));
     MECHC_TAPE_DO(CALL2, FN(tape_call_of_two)(o->c, r[o->a], r[o->b]));
+    MECHC_TAPE_DO(LOOKUP, FN(tape_lookup)(code, o->c, r[o->a], r[o->b]));
 #if R_EXTENDED /* masks in the gaps of loops choose alone */
 #define MECHC_TAPE_MASK(condition) R((condition) ? 1.0 : 0.0)
 #define MECHC_TAPE_HOLDS(x) ((x) != 0.0L)

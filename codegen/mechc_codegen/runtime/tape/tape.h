@@ -2,6 +2,7 @@
 #pragma once
 
 #include <stdint.h>
+#include "simd/lookup.h"
 #include "tape/operations.h"
 
 typedef struct {
@@ -11,6 +12,20 @@ typedef struct {
 typedef struct {
     int32_t first, count, registers;
 } mechc_tape;
+
+/* A derivative of a table: of each axis the order, the number of pieces, and where their starts and then
+ * the period begin among the numbers of tables. */
+typedef struct {
+    int32_t axis_count, degree, order[2], pieces[2], starts[2], coefficients;
+} mechc_tape_table;
+
+/* What a tape is run with. */
+typedef struct {
+    const mechc_operation *operations;
+    const mechc_tape *tapes;
+    const mechc_tape_table *tables;
+    const double *numbers, *of_tables;
+} mechc_tape_code;
 
 enum {
     MECHC_BY_TAPE, MECHC_BY_SOLVED, MECHC_BY_RATES, MECHC_BY_MULTIPLIERS,
@@ -32,9 +47,7 @@ typedef struct {
 } mechc_tape_default;
 
 typedef struct {
-    const mechc_operation *operations;
-    const double *numbers;
-    const mechc_tape *tapes;
+    mechc_tape_code code;
     const int32_t *called; /* tapes of the functions before the outputs */
     int32_t constraints, coordinate_rates, kinematic_matrix, switching, mass_matrix; /* likewise, -1: none */
     const mechc_tape_output *outputs;
@@ -44,4 +57,5 @@ typedef struct {
     int output_count, default_count;
 } mechc_tapes;
 
-static mechc_tapes mechc_of_tapes; /* the one scene that this copy of the unit serves */
+/* The one scene that this copy of the unit serves. */
+static mechc_tapes mechc_of_tapes __attribute__((unused));

@@ -123,7 +123,7 @@ static void mechc_tape_complete(const unsigned char *given, double *p)
         double *arrays[] = {p, p + one->parameter}, none = 0.0;
         if (given[one->parameter]) continue;
         if (one->tape < 0) p[one->parameter] = NAN;
-        else mechc_scalar_run_tape(one->tape, arrays, &none, 0, 0, 0);
+        else mechc_scalar_run_tape(&mechc_of_tapes.code, one->tape, arrays, &none, 0, 0, 0);
     }
 }
 

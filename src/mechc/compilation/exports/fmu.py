@@ -30,7 +30,7 @@ Events = Callable[
 def write_fmu(asked: ExportRequest, target: Path, events: Events, **options: Any) -> None:
     """Derive, compile and pack; ``options`` as those of the compiler's ``FmuOptions``."""
     from mechc_codegen.compiler import build_fmu
-    from mechc_codegen.emit.units.event_unit import EventExpressions
+    from mechc_codegen.emit.units.event_functions import EventExpressions
     from mechc_codegen.export.fmu import SOURCE, FmuEvents, FmuOptions
     from mechc_codegen.extension.flags import FLAGS
 

@@ -1,4 +1,4 @@
-"""The events of runs, as the driver takes them: compiled functions, or functions of Python."""
+"""The events of runs, as the driver takes them: tapes, or functions of Python."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ class Compiler(NamedTuple):
     parse
         As of :func:`mechc.simulation.events.expressions.read_events`.
     compile
-        ``compile(events, contacts, width, parameters)``: compiled functions of events, of which
-        each is a value, or None, and what its reset assigns, or None, and of the quantities of
-        contacts, over plain symbols; None where there is no compiler or no form in C.
+        ``compile(events, contacts, width, parameters)``: tapes of events, of which each is a value,
+        or None, and what its reset assigns, or None, and of the quantities of contacts, over plain
+        symbols; None where they have none.
     """
 
     parse: Parse
@@ -62,8 +62,6 @@ class RunEvents(Sequence[Event]):
         Names of those of the system.
     bound
         What the driver takes: :class:`mechc.native._events.Events`.
-    source
-        The C of the compiled functions, "" without any.
     """
 
     def __init__(
@@ -75,17 +73,16 @@ class RunEvents(Sequence[Event]):
         sizes = len(system.coordinates), len(system.speeds)
         contacts = contacts_of(self.laws, len(events), *sizes)
         table = contacts.quantities
-        unit = compiler.compile([_plain(e, width) for e in events], table, width, parameters)
-        self.source: str = "" if unit is None else unit.source
+        tapes = compiler.compile([_plain(e, width) for e in events], table, width, parameters)
         self.bound = Events(
             _scene_of(system),
             np.array([one_double(event.direction, "a direction") for event in events]),
             np.array([_terminal(event.terminal) for event in events], np.int_),
-            unit,
-            [_callbacks(event, system, unit is not None) for event in events],
+            tapes,
+            [_callbacks(event, system, tapes is not None) for event in events],
             contacts.numbers, contacts.has_gap, contacts.has_friction, contacts.is_linear,
             contacts.poisson,
-            _table(table, len(self.laws)) if self.laws and unit is None else None,
+            _table(table, len(self.laws)) if self.laws and tapes is None else None,
         )  # fmt: skip
 
     def __getitem__(self, number: Any) -> Any:

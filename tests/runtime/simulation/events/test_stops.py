@@ -198,11 +198,11 @@ def test_gaps_of_what_sympy_takes_for_complex(ball):
         (mechc.Stop("q_0", "log(h)"), "must be 0 to 1"),
     ],
 )
-@pytest.mark.parametrize("compiled", [True, False])
-def test_gaps_without_a_value_are_refused_in_words(ball, stop, words, compiled, monkeypatch):
-    if not compiled:
-        monkeypatch.setattr("mechc.compilation.toolchain.find_compiler", lambda: None)
-        monkeypatch.setattr("mechc.compilation.event_unit._known", {})
+@pytest.mark.parametrize("by_tape", [True, False])
+def test_gaps_without_a_value_are_refused_in_words(ball, stop, words, by_tape, monkeypatch):
+    if not by_tape:
+        monkeypatch.setattr("mechc.compilation.event_tapes._assemble", lambda *_: None)
+        monkeypatch.setattr("mechc.compilation.event_tapes._known", {})
     with pytest.raises(MechcError, match=words):
         ball.simulate(1.0, [1.0, 0.0], events=stop)
 

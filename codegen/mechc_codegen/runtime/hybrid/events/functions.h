@@ -1,8 +1,6 @@
-/* Functions of events and laws of contacts, of time, state and parameters: compiled from
- * expressions or supplied by the caller. */
+/* Functions of events and laws of contacts, of time, state and parameters: made of expressions, or supplied by
+ * the caller. */
 #pragma once
-
-#define MECHC_EVENTS_ABI 4
 
 typedef struct {
     double (*value)(void *context, double t, const double *y, const double *p); /* zero at the event */
@@ -24,10 +22,3 @@ enum {
     MECHC_GAP, MECHC_RATE, MECHC_BEND, MECHC_SLIP, MECHC_DRIFT, MECHC_RESTITUTION, MECHC_FRICTION,
     MECHC_STICTION, MECHC_LAWS
 };
-
-/* The functions that a compiled unit exports under the name mechc_events. */
-typedef struct {
-    int abi, width, parameters, count;
-    const mechc_event_functions *functions;
-    mechc_contact_table contacts; /* NULL: none */
-} mechc_event_unit;

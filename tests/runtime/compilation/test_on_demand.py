@@ -302,6 +302,18 @@ def test_without_a_compiler_a_robot_and_a_kane_object_run(fresh, monkeypatch):
     assert np.any(model.linearize(start, params).A)
 
 
+def test_without_a_compiler_tables_and_stops_run_as_with_one(fresh, monkeypatch):
+    without_compiler(monkeypatch)
+    monkeypatch.setattr("mechc.compilation.event_tapes._known", {})
+    model = mechc.compile(scenes.bead_over_tables())
+    stop = mechc.Stop("q - 0.1", 0.7)
+    sol = model.simulate(5.0, [1.0, 0.0], events=stop)
+    assert not sol._run_events.bound.calls_python
+    assert len(sol.segments) == 2
+    batch = model.simulate_batch(5.0, [[1.0, 0.0]] * 3, events=stop, progress=False)
+    np.testing.assert_allclose(batch.y[2], sol.y[-1], rtol=1e-9)
+
+
 def test_a_compiler_that_fails_is_quoted(unit_needed, monkeypatch):
     failing = f"{ANSWER_VERSION}\necho 'cc1: out of cheese' >&2; exit 3"
     script = compiler_script(unit_needed, monkeypatch, failing)

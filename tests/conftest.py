@@ -49,13 +49,11 @@ def pytest_collection_modifyitems(items):
     """Of a slow test's cases the first runs at every landing: the others are thorough.
 
     ``pytest.mark.slow(cases=N)`` says how many, spread evenly, where each has something of its
-    own.  Slow tests of the benchmarks, which time mechc and other tools, are thorough.
+    own.
     """
     tests = {}
     for item in items:
-        if item.get_closest_marker("slow") and "benchmarks" in item.path.parts:
-            item.add_marker(pytest.mark.thorough)
-        elif item.get_closest_marker("slow"):
+        if item.get_closest_marker("slow"):
             tests.setdefault((item.path, item.function), []).append(item)
     for cases in tests.values():
         most = cases[0].get_closest_marker("slow").kwargs.get("cases", CASES)

@@ -49,6 +49,7 @@ def model(chain, count, outputs=()):
     return mechc.compile(chain(count), outputs=outputs)
 
 
+@pytest.mark.slow
 def test_outputs_that_were_not_asked_for_are_not_written():
     four_bar = shipped_mechanism("four_bar")
     everything, _ = functions(four_bar, DEFAULT_REQUEST)
@@ -62,6 +63,7 @@ def test_outputs_that_were_not_asked_for_are_not_written():
     assert len(text) < 0.7 * len(functions(four_bar, DEFAULT_REQUEST)[1])
 
 
+@pytest.mark.slow
 def test_a_fixed_parameter_takes_its_operations_with_it():
     """Without gravity no weight is left; the parameter is gone from the arrays too."""
     four_bar = shipped_mechanism("four_bar")
@@ -83,6 +85,7 @@ def test_a_fixed_parameter_takes_its_operations_with_it():
     assert 0 < gone < free
 
 
+@pytest.mark.slow
 def test_without_constraints_nothing_of_them_is_written_or_compiled():
     made, text = functions(planar_chain(3), NOTHING)
     assert "output_constraints" not in made
@@ -91,6 +94,7 @@ def test_without_constraints_nothing_of_them_is_written_or_compiled():
     assert "constraints: none" in mechc.compile(planar_chain(3), outputs=()).report()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("nm") is None, reason="nm lists what is in a binary")
 def test_without_constraints_the_binary_has_no_code_for_them(monkeypatch):
     compile_as_for_users(monkeypatch)  # without optimisation it has what nothing calls
@@ -128,6 +132,7 @@ def test_rates_that_are_the_speeds_are_not_written():
     assert "output_coordinate_rates" in made
 
 
+@pytest.mark.slow
 def test_a_plane_has_no_third_dimension():
     """Links move by three numbers instead of six; what points out of the plane is zero."""
     flat, solid = (derive_equations(chain(8), NOTHING) for chain in (planar_chain, spatial_chain))
@@ -144,6 +149,7 @@ def test_a_plane_has_no_third_dimension():
     assert "three numbers a motion of a link; 22 of 54 components" in report
 
 
+@pytest.mark.slow
 def test_five_links_in_a_row_in_space_are_written_out_link_by_link():
     """Fewer, and chains in a plane, are by partial velocities; seven are a tree at run time."""
     written = [derive_equations(c(n), NOTHING) for c, n in ((spatial_chain, 5), (spatial_chain, 4),
@@ -163,6 +169,7 @@ def test_work_of_parameters_alone_is_done_once_a_run():
     assert not any(mass in configuration for mass in masses)
 
 
+@pytest.mark.slow
 def test_the_report_says_what_each_stage_took_and_shows_itself_in_a_notebook():
     made = model(planar_chain, 3)
     made.wait_compiled()

@@ -110,6 +110,7 @@ def the_suite_runs(tmp_path):
     assert {"report.html", "closure_curve.c", "four_bar_regular.json", "__init__.py"} <= installed
 
 
+@pytest.mark.slow
 def test_a_changed_header_or_equation_is_compiled_again(source):
     """Every generated text and every runtime header decides whether a scene is up to date."""
     script = """

@@ -184,6 +184,7 @@ def test_the_table_of_a_class_names_its_public_attributes(page, described, left_
     assert {*named} == public - left_out
 
 
+@pytest.mark.slow
 def test_a_moving_picture_of_the_gallery_shows_a_spatial_motion_aslant(tmp_path):
     pictures = runpy.run_path(str(ROOT / "docs" / "extensions" / "moving_pictures.py"))
     sol = mechc.load("heavy_top").simulate(1.0, {"theta": 0.5, "w_z": 20.0})

@@ -158,6 +158,7 @@ def runtime_part(module: str) -> str:
     return [*module.split("."), "__init__"][1]
 
 
+@pytest.mark.slow
 def test_only_one_folder_knows_the_compiler_and_only_inside_functions() -> None:
     for path in RUNTIME:
         assert not any(m.startswith("mechc_codegen") for m in imported(path, top_level=True)), path

@@ -72,6 +72,7 @@ def test_optimal_motions_from_a_line_and_from_the_motion_begin_at_a_time():
         assert found.duration == pytest.approx(4.0, rel=1e-7)
 
 
+@pytest.mark.slow
 def test_cycles_of_a_driven_motion_by_a_method(cart):
     """A mass on a spring under sin(t) has the cycle q = sin(t) / (k - m), and another problem has
     too few iterations."""
@@ -101,6 +102,7 @@ def test_a_fit_ends_when_it_is_told_to(cart):
     assert loose.motions < tight.motions
 
 
+@pytest.mark.slow
 def test_members_of_a_batch_by_their_tolerances_and_steps(cart):
     starts, given = np.tile([0.1, 0.0], (3, 1)), {"inputs": {"F": 0.0}, "progress": False}
     plain = cart.simulate_batch(5.0, starts, **given)

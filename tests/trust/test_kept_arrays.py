@@ -236,6 +236,7 @@ AFTER = [
 ]  # fmt: skip
 
 
+@pytest.mark.slow(cases=99)
 @pytest.mark.parametrize("door", AFTER, ids=lambda door: door.__name__)
 def test_what_is_written_after_a_call_changes_nothing(door, models, tmp_path):
     given, untouched = Arguments(), Arguments()

@@ -241,6 +241,7 @@ def outcome(seed: int) -> tuple[str, list[str]]:
     return "same" if seen else "no numbers", draw.flaws
 
 
+@pytest.mark.slow
 def test_a_ball_on_a_spinning_disc_has_sympys_rates_or_is_refused() -> None:
     with pytest.raises(MechanismError, match="degrees of freedom: 3, with these rates: 1"):
         described(ball_on_disc(with_positions=True))

@@ -53,6 +53,7 @@ def test_a_four_bar_is_the_same_whichever_pin_is_cut():
         assert np.allclose(model.rhs(0.0, state)[3:], kept @ alpha, rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_tree_of_joints_is_walked_and_says_what_written_out_equations_say(monkeypatch):
     mechanism = tree(3, 3)
     assert len(mechanism.u) == 10

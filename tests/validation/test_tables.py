@@ -48,6 +48,7 @@ def road():
     return compiled(c / w * stretch((q - x0) / w))
 
 
+@pytest.mark.slow(cases=99)
 @pytest.mark.parametrize("method", METHODS)
 def test_no_bump_is_narrower_than_a_step(road, method):
     rng = np.random.default_rng(1)  # with two knots a part of 1e-5 of a step apart
@@ -71,6 +72,7 @@ def test_a_bump_of_a_spline_is_seen(method):
     assert sol["u"][-1] == pytest.approx(np.sqrt(1 + 2 * work), rel=1e-8)
 
 
+@pytest.mark.slow(cases=99)
 @pytest.mark.parametrize("method", ["dopri5", "auto"])
 def test_an_argument_may_be_no_number_where_the_table_is_not_used(method):
     law = mechc.Table([0.0, 0.3, 0.7, 1.0], [0.0, 1.0, -1.0, 0.0], kind="linear", outside="repeat")
@@ -85,6 +87,7 @@ def test_an_argument_may_be_no_number_where_the_table_is_not_used(method):
     np.testing.assert_allclose(sol.y[-1], known.y[:, -1], atol=1e-6)
 
 
+@pytest.mark.slow
 def test_derivatives_follow_over_knots():
     law = mechc.Table([-2, -0.5, 0.1, 0.7, 2], [3, 0.2, -0.3, -0.8, -4], kind="linear")
     model = compiled(c * law(k * q) - law(q).diff(q))

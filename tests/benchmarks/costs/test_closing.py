@@ -7,7 +7,7 @@ import pytest
 from benchmarks.costs import closing
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_every_figure_has_microseconds_and_a_limit_that_is_told(capsys):
     missed = closing.main(["--quick"])
     lines = capsys.readouterr().out.splitlines()

@@ -28,7 +28,7 @@ def test_operations_are_counted_once_for_every_mechanism(monkeypatch):
     assert told["four_bar: C of the program"] > 1000
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_all_is_written_with_limits_and_what_was_skipped(monkeypatch, capsys, out):
     """Without what compiles or counts for long: rows, sizes, JSON, the exit code."""
     for name, value in {"BUILT": {}, "COUNTED": {}, "RUNS": 1, "_instructions": _nothing}.items():

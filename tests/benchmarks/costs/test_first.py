@@ -5,7 +5,7 @@ import pytest
 from benchmarks.costs import first
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_the_first_value_is_measured_in_processes_of_their_own():
     """Cold there is something to derive and compile, cached nothing; the values are the same."""
     row = first.measured("by hand", 1)
@@ -15,7 +15,7 @@ def test_the_first_value_is_measured_in_processes_of_their_own():
     assert row["largest difference"] < 1e-12
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_the_wait_has_the_derivation_and_the_parts_of_a_run_in_it(capsys):
     """Nothing is in the cache; the part for derivatives is compiled where there are any."""
     row = first.first_motion("pendulum")

@@ -4,7 +4,7 @@ import pytest
 
 from benchmarks.costs import fitting
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.thorough
 
 
 @pytest.mark.parametrize("kind", fitting.PENDULUMS)

@@ -6,7 +6,7 @@ from benchmarks.costs import growth
 from benchmarks.timing import results
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_growth_runs_through_and_goes_on_from_its_rows(out):
     """The smallest chains: columns, file; measured once."""
     assert growth.main(["--scenes", "planar", "--most", "2"]) == 0

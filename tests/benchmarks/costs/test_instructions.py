@@ -12,7 +12,7 @@ def test_the_difference_of_two_counts_leaves_what_is_around_the_calls_out():
     assert found == {"rhs": 7, "x": 6}
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_state_in_lanes_takes_fewer_instructions_than_one_alone():
     """Counted in a process of its own; the time that either takes does not come into it."""
     if shutil.which("valgrind") is None:

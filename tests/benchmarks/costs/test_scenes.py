@@ -5,7 +5,7 @@ import pytest
 from benchmarks.costs import scenes
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_scene_of_the_table_is_measured():
     case = next(case for case in scenes.CASES if case.name == "open chain of 3")
     row = scenes.measured(case)

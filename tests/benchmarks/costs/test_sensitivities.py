@@ -13,7 +13,7 @@ def test_a_scene_has_a_row_for_every_method_and_tolerance(capsys: pytest.Capture
     assert all(float(row.split()[-1]) > 0.0 for row in rows)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_the_chain_has_rows_of_its_gradient(capsys: pytest.CaptureFixture[str], monkeypatch):
     monkeypatch.setattr(sensitivities, "LINKS", 2)
     assert sensitivities.main(["--rounds", "2", "--only", "chain"]) == 0

@@ -5,6 +5,7 @@ import json
 from benchmarks.costs import stepping
 
 
+@pytest.mark.slow
 def test_every_step_is_in_the_histogram(tmp_path, capsys):
     stepping.main(["--steps", "40", "--out", str(tmp_path / "stepper.json")])
     rows = json.loads((tmp_path / "stepper.json").read_text("utf-8"))

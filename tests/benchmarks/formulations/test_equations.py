@@ -33,7 +33,7 @@ def test_the_equations_given_to_peers_are_those_of_the_model(name):
             np.testing.assert_allclose(found, expected, atol=1e-10 * scale, rtol=0)
 
 
-@pytest.mark.parametrize("count", [1, pytest.param(2, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [1, pytest.param(2, marks=pytest.mark.thorough)])
 def test_windows_in_other_coordinates_are_the_same_windows(count):
     """What tools with equations are given follows the closed form, before the first crossing."""
     problem = problems.problem(f"windows_{count}")

@@ -7,7 +7,7 @@ import pytest
 from benchmarks.formulations import optimal
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_exact_derivatives_and_differences_find_the_known_cost(capsys) -> None:
     assert optimal.main(["--only", "thrown ball", "--solver", "slsqp"]) == 0
     rows = capsys.readouterr().out.splitlines()[1:]

@@ -34,7 +34,7 @@ def test_no_case_is_wrong_without_a_word(seed, thorough, capsys):
     assert code == 0, told
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 @pytest.mark.parametrize(("changed", "why"), [("q", "closure"), ("u", "energy")])
 def test_a_wrong_motion_is_seen(monkeypatch, changed, why):
     """The judge is given states that do not belong to the motion."""
@@ -49,6 +49,7 @@ def test_a_wrong_motion_is_seen(monkeypatch, changed, why):
     assert why in judge._not_kept(model, case, sol)
 
 
+@pytest.mark.slow
 def test_the_motion_in_digits_keeps_its_rods_and_its_energy():
     """Its equations of motion know no energy."""
     case = next(c for c in map(drawn, range(200)) if c.topology == "two loops" and c.params["g"])
@@ -74,7 +75,7 @@ def energy_of(case, state):
     return energy
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_right_run_ends_where_the_motion_in_digits_does():
     case = next(c for c in map(drawn, range(200)) if c.topology == "one loop" and c.rtol < 1e-8)
     told = judge.in_digits(case).replace(",", "").split()

@@ -22,7 +22,7 @@ def test_a_method_has_the_loosest_one_between_and_the_tightest():
     ]
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_the_tables_are_written_between_the_marks_of_a_page(out, tmp_path):
     page = tmp_path / "page.md"
     page.write_text(f"before\n{elsewhere.BEGIN}\nold\n{elsewhere.END}\nafter\n", "utf-8")

@@ -10,7 +10,7 @@ from benchmarks.formulations.equations import derive
 from benchmarks.peers import equal_error, variational
 from benchmarks.references.sensitivities.derivatives import posed
 
-pytestmark = pytest.mark.slow  # compiles much
+pytestmark = pytest.mark.thorough  # compiles much
 # Tolerances, and the errors that they keep: multistep methods end far off their tolerance.
 PROMISES = {"heyoka": (1e-12, 1e-10), "CVODES": (1e-10, 1e-5), "IDAS": (1e-10, 1e-5)}
 

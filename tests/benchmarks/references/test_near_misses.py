@@ -7,6 +7,7 @@ from benchmarks.problems.data import reference
 from benchmarks.references import command, near_misses
 
 
+@pytest.mark.slow(cases=99)
 @pytest.mark.parametrize("ground", [3.9, 4.001])
 def test_the_digits_that_are_kept_come_out_again(ground):
     known = reference("four_bar_near_misses")[repr(ground)]["0.5"]

@@ -6,6 +6,7 @@ from benchmarks.problems.data import four_bar_state
 from benchmarks.report import crossing
 
 
+@pytest.mark.slow
 def test_mechc_follows_the_exact_motion_and_solve_ivp_takes_other_branches(monkeypatch, tmp_path):
     found = crossing.motions()
     exact = found[crossing.EXACT]

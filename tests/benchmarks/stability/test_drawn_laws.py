@@ -18,6 +18,7 @@ def value(law, force, time, y):
     return complex(force.expr.xreplace(exact).evalf(20))
 
 
+@pytest.mark.slow
 def test_code_and_expression_of_a_law_are_one_function():
     rng, compared = np.random.default_rng(5), 0
     for seed in range(60):
@@ -65,7 +66,7 @@ def test_why_a_motion_ends_is_told(code, cell, word):
     assert Reference(law).follow([3.0], law.y0, 1.0).word == word
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_random_laws_move_as_their_references_do():
     rows = list(motions.of_seeds(range(12)))
     words = {row["word"] for row in rows}
@@ -73,6 +74,7 @@ def test_random_laws_move_as_their_references_do():
     assert sum(row["word"] == "right" for row in rows) >= 9
 
 
+@pytest.mark.slow
 def test_another_motion_is_wrong():
     case = next(c for c in map(motions.followed, range(5)) if not isinstance(c, str))
     assert motions._judged(case, case.exact, "auto", 1e-9)["word"] == "right"

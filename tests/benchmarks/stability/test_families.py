@@ -123,7 +123,7 @@ def test_a_member_that_differs_from_its_own_run_is_wrong(regular):
     assert batches.same("", regular, "undecided", regular.y[-1])["word"] == "WRONG"
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_folding_slider_crank_keeps_to_its_branch():
     row = next(crossings._slider_crank([1e-8]))
     assert row["word"] == "right"
@@ -164,7 +164,7 @@ def test_the_judge_of_near_misses_leaps_to_no_other_branch():
     np.testing.assert_allclose(ends, [ends[0]] * len(ends), rtol=0, atol=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_the_judge_of_five_bars_keeps_its_loop_and_its_energy():
     """Its equations of motion know none, and do not project."""
     model = mechc.compile(five_bar())

@@ -77,15 +77,16 @@ def first_of(rows, count):
     return [row for row, _ in zip(rows, range(count), strict=False)]
 
 
+@pytest.mark.slow(cases=99)
 @pytest.mark.parametrize(
     ("family", "count"),
     [("change points", 3), ("units", 4), ("mass ratios", 2), ("length ratios", 2),
      ("tolerances", 28), ("open starts", 12), ("bad values", 10), ("a million periods", 2),
-     pytest.param("redundant constraints", 2, marks=pytest.mark.slow),
+     pytest.param("redundant constraints", 2, marks=pytest.mark.thorough),
      ("near misses", 12), ("exact motion", 4), ("whole turns", 12),
      ("ends near", 24), ("starts near", 12),
-     ("once silent", 9), pytest.param("window near misses", 6, marks=pytest.mark.slow),
-     pytest.param("redundant loops", 10, marks=pytest.mark.slow)],
+     ("once silent", 9), pytest.param("window near misses", 6, marks=pytest.mark.thorough),
+     pytest.param("redundant loops", 10, marks=pytest.mark.thorough)],
 )  # fmt: skip
 def test_the_first_runs_of_a_family_are_not_wrong(family, count):
     rows = first_of(stress.FAMILIES[family].rows(True), count)

@@ -12,6 +12,7 @@ from benchmarks.timing import cases
 HANGS, CRASHES = "while True: pass", "os._exit(3)"
 
 
+@pytest.mark.slow(cases=99)
 @pytest.mark.parametrize(("does", "told"), [(HANGS, "did not finish"), (CRASHES, "exit code 3")])
 def test_a_peer_that_hangs_or_crashes_is_named_and_the_others_go_on(
     monkeypatch, tmp_path, does, told

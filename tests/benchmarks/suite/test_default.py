@@ -26,7 +26,7 @@ def test_an_error_that_only_another_method_reaches_is_infinitely_far():
     assert found["1e-12"]["ratio"] == float("inf")
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_runs_and_batches_of_a_scene_are_measured(tmp_path, capsys, monkeypatch):
     monkeypatch.setenv("MECHC_BENCH_OUT", str(tmp_path))
     assert default.main(["--quick", "--scene", "rigid_body"]) in (0, 1)

@@ -13,7 +13,7 @@ SWING = """<robot name="swing"><link name="post"/><link name="arm">
     <axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"""
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_robot_is_measured_and_another_refused(tmp_path, monkeypatch, out, capsys):
     pytest.importorskip("pinocchio", reason="pip install 'mechc[robots]'")
     (tmp_path / "swing.urdf").write_text(SWING)

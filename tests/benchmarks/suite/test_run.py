@@ -57,6 +57,7 @@ def test_a_script_that_fails_is_told_and_the_others_run(scripts, capsys):
     assert "FAILED: bad" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_a_script_that_takes_too_long_is_ended_with_what_it_started(scripts, tmp_path, capsys):
     slow = (
         WRITES.format("slow", "1") + "\nimport subprocess, sys, time\n"
@@ -103,7 +104,7 @@ def test_figures_of_an_older_run_are_not_taken_for_those_of_a_failed_one(scripts
     assert "one" not in results
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_interrupted_it_keeps_what_it_has(tmp_path):
     command = [*processes.module_command("__main__"), "--smoke", "--only", "stress", "growth"]
     suite = subprocess.Popen(
@@ -150,7 +151,7 @@ def test_every_script_has_its_place_in_the_report():
 
 
 @pytest.mark.parametrize("name", SMOKED)
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_the_script_runs(tmp_path, name):
     run.main(["--smoke", "--only", name, "--out", str(tmp_path)])
     results = read_figures(tmp_path / "results.json")
@@ -158,7 +159,7 @@ def test_the_script_runs(tmp_path, name):
     read((tmp_path / "results.html").read_text())
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_live_run_has_its_plot_and_its_ratios_in_the_report(tmp_path):
     """The same shape of figures as the canned ones: whatever the report reads is there."""
     assert run.main(["--smoke", "--only", "work_precision", "--out", str(tmp_path)]) == 0

@@ -8,7 +8,7 @@ from benchmarks.timing import results
 from tests.support.benchmarks.page import read
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_work_precision_runs_through(monkeypatch, tmp_path):
     """With SciPy alone, on the regular four-bar: rows, ratios, and the page of a named script."""
     monkeypatch.delenv(results.FOLDER_VARIABLE)

@@ -51,7 +51,7 @@ def test_no_floating_constant_of_the_runtime_is_without_a_name():
     assert bare_literals() == []
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_factor_changes_what_a_scene_compiled_with_them_does(tmp_path):
     every, factors = constants(), tmp_path / "factors"
     write_headers(every, tmp_path)

@@ -13,6 +13,7 @@ def case_of(tol, error, *, tool="tool", method="method", run=lambda: 0.0):
     return timing.Case(tool, method, tol, run, lambda value: np.array([error]))
 
 
+@pytest.mark.slow
 def test_wrong_motions_are_listed_and_never_part_of_an_envelope():
     cases = [case_of(1e-3, 5.0), case_of(1e-4, 1e-5)]
     cases.append(case_of(1e-5, np.nan))
@@ -52,6 +53,7 @@ def test_a_run_without_end_is_cut_off_and_says_so():
     assert "cut off after 0.1 s" in case.record()["status"]
 
 
+@pytest.mark.slow
 def test_what_work_precision_writes_is_valid_json_without_nan():
     """A case without a final state has no error, not one that is no number."""
     case = case_of(1e-3, np.inf)

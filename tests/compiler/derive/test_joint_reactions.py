@@ -207,6 +207,7 @@ def free_bodies(theta, omega, alpha, lengths, masses):
     return forces.reshape(4, 2)
 
 
+@pytest.mark.slow(cases=99)
 @pytest.mark.parametrize("cut", range(4))
 @pytest.mark.parametrize("l_3", [3.5, 4.0])
 def test_four_bar_pins_are_what_free_bodies_ask_for_whichever_is_cut(cut_anywhere, cut, l_3):
@@ -232,6 +233,7 @@ def test_near_a_change_point_all_cuts_still_agree_on_the_forces(cut_anywhere):
         assert np.allclose(force[:, :2], wanted, rtol=1e-7, atol=1e-7)
 
 
+@pytest.mark.slow
 def test_the_shipped_four_bar_has_reactions_on_request():
     model = mechc.load("four_bar", outputs=("energy", "reactions"))
     plain = mechc.load("four_bar")

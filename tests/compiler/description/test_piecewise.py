@@ -174,6 +174,7 @@ def test_jacobians_have_the_slopes_of_the_whole(model, state):
     np.testing.assert_allclose(found, wanted, rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_derivatives_of_a_motion_from_rest_forwards_and_backwards(model):
     """At its start every law vanishes."""
 

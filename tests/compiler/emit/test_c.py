@@ -153,6 +153,7 @@ def test_optimised_scenes_compile_without_a_warning(
     assert {"sin", "cos", "free"} <= needed <= OF_C
 
 
+@pytest.mark.slow(cases=99)
 @BY_COMPILER
 def test_the_parts_of_a_long_stage_are_compiled_once(
     compiler: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -170,6 +171,7 @@ def test_the_parts_of_a_long_stage_are_compiled_once(
     assert done.stdout.count("mechc_scalar_locate_near") == 1
 
 
+@pytest.mark.slow(cases=99)
 @pytest.mark.parametrize("scene", scenes.SCENES)
 @BY_COMPILER
 def test_scenes_are_clean_under_stricter_warnings(

@@ -79,6 +79,7 @@ def test_a_header_compiles_by_itself_and_again(header: str, scene: Path) -> None
     assert compiled(including(*texts, *end), scene, *flags) == ""
 
 
+@pytest.mark.slow
 def test_parts_compile_together(tmp_path: Path) -> None:
     """Any two in one unit, of a tree with loops and sensitivities."""
     request = OutputRequest(frozenset({"energy", "multipliers", "sensitivities"}))

@@ -52,6 +52,7 @@ def compiled(made: mechc.Model, name: str, at: Reference) -> Array:
 # -- outputs ----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow(cases=99)
 @pytest.mark.parametrize("name", OUTPUTS)
 @pytest.mark.parametrize("instruction_set", SETS)
 def test_the_four_bar_agrees_with_30_digits(instruction_set: str, name: str) -> None:
@@ -59,6 +60,7 @@ def test_the_four_bar_agrees_with_30_digits(instruction_set: str, name: str) -> 
     at.check(name, compiled(model("four_bar", instruction_set), name, at))
 
 
+@pytest.mark.slow(cases=99)
 @pytest.mark.parametrize("scene", sorted(set(scenes.SCENES) - {"four_bar"}))
 def test_scenes_compiled_on_demand_agree_with_30_digits(scene: str) -> None:
     at, made = reference(scene), model(scene)

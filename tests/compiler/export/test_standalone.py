@@ -227,6 +227,7 @@ def test_a_default_of_a_parameter_without_effect_makes_no_place_among_the_parame
         assert tuple(re.findall(r"p\[\d\] (\w+)", header)) == model.parameters
 
 
+@pytest.mark.slow(cases=99)
 @pytest.mark.parametrize("real", ["double", "float"])
 def test_the_example_moves_with_what_follows_the_values_that_were_given(tmp_path, real):
     """A uniform coupler of another mass, whose inertia is given to the model by number."""

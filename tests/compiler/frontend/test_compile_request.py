@@ -29,6 +29,7 @@ print(CompileRequest(four_bar_kane(), CompileOptions(settings)).digest)
 """
 
 
+@pytest.mark.slow
 def test_the_name_is_the_same_in_every_process() -> None:
     names = {
         subprocess.run(

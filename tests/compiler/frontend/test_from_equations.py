@@ -80,6 +80,7 @@ def test_an_open_chain_is_that_of_kanes_method():
     assert_same_rates(model, expected, states(model), values)
 
 
+@pytest.mark.slow
 def test_a_loop_is_closed_with_the_multipliers_of_kanes_method():
     kane, rows = chain(), list(four_bar_system().holonomic_constraints)
     terms, outputs = (kane.q, kane.u, kane.mass_matrix, kane.forcing), ("multipliers",)

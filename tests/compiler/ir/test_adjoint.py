@@ -60,6 +60,7 @@ def test_they_are_those_of_the_weighed_residual(scene: str) -> None:
             assert abs(derivative - wanted) < 1e-22 * (1 + abs(wanted)), symbol
 
 
+@pytest.mark.slow
 def test_they_cost_a_few_residuals_however_many_parameters() -> None:
     program = optimised_scene(SCENES["tree"](), REQUEST, Stopwatch()).functions.program
 

@@ -160,6 +160,7 @@ def test_a_rack_and_pinion(reverse):
     assert torque == pytest.approx(0, abs=1e-12)
 
 
+@pytest.mark.slow(cases=99)
 @pytest.mark.parametrize("shape", ["roller", "flat"])
 def test_a_cam(shape):
     """m s'' = N - m g and I phi'' = -N s' with s = f(phi); the guide takes the contact's rest."""

@@ -104,6 +104,7 @@ def test_what_cannot_be_cut_is_refused_by_name():
         mechanism_of(replace(robot, links=links, joints=joints))
 
 
+@pytest.mark.slow
 def test_names_of_links_and_points_may_be_those_that_mechc_adds():
     robot = four_bar()
     names = {"crank": "C cut", "coupler": "B end", "rocker": "coupler half", "ground": "q'; {"}
@@ -152,6 +153,7 @@ FAST = ("four_bar", "with_ball", "cylindrical", "gripper")
 SLOW = [pytest.param(n, marks=pytest.mark.slow(cases=4)) for n in MACHINES if n not in FAST]
 
 
+@pytest.mark.slow(cases=99)
 @pytest.mark.parametrize("name", [*FAST, *SLOW])
 def test_every_spanning_tree_gives_the_same_motion(name):
     """The tree that is chosen, and of the others the first two, or of slow ones all up to eight."""
@@ -165,6 +167,7 @@ def test_every_spanning_tree_gives_the_same_motion(name):
         check_same_motion(chosen, other)
 
 
+@pytest.mark.slow
 def test_halves_of_a_link_move_as_the_link():
     """With a damper at each pin but D, the cut of C is one of its coupler."""
     dampers = {name: {"damping": 0.3} for name in "ABC"}
@@ -183,6 +186,7 @@ def test_a_compiled_linkage_starts_closed_and_keeps_its_energy():
     assert abs(sol["q_A"][-1]) > 0.01
 
 
+@pytest.mark.slow(cases=99)
 @pytest.mark.parametrize(
     "options",
     [{"floating": True}, {"symbolic": ["mass", "centre", "inertia", "origin", "damping"]}],

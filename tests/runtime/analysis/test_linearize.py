@@ -297,6 +297,7 @@ def test_a_moved_pivot_moves_what_hangs_on_it():
     assert -np.linalg.solve(A, B)[0] == pytest.approx(1.0, rel=1e-14)
 
 
+@pytest.mark.slow
 def test_speeds_that_move_by_rounding_alone_are_no_redundant_constraint():
     """The length of a rod, in a motion along it: the speeds of the bob do not change with it."""
     defaults = {"m": 2.0, "l": 1.3}
@@ -321,6 +322,7 @@ def test_a_linear_model_by_every_parameter_of_an_open_pendulum():
     agrees_with_differences(model, np.array([0.3, 1.2]), {"l": 0.8}, ("l", "m"))
 
 
+@pytest.mark.slow(cases=99)
 @pytest.mark.parametrize("rows", ["constraints", "velocity_constraints"])
 def test_redundant_constraints_that_an_input_keeps_from_holding(rows):
     """A block held, or pulled, at a and at b: there is no linear model by one of them."""

@@ -168,6 +168,7 @@ def test_squares_of_distances_close_as_circles_intersect(shape, unit):
     assert_same_places(found, linkage.assemblies(), 1e-9 * linkage.rods[0][2])
 
 
+@pytest.mark.slow(cases=99)
 @pytest.mark.parametrize("shape", SHAPES[:2], ids=lambda shape: shape.__name__)
 @pytest.mark.parametrize("crank", [0.3, 1.9, 4.4])
 def test_distances_and_their_squares_in_any_unit_close_alike(shape, crank):

@@ -276,6 +276,7 @@ def test_inputs_in_loads_are_not_asked_for(driven):
 # -- quaternions -----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_quaternions_that_follow_have_length_one():
     model = mechc.compile(spatial_four_bar(by_quaternion=True), outputs=())
     turns = [0.9, 1.0, 1.3, -1.5]

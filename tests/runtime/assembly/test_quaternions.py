@@ -36,6 +36,7 @@ def lengths(model, q):
     )
 
 
+@pytest.mark.slow
 def test_one_coordinate_determines_the_others(platform):
     values = np.linspace(0.0, 0.6, 13)
     sweep = platform.sweep_positions("a", values)

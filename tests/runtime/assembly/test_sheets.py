@@ -41,6 +41,7 @@ def test_assemble_takes_what_is_not_folded(model, crank, guess):
         assert np.linalg.norm(at[a] - at[b]) == pytest.approx(length, abs=1e-12)
 
 
+@pytest.mark.slow(cases=99)
 @pytest.mark.parametrize("crank", CRANKS)
 def test_assemblies_leaves_the_sheet_out_and_says_so(model, crank):
     """C above D or below, and P beyond them on Peaucellier's line, or on B."""

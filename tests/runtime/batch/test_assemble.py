@@ -36,6 +36,7 @@ def test_on_no_sheet_where_the_mechanism_is_folded(folding, guess):
         np.testing.assert_array_equal(batch.y0[member], alone)
 
 
+@pytest.mark.slow
 def test_where_all_are_folded_it_says_so(folding):
     x, y = 3.0 * np.cos(0.3), 3.0 * np.sin(0.3)
     held = {"x_C": x, "y_C": y, "x_D": x, "y_D": y}
@@ -59,6 +60,7 @@ def test_at_a_change_point_speeds_follow_the_branch_that_takes_them(model):
     assert batch.status(1).code == "not assembled"
 
 
+@pytest.mark.slow
 def test_quaternions_in_a_loop_begin_unturned():
     """The coupler may spin: without a guess of its attitude nothing would decide how far."""
     model = mechc.compile(spatial_four_bar(by_quaternion=True))

@@ -195,6 +195,7 @@ def test_links_pipes_and_devices_are_no_data(folder, tmp_path):
         (tmp_path / "aside").rename(path)
 
 
+@pytest.mark.slow(cases=99)
 @pytest.mark.parametrize(
     "name", [".mechc-lock", "data.zarr/y", "data.zarr/t/c/1", "mechc", "mechc/.request.json.1.part"]
 )
@@ -400,6 +401,7 @@ def verified(path):
     )
 
 
+@pytest.mark.slow
 def test_mechc_verify_names_what_is_damaged(folder):
     told = verified(folder)
     assert (told.returncode, told.stdout.strip()) == (0, f"{folder}: 3 chunks, all sound")

@@ -59,6 +59,7 @@ def test_extremes_of_a_fast_component(damped, method, rtol):
     np.testing.assert_allclose(batch["min(u)"], exact, rtol=20 * rtol)
 
 
+@pytest.mark.slow(cases=99)
 @pytest.mark.parametrize("rtol", [1e-4, 1e-8])
 def test_where_a_fast_component_has_died_out_members_leave_the_explicit_pair(rtol):
     """There errors shrink by a lower order, and steps with them, below what stability bears."""

@@ -175,6 +175,7 @@ def test_a_real_process_complains_in_one_line_too():
     assert err == "mechc: l_3 = -1 m (length of the ground) must be finite and > 0\n"
 
 
+@pytest.mark.slow
 def test_ctrl_c_writes_what_was_computed(here):
     """A run of many minutes, interrupted once it is under way."""
     arguments = ("--set", "l_3=3.5", "--t-end", "1e6", "--rtol", "1e-6", "--out", "out")

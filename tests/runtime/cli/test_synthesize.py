@@ -43,6 +43,7 @@ def test_a_linkage_from_a_table(points, here, capsys):
     assert best["errors"]["C"] < 1e-10
 
 
+@pytest.mark.slow
 def test_json_writes_nothing_and_a_condition_that_is_missed_is_an_exit_code(points, here, capsys):
     options = ("--samples", "32", "--refined", "2", "--transmission", "p_1,p_2,p_3,89deg")
     assert main(["synthesize", "four_bar", points, *SCENE, *FREE, *options, "--json"]) == 1

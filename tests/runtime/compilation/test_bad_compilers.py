@@ -54,6 +54,7 @@ def test_the_beginning_and_the_end_of_much_output_are_told(unit_needed, monkeypa
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 90 * 1024  # kB
 
 
+@pytest.mark.slow
 def test_one_whose_linker_dies_where_it_writes_is_run_elsewhere(unit_needed, monkeypatch):
     """As linkers do that map their output into memory, on a full disk; twice it is told."""
     usual, cache = shlex.join(toolchain.compiler()), unit_needed / "cache"
@@ -123,6 +124,7 @@ except KeyboardInterrupt:
 """
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_the_compiler_and_its_children(unit_needed):
     child = unit_needed / "child"
     environment = {**os.environ, "CC": compiler_script(unit_needed, HANGS.format(child=child))}
@@ -196,6 +198,7 @@ except mechc.MechcError as error:
 """
 
 
+@pytest.mark.slow(cases=99)
 @pytest.mark.parametrize(
     "place",
     ["sympy.core.numbers", "mpmath.libmp.libmpf", "sympy.solvers", "sympy.physics.mechanics.body"],

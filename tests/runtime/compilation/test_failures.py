@@ -100,6 +100,7 @@ def end(process):
     return told.split()
 
 
+@pytest.mark.slow
 def test_processes_at_once_derive_and_compile_once(fresh):
     """With a mechanism the texts name the entry, with an object of SymPy's what was read."""
     running = [begin(2.0) for _ in range(3)]
@@ -136,6 +137,7 @@ def test_many_processes_with_one_kane_object_derive_it_once_whatever_their_hash_
     assert len({tuple(rates) for _, _, *rates in told}) == 1
 
 
+@pytest.mark.slow
 def test_a_process_killed_while_it_compiles_leaves_nothing_in_the_way(unit_needed):
     """Nor does its compiler, which goes on for a while."""
     waits = f'echo $$ > {unit_needed}/compiling; sleep 5; exec {COMPILER} "$@"'
@@ -154,6 +156,7 @@ def test_a_process_killed_while_it_compiles_leaves_nothing_in_the_way(unit_neede
     assert not list(cache.cache_folder().glob(".new-*"))
 
 
+@pytest.mark.slow
 def test_a_killed_compiler_is_told_and_the_next_attempt_works(unit_needed, monkeypatch):
     monkeypatch.setenv("CC", compiler_script(unit_needed, "kill -9 $$"))
     with pytest.raises(CompilerError, match="was ended by SIGKILL, perhaps for lack of memory"):
@@ -201,6 +204,7 @@ def mounted(folder, options):
         subprocess.run(["umount", "--lazy", str(folder)], check=True)
 
 
+@pytest.mark.slow
 def test_a_full_disk_is_told(unit_needed, monkeypatch):
     with mounted(unit_needed / "small", "size=64k") as folder:
         monkeypatch.setenv("MECHC_CACHE_DIR", str(folder / "cache"))
@@ -212,6 +216,7 @@ def test_a_full_disk_is_told(unit_needed, monkeypatch):
     assert right(rate(4.0), 4.0)
 
 
+@pytest.mark.slow
 def test_with_a_full_home_a_process_keeps_its_own(unit_needed, monkeypatch):
     """Nobody said that it had to be there: the model works, and a warning says what is lost."""
     monkeypatch.delenv("MECHC_CACHE_DIR")
@@ -259,6 +264,7 @@ def as_others_do():
     return drop
 
 
+@pytest.mark.slow
 def test_with_a_read_only_home_a_process_keeps_its_own(fresh, as_others_do):
     home = fresh / "home"
     home.mkdir(mode=0o500)
@@ -272,6 +278,7 @@ def test_with_a_read_only_home_a_process_keeps_its_own(fresh, as_others_do):
     assert list(home.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_a_read_only_folder_that_was_named_is_refused_unless_all_is_there(fresh, as_others_do):
     folder = fresh / "cache"
     folder.mkdir(mode=0o500)
@@ -405,6 +412,7 @@ def test_another_compiler_makes_the_same_model_under_another_key(fresh, monkeypa
     np.testing.assert_allclose(one, other, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_what_is_compiled_is_no_matter_of_pythons_version(unit_needed):
     """Every Python may load it: it asks for nothing of Python's."""
     if shutil.which("nm") is None:
@@ -423,6 +431,7 @@ def _whole(gravity):
     return cache.cache_folder() / model.build["key"]
 
 
+@pytest.mark.slow
 def test_what_another_processor_has_compiled_is_not_loaded(unit_needed, monkeypatch):
     here = first_entry(8.5)
     monkeypatch.setattr(processor, "processor", lambda: "another")

@@ -68,6 +68,7 @@ def test_it_is_compiled_once_and_told_in_one_line(lean, monkeypatch, capsys):
     assert not {*build._compiled} - {*build.cache.scenes()}, "all of it is in the cache"
 
 
+@pytest.mark.slow
 def test_a_motion_has_its_derivatives_and_the_same_steps(lean, whole):
     plain = lean.simulate(1.0, START, t_eval=TIMES, method="gauss8")
     found, expected = (

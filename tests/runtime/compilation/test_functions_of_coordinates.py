@@ -74,6 +74,7 @@ def test_more_samples_are_no_more_operations_and_the_numbers_of_a_table():
     assert counts[0] == counts[1]
 
 
+@pytest.mark.slow
 def test_derivatives_of_the_motion_jump_where_samples_do():
     """By differences of the motions, which know nothing of it."""
     kane, q = cart(lambda q: h(q) - k * q)

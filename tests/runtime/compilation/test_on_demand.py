@@ -193,6 +193,7 @@ def test_processes_at_once_compile_once_and_later_ones_load(fresh):
     assert len(cache.scenes()) == 1
 
 
+@pytest.mark.slow
 def test_a_damaged_shared_object_is_compiled_again_not_loaded(fresh, monkeypatch):
     model = mechc.compile(pendulum(5.0))
     assert model.capsule, "waits for the whole of it"
@@ -383,6 +384,7 @@ def test_a_file_whose_mechanism_is_not_at_hand_is_opened_with_it(hostile, fresh,
         mechc.open(path, mechc.load("four_bar"))
 
 
+@pytest.mark.slow
 def test_emission_is_the_same_text_whatever_the_hash_seed():
     script = (
         "from tests.support.pendulums import pendulum\n"

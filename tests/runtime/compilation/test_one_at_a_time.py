@@ -75,6 +75,7 @@ def test_compiling_and_typed_expressions_have_it():
         assert len(frames) - 2 <= most, frames
 
 
+@pytest.mark.slow(cases=99)
 @pytest.mark.parametrize(
     "command",
     [

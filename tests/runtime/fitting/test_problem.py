@@ -75,6 +75,7 @@ def test_no_derivative_through_a_change_point_of_these_lengths(bar):
     assert found["m_1"] == pytest.approx(2.0, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_constant_inputs_and_starts_before_the_first_sample(pushed):
     starts, torques = [{"q": 0.7, "u": -0.5}, {"q": -0.2, "u": -0.5}], [0.9, 0.9]
     data = []

@@ -155,6 +155,7 @@ def test_a_narrow_pulse_of_a_law_is_seen() -> None:
     assert sol.y[-1, 1] == pytest.approx(0.4 * np.sqrt(np.pi) / 2.0, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_derivatives_by_the_numbers_of_a_law() -> None:
     model = mechc.compile(_joined(), defaults=VALUES, parameters=[C])
     inputs = {"F": "3*sin(4*t) - c*v", "G": 1.0}

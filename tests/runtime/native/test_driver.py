@@ -117,6 +117,7 @@ def test_outputs_by_a_tape_have_the_bits_of_those_compiled_in_lanes(own_cache, d
     by_tape_and_in_lanes(model, model.system.scene.evaluator)
 
 
+@pytest.mark.slow(cases=99)
 @pytest.mark.parametrize(
     ("described", "angle", "speed"),
     [

@@ -86,6 +86,7 @@ def test_a_relaxation_oscillation_is_reached_from_everywhere():
     assert (cycle.basin(starts, periods=6) == 0).all()
 
 
+@pytest.mark.slow
 def test_what_grows_by_a_given_length_is_not_compared():
     q, u = dynamicsymbols("q u")
     push = 1 - u + 0.3 * cos(2 * pi * dynamicsymbols._t)

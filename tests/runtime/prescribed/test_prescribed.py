@@ -87,6 +87,7 @@ def test_the_guess_chooses_the_assembly(arm, guess):
     assert np.sign(found["q2"][0]) == np.sign(guess["q2"])
 
 
+@pytest.mark.slow
 def test_paths_are_texts_samples_splines_functions(arm, drawn):
     knots = np.linspace(0.0, 1.5, 61)
     x = 0.3 + 0.1 * np.sin(2 * knots)

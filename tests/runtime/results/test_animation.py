@@ -118,6 +118,7 @@ def test_paths_are_the_dense_output_and_not_the_frames(of: str) -> None:
     assert np.abs(drawn(t) - true).max() < 0.0005 * np.ptp(true, axis=0).max()
 
 
+@pytest.mark.slow
 def test_curves_are_the_dense_output_and_not_the_frames() -> None:
     made = fake_linkage.run(2.0)
     sol = Faster(made.system, np.array([0.0, 1.0, 2.0]))

@@ -272,6 +272,7 @@ def test_many_coordinates_keep_a_short_legend() -> None:
     assert shown[-1] == "$q_{39}$"
 
 
+@pytest.mark.slow(cases=99)
 @pytest.mark.parametrize(
     "sol",
     [

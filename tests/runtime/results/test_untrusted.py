@@ -50,6 +50,7 @@ def test_a_truncated_file_is_refused_by_name_whatever_its_length(saved):
             mechc.open(saved)
 
 
+@pytest.mark.slow
 def test_mechc_verify_tells_a_sound_file_from_a_damaged_one(saved):
     def verified():
         command = [sys.executable, "-m", "mechc", "verify", str(saved)]

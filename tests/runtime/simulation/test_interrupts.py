@@ -69,6 +69,7 @@ def test_a_run_that_goes_on_has_both_parts(model, regular):
     assert sol.stats["wall_s"] > first.stats["wall_s"]
 
 
+@pytest.mark.slow
 def test_the_motion_stays_where_its_derivatives_are_interrupted(monkeypatch):
     def interrupt(*_):
         raise KeyboardInterrupt

@@ -130,6 +130,7 @@ def in_a_cycle(model, regular):
     return sol
 
 
+@pytest.mark.slow
 def test_a_run_in_a_cycle_of_references_is_freed_whole(model, regular):
     """The cycle collector clears what an object holds before the object itself goes.
 

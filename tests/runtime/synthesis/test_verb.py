@@ -28,6 +28,7 @@ def timed():
     )
 
 
+@pytest.mark.slow
 def test_a_linkage_is_found_again_from_points_at_given_crank_angles(timed):
     best = timed[0]
     assert not best.warnings
@@ -128,6 +129,7 @@ def test_poses_of_the_coupler_are_met():
     assert found[0].errors["theta_1"] < 1e-10
 
 
+@pytest.mark.slow
 def test_conditions_hold_by_the_position_sweep():
     angles = {"theta_0": CRANK[:6], "theta_2": 0.15 * np.sin(CRANK[:6])}
     free = {**dict.fromkeys(LENGTHS[:3], (0.2, 2.0)), "theta_0": None, "theta_2": None}
@@ -189,6 +191,7 @@ def spatial_four_bar():
     return mechc.compile(kane, outputs=("points", "sensitivities"))
 
 
+@pytest.mark.slow
 def test_a_spatial_linkage_is_found_from_its_function():
     """Three lengths, and the two zeros of the angles, from eight pairs of angles."""
     model = spatial_four_bar()
@@ -207,6 +210,7 @@ def test_a_spatial_linkage_is_found_from_its_function():
     assert same[0].zeros == pytest.approx({"phi": 0.3, "psi": 0.1}, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_met_is_said():
     far = [(9.0, 9.0), (9.5, 9.0), (9.0, 9.5)]
     found = four_bar().synthesize(
@@ -269,6 +273,7 @@ def test_a_crank_that_goes_back_is_followed_back():
     assert found[0].errors["C"] < 1e-9
 
 
+@pytest.mark.slow
 def test_a_point_in_one_direction_alone():
     points, _ = coupler_points(KNOWN, CRANK)
     points[:, 0] = np.nan

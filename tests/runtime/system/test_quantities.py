@@ -40,6 +40,7 @@ COUNTED = {
 }
 
 
+@pytest.mark.slow(cases=99)
 @pytest.mark.parametrize("output", COUNTED)
 def test_names_in_indices_name_the_number_that_their_place_has(model, motion, output):
     axes = [getattr(model, key, key) for key in COUNTED[output]]
@@ -77,6 +78,7 @@ def test_reductions_ends_of_runs_and_plots_take_names(model, motion):
     motion.plot("reaction_torques[J_0,z]")
 
 
+@pytest.mark.slow
 def test_expressions_and_derivatives_take_names(model, motion):
     texts = ["points[J_2_rod_1_joint, y]**2*q_0[0]", "points[2,1]**2*q_0[0]"]
     _, terms = read_terms(model.system, texts)

@@ -46,6 +46,7 @@ def least_multipliers(model, y, rates):
     return np.einsum("...ij,...j", columns, model.forcing(y) - inertia)
 
 
+@pytest.mark.slow(cases=99)
 def test_a_run_is_the_pendulum(run):
     angles, speeds = (np.asarray(values[0]) for values in absolute(run.y[:1]))
     n = TONGS.pairs
@@ -99,6 +100,7 @@ def test_reductions_of_a_batch_do_as_the_run_does(model):
         assert most == pytest.approx(sizes.max(), rel=0.02)
 
 
+@pytest.mark.slow
 def test_rows_that_closed_loops_alone_make_dependent_are_told_as_well():
     """Wheels joined by two rods: all turn alike, with redundant rows."""
     model = mechc.compile(locomotive(3))

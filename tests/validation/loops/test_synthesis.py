@@ -119,6 +119,7 @@ def freudensteins(phi, psi):
     return a, np.sqrt(1.0 + a**2 + c**2 - 2 * a * c * k[2]), c
 
 
+@pytest.mark.slow
 def test_a_logarithm_is_generated_better_than_by_freudensteins_three_points():
     """y = log10(x) for x in 1 ... 2 over 60 degrees of crank and rocker."""
     x = np.linspace(1.0, 2.0, 31)

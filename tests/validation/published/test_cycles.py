@@ -33,6 +33,7 @@ def test_a_driven_pendulum_doubles_its_period_again_and_again():
     assert cycle.period == pytest.approx(8.0, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_the_simplest_walker_walks_as_it_was_published():
     """Garcia, Chatterjee, Ruina and Coleman (1998, J. Biomech. Eng. 120): stable for slopes up to
     0.0151 rad; on small ones theta = 0.970956 gamma^(1/3) and w = -1.045203 theta + 1.062895 gamma

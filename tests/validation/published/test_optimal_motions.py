@@ -17,6 +17,7 @@ def _found(name, solver, **options):
     return found
 
 
+@pytest.mark.slow(cases=99)
 @pytest.mark.parametrize("solver", ["ipopt", "slsqp"])
 @pytest.mark.parametrize(
     ("name", "error"),

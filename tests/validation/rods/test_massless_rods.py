@@ -76,6 +76,7 @@ def test_a_pendulum_pulls_with_its_weight_and_its_turning():
     assert abs(force + pull[:, None] * at / 0.7).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_a_mass_hangs_on_three_rods():
     """At rest the tensions balance the weight: three equations for three rods."""
     feet = [vector(0.6, 0.1, 1.0), vector(-0.3, 0.5, 1.1), vector(-0.2, -0.7, 0.9)]
@@ -127,6 +128,7 @@ def linkage():
     return mechc.compile(four_bar(None), outputs=ASKED)
 
 
+@pytest.mark.slow
 def test_a_four_bar_with_a_rod_is_that_with_a_light_link(linkage):
     light = mechc.compile(four_bar(1e-10), outputs=ASKED)
     start = {"q_A": 0.5}
@@ -262,6 +264,7 @@ def chain():
     return scene, q, scene.closed(q, np.random.default_rng(6).uniform(-1, 1, 7))
 
 
+@pytest.mark.slow
 def test_a_chain_with_rods_is_walked_link_by_link(chain):
     scene, q, u = chain
     assert stage.derive_equations(scene.mechanism()).tree is not None
@@ -272,6 +275,7 @@ def test_a_chain_with_rods_is_walked_link_by_link(chain):
     assert np.ptp(model.energy(sol.y)) < 1e-8
 
 
+@pytest.mark.slow
 def test_walked_and_written_out_rods_have_the_same_derivatives(chain, monkeypatch):
     scene, q, u = chain
     scene = Scene(scene.links[:3], [Rod(GROUND, 2, *vector([0.5, 0.3, -0.2], [0.2, 0, 0.1]))])

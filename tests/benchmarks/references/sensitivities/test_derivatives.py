@@ -16,14 +16,14 @@ def test_errors_are_within_the_tolerance_times_the_condition(name: str, capsys):
     assert told.count(name) == len(list(derivatives.rows(name)))
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_errors_through_strikes_and_jumps():
     rows = list(derivatives.rows("struck_pendulum"))
     assert len(rows) == 8
     assert all(row.fine for row in rows)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["four_bar_regular", "four_bar_change_point"])
 def test_errors_through_loops(name: str):
     rows = list(derivatives.rows(name))
@@ -43,7 +43,7 @@ def test_every_family_has_a_second_way():
     assert found["stiff_masses"]["digits"] >= sensitivities.WRITTEN - 1
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["pendulum", "struck_pendulum"])
 def test_both_ways_again_give_what_is_written(name):
     pytest.importorskip("gmpy2")  # without it minutes

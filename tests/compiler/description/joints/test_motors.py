@@ -77,6 +77,7 @@ def driven():
     return mechc.compile(from_joints("arm", joints, motors=motors, ground=ground))
 
 
+@pytest.mark.slow
 def test_a_torque_does_its_gear_times_itself_on_its_speed_and_nothing_on_others(driven):
     rng = np.random.default_rng(2)
     y = rng.uniform(-0.7, 0.7, len(driven.coordinates) + len(driven.speeds))

@@ -12,6 +12,7 @@ from sympy.physics.mechanics import dynamicsymbols
 NAMES = {"t": dynamicsymbols._t}
 
 
+@pytest.mark.slow(cases=99)
 @pytest.mark.parametrize(
     "text", ["log(tanh(tan(cos(1/t))**-12))", "1 + log(tanh(tan(cos(1/t))**-10))"]
 )

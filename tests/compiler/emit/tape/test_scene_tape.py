@@ -151,6 +151,7 @@ print(hashlib.sha256(build_scene(scenes.swing(guided=True)).tape).hexdigest())
 """
 
 
+@pytest.mark.slow
 def test_a_scene_has_the_same_tape_in_every_process():
     found = {
         subprocess.run(
@@ -162,6 +163,7 @@ def test_a_scene_has_the_same_tape_in_every_process():
     assert len(found) == 1
 
 
+@pytest.mark.slow
 def test_a_scene_with_more_rows_than_speeds_runs_by_its_tape():
     model = mechc.compile(bennett())
     assert model.system.scene.evaluator.serves_runs

@@ -31,10 +31,12 @@ def test_a_kind_is_what_arrays_of_the_unit_are(mechanism, wanted):
     assert kind(shipped_mechanism(mechanism)) == wanted
 
 
+@pytest.mark.slow
 def test_a_tree_that_is_walked_has_a_unit_of_its_own():
     assert not build_scene(SHIPPED["planar_chain"].build(links=20)).kind
 
 
+@pytest.mark.slow(cases=99)
 @pytest.mark.parametrize("bound", ["NQ", "NP", "NK", "TURNS"])
 def test_a_scene_beyond_a_bound_has_a_unit_of_its_own(monkeypatch, bound):
     assert kind(shipped_mechanism("four_bar"))

@@ -172,6 +172,7 @@ def chunks(folder):
     return {path.name: path.stat().st_mtime_ns for path in (folder / "mechc").glob("chunk-*.json")}
 
 
+@pytest.mark.slow
 def test_killed_at_any_point_the_same_call_finishes_with_the_same_arrays(tmp_path):
     """SIGKILL twice in mid-run: what had a manifest is not computed again."""
     out, seconds = tmp_path / "batch", "3.0"

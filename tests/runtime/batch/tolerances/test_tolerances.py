@@ -24,6 +24,7 @@ def rocker(lengths):
     return -np.arccos((l_3**2 + l_2**2 - (l_1 - 1.0) ** 2) / (2 * l_3 * l_2))
 
 
+@pytest.mark.slow
 def test_the_end_of_a_rocker_follows_the_law_of_cosines(found):
     lengths, h = np.array([2.0, 3.0, 3.5]), 1e-6
     assert found.nominal[0] == pytest.approx(rocker(lengths), abs=1e-13)
@@ -53,6 +54,7 @@ def test_slopes_are_differences_of_motions(model, found):
             assert found.slopes[i, k] == pytest.approx(slope, abs=corner * size), (text, name)
 
 
+@pytest.mark.slow
 def test_the_period_of_a_pendulum_follows_its_length():
     model, down = mechc.compile(pendulum()), -np.pi / 2
     parts = {"l": "1 mm", "m": "1 g", "q": 0.01}
@@ -79,6 +81,7 @@ def test_inputs_that_are_numbers_have_tolerances(pushed):
     np.testing.assert_allclose(found["final(q)"], members, rtol=1e-9)
 
 
+@pytest.mark.slow(cases=99)
 @pytest.mark.parametrize(("distribution", "deviations"), [("normal", 3.0), ("uniform", 3**0.5)])
 def test_parts_are_drawn_as_told(model, distribution, deviations):
     asked = {"l_1": 1e-3, "m_0": 1e-2}, ["max(theta_2)"], SPAN, START, {"l_3": 3.5}

@@ -66,6 +66,7 @@ def activations(sol: mechc.Solution, t: Any) -> list[Any]:
     return [sol(t)[:, sol.model.state_index("a_biceps")], 0.5 + t]
 
 
+@pytest.mark.slow
 def test_pages_have_the_activation_in_every_frame(lifted: mechc.Solution) -> None:
     for data in (animate(lifted).data, view_data(lifted)):
         t = np.linspace(0.0, 0.3, data["frames"])

@@ -39,6 +39,7 @@ def test_the_laws_hold_and_energy_never_grows(contacts, bodies):
     assert kept > 30
 
 
+@pytest.mark.slow
 def test_without_slip_a_ball_spins_up_by_coulombs_law(bodies):
     """A sphere that lands with backspin: J = m (1 + e) w, p_t = mu J or what stops its slip."""
     inertia, radius = 0.4, 1.0  # of a unit mass

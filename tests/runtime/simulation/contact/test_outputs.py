@@ -155,6 +155,7 @@ def test_multipliers_of_loops_beside_friction(speed):
     np.testing.assert_allclose(inertial + loops, acting, atol=1e-12 * size)
 
 
+@pytest.mark.slow(cases=99)
 @pytest.mark.parametrize(
     ("name", "count"),
     [("planar_chain", {"links": 8}), ("windows", {"count": 3})],

@@ -88,6 +88,7 @@ def chain() -> tuple[Any, ...]:
 GRADIENT = """
 import time, mechc
 model = mechc.load("four_bar", outputs={outputs})
+model.wait_compiled()
 given = {{"theta_0": 1.4835}}, {{"l_3": 3.5}}
 model.simulate(1.0, *given).gradient(end="theta_0")
 before, began = peak_bytes(), time.perf_counter()
@@ -152,6 +153,7 @@ def ratios(names: Sequence[str], rounds: int) -> Iterator[str]:
 def _rows(name: str, rounds: int) -> Iterator[str]:
     """Columns forwards with the run, or one gradient backwards after it."""
     model, y0, params, t, names = (SCENES | BACKWARDS)[name]()
+    model.wait_compiled()
     for method in ("gauss8", "dop853"):
         for rtol in RTOLS:
             run = partial(model.simulate, t, y0, params, rtol=rtol, method=method)

@@ -96,6 +96,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     print(ROW.format("", "derivatives", "cost", "error", "solver", "iterations", "seconds"))
     for name in chosen.only:
         problem = PROBLEMS[name]()
+        problem.model.wait_compiled()
         known = problem.known()
         problem.optimise(solver=chosen.solver, max_iterations=1)  # what is compiled at first use
         for told, slopes in (("exact", slopes_of_evaluation), ("differences", differenced)):

@@ -40,7 +40,9 @@ def table(names: Sequence[str], rounds: int) -> Iterator[str]:
     errors = "".join(f"{f'{e:.0e}':>10}" for e in ERRORS)
     yield f"ms at an error of   {'':22}{errors}"
     for name in names:
-        least = _least(posed(name), name, rounds)
+        given = posed(name)
+        given.model.wait_compiled()
+        least = _least(given, name, rounds)
         for (way, tool), times in sorted(least.items()):
             told = "".join(f"{1e3 * t:10.3f}" if t < np.inf else f"{'-':>10}" for t in times)
             yield f"{name:18} {way:10} {tool:12}{told}"

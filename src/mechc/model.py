@@ -478,9 +478,11 @@ class Model(Outputs):
     def wait_compiled(self) -> None:
         """Return when the functions of this scene's own runs and batches are compiled.
 
-        Runs and batches of a new scene are by the unit of its kind, two to nine times as slow; its
-        own functions are compiled in the background after some work by that.  Both give the same
-        bits.  For measurements of speed, and before other processes need the scene.
+        Runs, their derivatives and batches of a new scene are by the unit of its kind, two to nine
+        times as slow; its own functions are compiled in the background after some work by that.
+        Both give the same bits.  For measurements of speed, and before other processes need the
+        scene.  Derivatives are among them where the model was compiled with
+        ``outputs=("sensitivities", ...)``.
 
         Raises
         ------

@@ -137,6 +137,7 @@ cdef extern from "abi/model.h":
         const char *texts
         const mechc_part *general
         const mechc_part *series
+        const mechc_part *derivatives
 
     ctypedef struct mechc_part:
         int parts

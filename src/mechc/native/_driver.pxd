@@ -24,6 +24,7 @@ cdef class Scene:
     cdef size_t stack_of(self, int width)
     cdef size_t stack_here(self)
     cdef size_t stack_of_thread(self)
+    cdef size_t stack_of_derivatives(self)
     cdef size_t stack_beyond(self, int width)
     cpdef need(self, int parts)
     cpdef Scene at_once(self, int parts, int by_general=*)

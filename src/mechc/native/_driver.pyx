@@ -266,6 +266,8 @@ cdef class Scene:
             mechc_join(self.joined, self.model.general.unit, self.model.general.parts)
             if self.model.series != NULL:
                 mechc_join(self.joined, self.model.series.unit, self.model.series.parts)
+            if self.model.derivatives != NULL:
+                mechc_join(self.joined, self.model.derivatives.unit, self.model.derivatives.parts)
         elif source is not None and self.model.general != NULL:
             self.general = Scene(capsule, instruction_set, source, True)
 
@@ -330,6 +332,8 @@ cdef class Scene:
             return
         if series:
             parts = parts | MECHC_PART_TAYLOR if batches else MECHC_PART_DRIVER | MECHC_PART_TAYLOR
+        if batches and self.model.derivatives != NULL:
+            parts |= MECHC_PART_DERIVATIVES
         self.need(parts)
 
     @property
@@ -381,6 +385,11 @@ cdef class Scene:
     cdef size_t stack_of_thread(self):
         """Bytes of a separate stack for runs from a thread of which nothing is known; 0: none."""
         return STACK_OF_GENERAL if self.by_general else self.stack
+
+    cdef size_t stack_of_derivatives(self):
+        """The same for derivatives of runs by the general unit, whose arrays are larger."""
+        cdef size_t needed = 3 * STACK_OF_GENERAL
+        return needed if mechc_stack_left() < needed else 0
 
     cdef size_t stack_beyond(self, int width):
         """0 where the calling thread has so much left."""

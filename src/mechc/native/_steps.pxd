@@ -25,7 +25,8 @@ cdef class Steps:
 
     cdef read(self, Scene scene, p, Inputs inputs, Events events, Sizes sizes)
     cdef read_contact(self, const double[::1] t, const double *y, double *out)
-    cdef differentiate(self, void (*work)(void *) noexcept nogil, void *asked)
+    cdef Scene differentiated_by(self, ptrdiff_t work)
+    cdef differentiate(self, Scene by, void (*work)(void *) noexcept nogil, void *asked)
     cdef ptrdiff_t at_once(self, int columns)
 
 

@@ -332,8 +332,8 @@ cdef class Steps:
         cdef const mechc_trajectory *record = self.piece.steps
         cdef int k = start.shape[1]
         cdef ptrdiff_t steps = last - first, done = 0
-        self.scene.need(MECHC_PART_DERIVATIVES)
-        if self.unit.vary == NULL or record.methods == NULL:
+        cdef Scene by = self.differentiated_by(steps * k)
+        if by.unit.vary == NULL or record.methods == NULL:
             raise ValueError("this run or its scene has no derivatives")
         if not 0 <= first <= last < record.count or start.shape[0] != self.width \
                 or directions.shape[0] != self.p.shape[0] + self.scene.inputs \
@@ -361,7 +361,7 @@ cdef class Steps:
             variation.rates = &slopes[done, 0, 0, 0] if rates else NULL
             if restart:
                 ends[done] = start
-            self.differentiate(vary_steps, &variation)
+            self.differentiate(by, vary_steps, &variation)
             done = variation.last - first
         return ends, taken
 
@@ -376,8 +376,8 @@ cdef class Steps:
         """
         cdef ptrdiff_t done = 0, count = t.shape[0]
         cdef int k = columns.shape[2]
-        self.scene.need(MECHC_PART_DERIVATIVES)
-        if self.unit.project_columns == NULL:
+        cdef Scene by = self.differentiated_by(count)
+        if by.unit.project_columns == NULL:
             raise ValueError("this run or its scene has no derivatives")
         if y.shape[0] != count or y.shape[1] != self.width or columns.shape[0] != count \
                 or columns.shape[1] != self.width or directions.shape[1] != k \
@@ -396,7 +396,7 @@ cdef class Steps:
             given.states = min(count - done, self.at_once(k))
             given.t, given.y = &t[done], &y[done, 0]
             given.columns = &columns[done, 0, 0]
-            self.differentiate(project_at_states, &given)
+            self.differentiate(by, project_at_states, &given)
             done += given.states
 
     def covary(self, ptrdiff_t first, ptrdiff_t last, const double[::1] covector, sources=None,
@@ -412,8 +412,8 @@ cdef class Steps:
         """
         cdef const mechc_trajectory *record = self.piece.steps
         cdef ptrdiff_t left = last
-        self.scene.need(MECHC_PART_DERIVATIVES)
-        if self.unit.covary == NULL or record.methods == NULL:
+        cdef Scene by = self.differentiated_by(last - first)
+        if by.unit.covary == NULL or record.methods == NULL:
             raise ValueError("this run or its scene has no derivatives")
         if not 0 <= first <= last < record.count or covector.shape[0] != self.width \
                 or (sources is not None and sources.shape != (last - first, self.width)):
@@ -438,14 +438,22 @@ cdef class Steps:
             covariation.first = left
             if sources is not None:
                 covariation.sources = &added[left - first, 0]
-            self.differentiate(covary_steps, &covariation)
+            self.differentiate(by, covary_steps, &covariation)
         return at, gradient[:columns]
 
-    cdef differentiate(self, void (*work)(void *) noexcept nogil, void *asked):
-        """Ask the unit for derivatives of some steps."""
+    cdef Scene differentiated_by(self, ptrdiff_t work):
+        """The scene by whose functions so many derivatives of steps are taken now."""
+        cdef Scene by = (<Scene>self.scene).at_once(MECHC_PART_DERIVATIVES)
+        if by.by_general:
+            by.worked += work
+        return by
+
+    cdef differentiate(self, Scene by, void (*work)(void *) noexcept nogil, void *asked):
+        """Ask a unit for derivatives of some steps."""
         cdef differentiating job
-        job.unit, job.asked = self.unit, asked
-        with_stack(max(self.stack, LONG_STACK) if self.stack else 0, work, &job)
+        job.unit, job.asked = by.unit, asked
+        cdef size_t stack = max(self.stack, LONG_STACK) if self.stack else 0
+        with_stack(by.stack_of_derivatives() if by.by_general else stack, work, &job)
         PyErr_CheckSignals()
         if job.status == MECHC_MEMORY_LIMIT:
             raise MemoryError()

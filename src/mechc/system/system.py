@@ -278,7 +278,7 @@ class System(Description):
 
     # -- outputs that were not requested at first ------------------------------------------------
 
-    def including(self, *outputs: str, parts: int = 0) -> System:
+    def including(self, *outputs: str) -> System:
         """This system, or the same with further outputs, which is compiled at the first request.
 
         This one does not change, nor does any digit of what it computes: other outputs share other
@@ -288,8 +288,6 @@ class System(Description):
         ----------
         outputs
             Names as ``mechc.compile(..., outputs=)`` takes them.
-        parts
-            The parts of the unit that are needed at once.
 
         Raises
         ------
@@ -302,7 +300,7 @@ class System(Description):
         if not missing:
             return self
         if (System, missing) not in self.cache:
-            self.cache[System, missing] = self._like(self._compiled_with(missing, parts))
+            self.cache[System, missing] = self._like(self._compiled_with(missing))
         found: System = self.cache[System, missing]
         return found
 
@@ -342,7 +340,7 @@ class System(Description):
         """This system, or the same with derivatives of motions, and of these outputs along them;
         see :meth:`including`."""
         more = self._requests_of(names)
-        return self.including("sensitivities", *more, parts=PARTS["derivatives"])
+        return self.including("sensitivities", *more)
 
     def _requests_of(self, names: Iterable[str]) -> list[str]:
         """Names by which a request has these outputs, where it has not."""
@@ -350,7 +348,7 @@ class System(Description):
         left_out = self.data["left_out"]
         return [left_out[part] for part in parts if part in left_out]
 
-    def _compiled_with(self, missing: frozenset[str], parts: int) -> System:
+    def _compiled_with(self, missing: frozenset[str]) -> System:
         """The mechanism compiled with further outputs, as all copies of this system need it."""
         if missing not in self._wider:
             what = " and ".join(sorted(each.replace("_", " ") for each in missing))
@@ -368,8 +366,6 @@ class System(Description):
                     raise
                 except MechcError as error:
                     raise UnavailableOutputError(f"{self.name} has no {what}: {error}") from error
-                if parts:
-                    found.scene.evaluator.need(parts)
             self._wider[missing] = found
         return self._wider[missing]
 

@@ -137,6 +137,47 @@ def test_jacobians_by_a_tape_have_the_bits_of_those_compiled_in_lanes(
         assert np.any(found[name]), name
 
 
+def derivatives(model, end, start):
+    """The bits of derivatives of runs by each method, forwards, and of integrals, backwards."""
+    names, found = list(model.parameters)[:3], {}
+    for method in METHODS:
+        sol = model.simulate(end, start, method=method, rtol=1e-7, sensitivities=[*names, "y0"])
+        by_name = sol.sensitivity
+        gradient = sol.gradient(model.coordinates[0], {model.speeds[0]: 1.0}, names)
+        found[method] = (
+            [np.asarray(by_name[name]).tobytes() for name in names],
+            [np.asarray(gradient[name]).tobytes() for name in names],
+        )
+    return found
+
+
+@pytest.mark.parametrize(
+    "described",
+    [
+        cornered,
+        pytest.param(scenes.bead_over_tables, marks=pytest.mark.slow),
+        pytest.param(lambda: shipped_mechanism("slider_crank"), marks=pytest.mark.slow),
+        pytest.param(lambda: shipped_mechanism("heavy_top"), marks=pytest.mark.slow),
+        pytest.param(lambda: shipped_mechanism("bicycle"), marks=pytest.mark.slow),
+        pytest.param(lambda: shipped_mechanism("windows"), marks=pytest.mark.slow),
+    ],
+)
+def test_derivatives_by_tapes_have_the_bits_of_those_by_parts_of_the_scenes_own(
+    own_cache, described
+):
+    model = mechc.compile(described(), outputs=("sensitivities",))
+    native, start = model.system.scene.evaluator, model.assemble()
+    assert native.serves_runs
+    start = start if np.any(start) else start + 0.3
+    general = derivatives(model, 1.0, start)
+    assert not compiled_since(model)
+    native.need(PARTS["derivatives"])  # beside runs by tapes
+    assert derivatives(model, 1.0, start) == general
+    model.wait_compiled()
+    assert "derivatives" in compiled_since(model)
+    assert derivatives(model, 1.0, start) == general
+
+
 def of_batches(model, end):
     """The bits of batches by each method, in lanes and one by one, with reductions."""
     start = model.assemble()
@@ -196,4 +237,5 @@ def test_a_thread_with_a_small_stack_runs_by_the_general_unit():
 
 def compiled_since(model):
     """The parts of the scene's own that were compiled here."""
-    return set(model.build["seconds"]) & {"driver", "collocation", "explicit", "implicit"}
+    own = {"driver", "collocation", "explicit", "implicit", "derivatives"}
+    return set(model.build["seconds"]) & own

@@ -33,6 +33,7 @@ FUNCTIONS = {
     name: re.findall(r"[AW]\((?:series_)?(\w+)\)", arrays)
     for name, arrays in re.findall(r"X\((\w+), ([^X]+)\)", _listed("MECHC_TAPE_FUNCTIONS"))
 }
+NAMED = _names("MECHC_TAPE_NAMED")
 MOST_REGISTERS, MOST_OUTPUTS, WIDEST = (
     int(value)
     for value in re.findall(r"MECHC_TAPE_(?:MOST_REGISTERS|MOST_OUTPUTS|WIDEST) (\d+)", _LISTS)

@@ -16,26 +16,24 @@ from typing import Any
 
 from mechc_codegen.emit.c import CWriter
 from mechc_codegen.emit.expressions import Line, let, named, put
-from mechc_codegen.emit.layout import JACOBIANS
+from mechc_codegen.emit.layout import ADJOINT, JACOBIANS
 from mechc_codegen.emit.printer import RealPrinter
 from mechc_codegen.emit.tables import lookups
-from mechc_codegen.emit.tape.assembler import FUNCTIONS, MOST_OUTPUTS, WIDEST, NoTapeError
+from mechc_codegen.emit.tape.assembler import FUNCTIONS, MOST_OUTPUTS, NAMED, WIDEST, NoTapeError
 from mechc_codegen.emit.tape.code import Code, doubles, integers
 from mechc_codegen.emit.taylor.series import SeriesWriter
 from mechc_codegen.emit.taylor.sums import are_few, arrange
 from mechc_codegen.emit.units.block_elimination import BlockElimination
 from mechc_codegen.emit.units.scene_files import label_widths
 
-MAGIC = b"mechc tape 3\0\0\0\0"
+MAGIC = b"mechc tape 4\0\0\0\0"
 COUNTS = (
     *("NQ", "NU", "NH", "NC", "NP", "NK", "SAVED", "TURNS", "NI", "STATES", "SWITCHES"),
     *("FEATURES", "KNOTTED", "MULTIPLIERS", "LOCKSTEP", "BLOCKS_KEPT"),
     *("ROW_BLOCKS", "IDENTITY_KINEMATICS", "OWN"),
 )
-# Outputs that the unit calls, in this order.
-BY_NAME = ("constraints", "coordinate_rates", "kinematic_matrix", "switching", "mass_matrix")
-OUTPUT, DEFAULT = "solved", "default"
-_OF_STATES = ("plain", OUTPUT, DEFAULT)
+OUTPUT, DEFAULT, COVECTOR = "solved", "default", "adjoint"
+_OF_STATES = ("plain", OUTPUT, DEFAULT, COVECTOR)
 PLAIN, SOLVED, RATES, MULTIPLIERS, JACOBIAN, OWN_JACOBIAN = range(6)  # how outputs are evaluated
 _BY_RUNTIME = {"rates": RATES, "multipliers": MULTIPLIERS}
 _BY_RUNTIME |= dict.fromkeys(JACOBIANS, JACOBIAN)
@@ -115,7 +113,7 @@ class _Writer:
             code.tapes,
             code.operations,
             integers(index.get(name, -1) for name in FUNCTIONS if name not in _OF_STATES),
-            integers(index.get(name, -1) for name in BY_NAME),
+            integers(index.get(name, -1) for name in NAMED),
             integers(chain.from_iterable(outputs)),
             names,
             integers(chain.from_iterable(defaults)),
@@ -147,7 +145,7 @@ class _Writer:
         return self.tables.get(name, [])
 
     def _function(self, name: str, lines: Iterable[Line]) -> int:
-        arrays = FUNCTIONS.get(name, FUNCTIONS[OUTPUT])
+        arrays = FUNCTIONS.get(name, FUNCTIONS[COVECTOR if name == ADJOINT else OUTPUT])
         scalars = _SCALARS.get(name, ("t",))
         return self.code.add(lines, arrays, _LIMITS, scalars)
 

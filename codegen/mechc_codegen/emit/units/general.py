@@ -50,7 +50,11 @@ def kind_flags(kind: str) -> tuple[str, ...]:
 def unit_sources(kind: str, lanes: int, name: str) -> dict[str, str]:
     """The sources of the unit of a kind, for an instruction set of this name."""
     tapes = f'#define MECHC_LANES {lanes}\n#define MECHC_UNIT {name}\n#include "tape/unit.h"\n'
-    found = {"general.c": _part(lanes, "general", "MECHC_PARTS_OF_GENERAL"), "tapes.c": tapes}
+    found = {
+        "general.c": _part(lanes, "general", "MECHC_PARTS_OF_GENERAL"),
+        "derivatives.c": _part(lanes, "derivatives", "MECHC_PART_DERIVATIVES"),
+        "tapes.c": tapes,
+    }
     if "ROWS" in KINDS[kind]:
         return found
     for few in (0, 1):

@@ -15,7 +15,7 @@
 #include "variational/linearise.h"
 
 #if MECHC_VARIATIONAL
-#define MECHC_COVECTOR_MAX (MECHC_MOTION_MAX + (MECHC_IDENTITY_KINEMATICS ? 0 : MECHC_NQ_MAX))
+#define MECHC_COVECTOR_MAX (MECHC_MOTION_MAX + (MECHC_KINEMATICS_CODE ? MECHC_NQ_MAX : 0))
 
 /* A state whose motion is solved, with the data that pulling covectors back there needs. */
 typedef struct {
@@ -104,12 +104,10 @@ MECHC_ONCE void FN(pull_back)(const FN(solved_state) *at, const FN(given) *given
     real weights[MECHC_COVECTOR_MAX];
     FN(weigh_residual)(at, z + MECHC_NQ, weights);
 #if MECHC_KINEMATICS_CODE
-    for (int k = 0; k < MECHC_NQ; k++) weights[MECHC_MOTION + k] = z[k];
+    for (int k = 0; !MECHC_IDENTITY_KINEMATICS && k < MECHC_NQ; k++) weights[MECHC_MOTION + k] = z[k];
 #endif
     FN(solved_residual_adjoint)(at->t, at->y, u, given, at->a, at->l, weights, slopes);
-#if !MECHC_KINEMATICS_CODE
-    for (int k = 0; k < MECHC_NQ; k++) slopes[MECHC_NQ + k] += z[k];
-#endif
+    for (int k = 0; MECHC_IDENTITY_KINEMATICS && k < MECHC_NQ; k++) slopes[MECHC_NQ + k] += z[k];
 #if MECHC_NC_MAX > 0
     if (R_ANY(at->along)) FN(pull_through)(at->tangent, at->along, slopes);
 #endif

@@ -30,6 +30,27 @@
     X(void, output_switching, \
       (real t, const real *q, const real *u, const FN(given) *given, real *out), (t, q, u, given, out))
 
+/* Of scenes whose motions have derivatives: functions of a state, and with the accelerations and multipliers. */
+#define MECHC_VARIED(X) \
+    MECHC_OF_STATE(X, rate_by_state) MECHC_OF_STATE(X, rate_by_parameters) MECHC_OF_STATE(X, rate_by_inputs) \
+    MECHC_OF_STATE(X, constraint_jacobian) MECHC_OF_STATE(X, velocity_gradient) \
+    MECHC_OF_STATE(X, constraint_gradient) \
+    MECHC_OF_STATE(X, constraints_by_parameters) MECHC_OF_STATE(X, constraints_by_inputs) \
+    MECHC_OF_STATE(X, velocity_constraints_by_parameters) MECHC_OF_STATE(X, velocity_constraints_by_inputs) \
+    MECHC_OF_MOTION(X, residual_by_state) MECHC_OF_MOTION(X, residual_by_parameters) \
+    MECHC_OF_MOTION(X, residual_by_inputs) \
+    X(void, solved_residual_adjoint, \
+      (real t, const real *q, const real *u, const FN(given) *given, const real *a, const real *l, const real *c, \
+       real *out), \
+      (t, q, u, given, a, l, c, out))
+#define MECHC_OF_STATE(X, name) \
+    X(void, output_##name, \
+      (real t, const real *q, const real *u, const FN(given) *given, real *out), (t, q, u, given, out))
+#define MECHC_OF_MOTION(X, name) \
+    X(void, solved_##name, \
+      (real t, const real *q, const real *u, const FN(given) *given, const real *a, const real *l, real *out), \
+      (t, q, u, given, a, l, out))
+
 #define MECHC_BLOCKS_OF_ROWS(X) \
     X(rmask, factor_blocks, \
       (const real *jacobian, const real *mass, const real *weight, real *kept, real *directions, \

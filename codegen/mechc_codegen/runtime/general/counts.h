@@ -9,6 +9,7 @@ typedef struct {
     const double *knots, *knots_period;
     const int *knots_begin;
     int blocks_kept, row_blocks, identity_kinematics, own;
+    int varies, gradient, gap_by_parameters, gap_by_inputs, gap_rate_by_parameters, gap_rate_by_inputs;
 } mechc_counts;
 
 #ifdef MECHC_OPENS_TAPES /* which tell them */

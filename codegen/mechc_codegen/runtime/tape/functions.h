@@ -28,6 +28,7 @@ MECHC_GAPS(MECHC_TAPE_DECLARE)
 MECHC_GAPS_OF_LOOPS(MECHC_TAPE_DECLARE)
 
 #define MECHC_TAPE_CALLED(name) mechc_of_tapes.called[MECHC_TAPE_OF_##name]
+#define MECHC_TAPE_BY_NAME(name) mechc_of_tapes.named[MECHC_TAPE_NAMED_##name]
 
 /* A function of a state into `out`, by a tape of the scene's outputs. */
 MECHC_INLINE void FN(tape_output)(int tape, real t, const real *q, const real *u, const FN(given) *given,
@@ -43,15 +44,25 @@ void FN(scene_hoist)(const real *p, real *k)
     FN(run_tape)(&mechc_of_tapes.code, MECHC_TAPE_CALLED(hoist), arrays, &none, 0, 0, 0);
 }
 
-void FN(scene_output_constraints)(real t, const real *q, const real *u, const FN(given) *given, real *out)
-{
-    FN(tape_output)(mechc_of_tapes.constraints, t, q, u, given, 0, 0, out);
-}
+/* A function of the scene that is one of its outputs by name. */
+#define MECHC_TAPE_OF_STATE(name)                                                                     \
+    void FN(scene_output_##name)(real t, const real *q, const real *u, const FN(given) *given, real *out) \
+    {                                                                                                 \
+        FN(tape_output)(MECHC_TAPE_BY_NAME(name), t, q, u, given, 0, 0, out);                         \
+    }
+#define MECHC_TAPE_OF_MOTION(name)                                                                    \
+    void FN(scene_solved_##name)(real t, const real *q, const real *u, const FN(given) *given,        \
+                                 const real *a, const real *l, real *out)                             \
+    {                                                                                                 \
+        FN(tape_output)(MECHC_TAPE_BY_NAME(name), t, q, u, given, a, l, out);                         \
+    }
+MECHC_TAPE_OF_STATE(constraints)
 
 #if !R_EXTENDED
 MECHC_ALL_SCENES(MECHC_TAPE_DECLARE)
 MECHC_SWITCHED(MECHC_TAPE_DECLARE)
 MECHC_KINEMATICS(MECHC_TAPE_DECLARE)
+MECHC_VARIED(MECHC_TAPE_DECLARE)
 
 void FN(scene_configuration)(real t, const real *q, const FN(given) *given, real *gap, real *jacobian,
                              real *bias, real *mass, real *saved, real *turns, int near)
@@ -67,21 +78,28 @@ void FN(scene_motion)(real t, const real *q, const real *u, const FN(given) *giv
     FN(run_tape)(&mechc_of_tapes.code, MECHC_TAPE_CALLED(motion), arrays, &t, given, 0, 0);
 }
 
-void FN(scene_output_switching)(real t, const real *q, const real *u, const FN(given) *given, real *out)
-{
-    FN(tape_output)(mechc_of_tapes.switching, t, q, u, given, 0, 0, out);
-}
+MECHC_TAPE_OF_STATE(switching)
+MECHC_TAPE_OF_STATE(coordinate_rates)
+MECHC_TAPE_OF_STATE(kinematic_matrix)
+MECHC_TAPE_OF_STATE(rate_by_state)
+MECHC_TAPE_OF_STATE(rate_by_parameters)
+MECHC_TAPE_OF_STATE(rate_by_inputs)
+MECHC_TAPE_OF_STATE(constraint_jacobian)
+MECHC_TAPE_OF_STATE(velocity_gradient)
+MECHC_TAPE_OF_STATE(constraint_gradient)
+MECHC_TAPE_OF_STATE(constraints_by_parameters)
+MECHC_TAPE_OF_STATE(constraints_by_inputs)
+MECHC_TAPE_OF_STATE(velocity_constraints_by_parameters)
+MECHC_TAPE_OF_STATE(velocity_constraints_by_inputs)
+MECHC_TAPE_OF_MOTION(residual_by_state)
+MECHC_TAPE_OF_MOTION(residual_by_parameters)
+MECHC_TAPE_OF_MOTION(residual_by_inputs)
 
-void FN(scene_output_coordinate_rates)(real t, const real *q, const real *u, const FN(given) *given,
-                                       real *out)
+void FN(scene_solved_residual_adjoint)(real t, const real *q, const real *u, const FN(given) *given, const real *a,
+                                       const real *l, const real *c, real *out)
 {
-    FN(tape_output)(mechc_of_tapes.coordinate_rates, t, q, u, given, 0, 0, out);
-}
-
-void FN(scene_output_kinematic_matrix)(real t, const real *q, const real *u, const FN(given) *given,
-                                       real *out)
-{
-    FN(tape_output)(mechc_of_tapes.kinematic_matrix, t, q, u, given, 0, 0, out);
+    real *arrays[] = {(real *)q, (real *)u, (real *)given->p, (real *)given->k, out, (real *)a, (real *)l, (real *)c};
+    FN(run_tape)(&mechc_of_tapes.code, MECHC_TAPE_BY_NAME(residual_adjoint), arrays, &t, given, 0, 0);
 }
 
 #if MECHC_BLOCKS_CODE
@@ -151,4 +169,8 @@ void mechc_scalar_series_solve(const mechc_scalar_given *given, const double *ke
 #endif
 #endif
 #undef MECHC_TAPE_DECLARE
+#undef MECHC_TAPE_CALLED
+#undef MECHC_TAPE_BY_NAME
+#undef MECHC_TAPE_OF_STATE
+#undef MECHC_TAPE_OF_MOTION
 #endif

@@ -38,7 +38,7 @@
     X(values, c->nc) X(x, c->nu) X(moved, c->nu) X(axes, c->nu * free) \
     X(inverse, free) X(reaction, c->nu) X(lambda, c->nc) X(rates, c->nc) \
     X(row, series->row) X(series_kept, series->kept) X(sums, series->sums) \
-    X(series_rates, series->integrated)
+    X(series_rates, series->integrated) X(c, c->nu + c->nc + (c->identity_kinematics ? 0 : c->nq))
 
 /* X(function, its arrays: A(given) W(written)): those that the unit calls by themselves, then those of states,
  * plain, or with accelerations and multipliers, and of a parameter's default. */
@@ -56,7 +56,31 @@
     X(series_solve, A(p) A(k) A(series_kept) A(sums) W(row)) \
     X(plain, A(q) A(u) A(p) A(k) W(out)) \
     X(solved, A(q) A(u) A(p) A(k) W(out) A(a) A(l)) \
+    X(adjoint, A(q) A(u) A(p) A(k) W(out) A(a) A(l) A(c)) \
     X(default, A(p) W(out))
+
+/* X(name, function, number of results, whether it must be there): functions of states by the names of outputs.
+ * `states`, `motion`: numbers of components and of equations; `varies`: whether runs have derivatives. */
+#define MECHC_TAPE_NAMED(X) \
+    X(constraints, plain, c->nh, c->nh > 0) \
+    X(coordinate_rates, plain, c->nq, !c->identity_kinematics) \
+    X(kinematic_matrix, plain, c->nq * c->nu, !c->identity_kinematics) \
+    X(switching, plain, c->switches, c->switches > 0) \
+    X(mass_matrix, plain, c->nu * c->nu, 0) \
+    X(residual_adjoint, adjoint, states + c->np + c->ni, 0) \
+    X(residual_by_state, solved, motion * states, varies) \
+    X(residual_by_parameters, solved, motion * c->np, varies && c->np) \
+    X(residual_by_inputs, solved, motion * c->ni, varies && c->ni) \
+    X(rate_by_state, plain, c->nq * states, varies && !c->identity_kinematics) \
+    X(rate_by_parameters, plain, c->nq * c->np, varies && !c->identity_kinematics && c->np) \
+    X(rate_by_inputs, plain, c->nq * c->ni, varies && !c->identity_kinematics && c->ni) \
+    X(constraint_jacobian, plain, c->nc * c->nu, varies && c->nc) \
+    X(velocity_gradient, plain, c->nc * c->nq, varies && c->nc) \
+    X(constraint_gradient, plain, c->nh * c->nq, 0) \
+    X(constraints_by_parameters, plain, c->nh * c->np, 0) \
+    X(constraints_by_inputs, plain, c->nh * c->ni, 0) \
+    X(velocity_constraints_by_parameters, plain, c->nc * c->np, 0) \
+    X(velocity_constraints_by_inputs, plain, c->nc * c->ni, 0)
 
 #define MECHC_TAPE_HIGHEST_DEGREE 15 /* of a table's polynomials */
 #define MECHC_TAPE_MOST_ARRAYS 9
@@ -73,4 +97,7 @@ enum { MECHC_TAPE_CALLS_OF_TWO(MECHC_TAPE_NAME) MECHC_TAPE_CALL_OF_TWO_COUNT };
 #undef MECHC_TAPE_NAME
 #define MECHC_TAPE_NAME(name, ...) MECHC_TAPE_OF_##name,
 enum { MECHC_TAPE_FUNCTIONS(MECHC_TAPE_NAME) MECHC_TAPE_FUNCTION_COUNT };
+#undef MECHC_TAPE_NAME
+#define MECHC_TAPE_NAME(name, ...) MECHC_TAPE_NAMED_##name,
+enum { MECHC_TAPE_NAMED(MECHC_TAPE_NAME) MECHC_TAPE_NAMED_COUNT };
 #undef MECHC_TAPE_NAME

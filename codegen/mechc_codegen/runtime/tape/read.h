@@ -9,7 +9,7 @@
 #include "tape/series.h"
 #include "tape/tape.h"
 
-#define MECHC_TAPE_MAGIC "mechc tape 3\0\0\0"
+#define MECHC_TAPE_MAGIC "mechc tape 4\0\0\0"
 
 /* The content of each part of the bytes, in their order. */
 enum {
@@ -271,7 +271,8 @@ static int mechc_is_sound(const mechc_tape_reader *reader, const mechc_operation
     case MECHC_TAPE_END: return 1;
     case MECHC_TAPE_INPUTS_READ:
         place->first_input = o->a, place->last_input = o->b;
-        return (f == MECHC_TAPE_OF_plain || f == MECHC_TAPE_OF_solved || f == MECHC_TAPE_OF_motion
+        return (f == MECHC_TAPE_OF_plain || f == MECHC_TAPE_OF_solved || f == MECHC_TAPE_OF_adjoint
+                || f == MECHC_TAPE_OF_motion
                 || (f == MECHC_TAPE_OF_configuration && !o->c))
             && o->a < o->b && o->b <= reader->counts->ni;
     }
@@ -320,7 +321,7 @@ static const char *mechc_read_called(mechc_tape_reader *reader, mechc_tapes *tap
     const mechc_section *s = reader->sections;
     const mechc_counts *c = reader->counts;
     MECHC_TAPE_REQUIRE(s[MECHC_TAPE_CALLED_TAPES].size == MECHC_TAPE_OF_plain * sizeof(int32_t)
-                           && s[MECHC_TAPE_BY_NAME].size == 5 * sizeof(int32_t),
+                           && s[MECHC_TAPE_BY_NAME].size == MECHC_TAPE_NAMED_COUNT * sizeof(int32_t),
                        "its functions are not whole");
     tapes->called = (const int32_t *)s[MECHC_TAPE_CALLED_TAPES].content;
     for (int f = 0; f < MECHC_TAPE_OF_plain; f++) {
@@ -329,16 +330,30 @@ static const char *mechc_read_called(mechc_tape_reader *reader, mechc_tapes *tap
         if (f == MECHC_TAPE_OF_series_solve && !reader->series->momenta) continue;
         MECHC_TAPE_REQUIRE(mechc_tape_fits(reader, tapes->called[f], f, 0), "a function is not sound");
     }
-    int32_t *const by_name[] = {&tapes->constraints, &tapes->coordinate_rates, &tapes->kinematic_matrix,
-                                &tapes->switching, &tapes->mass_matrix};
-    const int widths[] = {c->nh, c->nq, c->nq * c->nu, c->switches, c->nu * c->nu};
-    const int needed[] = {c->nh > 0, !c->identity_kinematics, !c->identity_kinematics, c->switches > 0, 0};
-    for (int i = 0; i < 5; i++) {
-        const int32_t tape = ((const int32_t *)s[MECHC_TAPE_BY_NAME].content)[i];
-        MECHC_TAPE_REQUIRE((tape == -1 && !needed[i]) || mechc_tape_fits(reader, tape, MECHC_TAPE_OF_plain, widths[i]),
-                           "a function is not sound");
-        *by_name[i] = tape;
-    }
+    return NULL;
+}
+
+/* The functions of states that it calls by their names; they say which derivatives a motion has. */
+static const char *mechc_read_named(mechc_tape_reader *reader, mechc_tapes *tapes)
+{
+    mechc_counts *c = reader->counts;
+    const int32_t *named = (const int32_t *)reader->sections[MECHC_TAPE_BY_NAME].content;
+    const int states = c->nq + c->nu, motion = c->nu + c->nc;
+    const int varies = named[MECHC_TAPE_NAMED_residual_adjoint] >= 0;
+#define MECHC_TAPE_CHECK(name, function, width, needed)                                                       \
+    MECHC_TAPE_REQUIRE((named[MECHC_TAPE_NAMED_##name] == -1 && !(needed))                                    \
+                           || mechc_tape_fits(reader, named[MECHC_TAPE_NAMED_##name], MECHC_TAPE_OF_##function, \
+                                              width),                                                         \
+                       "a function is not sound");
+    MECHC_TAPE_NAMED(MECHC_TAPE_CHECK)
+#undef MECHC_TAPE_CHECK
+    tapes->named = named;
+    c->varies = varies;
+    c->gradient = named[MECHC_TAPE_NAMED_constraint_gradient] >= 0;
+    c->gap_by_parameters = named[MECHC_TAPE_NAMED_constraints_by_parameters] >= 0;
+    c->gap_by_inputs = named[MECHC_TAPE_NAMED_constraints_by_inputs] >= 0;
+    c->gap_rate_by_parameters = named[MECHC_TAPE_NAMED_velocity_constraints_by_parameters] >= 0;
+    c->gap_rate_by_inputs = named[MECHC_TAPE_NAMED_velocity_constraints_by_inputs] >= 0;
     return NULL;
 }
 
@@ -407,6 +422,7 @@ static const char *mechc_read_tape(const unsigned char *bytes, size_t size,
     if (!why) why = mechc_read_lookups(reader);
     if (!why) why = mechc_read_series(reader);
     if (!why) why = mechc_read_called(reader, tapes);
+    if (!why) why = mechc_read_named(reader, tapes);
     if (!why) why = mechc_read_outputs(reader, tapes);
     if (why) return why;
     tapes->code = (mechc_tape_code){

@@ -49,7 +49,7 @@ typedef struct {
 typedef struct {
     mechc_tape_code code;
     const int32_t *called; /* tapes of the functions before the outputs */
-    int32_t constraints, coordinate_rates, kinematic_matrix, switching, mass_matrix; /* likewise, -1: none */
+    const int32_t *named;  /* of MECHC_TAPE_NAMED, -1: none */
     const mechc_tape_output *outputs;
     const mechc_tape_default *defaults;
     const mechc_tape_jacobian *jacobians;

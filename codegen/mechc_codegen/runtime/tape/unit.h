@@ -112,7 +112,7 @@ static mechc_evaluate *const mechc_tape_evaluates[MECHC_TAPE_MOST_OUTPUTS] = {
 static void mechc_tape_mass(double t, const double *y, const mechc_given *given, double *out)
 {
     const mechc_scalar_given *own = (const mechc_scalar_given *)given;
-    mechc_scalar_tape_output(mechc_of_tapes.mass_matrix, t, y, y + MECHC_NQ, own, 0, 0, out);
+    mechc_scalar_tape_output(mechc_of_tapes.named[MECHC_TAPE_NAMED_mass_matrix], t, y, y + MECHC_NQ, own, 0, 0, out);
 }
 
 /* Parameters not given take their defaults, which may follow others. */
@@ -142,7 +142,7 @@ static const mechc_unit *mechc_tape_select(const char *instruction_set)
     return !instruction_set || !strcmp(instruction_set, MECHC_QUOTE(MECHC_UNIT)) ? &mechc_tape_unit : NULL;
 }
 
-extern __attribute__((visibility("hidden"))) const mechc_part mechc_general;
+extern __attribute__((visibility("hidden"))) const mechc_part mechc_general, mechc_derivatives;
 /* The series as its counts say: whether its sums are few, and whether momenta are integrated. */
 #if MECHC_TAPES_OF_SERIES
 extern __attribute__((visibility("hidden"))) const mechc_part mechc_series_00, mechc_series_01,
@@ -177,12 +177,13 @@ static const mechc_model *mechc_open_tape(const unsigned char *bytes, size_t siz
     }
     mechc_tape_unit.identity_kinematics = MECHC_IDENTITY_KINEMATICS;
     mechc_tape_unit.output_count = mechc_of_tapes.output_count;
-    mechc_tape_unit.mass = mechc_of_tapes.mass_matrix >= 0 ? mechc_tape_mass : NULL;
+    mechc_tape_unit.mass = mechc_of_tapes.named[MECHC_TAPE_NAMED_mass_matrix] >= 0 ? mechc_tape_mass : NULL;
     const mechc_series_counts *series = &mechc_series_of_scene;
     const mechc_model model = {
         MECHC_ABI, mechc_of_tapes.metadata, MECHC_NQ, MECHC_NU, MECHC_NH, MECHC_NC, MECHC_NP,
         mechc_tape_complete, mechc_tape_select, MECHC_NI, mechc_of_tapes.texts, &mechc_general,
         series->row ? mechc_tape_series[series->few][series->momenta] : NULL,
+        mechc_of_scene.varies ? &mechc_derivatives : NULL,
     };
     mechc_tape_model = model;
     return &mechc_tape_model;

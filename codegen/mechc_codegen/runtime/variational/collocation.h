@@ -245,9 +245,9 @@ MECHC_INLINE int mechc_collocate_as(const mechc_step_equations *e, const double 
         return mechc_collocate_as(&e, tangent, start, room, rows, end, rates);                    \
     }
 MECHC_COLLOCATE(mechc_collocate_any, of->rule->stages, 0, of->d->width)
-#if !MECHC_KINEMATICS_CODE
+#if MECHC_GENERAL || !MECHC_KINEMATICS_CODE
 MECHC_COLLOCATE(mechc_collocate_twice, of->rule->stages, MECHC_NQ, of->d->width)
-#if MECHC_NU * MECHC_LANES <= 64
+#if MECHC_NU_MAX * MECHC_LANES <= 64
 MECHC_COLLOCATE(mechc_collocate_1, MECHC_STAGES, MECHC_NQ, 1)
 MECHC_COLLOCATE(mechc_collocate_2, MECHC_STAGES, MECHC_NQ, 2)
 #endif
@@ -265,9 +265,9 @@ MECHC_STATIC int mechc_collocate(const mechc_step_equations *of, const double *t
                                  const mechc_vector *start, mechc_vector *room, mechc_vector **rows,
                                  mechc_vector *end, double *rates)
 {
-#if !MECHC_KINEMATICS_CODE
-#if MECHC_NU * MECHC_LANES <= 64
-    const int gauss = of->rule->stages == MECHC_STAGES;
+#if MECHC_GENERAL || !MECHC_KINEMATICS_CODE
+#if MECHC_NU_MAX * MECHC_LANES <= 64
+    const int gauss = MECHC_IDENTITY_KINEMATICS && of->rule->stages == MECHC_STAGES;
     if (gauss && of->d->width == 1)
         return mechc_collocate_1(of, tangent, start, room, rows, end, rates);
     if (gauss && of->d->width == 2)

@@ -228,7 +228,7 @@ MECHC_STATIC int mechc_jump_at(const mechc_jump_place *at, const mechc_jump_zero
     const double rate = (3.0 * value - 4.0 * beside[1] + beside[0]) / (2.0 * apart);
     const double start = mechc_jump_value_at(at, zero->which, at->t);
     const int was = beside[1] > 0.0, is = beside[2] > 0.0;
-    int passes = was != is && was == beside[0] > 0.0 && is == beside[3] > 0.0
+    int passes = was != is && was == (beside[0] > 0.0) && is == (beside[3] > 0.0)
               && fabs(rate * at->h) >= MECHC_JUMP_GRAZES * fabs(start - value);
     double turn = 1.0; /* the function's rate after the jump, over that before */
     for (int k = 0; k < MECHC_SLOPES; k++) {
@@ -283,6 +283,7 @@ MECHC_STATIC int mechc_next_jump(const mechc_jump_place *at, double *from, doubl
 MECHC_RARE int mechc_jumps_of_step(const mechc_given_twice *given, const mechc_trajectory *record,
                                    ptrdiff_t step, double *map)
 {
+    if (!MECHC_SWITCHES) return 0;
     const double *end = record->y + (step + 1) * MECHC_NX;
     mechc_jump_place at = {
         record, given, step, record->t[step], record->t[step + 1] - record->t[step], {0.0}};

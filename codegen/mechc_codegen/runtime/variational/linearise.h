@@ -79,6 +79,7 @@ MECHC_INLINE void FN(put_response)(const FN(place) *place, const real *responses
 #else
 #define MECHC_PUT_RATES(by, columns, first)                                                       \
     do {                                                                                          \
+        if (MECHC_IDENTITY_KINEMATICS) break;                                                     \
         real rate[MECHC_ROOM(MECHC_NQ_MAX, columns)];                                             \
         FN(output_rate_##by)(t, y, y + MECHC_NQ, given, rate);                                    \
         FN(put_columns)(rate, MECHC_NQ, columns, slopes + (first));                               \
@@ -110,11 +111,11 @@ MECHC_INLINE void FN(put_slopes)(real t, const real *y, const FN(given) *given,
         for (int k = 0; k < MECHC_SLOPES; k++)
             slopes[i * MECHC_SLOPES + k] = R(k == MECHC_NQ + i ? 1.0 : 0.0);
     MECHC_PUT_SLOPES(by_state, MECHC_NX, 0);
-#if MECHC_PARAMETER_JACOBIAN
-    MECHC_PUT_SLOPES(by_parameters, MECHC_NP, MECHC_NX);
+#if MECHC_GENERAL || MECHC_PARAMETER_JACOBIAN
+    if (MECHC_NP > 0) MECHC_PUT_SLOPES(by_parameters, MECHC_NP, MECHC_NX);
 #endif
-#if MECHC_INPUT_JACOBIAN
-    MECHC_PUT_SLOPES(by_inputs, MECHC_NI, MECHC_NX + MECHC_NP);
+#if MECHC_GENERAL || MECHC_INPUT_JACOBIAN
+    if (MECHC_NI > 0) MECHC_PUT_SLOPES(by_inputs, MECHC_NI, MECHC_NX + MECHC_NP);
 #endif
 }
 #undef MECHC_PUT_RATES
@@ -133,18 +134,19 @@ MECHC_INLINE void FN(put_gap_slopes)(real t, const real *y, const FN(given) *giv
                                      const real *jacobian, real *gaps)
 {
     for (int i = 0; i < MECHC_NH * MECHC_SLOPES; i++) gaps[i] = R(0.0);
-#if MECHC_GRADIENT
-    (void)jacobian;
-    MECHC_PUT_CONSTRAINTS(constraint_gradient, MECHC_NH, MECHC_NQ, 0, gaps);
-#else
     (void)t, (void)y, (void)given;
-    FN(put_columns)(jacobian, MECHC_NH, MECHC_NH > 0 ? MECHC_NQ : 0, gaps);
+#ifdef MECHC_GRADIENT
+    if (MECHC_GRADIENT) MECHC_PUT_CONSTRAINTS(constraint_gradient, MECHC_NH, MECHC_NQ, 0, gaps);
+    else
 #endif
-#if MECHC_GAP_BY_PARAMETERS
-    MECHC_PUT_CONSTRAINTS(constraints_by_parameters, MECHC_NH, MECHC_NP, MECHC_NX, gaps);
+        FN(put_columns)(jacobian, MECHC_NH, MECHC_NH > 0 ? MECHC_NQ : 0, gaps);
+#ifdef MECHC_GAP_BY_PARAMETERS
+    if (MECHC_GAP_BY_PARAMETERS)
+        MECHC_PUT_CONSTRAINTS(constraints_by_parameters, MECHC_NH, MECHC_NP, MECHC_NX, gaps);
 #endif
-#if MECHC_GAP_BY_INPUTS
-    MECHC_PUT_CONSTRAINTS(constraints_by_inputs, MECHC_NH, MECHC_NI, MECHC_NX + MECHC_NP, gaps);
+#ifdef MECHC_GAP_BY_INPUTS
+    if (MECHC_GAP_BY_INPUTS)
+        MECHC_PUT_CONSTRAINTS(constraints_by_inputs, MECHC_NH, MECHC_NI, MECHC_NX + MECHC_NP, gaps);
 #endif
 }
 
@@ -155,12 +157,14 @@ MECHC_INLINE void FN(put_speed_slopes)(real t, const real *y, const FN(given) *g
     for (int i = 0; i < MECHC_NC * MECHC_SLOPES; i++) rates[i] = R(0.0);
     MECHC_PUT_CONSTRAINTS(velocity_gradient, MECHC_NC, MECHC_NQ, 0, rates);
     FN(put_columns)(jacobian, MECHC_NC, MECHC_NU, rates + MECHC_NQ);
-#if MECHC_GAP_RATE_BY_PARAMETERS
-    MECHC_PUT_CONSTRAINTS(velocity_constraints_by_parameters, MECHC_NC, MECHC_NP, MECHC_NX, rates);
+#ifdef MECHC_GAP_RATE_BY_PARAMETERS
+    if (MECHC_GAP_RATE_BY_PARAMETERS)
+        MECHC_PUT_CONSTRAINTS(velocity_constraints_by_parameters, MECHC_NC, MECHC_NP, MECHC_NX, rates);
 #endif
-#if MECHC_GAP_RATE_BY_INPUTS
-    MECHC_PUT_CONSTRAINTS(velocity_constraints_by_inputs, MECHC_NC, MECHC_NI,
-                          MECHC_NX + MECHC_NP, rates);
+#ifdef MECHC_GAP_RATE_BY_INPUTS
+    if (MECHC_GAP_RATE_BY_INPUTS)
+        MECHC_PUT_CONSTRAINTS(velocity_constraints_by_inputs, MECHC_NC, MECHC_NI,
+                              MECHC_NX + MECHC_NP, rates);
 #endif
 }
 #undef MECHC_PUT_CONSTRAINTS
@@ -179,19 +183,22 @@ MECHC_INLINE void FN(put_tangent)(real t, const real *y, const FN(given) *given,
 #if MECHC_NH_MAX > 0
     real gaps[MECHC_NH_MAX * MECHC_SLOPES_MAX];
     FN(put_gap_slopes)(t, y, given, jacobian, gaps);
-#if !MECHC_KINEMATICS_CODE
-    FN(add_product)(-1.0, changes, MECHC_NC, gaps, MECHC_SLOPES, MECHC_NQ, MECHC_NH, MECHC_SLOPES,
-                    tangent);
-#else
+    if (MECHC_IDENTITY_KINEMATICS)
+        FN(add_product)(-1.0, changes, MECHC_NC, gaps, MECHC_SLOPES, MECHC_NQ, MECHC_NH, MECHC_SLOPES,
+                        tangent);
+#if MECHC_KINEMATICS_CODE
     real map[MECHC_NQ_MAX * MECHC_NU_MAX], steps[MECHC_NQ_MAX * MECHC_NH_MAX];
-    FN(output_kinematic_matrix)(t, y, y + MECHC_NQ, given, map);
-    for (int i = 0; i < MECHC_NQ * MECHC_NH; i++) {
-        steps[i] = R(0.0);
-        for (int m = 0; m < MECHC_NU; m++)
-            R_ADD(steps[i], map[i / MECHC_NH * MECHC_NU + m], changes[m * MECHC_NC + i % MECHC_NH]);
+    if (!MECHC_IDENTITY_KINEMATICS) {
+        FN(output_kinematic_matrix)(t, y, y + MECHC_NQ, given, map);
+        for (int i = 0; i < MECHC_NQ * MECHC_NH; i++) {
+            steps[i] = R(0.0);
+            for (int m = 0; m < MECHC_NU; m++)
+                R_ADD(steps[i], map[i / MECHC_NH * MECHC_NU + m],
+                      changes[m * MECHC_NC + i % MECHC_NH]);
+        }
+        FN(add_product)(-1.0, steps, MECHC_NH, gaps, MECHC_SLOPES, MECHC_NQ, MECHC_NH,
+                        MECHC_SLOPES, tangent);
     }
-    FN(add_product)(-1.0, steps, MECHC_NH, gaps, MECHC_SLOPES, MECHC_NQ, MECHC_NH, MECHC_SLOPES,
-                    tangent);
 #endif
 #endif
     FN(put_speed_slopes)(t, y, given, jacobian, rates);

@@ -15,7 +15,7 @@ typedef struct {
     mechc_directions directions;
     double *tangents; /* of the ends of MECHC_LANES steps of collocation, or propagators */
     double *jump;     /* at the end of one */
-#if MECHC_PROPAGATES
+#if MECHC_PROPAGATES_CODE
     mechc_propagation propagation;
 #endif
     mechc_vector *room, **rows;     /* of an elimination */
@@ -156,7 +156,8 @@ MECHC_STATIC void mechc_vary_pairs(mechc_varying *w, const mechc_variation *v, i
 MECHC_STATIC int mechc_vary_propagated(mechc_varying *w, const mechc_variation *v, ptrdiff_t step,
                                        int count)
 {
-#if MECHC_PROPAGATES
+#if MECHC_PROPAGATES_CODE
+    if (!MECHC_PROPAGATES) return 0;
     const mechc_directions *d = &w->directions;
     mechc_propagation *g = &w->propagation;
     const mechc_steps steps = {v->trajectory, step, count, &w->given};

@@ -101,4 +101,4 @@ def test_lists_of_the_header_are_read_whole():
     assert {"NUMBER", "FMA", "SELECT", "RETURN", "END"} <= OPERATIONS.keys()
     assert FUNCTIONS["hoist"] == ["p", "k"]
     assert FUNCTIONS["series_next"] == ["p", "k", "kept", "sums", "row", "rates"]
-    assert list(FUNCTIONS)[-3:] == ["plain", "solved", "default"]
+    assert list(FUNCTIONS)[-4:] == ["plain", "solved", "adjoint", "default"]

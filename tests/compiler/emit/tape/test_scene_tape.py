@@ -31,7 +31,7 @@ static uint64_t draw(uint64_t below)
     drawn ^= drawn << 13, drawn ^= drawn >> 7, drawn ^= drawn << 17;
     return drawn % below;
 }
-const mechc_part mechc_general, mechc_series_00, mechc_series_01, mechc_series_10, mechc_series_11;
+const mechc_part mechc_general, mechc_derivatives, mechc_series_00, mechc_series_01, mechc_series_10, mechc_series_11;
 
 static double *numbers(ptrdiff_t count) /* of exactly that size, so that one more is seen */
 {
@@ -40,13 +40,13 @@ static double *numbers(ptrdiff_t count) /* of exactly that size, so that one mor
     return array;
 }
 
-static void run_as(int32_t tape, int function)
+static void run_as(int32_t tape, int function, int width)
 {
     int sizes[MECHC_TAPE_MOST_ARRAYS];
     double *arrays[MECHC_TAPE_MOST_ARRAYS] = {0}, scalars[3] = {0.5, 0.25, 1.0};
     static mechc_scalar_given given;
     const mechc_series_counts *series = &mechc_series_of_scene;
-    const int count = mechc_tape_arrays(&mechc_of_scene, series, function, 0, sizes);
+    const int count = mechc_tape_arrays(&mechc_of_scene, series, function, width, sizes);
     double *turns = numbers(3 * mechc_of_scene.turns);
     for (int i = 0; i < count; i++) arrays[i] = numbers(sizes[i] & (MECHC_TAPE_WRITTEN - 1));
     mechc_scalar_run_tape(&mechc_of_tapes.code, tape, arrays, scalars, &given, turns, (int)draw(2));
@@ -66,8 +66,14 @@ static void run_all(const mechc_model *model)
         if (of_series && !mechc_series_of_scene.row) continue;
         if (!of_series && f >= MECHC_TAPE_OF_factor_blocks && !MECHC_ROW_BLOCKS) continue;
         if (f == MECHC_TAPE_OF_series_solve && !mechc_series_of_scene.momenta) continue;
-        run_as(mechc_of_tapes.called[f], f);
+        run_as(mechc_of_tapes.called[f], f, 0);
     }
+    const mechc_counts *c = &mechc_of_scene;
+    const int states = c->nq + c->nu, motion = c->nu + c->nc;
+#define RUN(name, function, width, needed)                    \
+    if (mechc_of_tapes.named[MECHC_TAPE_NAMED_##name] >= 0) \
+        run_as(mechc_of_tapes.named[MECHC_TAPE_NAMED_##name], MECHC_TAPE_OF_##function, width);
+    MECHC_TAPE_NAMED(RUN)
     model->complete(given, p);
     for (int i = 0; i < unit->output_count; i++) {
         if (strlen(unit->outputs[i].name) > 1000000) exit(5);
@@ -187,8 +193,8 @@ def test_the_name_of_its_unit_leads_nowhere_else(tmp_path, unit):
 
 def harness(folder, mechanism):
     """A program that reads a tape from its input and changes it so many times; and the tape."""
-    jacobians = frozenset({"energy", "state_jacobian", "parameter_jacobian"})
-    build = build_scene(mechanism, (BASELINE,), OutputRequest(jacobians))
+    outputs = frozenset({"energy", "state_jacobian", "parameter_jacobian", "sensitivities"})
+    build = build_scene(mechanism, (BASELINE,), OutputRequest(outputs))
     assert build.tape
     source = unit_sources(build.kind, BASELINE.lanes, "baseline")["tapes.c"] + MAIN
     (folder / "hostile.c").write_text(source, "utf-8")

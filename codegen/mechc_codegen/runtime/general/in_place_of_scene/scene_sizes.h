@@ -72,6 +72,12 @@
 #define MECHC_PARAMETER_JACOBIAN 0
 #define MECHC_INPUT_JACOBIAN 0
 #define MECHC_MASS_MATRIX 0
+#define MECHC_VARIATIONAL 1 /* of scenes that vary */
+#define MECHC_GRADIENT mechc_of_scene.gradient
+#define MECHC_GAP_BY_PARAMETERS mechc_of_scene.gap_by_parameters
+#define MECHC_GAP_BY_INPUTS mechc_of_scene.gap_by_inputs
+#define MECHC_GAP_RATE_BY_PARAMETERS mechc_of_scene.gap_rate_by_parameters
+#define MECHC_GAP_RATE_BY_INPUTS mechc_of_scene.gap_rate_by_inputs
 #define MECHC_OWN mechc_of_scene.own
 #define MECHC_OWN_MAX 64
 #define MECHC_WIDEST 1

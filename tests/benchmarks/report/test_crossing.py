@@ -1,6 +1,7 @@
 """The picture of the README: mechc is on the exact motion, solve_ivp is not, and says nothing."""
 
 import numpy as np
+import pytest
 
 from benchmarks.problems.data import four_bar_state
 from benchmarks.report import crossing

@@ -8,6 +8,7 @@ import sys
 from dataclasses import replace
 from typing import Any
 
+import pytest
 from mechc_codegen import shipped_mechanism
 from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.description.source import ConversionSettings

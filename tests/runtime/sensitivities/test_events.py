@@ -11,7 +11,6 @@ from tests.support.differences import apart, extrapolated
 from tests.support.impacts import points_on_a_line
 
 __all__ = ["bar", "swing"]  # compiled scenes of other tests
-pytestmark = pytest.mark.slow  # compiles much
 Q, U = 0.7, -0.5
 PUSH = mechc.Signal([0.0, 0.25, 1.4, 3.0], [0.3, -0.8, 0.5, 0.5], "previous")
 BOUNCE = mechc.Event(lambda t, y: y[0], reset=lambda t, q, u: (q, -0.8 * u))

@@ -11,7 +11,6 @@ from tests.runtime.sensitivities.test_run import GIVEN, T, swing
 from tests.support import scenes
 
 __all__ = ["bar", "swing"]  # compiled scenes of other tests
-pytestmark = pytest.mark.slow  # compiles much
 BY = ["l_0", "l_3", "m_1", "I_2", "g", "theta_0", "omega_0"]
 
 

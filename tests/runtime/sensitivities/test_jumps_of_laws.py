@@ -12,7 +12,6 @@ import mechc
 from tests.support.differences import extrapolated
 from tests.support.pendulums import pushed_mass
 
-pytestmark = pytest.mark.slow  # compiles much
 q, u = dynamicsymbols("q u")
 t = dynamicsymbols._t
 k, c, w = sm.symbols("k c w")

@@ -7,7 +7,6 @@ import mechc
 from mechc.errors import MechcError
 from tests.support.differences import apart, extrapolated
 
-pytestmark = pytest.mark.slow  # compiles much
 START = {"theta_0": 1.4835, "omega_0": 0.3}
 REGULAR = {"l_3": 3.5}
 

@@ -8,7 +8,6 @@ from tests.runtime.sensitivities.test_run import GIVEN, START, T, swing
 from tests.support.differences import apart, extrapolated
 
 __all__ = ["swing"]  # a compiled scene of other tests
-pytestmark = pytest.mark.slow  # compiles much
 TIMES = np.linspace(0.0, T, 6)
 VALUES = np.array([0.3, -0.8, 0.5, 0.9, -0.2, 0.4])
 KINDS = ("previous", "linear", "cubic", "quintic")

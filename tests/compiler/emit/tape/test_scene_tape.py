@@ -31,7 +31,8 @@ static uint64_t draw(uint64_t below)
     drawn ^= drawn << 13, drawn ^= drawn >> 7, drawn ^= drawn << 17;
     return drawn % below;
 }
-const mechc_part mechc_general, mechc_derivatives, mechc_series_00, mechc_series_01, mechc_series_10, mechc_series_11;
+const mechc_part mechc_general, mechc_derivatives;
+const mechc_part mechc_series_00, mechc_series_01, mechc_series_10, mechc_series_11;
 
 static double *numbers(ptrdiff_t count) /* of exactly that size, so that one more is seen */
 {

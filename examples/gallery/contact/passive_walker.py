@@ -65,11 +65,12 @@ balances = [
     about(tip, bodies, before) - about(tip, bodies, after),
     about(hip, bodies[:1], before) - about(hip, bodies[:1], after),
 ]
-known = sm.solve([sm.expand(each) for each in balances], [new_stance, new_swing], dict=True)[0]
+matrix, right = sm.linear_eq_to_matrix(balances, [new_stance, new_swing])
+known = matrix.LUsolve(right)
 strike = mechc.Event(
     stance + swing + 2 * slope, direction=-1,
     reset={
-        stance: swing, swing: stance, w_stance: known[new_stance], w_swing: known[new_swing],
+        stance: swing, swing: stance, w_stance: known[0], w_swing: known[1],
     },
 )  # fmt: skip
 

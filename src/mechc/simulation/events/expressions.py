@@ -247,7 +247,22 @@ class EventReader:
         return (*self.system.coordinates, *self.system.speeds)
 
     def plain(self, given: Any) -> Any:
-        """A number, a text of the grammar or an expression of SymPy, over plain symbols."""
+        """A number, a text of the grammar or an expression of SymPy, over plain symbols.
+
+        Each is read once: a search asks for the same at many parameters.
+        """
+        known, key = self.system.cache.setdefault(EventReader, {}), (type(given), given)
+        try:
+            found = known.get(key)
+        except TypeError:  # of what has no hash, which is refused
+            return self._read(given)
+        if found is None:
+            if len(known) >= MOST_KEPT:
+                known.clear()
+            found = known[key] = self._read(given)
+        return found
+
+    def _read(self, given: Any) -> Any:
         from sympy import (
             Derivative,
             Dummy,
@@ -338,8 +353,14 @@ def _derivatives(
 
     by = ["t", *(f"y{k}" for k in range(width)), *(f"p{k}" for k in range(parameters))]
     symbols = [Symbol(name, real=True) for name in by]
-    entries = [(i, j, diff(value, x).replace(DiracDelta, lambda *_: 0))  # not defined at a jump
-               for i, value in enumerate(values)
+
+    def slope(value: Any, x: Symbol) -> Any:
+        found = diff(value, x)
+        if not found.has(DiracDelta):
+            return found
+        return found.replace(DiracDelta, lambda *_: 0)  # it is not defined at a jump
+
+    entries = [(i, j, slope(value, x)) for i, value in enumerate(values)
                for j, x in enumerate(symbols) if value.has(x)]  # fmt: skip
     function = function_of([entry for _, _, entry in entries])
 

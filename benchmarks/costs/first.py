@@ -4,13 +4,14 @@
 
 In a process of its own, of each mechanism of the library as a description of one's own: from
 `compile` to the end of the first `simulate`, in seconds by the clock, and in parentheses of the
-processor, the compiler's too, and to the end of a first batch of a thousand members; with an empty
-cache.  Import of mechc and making the description are not counted.  Then each stage by itself: the
-derivation, with C and the tape as its result, and the compiler's by the part of the unit.  Of these
-a first motion needs the first unit, which is the tape where the scene has a kind; else the driver
-too, and collocation or `taylor`.  Last, in processor time, how many times as long a motion by each
-method, a batch and the outputs of its states take by the tape as by own parts; the numbers have to
-be the same.
+processor, the compiler's too, to the end of a first batch of a thousand members, and to the first
+derivatives of a motion by a parameter; with an empty cache.  Import of mechc and making the
+description are not counted.  Then each stage by itself: the derivation, with C and the tape as
+its result, and the compiler's by the part of the unit.  Of these a first motion needs the first
+unit, which is the tape where the scene has a kind; else the driver too, and collocation or
+`taylor`.  Last, in processor time, how many times as long a motion by each method, a batch, the
+outputs of its states and derivatives take by the tape as by own parts; the numbers have to be the
+same.
 
 The script ``costs`` asks for the first value of the right-hand side, in new processes too.
 
@@ -41,6 +42,7 @@ FIRST = "first unit"
 DURATION = 0.01  # s of motion: it is the wait that counts
 RUNS, LONG, OF_RUNS = 20, 5.0, {"andrews": 0.03}  # s of motion that are timed by the tape
 METHODS, BATCH, OUTPUTS = ("auto", "dop853", "gauss8"), "batch", "outputs"
+DERIVATIVES = "derivatives"
 MEMBERS, FIRST_MEMBERS = 64, 1000
 LIMITS = {"cold": 1.5, "cached": 0.020}  # s
 STAGES = (
@@ -69,6 +71,7 @@ def line(row: dict[str, Any]) -> str:
     )
     wait = f"{row['wait']:.2f} s ({row['processor']:.2f}), batch {row['batch']:.2f} s"
     wait += f", {row['compiled_batch']:.2f} where its parts are compiled before"
+    wait += f", derivatives {row[DERIVATIVES]:.2f} s"
     ratios = ", ".join(f"{method} {ratio:.1f}" for method, ratio in row["by_tape"].items())
     return f"{row['name']}: {wait}; {stages}; by its tape over own parts: {ratios}"
 
@@ -79,12 +82,13 @@ def first_motion(name: str) -> dict[str, Any]:
         seconds = process(name, Path(folder), "motion")["seconds"]
         by_tape = process(name, Path(folder), "tape")["ratios"]
     batches = {}
-    for until in ("batch", "compiled batch"):
+    for until in ("batch", "compiled batch", DERIVATIVES):
         with tempfile.TemporaryDirectory() as folder:
             batches[until] = process(name, Path(folder), until)["seconds"]["first value"]
     return {
         "name": name, "wait": seconds["first value"], "processor": seconds["processor"],
         "batch": batches["batch"], "compiled_batch": batches["compiled batch"],
+        DERIVATIVES: batches[DERIVATIVES],
         "stages": stages_apart(name), "by_tape": by_tape,
     }  # fmt: skip
 
@@ -145,7 +149,7 @@ def process(form: str, cache: Path, until: str = "value") -> dict[str, Any]:
     """Seconds and the value in a separate process.
 
     ``until``: the first value, the end of the first "motion" or "batch", or of one after parts for
-    it are compiled ("compiled batch"), or the "whole" being compiled; or
+    it are compiled ("compiled batch"), the first "derivatives", or the "whole" being compiled; or
     motions are timed by the "tape" and by own parts.
     """
     command = [*module_command("costs", "first"), form, until]
@@ -173,6 +177,8 @@ def one(form: str, until: str) -> None:
         value = model.simulate_batch(OF_RUNS.get(form, LONG), starts, progress=False).y[-1]
     elif until == "motion":
         value = model.simulate(DURATION, model.assemble()).y[-1]
+    elif until == DERIVATIVES:
+        value = columns(model, DURATION)[-1]
     else:
         state = np.linspace(0.3, 0.8, len(model.coordinates) + len(model.speeds))
         value = model.rhs(0.0, state, np.linspace(1.0, 2.0, len(model.parameters)))
@@ -183,6 +189,13 @@ def one(form: str, until: str) -> None:
         _ = model.capsule  # waits for all of it
         seconds["whole"] = time.perf_counter() - imported
     print(json.dumps({"value": value.tolist(), "seconds": seconds, "peak": peak_bytes()}))
+
+
+def columns(model: Any, duration: float) -> Any:
+    """Derivatives of a motion by the first parameter."""
+    name = model.parameters[0]
+    sol = model.simulate(duration, model.assemble(), method="gauss8", sensitivities=[name])
+    return sol.sensitivity[name]
 
 
 def by_tape(model: Any, duration: float) -> dict[str, float]:
@@ -198,6 +211,8 @@ def by_tape(model: Any, duration: float) -> dict[str, float]:
     def run(what: str) -> Any:
         if what == OUTPUTS:
             return native.evaluate(output, np.zeros(1), states, values)
+        if what == DERIVATIVES:
+            return columns(model, duration)
         if what == BATCH:
             return model.simulate_batch(duration, states, threads=1, progress=False).y
         return model.simulate(duration, start, method=what).y
@@ -210,9 +225,10 @@ def by_tape(model: Any, duration: float) -> dict[str, float]:
             found.append(processor_seconds() - before)
         return min(found)
 
-    asked = (*METHODS, BATCH, OUTPUTS)
+    asked = (*METHODS, BATCH, OUTPUTS, DERIVATIVES)
     before = {what: (seconds(what), run(what).tobytes()) for what in asked}
     model.wait_compiled()
+    model.system.differentiable().wait()
     assert all(run(what).tobytes() == numbers for what, (_, numbers) in before.items())
     return {what: taken / seconds(what) for what, (taken, _) in before.items()}
 

@@ -84,8 +84,8 @@ def compile(
 ) -> Model:
     """Compile a user-defined mechanism; cached.
 
-    Motions, events and outputs of most need no C compiler: they run by an integrator that is
-    installed with mechc.  With a compiler, faster code is compiled in the background.
+    Motions, derivatives, events and outputs of most need no C compiler: they run by an integrator
+    that is installed with mechc.  With a compiler, faster code is compiled in the background.
 
     Parameters
     ----------

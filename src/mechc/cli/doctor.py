@@ -80,8 +80,8 @@ def _compiler() -> str:
     """Compile and link a small file; where nothing can, say what works."""
     if toolchain.find_compiler() is None and _units():
         return (
-            "none: motions run by tapes, 1.5 to 9 times as slow, batches more; derivatives of "
-            f"motions, long chains and more need one: {install_command('compiler')}"
+            "none: motions run by tapes, 1.5 to 9 times as slow, batches more; long chains, "
+            f"exports and more need one: {install_command('compiler')}"
         )
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

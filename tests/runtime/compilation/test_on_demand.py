@@ -315,6 +315,17 @@ def test_without_a_compiler_tables_and_stops_run_as_with_one(fresh, monkeypatch)
     np.testing.assert_allclose(batch.y[2], sol.y[-1], rtol=1e-9)
 
 
+def test_without_a_compiler_motions_have_derivatives(fresh, monkeypatch):
+    """A fit, a gradient, a cycle."""
+    without_compiler(monkeypatch)
+    model = mechc.compile(pendulum())
+    sol = model.simulate(2.0, [0.4, 0.3], sensitivities=["y0"])
+    of_start = sol.sensitivity["y0"][-1]
+    np.testing.assert_allclose(sol.gradient("q", by=["y0"])["y0"], of_start[0], atol=1e-7)
+    found = model.fit({"t": sol.t, "q": sol.y[:, 0]}, {"q": (-1, 1), "u": (-1, 1)})
+    assert found.values["q"] == pytest.approx(0.4, abs=1e-6)
+
+
 def test_a_compiler_that_fails_is_quoted(unit_needed, monkeypatch):
     failing = f"{ANSWER_VERSION}\necho 'cc1: out of cheese' >&2; exit 3"
     script = compiler_script(unit_needed, monkeypatch, failing)

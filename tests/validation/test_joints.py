@@ -129,6 +129,7 @@ def spatial_pair(make):
     return mechc.from_joints("pair", [*ends, cut], ground=ground)
 
 
+@pytest.mark.slow(cases=99)
 @pytest.mark.parametrize(
     ("kind", "held"),
     [

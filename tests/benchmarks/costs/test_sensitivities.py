@@ -5,6 +5,7 @@ import pytest
 from benchmarks.costs import sensitivities
 
 
+@pytest.mark.slow
 def test_a_scene_has_a_row_for_every_method_and_tolerance(capsys: pytest.CaptureFixture[str]):
     assert sensitivities.main(["--rounds", "3", "--only", "pendulum"]) == 0
     head, *rows = capsys.readouterr().out.splitlines()

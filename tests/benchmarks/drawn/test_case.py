@@ -31,5 +31,5 @@ def test_a_factor_without_its_parentheses_is_found(monkeypatch, tmp_path):
     monkeypatch.setattr(SeriesWriter, "constant", bare)
     text, ranges = SUM_OF_PARAMETERS.text.replace("A", "C"), {"C": (2.5, 4.0), "B": (1.5, 2.5)}
     renamed = replace(SUM_OF_PARAMETERS, text=text, ranges=ranges)  # none that is compiled already
-    found = judge_scene(renamed, (0, 1), 9, ["batch auto"])
+    found = judge_scene(renamed, (0, 1), 2, ["batch auto"])
     assert [fault.split(":")[0] for fault in found.faults] == ["batch auto"]

@@ -81,6 +81,7 @@ def test_rates_of_configuration_constraints_are_told_from_nonholonomic_ones() ->
     assert made.motion_constraints == ()
 
 
+@pytest.mark.slow(cases=99)
 @pytest.mark.parametrize("count", [1, 2])
 def test_loops_that_rods_of_no_length_would_close_are_told_at_rods_of_some_length(
     count: int,

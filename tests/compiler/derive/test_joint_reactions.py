@@ -223,6 +223,7 @@ def test_four_bar_pins_are_what_free_bodies_ask_for_whichever_is_cut(cut_anywher
         assert np.allclose(torque, 0, atol=1e-11)
 
 
+@pytest.mark.slow
 def test_near_a_change_point_all_cuts_still_agree_on_the_forces(cut_anywhere):
     """One degree before the links are in line forces are ill-conditioned, and large."""
     theta, omega, alpha = absolute_state(np.pi - np.radians(1), 2.0)

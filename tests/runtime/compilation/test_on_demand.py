@@ -264,7 +264,16 @@ def test_without_a_compiler_the_error_says_what_to_install(fresh, monkeypatch):
     assert "most mechanisms need none" in str(error.value)
 
 
-@pytest.mark.parametrize("name", LIBRARY)
+SLOWEST = ("andrews", "bicycle", "windows")  # to derive
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.slow(cases=3)) if name in SLOWEST else name
+        for name in LIBRARY
+    ],
+)
 def test_without_a_compiler_the_library_runs(fresh, monkeypatch, name):
     without_compiler(monkeypatch)
     model = mechc.load(name)

@@ -97,6 +97,7 @@ class EventReader:
     def __init__(self, system: Any, p: Array, parse: Callable[..., Any]) -> None:
         self.system, self.p, self.parse = system, p, parse
         self.width = len(system.coordinates) + len(system.speeds)
+        self.known = getattr(system, "cache", {}).setdefault(EventReader, {})  # expressions
 
     @cached_property
     def names(self) -> dict[str, Any]:
@@ -251,18 +252,12 @@ class EventReader:
 
         Each is read once: a search asks for the same at many parameters.
         """
-        known, key = self.system.cache.setdefault(EventReader, {}), (type(given), given)
+        key = type(given), given
         try:
-            found = known.get(key)
-        except TypeError:  # of what has no hash, which is refused
-            return self._read(given)
-        if found is None:
-            if len(known) >= MOST_KEPT:
-                known.clear()
-            found = known[key] = self._read(given)
-        return found
-
-    def _read(self, given: Any) -> Any:
+            if key in self.known:
+                return self.known[key]
+        except TypeError:  # of what has no hash
+            key = None  # type: ignore[assignment]
         from sympy import (
             Derivative,
             Dummy,
@@ -278,7 +273,7 @@ class EventReader:
         from sympy.core.function import AppliedUndef
 
         if isinstance(given, str):
-            return _over_reals(self.parse(given, self.names))
+            return self._keep(key, _over_reals(self.parse(given, self.names)))
         try:
             expression = sympify(given, strict=True)
         except (SympifyError, AttributeError, TypeError, ValueError):  # of arrays of anything
@@ -298,7 +293,14 @@ class EventReader:
             replaced = {atom: Dummy() for atom in known}
             stand_ins |= {*replaced.values()}
             rest = rest.xreplace(replaced)
-        return _over_reals(expression.xreplace(known))
+        return self._keep(key, _over_reals(expression.xreplace(known)))
+
+    def _keep(self, key: Any, expression: Any) -> Any:
+        if key is not None:
+            if len(self.known) >= MOST_KEPT:
+                self.known.clear()
+            self.known[key] = expression
+        return expression
 
 
 def _over_reals(expression: Any) -> Any:

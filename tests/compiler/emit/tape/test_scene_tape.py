@@ -231,10 +231,10 @@ def hostile(folder, mechanism, count):
 @pytest.mark.parametrize(
     "described",
     [
-        lambda: shipped_mechanism("four_bar"),
-        lambda: shipped_mechanism("heavy_top"),
-        lambda: scenes.swing(guided=True),
         scenes.bead_over_tables,
+        pytest.param(lambda: shipped_mechanism("four_bar"), marks=pytest.mark.slow(cases=3)),
+        pytest.param(lambda: shipped_mechanism("heavy_top"), marks=pytest.mark.slow(cases=3)),
+        pytest.param(lambda: scenes.swing(guided=True), marks=pytest.mark.slow(cases=3)),
     ],
 )
 def test_a_changed_tape_stays_within_its_arrays(tmp_path, described):

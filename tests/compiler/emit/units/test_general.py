@@ -22,7 +22,7 @@ def kind(mechanism) -> str:
     [
         ("four_bar", "one_freedom"),
         ("andrews", "loops"),
-        ("bicycle", "loops"),
+        pytest.param("bicycle", "loops", marks=pytest.mark.slow),
         ("planar_chain", "open"),
         ("heavy_top", "open"),
     ],

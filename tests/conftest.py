@@ -15,7 +15,7 @@ from tests.support.compilers.compilation import (
     compile_as_for_users,
     compile_less_optimised,
 )
-from tests.support.costs import Costs
+from tests.support.compilers.costs import Costs
 
 # --hypothesis-profile=thorough: ten times the random mechanisms, others at every run
 settings.register_profile("usual", deadline=None, derandomize=True, print_blob=True)

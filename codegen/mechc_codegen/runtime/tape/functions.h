@@ -13,9 +13,6 @@
 #if !R_EXTENDED
 #include "dynamics/given.h"
 #endif
-#ifndef MECHC_TAPES_OF_SCENE
-#define MECHC_TAPES_OF_SCENE 1 /* which may have inputs */
-#endif
 #include "tape/run.h"
 #if MECHC_TAPES_OF_SERIES
 #include "tape/series.h"

@@ -68,7 +68,7 @@ MECHC_ONCE real FN(run_tape)(const mechc_tape_code *code, int number, real *cons
     const mechc_operation *o = code->operations + tape->first;
     const double *numbers = code->numbers;
     real r[tape->registers + 1];
-#if MECHC_TAPES_OF_SCENE
+#if MECHC_GENERAL /* a scene, which may have inputs */
     real inputs[MECHC_AT_LEAST_ONE(MECHC_NI_MAX)];
 #endif
     (void)turns, (void)near, (void)given;
@@ -84,7 +84,7 @@ MECHC_ONCE real FN(run_tape)(const mechc_tape_code *code, int number, real *cons
     MECHC_TAPE_DO_ALL(LOAD, r[o->to] = arrays[o->a][o->b]);
     MECHC_TAPE_DO_ALL(STORE, arrays[o->a][o->b] = r[o->c]);
     MECHC_TAPE_DO(SCALAR, scalars[o->a]);
-#if MECHC_TAPES_OF_SCENE
+#if MECHC_GENERAL
     MECHC_TAPE_DO(INPUT, inputs[o->a]);
 #else
 of_INPUT:
@@ -94,7 +94,7 @@ of_CLEAR:
     for (int i = 0; i < o->b; i++) arrays[o->a][i] = R(0.0);
     MECHC_TAPE_NEXT;
 of_INPUTS_READ:
-#if MECHC_TAPES_OF_SCENE && MECHC_NI_MAX > 0
+#if MECHC_GENERAL && MECHC_NI_MAX > 0
     FN(read_inputs)(scalars[0], arrays[0], o->c ? arrays[1] : 0, given, o->a, o->b, inputs);
 #endif
     MECHC_TAPE_NEXT;

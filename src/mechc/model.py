@@ -489,7 +489,7 @@ class Model(Outputs):
         CompilerError
             If there is no C compiler.
         """
-        self.system.wait()
+        self.system.wait(derivatives=True)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """The model's reference, by which it is found again in the library or the user's cache."""

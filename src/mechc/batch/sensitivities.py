@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mechc.batch.spec import Recipe
-from mechc.errors import MechcError, ValueOutOfBoundsError
+from mechc.errors import CacheError, CompilerError, MechcError, ValueOutOfBoundsError
 from mechc.inputs.driven_scene import with_inputs
 from mechc.inputs.samples import signals_among
 from mechc.sensitivities.columns import START, columns_of
@@ -111,6 +111,8 @@ class Members:
                 sol, found = controlled(motion, sol, differentiate)
             else:
                 found = differentiate(sol)
+        except (CompilerError, CacheError):  # no member has any
+            raise
         except MechcError:  # this member has none
             return
         columns = found.at(sol.t, sol.y)

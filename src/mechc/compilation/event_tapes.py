@@ -61,7 +61,7 @@ def _assemble(
     expressions = [EventExpressions(*event) for event in events]
     try:
         found = of_codegen.event_tapes(expressions, contacts, width)
-    except (errors["MechanismError"], NoTapeError):
+    except (errors["MechanismError"], NoTapeError, RecursionError):  # sums of many terms
         return None
     numbers = np.array(found.numbers, np.intc).reshape(len(events), 3)
     return EventTapes(width, parameters, numbers, found.contacts, tuple(found.code))

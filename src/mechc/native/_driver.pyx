@@ -55,7 +55,7 @@ cdef extern from "abi/call.h":
 cdef ptrdiff_t LANES = 8  # states are evaluated in lanes, at most so many
 cdef ptrdiff_t LITTLE_WORK = 1 << 17
 cdef size_t STACK_OF_GENERAL = 1 << 21  # bytes: thrice what the unit's arrays, as large as its bounds, take
-cdef size_t STACK_OF_TAPE = 1 << 18
+cdef size_t STACK_OF_TAPE = 1 << 19
 cdef long MUCH_WORK = 1 << 16  # evaluations by the general unit, from which on compiling pays
 cdef ptrdiff_t MANY = 1 << 16  # states, from which on compiling their evaluation in lanes pays
 
@@ -332,8 +332,6 @@ cdef class Scene:
             return
         if series:
             parts = parts | MECHC_PART_TAYLOR if batches else MECHC_PART_DRIVER | MECHC_PART_TAYLOR
-        if batches and self.model.derivatives != NULL:
-            parts |= MECHC_PART_DERIVATIVES
         self.need(parts)
 
     @property

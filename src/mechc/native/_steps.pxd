@@ -14,6 +14,7 @@ cdef class Sizes:
 
 cdef class Steps:
     cdef object scene  # which holds the compiled code
+    cdef object asked  # the same, or that by whose general unit the run is
     cdef const mechc_unit *unit
     cdef mechc_piece *piece
     cdef int coordinates, width

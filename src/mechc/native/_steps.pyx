@@ -73,6 +73,9 @@ cdef void read_in_contact(void *given) noexcept nogil:
         )
 
 
+cdef int STAGES = 8  # a step that is differentiated counts as so many evaluations
+
+
 cdef void vary_steps(void *given) noexcept nogil:
     cdef differentiating *job = <differentiating *>given
     job.status = job.unit.vary(<mechc_variation *>job.asked)
@@ -140,7 +143,7 @@ cdef class Steps:
         if count < 1 or y.shape[0] != count or y.shape[1] != scene.width \
                 or rows.shape[0] != count - 1 or rows.shape[2] != scene.width:
             raise ValueError("steps need a state at every time, and rows between them")
-        scene = scene.at_once(MECHC_PART_DRIVER)
+        self.asked, scene = scene, scene.at_once(MECHC_PART_DRIVER)
         self.piece = mechc_piece_make(&p[0] if p.shape[0] else NULL, p.shape[0], 0, 0)
         if self.piece == NULL:
             raise MemoryError()
@@ -162,13 +165,18 @@ cdef class Steps:
     cdef read(self, Scene scene, p, Inputs inputs, Events events, Sizes sizes):
         """Read steps of a scene with parameters p (np,); ``events``, ``sizes``: of those in contact."""
         self.scene, self.unit, self.stack = scene, scene.unit, scene.stack
+        if self.asked is None:
+            self.asked = scene
         self.coordinates, self.width = scene.coordinates, scene.width
         self.p, self.inputs, self.events, self.sizes = p, inputs, events, sizes
 
     def read_by(self, Scene scene, Inputs inputs):
         """These steps, read by the functions of another scene of the same mechanism."""
-        scene = scene.at_once(MECHC_PART_DRIVER)
-        return steps_of(scene, self.piece, self.p, inputs, self.events, self.sizes)
+        cdef Steps found = steps_of(
+            scene.at_once(MECHC_PART_DRIVER), self.piece, self.p, inputs, self.events, self.sizes
+        )
+        found.asked = scene
+        return found
 
     def states(self):
         """Accepted times (nt,) and states (nt, width), copied."""
@@ -443,9 +451,9 @@ cdef class Steps:
 
     cdef Scene differentiated_by(self, ptrdiff_t work):
         """The scene by whose functions so many derivatives of steps are taken now."""
-        cdef Scene by = (<Scene>self.scene).at_once(MECHC_PART_DERIVATIVES)
+        cdef Scene by = (<Scene>self.asked).at_once(MECHC_PART_DERIVATIVES)
         if by.by_general:
-            by.worked += work
+            by.worked += STAGES * work
         return by
 
     cdef differentiate(self, Scene by, void (*work)(void *) noexcept nogil, void *asked):

@@ -202,11 +202,14 @@ class System(Description):
         series = self.data.get("taylor") or {}
         return bool(series.get("leads_alone")) and not self.data.get("switches")
 
-    def wait(self, *, batches: bool = True) -> None:
-        """Return when what runs, or also batches, need is in the cache for other processes."""
-        together = 0
+    def wait(self, *, batches: bool = True, derivatives: bool = False) -> None:
+        """Return when what runs, or also batches, need is in the cache for other processes.
+
+        ``derivatives``: and what derivatives of runs need, where it has any.
+        """
+        together = PARTS["derivatives"] if derivatives and self.has_derivatives else 0
         if self.data.get("lockstep") and not self.data.get("switches"):
-            together = PARTS["sweeps"] | (PARTS["taylor_lanes"] if self.data.get("taylor") else 0)
+            together |= PARTS["sweeps"] | (PARTS["taylor_lanes"] if self.data.get("taylor") else 0)
         self.scene.wait(batches, self.prefers_series, together)
 
     @property
@@ -340,7 +343,14 @@ class System(Description):
         """This system, or the same with derivatives of motions, and of these outputs along them;
         see :meth:`including`."""
         more = self._requests_of(names)
-        return self.including("sensitivities", *more)
+        found = self.including("sensitivities", *more)
+        found.scene.evaluator.at_once(PARTS["derivatives"])  # an error comes before the motion
+        return found
+
+    @property
+    def has_derivatives(self) -> bool:
+        """Whether it was compiled with derivatives of motions."""
+        return "sensitivities" not in self.data["left_out"].values()
 
     def _requests_of(self, names: Iterable[str]) -> list[str]:
         """Names by which a request has these outputs, where it has not."""

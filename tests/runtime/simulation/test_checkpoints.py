@@ -19,6 +19,13 @@ LITTLE = {  # bytes; saved states are larger where lanes are wider
 OBJECTIVES = ({"end": "kinetic_energy"}, {"end": "kinetic_energy", "integral": "kinetic_energy"})
 
 
+@pytest.fixture(autouse=True)
+def own_parts(bar, swing):
+    """Saved states of the unit of a kind are as large as its bounds."""
+    for model in (bar, swing):
+        model.wait_compiled()
+
+
 def same(plain, checked, by, objectives=OBJECTIVES):
     """The motion, and gradients."""
     assert len(checked.record.pieces) > 3

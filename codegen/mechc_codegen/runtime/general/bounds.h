@@ -2,5 +2,5 @@
 #pragma once
 
 #define MECHC_NP_MAX 64
-#define MECHC_NK_MAX 256
+#define MECHC_NK_MAX 512
 #define MECHC_NI_MAX 8

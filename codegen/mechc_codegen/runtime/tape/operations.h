@@ -76,7 +76,7 @@
     X(rate_by_inputs, plain, c->nq * c->ni, varies && !c->identity_kinematics && c->ni) \
     X(constraint_jacobian, plain, c->nc * c->nu, varies && c->nc) \
     X(velocity_gradient, plain, c->nc * c->nq, varies && c->nc) \
-    X(constraint_gradient, plain, c->nh * c->nq, 0) \
+    X(constraint_gradient, plain, c->nh * c->nq, varies && c->nh && !c->identity_kinematics) \
     X(constraints_by_parameters, plain, c->nh * c->np, 0) \
     X(constraints_by_inputs, plain, c->nh * c->ni, 0) \
     X(velocity_constraints_by_parameters, plain, c->nc * c->np, 0) \
@@ -84,7 +84,7 @@
 
 #define MECHC_TAPE_HIGHEST_DEGREE 15 /* of a table's polynomials */
 #define MECHC_TAPE_MOST_ARRAYS 9
-#define MECHC_TAPE_MOST_REGISTERS 1024
+#define MECHC_TAPE_MOST_REGISTERS 2048
 #define MECHC_TAPE_MOST_OUTPUTS 128
 #define MECHC_TAPE_WIDEST 32767 /* numbers of an output */
 

@@ -254,8 +254,9 @@ class EventReader:
         """
         key = type(given), given
         try:
-            if key in self.known:
-                return self.known[key]
+            found = self.known.get(key)
+            if found is not None:
+                return found
         except TypeError:  # of what has no hash
             key = None  # type: ignore[assignment]
         from sympy import (

@@ -75,7 +75,7 @@ def test_a_function_without_a_form_in_c_is_refused():
 
 
 def test_a_function_that_is_too_long_is_refused():
-    states = [Symbol(f"y{k}", real=True) for k in range(1100)]
+    states = [Symbol(f"y{k}", real=True) for k in range(2100)]
     longest = sin(Add(*states)) + sin(Add(*(2 * y for y in states)))
     with pytest.raises(NoTapeError):
-        event_tapes([EventExpressions(longest)], [], 1100)
+        event_tapes([EventExpressions(longest)], [], 2100)

@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from sympy import Expr, Symbol, cse, diff, numbered_symbols
+from sympy import Add, Expr, Symbol, cse, diff, numbered_symbols
 
 from mechc_codegen.description.piecewise import without_corners
 from mechc_codegen.description.tables import Lookup
@@ -22,6 +22,7 @@ from mechc_codegen.errors import InternalError
 
 _OURS = re.compile(r"t|[yp][0-9]+")
 _ARGUMENTS = "void *context, double t, const double *y, const double *p"
+MOST_TERMS = 64  # of a sum in one statement
 KINDS = ("value", "slopes", "reset")  # in the order of mechc_event_functions
 _HEADS = {
     "value": ("double", "", ()),
@@ -134,9 +135,20 @@ def _statements(values: Sequence[Expr]) -> tuple[list[Value], list[Line]]:
     shared, results = cse(plain, numbered_symbols("x", real=True))
     printer = RealPrinter(tables=True)
     symbols = sorted({s for value in plain for s in value.free_symbols}, key=str)
-    lines = list(_loads(symbols))
-    lines += [let(symbol.name, printer.real(value), "const real") for symbol, value in shared]
-    return [printer.real(value) for value in results], lines
+    lines, sums = list(_loads(symbols)), numbered_symbols("s", real=True)
+
+    def short(value: Expr) -> Expr:
+        """The expression with sums of many terms in parts: no compiler nests them without end."""
+        while value.is_Add and len(value.args) > MOST_TERMS:
+            part = next(sums)
+            own = Add(*value.args[:MOST_TERMS])
+            lines.append(let(part.name, printer.real(own), "const real"))
+            value = Add(part, *value.args[MOST_TERMS:])
+        return value
+
+    for symbol, value in shared:
+        lines.append(let(symbol.name, printer.real(bottom_up(value, short, {})), "const real"))
+    return [printer.real(bottom_up(value, short, {})) for value in results], lines
 
 
 def _loads(symbols: Sequence[Symbol]) -> Iterator[Line]:

@@ -74,8 +74,16 @@ def test_a_function_without_a_form_in_c_is_refused():
         event_tapes([EventExpressions(besselj(0, Y0))], [], 2)
 
 
+def test_a_sum_of_many_terms_has_a_tape():
+    """As nested products and sums no reader of C, nor of Python, takes more than some hundred."""
+    event = EventExpressions(Add(*(sin(k * Y0) * Y1 for k in range(1, 401))))
+    found = event_tapes([event], [], 2)
+    assert -1 not in found.numbers[0][:2]
+    assert event_functions([event], [], 2).count("const real s") >= 6
+
+
 def test_a_function_that_is_too_long_is_refused():
     states = [Symbol(f"y{k}", real=True) for k in range(2100)]
     longest = sin(Add(*states)) + sin(Add(*(2 * y for y in states)))
     with pytest.raises(NoTapeError):
-        event_tapes([EventExpressions(longest)], [], 2100)
+        event_tapes([], [longest], 2100)

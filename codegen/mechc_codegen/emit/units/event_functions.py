@@ -139,12 +139,13 @@ def _statements(values: Sequence[Expr]) -> tuple[list[Value], list[Line]]:
 
     def short(value: Expr) -> Expr:
         """The expression with sums of many terms in parts: no compiler nests them without end."""
-        while value.is_Add and len(value.args) > MOST_TERMS:
-            part = next(sums)
-            own = Add(*value.args[:MOST_TERMS])
-            lines.append(let(part.name, printer.real(own), "const real"))
-            value = Add(part, *value.args[MOST_TERMS:])
-        return value
+        terms = value.args
+        while value.is_Add and len(terms) > MOST_TERMS:
+            own = [terms[k : k + MOST_TERMS] for k in range(0, len(terms), MOST_TERMS)]
+            terms = [next(sums) for _ in own]
+            for part, some in zip(terms, own, strict=True):
+                lines.append(let(part.name, printer.real(Add(*some)), "const real"))
+        return value if terms is value.args else Add(*terms)
 
     for symbol, value in shared:
         lines.append(let(symbol.name, printer.real(bottom_up(value, short, {})), "const real"))

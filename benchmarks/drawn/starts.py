@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from sympy import sympify
 from sympy.physics.mechanics import dynamicsymbols
 
 from .judge import Case
@@ -29,7 +30,7 @@ def started(values: Numbers, case: Case) -> Numbers:
         expression = expression.xreplace(case.names.get("in_sympy", {}))
         given = case.reference.fixed | params
         numbers = {s: given[str(s)] for s in expression.free_symbols if str(s) in given}
-        params[str(symbol)] = float(expression.xreplace(known).xreplace(numbers).evalf())
+        params[str(symbol)] = float(sympify(expression.xreplace(known)).xreplace(numbers))
     if case.reference.closes:
         y = np.array([start[n] for n in case.reference.names])
         y = case.reference.closed(0.0, y, params)

@@ -70,10 +70,10 @@ def numbers(model, end=3.0):
     [
         lambda: scenes.swing(guided=True),
         scenes.bead_over_tables,
-        pytest.param(lambda: shipped_mechanism("slider_crank"), marks=pytest.mark.slow(cases=9)),
-        pytest.param(lambda: shipped_mechanism("andrews"), marks=pytest.mark.slow(cases=9)),
-        pytest.param(lambda: shipped_mechanism("bicycle"), marks=pytest.mark.slow(cases=9)),
-        pytest.param(lambda: shipped_mechanism("windows"), marks=pytest.mark.slow(cases=9)),
+        pytest.param(lambda: shipped_mechanism("slider_crank"), marks=pytest.mark.slow),
+        pytest.param(lambda: shipped_mechanism("andrews"), marks=pytest.mark.slow),
+        pytest.param(lambda: shipped_mechanism("bicycle"), marks=pytest.mark.slow),
+        pytest.param(lambda: shipped_mechanism("windows"), marks=pytest.mark.slow),
     ],
 )
 def test_the_general_unit_gives_the_bits_of_the_scenes_own(own_cache, described):
@@ -155,11 +155,11 @@ def derivatives(model, end, start):
     "described",
     [
         cornered,
-        pytest.param(scenes.bead_over_tables, marks=pytest.mark.slow(cases=9)),
-        pytest.param(lambda: shipped_mechanism("slider_crank"), marks=pytest.mark.slow(cases=9)),
-        pytest.param(lambda: shipped_mechanism("heavy_top"), marks=pytest.mark.slow(cases=9)),
-        pytest.param(lambda: shipped_mechanism("bicycle"), marks=pytest.mark.slow(cases=9)),
-        pytest.param(lambda: shipped_mechanism("windows"), marks=pytest.mark.slow(cases=9)),
+        pytest.param(scenes.bead_over_tables, marks=pytest.mark.slow(cases=3)),
+        pytest.param(lambda: shipped_mechanism("slider_crank"), marks=pytest.mark.slow(cases=3)),
+        pytest.param(lambda: shipped_mechanism("heavy_top"), marks=pytest.mark.slow(cases=3)),
+        pytest.param(lambda: shipped_mechanism("bicycle"), marks=pytest.mark.slow(cases=3)),
+        pytest.param(lambda: shipped_mechanism("windows"), marks=pytest.mark.slow(cases=3)),
     ],
 )
 def test_derivatives_by_tapes_have_the_bits_of_those_by_parts_of_the_scenes_own(
@@ -201,10 +201,10 @@ def of_batches(model, end):
     "described",
     [
         lambda: scenes.swing(guided=True),
-        pytest.param(lambda: shipped_mechanism("heavy_top"), marks=pytest.mark.slow(cases=9)),
-        pytest.param(lambda: shipped_mechanism("slider_crank"), marks=pytest.mark.slow(cases=9)),
-        pytest.param(lambda: shipped_mechanism("andrews"), marks=pytest.mark.slow(cases=9)),
-        pytest.param(lambda: shipped_mechanism("windows"), marks=pytest.mark.slow(cases=9)),
+        pytest.param(lambda: shipped_mechanism("heavy_top"), marks=pytest.mark.slow),
+        pytest.param(lambda: shipped_mechanism("slider_crank"), marks=pytest.mark.slow),
+        pytest.param(lambda: shipped_mechanism("andrews"), marks=pytest.mark.slow),
+        pytest.param(lambda: shipped_mechanism("windows"), marks=pytest.mark.slow),
     ],
 )
 def test_batches_go_over_from_tapes_to_parts_of_the_scenes_own(own_cache, described):

@@ -1,6 +1,6 @@
 """Put each fault into a copy of this tree, and say which test finds it first.
 
-    python -m tests.mutants.run [--only N ...] [--marked "not slow and not thorough"]
+    python -m tests.mutants.run [--only N ...] [--near] [--marked "not slow and not thorough"]
 
 Tests of folders that have the name of one of the file's folders run first, then all of the tier.
 """
@@ -62,7 +62,7 @@ def first_failure(tree: Path, where: Sequence[str], marked: str) -> str | None:
     return found[1] if found else None
 
 
-def found_by(tree: Path, fault: Fault, marked: str) -> str | None:
+def found_by(tree: Path, fault: Fault, marked: str, *, near_alone: bool = False) -> str | None:
     """The test that finds a fault, or None."""
     file = tree / fault.path
     sound = file.read_text("utf-8")
@@ -71,7 +71,8 @@ def found_by(tree: Path, fault: Fault, marked: str) -> str | None:
         if file.suffix in (".h", ".pyx") and not built(tree):
             return "the build"
         near = related(tree, fault)
-        return (near and first_failure(tree, near, marked)) or first_failure(tree, (), marked)
+        found = first_failure(tree, near, marked) if near else None
+        return found if found or near_alone else first_failure(tree, (), marked)
     finally:
         file.write_text(sound, "utf-8")
 
@@ -87,6 +88,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.mutants.run", description=__doc__)
     parser.add_argument("--only", nargs="*", type=int, help="numbers of faults")
     parser.add_argument("--marked", default=FAST, help="the tier, as of pytest's -m")
+    parser.add_argument("--near", action="store_true", help="not the whole tier after its folders")
     given = parser.parse_args(arguments)
     missed = 0
     with tempfile.TemporaryDirectory(prefix="mechc-mutants-") as folder:
@@ -95,7 +97,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             if given.only and number not in given.only:
                 continue
             started = time.monotonic()
-            found = found_by(tree, fault, given.marked)
+            found = found_by(tree, fault, given.marked, near_alone=given.near)
             missed += found is None
             took = time.monotonic() - started
             print(f"{number} | {fault.path} | {found or 'NOT FOUND'} | {took:.0f} s", flush=True)

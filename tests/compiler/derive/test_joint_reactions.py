@@ -234,7 +234,6 @@ def test_near_a_change_point_all_cuts_still_agree_on_the_forces(cut_anywhere):
         assert np.allclose(force[:, :2], wanted, rtol=1e-7, atol=1e-7)
 
 
-@pytest.mark.slow
 def test_the_shipped_four_bar_has_reactions_on_request():
     model = mechc.load("four_bar", outputs=("energy", "reactions"))
     plain = mechc.load("four_bar")

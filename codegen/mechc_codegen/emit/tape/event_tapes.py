@@ -15,7 +15,7 @@ from mechc_codegen.emit.tape.code import Code, CodeParts
 from mechc_codegen.emit.units.event_functions import KINDS, EventExpressions, functions_of
 
 
-class EventTapes(NamedTuple):
+class AssembledEvents(NamedTuple):
     """The tapes of the functions of events.
 
     Attributes
@@ -35,7 +35,7 @@ class EventTapes(NamedTuple):
 
 def event_tapes(
     events: Sequence[EventExpressions], contacts: Sequence[Expr], width: int
-) -> EventTapes:
+) -> AssembledEvents:
     """The tapes for states of ``width`` components.
 
     ``contacts``: the quantities of all contacts, row after row; () without any.
@@ -55,4 +55,4 @@ def event_tapes(
             of_contacts = tape
         else:
             numbers[each.event][KINDS.index(each.kind)] = tape
-    return EventTapes(numbers, of_contacts, code.parts())
+    return AssembledEvents(numbers, of_contacts, code.parts())

@@ -16,33 +16,18 @@
 #define MECHC_GAPS(X) \
     X(void, hoist, (const real *p, real *k), (p, k))
 
-#define MECHC_GAPS_OF_LOOPS(X) \
-    X(void, output_constraints, \
-      (real t, const real *q, const real *u, const FN(given) *given, real *out), (t, q, u, given, out))
+#define MECHC_GAPS_OF_LOOPS(X) MECHC_OF_STATE(X, constraints)
 
-#define MECHC_KINEMATICS(X) \
-    X(void, output_coordinate_rates, \
-      (real t, const real *q, const real *u, const FN(given) *given, real *out), (t, q, u, given, out)) \
-    X(void, output_kinematic_matrix, \
-      (real t, const real *q, const real *u, const FN(given) *given, real *out), (t, q, u, given, out))
-
-#define MECHC_SWITCHED(X) \
-    X(void, output_switching, \
-      (real t, const real *q, const real *u, const FN(given) *given, real *out), (t, q, u, given, out))
-
-/* Of scenes whose motions have derivatives: functions of a state, and with the accelerations and multipliers. */
-#define MECHC_VARIED(X) \
-    MECHC_OF_STATE(X, rate_by_state) MECHC_OF_STATE(X, rate_by_parameters) MECHC_OF_STATE(X, rate_by_inputs) \
-    MECHC_OF_STATE(X, constraint_jacobian) MECHC_OF_STATE(X, velocity_gradient) \
-    MECHC_OF_STATE(X, constraint_gradient) \
-    MECHC_OF_STATE(X, constraints_by_parameters) MECHC_OF_STATE(X, constraints_by_inputs) \
-    MECHC_OF_STATE(X, velocity_constraints_by_parameters) MECHC_OF_STATE(X, velocity_constraints_by_inputs) \
-    MECHC_OF_MOTION(X, residual_by_state) MECHC_OF_MOTION(X, residual_by_parameters) \
-    MECHC_OF_MOTION(X, residual_by_inputs) \
-    X(void, solved_residual_adjoint, \
-      (real t, const real *q, const real *u, const FN(given) *given, const real *a, const real *l, const real *c, \
-       real *out), \
-      (t, q, u, given, a, l, c, out))
+/* Y(X, name) of each function of a state, and of those with the accelerations and multipliers; all but the
+ * first three are of scenes whose motions have derivatives. */
+#define MECHC_FUNCTIONS_OF_STATE(Y, X) \
+    Y(X, coordinate_rates) Y(X, kinematic_matrix) Y(X, switching) \
+    Y(X, rate_by_state) Y(X, rate_by_parameters) Y(X, rate_by_inputs) \
+    Y(X, constraint_jacobian) Y(X, velocity_gradient) Y(X, constraint_gradient) \
+    Y(X, constraints_by_parameters) Y(X, constraints_by_inputs) \
+    Y(X, velocity_constraints_by_parameters) Y(X, velocity_constraints_by_inputs)
+#define MECHC_FUNCTIONS_OF_MOTION(Y, X) \
+    Y(X, residual_by_state) Y(X, residual_by_parameters) Y(X, residual_by_inputs)
 #define MECHC_OF_STATE(X, name) \
     X(void, output_##name, \
       (real t, const real *q, const real *u, const FN(given) *given, real *out), (t, q, u, given, out))
@@ -50,6 +35,12 @@
     X(void, solved_##name, \
       (real t, const real *q, const real *u, const FN(given) *given, const real *a, const real *l, real *out), \
       (t, q, u, given, a, l, out))
+#define MECHC_OF_STATES(X) \
+    MECHC_FUNCTIONS_OF_STATE(MECHC_OF_STATE, X) MECHC_FUNCTIONS_OF_MOTION(MECHC_OF_MOTION, X) \
+    X(void, solved_residual_adjoint, \
+      (real t, const real *q, const real *u, const FN(given) *given, const real *a, const real *l, const real *c, \
+       real *out), \
+      (t, q, u, given, a, l, c, out))
 
 #define MECHC_BLOCKS_OF_ROWS(X) \
     X(rmask, factor_blocks, \

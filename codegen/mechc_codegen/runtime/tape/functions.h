@@ -42,24 +42,22 @@ void FN(scene_hoist)(const real *p, real *k)
 }
 
 /* A function of the scene that is one of its outputs by name. */
-#define MECHC_TAPE_OF_STATE(name)                                                                     \
+#define MECHC_TAPE_OF_STATE(_, name)                                                                   \
     void FN(scene_output_##name)(real t, const real *q, const real *u, const FN(given) *given, real *out) \
     {                                                                                                 \
         FN(tape_output)(MECHC_TAPE_BY_NAME(name), t, q, u, given, 0, 0, out);                         \
     }
-#define MECHC_TAPE_OF_MOTION(name)                                                                    \
+#define MECHC_TAPE_OF_MOTION(_, name)                                                                  \
     void FN(scene_solved_##name)(real t, const real *q, const real *u, const FN(given) *given,        \
                                  const real *a, const real *l, real *out)                             \
     {                                                                                                 \
         FN(tape_output)(MECHC_TAPE_BY_NAME(name), t, q, u, given, a, l, out);                         \
     }
-MECHC_TAPE_OF_STATE(constraints)
+MECHC_TAPE_OF_STATE(, constraints)
 
 #if !R_EXTENDED
 MECHC_ALL_SCENES(MECHC_TAPE_DECLARE)
-MECHC_SWITCHED(MECHC_TAPE_DECLARE)
-MECHC_KINEMATICS(MECHC_TAPE_DECLARE)
-MECHC_VARIED(MECHC_TAPE_DECLARE)
+MECHC_OF_STATES(MECHC_TAPE_DECLARE)
 
 void FN(scene_configuration)(real t, const real *q, const FN(given) *given, real *gap, real *jacobian,
                              real *bias, real *mass, real *saved, real *turns, int near)
@@ -75,22 +73,8 @@ void FN(scene_motion)(real t, const real *q, const real *u, const FN(given) *giv
     FN(run_tape)(&mechc_of_tapes.code, MECHC_TAPE_CALLED(motion), arrays, &t, given, 0, 0);
 }
 
-MECHC_TAPE_OF_STATE(switching)
-MECHC_TAPE_OF_STATE(coordinate_rates)
-MECHC_TAPE_OF_STATE(kinematic_matrix)
-MECHC_TAPE_OF_STATE(rate_by_state)
-MECHC_TAPE_OF_STATE(rate_by_parameters)
-MECHC_TAPE_OF_STATE(rate_by_inputs)
-MECHC_TAPE_OF_STATE(constraint_jacobian)
-MECHC_TAPE_OF_STATE(velocity_gradient)
-MECHC_TAPE_OF_STATE(constraint_gradient)
-MECHC_TAPE_OF_STATE(constraints_by_parameters)
-MECHC_TAPE_OF_STATE(constraints_by_inputs)
-MECHC_TAPE_OF_STATE(velocity_constraints_by_parameters)
-MECHC_TAPE_OF_STATE(velocity_constraints_by_inputs)
-MECHC_TAPE_OF_MOTION(residual_by_state)
-MECHC_TAPE_OF_MOTION(residual_by_parameters)
-MECHC_TAPE_OF_MOTION(residual_by_inputs)
+MECHC_FUNCTIONS_OF_STATE(MECHC_TAPE_OF_STATE, )
+MECHC_FUNCTIONS_OF_MOTION(MECHC_TAPE_OF_MOTION, )
 
 void FN(scene_solved_residual_adjoint)(real t, const real *q, const real *u, const FN(given) *given, const real *a,
                                        const real *l, const real *c, real *out)

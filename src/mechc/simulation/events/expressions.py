@@ -252,13 +252,13 @@ class EventReader:
 
         Each is read once: a search asks for the same at many parameters.
         """
-        key = type(given), given
+        key: Any = type(given), given
         try:
             found = self.known.get(key)
             if found is not None:
                 return found
         except TypeError:  # of what has no hash
-            key = None  # type: ignore[assignment]
+            key = None
         from sympy import (
             Derivative,
             Dummy,

@@ -31,8 +31,7 @@ static uint64_t draw(uint64_t below)
     drawn ^= drawn << 13, drawn ^= drawn >> 7, drawn ^= drawn << 17;
     return drawn % below;
 }
-const mechc_part mechc_general, mechc_derivatives;
-const mechc_part mechc_series_00, mechc_series_01, mechc_series_10, mechc_series_11;
+const mechc_part mechc_general, mechc_series_00, mechc_series_01, mechc_series_10, mechc_series_11;
 
 static double *numbers(ptrdiff_t count) /* of exactly that size, so that one more is seen */
 {
@@ -53,6 +52,34 @@ static void run_as(int32_t tape, int function, int width)
     mechc_scalar_run_tape(&mechc_of_tapes.code, tape, arrays, scalars, &given, turns, (int)draw(2));
     for (int i = 0; i < count; i++) free(arrays[i]);
     free(turns);
+}
+
+/* Derivatives over two steps by nodes and by stages, forwards and backwards. */
+static void differentiate(const mechc_model *model, double *y, double *p)
+{
+    enum { STEPS = 2, ROWS = 9 };
+    const mechc_unit *unit = model->derivatives->unit;
+    const int width = model->coordinates + model->speeds;
+    const int along = model->parameters + model->inputs;
+    double t[] = {0.5, 0.51, 0.52};
+    unsigned char methods[] = {MECHC_GAUSS8, MECHC_DOP853};
+    double *states = numbers((STEPS + 1) * width), *ends = numbers((STEPS + 1) * width * width);
+    double *dense = calloc((size_t)(STEPS * width * ROWS), sizeof *dense);
+    double *directions = numbers(along * width), *gradient = numbers(along);
+    double *covector = numbers(width);
+    for (int i = 0; i <= STEPS; i++) memcpy(states + i * width, y, (size_t)width * sizeof *y);
+    const mechc_trajectory record = {
+        .count = STEPS + 1, .width = width, .dense_rows = ROWS, .t = t, .y = states, .dense = dense,
+        .methods = methods};
+    const mechc_variation forwards = {
+        .trajectory = &record, .p = p, .last = STEPS, .columns = width, .project = 1,
+        .directions = directions, .ends = ends};
+    const mechc_covariation backwards = {
+        .trajectory = &record, .p = p, .last = STEPS, .covector = covector, .columns = along,
+        .gradient = gradient};
+    unit->vary(&forwards);
+    unit->covary(&backwards);
+    free(states), free(ends), free(dense), free(directions), free(gradient), free(covector);
 }
 
 static void run_all(const mechc_model *model)
@@ -86,6 +113,7 @@ static void run_all(const mechc_model *model)
     unit->give(p, NULL, (mechc_given *)prepared);
     double *mass = numbers(model->speeds * model->speeds);
     if (unit->mass) unit->mass(t, y, (mechc_given *)prepared, mass);
+    if (model->derivatives && draw(5) == 0) differentiate(model, y, p);
     if (strlen(model->metadata) + strlen(model->texts) > 100000000) exit(5);
     free(mass), free(prepared), free(p), free(y);
 }
@@ -197,8 +225,9 @@ def harness(folder, mechanism):
     outputs = frozenset({"energy", "state_jacobian", "parameter_jacobian", "sensitivities"})
     build = build_scene(mechanism, (BASELINE,), OutputRequest(outputs))
     assert build.tape
-    source = unit_sources(build.kind, BASELINE.lanes, "baseline")["tapes.c"] + MAIN
-    (folder / "hostile.c").write_text(source, "utf-8")
+    sources = unit_sources(build.kind, BASELINE.lanes, "baseline")
+    (folder / "hostile.c").write_text(sources["tapes.c"] + MAIN, "utf-8")
+    (folder / "derivatives.c").write_text(sources["derivatives.c"], "utf-8")
     command = [
         *toolchain.compiler(),
         "-std=gnu11",
@@ -207,7 +236,8 @@ def harness(folder, mechanism):
         "-ffp-contract=off",
     ]
     command += [*kind_flags(build.kind), *(f"-I{folder}" for folder in GENERAL_INCLUDES)]
-    command += [str(folder / "hostile.c"), "-lm", "-o", str(folder / "hostile")]
+    command += [str(folder / name) for name in ("hostile.c", "derivatives.c")]
+    command += ["-lm", "-o", str(folder / "hostile")]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode and "sanitize" in done.stderr:
         pytest.skip("no sanitizers here")

@@ -20,7 +20,7 @@ TESTS = {  # where the modules below a root are tested, and tests of more than o
         "native/other_systems", "options", "package",
         "results/pictures_of_models", "sensitivities/jumps_of_laws", "sensitivities/loops",
         "simulation/contact/drive", "simulation/contact/impacts", "simulation/contact/modes",
-        "simulation/contact/outputs", "simulation/interrupts",
+        "simulation/contact/outputs", "simulation/events/drawn_events", "simulation/interrupts",
         "simulation/quaternions", "simulation/small_stacks", "symbols",
     }),
     "codegen/mechc_codegen": ("tests/compiler", {

@@ -17,6 +17,7 @@ from functools import reduce
 from typing import Any
 
 from sympy import (
+    ITE,
     Abs,
     Add,
     And,
@@ -202,11 +203,13 @@ def _number(condition: Boolean) -> Expr:
         return 1 - reduce(lambda a, b: a * b, (1 - _number(c) for c in condition.args))
     if isinstance(condition, Not):
         return 1 - _number(condition.args[0])
+    if isinstance(condition, ITE):  # of a comparison with another Piecewise
+        return Where(*map(_number, condition.args))
     if condition in (True, False):
         return Integer(int(bool(condition)))
     raise MechanismError(
-        f"the condition {str(condition)[:80]!r} has no C form; known are comparisons, and And, Or "
-        "and Not of them"
+        f"the condition {str(condition)[:80]!r} has no C form; known are comparisons, and And, Or, "
+        "Not and ITE of them"
     )
 
 

@@ -45,6 +45,7 @@ CORNERED = {
     "late": Heaviside(q - f) + Heaviside(u, Rational(1, 4)),
     "within": Piecewise((sin(q), And(q >= 0, Or(u < f, Ne(q, u)))), (u**2, True)),
     "otherwise": Piecewise((f, Not(Or(q > u, Eq(q, -2)))), (q / f, True)),
+    "compared": Piecewise((q * u, Piecewise((q, u > f), (2 * u, True)) > f / 3), (f, True)),
     "stairs": floor(2 * q) * u - ceiling(q + u),
     "sawtooth": Mod(q, f) + frac(u) - Mod(u, -Rational(1, 2)),
     "three": Max(q, u, f * q * u) + Min(q, u, f),

@@ -50,7 +50,7 @@ MECHC_INLINE void FN(sincos)(real x, real *sine, real *cosine)
     const real c = near + R_FMA(zz, q, R_FNMA(z, R(0.5), 1.0 - near));
     const rmask swap = -(quadrant & 1);
     const rmask sine_sign = -(quadrant & 2) & INT64_MIN;
-    const rmask cosine_sign = -((quadrant + 1) & 2) & INT64_MIN;
+    const rmask cosine_sign = sine_sign ^ (swap & INT64_MIN);
     *sine = R_FROM_BITS(R_BITS(R_SELECT(swap, c, s)) ^ sine_sign);
     *cosine = R_FROM_BITS(R_BITS(R_SELECT(swap, s, c)) ^ cosine_sign);
     if (__builtin_expect(R_ANY_BEYOND(x, MECHC_REDUCTION_LIMIT), 0)) {

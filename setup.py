@@ -235,7 +235,7 @@ setup(
             "mechc.native._closing",
             ["src/mechc/native/_closing.pyx"],
             include_dirs=[str(RUNTIME)],
-            extra_compile_args=["-O3"],
+            extra_compile_args=GLUE[:],
             depends=[*SHARED, *headers("abi", "closing")],
         ),
         Extension(

@@ -1,7 +1,11 @@
 /* Macros for how functions are compiled, and for names composed of other names. */
 #pragma once
 
+#ifdef MECHC_SMALL /* inline what the compiler chooses */
+#define MECHC_INLINE static inline __attribute__((unused))
+#else
 #define MECHC_INLINE static inline __attribute__((always_inline, unused))
+#endif
 #define MECHC_STATIC static __attribute__((unused))
 #define MECHC_ONCE static __attribute__((noinline, unused)) /* compiled once, called from many */
 #define MECHC_RARE static __attribute__((cold, unused)) /* not in every step: compiled small */

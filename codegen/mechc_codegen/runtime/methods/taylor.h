@@ -210,7 +210,7 @@ MECHC_STATIC int mechc_taylor_limited(const mechc_integration *run, double h, co
                                       double error)
 {
     mechc_taylor_work *w = mechc_taylor_of(run);
-    double moved[MECHC_NX_MAX], rates[MECHC_NX_MAX];
+    double moved[MECHC_NX_MAX] = {0.0}, rates[MECHC_NX_MAX];
     (void)end, (void)error;
     if (!w->bound || (!run->stiff && run->head.stats.steps % MECHC_TAYLOR_LOOK)) return 0;
     mechc_scalar_taylor_moved(run->y, MECHC_ROWS(w), w->order, w->sizes, moved);

@@ -85,7 +85,8 @@ MECHC_STATIC double mechc_correction(double t, const double *q, const mechc_scal
 MECHC_STATIC void mechc_allowed_direction(double t, const double *q,
                                           const mechc_scalar_given *given, double *v)
 {
-    double still[MECHC_NU_MAX] = {0}, values[MECHC_NC_MAX], of_time[MECHC_NC_MAX], step[MECHC_NU_MAX];
+    double still[MECHC_NU_MAX] = {0}, values[MECHC_NC_MAX] = {0}, of_time[MECHC_NC_MAX];
+    double step[MECHC_NU_MAX];
     double most = 0.0;
     mechc_scalar_place place;
     mechc_scalar_factors rows;

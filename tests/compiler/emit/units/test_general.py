@@ -47,13 +47,21 @@ def test_a_scene_beyond_a_bound_has_a_unit_of_its_own(monkeypatch, bound):
 
 @pytest.mark.parametrize("name", general.KINDS)
 def test_its_sources_compile_without_warnings(tmp_path, name):
-    compiler = toolchain.compiler()
+    compile_strictly(tmp_path, name, checking(toolchain.compiler(), tmp_path / "checked.o"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["open", "one_freedom"])
+def test_nor_are_there_any_where_they_are_optimised(tmp_path, name):
+    compile_strictly(tmp_path, name, ["-c", "-o", str(tmp_path / "compiled.o")])
+
+
+def compile_strictly(folder, name, how):
     for source, text in general.unit_sources(name, BASELINE.lanes, "baseline").items():
-        (tmp_path / source).write_text(text, "utf-8")
-        command = [*compiler, *GENERAL_FLAGS, *STRICT, *general.kind_flags(name)]
+        (folder / source).write_text(text, "utf-8")
+        command = [*toolchain.compiler(), *GENERAL_FLAGS, *STRICT, *general.kind_flags(name)]
         command += [f"-I{place}" for place in GENERAL_INCLUDES]
-        command += checking(compiler, tmp_path / f"{source}.o")
         done = subprocess.run(
-            [*command, str(tmp_path / source)], capture_output=True, text=True, check=False
+            [*command, *how, str(folder / source)], capture_output=True, text=True, check=False
         )
         assert (done.returncode, done.stderr) == (0, ""), source

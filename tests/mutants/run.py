@@ -2,7 +2,8 @@
 
     python -m tests.mutants.run [--only N ...] [--near] [--marked "not slow and not thorough"]
 
-Tests of folders that have the name of one of the file's folders run first, then all of the tier.
+Tests of folders that are named as the file or one of its folders run first, the innermost before
+others, then all of the tier.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ from tests.support import ROOT
 
 FAST = "not slow and not thorough"
 LONGEST = 1800.0  # seconds of a run of tests
+# Folders of headers whose tests have another name; those of "runtime" are of everything.
+OTHERWISE = {"hybrid": "simulation", "variational": "sensitivities", "simd": "emit", "runtime": ""}
 _FAILED = re.compile(r"(?m)^(?:FAILED|ERROR) (\S+)")
 
 
@@ -32,20 +35,31 @@ def copied(folder: Path) -> Path:
         ["git", "ls-files", "-co", "--exclude-standard"], cwd=ROOT, check=True, capture_output=True,
         text=True,
     )  # fmt: skip
-    built = [path.relative_to(ROOT).as_posix() for path in (ROOT / "src").rglob("*.so")]
-    for name in [*listed.stdout.splitlines(), *built]:
+    for name in listed.stdout.splitlines():
         if (ROOT / name).is_file():
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(ROOT / name, folder / name)
+    copy_built(folder)
     return folder
 
 
+def copy_built(folder: Path) -> None:
+    """What is built in place here, into a copy."""
+    for path in (ROOT / "src").rglob("*.so"):
+        shutil.copy2(path, folder / path.relative_to(ROOT))
+
+
 def related(tree: Path, fault: Fault) -> list[str]:
-    """Folders of tests that are named as a folder or the file that the fault is in."""
-    names = {*Path(fault.path).parts[2:-1], Path(fault.path).stem}
-    folders = [path for path in (tree / "tests").rglob("*") if path.is_dir() and path.name in names]
-    outer = [path for path in folders if not any(other in path.parents for other in folders)]
-    return sorted(path.relative_to(tree).as_posix() for path in outer)
+    """Folders of tests that are named as the file that the fault is in or a folder of it, the
+    innermost first."""
+    path = Path(fault.path)
+    names = [path.stem, *reversed(path.parts[2:-1])]
+    folders = [each for each in (tree / "tests").rglob("*") if each.is_dir()]
+    found = list[Path]()
+    for name in names:
+        named = OTHERWISE.get(name, name)
+        found += sorted(each for each in folders if each.name == named and each not in found)
+    return [each.relative_to(tree).as_posix() for each in found]
 
 
 def first_failure(tree: Path, where: Sequence[str], marked: str) -> str | None:
@@ -70,11 +84,13 @@ def found_by(tree: Path, fault: Fault, marked: str, *, near_alone: bool = False)
     try:
         if file.suffix in (".h", ".pyx") and not built(tree):
             return "the build"
-        near = related(tree, fault)
-        found = first_failure(tree, near, marked) if near else None
-        return found if found or near_alone else first_failure(tree, (), marked)
+        for near in related(tree, fault):
+            if found := first_failure(tree, [near], marked):
+                return found
+        return None if near_alone else first_failure(tree, (), marked)
     finally:
         file.write_text(sound, "utf-8")
+        copy_built(tree)
 
 
 def built(tree: Path) -> bool:

@@ -200,7 +200,8 @@ def of_batches(model, end):
 @pytest.mark.parametrize(
     "described",
     [
-        lambda: scenes.swing(guided=True),
+        scenes.bead_over_tables,
+        pytest.param(lambda: scenes.swing(guided=True), marks=pytest.mark.slow),
         pytest.param(lambda: shipped_mechanism("heavy_top"), marks=pytest.mark.slow),
         pytest.param(lambda: shipped_mechanism("slider_crank"), marks=pytest.mark.slow),
         pytest.param(lambda: shipped_mechanism("andrews"), marks=pytest.mark.slow),

@@ -118,6 +118,7 @@ def test_the_seed_decides():
     assert [one.params for one in first] == [one.params for one in second]
 
 
+@pytest.mark.slow
 def test_poses_of_the_coupler_are_met():
     """Five poses of a body determine a four-bar (Burmester 1888)."""
     places, angles = coupler_points(KNOWN, CRANK[:5])

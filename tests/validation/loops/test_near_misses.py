@@ -219,7 +219,13 @@ def test_lengths_as_given_make_a_change_point(lengths):
     assert sol.change_points
 
 
-@pytest.mark.parametrize("family", [crossings.equal_lengths, crossings.decimal_lengths])
+@pytest.mark.parametrize(
+    "family",
+    [
+        crossings.equal_lengths,
+        pytest.param(crossings.decimal_lengths, marks=pytest.mark.slow),
+    ],
+)
 def test_neutral_four_bars_pass_their_change_points(family):
     words = {row["case"]: row["word"] for row in family(True)}
     assert set(words.values()) == {"right"}, words

@@ -51,32 +51,35 @@ def test_a_pendulum_pulls_its_pin_as_the_closed_form_says():
     assert model.joint_names == ("pin_0",)
 
 
-def test_a_spatial_pin_holds_the_moments_across_its_axis():
+@pytest.mark.parametrize("cut", [False, True])
+def test_a_spatial_pin_holds_the_moments_across_its_axis(cut):
     """A skew plate on a vertical shaft: the moment of its product of inertia, spinning freely."""
     ground, plate = RigidBody("ground"), RigidBody("plate", mass=2)
     plate.central_inertia = inertia(plate.frame, 1.0, 2.0, 2.5, 0.1, 0.4, 0.3)
-    q, u = dynamicsymbols("q u")
-    pin = PinJoint(
-        "shaft", ground, plate, q, u, child_point=-0.2 * plate.x + 0.3 * plate.z,
-        joint_axis=ground.z,
-    )  # fmt: skip
-    g = Symbol("g")
-    made = mechc.from_joints("plate", [pin], gravity=-g * ground.z, parameters={"g": G})
+    g, at = Symbol("g"), -0.2 * plate.x + 0.3 * plate.z
+    if cut:
+        shaft = mechc.Cut.pin("shaft", ground, plate, 0 * ground.x, at, ground.z, plate.z)
+        joints = [mechc.FreeJoint("free", ground, plate), shaft]
+    else:
+        joints = [PinJoint("shaft", ground, plate, child_point=at, joint_axis=ground.z)]
+    made = mechc.from_joints("plate", joints, gravity=-g * ground.z, parameters={"g": G})
     model = mechc.compile(made, outputs=ASKED)
     angle, spin = 0.7, 3.0
-    force, torque = model.reactions([angle, spin])
     turn = np.array(
         [[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]]
     )
-    arm = turn @ [0.2, 0, -0.3]
+    arm, omega = turn @ [0.2, 0, -0.3], np.array([0, 0, spin])
+    half = [np.cos(angle / 2), 0, 0, np.sin(angle / 2)]
+    free = [*arm, *half, *np.cross(omega, arm), *omega]
+    force, torque = model.reactions(free if cut else [angle, spin])
     needed = 2 * (-(spin**2) * np.array([*arm[:2], 0]) + [0, 0, G])
-    omega = np.array([0, 0, spin])
     about_centre = np.cross(
         omega, turn @ [[1.0, 0.1, 0.3], [0.1, 2.0, 0.4], [0.3, 0.4, 2.5]] @ omega
     )
-    assert np.allclose(force[0], needed, rtol=1e-13, atol=1e-13)
-    assert np.allclose(torque[0], about_centre + np.cross(arm, needed), rtol=1e-13, atol=1e-13)
-    assert abs(torque[0, 2]) < 1e-14  # nothing about the free axis
+    k = model.joint_names.index("shaft")
+    assert np.allclose(force[k], needed, rtol=1e-13, atol=1e-13)
+    assert np.allclose(torque[k], about_centre + np.cross(arm, needed), rtol=1e-13, atol=1e-13)
+    assert abs(torque[k, 2]) < 1e-14  # nothing about the free axis
 
 
 # -- loads are not reactions ----------------------------------------------------------------------

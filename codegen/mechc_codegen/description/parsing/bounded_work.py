@@ -39,4 +39,13 @@ def with_at_most(calls: int, work: Callable[[], T]) -> T:
     try:
         return work()
     finally:
-        sys.setprofile(before)
+        _profile_by(before)
+
+
+def _profile_by(profiler: Any) -> None:
+    """Profile this thread as before; a profiler in C, which is not called, enables itself."""
+    if profiler is None or callable(profiler):
+        sys.setprofile(profiler)
+    else:
+        sys.setprofile(None)
+        profiler.enable()

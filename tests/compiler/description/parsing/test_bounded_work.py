@@ -1,5 +1,7 @@
 """No text makes SymPy work for long, however short it is."""
 
+import cProfile
+import pstats
 import sys
 import time
 
@@ -47,3 +49,17 @@ def test_what_watched_python_before_watches_it_again():
         assert sys.getprofile() is watch
     finally:
         sys.setprofile(before)
+
+
+def test_pythons_own_profiler_goes_on():
+    def counted():
+        pass
+
+    profiler = cProfile.Profile()
+    profiler.enable()
+    try:
+        assert str(parse_expression("sin(2*t)", NAMES)) == "sin(2*t)"
+        counted()
+    finally:
+        profiler.disable()
+    assert any(name == "counted" for _, _, name in pstats.Stats(profiler).stats)

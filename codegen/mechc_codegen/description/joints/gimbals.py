@@ -49,8 +49,9 @@ def gimbals(mechanism: Mechanism) -> Iterator[Gimbal]:
         angles = sorted(turn.atoms(AppliedUndef), key=str) if turn is not None else ()
         if turn is None or len(angles) != 3 or not own.issuperset(angles):
             continue
+        slopes = [turn.diff(angle) for angle in angles]
         for middle in angles:
-            found = _determinant(turn, angles, middle)
+            found = _determinant(turn, slopes, middle)
             if found is not None:
                 yield Gimbal(frame.name, tuple(angles), middle, found)
 
@@ -70,10 +71,9 @@ def _turn(
 
 
 def _determinant(
-    turn: ImmutableDenseMatrix, angles: Sequence[Expr], middle: Expr
+    turn: ImmutableDenseMatrix, slopes: Sequence[ImmutableDenseMatrix], middle: Expr
 ) -> Determinant | None:
     """A, B and C of the axes' determinant, if it is such a function of this angle alone."""
-    slopes = [turn.diff(angle) for angle in angles]
     found = list[Determinant]()
     for seed in _SEEDS:
         zero, quarter, half, other = (

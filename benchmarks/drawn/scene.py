@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import sympy as sm
-from sympy.physics.mechanics import KanesMethod
+from sympy.physics.mechanics import KanesMethod, LagrangesMethod
 
 import mechc
 
@@ -78,7 +78,7 @@ class Scene:
         finally:
             signal.setitimer(signal.ITIMER_VIRTUAL, 0)
         described = names.get("described")
-        if isinstance(described, KanesMethod):
+        if isinstance(described, KanesMethod | LagrangesMethod):
             whole = described.mass_matrix_full.row_join(described.forcing_full)
             if not names.get("fixed", {}).keys() <= whole.free_symbols:
                 raise UnbuiltError("what is fixed is in no equation")  # a load on a point at rest

@@ -14,7 +14,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import lru_cache, partial
 from pathlib import Path
@@ -33,6 +33,7 @@ _HEADERS = ("CPATH", "C_INCLUDE_PATH")  # those that name folders of headers
 _MOST_HEADERS = 5000  # of which the content is hashed; of more, size and time
 LONGEST = 1800.0  # s that a compiler may take for one file; a large scene takes minutes
 _LONGEST_VERSION = 60.0
+_LONGEST_WAIT = 0.2  # s until Ctrl-C is looked for again
 _MOST_OUTPUT = 2**16  # bytes of its output, at the beginning and again at the end
 _ANYWHERE = () if ON_WINDOWS else ("-fPIC",)  # code of Windows may lie at any address
 # How linkers end that map their output into memory, as zig's does, where the disk is full; zig
@@ -153,14 +154,20 @@ def compile_all(
 
 def all_at_once(jobs: Sequence[Callable[[], Any]]) -> list[Any]:
     """The results of functions that run a compiler each; if one fails, all end; so by Ctrl-C."""
-    from concurrent.futures import ThreadPoolExecutor  # slow to import
+    from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait  # slow
 
     threads = set[int]()
     with ThreadPoolExecutor(
         os.cpu_count(), initializer=lambda: threads.add(threading.get_ident())
     ) as pool:
-        try:  # Ctrl-C may come before all have begun
-            begun = [pool.submit(job) for job in jobs]
+        try:
+            with interrupts_deferred():  # a thread that is half begun is not waited for
+                begun = [pool.submit(job) for job in jobs]
+            left: Collection[Any] = begun
+            while left:  # for a while each time: Ctrl-C just before a wait does not end it
+                _, left = wait(begun, _LONGEST_WAIT, FIRST_EXCEPTION)
+                for each in filter(Future.done, begun):
+                    each.result()
             return [each.result() for each in begun]
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from functools import partial
 
 import numpy as np
@@ -33,7 +34,7 @@ def compiler_script(folder, body):
 def test_one_that_ends_well_and_writes_nothing_is_told(unit_needed, monkeypatch, body):
     monkeypatch.setenv("CC", compiler_script(unit_needed, body))
     with pytest.raises(
-        CompilerError, match=r"succeeded but wrote no (general|tapes|series_..)\.c\.o"
+        CompilerError, match=r"succeeded but wrote no (general|derivatives|tapes|series_..)\.c\.o"
     ) as told:
         mechc.compile(pendulum(3))
     assert ("odd" in str(told.value)) == ("odd" in body)
@@ -101,15 +102,17 @@ def test_one_that_hangs_is_stopped_with_its_children_and_what_it_said(unit_neede
 
 
 def test_a_child_that_keeps_the_pipes_open_holds_nothing_up(unit_needed, monkeypatch):
-    child = unit_needed / "child"
-    body = f'setsid sleep 1000 & echo $! > "{child}"; exit 0'
+    child = unit_needed / "child$$"
+    body = f'setsid sleep 60 & echo $! > "{child}"; exit 0'
     monkeypatch.setenv("CC", compiler_script(unit_needed, body))
     monkeypatch.setattr(toolchain, "LONGEST", 1.0)
     started = time.perf_counter()
     with pytest.raises(CompilerError):
         mechc.compile(pendulum(5))
     assert time.perf_counter() - started < 30
-    os.kill(int(child.read_text()), signal.SIGKILL)
+    for file in unit_needed.glob("child*"):
+        with suppress(ValueError, ProcessLookupError):  # ended with the first that failed
+            os.kill(int(file.read_text()), signal.SIGKILL)
 
 
 COMPILES = """

@@ -97,7 +97,7 @@ def test_what_is_not_there_is_refused_with_what_is(motion):
         "linear_momenta[rod,x]": "no body is called 'rod'; known are rod_0, rod_1, rod_2",
         "multipliers[J_3]": "known are J_3 along ground_frame.x, J_3 along ground_frame.y",
         "rates[q_9]": "no coordinate or speed is called 'q_9'",
-        "reaction_torques[J_0]": "has the shape",
+        "reaction_torques[J_0]": "from reaction_torques[0,0] to reaction_torques[3,2]",
         "reaction_torques[4,0]": "has the shape",
         "reaction_torques[]": "has the shape",
         "energy[J_0]": "one number",

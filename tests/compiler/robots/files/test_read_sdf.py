@@ -318,7 +318,7 @@ def test_weight_where_a_later_version_has_none_is_named(tmp_path):
 
 @pytest.mark.parametrize(
     ("moments", "is_read"),
-    [("1 0 0 1 0 -0.1", False), ("1 2 0 1 0 1", False), ("1 0.8 0.8 1 -0.8 1", False),
+    [("1 0 0 1 0 -0.1", False), ("1 2 2 1 2 1", False), ("1 0.8 0.8 1 -0.8 1", False),
      ("1 1 0 1 0 2", True), ("0 0 0 0 0 0", True), ("0.01 0 0 0.3 0.3 0.299999", True)],
 )  # fmt: skip
 def test_an_inertia_with_a_negative_moment_is_refused(tmp_path, moments, is_read):

@@ -30,6 +30,7 @@ CHANGES = {
     'mass value="1"/': ('mass value="-1"/', "the link 'b' has the mass -1"),
     'ixx="1"': ('ixx="1_0"', "the link 'b' has ixx='1_0' in <inertia>, not a number"),
     'ixy="0"': ('ixy="nan"', "the link 'b' has ixy='nan'"),
+    '<axis xyz="0 0 1"/>': ('<dynamics friction="-1"/><axis xyz="0 0 1"/>', "that is negative"),
     'axis xyz="0 0 1"': ('axis xyz="0 1"', "'0 1' in <axis>, not 3 numbers"),
     '<link name="a"/>': ('<link name="a"/><link name="a"/>', "more than one link is called 'a'"),
     '<link name="a"/><': ('<link name="a"/><link name="c"/><', "these are 'a', 'c'"),

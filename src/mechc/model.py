@@ -273,8 +273,9 @@ class Model(Outputs):
             the motion, of an order that follows from rtol, for small scenes without constraints,
             tables and inputs, whose equations are analytic), or ``"auto"``: ``"gauss8"``, or
             ``"dop853"`` where the equations have kinks (``Abs``), or ``"taylor"`` for short runs of
-            small scenes with a diagonal mass matrix, and ``"radau5"`` where stability limits the
-            steps.  SciPy's names of the same methods are taken too: ``"RK45"``,
+            small scenes with a diagonal mass matrix, or ``"dop853 in lockstep"`` from rtol 1e-5 on
+            where the speeds are no derivatives of the coordinates, and ``"radau5"`` where stability
+            limits the steps.  SciPy's names of the same methods are taken too: ``"RK45"``,
             ``"DOP853"``, ``"Radau"``.
         lockstep
             Take the steps that a batch in lockstep takes: those of ``"gauss8"`` solve their stages

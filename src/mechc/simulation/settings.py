@@ -30,6 +30,7 @@ IN_LOCKSTEP = {code: name for name, code in reversed(LOCKSTEP.items())}
 METHODS_OF_USERS = tuple(name for name in METHODS if IN_LOCKSTEP.get(name, name) == name)
 # In lanes: sums of a Taylor series that leads, and the least rtol at which the explicit pair does.
 MOST_SUMS, LEAST_OF_PAIR, LEAST_OF_PAIR_FIRST_ORDER = 32, 1e-7, 1e-12
+LEAST_OF_PAIR_ALONE = 1e-5  # the same of a run by itself, where q' is not u
 TOGETHER = " in lockstep"  # after the name of a method whose steps are others there
 BEGINNING = "auto from "  # before the name of the method that "auto" is to begin with
 SCIPYS = {"RK45": "dopri5", "DOP853": "dop853", "Radau": "radau5"}  # its names of the same methods
@@ -128,6 +129,7 @@ def checked_policy(
     tolerance = _checked_rtol(rtol)
     begun = isinstance(method, str) and method.startswith(BEGINNING)
     given = method.removeprefix(BEGINNING) if begun else method
+    several = several or (given == "auto" and _leads_alone(system, tolerance))
     name, together = _alone_or_together(given, lockstep, several and not begun)
     code, together = _in_lockstep(system, name, together, tolerance, calls_python)
     if name == "auto" and code == "gauss8" and system.prefers_series:
@@ -250,6 +252,17 @@ def _fastest_in_lanes(system: System, rtol: float) -> str:
         return "taylor"
     least = LEAST_OF_PAIR if system.data["identity_kinematics"] else LEAST_OF_PAIR_FIRST_ORDER
     return "dop853" if rtol >= least else "gauss8"
+
+
+def _leads_alone(system: System, rtol: float) -> bool:
+    """Whether the explicit pair leads in a run by itself too, with the steps of a member.
+
+    Where the speeds are no derivatives of the coordinates the iteration of collocation contracts
+    slowly, and its steps are no longer for tolerances looser than it has use for.
+    """
+    if system.data["identity_kinematics"] or system.prefers_series or rtol < LEAST_OF_PAIR_ALONE:
+        return False
+    return _fastest_in_lanes(system, rtol) == "dop853"
 
 
 def _chosen_method(system: System, method: str, calls_python: bool) -> str:

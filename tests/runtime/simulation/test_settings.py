@@ -223,6 +223,36 @@ def test_stiff_runs_go_over_from_series(pendulum):
     assert sol.y[-1, 0] == pytest.approx(exact, abs=1e-9)
 
 
+def test_loose_runs_with_other_speeds_than_derivatives_take_the_steps_of_a_member():
+    """Collocation, whose iteration contracts slowly there, has no use for such tolerances."""
+    from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
+
+    x, y, u, v, force = dynamicsymbols("x y u v F")
+    frame, centre, origin = ReferenceFrame("N"), Point("P"), Point("O")
+    origin.set_vel(frame, 0)
+    centre.set_pos(origin, x * frame.x + y * frame.y)
+    centre.set_vel(frame, 2 * u * frame.x + 2 * v * frame.y)
+    kane = KanesMethod(
+        frame, [x, y], [u], [x.diff() - 2 * u, y.diff() - 2 * v],
+        u_dependent=[v], velocity_constraints=[u - v],
+    )  # fmt: skip
+    load = (force - x) * frame.x + (force - y) * frame.y
+    kane.kanes_equations([Particle("m", centre, 1)], [(centre, load)])
+    open_model = mechc.compile(kane, inputs=[force], configuration_constraints=[])
+    model = open_model.with_inputs({"F": "0.75*cos(t/2)"})
+    start = [1.0, 1.0, 0.0, 0.0]
+    position, speed = np.cos(2.5), -np.sin(2.5) / 4
+    for rtol, method in ((1e-3, "dop853"), (1e-5, "dop853"), (9e-6, "gauss8")):
+        sol = model.simulate(5.0, start, rtol=rtol)
+        assert sol.method == method + " in lockstep" * (method == "dop853")
+        np.testing.assert_allclose(sol.y[-1], [position] * 2 + [speed] * 2, rtol=0, atol=rtol)
+        lanes = method == "dop853"
+        batch = model.simulate_batch(5.0, [start], rtol=rtol, lockstep=lanes, progress=False)
+        assert np.array_equal(batch.y[0], sol.y[-1])
+        assert np.array_equal(model.simulate(5.0, start, rtol=rtol, method=sol.method).y, sol.y)
+    assert model.simulate(5.0, start, rtol=1e-3, lockstep=False).method == "gauss8"
+
+
 def test_a_method_that_auto_cannot_begin_with_is_refused(pendulum):
     with pytest.raises(mechc.UnknownNameError, match="nothing"):
         pendulum.simulate(1.0, [1.0, 0.0], method="auto from nothing")

@@ -36,6 +36,7 @@ from mechc_codegen.ir.lower import lower
 from mechc_codegen.ir.passes.optimize import optimize
 from mechc_codegen.ir.sensitivity import add_sensitivities
 from mechc_codegen.ir.series import add_series
+from mechc_codegen.ir.slopes import Differentiator
 from mechc_codegen.ir.switching import add_switching
 
 T = TypeVar("T")
@@ -105,10 +106,12 @@ def optimised_scene(
     parameters, equations = drop_parameters(mechanism, equations, request)
     lowered = lower(equations)
     program = clock.time("optimize", lambda: add_switching(optimize(lowered), request))
-    defaults = equations.parameter_defaults
-    program = clock.time("sensitivity", lambda: add_sensitivities(program, request, defaults))
+    defaults, slopes = equations.parameter_defaults, Differentiator()
+    program = clock.time(
+        "sensitivity", lambda: add_sensitivities(program, request, defaults, slopes)
+    )
     if adjoint and request.includes("sensitivities"):
-        program = clock.time("adjoint", lambda: add_adjoint(program))
+        program = clock.time("adjoint", lambda: add_adjoint(program, slopes))
     program = clock.time("series", lambda: add_series(program, equations))
     functions = SceneFunctions(program, equations, request)
     return OptimisedScene(functions, scene_metadata(mechanism, parameters, lowered, functions))

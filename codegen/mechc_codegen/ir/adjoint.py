@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from sympy import Expr, S, Symbol
+from sympy import Add, Expr, Symbol
 
 from mechc_codegen.derive.equations import Output
 from mechc_codegen.ir.passes.rewrite import with_common_named
@@ -22,12 +22,13 @@ from mechc_codegen.ir.program import (
     slice_statements,
     symbols_of,
 )
-from mechc_codegen.ir.sensitivity import residual, sizes_of, slope, with_statements
+from mechc_codegen.ir.sensitivity import residual, sizes_of, with_statements
+from mechc_codegen.ir.slopes import Differentiator
 
 NAME = "residual_adjoint"
 
 
-def add_adjoint(program: Program) -> Program:
+def add_adjoint(program: Program, differentiator: Differentiator) -> Program:
     """Add ``residual_adjoint``; its numbers c are the symbols' ``covector``."""
     symbols = program.symbols
     rates = [o.elements for o in program.outputs if o.name == "coordinate_rates"]
@@ -35,7 +36,7 @@ def add_adjoint(program: Program) -> Program:
     covector = tuple(Symbol(f"c{k}", real=True) for k in range(len(values)))
     inputs = [value.symbol for value in program.input_values()]
     given = (*symbols.q, *symbols.u, *symbols.parameters, *inputs)
-    reverse = _Reverse(program, given)
+    reverse = _Reverse(program, given, differentiator)
     elements = reverse.derivatives(values, covector)
     labels = tuple(f"{NAME}[{k}]" for k in range(len(given)))
     added = Output(NAME, "derivative of c . (R, S, q')", elements, (len(given),), labels)
@@ -48,8 +49,10 @@ def add_adjoint(program: Program) -> Program:
 class _Reverse:
     """Derivatives of a weighted sum by each symbol, from the last statement to the first."""
 
-    def __init__(self, program: Program, given: Sequence[Symbol]) -> None:
-        self.program, self.given = program, given
+    def __init__(
+        self, program: Program, given: Sequence[Symbol], differentiator: Differentiator
+    ) -> None:
+        self.program, self.given, self._differentiator = program, given, differentiator
         self.statements: list[Assign] = []
         self._terms: dict[Symbol, list[Expr]] = {}
         self._followed: set[Symbol] = set(given)
@@ -79,11 +82,12 @@ class _Reverse:
         if change == 0:
             return
         value = value.xreplace(self._sizes)
-        for symbol in sorted(value.free_symbols & self._followed, key=str):
-            self._terms.setdefault(symbol, []).append(change * slope(value, symbol))
+        partials = self._differentiator.of(value)
+        for symbol in sorted(partials.keys() & self._followed, key=str):
+            self._terms.setdefault(symbol, []).append(change * partials[symbol])
 
     def _sum(self, symbol: Symbol) -> Expr:
-        return sum(self._terms.pop(symbol, ()), S.Zero)
+        return Add(*self._terms.pop(symbol, ()))
 
     def _name(self, value: Expr) -> Expr:
         if value.is_Atom or (-value).is_Atom:

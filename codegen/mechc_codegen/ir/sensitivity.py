@@ -12,17 +12,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
-from sympy import Expr, S, Symbol, diff
+from sympy import Add, Expr, S, Symbol
 
 from mechc_codegen.derive.equations import Output
-from mechc_codegen.description.piecewise import (
-    held,
-    is_of_sizes,
-    released,
-    without_corners,
-)
+from mechc_codegen.description.piecewise import is_of_sizes
 from mechc_codegen.description.request import OutputRequest
-from mechc_codegen.description.terms import bottom_up
 from mechc_codegen.ir.passes.rewrite import with_common_named
 from mechc_codegen.ir.program import (
     Assign,
@@ -32,13 +26,15 @@ from mechc_codegen.ir.program import (
     slice_statements,
     symbols_of,
 )
+from mechc_codegen.ir.slopes import Differentiator, slope
 
 Gradient = Mapping[int, Expr]
 
 
 def add_sensitivities(
-    program: Program, request: OutputRequest, defaults: Sequence[Expr | None] = ()
-) -> Program:
+    program: Program, request: OutputRequest, defaults: Sequence[Expr | None],
+    differentiator: Differentiator,
+) -> Program:  # fmt: skip
     """Add the derivatives that the requested Jacobians are solved from.
 
     ``defaults``: of the parameters; sensitivities follow them.
@@ -48,25 +44,25 @@ def add_sensitivities(
     own = [*request.expressions, *request.differentiated_outputs(program.named_values())]
     if request.includes("state_jacobian"):
         state = (*program.symbols.q, *program.symbols.u)
-        program = _by(program, own, ("state", "q and u"), state, "d")
+        program = _by(program, own, ("state", "q and u"), state, "d", differentiator)
     if request.includes("parameter_jacobian") and program.symbols.parameters:
         values = program.symbols.parameters
-        program = _by(program, own, ("parameters", "parameters"), values, "e")
+        program = _by(program, own, ("parameters", "parameters"), values, "e", differentiator)
         program = _with_slopes(program, defaults)
     if request.includes("state_jacobian") and program.input_values():
         inputs = [value.symbol for value in program.input_values()]
-        program = _by(program, own, ("inputs", "inputs"), inputs, "f")
+        program = _by(program, own, ("inputs", "inputs"), inputs, "f", differentiator)
     return program.verify()
 
 
 def _by(
     program: Program, own: Sequence[str], titles: tuple[str, str], others: Sequence[Symbol],
-    prefix: str,
+    prefix: str, differentiator: Differentiator,
 ) -> Program:  # fmt: skip
     """Add derivatives by the state, by parameters, or by all values of inputs at run time and their
     rates; ``titles``: of these in names and in words."""
     by, words = titles
-    forward = _Forward(program, others, prefix)
+    forward = _Forward(program, others, prefix, differentiator)
     added = [forward.output(f"residual_by_{by}", f"dR and dS by {words}", residual(program))]
     added += forward.of(f"rate_by_{by}", f"derivative of q' by {words}", "coordinate_rates")
     if by == "state":
@@ -100,7 +96,8 @@ def _of_own(name: str, program: Program, forward: _Forward, own: Sequence[str]) 
     values = program.named_values()
     elements = [e for each in own for e in values[each]]
     explicit = forward.output(name, "derivatives at a given u' and lambda", elements)
-    of_motion = _Forward(program, program.symbols.motion, f"{forward.prefix}m")
+    prefix, motion = f"{forward.prefix}m", program.symbols.motion
+    of_motion = _Forward(program, motion, prefix, forward.differentiator)
     along = of_motion.output(name, "derivatives by u' and lambda", elements)
     forward.statements += of_motion.statements
     (_, width), (_, more) = explicit.shape, along.shape
@@ -144,8 +141,15 @@ def residual(program: Program) -> list[Expr]:
 class _Forward:
     """Gradients of a program's statements by some of its inputs, as statements of their own."""
 
-    def __init__(self, program: Program, inputs: Sequence[Symbol], prefix: str) -> None:
+    def __init__(
+        self,
+        program: Program,
+        inputs: Sequence[Symbol],
+        prefix: str,
+        differentiator: Differentiator,
+    ) -> None:
         self.program, self.inputs, self.prefix = program, inputs, prefix
+        self.differentiator = differentiator
         self.gradients: dict[Symbol, Gradient] = {x: {k: S.One} for k, x in enumerate(inputs)}
         self.statements: list[Assign] = []
         self._named: dict[Expr, Symbol] = {}
@@ -202,18 +206,12 @@ class _Forward:
         """The gradient of a value, by the chain rule over its symbols."""
         found: dict[int, list[Expr]] = {}
         value = value.xreplace(self._sizes)
-        for symbol in sorted(value.free_symbols & self.gradients.keys(), key=str):
-            partial = slope(value, symbol)
+        partials = self.differentiator.of(value)
+        for symbol in sorted(partials.keys() & self.gradients.keys(), key=str):
             for k, along in self.gradients[symbol].items():
-                found.setdefault(k, []).append(partial * along)
-        sums = {k: sum(terms, S.Zero) for k, terms in found.items()}
+                found.setdefault(k, []).append(partials[symbol] * along)
+        sums = {k: Add(*terms) for k, terms in found.items()}
         return {k: total for k, total in sums.items() if total != 0}
-
-
-def slope(value: Expr, symbol: Symbol) -> Expr:
-    """The derivative, rewritten without Piecewise and similar functions."""
-    found = diff(bottom_up(value, held, {}), symbol)
-    return bottom_up(found, lambda e: without_corners(released(e)), {})
 
 
 def sizes_of(statements: Iterable[Statement]) -> dict[Symbol, Expr]:

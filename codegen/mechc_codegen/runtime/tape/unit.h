@@ -44,10 +44,11 @@ MECHC_ONCE void mechc_tape_jacobian_at(const mechc_tape_jacobian *by, int own, d
     mechc_scalar_place place;
     double a[MECHC_NU_MAX], l[MECHC_AT_LEAST_ONE(MECHC_NC_MAX)] = {0};
     double residual[MECHC_MOTION_MAX * MOST], response[MECHC_MOTION_MAX * MOST];
-    double partials[MECHC_OWN_MAX * (MECHC_MOTION_MAX + MOST)];
     const int columns = by->columns, motion = MECHC_NU + MECHC_NC;
+    const size_t numbers = (size_t)(MECHC_OWN * (columns + motion));
+    double partials[numbers + 1]; /* as many as a scene has: a bound would be too much for some stacks */
     memset(residual, 0, (size_t)(motion * columns) * sizeof *residual); /* which a tape may leave out */
-    memset(partials, 0, (size_t)(MECHC_OWN * (columns + motion)) * sizeof *partials);
+    memset(partials, 0, numbers * sizeof *partials);
     mechc_scalar_solve(t, q, u, given, &place, a, l);
     mechc_scalar_tape_output(by->residual, t, q, u, given, a, l, residual);
     mechc_scalar_respond(&place, residual, columns, response);

@@ -79,7 +79,7 @@
 #define MECHC_GAP_RATE_BY_PARAMETERS mechc_of_scene.gap_rate_by_parameters
 #define MECHC_GAP_RATE_BY_INPUTS mechc_of_scene.gap_rate_by_inputs
 #define MECHC_OWN mechc_of_scene.own
-#define MECHC_OWN_MAX 64
+#define MECHC_OWN_MAX 512
 #define MECHC_WIDEST 1
 #define MECHC_OUTPUTS(X)
 #define MECHC_SOLVED_OUTPUTS(X)

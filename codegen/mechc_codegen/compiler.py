@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 
 from mechc_codegen.derive.derive_equations import derive_equations, drop_parameters
 from mechc_codegen.derive.differentiate import differentiate
+from mechc_codegen.description.derivatives import Derivatives, slope
 from mechc_codegen.description.drawing import Drawing
 from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.description.request import DEFAULT_REQUEST, USUAL, OutputRequest
@@ -36,7 +37,6 @@ from mechc_codegen.ir.lower import lower
 from mechc_codegen.ir.passes.optimize import optimize
 from mechc_codegen.ir.sensitivity import add_sensitivities
 from mechc_codegen.ir.series import add_series
-from mechc_codegen.ir.slopes import Differentiator
 from mechc_codegen.ir.switching import add_switching
 
 T = TypeVar("T")
@@ -106,7 +106,7 @@ def optimised_scene(
     parameters, equations = drop_parameters(mechanism, equations, request)
     lowered = lower(equations)
     program = clock.time("optimize", lambda: add_switching(optimize(lowered), request))
-    defaults, slopes = equations.parameter_defaults, Differentiator()
+    defaults, slopes = equations.parameter_defaults, Derivatives(other=slope)
     program = clock.time(
         "sensitivity", lambda: add_sensitivities(program, request, defaults, slopes)
     )

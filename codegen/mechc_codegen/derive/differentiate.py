@@ -10,12 +10,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from sympy import Add, Expr, Mul, S
+from sympy import Add, Expr, S
 
 from mechc_codegen.derive.equations import Equations, Output, Symbols
 from mechc_codegen.derive.outputs import kinematic_matrix, rates_of_constraints
-from mechc_codegen.description.piecewise import released, with_signed
-from mechc_codegen.description.terms import bottom_up
+from mechc_codegen.description.derivatives import Derivatives
 from mechc_codegen.errors import MechanismError
 
 
@@ -28,7 +27,8 @@ def differentiate(equations: Equations) -> Equations:
     holonomic = equations.outputs["constraints"]
     _refuse_states(equations, holonomic)
     motion = equations.outputs["motion_constraints"]
-    known = Derivatives()
+    values = {x for chain in symbols.inputs for x in chain}
+    known = Derivatives({*symbols.q, *symbols.u, symbols.time, *values})
     along = [directional(e, symbols, rates, known) for e in holonomic.elements]
     velocity = (*along, *motion.elements)
     rows = [[known.of(e, u) for u in symbols.u] for e in velocity]
@@ -95,36 +95,6 @@ def _with_mass_for_all(outputs: Mapping[str, Output], scale: Expr) -> tuple[Outp
 def _augmented_output(output: Output, added: Sequence[Expr], scale: Expr, equation: str) -> Output:
     elements = tuple(e + scale * a for e, a in zip(output.elements, added, strict=True))
     return replace(output, name=f"augmented_{output.name}", equation=equation, elements=elements)
-
-
-class Derivatives:
-    """Partial derivatives in the form of :meth:`sympy.Expr.diff`, each computed once, also where
-    expressions share it; SymPy computes those of factors again for each factor beside them."""
-
-    def __init__(self) -> None:
-        self._known: dict[tuple[Expr, Expr], Expr] = {}
-
-    def of(self, expression: Expr, by: Expr) -> Expr:
-        """The derivative of an expression by a symbol."""
-        if not expression.args:
-            return S.One if expression == by else S.Zero
-        if (expression, by) not in self._known:
-            self._known[expression, by] = self._made(expression, by)
-        return self._known[expression, by]
-
-    def _made(self, expression: Expr, by: Expr) -> Expr:
-        factors = expression.args
-        if isinstance(expression, Add):
-            return Add(*(self.of(term, by) for term in factors))
-        if not isinstance(expression, Mul):
-            return expression.diff(by)
-        signed = with_signed(expression)
-        if signed != expression:
-            return bottom_up(signed.diff(by), released, {})
-        slopes = [self.of(factor, by) for factor in factors]
-        return Add(
-            *(Mul(*factors[:k], d, *factors[k + 1 :]) for k, d in enumerate(slopes) if d != 0)
-        )
 
 
 def directional(

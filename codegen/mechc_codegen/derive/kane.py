@@ -21,12 +21,12 @@ from sympy.physics.vector import Dyadic, Vector
 
 from mechc_codegen.derive import outputs
 from mechc_codegen.derive.auxiliary_reactions import reaction_values
-from mechc_codegen.derive.differentiate import Derivatives
 from mechc_codegen.derive.dot_products import dot, dyadic_dot
 from mechc_codegen.derive.equations import Equations, Output
 from mechc_codegen.derive.joint_reactions import reaction_outputs
 from mechc_codegen.derive.state_symbols import StateSymbols, state_symbols
 from mechc_codegen.derive.tree.tape import V3, Tape
+from mechc_codegen.description.derivatives import Derivatives
 from mechc_codegen.description.given_equations import GivenEquations
 from mechc_codegen.description.joints.tree import Body
 from mechc_codegen.description.mechanism import Load, Mechanism, is_rigid, printed_name
@@ -206,7 +206,7 @@ def _partials_at(mechanism: Mechanism, place: Point | ReferenceFrame) -> list[Ve
 
 def _partials(velocity: Vector, speeds: Sequence[Expr]) -> list[Vector]:
     """Derivatives of a velocity by the speeds, on which no frame's orientation depends."""
-    by = Derivatives().of
+    by = Derivatives({*speeds}).of
     return [
         Vector([(m.applyfunc(lambda e, u=u: by(e, u)), frame) for m, frame in velocity.args])
         for u in speeds

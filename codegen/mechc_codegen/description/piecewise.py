@@ -263,6 +263,12 @@ def with_signed(e: Basic) -> Basic:
     return Mul(*factors)
 
 
+def is_held_product(e: Mul) -> bool:
+    """Whether the slope of a product is taken as a whole."""
+    sizes = any(isinstance(factor.as_base_exp()[0], Abs) for factor in e.args)
+    return sizes and with_signed(e) != e
+
+
 def held(e: Basic) -> Basic:
     """One node with such powers as functions of their own."""
     if (

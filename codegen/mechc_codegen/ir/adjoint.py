@@ -15,6 +15,7 @@ from dataclasses import replace
 from sympy import Add, Expr, Symbol
 
 from mechc_codegen.derive.equations import Output
+from mechc_codegen.description.derivatives import Derivatives
 from mechc_codegen.ir.passes.rewrite import with_common_named
 from mechc_codegen.ir.program import (
     Assign,
@@ -23,12 +24,11 @@ from mechc_codegen.ir.program import (
     symbols_of,
 )
 from mechc_codegen.ir.sensitivity import residual, sizes_of, with_statements
-from mechc_codegen.ir.slopes import Differentiator
 
 NAME = "residual_adjoint"
 
 
-def add_adjoint(program: Program, differentiator: Differentiator) -> Program:
+def add_adjoint(program: Program, derivatives: Derivatives) -> Program:
     """Add ``residual_adjoint``; its numbers c are the symbols' ``covector``."""
     symbols = program.symbols
     rates = [o.elements for o in program.outputs if o.name == "coordinate_rates"]
@@ -36,7 +36,7 @@ def add_adjoint(program: Program, differentiator: Differentiator) -> Program:
     covector = tuple(Symbol(f"c{k}", real=True) for k in range(len(values)))
     inputs = [value.symbol for value in program.input_values()]
     given = (*symbols.q, *symbols.u, *symbols.parameters, *inputs)
-    reverse = _Reverse(program, given, differentiator)
+    reverse = _Reverse(program, given, derivatives)
     elements = reverse.derivatives(values, covector)
     labels = tuple(f"{NAME}[{k}]" for k in range(len(given)))
     added = Output(NAME, "derivative of c . (R, S, q')", elements, (len(given),), labels)
@@ -49,10 +49,8 @@ def add_adjoint(program: Program, differentiator: Differentiator) -> Program:
 class _Reverse:
     """Derivatives of a weighted sum by each symbol, from the last statement to the first."""
 
-    def __init__(
-        self, program: Program, given: Sequence[Symbol], differentiator: Differentiator
-    ) -> None:
-        self.program, self.given, self._differentiator = program, given, differentiator
+    def __init__(self, program: Program, given: Sequence[Symbol], derivatives: Derivatives) -> None:
+        self.program, self.given, self._derivatives = program, given, derivatives
         self.statements: list[Assign] = []
         self._terms: dict[Symbol, list[Expr]] = {}
         self._followed: set[Symbol] = set(given)
@@ -82,7 +80,7 @@ class _Reverse:
         if change == 0:
             return
         value = value.xreplace(self._sizes)
-        partials = self._differentiator.of(value)
+        partials = self._derivatives.all_of(value)
         for symbol in sorted(partials.keys() & self._followed, key=str):
             self._terms.setdefault(symbol, []).append(change * partials[symbol])
 

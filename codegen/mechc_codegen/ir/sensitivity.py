@@ -15,6 +15,7 @@ from dataclasses import replace
 from sympy import Add, Expr, S, Symbol
 
 from mechc_codegen.derive.equations import Output
+from mechc_codegen.description.derivatives import Derivatives, slope
 from mechc_codegen.description.piecewise import is_of_sizes
 from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.ir.passes.rewrite import with_common_named
@@ -26,14 +27,13 @@ from mechc_codegen.ir.program import (
     slice_statements,
     symbols_of,
 )
-from mechc_codegen.ir.slopes import Differentiator, slope
 
 Gradient = Mapping[int, Expr]
 
 
 def add_sensitivities(
     program: Program, request: OutputRequest, defaults: Sequence[Expr | None],
-    differentiator: Differentiator,
+    derivatives: Derivatives,
 ) -> Program:  # fmt: skip
     """Add the derivatives that the requested Jacobians are solved from.
 
@@ -44,25 +44,25 @@ def add_sensitivities(
     own = [*request.expressions, *request.differentiated_outputs(program.named_values())]
     if request.includes("state_jacobian"):
         state = (*program.symbols.q, *program.symbols.u)
-        program = _by(program, own, ("state", "q and u"), state, "d", differentiator)
+        program = _by(program, own, ("state", "q and u"), state, "d", derivatives)
     if request.includes("parameter_jacobian") and program.symbols.parameters:
         values = program.symbols.parameters
-        program = _by(program, own, ("parameters", "parameters"), values, "e", differentiator)
+        program = _by(program, own, ("parameters", "parameters"), values, "e", derivatives)
         program = _with_slopes(program, defaults)
     if request.includes("state_jacobian") and program.input_values():
         inputs = [value.symbol for value in program.input_values()]
-        program = _by(program, own, ("inputs", "inputs"), inputs, "f", differentiator)
+        program = _by(program, own, ("inputs", "inputs"), inputs, "f", derivatives)
     return program.verify()
 
 
 def _by(
     program: Program, own: Sequence[str], titles: tuple[str, str], others: Sequence[Symbol],
-    prefix: str, differentiator: Differentiator,
+    prefix: str, derivatives: Derivatives,
 ) -> Program:  # fmt: skip
     """Add derivatives by the state, by parameters, or by all values of inputs at run time and their
     rates; ``titles``: of these in names and in words."""
     by, words = titles
-    forward = _Forward(program, others, prefix, differentiator)
+    forward = _Forward(program, others, prefix, derivatives)
     added = [forward.output(f"residual_by_{by}", f"dR and dS by {words}", residual(program))]
     added += forward.of(f"rate_by_{by}", f"derivative of q' by {words}", "coordinate_rates")
     if by == "state":
@@ -97,7 +97,7 @@ def _of_own(name: str, program: Program, forward: _Forward, own: Sequence[str]) 
     elements = [e for each in own for e in values[each]]
     explicit = forward.output(name, "derivatives at a given u' and lambda", elements)
     prefix, motion = f"{forward.prefix}m", program.symbols.motion
-    of_motion = _Forward(program, motion, prefix, forward.differentiator)
+    of_motion = _Forward(program, motion, prefix, forward.derivatives)
     along = of_motion.output(name, "derivatives by u' and lambda", elements)
     forward.statements += of_motion.statements
     (_, width), (_, more) = explicit.shape, along.shape
@@ -146,10 +146,10 @@ class _Forward:
         program: Program,
         inputs: Sequence[Symbol],
         prefix: str,
-        differentiator: Differentiator,
+        derivatives: Derivatives,
     ) -> None:
         self.program, self.inputs, self.prefix = program, inputs, prefix
-        self.differentiator = differentiator
+        self.derivatives = derivatives
         self.gradients: dict[Symbol, Gradient] = {x: {k: S.One} for k, x in enumerate(inputs)}
         self.statements: list[Assign] = []
         self._named: dict[Expr, Symbol] = {}
@@ -206,7 +206,7 @@ class _Forward:
         """The gradient of a value, by the chain rule over its symbols."""
         found: dict[int, list[Expr]] = {}
         value = value.xreplace(self._sizes)
-        partials = self.differentiator.of(value)
+        partials = self.derivatives.all_of(value)
         for symbol in sorted(partials.keys() & self.gradients.keys(), key=str):
             for k, along in self.gradients[symbol].items():
                 found.setdefault(k, []).append(partials[symbol] * along)

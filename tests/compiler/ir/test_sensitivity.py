@@ -13,11 +13,11 @@ from mechc.native._driver import Scene
 from mechc_codegen import Mechanism
 from mechc_codegen.compiler import build_scene
 from mechc_codegen.derive import derive_equations
+from mechc_codegen.description.derivatives import Derivatives, slope
 from mechc_codegen.description.request import USUAL, OutputRequest
 from mechc_codegen.description.terms import multiplier
 from mechc_codegen.ir.passes.optimize import optimize
 from mechc_codegen.ir.sensitivity import add_sensitivities
-from mechc_codegen.ir.slopes import Differentiator
 from mechc_codegen.library.chains.windows import windows
 from sympy import Symbol
 from sympy.physics.mechanics import dynamicsymbols
@@ -168,12 +168,12 @@ def test_a_trees_jacobians_are_those_of_the_equations_written_out(
 def test_sensitivities_leave_the_program_as_it_was(scene: str) -> None:
     before = optimize(scenes.lowered(scene))
     after = add_sensitivities(
-        before, OutputRequest(frozenset((*USUAL, *JACOBIANS))), (), Differentiator()
+        before, OutputRequest(frozenset((*USUAL, *JACOBIANS))), (), Derivatives(other=slope)
     )
     names = {o.name for o in before.outputs}
     assert tuple(o for o in after.outputs if o.name in names) == before.outputs
     assert [s for s in after.body if s in before.body] == list(before.body)
-    assert add_sensitivities(before, OutputRequest(), (), Differentiator()) is before
+    assert add_sensitivities(before, OutputRequest(), (), Derivatives(other=slope)) is before
 
 
 def test_what_was_not_asked_for_is_not_emitted() -> None:

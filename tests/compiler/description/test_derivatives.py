@@ -1,7 +1,7 @@
 """Derivatives of shared subexpressions are those of SymPy, as it writes them."""
 
 import pytest
-from mechc_codegen.derive.differentiate import Derivatives
+from mechc_codegen.description.derivatives import Derivatives
 from sympy import Abs, Function, Symbol, cos, exp, sin, sqrt, symbols
 from sympy.physics.mechanics import dynamicsymbols
 

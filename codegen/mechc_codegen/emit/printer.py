@@ -37,6 +37,7 @@ class RealPrinter(C99CodePrinter):  # type: ignore[misc]
     def __init__(self, tables: bool = False) -> None:
         super().__init__()
         self.tables = tables
+        self._known: dict[Expr, Value] = {}  # a part is printed alone, and within what it is of
 
     def _print(self, expr: Expr, **kwargs: object) -> str:
         self._refuse_unknown(expr)
@@ -58,7 +59,7 @@ class RealPrinter(C99CodePrinter):  # type: ignore[misc]
     def parenthesize(self, item: Expr, level: int, strict: bool = False) -> str:
         """A part of an expression; a number such as cos(2) may begin with a sign."""
         if item.is_Add and item.free_symbols:
-            return self._sum(item).within(ATOM)
+            return self.real(item).within(ATOM)
         text = str(super().parenthesize(item, level, strict))
         return f"({text})" if text.startswith("-") else text
 
@@ -109,10 +110,15 @@ class RealPrinter(C99CodePrinter):  # type: ignore[misc]
         return str(select(chosen.compared("!=", 0.0), one, other))
 
     def _print_Add(self, expr: Expr, order: object = None) -> str:
-        return str(self._sum(expr))
+        return str(self.real(expr))
 
     def real(self, expression: Expr) -> Value:
         """An expression whose C type is ``real`` even if it is a number."""
+        if expression not in self._known:
+            self._known[expression] = self._real(expression)
+        return self._known[expression]
+
+    def _real(self, expression: Expr) -> Value:
         symbols = expression.free_symbols
         if expression.is_Add and symbols:
             return self._sum(expression)

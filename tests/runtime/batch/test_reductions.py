@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from mechc import Event
 from mechc.errors import MechcError
 from tests.support import LOCKSTEP, by
 
@@ -123,6 +124,13 @@ def test_many_change_points(model, start):
     assert batch[asked[1]][0] == math.inf
     expected = sol(t[near >= 0.3 * (1 - 1e-9)])[:, 2].max()
     assert batch[asked[2]][0] == pytest.approx(expected, abs=1e-6)
+
+
+def test_change_points_are_counted_over_the_pieces_of_a_motion(model, start, crossings):
+    """An event between two of them begins a piece."""
+    event = Event(f"t - {crossings[:2].mean()}", reset={"omega_0": "omega_0"})
+    batch = model.simulate_batch(T_END, start[None], RHOMBOID, events=[event], rtol=1e-11)
+    assert batch["change_points"].tolist() == [len(crossings)]
 
 
 def test_away_of_a_motion_without_change_points_changes_nothing(model):

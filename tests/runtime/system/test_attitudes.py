@@ -66,7 +66,6 @@ def rod_on_a_plane() -> mechc.Model:
     return mechc.compile(kane, name="rod_on_a_plane", defaults={"h": 0.5}, outputs=())
 
 
-@pytest.mark.slow
 def test_loops_are_closed_at_length_one() -> None:
     """Else the rod would be longer than it is: a search of closed loops alone stretches it."""
     model = rod_on_a_plane()

@@ -74,6 +74,15 @@ def test_many_pieces_keep_within_the_memory_allowed(ball, bouncing):
     assert 2 < len(sol.segments) < 20
 
 
+def test_pieces_of_one_step_keep_within_the_memory_allowed(ball):
+    """Each has room for its first and its last state, however little is left."""
+    often = mechc.Event("sin(5000*t)", reset={"u_0": "u_0"})
+    sol = ball.simulate(1.0, [10.0, 0.0], events=[often], max_bytes=1e5)
+    assert sol.status.code == "memory limit"
+    assert 20 < len(sol.segments) < 300
+    assert len(sol.t) < 2.1 * len(sol.segments)
+
+
 def test_both_sides_of_each_jump(ball, bouncing):
     sol = ball.simulate(2.0, [1.0, 0.0], events=[bouncing(0.8)])
     times = sol.events[0].t
@@ -277,6 +286,10 @@ def test_a_linkage_hits_a_stop_and_stays_closed(model, regular, stop):
     assert sol.velocity_closure.max() < 1e-11
     assert sol.q[:, 0].max() < 3.0 + 1e-9
     assert (np.diff(sol.energy) < 1e-7).all()
+    before, after = sol.segments[0].y1, sol.segments[1].y0
+    asked = np.append(before[:3], [-0.5 * before[3], *before[4:]])
+    p = model.system.parameter_set.resolve(params)
+    np.testing.assert_allclose(after, onto_constraints(model.system, 0.0, asked, p), atol=1e-9)
 
 
 def test_saved_pickled_and_continued(ball, bouncing, tmp_path):

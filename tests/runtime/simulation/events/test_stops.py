@@ -131,6 +131,20 @@ def test_impulses_are_the_solution_of_the_complementarity_problem(freedoms):
         assert p @ (w + after) <= 1e-12  # twice the energy
 
 
+def test_impulses_of_thousands_of_impacts_are_complementary():
+    """Few need a contact that was tried before in vain."""
+    rng = np.random.default_rng(0)
+    for _ in range(4000):
+        n = rng.integers(2, 7)
+        rows = rng.normal(size=(n, rng.integers(1, n + 2)))
+        a, w = rows @ rows.T, rows @ rng.normal(size=rows.shape[1])
+        p = impulses(a, w, np.full(n, 0.5))
+        rest = a @ p + 1.5 * w
+        assert p.min() >= 0.0
+        assert rest.min() >= -1e-9 * np.abs(w).max()
+        assert np.abs(rest[p > 0.0]).max(initial=0.0) <= 2e-9 * np.abs(w).max()
+
+
 @pytest.mark.parametrize("freedoms", [2, 9])
 def test_poissons_impulses_solve_the_problems_of_compression_and_expansion(freedoms):
     rng = np.random.default_rng(freedoms)
@@ -143,6 +157,12 @@ def test_poissons_impulses_solve_the_problems_of_compression_and_expansion(freed
         parting = feasible_changes(a, w + (1.0 + e) * pressing)[0]
         np.testing.assert_allclose(a @ p, (1.0 + e) * pressing + parting, atol=1e-9)
         assert p @ (w + w + a @ p) <= 1e-12
+
+
+@pytest.mark.parametrize("poisson", [False, True])
+def test_contacts_of_bodies_that_are_apart_return_each_by_its_own_restitution(poisson):
+    a, w, e = np.diag([1.0, 2.0, 0.5]), np.array([-1.0, -2.0, -4.0]), np.array([0.0, 0.5, 0.9])
+    np.testing.assert_allclose(w + a @ impulses(a, w, e, poisson), -e * w, atol=1e-15)
 
 
 @pytest.mark.parametrize("poisson", [False, True])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import time
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
@@ -16,6 +17,7 @@ from tests.support.compilers.compilation import (
     compile_less_optimised,
 )
 from tests.support.compilers.costs import Costs
+from tests.support.compilers.law import CompilerIsOff
 
 # --hypothesis-profile=thorough: ten times the random mechanisms, others at every run
 settings.register_profile("usual", deadline=None, derandomize=True, print_blob=True)
@@ -42,6 +44,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     config.pluginmanager.register(Costs())
+    config.pluginmanager.register(CompilerIsOff(), "compiler is off")
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -103,8 +106,9 @@ def compiled_once(request, tmp_path_factory):
     """
     own = tmp_path_factory.getbasetemp()
     folder = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "compiled"
+    law = request.config.pluginmanager.get_plugin("compiler is off")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MECHC_CACHE_DIR", os.environ.get("MECHC_TESTS_COMPILED", str(folder)))
+        law.begin(patch, Path(os.environ.get("MECHC_TESTS_COMPILED", str(folder))))
         patch.setattr(parts, "Pending", MadeOnRequest)
         if not request.config.getoption("--thorough"):
             compile_less_optimised(patch, own)

@@ -21,6 +21,8 @@ from mechc.compilation import toolchain
 from mechc.errors import CompilerError
 from tests.support.pendulums import pendulum
 
+pytestmark = pytest.mark.compiles
+
 
 def compiler_script(folder, body):
     script = folder / "cc"

@@ -27,6 +27,8 @@ from mechc.errors import CacheError, CacheWarning, CompilerError
 from tests.support import ROOT
 from tests.support.pendulums import pendulum
 
+pytestmark = pytest.mark.compiles
+
 COMPILER = shlex.join(toolchain.find_compiler() or ["cc"])
 RATE = -np.cos(0.3)  # of a unit pendulum, times gravity
 

@@ -26,6 +26,8 @@ from mechc.system.reference import ModelReference
 from tests.support.linkages.jointed import chain_joints
 from tests.support.pendulums import pendulum, pushed_mass
 
+pytestmark = pytest.mark.compiles
+
 STATE = np.array([0.3, 0.7])
 START, TIMES = {"q": 0.3}, np.linspace(0.0, 1.0, 5)
 ALL = ("energy", "points", "accelerations", "sensitivities")

@@ -23,6 +23,8 @@ from tests.support import ROOT, scenes
 from tests.support.pendulums import pendulum
 from tests.support.sympy_objects import four_bar_kane
 
+pytestmark = pytest.mark.compiles
+
 
 def compiled_parts():
     """Names of what is in the cache of the one scene that is compiled."""

@@ -19,6 +19,8 @@ from mechc.simulation.settings import Policy
 from tests.support import ROOT, scenes
 from tests.support.pendulums import pendulum
 
+pytestmark = pytest.mark.compiles
+
 START = np.array([1.0, 0.0])
 
 

@@ -15,6 +15,8 @@ from mechc.compilation.toolchain import zig_cache
 from mechc.errors import CompilerError
 from tests.support.pendulums import pendulum
 
+pytestmark = pytest.mark.compiles
+
 
 @pytest.fixture(autouse=True)
 def nothing_remembered():

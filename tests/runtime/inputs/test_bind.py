@@ -47,6 +47,7 @@ def test_the_energy_is_a_balance_with_the_work_of_inputs(pushed, force):
     assert sol.energy_drift < 1e-8
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize(
     "force",
     [7.0, mechc.Signal(TIMES, VALUES, "linear"), lambda t: np.cos(t)],
@@ -422,6 +423,7 @@ def called(function, time, y):
     return out
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize(
     "force",
     [
@@ -448,6 +450,7 @@ def test_c_functions_keep_the_inputs_they_were_made_with(pushed, force):
     assert function.failure is None
 
 
+@pytest.mark.compiles
 def test_a_c_function_is_nan_beyond_the_samples_and_after_a_failure(pushed):
     y, steps = np.array([0.3, -0.2]), mechc.Signal(TIMES, VALUES, "previous")
     for kind in ("previous", "linear", "quintic"):

@@ -13,6 +13,8 @@ import mechc
 from mechc.compilation import build
 from tests.support import scenes
 
+pytestmark = pytest.mark.compiles
+
 
 @pytest.mark.parametrize("count", [1, 3, 8, 17, 40])
 def test_every_shift_of_out_against_the_states_gives_the_same(model, regular, count):

@@ -18,6 +18,8 @@ from mechc.errors import UnknownNameError, ValueOutOfBoundsError
 from tests.support import ROOT
 from tests.support.pendulums import pendulum
 
+pytestmark = pytest.mark.compiles
+
 PAGE = ROOT / "docs" / "c_interface.md"
 BLOCKS = re.findall(r"^```(\w+)(?: (\w+))?\n(.*?)^```", PAGE.read_text("utf-8"), re.S | re.M)
 

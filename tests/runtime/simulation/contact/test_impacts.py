@@ -5,6 +5,8 @@ import pytest
 
 from tests.support.impacts import FreeBody
 
+pytestmark = pytest.mark.compiles  # more parameters than a tape holds
+
 
 @pytest.fixture(scope="module")
 def bodies():

@@ -6,6 +6,7 @@ binary in the cache is found by it without deriving again.
 
 from __future__ import annotations
 
+import hashlib
 import sys
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -355,6 +356,8 @@ def plain_text(fingerprint: Fingerprint, value: Any) -> str:
         return fingerprint.expression(value)
     if isinstance(value, Enum):
         return str(value)
+    if isinstance(value, bytes):  # the triangles of a mesh
+        return hashlib.sha256(value).hexdigest()
     if value is None or isinstance(value, (str, int, float)):  # numpy's numbers among them
         return repr(value)
     raise NotWritableError

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any
 
 import pytest
 from mechc_codegen.description.mechanism import Constraint, Mechanism
+from mechc_codegen.description.solid import Solid
 from mechc_codegen.description.source import ConversionSettings
 from mechc_codegen.description.terms import printed_name
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.frontend.compile_request import CompileOptions, CompileRequest
 from mechc_codegen.frontend.described import with_settings
 from mechc_codegen.frontend.sympy_joints import from_joints
+from mechc_codegen.library.catalogue import SHIPPED, shipped_mechanism
 from sympy import Function, Symbol, sin, symbols
 from sympy.physics.mechanics import PinJoint, PrismaticJoint, RigidBody, dynamicsymbols
 
@@ -102,6 +104,26 @@ def test_they_decide_the_digest_as_those_in_the_description_do() -> None:
     assert bound != compiled(cart()).digest
     least = cart(parameters={k: 3.0})
     assert compiled(least, defaults={"k": 2.0}).digest == compiled(least).digest
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_all_of_a_library_mechanism_is_in_its_digest(name: str) -> None:
+    """Else it is derived again in each process, though it is in the cache."""
+    made = shipped_mechanism(name)
+    digest = compiled(made).digest
+    assert digest is not None
+    assert digest == compiled(shipped_mechanism(name)).digest
+
+
+def test_triangles_of_a_picture_decide_the_digest() -> None:
+    def drawn(triangles: bytes) -> Mechanism:
+        part = Solid("mesh", "part", CART.masscenter, CART.frame, (1, 1, 1), triangles=triangles)
+        made = cart()
+        return replace(made, drawing=replace(made.drawing, solids=(part,)))
+
+    one, other = (compiled(drawn(x)).digest for x in (bytes(36), bytes(72)))
+    assert None not in (one, other)
+    assert one != other
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,7 @@ from sympy import Expr, ImmutableDenseMatrix
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Point, ReferenceFrame
 
+from mechc_codegen.description.derivatives import Derivatives
 from mechc_codegen.description.mechanism import Mechanism, is_rigid
 from mechc_codegen.description.placement import Placement, cross, dot, steps_from
 
@@ -49,7 +50,8 @@ def gimbals(mechanism: Mechanism) -> Iterator[Gimbal]:
         angles = sorted(turn.atoms(AppliedUndef), key=str) if turn is not None else ()
         if turn is None or len(angles) != 3 or not own.issuperset(angles):
             continue
-        slopes = [turn.diff(angle) for angle in angles]
+        by = Derivatives({*angles}).of
+        slopes = [turn.applyfunc(lambda e, x=angle, by=by: by(e, x)) for angle in angles]
         for middle in angles:
             found = _determinant(turn, slopes, middle)
             if found is not None:

@@ -117,11 +117,13 @@ def optimised_scene(
     return OptimisedScene(functions, scene_metadata(mechanism, parameters, lowered, functions))
 
 
-def operations_of_all(mechanism: Mechanism, request: OutputRequest) -> dict[str, Any]:
-    """Operation counts with no parameter fixed and all default outputs.
+def operations_of_all(mechanism: Mechanism, request: OutputRequest) -> dict[str, Any] | None:
+    """Operation counts with no parameter fixed and all default outputs; None if this is so.
 
     Takes as long as a whole derivation.  Outputs that the mechanism does not determine are omitted.
     """
+    if not request.fixed and request.outputs.issuperset(USUAL):
+        return None
     everything = OutputRequest(request.outputs | frozenset(USUAL), {}, request.expressions)
     try:
         made = optimised_scene(mechanism, everything, Stopwatch())

@@ -76,7 +76,8 @@ def test_a_fixed_parameter_takes_its_operations_with_it():
     assert potential == "R(0.0)"
     assert len(without) < len(with_weight)
     whole = operations_of_all(four_bar, fixed)
-    left = operations_of_all(four_bar, DEFAULT_REQUEST)
+    assert operations_of_all(four_bar, DEFAULT_REQUEST) is None, "it is that of all"
+    left = operations_of_all(four_bar, OutputRequest(frozenset()))
     assert whole == left  # nothing is fixed there
     report = mechc.load("four_bar", fix={"g": 0}, outputs=()).report()
     assert "loads: 3, of which 3 vanish" in report

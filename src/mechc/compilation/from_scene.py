@@ -52,9 +52,9 @@ def drawn_by(described: Described, added: Any = None) -> Callable[..., Picture]:
 
 
 @one_at_a_time
-def _operations_of_all(described: Described) -> dict[str, Any]:
+def _operations_of_all(described: Described) -> dict[str, Any] | None:
     """Operation counts with nothing fixed and all default outputs."""
     from mechc_codegen.compiler import operations_of_all
 
-    found: dict[str, Any] = operations_of_all(*described())
+    found: dict[str, Any] | None = operations_of_all(*described())
     return found

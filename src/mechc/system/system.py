@@ -76,7 +76,7 @@ class System(Description):
         scene: Any,
         reference: ModelReference,
         build: Mapping[str, Any] | None = None,
-        operations_of_all: Callable[[], dict[str, Any]] | None = None,
+        operations_of_all: Callable[[], dict[str, Any] | None] | None = None,
     ) -> None:
         super().__init__(data)
         self._set_scene(scene)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import sympy as sm
+from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import KanesMethod, LagrangesMethod
 
 import mechc
@@ -82,6 +83,9 @@ class Scene:
             whole = described.mass_matrix_full.row_join(described.forcing_full)
             if not names.get("fixed", {}).keys() <= whole.free_symbols:
                 raise UnbuiltError("what is fixed is in no equation")  # a load on a point at rest
+        held = [sm.sympify(row) for row in names.get("position", ())]
+        if any(row != 0 and not row.atoms(AppliedUndef) & {*names["q"]} for row in held):
+            raise UnbuiltError("a loop without coordinates")  # a rod from a point at rest
         return names
 
     def compiled(self, names: dict[str, Any], *, open_inputs: bool = False) -> mechc.Model:

@@ -41,6 +41,11 @@ def refuse_without_gradient(constraints: Sequence[Constraint], rates: Rates) -> 
         With the name of the first of them, and what to write in its place.
     """
     for i in without_gradient([c.expression for c in constraints], rates):
+        if not rates.in_symbols(constraints[i].expression).free_symbols & {*rates.q}:
+            raise MechanismError(
+                f"{constraints[i].name} contains no coordinate: it holds no motion, but asks for "
+                "certain values of parameters.  Leave it out"
+            )
         raise MechanismError(
             f"{constraints[i].name} is zero only where it has no gradient, as a distance, an "
             "absolute value or a square is: its rate says nothing of the motion there. Write its "

@@ -52,6 +52,15 @@ def test_constraints_with_a_gradient_are_not(row: Expr) -> None:
     assert not found(row)
 
 
+def test_a_constraint_without_coordinates_is_told_as_such() -> None:
+    """A rod from a point at rest to another: its length is theirs."""
+    x = dynamicsymbols("x")
+    rod = LagrangesMethod(x.diff() ** 2, [x], hol_coneqs=[(4 - a**2) / a])
+    rod.form_lagranges_equations()
+    with pytest.raises(MechanismError, match="constraint 1 contains no coordinate"):
+        CompileRequest(rod, CompileOptions(ConversionSettings())).description()
+
+
 def test_every_kind_of_object_is_refused_with_what_to_write() -> None:
     """The loop of a four-bar as the distance of its ends; a bead at a distance of zero."""
     system, x, y = four_bar_system(), *dynamicsymbols("x y")

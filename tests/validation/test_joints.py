@@ -74,6 +74,7 @@ def test_velocities_set_otherwise_than_positions_change_are_not_walked():
         derive_tree(mechanism)
 
 
+@pytest.mark.compiles  # larger than a tape holds
 def test_joints_of_every_kind_are_taken_as_a_system_takes_them():
     ground, *bodies = (RigidBody(name) for name in ("ground", "a", "b", "c", "d", "e", "f"))
     for body in bodies:

@@ -59,6 +59,7 @@ def test_what_a_state_has_is_the_same_as_when_it_was_requested(lean, whole):
 def test_it_is_compiled_once_and_told_in_one_line(lean, monkeypatch, capsys):
     monkeypatch.setattr(progress, "PATIENCE", 0.0)
     monkeypatch.setattr(progress, "SILENCE", 600.0)
+    before = {*build._compiled}
     other = mechc.compile(pendulum(7.5), outputs=())
     other.points(STATE)
     told = capsys.readouterr().err
@@ -67,7 +68,7 @@ def test_it_is_compiled_once_and_told_in_one_line(lean, monkeypatch, capsys):
     other.points(STATE)
     other.with_inputs({}).points(STATE)
     assert not capsys.readouterr().err
-    assert not {*build._compiled} - {*build.cache.scenes()}, "all of it is in the cache"
+    assert {*build._compiled} - before <= {*build.cache.scenes()}, "all of it is in the cache"
 
 
 @pytest.mark.slow

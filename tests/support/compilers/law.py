@@ -1,7 +1,8 @@
 """The law that tests of the first run compile nothing, but those that are of the compiler.
 
 A scene runs by its tape, so a test needs no compiler for what it tests; those marked ``compiles``
-do, and have a cache of their own: no other test is served by what they leave in it.
+do, and have a cache of their own, on disk and in the process: no other test is served by what they
+leave in it, so the law does not depend on the order of tests.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from mechc.compilation import toolchain
+from mechc.compilation import build, toolchain
 
 LAW = (
     "a test of the first run compiles nothing: scenes run by their tapes.  A test of the compiler, "
@@ -28,6 +29,7 @@ class CompilerIsOff:
 
     def __init__(self) -> None:
         self._folder, self._free = "", False
+        self._systems: tuple[dict[str, Any], dict[str, Any]] = {}, {}
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
@@ -46,9 +48,11 @@ class CompilerIsOff:
 
         patch.setattr(toolchain, "compile_shared", compiled)
         patch.setenv(FOLDER, str(folder))
+        patch.setattr(build, "_compiled", {})
         self._folder = str(folder)
         self._choose()
 
     def _choose(self) -> None:
         if self._folder:
             os.environ[FOLDER] = self._folder + "-by-a-compiler" * self._free
+            build._compiled = self._systems[self._free]

@@ -17,6 +17,7 @@ from sympy.physics.mechanics import dynamicsymbols, find_dynamicsymbols
 from mechc_codegen.derive.equations import Equations, Output
 from mechc_codegen.description.joints.gimbals import gimbals
 from mechc_codegen.description.joints.loops import cut_rows
+from mechc_codegen.description.joints.quaternions import unit_quaternions
 from mechc_codegen.description.mechanism import (
     Coordinate,
     Mechanism,
@@ -27,7 +28,6 @@ from mechc_codegen.description.mechanism import (
 )
 from mechc_codegen.description.piecewise import Floor, Step
 from mechc_codegen.description.quantity import Quantity
-from mechc_codegen.description.quaternions import unit_quaternions
 from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.description.tables import Lookup
 from mechc_codegen.description.terms import entries_of

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mechc_codegen.description.quaternions import unit_quaternions
+from mechc_codegen.description.joints.quaternions import unit_quaternions
 from mechc_codegen.joints.attitude import attitude_matrix
 from sympy import Matrix
 from sympy.physics.mechanics import ReferenceFrame, dynamicsymbols

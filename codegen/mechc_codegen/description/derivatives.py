@@ -56,19 +56,19 @@ class Derivatives:
         """The derivatives of an expression that are not 0, by symbol."""
         if expression not in self._known:
             made = self._made(expression)
-            self._known[expression] = {x: slope for x, slope in made.items() if slope != 0}
+            self._known[expression] = {x: d for x, d in made.items() if d != 0}
         return self._known[expression]
 
     def _made(self, e: Expr) -> Partials:
         if isinstance(e, Symbol):
             return {e: S.One} if self._is_asked(e) else {}
         if isinstance(e, Add):
-            return _sums((x, slope) for term in e.args for x, slope in self.all_of(term).items())
+            return _sums(each for term in e.args for each in self.all_of(term).items())
         if isinstance(e, Mul) and not is_held_product(e):
             return _sums(self._terms_of_product(e.args))
         if isinstance(e, Pow) and e.exp.is_Integer:
             outer = e.base ** (e.exp - 1)
-            return {x: slope * e.exp * outer for x, slope in self.all_of(e.base).items()}
+            return {x: d * e.exp * outer for x, d in self.all_of(e.base).items()}
         if isinstance(e, sin):
             return self._chained(cos(*e.args), *e.args)
         if isinstance(e, cos):
@@ -78,11 +78,11 @@ class Derivatives:
 
     def _terms_of_product(self, factors: tuple[Expr, ...]) -> Iterable[tuple[Expr, Expr]]:
         for k, factor in enumerate(factors):
-            for x, slope in self.all_of(factor).items():
-                yield x, Mul(*factors[:k], slope, *factors[k + 1 :])
+            for x, d in self.all_of(factor).items():
+                yield x, Mul(*factors[:k], d, *factors[k + 1 :])
 
     def _chained(self, outer: Expr, inner: Expr) -> Partials:
-        return {x: outer * slope for x, slope in self.all_of(inner).items()}
+        return {x: outer * d for x, d in self.all_of(inner).items()}
 
     def _is_asked(self, symbol: Expr) -> bool:
         return self._asked is None or symbol in self._asked

@@ -6,8 +6,8 @@ these are functions of the runtime, and the scene gives their data.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import accumulate
 
 from mechc_codegen.derive.equations import Equations, Tree
@@ -33,7 +33,7 @@ ROWS = {"constraints": "gap", "constraint_jacobian": "jacobian", "velocity_bias"
 class FunctionLayout:
     """The outputs of each of the two functions, with the argument that each is written to.
 
-    ``tables``: constants of the scene that the runtime reads; ``sizes``: their extents; ``solved``:
+    ``tables``: whole numbers of the scene that the runtime reads; ``sizes``: their extents; ``solved``:
     outputs that are functions of the runtime's, with their widths; ``kept``: numbers that the
     configuration passes on besides the program's values; ``storage`` of the functions.
     """
@@ -42,7 +42,7 @@ class FunctionLayout:
     motion: Mapping[str, str]
     sizes: Mapping[str, int]
     prefix: str = ""
-    tables: str = ""
+    tables: Mapping[str, Sequence[int]] = field(default_factory=dict)
     solved: tuple[tuple[str, int], ...] = ()
     kept: int = 0
     storage: str = "MECHC_INLINE"
@@ -80,18 +80,18 @@ def _tree_layout(equations: Equations, tree: Tree) -> FunctionLayout:
         {}
         if plan is None
         else {
-            "mechc_first_row": plan.first,
-            "mechc_cut_place": plan.cut_place,
-            "mechc_handed_to": plan.passed_to,
-            "mechc_row_taken": plan.pivot,
-            "mechc_first_factor": plan.first_factor,
+            "first_row": plan.first,
+            "cut_place": plan.cut_place,
+            "handed_to": plan.passed_to,
+            "row_taken": plan.pivot,
+            "first_factor": plan.first_factor,
         }
     )
     tables = {
-        "mechc_parent": tree.parents,
-        "mechc_first_column": first,
-        "mechc_column_speed": columns,
-        **({"mechc_cut": [link for cut in tree.cuts for link in cut]} if rows else {}),
+        "parent": tree.parents,
+        "first_column": first,
+        "column_speed": columns,
+        **({"cut": [link for cut in tree.cuts for link in cut]} if rows else {}),
         **of_rows,
     }
     return FunctionLayout(
@@ -105,13 +105,8 @@ def _tree_layout(equations: Equations, tree: Tree) -> FunctionLayout:
             "moving_cuts": int(plan is None and walks_moving_cuts(tree)),
         },
         "tree_",
-        "".join(_table(name, values) for name, values in tables.items()),
+        tables,
         tuple(solved),
         sum(len(equations.outputs[name].elements) for name in kept),
         "MECHC_ONCE",
     )
-
-
-def _table(name: str, values: Collection[int]) -> str:
-    numbers = ", ".join(map(str, values))
-    return f"static const short {name}[] __attribute__((unused)) = {{{numbers}}};\n"

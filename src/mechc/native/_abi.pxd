@@ -130,7 +130,7 @@ cdef extern from "abi/model.h":
         int (*project_columns)(const mechc_projected_columns *) noexcept nogil
 
     ctypedef struct mechc_model:
-        int abi, coordinates, speeds, holonomic, rows, parameters, inputs
+        int abi, coordinates, speeds, holonomic, rows, parameters, inputs, bound
         const char *metadata
         void (*complete)(const unsigned char *, double *) noexcept nogil
         const mechc_unit *(*select)(const char *) noexcept nogil

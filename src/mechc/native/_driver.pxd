@@ -19,7 +19,7 @@ cdef class Scene:
     cdef readonly int width, coordinates, speeds, rows, holonomic, parameters, inputs
     cdef readonly bint switches # has it switching functions?
     cdef int widest  # output
-    cdef size_t stack  # bytes of stack that it needs beyond those of any thread
+    cdef size_t stack, stack_of_general  # bytes of stack that runs need beyond those of any thread
 
     cdef size_t stack_of(self, int width)
     cdef size_t stack_here(self)

@@ -54,8 +54,8 @@ cdef extern from "abi/call.h":
 
 cdef ptrdiff_t LANES = 8  # states are evaluated in lanes, at most so many
 cdef ptrdiff_t LITTLE_WORK = 1 << 17
-cdef size_t STACK_OF_GENERAL = 1 << 21  # bytes: thrice what the unit's arrays, as large as its bounds, take
-cdef size_t STACK_OF_TAPE = 1 << 19
+cdef size_t STACK_OF_GENERAL = 1 << 21  # bytes at least: thrice what the unit's arrays take
+cdef size_t STACK_OF_TAPE = 1 << 20
 cdef long MUCH_WORK = 1 << 16  # evaluations by the general unit, from which on compiling pays
 cdef ptrdiff_t MANY = 1 << 16  # states, from which on compiling their evaluation in lanes pays
 
@@ -252,6 +252,7 @@ cdef class Scene:
         self.speeds = self.model.speeds
         self.width = self.coordinates + self.speeds
         self.stack = mechc_stack_of(self.width)
+        self.stack_of_general = max(STACK_OF_GENERAL, mechc_stack_of(self.model.bound))
         self.rows = self.model.rows
         self.holonomic = self.model.holonomic
         self.switches = b'"switches": ' in <bytes>self.model.metadata
@@ -378,22 +379,23 @@ cdef class Scene:
 
     cdef size_t stack_here(self):
         """Bytes of a separate stack for a run from the calling thread; 0: its own suffices."""
-        return STACK_OF_GENERAL if self.by_general and mechc_stack_left() < STACK_OF_GENERAL else self.stack
+        cdef bint little = self.by_general and mechc_stack_left() < self.stack_of_general
+        return self.stack_of_general if little else self.stack
 
     cdef size_t stack_of_thread(self):
         """Bytes of a separate stack for runs from a thread of which nothing is known; 0: none."""
-        return STACK_OF_GENERAL if self.by_general else self.stack
+        return self.stack_of_general if self.by_general else self.stack
 
     cdef size_t stack_of_derivatives(self):
         """The same for derivatives of runs by the general unit, whose arrays are larger."""
-        cdef size_t needed = 3 * STACK_OF_GENERAL
+        cdef size_t needed = 3 * self.stack_of_general
         return needed if mechc_stack_left() < needed else 0
 
     cdef size_t stack_beyond(self, int width):
         """0 where the calling thread has so much left."""
         cdef size_t needed = self.stack_of(width) if self.stack else 0
         if self.model.general != NULL:  # by tapes, in arrays as large as bounds
-            needed = max(needed, STACK_OF_TAPE)
+            needed = max(needed, STACK_OF_TAPE, self.stack_of_general // 8)
         return needed if needed > mechc_stack_left() else 0
 
     def complete_rows(self, const unsigned char[::1] given, double[:, ::1] rows):

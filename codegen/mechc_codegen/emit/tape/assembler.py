@@ -30,7 +30,7 @@ def _names(name: str) -> list[str]:
 OPERATIONS = {name: code for code, name in enumerate(_names("MECHC_TAPE_OPERATIONS"))}
 CALLS = _names("MECHC_TAPE_CALLS"), _names("MECHC_TAPE_CALLS_OF_TWO")
 FUNCTIONS = {
-    name: re.findall(r"[AW]\((?:series_)?(\w+)\)", arrays)
+    name: re.findall(r"[AW]\((?:series_|tree_)?(\w+)\)", arrays)
     for name, arrays in re.findall(r"X\((\w+), ([^X]+)\)", _listed("MECHC_TAPE_FUNCTIONS"))
 }
 NAMED = _names("MECHC_TAPE_NAMED")

@@ -26,18 +26,24 @@ from mechc_codegen.emit.taylor.sums import are_few, arrange
 from mechc_codegen.emit.units.block_elimination import BlockElimination
 from mechc_codegen.emit.units.scene_files import label_widths
 
-MAGIC = b"mechc tape 4\0\0\0\0"
+MAGIC = b"mechc tape 5\0\0\0\0"
 COUNTS = (
     *("NQ", "NU", "NH", "NC", "NP", "NK", "SAVED", "TURNS", "NI", "STATES", "SWITCHES"),
     *("FEATURES", "KNOTTED", "MULTIPLIERS", "LOCKSTEP", "BLOCKS_KEPT"),
     *("ROW_BLOCKS", "IDENTITY_KINEMATICS", "OWN"),
+    *("LINKS", "PLANAR", "CARRIED", "FACTORS", "MOVING_CUTS"),
 )
 OUTPUT, DEFAULT, COVECTOR = "solved", "default", "adjoint"
 _OF_STATES = ("plain", OUTPUT, DEFAULT, COVECTOR)
-PLAIN, SOLVED, RATES, MULTIPLIERS, JACOBIAN, OWN_JACOBIAN = range(6)  # how outputs are evaluated
+PLAIN, SOLVED, RATES, MULTIPLIERS, JACOBIAN, OWN_JACOBIAN, OF_TREE = range(7)  # how outputs are evaluated
 _BY_RUNTIME = {"rates": RATES, "multipliers": MULTIPLIERS}
 _BY_RUNTIME |= dict.fromkeys(JACOBIANS, JACOBIAN)
 _BY_RUNTIME |= {f"own_{name}": OWN_JACOBIAN for name in JACOBIANS}
+_OF_TREE = {"mass_matrix": 0, "forcing": 1, "constraint_jacobian": 2}
+_TABLES_OF_TREE = (  # in the order in which they are read
+    *("parent", "first_column", "column_speed", "cut"),
+    *("first_row", "cut_place", "handed_to", "row_taken", "first_factor"),
+)
 _RUNTIME = files("mechc_codegen") / "runtime"
 _LIMITS = {
     name: float(value)
@@ -99,11 +105,13 @@ class _Writer:
         outputs, names = self._outputs(index)
         defaults = list(self._defaults())
         code = self.code.parts()
+        tables = functions.layout.tables
         metadata = json.dumps(self.metadata, sort_keys=True)
         parts = [
             metadata.encode("utf-8", "surrogatepass"),
             integers(self.counts[name] for name in COUNTS),
             integers(map(int, self._table("SLIDES"))),
+            integers(chain.from_iterable(tables.get(name, ()) for name in _TABLES_OF_TREE)),
             integers(map(int, self._table("ANGLES"))),
             integers(map(int, self._table("PERIODIC"))),
             doubles(map(float, self._table("KNOTS"))),
@@ -162,14 +170,16 @@ class _Writer:
     def _outputs(self, index: Mapping[str, int]) -> tuple[list[tuple[int, int, int, int]], bytes]:
         """Of each output its way, its function, its width, and where its name begins."""
         functions = self.functions
+        ways = _BY_RUNTIME | dict.fromkeys(_OF_TREE, OF_TREE)
         rows = [(label, width, PLAIN) for label, width in label_widths(functions, of_motion=False)]
-        rows += [(label, width, _BY_RUNTIME[label]) for label, width in functions.by_runtime()]
+        rows += [(label, width, ways[label]) for label, width in functions.by_runtime()]
         rows += [(label, width, SOLVED) for label, width in label_widths(functions, of_motion=True)]
         found, names = list[tuple[int, int, int, int]](), b""
         if len(rows) > MOST_OUTPUTS or max(width for _, width, _ in rows) > WIDEST:
             raise NoTapeError
         for label, width, how in rows:
-            found.append((how, index.get(label, -1), width, len(names)))
+            number = _OF_TREE[label] if how == OF_TREE else index.get(label, -1)
+            found.append((how, number, width, len(names)))
             name = functions.request.name_of(label)
             names += name.encode("utf-8", "surrogatepass") + b"\0"
         return found, names

@@ -1,8 +1,8 @@
 """The unit that is compiled once for all scenes of a kind, and runs their tapes.
 
 Input: a scene's functions.  Output: its kind, and the sources of the unit, in ``runtime/general/``
-and ``runtime/tape/``.  Invariant: a scene that has no kind, since it is walked link by link or
-beyond the bounds there, is served by a unit of its own alone.
+and ``runtime/tape/``.  Invariant: a scene that has no kind, since it is beyond the bounds
+there, is served by a unit of its own alone.
 """
 
 from __future__ import annotations
@@ -24,8 +24,10 @@ KINDS = {
     "loops": ("ROWS", "LOOPS"),
     "one_freedom": ("ROWS", "LOOPS", "ONE_FREEDOM"),
     "one_freedom_rolling": ("ROWS", "ONE_FREEDOM"),
+    "walked": ("WALKED",),
+    "walked_loops": ("ROWS", "LOOPS", "WALKED"),
 }
-_MACROS = ("ROWS", "LOOPS", "ONE_FREEDOM")
+_MACROS = ("ROWS", "LOOPS", "ONE_FREEDOM", "WALKED")
 _BOUNDS = ("bounds.h", "in_place_of_scene/scene_sizes.h")
 _MOST_SPEEDS_OF_ONE_FREEDOM = 3  # loops/one_freedom.h
 
@@ -33,11 +35,13 @@ _MOST_SPEEDS_OF_ONE_FREEDOM = 3  # loops/one_freedom.h
 def kind_of(functions: SceneFunctions) -> str:
     """The name of a scene's kind, of :data:`KINDS`; empty: it has none."""
     equations, symbols = functions.equations, functions.program.symbols
-    if equations.tree is not None or not _fits(functions):
+    walked = equations.tree is not None
+    if not _fits(functions, walked):
         return ""
     rows, speeds = functions.rows, len(symbols.u)
-    alone = rows > 0 and speeds == rows + 1 and speeds <= _MOST_SPEEDS_OF_ONE_FREEDOM
+    alone = not walked and rows > 0 and speeds == rows + 1 and speeds <= _MOST_SPEEDS_OF_ONE_FREEDOM
     has = {"ROWS": rows > 0, "LOOPS": equations.holonomic > 0, "ONE_FREEDOM": alone}
+    has["WALKED"] = walked
     found = tuple(macro for macro in _MACROS if has[macro])
     return next(name for name, macros in KINDS.items() if macros == found)
 
@@ -55,7 +59,7 @@ def unit_sources(kind: str, lanes: int, name: str) -> dict[str, str]:
         "derivatives.c": _part(lanes, "derivatives", "MECHC_PART_DERIVATIVES"),
         "tapes.c": tapes,
     }
-    if "ROWS" in KINDS[kind]:
+    if {"ROWS", "WALKED"}.intersection(KINDS[kind]):  # without series
         return found
     for few in (0, 1):
         for momenta in (0, 1):
@@ -71,32 +75,35 @@ def _part(lanes: int, name: str, parts: str, series: Mapping[str, int] | None = 
     return template("general_unit.c.in").substitute(values, more=more)
 
 
-def _fits(functions: SceneFunctions) -> bool:
-    symbols, bounds = functions.program.symbols, _bounds()
+def _fits(functions: SceneFunctions, walked: bool) -> bool:
+    symbols, bounds = functions.program.symbols, _bounds(walked)
     counts = {
         "NQ": len(symbols.q),
         "NU": len(symbols.u),
         "NC": functions.rows,
         "NP": len(symbols.parameters),
         "NK": len(functions.constants),
-        "SAVED": len(functions.saved),
+        "SAVED": functions.layout.kept + len(functions.saved),
         "TURNS": sum(isinstance(s, SineCosine) for s in functions.configuration),
         "NI": len(functions.program.input_values()),
         "SWITCHES": len(functions.outputs[SWITCHING].elements)
         if SWITCHING in functions.outputs
         else 0,
         "OWN": functions.own_rows,
+        **{name.upper(): count for name, count in functions.layout.sizes.items()},
         "BLOCKS_KEPT": BlockElimination(functions.blocks).kept if functions.blocks else 0,
     }
-    return all(count <= bounds[name] for name, count in counts.items())
+    return all(count <= bounds.get(name, 1) for name, count in counts.items())
 
 
 @lru_cache
-def _bounds() -> Mapping[str, int]:
-    """The bounds of the general unit, from its headers."""
+def _bounds(walked: bool) -> Mapping[str, int]:
+    """The bounds of the general unit, from its headers; ``walked``: for scenes that are."""
     folder = files("mechc_codegen") / "runtime" / "general"
     text = "".join((folder / name).read_text("utf-8") for name in _BOUNDS)
     found = dict[str, int]()
-    for name, value in re.findall(r"#define MECHC_(\w+)_MAX (\d+)\b", text):
-        found[name] = max(int(value), found.get(name, 0))  # of all kinds
+    for name, of_walked, value in re.findall(
+        r"#define MECHC_(\w+)_MAX (?:\(MECHC_KIND_WALKED \? (\d+) : )?(\d+)\b", text
+    ):
+        found[name] = max(int(of_walked if of_walked and walked else value), found.get(name, 0))
     return found

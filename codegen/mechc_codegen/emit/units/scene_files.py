@@ -49,7 +49,7 @@ def sizes_header(functions: SceneFunctions, metadata: Mapping[str, Any]) -> str:
         "identity": int(equations.identity_kinematics),
         "lockstep": int(functions.fits_lanes),
         **layout.sizes,
-        "tables": _sizes_of_few(functions) + _slides(functions, metadata) + layout.tables,
+        "tables": _sizes_of_few(functions) + _slides(functions, metadata) + _of_tree(layout.tables),
         "widest": max([*widths, len(symbols.q) + len(symbols.u), functions.rows]),
         "outputs": _entries(functions, evaluated),
         "solved": _entries(functions, solved),
@@ -96,6 +96,14 @@ def _sizes_of_few(functions: SceneFunctions) -> str:
     return text + ("#define MECHC_ROWS_HOLD_INPUTS 1\n" if functions.rows_hold_inputs else "")
 
 
+def _of_tree(tables: Mapping[str, Sequence[int]]) -> str:
+    """Which link each link of a tree is on, where its columns are, and the like."""
+    return "".join(
+        f"static const short mechc_{name}[] __attribute__((unused)) = {{{_comma_list(values)}}};\n"
+        for name, values in tables.items()
+    )
+
+
 def _knots(knots: Sequence[Knots]) -> str:
     """Knots of the arguments of tables: all values in a row, where each argument's begin."""
     if not knots:
@@ -121,7 +129,7 @@ def _slides(functions: SceneFunctions, metadata: Mapping[str, Any]) -> str:
     return f"#define MECHC_SLIDES {_comma_list(slides)}\n" if any(slides) else ""
 
 
-def _comma_list(indices: list[int]) -> str:
+def _comma_list(indices: Sequence[int]) -> str:
     return ", ".join(map(str, indices))
 
 

@@ -7,7 +7,7 @@
 #include "run.h"
 #include "variation.h"
 
-#define MECHC_ABI 22
+#define MECHC_ABI 23
 #define MECHC_CAPSULE "mechc.model.11"
 
 /* Arrays of states are walked with a stride in doubles; stride 0 repeats one row. */
@@ -95,6 +95,7 @@ typedef struct {
     /* Parts by which runs begin: driver and methods that are compiled for all scenes of a kind, or NULL;
      * with it the scene's series, and derivatives of runs, or NULL. */
     const mechc_part *general, *series, *derivatives;
+    int bound; /* components of a state that their arrays hold */
 } mechc_model;
 
 /* Of a unit that runs tapes: the model of a tape, whose bytes are kept; NULL: `why` tells what is wrong. */

@@ -26,7 +26,7 @@ typedef struct {
 #if MECHC_NC_MAX > 0
     real responses[MECHC_NU_MAX * MECHC_MOTION_MAX]; /* the rows of K^-1 for accelerations */
     real tangent[MECHC_NX_MAX * MECHC_SLOPES_MAX];
-#elif MECHC_LINKS > 0
+#elif MECHC_WALKED
     FN(mass_factors) factors;
 #endif
 } FN(solved_state);
@@ -53,7 +53,7 @@ MECHC_ONCE void FN(prepare_pullback)(const FN(given) *given, rmask along, FN(sol
         unit[i] = R(i % (MECHC_MOTION + 1) == 0 ? -1.0 : 0.0);
     FN(respond_with)(&at->place, unit, MECHC_MOTION, 0, at->responses);
     if (R_ANY(along)) FN(put_tangent)(at->t, at->y, given, &at->place, at->tangent);
-#elif MECHC_LINKS > 0
+#elif MECHC_WALKED
     real mass[MECHC_NU_MAX * MECHC_NU_MAX];
     FN(composite_mass)(at->place.saved, mass);
     FN(factor_mass)(mass, MECHC_NU, &at->factors);
@@ -69,7 +69,7 @@ MECHC_INLINE void FN(weigh_residual)(const FN(solved_state) *at, const real *z, 
     for (int i = 0; i < MECHC_NU; i++)
         for (int m = 0; m < MECHC_MOTION; m++) R_SUB(w[m], at->responses[i * MECHC_MOTION + m], z[i]);
 #else
-#if MECHC_LINKS > 0
+#if MECHC_WALKED
     const FN(mass_factors) *factors = &at->factors;
 #else
     const FN(mass_factors) *factors = &at->place.factored;

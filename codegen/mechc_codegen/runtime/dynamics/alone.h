@@ -19,7 +19,7 @@ MECHC_INLINE rmask FN(short_rows)(const FN(place) *place)
 {
 #if MECHC_ONE_FREEDOM
     return place->rows.redundant;
-#elif MECHC_LINKS > 0 || MECHC_BLOCKS_CODE
+#elif MECHC_WALKED || MECHC_BLOCKS_CODE
     const FN(factors) *f = &place->rows.factors;
     if (!__builtin_expect(place->rows.together, 0)) return R_MASK(R(0.0) > R(0.0));
     return ~place->rows.apart & R_MASK(f->norm[MECHC_NC - 1] <= MECHC_NO_ROW * f->norm[0]);

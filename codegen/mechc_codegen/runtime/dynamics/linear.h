@@ -72,7 +72,7 @@ MECHC_INLINE void FN(backward)(const FN(mass_factors) *f, int n, real *x)
  * scale[i-1] rows[k]: scaling by near-one numbers instead of dividing by a norm keeps the
  * divisions out of the chain of dependent operations. */
 typedef struct {
-#if MECHC_LINKS > 0
+#if MECHC_WALKED
     FN(mass_factors) metric;
 #endif
     real weight[MECHC_NU_MAX];
@@ -181,7 +181,7 @@ MECHC_INLINE void FN(orthogonalise)(FN(factors) *f, int rows, real rank)
 MECHC_INLINE void FN(moved_masses)(const real *mass, real length, real *moved)
 {
     for (int k = 0; k < MECHC_NU; k++) moved[k] = mass[k * MECHC_NU + k];
-#if MECHC_NH_MAX > 0 && MECHC_LINKS == 0
+#if MECHC_NH_MAX > 0 && !MECHC_WALKED
     real most = R(0.0);
     const real square = length * length;
     for (int k = 0; k < MECHC_NU; k++)
@@ -214,7 +214,7 @@ MECHC_INLINE void FN(factor_in_mass_metric)(const real *jacobian, const real *ma
     FN(orthogonalise)(f, rows, rank);
 }
 
-#if MECHC_LINKS > 0
+#if MECHC_WALKED
 /* Factor the rows of a tree in the metric of the mass matrix itself: along a chain its diagonal says
  * little about how the speeds act together. */
 MECHC_ONCE void FN(factor_rows)(const real *jacobian, const real *mass, real length, int rows, real rank,

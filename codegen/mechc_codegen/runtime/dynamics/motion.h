@@ -16,7 +16,7 @@
 #include "dynamics/linear.h"
 #include "dynamics/loops/one_freedom.h"
 
-#if MECHC_LINKS == 0
+#if !MECHC_WALKED
 /* Beyond so many free directions it is cheaper to factor M. */
 #define MECHC_MOST_FREE 3
 #define MECHC_REDUCED (MECHC_FREE >= 0 && MECHC_FREE <= MECHC_MOST_FREE)

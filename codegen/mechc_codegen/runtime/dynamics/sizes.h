@@ -30,6 +30,17 @@
 #define MECHC_KINEMATICS_CODE (!MECHC_IDENTITY_KINEMATICS)
 #endif
 
+/* Whether M and F follow from a tree's data at run time, by the tables of its links, and whether there is code
+ * for rows that are eliminated at the links, or that meet from several. */
+#ifndef MECHC_WALKED
+#define MECHC_WALKED (MECHC_LINKS > 0)
+#endif
+#ifndef MECHC_CARRIED_CODE
+#define MECHC_CARRIED_CODE (MECHC_CARRIED > 0)
+#define MECHC_MOVING_CUTS_CODE MECHC_MOVING_CUTS
+#endif
+#define MECHC_ARTICULATED (MECHC_WALKED && MECHC_NC_MAX == 0)
+
 #ifndef MECHC_STATES
 #define MECHC_STATES 0 /* the number of coordinates, the last ones, that no displacement moves */
 #endif

@@ -48,7 +48,7 @@ typedef struct {
     real ordinary_length, ordinary_sum; /* see ordinary_rows.h */
     real length;     /* see ordinary_rows.h */
     FN(solver) rows; /* every one of them: speeds and accelerations */
-#elif MECHC_LINKS > 0
+#elif MECHC_WALKED
     FN(articulated) factored;
 #else
     FN(mass_factors) factored;
@@ -73,7 +73,7 @@ MECHC_INLINE void FN(give_ordinary)(const FN(given) *given, FN(place) *place)
 
 MECHC_INLINE void FN(prepare)(FN(place) *place, double least)
 {
-#if MECHC_LINKS > 0
+#if MECHC_WALKED
     (void)least;
     FN(prepare_rows)(place->saved, place->jacobian, place->mass, place->rank, &place->rows);
 #else
@@ -89,7 +89,7 @@ MECHC_INLINE void FN(prepare)(FN(place) *place, double least)
 MECHC_OF_STAGE void FN(locate_near)(real t, const real *q, const FN(given) *given,
                                     FN(place) *place, real *turns, int near, double least)
 {
-#if MECHC_LINKS > 0
+#if MECHC_WALKED
     real *const jacobian = 0, *const mass = 0;
 #else
     real *const jacobian = place->jacobian, *const mass = place->mass;
@@ -129,7 +129,7 @@ MECHC_ONCE void FN(locate_all)(real t, const real *q, const FN(given) *given, FN
  * may: what these move is divided by. */
 MECHC_INLINE int FN(find_massless)(FN(place) *place)
 {
-#if MECHC_NC_MAX > 0 && MECHC_LINKS > 0
+#if MECHC_NC_MAX > 0 && MECHC_WALKED
     if (!place->rows.together) return place->bad;
 #endif
 #if !MECHC_ARTICULATED
@@ -171,7 +171,7 @@ MECHC_INLINE void FN(map_of)(real t, const real *q, const FN(given) *given, real
 #if MECHC_NC_MAX > 0
 MECHC_INLINE void FN(least_step_at)(const FN(place) *place, const real *values, real *step)
 {
-#if MECHC_LINKS > 0
+#if MECHC_WALKED
     FN(least_step)(place->saved, &place->rows, values, step);
 #else
     FN(least_step)(place->jacobian, place->mass, &place->rows, values, step);
@@ -186,7 +186,7 @@ MECHC_INLINE void FN(least_step_at)(const FN(place) *place, const real *values, 
 /* The conditioning of the rows, squared. */
 MECHC_INLINE real FN(conditioning_at)(const FN(place) *place)
 {
-#if MECHC_LINKS > 0
+#if MECHC_WALKED
     return MECHC_TOGETHER * MECHC_TOGETHER * FN(conditioning_squared)(&place->rows);
 #else
     return FN(conditioning_squared)(place->jacobian, place->mass, place->length,
@@ -215,7 +215,7 @@ MECHC_INLINE real FN(regularity_at)(const FN(place) *place)
 }
 
 #define MECHC_MAY_HAVE_ONE_ROW \
-    (MECHC_LINKS == 0 && MECHC_NC_MAX > 1 && (MECHC_NH_MAX == 1 || MECHC_GENERAL))
+    (!MECHC_WALKED && MECHC_NC_MAX > 1 && (MECHC_NH_MAX == 1 || MECHC_GENERAL))
 #if MECHC_MAY_HAVE_ONE_ROW
 /* The conditioning of the only configuration row, beside which there are velocity constraints. */
 MECHC_INLINE real FN(conditioning_of_row)(const FN(place) *place)
@@ -233,7 +233,7 @@ MECHC_INLINE real FN(conditioning_of_row)(const FN(place) *place)
 /* J x */
 MECHC_INLINE void FN(rates_of_rows)(const FN(place) *place, const real *x, real *rates)
 {
-#if MECHC_LINKS > 0
+#if MECHC_WALKED
     FN(cut_rates)(place->saved, x, rates);
 #else
 #if MECHC_BLOCKS_CODE
@@ -263,7 +263,7 @@ MECHC_INLINE real FN(unit_of)(const FN(place) *place, int i)
 /* The largest sum of a row's entries, in units of the speeds. */
 MECHC_INLINE real FN(sum_of_partials)(const FN(place) *place)
 {
-#if MECHC_LINKS > 0
+#if MECHC_WALKED
     return FN(most_partials)(place->saved, place->length);
 #elif MECHC_BLOCKS_CODE && !defined MECHC_SLIDES
     return FN(partials_in_blocks)(place->jacobian);
@@ -401,8 +401,8 @@ MECHC_INLINE void FN(steady)(const FN(place) *place, real *u)
 MECHC_OF_STAGE void FN(accelerate)(real t, const real *q, const real *u, const FN(given) *given,
                                    const FN(place) *place, real *accelerations, real *lambda)
 {
-#if MECHC_NC_MAX > 0 && MECHC_LINKS > 0
-    real gamma[MECHC_NC_MAX], bias[MECHC_LINKS_MAX * MECHC_DIM], wrench[MECHC_LINKS_MAX * MECHC_DIM];
+#if MECHC_NC_MAX > 0 && MECHC_WALKED
+    real gamma[MECHC_NC_MAX], bias[MECHC_LINKS_MAX * MECHC_DIM_MAX], wrench[MECHC_LINKS_MAX * MECHC_DIM_MAX];
     FN(tree_motion)(t, q, u, given, place->saved + MECHC_AT_SAVED, bias, wrench, gamma);
     FN(take_bias)(place->saved, bias, wrench);
     FN(solve_motion)(place->saved, &place->rows, wrench, gamma, accelerations, lambda);
@@ -413,7 +413,7 @@ MECHC_OF_STAGE void FN(accelerate)(real t, const real *q, const real *u, const F
     FN(motion)(t, q, u, given, place->saved, forcing, gamma);
     FN(solve_motion)(&terms, &place->rows, accelerations, lambda);
 #elif MECHC_ARTICULATED
-    real none[1], bias[MECHC_LINKS_MAX * MECHC_DIM], wrench[MECHC_LINKS_MAX * MECHC_DIM];
+    real none[1], bias[MECHC_LINKS_MAX * MECHC_DIM_MAX], wrench[MECHC_LINKS_MAX * MECHC_DIM_MAX];
     (void)lambda;
     FN(tree_motion)(t, q, u, given, place->saved + MECHC_AT_SAVED, bias, wrench, none);
     FN(free_accelerations)(place->saved, &place->factored, bias, wrench, accelerations);

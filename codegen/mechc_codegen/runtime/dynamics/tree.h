@@ -15,17 +15,19 @@
 #endif
 #include "scene_program.h"
 
-#if MECHC_LINKS > 0
-#if MECHC_PLANAR
-#define MECHC_DIM 3
-#define MECHC_ARM 2
-#define MECHC_MASSES 4
-#else
-#define MECHC_DIM 6
-#define MECHC_ARM 3
-#define MECHC_MASSES 10
-#endif
+#if MECHC_WALKED
+#define MECHC_DIM (MECHC_PLANAR ? 3 : 6)
+#define MECHC_ARM (MECHC_PLANAR ? 2 : 3)
+#define MECHC_MASSES (MECHC_PLANAR ? 4 : 10)
 #define MECHC_SQUARE (MECHC_DIM * MECHC_DIM)
+#if MECHC_GENERAL
+#define MECHC_DIM_MAX 6
+#define MECHC_ARM_MAX 3
+#else
+#define MECHC_DIM_MAX MECHC_DIM
+#define MECHC_ARM_MAX MECHC_ARM
+#endif
+#define MECHC_SQUARE_MAX (MECHC_DIM_MAX * MECHC_DIM_MAX)
 
 /* Where a link's data lie among what the configuration saves. */
 #define MECHC_AT_SUBSPACE (MECHC_LINKS * MECHC_ARM)
@@ -51,25 +53,39 @@ MECHC_INLINE void FN(times_inertia)(const real *inertia, const real *motion, rea
         out[i] = FN(along_motion)(inertia + i * MECHC_DIM, motion);
 }
 
-#if MECHC_PLANAR
+MECHC_INLINE void FN(add_cross)(const real *a, const real *b, real *out)
+{
+    out[0] += R_FMS(a[1], b[2], a[2] * b[1]);
+    out[1] += R_FMS(a[2], b[0], a[0] * b[2]);
+    out[2] += R_FMS(a[0], b[1], a[1] * b[0]);
+}
+
 /* The motion of a point at the end of an arm. */
 MECHC_INLINE void FN(shift_motion)(const real *arm, const real *motion, real *out)
 {
-    out[0] = motion[0];
-    out[1] = R_FNMA(motion[0], arm[1], motion[1]);
-    out[2] = R_FMA(motion[0], arm[0], motion[2]);
+    for (int i = 0; i < MECHC_DIM; i++) out[i] = motion[i];
+    if (MECHC_PLANAR) {
+        R_SUB(out[1], motion[0], arm[1]);
+        R_ADD(out[2], motion[0], arm[0]);
+    } else {
+        FN(add_cross)(motion, arm, out + 3);
+    }
 }
 
 /* A wrench at the end of an arm, added to one at its beginning. */
 MECHC_INLINE void FN(add_wrench)(const real *arm, const real *wrench, real *out)
 {
-    out[0] += R_FNMA(arm[1], wrench[1], R_FMA(arm[0], wrench[2], wrench[0]));
-    out[1] += wrench[1];
-    out[2] += wrench[2];
+    if (MECHC_PLANAR) {
+        out[0] += R_FNMA(arm[1], wrench[1], R_FMA(arm[0], wrench[2], wrench[0]));
+        out[1] += wrench[1];
+        out[2] += wrench[2];
+    } else {
+        for (int i = 0; i < 6; i++) out[i] += wrench[i];
+        FN(add_cross)(arm, wrench + 3, out);
+    }
 }
 
-/* An inertia about the end of an arm, added to one about its beginning. */
-MECHC_INLINE void FN(add_inertia)(const real *arm, const real *inertia, real *out)
+MECHC_INLINE void FN(add_planar_inertia)(const real *arm, const real *inertia, real *out)
 {
     const real x = R_FMS(arm[0], inertia[5], arm[1] * inertia[4]); /* arm x the lines of the forces */
     const real y = R_FMS(arm[0], inertia[8], arm[1] * inertia[7]);
@@ -82,34 +98,8 @@ MECHC_INLINE void FN(add_inertia)(const real *arm, const real *inertia, real *ou
     }
 }
 
-MECHC_INLINE void FN(rigid_inertia)(const real *masses, real *out)
-{
-    const real rows[MECHC_SQUARE] = {masses[3],  -masses[2], masses[1], -masses[2], masses[0],
-                                     R(0.0),     masses[1],  R(0.0),    masses[0]};
-    for (int i = 0; i < MECHC_SQUARE; i++) out[i] = rows[i];
-}
-#else
-MECHC_INLINE void FN(add_cross)(const real *a, const real *b, real *out)
-{
-    out[0] += R_FMS(a[1], b[2], a[2] * b[1]);
-    out[1] += R_FMS(a[2], b[0], a[0] * b[2]);
-    out[2] += R_FMS(a[0], b[1], a[1] * b[0]);
-}
-
-MECHC_INLINE void FN(shift_motion)(const real *arm, const real *motion, real *out)
-{
-    for (int i = 0; i < 6; i++) out[i] = motion[i];
-    FN(add_cross)(motion, arm, out + 3);
-}
-
-MECHC_INLINE void FN(add_wrench)(const real *arm, const real *wrench, real *out)
-{
-    for (int i = 0; i < 6; i++) out[i] += wrench[i];
-    FN(add_cross)(arm, wrench + 3, out);
-}
-
 /* With I = [A B; B^T C] and x K = x cross arm: B' = B + K^T C, A' = A + B K + (B' K)^T. */
-MECHC_INLINE void FN(add_inertia)(const real *arm, const real *inertia, real *out)
+MECHC_INLINE void FN(add_spatial_inertia)(const real *arm, const real *inertia, real *out)
 {
     real coupling[9], moved[9];
     for (int j = 0; j < 3; j++) { /* column j of K^T C, C being symmetric */
@@ -133,10 +123,23 @@ MECHC_INLINE void FN(add_inertia)(const real *arm, const real *inertia, real *ou
     }
 }
 
+/* An inertia about the end of an arm, added to one about its beginning. */
+MECHC_INLINE void FN(add_inertia)(const real *arm, const real *inertia, real *out)
+{
+    if (MECHC_PLANAR) FN(add_planar_inertia)(arm, inertia, out);
+    else FN(add_spatial_inertia)(arm, inertia, out);
+}
+
 /* masses: m, m c, and the lower half of the inertia about the reference point */
 MECHC_INLINE void FN(rigid_inertia)(const real *masses, real *out)
 {
-    const real *c = masses + 1, *about = masses + 4;
+    const real *c = masses + 1, *about = masses + (MECHC_PLANAR ? 3 : 4);
+    if (MECHC_PLANAR) {
+        const real rows[9] = {about[0], -c[1],  c[0],   -c[1],    masses[0],
+                              R(0.0),   c[0],   R(0.0), masses[0]};
+        for (int i = 0; i < 9; i++) out[i] = rows[i];
+        return;
+    }
     const real skew[9] = {R(0.0), -c[2], c[1], c[2], R(0.0), -c[0], -c[1], c[0], R(0.0)};
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++) {
@@ -147,7 +150,6 @@ MECHC_INLINE void FN(rigid_inertia)(const real *masses, real *out)
             out[6 * (3 + i) + 3 + j] = i == j ? masses[0] : R(0.0);
         }
 }
-#endif
 
 MECHC_INLINE void FN(rigid_inertias)(const real *tree, real *out)
 {
@@ -159,13 +161,13 @@ MECHC_INLINE void FN(rigid_inertias)(const real *tree, real *out)
 /* The mass matrix by composite bodies: each link with all its descendants. */
 MECHC_ONCE void FN(composite_mass)(const real *tree, real *mass)
 {
-    real composite[MECHC_LINKS_MAX * MECHC_SQUARE];
+    real composite[MECHC_LINKS_MAX * MECHC_SQUARE_MAX];
     for (int i = 0; i < MECHC_NU * MECHC_NU; i++) mass[i] = R(0.0);
     FN(rigid_inertias)(tree, composite);
     for (int link = MECHC_LINKS - 1; link >= 0; link--) {
         const real *inertia = composite + link * MECHC_SQUARE;
         for (int c = mechc_first_column[link]; c < mechc_first_column[link + 1]; c++) {
-            real wrench[MECHC_DIM], next[MECHC_DIM];
+            real wrench[MECHC_DIM_MAX], next[MECHC_DIM_MAX];
             const int speed = mechc_column_speed[c];
             FN(times_inertia)(inertia, tree + MECHC_AT_SUBSPACE + c * MECHC_DIM, wrench);
             for (int at = link; at >= 0; at = mechc_parent[at]) {
@@ -200,7 +202,7 @@ MECHC_INLINE real *FN(motion_of_parent)(const real *tree, int link, real *motion
 /* Subtract from each wrench the inertia force of the motion at u' = 0. */
 MECHC_ONCE void FN(take_bias)(const real *tree, const real *bias, real *wrench)
 {
-    real motion[MECHC_LINKS_MAX * MECHC_DIM], rigid[MECHC_SQUARE], needed[MECHC_DIM];
+    real motion[MECHC_LINKS_MAX * MECHC_DIM_MAX], rigid[MECHC_SQUARE_MAX], needed[MECHC_DIM_MAX];
     for (int link = 0; link < MECHC_LINKS; link++) {
         real *own = FN(motion_of_parent)(tree, link, motion);
         for (int i = 0; i < MECHC_DIM; i++) own[i] += bias[link * MECHC_DIM + i];
@@ -225,8 +227,8 @@ MECHC_ONCE void FN(along_speeds)(const real *tree, real *wrench, real *forcing)
 
 /* Articulated inertias: each link with all its descendants, whose joints are free. */
 typedef struct {
-    real inertia[MECHC_LINKS_MAX * MECHC_SQUARE];
-    real momentum[MECHC_NU_MAX * MECHC_DIM]; /* momentum of each column's motion */
+    real inertia[MECHC_LINKS_MAX * MECHC_SQUARE_MAX];
+    real momentum[MECHC_NU_MAX * MECHC_DIM_MAX]; /* momentum of each column's motion */
     real inverse[MECHC_NU_MAX];              /* inverse of each column's inertia along itself */
 } FN(articulated);
 
@@ -266,7 +268,7 @@ MECHC_ONCE int FN(articulate)(const real *tree, FN(articulated) *f)
 MECHC_ONCE void FN(free_accelerations)(const real *tree, const FN(articulated) *f, const real *bias,
                                        real *wrench, real *accelerations)
 {
-    real left[MECHC_NU_MAX], motion[MECHC_LINKS_MAX * MECHC_DIM], taken[MECHC_DIM];
+    real left[MECHC_NU_MAX], motion[MECHC_LINKS_MAX * MECHC_DIM_MAX], taken[MECHC_DIM_MAX];
     for (int link = MECHC_LINKS - 1; link >= 0; link--) {
         real *own = wrench + link * MECHC_DIM;
         for (int c = mechc_first_column[link + 1] - 1; c >= mechc_first_column[link]; c--) {
@@ -305,7 +307,7 @@ MECHC_INLINE void FN(add_partials)(const real *tree, int link, const real *point
                                    double sign, real *row)
 {
     for (; link >= 0; link = mechc_parent[link]) {
-        real arm[MECHC_ARM], moved[MECHC_DIM];
+        real arm[MECHC_ARM_MAX], moved[MECHC_DIM_MAX];
         FN(arm_to)(tree, link, point, arm);
         for (int c = mechc_first_column[link]; c < mechc_first_column[link + 1]; c++) {
             real part = R(0.0);
@@ -333,7 +335,7 @@ MECHC_ONCE void FN(cut_rows)(const real *tree, real *jacobian)
 /* J x: how fast the cuts open, from link to link. */
 MECHC_ONCE void FN(cut_rates)(const real *tree, const real *x, real *rates)
 {
-    real motion[MECHC_LINKS_MAX * MECHC_DIM], arm[MECHC_ARM], moved[MECHC_DIM];
+    real motion[MECHC_LINKS_MAX * MECHC_DIM_MAX], arm[MECHC_ARM_MAX], moved[MECHC_DIM_MAX];
     for (int link = 0; link < MECHC_LINKS; link++) {
         real *own = FN(motion_of_parent)(tree, link, motion);
         for (int c = mechc_first_column[link]; c < mechc_first_column[link + 1]; c++)
@@ -390,7 +392,7 @@ MECHC_ONCE real FN(most_partials)(const real *tree, real unit)
         real sum = R(0.0);
         for (int end = 0; end < 2; end++, point += MECHC_ARM) {
             const int link = mechc_cut[2 * i + end];
-            real arm[MECHC_ARM];
+            real arm[MECHC_ARM_MAX];
             if (link < 0) continue;
             FN(arm_to)(tree, link, point, arm);
             sum += sliding[link]
@@ -424,7 +426,7 @@ MECHC_INLINE void FN(configuration)(real t, const real *q, const FN(given) *give
 MECHC_INLINE void FN(motion)(real t, const real *q, const real *u, const FN(given) *given,
                              const real *saved, real *forcing, real *gamma)
 {
-    real bias[MECHC_LINKS_MAX * MECHC_DIM], wrench[MECHC_LINKS_MAX * MECHC_DIM];
+    real bias[MECHC_LINKS_MAX * MECHC_DIM_MAX], wrench[MECHC_LINKS_MAX * MECHC_DIM_MAX];
     FN(tree_motion)(t, q, u, given, saved + MECHC_AT_SAVED, bias, wrench, gamma);
     FN(take_bias)(saved, bias, wrench);
     FN(along_speeds)(saved, wrench, forcing);

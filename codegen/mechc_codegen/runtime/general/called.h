@@ -3,7 +3,7 @@
  * Those that only scenes of some kinds have are in lists of their own. */
 #pragma once
 
-#define MECHC_ALL_SCENES(X) \
+#define MECHC_WRITTEN_OUT(X) \
     X(void, configuration, \
       (real t, const real *q, const FN(given) *given, real *gap, real *jacobian, real *bias, real *mass, \
        real *saved, real *turns, int near), \
@@ -12,6 +12,31 @@
       (real t, const real *q, const real *u, const FN(given) *given, const real *saved, real *forcing, \
        real *gamma), \
       (t, q, u, given, saved, forcing, gamma))
+
+#define MECHC_TREES(X) \
+    X(void, tree_configuration, \
+      (real t, const real *q, const FN(given) *given, real *gap, real *offset, real *subspace, real *inertia, \
+       real *saved, real *turns, int near), \
+      (t, q, given, gap, offset, subspace, inertia, saved, turns, near)) \
+    MECHC_MOTION_OF_TREES(X)
+#define MECHC_TREES_WITH_CUTS(X) \
+    X(void, tree_configuration, \
+      (real t, const real *q, const FN(given) *given, real *gap, real *offset, real *subspace, real *inertia, \
+       real *reference, real *cut, real *saved, real *turns, int near), \
+      (t, q, given, gap, offset, subspace, inertia, reference, cut, saved, turns, near)) \
+    MECHC_MOTION_OF_TREES(X)
+#define MECHC_MOTION_OF_TREES(X) \
+    X(void, tree_motion, \
+      (real t, const real *q, const real *u, const FN(given) *given, const real *saved, real *bias, \
+       real *wrench, real *gamma), \
+      (t, q, u, given, saved, bias, wrench, gamma))
+#if !MECHC_KIND_WALKED
+#define MECHC_ALL_SCENES(X) MECHC_WRITTEN_OUT(X)
+#elif MECHC_KIND_ROWS
+#define MECHC_ALL_SCENES(X) MECHC_TREES_WITH_CUTS(X)
+#else
+#define MECHC_ALL_SCENES(X) MECHC_TREES(X)
+#endif
 
 #define MECHC_GAPS(X) \
     X(void, hoist, (const real *p, real *k), (p, k))
@@ -23,9 +48,14 @@
 #define MECHC_FUNCTIONS_OF_STATE(Y, X) \
     Y(X, coordinate_rates) Y(X, kinematic_matrix) Y(X, switching) \
     Y(X, rate_by_state) Y(X, rate_by_parameters) Y(X, rate_by_inputs) \
-    Y(X, constraint_jacobian) Y(X, velocity_gradient) Y(X, constraint_gradient) \
+    MECHC_ROWS_OF_STATE(Y, X) Y(X, velocity_gradient) Y(X, constraint_gradient) \
     Y(X, constraints_by_parameters) Y(X, constraints_by_inputs) \
     Y(X, velocity_constraints_by_parameters) Y(X, velocity_constraints_by_inputs)
+#if MECHC_KIND_WALKED /* which finds them by the tree */
+#define MECHC_ROWS_OF_STATE(Y, X)
+#else
+#define MECHC_ROWS_OF_STATE(Y, X) Y(X, constraint_jacobian)
+#endif
 #define MECHC_FUNCTIONS_OF_MOTION(Y, X) \
     Y(X, residual_by_state) Y(X, residual_by_parameters) Y(X, residual_by_inputs)
 #define MECHC_OF_STATE(X, name) \

@@ -58,7 +58,7 @@ MECHC_RARE_ONCE int mechc_not_finite(const mechc_scalar_place *place, mechc_stat
 #else
     mechc_scalar_mass_factors unused;
     const double *mass = place->mass;
-#if MECHC_LINKS > 0
+#if MECHC_WALKED
     double written_out[MECHC_NU_MAX * MECHC_NU_MAX];
     mechc_scalar_composite_mass(place->saved, written_out);
     mass = written_out;

@@ -20,7 +20,7 @@
 #include "dynamics/extended.h"
 
 /* Conditioning below which loops are closed so. */
-#define MECHC_CLOSED_FINELY (0.03 * (MECHC_LINKS > 0 ? MECHC_TOGETHER : 1.0))
+#define MECHC_CLOSED_FINELY (0.03 * (MECHC_WALKED ? MECHC_TOGETHER : 1.0))
 
 /* Whether loops are closed finely, by the squared conditioning: not if it is as small as rounding. */
 MECHC_INLINE int mechc_is_fine(double conditioning)

@@ -50,7 +50,7 @@ MECHC_STATIC void mechc_displace(double t, const double *q, const mechc_scalar_g
         out[i] = q[i] + mechc_dot(map + i * MECHC_NU, by, MECHC_NU);
 }
 
-#if MECHC_LINKS > 0
+#if MECHC_WALKED
 MECHC_ONCE void mechc_rows_at(double t, const double *q, const mechc_scalar_given *given,
                               mechc_scalar_place *place)
 {

@@ -149,7 +149,7 @@ MECHC_ONCE void mechc_know_rows(double t, const double *y, mechc_scalar_given *g
 #if MECHC_NH_MAX > 0 && defined MECHC_SLIDES
     mechc_find_length(t, y, given);
 #endif
-#if MECHC_NH_MAX > 0 && MECHC_LINKS == 0 && defined MECHC_ANGLES
+#if MECHC_NH_MAX > 0 && !MECHC_WALKED && defined MECHC_ANGLES
     mechc_find_ordinary_rows(t, y, given);
 #endif
     given->k[MECHC_ROWS_THAT_COUNT] = mechc_count_rows(t, y, given);

@@ -10,7 +10,7 @@
 
 #include "dynamics/scalar_stage.h"
 
-#if MECHC_NH_MAX > 0 && MECHC_LINKS == 0 && defined MECHC_ANGLES
+#if MECHC_NH_MAX > 0 && !MECHC_WALKED && defined MECHC_ANGLES
 /* rad: so little that rows change in proportion to it, and far from rounding */
 #define MECHC_TURNED_BY 1e-3
 

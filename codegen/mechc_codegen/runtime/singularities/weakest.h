@@ -131,7 +131,7 @@ MECHC_STATIC void mechc_sort_rows(double *a, mechc_weakest *out)
 /* Rows by speeds that are weighted by the mass each moves; in trees, by the mass matrix. */
 MECHC_STATIC void mechc_weigh_rows(const double *jacobian, const double *mass, double length, double *a)
 {
-#if MECHC_LINKS > 0
+#if MECHC_WALKED
     (void)length;
     mechc_scalar_mass_factors metric;
     mechc_scalar_factor_mass(mass, MECHC_NU, &metric);
@@ -199,7 +199,7 @@ MECHC_STATIC void mechc_weakest_at(double t, const double *q, const mechc_scalar
 /* The weakest direction at a configuration whose rows may not have been computed explicitly. */
 MECHC_ONCE void mechc_weakest_of(const mechc_scalar_place *place, int rank, mechc_weakest *out)
 {
-#if MECHC_LINKS > 0
+#if MECHC_WALKED
     double jacobian[MECHC_NC_MAX * MECHC_NU_MAX], mass[MECHC_NU_MAX * MECHC_NU_MAX];
     mechc_scalar_cut_rows(place->saved, jacobian);
     mechc_scalar_composite_mass(place->saved, mass);

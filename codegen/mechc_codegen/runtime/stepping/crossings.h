@@ -37,7 +37,7 @@ MECHC_RARE int mechc_generic_rank(const mechc_integration *run)
  * is left of the last row in an elimination. */
 MECHC_STATIC int mechc_shows_all_rows(const mechc_integration *run)
 {
-    const int of_all = MECHC_LINKS == 0 && MECHC_NC == MECHC_NH && MECHC_NH < 8
+    const int of_all = !MECHC_WALKED && MECHC_NC == MECHC_NH && MECHC_NH < 8
                     && run->given.k[MECHC_ROWS_THAT_COUNT] == MECHC_NC;
     return of_all && run->conditioning * run->conditioning > MECHC_NO_ROW;
 }

@@ -59,6 +59,30 @@ MECHC_TAPE_OF_STATE(, constraints)
 MECHC_ALL_SCENES(MECHC_TAPE_DECLARE)
 MECHC_OF_STATES(MECHC_TAPE_DECLARE)
 
+#if MECHC_KIND_WALKED
+void FN(scene_tree_configuration)(real t, const real *q, const FN(given) *given, real *gap, real *offset,
+                                  real *subspace, real *inertia,
+#if MECHC_KIND_ROWS
+                                  real *reference, real *cut,
+#endif
+                                  real *saved, real *turns, int near)
+{
+#if !MECHC_KIND_ROWS
+    real *const reference = 0, *const cut = 0;
+#endif
+    real *arrays[] = {(real *)q, (real *)given->p, (real *)given->k, gap, offset, subspace, inertia, reference,
+                      cut, saved};
+    FN(run_tape)(&mechc_of_tapes.code, MECHC_TAPE_CALLED(tree_configuration), arrays, &t, given, turns, near);
+}
+
+void FN(scene_tree_motion)(real t, const real *q, const real *u, const FN(given) *given, const real *saved,
+                           real *bias, real *wrench, real *gamma)
+{
+    real *arrays[] = {(real *)q, (real *)u, (real *)given->p, (real *)given->k, (real *)saved, bias, wrench,
+                      gamma};
+    FN(run_tape)(&mechc_of_tapes.code, MECHC_TAPE_CALLED(tree_motion), arrays, &t, given, 0, 0);
+}
+#else
 void FN(scene_configuration)(real t, const real *q, const FN(given) *given, real *gap, real *jacobian,
                              real *bias, real *mass, real *saved, real *turns, int near)
 {
@@ -72,6 +96,8 @@ void FN(scene_motion)(real t, const real *q, const real *u, const FN(given) *giv
     real *arrays[] = {(real *)q, (real *)u, (real *)given->p, (real *)given->k, (real *)saved, forcing, gamma};
     FN(run_tape)(&mechc_of_tapes.code, MECHC_TAPE_CALLED(motion), arrays, &t, given, 0, 0);
 }
+
+#endif
 
 MECHC_FUNCTIONS_OF_STATE(MECHC_TAPE_OF_STATE, )
 MECHC_FUNCTIONS_OF_MOTION(MECHC_TAPE_OF_MOTION, )

@@ -38,14 +38,20 @@
     X(values, c->nc) X(x, c->nu) X(moved, c->nu) X(axes, c->nu * free) \
     X(inverse, free) X(reaction, c->nu) X(lambda, c->nc) X(rates, c->nc) \
     X(row, series->row) X(series_kept, series->kept) X(sums, series->sums) \
-    X(series_rates, series->integrated) X(c, c->nu + c->nc + (c->identity_kinematics ? 0 : c->nq))
+    X(series_rates, series->integrated) X(c, c->nu + c->nc + (c->identity_kinematics ? 0 : c->nq)) \
+    X(tree_offset, c->links * arm) X(tree_subspace, c->nu * dim) X(tree_inertia, c->links * masses) \
+    X(tree_reference, c->links * arm) X(tree_cut, c->nc * 3 * arm) X(tree_saved, c->saved - of_tree) \
+    X(tree_bias, c->links * dim) X(tree_wrench, c->links * dim)
 
-/* X(function, its arrays: A(given) W(written)): those that the unit calls by themselves, then those of states,
+/* X(function, its arrays: A(given) W(written), with or without the part that has them in front): those that the unit calls by themselves, then those of states,
  * plain, or with accelerations and multipliers, and of a parameter's default. */
 #define MECHC_TAPE_FUNCTIONS(X) \
     X(hoist, A(p) W(k)) \
     X(configuration, A(q) A(p) A(k) W(gap) W(jacobian) W(bias) W(mass) W(saved)) \
     X(motion, A(q) A(u) A(p) A(k) A(saved) W(forcing) W(gamma)) \
+    X(tree_configuration, A(q) A(p) A(k) W(gap) W(tree_offset) W(tree_subspace) W(tree_inertia) \
+      W(tree_reference) W(tree_cut) W(tree_saved)) \
+    X(tree_motion, A(q) A(u) A(p) A(k) A(tree_saved) W(tree_bias) W(tree_wrench) W(gamma)) \
     X(factor_blocks, A(jacobian) A(mass) A(weight) W(kept) W(directions) W(momenta) W(own) W(lengths) W(clear)) \
     X(solve_blocks, A(jacobian) A(kept) A(values) W(x)) \
     X(longest_answer, A(jacobian) A(kept) A(moved) A(axes) A(inverse)) \
@@ -74,7 +80,7 @@
     X(rate_by_state, plain, c->nq * states, varies && !c->identity_kinematics) \
     X(rate_by_parameters, plain, c->nq * c->np, varies && !c->identity_kinematics && c->np) \
     X(rate_by_inputs, plain, c->nq * c->ni, varies && !c->identity_kinematics && c->ni) \
-    X(constraint_jacobian, plain, c->nc * c->nu, varies && c->nc) \
+    X(constraint_jacobian, plain, c->nc * c->nu, varies && c->nc && !c->links) \
     X(velocity_gradient, plain, c->nc * c->nq, varies && c->nc) \
     X(constraint_gradient, plain, c->nh * c->nq, varies && c->nh && !c->identity_kinematics) \
     X(constraints_by_parameters, plain, c->nh * c->np, 0) \
@@ -83,8 +89,8 @@
     X(velocity_constraints_by_inputs, plain, c->nc * c->ni, 0)
 
 #define MECHC_TAPE_HIGHEST_DEGREE 15 /* of a table's polynomials */
-#define MECHC_TAPE_MOST_ARRAYS 9
-#define MECHC_TAPE_MOST_REGISTERS 2048
+#define MECHC_TAPE_MOST_ARRAYS 10
+#define MECHC_TAPE_MOST_REGISTERS 8192
 #define MECHC_TAPE_MOST_OUTPUTS 128
 #define MECHC_TAPE_WIDEST 32767 /* numbers of an output */
 

@@ -9,12 +9,12 @@
 #include "tape/series.h"
 #include "tape/tape.h"
 
-#define MECHC_TAPE_MAGIC "mechc tape 4\0\0\0"
+#define MECHC_TAPE_MAGIC "mechc tape 5\0\0\0"
 
 /* The content of each part of the bytes, in their order. */
 enum {
     MECHC_TAPE_UNIT, MECHC_TAPE_METADATA, MECHC_TAPE_COUNTS, MECHC_TAPE_SLIDES,
-    MECHC_TAPE_ANGLES, MECHC_TAPE_PERIODIC, MECHC_TAPE_KNOTS, MECHC_TAPE_KNOTS_BEGIN, MECHC_TAPE_KNOTS_PERIOD,
+    MECHC_TAPE_OF_TREE, MECHC_TAPE_ANGLES, MECHC_TAPE_PERIODIC, MECHC_TAPE_KNOTS, MECHC_TAPE_KNOTS_BEGIN, MECHC_TAPE_KNOTS_PERIOD,
     MECHC_TAPE_NUMBERS, MECHC_TAPE_TAPES, MECHC_TAPE_OPERATIONS_OF_ALL, MECHC_TAPE_CALLED_TAPES,
     MECHC_TAPE_BY_NAME, MECHC_TAPE_OUTPUTS, MECHC_TAPE_NAMES, MECHC_TAPE_DEFAULTS, MECHC_TAPE_SERIES, MECHC_TAPE_ROOTS,
     MECHC_TAPE_LEFT, MECHC_TAPE_RIGHT, MECHC_TAPE_JACOBIANS, MECHC_TAPE_TABLES, MECHC_TAPE_NUMBERS_OF_TABLES,
@@ -32,6 +32,7 @@ typedef struct {
     mechc_counts *counts;
     mechc_series_counts *series;
     unsigned char slides[MECHC_NQ_MAX + MECHC_NU_MAX];
+    int of_tree; /* numbers that a configuration keeps of the tree */
 } mechc_tape_reader;
 
 /* Why the bytes are no scene for this unit, or NULL. */
@@ -74,11 +75,13 @@ static const char *mechc_read_counts(mechc_tape_reader *reader)
     mechc_counts *c = reader->counts;
     int *const counts[] = {&c->nq, &c->nu, &c->nh, &c->nc, &c->np, &c->nk, &c->saved, &c->turns, &c->ni,
                            &c->states, &c->switches, &c->features, &c->knotted, &c->multipliers, &c->lockstep,
-                           &c->blocks_kept, &c->row_blocks, &c->identity_kinematics, &c->own};
+                           &c->blocks_kept, &c->row_blocks, &c->identity_kinematics, &c->own,
+                           &c->links, &c->planar, &c->carried, &c->factors, &c->moving_cuts};
     const int most[] = {MECHC_NQ_MAX, MECHC_NU_MAX, MECHC_NH_MAX, MECHC_NC_MAX, MECHC_NP_MAX, MECHC_NK_MAX,
                         MECHC_SAVED_MAX, MECHC_TURNS_MAX, MECHC_NI_MAX, MECHC_NQ_MAX, MECHC_SWITCHES_MAX,
                         MECHC_FEATURES_MAX, MECHC_KNOTTED_MAX, 1, 1, MECHC_BLOCKS_KEPT_MAX,
-                        MECHC_BLOCKS_CODE ? MECHC_NC_MAX : 0, 1, MECHC_OWN_MAX};
+                        MECHC_BLOCKS_CODE ? MECHC_NC_MAX : 0, 1, MECHC_OWN_MAX,
+                        MECHC_LINKS_MAX, 1, MECHC_CARRIED_MAX, MECHC_FACTORS_MAX, 1};
     const size_t count = sizeof most / sizeof *most;
     MECHC_TAPE_REQUIRE(section->size == count * sizeof *given, "its counts are not whole");
     for (size_t i = 0; i < count; i++) {
@@ -89,7 +92,13 @@ static const char *mechc_read_counts(mechc_tape_reader *reader)
                            && c->features + c->knotted <= c->switches,
                        "its counts contradict each other");
     MECHC_TAPE_REQUIRE(!MECHC_KIND_ONE_FREEDOM || c->nc == c->nu - 1, "it is of another kind");
-    MECHC_TAPE_REQUIRE((c->nc > 0) == MECHC_KIND_ROWS && (c->nh > 0) == MECHC_KIND_LOOPS, "it is of another kind");
+    MECHC_TAPE_REQUIRE((c->nc > 0) == MECHC_KIND_ROWS && (c->nh > 0) == MECHC_KIND_LOOPS
+                           && (c->links > 0) == MECHC_KIND_WALKED,
+                       "it is of another kind");
+    const int arm = c->planar ? 2 : 3, columns = c->nu * (arm == 2 ? 3 : 6), masses = arm == 2 ? 4 : 10;
+    const int kept = columns + c->links * (arm + masses) + (c->nc ? c->links * arm + c->nc * 3 * arm : 0);
+    MECHC_TAPE_REQUIRE(!c->links || (c->nh == c->nc && kept <= c->saved), "its counts contradict each other");
+    reader->of_tree = c->links ? kept : 0;
     MECHC_TAPE_REQUIRE(!c->own || !c->nc || c->multipliers, "its counts contradict each other");
     MECHC_TAPE_REQUIRE((!c->row_blocks || c->nc <= c->nu) && (!c->identity_kinematics || c->nq == c->nu),
                        "its counts contradict each other");
@@ -125,6 +134,44 @@ static const char *mechc_read_tables(mechc_tape_reader *reader)
                        "a table of knots is not whole");
     for (int i = 0; i < c->knotted; i++)
         MECHC_TAPE_REQUIRE(c->knots_begin[i] < c->knots_begin[i + 1], "a table of knots is not whole");
+    return NULL;
+}
+
+/* The tables of a tree, one after the other: a link's parent comes before it, and what is eliminated at it
+ * stays within what is kept. */
+static const char *mechc_read_tree(mechc_tape_reader *reader)
+{
+    mechc_counts *c = reader->counts;
+    const mechc_section *section = reader->sections + MECHC_TAPE_OF_TREE;
+    const int *at = (const int *)section->content, carried = c->carried > 0;
+    const int sizes[] = {c->links, c->links + 1, c->nu, 2 * c->nc, carried * (c->links + 1), carried * c->nc,
+                         carried * c->links, carried * c->nu, carried * (c->nu + 1)};
+    const int **const tables[] = {&c->parent, &c->first_column, &c->column_speed, &c->cut, &c->first_row,
+                                  &c->cut_place, &c->handed_to, &c->row_taken, &c->first_factor};
+    size_t count = 0;
+    if (!c->links) return NULL;
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) count += (size_t)sizes[i];
+    MECHC_TAPE_REQUIRE(mechc_section_count(section, sizeof *at) == count, "the tables of its links are not whole");
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; at += sizes[i++]) *tables[i] = at;
+    int sound = c->first_column[0] == 0 && c->first_column[c->links] == c->nu;
+    for (int i = 0; i < c->links; i++)
+        sound &= c->parent[i] >= -1 && c->parent[i] < i && c->first_column[i] <= c->first_column[i + 1];
+    for (int i = 0; i < c->nu; i++) sound &= c->column_speed[i] >= 0 && c->column_speed[i] < c->nu;
+    for (int i = 0; i < 2 * c->nc; i++) sound &= c->cut[i] >= -1 && c->cut[i] < c->links;
+    MECHC_TAPE_REQUIRE(sound, "the tables of its links are not sound");
+    if (!carried) return NULL;
+    sound = c->first_row[0] == 0 && c->first_row[c->links] == c->carried;
+    for (int i = 0; i < c->nc; i++)
+        sound &= (c->cut[2 * i] < 0) != (c->cut[2 * i + 1] < 0) && c->cut_place[i] >= 0 && c->cut_place[i] < c->carried;
+    for (int i = 0; i < c->links; i++) sound &= c->first_row[i] <= c->first_row[i + 1];
+    for (int i = 0; sound && i < c->links; i++) {
+        int rows = c->first_row[i + 1] - c->first_row[i];
+        for (int k = c->first_column[i + 1] - 1; rows > 0 && k >= c->first_column[i]; k--, rows--)
+            sound &= c->first_factor[k] >= 0 && c->first_factor[k] <= c->factors - (rows - 1);
+        sound &= rows == 0 || c->parent[i] < 0
+              || (c->handed_to[i] >= 0 && c->handed_to[i] <= c->carried - rows);
+    }
+    MECHC_TAPE_REQUIRE(sound, "the tables of its rows are not sound");
     return NULL;
 }
 
@@ -192,10 +239,11 @@ static const char *mechc_read_series(mechc_tape_reader *reader)
 /* The arrays of a function, with the number of elements of each, and whether it writes them. */
 enum { MECHC_TAPE_WRITTEN = 1 << 24 };
 
-static int mechc_tape_arrays(const mechc_counts *c, const mechc_series_counts *series, int function, int width,
-                             int sizes[MECHC_TAPE_MOST_ARRAYS])
+static int mechc_tape_arrays(const mechc_counts *c, const mechc_series_counts *series, int of_tree, int function,
+                             int width, int sizes[MECHC_TAPE_MOST_ARRAYS])
 {
     const int free = c->nu > c->nc ? c->nu - c->nc : 0;
+    const int arm = c->planar ? 2 : 3, dim = c->planar ? 3 : 6, masses = c->planar ? 4 : 10;
 #define MECHC_TAPE_SIZE(name, size) const int of_##name = size;
     MECHC_TAPE_ARRAYS(MECHC_TAPE_SIZE)
 #undef MECHC_TAPE_SIZE
@@ -272,8 +320,8 @@ static int mechc_is_sound(const mechc_tape_reader *reader, const mechc_operation
     case MECHC_TAPE_INPUTS_READ:
         place->first_input = o->a, place->last_input = o->b;
         return (f == MECHC_TAPE_OF_plain || f == MECHC_TAPE_OF_solved || f == MECHC_TAPE_OF_adjoint
-                || f == MECHC_TAPE_OF_motion
-                || (f == MECHC_TAPE_OF_configuration && !o->c))
+                || f == MECHC_TAPE_OF_motion || f == MECHC_TAPE_OF_tree_motion
+                || ((f == MECHC_TAPE_OF_configuration || f == MECHC_TAPE_OF_tree_configuration) && !o->c))
             && o->a < o->b && o->b <= reader->counts->ni;
     }
     if (place->registers == 0 || o->operation >= MECHC_TAPE_OPERATION_COUNT) return 0;
@@ -287,7 +335,9 @@ static int mechc_is_sound(const mechc_tape_reader *reader, const mechc_operation
     case MECHC_TAPE_SCALAR: return o->a < (f == MECHC_TAPE_OF_series_next ? 3 : 1);
     case MECHC_TAPE_LOAD: return o->b < size;
     case MECHC_TAPE_INPUT: return o->a < place->last_input - place->first_input;
-    case MECHC_TAPE_TURN: return f == MECHC_TAPE_OF_configuration && o->c < reader->counts->turns;
+    case MECHC_TAPE_TURN:
+        return (f == MECHC_TAPE_OF_configuration || f == MECHC_TAPE_OF_tree_configuration)
+            && o->c < reader->counts->turns;
     case MECHC_TAPE_CALL: return o->b < MECHC_TAPE_CALL_COUNT;
     case MECHC_TAPE_CALL2: return o->c < MECHC_TAPE_CALL_OF_TWO_COUNT;
     case MECHC_TAPE_LOOKUP: return o->c < lookups;
@@ -307,7 +357,7 @@ static int mechc_tape_fits(const mechc_tape_reader *reader, int32_t tape, int fu
     if (one->first < 0 || one->count < 1 || one->registers < 0 || one->registers > MECHC_TAPE_MOST_REGISTERS
         || (size_t)one->first > operations || (size_t)one->count > operations - (size_t)one->first)
         return 0;
-    mechc_tape_arrays(reader->counts, reader->series, function, width, sizes);
+    mechc_tape_arrays(reader->counts, reader->series, reader->of_tree, function, width, sizes);
     mechc_tape_place place = {.sizes = sizes, .function = function, .registers = one->registers};
     const mechc_operation *o = (const mechc_operation *)s[MECHC_TAPE_OPERATIONS_OF_ALL].content + one->first;
     for (int32_t i = 0; i < one->count; i++)
@@ -326,6 +376,9 @@ static const char *mechc_read_called(mechc_tape_reader *reader, mechc_tapes *tap
     tapes->called = (const int32_t *)s[MECHC_TAPE_CALLED_TAPES].content;
     for (int f = 0; f < MECHC_TAPE_OF_plain; f++) {
         const int of_series = f >= MECHC_TAPE_OF_series_start;
+        const int of_tree = f == MECHC_TAPE_OF_tree_configuration || f == MECHC_TAPE_OF_tree_motion;
+        const int written_out = f == MECHC_TAPE_OF_configuration || f == MECHC_TAPE_OF_motion;
+        if (of_tree ? !c->links : written_out && c->links) continue;
         if (of_series ? !reader->series->row : f >= MECHC_TAPE_OF_factor_blocks && !c->row_blocks) continue;
         if (f == MECHC_TAPE_OF_series_solve && !reader->series->momenta) continue;
         MECHC_TAPE_REQUIRE(mechc_tape_fits(reader, tapes->called[f], f, 0), "a function is not sound");
@@ -394,6 +447,9 @@ static const char *mechc_read_outputs(mechc_tape_reader *reader, mechc_tapes *ta
         else if (o->way == MECHC_BY_MULTIPLIERS) sound &= c->nc > 0 && o->width == c->nc;
         else if (o->way == MECHC_BY_JACOBIAN || o->way == MECHC_BY_OWN_JACOBIAN)
             sound &= mechc_jacobian_fits(reader, tapes, o);
+        else if (o->way == MECHC_BY_TREE)
+            sound &= c->links && ((o->tape == 0 && o->width == c->nu * c->nu) || (o->tape == 1 && o->width == c->nu)
+                                  || (o->tape == 2 && c->nc && o->width == c->nc * c->nu));
         else sound = sound && (o->way == MECHC_BY_TAPE || o->way == MECHC_BY_SOLVED)
                   && mechc_tape_fits(reader, o->tape, function, o->width);
         MECHC_TAPE_REQUIRE(sound,
@@ -419,6 +475,7 @@ static const char *mechc_read_tape(const unsigned char *bytes, size_t size,
     const mechc_section *s = reader->sections;
     if (!why) why = mechc_read_counts(reader);
     if (!why) why = mechc_read_tables(reader);
+    if (!why) why = mechc_read_tree(reader);
     if (!why) why = mechc_read_lookups(reader);
     if (!why) why = mechc_read_series(reader);
     if (!why) why = mechc_read_called(reader, tapes);

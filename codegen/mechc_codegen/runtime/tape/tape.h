@@ -29,7 +29,8 @@ typedef struct {
 
 enum {
     MECHC_BY_TAPE, MECHC_BY_SOLVED, MECHC_BY_RATES, MECHC_BY_MULTIPLIERS,
-    MECHC_BY_JACOBIAN, MECHC_BY_OWN_JACOBIAN /* their `tape` is the number of a Jacobian */
+    MECHC_BY_JACOBIAN, MECHC_BY_OWN_JACOBIAN, /* their `tape` is the number of a Jacobian */
+    MECHC_BY_TREE /* mass matrix, forcing, rows of a tree that is walked: 0, 1, 2 */
 };
 
 typedef struct {

@@ -79,6 +79,12 @@ static void mechc_tape_evaluate_one(int number, double t, const double *q, const
         mechc_tape_jacobian_at(mechc_of_tapes.jacobians + output->tape, output->way == MECHC_BY_OWN_JACOBIAN,
                                t, q, u, given, out);
         return;
+#if MECHC_KIND_WALKED
+    case MECHC_BY_TREE:
+        mechc_scalar_tree_terms(t, q, u, given, output->tape == 2 ? out : 0, output->tape == 0 ? out : 0,
+                                output->tape == 1 ? out : 0);
+        return;
+#endif
     case MECHC_BY_SOLVED: mechc_scalar_solve(t, q, u, given, &place, a, l); break;
     case MECHC_BY_TAPE: break;
     default: return;
@@ -109,6 +115,13 @@ static void mechc_tape_evaluate_one(int number, double t, const double *q, const
 MECHC_OF_ALL_OUTPUTS(MECHC_TAPE_EVALUATE)
 static mechc_evaluate *const mechc_tape_evaluates[MECHC_TAPE_MOST_OUTPUTS] = {
     MECHC_OF_ALL_OUTPUTS(MECHC_TAPE_ADDRESS)};
+
+#if MECHC_KIND_WALKED
+static void mechc_tree_mass(double t, const double *y, const mechc_given *given, double *out)
+{
+    mechc_scalar_output_mass_matrix(t, y, y + MECHC_NQ, (const mechc_scalar_given *)given, out);
+}
+#endif
 
 static void mechc_tape_mass(double t, const double *y, const mechc_given *given, double *out)
 {
@@ -179,12 +192,15 @@ static const mechc_model *mechc_open_tape(const unsigned char *bytes, size_t siz
     mechc_tape_unit.identity_kinematics = MECHC_IDENTITY_KINEMATICS;
     mechc_tape_unit.output_count = mechc_of_tapes.output_count;
     mechc_tape_unit.mass = mechc_of_tapes.named[MECHC_TAPE_NAMED_mass_matrix] >= 0 ? mechc_tape_mass : NULL;
+#if MECHC_KIND_WALKED
+    mechc_tape_unit.mass = mechc_tree_mass;
+#endif
     const mechc_series_counts *series = &mechc_series_of_scene;
     const mechc_model model = {
         MECHC_ABI, mechc_of_tapes.metadata, MECHC_NQ, MECHC_NU, MECHC_NH, MECHC_NC, MECHC_NP,
         mechc_tape_complete, mechc_tape_select, MECHC_NI, mechc_of_tapes.texts, &mechc_general,
         series->row ? mechc_tape_series[series->few][series->momenta] : NULL,
-        mechc_of_scene.varies ? &mechc_derivatives : NULL,
+        mechc_of_scene.varies ? &mechc_derivatives : NULL, MECHC_NX_MAX,
     };
     mechc_tape_model = model;
     return &mechc_tape_model;

@@ -56,7 +56,7 @@ MECHC_INLINE void FN(least_changes)(const FN(place) *place, real *changes)
 MECHC_INLINE void FN(put_response)(const FN(place) *place, const real *responses,
                                    const real *residual, int columns, real *to)
 {
-#if MECHC_NC_MAX > 0 && MECHC_LINKS == 0
+#if MECHC_NC_MAX > 0 && !MECHC_WALKED
     (void)place;
     for (int i = 0; i < MECHC_NU; i++)
         for (int k = 0; k < columns; k++) {
@@ -100,7 +100,7 @@ MECHC_INLINE void FN(put_slopes)(real t, const real *y, const FN(given) *given,
                                  real *slopes)
 {
     real responses[MECHC_ROOM(MECHC_NU_MAX, MECHC_MOTION_MAX)];
-#if MECHC_NC_MAX > 0 && MECHC_LINKS == 0
+#if MECHC_NC_MAX > 0 && !MECHC_WALKED
     real unit[MECHC_MOTION_MAX * MECHC_MOTION_MAX];
     for (int i = 0; i < MECHC_MOTION; i++)
         for (int k = 0; k < MECHC_MOTION; k++)

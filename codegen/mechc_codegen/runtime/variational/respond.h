@@ -21,7 +21,7 @@
 MECHC_INLINE void FN(respond_with)(const FN(place) *place, const real *residual, int columns,
                                    int multipliers, real *out)
 {
-#if MECHC_LINKS > 0 /* all at once: a Jacobian is full, however sparse the tree */
+#if MECHC_WALKED /* all at once: a Jacobian is full, however sparse the tree */
     real mass[MECHC_NU_MAX * MECHC_NU_MAX];
 #if MECHC_NC_MAX > 0
     FN(factors) factors;
@@ -38,7 +38,7 @@ MECHC_INLINE void FN(respond_with)(const FN(place) *place, const real *residual,
     for (int column = 0; column < columns; column++) {
         real right[MECHC_MOTION_MAX], x[MECHC_MOTION_MAX];
         for (int i = 0; i < MECHC_MOTION; i++) right[i] = -residual[i * columns + column];
-#if MECHC_NC_MAX > 0 && MECHC_LINKS > 0
+#if MECHC_NC_MAX > 0 && MECHC_WALKED
         FN(solve_together)(&factors, jacobian, right, right + MECHC_NU, x, x + MECHC_NU);
 #elif MECHC_NC_MAX > 0
         const FN(motion_terms) terms = {place->mass, place->jacobian, right, right + MECHC_NU,

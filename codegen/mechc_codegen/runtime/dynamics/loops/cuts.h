@@ -21,18 +21,18 @@
 #include "dynamics/linear.h"
 #include "dynamics/tree.h"
 
-#if MECHC_MOVING_CUTS
+#if MECHC_MOVING_CUTS_CODE
 typedef struct {
     FN(articulated) links;
     real changes[MECHC_NC_MAX * MECHC_NU_MAX]; /* M^-1 J^T, row by row of J */
     FN(mass_factors) meeting;          /* J M^-1 J^T */
     real conditioning;                 /* squared */
-} FN(eliminated);
+} FN(meeting_rows);
 
 /* Accelerations of the free tree by wrenches on the links, which are overwritten. */
 MECHC_ONCE void FN(free_answer)(const real *tree, const FN(articulated) *f, real *wrench, real *x)
 {
-    real left[MECHC_NU_MAX], motion[MECHC_LINKS_MAX * MECHC_DIM];
+    real left[MECHC_NU_MAX], motion[MECHC_LINKS_MAX * MECHC_DIM_MAX];
     for (int link = MECHC_LINKS - 1; link >= 0; link--) {
         real *own = wrench + link * MECHC_DIM;
         for (int c = mechc_first_column[link + 1] - 1; c >= mechc_first_column[link]; c--) {
@@ -62,7 +62,7 @@ MECHC_INLINE void FN(force_along_row)(const real *tree, int row, real *wrench)
     for (int i = 0; i < MECHC_LINKS * MECHC_DIM; i++) wrench[i] = R(0.0);
     for (int end = 0; end < 2; end++) {
         const int link = mechc_cut[2 * row + end];
-        real arm[MECHC_ARM], force[MECHC_DIM];
+        real arm[MECHC_ARM_MAX], force[MECHC_DIM_MAX];
         if (link < 0) continue;
         FN(arm_to)(tree, link, points + end * MECHC_ARM, arm);
         for (int j = 0; j < MECHC_DIM; j++) force[j] = R(0.0);
@@ -87,9 +87,9 @@ MECHC_INLINE real FN(meeting_conditioning)(const FN(mass_factors) *f, real longe
     return 1.0 / (most * longest);
 }
 
-MECHC_ONCE void FN(eliminate)(const real *tree, FN(eliminated) *f)
+MECHC_ONCE void FN(meet)(const real *tree, FN(meeting_rows) *f)
 {
-    real meeting[MECHC_NC_MAX * MECHC_NC_MAX], wrench[MECHC_LINKS_MAX * MECHC_DIM], longest = R(0.0);
+    real meeting[MECHC_NC_MAX * MECHC_NC_MAX], wrench[MECHC_LINKS_MAX * MECHC_DIM_MAX], longest = R(0.0);
     FN(articulate)(tree, &f->links);
     for (int i = 0; i < MECHC_NC; i++) {
         real *change = f->changes + i * MECHC_NU;
@@ -107,8 +107,8 @@ MECHC_ONCE void FN(eliminate)(const real *tree, FN(eliminated) *f)
 
 /* The x nearest to M^-1 S^T wrench, in the metric of M, on which the rows take the values given;
  * wrench, which is overwritten, holds one on each link. */
-MECHC_ONCE void FN(follow_rows)(const real *tree, const FN(eliminated) *f, real *wrench,
-                                const real *values, real *x)
+MECHC_ONCE void FN(follow_meeting)(const real *tree, const FN(meeting_rows) *f, real *wrench,
+                                   const real *values, real *x)
 {
     real part[MECHC_NC_MAX];
     FN(free_answer)(tree, &f->links, wrench, x);

@@ -16,17 +16,57 @@
 #include "dynamics/loops/cuts.h"
 #include "dynamics/tree.h"
 
-#if MECHC_LINKS > 0 && MECHC_NC_MAX > 0
+#if MECHC_WALKED && MECHC_NC_MAX > 0
 #define MECHC_WALKED_ROWS (MECHC_CARRIED > 0 || MECHC_MOVING_CUTS)
 
 typedef struct {
-#if MECHC_WALKED_ROWS
+#if MECHC_CARRIED_CODE
     FN(eliminated) links;
+#endif
+#if MECHC_MOVING_CUTS_CODE
+    FN(meeting_rows) meeting;
 #endif
     rmask apart;         /* the lanes in which rows are eliminated link by link */
     int together;        /* some other lane needs the factors */
     FN(factors) factors;
 } FN(solver);
+
+/* Eliminate the rows link by link. */
+MECHC_INLINE void FN(eliminate_apart)(const real *tree, FN(solver) *f)
+{
+#if MECHC_CARRIED_CODE
+    if (MECHC_CARRIED > 0) FN(eliminate)(tree, &f->links);
+#endif
+#if MECHC_MOVING_CUTS_CODE
+    if (MECHC_MOVING_CUTS) FN(meet)(tree, &f->meeting);
+#endif
+    (void)tree, (void)f;
+}
+
+MECHC_INLINE void FN(follow_apart)(const real *tree, const FN(solver) *f, real *wrench, const real *values,
+                                   real *x)
+{
+#if MECHC_CARRIED_CODE
+    if (MECHC_CARRIED > 0) FN(follow_rows)(tree, &f->links, wrench, values, x);
+#endif
+#if MECHC_MOVING_CUTS_CODE
+    if (MECHC_MOVING_CUTS) FN(follow_meeting)(tree, &f->meeting, wrench, values, x);
+#endif
+    (void)tree, (void)f, (void)wrench, (void)values, (void)x;
+}
+
+/* The squared conditioning of the rows that are eliminated link by link. */
+MECHC_INLINE real FN(conditioning_apart)(const FN(solver) *f)
+{
+#if MECHC_CARRIED_CODE
+    if (MECHC_CARRIED > 0) return f->links.conditioning;
+#endif
+#if MECHC_MOVING_CUTS_CODE
+    if (MECHC_MOVING_CUTS) return f->meeting.conditioning;
+#endif
+    (void)f;
+    return R(0.0);
+}
 
 MECHC_ONCE void FN(factor_together)(const real *tree, real *jacobian, real *mass, real rank,
                                     FN(factors) *f)
@@ -40,13 +80,12 @@ MECHC_ONCE void FN(factor_together)(const real *tree, real *jacobian, real *mass
 MECHC_INLINE void FN(prepare_rows)(const real *tree, real *jacobian, real *mass, real rank,
                                    FN(solver) *f)
 {
-#if MECHC_WALKED_ROWS
-    FN(eliminate)(tree, &f->links);
-    const double safe = MECHC_MOVING_CUTS ? MECHC_SAFE_SQUARED : MECHC_SAFE;
-    f->apart = R_MASK(f->links.conditioning > safe) & R_MASK(rank >= (double)MECHC_NC);
-#else
     f->apart = R_MASK(R(0.0) > R(0.0));
-#endif
+    if (MECHC_WALKED_ROWS) {
+        const double safe = MECHC_MOVING_CUTS ? MECHC_SAFE_SQUARED : MECHC_SAFE;
+        FN(eliminate_apart)(tree, f);
+        f->apart = R_MASK(FN(conditioning_apart)(f) > safe) & R_MASK(rank >= (double)MECHC_NC);
+    }
     f->together = R_ANY(~f->apart);
     if (f->together) FN(factor_together)(tree, jacobian, mass, rank, &f->factors);
 }
@@ -55,11 +94,7 @@ MECHC_INLINE void FN(prepare_rows)(const real *tree, real *jacobian, real *mass,
 MECHC_INLINE real FN(conditioning_squared)(const FN(solver) *f)
 {
     const real together = f->together ? FN(least_singular_squared)(&f->factors, R(0.0)) : R(1.0);
-#if MECHC_WALKED_ROWS
-    return R_SELECT(f->apart, f->links.conditioning, together);
-#else
-    return together;
-#endif
+    return MECHC_WALKED_ROWS ? R_SELECT(f->apart, FN(conditioning_apart)(f), together) : together;
 }
 
 /* The x nearest to M^-1 forcing, in the metric of M, on which the rows take the values given; the
@@ -74,15 +109,13 @@ MECHC_ONCE void FN(solve_together)(const FN(factors) *f, const real *jacobian, c
 MECHC_ONCE void FN(solve_motion)(const real *tree, const FN(solver) *f, real *wrench,
                                  const real *gamma, real *x, real *lambda)
 {
-    real copy[MECHC_LINKS_MAX * MECHC_DIM], forcing[MECHC_NU_MAX], other[MECHC_NU_MAX];
+    real copy[MECHC_LINKS_MAX * MECHC_DIM_MAX], forcing[MECHC_NU_MAX], other[MECHC_NU_MAX];
     const int together = f->together || lambda;
     if (together) {
         for (int i = 0; i < MECHC_LINKS * MECHC_DIM; i++) copy[i] = wrench[i];
         FN(along_speeds)(tree, copy, forcing);
     }
-#if MECHC_WALKED_ROWS
-    if (R_ANY(f->apart)) FN(follow_rows)(tree, &f->links, wrench, gamma, x);
-#endif
+    if (MECHC_WALKED_ROWS && R_ANY(f->apart)) FN(follow_apart)(tree, f, wrench, gamma, x);
     if (!together) return;
     real jacobian[MECHC_NC_MAX * MECHC_NU_MAX];
     if (lambda) FN(cut_rows)(tree, jacobian);
@@ -102,16 +135,12 @@ MECHC_ONCE void FN(least_step)(const real *tree, const FN(solver) *f, const real
                                real *step)
 {
     real other[MECHC_NU_MAX];
-#if MECHC_WALKED_ROWS
-    if (R_ANY(f->apart)) {
-        real none[MECHC_LINKS_MAX * MECHC_DIM];
+    for (int i = 0; !MECHC_WALKED_ROWS && i < MECHC_NU; i++) step[i] = R(0.0);
+    if (MECHC_WALKED_ROWS && R_ANY(f->apart)) {
+        real none[MECHC_LINKS_MAX * MECHC_DIM_MAX];
         for (int i = 0; i < MECHC_LINKS * MECHC_DIM; i++) none[i] = R(0.0);
-        FN(follow_rows)(tree, &f->links, none, values, step);
+        FN(follow_apart)(tree, f, none, values, step);
     }
-#else
-    (void)tree;
-    for (int i = 0; i < MECHC_NU; i++) step[i] = R(0.0);
-#endif
     if (!f->together) return;
     FN(least_change)(&f->factors, MECHC_NC, values, other);
     for (int i = 0; i < MECHC_NU; i++) step[i] = R_SELECT(f->apart, step[i], other[i]);

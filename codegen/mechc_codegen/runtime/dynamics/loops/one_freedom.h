@@ -19,7 +19,7 @@
 
 #ifndef MECHC_ONE_FREEDOM
 #define MECHC_ONE_FREEDOM \
-    (MECHC_LINKS == 0 && MECHC_NC > 0 && MECHC_NU == MECHC_NC + 1 && MECHC_NU <= 3)
+    (!MECHC_WALKED && MECHC_NC > 0 && MECHC_NU == MECHC_NC + 1 && MECHC_NU <= 3)
 #endif
 
 #if MECHC_ONE_FREEDOM

@@ -24,12 +24,12 @@
 #include "dynamics/linear.h"
 #include "dynamics/tree.h"
 
-#if MECHC_CARRIED > 0
+#if MECHC_CARRIED_CODE
 /* Results of the elimination, column by column. */
 typedef struct {
-    real momentum[MECHC_NU_MAX * MECHC_DIM]; /* U of each column */
+    real momentum[MECHC_NU_MAX * MECHC_DIM_MAX]; /* U of each column */
     real along[MECHC_NU_MAX], inverse[MECHC_NU_MAX]; /* D and 1 / D */
-    real share[MECHC_NU_MAX * MECHC_DIM];    /* b of the columns that eliminate a row */
+    real share[MECHC_NU_MAX * MECHC_DIM_MAX];    /* b of the columns that eliminate a row */
     real inverse_pivot[MECHC_NU_MAX];        /* 1 / (R S) of these */
     real factor[MECHC_AT_LEAST_ONE(MECHC_FACTORS_MAX)]; /* of that row in those after it */
     rmask swapped[MECHC_AT_LEAST_ONE(MECHC_FACTORS_MAX)];
@@ -43,7 +43,7 @@ MECHC_INLINE void FN(cut_wrenches)(const real *tree, real *rows)
         const real *point = tree + MECHC_AT_CUT + i * 3 * MECHC_ARM;
         const real *axis = point + 2 * MECHC_ARM;
         const int second = mechc_cut[2 * i] < 0, link = mechc_cut[2 * i + second];
-        real arm[MECHC_ARM], force[MECHC_DIM], *row = rows + mechc_cut_place[i] * MECHC_DIM;
+        real arm[MECHC_ARM_MAX], force[MECHC_DIM_MAX], *row = rows + mechc_cut_place[i] * MECHC_DIM;
         FN(arm_to)(tree, link, point + second * MECHC_ARM, arm);
         for (int j = 0; j < MECHC_DIM; j++) force[j] = row[j] = R(0.0);
         for (int j = 0; j < MECHC_ARM; j++)
@@ -79,7 +79,7 @@ MECHC_INLINE real FN(eliminate_row)(const real *axis, int column, int rows, real
 MECHC_INLINE void FN(constrain_speed)(const real *row, int column, FN(eliminated) *f, real *inertia)
 {
     const real *momentum = f->momentum + column * MECHC_DIM;
-    real *share = f->share + column * MECHC_DIM, free_part[MECHC_DIM];
+    real *share = f->share + column * MECHC_DIM, free_part[MECHC_DIM_MAX];
     for (int i = 0; i < MECHC_DIM; i++) {
         share[i] = row[i] * f->inverse_pivot[column];
         free_part[i] = share[i] - momentum[i] * f->inverse[column];
@@ -91,7 +91,7 @@ MECHC_INLINE void FN(constrain_speed)(const real *row, int column, FN(eliminated
 
 MECHC_ONCE void FN(eliminate)(const real *tree, FN(eliminated) *f)
 {
-    real inertias[MECHC_LINKS_MAX * MECHC_SQUARE], rows[MECHC_CARRIED_MAX * MECHC_DIM];
+    real inertias[MECHC_LINKS_MAX * MECHC_SQUARE_MAX], rows[MECHC_CARRIED_MAX * MECHC_DIM_MAX];
     real least = R(HUGE_VAL), most = R(0.0);
     FN(rigid_inertias)(tree, inertias);
     FN(cut_wrenches)(tree, rows);
@@ -142,7 +142,7 @@ MECHC_INLINE void FN(eliminate_value)(const FN(eliminated) *f, int column, int r
 MECHC_ONCE void FN(follow_rows)(const real *tree, const FN(eliminated) *f, real *wrench,
                                 const real *values, real *x)
 {
-    real left[MECHC_NU_MAX], value[MECHC_CARRIED_MAX], motion[MECHC_LINKS_MAX * MECHC_DIM];
+    real left[MECHC_NU_MAX], value[MECHC_CARRIED_MAX], motion[MECHC_LINKS_MAX * MECHC_DIM_MAX];
     for (int i = 0; i < MECHC_NC; i++) value[mechc_cut_place[i]] = values[i];
     for (int link = MECHC_LINKS - 1; link >= 0; link--) {
         real *own = wrench + link * MECHC_DIM;

@@ -2,16 +2,20 @@
  *
  * Of what another kind of scene has there is nothing; MECHC_KIND_... of the including compilation tell:
  * ROWS and LOOPS whether there are constraint rows, and some on the configuration, ONE_FREEDOM whether
- * closed forms serve (loops/one_freedom.h). */
+ * closed forms serve (loops/one_freedom.h), WALKED whether M and F follow from a tree's data (tree.h). */
 #ifndef MECHC_SCENE_SIZES
 #define MECHC_SCENE_SIZES
 #define MECHC_GENERAL 1
 #include "general/bounds.h"
 #include "general/counts.h"
 
-#define MECHC_NQ_MAX 16
-#define MECHC_SAVED_MAX 256
-#define MECHC_TURNS_MAX 32
+/* Of scenes that are walked, and of others. */
+#define MECHC_NQ_MAX (MECHC_KIND_WALKED ? 64 : 16)
+#define MECHC_SAVED_MAX (MECHC_KIND_WALKED ? 3072 : 256)
+#define MECHC_TURNS_MAX (MECHC_KIND_WALKED ? 64 : 32)
+#define MECHC_LINKS_MAX (MECHC_KIND_WALKED ? 64 : 0)
+#define MECHC_CARRIED_MAX (MECHC_KIND_WALKED ? 256 : 0)
+#define MECHC_FACTORS_MAX (MECHC_KIND_WALKED ? 256 : 0)
 #define MECHC_SWITCHES_MAX 16
 #define MECHC_FEATURES_MAX 16
 #define MECHC_KNOTTED_MAX 16
@@ -21,16 +25,16 @@
 #define MECHC_NU_MAX 3
 #define MECHC_NC_MAX 2
 #else
-#define MECHC_NU_MAX 16
+#define MECHC_NU_MAX (MECHC_KIND_WALKED ? 64 : 16)
 #if MECHC_KIND_ROWS
-#define MECHC_NC_MAX 16
+#define MECHC_NC_MAX (MECHC_KIND_WALKED ? 48 : 16)
 #else
 #define MECHC_NC_MAX 0
 #endif
 #endif
 #define MECHC_NH_MAX (MECHC_KIND_LOOPS ? MECHC_NC_MAX : 0)
 
-#define MECHC_TAPES_OF_SERIES (!MECHC_KIND_ROWS) /* which scenes without constraints may have */
+#define MECHC_TAPES_OF_SERIES (!MECHC_KIND_ROWS && !MECHC_KIND_WALKED) /* which scenes without constraints may have */
 #define MECHC_SERIES_MAX 256
 #define MECHC_SERIES_INTEGRATED_MAX 64
 #define MECHC_SERIES_KEPT_MAX 256
@@ -59,13 +63,24 @@
 #define MECHC_KINEMATICS_CODE 1
 #define MECHC_ONE_FREEDOM MECHC_KIND_ONE_FREEDOM
 #define MECHC_ROW_BLOCKS mechc_of_scene.row_blocks
-#define MECHC_BLOCKS_CODE (MECHC_KIND_ROWS && !MECHC_KIND_ONE_FREEDOM)
-#define MECHC_LINKS 0
-#define MECHC_PLANAR 0
-#define MECHC_CARRIED 0
-#define MECHC_FACTORS 0
-#define MECHC_MOVING_CUTS 0
-#define MECHC_ARTICULATED 0
+#define MECHC_BLOCKS_CODE (MECHC_KIND_ROWS && !MECHC_KIND_ONE_FREEDOM && !MECHC_KIND_WALKED)
+#define MECHC_WALKED MECHC_KIND_WALKED
+#define MECHC_LINKS mechc_of_scene.links
+#define MECHC_PLANAR mechc_of_scene.planar
+#define MECHC_CARRIED mechc_of_scene.carried
+#define MECHC_CARRIED_CODE (MECHC_KIND_WALKED && MECHC_KIND_ROWS)
+#define MECHC_FACTORS mechc_of_scene.factors
+#define MECHC_MOVING_CUTS mechc_of_scene.moving_cuts
+#define MECHC_MOVING_CUTS_CODE MECHC_CARRIED_CODE
+#define mechc_parent mechc_of_scene.parent /* tables of the scene */
+#define mechc_first_column mechc_of_scene.first_column
+#define mechc_column_speed mechc_of_scene.column_speed
+#define mechc_cut mechc_of_scene.cut
+#define mechc_first_row mechc_of_scene.first_row
+#define mechc_cut_place mechc_of_scene.cut_place
+#define mechc_handed_to mechc_of_scene.handed_to
+#define mechc_row_taken mechc_of_scene.row_taken
+#define mechc_first_factor mechc_of_scene.first_factor
 #define MECHC_LOCKSTEP mechc_of_scene.lockstep
 #define MECHC_LOCKSTEP_CODE 1
 #define MECHC_STATE_JACOBIAN 0 /* by tapes: see tape/unit.h */

@@ -68,6 +68,7 @@ MECHC_INLINE void FN(put_response)(const FN(place) *place, const real *responses
 #else
     real response[MECHC_ROOM(MECHC_NU_MAX, MECHC_NX_MAX + MECHC_NB_MAX)];
     (void)responses;
+    response[0] = R(0.0); /* of no speed */
     FN(respond_with)(place, residual, columns, 0, response);
     FN(put_columns)(response, MECHC_NU, columns, to);
 #endif

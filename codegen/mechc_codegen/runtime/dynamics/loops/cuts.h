@@ -90,6 +90,7 @@ MECHC_INLINE real FN(meeting_conditioning)(const FN(mass_factors) *f, real longe
 MECHC_ONCE void FN(meet)(const real *tree, FN(meeting_rows) *f)
 {
     real meeting[MECHC_NC_MAX * MECHC_NC_MAX], wrench[MECHC_LINKS_MAX * MECHC_DIM_MAX], longest = R(0.0);
+    meeting[0] = R(1.0); /* of no row */
     FN(articulate)(tree, &f->links);
     for (int i = 0; i < MECHC_NC; i++) {
         real *change = f->changes + i * MECHC_NU;

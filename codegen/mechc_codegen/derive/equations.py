@@ -6,8 +6,9 @@ are gone.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 from sympy import Expr, S, Symbol
@@ -80,6 +81,11 @@ class Output:
             size *= extent
         if size != len(self.elements) or len(self.labels) != size:
             raise ValueError(f"{self.name}: shape {self.shape} for {len(self.elements)} elements")
+
+    @cached_property
+    def symbols(self) -> Set[Symbol]:
+        """Every symbol in its elements."""
+        return {symbol for element in self.elements for symbol in element.free_symbols}
 
 
 @dataclass(frozen=True)

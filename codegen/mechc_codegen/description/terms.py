@@ -5,7 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
-from sympy import Expr, Function, Integer, MatrixBase, Max, Min, Symbol, SympifyError, sympify
+from sympy import (
+    Expr,
+    Function,
+    Integer,
+    Matrix,
+    MatrixBase,
+    Max,
+    Min,
+    Symbol,
+    SympifyError,
+    sympify,
+)
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody
 from sympy.physics.vector import Vector
@@ -67,8 +78,7 @@ def velocity_of(at: Point | ReferenceFrame, frame: ReferenceFrame) -> Vector:
 
 def vector_along(components: Iterable[Any], frame: ReferenceFrame) -> Vector:
     """The vector with these components along the axes of a frame."""
-    x, y, z = map(sympify, components)
-    return x * frame.x + y * frame.y + z * frame.z
+    return Vector([(Matrix([sympify(each) for each in components]), frame)])
 
 
 def entries_of(vector: Vector) -> Iterator[Expr]:

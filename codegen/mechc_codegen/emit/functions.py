@@ -75,10 +75,9 @@ class SceneFunctions:
         computed = set(targets_of(self.configuration))
         motion = self._slice(self.layout.motion)
         self.motion = [s for s in motion if computed.isdisjoint(s.targets)]
-        used = symbols_of(s.value for s in self.motion) | self._used_by(self.layout.motion)
+        used = symbols_of(self.motion) | self._used_by(self.layout.motion)
         self.saved = [s for s in targets_of(self.configuration) if s in used]
-        running = symbols_of(s.value for s in program.body)
-        running |= symbols_of(e for o in program.outputs for e in o.elements)
+        running = symbols_of((*program.body, *program.outputs))
         self.constants = [s for s in targets_of(program.hoisted) if s in running]
         self.rows = self.equations.holonomic + self.equations.nonholonomic
         self.blocks = scene_blocks(self.equations, self.layout, self.outputs)
@@ -135,8 +134,7 @@ class SceneFunctions:
     @property
     def rows_hold_inputs(self) -> bool:
         """Whether the constraints, or another part of the configuration, contain inputs."""
-        used = symbols_of(s.value for s in self.configuration)
-        used |= self._used_by(self.layout.configuration)
+        used = symbols_of(self.configuration) | self._used_by(self.layout.configuration)
         return self.rows > 0 and any(v.symbol in used for v in self.program.input_values())
 
     @property
@@ -186,7 +184,7 @@ class SceneFunctions:
         if output.name in (*RESIDUALS, *OWN, ADJOINT):
             return True
         statements = self._slice((output.name,))
-        used = self._used_by((output.name,)) | symbols_of(s.value for s in statements)
+        used = self._used_by((output.name,)) | symbols_of(statements)
         return not used.isdisjoint(self.program.symbols.motion)
 
     def defaults(self) -> Iterator[tuple[int, Expr | None, list[int]]]:
@@ -223,8 +221,7 @@ class SceneFunctions:
         return {s: named(array)[i] for array, members in arrays for i, s in enumerate(members)}
 
     def _used_by(self, names: Iterable[str]) -> set[Symbol]:
-        outputs = [self.outputs[n] for n in names if n in self.outputs]
-        return symbols_of(e for o in outputs for e in o.elements)
+        return symbols_of(self.outputs[n] for n in names if n in self.outputs)
 
     def _slice(self, names: Iterable[str]) -> list[Statement]:
         return slice_statements(self.program.body, self._used_by(names))

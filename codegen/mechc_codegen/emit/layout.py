@@ -33,9 +33,9 @@ ROWS = {"constraints": "gap", "constraint_jacobian": "jacobian", "velocity_bias"
 class FunctionLayout:
     """The outputs of each of the two functions, with the argument that each is written to.
 
-    ``tables``: whole numbers of the scene that the runtime reads; ``sizes``: their extents; ``solved``:
-    outputs that are functions of the runtime's, with their widths; ``kept``: numbers that the
-    configuration passes on besides the program's values; ``storage`` of the functions.
+    ``tables``: whole numbers of the scene that the runtime reads; ``sizes``: their extents;
+    ``solved``: outputs that are functions of the runtime's, with their widths; ``kept``: numbers
+    that the configuration passes on besides the program's values; ``storage`` of the functions.
     """
 
     configuration: Mapping[str, str]

@@ -42,6 +42,7 @@ from mechc_codegen.ir.program import (
     equation_values,
     operations,
     slice_statements,
+    symbols_in,
     symbols_of,
 )
 
@@ -252,7 +253,7 @@ def _closing(parameters: Sequence[Parameter], lowered: Program, equations: Equat
     defaults = dict(zip(symbols, equations.parameter_defaults, strict=True))
     for _ in symbols:  # a default may follow one that follows another
         followed = (defaults[symbol] for symbol in symbols if symbol in needed)
-        needed |= symbols_of(value for value in followed if value is not None)
+        needed |= symbols_in(value for value in followed if value is not None)
     return [str(p.symbol) for s, p in zip(symbols, parameters, strict=True) if s in needed]
 
 
@@ -292,9 +293,8 @@ def _inputs(mechanism: Mechanism, functions: SceneFunctions) -> dict[str, Any]:
 
 def _used(program: Program, names: Iterable[str]) -> set[Symbol]:
     """Every symbol that the outputs depend on."""
-    elements = [e for o in program.outputs if o.name in names for e in o.elements]
-    needed = symbols_of(elements)
-    return needed | symbols_of(s.value for s in slice_statements(program.body, needed))
+    needed = symbols_of(o for o in program.outputs if o.name in names)
+    return needed | symbols_of(slice_statements(program.body, needed))
 
 
 def _solved_shapes(
@@ -457,5 +457,6 @@ def _loads(mechanism: Mechanism, request: OutputRequest) -> dict[str, int]:
 
 
 def _cost(program: Program, outputs: Iterable[Output]) -> int:
+    outputs = list(outputs)
     elements = [element for output in outputs for element in output.elements]
-    return operations(slice_statements(program.body, symbols_of(elements)), elements)
+    return operations(slice_statements(program.body, symbols_of(outputs)), elements)

@@ -21,6 +21,7 @@ from mechc_codegen.ir.program import (
     Assign,
     Program,
     slice_statements,
+    symbols_in,
     symbols_of,
 )
 from mechc_codegen.ir.sensitivity import residual, sizes_of, with_statements
@@ -58,11 +59,11 @@ class _Reverse:
 
     def derivatives(self, values: Sequence[Expr], weights: Sequence[Symbol]) -> tuple[Expr, ...]:
         """Derivatives of sum_k weights[k] values[k] by all given symbols."""
-        body = slice_statements(self.program.body, symbols_of(values))
-        used = symbols_of(values) | symbols_of(s.value for s in body)
+        body = slice_statements(self.program.body, symbols_in(values))
+        used = symbols_in(values) | symbols_of(body)
         order = [*slice_statements(self.program.hoisted, used), *body]
         for statement in order:
-            if statement.value.free_symbols & self._followed:
+            if statement.symbols & self._followed:
                 self._followed.update(statement.targets)
         for value, weight in zip(values, weights, strict=True):
             self._hand_on(value, weight)

@@ -8,8 +8,9 @@ once, before it is used, and hoisted statements use parameters only.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence, Set
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 from sympy import Expr, Symbol
@@ -33,6 +34,12 @@ class Assign:
     def targets(self) -> tuple[Symbol, ...]:
         return (self.target,)
 
+    @cached_property
+    def symbols(self) -> Set[Symbol]:
+        """Every symbol in the value."""
+        found: set[Symbol] = self.value.free_symbols
+        return found
+
     def __str__(self) -> str:
         return f"{self.target} = {self.value}"
 
@@ -48,6 +55,12 @@ class SineCosine:
     @property
     def targets(self) -> tuple[Symbol, ...]:
         return (self.sine, self.cosine)
+
+    @cached_property
+    def symbols(self) -> Set[Symbol]:
+        """Every symbol in the value."""
+        found: set[Symbol] = self.value.free_symbols
+        return found
 
     def __str__(self) -> str:
         return f"{self.sine}, {self.cosine} = sincos({self.value})"
@@ -186,8 +199,7 @@ class Program:
         """The values of inputs that a run must be given, in the order of arrays."""
         if not self.symbols.inputs:
             return []
-        used = symbols_of(s.value for s in self.body)
-        used |= symbols_of(e for o in self.outputs for e in o.elements)
+        used = symbols_of((*self.body, *self.outputs))
         return [
             InputValue(symbol, number, order)
             for number, chain in enumerate(self.symbols.inputs)
@@ -206,8 +218,7 @@ class Program:
         for statement in self.body:
             _check_statement(statement, known)
         for output in self.outputs:
-            for element in output.elements:
-                _check_known(output.name, element, known)
+            _check_known(output.name, output.symbols, known)
         return self
 
 
@@ -224,21 +235,26 @@ def slice_statements(statements: Iterable[Statement], needed: set[Symbol]) -> li
     for statement in reversed(list(statements)):
         if wanted.intersection(statement.targets):
             kept.append(statement)
-            wanted |= statement.value.free_symbols
+            wanted |= statement.symbols
     return kept[::-1]
 
 
 def equation_values(program: Program, own: Collection[str]) -> Iterator[Expr]:
     """Every expression of the equations, of the statements that they need first; ``own``: the
     user-defined outputs, which are none of them."""
-    elements = [e for o in program.outputs if o.name not in own for e in o.elements]
-    yield from (s.value for s in slice_statements(program.body, symbols_of(elements)))
-    yield from elements
+    outputs = [o for o in program.outputs if o.name not in own]
+    yield from (s.value for s in slice_statements(program.body, symbols_of(outputs)))
+    yield from (element for output in outputs for element in output.elements)
 
 
-def symbols_of(elements: Iterable[Expr]) -> set[Symbol]:
+def symbols_of(parts: Iterable[Statement | Output]) -> set[Symbol]:
+    """Every symbol in the values of statements and in the elements of outputs."""
+    return set[Symbol]().union(*(part.symbols for part in parts))
+
+
+def symbols_in(expressions: Iterable[Expr]) -> set[Symbol]:
     """Every symbol in the expressions."""
-    return {symbol for element in elements for symbol in element.free_symbols}
+    return {symbol for expression in expressions for symbol in expression.free_symbols}
 
 
 def targets_of(statements: Iterable[Statement]) -> Iterator[Symbol]:
@@ -254,7 +270,7 @@ def in_order_of_use(statements: Sequence[Statement]) -> Iterator[Statement]:
     for statement in statements:
         stack = [statement]
         while stack:
-            used = stack[-1].value.free_symbols
+            used = stack[-1].symbols
             missing = [x for x in used if x in by_target and x not in placed]
             if missing:
                 stack.append(by_target[min(missing, key=str)])
@@ -266,13 +282,13 @@ def in_order_of_use(statements: Sequence[Statement]) -> Iterator[Statement]:
 
 
 def _check_statement(statement: Statement, known: set[Symbol]) -> None:
-    _check_known(str(statement.targets[0]), statement.value, known)
+    _check_known(statement.targets[0], statement.symbols, known)
     if known.intersection(statement.targets):
         raise InternalError(f"{statement.targets} is assigned twice")
     known.update(statement.targets)
 
 
-def _check_known(place: str, value: Expr, known: set[Symbol]) -> None:
-    unknown = value.free_symbols - known
+def _check_known(place: Symbol | str, used: Set[Symbol], known: set[Symbol]) -> None:
+    unknown = used - known
     if unknown:
         raise InternalError(f"{place} uses {sorted(map(str, unknown))} before assignment")

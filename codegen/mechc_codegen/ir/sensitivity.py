@@ -25,6 +25,7 @@ from mechc_codegen.ir.program import (
     Statement,
     in_order_of_use,
     slice_statements,
+    symbols_in,
     symbols_of,
 )
 
@@ -174,9 +175,9 @@ class _Forward:
 
     def _reach(self, values: Iterable[Expr]) -> None:
         """Gradients of every statement that the values depend on."""
-        needed = symbols_of(values)
+        needed = symbols_in(values)
         body = slice_statements(self.program.body, needed)
-        hoisted = slice_statements(self.program.hoisted, needed | symbols_of(s.value for s in body))
+        hoisted = slice_statements(self.program.hoisted, needed | symbols_of(body))
         for statement in (*hoisted, *body):
             if statement.targets[0] not in self._done:
                 self._done.update(statement.targets)
@@ -241,7 +242,7 @@ def with_statements(program: Program, added: Sequence[Statement]) -> Program:
     parameters = {*program.symbols.parameters, *(x for s in program.hoisted for x in s.targets)}
     fixed, running = list[Statement](program.hoisted), list[Statement](program.body)
     for statement in in_order_of_use(added):
-        if statement.value.free_symbols <= parameters:
+        if statement.symbols <= parameters:
             fixed.append(statement)
             parameters.update(statement.targets)
         else:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import chain
 
 from mechc_codegen.derive.equations import Equations
 from mechc_codegen.ir.momenta import fewest, in_momenta
@@ -18,7 +19,7 @@ from mechc_codegen.ir.program import (
     Program,
     Series,
     slice_statements,
-    symbols_of,
+    symbols_in,
     targets_of,
 )
 from mechc_codegen.ir.recurrences import NotAnalyticError, Recurrences
@@ -49,7 +50,7 @@ def _read(program: Program, names: Sequence[str]) -> Series:
     for state in (*symbols.q, *symbols.u):
         made.known[state] = made.add("state", value=state)
     made.known[symbols.time] = made.add("time", value=symbols.time)
-    made.read(slice_statements(program.body, symbols_of(e for each in elements for e in each)))
+    made.read(slice_statements(program.body, symbols_in(chain.from_iterable(elements))))
     mass, forcing, *own = (tuple(made.of(e) for e in each) for each in elements)
     rates = own[0] if own else ()
     integrals = () if rates else made.integrals(len(symbols.q))

@@ -7,7 +7,7 @@ before it in one step, in which the constant rotations are multiplied out.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from math import hypot
 from textwrap import shorten
@@ -15,7 +15,7 @@ from typing import Any
 
 from sympy import Expr, S, Symbol, sympify
 from sympy.physics.mechanics import Point, ReferenceFrame, RigidBody, inertia
-from sympy.physics.vector import Vector
+from sympy.physics.vector import Dyadic, Vector
 
 from mechc_codegen.description.constraints import Contact
 from mechc_codegen.description.drawing import Drawing
@@ -337,8 +337,7 @@ class _MechanismBuilder:
             centre = part.point.locatenew(
                 f"{part.name} centre", vector_along(whole.centre, part.frame)
             )
-            (xx, xy, xz), (_, yy, yz), (*_, zz) = whole.about
-            central = inertia(part.frame, *map(sympify, (xx, yy, zz, xy, yz, xz)))
+            central = _dyadic(part.frame, whole.about)
             mass = sympify(whole.mass)
             part.body = RigidBody(part.name, centre, part.frame, mass, (central, centre))
             part.body.potential_energy = part.potential
@@ -462,6 +461,15 @@ def _direction(vector: V3) -> tuple[V3, float]:
         return DOWN, length
     x, y, z = (x / length for x in vector)
     return (x, y, z), length
+
+
+def _dyadic(frame: ReferenceFrame, rows: Sequence[Sequence[Any]]) -> Dyadic:
+    """The dyadic of a symmetric matrix, of which the upper half counts; in one step, since a sum
+    compares the texts of all terms."""
+    axes, half = (frame.x, frame.y, frame.z), enumerate(rows)
+    terms = {(i, j): sympify(row[j]) for i, row in half for j in range(i, 3)}
+    entries = [(terms[min(i, j), max(i, j)], i, j) for i in range(3) for j in range(3)]
+    return Dyadic([(value, axes[i], axes[j]) for value, i, j in entries if value != 0])
 
 
 def _side(name: str, part: _RigidGroup, place: Place) -> Side:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from sympy import Expr, S
 from sympy.physics.mechanics import Particle, ReferenceFrame, RigidBody
+from sympy.physics.vector import Dyadic, Vector
 
 from mechc_codegen.derive.tree.frames import NotATreeError
 from mechc_codegen.derive.tree.links import GROUND, Links, PointMotion
@@ -100,11 +101,27 @@ class LinkBodies:
         if not is_rigid(body):
             return LinkBody(body.name, mass, centre, NOTHING)
         frame = frames.motion(body.frame)
-        given = body.central_inertia.to_matrix(body.frame).tolist()
-        rows = [local.entries(row) for row in given]
+        rows = [local.entries(row) for row in _entries(body.central_inertia, body.frame)]
         if not all(local.constant(row) for row in rows):
             raise NotATreeError(f"the inertia of {body.name} changes")
         half = [self.tape.transform(rows, axis) for axis in frame.rotation]
         turned = [[dot(axis, h) for h in half] for axis in frame.rotation]
         kept = self.tape.symmetric(lambda i, j: turned[i][j])
         return LinkBody(body.name, mass, self.links.turning(centre, frame), kept)
+
+
+def _entries(inertia: Dyadic, frame: ReferenceFrame) -> list[list[Expr]]:
+    """The entries along the axes of a frame; SymPy's own method takes each apart nine times."""
+    rows: list[list[Expr]] = [[S.Zero] * 3 for _ in range(3)]
+    for value, left, right in inertia.args:
+        for i, one in enumerate(_components(left, frame)):
+            for j, other in enumerate(_components(right, frame)):
+                if one != 0 and other != 0:
+                    rows[i][j] += value * one * other
+    return rows
+
+
+def _components(vector: Vector, frame: ReferenceFrame) -> Sequence[Expr]:
+    if len(vector.args) == 1 and vector.args[0][1] is frame:
+        return list(vector.args[0][0])
+    return list(vector.to_matrix(frame))

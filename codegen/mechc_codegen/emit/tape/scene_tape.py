@@ -35,7 +35,9 @@ COUNTS = (
 )
 OUTPUT, DEFAULT, COVECTOR = "solved", "default", "adjoint"
 _OF_STATES = ("plain", OUTPUT, DEFAULT, COVECTOR)
-PLAIN, SOLVED, RATES, MULTIPLIERS, JACOBIAN, OWN_JACOBIAN, OF_TREE = range(7)  # how outputs are evaluated
+PLAIN, SOLVED, RATES, MULTIPLIERS, JACOBIAN, OWN_JACOBIAN, OF_TREE = range(
+    7
+)  # how outputs are evaluated
 _BY_RUNTIME = {"rates": RATES, "multipliers": MULTIPLIERS}
 _BY_RUNTIME |= dict.fromkeys(JACOBIANS, JACOBIAN)
 _BY_RUNTIME |= {f"own_{name}": OWN_JACOBIAN for name in JACOBIANS}

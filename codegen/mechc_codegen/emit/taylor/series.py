@@ -29,7 +29,7 @@ from mechc_codegen.emit.expressions import (
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.printer import RealPrinter
 from mechc_codegen.emit.taylor.sums import Pair, are_few, arrange, sums_text
-from mechc_codegen.ir.program import Operation, Series, symbols_of
+from mechc_codegen.ir.program import Operation, Series, symbols_in
 
 Row = tuple[int, str]  # an operation's number, and "" or "j" where coefficient j is times j
 _HIDING = ("exp", "log", "quotient", "root", "power")
@@ -63,7 +63,7 @@ class SeriesWriter:
         self.nq, self.nu = len(symbols.q), len(symbols.u)
         self.needed = series.needed_operations
         held = [series.operations[n] for n in self.needed]
-        used = symbols_of(e for o in held for e in (o.value, *o.factors) if e is not None)
+        used = symbols_in(e for o in held for e in (o.value, *o.factors) if e is not None)
         arrays = ("p", symbols.parameters), ("k", functions.constants)
         places = [(s, named(a)[i]) for a, of in arrays for i, s in enumerate(of) if s in used]
         self.loads = [let(s.name, place) for s, place in places]

@@ -9,8 +9,8 @@ from mechc_codegen.ir.program import Program, slice_statements, symbols_of
 
 def drop(program: Program) -> Program:
     """Keep what the outputs depend on."""
-    needed = symbols_of(e for o in program.outputs for e in o.elements)
+    needed = symbols_of(program.outputs)
     body = slice_statements(program.body, needed)
-    from_body = needed | symbols_of(s.value for s in body)
+    from_body = needed | symbols_of(body)
     hoisted = slice_statements(program.hoisted, from_body)
     return replace(program, hoisted=tuple(hoisted), body=tuple(body))

@@ -27,17 +27,26 @@ class _Constants:
         self.parameters = parameters
         self.known: dict[Expr, Symbol] = {}
         self._fixed: dict[Basic, bool] = {}
+        self._named: dict[Basic, bool] = {}
 
     def statements(self) -> list[Assign]:
         return [Assign(symbol, value) for value, symbol in self.known.items()]
 
     def constant(self, value: Expr) -> Expr:
         """A symbol for a parameter-only value; parameters and numbers stand for themselves."""
-        if not value.args or not value.free_symbols:
+        if not value.args or not self.has_symbols(value):
             return value
         if -value in self.known:
             return -self.known[-value]
         return self.known.setdefault(value, Symbol(f"k{len(self.known)}", real=True))
+
+    def has_symbols(self, expression: Basic) -> bool:
+        """Whether an expression contains a symbol; results are stored."""
+        known = self._named.get(expression)
+        if known is None:
+            known = isinstance(expression, Symbol) or any(map(self.has_symbols, expression.args))
+            self._named[expression] = known
+        return known
 
     def is_fixed(self, expression: Basic) -> bool:
         """Whether an expression has no symbols except parameters; results are stored."""
@@ -56,6 +65,8 @@ class _Constants:
         if not isinstance(expression, (Add, Mul)):  # constants inside powers and functions
             return expression.func(*map(self.whole, expression.args))
         fixed = [a for a in expression.args if self.is_fixed(a)]
+        if not any(map(self.has_symbols, fixed)):  # numbers stand for themselves
+            return expression
         state = [a for a in expression.args if not self.is_fixed(a)]
         if isinstance(expression, Add):
             return Add(self.constant(Add(*fixed)), *state)
@@ -64,7 +75,7 @@ class _Constants:
 
     def whole(self, expression: Expr) -> Expr:
         """An expression that is parameter-only as a whole becomes one constant."""
-        known = self.is_fixed(expression) and expression.free_symbols
+        known = self.is_fixed(expression) and self.has_symbols(expression)
         return self.constant(expression) if known else expression
 
 

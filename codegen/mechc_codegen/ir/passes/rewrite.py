@@ -40,5 +40,8 @@ def with_common_named(
 def _rewrite_all(
     statements: Sequence[Statement], outputs: Sequence[Output], rewrite: Rewrite
 ) -> tuple[list[Statement], tuple[Output, ...]]:
-    kept = [replace(s, value=rewrite(s.value)) for s in statements]
+    kept = list[Statement]()
+    for statement in statements:
+        value = rewrite(statement.value)
+        kept.append(statement if value is statement.value else replace(statement, value=value))
     return kept, tuple(replace(o, elements=tuple(map(rewrite, o.elements))) for o in outputs)

@@ -38,7 +38,11 @@ from ..timing.processes import environment, module_command
 from ..timing.results import command_parser
 
 T_END, RTOL, MAX_STEPS = 20.0, 1e-8, 20_000
-SIZES: dict[str, dict[str, int]] = {"pendulum": {"links": 3}, "windows": {"count": 2}}
+SIZES: dict[str, dict[str, int]] = {
+    "pendulum": {"links": 3},
+    "planar_chain": {"links": 8},
+    "windows": {"count": 3},
+}
 METHODS = ("dopri5", "dop853", "gauss8", "radau5", "auto")
 USUAL, CLANG, WIDER, GENERAL = "-O3", "clang", "wider bounds", "general unit"
 BUILDS = (USUAL, "-O0", "2 lanes", "4 lanes", "8 lanes", CLANG, WIDER, GENERAL)

@@ -10,10 +10,12 @@ import time
 
 import numpy as np
 import pytest
+from mechc_codegen.library.catalogue import SHIPPED
 from sympy import Symbol
 from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
+from benchmarks.problems.window_row import window_row
 from mechc.compilation import build, cache, entries, parts, toolchain
 from mechc.compilation.library.catalogue import LIBRARY
 from mechc.compilation.parts import Pending
@@ -312,6 +314,24 @@ def test_without_a_compiler_a_robot_and_a_kane_object_run(fresh, monkeypatch):
     start = model.assemble({"q_0": 1.2}, params=params)
     assert model.simulate(0.1, start, params).status.ok
     assert np.any(model.linearize(start, params).A)
+
+
+@pytest.mark.parametrize(
+    "described",
+    [
+        lambda: SHIPPED["planar_chain"].build(links=8),
+        pytest.param(lambda: window_row(3), marks=pytest.mark.slow),
+    ],
+)
+def test_without_a_compiler_trees_that_are_walked_run(fresh, monkeypatch, described):
+    without_compiler(monkeypatch)
+    model = mechc.compile(described())
+    assert model.system.data["walked"]
+    start = model.assemble({"q_0": 1.2} if model.multipliers else None)
+    sol = model.simulate(0.3, start, rtol=1e-10)
+    assert np.ptp(sol["energy"]) < 1e-9
+    batch = model.simulate_batch(0.3, start[None], rtol=1e-10, progress=False)
+    np.testing.assert_allclose(batch.y[0], sol.y[-1], rtol=1e-9, atol=1e-9)
 
 
 def test_without_a_compiler_tables_and_stops_run_as_with_one(fresh, monkeypatch):

@@ -36,7 +36,7 @@ def kind_of(functions: SceneFunctions) -> str:
     """The name of a scene's kind, of :data:`KINDS`; empty: it has none."""
     equations, symbols = functions.equations, functions.program.symbols
     walked = equations.tree is not None
-    if not _fits(functions, walked):
+    if not _fits(functions, walked=walked):
         return ""
     rows, speeds = functions.rows, len(symbols.u)
     alone = not walked and rows > 0 and speeds == rows + 1 and speeds <= _MOST_SPEEDS_OF_ONE_FREEDOM
@@ -75,8 +75,8 @@ def _part(lanes: int, name: str, parts: str, series: Mapping[str, int] | None = 
     return template("general_unit.c.in").substitute(values, more=more)
 
 
-def _fits(functions: SceneFunctions, walked: bool) -> bool:
-    symbols, bounds = functions.program.symbols, _bounds(walked)
+def _fits(functions: SceneFunctions, *, walked: bool) -> bool:
+    symbols, bounds = functions.program.symbols, _bounds(walked=walked)
     counts = {
         "NQ": len(symbols.q),
         "NU": len(symbols.u),
@@ -97,7 +97,7 @@ def _fits(functions: SceneFunctions, walked: bool) -> bool:
 
 
 @lru_cache
-def _bounds(walked: bool) -> Mapping[str, int]:
+def _bounds(*, walked: bool) -> Mapping[str, int]:
     """The bounds of the general unit, from its headers; ``walked``: for scenes that are."""
     folder = files("mechc_codegen") / "runtime" / "general"
     text = "".join((folder / name).read_text("utf-8") for name in _BOUNDS)

@@ -40,7 +40,7 @@
     X(row, series->row) X(series_kept, series->kept) X(sums, series->sums) \
     X(series_rates, series->integrated) X(c, c->nu + c->nc + (c->identity_kinematics ? 0 : c->nq)) \
     X(tree_offset, c->links * arm) X(tree_subspace, c->nu * dim) X(tree_inertia, c->links * masses) \
-    X(tree_reference, c->links * arm) X(tree_cut, c->nc * 3 * arm) X(tree_saved, c->saved - of_tree) \
+    X(tree_reference, c->links * arm) X(tree_cut, c->nc * 3 * arm) X(tree_saved, c->saved - c->of_tree) \
     X(tree_bias, c->links * dim) X(tree_wrench, c->links * dim)
 
 /* X(function, its arrays: A(given) W(written), with or without the part that has them in front): those that the unit calls by themselves, then those of states,

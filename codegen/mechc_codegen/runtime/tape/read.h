@@ -32,7 +32,6 @@ typedef struct {
     mechc_counts *counts;
     mechc_series_counts *series;
     unsigned char slides[MECHC_NQ_MAX + MECHC_NU_MAX];
-    int of_tree; /* numbers that a configuration keeps of the tree */
 } mechc_tape_reader;
 
 /* Why the bytes are no scene for this unit, or NULL. */
@@ -98,7 +97,7 @@ static const char *mechc_read_counts(mechc_tape_reader *reader)
     const int arm = c->planar ? 2 : 3, columns = c->nu * (arm == 2 ? 3 : 6), masses = arm == 2 ? 4 : 10;
     const int kept = columns + c->links * (arm + masses) + (c->nc ? c->links * arm + c->nc * 3 * arm : 0);
     MECHC_TAPE_REQUIRE(!c->links || (c->nh == c->nc && kept <= c->saved), "its counts contradict each other");
-    reader->of_tree = c->links ? kept : 0;
+    c->of_tree = c->links ? kept : 0;
     MECHC_TAPE_REQUIRE(!c->own || !c->nc || c->multipliers, "its counts contradict each other");
     MECHC_TAPE_REQUIRE((!c->row_blocks || c->nc <= c->nu) && (!c->identity_kinematics || c->nq == c->nu),
                        "its counts contradict each other");
@@ -239,8 +238,8 @@ static const char *mechc_read_series(mechc_tape_reader *reader)
 /* The arrays of a function, with the number of elements of each, and whether it writes them. */
 enum { MECHC_TAPE_WRITTEN = 1 << 24 };
 
-static int mechc_tape_arrays(const mechc_counts *c, const mechc_series_counts *series, int of_tree, int function,
-                             int width, int sizes[MECHC_TAPE_MOST_ARRAYS])
+static int mechc_tape_arrays(const mechc_counts *c, const mechc_series_counts *series, int function, int width,
+                             int sizes[MECHC_TAPE_MOST_ARRAYS])
 {
     const int free = c->nu > c->nc ? c->nu - c->nc : 0;
     const int arm = c->planar ? 2 : 3, dim = c->planar ? 3 : 6, masses = c->planar ? 4 : 10;
@@ -357,12 +356,28 @@ static int mechc_tape_fits(const mechc_tape_reader *reader, int32_t tape, int fu
     if (one->first < 0 || one->count < 1 || one->registers < 0 || one->registers > MECHC_TAPE_MOST_REGISTERS
         || (size_t)one->first > operations || (size_t)one->count > operations - (size_t)one->first)
         return 0;
-    mechc_tape_arrays(reader->counts, reader->series, reader->of_tree, function, width, sizes);
+    mechc_tape_arrays(reader->counts, reader->series, function, width, sizes);
     mechc_tape_place place = {.sizes = sizes, .function = function, .registers = one->registers};
     const mechc_operation *o = (const mechc_operation *)s[MECHC_TAPE_OPERATIONS_OF_ALL].content + one->first;
     for (int32_t i = 0; i < one->count; i++)
         if (!mechc_is_sound(reader, o + i, &place)) return 0;
     return o[one->count - 1].operation == MECHC_TAPE_END;
+}
+
+/* Whether the unit calls this function of a scene with these counts. */
+static int mechc_tape_is_called(const mechc_counts *c, const mechc_series_counts *series, int function)
+{
+    switch (function) {
+    case MECHC_TAPE_OF_hoist: return 1;
+    case MECHC_TAPE_OF_configuration:
+    case MECHC_TAPE_OF_motion: return !c->links;
+    case MECHC_TAPE_OF_tree_configuration:
+    case MECHC_TAPE_OF_tree_motion: return c->links > 0;
+    case MECHC_TAPE_OF_series_start:
+    case MECHC_TAPE_OF_series_next: return series->row > 0;
+    case MECHC_TAPE_OF_series_solve: return series->row > 0 && series->momenta;
+    }
+    return c->row_blocks > 0;
 }
 
 /* The functions that the unit calls. */
@@ -375,12 +390,7 @@ static const char *mechc_read_called(mechc_tape_reader *reader, mechc_tapes *tap
                        "its functions are not whole");
     tapes->called = (const int32_t *)s[MECHC_TAPE_CALLED_TAPES].content;
     for (int f = 0; f < MECHC_TAPE_OF_plain; f++) {
-        const int of_series = f >= MECHC_TAPE_OF_series_start;
-        const int of_tree = f == MECHC_TAPE_OF_tree_configuration || f == MECHC_TAPE_OF_tree_motion;
-        const int written_out = f == MECHC_TAPE_OF_configuration || f == MECHC_TAPE_OF_motion;
-        if (of_tree ? !c->links : written_out && c->links) continue;
-        if (of_series ? !reader->series->row : f >= MECHC_TAPE_OF_factor_blocks && !c->row_blocks) continue;
-        if (f == MECHC_TAPE_OF_series_solve && !reader->series->momenta) continue;
+        if (!mechc_tape_is_called(c, reader->series, f)) continue;
         MECHC_TAPE_REQUIRE(mechc_tape_fits(reader, tapes->called[f], f, 0), "a function is not sound");
     }
     return NULL;

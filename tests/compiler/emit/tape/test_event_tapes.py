@@ -83,7 +83,7 @@ def test_a_sum_of_many_terms_has_a_tape():
 
 
 def test_a_function_that_is_too_long_is_refused():
-    states = [Symbol(f"y{k}", real=True) for k in range(2100)]
+    states = [Symbol(f"y{k}", real=True) for k in range(8200)]
     longest = sin(Add(*states)) + sin(Add(*(2 * y for y in states)))
     with pytest.raises(NoTapeError):
-        event_tapes([], [longest], 2100)
+        event_tapes([], [longest], 8200)

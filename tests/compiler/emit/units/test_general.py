@@ -9,6 +9,7 @@ from mechc_codegen.emit.units.instruction_sets import BASELINE
 from mechc_codegen.extension.flags import GENERAL_FLAGS, GENERAL_INCLUDES, STRICT
 from mechc_codegen.library.catalogue import SHIPPED
 
+from benchmarks.problems.window_row import window_row
 from mechc.compilation import toolchain
 from tests.support.compilers.compilation import checking
 
@@ -32,16 +33,17 @@ def test_a_kind_is_what_arrays_of_the_unit_are(mechanism, wanted):
 
 
 @pytest.mark.slow
-def test_a_tree_that_is_walked_has_a_unit_of_its_own():
-    assert not build_scene(SHIPPED["planar_chain"].build(links=20)).kind
+def test_trees_that_are_walked_have_kinds_of_their_own():
+    assert kind(SHIPPED["planar_chain"].build(links=20)) == "walked"
+    assert kind(window_row(4)) == "walked_loops"
 
 
 @pytest.mark.slow(cases=99)
 @pytest.mark.parametrize("bound", ["NQ", "NP", "NK", "TURNS"])
 def test_a_scene_beyond_a_bound_has_a_unit_of_its_own(monkeypatch, bound):
     assert kind(shipped_mechanism("four_bar"))
-    bounds = {**general._bounds(), bound: 2}
-    monkeypatch.setattr(general, "_bounds", lambda: bounds)
+    bounds = {**general._bounds(walked=False), bound: 2}
+    monkeypatch.setattr(general, "_bounds", lambda *, walked: bounds)
     assert not kind(shipped_mechanism("four_bar"))
 
 
@@ -51,7 +53,7 @@ def test_its_sources_compile_without_warnings(tmp_path, name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["open", "one_freedom"])
+@pytest.mark.parametrize("name", ["open", "one_freedom", "walked", "walked_loops"])
 def test_nor_are_there_any_where_they_are_optimised(tmp_path, name):
     compile_strictly(tmp_path, name, ["-c", "-o", str(tmp_path / "compiled.o")])
 

@@ -7,10 +7,11 @@ resolved.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 from mechc_codegen.errors import MechanismError
-from mechc_codegen.robots.robot import Robot, RobotJoint
+from mechc_codegen.robots.robot import Mimic, Robot, RobotJoint
 
 
 def resolve_graph(robot: Robot) -> Robot:
@@ -81,18 +82,28 @@ def _refuse_unreached(robot: Robot, root: str) -> None:
 
 
 def _resolve(robot: Robot, joints: dict[str, RobotJoint], joint: RobotJoint) -> RobotJoint:
-    """The joint, its mimic of a mimic resolved to the joint that moves by itself."""
-    mimic, seen = joint.mimic, {joint.name}
-    while mimic is not None:
+    """The joint, its mimic of mimics resolved to joints that move by themselves."""
+    if joint.mimic is None:
+        return joint
+
+    def ends(mimic: Mimic, seen: frozenset[str]) -> Iterator[Mimic]:
         words = f"{robot.name}: the joint {joint.name!r} mimics {mimic.joint!r}"
         if mimic.joint in seen:
             raise MechanismError(f"{words}, which leads back to itself")
         followed = joints.get(mimic.joint)
         if followed is None or not followed.row.unit:
             raise MechanismError(f"{words}, which is no joint with one coordinate")
-        seen.add(followed.name)
-        inner = followed.mimic
-        if inner is None:
-            return replace(joint, mimic=mimic)
-        mimic = mimic.of(inner)
-    return joint
+        if followed.mimic is None:
+            yield replace(mimic, beside=())
+            return
+        inner = followed.mimic.terms
+        if mimic.powers and len(inner) > 1:
+            raise MechanismError(f"{words} by a power, and that follows several joints")
+        for number, each in enumerate(inner):
+            outer = mimic if number == 0 else replace(mimic, offset=0)
+            yield from ends(outer.of(each), seen | {followed.name})
+
+    first, *others = (
+        end for each in joint.mimic.terms for end in ends(each, frozenset({joint.name}))
+    )
+    return replace(joint, mimic=replace(first, beside=tuple(others)))

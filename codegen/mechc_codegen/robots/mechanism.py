@@ -111,7 +111,7 @@ def _with_coordinate(robot: Robot) -> set[str]:
     """The joints to whose coordinate a motor, spring, damper, rotor or mimic refers."""
     parts = (*ACTING, "mimic", "stops")
     acting = {j.name for j in robot.joints if any(getattr(j, part) for part in parts)}
-    followed = {joint.mimic.joint for joint in robot.joints if joint.mimic}
+    followed = {each.joint for joint in robot.joints if joint.mimic for each in joint.mimic.terms}
     return acting | followed | {motor.joint for motor in robot.motors}
 
 
@@ -350,8 +350,9 @@ class _MechanismBuilder:
             joint, outer = moving.joint, moving.outer
             if id(outer) in heavy or not combine(outer.inertias).vanishes:
                 heavy |= {id(outer), id(moving.inner)}
-            own = joint.name if joint.mimic is None else joint.mimic.joint
-            moves[own] = moves[own] or id(outer) in heavy or joint.armature != 0
+            owns = [joint.name] if joint.mimic is None else [e.joint for e in joint.mimic.terms]
+            for own in owns:
+                moves[own] = moves[own] or id(outer) in heavy or joint.armature != 0
         massless = ", ".join(repr(name) for name, any_inertia in moves.items() if not any_inertia)
         if massless:
             raise MechanismError(

@@ -91,7 +91,9 @@ def motion_of(
     motion = _with_coordinates(joint) if joint.mimic is None else JointMotion()
     pairs = [(q.symbol, u.symbol) for q, u in zip(motion.coordinates, motion.speeds, strict=False)]
     if joint.mimic:
-        pairs = [_position_and_rate(joint.mimic, positions[joint.mimic.joint])]
+        parts = [_position_and_rate(each, positions[each.joint]) for each in joint.mimic.terms]
+        position, rate = (sum(each, S.Zero) for each in zip(*parts, strict=True))
+        pairs = [(position, rate)]
     if joint.row.unit:
         motion.position, motion.rate = pairs[0]
         x, y, z = joint.axis

@@ -59,13 +59,20 @@ class RobotLink:
 class Mimic:
     """A position that follows another joint: ``multiplier`` times its position plus ``offset``.
 
-    ``powers``: further coefficients, of its square, its third power, and so on.
+    ``powers``: further coefficients, of its square, its third power, and so on.  ``beside``: others
+    whose positions are added.
     """
 
     joint: str
     multiplier: Number = 1
     offset: Number = 0
     powers: tuple[Number, ...] = ()
+    beside: tuple[Mimic, ...] = ()
+
+    @property
+    def terms(self) -> tuple[Mimic, ...]:
+        """Itself and those beside it."""
+        return (self, *self.beside)
 
     @property
     def coefficients(self) -> tuple[Number, ...]:
@@ -73,7 +80,7 @@ class Mimic:
         return (self.offset, self.multiplier, *self.powers)
 
     def of(self, inner: Mimic) -> Mimic:
-        """The mimic of what the followed joint mimics."""
+        """The mimic of what the followed joint mimics, which is no sum."""
         offset, multiplier, *powers = substitute(self.coefficients, inner.coefficients)
         return Mimic(inner.joint, multiplier, offset, tuple(powers))
 

@@ -20,7 +20,7 @@ DEPENDENT = 10.0**-DIGITS
 
 def child_place(joint: RobotJoint) -> Place:
     """The place of the child on the parent where all coordinates are zero."""
-    moved = moved_to(joint, joint.mimic.offset if joint.mimic else 0)
+    moved = moved_to(joint, sum(e.offset for e in joint.mimic.terms) if joint.mimic else 0)
     return place_of(joint.origin).then(moved).then(place_of(joint.child_origin).inverse())
 
 

@@ -36,7 +36,7 @@ _TEXT = Schema(text=True)
 URDF: Mapping[str, Schema] = {
     "robot": Schema(
         "name",
-        "link* joint* constraint* loop_joint* drake:ball_constraint* gazebo*",
+        "link* joint* constraint* loop_joint* loop* coupling* drake:ball_constraint* gazebo*",
         # pictures; sensors; controllers, with the gears that they reckon with
         "@version material* sensor* transmission* ros2_control*",
     ),
@@ -48,7 +48,8 @@ URDF: Mapping[str, Schema] = {
         "name type",
         "parent child origin axis dynamics limit mimic",
         # of sensors; of controllers; that links keep their names where the joint is fixed
-        "calibration safety_controller @dont_collapse",
+        # a choice of coordinates
+        "calibration safety_controller @dont_collapse @independent",
     ),
     "origin": _POSE,
     "parent": _LINK,
@@ -65,6 +66,11 @@ URDF: Mapping[str, Schema] = {
     "parent_axis": _AXIS,
     "child_axis": _AXIS,
     "loop_joint": Schema("name type", "link1 link2 axis"),
+    "loop": Schema("name type", "predecessor successor axis"),
+    "coupling": Schema("", "predecessor successor ratio", "@name @type"),  # all are alike
+    "predecessor": Schema("link", "origin"),
+    "successor": Schema("link", "origin"),
+    "ratio": _VALUE,
     "link1": Schema("link xyz rpy"),
     "link2": Schema("link xyz rpy"),
     "drake:ball_constraint": Schema(

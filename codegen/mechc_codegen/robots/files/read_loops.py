@@ -4,6 +4,7 @@ URDF itself has none.  Read are
 
 - ``<constraint>``, proposed for URDF (ros/urdfdom#264);
 - ``<loop_joint>``, of Isaac Sim's importer, and of Drake until 2019;
+- ``<loop>`` and ``<coupling>``, of URDF+ (M. Chignoli, 2024; generalized_rbda);
 - ``<drake:ball_constraint>``, of Drake;
 - ``<joint>`` of SDFormat in ``<gazebo>``, as in Gazebo's tutorial of a four-bar linkage.
 
@@ -12,7 +13,7 @@ A joint whose child is that of another too needs no element of its own.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from xml.etree.ElementTree import Element
@@ -24,11 +25,12 @@ from mechc_codegen.robots.files.sdf_joints import KINDS as SDF_KINDS
 from mechc_codegen.robots.files.sdf_joints import FrameGraph, base_in, sdf_joint
 from mechc_codegen.robots.geometry import Place, across, place_of, pose_of, transpose
 from mechc_codegen.robots.graph import resolve_graph
-from mechc_codegen.robots.robot import V3, Pose, Robot, RobotJoint
+from mechc_codegen.robots.robot import V3, Mimic, Pose, Robot, RobotJoint
 from mechc_codegen.robots.spanning import spanning_tree
 
 KINDS = kinds_by("loops")
 ABOUT_AXIS = ("continuous", "cylindrical")
+ENDS = ("predecessor", "successor")  # of loops and couplings
 
 
 def with_loops(robot: Robot, path: Path, root: Element) -> Robot:
@@ -42,7 +44,10 @@ def with_loops(robot: Robot, path: Path, root: Element) -> Robot:
     joints = [
         *(_constraint(Part(path, "constraint", each)) for each in root.findall("constraint")),
         *(_loop_joint(Part(path, "loop_joint", each)) for each in root.findall("loop_joint")),
+        *(_loop(Part(path, "loop", each)) for each in root.findall("loop")),
     ]
+    couplings = [Part(path, "coupling", each) for each in root.findall("coupling")]
+    robot = replace(robot, joints=_coupled(robot.joints, couplings, root))
     for number, each in enumerate(root.findall("drake:ball_constraint")):
         name = f"ball_constraint_{number}"
         joints.append(_ball(Part(path, "drake:ball_constraint", each, name)))
@@ -88,6 +93,61 @@ def _constraint(part: Part) -> RobotJoint:
 def _loop_joint(part: Part) -> RobotJoint:
     parent, child = ((part.name_in(tag, "link"), _pose_in(part, tag)) for tag in ("link1", "link2"))
     return _closing_joint(part, _kind(part), parent, child, part.axis(part.child("axis")))
+
+
+def _loop(part: Part) -> RobotJoint:
+    parent, child = (
+        (part.name_in(tag, "link"), part.pose(part.child(tag)))
+        for tag in ("predecessor", "successor")
+    )
+    return _closing_joint(part, _kind(part), parent, child, part.axis(part.child("axis")))
+
+
+def _coupled(
+    joints: Sequence[RobotJoint], parts: Sequence[Part], root: Element
+) -> tuple[RobotJoint, ...]:
+    """The joints; one of each coupling follows the others.
+
+    It couples the sums of the positions on the ways from the last link that both have in common:
+    ``ratio`` times that of its predecessor is that of its successor.  The last joint that is not
+    ``independent`` follows, or the last of all.
+    """
+    leading, found = {j.child: j for j in joints if j.leads_on}, {j.name: j for j in joints}
+    moves = {e.get("name"): e.get("independent", "").lower() != "false" for e in root.iter("joint")}
+    for part in parts:
+        ratio = part.number(part.required("ratio"), "value", None)
+        ways = [
+            _way(part, part.name_in(tag, "link"), leading) for tag in ("predecessor", "successor")
+        ]
+        common = {joint.name for joint in ways[0]} & {joint.name for joint in ways[1]}
+        factors = {
+            joint.name: factor
+            for way, factor in zip(ways, (ratio, -1), strict=True)
+            for joint in way
+            if joint.name not in common and joint.kind != "fixed"
+        }
+        able = [name for name, factor in factors.items() if factor and not found[name].mimic]
+        if len(factors) < 2 or not able:
+            part.refuse("couples no two joints, or only such as follow others already")
+        for name in factors:
+            if not found[name].row.unit:
+                part.refuse(f"is of the joint {name!r}, which has not one coordinate")
+        follower = ([name for name in able if not moves[name]] or able)[-1]
+        terms = [Mimic(n, -f / factors[follower]) for n, f in factors.items() if n != follower]
+        mimic = replace(terms[0], beside=tuple(terms[1:]))
+        found[follower] = replace(found[follower], mimic=mimic)
+    return tuple(found.values())
+
+
+def _way(part: Part, link: str, leading: Mapping[str, RobotJoint]) -> list[RobotJoint]:
+    """The joints from the root to a link."""
+    way = list[RobotJoint]()
+    while link in leading and len(way) <= len(leading):
+        way.append(leading[link])
+        link = way[-1].parent
+    if not way or link in leading:
+        part.refuse(f"has the link {link!r}, to which no joint leads from the root")
+    return way[::-1]
 
 
 def _ball(part: Part) -> RobotJoint:

@@ -29,6 +29,9 @@ URDF_FILE = f"""<robot name="arm" xmlns:drake="https://drake.mit.edu"><link name
 <parent_axis xyz="0 1 0"/><child_axis xyz="1 0 0"/></constraint>
 <loop_joint name="E" type="revolute"><link1 link="a" {AT}/>
 <link2 link="c" {AT}/><axis xyz="0 1 0"/></loop_joint>
+<loop name="G" type="revolute"><predecessor link="a"><origin {AT}/></predecessor>
+<successor link="c"><origin {AT}/></successor><axis xyz="0 1 0"/></loop>
+<coupling name="H"><predecessor link="b"/><successor link="c"/><ratio value="2"/></coupling>
 <drake:ball_constraint name="F"><drake:ball_constraint_body_A name="a"/>
 <drake:ball_constraint_body_B name="c"/><drake:ball_constraint_p_AP value="1 2 3"/>
 <drake:ball_constraint_p_BQ value="1 2 3"/></drake:ball_constraint>

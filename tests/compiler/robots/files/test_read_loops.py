@@ -1,6 +1,8 @@
 """Each form in which files close a loop is the same linkage, and what is not read is named."""
 
+import numpy as np
 import pytest
+from mechc_codegen.errors import MechanismError
 from mechc_codegen.robots.files.read_urdf import read_robot
 from mechc_codegen.robots.geometry import place_of
 from mechc_codegen.robots.graph import resolve_graph
@@ -30,6 +32,9 @@ LOOPS = {
     f'<link2 link="b" xyz="{ON_COUPLER}"/><axis xyz="0 1 0"/></loop_joint>',
     "gazebo": '<gazebo><joint name="C" type="revolute"><parent>c</parent><child>b</child>'
     f"<pose>{ON_COUPLER} 0 0 0</pose><axis><xyz>0 1 0</xyz></axis></joint></gazebo>",
+    "URDF+": f'<loop name="C" type="revolute"><predecessor link="c"><origin xyz="{ON_ROCKER}"/>'
+    f'</predecessor><successor link="b"><origin xyz="{ON_COUPLER}"/></successor>'
+    '<axis xyz="0 1 0"/></loop>',
     "drake": '<drake:ball_constraint><drake:ball_constraint_body_A name="c"/>'
     f'<drake:ball_constraint_body_B name="b"/><drake:ball_constraint_p_AP value="{ON_ROCKER}"/>'
     f'<drake:ball_constraint_p_BQ value="{ON_COUPLER}"/></drake:ball_constraint>',
@@ -107,3 +112,79 @@ def test_errors_name_the_element(what, tmp_path):
     with pytest.raises(mechc.MechanismError) as caught:
         resolve_graph(read(tmp_path, LOOPS[form].replace(old, new)))
     assert words in str(caught.value)
+
+
+CHAINS = f"""<robot name="chains"><link name="g"/>
+{"".join(f'<link name="{name}">{MASS}</link>' for name in ("a", "b", "c", "d"))}
+{
+    "".join(
+        f'<joint name="{name.upper()}" type="continuous"><parent link="{parent}"/>'
+        f'<child link="{name}"/><origin xyz="0 {y} 0.7"/><axis xyz="{axis}"/></joint>'
+        for name, parent, y, axis in (
+            ("a", "g", 0, "1 0 0"),
+            ("b", "a", 0.3, "0 1 0"),
+            ("c", "a", -0.4, "1 0 0"),
+            ("d", "c", 0.5, "0 0 1"),
+        )
+    )
+}{{}}</robot>"""
+COUPLING = (
+    '<coupling name="K"><predecessor link="{}"/><successor link="{}"/><ratio value="{}"/>'
+    "</coupling>"
+)
+
+
+def chains(folder, added):
+    path = folder / "chains.urdf"
+    path.write_text(CHAINS.format(added))
+    return mechc.from_urdf(path)
+
+
+def test_a_coupling_of_two_joints_is_a_mimic(tmp_path):
+    follower = '<child link="c"/>'
+    mimic = CHAINS.replace(follower, f'{follower}<mimic joint="B" multiplier="2.5"/>')
+    (tmp_path / "mimic.urdf").write_text(mimic.format(""))
+    wanted = mechc.compile(mechc.from_urdf(tmp_path / "mimic.urdf"))
+    model = mechc.compile(chains(tmp_path, COUPLING.format("b", "c", 2.5)))
+    state = np.linspace(0.3, 1.2, 6)
+    assert model.coordinates == wanted.coordinates == ("q_A", "q_B", "q_D")
+    np.testing.assert_allclose(model.rhs(0.0, state), wanted.rhs(0.0, state), rtol=1e-12)
+
+
+def test_a_coupling_holds_sums_along_two_ways(tmp_path):
+    """b = (c + d) / 2 without the joint that both ways have: M and F are those of the free chains
+    along the directions that it leaves."""
+    free = mechc.compile(chains(tmp_path, ""))
+    model = mechc.compile(chains(tmp_path, COUPLING.format("b", "d", 2)))
+    assert model.coordinates == ("q_A", "q_B", "q_C")
+    directions = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 2, -1]], float)
+    q, u = np.array([0.4, -0.3, 0.8]), np.array([1.1, 0.7, -0.6])
+    state = np.concatenate([directions @ q, directions @ u])
+    mass = directions.T @ free.mass_matrix(state) @ directions
+    wanted = np.linalg.solve(mass, directions.T @ free.forcing(state))
+    found = model.rhs(0.0, np.concatenate([q, u]))[3:]
+    np.testing.assert_allclose(found, wanted, rtol=1e-12)
+
+
+def test_the_joint_that_is_not_independent_follows(tmp_path):
+    added = COUPLING.format("b", "d", 2)
+    text = CHAINS.replace('name="B"', 'name="B" independent="False"').format(added)
+    (tmp_path / "chains.urdf").write_text(text)
+    mechanism = mechc.from_urdf(tmp_path / "chains.urdf")
+    assert mechc.compile(mechanism).coordinates == ("q_A", "q_C", "q_D")
+
+
+@pytest.mark.parametrize(
+    ("added", "why"),
+    [
+        (COUPLING.format("a", "nowhere", 1), "no joint leads from the root"),
+        (COUPLING.format("a", "a", 1), "couples no two joints"),
+        (COUPLING.format("c", "d", 1), "couples no two joints"),  # c is on the way to d
+        (COUPLING.format("b", "c", 1) + COUPLING.format("c", "b", 2), "leads back to itself"),
+        (COUPLING.format("b", "d", "x"), "ratio|value"),
+        (COUPLING.replace("<ratio", "<rate").format("b", "d", 1), "lacks <ratio>"),
+    ],
+)
+def test_couplings_that_say_nothing_are_refused(tmp_path, added, why):
+    with pytest.raises(MechanismError, match=why):
+        chains(tmp_path, added)

@@ -70,8 +70,7 @@ def test_errors_name_the_link_or_joint(part, tmp_path):
 
 
 UNKNOWN = {
-    "<loop> in <robot> of arm": ("</robot>", '<loop name="l" type="revolute"/></robot>'),
-    "<coupling> in <robot> of arm": ("</robot>", '<coupling joint1="j"/></robot>'),
+    "<tendon> in <robot> of arm": ("</robot>", '<tendon name="t"/></robot>'),
     "<drake:joint> in <robot> of arm": ("</robot>", '<drake:joint name="w"/></robot>'),
     "<orgin> in <joint> of j": ("<axis", '<orgin xyz="0 0 1"/><axis'),
     "armature=... in <limit> of j": ("upper", 'armature="2" upper'),

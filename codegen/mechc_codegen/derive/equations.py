@@ -92,7 +92,8 @@ class Output:
 class Tree:
     """Links, each a child of an earlier one (or of the ground, -1), with the speeds that move them.
 
-    ``columns``: for each link the indices of the speeds of its motion relative to its parent;
+    ``columns``: for each link the indices of the speeds of its motion relative to its parent, of
+    which one may move several links (``shared``);
     vectors of motion are angular then linear, (x, y, z) each, or (z; x, y) where ``planar``.
     ``cuts``: the two links that each constraint connects.
     """
@@ -101,6 +102,12 @@ class Tree:
     columns: tuple[tuple[int, ...], ...]
     planar: bool
     cuts: tuple[tuple[int, int], ...] = ()
+
+    @property
+    def shared(self) -> bool:
+        """Whether some speed moves several links, as in joints that mimic others."""
+        every = [speed for own in self.columns for speed in own]
+        return len(every) > len(set(every))
 
 
 @dataclass(frozen=True)

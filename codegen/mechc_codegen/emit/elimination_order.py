@@ -32,8 +32,9 @@ class RowPlan:
 
 
 def plan_rows(tree: Tree) -> RowPlan | None:
-    """The plan, or None if a cut joins two moving links or too many rows meet in one link."""
-    if not tree.cuts or not all(min(ends) < 0 <= max(ends) for ends in tree.cuts):
+    """The plan, or None if a cut joins two moving links, too many rows meet in one link, or a speed
+    moves several links."""
+    if not tree.cuts or tree.shared or not all(min(ends) < 0 <= max(ends) for ends in tree.cuts):
         return None
     rows, left = _counts(tree)
     most = 3 if tree.planar else 6
@@ -57,7 +58,7 @@ def walks_moving_cuts(tree: Tree) -> bool:
     """Whether rows that have no plan take fewer operations by articulated bodies, a pass over the
     links for each (``dynamics/loops/cuts.h``), than by the orthogonal factors of all."""
     rows, speeds = len(tree.cuts), sum(map(len, tree.columns))
-    if not rows or rows >= speeds:
+    if not rows or rows >= speeds or tree.shared:
         return False
     size = 3 if tree.planar else 6
     links = len(tree.parents)

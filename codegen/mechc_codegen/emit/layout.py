@@ -63,14 +63,14 @@ def _written_out(present: Collection[str]) -> FunctionLayout:
     return FunctionLayout(
         {**ROWS, solved_with("mass_matrix"): "mass"},
         {solved_with("forcing"): "forcing", "gamma": "gamma"},
-        {"links": 0, "planar": 0, "carried": 0, "factors": 0, "moving_cuts": 0},
+        {"links": 0, "planar": 0, "columns": 0, "shared": 0, "carried": 0, "factors": 0, "moving_cuts": 0},
     )
 
 
 def _tree_layout(equations: Equations, tree: Tree) -> FunctionLayout:
     columns = [speed for own in tree.columns for speed in own]
     first = [0, *accumulate(len(own) for own in tree.columns)]
-    size, rows = len(columns), len(tree.cuts)
+    size, rows = len(equations.symbols.u), len(tree.cuts)
     kept = [name for name in TREE if name in equations.outputs]
     plan = plan_rows(tree)
     solved = [("mass_matrix", size**2), ("forcing", size)]
@@ -102,6 +102,8 @@ def _tree_layout(equations: Equations, tree: Tree) -> FunctionLayout:
             "planar": int(tree.planar),
             "carried": plan.first[-1] if plan else 0,
             "factors": plan.first_factor[-1] if plan else 0,
+            "columns": len(columns),
+            "shared": int(tree.shared),
             "moving_cuts": int(plan is None and walks_moving_cuts(tree)),
         },
         "tree_",

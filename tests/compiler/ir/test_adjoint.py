@@ -11,7 +11,7 @@ import pytest
 from mechc_codegen.compiler import Stopwatch, optimised_scene
 from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.ir.adjoint import NAME
-from mechc_codegen.ir.program import Program, operations, slice_statements, symbols_of
+from mechc_codegen.ir.program import Program, operations, slice_statements, symbols_in
 from mechc_codegen.ir.sensitivity import residual
 from mechc_codegen.library.chains.rods import planar_chain
 from mechc_codegen.library.chains.windows import windows
@@ -65,6 +65,6 @@ def test_they_cost_a_few_residuals_however_many_parameters() -> None:
     program = optimised_scene(SCENES["tree"](), REQUEST, Stopwatch()).functions.program
 
     def cost(elements: Any) -> int:
-        return operations(slice_statements(program.body, symbols_of(elements)), elements)
+        return operations(slice_statements(program.body, symbols_in(elements)), elements)
 
     assert cost(program.output(NAME).elements) < 5 * cost(residual(program))

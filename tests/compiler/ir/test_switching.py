@@ -9,7 +9,7 @@ import mpmath
 import pytest
 from mechc_codegen.compiler import Stopwatch, optimised_scene
 from mechc_codegen.description.request import OutputRequest
-from mechc_codegen.ir.program import SWITCHING, Program, slice_statements, symbols_of
+from mechc_codegen.ir.program import SWITCHING, Program, slice_statements, symbols_in
 from sympy import (
     Abs,
     Expr,
@@ -58,7 +58,7 @@ def found(load: Expr) -> list[float]:
     if not outputs:
         assert "switches" not in metadata
         return []
-    needed = slice_statements(program.body, symbols_of(outputs[0].elements))
+    needed = slice_statements(program.body, symbols_in(outputs[0].elements))
     alone = replace(program, body=tuple(needed), outputs=(outputs[0],))
     symbols = program.symbols
     known = dict(

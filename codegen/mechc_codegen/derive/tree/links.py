@@ -226,11 +226,6 @@ class LinkAccelerations:
         return angular, tape.total(at, tape.cross(carried, link.offset), *moving)
 
 
-def every_speed_has_its_link(links: list[Link], speeds: int) -> bool:
-    """Whether each speed moves exactly one link relative to its parent."""
-    owners = [k for link in links for k, c in link.columns.items() if not _still(c)]
-    return sorted(owners) == list(range(speeds))
-
-
-def _still(column: tuple[V3, V3]) -> bool:
-    return vanishes(column[0]) and vanishes(column[1])
+def moving_columns(link: Link) -> dict[int, tuple[V3, V3]]:
+    """The columns of the speeds that move a link relative to its parent."""
+    return {k: column for k, column in link.columns.items() if not all(map(vanishes, column))}

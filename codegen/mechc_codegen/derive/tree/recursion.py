@@ -19,7 +19,7 @@ from mechc_codegen.derive.joint_reactions import reaction_outputs, refuse_unknow
 from mechc_codegen.derive.state_symbols import StateSymbols, state_symbols
 from mechc_codegen.derive.tree.bodies import LinkBodies
 from mechc_codegen.derive.tree.frames import Frames, Local, NotATreeError
-from mechc_codegen.derive.tree.links import Link, LinkAccelerations, Links, every_speed_has_its_link
+from mechc_codegen.derive.tree.links import Link, LinkAccelerations, Links, moving_columns
 from mechc_codegen.derive.tree.mass_matrix import composite_equations
 from mechc_codegen.derive.tree.residual import CutRow, Residual
 from mechc_codegen.derive.tree.tape import V3, Tape, vanishes
@@ -28,6 +28,9 @@ from mechc_codegen.description.joints.tree import Body
 from mechc_codegen.description.mechanism import Mechanism, is_rigid, printed_name
 from mechc_codegen.description.placement import dot
 from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
+
+# Speeds, of which some move several links: with fewer M and F are faster written out (docs/urdf.md).
+LEAST_SHARED = 24
 
 
 def derive_tree(
@@ -39,8 +42,8 @@ def derive_tree(
     """Derive the equations link by link.
 
     M and F are written out, over statements that the links share, in place of the tree's data where
-    a speed moves several links; and with ``least_written``, which is the least number of links in a
-    row, in space, for which this is done; 0: always.
+    a speed moves no link, or one moves several and there are few; and with ``least_written``, which
+    is the least number of links in a row, in space, for which this is done; 0: always.
 
     Raises
     ------
@@ -87,8 +90,10 @@ class _TreeDerivation:
             refuse_unknown_reactions(mechanism)
             for joint in mechanism.joints:
                 self.links.motion(joint.child_point)
-        shared = not every_speed_has_its_link(self.links.links, len(self.symbols.u))
-        self.written = shared or least_written is not None
+        moving = [speed for link in self.links.links for speed in moving_columns(link)]
+        shared, speeds = len(moving) > len({*moving}), len(self.symbols.u)
+        self.written = len({*moving}) < speeds or least_written is not None
+        self.written |= shared and not self.cuts and speeds < LEAST_SHARED
         self._refuse_written(least_written)
 
     def equations(self) -> Equations:
@@ -128,7 +133,7 @@ class _TreeDerivation:
             if self.written
             else Tree(
                 tuple(link.parent for link in links),
-                tuple(tuple(link.columns) for link in links),
+                tuple(tuple(moving_columns(link)) for link in links),
                 planar,
                 tuple((cut.point.link, cut.target.link) for cut in self.cuts),
             ),
@@ -158,7 +163,7 @@ class _TreeDerivation:
 
     def _tree_outputs(self, links: Sequence[Link], planar: bool) -> list[Output]:
         numbers = range(len(links))
-        columns = [c for link in links for c in link.columns.values()]
+        columns = [c for link in links for c in moving_columns(link).values()]
         wrenches = [self.loaded.wrench(k) for k in numbers]
         return [
             _data_output(

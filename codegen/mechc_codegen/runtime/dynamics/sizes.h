@@ -39,7 +39,11 @@
 #define MECHC_CARRIED_CODE (MECHC_CARRIED > 0)
 #define MECHC_MOVING_CUTS_CODE MECHC_MOVING_CUTS
 #endif
-#define MECHC_ARTICULATED (MECHC_WALKED && MECHC_NC_MAX == 0)
+#ifndef MECHC_SHARED_CODE
+#define MECHC_SHARED_CODE MECHC_SHARED
+#endif
+#define MECHC_FREE_TREE (MECHC_WALKED && MECHC_NC_MAX == 0)
+#define MECHC_ARTICULATED (MECHC_FREE_TREE && (MECHC_GENERAL || !MECHC_SHARED_CODE))
 
 #ifndef MECHC_STATES
 #define MECHC_STATES 0 /* the number of coordinates, the last ones, that no displacement moves */

@@ -48,15 +48,16 @@ typedef struct {
     real ordinary_length, ordinary_sum; /* see ordinary_rows.h */
     real length;     /* see ordinary_rows.h */
     FN(solver) rows; /* every one of them: speeds and accelerations */
-#elif MECHC_WALKED
-    FN(articulated) factored;
 #else
+#if MECHC_ARTICULATED
+    FN(articulated) articulated;
+#endif
     FN(mass_factors) factored;
 #endif
     real gap[MECHC_AT_LEAST_ONE(MECHC_NH_MAX)];
     real jacobian[MECHC_AT_LEAST_ONE(MECHC_NC_MAX * MECHC_NU_MAX)];
     real bias[MECHC_AT_LEAST_ONE(MECHC_NC_MAX)];
-#if !MECHC_ARTICULATED
+#if !MECHC_ARTICULATED || MECHC_SHARED_CODE
     real mass[MECHC_NU_MAX * MECHC_NU_MAX];
 #endif
     real saved[MECHC_AT_LEAST_ONE(MECHC_SAVED_MAX)];
@@ -101,12 +102,20 @@ MECHC_OF_STAGE void FN(locate_near)(real t, const real *q, const FN(given) *give
     place->rank = given->k[MECHC_ROWS_THAT_COUNT];
     FN(give_ordinary)(given, place);
     FN(prepare)(place, least);
-#elif MECHC_ARTICULATED
-    (void)least;
-    place->bad = FN(articulate)(place->saved, &place->factored);
 #else
     (void)least;
+#if MECHC_ARTICULATED
+    if (!MECHC_SHARED) {
+        place->bad = FN(articulate)(place->saved, &place->articulated);
+        return;
+    }
+#endif
+#if MECHC_FREE_TREE && MECHC_SHARED_CODE
+    FN(composite_mass)(place->saved, place->mass);
+#endif
+#if !MECHC_ARTICULATED || MECHC_SHARED_CODE
     place->bad = FN(factor_mass)(place->mass, MECHC_NU, &place->factored);
+#endif
 #endif
 }
 
@@ -132,7 +141,7 @@ MECHC_INLINE int FN(find_massless)(FN(place) *place)
 #if MECHC_NC_MAX > 0 && MECHC_WALKED
     if (!place->rows.together) return place->bad;
 #endif
-#if !MECHC_ARTICULATED
+#if !MECHC_FREE_TREE
     for (int i = 0; place->bad < 0 && i < MECHC_NU; i++)
 #if MECHC_ONE_FREEDOM
         if (R_ANY(~R_MASK(place->mass[i * MECHC_NU + i] >= 0.0))) place->bad = i;
@@ -412,17 +421,22 @@ MECHC_OF_STAGE void FN(accelerate)(real t, const real *q, const real *u, const F
                                      place->length};
     FN(motion)(t, q, u, given, place->saved, forcing, gamma);
     FN(solve_motion)(&terms, &place->rows, accelerations, lambda);
-#elif MECHC_ARTICULATED
-    real none[1], bias[MECHC_LINKS_MAX * MECHC_DIM_MAX], wrench[MECHC_LINKS_MAX * MECHC_DIM_MAX];
-    (void)lambda;
-    FN(tree_motion)(t, q, u, given, place->saved + MECHC_AT_SAVED, bias, wrench, none);
-    FN(free_accelerations)(place->saved, &place->factored, bias, wrench, accelerations);
 #else
     real none[1];
     (void)lambda;
+#if MECHC_ARTICULATED
+    real bias[MECHC_LINKS_MAX * MECHC_DIM_MAX], wrench[MECHC_LINKS_MAX * MECHC_DIM_MAX];
+    if (!MECHC_SHARED) {
+        FN(tree_motion)(t, q, u, given, place->saved + MECHC_AT_SAVED, bias, wrench, none);
+        FN(free_accelerations)(place->saved, &place->articulated, bias, wrench, accelerations);
+        return;
+    }
+#endif
+#if !MECHC_ARTICULATED || MECHC_SHARED_CODE
     FN(motion)(t, q, u, given, place->saved, accelerations, none);
     FN(forward)(&place->factored, MECHC_NU, accelerations);
     FN(backward)(&place->factored, MECHC_NU, accelerations);
+#endif
 #endif
 }
 #endif

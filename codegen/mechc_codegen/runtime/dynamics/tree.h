@@ -31,7 +31,7 @@
 
 /* Where a link's data lie among what the configuration saves. */
 #define MECHC_AT_SUBSPACE (MECHC_LINKS * MECHC_ARM)
-#define MECHC_AT_INERTIA (MECHC_AT_SUBSPACE + MECHC_NU * MECHC_DIM)
+#define MECHC_AT_INERTIA (MECHC_AT_SUBSPACE + MECHC_COLUMNS * MECHC_DIM)
 #define MECHC_AT_REFERENCE (MECHC_AT_INERTIA + MECHC_LINKS * MECHC_MASSES)
 #if MECHC_NC_MAX > 0
 #define MECHC_AT_CUT (MECHC_AT_REFERENCE + MECHC_LINKS * MECHC_ARM)
@@ -174,8 +174,13 @@ MECHC_ONCE void FN(composite_mass)(const real *tree, real *mass)
                 for (int d = mechc_first_column[at]; d < mechc_first_column[at + 1]; d++) {
                     const int other = mechc_column_speed[d];
                     const real *axis = tree + MECHC_AT_SUBSPACE + d * MECHC_DIM;
-                    mass[speed * MECHC_NU + other] = FN(along_motion)(axis, wrench);
-                    mass[other * MECHC_NU + speed] = mass[speed * MECHC_NU + other];
+                    const real entry = FN(along_motion)(axis, wrench);
+                    if (!MECHC_SHARED) {
+                        mass[speed * MECHC_NU + other] = mass[other * MECHC_NU + speed] = entry;
+                    } else if (at < link || d <= c) { /* each pair of columns once, and as two of one speed twice */
+                        mass[speed * MECHC_NU + other] += entry;
+                        if (d != c) mass[other * MECHC_NU + speed] += entry;
+                    }
                 }
                 for (int i = 0; i < MECHC_DIM; i++) next[i] = R(0.0);
                 FN(add_wrench)(tree + at * MECHC_ARM, wrench, next);
@@ -215,10 +220,14 @@ MECHC_ONCE void FN(take_bias)(const real *tree, const real *bias, real *wrench)
 /* Generalised forces of the wrenches, which are overwritten. */
 MECHC_ONCE void FN(along_speeds)(const real *tree, real *wrench, real *forcing)
 {
+    for (int i = 0; MECHC_SHARED && i < MECHC_NU; i++) forcing[i] = R(0.0);
     for (int link = MECHC_LINKS - 1; link >= 0; link--) {
-        for (int c = mechc_first_column[link]; c < mechc_first_column[link + 1]; c++)
-            forcing[mechc_column_speed[c]] = FN(along_motion)(
-                tree + MECHC_AT_SUBSPACE + c * MECHC_DIM, wrench + link * MECHC_DIM);
+        for (int c = mechc_first_column[link]; c < mechc_first_column[link + 1]; c++) {
+            const real along = FN(along_motion)(tree + MECHC_AT_SUBSPACE + c * MECHC_DIM,
+                                                wrench + link * MECHC_DIM);
+            real *const own = forcing + mechc_column_speed[c];
+            *own = MECHC_SHARED ? *own + along : along;
+        }
         if (mechc_parent[link] >= 0)
             FN(add_wrench)(tree + link * MECHC_ARM, wrench + link * MECHC_DIM,
                            wrench + mechc_parent[link] * MECHC_DIM);

@@ -51,7 +51,7 @@ MECHC_STATIC void mechc_meet(mechc_integration *run, double t, const double *y, 
  * mass matrix is factored only here. */
 MECHC_RARE_ONCE int mechc_not_finite(const mechc_scalar_place *place, mechc_stats *stats)
 {
-#if MECHC_ARTICULATED
+#if MECHC_FREE_TREE
     for (int i = 0; i < MECHC_AT_SAVED; i++)
         if (!(fabs(place->saved[i]) < HUGE_VAL)) return MECHC_NOT_FINITE;
     stats->coordinate = place->bad;

@@ -39,7 +39,7 @@
     X(inverse, free) X(reaction, c->nu) X(lambda, c->nc) X(rates, c->nc) \
     X(row, series->row) X(series_kept, series->kept) X(sums, series->sums) \
     X(series_rates, series->integrated) X(c, c->nu + c->nc + (c->identity_kinematics ? 0 : c->nq)) \
-    X(tree_offset, c->links * arm) X(tree_subspace, c->nu * dim) X(tree_inertia, c->links * masses) \
+    X(tree_offset, c->links * arm) X(tree_subspace, c->columns * dim) X(tree_inertia, c->links * masses) \
     X(tree_reference, c->links * arm) X(tree_cut, c->nc * 3 * arm) X(tree_saved, c->saved - c->of_tree) \
     X(tree_bias, c->links * dim) X(tree_wrench, c->links * dim)
 

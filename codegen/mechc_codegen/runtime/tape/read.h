@@ -75,12 +75,12 @@ static const char *mechc_read_counts(mechc_tape_reader *reader)
     int *const counts[] = {&c->nq, &c->nu, &c->nh, &c->nc, &c->np, &c->nk, &c->saved, &c->turns, &c->ni,
                            &c->states, &c->switches, &c->features, &c->knotted, &c->multipliers, &c->lockstep,
                            &c->blocks_kept, &c->row_blocks, &c->identity_kinematics, &c->own,
-                           &c->links, &c->planar, &c->carried, &c->factors, &c->moving_cuts};
+                           &c->links, &c->planar, &c->columns, &c->shared, &c->carried, &c->factors, &c->moving_cuts};
     const int most[] = {MECHC_NQ_MAX, MECHC_NU_MAX, MECHC_NH_MAX, MECHC_NC_MAX, MECHC_NP_MAX, MECHC_NK_MAX,
                         MECHC_SAVED_MAX, MECHC_TURNS_MAX, MECHC_NI_MAX, MECHC_NQ_MAX, MECHC_SWITCHES_MAX,
                         MECHC_FEATURES_MAX, MECHC_KNOTTED_MAX, 1, 1, MECHC_BLOCKS_KEPT_MAX,
                         MECHC_BLOCKS_CODE ? MECHC_NC_MAX : 0, 1, MECHC_OWN_MAX,
-                        MECHC_LINKS_MAX, 1, MECHC_CARRIED_MAX, MECHC_FACTORS_MAX, 1};
+                        MECHC_LINKS_MAX, 1, MECHC_COLUMNS_MAX, 1, MECHC_CARRIED_MAX, MECHC_FACTORS_MAX, 1};
     const size_t count = sizeof most / sizeof *most;
     MECHC_TAPE_REQUIRE(section->size == count * sizeof *given, "its counts are not whole");
     for (size_t i = 0; i < count; i++) {
@@ -94,9 +94,12 @@ static const char *mechc_read_counts(mechc_tape_reader *reader)
     MECHC_TAPE_REQUIRE((c->nc > 0) == MECHC_KIND_ROWS && (c->nh > 0) == MECHC_KIND_LOOPS
                            && (c->links > 0) == MECHC_KIND_WALKED,
                        "it is of another kind");
-    const int arm = c->planar ? 2 : 3, columns = c->nu * (arm == 2 ? 3 : 6), masses = arm == 2 ? 4 : 10;
+    const int arm = c->planar ? 2 : 3, columns = c->columns * (arm == 2 ? 3 : 6), masses = arm == 2 ? 4 : 10;
     const int kept = columns + c->links * (arm + masses) + (c->nc ? c->links * arm + c->nc * 3 * arm : 0);
-    MECHC_TAPE_REQUIRE(!c->links || (c->nh == c->nc && kept <= c->saved), "its counts contradict each other");
+    MECHC_TAPE_REQUIRE(!c->links
+                           || (c->nh == c->nc && kept <= c->saved && (c->shared || c->columns == c->nu)
+                               && !(c->shared && (c->carried || c->moving_cuts))),
+                       "its counts contradict each other");
     c->of_tree = c->links ? kept : 0;
     MECHC_TAPE_REQUIRE(!c->own || !c->nc || c->multipliers, "its counts contradict each other");
     MECHC_TAPE_REQUIRE((!c->row_blocks || c->nc <= c->nu) && (!c->identity_kinematics || c->nq == c->nu),
@@ -143,7 +146,7 @@ static const char *mechc_read_tree(mechc_tape_reader *reader)
     mechc_counts *c = reader->counts;
     const mechc_section *section = reader->sections + MECHC_TAPE_OF_TREE;
     const int *at = (const int *)section->content, carried = c->carried > 0;
-    const int sizes[] = {c->links, c->links + 1, c->nu, 2 * c->nc, carried * (c->links + 1), carried * c->nc,
+    const int sizes[] = {c->links, c->links + 1, c->columns, 2 * c->nc, carried * (c->links + 1), carried * c->nc,
                          carried * c->links, carried * c->nu, carried * (c->nu + 1)};
     const int **const tables[] = {&c->parent, &c->first_column, &c->column_speed, &c->cut, &c->first_row,
                                   &c->cut_place, &c->handed_to, &c->row_taken, &c->first_factor};
@@ -152,10 +155,10 @@ static const char *mechc_read_tree(mechc_tape_reader *reader)
     for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) count += (size_t)sizes[i];
     MECHC_TAPE_REQUIRE(mechc_section_count(section, sizeof *at) == count, "the tables of its links are not whole");
     for (size_t i = 0; i < sizeof sizes / sizeof *sizes; at += sizes[i++]) *tables[i] = at;
-    int sound = c->first_column[0] == 0 && c->first_column[c->links] == c->nu;
+    int sound = c->first_column[0] == 0 && c->first_column[c->links] == c->columns;
     for (int i = 0; i < c->links; i++)
         sound &= c->parent[i] >= -1 && c->parent[i] < i && c->first_column[i] <= c->first_column[i + 1];
-    for (int i = 0; i < c->nu; i++) sound &= c->column_speed[i] >= 0 && c->column_speed[i] < c->nu;
+    for (int i = 0; i < c->columns; i++) sound &= c->column_speed[i] >= 0 && c->column_speed[i] < c->nu;
     for (int i = 0; i < 2 * c->nc; i++) sound &= c->cut[i] >= -1 && c->cut[i] < c->links;
     MECHC_TAPE_REQUIRE(sound, "the tables of its links are not sound");
     if (!carried) return NULL;

@@ -14,6 +14,7 @@
 #define MECHC_SAVED_MAX (MECHC_KIND_WALKED ? 4096 : 256)
 #define MECHC_TURNS_MAX (MECHC_KIND_WALKED ? 128 : 32)
 #define MECHC_LINKS_MAX (MECHC_KIND_WALKED ? 128 : 0)
+#define MECHC_COLUMNS_MAX (MECHC_KIND_WALKED ? 160 : 0)
 #define MECHC_CARRIED_MAX (MECHC_KIND_WALKED ? 256 : 0)
 #define MECHC_FACTORS_MAX (MECHC_KIND_WALKED ? 256 : 0)
 #define MECHC_SWITCHES_MAX 16
@@ -67,6 +68,9 @@
 #define MECHC_WALKED MECHC_KIND_WALKED
 #define MECHC_LINKS mechc_of_scene.links
 #define MECHC_PLANAR mechc_of_scene.planar
+#define MECHC_COLUMNS mechc_of_scene.columns
+#define MECHC_SHARED mechc_of_scene.shared
+#define MECHC_SHARED_CODE MECHC_KIND_WALKED
 #define MECHC_CARRIED mechc_of_scene.carried
 #define MECHC_CARRIED_CODE (MECHC_KIND_WALKED && MECHC_KIND_ROWS)
 #define MECHC_FACTORS mechc_of_scene.factors

@@ -2,7 +2,8 @@
 
     mechc bench wait [--out JSON] [NAME ...]
 
-In a process of its own, of each mechanism of the library as a description of one's own: from
+In a process of its own, of each mechanism of the library, or robot in a file ``.urdf``, which is
+read before, as a description of one's own: from
 `compile` to the end of the first `simulate`, in seconds by the clock, and in parentheses of the
 processor, the compiler's too, to the end of a first batch of a thousand members, and to the first
 derivatives of a motion by a parameter; with an empty cache.  Import of mechc and making the
@@ -41,6 +42,7 @@ USUAL = ("pendulum", "four_bar", "andrews", "bicycle")
 FIRST = "first unit"
 DURATION = 0.01  # s of motion: it is the wait that counts
 RUNS, LONG, OF_RUNS = 20, 5.0, {"andrews": 0.03}  # s of motion that are timed by the tape
+ROBOT, OF_ROBOTS = ".urdf", 0.2
 METHODS, BATCH, OUTPUTS = ("auto", "dop853", "gauss8"), "batch", "outputs"
 DERIVATIVES = "derivatives"
 MEMBERS, FIRST_MEMBERS = 64, 1000
@@ -97,7 +99,7 @@ def stages_apart(name: str) -> dict[str, tuple[float, float]]:
     """Seconds by the clock and of the processor of each stage, one after the other: derivation,
     first unit, each part."""
     from mechc.native._driver import PARTS
-    from mechc_codegen import build_scene, shipped_mechanism
+    from mechc_codegen import build_scene
 
     from mechc.compilation import entries
     from mechc.compilation.toolchain.processor import native
@@ -110,7 +112,7 @@ def stages_apart(name: str) -> dict[str, tuple[float, float]]:
         found[stage] = time.perf_counter() - began, processor_seconds() - before
         return made
 
-    mechanism = shipped_mechanism(name)
+    mechanism = made(name)
     build = measure("derivation", lambda: build_scene(mechanism, (native(),)))
     makers = {FIRST: lambda folder: entries.make_first(build, folder)}
     for part in PARTS if "MECHC_VARIATIONAL" in build.texts["scene_sizes.h"] else list(PARTS)[:-1]:
@@ -168,13 +170,13 @@ def one(form: str, until: str) -> None:
     imported, before = time.perf_counter(), processor_seconds()
     model = mechc.compile(method)
     if until == "tape":
-        print(json.dumps({"ratios": by_tape(model, OF_RUNS.get(form, LONG))}))
+        print(json.dumps({"ratios": by_tape(model, timed(form))}))
         return
     if until in ("batch", "compiled batch"):
         if until == "compiled batch":
             model.wait_compiled()
         starts = np.tile(model.assemble(), (FIRST_MEMBERS, 1))
-        value = model.simulate_batch(OF_RUNS.get(form, LONG), starts, progress=False).y[-1]
+        value = model.simulate_batch(timed(form), starts, progress=False).y[-1]
     elif until == "motion":
         value = model.simulate(DURATION, model.assemble()).y[-1]
     elif until == DERIVATIVES:
@@ -233,11 +235,23 @@ def by_tape(model: Any, duration: float) -> dict[str, float]:
     return {what: taken / seconds(what) for what, (taken, _) in before.items()}
 
 
+def timed(form: str) -> float:
+    """The seconds of motion that are timed."""
+    return OF_RUNS.get(form, OF_ROBOTS if form.endswith(ROBOT) else LONG)
+
+
 def made(form: str) -> Any:
     if form == BY_HAND:
         from ..formulations.four_bar_kane import by_hand
 
         return by_hand()
+    if form.endswith(ROBOT):
+        import warnings
+
+        import mechc
+
+        with warnings.catch_warnings(action="ignore", category=mechc.SkippedPartWarning):
+            return mechc.from_urdf(form)
     from mechc_codegen import SHIPPED
 
     return SHIPPED[form].build()

@@ -25,6 +25,7 @@ RESIDUALS, OWN, _RATES = zip(*JACOBIANS.values(), strict=True)
 ADJOINT = "residual_adjoint"
 UNLISTED = (*RESIDUALS, *OWN, *_RATES, ADJOINT, SWITCHING)  # parts of others, or of the runtime's
 TREE = ("tree_offset", "tree_subspace", "tree_inertia", "tree_reference", "tree_cut")
+SIZES_OF_TREES = ("links", "planar", "columns", "shared", "carried", "factors", "moving_cuts")
 TREE_MOTION = ("tree_bias", "tree_wrench")
 ROWS = {"constraints": "gap", "constraint_jacobian": "jacobian", "velocity_bias": "bias"}
 
@@ -63,7 +64,7 @@ def _written_out(present: Collection[str]) -> FunctionLayout:
     return FunctionLayout(
         {**ROWS, solved_with("mass_matrix"): "mass"},
         {solved_with("forcing"): "forcing", "gamma": "gamma"},
-        {"links": 0, "planar": 0, "columns": 0, "shared": 0, "carried": 0, "factors": 0, "moving_cuts": 0},
+        dict.fromkeys(SIZES_OF_TREES, 0),
     )
 
 

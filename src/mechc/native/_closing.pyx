@@ -164,15 +164,18 @@ cdef class Closure:
     cdef mechc_closure closure
     cdef Scene scene
     cdef Inputs inputs
-    cdef size_t stack
     cdef readonly int holonomic, rows, speeds
     cdef const unsigned char[::1] kind
     cdef const int[::1] alike
     cdef object quaternions
 
+    cdef size_t stack(self):
+        """Bytes of a separate stack for the calling thread; 0: its own suffices."""
+        return max(self.scene.stack, self.scene.stack_beyond(1))
+
     def __init__(self, Scene scene, Inputs inputs=None, kind=None, alike=None, quaternions=()):
         cdef mechc_closure *closure = &self.closure
-        self.scene, self.inputs, self.stack = scene, inputs, scene.stack
+        self.scene, self.inputs = scene, inputs
         self.holonomic, self.rows, self.speeds = scene.holonomic, scene.rows, scene.speeds
         closure.coordinates, closure.width = scene.coordinates, scene.width
         closure.parameters = scene.parameters
@@ -258,7 +261,7 @@ cdef class Closure:
         job.y, job.left, job.row, job.residual = &states[0, 0], &remains[0], &rows[0], &sizes[0]
         job.conditioning, job.stop = &weakest[0], 0
         work.job = &job
-        with_stack(stack_for(self.stack, count), find_speeds, &work, &job.stop)
+        with_stack(stack_for(self.stack(), count), find_speeds, &work, &job.stop)
         if not work.made:
             raise MemoryError()
         return out, left, row, size, conditions
@@ -341,7 +344,7 @@ cdef class Closings:
         search.more = 1
         try:
             while search.more:
-                with_stack(self.closure.stack, search_a_while, &search)
+                with_stack(self.closure.stack(), search_a_while, &search)
                 PyErr_CheckSignals()
         finally:
             mechc_closer_free(search.closer)
@@ -374,7 +377,7 @@ def measure(Closure closure, double t, const int[::1] unknown, const double[::1]
     work.measure, work.count, work.p_stride = &one, hint.shape[0], p.shape[1]
     work.q, work.p, work.hint = &q[0], &p[0, 0] if p.shape[1] else NULL, &hint[0]
     work.length, work.rows = &lengths[0], &rows[0, 0]
-    with_stack(closure.stack, measure_members, &work)
+    with_stack(closure.stack(), measure_members, &work)
     mechc_measure_free(&one)
     return np.asarray(lengths), np.asarray(rows)
 
@@ -416,7 +419,7 @@ def trace_assemblies(Closure closure, double t, int driven, const int[::1] unkno
     job.q, job.ratio, job.end = &q[0, 0, 0], &ratios[0, 0, 0], &end[0]
     job.change_point, job.passed = &points[0, 0], &passes[0]
     work.job = &job
-    with_stack(stack_for(closure.stack, count * value.shape[0]), follow, &work, &job.stop)
+    with_stack(stack_for(closure.stack(), count * value.shape[0]), follow, &work, &job.stop)
     if not work.made:
         raise MemoryError()
     return ratio, change_points, passed, ends

@@ -1,11 +1,13 @@
 """Results may be written over what they are computed from, as NumPy's are; runs begin at once."""
 
 import threading
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from mechc.native._driver import PARTS
 from mechc_codegen import shipped_mechanism
+from mechc_codegen.library.catalogue import SHIPPED
 from sympy import Abs, Max, Piecewise, Rational, Symbol, atan2, cos, sin, tanh
 from sympy.physics.mechanics import dynamicsymbols
 
@@ -55,6 +57,18 @@ def own_cache(tmp_path, monkeypatch):
 METHODS = ("dopri5", "dop853", "gauss8", "radau5", "auto")
 
 
+def walked_loops():
+    return SHIPPED["windows"].build(count=3)
+
+
+def damped_chain():
+    """A chain that is walked and stiff."""
+    chain = SHIPPED["planar_chain"].build(links=8)
+    first = chain.bodies[0].frame
+    torque = -300 * chain.speeds[0].symbol * chain.frame.z
+    return replace(chain, loads=(*chain.loads, (first, torque)))
+
+
 def numbers(model, end=3.0):
     """The bits of runs by each method, of states between steps, of what is measured on the way."""
     start = model.assemble()
@@ -72,10 +86,12 @@ def numbers(model, end=3.0):
     [
         lambda: scenes.swing(guided=True),
         scenes.bead_over_tables,
+        pytest.param(damped_chain, marks=pytest.mark.slow(cases=2)),
         pytest.param(lambda: shipped_mechanism("slider_crank"), marks=pytest.mark.slow),
         pytest.param(lambda: shipped_mechanism("andrews"), marks=pytest.mark.slow),
         pytest.param(lambda: shipped_mechanism("bicycle"), marks=pytest.mark.slow),
         pytest.param(lambda: shipped_mechanism("windows"), marks=pytest.mark.slow),
+        pytest.param(walked_loops, marks=pytest.mark.slow),
     ],
 )
 def test_the_general_unit_gives_the_bits_of_the_scenes_own(own_cache, described):
@@ -203,6 +219,7 @@ def of_batches(model, end):
     "described",
     [
         scenes.bead_over_tables,
+        pytest.param(walked_loops, marks=pytest.mark.slow),
         pytest.param(lambda: scenes.swing(guided=True), marks=pytest.mark.slow),
         pytest.param(lambda: shipped_mechanism("heavy_top"), marks=pytest.mark.slow),
         pytest.param(lambda: shipped_mechanism("slider_crank"), marks=pytest.mark.slow),
@@ -223,9 +240,13 @@ def test_batches_go_over_from_tapes_to_parts_of_the_scenes_own(own_cache, descri
     assert of_batches(model, end) == general
 
 
-def test_a_thread_with_a_small_stack_runs_by_the_general_unit():
+@pytest.mark.parametrize(
+    "described",
+    [lambda: scenes.swing(guided=True), pytest.param(walked_loops, marks=pytest.mark.slow)],
+)
+def test_a_thread_with_a_small_stack_runs_by_the_general_unit(described):
     """Arrays of that unit are as large as its bounds; work then has a stack of its own."""
-    model = mechc.compile(scenes.swing(guided=True), outputs=("points",))
+    model = mechc.compile(described(), outputs=("points",))
     assert model.system.scene.evaluator.serves_runs
     wanted, found = numbers(model), {}
     before = threading.stack_size(96 * 1024)

@@ -29,7 +29,7 @@ from mechc_codegen.description.mechanism import Mechanism, is_rigid, printed_nam
 from mechc_codegen.description.placement import dot
 from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
 
-# Speeds, of which some move several links: with fewer M and F are faster written out (docs/urdf.md).
+# Speeds, of which some move several links: M and F of fewer run faster written out: docs/growth.md
 LEAST_SHARED = 24
 
 

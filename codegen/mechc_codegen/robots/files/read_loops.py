@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
@@ -46,7 +47,10 @@ def with_loops(robot: Robot, path: Path, root: Element) -> Robot:
         *(_loop_joint(Part(path, "loop_joint", each)) for each in root.findall("loop_joint")),
         *(_loop(Part(path, "loop", each)) for each in root.findall("loop")),
     ]
-    couplings = [Part(path, "coupling", each) for each in root.findall("coupling")]
+    couplings = [
+        Part(path, "coupling", each, f"coupling_{number}")
+        for number, each in enumerate(root.findall("coupling"))
+    ]
     robot = replace(robot, joints=_coupled(robot.joints, couplings, root))
     for number, each in enumerate(root.findall("drake:ball_constraint")):
         name = f"ball_constraint_{number}"
@@ -106,47 +110,85 @@ def _loop(part: Part) -> RobotJoint:
 def _coupled(
     joints: Sequence[RobotJoint], parts: Sequence[Part], root: Element
 ) -> tuple[RobotJoint, ...]:
-    """The joints; one of each coupling follows the others.
+    """The joints; as many as there are couplings follow the others.
 
-    It couples the sums of the positions on the ways from the last link that both have in common:
-    ``ratio`` times that of its predecessor is that of its successor.  The last joint that is not
-    ``independent`` follows, or the last of all.
+    A coupling is of the sums of the positions on the ways from the last link that both have in
+    common: ``ratio`` times that of its predecessor is that of its successor.  All are solved
+    together, for joints that are not ``independent`` before others, the last ones first.
     """
-    leading, found = {j.child: j for j in joints if j.leads_on}, {j.name: j for j in joints}
-    moves = {e.get("name"): e.get("independent", "").lower() != "false" for e in root.iter("joint")}
-    for part in parts:
-        ratio = part.number(part.required("ratio"), "value", None)
-        ways = [
-            _way(part, part.name_in(tag, "link"), leading) for tag in ("predecessor", "successor")
-        ]
-        common = {joint.name for joint in ways[0]} & {joint.name for joint in ways[1]}
-        factors = {
-            joint.name: factor
-            for way, factor in zip(ways, (ratio, -1), strict=True)
-            for joint in way
-            if joint.name not in common and joint.kind != "fixed"
-        }
-        able = [name for name, factor in factors.items() if factor and not found[name].mimic]
-        if len(factors) < 2 or not able:
-            part.refuse("couples no two joints, or only such as follow others already")
-        for name in factors:
-            if not found[name].row.unit:
-                part.refuse(f"is of the joint {name!r}, which has not one coordinate")
-        follower = ([name for name in able if not moves[name]] or able)[-1]
-        terms = [Mimic(n, -f / factors[follower]) for n, f in factors.items() if n != follower]
-        mimic = replace(terms[0], beside=tuple(terms[1:]))
-        found[follower] = replace(found[follower], mimic=mimic)
-    return tuple(found.values())
+    if not parts:
+        return tuple(joints)
+    rows = [(part, _coupling(part, joints)) for part in parts]
+    dependent = {
+        joint.get("name")
+        for joint in root.findall("joint")
+        if joint.get("independent", "").lower() == "false"
+    }
+    able = [joint.name for joint in reversed(joints) if joint.mimic is None]
+    order = sorted(able, key=lambda name: name not in dependent)
+    solved = dict[str, dict[str, Fraction]]()  # follower: factors, that of its own is one
+    for part, row in rows:
+        for known in solved.keys() & row.keys():
+            _take(row, solved[known], row[known])
+        follower = next((name for name in order if row.get(name)), None)
+        if follower is None or len(row) < 2:
+            part.refuse("couples no two joints that nothing couples yet")
+        row = {name: factor / row[follower] for name, factor in row.items()}
+        for other in solved.values():
+            _take(other, row, other.get(follower, Fraction(0)))
+        solved[follower] = row
+    return tuple(
+        replace(joint, mimic=_sum_of(solved[joint.name], joint.name))
+        if joint.name in solved
+        else joint
+        for joint in joints
+    )
 
 
-def _way(part: Part, link: str, leading: Mapping[str, RobotJoint]) -> list[RobotJoint]:
+def _take(row: dict[str, Fraction], other: Mapping[str, Fraction], factor: Fraction) -> None:
+    """Subtract a multiple of another row, in place."""
+    for name, value in other.items():
+        row[name] = row.get(name, Fraction(0)) - factor * value
+        if not row[name]:
+            del row[name]
+
+
+def _sum_of(row: Mapping[str, Fraction], follower: str) -> Mimic:
+    factors = {name: -factor for name, factor in row.items() if name != follower}
+    first, *others = (
+        Mimic(name, int(factor) if factor.denominator == 1 else float(factor))
+        for name, factor in factors.items()
+    )
+    return replace(first, beside=tuple(others))
+
+
+def _coupling(part: Part, joints: Sequence[RobotJoint]) -> dict[str, Fraction]:
+    """The factors of the positions of joints whose sum is zero."""
+    ratio = Fraction(part.number(part.required("ratio"), "value", None))
+    ways = [_way(part, part.name_in(tag, "link"), joints) for tag in ENDS]
+    common = {joint.name for joint in ways[0]} & {joint.name for joint in ways[1]}
+    factors = {
+        joint.name: factor
+        for way, factor in zip(ways, (ratio, Fraction(-1)), strict=True)
+        for joint in way
+        if joint.name not in common and joint.kind != "fixed"
+    }
+    single = {joint.name for joint in joints if joint.row.unit}
+    for name in factors.keys() - single:
+        part.refuse(f"is of the joint {name!r}, which has not one coordinate")
+    return {name: factor for name, factor in factors.items() if factor}
+
+
+def _way(part: Part, link: str, joints: Sequence[RobotJoint]) -> list[RobotJoint]:
     """The joints from the root to a link."""
-    way = list[RobotJoint]()
-    while link in leading and len(way) <= len(leading):
-        way.append(leading[link])
+    way, known = list[RobotJoint](), {name for j in joints for name in (j.parent, j.child)}
+    if link not in known:
+        part.refuse(f"has the link {link!r}, which no joint joins")
+    while leading := [joint for joint in joints if joint.leads_on and joint.child == link]:
+        if len(leading) > 1 or len(way) > len(joints):
+            part.refuse(f"is on a way by the link {link!r}, to which several joints lead")
+        way += leading
         link = way[-1].parent
-    if not way or link in leading:
-        part.refuse(f"has the link {link!r}, to which no joint leads from the root")
     return way[::-1]
 
 

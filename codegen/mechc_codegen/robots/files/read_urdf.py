@@ -44,6 +44,7 @@ def read_robot(path: Path) -> Robot:
     links = [_link(Part(path, "link", each)) for each in root.findall("link")]
     joints = [_joint(Part(path, "joint", each)) for each in root.findall("joint")]
     _refuse_repeats(path, "link", [link.name for link in links])
+    _refuse_repeats(path, "joint", [joint.name for joint in joints])
     robot = Robot(
         root.get("name") or path.stem, {link.name: link for link in links}, tuple(joints),
         skipped=tuple(unknown_parts(root, table=URDF)),

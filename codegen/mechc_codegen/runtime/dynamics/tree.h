@@ -4,7 +4,8 @@
  * along the inertial axes, so that from link to link they are shifted and not turned.  In a plane
  * they are (omega_z; v_x, v_y).  Composite rigid bodies, recursive Newton-Euler and articulated
  * bodies: Featherstone 2008, chapters 5 to 7; accelerations are those of points, not spatial ones.
- * Columns are the speeds in the order of the links that they move.
+ * Columns are the speeds in the order of the links that they move; one that moves several has as many, and
+ * then the mass matrix is factored: articulated bodies, and rows that are eliminated, have a column a speed.
  */
 #include "simd/real.h"
 #if R_VECTOR ? !defined MECHC_TREE_VECTOR : !defined MECHC_TREE_SCALAR

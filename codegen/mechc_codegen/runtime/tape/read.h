@@ -158,21 +158,32 @@ static const char *mechc_read_tree(mechc_tape_reader *reader)
     int sound = c->first_column[0] == 0 && c->first_column[c->links] == c->columns;
     for (int i = 0; i < c->links; i++)
         sound &= c->parent[i] >= -1 && c->parent[i] < i && c->first_column[i] <= c->first_column[i + 1];
-    for (int i = 0; i < c->columns; i++) sound &= c->column_speed[i] >= 0 && c->column_speed[i] < c->nu;
+    unsigned char moved[MECHC_NU_MAX] = {0}, filled[MECHC_AT_LEAST_ONE(MECHC_CARRIED_MAX)] = {0};
+    for (int i = 0; i < c->columns; i++) {
+        const int speed = c->column_speed[i], within = speed >= 0 && speed < c->nu;
+        if (within) moved[speed] = 1;
+        sound &= within;
+    }
+    for (int i = 0; i < c->nu; i++) sound &= moved[i];
     for (int i = 0; i < 2 * c->nc; i++) sound &= c->cut[i] >= -1 && c->cut[i] < c->links;
     MECHC_TAPE_REQUIRE(sound, "the tables of its links are not sound");
     if (!carried) return NULL;
     sound = c->first_row[0] == 0 && c->first_row[c->links] == c->carried;
-    for (int i = 0; i < c->nc; i++)
-        sound &= (c->cut[2 * i] < 0) != (c->cut[2 * i + 1] < 0) && c->cut_place[i] >= 0 && c->cut_place[i] < c->carried;
+    for (int i = 0; i < c->nc; i++) {
+        const int place = c->cut_place[i], within = place >= 0 && place < c->carried;
+        if (within) filled[place] = 1;
+        sound &= within && (c->cut[2 * i] < 0) != (c->cut[2 * i + 1] < 0);
+    }
     for (int i = 0; i < c->links; i++) sound &= c->first_row[i] <= c->first_row[i + 1];
     for (int i = 0; sound && i < c->links; i++) {
         int rows = c->first_row[i + 1] - c->first_row[i];
         for (int k = c->first_column[i + 1] - 1; rows > 0 && k >= c->first_column[i]; k--, rows--)
             sound &= c->first_factor[k] >= 0 && c->first_factor[k] <= c->factors - (rows - 1);
-        sound &= rows == 0 || c->parent[i] < 0
-              || (c->handed_to[i] >= 0 && c->handed_to[i] <= c->carried - rows);
+        if (rows == 0 || c->parent[i] < 0) continue;
+        sound &= c->handed_to[i] >= 0 && c->handed_to[i] <= c->carried - rows;
+        if (sound) memset(filled + c->handed_to[i], 1, (size_t)rows);
     }
+    for (int i = 0; i < c->carried; i++) sound &= filled[i]; /* before it is read, or beyond the bounds */
     MECHC_TAPE_REQUIRE(sound, "the tables of its rows are not sound");
     return NULL;
 }

@@ -269,9 +269,7 @@ def hostile(folder, mechanism, count):
             lambda: SHIPPED["planar_chain"].build(links=12), marks=pytest.mark.slow(cases=4)
         ),
         pytest.param(lambda: window_row(3), marks=pytest.mark.slow(cases=4)),
-        pytest.param(
-            lambda: mechc.from_urdf(LEG, limits="ignore"), marks=pytest.mark.slow(cases=4)
-        ),
+        pytest.param(leg, marks=pytest.mark.slow(cases=4)),
     ],
 )
 def test_a_changed_tape_stays_within_its_arrays(tmp_path, described):

@@ -174,13 +174,53 @@ def test_the_joint_that_is_not_independent_follows(tmp_path):
     assert mechc.compile(mechanism).coordinates == ("q_A", "q_C", "q_D")
 
 
+def test_couplings_are_solved_together(tmp_path):
+    """2 b = c and b = 3 (c + d) / 2: c and d follow b, or b and c follow d."""
+    added = COUPLING.format("b", "c", 2) + COUPLING.format("d", "b", 1.5)
+    mechanism = chains(tmp_path, added)
+    free, model = mechc.compile(chains(tmp_path, "")), mechc.compile(mechanism)
+    assert model.coordinates == ("q_A", "q_B")
+    directions = np.array([[1, 0], [0, 1], [0, 2], [0, 2 / 3 - 2]], float)
+    q, u = np.array([0.4, -0.3]), np.array([1.1, 0.7])
+    mass = free.mass_matrix(np.concatenate([directions @ q, directions @ u]))
+    found = model.mass_matrix(np.concatenate([q, u]))
+    np.testing.assert_allclose(found, directions.T @ mass @ directions, rtol=1e-12)
+    last = CHAINS.format(added).replace('name="D"', 'name="D" independent="true"')
+    for name in "BC":
+        last = last.replace(f'name="{name}"', f'name="{name}" independent="false"')
+    last = last.replace(
+        "</robot>", '<transmission name="t"><joint name="B"/></transmission></robot>'
+    )
+    (tmp_path / "last.urdf").write_text(last)
+    assert mechc.compile(mechc.from_urdf(tmp_path / "last.urdf")).coordinates == ("q_A", "q_D")
+
+
+def test_long_chains_of_couplings_are_read_at_once(tmp_path):
+    """Each is of two sums, which all that are before it enter."""
+    parts = ['<link name="g"/>']
+    for k in range(40):
+        for chain in "ab":
+            on = f"{chain}{k - 1}" if k else "g"
+            parts.append(
+                f'<link name="{chain}{k}">{MASS}</link><joint name="{chain.upper()}{k}" '
+                f'type="continuous"><parent link="{on}"/><child link="{chain}{k}"/></joint>'
+            )
+        parts.append(COUPLING.replace('"K"', f'"K{k}"').format(f"a{k}", f"b{k}", 1))
+    path = tmp_path / "long.urdf"
+    path.write_text(f'<robot name="long">{"".join(parts)}</robot>')
+    followers = [joint for joint in resolve_graph(read_robot(path)).joints if joint.mimic]
+    assert len(followers) == 40
+    assert all(joint.mimic.beside == () for joint in followers)
+
+
 @pytest.mark.parametrize(
     ("added", "why"),
     [
-        (COUPLING.format("a", "nowhere", 1), "no joint leads from the root"),
+        (COUPLING.format("a", "nowhere", 1), "which no joint joins"),
         (COUPLING.format("a", "a", 1), "couples no two joints"),
         (COUPLING.format("c", "d", 1), "couples no two joints"),  # c is on the way to d
-        (COUPLING.format("b", "c", 1) + COUPLING.format("c", "b", 2), "leads back to itself"),
+        (COUPLING.format("g", "a", 1), "couples no two joints"),
+        (COUPLING.format("b", "c", 1) + COUPLING.format("c", "b", 1), "that nothing couples yet"),
         (COUPLING.format("b", "d", "x"), "ratio|value"),
         (COUPLING.replace("<ratio", "<rate").format("b", "d", 1), "lacks <ratio>"),
     ],

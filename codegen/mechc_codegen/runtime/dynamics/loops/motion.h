@@ -2,7 +2,8 @@
  *
  * Rows that are far from dependent are eliminated link by link (rows.h, and cuts.h where
  * a cut joins two links that both move).  Elsewhere they are solved together: with M = L D L^T a row a of J
- * becomes L^-1 a, rows are made orthogonal there, and sigma is not squared.
+ * becomes L^-1 a, rows are made orthogonal there, and sigma is not squared; so they are where a speed moves
+ * several links.
  */
 #include "simd/real.h"
 #if R_VECTOR ? !defined MECHC_LOOP_MOTION_VECTOR : !defined MECHC_LOOP_MOTION_SCALAR

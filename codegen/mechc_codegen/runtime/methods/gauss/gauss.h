@@ -316,10 +316,11 @@ MECHC_STATIC int mechc_gauss_end_rates(mechc_integration *run, double h, double 
 /* Solve for the stages, by Newton's iteration where the plain one does not contract. */
 MECHC_STATIC int mechc_gauss_solve(mechc_integration *run, double h)
 {
-#if MECHC_NEWTON
     mechc_gauss *g = mechc_gauss_of(run);
-    mechc_newton equations;
     mechc_gauss_predict(g, h);
+#if MECHC_NEWTON_CODE
+    if (!MECHC_NEWTON) return mechc_gauss_converge(run, h);
+    mechc_newton equations;
     mechc_gauss_prepare(run, h, &equations);
     int status = mechc_gauss_converge(run, h);
     if (status == MECHC_NOT_CLOSED && !g->stiff && g->closing == MECHC_UNPROJECTED) {
@@ -331,7 +332,6 @@ MECHC_STATIC int mechc_gauss_solve(mechc_integration *run, double h)
     g->newton = NULL;
     return status;
 #else
-    mechc_gauss_predict(mechc_gauss_of(run), h);
     return mechc_gauss_converge(run, h);
 #endif
 }

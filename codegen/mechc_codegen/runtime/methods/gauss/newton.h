@@ -14,12 +14,12 @@
 
 #define MECHC_NEWTON_EASY 1.0    /* size of h J below which the plain iteration contracts fast */
 
-#if MECHC_NEWTON
+#if MECHC_NEWTON_CODE
 /* The equations of one step. */
 struct mechc_newton {
-    double slopes[MECHC_UNKNOWNS_MAX][MECHC_NX_MAX];
-    mechc_modes real[MECHC_UNKNOWNS_MAX][MECHC_UNKNOWNS_MAX]; /* first the systems, then their inverses */
-    mechc_modes imaginary[MECHC_UNKNOWNS_MAX][MECHC_UNKNOWNS_MAX];
+    double slopes[MECHC_NEWTON_MAX][MECHC_NX_MAX];
+    mechc_modes real[MECHC_NEWTON_MAX][MECHC_NEWTON_MAX]; /* first the systems, then their inverses */
+    mechc_modes imaginary[MECHC_NEWTON_MAX][MECHC_NEWTON_MAX];
 };
 
 MECHC_INLINE void mechc_take_modes(const double *four, mechc_modes *modes)
@@ -131,7 +131,7 @@ MECHC_STATIC void mechc_newton_take_row(mechc_newton *w, int i, int j)
 /* Invert the systems in place, by Gauss and Jordan; 0 if one is singular or not finite. */
 MECHC_ONCE int mechc_newton_invert(mechc_newton *w)
 {
-    int rows[MECHC_UNKNOWNS_MAX];
+    int rows[MECHC_NEWTON_MAX];
     for (int j = 0; j < MECHC_UNKNOWNS; j++) {
         rows[j] = j;
         const double square = mechc_newton_pivot(w, j, &rows[j]);
@@ -153,8 +153,8 @@ MECHC_ONCE int mechc_newton_invert(mechc_newton *w)
             if (i != j) mechc_newton_take_row(w, i, j);
     }
     for (int j = MECHC_UNKNOWNS - 1; j >= 0; j--) {
-        mechc_newton_exchange(*w->real + j, *w->real + rows[j], MECHC_UNKNOWNS_MAX);
-        mechc_newton_exchange(*w->imaginary + j, *w->imaginary + rows[j], MECHC_UNKNOWNS_MAX);
+        mechc_newton_exchange(*w->real + j, *w->real + rows[j], MECHC_NEWTON_MAX);
+        mechc_newton_exchange(*w->imaginary + j, *w->imaginary + rows[j], MECHC_NEWTON_MAX);
     }
     return 1;
 }
@@ -164,7 +164,7 @@ MECHC_ONCE void mechc_newton_correct(const mechc_gauss *g,
                                      mechc_vector rates[][MECHC_UNKNOWNS_MAX])
 {
     const mechc_newton *w = g->newton;
-    mechc_modes real[MECHC_UNKNOWNS_MAX], imaginary[MECHC_UNKNOWNS_MAX];
+    mechc_modes real[MECHC_NEWTON_MAX], imaginary[MECHC_NEWTON_MAX];
     for (int i = 0; i < MECHC_UNKNOWNS; i++) {
         double left[MECHC_STAGES];
         for (int block = 0; block < MECHC_BLOCKS; block++)
@@ -229,7 +229,7 @@ MECHC_ONCE double mechc_gauss_iterate(mechc_gauss *g, double t, const double *y,
         for (int i = 0; projected && i < MECHC_NQ; i++)
             change = mechc_larger(change, moved[i] * weights[i]);
     }
-#if MECHC_NEWTON
+#if MECHC_NEWTON_CODE
     if (g->newton && !projected) mechc_newton_correct(g, rates);
 #endif
     for (int i = 0; i < MECHC_UNKNOWNS; i++)

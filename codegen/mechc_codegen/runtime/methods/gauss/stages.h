@@ -54,8 +54,11 @@ typedef double mechc_sums __attribute__((vector_size(32)));
 #define MECHC_SUMS_OF(number) ((number) - (mechc_sums){0})
 enum { MECHC_ONCE_INTEGRATED, MECHC_TWICE_INTEGRATED, MECHC_DEGREE_7, MECHC_DEGREE_6 };
 
-/* Scenes so large go over to radau5 where they are stiff. */
-#define MECHC_NEWTON (MECHC_UNKNOWNS_MAX <= 32)
+/* Larger scenes go over to radau5 where they are stiff. */
+#define MECHC_NEWTON_MOST 32
+#define MECHC_NEWTON (MECHC_UNKNOWNS <= MECHC_NEWTON_MOST)
+#define MECHC_NEWTON_CODE (MECHC_GENERAL || MECHC_UNKNOWNS_MAX <= MECHC_NEWTON_MOST)
+#define MECHC_NEWTON_MAX (MECHC_UNKNOWNS_MAX < MECHC_NEWTON_MOST ? MECHC_UNKNOWNS_MAX : MECHC_NEWTON_MOST)
 typedef struct mechc_newton mechc_newton;
 typedef mechc_sums mechc_modes; /* one number of each pair of eigenvalues */
 

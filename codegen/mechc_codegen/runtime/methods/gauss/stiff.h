@@ -63,7 +63,7 @@ MECHC_STATIC int mechc_gauss_stays_alone(const mechc_integration *run)
     return g->stiff || (g->patience && g->plain < MECHC_GAUSS_PATIENCE);
 }
 
-#if MECHC_NEWTON
+#if MECHC_NEWTON_CODE
 /* The response of stiff components to a step's missing coefficient, over a step's share of the tolerance:
  * theirs is as much larger as the errors of fewer steps add up; `size` is that of h J. */
 MECHC_STATIC double mechc_gauss_respond(const mechc_integration *run, double size)

@@ -25,7 +25,9 @@ RESIDUALS, OWN, _RATES = zip(*JACOBIANS.values(), strict=True)
 ADJOINT = "residual_adjoint"
 UNLISTED = (*RESIDUALS, *OWN, *_RATES, ADJOINT, SWITCHING)  # parts of others, or of the runtime's
 TREE = ("tree_offset", "tree_subspace", "tree_inertia", "tree_reference", "tree_cut")
-SIZES_OF_TREES = ("links", "planar", "columns", "shared", "carried", "factors", "moving_cuts")
+SIZES_OF_TREES = (
+    *("links", "planar", "columns", "speeds_shared", "carried", "factors", "moving_cuts"),
+)
 TREE_MOTION = ("tree_bias", "tree_wrench")
 ROWS = {"constraints": "gap", "constraint_jacobian": "jacobian", "velocity_bias": "bias"}
 
@@ -104,7 +106,7 @@ def _tree_layout(equations: Equations, tree: Tree) -> FunctionLayout:
             "carried": plan.first[-1] if plan else 0,
             "factors": plan.first_factor[-1] if plan else 0,
             "columns": len(columns),
-            "shared": int(tree.shared),
+            "speeds_shared": int(tree.shared),
             "moving_cuts": int(plan is None and walks_moving_cuts(tree)),
         },
         "tree_",

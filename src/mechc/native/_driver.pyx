@@ -252,7 +252,9 @@ cdef class Scene:
         self.speeds = self.model.speeds
         self.width = self.coordinates + self.speeds
         self.stack = mechc_stack_of(self.width)
-        self.stack_of_general = max(STACK_OF_GENERAL, mechc_stack_of(self.model.bound))
+        self.stack_of_general = STACK_OF_GENERAL
+        if self.model.general != NULL:
+            self.stack_of_general = max(STACK_OF_GENERAL, mechc_stack_of(self.model.bound))
         self.rows = self.model.rows
         self.holonomic = self.model.holonomic
         self.switches = b'"switches": ' in <bytes>self.model.metadata
@@ -375,7 +377,10 @@ cdef class Scene:
 
     cdef size_t stack_of(self, int width):
         """Bytes of stack that an output of so many numbers takes at most."""
-        return mechc_stack_of_output(self.speeds, self.rows, self.widest, width)
+        cdef size_t needed = mechc_stack_of_output(self.speeds, self.rows, self.widest, width)
+        if self.stack_of_general > STACK_OF_GENERAL:  # by tapes, in arrays as large as bounds
+            needed = max(needed, self.stack_of_general // 8)
+        return needed
 
     cdef size_t stack_here(self):
         """Bytes of a separate stack for a run from the calling thread; 0: its own suffices."""
@@ -393,9 +398,9 @@ cdef class Scene:
 
     cdef size_t stack_beyond(self, int width):
         """0 where the calling thread has so much left."""
-        cdef size_t needed = self.stack_of(width) if self.stack else 0
-        if self.model.general != NULL:  # by tapes, in arrays as large as bounds
-            needed = max(needed, STACK_OF_TAPE, self.stack_of_general // 8)
+        cdef size_t needed = self.stack_of(width) if self.stack or self.model.general != NULL else 0
+        if self.model.general != NULL:
+            needed = max(needed, STACK_OF_TAPE)
         return needed if needed > mechc_stack_left() else 0
 
     def complete_rows(self, const unsigned char[::1] given, double[:, ::1] rows):
@@ -579,7 +584,8 @@ cdef class Ode:
             scene, self.inputs = scene.without_inputs, scene.native_inputs()
         if isinstance(scene, Scene):
             self.bound = bound_output(scene, "rates", self.p, self.inputs)
-            self.stack = (<Scene>scene).stack_of(self.bound.width) if (<Scene>scene).stack else 0
+            small = not (<Scene>scene).stack and (<Scene>scene).stack_of_general == STACK_OF_GENERAL
+            self.stack = 0 if small else (<Scene>scene).stack_of(self.bound.width)
         return 0
 
     def __call__(self, t, y):

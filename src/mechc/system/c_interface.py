@@ -35,8 +35,9 @@ class CFunction:
         ``scipy.LowLevelCallable``.
     stack
         Bytes that a call takes at most of the stack of the thread that makes it: some 300 KiB, a
-        few MiB for states of more than 64 components.  Give threads that call it such a stack, and
-        what they need themselves: the operating system ends a program whose stack is too small.
+        few MiB for states of more than 64 components and for trees that are walked link by link.
+        Give threads that call it such a stack, and what they need themselves: the operating system
+        ends a program whose stack is too small.
     signature
         ``"void (double, double *, double *, void *)"``.
     failure

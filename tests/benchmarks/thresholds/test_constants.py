@@ -33,6 +33,7 @@ from benchmarks.thresholds.varied import write_factors
 factors, count, place = sys.argv[1:]
 from mechc_codegen.library.chains.pendulum import pendulum
 model = mechc.compile(pendulum(1))
+model.wait_compiled()
 for factor in (1.0, 1.0, 0.5):
     write_factors(Path(factors), int(count), int(place), factor)
     print(model.simulate(1.0, {model.coordinates[0]: 1.0}, method="dopri5").y[-1, 0].hex())

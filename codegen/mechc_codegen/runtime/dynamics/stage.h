@@ -52,12 +52,14 @@ typedef struct {
 #if MECHC_ARTICULATED
     FN(articulated) articulated;
 #endif
+#if !MECHC_ARTICULATED || MECHC_SPEEDS_SHARED_CODE
     FN(mass_factors) factored;
+#endif
 #endif
     real gap[MECHC_AT_LEAST_ONE(MECHC_NH_MAX)];
     real jacobian[MECHC_AT_LEAST_ONE(MECHC_NC_MAX * MECHC_NU_MAX)];
     real bias[MECHC_AT_LEAST_ONE(MECHC_NC_MAX)];
-#if !MECHC_ARTICULATED || MECHC_SHARED_CODE
+#if !MECHC_ARTICULATED || MECHC_SPEEDS_SHARED_CODE
     real mass[MECHC_NU_MAX * MECHC_NU_MAX];
 #endif
     real saved[MECHC_AT_LEAST_ONE(MECHC_SAVED_MAX)];
@@ -105,15 +107,15 @@ MECHC_OF_STAGE void FN(locate_near)(real t, const real *q, const FN(given) *give
 #else
     (void)least;
 #if MECHC_ARTICULATED
-    if (!MECHC_SHARED) {
+    if (!MECHC_SPEEDS_SHARED) {
         place->bad = FN(articulate)(place->saved, &place->articulated);
         return;
     }
 #endif
-#if MECHC_FREE_TREE && MECHC_SHARED_CODE
+#if MECHC_FREE_TREE && MECHC_SPEEDS_SHARED_CODE
     FN(composite_mass)(place->saved, place->mass);
 #endif
-#if !MECHC_ARTICULATED || MECHC_SHARED_CODE
+#if !MECHC_ARTICULATED || MECHC_SPEEDS_SHARED_CODE
     place->bad = FN(factor_mass)(place->mass, MECHC_NU, &place->factored);
 #endif
 #endif
@@ -426,13 +428,13 @@ MECHC_OF_STAGE void FN(accelerate)(real t, const real *q, const real *u, const F
     (void)lambda;
 #if MECHC_ARTICULATED
     real bias[MECHC_LINKS_MAX * MECHC_DIM_MAX], wrench[MECHC_LINKS_MAX * MECHC_DIM_MAX];
-    if (!MECHC_SHARED) {
+    if (!MECHC_SPEEDS_SHARED) {
         FN(tree_motion)(t, q, u, given, place->saved + MECHC_AT_SAVED, bias, wrench, none);
         FN(free_accelerations)(place->saved, &place->articulated, bias, wrench, accelerations);
         return;
     }
 #endif
-#if !MECHC_ARTICULATED || MECHC_SHARED_CODE
+#if !MECHC_ARTICULATED || MECHC_SPEEDS_SHARED_CODE
     FN(motion)(t, q, u, given, place->saved, accelerations, none);
     FN(forward)(&place->factored, MECHC_NU, accelerations);
     FN(backward)(&place->factored, MECHC_NU, accelerations);

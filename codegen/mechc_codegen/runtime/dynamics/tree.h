@@ -176,7 +176,7 @@ MECHC_ONCE void FN(composite_mass)(const real *tree, real *mass)
                     const int other = mechc_column_speed[d];
                     const real *axis = tree + MECHC_AT_SUBSPACE + d * MECHC_DIM;
                     const real entry = FN(along_motion)(axis, wrench);
-                    if (!MECHC_SHARED) {
+                    if (!MECHC_SPEEDS_SHARED) {
                         mass[speed * MECHC_NU + other] = mass[other * MECHC_NU + speed] = entry;
                     } else if (at < link || d <= c) { /* each pair of columns once, and as two of one speed twice */
                         mass[speed * MECHC_NU + other] += entry;
@@ -221,13 +221,13 @@ MECHC_ONCE void FN(take_bias)(const real *tree, const real *bias, real *wrench)
 /* Generalised forces of the wrenches, which are overwritten. */
 MECHC_ONCE void FN(along_speeds)(const real *tree, real *wrench, real *forcing)
 {
-    for (int i = 0; MECHC_SHARED && i < MECHC_NU; i++) forcing[i] = R(0.0);
+    for (int i = 0; MECHC_SPEEDS_SHARED && i < MECHC_NU; i++) forcing[i] = R(0.0);
     for (int link = MECHC_LINKS - 1; link >= 0; link--) {
         for (int c = mechc_first_column[link]; c < mechc_first_column[link + 1]; c++) {
             const real along = FN(along_motion)(tree + MECHC_AT_SUBSPACE + c * MECHC_DIM,
                                                 wrench + link * MECHC_DIM);
             real *const own = forcing + mechc_column_speed[c];
-            *own = MECHC_SHARED ? *own + along : along;
+            *own = MECHC_SPEEDS_SHARED ? *own + along : along;
         }
         if (mechc_parent[link] >= 0)
             FN(add_wrench)(tree + link * MECHC_ARM, wrench + link * MECHC_DIM,

@@ -75,7 +75,7 @@ static const char *mechc_read_counts(mechc_tape_reader *reader)
     int *const counts[] = {&c->nq, &c->nu, &c->nh, &c->nc, &c->np, &c->nk, &c->saved, &c->turns, &c->ni,
                            &c->states, &c->switches, &c->features, &c->knotted, &c->multipliers, &c->lockstep,
                            &c->blocks_kept, &c->row_blocks, &c->identity_kinematics, &c->own,
-                           &c->links, &c->planar, &c->columns, &c->shared, &c->carried, &c->factors, &c->moving_cuts};
+                           &c->links, &c->planar, &c->columns, &c->speeds_shared, &c->carried, &c->factors, &c->moving_cuts};
     const int most[] = {MECHC_NQ_MAX, MECHC_NU_MAX, MECHC_NH_MAX, MECHC_NC_MAX, MECHC_NP_MAX, MECHC_NK_MAX,
                         MECHC_SAVED_MAX, MECHC_TURNS_MAX, MECHC_NI_MAX, MECHC_NQ_MAX, MECHC_SWITCHES_MAX,
                         MECHC_FEATURES_MAX, MECHC_KNOTTED_MAX, 1, 1, MECHC_BLOCKS_KEPT_MAX,
@@ -97,8 +97,8 @@ static const char *mechc_read_counts(mechc_tape_reader *reader)
     const int arm = c->planar ? 2 : 3, columns = c->columns * (arm == 2 ? 3 : 6), masses = arm == 2 ? 4 : 10;
     const int kept = columns + c->links * (arm + masses) + (c->nc ? c->links * arm + c->nc * 3 * arm : 0);
     MECHC_TAPE_REQUIRE(!c->links
-                           || (c->nh == c->nc && kept <= c->saved && (c->shared || c->columns == c->nu)
-                               && !(c->shared && (c->carried || c->moving_cuts))),
+                           || (c->nh == c->nc && kept <= c->saved && (c->speeds_shared || c->columns == c->nu)
+                               && !(c->speeds_shared && (c->carried || c->moving_cuts))),
                        "its counts contradict each other");
     c->of_tree = c->links ? kept : 0;
     MECHC_TAPE_REQUIRE(!c->own || !c->nc || c->multipliers, "its counts contradict each other");

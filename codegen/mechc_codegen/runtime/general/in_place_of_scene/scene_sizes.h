@@ -69,8 +69,8 @@
 #define MECHC_LINKS mechc_of_scene.links
 #define MECHC_PLANAR mechc_of_scene.planar
 #define MECHC_COLUMNS mechc_of_scene.columns
-#define MECHC_SHARED mechc_of_scene.shared
-#define MECHC_SHARED_CODE MECHC_KIND_WALKED
+#define MECHC_SPEEDS_SHARED mechc_of_scene.speeds_shared
+#define MECHC_SPEEDS_SHARED_CODE MECHC_KIND_WALKED
 #define MECHC_CARRIED mechc_of_scene.carried
 #define MECHC_CARRIED_CODE (MECHC_KIND_WALKED && MECHC_KIND_ROWS)
 #define MECHC_FACTORS mechc_of_scene.factors

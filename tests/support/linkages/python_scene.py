@@ -40,6 +40,7 @@ class _Model(Structure):
         ("abi", c_int), ("metadata", c_char_p), ("coordinates", c_int), ("speeds", c_int),
         ("holonomic", c_int), ("rows", c_int), ("parameters", c_int), ("complete", c_void_p),
         ("select", _Select), ("inputs", c_int), ("texts", c_char_p),
+        ("general", c_void_p), ("series", c_void_p), ("derivatives", c_void_p), ("bound", c_int),
     )  # fmt: skip
 
 

@@ -12,14 +12,20 @@ from collections.abc import Mapping
 from sympy import Add, Expr, Integer, Symbol
 
 from mechc_codegen.emit.functions import SceneFunctions
-from mechc_codegen.ir.program import SineCosine
+from mechc_codegen.ir.program import SWITCHING, SineCosine, slice_statements, symbols_of
 
 Sum = Mapping[Symbol, int]  # of coordinates, by their whole multiples
+
+BESIDE = (
+    "coordinate_rates",
+    "kinematic_matrix",
+    SWITCHING,
+)  # functions of their own that runs call
 
 
 def angles(functions: SceneFunctions) -> tuple[list[int], list[int]]:
     """Coordinates that occur in sines and cosines of the configuration and the motion; and those
-    that occur there only, none where inputs read coordinates."""
+    that occur in nothing else that a run evaluates, none where inputs read coordinates."""
     turned, used = _uses(functions)
     alone = set[Symbol]() if functions.program.input_values() else turned - used
     coordinates = list(enumerate(functions.program.symbols.q))
@@ -32,7 +38,9 @@ def _uses(functions: SceneFunctions) -> tuple[set[Symbol], set[Symbol]]:
     sums: dict[Symbol, Sum] = {q: {q: 1} for q in program.symbols.q}
     turned = set[Symbol]()
     used = set[Symbol]()  # other than in a sine or a cosine of a sum of whole multiples
-    for statement in (*functions.configuration, *functions.motion):
+    beside = [functions.outputs[name] for name in BESIDE if name in functions.outputs]
+    of_motion = (*functions.configuration, *functions.motion)
+    for statement in (*of_motion, *slice_statements(functions.program.body, symbols_of(beside))):
         angle = _sum_of(statement.value, sums)
         if angle is None:
             used |= _plain_coordinates(statement.value, sums)
@@ -41,8 +49,13 @@ def _uses(functions: SceneFunctions) -> tuple[set[Symbol], set[Symbol]]:
         else:
             sums[statement.target] = angle
     layout = functions.layout
-    for name in (*layout.configuration, *layout.motion):
-        for element in functions.outputs[name].elements if name in functions.outputs else ():
+    stored = [
+        functions.outputs[n]
+        for n in (*layout.configuration, *layout.motion)
+        if n in functions.outputs
+    ]
+    for output in (*stored, *beside):
+        for element in output.elements:
             used |= _plain_coordinates(element, sums)
     return turned, used
 

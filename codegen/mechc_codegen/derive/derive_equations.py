@@ -21,7 +21,8 @@ LEAST_WRITTEN = 5  # speeds, and links in a row: fewer have fewer operations by 
 def derive_equations(mechanism: Mechanism, request: OutputRequest = DEFAULT_REQUEST) -> Equations:
     """Derive link by link where there are many links and the description allows it.
 
-    Fewer in a row, in space, are derived link by link too, and M and F then written out.
+    Fewer in a row, in space, are derived link by link too, and M and F then written out, unless
+    loops are closed there.
     """
     speeds = len(mechanism.speeds)
     if speeds >= LEAST_WRITTEN:

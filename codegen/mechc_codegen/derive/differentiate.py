@@ -13,7 +13,11 @@ from dataclasses import replace
 from sympy import Add, Expr, S
 
 from mechc_codegen.derive.equations import Equations, Output, Symbols
-from mechc_codegen.derive.outputs import kinematic_matrix, rates_of_constraints
+from mechc_codegen.derive.outputs import (
+    constraint_gradient,
+    kinematic_matrix,
+    rates_of_constraints,
+)
 from mechc_codegen.description.derivatives import Derivatives
 from mechc_codegen.errors import MechanismError
 
@@ -45,12 +49,8 @@ def differentiate(equations: Equations) -> Equations:
             tuple(f"J[{name}, {speed}]" for name in names for speed in equations.speed_names),
         ),
         accelerated,
-        Output(
-            "constraint_gradient",
-            "derivative of the configuration constraints by the coordinates",
-            tuple(known.of(e, q) for e in holonomic.elements for q in symbols.q),
-            (len(holonomic.elements), len(symbols.q)),
-            tuple(f"d({name})/dq{k}" for name in holonomic.labels for k in range(len(symbols.q))),
+        constraint_gradient(
+            [[known.of(e, q) for q in symbols.q] for e in holonomic.elements], holonomic.labels
         ),
         kinematic_matrix(rates, symbols.u, len(equations.movable_coordinates)),
     ]

@@ -73,7 +73,7 @@ def derive(mechanism: Mechanism, request: OutputRequest = DEFAULT_REQUEST) -> Eq
         *(_momenta(mechanism, motions) if request.includes("momenta") else ()),
         *(_points(mechanism) if request.includes("points") else ()),
         *([] if mechanism.preference is None else [outputs.preference(mechanism.preference)]),
-        outputs.cut_directions(mechanism),
+        outputs.cut_directions(mechanism, (a.dot(b) for _, a, b in mechanism.aligned_axes)),
     ]
     solved = [
         *(_accelerations(mechanism) if request.includes("accelerations") else ()),

@@ -113,12 +113,21 @@ def preference(value: Expr) -> Output:
     return Output("preference", equation, (value,), (), ("preference",))
 
 
-def cut_directions(mechanism: Mechanism) -> Output:
+def constraint_gradient(rows: Sequence[Sequence[Expr]], names: Iterable[str]) -> Output:
+    """The derivatives of the configuration constraints by the coordinates, a row each."""
+    width = len(rows[0]) if rows else 0
+    labels = tuple(f"d({name})/dq{k}" for name in names for k in range(width))
+    equation = "derivative of the configuration constraints by the coordinates"
+    elements = tuple(entry for row in rows for entry in row)
+    return Output("constraint_gradient", equation, elements, (len(rows), width), labels)
+
+
+def cut_directions(mechanism: Mechanism, cosines: Iterable[Expr]) -> Output:
     """The output that tells configurations of cut joints from those with axes turned by half."""
     axes = mechanism.aligned_axes
     equation = "1 where an axis that a cut joint holds points the right way, 0 or -1 elsewhere"
     labels = (f"{name}: {one} along {other}" for name, one, other in axes)
-    return array("cut_directions", equation, (one.dot(other) for _, one, other in axes), labels)
+    return array("cut_directions", equation, cosines, labels)
 
 
 def user_outputs(request: OutputRequest, reactions: Mapping[Expr, Expr]) -> list[Output]:

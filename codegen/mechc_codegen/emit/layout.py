@@ -27,6 +27,7 @@ UNLISTED = (*RESIDUALS, *OWN, *_RATES, ADJOINT, SWITCHING)  # parts of others, o
 TREE = ("tree_offset", "tree_subspace", "tree_inertia", "tree_reference", "tree_cut")
 SIZES_OF_TREES = (
     *("links", "planar", "columns", "speeds_shared", "carried", "factors", "moving_cuts"),
+    "cuts_turn",
 )
 TREE_MOTION = ("tree_bias", "tree_wrench")
 ROWS = {"constraints": "gap", "constraint_jacobian": "jacobian", "velocity_bias": "bias"}
@@ -108,6 +109,7 @@ def _tree_layout(equations: Equations, tree: Tree) -> FunctionLayout:
             "columns": len(columns),
             "speeds_shared": int(tree.shared),
             "moving_cuts": int(plan is None and walks_moving_cuts(tree)),
+            "cuts_turn": int(tree.cuts_turn),
         },
         "tree_",
         tables,

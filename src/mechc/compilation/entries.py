@@ -19,7 +19,7 @@ from mechc.progress import Notice
 _LONGEST_KEY = 100
 _SETS = {2: "baseline", 4: "avx2", 8: "avx512"}  # lanes -> how names of installed units end
 _INSTALLED = Path(__file__).resolve().parents[1] / "_units"
-_TAPE = b"mechc tape 5\0\0\0\0"  # what tapes begin with: see runtime/tape/read.h
+_TAPE = b"mechc tape 6\0\0\0\0"  # what tapes begin with: see runtime/tape/read.h
 
 
 def model_of(path: Path) -> Any:

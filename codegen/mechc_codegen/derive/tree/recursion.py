@@ -18,12 +18,14 @@ from mechc_codegen.derive.equations import Equations, Output, Symbols, Tree
 from mechc_codegen.derive.joint_reactions import reaction_outputs, refuse_unknown_reactions
 from mechc_codegen.derive.state_symbols import StateSymbols, state_symbols
 from mechc_codegen.derive.tree.bodies import LinkBodies
+from mechc_codegen.derive.tree.cuts import AT_REST, DirectionRow, cut_rows
 from mechc_codegen.derive.tree.frames import Frames, Local, NotATreeError
+from mechc_codegen.derive.tree.gradients import gradients
 from mechc_codegen.derive.tree.links import Link, LinkAccelerations, Links, moving_columns
 from mechc_codegen.derive.tree.mass_matrix import composite_equations
-from mechc_codegen.derive.tree.residual import CutRow, Residual
+from mechc_codegen.derive.tree.residual import Residual
 from mechc_codegen.derive.tree.tape import V3, Tape, vanishes
-from mechc_codegen.derive.tree.velocities import refuse_other_velocities
+from mechc_codegen.derive.tree.velocities import SAME, at_random, refuse_other_velocities
 from mechc_codegen.description.joints.tree import Body
 from mechc_codegen.description.mechanism import Mechanism, is_rigid, printed_name
 from mechc_codegen.description.placement import dot
@@ -62,7 +64,6 @@ def _refuse_others(mechanism: Mechanism) -> None:
         "it is described by a Lagrangian": mechanism.lagrangian is not None,
         "its equations are given": mechanism.equations is not None,
         "speeds are auxiliary": bool(mechanism.auxiliary),
-        "closures hold directions": any(c.perpendicular for c in mechanism.closures),
     }
     for reason, given in reasons.items():
         if given:
@@ -85,14 +86,17 @@ class _TreeDerivation:
         self.links = Links(mechanism.origin, self.frames, frames)
         self.loaded = LinkBodies(mechanism, self.links)
         refuse_other_velocities(mechanism, self.links)
-        self.cuts = self._cuts()
+        self.cuts = list(cut_rows(mechanism, self.links, self._plain))
         if request.includes("reactions"):  # before the links are counted
             refuse_unknown_reactions(mechanism)
             for joint in mechanism.joints:
                 self.links.motion(joint.child_point)
+        self._refuse_idle()
         moving = [speed for link in self.links.links for speed in moving_columns(link)]
         shared, speeds = len(moving) > len({*moving}), len(self.symbols.u)
-        self.written = len({*moving}) < speeds or least_written is not None
+        in_space = bool(self.cuts) and not self._planar(self.links.links)
+        self.written = len({*moving}) < speeds
+        self.written |= least_written is not None and not in_space
         self.written |= shared and not self.cuts and speeds < LEAST_SHARED
         self._refuse_written(least_written)
 
@@ -135,7 +139,8 @@ class _TreeDerivation:
                 tuple(link.parent for link in links),
                 tuple(tuple(moving_columns(link)) for link in links),
                 planar,
-                tuple((cut.point.link, cut.target.link) for cut in self.cuts),
+                tuple((cut.ends[0][0], cut.ends[1][0]) for cut in self.cuts),
+                self._cuts_turn,
             ),
         )
 
@@ -147,10 +152,28 @@ class _TreeDerivation:
         if self.written and self.cuts:
             raise NotATreeError("loops are closed, and M and F are to be written out")
         links = self.links.links
-        if least and (
-            self._planar(links) or max(len(self.links.path(k)) for k in range(len(links))) < least
+        if (
+            least
+            and self.written
+            and (
+                self._planar(links)
+                or max(len(self.links.path(k)) for k in range(len(links))) < least
+            )
         ):
             raise NotATreeError("few links in a row, or a plane: partial velocities are shorter")
+
+    def _refuse_idle(self) -> None:
+        """Refuse rows that no speed changes, and speeds that move no body, where loops are closed:
+        they are told from rounding where the equations are written out."""
+        if not self.cuts:
+            return
+        rates = at_random(self.tape, [cut.rate(self.tape) for cut in self.cuts], 0)
+        if any(abs(rate) < SAME for rate in rates):
+            raise NotATreeError("no speed changes some row")
+        carrying = {k for body in self.loaded.bodies for k in self.links.path(body.centre.link)}
+        moved = (k for k, link in enumerate(self.links.links) if moving_columns(link))
+        if not carrying.issuperset(moved):
+            raise NotATreeError("a speed moves no body")
 
     # -- the tree ---------------------------------------------------------------------------
 
@@ -201,54 +224,37 @@ class _TreeDerivation:
 
     # -- constraints ------------------------------------------------------------------------
 
-    def _cuts(self) -> list[CutRow]:
-        cuts = []
-        for closure in self.mechanism.closures:
-            point, target = self.links.motion(closure.point), self.links.motion(closure.target)
-            for label, vector in zip(closure.names, closure.axes, strict=False):
-                axis = self.frames.along(vector)
-                if not self.frames.local.constant(axis):
-                    raise NotATreeError(f"an axis of {closure.name} turns")
-                cuts.append(CutRow(label, point, target, axis))
-            if closure.length is not None:
-                length = self._plain(closure.length)
-                gap = self.tape.difference(point.position, target.position)
-                axis = self.tape.scale(1 / length, gap)
-                cuts.append(CutRow(closure.names[-1], point, target, axis, length))
-        return cuts
-
     def _closures(self, planar: bool) -> list[Output]:
-        labels = tuple(cut.label for cut in self.cuts)
+        tape, labels = self.tape, tuple(cut.label for cut in self.cuts)
         along = tuple(f"rate of {label}" for label in labels)
-        if self.cuts and not self.mechanism.has_identity_kinematics:
-            raise NotATreeError("loops are closed, and speeds are not the coordinates' rates")
-        turning = [cut.turning(self.tape) for cut in self.cuts]
-        gamma = tuple(-a - b for a, b in zip(self._across("bias"), turning, strict=True))
-        gaps = self._across("position")
-        values = [cut.opened(gap) for gap, cut in zip(gaps, self.cuts, strict=True)]
-        return [
+        gamma = tuple(-cut.second_rate(tape, AT_REST) for cut in self.cuts)
+        values = [cut.value(tape) for cut in self.cuts]
+        found = [
             outputs.constraints(values, labels),
-            *outputs.rates_of_constraints(self._across("velocity"), gamma, along),
+            *outputs.rates_of_constraints([cut.rate(tape) for cut in self.cuts], gamma, along),
             *(self._cut_outputs(planar) if self.cuts else ()),
         ]
-
-    def _across(self, what: str) -> tuple[Expr, ...]:
-        """The distance of the two ends of each cut along its axis."""
-        tape = self.tape
-        gaps = [tape.difference(getattr(c.point, what), getattr(c.target, what)) for c in self.cuts]
-        return tuple(tape.dot(gap, cut.axis) for gap, cut in zip(gaps, self.cuts, strict=True))
+        if self.cuts and not self.mechanism.has_identity_kinematics:
+            rows = gradients(tape, values, self.symbols.q)
+            found.append(outputs.constraint_gradient(rows, labels))
+        return found
 
     def _cut_outputs(self, planar: bool) -> list[Output]:
         """Outputs from which the runtime forms the rows of J."""
         size = 2 if planar else 3
         references = [link.reference[:size] for link in self.links.links]
-        rows = [
-            (*c.point.position[:size], *c.target.position[:size], *c.axis[:size]) for c in self.cuts
-        ]
+        rows = [(*c.ends[0][1][:size], *c.ends[1][1][:size], *c.axis[:size]) for c in self.cuts]
+        if self._cuts_turn:
+            moments = (c.moment[2:] if planar else c.moment for c in self.cuts)
+            rows = [(*row, *moment) for row, moment in zip(rows, moments, strict=True)]
         return [
             _data_output("tree_reference", "positions of the links' reference points", references),
             _data_output("tree_cut", "both ends of each cut, and the axis of its constraint", rows),
         ]
+
+    @property
+    def _cuts_turn(self) -> bool:
+        return any(isinstance(cut, DirectionRow) for cut in self.cuts)
 
     # -- other outputs ----------------------------------------------------------------------
 
@@ -307,6 +313,10 @@ class _TreeDerivation:
     def _scalars(self) -> list[Output]:
         own = outputs.user_outputs(self.request, {})
         scalars = [self.to_symbols.motion_output(output) for output in own]
+        axes = self.mechanism.aligned_axes
+        if axes:
+            found = [self.tape.dot(*map(self.frames.along, pair)) for _, *pair in axes]
+            scalars.append(outputs.cut_directions(self.mechanism, found))
         if self.mechanism.preference is not None:
             scalars.append(outputs.preference(self._plain(self.mechanism.preference)))
         return scalars

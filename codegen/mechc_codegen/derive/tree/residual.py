@@ -7,39 +7,14 @@ mass matrix: inverse dynamics (Featherstone 2008, section 5.3) with the forces o
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from sympy import Expr, S
 
 from mechc_codegen.derive.equations import Symbols
 from mechc_codegen.derive.tree.bodies import LinkBodies
-from mechc_codegen.derive.tree.links import GROUND, LinkAccelerations, PointMotion
-from mechc_codegen.derive.tree.tape import V3, ZERO, Tape
-
-
-@dataclass(frozen=True)
-class CutRow:
-    """One row of a closure: two points that coincide along an axis, which does not turn.
-
-    Of a rod with a ``length`` the axis is the vector between the points over the length.
-    """
-
-    label: str
-    point: PointMotion
-    target: PointMotion
-    axis: V3
-    length: Expr | None = None
-
-    def opened(self, gap: Expr) -> Expr:
-        """The constraint, with the product of the points' gap and the axis."""
-        return gap if self.length is None else (gap - self.length) / 2
-
-    def turning(self, tape: Tape) -> Expr:
-        """Its second derivative because the axis turns."""
-        if self.length is None:
-            return S.Zero
-        rate = tape.difference(self.point.velocity, self.target.velocity)
-        return tape.keep(tape.dot(rate, rate) / self.length)
+from mechc_codegen.derive.tree.cuts import CutRow, solved
+from mechc_codegen.derive.tree.links import GROUND, LinkAccelerations
+from mechc_codegen.derive.tree.tape import V3, ZERO, vanishes
 
 
 class Residual:
@@ -54,14 +29,9 @@ class Residual:
         return [*self._balance(), *self._openings()]
 
     def _openings(self) -> list[Expr]:
-        """The relative acceleration of the two ends of each cut along its axis."""
-        tape, moving = self.tape, LinkAccelerations(self.links, self.symbols)
-        ends = [(moving.of_point(c.point), moving.of_point(c.target)) for c in self.cuts]
-        gaps = [tape.difference(one, other) for one, other in ends]
-        return [
-            tape.keep(tape.dot(gap, cut.axis) + cut.turning(tape))
-            for gap, cut in zip(gaps, self.cuts, strict=True)
-        ]
+        """The second rates of the cuts' constraints."""
+        by = solved(LinkAccelerations(self.links, self.symbols))
+        return [self.tape.keep(cut.second_rate(self.tape, by)) for cut in self.cuts]
 
     def _balance(self) -> list[Expr]:
         tape, found = self.tape, dict[int, Expr]()
@@ -101,14 +71,17 @@ class Residual:
         return found
 
     def _add_cuts(self, wrenches: list[tuple[V3, V3]]) -> None:
-        """Add J^T lambda: opposite forces along the axis at the two ends of each cut."""
+        """Add J^T lambda: opposite forces and moments on the two ends of each cut."""
         tape = self.tape
         for cut, multiplier in zip(self.cuts, self.symbols.multipliers, strict=True):
-            for end, sign in ((cut.point, 1), (cut.target, -1)):
-                if end.link != GROUND:
+            for (link, place), sign in zip(cut.ends, (1, -1), strict=True):
+                if link != GROUND:
                     force = tape.scale(sign * multiplier, cut.axis)
-                    arm = tape.difference(end.position, self.links.reference(end.link))
-                    self._add(wrenches, end.link, tape.cross(arm, force), force)
+                    arm = tape.difference(place, self.links.reference(link))
+                    moment = tape.cross(arm, force)
+                    if not vanishes(cut.moment):
+                        moment = tape.total(moment, tape.scale(sign * multiplier, cut.moment))
+                    self._add(wrenches, link, moment, force)
 
     def _add(self, wrenches: list[tuple[V3, V3]], link: int, moment: V3, force: V3) -> None:
         own = wrenches[link]

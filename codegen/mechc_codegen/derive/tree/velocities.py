@@ -7,7 +7,7 @@ constraints only, or the point has no position) the equations are derived in ful
 from __future__ import annotations
 
 import random
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 from sympy import Expr, Float, Symbol
 from sympy.physics.mechanics import Point
@@ -34,11 +34,10 @@ def refuse_other_velocities(mechanism: Mechanism, links: Links) -> None:
     placed += [place for place, _ in mechanism.loads if isinstance(place, Point)]
     points = [p for p in (*placed, *mechanism.points) if mechanism.frame in p._vel_dict]
     differences = [tuple(_difference(mechanism, links, point)) for point in points]
-    wanted = {s for gap in differences for e in gap for s in e.free_symbols}
     for seed in range(SAMPLES if points else 0):
-        values = _values(links.tape, wanted, seed)
+        found = iter(at_random(links.tape, [e for gap in differences for e in gap], seed))
         for point, difference in zip(points, differences, strict=True):
-            if any(abs(float(e.xreplace(values))) > SAME for e in difference):
+            if any(abs(next(found)) > SAME for _ in difference):
                 raise NotATreeError(f"the velocity of {point.name} is not the rate of its position")
 
 
@@ -51,9 +50,9 @@ def _difference(mechanism: Mechanism, links: Links, point: Point) -> Iterator[Ex
         yield sum((dot(rotation[axis], entries) for rotation, entries in rows), -value)
 
 
-def _values(tape: Tape, wanted: Iterable[Symbol], seed: int) -> dict[Symbol, Expr]:
-    """Values of symbols, random ones where no statement defines the symbol."""
-    needed = set(wanted)
+def at_random(tape: Tape, expressions: Sequence[Expr], seed: int) -> list[float]:
+    """Values of expressions, with random ones of symbols that no statement defines."""
+    needed = {symbol for e in expressions for symbol in e.free_symbols}
     kept = []
     for symbol, value in reversed(tape.statements):
         if symbol in needed:
@@ -64,4 +63,4 @@ def _values(tape: Tape, wanted: Iterable[Symbol], seed: int) -> dict[Symbol, Exp
         values[symbol] = Float(generator.uniform(0.4, 1.7))
     for symbol, value in reversed(kept):
         values[symbol] = value.xreplace(values)
-    return values
+    return [float(e.xreplace(values)) for e in expressions]

@@ -26,12 +26,13 @@ from mechc_codegen.emit.taylor.sums import are_few, arrange
 from mechc_codegen.emit.units.block_elimination import BlockElimination
 from mechc_codegen.emit.units.scene_files import label_widths
 
-MAGIC = b"mechc tape 5\0\0\0\0"
+MAGIC = b"mechc tape 6\0\0\0\0"
 COUNTS = (
     *("NQ", "NU", "NH", "NC", "NP", "NK", "SAVED", "TURNS", "NI", "STATES", "SWITCHES"),
     *("FEATURES", "KNOTTED", "MULTIPLIERS", "LOCKSTEP", "BLOCKS_KEPT"),
     *("ROW_BLOCKS", "IDENTITY_KINEMATICS", "OWN"),
     *("LINKS", "PLANAR", "COLUMNS", "SPEEDS_SHARED", "CARRIED", "FACTORS", "MOVING_CUTS"),
+    "CUTS_TURN",
 )
 OUTPUT, DEFAULT, COVECTOR = "solved", "default", "adjoint"
 _OF_STATES = ("plain", OUTPUT, DEFAULT, COVECTOR)

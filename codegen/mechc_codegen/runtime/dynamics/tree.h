@@ -36,7 +36,9 @@
 #define MECHC_AT_REFERENCE (MECHC_AT_INERTIA + MECHC_LINKS * MECHC_MASSES)
 #if MECHC_NC_MAX > 0
 #define MECHC_AT_CUT (MECHC_AT_REFERENCE + MECHC_LINKS * MECHC_ARM)
-#define MECHC_AT_SAVED (MECHC_AT_CUT + MECHC_NC * 3 * MECHC_ARM)
+/* Of a cut's row: both ends, the force along its axis, and a moment where some hold directions. */
+#define MECHC_CUT (3 * MECHC_ARM + (MECHC_CUTS_TURN ? MECHC_DIM - MECHC_ARM : 0))
+#define MECHC_AT_SAVED (MECHC_AT_CUT + MECHC_NC * MECHC_CUT)
 #else
 #define MECHC_AT_SAVED MECHC_AT_REFERENCE
 #endif
@@ -312,6 +314,30 @@ MECHC_INLINE void FN(arm_to)(const real *tree, int link, const real *point, real
         arm[i] = point[i] - tree[MECHC_AT_REFERENCE + link * MECHC_ARM + i];
 }
 
+/* The wrench of a unit of force along a row on one end of its cut, about the reference point there. */
+MECHC_INLINE void FN(cut_wrench)(const real *tree, int row, int end, real *wrench)
+{
+    const real *points = tree + MECHC_AT_CUT + row * MECHC_CUT, *axis = points + 2 * MECHC_ARM;
+    const real *turn = axis + MECHC_ARM;
+    real arm[MECHC_ARM_MAX], force[MECHC_DIM_MAX];
+    FN(arm_to)(tree, mechc_cut[2 * row + end], points + end * MECHC_ARM, arm);
+    for (int j = 0; j < MECHC_DIM; j++) force[j] = wrench[j] = R(0.0);
+    for (int j = 0; j < MECHC_ARM; j++)
+        force[MECHC_DIM - MECHC_ARM + j] = end ? -axis[j] : axis[j];
+    for (int j = 0; MECHC_CUTS_TURN && j < MECHC_DIM - MECHC_ARM; j++) force[j] = end ? -turn[j] : turn[j];
+    FN(add_wrench)(arm, force, wrench);
+}
+
+/* What a row's axis, and its moment, make of a motion. */
+MECHC_INLINE real FN(along_cut)(const real *axis, const real *moved)
+{
+    const real *turn = axis + MECHC_ARM;
+    real part = R(0.0);
+    for (int i = 0; i < MECHC_ARM; i++) R_ADD(part, axis[i], moved[MECHC_DIM - MECHC_ARM + i]);
+    for (int i = 0; MECHC_CUTS_TURN && i < MECHC_DIM - MECHC_ARM; i++) R_ADD(part, turn[i], moved[i]);
+    return part;
+}
+
 /* Partial velocities of a point along an axis, by the speeds of all links down to the ground. */
 MECHC_INLINE void FN(add_partials)(const real *tree, int link, const real *point, const real *axis,
                                    double sign, real *row)
@@ -320,11 +346,8 @@ MECHC_INLINE void FN(add_partials)(const real *tree, int link, const real *point
         real arm[MECHC_ARM_MAX], moved[MECHC_DIM_MAX];
         FN(arm_to)(tree, link, point, arm);
         for (int c = mechc_first_column[link]; c < mechc_first_column[link + 1]; c++) {
-            real part = R(0.0);
             FN(shift_motion)(arm, tree + MECHC_AT_SUBSPACE + c * MECHC_DIM, moved);
-            for (int i = 0; i < MECHC_ARM; i++)
-                R_ADD(part, axis[i], moved[MECHC_DIM - MECHC_ARM + i]);
-            R_ADD(row[mechc_column_speed[c]], R(sign), part);
+            R_ADD(row[mechc_column_speed[c]], R(sign), FN(along_cut)(axis, moved));
         }
     }
 }
@@ -334,7 +357,7 @@ MECHC_ONCE void FN(cut_rows)(const real *tree, real *jacobian)
 {
     for (int i = 0; i < MECHC_NC * MECHC_NU; i++) jacobian[i] = R(0.0);
     for (int i = 0; i < MECHC_NC; i++) {
-        const real *point = tree + MECHC_AT_CUT + i * 3 * MECHC_ARM;
+        const real *point = tree + MECHC_AT_CUT + i * MECHC_CUT;
         const real *target = point + MECHC_ARM, *axis = target + MECHC_ARM;
         real *row = jacobian + i * MECHC_NU;
         FN(add_partials)(tree, mechc_cut[2 * i], point, axis, 1.0, row);
@@ -353,7 +376,7 @@ MECHC_ONCE void FN(cut_rates)(const real *tree, const real *x, real *rates)
                 R_ADD(own[i], x[mechc_column_speed[c]], tree[MECHC_AT_SUBSPACE + c * MECHC_DIM + i]);
     }
     for (int i = 0; i < MECHC_NC; i++) {
-        const real *point = tree + MECHC_AT_CUT + i * 3 * MECHC_ARM;
+        const real *point = tree + MECHC_AT_CUT + i * MECHC_CUT;
         const real *axis = point + 2 * MECHC_ARM;
         rates[i] = R(0.0);
         for (int end = 0; end < 2; end++, point += MECHC_ARM) {
@@ -361,10 +384,8 @@ MECHC_ONCE void FN(cut_rates)(const real *tree, const real *x, real *rates)
             if (link < 0) continue;
             FN(arm_to)(tree, link, point, arm);
             FN(shift_motion)(arm, motion + link * MECHC_DIM, moved);
-            for (int j = 0; j < MECHC_ARM; j++) {
-                const real part = axis[j] * moved[MECHC_DIM - MECHC_ARM + j];
-                rates[i] += end ? -part : part;
-            }
+            const real part = FN(along_cut)(axis, moved);
+            rates[i] += end ? -part : part;
         }
     }
 }
@@ -398,15 +419,17 @@ MECHC_ONCE real FN(most_partials)(const real *tree, real unit)
         }
     }
     for (int i = 0; i < MECHC_NC; i++) {
-        const real *point = tree + MECHC_AT_CUT + i * 3 * MECHC_ARM;
+        const real *const ends = tree + MECHC_AT_CUT + i * MECHC_CUT, *point = ends;
         real sum = R(0.0);
         for (int end = 0; end < 2; end++, point += MECHC_ARM) {
             const int link = mechc_cut[2 * i + end];
             real arm[MECHC_ARM_MAX];
             if (link < 0) continue;
             FN(arm_to)(tree, link, point, arm);
-            sum += sliding[link]
-                 + turning[link] * (length[link] + FN(sum_of_sizes)(arm, MECHC_ARM));
+            const real moves = sliding[link]
+                             + turning[link] * (length[link] + FN(sum_of_sizes)(arm, MECHC_ARM));
+            const real axis = FN(sum_of_sizes)(ends + 2 * MECHC_ARM, MECHC_ARM);
+            sum += R_SELECT(R_MASK(axis > 0.0) | R_MASK(R((double)MECHC_CUTS_TURN) == 0.0), moves, turning[link]);
         }
         most = R_SELECT(R_MASK(sum > most), sum, most);
     }

@@ -40,7 +40,7 @@
     X(row, series->row) X(series_kept, series->kept) X(sums, series->sums) \
     X(series_rates, series->integrated) X(c, c->nu + c->nc + (c->identity_kinematics ? 0 : c->nq)) \
     X(tree_offset, c->links * arm) X(tree_subspace, c->columns * dim) X(tree_inertia, c->links * masses) \
-    X(tree_reference, c->nc ? c->links * arm : 0) X(tree_cut, c->nc * 3 * arm) X(tree_saved, c->saved - c->of_tree) \
+    X(tree_reference, c->nc ? c->links * arm : 0) X(tree_cut, c->nc * (3 * arm + (c->cuts_turn ? 2 * arm - 3 : 0))) X(tree_saved, c->saved - c->of_tree) \
     X(tree_bias, c->links * dim) X(tree_wrench, c->links * dim)
 
 /* X(function, its arrays: A(given) W(written), whose names in C lack series_ and tree_): those that the unit calls by themselves, then those of states,

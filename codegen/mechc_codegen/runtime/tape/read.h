@@ -9,7 +9,7 @@
 #include "tape/series.h"
 #include "tape/tape.h"
 
-#define MECHC_TAPE_MAGIC "mechc tape 5\0\0\0"
+#define MECHC_TAPE_MAGIC "mechc tape 6\0\0\0"
 
 /* The content of each part of the bytes, in their order. */
 enum {
@@ -75,12 +75,13 @@ static const char *mechc_read_counts(mechc_tape_reader *reader)
     int *const counts[] = {&c->nq, &c->nu, &c->nh, &c->nc, &c->np, &c->nk, &c->saved, &c->turns, &c->ni,
                            &c->states, &c->switches, &c->features, &c->knotted, &c->multipliers, &c->lockstep,
                            &c->blocks_kept, &c->row_blocks, &c->identity_kinematics, &c->own,
-                           &c->links, &c->planar, &c->columns, &c->speeds_shared, &c->carried, &c->factors, &c->moving_cuts};
+                           &c->links, &c->planar, &c->columns, &c->speeds_shared, &c->carried, &c->factors, &c->moving_cuts,
+                           &c->cuts_turn};
     const int most[] = {MECHC_NQ_MAX, MECHC_NU_MAX, MECHC_NH_MAX, MECHC_NC_MAX, MECHC_NP_MAX, MECHC_NK_MAX,
                         MECHC_SAVED_MAX, MECHC_TURNS_MAX, MECHC_NI_MAX, MECHC_NQ_MAX, MECHC_SWITCHES_MAX,
                         MECHC_FEATURES_MAX, MECHC_KNOTTED_MAX, 1, 1, MECHC_BLOCKS_KEPT_MAX,
                         MECHC_BLOCKS_CODE ? MECHC_NC_MAX : 0, 1, MECHC_OWN_MAX,
-                        MECHC_LINKS_MAX, 1, MECHC_COLUMNS_MAX, 1, MECHC_CARRIED_MAX, MECHC_FACTORS_MAX, 1};
+                        MECHC_LINKS_MAX, 1, MECHC_COLUMNS_MAX, 1, MECHC_CARRIED_MAX, MECHC_FACTORS_MAX, 1, 1};
     const size_t count = sizeof most / sizeof *most;
     MECHC_TAPE_REQUIRE(section->size == count * sizeof *given, "its counts are not whole");
     for (size_t i = 0; i < count; i++) {
@@ -95,7 +96,8 @@ static const char *mechc_read_counts(mechc_tape_reader *reader)
                            && (c->links > 0) == MECHC_KIND_WALKED,
                        "it is of another kind");
     const int arm = c->planar ? 2 : 3, columns = c->columns * (arm == 2 ? 3 : 6), masses = arm == 2 ? 4 : 10;
-    const int kept = columns + c->links * (arm + masses) + (c->nc ? c->links * arm + c->nc * 3 * arm : 0);
+    const int cut = 3 * arm + (c->cuts_turn ? 2 * arm - 3 : 0);
+    const int kept = columns + c->links * (arm + masses) + (c->nc ? c->links * arm + c->nc * cut : 0);
     MECHC_TAPE_REQUIRE(!c->links
                            || (c->nh == c->nc && kept <= c->saved && (c->speeds_shared || c->columns == c->nu)
                                && !(c->speeds_shared && (c->carried || c->moving_cuts))),

@@ -58,17 +58,13 @@ MECHC_ONCE void FN(free_answer)(const real *tree, const FN(articulated) *f, real
 /* A unit of force along a row, on both links of its cut. */
 MECHC_INLINE void FN(force_along_row)(const real *tree, int row, real *wrench)
 {
-    const real *points = tree + MECHC_AT_CUT + row * 3 * MECHC_ARM, *axis = points + 2 * MECHC_ARM;
     for (int i = 0; i < MECHC_LINKS * MECHC_DIM; i++) wrench[i] = R(0.0);
     for (int end = 0; end < 2; end++) {
         const int link = mechc_cut[2 * row + end];
-        real arm[MECHC_ARM_MAX], force[MECHC_DIM_MAX];
+        real one[MECHC_DIM_MAX];
         if (link < 0) continue;
-        FN(arm_to)(tree, link, points + end * MECHC_ARM, arm);
-        for (int j = 0; j < MECHC_DIM; j++) force[j] = R(0.0);
-        for (int j = 0; j < MECHC_ARM; j++)
-            force[MECHC_DIM - MECHC_ARM + j] = end ? -axis[j] : axis[j];
-        FN(add_wrench)(arm, force, wrench + link * MECHC_DIM);
+        FN(cut_wrench)(tree, row, end, one);
+        for (int j = 0; j < MECHC_DIM; j++) wrench[link * MECHC_DIM + j] += one[j];
     }
 }
 

@@ -40,15 +40,8 @@ typedef struct {
 MECHC_INLINE void FN(cut_wrenches)(const real *tree, real *rows)
 {
     for (int i = 0; i < MECHC_NC; i++) {
-        const real *point = tree + MECHC_AT_CUT + i * 3 * MECHC_ARM;
-        const real *axis = point + 2 * MECHC_ARM;
-        const int second = mechc_cut[2 * i] < 0, link = mechc_cut[2 * i + second];
-        real arm[MECHC_ARM_MAX], force[MECHC_DIM_MAX], *row = rows + mechc_cut_place[i] * MECHC_DIM;
-        FN(arm_to)(tree, link, point + second * MECHC_ARM, arm);
-        for (int j = 0; j < MECHC_DIM; j++) force[j] = row[j] = R(0.0);
-        for (int j = 0; j < MECHC_ARM; j++)
-            force[MECHC_DIM - MECHC_ARM + j] = second ? -axis[j] : axis[j];
-        FN(add_wrench)(arm, force, row);
+        const int second = mechc_cut[2 * i] < 0;
+        FN(cut_wrench)(tree, i, second, rows + mechc_cut_place[i] * MECHC_DIM);
     }
 }
 

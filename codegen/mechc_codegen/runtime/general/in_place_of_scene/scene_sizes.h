@@ -75,6 +75,7 @@
 #define MECHC_CARRIED_CODE (MECHC_KIND_WALKED && MECHC_KIND_ROWS)
 #define MECHC_FACTORS mechc_of_scene.factors
 #define MECHC_MOVING_CUTS mechc_of_scene.moving_cuts
+#define MECHC_CUTS_TURN mechc_of_scene.cuts_turn
 #define MECHC_MOVING_CUTS_CODE MECHC_CARRIED_CODE
 #define mechc_parent mechc_of_scene.parent /* tables of the scene */
 #define mechc_first_column mechc_of_scene.first_column

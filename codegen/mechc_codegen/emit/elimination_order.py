@@ -32,11 +32,13 @@ class RowPlan:
 
 
 def plan_rows(tree: Tree) -> RowPlan | None:
-    """The plan, or None if a cut joins two moving links, too many rows meet in one link, or a speed
-    moves several links."""
+    """The plan, or None if a cut joins two moving links, too many rows meet in one link, or fewer
+    than its speeds, or a speed moves several links."""
     if not tree.cuts or tree.shared or not all(min(ends) < 0 <= max(ends) for ends in tree.cuts):
         return None
     rows, left = _counts(tree)
+    if any(0 < count < len(own) for count, own in zip(rows, tree.columns, strict=True)):
+        return None  # which speeds eliminate them well changes along the motion
     most = 3 if tree.planar else 6
     grounded = [left[k] for k, parent in enumerate(tree.parents) if parent < 0]
     if max(left) > most or any(grounded):

@@ -132,7 +132,7 @@ MECHC_INLINE void FN(sweep_again)(FN(factors) *f, int i, rmask lost)
         const real part =
             R_SELECT(lost, FN(inner)(f, row, before) * f->inverse_norm[k], R(0.0));
         for (int n = 0; n < MECHC_NU; n++) R_SUB(row[n], part, before[n]);
-        f->mix[i * MECHC_NC + k] += part / follow;
+        f->mix[i * MECHC_NC + k] += part / R_SELECT(lost, follow, R(1.0)); /* 0 beyond rows of zeros */
         follow *= f->scale[k];
     }
     f->norm[i] = R_SELECT(lost, FN(inner)(f, row, row), f->norm[i]);

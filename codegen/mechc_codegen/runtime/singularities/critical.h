@@ -21,6 +21,8 @@
  * derivative: in its gaps and in J^T w. */
 #define MECHC_STILL_CLOSED 1e-12
 #define MECHC_STILL_SINGULAR 1e-9
+/* What one that Newton's method finds may miss in J^T w and w . w. */
+#define MECHC_FOUND_SINGULAR 1e-6
 
 #if MECHC_NH_MAX > 0
 /* Solve the square system a x = b in place, full pivoting; directions that the equations leave
@@ -208,6 +210,19 @@ MECHC_STATIC int mechc_is_of_curves(double t, const mechc_scalar_given *given,
     return mechc_solve(form, zero, MECHC_NU, MECHC_NO_CURVATURE) <= 2;
 }
 
+/* Whether J^T w vanishes there, for a w of length 1: rows that do not change let Newton's method stop where
+ * it does not. */
+MECHC_STATIC int mechc_is_singular_at(double t, const mechc_scalar_given *given, const mechc_critical *c)
+{
+    double pull[MECHC_NU_MAX], most = 0.0;
+    mechc_scalar_place place;
+    mechc_scalar_locate_all(t, c->q, given, &place);
+    mechc_pull_of(&place, c->normal, pull);
+    for (int j = 0; j < MECHC_NU; j++) most = mechc_max(most, fabs(pull[j]));
+    return most <= MECHC_FOUND_SINGULAR * mechc_largest_partial(&place)
+        && fabs(mechc_dot(c->normal, c->normal, MECHC_NH) - 1.0) <= MECHC_FOUND_SINGULAR;
+}
+
 /* Newton's method from q for a critical configuration whose normal is near the one given, in the
  * basis `at` q; 1 where it converged within the reach given (in mass-weighted speeds). */
 MECHC_ONCE int mechc_find_critical_of(double t, const double *q, const mechc_scalar_given *given,
@@ -247,6 +262,7 @@ MECHC_ONCE int mechc_find_critical_of(double t, const double *q, const mechc_sca
         const int by_rounding = moved_by <= MECHC_NEWTON_STALLS * reach && moved_by >= 0.5 * last;
         last = moved_by;
         if (by_rounding || moved_by <= MECHC_NEWTON_ENDS * reach) {
+            if (!mechc_is_singular_at(t, given, c)) return 0;
             mechc_measure_gap(t, given, c);
             c->curves = MECHC_NU - rank < 2 || mechc_is_of_curves(t, given, c);
             return 1;

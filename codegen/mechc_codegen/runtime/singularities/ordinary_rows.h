@@ -60,27 +60,33 @@ MECHC_ONCE void mechc_find_ordinary_rows(double t, const double *q, mechc_scalar
 #if MECHC_NH_MAX > 0 && defined MECHC_SLIDES
 /* The unit of coordinates that are neither angles nor pure numbers, from the rows.
  *
- * It is the move of such a coordinate that changes a row as much as a radian of an angle does, or how
- * far they are from zero; where neither tells, what a radian changes a row by.
+ * It is the move of such a coordinate that changes some row as much as a radian of an angle does, or how
+ * far they are from zero: in a single row the coordinate may act by its rounding alone.  Where no row
+ * tells, it is the longest arm of a tree's links, and where nothing does, what a radian changes a row by.
  */
+#define MECHC_UNMOVED 1e-8 /* of what angles do to rows: rows that no such coordinate moves */
+
 MECHC_ONCE void mechc_find_length(double t, const double *q, mechc_scalar_given *given)
 {
-    double length = 0.0, largest = 0.0;
+    double length = 0.0, most[2] = {0.0, 0.0}, arm = 0.0;
     mechc_scalar_place place;
+    (void)arm;
     if (!MECHC_HAS_SLIDES) return;
     mechc_scalar_locate_all(t, q, given, &place);
-    for (int i = 0; i < MECHC_NH; i++) {
-        double most[2] = {0.0, 0.0};
+    for (int i = 0; i < MECHC_NH; i++)
         for (int j = 0; j < MECHC_NU; j++) {
             double *kind = &most[mechc_slides[MECHC_NQ + j]];
             *kind = mechc_max(*kind, fabs(place.jacobian[i * MECHC_NU + j]));
         }
-        if (most[1] > 0.0) length = mechc_max(length, most[0] / most[1]);
-        largest = mechc_max(largest, most[0]);
-    }
+    if (most[1] > MECHC_UNMOVED * most[0]) length = most[0] / most[1];
+#if MECHC_WALKED
+    for (int link = 0; !(length > 0.0) && link < MECHC_LINKS; link++)
+        arm = mechc_max(arm, mechc_scalar_sum_of_sizes(place.saved + link * MECHC_ARM, MECHC_ARM));
+    length = mechc_max(length, arm);
+#endif
     for (int i = 0; i < MECHC_NQ - MECHC_STATES; i++)
         if (mechc_slides[i]) length = mechc_max(length, fabs(q[i]));
-    if (!(length > 0.0)) length = largest;
+    if (!(length > 0.0)) length = most[0];
     if (length > 0.0 && length < HUGE_VAL) given->k[MECHC_LENGTH] = length;
 }
 #endif

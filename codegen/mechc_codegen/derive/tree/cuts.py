@@ -94,7 +94,8 @@ class RodRow(CutRow):
 
 @dataclass(frozen=True)
 class TurningRow(CutRow):
-    """Two points that coincide along an axis fixed in a frame, that of one of the two ``links``."""
+    """Two points that coincide along an axis fixed in a frame that turns with the link ``carrier``,
+    one of the two."""
 
     frame: FrameMotion
     carrier: int

@@ -25,7 +25,7 @@ from mechc_codegen.derive.tree.links import Link, LinkAccelerations, Links, movi
 from mechc_codegen.derive.tree.mass_matrix import composite_equations
 from mechc_codegen.derive.tree.residual import Residual
 from mechc_codegen.derive.tree.tape import V3, Tape, vanishes
-from mechc_codegen.derive.tree.velocities import SAME, at_random, refuse_other_velocities
+from mechc_codegen.derive.tree.velocities import SAME, SAMPLES, at_random, refuse_other_velocities
 from mechc_codegen.description.joints.tree import Body
 from mechc_codegen.description.mechanism import Mechanism, is_rigid, printed_name
 from mechc_codegen.description.placement import dot
@@ -167,8 +167,9 @@ class _TreeDerivation:
         they are told from rounding where the equations are written out."""
         if not self.cuts:
             return
-        rates = at_random(self.tape, [cut.rate(self.tape) for cut in self.cuts], 0)
-        if any(abs(rate) < SAME for rate in rates):
+        rates = [cut.rate(self.tape) for cut in self.cuts]
+        found = (at_random(self.tape, rates, seed) for seed in range(SAMPLES))
+        if any(max(map(abs, each)) < SAME for each in zip(*found, strict=True)):
             raise NotATreeError("no speed changes some row")
         carrying = {k for body in self.loaded.bodies for k in self.links.path(body.centre.link)}
         moved = (k for k, link in enumerate(self.links.links) if moving_columns(link))

@@ -50,8 +50,9 @@ def _difference(mechanism: Mechanism, links: Links, point: Point) -> Iterator[Ex
         yield sum((dot(rotation[axis], entries) for rotation, entries in rows), -value)
 
 
-def at_random(tape: Tape, expressions: Sequence[Expr], seed: int) -> list[float]:
-    """Values of expressions, with random ones of symbols that no statement defines."""
+def at_random(tape: Tape, expressions: Sequence[Expr], seed: int) -> list[complex]:
+    """Values of expressions, with random ones of symbols that no statement defines; a root of a
+    difference of lengths may be imaginary there."""
     needed = {symbol for e in expressions for symbol in e.free_symbols}
     kept = []
     for symbol, value in reversed(tape.statements):
@@ -63,4 +64,4 @@ def at_random(tape: Tape, expressions: Sequence[Expr], seed: int) -> list[float]
         values[symbol] = Float(generator.uniform(0.4, 1.7))
     for symbol, value in reversed(kept):
         values[symbol] = value.xreplace(values)
-    return [float(e.xreplace(values)) for e in expressions]
+    return [complex(e.xreplace(values)) for e in expressions]

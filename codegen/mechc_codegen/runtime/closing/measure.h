@@ -21,6 +21,7 @@
 #define MECHC_MEASURE_STRIDE 3.0 /* octaves from one length tried to the next */
 #define MECHC_MEASURE_LAG 0.25   /* of the degree, beyond which constants show */
 #define MECHC_MEASURE_EVEN 0.01  /* by which degrees far out and nearer differ, of such a function */
+#define MECHC_MEASURE_UNMOVED 1e-8 /* of what translations make of a row in the same unit */
 #define MECHC_MEASURE_DEGREE 16.0 /* the largest; what grows faster is none */
 #define MECHC_MEASURE_END 0.1    /* of the bracket: regula falsi is kept that far off its ends */
 #define MECHC_CLOSED 64.0 /* units of rounding that gaps of closed configurations may have */
@@ -92,8 +93,8 @@ static void mechc_measure_at(mechc_measure *one, const double *p, double length)
     mechc_ask(closure, MECHC_GRADIENT, MECHC_MEASURED, one->y, p, one->gradient);
 }
 
-/* The degree with which a row grows with the translations; 0 if it contains none. */
-static double mechc_measure_degree(const mechc_measure *one, int row)
+/* The degree with which a row grows with the translations, and how much; 0 if it contains none. */
+static double mechc_measure_degree(const mechc_measure *one, int row, double *grown)
 {
     const mechc_closure *closure = one->closure;
     double growth = 0.0, value = 0.0;
@@ -108,32 +109,38 @@ static double mechc_measure_degree(const mechc_measure *one, int row)
         growth += along * along;
         value += gap * gap;
     }
+    *grown = sqrt(growth);
     return growth > 0.0 ? sqrt(growth / value) : 0.0;
 }
 
-/* The degrees of the rows far out; 0 for a row that is not a homogeneous function there. */
+/* The degrees of the rows far out; 0 for a row that is not a homogeneous function there, and for one on which
+ * translations act by rounding alone: another in the same unit tells. */
 static void mechc_measure_degrees(mechc_measure *one, const double *p, double hint)
 {
     const double far = hint * exp2(MECHC_MEASURE_FAR);
+    const int rows = one->closure->rows, *alike = one->closure->alike;
+    double nearer_grown, *grown = one->weight; /* until rows are weighed */
     mechc_measure_at(one, p, far);
-    for (int row = 0; row < one->closure->rows; row++)
-        one->degree[row] = mechc_measure_degree(one, row);
+    for (int row = 0; row < rows; row++) one->degree[row] = mechc_measure_degree(one, row, grown + row);
     mechc_measure_at(one, p, far / exp2(MECHC_MEASURE_STRIDE));
-    for (int row = 0; row < one->closure->rows; row++) {
-        const double nearer = mechc_measure_degree(one, row);
+    for (int row = 0; row < rows; row++) {
+        const double nearer = mechc_measure_degree(one, row, &nearer_grown);
         if (!(fabs(nearer - one->degree[row]) < MECHC_MEASURE_EVEN && nearer < MECHC_MEASURE_DEGREE))
             one->degree[row] = 0.0;
+        for (int other = 0; other < rows; other++)
+            if (alike[other] == alike[row] && grown[row] < MECHC_MEASURE_UNMOVED * grown[other])
+                one->degree[row] = 0.0;
     }
 }
 
 /* The relative difference between the degrees at this length and those far out, beyond what is allowed. */
 static double mechc_measure_lag(mechc_measure *one, const double *p, double length)
 {
-    double lag = -1.0;
+    double lag = -1.0, grown;
     mechc_measure_at(one, p, length);
     for (int row = 0; row < one->closure->rows; row++)
         if (one->degree[row] > 0.0)
-            lag = fmax(lag, 1.0 - mechc_measure_degree(one, row) / one->degree[row]);
+            lag = fmax(lag, 1.0 - mechc_measure_degree(one, row, &grown) / one->degree[row]);
     return lag - MECHC_MEASURE_LAG;
 }
 

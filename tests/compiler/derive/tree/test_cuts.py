@@ -10,7 +10,7 @@ from mechc_codegen.derive import derive_equations
 from mechc_codegen.description.joints.cuts import Cut
 from mechc_codegen.description.mechanism import Mechanism
 from numpy.typing import NDArray
-from sympy import Rational
+from sympy import Rational, sqrt, symbols
 from sympy.physics.mechanics import PinJoint, PrismaticJoint, RigidBody, inertia
 
 import mechc
@@ -63,8 +63,11 @@ def slope(function: Any, at: Array, along: Array) -> Array:
     return (8 * near - far) / (12 * STEP)
 
 
-@pytest.mark.parametrize("ground", [False, True])
-@pytest.mark.parametrize("free", [False, True])
+@pytest.mark.parametrize(
+    ("free", "ground"),
+    [(False, True), pytest.param(True, False, marks=pytest.mark.slow(cases=2)),
+     pytest.param(True, True, marks=pytest.mark.slow)],
+)  # fmt: skip
 @pytest.mark.parametrize("kind", KINDS)
 def test_rows_are_derivatives_of_the_constraints(kind, free, ground):
     """At states that need not be closed: J of the constraints, gamma of J u; M u' + J^T l = F."""
@@ -152,3 +155,49 @@ def test_rows_of_which_most_are_redundant_hold_in_lanes(method):
                          rtol=1e-9, method=method, max_steps=1000)  # fmt: skip
     assert run.status.ok
     assert np.ptp(run.energy) < 1e-9
+
+
+def test_roots_of_differences_of_lengths_are_taken(monkeypatch):
+    """Values drawn for parameters may make them imaginary."""
+    monkeypatch.undo()
+    base, *bars = (RigidBody("base"), *(body(f"b{k}") for k in range(7)))
+    joints: list[Any] = [
+        PinJoint(f"j{k}", before, bar, parent_point=before.x / 2, joint_axis=before.z)
+        for k, (before, bar) in enumerate(zip([base, *bars], bars, strict=False))
+    ]
+    length, height = symbols("length height", positive=True)
+    joints.append(Cut.rod("rod", base, bars[6], sqrt(length**2 - height**2), child_point=bars[6].x))
+    values = {"length": 2.0, "height": 1.0}
+    model = mechc.compile(mechc.from_joints("rooted", joints, parameters=values))
+    assert model.system.data["walked"] == 7
+    state = model.assemble(guess={f"q_j{k}": 0.5 * (-1) ** k for k in range(7)})
+    assert np.abs(model.constraints(state)).max() < 1e-14
+
+
+def test_rows_without_a_pivot_on_one_of_two_branches_are_solved_together():
+    """Directions that slides do not change, beside a branch whose rows are well conditioned."""
+    base, *parts = (RigidBody("base"), *(body(f"p{k}") for k in range(7)))
+    one, two, root, arm, wagon, slide, tip = parts
+    joints = [
+        PinJoint("a", base, one, parent_point=base.y * 2, child_point=one.x / 2, joint_axis=base.z),
+        PinJoint("b", one, two, parent_point=one.y / 2, child_point=two.x / 2, joint_axis=one.x),
+        Cut.rod("r", base, two, 2, child_point=two.x + two.y),
+        PinJoint("c", base, root, child_point=root.x / 3, joint_axis=base.x),
+        PinJoint("d", root, arm, parent_point=root.y, child_point=arm.z / 3, joint_axis=root.y),
+        PrismaticJoint("e", arm, wagon, joint_axis=arm.x),
+        PrismaticJoint("f", wagon, slide, joint_axis=wagon.y),
+        PinJoint("g", slide, tip, parent_point=slide.z / 4, child_point=tip.x / 5,
+                 joint_axis=slide.z),
+        Cut.planar("h", base, tip, child_point=tip.y),
+    ]  # fmt: skip
+    model = mechc.compile(mechc.from_joints("branches", joints, gravity=-9.8 * base.y))
+    assert model.system.data["walked"] > 0
+    states = np.random.default_rng(4).uniform(-0.7, 0.7, (4, 14))
+    rows, rates = model.constraint_jacobian(states), model.output("rates", states)[:, 7:]
+    assert np.isfinite(rates).all()
+    for row, rate, mass, force in zip(
+        rows, rates, model.mass_matrix(states), model.forcing(states), strict=True
+    ):
+        left = mass @ rate - force  # of the rows' forces alone
+        by_rows = row.T @ np.linalg.lstsq(row.T, left, rcond=None)[0]
+        np.testing.assert_allclose(left, by_rows, atol=1e-9 * max(1, np.abs(left).max()))

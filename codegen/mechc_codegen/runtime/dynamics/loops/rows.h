@@ -102,7 +102,8 @@ MECHC_ONCE void FN(eliminate)(const real *tree, FN(eliminated) *f)
             real *row = rows + place * MECHC_DIM;
             const real pivot = FN(eliminate_row)(axis, c, end - place, row, f);
             const real mobility = pivot * pivot * f->inverse[c];
-            least = R_SELECT(R_MASK(mobility >= least), least, mobility);
+            least = R_SELECT(R_MASK(mobility < least), mobility, least);
+            least = R_SELECT(R_MASK(mobility > 0.0), least, R(0.0)); /* it, or what follows it, has no pivot */
             most = R_SELECT(R_MASK(mobility > most), mobility, most);
             FN(constrain_speed)(row, c, f, inertia);
             place++;

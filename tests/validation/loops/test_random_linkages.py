@@ -29,7 +29,8 @@ def compiled(
         patch.setattr(derive_equations, "LEAST_TREE", least_tree)
         written = min(least_tree, derive_equations.LEAST_WRITTEN)
         patch.setattr(derive_equations, "LEAST_WRITTEN", written)
-        return mechc.compile(thing, outputs=OUTPUTS, **asked)
+        name = f"least_{least_tree}"  # the cache does not know the least number
+        return mechc.compile(thing, outputs=OUTPUTS, name=name, **asked)
 
 
 class Case:

@@ -2,8 +2,8 @@
 
     mechc bench wait [--out JSON] [NAME ...]
 
-In a process of its own, of each mechanism of the library, or robot in a file ``.urdf``, which is
-read before, as a description of one's own: from
+In a process of its own, of each mechanism of the library, or robot in a file ``.urdf`` or
+``.sdf``, which is read before, as a description of one's own: from
 `compile` to the end of the first `simulate`, in seconds by the clock, and in parentheses of the
 processor, the compiler's too, to the end of a first batch of a thousand members, and to the first
 derivatives of a motion by a parameter; with an empty cache.  Import of mechc and making the
@@ -42,7 +42,7 @@ USUAL = ("pendulum", "four_bar", "andrews", "bicycle")
 FIRST = "first unit"
 DURATION = 0.01  # s of motion: it is the wait that counts
 RUNS, LONG, OF_RUNS = 20, 5.0, {"andrews": 0.03}  # s of motion that are timed by the tape
-ROBOT, OF_ROBOTS = ".urdf", 0.2
+ROBOTS, OF_ROBOTS = (".urdf", ".sdf"), 0.2
 METHODS, BATCH, OUTPUTS = ("auto", "dop853", "gauss8"), "batch", "outputs"
 DERIVATIVES = "derivatives"
 MEMBERS, FIRST_MEMBERS = 64, 1000
@@ -237,7 +237,7 @@ def by_tape(model: Any, duration: float) -> dict[str, float]:
 
 def timed(form: str) -> float:
     """The seconds of motion that are timed."""
-    return OF_RUNS.get(form, OF_ROBOTS if form.endswith(ROBOT) else LONG)
+    return OF_RUNS.get(form, OF_ROBOTS if form.endswith(ROBOTS) else LONG)
 
 
 def made(form: str) -> Any:
@@ -245,13 +245,14 @@ def made(form: str) -> Any:
         from ..formulations.four_bar_kane import by_hand
 
         return by_hand()
-    if form.endswith(ROBOT):
+    if form.endswith(ROBOTS):
         import warnings
 
         import mechc
 
         with warnings.catch_warnings(action="ignore", category=mechc.SkippedPartWarning):
-            return mechc.from_urdf(form)
+            read = mechc.from_urdf if form.endswith(".urdf") else mechc.from_sdf
+            return read(form)
     from mechc_codegen import SHIPPED
 
     return SHIPPED[form].build()

@@ -100,14 +100,14 @@ def test_rows_are_derivatives_of_the_constraints(kind, free, ground):
     np.testing.assert_allclose(left / max(size, np.abs(forces).max()), 0, atol=1e-10)
 
 
-@pytest.mark.slow(cases=2)
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.slow(cases=1)
+@pytest.mark.parametrize("kind", ["universal", "weld", "planar", "rod"])
 def test_they_are_those_of_expanded_equations(kind, monkeypatch):
     outputs = ("energy", "reactions", "multipliers", "sensitivities")
-    walked = mechc.compile(machine(kind, free=False, ground=False), outputs=outputs)
+    walked = mechc.compile(machine(kind, free=False, ground=True), outputs=outputs)
     monkeypatch.setattr(derive_equations, "LEAST_TREE", 99)
     monkeypatch.setattr(derive_equations, "LEAST_WRITTEN", 99)
-    plain = machine(kind, free=False, ground=False, name=f"written_{kind}")
+    plain = machine(kind, free=False, ground=True, name=f"written_{kind}")
     written = mechc.compile(plain, outputs=outputs)
     assert (walked.system.data["walked"] > 0, written.system.data["walked"]) == (True, 0)
     assert walked.system.data.get("cut_directions") == written.system.data.get("cut_directions")

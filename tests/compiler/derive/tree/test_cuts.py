@@ -143,16 +143,18 @@ def test_a_pin_in_a_slot_of_a_moving_bar_has_the_rows_of_its_constraint(monkeypa
 
 @pytest.mark.parametrize("method", ["gauss8", "dop853"])
 def test_rows_of_which_most_are_redundant_hold_in_lanes(method):
-    """A weld across a pin: what is left of its other rows is exactly zero."""
+    """A weld across a pin: what is left of its other rows is exactly zero in some lanes."""
     base, a, b = RigidBody("base"), body("a"), body("b")
+    pin = (-0.87 * a.x - 0.76 * a.y, -0.01 * b.x - 0.47 * b.y)  # from both mass centres
+    weld = (0.85 * b.x - 0.41 * b.y, pin[0] + 0.86 * a.x + 0.06 * a.y)
     joints = [
-        PinJoint("one", base, a, child_point=a.x / 3 - a.y / 5, joint_axis=base.z),
-        PinJoint("two", a, b, parent_point=0.4 * a.x, child_point=b.y / 7, joint_axis=a.z),
-        Cut.weld("held", a, b, parent_point=0.4 * a.x, child_point=b.y / 7),
+        PinJoint("one", base, a, child_point=-0.88 * a.x - 0.79 * a.y, joint_axis=base.z),
+        PinJoint("two", a, b, parent_point=pin[0], child_point=pin[1], joint_axis=a.z),
+        Cut.weld("held", b, a, parent_point=weld[0], child_point=weld[1]),
     ]
     model = mechc.compile(mechc.from_joints("held", joints, gravity=-9.8 * base.y))
-    run = model.simulate(1.0, model.assemble({"q_one": -0.05}, speeds={"u_one": 0.3}),
-                         rtol=1e-9, method=method, max_steps=1000)  # fmt: skip
+    start = model.assemble(guess={"q_one": -0.0536, "q_two": 1e-17}, speeds={"u_one": 0.3})
+    run = model.simulate(1.0, start, rtol=1e-9, method=method, max_steps=1000)
     assert run.status.ok
     assert np.ptp(run.energy) < 1e-9
 
@@ -201,3 +203,20 @@ def test_rows_without_a_pivot_on_one_of_two_branches_are_solved_together():
         left = mass @ rate - force  # of the rows' forces alone
         by_rows = row.T @ np.linalg.lstsq(row.T, left, rcond=None)[0]
         np.testing.assert_allclose(left, by_rows, atol=1e-9 * max(1, np.abs(left).max()))
+
+
+def test_a_row_that_never_changes_has_no_change_point():
+    """A slide that is held, on a body that turns."""
+    base, a, b = RigidBody("base"), body("a"), body("b")
+    joints = [
+        PinJoint("turns", base, a, child_point=a.x / 3, joint_axis=base.z),
+        PrismaticJoint("slides", a, b, parent_point=a.y / 4, joint_axis=a.x),
+        Cut.prismatic("held", base, b, parent_point=base.y / 4, joint_axis=base.x),
+    ]
+    model = mechc.compile(mechc.from_joints("held_slide", joints, gravity=-9.8 * base.y))
+    assert model.system.data["walked"] > 0
+    start = model.assemble(guess={"q_turns": 1e-17, "q_slides": 0.2}, speeds={"u_slides": 0.3})
+    for method in ("auto", "dop853", "gauss8"):
+        run = model.simulate(1.0, start, rtol=1e-9, method=method)
+        assert run.status.ok, run.status
+        assert np.ptp(run.energy) < 1e-9

@@ -13,12 +13,6 @@ from mechc_codegen.description.derivatives import Derivatives
 def gradients(tape: Tape, values: Sequence[Expr], by: Sequence[Symbol]) -> list[list[Expr]]:
     """The derivatives of each value, a row each, as values on the tape."""
     derivatives = Derivatives()
-    needed = {symbol for value in values for symbol in value.free_symbols}
-    path = []
-    for symbol, value in reversed(tape.statements):
-        if symbol in needed:
-            path.append((symbol, value))
-            needed |= value.free_symbols
     found: dict[Symbol, dict[int, Expr]] = {q: {k: S.One} for k, q in enumerate(by)}
 
     def gradient(value: Expr) -> dict[int, Expr]:
@@ -28,7 +22,7 @@ def gradients(tape: Tape, values: Sequence[Expr], by: Sequence[Symbol]) -> list[
                 sums[k] = sums.get(k, S.Zero) + partial * along
         return {k: tape.keep(total) for k, total in sums.items() if total != 0}
 
-    for symbol, value in reversed(path):
+    for symbol, value in tape.needed(values):
         along = gradient(value)
         if along:
             found[symbol] = along

@@ -38,6 +38,16 @@ class Tape:
         self._known[value] = symbol
         return symbol
 
+    def needed(self, values: Iterable[Expr]) -> list[tuple[Symbol, Expr]]:
+        """The statements that the values depend on, in order."""
+        wanted = {symbol for value in values for symbol in value.free_symbols}
+        found = []
+        for symbol, value in reversed(self.statements):
+            if symbol in wanted:
+                found.append((symbol, value))
+                wanted |= value.free_symbols
+        return found[::-1]
+
     def _short(self, value: Expr) -> bool:
         if not value.args or value.free_symbols <= self.parameters:
             return True

@@ -53,15 +53,11 @@ def _difference(mechanism: Mechanism, links: Links, point: Point) -> Iterator[Ex
 def at_random(tape: Tape, expressions: Sequence[Expr], seed: int) -> list[complex]:
     """Values of expressions, with random ones of symbols that no statement defines; a root of a
     difference of lengths may be imaginary there."""
-    needed = {symbol for e in expressions for symbol in e.free_symbols}
-    kept = []
-    for symbol, value in reversed(tape.statements):
-        if symbol in needed:
-            kept.append((symbol, value))
-            needed |= value.free_symbols
+    kept = tape.needed(expressions)
+    used = {symbol for e in (*expressions, *(v for _, v in kept)) for symbol in e.free_symbols}
     generator, values = random.Random(seed), dict[Symbol, Expr]()
-    for symbol in sorted(needed - {symbol for symbol, _ in kept}, key=str):
+    for symbol in sorted(used - {symbol for symbol, _ in kept}, key=str):
         values[symbol] = Float(generator.uniform(0.4, 1.7))
-    for symbol, value in reversed(kept):
+    for symbol, value in kept:
         values[symbol] = value.xreplace(values)
     return [complex(e.xreplace(values)) for e in expressions]

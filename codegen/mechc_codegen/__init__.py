@@ -42,6 +42,7 @@ _PLACES = {
     "from_urdf": "robots.files.from_urdf",
     "multiplier": "description.terms",
     "shipped_mechanism": "library.catalogue",
+    "with_motors": "frontend.with_motors",
 }
 
 __all__ = list(_PLACES)

@@ -134,6 +134,7 @@ __all__ = [
     "multiplier",
     "open_view",
     "torch",
+    "with_motors",
 ]
 
 

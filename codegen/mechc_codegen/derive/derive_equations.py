@@ -22,13 +22,13 @@ def derive_equations(mechanism: Mechanism, request: OutputRequest = DEFAULT_REQU
     """Derive link by link where there are many links and the description allows it.
 
     Fewer in a row, in space, are derived link by link too, and M and F then written out, unless
-    loops are closed there.
+    speeds are constrained there.
     """
     speeds = len(mechanism.speeds)
     if speeds >= LEAST_WRITTEN:
-        least_written = LEAST_WRITTEN if speeds < LEAST_TREE else None
+        written = speeds < LEAST_TREE
         try:
-            return derive_tree(mechanism, request, least_written=least_written)
+            return derive_tree(mechanism, request, written=written, in_a_row=LEAST_WRITTEN)
         except NotATreeError:
             pass
     return derive(mechanism, request)

@@ -95,15 +95,17 @@ class Tree:
     ``columns``: for each link the indices of the speeds of its motion relative to its parent, of
     which one may move several links (``shared``);
     vectors of motion are angular then linear, (x, y, z) each, or (z; x, y) where ``planar``.
-    ``cuts``: the two links that each constraint connects; ``cuts_turn``: whether some hold
-    directions, so that every one has a moment beside its force.
+    ``rows``: of each constraint the pairs of links on which it acts with opposite wrenches;
+    ``moments``: whether some of these have a moment beside their force.
+    ``several_loops``: whether more than one cut closes a loop.
     """
 
     parents: tuple[int, ...]
     columns: tuple[tuple[int, ...], ...]
     planar: bool
-    cuts: tuple[tuple[int, int], ...] = ()
-    cuts_turn: bool = False
+    rows: tuple[tuple[tuple[int, int], ...], ...] = ()
+    moments: bool = False
+    several_loops: bool = False
 
     @property
     def shared(self) -> bool:

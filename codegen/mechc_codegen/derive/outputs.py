@@ -73,6 +73,11 @@ def rates_of_constraints(
     )
 
 
+def velocity_bias(elements: Iterable[Expr], names: Iterable[str]) -> Output:
+    """The velocity constraints at speeds of zero."""
+    return array("velocity_bias", "b of J u + b = 0", elements, names)
+
+
 def energies(mechanism: Mechanism, kinetic: Expr, potential: Expr) -> list[Output]:
     """The kinetic energy, and the potential energy where it is known."""
     equation = "T = sum of m v.v/2 + omega.I.omega/2"

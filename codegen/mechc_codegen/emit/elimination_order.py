@@ -7,6 +7,7 @@ until a speed is its pivot; no link has more rows than possible motions.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import accumulate
 
@@ -32,9 +33,9 @@ class RowPlan:
 
 
 def plan_rows(tree: Tree) -> RowPlan | None:
-    """The plan, or None if a cut joins two moving links, too many rows meet in one link, or fewer
+    """The plan, or None if a row acts on two moving links, too many rows meet in one link, or fewer
     than its speeds, or a speed moves several links."""
-    if not tree.cuts or tree.shared or not all(min(ends) < 0 <= max(ends) for ends in tree.cuts):
+    if not tree.rows or tree.shared or not all(map(_acts_on_one, tree.rows)):
         return None
     rows, left = _counts(tree)
     if any(0 < count < len(own) for count, own in zip(rows, tree.columns, strict=True)):
@@ -56,10 +57,15 @@ def plan_rows(tree: Tree) -> RowPlan | None:
     return RowPlan(first, cut_place, passed_to, tuple(pivot), first_factor)
 
 
+def _acts_on_one(row: Sequence[tuple[int, int]]) -> bool:
+    """Whether a row acts on one moving link and the ground."""
+    return len(row) == 1 and min(row[0]) < 0 <= max(row[0])
+
+
 def walks_moving_cuts(tree: Tree) -> bool:
     """Whether rows that have no plan take fewer operations by articulated bodies, a pass over the
     links for each (``dynamics/loops/cuts.h``), than by the orthogonal factors of all."""
-    rows, speeds = len(tree.cuts), sum(map(len, tree.columns))
+    rows, speeds = len(tree.rows), sum(map(len, tree.columns))
     if not rows or rows >= speeds or tree.shared:
         return False
     size = 3 if tree.planar else 6
@@ -74,7 +80,7 @@ def _counts(tree: Tree) -> tuple[list[int], list[int]]:
     """The number of rows at each link, and the number that it passes on."""
     rows = [0] * len(tree.parents)
     left = list(rows)
-    for ends in tree.cuts:
+    for (ends,) in tree.rows:
         rows[max(ends)] += 1
     for link in reversed(range(len(tree.parents))):
         left[link] = max(rows[link] - len(tree.columns[link]), 0)
@@ -96,4 +102,4 @@ def _places(
         reserve(parent, left[link]) if parent >= 0 else 0
         for link, parent in enumerate(tree.parents)
     )
-    return tuple(reserve(max(ends), 1) for ends in tree.cuts), passed_to
+    return tuple(reserve(max(ends), 1) for (ends,) in tree.rows), passed_to

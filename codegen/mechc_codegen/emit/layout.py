@@ -27,7 +27,7 @@ UNLISTED = (*RESIDUALS, *OWN, *_RATES, ADJOINT, SWITCHING)  # parts of others, o
 TREE = ("tree_offset", "tree_subspace", "tree_inertia", "tree_reference", "tree_cut")
 SIZES_OF_TREES = (
     *("links", "planar", "columns", "speeds_shared", "carried", "factors", "moving_cuts"),
-    "cuts_turn",
+    *("pairs", "moments", "several_loops"),
 )
 TREE_MOTION = ("tree_bias", "tree_wrench")
 ROWS = {"constraints": "gap", "constraint_jacobian": "jacobian", "velocity_bias": "bias"}
@@ -74,7 +74,7 @@ def _written_out(present: Collection[str]) -> FunctionLayout:
 def _tree_layout(equations: Equations, tree: Tree) -> FunctionLayout:
     columns = [speed for own in tree.columns for speed in own]
     first = [0, *accumulate(len(own) for own in tree.columns)]
-    size, rows = len(equations.symbols.u), len(tree.cuts)
+    size, rows = len(equations.symbols.u), len(tree.rows)
     kept = [name for name in TREE if name in equations.outputs]
     plan = plan_rows(tree)
     solved = [("mass_matrix", size**2), ("forcing", size)]
@@ -95,11 +95,15 @@ def _tree_layout(equations: Equations, tree: Tree) -> FunctionLayout:
         "parent": tree.parents,
         "first_column": first,
         "column_speed": columns,
-        **({"cut": [link for cut in tree.cuts for link in cut]} if rows else {}),
+        **(_pairs_of_rows(tree) if rows else {}),
         **of_rows,
     }
     return FunctionLayout(
-        {"constraints": "gap", **{name: name.removeprefix("tree_") for name in kept}},
+        {
+            "constraints": "gap",
+            **({"velocity_bias": "bias"} if rows else {}),
+            **{name: name.removeprefix("tree_") for name in kept},
+        },
         {"tree_bias": "bias", "tree_wrench": "wrench", "gamma": "gamma"},
         {
             "links": len(tree.parents),
@@ -109,7 +113,9 @@ def _tree_layout(equations: Equations, tree: Tree) -> FunctionLayout:
             "columns": len(columns),
             "speeds_shared": int(tree.shared),
             "moving_cuts": int(plan is None and walks_moving_cuts(tree)),
-            "cuts_turn": int(tree.cuts_turn),
+            "pairs": sum(map(len, tree.rows)),
+            "moments": int(tree.moments),
+            "several_loops": int(tree.several_loops),
         },
         "tree_",
         tables,
@@ -117,3 +123,11 @@ def _tree_layout(equations: Equations, tree: Tree) -> FunctionLayout:
         sum(len(equations.outputs[name].elements) for name in kept),
         "MECHC_ONCE",
     )
+
+
+def _pairs_of_rows(tree: Tree) -> dict[str, Sequence[int]]:
+    """The links of each pair, and the first pair of each row, with one more for the end."""
+    return {
+        "cut": [link for row in tree.rows for pair in row for link in pair],
+        "first_pair": [0, *accumulate(map(len, tree.rows))],
+    }

@@ -89,7 +89,10 @@ def _pattern(output: Output, width: int) -> tuple[frozenset[int], ...]:
 def find_blocks(
     rows: Sequence[frozenset[int]], speeds: int, of_speeds: int = 0
 ) -> tuple[Block, ...] | None:
-    """Blocks that contain every row and every speed once; None if there are none."""
+    """Blocks that contain every row and every speed once; None if there are none, as where no
+    speed changes some row."""
+    if not all(rows):
+        return None
     return _ordered_blocks(rows, speeds, len(rows) - of_speeds) or _ordered_blocks(rows, speeds, 0)
 
 

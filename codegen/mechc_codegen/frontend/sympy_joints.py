@@ -8,11 +8,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import reduce
-from itertools import chain
 from typing import Any
 
 from sympy import Derivative, Expr, Symbol, sympify
-from sympy.physics.mechanics import Point, RigidBody, dynamicsymbols
+from sympy.physics.mechanics import Point, ReferenceFrame, RigidBody, dynamicsymbols
 from sympy.physics.vector import Vector
 
 from mechc_codegen.convert.convert import chosen_inputs, find_symbol, number
@@ -44,7 +43,7 @@ from mechc_codegen.description.mechanism import (
 )
 from mechc_codegen.description.quantity import in_si
 from mechc_codegen.description.source import Key
-from mechc_codegen.description.terms import Load, printed_name, refuse_no_vector
+from mechc_codegen.description.terms import printed_name, refuse_no_vector
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.frontend.read import plain_loads, speed_of
 
@@ -133,10 +132,10 @@ def from_joints(
     rates = [*filter(None, given_inputs.values()), *(s.rate for s in added)]
     expressions = [*rates, *lengths, *drives.factors]
     expressions += [c.constraint.expression for c in couplings]
-    leaves = _leaves(ground, bodies, loads, gravity, more, expressions)
-    found = sorted(
-        (x for x in leaves if isinstance(x, Symbol)), key=lambda s: (s.name, str(s.assumptions0))
-    )
+    expressions += [row.expression for kind in CONSTRAINTS for row in more[kind]]
+    vectors = [*(vector for _, vector in loads), *([gravity] if gravity else [])]
+    leaves = leaves_of((ground.frame, ground.masscenter), bodies, vectors, expressions)
+    found = constants_in(leaves)
     own = {
         *states.q,
         *states.u,
@@ -145,7 +144,7 @@ def from_joints(
     }
     functions = sorted((x for x in leaves - own if not isinstance(x, Symbol)), key=str)
     units = units or {}
-    listed = _parameters(parameters, found, units, drives.quantities)
+    listed = parameters_of(parameters, found, units, drives.quantities)
     named = _Names(states, units, listed, [*functions, *own])
     places = _JointPoints(every, bodies)
     return Mechanism(
@@ -271,31 +270,34 @@ class _Names:
         return f"{self._unit(self._rate_of[symbol])}/s" if symbol in self._rate_of else ""
 
 
-def _leaves(
-    ground: RigidBody,
+def leaves_of(
+    ground: tuple[ReferenceFrame, Point],
     bodies: Iterable[Body],
-    loads: Iterable[Load],
-    gravity: Vector | None,
-    more: Mapping[str, Any],
-    others: Iterable[Any],
+    vectors: Iterable[Vector],
+    expressions: Iterable[Any],
 ) -> set[Expr]:
-    """All constants and functions of time in the description."""
-    text = Fingerprint(ground.frame)
-    text.point(ground.masscenter)
+    """All constants and functions of time in parts of a description."""
+    text = Fingerprint(ground[0])
+    text.point(ground[1])
     for body in bodies:
         text.point(body.masscenter)
         text.expression(sympify(body.mass))
         if is_rigid(body):
             text.dyadic(body.central_inertia)
-    for vector in (*(vector for _, vector in loads), *([gravity] if gravity else [])):
+    for vector in vectors:
         text.vector(vector)
-    rows = (row for kind in CONSTRAINTS for row in more[kind])
-    for expression in chain(others, (row.expression for row in rows)):
+    for expression in expressions:
         text.expression(sympify(expression))
     return text.leaves - {dynamicsymbols._t}
 
 
-def _parameters(
+def constants_in(leaves: Iterable[Expr]) -> list[Symbol]:
+    """The symbols among these, by name."""
+    found = (x for x in leaves if isinstance(x, Symbol))
+    return sorted(found, key=lambda s: (s.name, str(s.assumptions0)))
+
+
+def parameters_of(
     given: Mapping[Key, Any] | Iterable[Parameter], found: Sequence[Symbol],
     units: Mapping[Key, str], quantities: Mapping[Symbol, Quantity],
 ) -> list[Parameter]:  # fmt: skip

@@ -10,6 +10,7 @@ from __future__ import annotations
 from sympy import S
 
 from mechc_codegen.derive.equations import Equations, Output
+from mechc_codegen.derive.outputs import velocity_bias
 from mechc_codegen.ir.program import Assign, Program
 
 KEPT_APART = {"motion_constraints"}  # only its derived forms are emitted
@@ -23,7 +24,7 @@ def lower(equations: Equations) -> Program:
         if output.elements and not _is_unused(name, equations)
     ]
     shared = tuple(Assign(symbol, value) for symbol, value in equations.intermediates)
-    return Program(equations.symbols, (*kept, *_velocity_bias(equations)), body=shared)
+    return Program(equations.symbols, (*kept, *_bias_of_speeds(equations)), body=shared)
 
 
 def _is_unused(name: str, equations: Equations) -> bool:
@@ -32,13 +33,13 @@ def _is_unused(name: str, equations: Equations) -> bool:
     return name in KEPT_APART
 
 
-def _velocity_bias(equations: Equations) -> tuple[Output, ...]:
+def _bias_of_speeds(equations: Equations) -> tuple[Output, ...]:
     """The bias b of the velocity constraints J u + b; absent where it vanishes."""
-    if equations.tree is not None:  # which is at rest at zero speeds
+    if equations.tree is not None:  # its derivation has added it
         return ()
     velocity = equations.outputs["velocity_constraints"]
     at_rest = dict.fromkeys(equations.symbols.u, S.Zero)
     bias = tuple(e.xreplace(at_rest) for e in velocity.elements)
     if all(b == 0 for b in bias):
         return ()
-    return (Output("velocity_bias", "b of J u + b = 0", bias, velocity.shape, velocity.labels),)
+    return (velocity_bias(bias, velocity.labels),)

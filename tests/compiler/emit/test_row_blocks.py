@@ -41,6 +41,7 @@ def test_a_wheel_on_the_ground_is_settled_before_its_slip():
     rows((0, 1, 2, 3), (0, 1, 2, 3)),  # a five-bar leaves two speeds open at once
     rows((0, 1, 2, 3), (0, 1, 2, 3), (0, 1, 2, 3)),  # a loop in space
     rows((0,), (0,)),  # more rows than speeds
+    rows((0, 1), ()),  # no speed changes the second
 ])  # fmt: skip
 def test_larger_blocks_are_solved_together(entries):
     assert find_blocks(entries, 4) is None

@@ -211,6 +211,10 @@ class LinkAccelerations:
         """The whole angular acceleration of a link."""
         return self.tape.total(self.of_link(link)[0], self.links.frame_of(link).bias)
 
+    def of_speed(self, speed: int) -> Expr:
+        """Its rate."""
+        return self._of_speeds[speed]
+
     def of_point(self, point: PointMotion) -> V3:
         """The whole acceleration of a point."""
         angular, linear = self.of_link(point.link)

@@ -18,7 +18,7 @@ from mechc_codegen.derive.equations import Equations, Output, Symbols, Tree
 from mechc_codegen.derive.joint_reactions import reaction_outputs, refuse_unknown_reactions
 from mechc_codegen.derive.state_symbols import StateSymbols, state_symbols
 from mechc_codegen.derive.tree.bodies import LinkBodies
-from mechc_codegen.derive.tree.cuts import AT_REST, DirectionRow, cut_rows
+from mechc_codegen.derive.tree.cuts import AT_REST, Row, WrittenRow, cut_rows, written_rows
 from mechc_codegen.derive.tree.frames import Frames, Local, NotATreeError
 from mechc_codegen.derive.tree.gradients import gradients
 from mechc_codegen.derive.tree.links import Link, LinkAccelerations, Links, moving_columns
@@ -39,13 +39,15 @@ def derive_tree(
     mechanism: Mechanism,
     request: OutputRequest = DEFAULT_REQUEST,
     *,
-    least_written: int | None = None,
+    written: bool = False,
+    in_a_row: int = 0,
 ) -> Equations:
     """Derive the equations link by link.
 
     M and F are written out, over statements that the links share, in place of the tree's data where
-    a speed moves no link, or one moves several and there are few; and with ``least_written``, which
-    is the least number of links in a row, in space, for which this is done; 0: always.
+    a speed moves no link, or one moves several and there are few; and where this is asked for by
+    ``written``.  ``in_a_row``: the least number of links in a row, in space, for which that is
+    done, and in a plane for which constraints that are written out are walked.
 
     Raises
     ------
@@ -53,14 +55,11 @@ def derive_tree(
         Where the mechanism cannot be described as a tree of links; the message says why.
     """
     _refuse_others(mechanism)
-    return _TreeDerivation(mechanism, request, least_written).equations()
+    return _TreeDerivation(mechanism, request, written, in_a_row).equations()
 
 
 def _refuse_others(mechanism: Mechanism) -> None:
     reasons = {
-        "constraints are written out as expressions": bool(
-            mechanism.configuration_constraints or mechanism.motion_constraints
-        ),
         "it is described by a Lagrangian": mechanism.lagrangian is not None,
         "its equations are given": mechanism.equations is not None,
         "speeds are auxiliary": bool(mechanism.auxiliary),
@@ -72,7 +71,7 @@ def _refuse_others(mechanism: Mechanism) -> None:
 
 class _TreeDerivation:
     def __init__(
-        self, mechanism: Mechanism, request: OutputRequest, least_written: int | None
+        self, mechanism: Mechanism, request: OutputRequest, written: bool, in_a_row: int
     ) -> None:
         self.mechanism, self.request = mechanism, request
         self.symbols = state_symbols(mechanism)
@@ -86,7 +85,14 @@ class _TreeDerivation:
         self.links = Links(mechanism.origin, self.frames, frames)
         self.loaded = LinkBodies(mechanism, self.links)
         refuse_other_velocities(mechanism, self.links)
-        self.cuts = list(cut_rows(mechanism, self.links, self._plain))
+        held, free = mechanism.configuration_constraints, mechanism.motion_constraints
+        self.cuts: list[Row] = [
+            *written_rows(held, self.links, False, self._plain),
+            *cut_rows(mechanism, self.links, self._plain),
+        ]
+        self.moving_rows: list[Row] = [*written_rows(free, self.links, True, self._plain)]
+        self.rows = [*self.cuts, *self.moving_rows]
+        self._refuse_states()
         if request.includes("reactions"):  # before the links are counted
             refuse_unknown_reactions(mechanism)
             for joint in mechanism.joints:
@@ -94,11 +100,11 @@ class _TreeDerivation:
         self._refuse_idle()
         moving = [speed for link in self.links.links for speed in moving_columns(link)]
         shared, speeds = len(moving) > len({*moving}), len(self.symbols.u)
-        in_space = bool(self.cuts) and not self._planar(self.links.links)
+        in_space = bool(self.rows) and not self._planar(self.links.links)
         self.written = len({*moving}) < speeds
-        self.written |= least_written is not None and not in_space
-        self.written |= shared and not self.cuts and speeds < LEAST_SHARED
-        self._refuse_written(least_written)
+        self.written |= written and not in_space
+        self.written |= shared and not self.rows and speeds < LEAST_SHARED
+        self._refuse_few(in_a_row if written or self._rows_are_written else 0)
 
     def equations(self) -> Equations:
         mechanism, includes = self.mechanism, self.request.includes
@@ -127,7 +133,7 @@ class _TreeDerivation:
             outputs={o.name: o for o in derived},
             parameter_defaults=self.to_symbols.defaults(mechanism),
             holonomic=len(self.cuts),
-            nonholonomic=0,
+            nonholonomic=len(self.moving_rows),
             identity_kinematics=mechanism.has_identity_kinematics,
             states=len(mechanism.states),
             speed_names=tuple(printed_name(u) for u in mechanism.u),
@@ -139,35 +145,46 @@ class _TreeDerivation:
                 tuple(link.parent for link in links),
                 tuple(tuple(moving_columns(link)) for link in links),
                 planar,
-                tuple((cut.ends[0][0], cut.ends[1][0]) for cut in self.cuts),
-                self._cuts_turn,
+                tuple(
+                    tuple((one, other) for (one, _), (other, _) in (p.ends for p in row.pairs))
+                    for row in self.rows
+                ),
+                self._moments,
+                len(mechanism.closures) > 1,
             ),
         )
 
     def _plain(self, expression: Expr) -> Expr:
         return self.to_symbols.expression(sympify(expression).xreplace(self.mechanism.rates))
 
-    def _refuse_written(self, least: int | None) -> None:
-        """Refuse to write out M and F where that is impossible or another way is shorter."""
-        if self.written and self.cuts:
-            raise NotATreeError("loops are closed, and M and F are to be written out")
+    @property
+    def _rows_are_written(self) -> bool:
+        return any(isinstance(row, WrittenRow) for row in self.rows)
+
+    def _refuse_few(self, in_a_row: int) -> None:
+        """Refuse to write out M and F where that is impossible, and both that and rows that are
+        written out where another way is shorter."""
+        if self.written and self.rows:
+            raise NotATreeError("speeds are constrained, and M and F are to be written out")
         links = self.links.links
-        if (
-            least
-            and self.written
-            and (
-                self._planar(links)
-                or max(len(self.links.path(k)) for k in range(len(links))) < least
-            )
-        ):
+        few = max((len(self.links.path(k)) for k in range(len(links))), default=0) < in_a_row
+        planar = in_a_row > 0 and self._planar(links)
+        if (self.written and (few or planar)) or (planar and few):
             raise NotATreeError("few links in a row, or a plane: partial velocities are shorter")
 
+    def _refuse_states(self) -> None:
+        """Refuse states in configuration constraints: no speed moves them."""
+        states = {*self.symbols.q[len(self.mechanism.q) :]}
+        for row in self.cuts:
+            if isinstance(row, WrittenRow) and row.expression.free_symbols & states:
+                raise NotATreeError(f"{row.label} contains a state")
+
     def _refuse_idle(self) -> None:
-        """Refuse rows that no speed changes, and speeds that move no body, where loops are closed:
+        """Refuse rows that no speed changes, and speeds that move no body, where there are rows:
         they are told from rounding where the equations are written out."""
-        if not self.cuts:
+        if not self.rows:
             return
-        rates = [cut.rate(self.tape) for cut in self.cuts]
+        rates = [row.rate(self.tape) for row in self.rows]
         found = (at_random(self.tape, rates, seed) for seed in range(SAMPLES))
         if any(max(map(abs, each)) < SAME for each in zip(*found, strict=True)):
             raise NotATreeError("no speed changes some row")
@@ -227,35 +244,38 @@ class _TreeDerivation:
 
     def _closures(self, planar: bool) -> list[Output]:
         tape, labels = self.tape, tuple(cut.label for cut in self.cuts)
-        along = tuple(f"rate of {label}" for label in labels)
-        gamma = tuple(-cut.second_rate(tape, AT_REST) for cut in self.cuts)
+        along = (*(f"rate of {label}" for label in labels), *(r.label for r in self.moving_rows))
+        gamma = tuple(-row.second_rate(tape, AT_REST) for row in self.rows)
         values = [cut.value(tape) for cut in self.cuts]
+        bias = tuple(row.rate_at_rest(tape) for row in self.rows)
         found = [
             outputs.constraints(values, labels),
-            *outputs.rates_of_constraints([cut.rate(tape) for cut in self.cuts], gamma, along),
-            *(self._cut_outputs(planar) if self.cuts else ()),
+            *outputs.rates_of_constraints([row.rate(tape) for row in self.rows], gamma, along),
+            *(self._row_outputs(planar) if self.rows else ()),
+            *([] if vanishes(bias) else [outputs.velocity_bias(bias, along)]),
         ]
         if self.cuts and not self.mechanism.has_identity_kinematics:
             rows = gradients(tape, values, self.symbols.q)
             found.append(outputs.constraint_gradient(rows, labels))
         return found
 
-    def _cut_outputs(self, planar: bool) -> list[Output]:
+    def _row_outputs(self, planar: bool) -> list[Output]:
         """Outputs from which the runtime forms the rows of J."""
         size = 2 if planar else 3
         references = [link.reference[:size] for link in self.links.links]
-        rows = [(*c.ends[0][1][:size], *c.ends[1][1][:size], *c.axis[:size]) for c in self.cuts]
-        if self._cuts_turn:
-            moments = (c.moment[2:] if planar else c.moment for c in self.cuts)
+        pairs = [pair for row in self.rows for pair in row.pairs]
+        rows = [(*p.ends[0][1][:size], *p.ends[1][1][:size], *p.force[:size]) for p in pairs]
+        if self._moments:
+            moments = (p.moment[2:] if planar else p.moment for p in pairs)
             rows = [(*row, *moment) for row, moment in zip(rows, moments, strict=True)]
         return [
             _data_output("tree_reference", "positions of the links' reference points", references),
-            _data_output("tree_cut", "both ends of each cut, and the axis of its constraint", rows),
+            _data_output("tree_cut", "both ends of each cut, and the force along its row", rows),
         ]
 
     @property
-    def _cuts_turn(self) -> bool:
-        return any(isinstance(cut, DirectionRow) for cut in self.cuts)
+    def _moments(self) -> bool:
+        return not all(vanishes(pair.moment) for row in self.rows for pair in row.pairs)
 
     # -- other outputs ----------------------------------------------------------------------
 
@@ -301,7 +321,7 @@ class _TreeDerivation:
 
     def _residual(self) -> list[Output]:
         """The residual that Jacobians are derived from instead of M and F; it is not emitted."""
-        elements = tuple(Residual(self.loaded, self.cuts, self.symbols).elements())
+        elements = tuple(Residual(self.loaded, self.rows, self.symbols).elements())
         labels = (f"residual[{i}]" for i in range(len(elements)))
         equation = "M u' + J^T lambda - F and J u' - gamma"
         return [outputs.array("residual", equation, elements, labels)]

@@ -12,7 +12,7 @@ from sympy import Expr, S
 
 from mechc_codegen.derive.equations import Symbols
 from mechc_codegen.derive.tree.bodies import LinkBodies
-from mechc_codegen.derive.tree.cuts import CutRow, solved
+from mechc_codegen.derive.tree.cuts import Row, solved
 from mechc_codegen.derive.tree.links import GROUND, LinkAccelerations
 from mechc_codegen.derive.tree.tape import V3, ZERO, vanishes
 
@@ -20,23 +20,23 @@ from mechc_codegen.derive.tree.tape import V3, ZERO, vanishes
 class Residual:
     """Motions of the links outwards, wrenches inwards."""
 
-    def __init__(self, loaded: LinkBodies, cuts: Sequence[CutRow], symbols: Symbols) -> None:
-        self.loaded, self.cuts, self.symbols = loaded, cuts, symbols
+    def __init__(self, loaded: LinkBodies, rows: Sequence[Row], symbols: Symbols) -> None:
+        self.loaded, self.rows, self.symbols = loaded, rows, symbols
         self.links, self.tape = loaded.links, loaded.tape
 
     def elements(self) -> list[Expr]:
-        """R over the speeds, then S over the cuts."""
+        """R over the speeds, then S over the rows."""
         return [*self._balance(), *self._openings()]
 
     def _openings(self) -> list[Expr]:
-        """The second rates of the cuts' constraints."""
+        """The second rates of the constraints."""
         by = solved(LinkAccelerations(self.links, self.symbols))
-        return [self.tape.keep(cut.second_rate(self.tape, by)) for cut in self.cuts]
+        return [self.tape.keep(row.second_rate(self.tape, by)) for row in self.rows]
 
     def _balance(self) -> list[Expr]:
         tape, found = self.tape, dict[int, Expr]()
         wrenches = self._needed_wrenches(self._motions())
-        self._add_cuts(wrenches)
+        self._add_rows(wrenches)
         for number, link in reversed(list(enumerate(self.links.links))):
             moment, force = wrenches[number]
             for k, (angular, linear) in link.columns.items():
@@ -70,17 +70,18 @@ class Residual:
             found.append((tape.difference(turning, moment), tape.difference(pushing, force)))
         return found
 
-    def _add_cuts(self, wrenches: list[tuple[V3, V3]]) -> None:
-        """Add J^T lambda: opposite forces and moments on the two ends of each cut."""
+    def _add_rows(self, wrenches: list[tuple[V3, V3]]) -> None:
+        """Add J^T lambda: opposite forces and moments on the links of each row."""
         tape = self.tape
-        for cut, multiplier in zip(self.cuts, self.symbols.multipliers, strict=True):
-            for (link, place), sign in zip(cut.ends, (1, -1), strict=True):
+        rows = zip(self.rows, self.symbols.multipliers, strict=True)
+        for pair, multiplier in ((pair, each) for row, each in rows for pair in row.pairs):
+            for (link, place), sign in zip(pair.ends, (1, -1), strict=True):
                 if link != GROUND:
-                    force = tape.scale(sign * multiplier, cut.axis)
+                    force = tape.scale(sign * multiplier, pair.force)
                     arm = tape.difference(place, self.links.reference(link))
                     moment = tape.cross(arm, force)
-                    if not vanishes(cut.moment):
-                        moment = tape.total(moment, tape.scale(sign * multiplier, cut.moment))
+                    if not vanishes(pair.moment):
+                        moment = tape.total(moment, tape.scale(sign * multiplier, pair.moment))
                     self._add(wrenches, link, moment, force)
 
     def _add(self, wrenches: list[tuple[V3, V3]], link: int, moment: V3, force: V3) -> None:

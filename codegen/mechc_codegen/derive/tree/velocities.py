@@ -7,7 +7,7 @@ constraints only, or the point has no position) the equations are derived in ful
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 from sympy import Expr, Float, Symbol
 from sympy.physics.mechanics import Point
@@ -48,6 +48,12 @@ def _difference(mechanism: Mechanism, links: Links, point: Point) -> Iterator[Ex
         rows.append((links.frames.motion(frame).rotation, links.local.entries(matrix)))
     for axis, value in enumerate(links.motion(point).velocity):
         yield sum((dot(rotation[axis], entries) for rotation, entries in rows), -value)
+
+
+def is_zero(tape: Tape, expressions: Collection[Expr]) -> bool:
+    """Whether expressions, of the order of one, vanish at random states."""
+    found = (at_random(tape, [*expressions], seed) for seed in range(SAMPLES))
+    return all(abs(value) < SAME for each in found for value in each)
 
 
 def at_random(tape: Tape, expressions: Sequence[Expr], seed: int) -> list[complex]:

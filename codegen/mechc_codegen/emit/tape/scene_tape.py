@@ -32,7 +32,7 @@ COUNTS = (
     *("FEATURES", "KNOTTED", "MULTIPLIERS", "LOCKSTEP", "BLOCKS_KEPT"),
     *("ROW_BLOCKS", "IDENTITY_KINEMATICS", "OWN"),
     *("LINKS", "PLANAR", "COLUMNS", "SPEEDS_SHARED", "CARRIED", "FACTORS", "MOVING_CUTS"),
-    "CUTS_TURN",
+    *("PAIRS", "MOMENTS", "SEVERAL_LOOPS"),
 )
 OUTPUT, DEFAULT, COVECTOR = "solved", "default", "adjoint"
 _OF_STATES = ("plain", OUTPUT, DEFAULT, COVECTOR)
@@ -44,7 +44,7 @@ _BY_RUNTIME |= dict.fromkeys(JACOBIANS, JACOBIAN)
 _BY_RUNTIME |= {f"own_{name}": OWN_JACOBIAN for name in JACOBIANS}
 _OF_TREE = {"mass_matrix": 0, "forcing": 1, "constraint_jacobian": 2}
 _TABLES_OF_TREE = (  # in the order in which they are read
-    *("parent", "first_column", "column_speed", "cut"),
+    *("parent", "first_column", "column_speed", "cut", "first_pair"),
     *("first_row", "cut_place", "handed_to", "row_taken", "first_factor"),
 )
 _RUNTIME = files("mechc_codegen") / "runtime"

@@ -40,7 +40,8 @@ def kind_of(functions: SceneFunctions) -> str:
         return ""
     rows, speeds = functions.rows, len(symbols.u)
     alone = not walked and rows > 0 and speeds == rows + 1 and speeds <= _MOST_SPEEDS_OF_ONE_FREEDOM
-    has = {"ROWS": rows > 0, "LOOPS": equations.holonomic > 0, "ONE_FREEDOM": alone}
+    loops = equations.holonomic > 0 or (walked and rows > 0)
+    has = {"ROWS": rows > 0, "LOOPS": loops, "ONE_FREEDOM": alone}
     has["WALKED"] = walked
     found = tuple(macro for macro in _MACROS if has[macro])
     return next(name for name, macros in KINDS.items() if macros == found)

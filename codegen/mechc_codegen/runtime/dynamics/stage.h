@@ -190,9 +190,9 @@ MECHC_INLINE void FN(least_step_at)(const FN(place) *place, const real *values, 
 }
 
 /* Where several loops become singular at once, the rounding of all of them adds up, so the
- * conditioning of a tree with loops is taken as this much worse.  Found with 5 to 40 windows in a
+ * conditioning of a tree with several is taken as this much worse.  Found with 5 to 40 windows in a
  * row at tolerances from 1e-6 to 1e-12. */
-#define MECHC_TOGETHER 0.05
+#define MECHC_TOGETHER (MECHC_SEVERAL_LOOPS ? 0.05 : 1.0)
 
 /* The conditioning of the rows, squared. */
 MECHC_INLINE real FN(conditioning_at)(const FN(place) *place)

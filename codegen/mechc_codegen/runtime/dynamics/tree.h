@@ -36,9 +36,10 @@
 #define MECHC_AT_REFERENCE (MECHC_AT_INERTIA + MECHC_LINKS * MECHC_MASSES)
 #if MECHC_NC_MAX > 0
 #define MECHC_AT_CUT (MECHC_AT_REFERENCE + MECHC_LINKS * MECHC_ARM)
-/* Of a cut's row: both ends, the force along its axis, and a moment where some hold directions. */
-#define MECHC_CUT (3 * MECHC_ARM + (MECHC_CUTS_TURN ? MECHC_DIM - MECHC_ARM : 0))
-#define MECHC_AT_SAVED (MECHC_AT_CUT + MECHC_NC * MECHC_CUT)
+/* Of a pair of opposite wrenches, as which a row acts: both ends, the force, and the moment where some
+ * pairs have one. */
+#define MECHC_CUT (3 * MECHC_ARM + (MECHC_MOMENTS ? MECHC_DIM - MECHC_ARM : 0))
+#define MECHC_AT_SAVED (MECHC_AT_CUT + MECHC_PAIRS * MECHC_CUT)
 #else
 #define MECHC_AT_SAVED MECHC_AT_REFERENCE
 #endif
@@ -314,27 +315,27 @@ MECHC_INLINE void FN(arm_to)(const real *tree, int link, const real *point, real
         arm[i] = point[i] - tree[MECHC_AT_REFERENCE + link * MECHC_ARM + i];
 }
 
-/* The wrench of a unit of force along a row on one end of its cut, about the reference point there. */
-MECHC_INLINE void FN(cut_wrench)(const real *tree, int row, int end, real *wrench)
+/* The wrench of a pair on one end, about the reference point there. */
+MECHC_INLINE void FN(cut_wrench)(const real *tree, int pair, int end, real *wrench)
 {
-    const real *points = tree + MECHC_AT_CUT + row * MECHC_CUT, *axis = points + 2 * MECHC_ARM;
+    const real *points = tree + MECHC_AT_CUT + pair * MECHC_CUT, *axis = points + 2 * MECHC_ARM;
     const real *turn = axis + MECHC_ARM;
     real arm[MECHC_ARM_MAX], force[MECHC_DIM_MAX];
-    FN(arm_to)(tree, mechc_cut[2 * row + end], points + end * MECHC_ARM, arm);
+    FN(arm_to)(tree, mechc_cut[2 * pair + end], points + end * MECHC_ARM, arm);
     for (int j = 0; j < MECHC_DIM; j++) force[j] = wrench[j] = R(0.0);
     for (int j = 0; j < MECHC_ARM; j++)
         force[MECHC_DIM - MECHC_ARM + j] = end ? -axis[j] : axis[j];
-    for (int j = 0; MECHC_CUTS_TURN && j < MECHC_DIM - MECHC_ARM; j++) force[j] = end ? -turn[j] : turn[j];
+    for (int j = 0; MECHC_MOMENTS && j < MECHC_DIM - MECHC_ARM; j++) force[j] = end ? -turn[j] : turn[j];
     FN(add_wrench)(arm, force, wrench);
 }
 
-/* What a row's axis, and its moment, make of a motion. */
+/* What a pair's force and moment make of a motion. */
 MECHC_INLINE real FN(along_cut)(const real *axis, const real *moved)
 {
     const real *turn = axis + MECHC_ARM;
     real part = R(0.0);
     for (int i = 0; i < MECHC_ARM; i++) R_ADD(part, axis[i], moved[MECHC_DIM - MECHC_ARM + i]);
-    for (int i = 0; MECHC_CUTS_TURN && i < MECHC_DIM - MECHC_ARM; i++) R_ADD(part, turn[i], moved[i]);
+    for (int i = 0; MECHC_MOMENTS && i < MECHC_DIM - MECHC_ARM; i++) R_ADD(part, turn[i], moved[i]);
     return part;
 }
 
@@ -352,20 +353,21 @@ MECHC_INLINE void FN(add_partials)(const real *tree, int link, const real *point
     }
 }
 
-/* The rows of J: partial velocities of each cut's gap. */
+/* The rows of J: what each pair makes of the partial velocities of its ends. */
 MECHC_ONCE void FN(cut_rows)(const real *tree, real *jacobian)
 {
     for (int i = 0; i < MECHC_NC * MECHC_NU; i++) jacobian[i] = R(0.0);
-    for (int i = 0; i < MECHC_NC; i++) {
-        const real *point = tree + MECHC_AT_CUT + i * MECHC_CUT;
-        const real *target = point + MECHC_ARM, *axis = target + MECHC_ARM;
-        real *row = jacobian + i * MECHC_NU;
-        FN(add_partials)(tree, mechc_cut[2 * i], point, axis, 1.0, row);
-        FN(add_partials)(tree, mechc_cut[2 * i + 1], target, axis, -1.0, row);
-    }
+    for (int i = 0; i < MECHC_NC; i++)
+        for (int pair = mechc_first_pair[i]; pair < mechc_first_pair[i + 1]; pair++) {
+            const real *point = tree + MECHC_AT_CUT + pair * MECHC_CUT;
+            const real *target = point + MECHC_ARM, *axis = target + MECHC_ARM;
+            real *row = jacobian + i * MECHC_NU;
+            FN(add_partials)(tree, mechc_cut[2 * pair], point, axis, 1.0, row);
+            FN(add_partials)(tree, mechc_cut[2 * pair + 1], target, axis, -1.0, row);
+        }
 }
 
-/* J x: how fast the cuts open, from link to link. */
+/* J x, from link to link. */
 MECHC_ONCE void FN(cut_rates)(const real *tree, const real *x, real *rates)
 {
     real motion[MECHC_LINKS_MAX * MECHC_DIM_MAX], arm[MECHC_ARM_MAX], moved[MECHC_DIM_MAX];
@@ -376,16 +378,18 @@ MECHC_ONCE void FN(cut_rates)(const real *tree, const real *x, real *rates)
                 R_ADD(own[i], x[mechc_column_speed[c]], tree[MECHC_AT_SUBSPACE + c * MECHC_DIM + i]);
     }
     for (int i = 0; i < MECHC_NC; i++) {
-        const real *point = tree + MECHC_AT_CUT + i * MECHC_CUT;
-        const real *axis = point + 2 * MECHC_ARM;
         rates[i] = R(0.0);
-        for (int end = 0; end < 2; end++, point += MECHC_ARM) {
-            const int link = mechc_cut[2 * i + end];
-            if (link < 0) continue;
-            FN(arm_to)(tree, link, point, arm);
-            FN(shift_motion)(arm, motion + link * MECHC_DIM, moved);
-            const real part = FN(along_cut)(axis, moved);
-            rates[i] += end ? -part : part;
+        for (int pair = mechc_first_pair[i]; pair < mechc_first_pair[i + 1]; pair++) {
+            const real *point = tree + MECHC_AT_CUT + pair * MECHC_CUT;
+            const real *axis = point + 2 * MECHC_ARM;
+            for (int end = 0; end < 2; end++, point += MECHC_ARM) {
+                const int link = mechc_cut[2 * pair + end];
+                if (link < 0) continue;
+                FN(arm_to)(tree, link, point, arm);
+                FN(shift_motion)(arm, motion + link * MECHC_DIM, moved);
+                const real part = FN(along_cut)(axis, moved);
+                rates[i] += end ? -part : part;
+            }
         }
     }
 }
@@ -397,7 +401,7 @@ MECHC_INLINE real FN(sum_of_sizes)(const real *x, int count)
     return sum;
 }
 
-/* A bound on the sum of a cut's partial velocities, without walking its path: a column's arm is no
+/* A bound on the sum of a row's partial velocities, without walking its path: a column's arm is no
  * longer than what lies between on the way. */
 MECHC_ONCE real FN(most_partials)(const real *tree, real unit)
 {
@@ -419,17 +423,19 @@ MECHC_ONCE real FN(most_partials)(const real *tree, real unit)
         }
     }
     for (int i = 0; i < MECHC_NC; i++) {
-        const real *const ends = tree + MECHC_AT_CUT + i * MECHC_CUT, *point = ends;
         real sum = R(0.0);
-        for (int end = 0; end < 2; end++, point += MECHC_ARM) {
-            const int link = mechc_cut[2 * i + end];
-            real arm[MECHC_ARM_MAX];
-            if (link < 0) continue;
-            FN(arm_to)(tree, link, point, arm);
-            const real moves = sliding[link]
-                             + turning[link] * (length[link] + FN(sum_of_sizes)(arm, MECHC_ARM));
-            const real axis = FN(sum_of_sizes)(ends + 2 * MECHC_ARM, MECHC_ARM);
-            sum += R_SELECT(R_MASK(axis > 0.0) | R_MASK(R((double)MECHC_CUTS_TURN) == 0.0), moves, turning[link]);
+        for (int pair = mechc_first_pair[i]; pair < mechc_first_pair[i + 1]; pair++) {
+            const real *const ends = tree + MECHC_AT_CUT + pair * MECHC_CUT, *point = ends;
+            for (int end = 0; end < 2; end++, point += MECHC_ARM) {
+                const int link = mechc_cut[2 * pair + end];
+                real arm[MECHC_ARM_MAX];
+                if (link < 0) continue;
+                FN(arm_to)(tree, link, point, arm);
+                const real moves = sliding[link]
+                                 + turning[link] * (length[link] + FN(sum_of_sizes)(arm, MECHC_ARM));
+                const real axis = FN(sum_of_sizes)(ends + 2 * MECHC_ARM, MECHC_ARM);
+                sum += R_SELECT(R_MASK(axis > 0.0) | R_MASK(R((double)MECHC_MOMENTS) == 0.0), moves, turning[link]);
+            }
         }
         most = R_SELECT(R_MASK(sum > most), sum, most);
     }
@@ -443,11 +449,10 @@ MECHC_INLINE void FN(configuration)(real t, const real *q, const FN(given) *give
                                     real *turns, int near)
 {
 #if MECHC_NC_MAX > 0
-    FN(tree_configuration)(t, q, given, gap, saved, saved + MECHC_AT_SUBSPACE,
+    FN(tree_configuration)(t, q, given, gap, bias, saved, saved + MECHC_AT_SUBSPACE,
                            saved + MECHC_AT_INERTIA, saved + MECHC_AT_REFERENCE,
                            saved + MECHC_AT_CUT, saved + MECHC_AT_SAVED, turns, near);
     if (jacobian) FN(cut_rows)(saved, jacobian);
-    for (int i = 0; i < MECHC_NC; i++) bias[i] = R(0.0);
 #else
     (void)jacobian, (void)bias;
     FN(tree_configuration)(t, q, given, gap, saved, saved + MECHC_AT_SUBSPACE,

@@ -19,11 +19,11 @@
        real *saved, real *turns, int near), \
       (t, q, given, gap, offset, subspace, inertia, saved, turns, near)) \
     MECHC_MOTION_OF_TREES(X)
-#define MECHC_TREES_WITH_CUTS(X) \
+#define MECHC_TREES_WITH_ROWS(X) \
     X(void, tree_configuration, \
-      (real t, const real *q, const FN(given) *given, real *gap, real *offset, real *subspace, real *inertia, \
-       real *reference, real *cut, real *saved, real *turns, int near), \
-      (t, q, given, gap, offset, subspace, inertia, reference, cut, saved, turns, near)) \
+      (real t, const real *q, const FN(given) *given, real *gap, real *bias, real *offset, real *subspace, \
+       real *inertia, real *reference, real *cut, real *saved, real *turns, int near), \
+      (t, q, given, gap, bias, offset, subspace, inertia, reference, cut, saved, turns, near)) \
     MECHC_MOTION_OF_TREES(X)
 #define MECHC_MOTION_OF_TREES(X) \
     X(void, tree_motion, \
@@ -33,7 +33,7 @@
 #if !MECHC_KIND_WALKED
 #define MECHC_ALL_SCENES(X) MECHC_WRITTEN_OUT(X)
 #elif MECHC_KIND_ROWS
-#define MECHC_ALL_SCENES(X) MECHC_TREES_WITH_CUTS(X)
+#define MECHC_ALL_SCENES(X) MECHC_TREES_WITH_ROWS(X)
 #else
 #define MECHC_ALL_SCENES(X) MECHC_TREES(X)
 #endif

@@ -9,9 +9,9 @@ typedef struct {
     const double *knots, *knots_period;
     const int *knots_begin;
     int blocks_kept, row_blocks, identity_kinematics, own;
-    int links, planar, columns, speeds_shared, carried, factors, moving_cuts, cuts_turn;
+    int links, planar, columns, speeds_shared, carried, factors, moving_cuts, pairs, moments, several_loops;
     int of_tree; /* numbers that a configuration keeps of the tree */
-    const int *parent, *first_column, *column_speed, *cut; /* of links: see dynamics/tree.h, loops/rows.h */
+    const int *parent, *first_column, *column_speed, *cut, *first_pair; /* of links: see dynamics/tree.h, loops/rows.h */
     const int *first_row, *cut_place, *handed_to, *row_taken, *first_factor;
     int varies, gradient, gap_by_parameters, gap_by_inputs, gap_rate_by_parameters, gap_rate_by_inputs;
 } mechc_counts;

@@ -14,8 +14,12 @@ MECHC_STATIC double mechc_conditioning(const mechc_integration *run,
                                        const mechc_scalar_place *place)
 {
 #if MECHC_NH_MAX > 0
-    if (MECHC_NC == MECHC_NH && (run->monitor.rank == 0 || run->monitor.rank == MECHC_NH))
-        return mechc_scalar_conditioning(place);
+    if (MECHC_NH == 0) return 1.0;
+    const int counts = run->monitor.rank == 0 || run->monitor.rank == MECHC_NH;
+    if (counts && (MECHC_NC == MECHC_NH || MECHC_WALKED)) {
+        const double every = mechc_scalar_conditioning(place); /* no more than that of some rows */
+        if (MECHC_NC == MECHC_NH || every > MECHC_CLEAR) return every;
+    }
     mechc_weakest weakest;
     mechc_weakest_of(place, run->monitor.rank, &weakest);
     return weakest.ratio;

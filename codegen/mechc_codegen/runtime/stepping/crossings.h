@@ -63,7 +63,7 @@ MECHC_RARE void mechc_find_rank(mechc_integration *run)
 MECHC_RARE void mechc_monitor_start(mechc_integration *run)
 {
 #if MECHC_NH_MAX > 0
-    if (mechc_shows_all_rows(run)) run->monitor.rank = MECHC_NH;
+    if (MECHC_NH == 0 || mechc_shows_all_rows(run)) run->monitor.rank = MECHC_NH;
     else mechc_find_rank(run);
 #endif
     run->monitor.first = run->conditioning;

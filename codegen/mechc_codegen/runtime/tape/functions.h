@@ -60,18 +60,21 @@ MECHC_ALL_SCENES(MECHC_TAPE_DECLARE)
 MECHC_OF_STATES(MECHC_TAPE_DECLARE)
 
 #if MECHC_KIND_WALKED
-void FN(scene_tree_configuration)(real t, const real *q, const FN(given) *given, real *gap, real *offset,
-                                  real *subspace, real *inertia,
+void FN(scene_tree_configuration)(real t, const real *q, const FN(given) *given, real *gap,
+#if MECHC_KIND_ROWS
+                                  real *bias,
+#endif
+                                  real *offset, real *subspace, real *inertia,
 #if MECHC_KIND_ROWS
                                   real *reference, real *cut,
 #endif
                                   real *saved, real *turns, int near)
 {
 #if !MECHC_KIND_ROWS
-    real *const reference = 0, *const cut = 0;
+    real *const bias = 0, *const reference = 0, *const cut = 0;
 #endif
-    real *arrays[] = {(real *)q, (real *)given->p, (real *)given->k, gap, offset, subspace, inertia, reference,
-                      cut, saved};
+    real *arrays[] = {(real *)q, (real *)given->p, (real *)given->k, gap, bias, offset, subspace, inertia,
+                      reference, cut, saved};
     FN(run_tape)(&mechc_of_tapes.code, MECHC_TAPE_CALLED(tree_configuration), arrays, &t, given, turns, near);
 }
 

@@ -40,7 +40,7 @@
     X(row, series->row) X(series_kept, series->kept) X(sums, series->sums) \
     X(series_rates, series->integrated) X(c, c->nu + c->nc + (c->identity_kinematics ? 0 : c->nq)) \
     X(tree_offset, c->links * arm) X(tree_subspace, c->columns * dim) X(tree_inertia, c->links * masses) \
-    X(tree_reference, c->nc ? c->links * arm : 0) X(tree_cut, c->nc * (3 * arm + (c->cuts_turn ? 2 * arm - 3 : 0))) X(tree_saved, c->saved - c->of_tree) \
+    X(tree_reference, c->nc ? c->links * arm : 0) X(tree_cut, c->pairs * (3 * arm + (c->moments ? 2 * arm - 3 : 0))) X(tree_saved, c->saved - c->of_tree) \
     X(tree_bias, c->links * dim) X(tree_wrench, c->links * dim)
 
 /* X(function, its arrays: A(given) W(written), whose names in C lack series_ and tree_): those that the unit calls by themselves, then those of states,
@@ -49,7 +49,7 @@
     X(hoist, A(p) W(k)) \
     X(configuration, A(q) A(p) A(k) W(gap) W(jacobian) W(bias) W(mass) W(saved)) \
     X(motion, A(q) A(u) A(p) A(k) A(saved) W(forcing) W(gamma)) \
-    X(tree_configuration, A(q) A(p) A(k) W(gap) W(tree_offset) W(tree_subspace) W(tree_inertia) \
+    X(tree_configuration, A(q) A(p) A(k) W(gap) W(bias) W(tree_offset) W(tree_subspace) W(tree_inertia) \
       W(tree_reference) W(tree_cut) W(tree_saved)) \
     X(tree_motion, A(q) A(u) A(p) A(k) A(tree_saved) W(tree_bias) W(tree_wrench) W(gamma)) \
     X(factor_blocks, A(jacobian) A(mass) A(weight) W(kept) W(directions) W(momenta) W(own) W(lengths) W(clear)) \
@@ -89,7 +89,7 @@
     X(velocity_constraints_by_inputs, plain, c->nc * c->ni, 0)
 
 #define MECHC_TAPE_HIGHEST_DEGREE 15 /* of a table's polynomials */
-#define MECHC_TAPE_MOST_ARRAYS 10
+#define MECHC_TAPE_MOST_ARRAYS 11
 #define MECHC_TAPE_MOST_REGISTERS 8192
 #define MECHC_TAPE_MOST_OUTPUTS 128
 #define MECHC_TAPE_WIDEST 32767 /* numbers of an output */

@@ -76,12 +76,13 @@ static const char *mechc_read_counts(mechc_tape_reader *reader)
                            &c->states, &c->switches, &c->features, &c->knotted, &c->multipliers, &c->lockstep,
                            &c->blocks_kept, &c->row_blocks, &c->identity_kinematics, &c->own,
                            &c->links, &c->planar, &c->columns, &c->speeds_shared, &c->carried, &c->factors, &c->moving_cuts,
-                           &c->cuts_turn};
+                           &c->pairs, &c->moments, &c->several_loops};
     const int most[] = {MECHC_NQ_MAX, MECHC_NU_MAX, MECHC_NH_MAX, MECHC_NC_MAX, MECHC_NP_MAX, MECHC_NK_MAX,
                         MECHC_SAVED_MAX, MECHC_TURNS_MAX, MECHC_NI_MAX, MECHC_NQ_MAX, MECHC_SWITCHES_MAX,
                         MECHC_FEATURES_MAX, MECHC_KNOTTED_MAX, 1, 1, MECHC_BLOCKS_KEPT_MAX,
                         MECHC_BLOCKS_CODE ? MECHC_NC_MAX : 0, 1, MECHC_OWN_MAX,
-                        MECHC_LINKS_MAX, 1, MECHC_COLUMNS_MAX, 1, MECHC_CARRIED_MAX, MECHC_FACTORS_MAX, 1, 1};
+                        MECHC_LINKS_MAX, 1, MECHC_COLUMNS_MAX, 1, MECHC_CARRIED_MAX, MECHC_FACTORS_MAX, 1,
+                        MECHC_PAIRS_MAX, 1, 1};
     const size_t count = sizeof most / sizeof *most;
     MECHC_TAPE_REQUIRE(section->size == count * sizeof *given, "its counts are not whole");
     for (size_t i = 0; i < count; i++) {
@@ -92,15 +93,16 @@ static const char *mechc_read_counts(mechc_tape_reader *reader)
                            && c->features + c->knotted <= c->switches,
                        "its counts contradict each other");
     MECHC_TAPE_REQUIRE(!MECHC_KIND_ONE_FREEDOM || c->nc == c->nu - 1, "it is of another kind");
-    MECHC_TAPE_REQUIRE((c->nc > 0) == MECHC_KIND_ROWS && (c->nh > 0) == MECHC_KIND_LOOPS
-                           && (c->links > 0) == MECHC_KIND_WALKED,
+    MECHC_TAPE_REQUIRE((c->nc > 0) == MECHC_KIND_ROWS && (c->links > 0) == MECHC_KIND_WALKED
+                           && (MECHC_KIND_WALKED || (c->nh > 0) == MECHC_KIND_LOOPS),
                        "it is of another kind");
     const int arm = c->planar ? 2 : 3, columns = c->columns * (arm == 2 ? 3 : 6), masses = arm == 2 ? 4 : 10;
-    const int cut = 3 * arm + (c->cuts_turn ? 2 * arm - 3 : 0);
-    const int kept = columns + c->links * (arm + masses) + (c->nc ? c->links * arm + c->nc * cut : 0);
+    const int cut = 3 * arm + (c->moments ? 2 * arm - 3 : 0);
+    const int kept = columns + c->links * (arm + masses) + (c->nc ? c->links * arm + c->pairs * cut : 0);
     MECHC_TAPE_REQUIRE(!c->links
-                           || (c->nh == c->nc && kept <= c->saved && (c->speeds_shared || c->columns == c->nu)
-                               && !(c->speeds_shared && (c->carried || c->moving_cuts))),
+                           || (c->nc <= c->pairs && kept <= c->saved && (c->speeds_shared || c->columns == c->nu)
+                               && !(c->speeds_shared && (c->carried || c->moving_cuts))
+                               && !(c->carried && c->pairs > c->nc)),
                        "its counts contradict each other");
     c->of_tree = c->links ? kept : 0;
     MECHC_TAPE_REQUIRE(!c->own || !c->nc || c->multipliers, "its counts contradict each other");
@@ -148,10 +150,11 @@ static const char *mechc_read_tree(mechc_tape_reader *reader)
     mechc_counts *c = reader->counts;
     const mechc_section *section = reader->sections + MECHC_TAPE_OF_TREE;
     const int *at = (const int *)section->content, carried = c->carried > 0;
-    const int sizes[] = {c->links, c->links + 1, c->columns, 2 * c->nc, carried * (c->links + 1), carried * c->nc,
+    const int sizes[] = {c->links, c->links + 1, c->columns, 2 * c->pairs, c->nc ? c->nc + 1 : 0,
+                         carried * (c->links + 1), carried * c->nc,
                          carried * c->links, carried * c->nu, carried * (c->nu + 1)};
-    const int **const tables[] = {&c->parent, &c->first_column, &c->column_speed, &c->cut, &c->first_row,
-                                  &c->cut_place, &c->handed_to, &c->row_taken, &c->first_factor};
+    const int **const tables[] = {&c->parent, &c->first_column, &c->column_speed, &c->cut, &c->first_pair,
+                                  &c->first_row, &c->cut_place, &c->handed_to, &c->row_taken, &c->first_factor};
     size_t count = 0;
     if (!c->links) return NULL;
     for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) count += (size_t)sizes[i];
@@ -167,7 +170,9 @@ static const char *mechc_read_tree(mechc_tape_reader *reader)
         sound &= within;
     }
     for (int i = 0; i < c->nu; i++) sound &= moved[i];
-    for (int i = 0; i < 2 * c->nc; i++) sound &= c->cut[i] >= -1 && c->cut[i] < c->links;
+    for (int i = 0; i < 2 * c->pairs; i++) sound &= c->cut[i] >= -1 && c->cut[i] < c->links;
+    for (int i = 0; i < c->nc; i++) sound &= c->first_pair[i] >= 0 && c->first_pair[i] < c->first_pair[i + 1];
+    sound &= !c->nc || (c->first_pair[0] == 0 && c->first_pair[c->nc] == c->pairs);
     MECHC_TAPE_REQUIRE(sound, "the tables of its links are not sound");
     if (!carried) return NULL;
     sound = c->first_row[0] == 0 && c->first_row[c->links] == c->carried;

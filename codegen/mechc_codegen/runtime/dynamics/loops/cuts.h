@@ -55,15 +55,15 @@ MECHC_ONCE void FN(free_answer)(const real *tree, const FN(articulated) *f, real
     }
 }
 
-/* A unit of force along a row, on both links of its cut. */
+/* A unit of force along a row, on the links of its pairs. */
 MECHC_INLINE void FN(force_along_row)(const real *tree, int row, real *wrench)
 {
     for (int i = 0; i < MECHC_LINKS * MECHC_DIM; i++) wrench[i] = R(0.0);
-    for (int end = 0; end < 2; end++) {
-        const int link = mechc_cut[2 * row + end];
+    for (int end = 2 * mechc_first_pair[row]; end < 2 * mechc_first_pair[row + 1]; end++) {
+        const int link = mechc_cut[end];
         real one[MECHC_DIM_MAX];
         if (link < 0) continue;
-        FN(cut_wrench)(tree, row, end, one);
+        FN(cut_wrench)(tree, end / 2, end % 2, one);
         for (int j = 0; j < MECHC_DIM; j++) wrench[link * MECHC_DIM + j] += one[j];
     }
 }

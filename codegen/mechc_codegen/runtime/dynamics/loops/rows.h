@@ -36,7 +36,7 @@ typedef struct {
     real conditioning; /* squared */
 } FN(eliminated);
 
-/* Each cut's row as a wrench of unit force on the link that is cut. */
+/* Each row, whose pair is one with the ground, as a wrench of unit force on the other link. */
 MECHC_INLINE void FN(cut_wrenches)(const real *tree, real *rows)
 {
     for (int i = 0; i < MECHC_NC; i++) {

@@ -75,12 +75,16 @@
 #define MECHC_CARRIED_CODE (MECHC_KIND_WALKED && MECHC_KIND_ROWS)
 #define MECHC_FACTORS mechc_of_scene.factors
 #define MECHC_MOVING_CUTS mechc_of_scene.moving_cuts
-#define MECHC_CUTS_TURN mechc_of_scene.cuts_turn
+#define MECHC_PAIRS mechc_of_scene.pairs
+#define MECHC_PAIRS_MAX (MECHC_KIND_WALKED ? 96 : 0)
+#define MECHC_MOMENTS mechc_of_scene.moments
+#define MECHC_SEVERAL_LOOPS mechc_of_scene.several_loops
 #define MECHC_MOVING_CUTS_CODE MECHC_CARRIED_CODE
 #define mechc_parent mechc_of_scene.parent /* tables of the scene */
 #define mechc_first_column mechc_of_scene.first_column
 #define mechc_column_speed mechc_of_scene.column_speed
 #define mechc_cut mechc_of_scene.cut
+#define mechc_first_pair mechc_of_scene.first_pair
 #define mechc_first_row mechc_of_scene.first_row
 #define mechc_cut_place mechc_of_scene.cut_place
 #define mechc_handed_to mechc_of_scene.handed_to

@@ -123,7 +123,7 @@ def scene_metadata(
         "fixed": {printed_name(symbol): float(value) for symbol, value in request.fixed.items()},
         "unavailable": _unavailable(mechanism, request),
         "left_out": {each: name for name in _outputs_left_out(request) for each in OUTPUTS[name]},
-        **_inputs(mechanism, functions),
+        **_inputs(mechanism, request, functions),
         **({"states": [float(s.start) for s in mechanism.states]} if mechanism.states else {}),
         **_contacts(mechanism, request),
         **_quaternions(mechanism),
@@ -257,7 +257,9 @@ def _closing(parameters: Sequence[Parameter], lowered: Program, equations: Equat
     return [str(p.symbol) for s, p in zip(symbols, parameters, strict=True) if s in needed]
 
 
-def _inputs(mechanism: Mechanism, functions: SceneFunctions) -> dict[str, Any]:
+def _inputs(
+    mechanism: Mechanism, request: OutputRequest, functions: SceneFunctions
+) -> dict[str, Any]:
     """Inputs given at run time: the values needed of each, and the outputs without inputs.
 
     ``orders``: the derivatives, each a place in the array of values.
@@ -287,7 +289,11 @@ def _inputs(mechanism: Mechanism, functions: SceneFunctions) -> dict[str, Any]:
     }
     if "tree_subspace" in names:  # the runtime makes these of the tree's data
         names |= dict.fromkeys(("mass_matrix", "constraint_jacobian"), ("constraints", *TREE))
-    free = [n for n, parts in names.items() if symbols.isdisjoint(_used(program, parts))]
+    free = [
+        request.name_of(name)
+        for name, parts in names.items()
+        if symbols.isdisjoint(_used(program, parts))
+    ]
     return {"inputs": described, "free_of_inputs": free}
 
 

@@ -300,5 +300,9 @@ def _pair(load: Any) -> Load:
     except (TypeError, ValueError):
         raise MechanismError(f"{load!r} is not a load, a pair (Point or frame, vector)") from None
     if not isinstance(place, (Point, ReferenceFrame)):
-        raise MechanismError(f"a load acts on a Point or a ReferenceFrame, not on {place!r}")
+        named = getattr(place, "name", None) or repr(place)[:60]
+        raise MechanismError(
+            f"a load acts on a Point or a ReferenceFrame, not on {named}: of a body, use "
+            "Force(body, vector) or Torque(body, vector) of sympy.physics.mechanics"
+        )
     return place, vector

@@ -60,7 +60,7 @@ def _notes(result: Any) -> list[str]:
         lines.append(
             f"the residuals are larger than their noise: chi squared is {2 * result.cost:.4g} for "
             f"{result.freedoms} degrees of freedom. It is another minimum (try starts=256 between "
-            "bounds), or something that the model does not have"
+            "bounds), another assembly (guess=), or something that the model does not have"
         )
     for k, one in enumerate(result.problem.unknowns):
         if result.active[k]:

@@ -303,6 +303,16 @@ def test_an_input_whose_rates_are_needed_must_give_them(driven):
 # -- what goes wrong ----------------------------------------------------------------------------
 
 
+def test_an_output_of_the_state_alone_needs_no_input():
+    """One of the user's own that contains an acceleration does."""
+    mass = pushed_mass()
+    q, u = mass.q[0], mass.u[0]
+    model = mechc.compile(mass, outputs=["energy", {"square": q**2, "rate": u.diff(t)}])
+    assert model.output("square", [0.5, 0.0], {"k": 1.0, "m": MASS}) == 0.25
+    with pytest.raises(mechc.MissingInputError, match="no value: F"):
+        model.output("rate", [0.5, 0.0], {"k": 1.0, "m": MASS})
+
+
 def test_inputs_without_a_value_are_asked_for_by_name(pushed):
     for ask in (
         lambda: pushed.rhs(0.0, [0.0, 0.0]),

@@ -51,7 +51,14 @@ def _tornado(axes: Any, names: Any, effects: Array, label: str) -> None:
                              for k in order])  # fmt: skip
     axes.set_ylim(-0.6, len(order) - 0.4)
     axes.grid(axis="y", visible=False)
+    _mark_few(axes)
     axes.set_xlabel(plain("change of ") + label)
+
+
+def _mark_few(axes: Any) -> None:
+    """Few marks, with a power of ten apart where numbers are long."""
+    axes.locator_params(axis="x", nbins=5)
+    axes.ticklabel_format(axis="x", scilimits=(-2, 4), useMathText=True)
 
 
 def _histogram(axes: Any, values: Array, nominal: float, sigma: float, label: str) -> None:
@@ -63,5 +70,6 @@ def _histogram(axes: Any, values: Array, nominal: float, sigma: float, label: st
         axes.plot(x, curve, color=COLOURS[1], label="first order")
     axes.axvline(nominal, color=QUIET, linewidth=0.8)
     axes.set_yticks([])
+    _mark_few(axes)
     axes.set_xlabel(label)
     axes.legend(fontsize=8)

@@ -44,7 +44,8 @@ void solved(const double *q, const double *p, double *wrench, const double *valu
 
 
 def chain(links, *cuts, planar=True):
-    return Tree(CHAIN[:links], tuple((k,) for k in range(links)), planar, cuts)
+    rows = tuple((ends,) for ends in cuts)
+    return Tree(CHAIN[:links], tuple((k,) for k in range(links)), planar, rows)
 
 
 def test_every_row_has_one_pivot():
@@ -83,7 +84,7 @@ def test_other_trees_are_left_to_the_dense_solution(cuts):
 
 
 def test_a_link_of_several_speeds_eliminates_as_many_rows():
-    tree = Tree((-1, 0), ((0,), (1, 2, 3)), False, ((1, -1),) * 3)
+    tree = Tree((-1, 0), ((0,), (1, 2, 3)), False, (((1, -1),),) * 3)
     plan = plan_rows(tree)
     assert plan.pivot == (-1, 2, 1, 0)
     assert plan.first == (0, 0, 3)
@@ -101,7 +102,7 @@ def test_scenes_of_very_many_speeds_have_fewer_lanes(speeds, rows, lanes):
 
 def test_long_rings_are_walked_and_short_ones_are_not():
     ring_of_12, ring_of_40 = (
-        Tree(tuple(range(-1, n - 1)), tuple((k,) for k in range(n)), True, ((n - 1, 0),) * 2)
+        Tree(tuple(range(-1, n - 1)), tuple((k,) for k in range(n)), True, (((n - 1, 0),),) * 2)
         for n in (12, 40)
     )
     assert not walks_moving_cuts(ring_of_12)

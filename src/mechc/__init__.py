@@ -56,6 +56,7 @@ if TYPE_CHECKING:
     from mechc.results.check import Check
     from mechc.simulation.stepper import Stepper
     from mechc.system.c_interface import CFunction
+    from mechc.verdict.verdict import Verdict, judge
 
 __version__ = "0.1.0"
 
@@ -118,6 +119,7 @@ __all__ = [
     "UnknownNameError",
     "UnusedValueWarning",
     "ValueOutOfBoundsError",
+    "Verdict",
     "casadi",
     "export_c",
     "export_fmu",
@@ -129,6 +131,7 @@ __all__ = [
     "from_urdf",
     "get_include",
     "jax",
+    "judge",
     "load",
     "mechanisms",
     "multiplier",
@@ -146,11 +149,13 @@ _LATER = {
     "Signal": "mechc.inputs.signals",
     "Stepper": "mechc.simulation.stepper",
     "Table": "mechc.compilation.table",
+    "Verdict": "mechc.verdict.verdict",
     "casadi": "mechc.differentiable.casadi_model",
     "export_c": "mechc.export",
     "export_fmu": "mechc.export",
     "export_wasm": "mechc.export",
     "jax": "mechc.differentiable.jax_function",
+    "judge": "mechc.verdict.verdict",
     "torch": "mechc.differentiable.torch_function",
 }
 

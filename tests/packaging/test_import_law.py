@@ -51,6 +51,7 @@ RUNTIME_LAW = {
               "batch", "differentiable", "fitting", "optimal", "periodic", "prescribed",
               "synthesis"},
     "load": {"model", "system", "compilation"},
+    "verdict": {"load", "model", "system", "assembly", "compilation", "analysis", "results"},
     "export": {"compilation", "results", "simulation"},
     "open": {"model", "system", "simulation", "results", "batch"},
     "cli": {"__init__", "export", "open", "system", "assembly", "compilation", "results", "batch",

@@ -135,6 +135,9 @@ class Limits:
     effort: Bound = None
 
 
+judging: list[Callable[..., Any]] = []  # what Mechanism.judge asks, which the runtime sets
+
+
 def _plural(word: str, count: int) -> str:
     return word if count == 1 else f"{word.removesuffix('y')}ies" * word.endswith("y") or f"{word}s"
 
@@ -219,6 +222,11 @@ class Mechanism:
         Of several assemblies the one with the largest value of this expression is used.
     notes
         From parameter values to ``(label, sentence)`` pairs that ``show`` prints.
+    links
+        Name of a link of a file -> its body ("": the ground), mass and Ixx, Ixy, Ixz, Iyy, Iyz, Izz
+        about its mass centre (SI units), before links that are fixed to each other are one body.
+    cut_reasons
+        Name of a cut -> why it was chosen, where mechc chose it.
     """
 
     name: str
@@ -258,6 +266,8 @@ class Mechanism:
     contacts: tuple[Contact, ...] = ()
     outputs: Mapping[str, tuple[Expr, str]] = field(default_factory=dict)
     input_units: Mapping[AppliedUndef, str] = field(default_factory=dict)
+    links: Mapping[str, tuple[str, float, tuple[float, ...]]] = field(default_factory=dict)
+    cut_reasons: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         refuse_no_vector(self.gravity)
@@ -279,6 +289,10 @@ class Mechanism:
         }  # fmt: skip
         counts = [f"{len(found)} {_plural(word, len(found))}" for word, found in parts.items()]
         return f"<mechc.Mechanism {self.name}: {', '.join(counts)}>"
+
+    def judge(self, params: Mapping[Any, float] | None = None) -> Any:
+        """What is to be known before a motion: see :func:`mechc.judge`."""
+        return judging[-1](self, params)
 
     @property
     def q(self) -> tuple[AppliedUndef, ...]:

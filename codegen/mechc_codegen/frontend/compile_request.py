@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from mechc_codegen.description.mechanism import Mechanism
     from mechc_codegen.description.request import OutputRequest
 
-UNCOMPILED = ("notes", "limits")  # what decides nothing that is compiled
+UNCOMPILED = ("notes", "limits", "links", "cut_reasons")  # what decides nothing that is compiled
 
 
 @dataclass(frozen=True, eq=False, repr=False)

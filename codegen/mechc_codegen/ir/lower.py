@@ -10,7 +10,6 @@ from __future__ import annotations
 from sympy import S
 
 from mechc_codegen.derive.equations import Equations, Output
-from mechc_codegen.derive.outputs import velocity_bias
 from mechc_codegen.ir.program import Assign, Program
 
 KEPT_APART = {"motion_constraints"}  # only its derived forms are emitted
@@ -42,4 +41,4 @@ def _bias_of_speeds(equations: Equations) -> tuple[Output, ...]:
     bias = tuple(e.xreplace(at_rest) for e in velocity.elements)
     if all(b == 0 for b in bias):
         return ()
-    return (velocity_bias(bias, velocity.labels),)
+    return (Output("velocity_bias", "b of J u + b = 0", bias, velocity.shape, velocity.labels),)

@@ -19,6 +19,7 @@ from sympy.physics.vector import Dyadic, Vector
 
 from mechc_codegen.description.constraints import Contact
 from mechc_codegen.description.drawing import Drawing
+from mechc_codegen.description.joints.loops import loop_joints
 from mechc_codegen.description.joints.tree import Joint
 from mechc_codegen.description.mechanism import Limits, Load, Mechanism, Parameter, Quantity
 from mechc_codegen.description.placement import apply
@@ -37,6 +38,7 @@ from mechc_codegen.robots.geometry import (
 )
 from mechc_codegen.robots.graph import resolve_graph
 from mechc_codegen.robots.moving import JointMotion, motion_of, of_time, orient
+from mechc_codegen.robots.reasons import cut_reasons
 from mechc_codegen.robots.robot import V3, Robot, RobotJoint, RobotLink, unused_name
 from mechc_codegen.robots.spanning import SpanningTree, TreeJoint, spanning_tree
 from mechc_codegen.robots.values import ACTING, RobotValues
@@ -75,7 +77,16 @@ def mechanism_of(
     values = RobotValues(robot, symbolic)
     named = [cut] if isinstance(cut, str) else [*cut]
     tree = spanning_tree(robot, named, _with_coordinate(robot))
-    mechanism = _MechanismBuilder(tree, values).mechanism()
+    builder = _MechanismBuilder(tree, values)
+    mechanism = builder.mechanism()
+    body_of = {
+        name: part.body.name if part.body else "" for name, (part, _) in builder.parts.items()
+    }
+    mechanism = replace(
+        mechanism,
+        links={name: (body_of[name], x.mass, x.inertia) for name, x in robot.links.items()},
+        cut_reasons=cut_reasons(tree, loop_joints(mechanism)),
+    )
     _warn_of_skipped(mechanism)
     return mechanism
 

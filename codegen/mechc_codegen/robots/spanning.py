@@ -46,13 +46,14 @@ class SpanningTree:
     """Branches, each after that of its inner link, and the joints that are cut.
 
     ``robot``: the robot with halves of the links that were cut.  ``places``: of the links at the
-    start, where all coordinates are zero.
+    start, where all coordinates are zero.  ``orders``: of joints, by which the tree grew.
     """
 
     robot: Robot
     branches: tuple[TreeJoint, ...]
     cuts: tuple[RobotJoint, ...]
     places: dict[str, Place]
+    orders: dict[str, Order]
 
     def distance(self, joint: RobotJoint) -> float:
         """How far apart the two points of a joint are at the start."""
@@ -95,7 +96,8 @@ def spanning_tree(
             branches.append(branch)
             places[branch.outer] = places[joint.parent]
         cuts.append(joint)
-    return SpanningTree(robot, tuple(branches), tuple(cuts), places)
+    orders = {joint.name: growth.order(joint) for joint in robot.joints}
+    return SpanningTree(robot, tuple(branches), tuple(cuts), places, orders)
 
 
 class _Growth:
@@ -125,8 +127,7 @@ class _Growth:
             alike = [
                 TreeJoint(joint, inner, outer)
                 for joint, inner in self.around[outer]
-                if inner in self.places
-                and (self._order(joint), self.depth[inner]) == (order, depth)
+                if inner in self.places and (self.order(joint), self.depth[inner]) == (order, depth)
             ]
             self._keep(self._to_keep(alike) if len(alike) > 1 else alike[0])
 
@@ -141,10 +142,10 @@ class _Growth:
     def _lead_on(self, inner: str) -> None:
         for joint, outer in self.around[inner]:
             if outer not in self.places:
-                entry = (self._order(joint), self.depth[inner], self.number[joint.name], outer)
+                entry = (self.order(joint), self.depth[inner], self.number[joint.name], outer)
                 heapq.heappush(self.waiting, entry)
 
-    def _order(self, joint: RobotJoint) -> Order:
+    def order(self, joint: RobotJoint) -> Order:
         count = 0 if joint.mimic else COUNT.get(joint.kind, 1)
         refers = joint.name in self.with_coordinate
         to_cut = (joint.kind == "distance", joint.name in self.cut, not joint.leads_on)

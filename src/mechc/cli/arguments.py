@@ -12,6 +12,7 @@ from typing import Any
 import mechc
 from mechc.assembly.initial_values import filled_start
 from mechc.cli.own_models import READERS, is_own, own_model, own_name, refuse_file_alone
+from mechc.compilation.facts import Facts
 from mechc.compilation.library.catalogue import COMPILED_AT_INSTALL, LIBRARY
 from mechc.errors import MechcError, MissingInputError, UnknownNameError
 from mechc.progress import Notice
@@ -193,7 +194,7 @@ def checked_options(name: str, options: dict[str, Any]) -> dict[str, Any]:
 
 
 def values_of(
-    model: mechc.Model, typed: Sequence[str], known: Sequence[str], kind: str
+    model: mechc.Model | Facts, typed: Sequence[str], known: Sequence[str], kind: str
 ) -> dict[str, float]:
     """NAME=VALUE, each name known and given once, in SI units."""
     texts = _assignments(typed, known, kind)

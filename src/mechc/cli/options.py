@@ -18,6 +18,7 @@ examples:
   mechc fit four_bar data.csv --free m_1=0.1:5   masses from a recorded motion
   mechc synthesize four_bar points.csv --with coupler_point --free l_1=0.1:5 --free x_C=-2:2
   mechc show four_bar --set l_3=3.5           Grashof class, parameters, options
+  mechc show robot.urdf                       loops, ranges of joints, impossible inertias
   mechc run pendulum --with links=5 --open    compiled at the first use, then cached
   mechc run robot.py:model --t-end 5          a model that a Python file defines
   mechc run cart.py:model --input F='3*sin(4*t)'     the law of its input F

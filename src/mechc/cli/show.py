@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
+import textwrap
+from pathlib import Path
 
 import mechc
 from mechc.cli.arguments import (
@@ -14,12 +15,15 @@ from mechc.cli.arguments import (
     page_ending,
     values_of,
 )
-from mechc.cli.own_models import is_own, own_model
+from mechc.cli.own_models import READERS, is_own, own_model, own_object
+from mechc.compilation.facts import Facts, facts_of
 from mechc.files import write_text
 
 
 def show_command(chosen: argparse.Namespace) -> int:
-    """Prints quantities, what follows from their values, and options; writes the page."""
+    """Prints quantities, and of a user's own model the verdict, of a mechanism of the library what
+    follows from its values, and its options; writes the page."""
+    from mechc.compilation.compiler import of_compiler
     from mechc.compilation.exports.standalone import described
     from mechc.compilation.library.library import (
         derivation_notes,
@@ -31,39 +35,44 @@ def show_command(chosen: argparse.Namespace) -> int:
     own, ending = is_own(chosen.name), page_ending(chosen)
     page = output_path(chosen, chosen.out, "") if chosen.out else None
     options = {} if own else checked_options(library_name(chosen.name), options_of(chosen.options))
-    model = own_model(chosen.name) if own else mechc.load(chosen.name, **options)
-    params = values_of(model, chosen.parameters, model.parameters, "parameter")
-    values = _values(model, params)
-    print(f"{model.title}\n")
-    for name, quantity in model.quantities.items():
-        value = f"{values[name]:g} {quantity.unit}" if name in values else quantity.unit
-        print(f"  {name:10} {value:18} {quantity.description}")
+    thing = own_object(chosen.name) if own else mechanism_of(chosen.name, options)
+    mechanism = thing
+    if not isinstance(thing, of_compiler("Mechanism")):
+        thing = own_model(chosen.name)
+        mechanism = described(thing.system)[0]
+    facts = facts_of(mechanism, {})
+    names = [name for name in facts.quantities if name not in {*facts.coordinates, *facts.speeds}]
+    params = values_of(facts, chosen.parameters, names, "parameter")
+    facts = facts_of(mechanism, params)
+    print(f"{mechanism.title}\n")
+    _print_quantities(facts, is_long=Path(chosen.name).suffix in READERS)
     print()
-    if own and page is None:
-        return 0
-    mechanism = (
-        described(model.system)[0] if own
-        else mechanism_of(chosen.name, options)
-    )  # fmt: skip
-    for label, sentence in derivation_notes(mechanism, values):
+    for label, sentence in [] if own else derivation_notes(mechanism, facts.values):
         print(f"{label}: {sentence}.")
     found = {} if own else shipped_options(chosen.name)
     if found:
         print("\noptions (--with NAME):")
     for option, about in found.items():
         print(f"  {option:15} {about}")
-    if page is None:
+    if own:
+        print(mechc.judge(thing, params))
+    if page is not None:
+        write_text(page, derivation_page(mechanism, facts.values, chosen.latex))
+        print(f"\nthe derivation is in {page.resolve()}")
+    elif not own:
         print(f"\nits derivation, as a page: mechc show {chosen.name} --out {chosen.name}.{ending}")
-        return 0
-    write_text(page, derivation_page(mechanism, values, chosen.latex))
-    print(f"\nthe derivation is in {page.resolve()}")
     return 0
 
 
-def _values(model: mechc.Model, params: Mapping[str, float]) -> dict[str, float]:
-    """Values of the parameters that have one."""
-    known = model.system.parameter_set
-    open_ones = [name for name in known.missing if name not in params]
-    values = known.defaults if open_ones else known.resolve(params)
-    found = dict(zip(known.names, values.tolist(), strict=True)) | dict(params)
-    return {name: value for name, value in found.items() if name not in open_ones}
+def _print_quantities(facts: Facts, *, is_long: bool) -> None:
+    """A line for each: name, value where there is one, unit, description; of long lists, names of
+    one unit without values in one paragraph."""
+    for name, q in facts.quantities.items():
+        value = f"{facts.values[name]:g} {q.unit}" if name in facts.values else q.unit
+        if not is_long or name in facts.values:
+            print(f"  {name:10}  {value:18} {q.description}")
+    others = [q for q in facts.quantities.values() if is_long and q.name not in facts.values]
+    for unit in dict.fromkeys(q.unit for q in others):
+        names = ", ".join(q.name for q in others if q.unit == unit)
+        told = f"{unit}: {names}"
+        print(textwrap.fill(told, 100, subsequent_indent="  ", break_on_hyphens=False))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -24,10 +25,11 @@ def of_compiler(name: str) -> Any:
 @cache
 def errors_of_compiler() -> dict[str, type[MechcError]]:
     """Name -> error of the compiler that is mechc's too; from now on the compiler raises it, and
-    reads values with units as the runtime does.
+    reads values with units and judges mechanisms as the runtime does.
 
     The compiler imports nothing of the runtime, so these are set from here.
     """
+    from mechc_codegen.description.mechanism import judging
     from mechc_codegen.description.quantity import read_values_with
     from mechc_codegen.errors import KINDS, raise_as
 
@@ -38,6 +40,7 @@ def errors_of_compiler() -> dict[str, type[MechcError]]:
     }
     raise_as(found)
     read_values_with(_in_si)
+    judging[:] = [lambda *given: import_module("mechc").judge(*given)]
     return {kind.__name__: told for kind, told in found.items()}
 
 

@@ -187,6 +187,19 @@ def test_a_robot_runs_by_its_file(here, capsys):
     assert complaint(capsys, "run", "other.urdf") == "mechc: there is no file other.urdf\n"
 
 
+def test_show_judges_a_robot_without_compiling_it(here, capsys, monkeypatch):
+    monkeypatch.setattr("mechc.compile", lambda *_, **__: pytest.fail("compiled"))
+    long = ROBOT.replace("hinge", "hinge_of_the_long_arm").replace("<mass", "<mass ")
+    heavy = long.replace('iyy="0"', 'iyy="1"').replace("swing", "odd")
+    (here / "odd.urdf").write_text(heavy, "utf-8")
+    assert main(["show", "odd.urdf", "--set", "g=1.6"]) == 0
+    said = capsys.readouterr().out
+    assert "rad: q_hinge_of_the_long_arm\n" in said
+    assert "1.6 m/s^2" in said
+    assert "odd: 1 degree of freedom" in said
+    assert "  arm: 1 > 0 + 0 kg m^2, by 1" in said
+
+
 @pytest.mark.filterwarnings("always::mechc.SkippedPartWarning")
 def test_a_warning_is_told_in_one_line(here, capsys):
     rough = ROBOT.replace("</joint>", '<dynamics friction="0.1"/></joint>')

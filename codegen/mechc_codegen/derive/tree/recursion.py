@@ -18,7 +18,7 @@ from mechc_codegen.derive.equations import Equations, Output, Symbols, Tree
 from mechc_codegen.derive.joint_reactions import reaction_outputs, refuse_unknown_reactions
 from mechc_codegen.derive.state_symbols import StateSymbols, state_symbols
 from mechc_codegen.derive.tree.bodies import LinkBodies
-from mechc_codegen.derive.tree.cuts import AT_REST, Row, WrittenRow, cut_rows, written_rows
+from mechc_codegen.derive.tree.cuts import AT_REST, cut_rows
 from mechc_codegen.derive.tree.frames import Frames, Local, NotATreeError
 from mechc_codegen.derive.tree.gradients import gradients
 from mechc_codegen.derive.tree.links import Link, LinkAccelerations, Links, moving_columns
@@ -26,6 +26,7 @@ from mechc_codegen.derive.tree.mass_matrix import composite_equations
 from mechc_codegen.derive.tree.residual import Residual
 from mechc_codegen.derive.tree.tape import V3, Tape, vanishes
 from mechc_codegen.derive.tree.velocities import SAME, SAMPLES, at_random, refuse_other_velocities
+from mechc_codegen.derive.tree.written_rows import Row, WrittenRow, written_rows
 from mechc_codegen.description.joints.tree import Body
 from mechc_codegen.description.mechanism import Mechanism, is_rigid, printed_name
 from mechc_codegen.description.placement import dot

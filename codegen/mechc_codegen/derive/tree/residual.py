@@ -12,9 +12,10 @@ from sympy import Expr, S
 
 from mechc_codegen.derive.equations import Symbols
 from mechc_codegen.derive.tree.bodies import LinkBodies
-from mechc_codegen.derive.tree.cuts import Row, solved
+from mechc_codegen.derive.tree.cuts import solved
 from mechc_codegen.derive.tree.links import GROUND, LinkAccelerations
 from mechc_codegen.derive.tree.tape import V3, ZERO, vanishes
+from mechc_codegen.derive.tree.written_rows import Row
 
 
 class Residual:

@@ -57,6 +57,17 @@ def cut_rows(mechanism: Mechanism) -> Iterator[CutConstraint]:
                 yield CutConstraint(name, name not in held, components)
 
 
+def loop_joints(mechanism: Mechanism) -> dict[str, tuple[str, ...]]:
+    """Name of every cut joint -> the names of the other joints of its loop."""
+    tree = joint_tree(mechanism.joints, mechanism.bodies)
+    inwards = {branch.body: branch for branch in tree.branches}
+    return {
+        cut.name: tuple(joint.name for joint in _between(inwards, cut.parent, cut.child))
+        for cut in mechanism.joints
+        if cut.is_cut
+    }
+
+
 def _between(
     inwards: Mapping[Body | None, Branch], one: Body | None, other: Body | None
 ) -> list[Joint]:

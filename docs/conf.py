@@ -73,6 +73,7 @@ sphinx_gallery_conf = {
 }
 
 html_theme = "furo"
+html_copy_source = False  # 40 MB, for the gallery's views are in its sources
 html_math_renderer = "mathml"
 html_title = "mechc"
 html_favicon = "_static/favicon.svg"

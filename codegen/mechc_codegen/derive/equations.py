@@ -97,7 +97,7 @@ class Tree:
     vectors of motion are angular then linear, (x, y, z) each, or (z; x, y) where ``planar``.
     ``rows``: of each constraint the pairs of links on which it acts with opposite wrenches;
     ``moments``: whether some of these have a moment beside their force.
-    ``several_loops``: whether more than one cut closes a loop.
+    ``several_loops``: whether several cuts, or constraints on several coordinates, close loops.
     """
 
     parents: tuple[int, ...]

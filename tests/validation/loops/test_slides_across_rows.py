@@ -4,6 +4,7 @@ says nothing about lengths."""
 import numpy as np
 import pytest
 from mechc_codegen.description.joints.cuts import Cut
+from sympy import Rational, Symbol
 from sympy.physics.mechanics import PinJoint, PrismaticJoint, RigidBody, inertia
 
 import mechc
@@ -37,3 +38,25 @@ def test_loops_close_where_it_is_so_at_the_start(model, angle):
     assert run.status.ok
     assert np.abs(run.output("constraints")).max() < 1e-13
     assert np.ptp(run.energy) < 1e-8
+
+
+@pytest.mark.parametrize("method", ["dop853", "gauss8", "radau5"])
+def test_a_slide_near_zero_is_closed_where_no_row_contains_an_angle(method):
+    """A ring on an arm that swings, held 0.5 mm from the pivot by a law whose terms are 0.2 m: a
+    length follows from the masses, and with it the rounding of the gap."""
+    frame, arm, ring = (RigidBody(name, mass=1) for name in ("frame", "arm", "ring"))
+    for body in (arm, ring):
+        body.central_inertia = inertia(body.frame, 0.4, 0.3, 0.5)
+    swing = PinJoint("swing", frame, arm, child_point=-arm.y, joint_axis=frame.z)
+    slide = PrismaticJoint("slide", arm, ring, joint_axis=arm.x)
+    law = slide.coordinates[0] - Rational(747, 1000) * Rational(28, 100) - Symbol("d")
+    model = mechc.compile(
+        mechc.from_joints(
+            "held ring", [swing, slide], gravity=-9.81 * frame.y,
+            configuration_constraints=[mechc.Constraint("law", law, "m")],
+            parameters={"d": -0.20966},
+        )
+    )  # fmt: skip
+    sol = model.simulate(1.5, [0.98, -0.0005, -1.0, 0.0], method=method)
+    assert sol.status.ok
+    assert np.abs(sol["q_slide"] + 0.0005).max() < 1e-16

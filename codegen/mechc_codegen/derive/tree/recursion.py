@@ -151,12 +151,17 @@ class _TreeDerivation:
                     for row in self.rows
                 ),
                 self._moments,
-                len(mechanism.closures) > 1,
+                self._several_loops,
             ),
         )
 
     def _plain(self, expression: Expr) -> Expr:
         return self.to_symbols.expression(sympify(expression).xreplace(self.mechanism.rates))
+
+    @property
+    def _several_loops(self) -> bool:
+        written = (row for row in self.cuts if isinstance(row, WrittenRow))
+        return len(self.mechanism.closures) + sum(len(row.partials) > 1 for row in written) > 1
 
     @property
     def _rows_are_written(self) -> bool:

@@ -7,9 +7,9 @@ constraints only, or the point has no position) the equations are derived in ful
 from __future__ import annotations
 
 import random
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 
-from sympy import Expr, Float, Symbol
+from sympy import Expr, Float, S, Symbol
 from sympy.physics.mechanics import Point
 
 from mechc_codegen.derive.tree.frames import NotATreeError
@@ -56,13 +56,22 @@ def is_zero(tape: Tape, expressions: Collection[Expr]) -> bool:
     return all(abs(value) < SAME for each in found for value in each)
 
 
-def at_random(tape: Tape, expressions: Sequence[Expr], seed: int) -> list[complex]:
-    """Values of expressions, with random ones of symbols that no statement defines; a root of a
-    difference of lengths may be imaginary there."""
+def is_constant(tape: Tape, expression: Expr) -> bool:
+    """Whether an expression has one value at random states, with the parameters as they are."""
+    parameters = dict.fromkeys(tape.parameters, S.One)
+    one, *others = (at_random(tape, [expression], seed, parameters)[0] for seed in range(SAMPLES))
+    return all(abs(other - one) < SAME for other in others)
+
+
+def at_random(
+    tape: Tape, expressions: Sequence[Expr], seed: int, known: Mapping[Symbol, Expr] | None = None
+) -> list[complex]:
+    """Values of expressions, with random ones of symbols that no statement defines and that are not
+    ``known``; a root of a difference of lengths may be imaginary there."""
     kept = tape.needed(expressions)
     used = {symbol for e in (*expressions, *(v for _, v in kept)) for symbol in e.free_symbols}
-    generator, values = random.Random(seed), dict[Symbol, Expr]()
-    for symbol in sorted(used - {symbol for symbol, _ in kept}, key=str):
+    generator, values = random.Random(seed), dict(known or {})
+    for symbol in sorted(used - {symbol for symbol, _ in kept} - {*values}, key=str):
         values[symbol] = Float(generator.uniform(0.4, 1.7))
     for symbol, value in kept:
         values[symbol] = value.xreplace(values)

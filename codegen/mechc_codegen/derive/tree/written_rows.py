@@ -15,7 +15,7 @@ from mechc_codegen.derive.tree.cuts import Accelerations, CutRow, Pair
 from mechc_codegen.derive.tree.frames import NotATreeError
 from mechc_codegen.derive.tree.links import Links, moving_columns
 from mechc_codegen.derive.tree.tape import V3, ZERO, Tape, vanishes
-from mechc_codegen.derive.tree.velocities import is_zero
+from mechc_codegen.derive.tree.velocities import is_constant, is_zero
 from mechc_codegen.description.constraints import Constraint
 from mechc_codegen.description.placement import dot
 
@@ -82,7 +82,7 @@ def _pairs_along(name: str, links: Links, partials: Mapping[int, Expr]) -> Itera
     """Wrenches on links and their parents that do the power of these partials on the speeds."""
     tape, left = links.tape, {**partials}
     for number, link in enumerate(links.links):
-        own = [k for k in moving_columns(link) if k in left]
+        own = [k for k in moving_columns(link) if k in left and _is_steady(links, number, k)]
         if not own:
             continue
         force, moment = ZERO, ZERO
@@ -94,7 +94,16 @@ def _pairs_along(name: str, links: Links, partials: Mapping[int, Expr]) -> Itera
         at = links.reference(number)
         yield Pair(((number, at), (link.parent, at)), force, moment)
     if left or not partials:
-        raise NotATreeError(f"{name} contains no speed, or one that moves no link")
+        raise NotATreeError(
+            f"{name} contains no speed, or one that moves no link alike wherever it is"
+        )
+
+
+def _is_steady(links: Links, number: int, speed: int) -> bool:
+    """Whether a link moves by a speed alike wherever it is: the others have dead points."""
+    turning, sliding = moving_columns(links.links[number])[speed]
+    square = dot(turning, turning) if not vanishes(turning) else dot(sliding, sliding)
+    return is_constant(links.tape, square)
 
 
 def _dual(name: str, links: Links, number: int, speed: int) -> tuple[V3, V3]:

@@ -426,6 +426,10 @@ MECHC_ONCE real FN(most_partials)(const real *tree, real unit)
         real sum = R(0.0);
         for (int pair = mechc_first_pair[i]; pair < mechc_first_pair[i + 1]; pair++) {
             const real *const ends = tree + MECHC_AT_CUT + pair * MECHC_CUT, *point = ends;
+            const real force = FN(sum_of_sizes)(ends + 2 * MECHC_ARM, MECHC_ARM);
+            const real moment = MECHC_MOMENTS
+                                  ? FN(sum_of_sizes)(ends + 3 * MECHC_ARM, MECHC_DIM - MECHC_ARM)
+                                  : R(0.0);
             for (int end = 0; end < 2; end++, point += MECHC_ARM) {
                 const int link = mechc_cut[2 * pair + end];
                 real arm[MECHC_ARM_MAX];
@@ -433,8 +437,7 @@ MECHC_ONCE real FN(most_partials)(const real *tree, real unit)
                 FN(arm_to)(tree, link, point, arm);
                 const real moves = sliding[link]
                                  + turning[link] * (length[link] + FN(sum_of_sizes)(arm, MECHC_ARM));
-                const real axis = FN(sum_of_sizes)(ends + 2 * MECHC_ARM, MECHC_ARM);
-                sum += R_SELECT(R_MASK(axis > 0.0) | R_MASK(R((double)MECHC_MOMENTS) == 0.0), moves, turning[link]);
+                sum += R_FMA(moves, force, turning[link] * moment);
             }
         }
         most = R_SELECT(R_MASK(sum > most), sum, most);

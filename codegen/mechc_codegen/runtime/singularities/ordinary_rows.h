@@ -62,7 +62,8 @@ MECHC_ONCE void mechc_find_ordinary_rows(double t, const double *q, mechc_scalar
  *
  * It is the move of such a coordinate that changes some row as much as a radian of an angle does, or how
  * far they are from zero: in a single row the coordinate may act by its rounding alone.  Where no row
- * tells, it is the longest arm of a tree's links, and where nothing does, what a radian changes a row by.
+ * tells, it is the longest arm of a tree's links, or how far a mass is from its axis that turns with as much
+ * inertia, and where nothing does, what a radian changes a row by.
  */
 #define MECHC_UNMOVED 1e-8 /* of what angles do to rows: rows that no such coordinate moves */
 
@@ -83,6 +84,13 @@ MECHC_ONCE void mechc_find_length(double t, const double *q, mechc_scalar_given 
     for (int link = 0; !(length > 0.0) && link < MECHC_LINKS; link++)
         arm = mechc_max(arm, mechc_scalar_sum_of_sizes(place.saved + link * MECHC_ARM, MECHC_ARM));
     length = mechc_max(length, arm);
+#else
+    double moved[2] = {0.0, 0.0}; /* the most mass, by turns and by slides */
+    for (int j = 0; j < MECHC_NU; j++) {
+        double *kind = &moved[mechc_slides[MECHC_NQ + j]];
+        *kind = mechc_max(*kind, place.mass[j * MECHC_NU + j]);
+    }
+    if (!(length > 0.0) && moved[1] > 0.0) length = sqrt(moved[0] / moved[1]);
 #endif
     for (int i = 0; i < MECHC_NQ - MECHC_STATES; i++)
         if (mechc_slides[i]) length = mechc_max(length, fabs(q[i]));

@@ -235,6 +235,7 @@ MECHC_STATIC int mechc_examine_step(mechc_integration *run, double h, const doub
 {
     run->decision.action = MECHC_STANDS;
 #if MECHC_NH_MAX > 0
+    if (MECHC_NH == 0) return MECHC_RUNNING;
     if (!mechc_nears_critical(&run->monitor, run->horizon)) return MECHC_RUNNING;
     if (run->outer) return mechc_examine_outer(run, h);
     mechc_path path;

@@ -102,7 +102,7 @@ static const char *mechc_read_counts(mechc_tape_reader *reader)
     MECHC_TAPE_REQUIRE(!c->links
                            || (c->nc <= c->pairs && kept <= c->saved && (c->speeds_shared || c->columns == c->nu)
                                && !(c->speeds_shared && (c->carried || c->moving_cuts))
-                               && !(c->carried && c->pairs > c->nc)),
+                               && !(c->carried && c->pairs > c->nc) && (c->nc > 0 || c->pairs == 0)),
                        "its counts contradict each other");
     c->of_tree = c->links ? kept : 0;
     MECHC_TAPE_REQUIRE(!c->own || !c->nc || c->multipliers, "its counts contradict each other");

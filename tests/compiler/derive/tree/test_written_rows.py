@@ -180,3 +180,68 @@ def test_a_driven_chain_follows_its_laws_and_needs_the_torque_that_makes_them(mo
     recorded = {f"M_{k}": mechc.Signal(sol.t, sol[f"j{k}_torque"], kind="cubic") for k in (1, 4)}
     again = free.simulate(0.6, sol.y[0], inputs=recorded)
     np.testing.assert_allclose(again.y[-1], sol.y[-1], atol=1e-6)
+
+
+def chain(name: str, count: int, **more: Any) -> Any:
+    """Pins in a row in space, with axes in turn along z and x."""
+    base, *links = (RigidBody(f"link_{k}", mass=1) for k in range(count + 1))
+    for link in links:
+        link.central_inertia = inertia(link.frame, 0.1, 0.02, 0.1)
+    joints = [
+        PinJoint(f"j{k}", before, link, parent_point=before.y / 4, child_point=-link.y / 4,
+                 joint_axis=before.z if k % 2 else before.x)
+        for k, (before, link) in enumerate(zip([base, *links], links, strict=False))
+    ]  # fmt: skip
+    q = [joint.coordinates[0] for joint in joints]
+    rows = more.pop("rows", lambda q: ())(q)
+    return mechc.compile(
+        mechc.from_joints(
+            name, joints, gravity=-9.8 * base.y, configuration_constraints=rows, **more
+        )
+    )
+
+
+def test_friction_rests_beside_rows_on_speeds_alone():
+    """Such rows tell no change point, whoever computes the rates."""
+    driven = chain("rubbing", 4, motors=[mechc.Motor("j1", speed=cos(t))])
+    assert driven.system.data["walked"] > 0
+    sol = driven.simulate(1.0, {"q_j2": 0.4}, events=mechc.DryFriction("u_j3", 2.0))
+    assert sol.status.ok
+    assert sol.segments[-1].contacts[0].startswith(("sticks", "slides"))
+
+
+@pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
+def test_rows_of_any_size_close(size):
+    """The rounding of a row's value grows with it."""
+
+    def rows(q: Any) -> Any:
+        law = size * (q[1] - 3 * q[3] + q[2] ** 2 + sin(7 * t) / 3)
+        return (mechc.Constraint("law", law, "m"),)
+
+    model = chain("scaled", 4, rows=rows)
+    sol = model.simulate(0.3, dict.fromkeys(("q_j0", "q_j1", "q_j2"), 0.2))
+    assert sol.status.ok
+    assert np.abs(sol.output("constraints")).max() < 1e-14 * size
+
+
+def test_a_row_acts_where_its_speed_has_no_dead_point():
+    """A follower moves by (1 - cos q) / 5, not at all at q = 0, where its cam turns."""
+    base, follower, cam, last = (RigidBody(name, mass=1) for name in ("base", "f", "cam", "last"))
+    for body in (follower, cam, last):
+        body.central_inertia = inertia(body.frame, 0.1, 0.2, 0.3)
+    q, u = dynamicsymbols("q u")
+    place = (1 - cos(q)) / 5 * base.x
+    slide = mechc.Joint(
+        "slide", None, follower, base.masscenter, follower.masscenter, base.frame, follower.frame
+    )
+    follower.frame.orient_axis(base.frame, base.z, 0)
+    follower.masscenter.set_pos(base.masscenter, place)
+    turn = PinJoint("turn", base, cam, coordinates=q, speeds=u, joint_axis=base.z)
+    end = PinJoint("end", cam, last, parent_point=cam.x, joint_axis=cam.y)
+    drive = mechc.Constraint("drive", u - 2 * cos(t) + end.speeds[0], "rad/s")
+    model = mechc.compile(
+        mechc.from_joints("cam", [slide, turn, end], ground=base, motion_constraints=[drive])
+    )
+    assert model.system.data["walked"] > 0
+    rows = model.constraint_jacobian(np.zeros(4), t=0.0)
+    np.testing.assert_allclose(rows, [[1, 1]], atol=1e-14)

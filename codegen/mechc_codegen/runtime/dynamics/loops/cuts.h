@@ -1,7 +1,7 @@
 /* Trees with cuts that join two moving links: the rows of J by articulated bodies.
  *
  * Generic over `real`.
- * A unit of force along each row, on both links of its cut, accelerates the free tree by M^-1 J^T
+ * A unit of force along each row, on the links of its pairs, accelerates the free tree by M^-1 J^T
  * (Featherstone 2008, section 7.2), one pass over the links for each row.  The rows meet in
  * J M^-1 J^T, whose size is that of the rows alone: neither J nor M is formed, and the cost grows
  * with the links times the rows.

@@ -128,7 +128,12 @@ def _parser() -> argparse.ArgumentParser:
         "--view", metavar="OUT", help="write OUT.html, .png, .gif or .mp4 [FILE.html, and open it]"
     )
     force_option(seen)
-    show = _add(commands, "show", "facts about a mechanism; its derivation as a page", show_command)
+    show = _add(
+        commands,
+        "show",
+        "facts about a mechanism, a verdict on a robot's file; its derivation as a page",
+        show_command,
+    )
     scene_options(show)
     show.add_argument("--latex", action="store_true", help="with --out: LaTeX instead of HTML")
     show.add_argument("--out", metavar="FILE", help="write the derivation to this page")

@@ -9,7 +9,7 @@ from __future__ import annotations
 import random
 from collections.abc import Collection, Iterator, Mapping, Sequence
 
-from sympy import Expr, Float, S, Symbol
+from sympy import Expr, Float, Symbol
 from sympy.physics.mechanics import Point
 
 from mechc_codegen.derive.tree.frames import NotATreeError
@@ -57,8 +57,10 @@ def is_zero(tape: Tape, expressions: Collection[Expr]) -> bool:
 
 
 def is_constant(tape: Tape, expression: Expr) -> bool:
-    """Whether an expression has one value at random states, with the parameters as they are."""
-    parameters = dict.fromkeys(tape.parameters, S.One)
+    """Whether an expression has one value at random states, with parameters that stay."""
+    generator = random.Random(SAMPLES)
+    named = sorted(tape.parameters, key=str)
+    parameters = {p: Float(generator.uniform(0.4, 1.7)) for p in named}
     one, *others = (at_random(tape, [expression], seed, parameters)[0] for seed in range(SAMPLES))
     return all(abs(other - one) < SAME for other in others)
 

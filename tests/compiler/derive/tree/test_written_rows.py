@@ -154,34 +154,6 @@ def test_they_are_those_of_expanded_equations(case, monkeypatch):
         np.testing.assert_allclose(found, wanted, atol=1e-8 * max(1, np.abs(wanted).max()))
 
 
-def test_a_driven_chain_follows_its_laws_and_needs_the_torque_that_makes_them(monkeypatch):
-    """A robot's arm with two joints driven by laws of time, and the same arm by their torques."""
-    monkeypatch.undo()
-    base, *links = (RigidBody(f"link_{k}", mass=1) for k in range(8))
-    for link in links:
-        link.central_inertia = inertia(link.frame, 0.1, 0.02, 0.1)
-    joints = [
-        PinJoint(f"j{k}", before, link, parent_point=before.y / 4, child_point=-link.y / 4,
-                 joint_axis=before.z if k % 2 else before.x)
-        for k, (before, link) in enumerate(zip([base, *links], links, strict=False))
-    ]  # fmt: skip
-    laws = [mechc.Motor("j1", angle=sin(2 * t), gear=30, inertia=1e-4), mechc.Motor("j4", speed=1)]
-    driven = mechc.compile(mechc.from_joints("driven", joints, motors=laws, gravity=-9.8 * base.y))
-    assert driven.system.data["walked"] > 0
-    start = dict.fromkeys(driven.coordinates, 0.0) | {"q_j4": 0.2}
-    sol = driven.simulate(0.6, start, t_eval=np.linspace(0, 0.6, 121))
-    np.testing.assert_allclose(sol["q_j1"], np.sin(2 * sol.t), atol=1e-12)
-    np.testing.assert_allclose(sol["q_j4"], 0.2 + sol.t, atol=1e-8)
-    torques = [
-        mechc.Motor("j1", torque=dynamicsymbols("M_1"), gear=30, inertia=1e-4),
-        mechc.Motor("j4", torque=dynamicsymbols("M_4")),
-    ]
-    free = mechc.compile(mechc.from_joints("free", joints, motors=torques, gravity=-9.8 * base.y))
-    recorded = {f"M_{k}": mechc.Signal(sol.t, sol[f"j{k}_torque"], kind="cubic") for k in (1, 4)}
-    again = free.simulate(0.6, sol.y[0], inputs=recorded)
-    np.testing.assert_allclose(again.y[-1], sol.y[-1], atol=1e-6)
-
-
 def chain(name: str, count: int, **more: Any) -> Any:
     """Pins in a row in space, with axes in turn along z and x."""
     base, *links = (RigidBody(f"link_{k}", mass=1) for k in range(count + 1))
@@ -199,6 +171,26 @@ def chain(name: str, count: int, **more: Any) -> Any:
             name, joints, gravity=-9.8 * base.y, configuration_constraints=rows, **more
         )
     )
+
+
+def test_a_driven_chain_follows_its_laws_and_needs_the_torque_that_makes_them(monkeypatch):
+    """A robot's arm with two joints driven by laws of time, and the same arm by their torques."""
+    monkeypatch.undo()
+    laws = [mechc.Motor("j1", angle=sin(2 * t), gear=30, inertia=1e-4), mechc.Motor("j4", speed=1)]
+    driven = chain("driven", 7, motors=laws)
+    assert driven.system.data["walked"] > 0
+    start = dict.fromkeys(driven.coordinates, 0.0) | {"q_j4": 0.2}
+    sol = driven.simulate(0.6, start, t_eval=np.linspace(0, 0.6, 121))
+    np.testing.assert_allclose(sol["q_j1"], np.sin(2 * sol.t), atol=1e-12)
+    np.testing.assert_allclose(sol["q_j4"], 0.2 + sol.t, atol=1e-8)
+    torques = [
+        mechc.Motor("j1", torque=dynamicsymbols("M_1"), gear=30, inertia=1e-4),
+        mechc.Motor("j4", torque=dynamicsymbols("M_4")),
+    ]
+    free = chain("free", 7, motors=torques)
+    recorded = {f"M_{k}": mechc.Signal(sol.t, sol[f"j{k}_torque"], kind="cubic") for k in (1, 4)}
+    again = free.simulate(0.6, sol.y[0], inputs=recorded)
+    np.testing.assert_allclose(again.y[-1], sol.y[-1], atol=1e-6)
 
 
 def test_friction_rests_beside_rows_on_speeds_alone():

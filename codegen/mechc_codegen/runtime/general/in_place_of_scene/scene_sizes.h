@@ -76,7 +76,7 @@
 #define MECHC_FACTORS mechc_of_scene.factors
 #define MECHC_MOVING_CUTS mechc_of_scene.moving_cuts
 #define MECHC_PAIRS mechc_of_scene.pairs
-#define MECHC_PAIRS_MAX (MECHC_KIND_WALKED ? 96 : 0) /* 0 without rows, too: tape/read.h */
+#define MECHC_PAIRS_MAX (MECHC_KIND_WALKED ? 96 : 0)
 #define MECHC_MOMENTS mechc_of_scene.moments
 #define MECHC_SEVERAL_LOOPS mechc_of_scene.several_loops
 #define MECHC_MOVING_CUTS_CODE MECHC_CARRIED_CODE
